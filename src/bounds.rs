@@ -1,0 +1,57 @@
+//! The range of a velocity-dependent quantity.
+
+use crate::parameter::{self, ParameterError};
+use crate::scalar::Scalar;
+
+/// Smallest and largest value of a quantity over a range of velocities.
+///
+/// The theorems on friction models speak of such ranges: the deflection of a bristle, for
+/// instance, never exceeds the largest friction coefficient over its stiffness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds<T> {
+    /// Smallest value.
+    pub min: T,
+    /// Largest value; infinite if the quantity grows without limit.
+    pub max: T,
+}
+
+impl<T: Scalar> Bounds<T> {
+    /// The range of a constant.
+    pub fn constant(value: T) -> Self {
+        Self { min: value, max: value }
+    }
+
+    /// The smallest range that holds both.
+    pub fn union(self, other: Self) -> Self {
+        Self { min: smaller(self.min, other.min), max: larger(self.max, other.max) }
+    }
+
+    /// Whether the quantity is constant.
+    pub fn is_constant(&self) -> bool {
+        self.min == self.max
+    }
+
+    /// Checks the bounds of a quantity that must be positive.
+    pub(crate) fn positive(self, name: &'static str) -> Result<Self, ParameterError> {
+        parameter::positive(name, self.min)?;
+        parameter::at_least(name, self.max, "its lower bound", self.min)?;
+        Ok(self)
+    }
+
+    /// Checks the bounds of a quantity that may be zero.
+    pub(crate) fn non_negative(self, name: &'static str) -> Result<Self, ParameterError> {
+        parameter::non_negative(name, self.min)?;
+        parameter::at_least(name, self.max, "its lower bound", self.min)?;
+        Ok(self)
+    }
+}
+
+/// The smaller of two numbers; NaN if the first is.
+pub(crate) fn smaller<T: Scalar>(a: T, b: T) -> T {
+    if b < a { b } else { a }
+}
+
+/// The larger of two numbers; NaN if the first is.
+pub(crate) fn larger<T: Scalar>(a: T, b: T) -> T {
+    if b > a { b } else { a }
+}

@@ -1,0 +1,179 @@
+//! A friction model under a normal force: forces in newtons, energies in joules.
+//!
+//! F = p μ_b,  W = ½ p Σ Kᵢ xᵢ²
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | p | normal force | N |
+//! | F | friction force on the body, positive against v > 0: m v̇ = … − F | N |
+//! | W | energy stored in the bristles | J |
+
+use crate::parameter::{self, ParameterError};
+use crate::scalar::lit;
+use crate::{Bristle, Deflection, Hold, Limits, Scalar, Sliding};
+
+/// A friction model M under a constant normal force: the friction element of a mechanism.
+///
+/// A normal force that varies changes the energy balance: p(t) injects ½ σ0 ṗ z².
+///
+/// ```
+/// use bristle::{Bristle, Dahl, DahlParameters};
+///
+/// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
+/// let contact = friction.under_load(20.0)?;
+/// // One step of a control loop at 1 kHz: 0.1 m/s for 1 ms, from rest.
+/// let step = contact.hold(0.1, 0.0, 1e-3);
+/// assert!(step.end < 10.0 && step.mean < step.end);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact<T, M> {
+    model: M,
+    normal_force: T,
+}
+
+/// Deflection rate and friction force at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactResponse<T, D = T> {
+    /// Deflection rate ż [m/s].
+    pub rate: D,
+    /// Friction force F \[N\], positive against v > 0.
+    pub force: T,
+}
+
+/// A [`ContactResponse`] with its partial derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearisedContact<T: Scalar, D: Deflection<T> = T> {
+    /// Deflection rate ż [m/s].
+    pub rate: D,
+    /// Friction force F \[N\].
+    pub force: T,
+    /// ∂ż/∂z [1/s].
+    pub rate_by_deflection: D::Relaxation,
+    /// ∂ż/∂v \[–\].
+    pub rate_by_velocity: D,
+    /// ∂F/∂z [N/m].
+    pub force_by_deflection: D,
+    /// ∂F/∂v [N s/m].
+    pub force_by_velocity: T,
+}
+
+impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
+    /// A model under a normal force p [N], positive.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is not positive.
+    pub fn new(model: M, normal_force: T) -> Result<Self, ParameterError> {
+        let normal_force = parameter::positive("normal_force", normal_force)?;
+        Ok(Self { model, normal_force })
+    }
+
+    /// The friction model.
+    pub fn model(&self) -> &M {
+        &self.model
+    }
+
+    /// The normal force p \[N\].
+    pub fn normal_force(&self) -> T {
+        self.normal_force
+    }
+
+    /// The deflection rate ż [m/s].
+    #[inline]
+    pub fn rate(&self, sliding: impl Into<Sliding<T>>, deflection: M::Deflection) -> M::Deflection {
+        self.model.rate(sliding, deflection)
+    }
+
+    /// The friction force F \[N\], positive against v > 0.
+    #[inline]
+    pub fn force(&self, sliding: impl Into<Sliding<T>>, deflection: M::Deflection) -> T {
+        self.normal_force * self.model.coefficient(sliding, deflection)
+    }
+
+    /// Rate and force at once.
+    #[inline]
+    pub fn response(
+        &self,
+        sliding: impl Into<Sliding<T>>,
+        deflection: M::Deflection,
+    ) -> ContactResponse<T, M::Deflection> {
+        let response = self.model.response(sliding, deflection);
+        ContactResponse {
+            rate: response.rate,
+            force: self.normal_force * response.coefficient,
+        }
+    }
+
+    /// Rate and force with all their partial derivatives.
+    #[inline]
+    pub fn linearised(
+        &self,
+        sliding: impl Into<Sliding<T>>,
+        deflection: M::Deflection,
+    ) -> LinearisedContact<T, M::Deflection> {
+        let linearised = self.model.linearised(sliding, deflection);
+        LinearisedContact {
+            rate: linearised.rate,
+            force: self.normal_force * linearised.coefficient,
+            rate_by_deflection: linearised.rate_by_deflection,
+            rate_by_velocity: linearised.rate_by_velocity,
+            force_by_deflection: linearised.coefficient_by_deflection * self.normal_force,
+            force_by_velocity: self.normal_force * linearised.coefficient_by_velocity,
+        }
+    }
+
+    /// The stationary deflection of steady sliding at a velocity.
+    pub fn stationary(&self, sliding: impl Into<Sliding<T>>) -> M::Deflection {
+        self.model.stationary(sliding)
+    }
+
+    /// The friction force \[N\] of steady sliding at a velocity.
+    pub fn stationary_force(&self, sliding: impl Into<Sliding<T>>) -> T {
+        let sliding = sliding.into();
+        self.force(sliding, self.model.stationary(sliding))
+    }
+
+    /// The energy stored in the bristles, W = ½ p Σ Kᵢ xᵢ² \[J\].
+    pub fn stored_energy(&self, deflection: M::Deflection) -> T {
+        let weighted = self.model.storage_stiffness().scaled_by(deflection);
+        lit::<T>(0.5) * self.normal_force * weighted.dot(deflection)
+    }
+
+    /// The dissipated power F v − Ẇ \[W\]: never negative for a passive model.
+    pub fn dissipated_power(
+        &self,
+        sliding: impl Into<Sliding<T>>,
+        deflection: M::Deflection,
+    ) -> T {
+        let sliding = sliding.into();
+        let affine = self.model.affine(sliding, deflection);
+        let stiffness = self.model.storage_stiffness();
+        self.normal_force * affine.dissipation(stiffness, sliding.velocity(), deflection)
+    }
+
+    /// The limits that the model's theorems give for |v| ≤ `fastest`, with the coefficient's
+    /// limit multiplied by the normal force \[N\].
+    pub fn limits(&self, fastest: T) -> Limits<T> {
+        let limits = self.model.limits(fastest);
+        Limits { coefficient: limits.coefficient.map(|mu| mu * self.normal_force), ..limits }
+    }
+}
+
+impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
+    /// The exact step of length h ≥ 0 \[s\] at a held velocity, with forces in newtons.
+    ///
+    /// An elasto-plastic model's α is frozen at the beginning of the step.
+    #[inline]
+    pub fn hold(&self, velocity: T, deflection: T, duration: T) -> Hold<T> {
+        let hold = self
+            .model
+            .affine(Sliding::from(velocity), deflection)
+            .hold(velocity, deflection, duration);
+        Hold {
+            deflection: hold.deflection,
+            end: self.normal_force * hold.end,
+            mean: self.normal_force * hold.mean,
+        }
+    }
+}

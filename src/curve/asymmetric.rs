@@ -1,0 +1,73 @@
+//! Another friction curve per direction of motion, as gearboxes and seals need.
+
+use crate::{Bounds, FrictionCurve, Scalar, Sliding};
+
+/// A friction curve made of two, one for each direction of sliding.
+///
+/// At v = 0 on the free branch the forward curve answers. If the two differ there, μ jumps at the
+/// reversal, but the bristle's rate and force stay continuous: they depend on μ only where |v| > 0
+/// (for an exact modulus of the velocity, ε = 0).
+///
+/// ```
+/// use bristle::{Asymmetric, Coulomb, CoulombParameters, FrictionCurve};
+///
+/// let coulomb = |dynamic_coefficient| {
+///     Coulomb::new(CoulombParameters { dynamic_coefficient, viscous_friction: 0.0 })
+/// };
+/// let gearbox = Asymmetric { forward: coulomb(0.20)?, backward: coulomb(0.25)? };
+/// assert_eq!(gearbox.coefficient((-1.0).into()), 0.25);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Asymmetric<F, B> {
+    /// Curve for v > 0.
+    pub forward: F,
+    /// Curve for v < 0.
+    pub backward: B,
+}
+
+impl<T: Scalar, F: FrictionCurve<T>, B: FrictionCurve<T>> FrictionCurve<T> for Asymmetric<F, B> {
+    #[inline]
+    fn coefficient(&self, sliding: Sliding<T>) -> T {
+        if sliding.direction() < T::zero() {
+            self.backward.coefficient(sliding)
+        } else {
+            self.forward.coefficient(sliding)
+        }
+    }
+
+    #[inline]
+    fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
+        if sliding.direction() < T::zero() {
+            self.backward.coefficient_and_slope(sliding)
+        } else {
+            self.forward.coefficient_and_slope(sliding)
+        }
+    }
+
+    fn bounds(&self, fastest: T) -> Bounds<T> {
+        self.forward.bounds(fastest).union(self.backward.bounds(fastest))
+    }
+
+    fn viscous_friction(&self) -> T {
+        // What both directions have; without_viscous_friction takes off no more than each has.
+        let (forward, backward) =
+            (self.forward.viscous_friction(), self.backward.viscous_friction());
+        if forward == backward { forward } else { T::zero() }
+    }
+
+    fn without_viscous_friction(&self) -> Self {
+        if self.forward.viscous_friction() == self.backward.viscous_friction() {
+            Self {
+                forward: self.forward.without_viscous_friction(),
+                backward: self.backward.without_viscous_friction(),
+            }
+        } else {
+            self.clone()
+        }
+    }
+
+    fn is_even(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,75 @@
+//! Coulomb friction with a viscous part: μ(v) = μ_d + σ2|v|.
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | μ_d | dynamic friction coefficient | – |
+//! | σ2 | viscous friction | s/m |
+
+use crate::parameter::{self, ParameterError};
+use crate::{Bounds, FrictionCurve, Scalar, Sliding};
+
+/// Parameters of [`Coulomb`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CoulombParameters<T> {
+    /// Dynamic friction coefficient μ_d \[–\], positive.
+    #[doc(alias = "mu_d")]
+    pub dynamic_coefficient: T,
+    /// Viscous friction σ2 [s/m], zero or positive.
+    #[doc(alias = "sigma2")]
+    pub viscous_friction: T,
+}
+
+/// Coulomb friction with a viscous part, μ(v) = μ_d + σ2|v|.
+///
+/// ```
+/// use bristle::{Coulomb, CoulombParameters, FrictionCurve};
+///
+/// let curve = Coulomb::new(CoulombParameters { dynamic_coefficient: 0.3, viscous_friction: 0.1 })?;
+/// assert_eq!(curve.coefficient((-2.0).into()), 0.5);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coulomb<T> {
+    dynamic: T,
+    viscous: T,
+}
+
+impl<T: Scalar> Coulomb<T> {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range.
+    pub fn new(parameters: CoulombParameters<T>) -> Result<Self, ParameterError> {
+        Ok(Self {
+            dynamic: parameter::positive("dynamic_coefficient", parameters.dynamic_coefficient)?,
+            viscous: parameter::non_negative("viscous_friction", parameters.viscous_friction)?,
+        })
+    }
+}
+
+impl<T: Scalar> FrictionCurve<T> for Coulomb<T> {
+    #[inline]
+    fn coefficient(&self, sliding: Sliding<T>) -> T {
+        self.dynamic + self.viscous * sliding.speed()
+    }
+
+    #[inline]
+    fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
+        (self.coefficient(sliding), self.viscous * sliding.direction())
+    }
+
+    fn bounds(&self, fastest: T) -> Bounds<T> {
+        // Without a viscous part 0·∞ would make the bound of all speeds NaN.
+        let rise = if self.viscous == T::zero() { T::zero() } else { self.viscous * fastest };
+        Bounds { min: self.dynamic, max: self.dynamic + rise }
+    }
+
+    fn viscous_friction(&self) -> T {
+        self.viscous
+    }
+
+    fn without_viscous_friction(&self) -> Self {
+        Self { viscous: T::zero(), ..*self }
+    }
+}

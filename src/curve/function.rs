@@ -1,0 +1,65 @@
+//! A friction curve given by a function of the speed.
+
+use core::fmt;
+
+use crate::parameter::ParameterError;
+use crate::{Bounds, FrictionCurve, Scalar, Sliding};
+
+/// A friction curve given by a closure that answers μ and dμ/d|v| at a speed |v|.
+///
+/// The closure must stay positive and smooth for slightly negative speeds too, where a solver's
+/// trial step has overshot a reversal. Its bounds are taken on trust: they are what the theorems
+/// (deflection, force) and the checks of other parameters use, for every speed.
+///
+/// ```
+/// use bristle::{Bounds, FrictionCurve, FunctionCurve};
+///
+/// let curve = FunctionCurve::new(
+///     |speed: f64| {
+///         let fall = 0.2 / (1.0 + 10.0 * speed);
+///         (0.3 + fall, -fall * 10.0 / (1.0 + 10.0 * speed))
+///     },
+///     Bounds { min: 0.3, max: 0.5 },
+/// )?;
+/// assert_eq!(curve.coefficient(0.0.into()), 0.5);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct FunctionCurve<T, F> {
+    function: F,
+    bounds: Bounds<T>,
+}
+
+impl<T: Scalar, F: Fn(T) -> (T, T)> FunctionCurve<T, F> {
+    /// A curve from a function of the speed and the range of its values.
+    ///
+    /// # Errors
+    ///
+    /// Names the bound that is not positive or not in order.
+    pub fn new(function: F, bounds: Bounds<T>) -> Result<Self, ParameterError> {
+        Ok(Self { function, bounds: bounds.positive("bounds")? })
+    }
+}
+
+impl<T: fmt::Debug, F> fmt::Debug for FunctionCurve<T, F> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FunctionCurve").field("bounds", &self.bounds).finish_non_exhaustive()
+    }
+}
+
+impl<T: Scalar, F: Fn(T) -> (T, T) + Clone> FrictionCurve<T> for FunctionCurve<T, F> {
+    #[inline]
+    fn coefficient(&self, sliding: Sliding<T>) -> T {
+        (self.function)(sliding.speed()).0
+    }
+
+    #[inline]
+    fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
+        let (coefficient, slope) = (self.function)(sliding.speed());
+        (coefficient, slope * sliding.direction())
+    }
+
+    fn bounds(&self, _fastest: T) -> Bounds<T> {
+        self.bounds
+    }
+}

@@ -1,0 +1,84 @@
+//! Friction curves: the friction coefficient μ of steady sliding over the sliding velocity.
+
+mod asymmetric;
+mod coulomb;
+mod function;
+mod rational_stribeck;
+mod stribeck;
+mod tabulated;
+mod valley;
+
+use core::fmt::Debug;
+
+pub use asymmetric::Asymmetric;
+pub use coulomb::{Coulomb, CoulombParameters};
+pub use function::FunctionCurve;
+pub use rational_stribeck::{RationalStribeck, RationalStribeckParameters};
+pub use stribeck::{Stribeck, StribeckParameters};
+pub use tabulated::{Knot, Tabulated};
+
+use crate::{Bounds, Scalar, Sliding};
+
+/// The friction coefficient of steady sliding, μ(v) > 0 \[–\].
+///
+/// A curve answers on any [`Branch`](crate::Branch), also for a slightly negative speed on a
+/// locked one: there it continues smoothly, or evenly where |v|^δ has no smooth continuation.
+///
+/// A curve of your own takes two methods and its bounds:
+///
+/// ```
+/// use bristle::{Bounds, FrictionCurve, Sliding};
+///
+/// /// μ = 0.1 + 0.02 ln(1 + |v|/v₀): rises with the logarithm of the speed.
+/// #[derive(Debug, Clone)]
+/// struct Logarithmic { reference_speed: f64 }
+///
+/// impl FrictionCurve<f64> for Logarithmic {
+///     fn coefficient(&self, sliding: Sliding<f64>) -> f64 {
+///         0.1 + 0.02 * (sliding.speed() / self.reference_speed).ln_1p()
+///     }
+///
+///     fn coefficient_and_slope(&self, sliding: Sliding<f64>) -> (f64, f64) {
+///         let slope = 0.02 / (self.reference_speed + sliding.speed());
+///         (self.coefficient(sliding), slope * sliding.direction())
+///     }
+///
+///     fn bounds(&self, fastest: f64) -> Bounds<f64> {
+///         Bounds { min: 0.1, max: self.coefficient(Sliding::from(fastest)) }
+///     }
+/// }
+///
+/// let curve = Logarithmic { reference_speed: 1e-3 };
+/// assert_eq!(curve.coefficient(Sliding::from(0.0)), 0.1);
+/// ```
+pub trait FrictionCurve<T: Scalar>: Debug + Clone {
+    /// The friction coefficient μ(v).
+    fn coefficient(&self, sliding: Sliding<T>) -> T;
+
+    /// The friction coefficient and its slope dμ/dv [s/m], sharing what both need.
+    ///
+    /// The slope is with respect to the *signed* velocity: for a curve of the speed it is the
+    /// slope over the speed times [`Sliding::direction`].
+    fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T);
+
+    /// The range of μ over all velocities with |v| ≤ `fastest` (which may be infinite).
+    fn bounds(&self, fastest: T) -> Bounds<T>;
+
+    /// σ2 [s/m], the coefficient of a viscous part σ2|v| within μ: the curve without it is still
+    /// positive everywhere. Zero if no such part is known.
+    #[doc(alias = "sigma2")]
+    fn viscous_friction(&self) -> T {
+        T::zero()
+    }
+
+    /// The curve without its viscous part σ2|v|.
+    #[must_use]
+    fn without_viscous_friction(&self) -> Self {
+        self.clone()
+    }
+
+    /// Whether μ(−v) = μ(v) for every v.
+    fn is_even(&self) -> bool {
+        true
+    }
+}

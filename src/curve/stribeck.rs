@@ -1,0 +1,197 @@
+//! The Stribeck curve: friction that falls from its static to its dynamic value as sliding sets
+//! in, and rises again with viscosity.
+//!
+//! μ(v) = μ_d + (μ_s − μ_d) exp(−(|v|/v_S)^δ) + σ2|v|
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | μ_s, μ_d | static and dynamic friction coefficient | – |
+//! | v_S | Stribeck velocity | m/s |
+//! | δ | Stribeck exponent | – |
+//! | σ2 | viscous friction | s/m |
+//!
+//! Source: Romano et al. (arXiv 2602.09429), section II-B, the generalised Coulomb curve with
+//! μ_v = σ2|v|. It is continuously differentiable only for δ > 1 and, with σ2 > 0, away from
+//! v = 0.
+
+use super::valley::Valley;
+use crate::parameter::{self, ParameterError};
+use crate::scalar::lit;
+use crate::{Bounds, FrictionCurve, Scalar, Sliding};
+
+/// Parameters of [`Stribeck`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StribeckParameters<T> {
+    /// Static friction coefficient μ_s \[–\], at least the dynamic one.
+    #[doc(alias = "mu_s")]
+    pub static_coefficient: T,
+    /// Dynamic friction coefficient μ_d \[–\], positive.
+    #[doc(alias = "mu_d")]
+    pub dynamic_coefficient: T,
+    /// Stribeck velocity v_S [m/s], positive.
+    #[doc(alias = "v_S")]
+    pub stribeck_velocity: T,
+    /// Stribeck exponent δ \[–\], positive; 1 and 2 are several times cheaper than others.
+    #[doc(alias = "delta")]
+    pub stribeck_exponent: T,
+    /// Viscous friction σ2 [s/m], zero or positive.
+    #[doc(alias = "sigma2")]
+    pub viscous_friction: T,
+}
+
+/// The Stribeck curve, μ(v) = μ_d + (μ_s − μ_d) exp(−(|v|/v_S)^δ) + σ2|v|.
+///
+/// At exactly v = 0 with δ < 1 the one-sided slope is infinite; the slope reported there is that
+/// of the viscous part alone.
+///
+/// ```
+/// use bristle::{FrictionCurve, Stribeck, StribeckParameters};
+///
+/// let curve = Stribeck::new(StribeckParameters {
+///     static_coefficient: 1.5,
+///     dynamic_coefficient: 1.0,
+///     stribeck_velocity: 0.01,
+///     stribeck_exponent: 2.0,
+///     viscous_friction: 0.04,
+/// })?;
+/// assert_eq!(curve.coefficient(0.0.into()), 1.5);
+/// assert_eq!(curve.coefficient(0.25.into()), 1.01);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stribeck<T> {
+    dynamic: T,
+    /// μ_s − μ_d
+    drop: T,
+    /// 1/v_S
+    inverse_velocity: T,
+    exponent: Exponent<T>,
+    viscous: T,
+    /// Power w beyond which (μ_s − μ_d) exp(−w) is less than a rounding of μ_d.
+    negligible: T,
+}
+
+/// The Stribeck exponent, with the two that need no power function apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Exponent<T> {
+    One,
+    Two,
+    Other(T),
+}
+
+impl<T: Scalar> Stribeck<T> {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range, or a static coefficient below the dynamic
+    /// one.
+    pub fn new(parameters: StribeckParameters<T>) -> Result<Self, ParameterError> {
+        let dynamic = parameter::positive("dynamic_coefficient", parameters.dynamic_coefficient)?;
+        let static_ = parameter::positive("static_coefficient", parameters.static_coefficient)?;
+        parameter::at_least("static_coefficient", static_, "dynamic_coefficient", dynamic)?;
+        let velocity = parameter::positive("stribeck_velocity", parameters.stribeck_velocity)?;
+        let exponent = parameter::positive("stribeck_exponent", parameters.stribeck_exponent)?;
+        let drop = static_ - dynamic;
+        Ok(Self {
+            dynamic,
+            drop,
+            inverse_velocity: T::one() / velocity,
+            exponent: if exponent == T::one() {
+                Exponent::One
+            } else if exponent == lit(2.0) {
+                Exponent::Two
+            } else {
+                Exponent::Other(exponent)
+            },
+            viscous: parameter::non_negative("viscous_friction", parameters.viscous_friction)?,
+            // Without a drop this is −∞, and the exponential is never needed.
+            negligible: (lit::<T>(4.0) * drop / (T::default_epsilon() * dynamic)).ln(),
+        })
+    }
+
+    /// exp(−w), without the exponential where the curve cannot tell: most of a stick-slip run lies
+    /// there, with sticking well below and slipping far above the Stribeck velocity.
+    #[inline(always)]
+    fn decay(&self, w: T) -> T {
+        if w > self.negligible {
+            T::zero()
+        } else if w < lit(1e-3) && w > lit(-1e-3) {
+            // The series is cut at w⁶/720 < 2e-21.
+            let fifth = T::one() - w * lit(0.2);
+            let fourth = T::one() - w * lit(0.25) * fifth;
+            let third = T::one() - w * lit(1.0 / 3.0) * fourth;
+            T::one() - w * (T::one() - w * lit(0.5) * third)
+        } else {
+            (-w).exp()
+        }
+    }
+
+    /// The power w = |u|^δ of the scaled speed u, and dw/du.
+    #[inline(always)]
+    fn power(&self, u: T) -> (T, T) {
+        match self.exponent {
+            Exponent::Two => (u * u, u + u),
+            // u itself, not |u|: the smooth continuation to speeds of the wrong sign.
+            Exponent::One => (u, T::one()),
+            Exponent::Other(_) if u == T::zero() => (T::zero(), T::zero()),
+            Exponent::Other(exponent) => {
+                let size = if u < T::zero() { -u } else { u };
+                let w = size.powf(exponent);
+                (w, exponent * w / u)
+            }
+        }
+    }
+}
+
+impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
+    #[inline]
+    fn coefficient(&self, sliding: Sliding<T>) -> T {
+        let (w, _) = self.power(sliding.speed() * self.inverse_velocity);
+        self.dynamic + self.drop * self.decay(w) + self.viscous * sliding.speed()
+    }
+
+    #[inline]
+    fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
+        let (w, w_slope) = self.power(sliding.speed() * self.inverse_velocity);
+        let stribeck = self.drop * self.decay(w);
+        let slope = self.viscous - stribeck * w_slope * self.inverse_velocity;
+        (
+            self.dynamic + stribeck + self.viscous * sliding.speed(),
+            slope * sliding.direction(),
+        )
+    }
+
+    fn bounds(&self, fastest: T) -> Bounds<T> {
+        let velocity = T::one() / self.inverse_velocity;
+        let valley = Valley {
+            value: |u: T| {
+                let viscous = if self.viscous == T::zero() { T::zero() } else { self.viscous * u * velocity };
+                self.dynamic + self.drop * self.decay(self.power(u).0) + viscous
+            },
+            steepness: |u: T| {
+                let (w, slope) = self.power(u);
+                slope * self.decay(w)
+            },
+        };
+        // The steepness δ u^(δ−1) exp(−u^δ) is largest at u^δ = (δ−1)/δ; for δ ≤ 1 at rest. There
+        // it has no finite value for δ < 1, so its search starts next to rest.
+        let steepest = match self.exponent {
+            Exponent::One => T::zero(),
+            Exponent::Two => T::one() / lit::<T>(2.0).sqrt(),
+            Exponent::Other(exponent) if exponent > T::one() => {
+                ((exponent - T::one()) / exponent).powf(T::one() / exponent)
+            }
+            Exponent::Other(_) => T::default_epsilon(),
+        };
+        valley.bounds(fastest * self.inverse_velocity, steepest, self.viscous * velocity / self.drop)
+    }
+
+    fn viscous_friction(&self) -> T {
+        self.viscous
+    }
+
+    fn without_viscous_friction(&self) -> Self {
+        Self { viscous: T::zero(), ..*self }
+    }
+}

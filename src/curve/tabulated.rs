@@ -1,0 +1,208 @@
+//! A friction curve through measured points.
+//!
+//! Between the knots (sᵢ, μᵢ) it is the cubic Hermite interpolant whose slopes dᵢ are the weighted
+//! harmonic mean of the neighbouring secants, or zero where these change sign. It is therefore
+//! continuously differentiable, monotone between any two knots, and has its extremes at knots.
+//!
+//! Source: F. N. Fritsch, J. Butland, "A method for constructing local monotone piecewise cubic
+//! interpolants", SIAM Journal on Scientific and Statistical Computing 5 (1984), 300–304; the slope
+//! at an end is the three-point one, limited as in C. B. Moler, "Numerical Computing with MATLAB"
+//! (SIAM, 2004), section 3.4.
+
+use crate::bounds::{larger, smaller};
+use crate::parameter::{self, ParameterError, Rule};
+use crate::scalar::lit;
+use crate::{Bounds, FrictionCurve, Scalar, Sliding};
+
+/// One measured point of a [`Tabulated`] curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Knot<T> {
+    /// Speed |v| [m/s].
+    pub speed: T,
+    /// Friction coefficient μ \[–\] of steady sliding at that speed.
+    pub coefficient: T,
+}
+
+/// A friction curve through N measured points, by monotone cubic interpolation.
+///
+/// Beyond the last knot the curve goes on straight: with its last slope if it rises there, level
+/// if it falls (so that it stays positive). To slightly negative speeds, where a solver's trial
+/// step has overshot a reversal, the first cubic is continued.
+///
+/// ```
+/// use bristle::{FrictionCurve, Knot, Tabulated};
+///
+/// let measured = [(0.0, 0.42), (0.01, 0.35), (0.1, 0.30), (1.0, 0.33)];
+/// let curve = Tabulated::new(measured.map(|(speed, coefficient)| Knot { speed, coefficient }))?;
+/// assert_eq!(curve.coefficient(0.1.into()), 0.30);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tabulated<T, const N: usize> {
+    /// The cubic that starts at each knot; the last one is the straight line beyond.
+    pieces: [Piece<T>; N],
+}
+
+/// μ(s) = c₀ + x (c₁ + x (c₂ + x c₃)) with x = s − start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Piece<T> {
+    start: T,
+    coefficients: [T; 4],
+}
+
+impl<T: Scalar> Piece<T> {
+    #[inline]
+    fn value(&self, speed: T) -> T {
+        let [c0, c1, c2, c3] = self.coefficients;
+        let x = speed - self.start;
+        c0 + x * (c1 + x * (c2 + x * c3))
+    }
+
+    #[inline]
+    fn slope(&self, speed: T) -> T {
+        let [_, c1, c2, c3] = self.coefficients;
+        let x = speed - self.start;
+        c1 + x * (lit::<T>(2.0) * c2 + x * lit::<T>(3.0) * c3)
+    }
+}
+
+impl<T: Scalar, const N: usize> Tabulated<T, N> {
+    /// A curve through the knots.
+    ///
+    /// # Errors
+    ///
+    /// Names the knot whose speed does not increase or whose coefficient is not positive, a first
+    /// knot that is not at rest, or a table of fewer than two knots.
+    pub fn new(knots: [Knot<T>; N]) -> Result<Self, ParameterError> {
+        if N < 2 {
+            return Err(ParameterError {
+                name: "knots",
+                component: None,
+                value: N as f64,
+                rule: Rule::Count { least: 2 },
+            });
+        }
+        let mut previous: Option<Knot<T>> = None;
+        for (index, knot) in knots.iter().enumerate() {
+            let speed = match previous {
+                None => parameter::exactly("speed", knot.speed, T::zero()),
+                Some(before) => parameter::finite("speed", knot.speed)
+                    .and_then(|speed| parameter::increasing("speed", speed, before.speed)),
+            };
+            parameter::component(index, speed)?;
+            parameter::component(index, parameter::positive("coefficient", knot.coefficient))?;
+            previous = Some(*knot);
+        }
+        Ok(Self { pieces: core::array::from_fn(|i| piece(&knots, i)) })
+    }
+
+    /// The cubic that holds at a speed.
+    #[inline]
+    fn piece(&self, speed: T) -> &Piece<T> {
+        let (mut low, mut high) = (0, N);
+        // At most log2 N comparisons; ends at the last knot that is not beyond the speed, or at 0.
+        while high - low > 1 {
+            let middle = (low + high) / 2;
+            if self.pieces[middle].start <= speed {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        &self.pieces[low]
+    }
+}
+
+/// The secant of interval i (from knot i to knot i + 1) and its width.
+fn secant<T: Scalar>(knots: &[Knot<T>], i: usize) -> (T, T) {
+    let width = knots[i + 1].speed - knots[i].speed;
+    ((knots[i + 1].coefficient - knots[i].coefficient) / width, width)
+}
+
+/// The slope of the curve at knot i.
+fn slope<T: Scalar>(knots: &[Knot<T>], i: usize) -> T {
+    let last = knots.len() - 1;
+    let two: T = lit(2.0);
+    if last == 1 {
+        secant(knots, 0).0
+    } else if i == 0 {
+        end_slope(secant(knots, 0), secant(knots, 1))
+    } else if i == last {
+        end_slope(secant(knots, last - 1), secant(knots, last - 2))
+    } else {
+        let ((before, h0), (after, h1)) = (secant(knots, i - 1), secant(knots, i));
+        if before * after > T::zero() {
+            let (w0, w1) = (two * h1 + h0, h1 + two * h0);
+            (w0 + w1) / (w0 / before + w1 / after)
+        } else {
+            T::zero()
+        }
+    }
+}
+
+/// Three-point slope at an end from the secants of the nearest and the next interval, limited so
+/// that the first interval stays monotone.
+fn end_slope<T: Scalar>((near, h0): (T, T), (next, h1): (T, T)) -> T {
+    let two: T = lit(2.0);
+    let three: T = lit(3.0);
+    let slope = ((two * h0 + h1) * near - h0 * next) / (h0 + h1);
+    if slope * near <= T::zero() {
+        T::zero()
+    } else if near * next <= T::zero() && slope.abs() > three * near.abs() {
+        three * near
+    } else {
+        slope
+    }
+}
+
+/// The cubic from knot i to the next, or the straight line beyond the last.
+fn piece<T: Scalar>(knots: &[Knot<T>], i: usize) -> Piece<T> {
+    let last = knots.len() - 1;
+    let Knot { speed: start, coefficient } = knots[i];
+    // Beyond the last knot a falling curve is continued level, so it must arrive level.
+    let slope_at = |i: usize| {
+        let slope = slope(knots, i);
+        if i == last && slope < T::zero() { T::zero() } else { slope }
+    };
+    let d0 = slope_at(i);
+    if i == last {
+        return Piece { start, coefficients: [coefficient, d0, T::zero(), T::zero()] };
+    }
+    let (secant, width) = secant(knots, i);
+    let d1 = slope_at(i + 1);
+    let c2 = (lit::<T>(3.0) * secant - lit::<T>(2.0) * d0 - d1) / width;
+    let c3 = (d0 + d1 - lit::<T>(2.0) * secant) / (width * width);
+    Piece { start, coefficients: [coefficient, d0, c2, c3] }
+}
+
+impl<T: Scalar, const N: usize> FrictionCurve<T> for Tabulated<T, N> {
+    #[inline]
+    fn coefficient(&self, sliding: Sliding<T>) -> T {
+        self.piece(sliding.speed()).value(sliding.speed())
+    }
+
+    #[inline]
+    fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
+        let piece = self.piece(sliding.speed());
+        (piece.value(sliding.speed()), piece.slope(sliding.speed()) * sliding.direction())
+    }
+
+    fn bounds(&self, fastest: T) -> Bounds<T> {
+        let mut bounds = Bounds::constant(self.pieces[0].coefficients[0]);
+        for piece in &self.pieces {
+            if piece.start <= fastest {
+                let value = piece.coefficients[0];
+                bounds.min = smaller(bounds.min, value);
+                bounds.max = larger(bounds.max, value);
+            }
+        }
+        let last = self.piece(fastest);
+        // A level line at infinite speed would be 0·∞.
+        if last.coefficients[1..].iter().any(|&c| c != T::zero()) {
+            let value = last.value(fastest);
+            bounds.min = smaller(bounds.min, value);
+            bounds.max = larger(bounds.max, value);
+        }
+        bounds
+    }
+}

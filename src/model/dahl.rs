@@ -1,0 +1,107 @@
+//! The Dahl model: a friction force that depends on the displacement alone.
+//!
+//! ż = v − (σ0|v|/μ_d) z,  μ_b = σ0 z
+//!
+//! with the symbols of [`FrBd`](crate::FrBd), of which it is the case of a constant curve and an
+//! undamped bristle.
+//!
+//! Source: P. R. Dahl, "A solid friction model", The Aerospace Corporation, report
+//! TOR-0158(3107-18)-1 (1968), with exponent 1.
+
+use super::{Affine, Law, Limits, finite};
+use crate::parameter::{self, ParameterError};
+use crate::{Bristle, Scalar, Sliding};
+
+/// Parameters of [`Dahl`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DahlParameters<T> {
+    /// Friction coefficient μ_d \[–\], positive.
+    #[doc(alias = "mu_d")]
+    pub dynamic_coefficient: T,
+    /// Normalised micro-stiffness σ0 [1/m], positive.
+    #[doc(alias = "sigma0")]
+    pub micro_stiffness: T,
+}
+
+/// The Dahl model, ż = v − (σ0|v|/μ_d) z, μ_b = σ0 z.
+///
+/// ```
+/// use bristle::{Bristle, Dahl, DahlParameters};
+///
+/// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
+/// assert_eq!(friction.stationary(-1.0), -5e-5);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dahl<T> {
+    dynamic: T,
+    stiffness: T,
+    /// σ0/μ_d
+    relaxation_per_speed: T,
+}
+
+impl<T: Scalar> Dahl<T> {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range.
+    pub fn new(parameters: DahlParameters<T>) -> Result<Self, ParameterError> {
+        let dynamic = parameter::positive("dynamic_coefficient", parameters.dynamic_coefficient)?;
+        let stiffness = parameter::positive("micro_stiffness", parameters.micro_stiffness)?;
+        Ok(Self { dynamic, stiffness, relaxation_per_speed: stiffness / dynamic })
+    }
+}
+
+impl<T: Scalar> Bristle<T> for Dahl<T> {
+    type Deflection = T;
+
+    #[inline]
+    fn affine(&self, sliding: Sliding<T>, _deflection: T) -> Affine<T> {
+        Affine {
+            relaxation: self.relaxation_per_speed * sliding.speed(),
+            drive: T::one(),
+            stiffness: self.stiffness,
+            damping: T::zero(),
+        }
+    }
+
+    #[inline]
+    fn affine_and_slopes(&self, sliding: Sliding<T>, deflection: T) -> (Affine<T>, Affine<T>) {
+        let slopes = Affine {
+            relaxation: self.relaxation_per_speed * sliding.direction(),
+            drive: T::zero(),
+            stiffness: T::zero(),
+            damping: T::zero(),
+        };
+        (self.affine(sliding, deflection), slopes)
+    }
+
+    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
+        sliding.into().direction() * self.dynamic / self.stiffness
+    }
+
+    fn storage_stiffness(&self) -> T {
+        self.stiffness
+    }
+
+    fn obeys(&self, law: Law) -> bool {
+        match law {
+            Law::SteadySliding
+            | Law::Secant
+            | Law::Passivity
+            | Law::BoundedDeflection
+            | Law::BoundedForce
+            | Law::OddSymmetry => true,
+            Law::BoundedRelaxation | Law::NoDrift => false,
+        }
+    }
+
+    fn limits(&self, fastest: T) -> Limits<T> {
+        Limits {
+            deflection: finite(self.dynamic / self.stiffness),
+            coefficient: finite(self.dynamic),
+            relaxation_rate: finite(self.relaxation_per_speed * fastest),
+        }
+    }
+}

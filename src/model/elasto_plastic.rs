@@ -1,0 +1,314 @@
+//! The elasto-plastic FrBD model: a bristle that is purely elastic below a stick limit.
+//!
+//! ż   = −(ασ0|v|_ε/g) z + (μ/g) v,  g = ασ1|v|_ε + μ(v)
+//! μ_b = (μ/g)(σ0 z + σ1 v)
+//!
+//! with the symbols of [`FrBd`](crate::FrBd) and α(z, v) ∈ [0, 1]: zero up to the stick limit
+//! |z| = z_b and wherever z and v have opposite signs, one from the stationary deflection
+//! z_m = μ(v)/σ0 on, and in between
+//!
+//! α = ½ + ½ sin(π (|z| − (z_m + z_b)/2)/(z_m − z_b)).
+//!
+//! With α = 0 the bristle follows the body (ż = v): load cycles below the stick limit cause no
+//! drift, where FrBD and LuGre creep. α is the price: the four coefficients depend on z, the force
+//! for α < 1 is not bounded by the curve, and over a step α is frozen at its beginning.
+//!
+//! Source: the α of P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic
+//! friction models", IEEE Transactions on Automatic Control 47 (2002), 787–792, in the FrBD model
+//! of Romano et al. (arXiv 2602.09429), section III-A.
+
+use super::frbd::{inverse_resistance, least_slope, unlimited};
+use super::{Affine, Law, Limits, Linearised, finite};
+use crate::parameter::{self, ParameterError};
+use crate::scalar::lit;
+use crate::{
+    Bristle, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding,
+    VelocityLaw,
+};
+
+/// Parameters of [`ElastoPlastic`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElastoPlasticParameters<T, C, D = T> {
+    /// Friction curve.
+    pub curve: C,
+    /// Kelvin–Voigt bristle of constant stiffness.
+    pub rheology: KelvinVoigt<T, T, D>,
+    /// Stick limit z_b \[m\], positive and below min μ/σ0: up to it the bristle is elastic.
+    #[doc(alias = "breakaway")]
+    pub stick_limit: T,
+}
+
+/// The elasto-plastic FrBD model of a friction curve C, a Kelvin–Voigt bristle of damping law D
+/// and a regularisation E.
+///
+/// ```
+/// use bristle::{
+///     Bristle, Coulomb, CoulombParameters, ElastoPlastic, ElastoPlasticParameters, KelvinVoigt,
+///     KelvinVoigtParameters,
+/// };
+///
+/// let friction = ElastoPlastic::new(ElastoPlasticParameters {
+///     curve: Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 })?,
+///     rheology: KelvinVoigt::new(KelvinVoigtParameters {
+///         micro_stiffness: 1e4,
+///         micro_damping: 60.0,
+///     })?,
+///     stick_limit: 5e-5,
+/// })?;
+/// // Below the stick limit the bristle follows the body.
+/// assert_eq!(friction.rate(0.01, 4e-5), 0.01);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElastoPlastic<T, C, D = T, E = Exact> {
+    curve: C,
+    rheology: KelvinVoigt<T, T, D>,
+    regularisation: E,
+    stick_limit: T,
+}
+
+impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>> ElastoPlastic<T, C, D> {
+    /// Checks the stick limit against the curve.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a stick limit that is not positive or not below min μ/σ0.
+    pub fn new(parameters: ElastoPlasticParameters<T, C, D>) -> Result<Self, ParameterError> {
+        let ElastoPlasticParameters { curve, rheology, stick_limit } = parameters;
+        parameter::positive("stick_limit", stick_limit)?;
+        let least = curve.bounds(unlimited()).min / rheology.storage_stiffness();
+        parameter::below("stick_limit", stick_limit, "min μ/σ0", least)?;
+        Ok(Self { curve, rheology, regularisation: Exact, stick_limit })
+    }
+}
+
+impl<T, C, D, E> ElastoPlastic<T, C, D, E> {
+    /// The same model with another regularisation of |v|.
+    pub fn regularised<F>(self, regularisation: F) -> ElastoPlastic<T, C, D, F> {
+        ElastoPlastic {
+            curve: self.curve,
+            rheology: self.rheology,
+            regularisation,
+            stick_limit: self.stick_limit,
+        }
+    }
+}
+
+/// α and its partial derivatives.
+struct Plasticity<T> {
+    alpha: T,
+    by_deflection: T,
+    by_velocity: T,
+}
+
+/// Everything the coefficients and their derivatives need at one velocity.
+struct Ingredients<T> {
+    stiffness: T,
+    damping: T,
+    damping_slope: T,
+    speed: T,
+    speed_slope: T,
+    mu: T,
+    mu_slope: T,
+}
+
+impl<T: Scalar> Ingredients<T> {
+    fn affine(&self, alpha: T) -> Affine<T> {
+        let inverse = inverse_resistance(alpha * self.damping * self.speed + self.mu);
+        let drive = self.mu * inverse;
+        Affine {
+            relaxation: alpha * self.stiffness * self.speed * inverse,
+            drive,
+            stiffness: self.stiffness * drive,
+            damping: self.damping * drive,
+        }
+    }
+
+    /// Derivatives of the coefficients with respect to the velocity, α held.
+    fn by_velocity(&self, alpha: T) -> Affine<T> {
+        let viscous = alpha * self.damping * self.speed;
+        let viscous_slope =
+            alpha * (self.damping_slope * self.speed + self.damping * self.speed_slope);
+        let inverse = inverse_resistance(viscous + self.mu);
+        let square = inverse * inverse;
+        let drive = self.mu * inverse;
+        let drive_slope = (viscous * self.mu_slope - self.mu * viscous_slope) * square;
+        let share_slope = (self.speed_slope * self.mu
+            - self.speed * (alpha * self.damping_slope * self.speed + self.mu_slope))
+            * square;
+        Affine {
+            relaxation: alpha * self.stiffness * share_slope,
+            drive: drive_slope,
+            stiffness: self.stiffness * drive_slope,
+            damping: self.damping_slope * drive + self.damping * drive_slope,
+        }
+    }
+
+    /// Derivatives of the coefficients with respect to α.
+    fn by_alpha(&self, alpha: T) -> Affine<T> {
+        let inverse = inverse_resistance(alpha * self.damping * self.speed + self.mu);
+        let drive = -self.mu * self.damping * self.speed * inverse * inverse;
+        Affine {
+            relaxation: self.stiffness * self.speed * self.mu * inverse * inverse,
+            drive,
+            stiffness: self.stiffness * drive,
+            damping: self.damping * drive,
+        }
+    }
+}
+
+impl<T, C, D, E> ElastoPlastic<T, C, D, E>
+where
+    T: Scalar,
+    C: FrictionCurve<T>,
+    D: VelocityLaw<T>,
+    E: Regularisation<T>,
+{
+    /// The stick limit z_b \[m\].
+    pub fn stick_limit(&self) -> T {
+        self.stick_limit
+    }
+
+    /// How plastic the bristle is at a state, α ∈ [0, 1].
+    #[doc(alias = "alpha")]
+    pub fn plasticity(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> T {
+        let sliding = sliding.into();
+        self.plastic(sliding, deflection, self.curve.coefficient(sliding), T::zero()).alpha
+    }
+
+    fn plastic(&self, sliding: Sliding<T>, deflection: T, mu: T, mu_slope: T) -> Plasticity<T> {
+        let constant =
+            |alpha| Plasticity { alpha, by_deflection: T::zero(), by_velocity: T::zero() };
+        let aligned = sliding.direction() * deflection;
+        let stiffness = self.rheology.storage_stiffness();
+        let full = mu / stiffness;
+        if !(aligned > self.stick_limit) {
+            // Elastic; a deflection that is not a number stays one.
+            return constant(if aligned.is_finite() { T::zero() } else { aligned });
+        }
+        if aligned >= full {
+            return constant(T::one());
+        }
+        let half = lit::<T>(0.5);
+        let width = full - self.stick_limit;
+        let phase = T::pi() * (aligned - half * (full + self.stick_limit)) / width;
+        let slope = half * phase.cos() * T::pi() / width;
+        // dα/dz_m at fixed z: the phase is π(z − z_b)/(z_m − z_b) − π/2.
+        let by_full = -slope * (aligned - self.stick_limit) / width;
+        Plasticity {
+            alpha: half + half * phase.sin(),
+            by_deflection: slope * sliding.direction(),
+            by_velocity: by_full * mu_slope / stiffness,
+        }
+    }
+
+    fn ingredients(&self, sliding: Sliding<T>) -> Ingredients<T> {
+        let (elements, slopes) = self.rheology.elements_and_slopes(sliding);
+        let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
+        let (mu, mu_slope) = self.curve.coefficient_and_slope(sliding);
+        Ingredients {
+            stiffness: elements.stiffness,
+            damping: elements.damping,
+            damping_slope: slopes.damping,
+            speed,
+            speed_slope,
+            mu,
+            mu_slope,
+        }
+    }
+}
+
+fn plus<T: Scalar>(a: Affine<T>, b: Affine<T>, factor: T) -> Affine<T> {
+    Affine {
+        relaxation: a.relaxation + b.relaxation * factor,
+        drive: a.drive + b.drive * factor,
+        stiffness: a.stiffness + b.stiffness * factor,
+        damping: a.damping + b.damping * factor,
+    }
+}
+
+impl<T, C, D, E> Bristle<T> for ElastoPlastic<T, C, D, E>
+where
+    T: Scalar,
+    C: FrictionCurve<T>,
+    D: VelocityLaw<T>,
+    E: Regularisation<T>,
+{
+    type Deflection = T;
+
+    #[inline]
+    fn affine(&self, sliding: Sliding<T>, deflection: T) -> Affine<T> {
+        let elements = self.rheology.elements(sliding);
+        let mu = self.curve.coefficient(sliding);
+        let ingredients = Ingredients {
+            stiffness: elements.stiffness,
+            damping: elements.damping,
+            damping_slope: T::zero(),
+            speed: self.regularisation.speed(sliding),
+            speed_slope: T::zero(),
+            mu,
+            mu_slope: T::zero(),
+        };
+        ingredients.affine(self.plastic(sliding, deflection, mu, T::zero()).alpha)
+    }
+
+    fn affine_and_slopes(&self, sliding: Sliding<T>, deflection: T) -> (Affine<T>, Affine<T>) {
+        let parts = self.ingredients(sliding);
+        let plastic = self.plastic(sliding, deflection, parts.mu, parts.mu_slope);
+        let alpha = plastic.alpha;
+        let slopes = plus(parts.by_velocity(alpha), parts.by_alpha(alpha), plastic.by_velocity);
+        (parts.affine(alpha), slopes)
+    }
+
+    fn linearised(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> Linearised<T> {
+        let sliding = sliding.into();
+        let velocity = sliding.velocity();
+        let parts = self.ingredients(sliding);
+        let plastic = self.plastic(sliding, deflection, parts.mu, parts.mu_slope);
+        let alpha = plastic.alpha;
+        let by_alpha = parts.by_alpha(alpha);
+        let slopes = plus(parts.by_velocity(alpha), by_alpha, plastic.by_velocity);
+        let held = Linearised::new(&parts.affine(alpha), &slopes, velocity, deflection);
+        Linearised {
+            rate_by_deflection: held.rate_by_deflection
+                + by_alpha.rate(velocity, deflection) * plastic.by_deflection,
+            coefficient_by_deflection: held.coefficient_by_deflection
+                + by_alpha.coefficient(velocity, deflection) * plastic.by_deflection,
+            ..held
+        }
+    }
+
+    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
+        let sliding = sliding.into();
+        let coefficient = self.regularisation.sign(sliding) * self.curve.coefficient(sliding);
+        self.rheology.stationary(sliding, coefficient)
+    }
+
+    fn storage_stiffness(&self) -> T {
+        self.rheology.storage_stiffness()
+    }
+
+    fn obeys(&self, law: Law) -> bool {
+        match law {
+            // Regularised, the stationary deflection is below z_m and α is below one there.
+            Law::SteadySliding => self.regularisation.speed_at_rest() == T::zero(),
+            Law::Passivity | Law::NoDrift => true,
+            Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
+            Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
+            Law::OddSymmetry => self.curve.is_even() && self.rheology.is_even(),
+            Law::Secant | Law::BoundedForce => false,
+        }
+    }
+
+    fn limits(&self, fastest: T) -> Limits<T> {
+        let mu = self.curve.bounds(fastest);
+        let stiffness = self.rheology.storage_stiffness();
+        let damping = self.rheology.damping_bounds();
+        let slope = least_slope(&self.curve, &self.regularisation, fastest);
+        Limits {
+            deflection: finite(mu.max / stiffness),
+            coefficient: None,
+            relaxation_rate: finite(stiffness / (damping.min + slope)),
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! Friction with bristle dynamics: the models that follow from inverting a friction curve.
+//!
+//! ż   = −(σ0|v|_ε/g(v)) z + (μ(v)/g(v)) v,  g(v) = σ1|v|_ε + μ(v)
+//! μ_b = σ0 z + σ1 ż = (μ/g)(σ0 z + σ1 v)
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | z | bristle deflection | m |
+//! | v | sliding velocity of the body | m/s |
+//! | μ | friction curve | – |
+//! | σ0, σ1 | normalised micro-stiffness and micro-damping of the bristle | 1/m, s/m |
+//! | \|v\|_ε | regularised modulus | m/s |
+//!
+//! Physically: the bristle, whatever it is made of, is in series with a dashpot μ(v)/|v|_ε. On a
+//! branch locked to the other direction of sliding g vanishes at |v| = μ/(σ1 + σ2), and the model
+//! has a pole there; beyond it the answer is NaN.
+//!
+//! Source: Romano et al. (arXiv 2602.09429), sections II-B and III-A, equations for ż and g(v).
+
+use super::{Affine, Law, Limits, finite};
+use crate::bounds::larger;
+use crate::scalar::nan;
+use crate::{Bristle, Deflection, Exact, FrictionCurve, Regularisation, Rheology, Scalar, Sliding};
+
+/// An FrBD model of a friction curve C, a bristle R and a regularisation E.
+///
+/// Passive for every positive curve and every bristle of constant stiffness; its force never
+/// exceeds the largest value of its curve, and its relaxation rate is bounded by σ0/(σ1 + σ2).
+///
+/// ```
+/// use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters};
+///
+/// let curve = Stribeck::new(StribeckParameters {
+///     static_coefficient: 1.5,
+///     dynamic_coefficient: 1.0,
+///     stribeck_velocity: 0.01,
+///     stribeck_exponent: 2.0,
+///     viscous_friction: 0.04,
+/// })?;
+/// let bristle = KelvinVoigt::new(KelvinVoigtParameters {
+///     micro_stiffness: 1e4,
+///     micro_damping: 64.5,
+/// })?;
+/// let friction = FrBd::new(curve, bristle);
+///
+/// // Sliding at 0.1 m/s, stepped by exact 1 ms steps until it is steady:
+/// let mut deflection = 0.0_f64;
+/// for _ in 0..1000 {
+///     deflection = friction.affine(0.1.into(), deflection).hold(0.1, deflection, 1e-3).deflection;
+/// }
+/// assert!((friction.coefficient(0.1, deflection) - 1.004).abs() < 1e-12);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrBd<C, R, E = Exact> {
+    curve: C,
+    rheology: R,
+    regularisation: E,
+}
+
+impl<C, R> FrBd<C, R> {
+    /// The model of a friction curve and a bristle, with |v| as it is.
+    pub fn new(curve: C, rheology: R) -> Self {
+        Self { curve, rheology, regularisation: Exact }
+    }
+}
+
+impl<C, R, E> FrBd<C, R, E> {
+    /// The same model with another regularisation of |v|.
+    pub fn regularised<F>(self, regularisation: F) -> FrBd<C, R, F> {
+        FrBd { curve: self.curve, rheology: self.rheology, regularisation }
+    }
+
+    /// The friction curve.
+    pub fn curve(&self) -> &C {
+        &self.curve
+    }
+
+    /// The bristle.
+    pub fn rheology(&self) -> &R {
+        &self.rheology
+    }
+
+    /// The regularisation.
+    pub fn regularisation(&self) -> &E {
+        &self.regularisation
+    }
+}
+
+impl<T, C, R, E> Bristle<T> for FrBd<C, R, E>
+where
+    T: Scalar,
+    C: FrictionCurve<T>,
+    R: Rheology<T>,
+    E: Regularisation<T>,
+{
+    type Deflection = R::Deflection;
+
+    #[inline]
+    fn affine(
+        &self,
+        sliding: Sliding<T>,
+        _deflection: Self::Deflection,
+    ) -> Affine<T, Self::Deflection> {
+        let elements = self.rheology.elements(sliding);
+        let speed = self.regularisation.speed(sliding);
+        let mu = self.curve.coefficient(sliding);
+        let inverse = inverse_resistance(elements.damping * speed + mu);
+        let drive = mu * inverse;
+        Affine {
+            relaxation: R::Deflection::relaxation(elements.decay, elements.stiffness * (speed * inverse)),
+            drive,
+            stiffness: elements.stiffness * drive,
+            damping: elements.damping * drive,
+        }
+    }
+
+    #[inline]
+    fn affine_and_slopes(
+        &self,
+        sliding: Sliding<T>,
+        _deflection: Self::Deflection,
+    ) -> (Affine<T, Self::Deflection>, Affine<T, Self::Deflection>) {
+        let (elements, elements_slope) = self.rheology.elements_and_slopes(sliding);
+        let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
+        let (mu, mu_slope) = self.curve.coefficient_and_slope(sliding);
+        let inverse = inverse_resistance(elements.damping * speed + mu);
+        let drive = mu * inverse;
+        // (μ/g)' and (|v|/g)' with the products that cancel taken out by hand.
+        let viscous = elements.damping * speed;
+        let viscous_slope = elements_slope.damping * speed + elements.damping * speed_slope;
+        let drive_slope = (viscous * mu_slope - mu * viscous_slope) * inverse * inverse;
+        let share = speed * inverse;
+        let share_slope = (speed_slope * mu
+            - speed * (elements_slope.damping * speed + mu_slope))
+            * inverse
+            * inverse;
+        (
+            Affine {
+                relaxation: R::Deflection::relaxation(elements.decay, elements.stiffness * share),
+                drive,
+                stiffness: elements.stiffness * drive,
+                damping: elements.damping * drive,
+            },
+            Affine {
+                relaxation: R::Deflection::relaxation(
+                    elements_slope.decay,
+                    elements_slope.stiffness * share + elements.stiffness * share_slope,
+                ),
+                drive: drive_slope,
+                stiffness: elements_slope.stiffness * drive + elements.stiffness * drive_slope,
+                damping: elements_slope.damping * drive + elements.damping * drive_slope,
+            },
+        )
+    }
+
+    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> Self::Deflection {
+        let sliding = sliding.into();
+        let coefficient = self.regularisation.sign(sliding) * self.curve.coefficient(sliding);
+        self.rheology.stationary(sliding, coefficient)
+    }
+
+    fn storage_stiffness(&self) -> Self::Deflection {
+        self.rheology.storage_stiffness()
+    }
+
+    fn obeys(&self, law: Law) -> bool {
+        match law {
+            Law::SteadySliding | Law::Secant => true,
+            Law::Passivity | Law::BoundedForce => self.rheology.stiffness_bounds().is_constant(),
+            Law::BoundedDeflection => self.limits(unlimited()).deflection.is_some()
+                || self.limits(T::one()).deflection.is_some(),
+            Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
+            Law::OddSymmetry => self.curve.is_even() && self.rheology.is_even(),
+            Law::NoDrift => false,
+        }
+    }
+
+    fn limits(&self, fastest: T) -> Limits<T> {
+        let mu = self.curve.bounds(fastest);
+        let stiffness = self.rheology.stiffness_bounds();
+        let damping = self.rheology.damping_bounds();
+        let resistance = damping.min + least_slope(&self.curve, &self.regularisation, fastest);
+        Limits {
+            deflection: finite(mu.max / stiffness.min),
+            coefficient: finite(mu.max * (stiffness.max / stiffness.min)),
+            relaxation_rate: finite(stiffness.max / resistance),
+        }
+    }
+}
+
+/// 1/g, or NaN on a locked branch at and beyond the pole g = 0.
+#[inline(always)]
+pub(crate) fn inverse_resistance<T: Scalar>(resistance: T) -> T {
+    if resistance > T::zero() { T::one() / resistance } else { nan() }
+}
+
+/// Every speed: what a law that holds for all velocities is asked about.
+pub(crate) fn unlimited<T: Scalar>() -> T {
+    T::one() / T::zero()
+}
+
+/// A number that μ(v)/|v|_ε does not fall below for |v| ≤ `fastest`.
+pub(crate) fn least_slope<T, C, E>(curve: &C, regularisation: &E, fastest: T) -> T
+where
+    T: Scalar,
+    C: FrictionCurve<T>,
+    E: Regularisation<T>,
+{
+    let over_range = {
+        let speed = regularisation.speed(Sliding::from(fastest));
+        curve.bounds(fastest).min / speed
+    };
+    // μ ≥ dry + σ2|v| ≥ σ2|v|_ε, provided that the dry part covers σ2(|v|_ε − |v|).
+    let viscous = curve.viscous_friction();
+    let dry = curve.without_viscous_friction().bounds(fastest).min;
+    if viscous * regularisation.speed_at_rest() <= dry {
+        larger(over_range, viscous)
+    } else {
+        over_range
+    }
+}

@@ -1,0 +1,69 @@
+//! The laws that set friction models apart.
+
+use core::fmt;
+
+/// A property that holds for every state and velocity, with the reference that states it.
+///
+/// ```
+/// use bristle::Law;
+///
+/// for law in Law::ALL {
+///     println!("{law}");
+/// }
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Law {
+    /// Steady sliding reproduces the friction curve: F_ss = p μ(v) sgn_ε(v), plus p σ2 v for the
+    /// classical LuGre model (Romano et al., section III-A).
+    SteadySliding,
+    /// F/p = (μ(v)/|v|_ε)(v − ż): the bristle is in series with a dashpot frozen at the rigid
+    /// velocity. It is what makes any passive bristle a passive friction model.
+    Secant,
+    /// F v ≥ Ẇ with W = ½ p σ0 z²: friction never gives more energy than it stored
+    /// (Romano et al., Lemma III.2; for LuGre within its deflection limit, cf. N. Barabanov and
+    /// R. Ortega, "Necessary and sufficient conditions for passivity of the LuGre friction model",
+    /// IEEE Transactions on Automatic Control 45 (2000), 830–832).
+    Passivity,
+    /// |z(0)| ≤ max μ/σ0 implies |z(t)| ≤ max μ/σ0 (Romano et al., Lemma III.1).
+    BoundedDeflection,
+    /// Within the deflection limit |F| ≤ p max μ, at any velocity.
+    BoundedForce,
+    /// The relaxation rate λ(v) has a limit that no velocity exceeds (for FrBD σ0/(σ1 + σ2)).
+    BoundedRelaxation,
+    /// (z, v) → (−z, −v) flips the rate and the force.
+    OddSymmetry,
+    /// Load cycles below breakaway cause no drift (P. Dupont, V. Hayward, B. Armstrong,
+    /// F. Altpeter, "Single state elastoplastic friction models", IEEE Transactions on Automatic
+    /// Control 47 (2002), 787–792).
+    NoDrift,
+}
+
+impl Law {
+    /// All laws.
+    pub const ALL: [Self; 8] = [
+        Self::SteadySliding,
+        Self::Secant,
+        Self::Passivity,
+        Self::BoundedDeflection,
+        Self::BoundedForce,
+        Self::BoundedRelaxation,
+        Self::OddSymmetry,
+        Self::NoDrift,
+    ];
+}
+
+impl fmt::Display for Law {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::SteadySliding => "steady sliding on the curve",
+            Self::Secant => "secant law",
+            Self::Passivity => "passivity",
+            Self::BoundedDeflection => "bounded deflection",
+            Self::BoundedForce => "bounded force",
+            Self::BoundedRelaxation => "bounded relaxation rate",
+            Self::OddSymmetry => "odd symmetry",
+            Self::NoDrift => "no drift below breakaway",
+        })
+    }
+}

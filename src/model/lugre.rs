@@ -1,0 +1,214 @@
+//! The LuGre model.
+//!
+//! ż   = v − (σ0|v|_ε/g(v)) z
+//! μ_b = σ0 z + σ1 ż + σ2 v
+//!
+//! with the symbols of [`FrBd`](crate::FrBd) and g(v) the friction curve: without its viscous part
+//! in the classical model, where σ2 v stands outside; with it in the variant with the viscous part
+//! inside g, where σ2 v is absent.
+//!
+//! Source: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of
+//! systems with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425.
+
+use super::frbd::{inverse_resistance, least_slope, unlimited};
+use super::{Affine, Law, Limits, finite};
+use crate::{
+    Bristle, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding,
+    VelocityLaw,
+};
+
+/// The LuGre model of a friction curve C, a Kelvin–Voigt bristle of damping law D and a
+/// regularisation E.
+///
+/// It is passive only with enough viscous friction, σ2 ≥ σ1(μ_s − μ_d)/μ_d for the classical model
+/// with constant σ1, and its force has no limit: at z = 0 it is σ1 + σ2 times the velocity.
+///
+/// ```
+/// use bristle::{Bristle, Law, LuGre, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters};
+///
+/// let curve = Stribeck::new(StribeckParameters {
+///     static_coefficient: 1.5,
+///     dynamic_coefficient: 1.0,
+///     stribeck_velocity: 0.01,
+///     stribeck_exponent: 2.0,
+///     viscous_friction: 0.04,
+/// })?;
+/// let bristle = KelvinVoigt::new(KelvinVoigtParameters {
+///     micro_stiffness: 1e4,
+///     micro_damping: 64.5,
+/// })?;
+/// let friction = LuGre::classical(curve, bristle);
+/// assert!(!friction.obeys(Law::Passivity));
+/// assert_eq!(friction.coefficient(1.0, 0.0), 64.54);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LuGre<T, C, D = T, E = Exact> {
+    /// g(v)
+    curve: C,
+    rheology: KelvinVoigt<T, T, D>,
+    regularisation: E,
+    /// σ2 of the term outside g
+    viscous: T,
+}
+
+impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>> LuGre<T, C, D> {
+    /// The classical model: the viscous part of the curve, if it has one, stands outside g as
+    /// σ2 v.
+    pub fn classical(curve: C, rheology: KelvinVoigt<T, T, D>) -> Self {
+        Self {
+            viscous: curve.viscous_friction(),
+            curve: curve.without_viscous_friction(),
+            rheology,
+            regularisation: Exact,
+        }
+    }
+
+    /// The variant whose g(v) is the whole curve, viscous part included.
+    pub fn with_viscous_part_inside(curve: C, rheology: KelvinVoigt<T, T, D>) -> Self {
+        Self { viscous: T::zero(), curve, rheology, regularisation: Exact }
+    }
+}
+
+impl<T, C, D, E> LuGre<T, C, D, E> {
+    /// The same model with another regularisation of |v|.
+    pub fn regularised<F>(self, regularisation: F) -> LuGre<T, C, D, F> {
+        LuGre { curve: self.curve, rheology: self.rheology, regularisation, viscous: self.viscous }
+    }
+
+    /// The curve g(v) of steady sliding, without the viscous term outside it.
+    pub fn curve(&self) -> &C {
+        &self.curve
+    }
+
+    /// The bristle.
+    pub fn rheology(&self) -> &KelvinVoigt<T, T, D> {
+        &self.rheology
+    }
+
+    /// The regularisation.
+    pub fn regularisation(&self) -> &E {
+        &self.regularisation
+    }
+}
+
+impl<T: Scalar, C, D, E> LuGre<T, C, D, E>
+where
+    C: FrictionCurve<T>,
+    D: VelocityLaw<T>,
+    E: Regularisation<T>,
+{
+    /// The viscous friction σ2 [s/m] of the term σ2 v outside g; zero for the variant with the
+    /// viscous part inside.
+    #[doc(alias = "sigma2")]
+    pub fn viscous_friction(&self) -> T {
+        self.viscous
+    }
+
+    /// Whether the bristle damps nothing and nothing viscous stands outside g: then the model is
+    /// the undamped FrBD one.
+    fn is_undamped(&self) -> bool {
+        self.viscous == T::zero() && self.rheology.damping_bounds().max == T::zero()
+    }
+
+    /// Sufficient conditions for F v ≥ Ẇ at every velocity and admissible deflection.
+    ///
+    /// F v − Ẇ = p (σ0λz² − σ1λ z v + (σ1 + σ2)v²), with λ|z| ≤ |v| max g/min g.
+    fn is_passive(&self) -> bool {
+        let g = self.curve.bounds(unlimited());
+        let damping = self.rheology.damping_bounds();
+        let exact = self.regularisation.speed_at_rest() == T::zero();
+        // The cross term is covered by the two squares for every z: σ1²λ ≤ 4σ0(σ1 + σ2).
+        let slope = least_slope(&self.curve, &self.regularisation, unlimited());
+        let by_squares = damping.max * damping.max
+            <= T::one() * crate::scalar::lit::<T>(4.0) * slope * (damping.min + self.viscous);
+        // Or by the damping alone for |z| ≤ max g/σ0: σ1(max g/min g) ≤ σ1 + σ2.
+        let by_limit = exact
+            && damping.is_constant()
+            && damping.max * (g.max - g.min) <= self.viscous * g.min;
+        damping.max == T::zero() || by_squares || by_limit
+    }
+}
+
+impl<T, C, D, E> Bristle<T> for LuGre<T, C, D, E>
+where
+    T: Scalar,
+    C: FrictionCurve<T>,
+    D: VelocityLaw<T>,
+    E: Regularisation<T>,
+{
+    type Deflection = T;
+
+    #[inline]
+    fn affine(&self, sliding: Sliding<T>, _deflection: T) -> Affine<T> {
+        let elements = self.rheology.elements(sliding);
+        let speed = self.regularisation.speed(sliding);
+        let inverse = inverse_resistance(self.curve.coefficient(sliding));
+        let relaxation = elements.stiffness * speed * inverse;
+        Affine {
+            relaxation,
+            drive: T::one(),
+            stiffness: elements.stiffness - elements.damping * relaxation,
+            damping: elements.damping + self.viscous,
+        }
+    }
+
+    #[inline]
+    fn affine_and_slopes(&self, sliding: Sliding<T>, _deflection: T) -> (Affine<T>, Affine<T>) {
+        let (elements, elements_slope) = self.rheology.elements_and_slopes(sliding);
+        let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
+        let (g, g_slope) = self.curve.coefficient_and_slope(sliding);
+        let inverse = inverse_resistance(g);
+        let relaxation = elements.stiffness * speed * inverse;
+        let relaxation_slope =
+            elements.stiffness * (speed_slope - speed * g_slope * inverse) * inverse;
+        (
+            Affine {
+                relaxation,
+                drive: T::one(),
+                stiffness: elements.stiffness - elements.damping * relaxation,
+                damping: elements.damping + self.viscous,
+            },
+            Affine {
+                relaxation: relaxation_slope,
+                drive: T::zero(),
+                stiffness: -elements_slope.damping * relaxation
+                    - elements.damping * relaxation_slope,
+                damping: elements_slope.damping,
+            },
+        )
+    }
+
+    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
+        let sliding = sliding.into();
+        let coefficient = self.regularisation.sign(sliding) * self.curve.coefficient(sliding);
+        self.rheology.stationary(sliding, coefficient)
+    }
+
+    fn storage_stiffness(&self) -> T {
+        self.rheology.storage_stiffness()
+    }
+
+    fn obeys(&self, law: Law) -> bool {
+        match law {
+            Law::SteadySliding => true,
+            Law::Secant | Law::BoundedForce => self.is_undamped(),
+            Law::Passivity => self.is_passive(),
+            Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
+            Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
+            Law::OddSymmetry => self.curve.is_even() && self.rheology.is_even(),
+            Law::NoDrift => false,
+        }
+    }
+
+    fn limits(&self, fastest: T) -> Limits<T> {
+        let g = self.curve.bounds(fastest);
+        let stiffness = self.rheology.storage_stiffness();
+        let slope = least_slope(&self.curve, &self.regularisation, fastest);
+        Limits {
+            deflection: finite(g.max / stiffness),
+            coefficient: if self.is_undamped() { finite(g.max) } else { None },
+            relaxation_rate: finite(stiffness / slope),
+        }
+    }
+}

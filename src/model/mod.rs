@@ -1,0 +1,186 @@
+//! Friction models: how the deflection of a bristle evolves and what force it gives.
+
+mod affine;
+mod dahl;
+mod elasto_plastic;
+mod frbd;
+mod law;
+mod lugre;
+
+use core::fmt::Debug;
+
+pub use affine::{Affine, Hold};
+pub use dahl::{Dahl, DahlParameters};
+pub use elasto_plastic::{ElastoPlastic, ElastoPlasticParameters};
+pub use frbd::FrBd;
+pub use law::Law;
+pub use lugre::LuGre;
+
+use crate::parameter::ParameterError;
+use crate::{Contact, Deflection, Scalar, Sliding};
+
+/// A dynamic friction model per unit normal force: the bristle deflection z \[m\] as state, the
+/// sliding velocity v as input, the virtual friction coefficient μ_b = F/p \[–\] as output.
+///
+/// Every model of this crate is affine in z at a given velocity (see [`Affine`]):
+///
+/// ż = −λ(v) z + r(v) v,  μ_b = c₀(v) z + c₂(v) v.
+///
+/// The velocity can be a plain number or a [`Sliding`] on a locked branch. [`Bristle::under_load`]
+/// adds the normal force, for forces in newtons and energies in joules.
+pub trait Bristle<T: Scalar>: Debug + Clone {
+    /// The state: a scalar, or a vector for a bristle with internal states.
+    type Deflection: Deflection<T>;
+
+    /// The four coefficients at a velocity. They depend on the deflection only where a model
+    /// switches with it (elasto-plastic).
+    fn affine(
+        &self,
+        sliding: Sliding<T>,
+        deflection: Self::Deflection,
+    ) -> Affine<T, Self::Deflection>;
+
+    /// The four coefficients and their derivatives with respect to the signed velocity.
+    fn affine_and_slopes(
+        &self,
+        sliding: Sliding<T>,
+        deflection: Self::Deflection,
+    ) -> (Affine<T, Self::Deflection>, Affine<T, Self::Deflection>);
+
+    /// The stationary deflection of steady sliding at a velocity.
+    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> Self::Deflection;
+
+    /// The stiffness [1/m] of each spring in the stored energy W = ½ p Σ Kᵢ xᵢ².
+    fn storage_stiffness(&self) -> Self::Deflection;
+
+    /// Whether this model, with its parameters, is known to obey a law. A "no" means that there
+    /// is a counterexample or that the parameters (closures, say) do not allow to tell.
+    fn obeys(&self, law: Law) -> bool;
+
+    /// The limits that the model's theorems give for velocities with |v| ≤ `fastest` (which may
+    /// be infinite).
+    fn limits(&self, fastest: T) -> Limits<T>;
+
+    /// The deflection rate ż [m/s].
+    #[inline]
+    fn rate(&self, sliding: impl Into<Sliding<T>>, deflection: Self::Deflection) -> Self::Deflection {
+        let sliding = sliding.into();
+        self.affine(sliding, deflection).rate(sliding.velocity(), deflection)
+    }
+
+    /// The virtual friction coefficient μ_b = F/p \[–\].
+    #[inline]
+    fn coefficient(&self, sliding: impl Into<Sliding<T>>, deflection: Self::Deflection) -> T {
+        let sliding = sliding.into();
+        self.affine(sliding, deflection).coefficient(sliding.velocity(), deflection)
+    }
+
+    /// Rate and coefficient at once.
+    #[inline]
+    fn response(
+        &self,
+        sliding: impl Into<Sliding<T>>,
+        deflection: Self::Deflection,
+    ) -> Response<T, Self::Deflection> {
+        let sliding = sliding.into();
+        let affine = self.affine(sliding, deflection);
+        Response {
+            rate: affine.rate(sliding.velocity(), deflection),
+            coefficient: affine.coefficient(sliding.velocity(), deflection),
+        }
+    }
+
+    /// Rate and coefficient with all their partial derivatives.
+    #[inline]
+    fn linearised(
+        &self,
+        sliding: impl Into<Sliding<T>>,
+        deflection: Self::Deflection,
+    ) -> Linearised<T, Self::Deflection> {
+        let sliding = sliding.into();
+        let (affine, slopes) = self.affine_and_slopes(sliding, deflection);
+        Linearised::new(&affine, &slopes, sliding.velocity(), deflection)
+    }
+
+    /// The relaxation rate λ(v) [1/s]: at a held velocity, e^(−λt) of a disturbance is left after t.
+    #[inline]
+    fn relaxation_rate(
+        &self,
+        sliding: impl Into<Sliding<T>>,
+        deflection: Self::Deflection,
+    ) -> <Self::Deflection as Deflection<T>>::Relaxation {
+        self.affine(sliding.into(), deflection).relaxation
+    }
+
+    /// Puts the model under a normal force p [N], positive.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is not positive.
+    fn under_load(self, normal_force: T) -> Result<Contact<T, Self>, ParameterError> {
+        Contact::new(self, normal_force)
+    }
+}
+
+/// Deflection rate and virtual friction coefficient at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Response<T, D = T> {
+    /// Deflection rate ż [m/s].
+    pub rate: D,
+    /// Virtual friction coefficient μ_b = F/p \[–\].
+    pub coefficient: T,
+}
+
+/// A [`Response`] with its partial derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Linearised<T: Scalar, D: Deflection<T> = T> {
+    /// Deflection rate ż [m/s].
+    pub rate: D,
+    /// Virtual friction coefficient μ_b \[–\].
+    pub coefficient: T,
+    /// ∂ż/∂z [1/s], with the sign: a relaxing bristle has a negative one.
+    pub rate_by_deflection: D::Relaxation,
+    /// ∂ż/∂v \[–\].
+    pub rate_by_velocity: D,
+    /// ∂μ_b/∂z [1/m].
+    pub coefficient_by_deflection: D,
+    /// ∂μ_b/∂v [s/m].
+    pub coefficient_by_velocity: T,
+}
+
+impl<T: Scalar, D: Deflection<T>> Linearised<T, D> {
+    /// The derivatives of a model whose coefficients depend on the velocity alone.
+    #[inline]
+    pub(crate) fn new(
+        affine: &Affine<T, D>,
+        slopes: &Affine<T, D>,
+        velocity: T,
+        deflection: D,
+    ) -> Self {
+        Self {
+            rate: affine.rate(velocity, deflection),
+            coefficient: affine.coefficient(velocity, deflection),
+            rate_by_deflection: D::negative(affine.relaxation),
+            rate_by_velocity: slopes.rate(velocity, deflection) + D::fill(affine.drive),
+            coefficient_by_deflection: affine.stiffness,
+            coefficient_by_velocity: slopes.coefficient(velocity, deflection) + affine.damping,
+        }
+    }
+}
+
+/// What the theorems promise for a range of velocities. `None` where a model has no such theorem,
+/// or only an infinite limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits<T> {
+    /// A bristle that starts with |z| ≤ this \[m\] stays there.
+    pub deflection: Option<T>,
+    /// Within the deflection limit, |F|/p never exceeds this \[–\].
+    pub coefficient: Option<T>,
+    /// Largest relaxation rate λ [1/s].
+    pub relaxation_rate: Option<T>,
+}
+
+/// A limit, unless it is infinite or not a number.
+pub(crate) fn finite<T: Scalar>(limit: T) -> Option<T> {
+    limit.is_finite().then_some(limit)
+}

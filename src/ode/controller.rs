@@ -1,0 +1,93 @@
+//! The step-size controller.
+//!
+//! h ← h · 0.9 · err^(−α) · err₋₁^β with α = (1 − 3β'/4)/q, β = β'/q, β' = 0.2: proportional to the
+//! error of this step and, through that of the step before, to its trend (a PI controller), which
+//! keeps the step steady where stability and not accuracy limits it.
+//!
+//! Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition
+//! (Springer, 1996), section IV.2.
+
+/// The memory of the controller.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Controller {
+    /// Mean square of the error of the last accepted step.
+    before: f64,
+    /// The last trial was rejected: the step may not grow.
+    rejected: bool,
+}
+
+const SAFETY: f64 = 0.9;
+const SMALLEST: f64 = 0.1;
+const LARGEST: f64 = 8.0;
+/// Below an error of 10⁻² of the tolerance the trend says nothing.
+const FLOOR: f64 = 1e-4;
+
+impl Controller {
+    pub(crate) fn new() -> Self {
+        Self { before: 1.0, rejected: false }
+    }
+
+    /// The factor for the step after an accepted one, from the mean square of its error and the
+    /// order q of the estimate.
+    pub(crate) fn accepted(&mut self, square: f64, order: u8) -> f64 {
+        let q = f64::from(order);
+        // The mean square is the error squared, hence the halves.
+        let proportional = rough_power(square, -0.5 * 0.85 / q);
+        let trend = rough_power(self.before, 0.5 * 0.2 / q);
+        let largest = if self.rejected { 1.0 } else { LARGEST };
+        self.before = if square > FLOOR { square } else { FLOOR };
+        self.rejected = false;
+        (SAFETY * proportional * trend).clamp(SMALLEST, largest)
+    }
+
+    /// The factor for the trial after a rejected one; the error may not be finite.
+    pub(crate) fn rejected(&mut self, square: f64, order: u8) -> f64 {
+        self.rejected = true;
+        if square.is_finite() {
+            let factor = SAFETY * rough_power(square, -0.5 / f64::from(order));
+            factor.clamp(SMALLEST, SAFETY)
+        } else {
+            0.25
+        }
+    }
+}
+
+/// x^e to within one percent for e of at most 1 in magnitude, many times quicker than `powf`: the
+/// logarithm and the exponential are straight lines between powers of two, bent by a parabola.
+pub(crate) fn rough_power(x: f64, exponent: f64) -> f64 {
+    /// Makes the parabola exact in the middle between two powers of two.
+    const BEND: f64 = 0.34;
+    const MANTISSA: u64 = (1 << 52) - 1;
+    const ONE: u64 = 1023 << 52;
+    // An error of zero is as good as the smallest normal number.
+    let bits = if x > f64::MIN_POSITIVE { x } else { f64::MIN_POSITIVE }.to_bits();
+    let fraction = f64::from_bits(bits & MANTISSA | ONE) - 1.0;
+    let logarithm =
+        (bits >> 52) as f64 - 1023.0 + fraction + BEND * fraction * (1.0 - fraction);
+    let power = (logarithm * exponent).clamp(-1000.0, 1000.0);
+    let mut whole = power as i64;
+    if (whole as f64) > power {
+        whole -= 1;
+    }
+    let fraction = power - whole as f64;
+    let mantissa = 1.0 + fraction - BEND * fraction * (1.0 - fraction);
+    mantissa * f64::from_bits(((1023 + whole) as u64) << 52)
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::rough_power;
+
+    #[test]
+    fn the_rough_power_is_within_one_percent() {
+        for exponent in [-1.0, -0.5, -0.1, -0.085, 0.02, 0.1, 1.0] {
+            for i in -3000..3000 {
+                let x = 10f64.powf(f64::from(i) * 0.01);
+                let ratio = rough_power(x, exponent) / x.powf(exponent);
+                assert!((ratio - 1.0).abs() < 0.015, "{x}^{exponent}: {ratio}");
+            }
+        }
+        assert!(rough_power(0.0, -0.1).is_finite());
+    }
+}

@@ -1,0 +1,225 @@
+//! The Dormand–Prince method of order 5 with an embedded estimate of order 4.
+//!
+//! Seven stages, of which the last is the first of the next step, and a continuous extension of
+//! order 4.
+//!
+//! Sources: J. R. Dormand, P. J. Prince, "A family of embedded Runge–Kutta formulae", Journal of
+//! Computational and Applied Mathematics 6 (1980), 19–26; the extension is that of E. Hairer,
+//! S. P. Nørsett, G. Wanner, "Solving Ordinary Differential Equations I", 2nd edition (Springer,
+//! 1993), section II.6.
+
+use super::method::{Attempt, Embedded, Field, Method, Point};
+use crate::Scalar;
+use crate::scalar::lit;
+
+/// The Dormand–Prince method of order 5(4).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct DormandPrince;
+
+/// Times of the stages.
+const C: [f64; 7] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
+
+/// Weights of the earlier stages in each; the last row is also the solution.
+const A: [[f64; 6]; 7] = [
+    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
+    [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0],
+    [19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0, 0.0, 0.0],
+    [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0, 0.0],
+    [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
+];
+
+/// Weights of the error estimate: the solution of order 5 less that of order 4.
+const E: [f64; 7] = [
+    71.0 / 57600.0,
+    0.0,
+    -71.0 / 16695.0,
+    71.0 / 1920.0,
+    -17253.0 / 339_200.0,
+    22.0 / 525.0,
+    -1.0 / 40.0,
+];
+
+/// Weights of the quartic term of the continuous extension.
+const D: [f64; 7] = [
+    -12_715_105_075.0 / 11_282_082_432.0,
+    0.0,
+    87_487_479_700.0 / 32_700_410_799.0,
+    -10_690_763_975.0 / 1_880_347_072.0,
+    701_980_252_875.0 / 199_316_789_632.0,
+    -1_453_857_185.0 / 822_651_844.0,
+    69_997_945.0 / 29_380_423.0,
+];
+
+impl Embedded for DormandPrince {
+    const ESTIMATE_ORDER: u8 = 5;
+}
+
+impl<T: Scalar, const N: usize> Method<T, N> for DormandPrince {
+    #[inline]
+    fn attempt<F: Field<T, N>>(&self, field: &mut F, from: &Point<T, N>, step: T) -> Attempt<T, N> {
+        let x = &from.state;
+        let w = |weight: f64| step * lit::<T>(weight);
+        let t = |stage: usize| from.time + step * lit::<T>(C[stage]);
+        let k1 = from.rate;
+        let k2 = field.rate(t(1), &(x + k1 * w(A[1][0])));
+        let k3 = field.rate(t(2), &(x + k1 * w(A[2][0]) + k2 * w(A[2][1])));
+        let k4 = field.rate(t(3), &(x + k1 * w(A[3][0]) + k2 * w(A[3][1]) + k3 * w(A[3][2])));
+        let k5 = field.rate(
+            t(4),
+            &(x + k1 * w(A[4][0]) + k2 * w(A[4][1]) + k3 * w(A[4][2]) + k4 * w(A[4][3])),
+        );
+        let k6 = field.rate(
+            t(5),
+            &(x + k1 * w(A[5][0])
+                + k2 * w(A[5][1])
+                + k3 * w(A[5][2])
+                + k4 * w(A[5][3])
+                + k5 * w(A[5][4])),
+        );
+        let state = x
+            + k1 * w(A[6][0])
+            + k3 * w(A[6][2])
+            + k4 * w(A[6][3])
+            + k5 * w(A[6][4])
+            + k6 * w(A[6][5]);
+        let k7 = field.rate(from.time + step, &state);
+        let combine = |weights: &[f64; 7]| {
+            k1 * w(weights[0])
+                + k3 * w(weights[2])
+                + k4 * w(weights[3])
+                + k5 * w(weights[4])
+                + k6 * w(weights[5])
+                + k7 * w(weights[6])
+        };
+        Attempt { state, rate: k7, error: combine(&E), quartic: combine(&D) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{A, C, D, E};
+
+    /// A rooted tree as the list of its root's subtrees.
+    #[derive(Clone, Debug)]
+    struct Tree(Vec<Tree>);
+
+    extern crate std;
+    use std::vec;
+    use std::vec::Vec;
+
+    impl Tree {
+        fn order(&self) -> usize {
+            1 + self.0.iter().map(Tree::order).sum::<usize>()
+        }
+
+        /// γ, the density: 1/γ is what the weighted sum over the tree must be.
+        fn density(&self) -> f64 {
+            self.0.iter().map(Tree::density).product::<f64>() * self.order() as f64
+        }
+
+        /// The elementary weight of the tree at each stage.
+        fn stages(&self) -> [f64; 7] {
+            let mut product = [1.0; 7];
+            for child in &self.0 {
+                let below = child.stages();
+                for (i, factor) in product.iter_mut().enumerate() {
+                    *factor *= (0..6).map(|j| A[i][j] * below[j]).sum::<f64>();
+                }
+            }
+            product
+        }
+
+        fn weighted(&self, weights: &[f64; 7]) -> f64 {
+            self.stages().iter().zip(weights).map(|(s, w)| s * w).sum()
+        }
+    }
+
+    /// All rooted trees of up to five nodes.
+    fn trees() -> Vec<Tree> {
+        let leaf = Tree(vec![]);
+        let mut all = vec![leaf.clone()];
+        for order in 2..=5 {
+            let known = all.clone();
+            // Partitions of order − 1 nodes over subtrees, in non-decreasing position.
+            fn extend(known: &[Tree], from: usize, left: usize, picked: &mut Vec<Tree>, out: &mut Vec<Tree>) {
+                if left == 0 {
+                    out.push(Tree(picked.clone()));
+                    return;
+                }
+                for i in from..known.len() {
+                    if known[i].order() <= left {
+                        picked.push(known[i].clone());
+                        extend(known, i, left - known[i].order(), picked, out);
+                        picked.pop();
+                    }
+                }
+            }
+            extend(&known, 0, order - 1, &mut Vec::new(), &mut all);
+        }
+        all
+    }
+
+    fn solution() -> [f64; 7] {
+        let mut b = [0.0; 7];
+        b[..6].copy_from_slice(&A[6]);
+        b
+    }
+
+    #[test]
+    fn there_are_as_many_trees_as_order_conditions() {
+        let count = |order| trees().iter().filter(|tree| tree.order() == order).count();
+        assert_eq!([1, 2, 3, 4, 5].map(count), [1, 1, 2, 4, 9]);
+    }
+
+    #[test]
+    fn the_stages_lie_where_their_weights_say() {
+        for (row, c) in A.iter().zip(C) {
+            assert!((row.iter().sum::<f64>() - c).abs() < 4e-15);
+        }
+    }
+
+    #[test]
+    fn the_solution_meets_every_condition_up_to_order_five() {
+        for tree in trees() {
+            let defect = tree.weighted(&solution()) - 1.0 / tree.density();
+            assert!(defect.abs() < 4e-15, "{tree:?}: {defect}");
+        }
+    }
+
+    #[test]
+    fn the_error_estimate_vanishes_up_to_order_four_and_not_at_five() {
+        for tree in trees() {
+            let defect = tree.weighted(&E);
+            if tree.order() <= 4 {
+                assert!(defect.abs() < 4e-15, "{tree:?}: {defect}");
+            }
+        }
+        let fifth = trees().into_iter().filter(|tree| tree.order() == 5);
+        assert!(fifth.map(|tree| tree.weighted(&E).abs()).fold(0.0, f64::max) > 1e-5);
+    }
+
+    #[test]
+    fn the_continuous_extension_meets_every_condition_up_to_order_four_within_the_step() {
+        // x(θ) = x₀ + h Σ bᵢ(θ) kᵢ with the bᵢ(θ) of the dense output; a tree of order ρ needs
+        // Σ bᵢ(θ) Φᵢ = θ^ρ/γ.
+        let b = solution();
+        for theta in [0.1, 0.37, 0.5, 0.9] {
+            let rest = 1.0 - theta;
+            let mut weights = [0.0; 7];
+            for i in 0..7 {
+                let first = f64::from(u8::from(i == 0));
+                let last = f64::from(u8::from(i == 6));
+                let from_start = first - b[i];
+                let from_end = b[i] - last - from_start;
+                weights[i] = theta * (b[i] + rest * (from_start + theta * (from_end + rest * D[i])));
+            }
+            for tree in trees().iter().filter(|tree| tree.order() <= 4) {
+                let want = f64::powi(theta, tree.order() as i32) / tree.density();
+                let defect = tree.weighted(&weights) - want;
+                assert!(defect.abs() < 1e-14, "{theta} {tree:?}: {defect}");
+            }
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! Why a run ended before its time.
+
+use core::fmt;
+
+use nalgebra::SVector;
+
+use super::Statistics;
+use crate::{ParameterError, Scalar};
+
+/// Why an integration stopped.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StopReason {
+    /// An argument of the run was refused.
+    #[error(transparent)]
+    Refused(#[from] ParameterError),
+    /// The right-hand side is not finite, however short the step.
+    #[error("component {component} of the right-hand side or of the state is not finite")]
+    NotFinite {
+        /// The first component that is not.
+        component: usize,
+    },
+    /// The tolerances ask for steps that no longer advance the time.
+    #[error("the tolerances ask for steps below {smallest:e} s")]
+    StepTooSmall {
+        /// The smallest step that advances the time.
+        smallest: f64,
+    },
+    /// A sliding direction reverses again and again without progress in time, as it does where
+    /// the right-hand side jumps at zero velocity.
+    #[error("sliding contact {contact} reverses without progress")]
+    EndlessReversals {
+        /// The contact.
+        contact: usize,
+    },
+    /// The limit on the number of steps is used up.
+    #[error("the limit of {limit} steps is used up")]
+    TooManySteps {
+        /// The limit.
+        limit: u64,
+    },
+}
+
+/// A run that ended before its time: why, when and where.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Failure<T, const N: usize> {
+    /// Why it stopped.
+    pub reason: StopReason,
+    /// The last time reached \[s\].
+    pub time: T,
+    /// The state there.
+    pub state: SVector<T, N>,
+    /// What the run cost.
+    pub statistics: Statistics,
+}
+
+impl<T: Scalar, const N: usize> fmt::Display for Failure<T, N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "integration stopped at t = {} s: {}", self.time, self.reason)
+    }
+}
+
+impl<T: Scalar, const N: usize> core::error::Error for Failure<T, N> {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        Some(&self.reason)
+    }
+}

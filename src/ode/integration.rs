@@ -1,0 +1,597 @@
+//! The driver: it chooses steps, locks the sliding directions, and splits steps at reversals and
+//! at kinks of the inputs. One driver serves every method.
+
+use nalgebra::SVector;
+
+use super::controller::Controller;
+use super::failure::{Failure, StopReason};
+use super::method::{Attempt, Field, Method, Point};
+use super::root::crossing;
+use super::solver::{Control, Solver};
+use super::step::Step;
+use super::{Statistics, System};
+use crate::bounds::{larger, smaller};
+use crate::scalar::{lit, to_f64};
+use crate::{Branch, Scalar};
+
+/// A contact may be on the wrong side of zero by this part of the error that the tolerances allow
+/// its velocity before that counts as a reversal: what is smaller is noise of the integration,
+/// and to restart at each of its zeros would cost much and tell nothing.
+const NOISE: f64 = 1e-3;
+
+/// Splits in a row that hardly advance before a contact is left on the free branch for a step.
+const PATIENCE: u32 = 6;
+
+/// A split hardly advances if it leaves less than this part of the trial step.
+const HARDLY: f64 = 1e-3;
+
+/// A run in progress: call [`Integration::advance`] until it answers `None`.
+///
+/// Nothing is allocated, and nothing is lost if it is dropped half-way. Made by
+/// [`Solver::begin`].
+///
+/// ```
+/// use bristle::ode::{RungeKutta4, Solver};
+/// use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
+/// use bristle::{Bristle, Dahl, DahlParameters};
+///
+/// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
+/// let rig = SpringDrivenMass::new(SpringDrivenMassParameters {
+///     contact: friction.under_load(1.0)?,
+///     mass: 1.0,
+///     spring_stiffness: 2.0,
+///     drive_velocity: 0.1,
+/// })?;
+/// let solver = Solver::fixed(RungeKutta4, 1e-3)?;
+/// let mut run = solver.begin(&rig, 0.0..1.0, rig.at_rest())?;
+/// while let Some(step) = run.advance()? {
+///     assert!(step.end()[1] < 0.2); // the velocity
+/// }
+/// assert_eq!(run.time(), 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Integration<'a, T: Scalar, S, M, const N: usize, const K: usize> {
+    system: &'a S,
+    solver: Solver<T, M, N>,
+    start_time: T,
+    end_time: T,
+    point: Point<T, N>,
+    /// Length of the next trial, positive.
+    step: T,
+    controller: Controller,
+    locks: [Lock<T>; K],
+    /// Whether `point.time` is a kink of an input.
+    at_kink: bool,
+    /// Steps of a fixed grid completed.
+    grid: u64,
+    statistics: Statistics,
+}
+
+/// What the driver knows of one sliding contact.
+#[derive(Debug, Clone, Copy)]
+struct Lock<T> {
+    branch: Branch,
+    /// Sliding velocity at the current point, positive on the right side of zero.
+    ahead: T,
+    /// How far on the wrong side is still noise.
+    noise: T,
+    /// Splits in a row that hardly advanced.
+    stalled: u32,
+}
+
+/// What a trial step does to the sliding directions.
+enum Reversal<T> {
+    /// Nothing.
+    None,
+    /// This contact was on the wrong branch from the start.
+    AtStart(usize),
+    /// This contact reverses at this fraction of the step.
+    Within(usize, T),
+}
+
+/// The system on its locked branches, with the evaluations counted.
+struct Locked<'a, T, S, const K: usize> {
+    system: &'a S,
+    branches: [Branch; K],
+    /// Times are cut to this one, just before a kink, so that no stage looks beyond it.
+    latest: Option<T>,
+    evaluations: &'a mut u64,
+}
+
+impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> Field<T, N>
+    for Locked<'_, T, S, K>
+{
+    #[inline]
+    fn rate(&mut self, time: T, state: &SVector<T, N>) -> SVector<T, N> {
+        *self.evaluations += 1;
+        let time = match self.latest {
+            Some(latest) if time > latest => latest,
+            _ => time,
+        };
+        self.system.rate(time, state, self.branches)
+    }
+}
+
+impl<'a, T, S, M, const N: usize, const K: usize> Integration<'a, T, S, M, N, K>
+where
+    T: Scalar,
+    S: System<T, N, K>,
+    M: Method<T, N>,
+{
+    pub(super) fn new(
+        solver: Solver<T, M, N>,
+        system: &'a S,
+        (start_time, end_time): (T, T),
+        state: SVector<T, N>,
+    ) -> Result<Self, Failure<T, N>> {
+        let lock =
+            Lock { branch: Branch::Free, ahead: T::zero(), noise: T::zero(), stalled: 0 };
+        let mut run = Self {
+            system,
+            solver,
+            start_time,
+            end_time,
+            point: Point { time: start_time, state, rate: SVector::zeros() },
+            step: T::zero(),
+            controller: Controller::new(),
+            locks: [lock; K],
+            at_kink: false,
+            grid: 0,
+            statistics: Statistics::default(),
+        };
+        if start_time != end_time {
+            run.start().map_err(|reason| run.failure(reason))?;
+        }
+        Ok(run)
+    }
+
+    /// The time reached \[s\].
+    pub fn time(&self) -> T {
+        self.point.time
+    }
+
+    /// The state there.
+    pub fn state(&self) -> &SVector<T, N> {
+        &self.point.state
+    }
+
+    /// The branch on which each contact slides now.
+    pub fn branches(&self) -> [Branch; K] {
+        self.locks.map(|lock| lock.branch)
+    }
+
+    /// What the run has cost so far.
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+
+    /// Takes one step. `None` at the end of the time span.
+    ///
+    /// # Errors
+    ///
+    /// Says why the run cannot go on, and where it stands. It stays there.
+    #[inline]
+    pub fn advance(&mut self) -> Result<Option<Step<T, N>>, Failure<T, N>> {
+        self.try_advance().map_err(|reason| self.failure(reason))
+    }
+
+    fn failure(&self, reason: StopReason) -> Failure<T, N> {
+        Failure {
+            reason,
+            time: self.point.time,
+            state: self.point.state,
+            statistics: self.statistics,
+        }
+    }
+
+    /// +1 for a run forward in time, −1 for one backward.
+    fn direction(&self) -> T {
+        if self.end_time >= self.start_time { T::one() } else { -T::one() }
+    }
+
+    fn span(&self) -> T {
+        (self.end_time - self.start_time).abs()
+    }
+
+    /// The smallest step that surely advances the time.
+    fn smallest_step(&self) -> T {
+        let epsilon = T::default_epsilon();
+        lit::<T>(4.0) * epsilon * (self.point.time.abs() + epsilon * self.span())
+    }
+
+    /// The time just before a kink.
+    fn just_before(&self, kink: T) -> T {
+        let epsilon = T::default_epsilon();
+        kink - lit::<T>(2.0) * epsilon * (kink.abs() + epsilon * self.span())
+    }
+
+    /// First evaluation, first branches, first step size.
+    fn start(&mut self) -> Result<(), StopReason> {
+        let time = self.point.time;
+        self.at_kink = self.solver.locks && {
+            let beside = self.just_before(time);
+            self.system.next_kink(beside, time + (time - beside)).is_some()
+        };
+        self.refresh_rate(None);
+        check_finite(&self.point.rate)?;
+        self.step = match self.solver.control {
+            Control::Fixed(step) => step,
+            Control::Adaptive { first_step: Some(step), .. } => step,
+            Control::Adaptive { .. } => self.first_step(),
+        };
+        self.step = smaller(self.step, self.span());
+        if self.solver.locks {
+            // Without a velocity, the one a little later tells the direction.
+            let later = self.step * self.direction() * lit(1e-3);
+            let state = self.point.state + self.point.rate * later;
+            let now = self.system.sliding_velocities(time, &self.point.state);
+            let soon = self.system.sliding_velocities(time + later, &state);
+            for ((lock, now), soon) in self.locks.iter_mut().zip(now).zip(soon) {
+                let velocity = if now == T::zero() { soon } else { now };
+                lock.branch = Branch::towards(velocity);
+                if lock.branch == Branch::Free {
+                    lock.branch = Branch::Forward;
+                }
+            }
+            self.refresh_locks();
+            self.refresh_rate(None);
+        }
+        Ok(())
+    }
+
+    /// The first step, from the size of the rate and its change along it (E. Hairer, S. P. Nørsett,
+    /// G. Wanner, "Solving Ordinary Differential Equations I", section II.4).
+    fn first_step(&mut self) -> T {
+        let Control::Adaptive { tolerances, order, .. } = self.solver.control else {
+            return self.step;
+        };
+        let Point { time, state, rate } = self.point;
+        let norm = |vector: &SVector<T, N>| tolerances.norm(vector, &state);
+        let (size, speed) = (norm(&state), norm(&rate));
+        let tiny: T = lit(1e-5);
+        let guess = if size > tiny && speed > tiny { size / speed * lit(0.01) } else { T::zero() };
+        let fallback = self.span() * lit(1e-6);
+        let guess = if guess > T::zero() { guess } else { fallback };
+        let guess = smaller(guess, self.span());
+        let signed = guess * self.direction();
+        let later = self.evaluate(time + signed, &(state + rate * signed));
+        let bend = norm(&(later - rate)) / guess;
+        let most = larger(speed, bend);
+        let by_rate = if most > lit(1e-15) {
+            lit::<T>(super::controller::rough_power(to_f64(most) * 100.0, -1.0 / f64::from(order)))
+        } else {
+            guess * lit(1e3)
+        };
+        let step = smaller(guess * lit(100.0), by_rate);
+        if step.is_finite() && step > T::zero() { step } else { fallback }
+    }
+
+    /// The right-hand side on the current branches.
+    fn evaluate(&mut self, time: T, state: &SVector<T, N>) -> SVector<T, N> {
+        self.statistics.evaluations += 1;
+        self.system.rate(time, state, self.branches())
+    }
+
+    /// Evaluates the rate at the current point anew.
+    fn refresh_rate(&mut self, latest: Option<T>) {
+        let Point { time, state, .. } = self.point;
+        let backward = self.end_time < self.start_time;
+        let at = if self.at_kink && backward { self.just_before(time) } else { time };
+        let at = latest.map_or(at, |latest| smaller(at, latest));
+        self.point.rate = self.evaluate(at, &state);
+    }
+
+    /// Brings what is known of the contacts to the current point.
+    fn refresh_locks(&mut self) {
+        let Point { time, state, .. } = self.point;
+        let velocities = self.system.sliding_velocities(time, &state);
+        let mut noise = [T::zero(); K];
+        if let Control::Adaptive { tolerances, .. } = &self.solver.control {
+            for i in 0..N {
+                let mut beside = state;
+                beside[i] += tolerances.absolute()[i];
+                let moved = self.system.sliding_velocities(time, &beside);
+                for ((noise, moved), still) in noise.iter_mut().zip(moved).zip(velocities) {
+                    *noise += (moved - still).abs() * lit(NOISE);
+                }
+            }
+        }
+        for ((lock, velocity), noise) in self.locks.iter_mut().zip(velocities).zip(noise) {
+            lock.ahead = lock.branch.of(velocity).speed();
+            lock.noise = noise;
+        }
+    }
+
+    /// Where the next step has to end at the latest, and whether that is a kink.
+    fn next_stop(&self) -> (T, bool) {
+        let mut stop = self.end_time;
+        let mut kink = false;
+        if self.solver.locks {
+            if let Some(time) = self.system.next_kink(self.point.time, stop) {
+                stop = time;
+                kink = true;
+            }
+        }
+        if let Control::Fixed(step) = self.solver.control {
+            let travelled = step * lit((self.grid + 1) as f64);
+            // Rounding must not leave a last step of nothing.
+            if travelled < self.span() * (T::one() - lit::<T>(4.0) * T::default_epsilon()) {
+                let grid = self.start_time + travelled * self.direction();
+                if (grid - stop) * self.direction() < T::zero() {
+                    return (grid, false);
+                }
+            }
+        }
+        (stop, kink)
+    }
+
+    fn try_advance(&mut self) -> Result<Option<Step<T, N>>, StopReason> {
+        while self.point.time != self.end_time {
+            if self.statistics.steps + self.statistics.rejected >= self.solver.most_steps {
+                return Err(StopReason::TooManySteps { limit: self.solver.most_steps });
+            }
+            let (stop, kink) = self.next_stop();
+            let (step, reaches) = self.trial_step(stop);
+            let latest = if self.end_time >= self.start_time {
+                kink.then(|| self.just_before(stop))
+            } else {
+                self.at_kink.then(|| self.just_before(self.point.time))
+            };
+            let attempt = self.attempt(step, latest);
+            let (square, order) = match &self.solver.control {
+                Control::Fixed(_) => (0.0, 1),
+                Control::Adaptive { tolerances, order, .. } => {
+                    (tolerances.mean_square(&self.point.state, &attempt), *order)
+                }
+            };
+            let finite = square.is_finite() && is_finite(&attempt.state) && is_finite(&attempt.rate);
+            if !(finite && square <= 1.0) {
+                self.shorten(step, &attempt, if finite { square } else { f64::NAN }, order)?;
+                continue;
+            }
+            let end_time = if reaches { stop } else { self.point.time + step };
+            let trial = self.step_to(end_time, &attempt);
+            match self.reversal(&trial) {
+                Reversal::None => {
+                    for lock in &mut self.locks {
+                        lock.stalled = 0;
+                    }
+                    self.accept(&trial, step.abs(), reaches, square, order);
+                    if reaches && stop != self.end_time {
+                        self.arrive(kink);
+                    }
+                    return Ok(Some(trial));
+                }
+                Reversal::AtStart(contact) => {
+                    self.statistics.rejected += 1;
+                    self.turn(contact, T::zero());
+                }
+                Reversal::Within(contact, fraction) => {
+                    // The dense output finds the reversal, but the state there comes from a step
+                    // of its own: that keeps the order of the method.
+                    let cut = step * fraction;
+                    let attempt = self.attempt(cut, latest);
+                    if !is_finite(&attempt.state) || !is_finite(&attempt.rate) {
+                        self.shorten(cut, &attempt, f64::NAN, order)?;
+                        continue;
+                    }
+                    let taken = self.step_to(self.point.time + cut, &attempt);
+                    self.statistics.rejected += 1;
+                    self.accept(&taken, step.abs(), false, square, order);
+                    self.turn(contact, fraction);
+                    return Ok(Some(taken));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Length of the next trial, signed, and whether it ends at the stop.
+    fn trial_step(&self, stop: T) -> (T, bool) {
+        let remaining = stop - self.point.time;
+        let distance = remaining.abs();
+        if self.step >= distance * lit(0.999) {
+            (remaining, true)
+        } else if matches!(self.solver.control, Control::Adaptive { .. })
+            && self.step > distance * lit(0.5)
+        {
+            // Two equal steps instead of a long one and a stub.
+            (remaining * lit(0.5), false)
+        } else {
+            (self.step * self.direction(), false)
+        }
+    }
+
+    fn attempt(&mut self, step: T, latest: Option<T>) -> Attempt<T, N> {
+        let mut field = Locked {
+            system: self.system,
+            branches: self.locks.map(|lock| lock.branch),
+            latest,
+            evaluations: &mut self.statistics.evaluations,
+        };
+        self.solver.method.attempt(&mut field, &self.point, step)
+    }
+
+    fn step_to(&self, end_time: T, attempt: &Attempt<T, N>) -> Step<T, N> {
+        Step {
+            start_time: self.point.time,
+            end_time,
+            start: self.point.state,
+            end: attempt.state,
+            start_rate: self.point.rate,
+            end_rate: attempt.rate,
+            quartic: attempt.quartic,
+        }
+    }
+
+    /// Shortens the step after a rejected trial, or gives up at the smallest one.
+    fn shorten(
+        &mut self,
+        tried: T,
+        attempt: &Attempt<T, N>,
+        square: f64,
+        order: u8,
+    ) -> Result<(), StopReason> {
+        self.statistics.rejected += 1;
+        if !self.solver.locks && matches!(self.solver.control, Control::Fixed(_)) {
+            // Plain fixed steps have a fixed cost: there is no second trial.
+            check_finite(&attempt.state)?;
+            return check_finite(&attempt.rate);
+        }
+        self.step = tried.abs() * lit(self.controller.rejected(square, order));
+        if self.step >= self.smallest_step() {
+            return Ok(());
+        }
+        check_finite(&attempt.state)?;
+        check_finite(&attempt.rate)?;
+        match self.locks.iter().position(|lock| lock.stalled > 0) {
+            Some(contact) => Err(StopReason::EndlessReversals { contact }),
+            None => Err(StopReason::StepTooSmall { smallest: to_f64(self.smallest_step()) }),
+        }
+    }
+
+    /// Moves to the end of a step and proposes the next one, from the length of the trial whose
+    /// error is given (a step cut at a reversal is shorter than its trial).
+    fn accept(&mut self, step: &Step<T, N>, tried: T, reaches: bool, square: f64, order: u8) {
+        self.statistics.steps += 1;
+        self.point = Point { time: step.end_time, state: step.end, rate: step.end_rate };
+        self.at_kink = false;
+        match self.solver.control {
+            Control::Fixed(fixed) => {
+                // After a trial shortened at a pole of the field: back to the grid in doublings.
+                self.step = smaller(fixed, self.step * lit(2.0));
+            }
+            Control::Adaptive { largest_step, .. } => {
+                let factor = lit(self.controller.accepted(square, order));
+                let proposed = if reaches {
+                    // The stop made the step short, not its error.
+                    larger(self.step, tried * factor)
+                } else {
+                    tried * factor
+                };
+                self.step = largest_step.map_or(proposed, |largest| smaller(proposed, largest));
+            }
+        }
+        if self.solver.locks {
+            self.look_ahead();
+        }
+    }
+
+    /// Brings the velocities to the current point, and locks the contacts that slide clearly.
+    fn look_ahead(&mut self) {
+        let velocities = self.system.sliding_velocities(self.point.time, &self.point.state);
+        let mut locked = false;
+        for (lock, velocity) in self.locks.iter_mut().zip(velocities) {
+            if lock.branch == Branch::Free && velocity.abs() > lock.noise {
+                lock.branch = Branch::towards(velocity);
+                locked = true;
+            }
+            lock.ahead = lock.branch.of(velocity).speed();
+        }
+        if locked {
+            self.refresh_rate(None);
+        }
+    }
+
+    /// Business at a stop that is not the end: a grid point, or a kink of an input.
+    fn arrive(&mut self, kink: bool) {
+        if let Control::Fixed(step) = self.solver.control {
+            // A kink may fall on a grid point.
+            let travelled = (self.point.time - self.start_time).abs();
+            let rounding = travelled * T::default_epsilon() * lit(4.0);
+            if step * lit((self.grid + 1) as f64) <= travelled + rounding {
+                self.grid += 1;
+            }
+            self.step = step;
+        }
+        if kink {
+            self.at_kink = true;
+            self.refresh_rate(None);
+        }
+    }
+
+    /// Turns a contact to the other branch at the current point, after a step cut to a fraction.
+    fn turn(&mut self, index: usize, fraction: T) {
+        self.statistics.reversals += 1;
+        if let Some(lock) = self.locks.get_mut(index) {
+            lock.stalled = if fraction < lit(HARDLY) { lock.stalled + 1 } else { 0 };
+            lock.branch =
+                if lock.stalled > PATIENCE { Branch::Free } else { lock.branch.reversed() };
+        }
+        self.refresh_locks();
+        self.refresh_rate(None);
+    }
+
+    /// Whether a trial step takes a contact to the wrong side of zero, and where first.
+    fn reversal(&self, step: &Step<T, N>) -> Reversal<T> {
+        if !self.solver.locks {
+            return Reversal::None;
+        }
+        let half: T = lit(0.5);
+        let velocities = |fraction: T| {
+            let time = step.start_time + (step.end_time - step.start_time) * fraction;
+            self.system.sliding_velocities(time, &step.at_fraction(fraction))
+        };
+        let middle = velocities(half);
+        let end = self.system.sliding_velocities(step.end_time, &step.end);
+        let mut first = Reversal::None;
+        let mut earliest = T::one();
+        for (index, ((lock, middle), end)) in
+            self.locks.iter().zip(middle).zip(end).enumerate()
+        {
+            if lock.branch == Branch::Free {
+                continue;
+            }
+            let ahead = |velocity: T| lock.branch.of(velocity).speed();
+            let at = |fraction: T| ahead(velocities(fraction)[index]);
+            let (v0, v1, v2) = (lock.ahead, ahead(middle), ahead(end));
+            // A start on the wrong side, by noise or by the inexact place of the last reversal,
+            // is forgiven as long as it does not get worse.
+            let forgiven = larger(lock.noise, -v0 * lit(2.0));
+            // The parabola through the three velocities may dip between them.
+            let bend = (v0 + v2 - v1 * lit(2.0)) * lit(2.0);
+            let slope = v2 - v0 - bend;
+            let lowest = if bend > T::zero() { -slope / (bend * lit(2.0)) } else { -T::one() };
+            let mut samples = [(T::zero(), v0), (half, v1), (T::one(), v2), (T::one(), v2)];
+            if lowest > T::zero()
+                && lowest < T::one()
+                && v0 - slope * slope / (bend * lit(4.0)) < -forgiven
+            {
+                let place = if lowest < half { 1 } else { 2 };
+                samples[3] = samples[2];
+                if place == 1 {
+                    samples[2] = samples[1];
+                }
+                samples[place] = (lowest, at(lowest));
+            }
+            let Some(wrong) = samples.iter().position(|&(_, v)| v < -forgiven) else { continue };
+            let right = samples[..wrong].iter().rposition(|&(_, v)| v >= T::zero());
+            let Some(right) = right else {
+                return Reversal::AtStart(index);
+            };
+            let place = crossing(at, samples[right], samples[wrong]);
+            let duration = (step.end_time - step.start_time).abs();
+            if place * duration < lit::<T>(4.0) * self.smallest_step() {
+                return Reversal::AtStart(index);
+            }
+            if place < earliest {
+                earliest = place;
+                first = Reversal::Within(index, place);
+            }
+        }
+        first
+    }
+}
+
+fn is_finite<T: Scalar, const N: usize>(vector: &SVector<T, N>) -> bool {
+    vector.iter().all(|value| value.is_finite())
+}
+
+/// Names the first component that is not finite.
+fn check_finite<T: Scalar, const N: usize>(vector: &SVector<T, N>) -> Result<(), StopReason> {
+    match vector.iter().position(|value| !value.is_finite()) {
+        Some(component) => Err(StopReason::NotFinite { component }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,44 @@
+//! Integrators that know about friction.
+//!
+//! The kink of |v| at each reversal is what general-purpose codes stumble over. Here a [`System`]
+//! says where its sliding velocities are, the driver locks their directions, steps on the smooth
+//! field, locates each reversal on the dense output and splits the step there. States live on the
+//! stack; no step allocates.
+//!
+//! | method | for |
+//! |---|---|
+//! | [`DormandPrince`] | adaptive steps, order 5(4), dense output |
+//! | [`RungeKutta4`] | fixed steps, split at reversals; or [`plain`](Solver::plain) at a fixed cost |
+//!
+//! Tolerances are per component: the states of a friction problem have nothing in common but the
+//! time.
+
+mod controller;
+mod dormand_prince;
+mod event;
+mod failure;
+mod integration;
+mod method;
+mod root;
+mod runge_kutta4;
+mod solver;
+mod statistics;
+mod step;
+mod system;
+mod tolerance;
+#[cfg(feature = "alloc")]
+mod trajectory;
+
+pub use dormand_prince::DormandPrince;
+pub use event::{Action, Direction, Event, Occurrence};
+pub use failure::{Failure, StopReason};
+pub use integration::Integration;
+pub use method::{Attempt, Embedded, Field, Method, Point};
+pub use runge_kutta4::RungeKutta4;
+pub use solver::{Observer, Outcome, Solver, Summary};
+pub use statistics::Statistics;
+pub use step::Step;
+pub use system::{System, Tangent};
+pub use tolerance::{Tolerances, TolerancesParameters};
+#[cfg(feature = "alloc")]
+pub use trajectory::{Interrupted, Output, Trajectory};

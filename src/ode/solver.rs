@@ -1,0 +1,307 @@
+//! A method with its step control: what a user configures and runs.
+
+use core::ops::{ControlFlow, Range};
+
+use nalgebra::SVector;
+
+use super::event::{Action, Event, Occurrence};
+use super::failure::{Failure, StopReason};
+use super::integration::Integration;
+use super::method::{Embedded, Method};
+use super::step::Step;
+use super::{Statistics, System, Tolerances};
+use crate::parameter::{self, ParameterError};
+use crate::Scalar;
+
+/// A method with its step control.
+///
+/// Forward and backward in time (a span whose end lies before its start), on the stack, without
+/// allocation: [`Solver::stream`] hands every step to an observer, [`Solver::begin`] gives a run
+/// to step by hand, and, with the `alloc` feature, [`Solver::solve`] stores a trajectory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solver<T: Scalar, M, const N: usize> {
+    pub(super) method: M,
+    pub(super) control: Control<T, N>,
+    /// Whether sliding directions are locked, and steps split at reversals and input kinks.
+    pub(super) locks: bool,
+    pub(super) most_steps: u64,
+}
+
+/// How the step is chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Control<T: Scalar, const N: usize> {
+    Fixed(T),
+    Adaptive {
+        tolerances: Tolerances<T, N>,
+        order: u8,
+        first_step: Option<T>,
+        largest_step: Option<T>,
+    },
+}
+
+/// Enough for any scene that a stiff solver would not serve better: minutes of work.
+const MOST_STEPS: u64 = 100_000_000;
+
+impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
+    /// Steps chosen so that the local error meets the tolerances.
+    pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self
+    where
+        M: Embedded,
+    {
+        let control = Control::Adaptive {
+            tolerances,
+            order: M::ESTIMATE_ORDER,
+            first_step: None,
+            largest_step: None,
+        };
+        Self { method, control, locks: true, most_steps: MOST_STEPS }
+    }
+
+    /// Steps of a fixed length h \[s\], each split where a sliding direction reverses or an input
+    /// is not smooth; the last one is shorter where h does not divide the time span.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a step that is not positive.
+    pub fn fixed(method: M, step: T) -> Result<Self, ParameterError> {
+        let control = Control::Fixed(parameter::positive("step", step)?);
+        Ok(Self { method, control, locks: true, most_steps: MOST_STEPS })
+    }
+
+    /// The plain method: |v| as it is, no step split at reversals or input kinks. With fixed steps
+    /// each then costs the same; the kinks cost accuracy, down to first or second order.
+    #[must_use]
+    pub fn plain(self) -> Self {
+        Self { locks: false, ..self }
+    }
+
+    /// A limit on the length of adaptive steps \[s\].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a limit that is not positive.
+    pub fn with_largest_step(self, largest: T) -> Result<Self, ParameterError> {
+        let largest = parameter::positive("largest_step", largest)?;
+        Ok(match self.control {
+            Control::Fixed(_) => self,
+            Control::Adaptive { tolerances, order, first_step, .. } => {
+                let largest_step = Some(largest);
+                let control = Control::Adaptive { tolerances, order, first_step, largest_step };
+                Self { control, ..self }
+            }
+        })
+    }
+
+    /// The length of the first adaptive step \[s\], instead of an estimate.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a step that is not positive.
+    pub fn with_first_step(self, first: T) -> Result<Self, ParameterError> {
+        let first = parameter::positive("first_step", first)?;
+        Ok(match self.control {
+            Control::Fixed(_) => self,
+            Control::Adaptive { tolerances, order, largest_step, .. } => {
+                let first_step = Some(first);
+                let control = Control::Adaptive { tolerances, order, first_step, largest_step };
+                Self { control, ..self }
+            }
+        })
+    }
+
+    /// A limit on the number of trial steps, 10⁸ if not given.
+    #[must_use]
+    pub fn with_most_steps(self, most: u64) -> Self {
+        Self { most_steps: most, ..self }
+    }
+
+    /// Starts a run over a time span \[s\], to be stepped by hand.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a time or a state that is not finite, and a right-hand side that is not finite
+    /// there.
+    pub fn begin<'a, S: System<T, N, K>, const K: usize>(
+        &self,
+        system: &'a S,
+        span: Range<T>,
+        initial_state: SVector<T, N>,
+    ) -> Result<Integration<'a, T, S, M, N, K>, Failure<T, N>> {
+        let refuse = |error: ParameterError| Failure {
+            reason: StopReason::Refused(error),
+            time: span.start,
+            state: initial_state,
+            statistics: Statistics::default(),
+        };
+        parameter::finite("span.start", span.start).map_err(refuse)?;
+        parameter::finite("span.end", span.end).map_err(refuse)?;
+        for (index, &value) in initial_state.iter().enumerate() {
+            let checked = parameter::finite("initial_state", value);
+            parameter::component(index, checked).map_err(refuse)?;
+        }
+        Integration::new(self.clone(), system, (span.start, span.end), initial_state)
+    }
+
+    /// Runs over a time span \[s\], handing every step and every event to an observer.
+    ///
+    /// ```
+    /// use core::ops::ControlFlow;
+    ///
+    /// use bristle::ode::{DormandPrince, Solver, Step, Tolerances};
+    /// use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
+    /// use bristle::{Bristle, Dahl, DahlParameters};
+    ///
+    /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
+    /// let rig = SpringDrivenMass::new(SpringDrivenMassParameters {
+    ///     contact: friction.under_load(1.0)?,
+    ///     mass: 1.0,
+    ///     spring_stiffness: 2.0,
+    ///     drive_velocity: 0.1,
+    /// })?;
+    /// let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-6, rig.scales())?);
+    /// let mut fastest = 0.0;
+    /// let summary = solver.stream(&rig, 0.0..10.0, rig.at_rest(), &[], &mut |step: &Step<f64, 3>| {
+    ///     fastest = f64::max(fastest, step.end()[1]);
+    ///     ControlFlow::Continue(())
+    /// })?;
+    /// assert_eq!(summary.time, 10.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Says why the run ended before its time, when and where; the observer has seen every step
+    /// until then.
+    pub fn stream<S: System<T, N, K>, O: Observer<T, N>, const K: usize>(
+        &self,
+        system: &S,
+        span: Range<T>,
+        initial_state: SVector<T, N>,
+        events: &[Event<'_, T, N>],
+        observer: &mut O,
+    ) -> Result<Summary<T, N>, Failure<T, N>> {
+        let mut run = self.begin(system, span, initial_state)?;
+        while let Some(step) = run.advance()? {
+            let stop = first_stop(events, &step);
+            let step = match stop {
+                Some((fraction, _)) => step.until(
+                    fraction,
+                    step.start_time + (step.end_time - step.start_time) * fraction,
+                ),
+                None => step,
+            };
+            let mut flow = observer.step(&step);
+            let reported = report(events, &step, observer, &mut flow);
+            let ended_by = reported.or(stop.map(|(_, event)| event));
+            let outcome = match (ended_by, flow) {
+                (Some(event), _) => Outcome::Event(event),
+                (None, ControlFlow::Break(())) => Outcome::Observer,
+                (None, ControlFlow::Continue(())) => continue,
+            };
+            return Ok(Summary {
+                time: step.end_time,
+                state: step.end,
+                outcome,
+                statistics: run.statistics(),
+            });
+        }
+        Ok(Summary {
+            time: run.time(),
+            state: *run.state(),
+            outcome: Outcome::End,
+            statistics: run.statistics(),
+        })
+    }
+}
+
+/// The first fraction of a step at which an event stops the run, and which one.
+fn first_stop<T: Scalar, const N: usize>(
+    events: &[Event<'_, T, N>],
+    step: &Step<T, N>,
+) -> Option<(T, usize)> {
+    events
+        .iter()
+        .enumerate()
+        .filter(|(_, event)| event.action == Action::Stop)
+        .flat_map(|(index, event)| event.within(step).map(|place| (place, index)))
+        .filter_map(|(place, index)| Some((place?, index)))
+        .reduce(|a, b| if b.0 < a.0 { b } else { a })
+}
+
+/// Reports the events of a step in the order of time; answers which of them ends the run.
+fn report<T: Scalar, O: Observer<T, N>, const N: usize>(
+    events: &[Event<'_, T, N>],
+    step: &Step<T, N>,
+    observer: &mut O,
+    flow: &mut ControlFlow<()>,
+) -> Option<usize> {
+    let mut after = -T::one();
+    let mut after_index = 0;
+    loop {
+        // The next occurrence in time; of several at once, the first in the list.
+        let mut next: Option<(T, usize)> = None;
+        for (index, event) in events.iter().enumerate() {
+            for fraction in event.within(step).into_iter().flatten() {
+                let later = fraction > after || (fraction == after && index >= after_index);
+                let sooner = next.is_none_or(|(first, _)| fraction < first);
+                if later && sooner {
+                    next = Some((fraction, index));
+                }
+            }
+        }
+        let (fraction, index) = next?;
+        let event = events.get(index)?;
+        let time = step.start_time + (step.end_time - step.start_time) * fraction;
+        let occurrence = Occurrence { event: index, time, state: step.at_fraction(fraction) };
+        if observer.event(&occurrence).is_break() {
+            *flow = ControlFlow::Break(());
+        }
+        if event.action == Action::Stop {
+            return Some(index);
+        }
+        after = fraction;
+        after_index = index + 1;
+    }
+}
+
+/// Who is told of the steps and events of a run. A closure that takes a [`Step`] is one.
+pub trait Observer<T: Scalar, const N: usize> {
+    /// A step was accepted. Breaking ends the run there.
+    fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()>;
+
+    /// An event happened within the step just reported. Breaking ends the run at the step's end.
+    fn event(&mut self, occurrence: &Occurrence<T, N>) -> ControlFlow<()> {
+        let _ = occurrence;
+        ControlFlow::Continue(())
+    }
+}
+
+impl<T: Scalar, F: FnMut(&Step<T, N>) -> ControlFlow<()>, const N: usize> Observer<T, N> for F {
+    fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()> {
+        self(step)
+    }
+}
+
+/// How a run that did not fail came to its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// The end of the time span.
+    End,
+    /// An event that stops, by its place in the list.
+    Event(usize),
+    /// The observer broke off.
+    Observer,
+}
+
+/// Where a run ended, and what it cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Summary<T, const N: usize> {
+    /// Time reached \[s\].
+    pub time: T,
+    /// State there.
+    pub state: SVector<T, N>,
+    /// Why it ended there.
+    pub outcome: Outcome,
+    /// What it cost.
+    pub statistics: Statistics,
+}

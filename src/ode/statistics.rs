@@ -1,0 +1,29 @@
+//! What a run cost.
+
+use core::fmt;
+
+/// Exact counts of what a run did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Statistics {
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected trial steps, including those cut at a reversal.
+    pub rejected: u64,
+    /// Evaluations of the right-hand side.
+    pub evaluations: u64,
+    /// Evaluations of the Jacobian.
+    pub jacobians: u64,
+    /// Reversals of a sliding direction at which a step was split.
+    pub reversals: u64,
+}
+
+impl fmt::Display for Statistics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { steps, rejected, evaluations, jacobians, reversals } = self;
+        write!(
+            f,
+            "{steps} steps, {rejected} rejected, {evaluations} evaluations, \
+             {jacobians} Jacobians, {reversals} reversals"
+        )
+    }
+}

@@ -1,0 +1,81 @@
+//! What an integrator integrates.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::{Branch, Scalar};
+
+/// A mechanism with N states and K sliding contacts: ẋ = f(t, x).
+///
+/// Between two reversals of a sliding velocity the field is smooth. An integrator locks each
+/// contact's direction (see [`Branch`]), steps on the smooth field, finds the reversal and starts
+/// afresh there. To write a system of your own, give the right-hand side on a branch and the
+/// sliding velocities; the rest is optional.
+///
+/// ```
+/// use bristle::ode::{DormandPrince, Output, Solver, System, Tolerances};
+/// use bristle::{Bristle, Branch, Contact, Dahl, DahlParameters};
+/// use nalgebra::{SVector, Vector3};
+///
+/// /// A pendulum with friction in its joint: angle, angular velocity, bristle deflection.
+/// struct Pendulum { joint: Contact<f64, Dahl<f64>> }
+///
+/// impl System<f64, 3> for Pendulum {
+///     fn rate(&self, _time: f64, state: &Vector3<f64>, [joint]: [Branch; 1]) -> Vector3<f64> {
+///         let (angle, velocity, deflection) = (state[0], state[1], state[2]);
+///         let friction = self.joint.response(joint.of(velocity), deflection);
+///         Vector3::new(velocity, -9.81 * angle.sin() - friction.force, friction.rate)
+///     }
+///
+///     fn sliding_velocities(&self, _time: f64, state: &Vector3<f64>) -> [f64; 1] {
+///         [state[1]]
+///     }
+/// }
+///
+/// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.2, micro_stiffness: 1e3 })?;
+/// let pendulum = Pendulum { joint: friction.under_load(1.0)? };
+/// let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-8, SVector::from([1.0, 1.0, 1e-3]))?);
+/// let swing = solver.solve(&pendulum, 0.0..10.0, Vector3::new(1.0, 0.0, 0.0), Output::Uniform(101))?;
+/// assert!(swing.statistics().reversals > 5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
+    /// The right-hand side f(t, x), each contact on its branch.
+    fn rate(&self, time: T, state: &SVector<T, N>, branches: [Branch; K]) -> SVector<T, N>;
+
+    /// The sliding velocity [m/s] of each contact, whose reversals are the kinks of f.
+    fn sliding_velocities(&self, time: T, state: &SVector<T, N>) -> [T; K];
+
+    /// The right-hand side with its partial derivatives, if they are known.
+    fn tangent(
+        &self,
+        time: T,
+        state: &SVector<T, N>,
+        branches: [Branch; K],
+    ) -> Option<Tangent<T, N>> {
+        let _ = (time, state, branches);
+        None
+    }
+
+    /// The first time strictly between `time` and `towards` (which may lie before it) at which an
+    /// input is not smooth. There the right-hand side answers with what holds just after.
+    fn next_kink(&self, time: T, towards: T) -> Option<T> {
+        let _ = (time, towards);
+        None
+    }
+
+    /// A typical magnitude of each state, for tolerances that make sense in its unit.
+    fn scales(&self) -> SVector<T, N> {
+        SVector::repeat(T::one())
+    }
+}
+
+/// A right-hand side and its partial derivatives at one point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tangent<T, const N: usize> {
+    /// f(t, x).
+    pub rate: SVector<T, N>,
+    /// The Jacobian ∂f/∂x: entry (i, j) is ∂fᵢ/∂xⱼ.
+    pub by_state: SMatrix<T, N, N>,
+    /// ∂f/∂t.
+    pub by_time: SVector<T, N>,
+}

@@ -1,0 +1,260 @@
+//! A stored solution.
+
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::fmt;
+use core::ops::{ControlFlow, Range};
+
+use nalgebra::SVector;
+
+use super::event::{Event, Occurrence};
+use super::failure::{Failure, StopReason};
+use super::method::Method;
+use super::solver::{Observer, Outcome, Solver};
+use super::step::Step;
+use super::{Statistics, System};
+use crate::Scalar;
+use crate::parameter::{self, ParameterError, Rule};
+use crate::scalar::lit;
+
+/// Which points of a solution to store.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Output<'a, T> {
+    /// The start and the end of every step.
+    Steps,
+    /// This many times, at least 2, evenly spaced and including both ends of the span.
+    Uniform(usize),
+    /// These times, in the order of the run and within its span.
+    Times(&'a [T]),
+}
+
+/// A stored solution: states over time, the events that happened, and what the run cost.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory<T, const N: usize> {
+    times: Vec<T>,
+    states: Vec<SVector<T, N>>,
+    events: Vec<Occurrence<T, N>>,
+    outcome: Outcome,
+    statistics: Statistics,
+}
+
+impl<T: Scalar, const N: usize> Trajectory<T, N> {
+    /// The stored times \[s\].
+    pub fn times(&self) -> &[T] {
+        &self.times
+    }
+
+    /// The states at the stored times.
+    pub fn states(&self) -> &[SVector<T, N>] {
+        &self.states
+    }
+
+    /// Times and states together.
+    pub fn iter(&self) -> impl Iterator<Item = (T, &SVector<T, N>)> {
+        self.times.iter().copied().zip(&self.states)
+    }
+
+    /// The last stored time and state; `None` if nothing was stored.
+    pub fn last(&self) -> Option<(T, &SVector<T, N>)> {
+        Some((*self.times.last()?, self.states.last()?))
+    }
+
+    /// The events that happened, in the order of the run.
+    pub fn events(&self) -> &[Occurrence<T, N>] {
+        &self.events
+    }
+
+    /// How the run came to its end.
+    pub fn outcome(&self) -> Outcome {
+        self.outcome
+    }
+
+    /// What the run cost.
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+}
+
+/// A run that failed: why and where, and the trajectory until then.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interrupted<T, const N: usize> {
+    /// Why, when and where it stopped.
+    pub failure: Failure<T, N>,
+    /// What was stored until then.
+    pub trajectory: Trajectory<T, N>,
+}
+
+impl<T: Scalar, const N: usize> fmt::Display for Interrupted<T, N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.failure, f)
+    }
+}
+
+impl<T: Scalar, const N: usize> core::error::Error for Interrupted<T, N> {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        Some(&self.failure.reason)
+    }
+}
+
+impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
+    /// Runs over a time span \[s\] and stores the solution.
+    ///
+    /// # Errors
+    ///
+    /// Says why the run ended before its time, and keeps what was stored until then.
+    pub fn solve<S: System<T, N, K>, const K: usize>(
+        &self,
+        system: &S,
+        span: Range<T>,
+        initial_state: SVector<T, N>,
+        output: Output<'_, T>,
+    ) -> Result<Trajectory<T, N>, Box<Interrupted<T, N>>> {
+        self.solve_with_events(system, span, initial_state, &[], output)
+    }
+
+    /// Runs over a time span \[s\], looks for events, and stores the solution.
+    ///
+    /// # Errors
+    ///
+    /// Says why the run ended before its time, and keeps what was stored until then.
+    pub fn solve_with_events<S: System<T, N, K>, const K: usize>(
+        &self,
+        system: &S,
+        span: Range<T>,
+        initial_state: SVector<T, N>,
+        events: &[Event<'_, T, N>],
+        output: Output<'_, T>,
+    ) -> Result<Trajectory<T, N>, Box<Interrupted<T, N>>> {
+        let mut recorder = Recorder {
+            output,
+            span: span.clone(),
+            stored: 0,
+            trajectory: Trajectory {
+                times: Vec::new(),
+                states: Vec::new(),
+                events: Vec::new(),
+                outcome: Outcome::End,
+                statistics: Statistics::default(),
+            },
+        };
+        let interrupt = |failure: Failure<T, N>, recorder: Recorder<'_, T, N>| {
+            let mut trajectory = recorder.trajectory;
+            trajectory.statistics = failure.statistics;
+            Box::new(Interrupted { failure, trajectory })
+        };
+        if let Err(error) = recorder.check() {
+            let failure = Failure {
+                reason: StopReason::Refused(error),
+                time: span.start,
+                state: initial_state,
+                statistics: Statistics::default(),
+            };
+            return Err(interrupt(failure, recorder));
+        }
+        recorder.start(&initial_state);
+        match self.stream(system, span, initial_state, events, &mut recorder) {
+            Ok(summary) => {
+                let mut trajectory = recorder.trajectory;
+                trajectory.outcome = summary.outcome;
+                trajectory.statistics = summary.statistics;
+                Ok(trajectory)
+            }
+            Err(failure) => Err(interrupt(failure, recorder)),
+        }
+    }
+}
+
+/// The observer that stores.
+struct Recorder<'a, T, const N: usize> {
+    output: Output<'a, T>,
+    span: Range<T>,
+    /// Samples stored so far.
+    stored: usize,
+    trajectory: Trajectory<T, N>,
+}
+
+impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
+    fn check(&self) -> Result<(), ParameterError> {
+        let forward = self.span.end >= self.span.start;
+        match self.output {
+            Output::Uniform(samples) if samples < 2 => Err(ParameterError {
+                name: "samples",
+                component: None,
+                value: samples as f64,
+                rule: Rule::Count { least: 2 },
+            }),
+            Output::Times(times) => {
+                let mut previous = self.span.start;
+                for (index, &time) in times.iter().enumerate() {
+                    // In the order of the run: seen backward, the signs change.
+                    let (early, late) = if forward { (previous, time) } else { (time, previous) };
+                    let (low, high) =
+                        if forward { (time, self.span.end) } else { (self.span.end, time) };
+                    let checked = parameter::finite("times", time)
+                        .and(parameter::at_least("times", late, "the time before", early))
+                        .and(parameter::at_least("span.end", high, "the last of times", low));
+                    parameter::component(index, checked)?;
+                    previous = time;
+                }
+                Ok(())
+            }
+            Output::Steps | Output::Uniform(_) => Ok(()),
+        }
+    }
+
+    fn store(&mut self, time: T, state: SVector<T, N>) {
+        self.trajectory.times.push(time);
+        self.trajectory.states.push(state);
+    }
+
+    /// The time of the next sample.
+    fn next_time(&self) -> Option<T> {
+        match self.output {
+            Output::Steps => None,
+            Output::Times(times) => times.get(self.stored).copied(),
+            Output::Uniform(samples) if self.stored >= samples => None,
+            Output::Uniform(samples) if self.stored + 1 == samples => Some(self.span.end),
+            Output::Uniform(samples) => {
+                let fraction = lit::<T>(self.stored as f64) / lit((samples - 1) as f64);
+                Some(self.span.start + (self.span.end - self.span.start) * fraction)
+            }
+        }
+    }
+
+    /// Stores what lies at the very start.
+    fn start(&mut self, state: &SVector<T, N>) {
+        if self.output == Output::Steps {
+            self.store(self.span.start, *state);
+        }
+        while let Some(time) = self.next_time() {
+            if time != self.span.start {
+                break;
+            }
+            self.store(time, *state);
+            self.stored += 1;
+        }
+    }
+}
+
+impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
+    fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()> {
+        let forward = step.end_time >= step.start_time;
+        if self.output == Output::Steps {
+            self.store(step.end_time, step.end);
+        }
+        while let Some(time) = self.next_time() {
+            let reached = if forward { time <= step.end_time } else { time >= step.end_time };
+            if !reached {
+                break;
+            }
+            self.store(time, step.at(time));
+            self.stored += 1;
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn event(&mut self, occurrence: &Occurrence<T, N>) -> ControlFlow<()> {
+        self.trajectory.events.push(*occurrence);
+        ControlFlow::Continue(())
+    }
+}

@@ -1,0 +1,239 @@
+//! The gate: every parameter of the crate is checked here, once, when a value is built.
+//!
+//! A check asks "is it finite and inside?", never "is it outside?": NaN answers no to both.
+//! Positive parameters must also keep their reciprocals and a few products finite, so magnitudes
+//! are limited to 10⁻¹⁰⁰ … 10¹⁰⁰ for `f64` and 10⁻¹⁸ … 10¹⁵ for `f32`, far beyond any friction
+//! experiment; what is refused is a slip of units or an uninitialised number.
+
+use core::fmt;
+
+use crate::scalar::{Scalar, lit, to_f64};
+
+/// Why a parameter was refused: its name, its value and the rule it breaks.
+///
+/// ```
+/// use bristle::{Spring, SpringParameters};
+///
+/// let refused = Spring::new(SpringParameters { micro_stiffness: -3.0 }).unwrap_err();
+/// assert_eq!(
+///     refused.to_string(),
+///     "micro_stiffness is -3, but must lie between 1e-100 and 1e100"
+/// );
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub struct ParameterError {
+    /// Name of the parameter, as in the struct or function that took it.
+    pub name: &'static str,
+    /// Which component, if the parameter is an array or a vector.
+    pub component: Option<usize>,
+    /// The value that was given.
+    pub value: f64,
+    /// The rule the value breaks.
+    pub rule: Rule,
+}
+
+impl fmt::Display for ParameterError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name)?;
+        if let Some(component) = self.component {
+            write!(f, "[{component}]")?;
+        }
+        write!(f, " is {}, but must {}", Short(self.value), self.rule)
+    }
+}
+
+/// What a parameter must satisfy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Rule {
+    /// Finite.
+    Finite,
+    /// Not NaN (infinity is allowed).
+    Number,
+    /// Between two positive limits.
+    Positive {
+        /// Smallest admissible value.
+        least: f64,
+        /// Largest admissible value.
+        most: f64,
+    },
+    /// Zero, or positive up to a limit.
+    NonNegative {
+        /// Largest admissible value.
+        most: f64,
+    },
+    /// Finite, of either sign, with a limited magnitude.
+    Magnitude {
+        /// Largest admissible magnitude.
+        most: f64,
+    },
+    /// At least as large as another parameter.
+    AtLeast {
+        /// Name of the other parameter.
+        other: &'static str,
+        /// Its value.
+        limit: f64,
+    },
+    /// Smaller than another quantity.
+    Below {
+        /// Name of the other quantity.
+        other: &'static str,
+        /// Its value.
+        limit: f64,
+    },
+    /// Exactly some value.
+    Exactly {
+        /// The only admissible value.
+        value: f64,
+    },
+    /// Strictly larger than the component before it.
+    Increasing {
+        /// The component before.
+        previous: f64,
+    },
+    /// A count of at least so many.
+    Count {
+        /// Smallest admissible count.
+        least: usize,
+    },
+}
+
+impl fmt::Display for Rule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Rule::Finite => write!(f, "be finite"),
+            Rule::Number => write!(f, "be a number"),
+            Rule::Positive { least, most } => {
+                write!(f, "lie between {} and {}", Short(least), Short(most))
+            }
+            Rule::NonNegative { most } => write!(f, "lie between 0 and {}", Short(most)),
+            Rule::Magnitude { most } => {
+                write!(f, "lie between {} and {}", Short(-most), Short(most))
+            }
+            Rule::AtLeast { other, limit } => write!(f, "be at least {other} = {}", Short(limit)),
+            Rule::Below { other, limit } => write!(f, "be below {other} = {}", Short(limit)),
+            Rule::Exactly { value } => write!(f, "be exactly {}", Short(value)),
+            Rule::Increasing { previous } => {
+                write!(f, "be larger than its predecessor {}", Short(previous))
+            }
+            Rule::Count { least } => write!(f, "be at least {least}"),
+        }
+    }
+}
+
+/// A number for a reader: plain where it is short, with an exponent where it is not.
+struct Short(f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = if self.0 < 0.0 { -self.0 } else { self.0 };
+        if self.0.is_finite() && size != 0.0 && !(1e-4..1e7).contains(&size) {
+            write!(f, "{:e}", self.0)
+        } else {
+            write!(f, "{}", self.0)
+        }
+    }
+}
+
+/// Smallest and largest admissible magnitude for a scalar type.
+fn limits<T: Scalar>() -> (f64, f64) {
+    // A type with the range of an f32 has no 1e100; both leave room for products of several.
+    let wide = T::max_value().is_none_or(|max| to_f64(max) > 1e100);
+    if wide { (1e-100, 1e100) } else { (1e-18, 1e15) }
+}
+
+fn refuse<T: Scalar>(name: &'static str, value: T, rule: Rule) -> ParameterError {
+    ParameterError { name, component: None, value: to_f64(value), rule }
+}
+
+/// Finite, of either sign and of admissible magnitude.
+pub(crate) fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
+    let (_, most) = limits::<T>();
+    if value >= lit(-most) && value <= lit(most) {
+        Ok(value)
+    } else {
+        Err(refuse(name, value, Rule::Magnitude { most }))
+    }
+}
+
+/// Strictly positive.
+pub(crate) fn positive<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
+    let (least, most) = limits::<T>();
+    if value >= lit(least) && value <= lit(most) {
+        Ok(value)
+    } else {
+        Err(refuse(name, value, Rule::Positive { least, most }))
+    }
+}
+
+/// Zero or positive.
+pub(crate) fn non_negative<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
+    let (_, most) = limits::<T>();
+    if value >= T::zero() && value <= lit(most) {
+        Ok(value)
+    } else {
+        Err(refuse(name, value, Rule::NonNegative { most }))
+    }
+}
+
+/// Not smaller than another parameter (both are checked to be finite elsewhere).
+pub(crate) fn at_least<T: Scalar>(
+    name: &'static str,
+    value: T,
+    other: &'static str,
+    limit: T,
+) -> Result<T, ParameterError> {
+    if value >= limit {
+        Ok(value)
+    } else {
+        Err(refuse(name, value, Rule::AtLeast { other, limit: to_f64(limit) }))
+    }
+}
+
+/// Strictly smaller than another quantity.
+pub(crate) fn below<T: Scalar>(
+    name: &'static str,
+    value: T,
+    other: &'static str,
+    limit: T,
+) -> Result<T, ParameterError> {
+    if value < limit {
+        Ok(value)
+    } else {
+        Err(refuse(name, value, Rule::Below { other, limit: to_f64(limit) }))
+    }
+}
+
+/// Strictly larger than the component before it.
+pub(crate) fn increasing<T: Scalar>(
+    name: &'static str,
+    value: T,
+    previous: T,
+) -> Result<T, ParameterError> {
+    if value > previous {
+        Ok(value)
+    } else {
+        Err(refuse(name, value, Rule::Increasing { previous: to_f64(previous) }))
+    }
+}
+
+/// Exactly the value that the construction needs.
+pub(crate) fn exactly<T: Scalar>(
+    name: &'static str,
+    value: T,
+    wanted: T,
+) -> Result<T, ParameterError> {
+    if value == wanted {
+        Ok(value)
+    } else {
+        Err(refuse(name, value, Rule::Exactly { value: to_f64(wanted) }))
+    }
+}
+
+/// Names the component of an array that a check refused.
+pub(crate) fn component<T>(
+    index: usize,
+    checked: Result<T, ParameterError>,
+) -> Result<T, ParameterError> {
+    checked.map_err(|error| ParameterError { component: Some(index), ..error })
+}

@@ -1,0 +1,41 @@
+//! Regularisation: smooth stand-ins for |v| and sgn v.
+
+mod exact;
+mod hyperbolic_tangent;
+mod square_root;
+
+use core::fmt::Debug;
+
+pub use exact::Exact;
+pub use hyperbolic_tangent::HyperbolicTangent;
+pub use square_root::SquareRoot;
+
+use crate::{Scalar, Sliding};
+
+/// A regularised modulus |v|_ε ≥ |v| [m/s] and the sign sgn_ε(v) = v/|v|_ε that goes with it.
+///
+/// It enters where the bristle meets the sliding surface (Romano et al., section II-B). With any
+/// regularisation but [`Exact`] nothing ever sticks: under a force F below the breakaway force F_b
+/// the body creeps, for the square root at v ≈ √ε r/√(1 − r²) with r = F/F_b.
+pub trait Regularisation<T: Scalar>: Debug + Clone {
+    /// The regularised speed |v|_ε [m/s].
+    fn speed(&self, sliding: Sliding<T>) -> T;
+
+    /// The regularised speed and its slope d|v|_ε/dv \[–\].
+    fn speed_and_slope(&self, sliding: Sliding<T>) -> (T, T);
+
+    /// The regularised sign sgn_ε(v) = v/|v|_ε \[–\], at most 1 in magnitude.
+    fn sign(&self, sliding: Sliding<T>) -> T {
+        sliding.velocity() / self.speed(sliding)
+    }
+
+    /// The regularised sign and its slope [s/m].
+    fn sign_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
+        let (speed, slope) = self.speed_and_slope(sliding);
+        let sign = sliding.velocity() / speed;
+        (sign, (T::one() - sign * slope) / speed)
+    }
+
+    /// The regularised speed at rest |0|_ε [m/s], which is also the largest |v|_ε − |v|.
+    fn speed_at_rest(&self) -> T;
+}

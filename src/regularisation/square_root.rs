@@ -1,0 +1,56 @@
+//! The square-root regularisation, |v|_ε = √(v² + ε).
+//!
+//! Source: Romano et al. (arXiv 2602.09429), section II-B.
+
+use crate::parameter::{self, ParameterError};
+use crate::{Regularisation, Scalar, Sliding};
+
+/// The square-root regularisation, |v|_ε = √(v² + ε).
+///
+/// ```
+/// use bristle::{Regularisation, SquareRoot};
+///
+/// let regularisation = SquareRoot::new(1e-4)?;
+/// assert_eq!(regularisation.speed(0.0.into()), 1e-2);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SquareRoot<T> {
+    epsilon: T,
+}
+
+impl<T: Scalar> SquareRoot<T> {
+    /// Takes the regularisation parameter ε > 0 [m²/s²]; for ε = 0 there is
+    /// [`Exact`](crate::Exact).
+    ///
+    /// # Errors
+    ///
+    /// Refuses an ε that is not positive.
+    pub fn new(regularisation: T) -> Result<Self, ParameterError> {
+        Ok(Self { epsilon: parameter::positive("regularisation", regularisation)? })
+    }
+}
+
+impl<T: Scalar> Regularisation<T> for SquareRoot<T> {
+    #[inline]
+    fn speed(&self, sliding: Sliding<T>) -> T {
+        (sliding.velocity() * sliding.velocity() + self.epsilon).sqrt()
+    }
+
+    #[inline]
+    fn speed_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
+        let speed = self.speed(sliding);
+        (speed, sliding.velocity() / speed)
+    }
+
+    #[inline]
+    fn sign_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
+        let speed = self.speed(sliding);
+        // 1 − sgn² written without its cancellation.
+        (sliding.velocity() / speed, self.epsilon / (speed * speed * speed))
+    }
+
+    fn speed_at_rest(&self) -> T {
+        self.epsilon.sqrt()
+    }
+}

@@ -1,0 +1,116 @@
+//! The state of a bristle: one deflection, or the stretches of several springs.
+
+use core::fmt::Debug;
+use core::ops::{Add, Mul, Sub};
+
+use nalgebra::SVector;
+
+use crate::Scalar;
+
+/// The state of a bristle [m]: a single deflection is a scalar, several springs make a vector.
+///
+/// The rate of any bristle of this crate is affine in its state, with a matrix that is diagonal
+/// plus a row repeated in every line: each spring's stretch follows the common rate ż, which
+/// depends on all of them, and decays on its own. [`Deflection::Relaxation`] is that matrix.
+pub trait Deflection<T: Scalar>:
+    Copy + Debug + PartialEq + Add<Output = Self> + Sub<Output = Self> + Mul<T, Output = Self>
+{
+    /// The matrix between a state and its rate [1/s]: a scalar for a scalar.
+    type Relaxation: Copy + Debug + PartialEq;
+
+    /// The matrix diag(decay) + 1·rowᵀ.
+    fn relaxation(decay: Self, row: Self) -> Self::Relaxation;
+
+    /// The matrix applied to a state.
+    fn relax(relaxation: Self::Relaxation, state: Self) -> Self;
+
+    /// The matrix with the opposite sign.
+    fn negative(relaxation: Self::Relaxation) -> Self::Relaxation;
+
+    /// The same number for every spring.
+    fn fill(value: T) -> Self;
+
+    /// Σ aᵢ bᵢ.
+    fn dot(self, other: Self) -> T;
+
+    /// Component by component.
+    fn scaled_by(self, other: Self) -> Self;
+}
+
+impl<T: Scalar> Deflection<T> for T {
+    type Relaxation = T;
+
+    #[inline(always)]
+    fn relaxation(decay: T, row: T) -> T {
+        decay + row
+    }
+
+    #[inline(always)]
+    fn relax(relaxation: T, state: T) -> T {
+        relaxation * state
+    }
+
+    #[inline(always)]
+    fn negative(relaxation: T) -> T {
+        -relaxation
+    }
+
+    #[inline(always)]
+    fn fill(value: T) -> T {
+        value
+    }
+
+    #[inline(always)]
+    fn dot(self, other: T) -> T {
+        self * other
+    }
+
+    #[inline(always)]
+    fn scaled_by(self, other: T) -> T {
+        self * other
+    }
+}
+
+/// The matrix diag(decay) + 1·rowᵀ [1/s] between the stretches of several springs and their rates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Decaying<D> {
+    /// Diagonal: the decay rate of each spring's own stretch.
+    pub decay: D,
+    /// The row repeated in every line: how each stretch slows the common rate.
+    pub row: D,
+}
+
+impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
+    type Relaxation = Decaying<Self>;
+
+    #[inline]
+    fn relaxation(decay: Self, row: Self) -> Decaying<Self> {
+        Decaying { decay, row }
+    }
+
+    #[inline]
+    fn relax(relaxation: Decaying<Self>, state: Self) -> Self {
+        let common = Deflection::dot(relaxation.row, state);
+        relaxation.decay.component_mul(&state).add_scalar(common)
+    }
+
+    #[inline]
+    fn negative(relaxation: Decaying<Self>) -> Decaying<Self> {
+        Decaying { decay: -relaxation.decay, row: -relaxation.row }
+    }
+
+    #[inline]
+    fn fill(value: T) -> Self {
+        Self::repeat(value)
+    }
+
+    #[inline]
+    fn dot(self, other: Self) -> T {
+        nalgebra::Matrix::dot(&self, &other)
+    }
+
+    #[inline]
+    fn scaled_by(self, other: Self) -> Self {
+        self.component_mul(&other)
+    }
+}

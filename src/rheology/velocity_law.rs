@@ -1,0 +1,133 @@
+//! A stiffness or damping that is constant or depends on the sliding velocity.
+
+use core::fmt::{self, Debug};
+
+use crate::parameter::{self, ParameterError};
+use crate::{Bounds, Scalar, Sliding};
+
+/// A stiffness or damping as a function of the sliding velocity. A plain number is a constant;
+/// [`Varying`] wraps a function.
+pub trait VelocityLaw<T: Scalar>: Debug + Clone {
+    /// The value at a velocity.
+    fn value(&self, sliding: Sliding<T>) -> T;
+
+    /// The value and its derivative with respect to the signed velocity.
+    fn value_and_slope(&self, sliding: Sliding<T>) -> (T, T);
+
+    /// Range of the values over all velocities.
+    fn bounds(&self) -> Bounds<T>;
+
+    /// Whether the value at −v is known to be that at v.
+    fn is_even(&self) -> bool;
+
+    /// Checks a law whose values must be positive.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter and the value that is out of range.
+    fn check_positive(&self, name: &'static str) -> Result<(), ParameterError>;
+
+    /// Checks a law whose values may be zero.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter and the value that is out of range.
+    fn check_non_negative(&self, name: &'static str) -> Result<(), ParameterError>;
+}
+
+impl<T: Scalar> VelocityLaw<T> for T {
+    #[inline(always)]
+    fn value(&self, _sliding: Sliding<T>) -> T {
+        *self
+    }
+
+    #[inline(always)]
+    fn value_and_slope(&self, _sliding: Sliding<T>) -> (T, T) {
+        (*self, T::zero())
+    }
+
+    fn bounds(&self) -> Bounds<T> {
+        Bounds::constant(*self)
+    }
+
+    fn is_even(&self) -> bool {
+        true
+    }
+
+    fn check_positive(&self, name: &'static str) -> Result<(), ParameterError> {
+        parameter::positive(name, *self).map(drop)
+    }
+
+    fn check_non_negative(&self, name: &'static str) -> Result<(), ParameterError> {
+        parameter::non_negative(name, *self).map(drop)
+    }
+}
+
+/// A stiffness or damping given by a function of the sliding velocity.
+///
+/// The function answers the value and its derivative with respect to the signed velocity. If it
+/// is a function of the speed, take [`Sliding::speed`] and multiply the slope over the speed by
+/// [`Sliding::direction`], so that it stays smooth on a locked branch. The bounds are taken on
+/// trust; the theorems on deflection and force use them.
+///
+/// ```
+/// use bristle::{Bounds, KelvinVoigt, KelvinVoigtParameters, Sliding, Varying};
+///
+/// // Micro-damping that vanishes in fast sliding, σ1(v) = 60 exp(−(v/v_d)²), v_d = 0.1 m/s.
+/// let micro_damping = Varying::new(
+///     |sliding: Sliding<f64>| {
+///         let u = sliding.velocity() / 0.1;
+///         let damping = 60.0 * (-u * u).exp();
+///         (damping, -2.0 * u / 0.1 * damping)
+///     },
+///     Bounds { min: 0.0, max: 60.0 },
+/// );
+/// let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping })?;
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct Varying<T, F> {
+    function: F,
+    bounds: Bounds<T>,
+}
+
+impl<T: Scalar, F: Fn(Sliding<T>) -> (T, T)> Varying<T, F> {
+    /// A law from a function and the range of its values.
+    pub fn new(function: F, bounds: Bounds<T>) -> Self {
+        Self { function, bounds }
+    }
+}
+
+impl<T: Debug, F> Debug for Varying<T, F> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Varying").field("bounds", &self.bounds).finish_non_exhaustive()
+    }
+}
+
+impl<T: Scalar, F: Fn(Sliding<T>) -> (T, T) + Clone> VelocityLaw<T> for Varying<T, F> {
+    #[inline]
+    fn value(&self, sliding: Sliding<T>) -> T {
+        (self.function)(sliding).0
+    }
+
+    #[inline]
+    fn value_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
+        (self.function)(sliding)
+    }
+
+    fn bounds(&self) -> Bounds<T> {
+        self.bounds
+    }
+
+    fn is_even(&self) -> bool {
+        false
+    }
+
+    fn check_positive(&self, name: &'static str) -> Result<(), ParameterError> {
+        self.bounds.positive(name).map(drop)
+    }
+
+    fn check_non_negative(&self, name: &'static str) -> Result<(), ParameterError> {
+        self.bounds.non_negative(name).map(drop)
+    }
+}

@@ -1,0 +1,27 @@
+//! The number type everything is generic over.
+
+use nalgebra::RealField;
+
+/// A real number the models and integrators can compute with: `f32`, `f64`, or any other
+/// [`RealField`] that can be copied, such as the dual numbers of automatic differentiation.
+pub trait Scalar: RealField + Copy {}
+
+impl<T: RealField + Copy> Scalar for T {}
+
+/// A literal of the scalar type.
+#[inline(always)]
+pub(crate) fn lit<T: Scalar>(value: f64) -> T {
+    nalgebra::convert(value)
+}
+
+/// The value as `f64`, for error messages and step-size control.
+#[inline(always)]
+pub(crate) fn to_f64<T: Scalar>(value: T) -> f64 {
+    value.to_subset_unchecked()
+}
+
+/// Not a number, in any scalar type: what a model answers where it has no answer.
+#[inline(always)]
+pub(crate) fn nan<T: Scalar>() -> T {
+    T::zero() / T::zero()
+}

@@ -1,0 +1,72 @@
+//! Ready systems: the mechanisms of the paper, with analytic Jacobians.
+//!
+//! | scene | states |
+//! |---|---|
+//! | [`PrescribedVelocity`] | deflection |
+//! | [`ForcedMass`] | position, velocity, deflection |
+//! | [`SpringDrivenMass`] | position, velocity, deflection |
+//! | [`DiaphragmValve`] | position, velocity, deflection, pressure |
+//!
+//! A scene of your own is a [`System`](crate::ode::System): about twenty lines.
+
+mod diaphragm_valve;
+mod forced_mass;
+mod prescribed_velocity;
+mod spring_driven_mass;
+
+pub use diaphragm_valve::{DiaphragmValve, DiaphragmValveParameters};
+pub use forced_mass::{ForcedMass, ForcedMassParameters};
+pub use prescribed_velocity::{PrescribedVelocity, PrescribedVelocityParameters};
+pub use spring_driven_mass::{SpringDrivenMass, SpringDrivenMassParameters};
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::bounds::larger;
+use crate::{Bristle, Contact, Scalar};
+
+/// Deflection [m] that is typical of a contact: the largest the model's theorems allow for slow
+/// sliding, or one micrometre where there is none.
+fn typical_deflection<T: Scalar, M: Bristle<T, Deflection = T>>(contact: &Contact<T, M>) -> T {
+    // At rest: the static friction over the stiffness, whatever the curve does at high speed.
+    let limit = contact.limits(T::zero()).deflection;
+    limit.unwrap_or_else(|| crate::scalar::lit(1e-6))
+}
+
+/// Friction force [N] that is typical of a contact.
+fn typical_force<T: Scalar, M: Bristle<T, Deflection = T>>(contact: &Contact<T, M>) -> T {
+    let stiffness = contact.model().storage_stiffness() * contact.normal_force();
+    larger(stiffness * typical_deflection(contact), T::default_epsilon())
+}
+
+/// Rate and derivatives of a mass m on a line with friction, ẋ = v, m v̇ = … − F, ż = …, for the
+/// first three states of a system; all other forces and their derivatives are added by the scene.
+struct Moving<T, const N: usize> {
+    rate: SVector<T, N>,
+    by_state: SMatrix<T, N, N>,
+}
+
+impl<T: Scalar, const N: usize> Moving<T, N> {
+    fn new<M: Bristle<T, Deflection = T>>(
+        contact: &Contact<T, M>,
+        sliding: crate::Sliding<T>,
+        deflection: T,
+        inverse_mass: T,
+    ) -> Self {
+        let friction = contact.linearised(sliding, deflection);
+        let mut rate = SVector::zeros();
+        rate[POSITION] = sliding.velocity();
+        rate[VELOCITY] = -friction.force * inverse_mass;
+        rate[DEFLECTION] = friction.rate;
+        let mut by_state = SMatrix::zeros();
+        by_state[(POSITION, VELOCITY)] = T::one();
+        by_state[(VELOCITY, VELOCITY)] = -friction.force_by_velocity * inverse_mass;
+        by_state[(VELOCITY, DEFLECTION)] = -friction.force_by_deflection * inverse_mass;
+        by_state[(DEFLECTION, VELOCITY)] = friction.rate_by_velocity;
+        by_state[(DEFLECTION, DEFLECTION)] = friction.rate_by_deflection;
+        Self { rate, by_state }
+    }
+}
+
+const POSITION: usize = 0;
+const VELOCITY: usize = 1;
+const DEFLECTION: usize = 2;

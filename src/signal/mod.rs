@@ -1,0 +1,48 @@
+//! Inputs over time: forces, velocities, positions and openings that drive a scene.
+//!
+//! A signal answers its value and its rate of change at a time, and says where it is not smooth,
+//! so that an integrator can end a step there.
+
+mod constant;
+mod function;
+mod polyline;
+mod sine;
+
+use core::fmt::Debug;
+
+pub use constant::Constant;
+pub use function::Function;
+pub use polyline::{Polyline, Vertex};
+pub use sine::{Sine, SineParameters};
+
+use crate::Scalar;
+
+/// A quantity that depends on time alone.
+pub trait Signal<T: Scalar>: Debug + Clone {
+    /// The value at a time \[s\].
+    fn value(&self, time: T) -> T;
+
+    /// The value and its rate of change. At a kink both are those just after it.
+    fn value_and_rate(&self, time: T) -> (T, T);
+
+    /// The first time strictly between `time` and `towards` (which may lie before it) at which the
+    /// signal is not smooth.
+    fn next_kink(&self, time: T, towards: T) -> Option<T> {
+        let _ = (time, towards);
+        None
+    }
+}
+
+/// Which of some times comes first on the way from `time` towards another.
+pub(crate) fn first_between<T: Scalar>(
+    kinks: impl Iterator<Item = T>,
+    time: T,
+    towards: T,
+) -> Option<T> {
+    let forward = towards > time;
+    kinks
+        .filter(|&kink| {
+            if forward { kink > time && kink < towards } else { kink < time && kink > towards }
+        })
+        .reduce(|a, b| if (b < a) == forward { b } else { a })
+}

@@ -1,0 +1,65 @@
+//! A sine about a mean: u(t) = mean + amplitude · sin(2π · frequency · t + phase).
+
+use super::Signal;
+use crate::Scalar;
+use crate::parameter::{self, ParameterError};
+
+/// Parameters of [`Sine`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SineParameters<T> {
+    /// Mean value, in the unit of the signal.
+    pub mean: T,
+    /// Amplitude, in the unit of the signal.
+    pub amplitude: T,
+    /// Frequency \[Hz\], positive.
+    pub frequency: T,
+    /// Phase at t = 0 \[rad\].
+    pub phase: T,
+}
+
+/// A sine about a mean, u(t) = mean + amplitude · sin(2π · frequency · t + phase).
+///
+/// ```
+/// use bristle::signal::{Signal, Sine, SineParameters};
+///
+/// let force = Sine::new(SineParameters { mean: 1.0, amplitude: 0.5, frequency: 2.0, phase: 0.0 })?;
+/// assert_eq!(force.value(0.125), 1.5);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sine<T> {
+    mean: T,
+    amplitude: T,
+    /// 2π · frequency [rad/s]
+    angular: T,
+    phase: T,
+}
+
+impl<T: Scalar> Sine<T> {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range.
+    pub fn new(parameters: SineParameters<T>) -> Result<Self, ParameterError> {
+        Ok(Self {
+            mean: parameter::finite("mean", parameters.mean)?,
+            amplitude: parameter::finite("amplitude", parameters.amplitude)?,
+            angular: T::two_pi() * parameter::positive("frequency", parameters.frequency)?,
+            phase: parameter::finite("phase", parameters.phase)?,
+        })
+    }
+}
+
+impl<T: Scalar> Signal<T> for Sine<T> {
+    #[inline]
+    fn value(&self, time: T) -> T {
+        self.mean + self.amplitude * (self.angular * time + self.phase).sin()
+    }
+
+    #[inline]
+    fn value_and_rate(&self, time: T) -> (T, T) {
+        let (sin, cos) = (self.angular * time + self.phase).sin_cos();
+        (self.mean + self.amplitude * sin, self.amplitude * self.angular * cos)
+    }
+}

@@ -1,0 +1,101 @@
+//! The sliding velocity as friction sees it: signed value, speed and direction.
+//!
+//! Every friction law contains |v| and sgn v, which are smooth except at v = 0. A solver that
+//! knows the direction of sliding replaces |v| by +v or −v and gets a smooth field; that choice
+//! is a [`Branch`]. On a locked branch the speed is allowed to be slightly negative, so that a
+//! trial step may overshoot the reversal before it is cut back to it.
+
+use crate::scalar::Scalar;
+
+/// Which smooth branch of |v| to use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Branch {
+    /// |v| as it is, with its kink at v = 0.
+    #[default]
+    Free,
+    /// |v| = v: the direction of sliding is locked to v > 0.
+    Forward,
+    /// |v| = −v: the direction of sliding is locked to v < 0.
+    Backward,
+}
+
+impl Branch {
+    /// Looks at a velocity from this branch.
+    ///
+    /// ```
+    /// use bristle::Branch;
+    ///
+    /// let overshoot = Branch::Forward.of(-1e-3);
+    /// assert_eq!(overshoot.speed(), -1e-3);
+    /// assert_eq!(Branch::Free.of(-1e-3).speed(), 1e-3);
+    /// ```
+    #[inline(always)]
+    pub fn of<T: Scalar>(self, velocity: T) -> Sliding<T> {
+        let (speed, direction) = match self {
+            Branch::Forward => (velocity, T::one()),
+            Branch::Backward => (-velocity, -T::one()),
+            Branch::Free if velocity > T::zero() => (velocity, T::one()),
+            Branch::Free if velocity < T::zero() => (-velocity, -T::one()),
+            // v = 0: the middle of the one-sided values; NaN stays NaN.
+            Branch::Free => (velocity * velocity, velocity * velocity),
+        };
+        Sliding { velocity, speed, direction }
+    }
+
+    /// The branch on which a velocity of this sign lies; `Free` for zero.
+    pub fn towards<T: Scalar>(velocity: T) -> Self {
+        if velocity > T::zero() {
+            Branch::Forward
+        } else if velocity < T::zero() {
+            Branch::Backward
+        } else {
+            Branch::Free
+        }
+    }
+
+    /// The opposite direction.
+    #[must_use]
+    pub fn reversed(self) -> Self {
+        match self {
+            Branch::Free => Branch::Free,
+            Branch::Forward => Branch::Backward,
+            Branch::Backward => Branch::Forward,
+        }
+    }
+}
+
+/// A sliding velocity seen from a [`Branch`]: made by [`Branch::of`], or from a plain number,
+/// which stands for [`Branch::Free`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sliding<T> {
+    velocity: T,
+    speed: T,
+    direction: T,
+}
+
+impl<T: Scalar> Sliding<T> {
+    /// Signed velocity v [m/s].
+    #[inline(always)]
+    pub fn velocity(&self) -> T {
+        self.velocity
+    }
+
+    /// Speed |v| [m/s]; on a locked branch ±v, negative for a velocity of the wrong sign.
+    #[inline(always)]
+    pub fn speed(&self) -> T {
+        self.speed
+    }
+
+    /// Direction sgn v, which is also d|v|/dv: ±1, or 0 at v = 0 on the free branch.
+    #[inline(always)]
+    pub fn direction(&self) -> T {
+        self.direction
+    }
+}
+
+impl<T: Scalar> From<T> for Sliding<T> {
+    #[inline(always)]
+    fn from(velocity: T) -> Self {
+        Branch::Free.of(velocity)
+    }
+}

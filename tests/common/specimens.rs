@@ -1,0 +1,440 @@
+//! Every implementor, built from one recipe in any scalar type, beside its closed form.
+
+use bristle::{
+    Affine, Asymmetric, Bounds, Bristle, Contact, Coulomb, CoulombParameters, Dahl,
+    DahlParameters, ElastoPlastic, ElastoPlasticParameters, Exact, FrBd, FrictionCurve,
+    FunctionCurve, Hold, HyperbolicTangent, KelvinVoigt, KelvinVoigtParameters, Knot, Law, Limits,
+    LinearisedContact, LuGre, RationalStribeck, RationalStribeckParameters, Regularisation, Scalar,
+    Sliding, Spring, SpringParameters, SquareRoot, Stribeck, StribeckParameters, Tabulated,
+    Varying, VelocityLaw,
+};
+
+use super::closed_form::{
+    ClosedForm, Curve, DAMPING_VARIATION, Element, Family, Modulus, STIFFNESS_VARIATION,
+};
+use super::lit;
+use super::recipe::Recipe;
+
+/// A contact of any model with a single deflection, behind one pointer.
+pub trait Subject<T: Scalar> {
+    fn affine(&self, sliding: Sliding<T>, z: T) -> Affine<T>;
+    fn affine_and_slopes(&self, sliding: Sliding<T>, z: T) -> (Affine<T>, Affine<T>);
+    fn response(&self, sliding: Sliding<T>, z: T) -> (T, T);
+    fn rate(&self, sliding: Sliding<T>, z: T) -> T;
+    fn force(&self, sliding: Sliding<T>, z: T) -> T;
+    fn linearised(&self, sliding: Sliding<T>, z: T) -> LinearisedContact<T>;
+    fn stationary(&self, sliding: Sliding<T>) -> T;
+    fn stationary_force(&self, sliding: Sliding<T>) -> T;
+    fn stored_energy(&self, z: T) -> T;
+    fn dissipated_power(&self, sliding: Sliding<T>, z: T) -> T;
+    /// With the force in newtons in place of the coefficient.
+    fn limits(&self, fastest: T) -> Limits<T>;
+    fn hold(&self, velocity: T, z: T, duration: T) -> Hold<T>;
+    fn obeys(&self, law: Law) -> bool;
+}
+
+impl<T: Scalar, M: Bristle<T, Deflection = T>> Subject<T> for Contact<T, M> {
+    fn affine(&self, sliding: Sliding<T>, z: T) -> Affine<T> {
+        self.model().affine(sliding, z)
+    }
+    fn affine_and_slopes(&self, sliding: Sliding<T>, z: T) -> (Affine<T>, Affine<T>) {
+        self.model().affine_and_slopes(sliding, z)
+    }
+    fn response(&self, sliding: Sliding<T>, z: T) -> (T, T) {
+        let response = Contact::response(self, sliding, z);
+        (response.rate, response.force)
+    }
+    fn rate(&self, sliding: Sliding<T>, z: T) -> T {
+        Contact::rate(self, sliding, z)
+    }
+    fn force(&self, sliding: Sliding<T>, z: T) -> T {
+        Contact::force(self, sliding, z)
+    }
+    fn linearised(&self, sliding: Sliding<T>, z: T) -> LinearisedContact<T> {
+        Contact::linearised(self, sliding, z)
+    }
+    fn stationary(&self, sliding: Sliding<T>) -> T {
+        Contact::stationary(self, sliding)
+    }
+    fn stationary_force(&self, sliding: Sliding<T>) -> T {
+        Contact::stationary_force(self, sliding)
+    }
+    fn stored_energy(&self, z: T) -> T {
+        Contact::stored_energy(self, z)
+    }
+    fn dissipated_power(&self, sliding: Sliding<T>, z: T) -> T {
+        Contact::dissipated_power(self, sliding, z)
+    }
+    fn limits(&self, fastest: T) -> Limits<T> {
+        Contact::limits(self, fastest)
+    }
+    fn hold(&self, velocity: T, z: T, duration: T) -> Hold<T> {
+        Contact::hold(self, velocity, z, duration)
+    }
+    fn obeys(&self, law: Law) -> bool {
+        self.model().obeys(law)
+    }
+}
+
+/// A model under its normal force, and what it should be.
+pub struct Specimen<T: Scalar> {
+    pub subject: Box<dyn Subject<T>>,
+    pub form: ClosedForm,
+}
+
+impl<T: Scalar> Specimen<T> {
+    /// What stands in a failure message.
+    pub fn name(&self) -> String {
+        let ClosedForm { family, curve, modulus, stiffness, damping, .. } = self.form;
+        format!("{family:?}<{curve:?}, σ0 {stiffness:?}, σ1 {damping:?}, {modulus:?}>")
+    }
+
+    /// Whether a step freezes what depends on the deflection (α).
+    pub fn freezes(&self) -> bool {
+        self.form.family == Family::ElastoPlastic
+    }
+
+    /// Whether the model is a case of FrBD.
+    pub fn is_frbd(&self) -> bool {
+        matches!(self.form.family, Family::FrBd | Family::Dahl)
+    }
+}
+
+/// Every model.
+pub fn specimens<T: Scalar>(recipe: &Recipe) -> Vec<Specimen<T>> {
+    let mut list = Vec::new();
+    // One line per curve …
+    with_curve(&mut list, recipe, Curve::Coulomb, coulomb(recipe));
+    with_curve(&mut list, recipe, Curve::Stribeck(1.0), stribeck(recipe, 1.0));
+    with_curve(&mut list, recipe, Curve::Stribeck(2.0), stribeck(recipe, 2.0));
+    with_curve(&mut list, recipe, Curve::Stribeck(0.7), stribeck(recipe, 0.7));
+    with_curve(&mut list, recipe, Curve::Stribeck(3.3), stribeck(recipe, 3.3));
+    with_curve(&mut list, recipe, Curve::Rational, rational(recipe));
+    with_curve(&mut list, recipe, Curve::Tabulated, tabulated(recipe));
+    with_curve(&mut list, recipe, Curve::Asymmetric, asymmetric(recipe));
+    with_curve(&mut list, recipe, Curve::Function, function(recipe));
+    // … and one per model that has no curve of its own.
+    let form = ClosedForm {
+        recipe: Recipe { viscous: 0.0, ..*recipe },
+        family: Family::Dahl,
+        curve: Curve::Coulomb,
+        modulus: Modulus::Exact,
+        stiffness: Element::Constant,
+        damping: Element::None,
+    };
+    push(&mut list, form, dahl(recipe));
+    list
+}
+
+/// One model in each regularisation.
+macro_rules! in_each_regularisation {
+    ($list:expr, $form:expr, $model:expr) => {{
+        let (form, model) = ($form, $model);
+        let recipe = &form.recipe;
+        push($list, ClosedForm { modulus: Modulus::Exact, ..form }, model.clone());
+        push(
+            $list,
+            ClosedForm { modulus: Modulus::SquareRoot, ..form },
+            model.clone().regularised(square_root(recipe)),
+        );
+        push(
+            $list,
+            ClosedForm { modulus: Modulus::HyperbolicTangent, ..form },
+            model.regularised(hyperbolic_tangent(recipe)),
+        );
+    }};
+}
+
+/// Every model that has a curve. One line each.
+fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
+    list: &mut Vec<Specimen<T>>,
+    r: &Recipe,
+    curve: Curve,
+    c: C,
+) {
+    use Element::{Constant, None, Varying};
+    let form = |family, stiffness, damping| ClosedForm {
+        recipe: *r,
+        family,
+        curve,
+        modulus: Modulus::Exact,
+        stiffness,
+        damping,
+    };
+    let frbd = |stiffness, damping| form(Family::FrBd, stiffness, damping);
+    let (k, d): (T, T) = (lit(r.stiffness), lit(r.damping));
+    let (k_varying, d_varying) = (varying_stiffness(r), varying_damping(r));
+
+    in_each_regularisation!(list, frbd(Constant, None), FrBd::new(c.clone(), spring(k)));
+    in_each_regularisation!(list, frbd(Constant, Constant), FrBd::new(c.clone(), kelvin_voigt(k, d)));
+    in_each_regularisation!(
+        list,
+        frbd(Constant, Varying),
+        FrBd::new(c.clone(), kelvin_voigt(k, d_varying.clone()))
+    );
+    in_each_regularisation!(
+        list,
+        frbd(Varying, Constant),
+        FrBd::new(c.clone(), kelvin_voigt(k_varying.clone(), d))
+    );
+    push(list, frbd(Varying, None), FrBd::new(c.clone(), kelvin_voigt(k_varying, T::zero())));
+
+    in_each_regularisation!(
+        list,
+        form(Family::LuGreClassical, Constant, Constant),
+        LuGre::classical(c.clone(), kelvin_voigt(k, d))
+    );
+    push(
+        list,
+        form(Family::LuGreClassical, Constant, None),
+        LuGre::classical(c.clone(), kelvin_voigt(k, T::zero())),
+    );
+    push(
+        list,
+        form(Family::LuGreClassical, Constant, Varying),
+        LuGre::classical(c.clone(), kelvin_voigt(k, d_varying.clone())),
+    );
+    in_each_regularisation!(
+        list,
+        form(Family::LuGreInside, Constant, Constant),
+        LuGre::with_viscous_part_inside(c.clone(), kelvin_voigt(k, d))
+    );
+    push(
+        list,
+        form(Family::LuGreInside, Constant, Varying),
+        LuGre::with_viscous_part_inside(c.clone(), kelvin_voigt(k, d_varying.clone())),
+    );
+    let stick_limit = lit(form(Family::ElastoPlastic, Constant, Constant).stick_limit());
+    in_each_regularisation!(
+        list,
+        form(Family::ElastoPlastic, Constant, Constant),
+        elasto_plastic(c.clone(), kelvin_voigt(k, d), stick_limit)
+    );
+    push(
+        list,
+        form(Family::ElastoPlastic, Constant, Varying),
+        elasto_plastic(c, kelvin_voigt(k, d_varying), stick_limit),
+    );
+}
+
+fn push<T: Scalar, M: Bristle<T, Deflection = T> + 'static>(
+    list: &mut Vec<Specimen<T>>,
+    form: ClosedForm,
+    model: M,
+) {
+    let contact = model.under_load(lit(form.recipe.load)).unwrap();
+    list.push(Specimen { subject: Box::new(contact), form });
+}
+
+pub fn coulomb<T: Scalar>(r: &Recipe) -> Coulomb<T> {
+    Coulomb::new(CoulombParameters {
+        dynamic_coefficient: lit(r.dynamic),
+        viscous_friction: lit(r.viscous),
+    })
+    .unwrap()
+}
+
+pub fn stribeck<T: Scalar>(r: &Recipe, exponent: f64) -> Stribeck<T> {
+    Stribeck::new(StribeckParameters {
+        static_coefficient: lit(r.static_),
+        dynamic_coefficient: lit(r.dynamic),
+        stribeck_velocity: lit(r.stribeck_velocity),
+        stribeck_exponent: lit(exponent),
+        viscous_friction: lit(r.viscous),
+    })
+    .unwrap()
+}
+
+pub fn rational<T: Scalar>(r: &Recipe) -> RationalStribeck<T> {
+    RationalStribeck::new(RationalStribeckParameters {
+        static_coefficient: lit(r.static_),
+        dynamic_coefficient: lit(r.dynamic),
+        stribeck_velocity: lit(r.stribeck_velocity),
+        viscous_friction: lit(r.viscous),
+    })
+    .unwrap()
+}
+
+pub fn tabulated<T: Scalar>(r: &Recipe) -> Tabulated<T, 5> {
+    table(r.knots())
+}
+
+/// A table from pairs of speed and coefficient.
+pub fn table<T: Scalar, const N: usize>(knots: [(f64, f64); N]) -> Tabulated<T, N> {
+    Tabulated::new(
+        knots.map(|(speed, mu)| Knot { speed: lit(speed), coefficient: lit(mu) }),
+    )
+    .unwrap()
+}
+
+pub fn asymmetric<T: Scalar>(r: &Recipe) -> Asymmetric<Stribeck<T>, Coulomb<T>> {
+    Asymmetric {
+        forward: stribeck(r, 2.0),
+        backward: coulomb(&Recipe { viscous: 0.0, ..*r }),
+    }
+}
+
+pub fn function<T: Scalar>(
+    r: &Recipe,
+) -> FunctionCurve<T, impl Fn(T) -> (T, T) + Clone + use<T>> {
+    let (dynamic, v_s): (T, T) = (lit(r.dynamic), lit(r.stribeck_velocity));
+    FunctionCurve::new(
+        move |speed: T| {
+            let u = speed / v_s;
+            let square = T::one() + u * u;
+            let fall = lit::<T>(0.5) / square.sqrt();
+            (dynamic * (T::one() + fall), -dynamic * fall * u / square / v_s)
+        },
+        Bounds { min: dynamic, max: dynamic * lit(1.5) },
+    )
+    .unwrap()
+}
+
+/// c (1 + a u/√(1 + u²)) with u = v/v_d.
+fn varying<T: Scalar>(
+    constant: f64,
+    variation: f64,
+    r: &Recipe,
+) -> Varying<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
+    let (c, a, v_d): (T, T, T) = (lit(constant), lit(variation), lit(r.varying_velocity));
+    Varying::new(
+        move |sliding: Sliding<T>| {
+            let u = sliding.velocity() / v_d;
+            let root = (T::one() + u * u).sqrt();
+            (c * (T::one() + a * u / root), c * a / (root * root * root * v_d))
+        },
+        Bounds {
+            min: lit(constant * (1.0 - variation)),
+            max: lit(constant * (1.0 + variation)),
+        },
+    )
+}
+
+pub fn varying_stiffness<T: Scalar>(
+    r: &Recipe,
+) -> Varying<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
+    varying(r.stiffness, STIFFNESS_VARIATION, r)
+}
+
+pub fn varying_damping<T: Scalar>(
+    r: &Recipe,
+) -> Varying<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
+    varying(r.damping, DAMPING_VARIATION, r)
+}
+
+pub fn spring<T: Scalar>(micro_stiffness: T) -> Spring<T> {
+    Spring::new(SpringParameters { micro_stiffness }).unwrap()
+}
+
+pub fn kelvin_voigt<T: Scalar, K: VelocityLaw<T>, D: VelocityLaw<T>>(
+    micro_stiffness: K,
+    micro_damping: D,
+) -> KelvinVoigt<T, K, D> {
+    KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping }).unwrap()
+}
+
+pub fn elasto_plastic<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>(
+    curve: C,
+    rheology: KelvinVoigt<T, T, D>,
+    stick_limit: T,
+) -> ElastoPlastic<T, C, D> {
+    ElastoPlastic::new(ElastoPlasticParameters { curve, rheology, stick_limit }).unwrap()
+}
+
+pub fn dahl<T: Scalar>(r: &Recipe) -> Dahl<T> {
+    Dahl::new(DahlParameters {
+        dynamic_coefficient: lit(r.dynamic),
+        micro_stiffness: lit(r.stiffness),
+    })
+    .unwrap()
+}
+
+pub fn square_root<T: Scalar>(r: &Recipe) -> SquareRoot<T> {
+    SquareRoot::new(lit(r.epsilon)).unwrap()
+}
+
+pub fn hyperbolic_tangent<T: Scalar>(r: &Recipe) -> HyperbolicTangent<T> {
+    HyperbolicTangent::new(lit(r.threshold)).unwrap()
+}
+
+/// A friction curve behind one pointer.
+pub trait CurveSubject<T: Scalar> {
+    fn coefficient(&self, sliding: Sliding<T>) -> T;
+    fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T);
+    fn bounds(&self, fastest: T) -> Bounds<T>;
+    fn viscous_friction(&self) -> T;
+    fn without_viscous_friction(&self) -> Box<dyn CurveSubject<T>>;
+    fn is_even(&self) -> bool;
+}
+
+impl<T: Scalar, C: FrictionCurve<T> + 'static> CurveSubject<T> for C {
+    fn coefficient(&self, sliding: Sliding<T>) -> T {
+        FrictionCurve::coefficient(self, sliding)
+    }
+    fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
+        FrictionCurve::coefficient_and_slope(self, sliding)
+    }
+    fn bounds(&self, fastest: T) -> Bounds<T> {
+        FrictionCurve::bounds(self, fastest)
+    }
+    fn viscous_friction(&self) -> T {
+        FrictionCurve::viscous_friction(self)
+    }
+    fn without_viscous_friction(&self) -> Box<dyn CurveSubject<T>> {
+        Box::new(FrictionCurve::without_viscous_friction(self))
+    }
+    fn is_even(&self) -> bool {
+        FrictionCurve::is_even(self)
+    }
+}
+
+/// Every curve.
+pub fn curves<T: Scalar>(r: &Recipe) -> Vec<(Curve, Box<dyn CurveSubject<T>>)> {
+    vec![
+        (Curve::Coulomb, Box::new(coulomb(r))),
+        (Curve::Stribeck(1.0), Box::new(stribeck(r, 1.0))),
+        (Curve::Stribeck(2.0), Box::new(stribeck(r, 2.0))),
+        (Curve::Stribeck(0.7), Box::new(stribeck(r, 0.7))),
+        (Curve::Stribeck(3.3), Box::new(stribeck(r, 3.3))),
+        (Curve::Rational, Box::new(rational(r))),
+        (Curve::Tabulated, Box::new(tabulated(r))),
+        (Curve::Asymmetric, Box::new(asymmetric(r))),
+        (Curve::Function, Box::new(function(r))),
+    ]
+}
+
+/// A regularisation behind one pointer.
+pub trait ModulusSubject<T: Scalar> {
+    fn speed(&self, sliding: Sliding<T>) -> T;
+    fn speed_and_slope(&self, sliding: Sliding<T>) -> (T, T);
+    fn sign(&self, sliding: Sliding<T>) -> T;
+    fn sign_and_slope(&self, sliding: Sliding<T>) -> (T, T);
+    fn speed_at_rest(&self) -> T;
+}
+
+impl<T: Scalar, E: Regularisation<T>> ModulusSubject<T> for E {
+    fn speed(&self, sliding: Sliding<T>) -> T {
+        Regularisation::speed(self, sliding)
+    }
+    fn speed_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
+        Regularisation::speed_and_slope(self, sliding)
+    }
+    fn sign(&self, sliding: Sliding<T>) -> T {
+        Regularisation::sign(self, sliding)
+    }
+    fn sign_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
+        Regularisation::sign_and_slope(self, sliding)
+    }
+    fn speed_at_rest(&self) -> T {
+        Regularisation::speed_at_rest(self)
+    }
+}
+
+/// Every regularisation.
+pub fn regularisations<T: Scalar>(r: &Recipe) -> Vec<(Modulus, Box<dyn ModulusSubject<T>>)> {
+    vec![
+        (Modulus::Exact, Box::new(Exact)),
+        (Modulus::SquareRoot, Box::new(square_root(r))),
+        (Modulus::HyperbolicTangent, Box::new(hyperbolic_tangent(r))),
+    ]
+}
