@@ -59,7 +59,7 @@ pub struct LinearisedContact<T: Scalar, D: Deflection<T> = T> {
 }
 
 impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
-    /// A model under a normal force p [N], positive.
+    /// A model under a normal force p \[N\], positive.
     ///
     /// # Errors
     ///
@@ -99,10 +99,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         deflection: M::Deflection,
     ) -> ContactResponse<T, M::Deflection> {
         let response = self.model.response(sliding, deflection);
-        ContactResponse {
-            rate: response.rate,
-            force: self.normal_force * response.coefficient,
-        }
+        ContactResponse { rate: response.rate, force: self.normal_force * response.coefficient }
     }
 
     /// Rate and force with all their partial derivatives.
@@ -141,11 +138,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     }
 
     /// The dissipated power F v − Ẇ \[W\]: never negative for a passive model.
-    pub fn dissipated_power(
-        &self,
-        sliding: impl Into<Sliding<T>>,
-        deflection: M::Deflection,
-    ) -> T {
+    pub fn dissipated_power(&self, sliding: impl Into<Sliding<T>>, deflection: M::Deflection) -> T {
         let sliding = sliding.into();
         let affine = self.model.affine(sliding, deflection);
         let stiffness = self.model.storage_stiffness();

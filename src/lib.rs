@@ -1,4 +1,51 @@
-//! Dynamic friction models.
+//! Dynamic friction models, and integrators that know about friction.
+//!
+//! A body rubs on another through elastic bristles. From a friction curve μ(v) and a law of what
+//! a bristle is made of follows a *friction model with bristle dynamics* ([`FrBd`]): one state, the
+//! deflection z, and a force that sticks, slips, lags and loops as measured friction does. Beside
+//! it stand [`LuGre`], [`Dahl`] and [`ElastoPlastic`], all behind one trait, [`Bristle`].
+//!
+//! | step | what | where |
+//! |---|---|---|
+//! | 1 | a friction curve μ(v) | [`Stribeck`] and others, trait [`FrictionCurve`] |
+//! | 2 | a bristle | [`KelvinVoigt`] and others, trait [`Rheology`] |
+//! | 3 | a model of both | [`FrBd`] and others, trait [`Bristle`] |
+//! | 4 | a normal force | [`Bristle::under_load`] makes a [`Contact`] |
+//! | 5a | in a loop | [`Contact::hold`] steps exactly over a sample |
+//! | 5b | in a mechanism | [`scene`], or your own [`ode::System`] |
+//! | 6 | a simulation | [`ode::Solver`] |
+//!
+//! ```
+//! use bristle::{Bristle, FrBd, KelvinVoigt, Law, Stribeck, paper};
+//!
+//! let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+//! let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+//! let contact = FrBd::new(curve, bristle).under_load(10.0)?; // N
+//!
+//! // Breakaway: steady sliding at 1 µm/s carries the static friction coefficient.
+//! assert!((contact.stationary_force(1e-6) - 15.0).abs() < 1e-6);
+//! // What the theorems promise up to 1 m/s: deflection [m], force [N], relaxation rate [1/s].
+//! let limits = contact.limits(1.0);
+//! assert!(limits.deflection.unwrap() < 1.51e-4 && limits.coefficient.unwrap() < 15.1);
+//! assert!(contact.model().obeys(Law::Passivity));
+//! # Ok::<(), bristle::ParameterError>(())
+//! ```
+//!
+//! # Conventions
+//!
+//! SI units throughout. The friction force opposes the velocity: m v̇ = … − F. Quantities per
+//! normal force carry the field's symbols σ0 [1/m], σ1 [s/m], σ2 [s/m] as search aliases. Angles,
+//! torques and inertias serve as well as positions, forces and masses, with the units of σ0 … v_S
+//! to match.
+//!
+//! Parameters are checked once, when a value is built; afterwards nothing fails, and nothing
+//! panics. NaN given to a model at run time comes out as NaN; an integration that meets one stops
+//! and says where.
+//!
+//! # Source
+//!
+//! L. Romano, O. M. Aamo, J. Åslund, E. Frisk, "First-order friction models with bristle dynamics:
+//! lumped and distributed formulations", arXiv 2602.09429, cited below as Romano et al.
 #![no_std]
 
 #[cfg(feature = "alloc")]
@@ -11,6 +58,7 @@ mod contact;
 mod curve;
 mod model;
 pub mod ode;
+pub mod paper;
 mod parameter;
 mod regularisation;
 mod rheology;
@@ -37,3 +85,8 @@ pub use rheology::{
 };
 pub use scalar::Scalar;
 pub use sliding::{Branch, Sliding};
+
+/// The README's programs compile and run.
+#[cfg(all(doctest, feature = "alloc"))]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -98,14 +98,19 @@ impl<T: Scalar> FrictionCurve<T> for RationalStribeck<T> {
         let decay = |u: T| T::one() / (T::one() + u * u);
         let valley = Valley {
             value: |u: T| {
-                let viscous = if self.viscous == T::zero() { T::zero() } else { self.viscous * u * velocity };
+                let viscous =
+                    if self.viscous == T::zero() { T::zero() } else { self.viscous * u * velocity };
                 self.dynamic + self.drop * decay(u) + viscous
             },
             steepness: |u: T| (u + u) * decay(u) * decay(u),
         };
         // 2u/(1+u²)² is largest where 1 + u² = 4u².
         let steepest = lit::<T>(1.0 / 3.0).sqrt();
-        valley.bounds(fastest * self.inverse_velocity, steepest, self.viscous * velocity / self.drop)
+        valley.bounds(
+            fastest * self.inverse_velocity,
+            steepest,
+            self.viscous * velocity / self.drop,
+        )
     }
 
     fn viscous_friction(&self) -> T {

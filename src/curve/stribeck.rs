@@ -156,17 +156,15 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
         let (w, w_slope) = self.power(sliding.speed() * self.inverse_velocity);
         let stribeck = self.drop * self.decay(w);
         let slope = self.viscous - stribeck * w_slope * self.inverse_velocity;
-        (
-            self.dynamic + stribeck + self.viscous * sliding.speed(),
-            slope * sliding.direction(),
-        )
+        (self.dynamic + stribeck + self.viscous * sliding.speed(), slope * sliding.direction())
     }
 
     fn bounds(&self, fastest: T) -> Bounds<T> {
         let velocity = T::one() / self.inverse_velocity;
         let valley = Valley {
             value: |u: T| {
-                let viscous = if self.viscous == T::zero() { T::zero() } else { self.viscous * u * velocity };
+                let viscous =
+                    if self.viscous == T::zero() { T::zero() } else { self.viscous * u * velocity };
                 self.dynamic + self.drop * self.decay(self.power(u).0) + viscous
             },
             steepness: |u: T| {
@@ -184,7 +182,11 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
             }
             Exponent::Other(_) => T::default_epsilon(),
         };
-        valley.bounds(fastest * self.inverse_velocity, steepest, self.viscous * velocity / self.drop)
+        valley.bounds(
+            fastest * self.inverse_velocity,
+            steepest,
+            self.viscous * velocity / self.drop,
+        )
     }
 
     fn viscous_friction(&self) -> T {

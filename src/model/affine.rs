@@ -107,8 +107,7 @@ fn relaxed<T: Scalar>(x: T) -> (T, T, T) {
             1.0 / 6_227_020_800.0,
             1.0 / 87_178_291_200.0,
         ];
-        let phi2 =
-            INVERSE_FACTORIALS.iter().rev().fold(T::zero(), |sum, &c| lit::<T>(c) - x * sum);
+        let phi2 = INVERSE_FACTORIALS.iter().rev().fold(T::zero(), |sum, &c| lit::<T>(c) - x * sum);
         let phi1 = T::one() - x * phi2;
         (T::one() - x * phi1, phi1, phi2)
     } else {

@@ -108,7 +108,10 @@ where
         let inverse = inverse_resistance(elements.damping * speed + mu);
         let drive = mu * inverse;
         Affine {
-            relaxation: R::Deflection::relaxation(elements.decay, elements.stiffness * (speed * inverse)),
+            relaxation: R::Deflection::relaxation(
+                elements.decay,
+                elements.stiffness * (speed * inverse),
+            ),
             drive,
             stiffness: elements.stiffness * drive,
             damping: elements.damping * drive,
@@ -131,8 +134,7 @@ where
         let viscous_slope = elements_slope.damping * speed + elements.damping * speed_slope;
         let drive_slope = (viscous * mu_slope - mu * viscous_slope) * inverse * inverse;
         let share = speed * inverse;
-        let share_slope = (speed_slope * mu
-            - speed * (elements_slope.damping * speed + mu_slope))
+        let share_slope = (speed_slope * mu - speed * (elements_slope.damping * speed + mu_slope))
             * inverse
             * inverse;
         (
@@ -168,8 +170,10 @@ where
         match law {
             Law::SteadySliding | Law::Secant => true,
             Law::Passivity | Law::BoundedForce => self.rheology.stiffness_bounds().is_constant(),
-            Law::BoundedDeflection => self.limits(unlimited()).deflection.is_some()
-                || self.limits(T::one()).deflection.is_some(),
+            Law::BoundedDeflection => {
+                self.limits(unlimited()).deflection.is_some()
+                    || self.limits(T::one()).deflection.is_some()
+            }
             Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
             Law::OddSymmetry => self.curve.is_even() && self.rheology.is_even(),
             Law::NoDrift => false,

@@ -123,9 +123,8 @@ where
         let by_squares = damping.max * damping.max
             <= T::one() * crate::scalar::lit::<T>(4.0) * slope * (damping.min + self.viscous);
         // Or by the damping alone for |z| ≤ max g/σ0: σ1(max g/min g) ≤ σ1 + σ2.
-        let by_limit = exact
-            && damping.is_constant()
-            && damping.max * (g.max - g.min) <= self.viscous * g.min;
+        let by_limit =
+            exact && damping.is_constant() && damping.max * (g.max - g.min) <= self.viscous * g.min;
         damping.max == T::zero() || by_squares || by_limit
     }
 }

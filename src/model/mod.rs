@@ -63,7 +63,11 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
 
     /// The deflection rate ż [m/s].
     #[inline]
-    fn rate(&self, sliding: impl Into<Sliding<T>>, deflection: Self::Deflection) -> Self::Deflection {
+    fn rate(
+        &self,
+        sliding: impl Into<Sliding<T>>,
+        deflection: Self::Deflection,
+    ) -> Self::Deflection {
         let sliding = sliding.into();
         self.affine(sliding, deflection).rate(sliding.velocity(), deflection)
     }
@@ -112,7 +116,7 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         self.affine(sliding.into(), deflection).relaxation
     }
 
-    /// Puts the model under a normal force p [N], positive.
+    /// Puts the model under a normal force p \[N\], positive.
     ///
     /// # Errors
     ///

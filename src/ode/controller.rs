@@ -62,8 +62,7 @@ pub(crate) fn rough_power(x: f64, exponent: f64) -> f64 {
     // An error of zero is as good as the smallest normal number.
     let bits = if x > f64::MIN_POSITIVE { x } else { f64::MIN_POSITIVE }.to_bits();
     let fraction = f64::from_bits(bits & MANTISSA | ONE) - 1.0;
-    let logarithm =
-        (bits >> 52) as f64 - 1023.0 + fraction + BEND * fraction * (1.0 - fraction);
+    let logarithm = (bits >> 52) as f64 - 1023.0 + fraction + BEND * fraction * (1.0 - fraction);
     let power = (logarithm * exponent).clamp(-1000.0, 1000.0);
     let mut whole = power as i64;
     if (whole as f64) > power {

@@ -143,7 +143,13 @@ mod tests {
         for order in 2..=5 {
             let known = all.clone();
             // Partitions of order − 1 nodes over subtrees, in non-decreasing position.
-            fn extend(known: &[Tree], from: usize, left: usize, picked: &mut Vec<Tree>, out: &mut Vec<Tree>) {
+            fn extend(
+                known: &[Tree],
+                from: usize,
+                left: usize,
+                picked: &mut Vec<Tree>,
+                out: &mut Vec<Tree>,
+            ) {
                 if left == 0 {
                     out.push(Tree(picked.clone()));
                     return;
@@ -213,7 +219,8 @@ mod tests {
                 let last = f64::from(u8::from(i == 6));
                 let from_start = first - b[i];
                 let from_end = b[i] - last - from_start;
-                weights[i] = theta * (b[i] + rest * (from_start + theta * (from_end + rest * D[i])));
+                weights[i] =
+                    theta * (b[i] + rest * (from_start + theta * (from_end + rest * D[i])));
             }
             for tree in trees().iter().filter(|tree| tree.order() <= 4) {
                 let want = f64::powi(theta, tree.order() as i32) / tree.density();

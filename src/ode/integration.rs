@@ -125,8 +125,7 @@ where
         (start_time, end_time): (T, T),
         state: SVector<T, N>,
     ) -> Result<Self, Failure<T, N>> {
-        let lock =
-            Lock { branch: Branch::Free, ahead: T::zero(), noise: T::zero(), stalled: 0 };
+        let lock = Lock { branch: Branch::Free, ahead: T::zero(), noise: T::zero(), stalled: 0 };
         let mut run = Self {
             system,
             solver,
@@ -345,7 +344,8 @@ where
                     (tolerances.mean_square(&self.point.state, &attempt), *order)
                 }
             };
-            let finite = square.is_finite() && is_finite(&attempt.state) && is_finite(&attempt.rate);
+            let finite =
+                square.is_finite() && is_finite(&attempt.state) && is_finite(&attempt.rate);
             if !(finite && square <= 1.0) {
                 self.shorten(step, &attempt, if finite { square } else { f64::NAN }, order)?;
                 continue;
@@ -537,9 +537,7 @@ where
         let end = self.system.sliding_velocities(step.end_time, &step.end);
         let mut first = Reversal::None;
         let mut earliest = T::one();
-        for (index, ((lock, middle), end)) in
-            self.locks.iter().zip(middle).zip(end).enumerate()
-        {
+        for (index, ((lock, middle), end)) in self.locks.iter().zip(middle).zip(end).enumerate() {
             if lock.branch == Branch::Free {
                 continue;
             }

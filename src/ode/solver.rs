@@ -10,8 +10,8 @@ use super::integration::Integration;
 use super::method::{Embedded, Method};
 use super::step::Step;
 use super::{Statistics, System, Tolerances};
-use crate::parameter::{self, ParameterError};
 use crate::Scalar;
+use crate::parameter::{self, ParameterError};
 
 /// A method with its step control.
 ///

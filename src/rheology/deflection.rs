@@ -7,7 +7,7 @@ use nalgebra::SVector;
 
 use crate::Scalar;
 
-/// The state of a bristle [m]: a single deflection is a scalar, several springs make a vector.
+/// The state of a bristle \[m\]: a single deflection is a scalar, several springs make a vector.
 ///
 /// The rate of any bristle of this crate is affine in its state, with a matrix that is diagonal
 /// plus a row repeated in every line: each spring's stretch follows the common rate ż, which

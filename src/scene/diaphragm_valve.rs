@@ -150,12 +150,7 @@ where
     }
 
     #[inline]
-    fn tangent(
-        &self,
-        time: T,
-        state: &Vector4<T>,
-        [branch]: [Branch; 1],
-    ) -> Option<Tangent<T, 4>> {
+    fn tangent(&self, time: T, state: &Vector4<T>, [branch]: [Branch; 1]) -> Option<Tangent<T, 4>> {
         let sliding = branch.of(state[VELOCITY]);
         let Moving { mut rate, mut by_state } =
             Moving::new(&self.contact, sliding, state[DEFLECTION], self.inverse_mass);

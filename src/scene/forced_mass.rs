@@ -83,12 +83,7 @@ where
     }
 
     #[inline]
-    fn tangent(
-        &self,
-        time: T,
-        state: &Vector3<T>,
-        [branch]: [Branch; 1],
-    ) -> Option<Tangent<T, 3>> {
+    fn tangent(&self, time: T, state: &Vector3<T>, [branch]: [Branch; 1]) -> Option<Tangent<T, 3>> {
         let sliding = branch.of(state[VELOCITY]);
         let Moving { mut rate, by_state } =
             Moving::new(&self.contact, sliding, state[DEFLECTION], self.inverse_mass);

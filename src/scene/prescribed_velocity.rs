@@ -72,12 +72,7 @@ where
         [self.velocity.value(time)]
     }
 
-    fn tangent(
-        &self,
-        time: T,
-        state: &Vector1<T>,
-        [branch]: [Branch; 1],
-    ) -> Option<Tangent<T, 1>> {
+    fn tangent(&self, time: T, state: &Vector1<T>, [branch]: [Branch; 1]) -> Option<Tangent<T, 1>> {
         let (velocity, acceleration) = self.velocity.value_and_rate(time);
         let friction = self.contact.linearised(branch.of(velocity), state.x);
         Some(Tangent {

@@ -95,12 +95,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> System<T, 3> for SpringDrivenMass
     }
 
     #[inline]
-    fn tangent(
-        &self,
-        time: T,
-        state: &Vector3<T>,
-        [branch]: [Branch; 1],
-    ) -> Option<Tangent<T, 3>> {
+    fn tangent(&self, time: T, state: &Vector3<T>, [branch]: [Branch; 1]) -> Option<Tangent<T, 3>> {
         let sliding = branch.of(state[VELOCITY]);
         let Moving { mut rate, mut by_state } =
             Moving::new(&self.contact, sliding, state[DEFLECTION], self.inverse_mass);

@@ -41,8 +41,10 @@ pub(crate) fn first_between<T: Scalar>(
 ) -> Option<T> {
     let forward = towards > time;
     kinks
-        .filter(|&kink| {
-            if forward { kink > time && kink < towards } else { kink < time && kink > towards }
-        })
+        .filter(
+            |&kink| {
+                if forward { kink > time && kink < towards } else { kink < time && kink > towards }
+            },
+        )
         .reduce(|a, b| if (b < a) == forward { b } else { a })
 }

@@ -85,9 +85,7 @@ impl Curve {
             Self::Stribeck(exponent) => r.dynamic + drop * (-u.powf(exponent)).exp(),
             Self::Rational => r.dynamic + drop / (1.0 + u * u),
             Self::Tabulated => Table(r.knots()).value(v.abs()),
-            Self::Asymmetric if v >= 0.0 => {
-                Self::Stribeck(2.0).dry(r, v) + r.viscous * v.abs()
-            }
+            Self::Asymmetric if v >= 0.0 => Self::Stribeck(2.0).dry(r, v) + r.viscous * v.abs(),
             Self::Asymmetric => r.dynamic,
             Self::Function => r.dynamic * (1.0 + 0.5 / 1.0_f64.hypot(u)),
         }
@@ -122,9 +120,7 @@ impl Curve {
             }
             Self::Rational => drop * 2.0 * u / (1.0 + u * u).powi(2) / r.stribeck_velocity,
             Self::Tabulated => Table(r.knots()).slope_terms(v.abs()),
-            Self::Asymmetric if v >= 0.0 => {
-                Self::Stribeck(2.0).dry_slope_terms(r, v) + r.viscous
-            }
+            Self::Asymmetric if v >= 0.0 => Self::Stribeck(2.0).dry_slope_terms(r, v) + r.viscous,
             Self::Asymmetric => 0.0,
             Self::Function => 0.5 * r.dynamic * u / (1.0 + u * u).powf(1.5) / r.stribeck_velocity,
         }
@@ -329,8 +325,7 @@ impl ClosedForm {
         if self.stiffness == Element::Constant
             && matches!(self.family, Family::FrBd | Family::ElastoPlastic | Family::Dahl)
         {
-            let spring =
-                self.alpha(v, z) * self.sigma0(v).powi(2) * self.speed(v) * z * z;
+            let spring = self.alpha(v, z) * self.sigma0(v).powi(2) * self.speed(v) * z * z;
             self.recipe.load / g * (spring + self.sigma1(v) * self.mu(v) * v * v)
         } else {
             let c = self.coefficients(v, z);
@@ -398,6 +393,17 @@ impl ClosedForm {
             stiffness: s0 * drive,
             damping: s1 * drive,
         }
+    }
+
+    /// What a unit error of α makes of the dissipated power: α is a difference, ½ + ½ sin(…), so
+    /// its error is relative to one and not to itself.
+    pub fn power_by_alpha(&self, v: f64, z: f64) -> f64 {
+        let alpha = self.alpha(v, z);
+        if alpha == 0.0 || alpha == 1.0 {
+            return 0.0;
+        }
+        let by_alpha = self.alpha_terms(v, z);
+        self.recipe.load * (self.storage() * by_alpha.relaxation * z * z + by_alpha.damping * v * v)
     }
 
     /// Sums of the absolute values of the terms of ∂α/∂z and ∂α/∂v. The phase of the sine runs

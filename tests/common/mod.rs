@@ -21,7 +21,13 @@ pub fn lit<T: bristle::Scalar>(value: f64) -> T {
 /// the absolute values of the terms that were added up, since no floating-point sum can do better
 /// than a few roundings of those. NaN is never within.
 #[track_caller]
-pub fn assert_within(tolerance: f64, scale: f64, got: f64, want: f64, what: impl FnOnce() -> String) {
+pub fn assert_within(
+    tolerance: f64,
+    scale: f64,
+    got: f64,
+    want: f64,
+    what: impl FnOnce() -> String,
+) {
     assert!(
         (got - want).abs() <= tolerance * scale,
         "{}: got {got:e}, want {want:e}, off by {:e} of {scale:e}",

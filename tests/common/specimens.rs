@@ -1,12 +1,11 @@
 //! Every implementor, built from one recipe in any scalar type, beside its closed form.
 
 use bristle::{
-    Affine, Asymmetric, Bounds, Bristle, Contact, Coulomb, CoulombParameters, Dahl,
-    DahlParameters, ElastoPlastic, ElastoPlasticParameters, Exact, FrBd, FrictionCurve,
-    FunctionCurve, Hold, HyperbolicTangent, KelvinVoigt, KelvinVoigtParameters, Knot, Law, Limits,
-    LinearisedContact, LuGre, RationalStribeck, RationalStribeckParameters, Regularisation, Scalar,
-    Sliding, Spring, SpringParameters, SquareRoot, Stribeck, StribeckParameters, Tabulated,
-    Varying, VelocityLaw,
+    Affine, Asymmetric, Bounds, Bristle, Contact, Coulomb, CoulombParameters, Dahl, DahlParameters,
+    ElastoPlastic, ElastoPlasticParameters, Exact, FrBd, FrictionCurve, FunctionCurve, Hold,
+    HyperbolicTangent, KelvinVoigt, KelvinVoigtParameters, Knot, Law, Limits, LinearisedContact,
+    LuGre, RationalStribeck, RationalStribeckParameters, Regularisation, Scalar, Sliding, Spring,
+    SpringParameters, SquareRoot, Stribeck, StribeckParameters, Tabulated, Varying, VelocityLaw,
 };
 
 use super::closed_form::{
@@ -166,7 +165,11 @@ fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
     let (k_varying, d_varying) = (varying_stiffness(r), varying_damping(r));
 
     in_each_regularisation!(list, frbd(Constant, None), FrBd::new(c.clone(), spring(k)));
-    in_each_regularisation!(list, frbd(Constant, Constant), FrBd::new(c.clone(), kelvin_voigt(k, d)));
+    in_each_regularisation!(
+        list,
+        frbd(Constant, Constant),
+        FrBd::new(c.clone(), kelvin_voigt(k, d))
+    );
     in_each_regularisation!(
         list,
         frbd(Constant, Varying),
@@ -261,22 +264,15 @@ pub fn tabulated<T: Scalar>(r: &Recipe) -> Tabulated<T, 5> {
 
 /// A table from pairs of speed and coefficient.
 pub fn table<T: Scalar, const N: usize>(knots: [(f64, f64); N]) -> Tabulated<T, N> {
-    Tabulated::new(
-        knots.map(|(speed, mu)| Knot { speed: lit(speed), coefficient: lit(mu) }),
-    )
-    .unwrap()
+    Tabulated::new(knots.map(|(speed, mu)| Knot { speed: lit(speed), coefficient: lit(mu) }))
+        .unwrap()
 }
 
 pub fn asymmetric<T: Scalar>(r: &Recipe) -> Asymmetric<Stribeck<T>, Coulomb<T>> {
-    Asymmetric {
-        forward: stribeck(r, 2.0),
-        backward: coulomb(&Recipe { viscous: 0.0, ..*r }),
-    }
+    Asymmetric { forward: stribeck(r, 2.0), backward: coulomb(&Recipe { viscous: 0.0, ..*r }) }
 }
 
-pub fn function<T: Scalar>(
-    r: &Recipe,
-) -> FunctionCurve<T, impl Fn(T) -> (T, T) + Clone + use<T>> {
+pub fn function<T: Scalar>(r: &Recipe) -> FunctionCurve<T, impl Fn(T) -> (T, T) + Clone + use<T>> {
     let (dynamic, v_s): (T, T) = (lit(r.dynamic), lit(r.stribeck_velocity));
     FunctionCurve::new(
         move |speed: T| {
@@ -303,10 +299,7 @@ fn varying<T: Scalar>(
             let root = (T::one() + u * u).sqrt();
             (c * (T::one() + a * u / root), c * a / (root * root * root * v_d))
         },
-        Bounds {
-            min: lit(constant * (1.0 - variation)),
-            max: lit(constant * (1.0 + variation)),
-        },
+        Bounds { min: lit(constant * (1.0 - variation)), max: lit(constant * (1.0 + variation)) },
     )
 }
 

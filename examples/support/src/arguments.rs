@@ -59,7 +59,7 @@ pub struct Values {
     out_dir: PathBuf,
 }
 
-/// A misused command line, or the call for help. [`run`](crate::run) turns it into a line and an exit code.
+/// A misused command line, or the call for help. [`run`](crate::run()) turns it into a line and an exit code.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ArgumentError {

@@ -11,7 +11,8 @@ use plotters::style::{
     FontFamily, FontStyle, FontTransform, IntoFont, RGBAColor, ShapeStyle, TextStyle,
 };
 
-use super::path::{Point, dashes};
+use super::dash::dashes;
+use super::path::Point;
 use super::style::{Marker, Stroke, Symbol};
 
 /// Drawing units per px.
@@ -67,7 +68,8 @@ pub(super) fn document(
     drop(canvas);
     let header = format!("width=\"{fine_width}\" height=\"{fine_height}\"");
     let scaled = format!("width=\"{width}\" height=\"{height}\" stroke-linejoin=\"round\"");
-    Ok(text.replacen(&header, &scaled, 1))
+    // Full opacity is the default of SVG; written out at every dash it takes an eighth of the file.
+    Ok(text.replacen(&header, &scaled, 1).replace(" opacity=\"1\"", ""))
 }
 
 impl Canvas<'_> {
@@ -90,17 +92,18 @@ impl Canvas<'_> {
             .map_err(io::Error::other)
     }
 
-    /// A line; a single point becomes a dot.
-    pub(super) fn line(&mut self, points: &[Point], stroke: Stroke) -> Result<(), DrawError> {
+    /// A line in pieces; a piece of a single point becomes a dot.
+    pub(super) fn line(&mut self, pieces: &[Vec<Point>], stroke: Stroke) -> Result<(), DrawError> {
         let style = style(rgba(stroke.colour.rgb()), stroke.width);
-        if let [only] = points {
-            return self
-                .svg
-                .draw_circle(fine(*only), (0.6 * stroke.width * FINE) as u32, &style.filled(), true)
-                .map_err(io::Error::other);
-        }
-        for dash in dashes(points, stroke.dash, stroke.width) {
-            self.svg.draw_path(dash.into_iter().map(fine), &style).map_err(io::Error::other)?;
+        for dash in dashes(pieces, stroke.dash, stroke.width) {
+            if let [only] = dash[..] {
+                let radius = (0.6 * stroke.width * FINE).round() as u32;
+                self.svg
+                    .draw_circle(fine(only), radius, &style.filled(), true)
+                    .map_err(io::Error::other)?;
+            } else {
+                self.svg.draw_path(dash.into_iter().map(fine), &style).map_err(io::Error::other)?;
+            }
         }
         Ok(())
     }

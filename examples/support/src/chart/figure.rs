@@ -196,16 +196,19 @@ fn draw_series(canvas: &mut Canvas<'_>, placed: &Placed<'_>) -> Result<Vec<Point
         let points = series.points.iter().map(|&point| placed.place(point));
         match series.look {
             Look::Line(stroke) => {
-                for piece in pieces(points, &placed.frame) {
-                    canvas.line(&piece, stroke)?;
+                let pieces = pieces(points, &placed.frame);
+                canvas.line(&pieces, stroke)?;
+                for piece in &pieces {
                     taken.extend(piece.first());
-                    taken.extend(along(&piece));
+                    taken.extend(along(piece));
                 }
             }
             Look::Points(symbol) => {
-                let mut drawn = HashSet::new(); // of symbols on the same pixel one is enough
+                // Of symbols that nearly cover each other one is enough.
+                let cell = (symbol.size / 3.0).max(1.0);
+                let mut drawn = HashSet::new();
                 for point in points.flatten().filter(|&point| placed.frame.contains(point)) {
-                    if drawn.insert((point.0 as i32, point.1 as i32)) {
+                    if drawn.insert(((point.0 / cell) as i32, (point.1 / cell) as i32)) {
                         canvas.symbol(point, symbol)?;
                         taken.push(point);
                     }
@@ -259,4 +262,49 @@ fn draw_axes(canvas: &mut Canvas<'_>, placed: &Placed<'_>) -> Result<(), DrawErr
         canvas.text(line, (left, y), Anchor::Left, LABEL, BLACK)?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Colour;
+
+    fn panel() -> Panel {
+        Panel::new("time t / s", "position x / m").line(
+            "a < b",
+            Colour::Blue,
+            [(0.0, 1.0), (1.0, 2.0)],
+        )
+    }
+
+    #[test]
+    fn the_legend_names_a_series_once_for_all_panels() -> Result<(), FigureError> {
+        let svg = Figure::new(400, 600).panel(panel()).panel(panel()).svg()?;
+        assert_eq!(svg.matches("a &lt; b").count(), 1);
+        assert_eq!(svg.matches("position x").count(), 2);
+        assert!(svg.starts_with("<svg width=\"400\" height=\"600\""));
+        Ok(())
+    }
+
+    #[test]
+    fn what_cannot_be_drawn_is_told() {
+        let refusal = |figure: Figure| figure.svg().map(|_| ()).map_err(|error| error.to_string());
+        let range =
+            refusal(Figure::new(400, 300).panel(panel()).panel(panel().log_y().y_range(0.0..=1.0)));
+        let rule = "a logarithmic axis starts above zero";
+        assert_eq!(range, Err(format!("panel 2, y axis from 0 to 1: {rule}")));
+        let small = refusal(Figure::new(100, 100).panel(panel()));
+        assert!(small.is_err_and(|message| message.starts_with("a figure of 100 × 100 px leaves")));
+    }
+
+    #[test]
+    fn no_data_is_no_error() -> Result<(), FigureError> {
+        let nothing = Panel::new("x / m", "y / m").log_x().line(
+            "",
+            Colour::Blue,
+            [(f64::NAN, 1.0), (-1.0, 1.0)],
+        );
+        assert!(Figure::new(400, 300).panel(nothing).svg()?.contains("no data"));
+        Figure::new(400, 300).svg().map(|_| ())
+    }
 }

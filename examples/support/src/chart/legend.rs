@@ -88,7 +88,7 @@ impl Legend {
             let x = start + self.columns[..column].iter().sum::<f64>();
             let y = top + (row as f64 + 0.5) * ROW;
             if let Some(stroke) = entry.line {
-                canvas.line(&[(x, y), (x + SAMPLE, y)], stroke)?;
+                canvas.line(&[vec![(x, y), (x + SAMPLE, y)]], stroke)?;
             }
             if let Some(symbol) = entry.points {
                 canvas.symbol((x + 0.5 * SAMPLE, y), symbol)?;

@@ -2,10 +2,12 @@
 //!
 //! From the caller down to the ink:
 //! [`figure`] and [`panel`] hold what to show, [`style`] how; [`layout`] finds the place of every panel;
-//! [`scale`] maps values to lengths and [`ticks`] marks them; [`path`] cuts and thins lines;
+//! [`scale`] maps values to lengths and [`ticks`] marks them; [`path`] cuts lines to the panel, [`thin`] leaves out
+//! what would not be seen, [`dash`] dashes the rest;
 //! [`labels`] names reference lines and [`legend`] the series; [`canvas`] draws, with [`text`] to guess widths.
 
 mod canvas;
+mod dash;
 mod figure;
 mod labels;
 mod layout;
@@ -15,6 +17,7 @@ mod path;
 mod scale;
 mod style;
 mod text;
+mod thin;
 mod ticks;
 
 pub use figure::{Figure, FigureError};

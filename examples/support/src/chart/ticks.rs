@@ -19,24 +19,25 @@ const MULTIPLES: [&[i32]; 2] = [&[1, 2, 5], &[1, 2, 3, 5, 7]];
 /// The ticks of `scale`: as many as possible up to about `most` whose labels fit side by side, by `fits(labelled ticks)`.
 /// Three labels show the scale of an axis better than two; one does not show it.
 pub(super) fn ticks(scale: &Scale, most: usize, fits: impl Fn(&[&Tick]) -> bool) -> Vec<Tick> {
-    let fewer = |most: usize| (2..=most.max(2)).rev();
-    let mut candidates = Vec::new();
+    let fewer = || (2..=most.max(2)).rev();
+    let mut candidates: Vec<Vec<Vec<Tick>>> = Vec::new();
     if scale.logarithmic() {
-        let tries = MULTIPLES.into_iter().flat_map(|m| fewer(most).map(move |most| (m, most)));
-        candidates.extend(tries.map(|(multiples, most)| logarithmic(scale, most, multiples)));
+        let tries =
+            MULTIPLES.into_iter().flat_map(|multiples| fewer().map(move |most| (most, multiples)));
+        candidates
+            .push(tries.map(|(most, multiples)| logarithmic(scale, most, multiples)).collect());
     }
-    let tries = STEPS.into_iter().flat_map(|steps| fewer(most).map(move |most| (steps, most)));
     // Linear marks on a logarithmic axis serve where it is so short that it is nearly linear.
-    candidates.extend(tries.map(|(steps, most)| linear(scale, most, steps)));
-    let labels = |ticks: &Vec<Tick>| {
+    let tries = STEPS.into_iter().flat_map(|steps| fewer().map(move |most| (most, steps)));
+    candidates.push(tries.map(|(most, steps)| linear(scale, most, steps)).collect());
+    let shows = |ticks: &[Tick], enough: usize| {
         let labelled: Vec<&Tick> = ticks.iter().filter(|tick| !tick.label.is_empty()).collect();
-        if fits(&labelled) { labelled.len() } else { 0 }
+        labelled.len() >= enough && fits(&labelled)
     };
-    let enough = if scale.logarithmic() { [2, 1] } else { [3, 2] };
-    let best = enough
-        .iter()
-        .find_map(|&enough| candidates.iter().position(|ticks| labels(ticks) >= enough));
-    candidates.swap_remove(best.unwrap_or(candidates.len() - 1))
+    let best =
+        |enough: usize, kind: &[Vec<Tick>]| kind.iter().find(|ticks| shows(ticks, enough)).cloned();
+    let chosen = candidates.iter().find_map(|kind| best(3, kind).or_else(|| best(2, kind)));
+    chosen.or_else(|| candidates.pop()?.pop()).unwrap_or_default()
 }
 
 /// Multiples of the finest step with at most `most` intervals, out of `steps` times a power of ten.

@@ -1,0 +1,75 @@
+//! The paper's parameter sets, as they stand in its tables.
+//!
+//! Source: Romano et al. (arXiv 2602.09429). Units follow this crate (the paper prints the
+//! spring's stiffness in N, the pressure gain in Pa and no unit for the valve's damping).
+//!
+//! ```
+//! use bristle::{Bristle, FrBd, KelvinVoigt, Law, LuGre, Stribeck, paper};
+//!
+//! let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+//! let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+//! assert!(FrBd::new(curve, bristle).obeys(Law::Passivity));
+//! assert!(!LuGre::classical(curve, bristle).obeys(Law::Passivity));
+//! # Ok::<(), bristle::ParameterError>(())
+//! ```
+
+use crate::scene::{DiaphragmValveParameters, SpringDrivenMassParameters};
+use crate::{Contact, KelvinVoigtParameters, StribeckParameters};
+
+/// Table 2: the friction curve of the pre-sliding, lag and stick-slip experiments (section V-A).
+pub const STICK_SLIP_CURVE: StribeckParameters<f64> = StribeckParameters {
+    static_coefficient: 1.5,
+    dynamic_coefficient: 1.0,
+    stribeck_velocity: 0.01,
+    stribeck_exponent: 2.0,
+    viscous_friction: 0.04,
+};
+
+/// Table 2: the bristle of the same experiments.
+pub const STICK_SLIP_BRISTLE: KelvinVoigtParameters<f64, f64> =
+    KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 64.5 };
+
+/// The stick-slip rig of section V-A: m = 1 kg, k = 2 N/m, v_ref = 0.1 m/s.
+pub fn stick_slip_rig<M>(contact: Contact<f64, M>) -> SpringDrivenMassParameters<f64, M> {
+    SpringDrivenMassParameters { contact, mass: 1.0, spring_stiffness: 2.0, drive_velocity: 0.1 }
+}
+
+/// Table 3: the friction curve of the diaphragm valve's packing (section V-B), for a normal force
+/// of 1 N: the coefficients are forces in newtons.
+pub const VALVE_CURVE: StribeckParameters<f64> = StribeckParameters {
+    static_coefficient: 59.86,
+    dynamic_coefficient: 39.73,
+    stribeck_velocity: 6.42e-3,
+    stribeck_exponent: 2.0,
+    viscous_friction: 2.97e3,
+};
+
+/// Table 3: the bristle of the diaphragm valve's packing.
+pub const VALVE_BRISTLE: KelvinVoigtParameters<f64, f64> =
+    KelvinVoigtParameters { micro_stiffness: 6.82e7, micro_damping: 701.97 };
+
+/// Time constant τ \[s\] of the valve's I/P converter in Test 1.
+pub const VALVE_TIME_CONSTANT_TEST_1: f64 = 0.933;
+
+/// Time constant τ \[s\] of the valve's I/P converter in Test 2.
+pub const VALVE_TIME_CONSTANT_TEST_2: f64 = 0.425;
+
+/// Table 3: the diaphragm valve, with an I/P converter of time constant τ \[s\] and the opening
+/// OP(t) \[%\] asked for.
+pub fn valve<M, U>(
+    contact: Contact<f64, M>,
+    time_constant: f64,
+    opening: U,
+) -> DiaphragmValveParameters<f64, M, U> {
+    DiaphragmValveParameters {
+        contact,
+        mass: 1.6,
+        diaphragm_area: 445e-4,
+        spring_stiffness: 203_495.8,
+        preload: 2578.3,
+        least_pressure: 41_276.40,
+        pressure_gain: 1666.49,
+        time_constant,
+        opening,
+    }
+}
