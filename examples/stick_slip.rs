@@ -14,6 +14,9 @@ use bristle::{Bristle, FrBd, KelvinVoigt, LuGre, Stribeck, paper};
 use nalgebra::Vector3;
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
+/// Something to draw, from a state and the friction force there.
+type Quantity = fn(&Vector3<f64>, f64) -> f64;
+
 /// One model's run, ready for the table and the chart.
 struct Run {
     name: &'static str,
@@ -132,7 +135,7 @@ impl Run {
 }
 
 fn chart(runs: &[Run]) -> Figure {
-    let panels: [(&str, fn(&Vector3<f64>, f64) -> f64); 4] = [
+    let panels: [(&str, Quantity); 4] = [
         ("position x / m", |state, _| state[0]),
         ("velocity v / (m/s)", |state, _| state[1]),
         ("deflection z / µm", |state, _| state[2] * 1e6),
@@ -140,7 +143,7 @@ fn chart(runs: &[Run]) -> Figure {
     ];
     panels.into_iter().fold(Figure::new(760, 900), |figure, (label, value)| {
         let panel = runs.iter().fold(Panel::new("time t / s", label), |panel, run| {
-            panel.line(run.label, run.stroke, &run.over_time(value))
+            panel.line(run.label, run.stroke, run.over_time(value))
         });
         figure.panel(panel)
     })

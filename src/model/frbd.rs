@@ -170,10 +170,7 @@ where
         match law {
             Law::SteadySliding | Law::Secant => true,
             Law::Passivity | Law::BoundedForce => self.rheology.stiffness_bounds().is_constant(),
-            Law::BoundedDeflection => {
-                self.limits(unlimited()).deflection.is_some()
-                    || self.limits(T::one()).deflection.is_some()
-            }
+            Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
             Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
             Law::OddSymmetry => self.curve.is_even() && self.rheology.is_even(),
             Law::NoDrift => false,

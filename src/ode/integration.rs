@@ -6,29 +6,18 @@ use nalgebra::SVector;
 use super::controller::Controller;
 use super::failure::{Failure, StopReason};
 use super::method::{Attempt, Field, Method, Point};
-use super::root::crossing;
-use super::solver::{Control, Solver};
+use super::reversal::{Lock, Reversal, first_reversal};
+use super::settings::{Control, Settings};
 use super::step::Step;
 use super::{Statistics, System};
 use crate::bounds::{larger, smaller};
 use crate::scalar::{lit, to_f64};
 use crate::{Branch, Scalar};
 
-/// A contact may be on the wrong side of zero by this part of the error that the tolerances allow
-/// its velocity before that counts as a reversal: what is smaller is noise of the integration,
-/// and to restart at each of its zeros would cost much and tell nothing.
-const NOISE: f64 = 1e-3;
-
-/// Splits in a row that hardly advance before a contact is left on the free branch for a step.
-const PATIENCE: u32 = 6;
-
-/// A split hardly advances if it leaves less than this part of the trial step.
-const HARDLY: f64 = 1e-3;
-
 /// A run in progress: call [`Integration::advance`] until it answers `None`.
 ///
 /// Nothing is allocated, and nothing is lost if it is dropped half-way. Made by
-/// [`Solver::begin`].
+/// [`Solver::begin`](super::Solver::begin).
 ///
 /// ```
 /// use bristle::ode::{RungeKutta4, Solver};
@@ -53,7 +42,8 @@ const HARDLY: f64 = 1e-3;
 #[derive(Debug, Clone)]
 pub struct Integration<'a, T: Scalar, S, M, const N: usize, const K: usize> {
     system: &'a S,
-    solver: Solver<T, M, N>,
+    method: M,
+    settings: Settings<T, N>,
     start_time: T,
     end_time: T,
     point: Point<T, N>,
@@ -66,28 +56,6 @@ pub struct Integration<'a, T: Scalar, S, M, const N: usize, const K: usize> {
     /// Steps of a fixed grid completed.
     grid: u64,
     statistics: Statistics,
-}
-
-/// What the driver knows of one sliding contact.
-#[derive(Debug, Clone, Copy)]
-struct Lock<T> {
-    branch: Branch,
-    /// Sliding velocity at the current point, positive on the right side of zero.
-    ahead: T,
-    /// How far on the wrong side is still noise.
-    noise: T,
-    /// Splits in a row that hardly advanced.
-    stalled: u32,
-}
-
-/// What a trial step does to the sliding directions.
-enum Reversal<T> {
-    /// Nothing.
-    None,
-    /// This contact was on the wrong branch from the start.
-    AtStart(usize),
-    /// This contact reverses at this fraction of the step.
-    Within(usize, T),
 }
 
 /// The system on its locked branches, with the evaluations counted.
@@ -120,21 +88,22 @@ where
     M: Method<T, N>,
 {
     pub(super) fn new(
-        solver: Solver<T, M, N>,
+        method: M,
+        settings: Settings<T, N>,
         system: &'a S,
         (start_time, end_time): (T, T),
         state: SVector<T, N>,
     ) -> Result<Self, Failure<T, N>> {
-        let lock = Lock { branch: Branch::Free, ahead: T::zero(), noise: T::zero(), stalled: 0 };
         let mut run = Self {
             system,
-            solver,
+            method,
+            settings,
             start_time,
             end_time,
             point: Point { time: start_time, state, rate: SVector::zeros() },
             step: T::zero(),
             controller: Controller::new(),
-            locks: [lock; K],
+            locks: [Lock::free(); K],
             at_kink: false,
             grid: 0,
             statistics: Statistics::default(),
@@ -208,19 +177,19 @@ where
     /// First evaluation, first branches, first step size.
     fn start(&mut self) -> Result<(), StopReason> {
         let time = self.point.time;
-        self.at_kink = self.solver.locks && {
+        self.at_kink = self.settings.locks && {
             let beside = self.just_before(time);
             self.system.next_kink(beside, time + (time - beside)).is_some()
         };
         self.refresh_rate(None);
         check_finite(&self.point.rate)?;
-        self.step = match self.solver.control {
+        self.step = match self.settings.control {
             Control::Fixed(step) => step,
             Control::Adaptive { first_step: Some(step), .. } => step,
             Control::Adaptive { .. } => self.first_step(),
         };
         self.step = smaller(self.step, self.span());
-        if self.solver.locks {
+        if self.settings.locks {
             // Without a velocity, the one a little later tells the direction.
             let later = self.step * self.direction() * lit(1e-3);
             let state = self.point.state + self.point.rate * later;
@@ -242,7 +211,7 @@ where
     /// The first step, from the size of the rate and its change along it (E. Hairer, S. P. Nørsett,
     /// G. Wanner, "Solving Ordinary Differential Equations I", section II.4).
     fn first_step(&mut self) -> T {
-        let Control::Adaptive { tolerances, order, .. } = self.solver.control else {
+        let Control::Adaptive { tolerances, order, .. } = self.settings.control else {
             return self.step;
         };
         let Point { time, state, rate } = self.point;
@@ -286,19 +255,19 @@ where
         let Point { time, state, .. } = self.point;
         let velocities = self.system.sliding_velocities(time, &state);
         let mut noise = [T::zero(); K];
-        if let Control::Adaptive { tolerances, .. } = &self.solver.control {
+        if let Control::Adaptive { tolerances, .. } = &self.settings.control {
             for i in 0..N {
                 let mut beside = state;
                 beside[i] += tolerances.absolute()[i];
                 let moved = self.system.sliding_velocities(time, &beside);
                 for ((noise, moved), still) in noise.iter_mut().zip(moved).zip(velocities) {
-                    *noise += (moved - still).abs() * lit(NOISE);
+                    *noise += (moved - still).abs();
                 }
             }
         }
         for ((lock, velocity), noise) in self.locks.iter_mut().zip(velocities).zip(noise) {
-            lock.ahead = lock.branch.of(velocity).speed();
-            lock.noise = noise;
+            lock.look(velocity);
+            lock.allow(noise);
         }
     }
 
@@ -306,13 +275,13 @@ where
     fn next_stop(&self) -> (T, bool) {
         let mut stop = self.end_time;
         let mut kink = false;
-        if self.solver.locks {
-            if let Some(time) = self.system.next_kink(self.point.time, stop) {
-                stop = time;
-                kink = true;
-            }
+        if self.settings.locks
+            && let Some(time) = self.system.next_kink(self.point.time, stop)
+        {
+            stop = time;
+            kink = true;
         }
-        if let Control::Fixed(step) = self.solver.control {
+        if let Control::Fixed(step) = self.settings.control {
             let travelled = step * lit((self.grid + 1) as f64);
             // Rounding must not leave a last step of nothing.
             if travelled < self.span() * (T::one() - lit::<T>(4.0) * T::default_epsilon()) {
@@ -327,8 +296,8 @@ where
 
     fn try_advance(&mut self) -> Result<Option<Step<T, N>>, StopReason> {
         while self.point.time != self.end_time {
-            if self.statistics.steps + self.statistics.rejected >= self.solver.most_steps {
-                return Err(StopReason::TooManySteps { limit: self.solver.most_steps });
+            if self.statistics.steps + self.statistics.rejected >= self.settings.most_steps {
+                return Err(StopReason::TooManySteps { limit: self.settings.most_steps });
             }
             let (stop, kink) = self.next_stop();
             let (step, reaches) = self.trial_step(stop);
@@ -338,7 +307,7 @@ where
                 self.at_kink.then(|| self.just_before(self.point.time))
             };
             let attempt = self.attempt(step, latest);
-            let (square, order) = match &self.solver.control {
+            let (square, order) = match &self.settings.control {
                 Control::Fixed(_) => (0.0, 1),
                 Control::Adaptive { tolerances, order, .. } => {
                     (tolerances.mean_square(&self.point.state, &attempt), *order)
@@ -352,7 +321,12 @@ where
             }
             let end_time = if reaches { stop } else { self.point.time + step };
             let trial = self.step_to(end_time, &attempt);
-            match self.reversal(&trial) {
+            let reversal = if self.settings.locks {
+                first_reversal(self.system, &self.locks, &trial, self.smallest_step())
+            } else {
+                Reversal::None
+            };
+            match reversal {
                 Reversal::None => {
                     for lock in &mut self.locks {
                         lock.stalled = 0;
@@ -393,7 +367,7 @@ where
         let distance = remaining.abs();
         if self.step >= distance * lit(0.999) {
             (remaining, true)
-        } else if matches!(self.solver.control, Control::Adaptive { .. })
+        } else if matches!(self.settings.control, Control::Adaptive { .. })
             && self.step > distance * lit(0.5)
         {
             // Two equal steps instead of a long one and a stub.
@@ -410,7 +384,7 @@ where
             latest,
             evaluations: &mut self.statistics.evaluations,
         };
-        self.solver.method.attempt(&mut field, &self.point, step)
+        self.method.attempt(&mut field, &self.point, step)
     }
 
     fn step_to(&self, end_time: T, attempt: &Attempt<T, N>) -> Step<T, N> {
@@ -434,7 +408,7 @@ where
         order: u8,
     ) -> Result<(), StopReason> {
         self.statistics.rejected += 1;
-        if !self.solver.locks && matches!(self.solver.control, Control::Fixed(_)) {
+        if !self.settings.locks && matches!(self.settings.control, Control::Fixed(_)) {
             // Plain fixed steps have a fixed cost: there is no second trial.
             check_finite(&attempt.state)?;
             return check_finite(&attempt.rate);
@@ -457,7 +431,7 @@ where
         self.statistics.steps += 1;
         self.point = Point { time: step.end_time, state: step.end, rate: step.end_rate };
         self.at_kink = false;
-        match self.solver.control {
+        match self.settings.control {
             Control::Fixed(fixed) => {
                 // After a trial shortened at a pole of the field: back to the grid in doublings.
                 self.step = smaller(fixed, self.step * lit(2.0));
@@ -473,7 +447,7 @@ where
                 self.step = largest_step.map_or(proposed, |largest| smaller(proposed, largest));
             }
         }
-        if self.solver.locks {
+        if self.settings.locks {
             self.look_ahead();
         }
     }
@@ -487,7 +461,7 @@ where
                 lock.branch = Branch::towards(velocity);
                 locked = true;
             }
-            lock.ahead = lock.branch.of(velocity).speed();
+            lock.look(velocity);
         }
         if locked {
             self.refresh_rate(None);
@@ -496,7 +470,7 @@ where
 
     /// Business at a stop that is not the end: a grid point, or a kink of an input.
     fn arrive(&mut self, kink: bool) {
-        if let Control::Fixed(step) = self.solver.control {
+        if let Control::Fixed(step) = self.settings.control {
             // A kink may fall on a grid point.
             let travelled = (self.point.time - self.start_time).abs();
             let rounding = travelled * T::default_epsilon() * lit(4.0);
@@ -515,70 +489,10 @@ where
     fn turn(&mut self, index: usize, fraction: T) {
         self.statistics.reversals += 1;
         if let Some(lock) = self.locks.get_mut(index) {
-            lock.stalled = if fraction < lit(HARDLY) { lock.stalled + 1 } else { 0 };
-            lock.branch =
-                if lock.stalled > PATIENCE { Branch::Free } else { lock.branch.reversed() };
+            lock.turn(fraction);
         }
         self.refresh_locks();
         self.refresh_rate(None);
-    }
-
-    /// Whether a trial step takes a contact to the wrong side of zero, and where first.
-    fn reversal(&self, step: &Step<T, N>) -> Reversal<T> {
-        if !self.solver.locks {
-            return Reversal::None;
-        }
-        let half: T = lit(0.5);
-        let velocities = |fraction: T| {
-            let time = step.start_time + (step.end_time - step.start_time) * fraction;
-            self.system.sliding_velocities(time, &step.at_fraction(fraction))
-        };
-        let middle = velocities(half);
-        let end = self.system.sliding_velocities(step.end_time, &step.end);
-        let mut first = Reversal::None;
-        let mut earliest = T::one();
-        for (index, ((lock, middle), end)) in self.locks.iter().zip(middle).zip(end).enumerate() {
-            if lock.branch == Branch::Free {
-                continue;
-            }
-            let ahead = |velocity: T| lock.branch.of(velocity).speed();
-            let at = |fraction: T| ahead(velocities(fraction)[index]);
-            let (v0, v1, v2) = (lock.ahead, ahead(middle), ahead(end));
-            // A start on the wrong side, by noise or by the inexact place of the last reversal,
-            // is forgiven as long as it does not get worse.
-            let forgiven = larger(lock.noise, -v0 * lit(2.0));
-            // The parabola through the three velocities may dip between them.
-            let bend = (v0 + v2 - v1 * lit(2.0)) * lit(2.0);
-            let slope = v2 - v0 - bend;
-            let lowest = if bend > T::zero() { -slope / (bend * lit(2.0)) } else { -T::one() };
-            let mut samples = [(T::zero(), v0), (half, v1), (T::one(), v2), (T::one(), v2)];
-            if lowest > T::zero()
-                && lowest < T::one()
-                && v0 - slope * slope / (bend * lit(4.0)) < -forgiven
-            {
-                let place = if lowest < half { 1 } else { 2 };
-                samples[3] = samples[2];
-                if place == 1 {
-                    samples[2] = samples[1];
-                }
-                samples[place] = (lowest, at(lowest));
-            }
-            let Some(wrong) = samples.iter().position(|&(_, v)| v < -forgiven) else { continue };
-            let right = samples[..wrong].iter().rposition(|&(_, v)| v >= T::zero());
-            let Some(right) = right else {
-                return Reversal::AtStart(index);
-            };
-            let place = crossing(at, samples[right], samples[wrong]);
-            let duration = (step.end_time - step.start_time).abs();
-            if place * duration < lit::<T>(4.0) * self.smallest_step() {
-                return Reversal::AtStart(index);
-            }
-            if place < earliest {
-                earliest = place;
-                first = Reversal::Within(index, place);
-            }
-        }
-        first
     }
 }
 

@@ -8,6 +8,7 @@ use super::event::{Action, Event, Occurrence};
 use super::failure::{Failure, StopReason};
 use super::integration::Integration;
 use super::method::{Embedded, Method};
+use super::settings::{Control, Settings};
 use super::step::Step;
 use super::{Statistics, System, Tolerances};
 use crate::Scalar;
@@ -20,27 +21,9 @@ use crate::parameter::{self, ParameterError};
 /// to step by hand, and, with the `alloc` feature, [`Solver::solve`] stores a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solver<T: Scalar, M, const N: usize> {
-    pub(super) method: M,
-    pub(super) control: Control<T, N>,
-    /// Whether sliding directions are locked, and steps split at reversals and input kinks.
-    pub(super) locks: bool,
-    pub(super) most_steps: u64,
+    method: M,
+    settings: Settings<T, N>,
 }
-
-/// How the step is chosen.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Control<T: Scalar, const N: usize> {
-    Fixed(T),
-    Adaptive {
-        tolerances: Tolerances<T, N>,
-        order: u8,
-        first_step: Option<T>,
-        largest_step: Option<T>,
-    },
-}
-
-/// Enough for any scene that a stiff solver would not serve better: minutes of work.
-const MOST_STEPS: u64 = 100_000_000;
 
 impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// Steps chosen so that the local error meets the tolerances.
@@ -54,7 +37,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
             first_step: None,
             largest_step: None,
         };
-        Self { method, control, locks: true, most_steps: MOST_STEPS }
+        Self { method, settings: Settings::new(control) }
     }
 
     /// Steps of a fixed length h \[s\], each split where a sliding direction reverses or an input
@@ -65,54 +48,46 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// Refuses a step that is not positive.
     pub fn fixed(method: M, step: T) -> Result<Self, ParameterError> {
         let control = Control::Fixed(parameter::positive("step", step)?);
-        Ok(Self { method, control, locks: true, most_steps: MOST_STEPS })
+        Ok(Self { method, settings: Settings::new(control) })
     }
 
     /// The plain method: |v| as it is, no step split at reversals or input kinks. With fixed steps
     /// each then costs the same; the kinks cost accuracy, down to first or second order.
     #[must_use]
     pub fn plain(self) -> Self {
-        Self { locks: false, ..self }
+        Self { settings: Settings { locks: false, ..self.settings }, ..self }
     }
 
-    /// A limit on the length of adaptive steps \[s\].
+    /// A limit on the length of adaptive steps \[s\]. Fixed steps ignore it.
     ///
     /// # Errors
     ///
     /// Refuses a limit that is not positive.
-    pub fn with_largest_step(self, largest: T) -> Result<Self, ParameterError> {
+    pub fn with_largest_step(mut self, largest: T) -> Result<Self, ParameterError> {
         let largest = parameter::positive("largest_step", largest)?;
-        Ok(match self.control {
-            Control::Fixed(_) => self,
-            Control::Adaptive { tolerances, order, first_step, .. } => {
-                let largest_step = Some(largest);
-                let control = Control::Adaptive { tolerances, order, first_step, largest_step };
-                Self { control, ..self }
-            }
-        })
+        if let Control::Adaptive { largest_step, .. } = &mut self.settings.control {
+            *largest_step = Some(largest);
+        }
+        Ok(self)
     }
 
-    /// The length of the first adaptive step \[s\], instead of an estimate.
+    /// The length of the first adaptive step \[s\], instead of an estimate. Fixed steps ignore it.
     ///
     /// # Errors
     ///
     /// Refuses a step that is not positive.
-    pub fn with_first_step(self, first: T) -> Result<Self, ParameterError> {
+    pub fn with_first_step(mut self, first: T) -> Result<Self, ParameterError> {
         let first = parameter::positive("first_step", first)?;
-        Ok(match self.control {
-            Control::Fixed(_) => self,
-            Control::Adaptive { tolerances, order, largest_step, .. } => {
-                let first_step = Some(first);
-                let control = Control::Adaptive { tolerances, order, first_step, largest_step };
-                Self { control, ..self }
-            }
-        })
+        if let Control::Adaptive { first_step, .. } = &mut self.settings.control {
+            *first_step = Some(first);
+        }
+        Ok(self)
     }
 
     /// A limit on the number of trial steps, 10⁸ if not given.
     #[must_use]
     pub fn with_most_steps(self, most: u64) -> Self {
-        Self { most_steps: most, ..self }
+        Self { settings: Settings { most_steps: most, ..self.settings }, ..self }
     }
 
     /// Starts a run over a time span \[s\], to be stepped by hand.
@@ -139,7 +114,13 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
             let checked = parameter::finite("initial_state", value);
             parameter::component(index, checked).map_err(refuse)?;
         }
-        Integration::new(self.clone(), system, (span.start, span.end), initial_state)
+        Integration::new(
+            self.method.clone(),
+            self.settings,
+            system,
+            (span.start, span.end),
+            initial_state,
+        )
     }
 
     /// Runs over a time span \[s\], handing every step and every event to an observer.

@@ -1,0 +1,146 @@
+//! Where a sliding direction reverses within a step.
+
+use super::System;
+use super::root::crossing;
+use super::step::Step;
+use crate::bounds::larger;
+use crate::scalar::lit;
+use crate::{Branch, Scalar};
+
+/// A contact may be on the wrong side of zero by this part of the error that the tolerances allow
+/// its velocity before that counts as a reversal: what is smaller is noise of the integration,
+/// and to restart at each of its zeros would cost much and tell nothing.
+const NOISE: f64 = 1e-3;
+
+/// Splits in a row that hardly advance before a contact is left on the free branch for a step.
+const PATIENCE: u32 = 6;
+
+/// A split hardly advances if it leaves less than this part of the trial step.
+const HARDLY: f64 = 1e-3;
+
+/// What the driver knows of one sliding contact.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lock<T> {
+    /// The direction to which the contact is locked.
+    pub(super) branch: Branch,
+    /// Sliding velocity at the current point, positive on the right side of zero.
+    ahead: T,
+    /// How far on the wrong side is still noise.
+    pub(super) noise: T,
+    /// Splits in a row that hardly advanced.
+    pub(super) stalled: u32,
+}
+
+impl<T: Scalar> Lock<T> {
+    /// A contact that is not locked yet.
+    pub(super) fn free() -> Self {
+        Self { branch: Branch::Free, ahead: T::zero(), noise: T::zero(), stalled: 0 }
+    }
+
+    /// Takes note of the sliding velocity at the current point.
+    pub(super) fn look(&mut self, velocity: T) {
+        self.ahead = self.branch.of(velocity).speed();
+    }
+
+    /// Takes note of the error that the tolerances allow the velocity.
+    pub(super) fn allow(&mut self, error: T) {
+        self.noise = error * lit(NOISE);
+    }
+
+    /// Turns to the other direction, after a step cut to a fraction of its trial.
+    pub(super) fn turn(&mut self, fraction: T) {
+        self.stalled = if fraction < lit(HARDLY) { self.stalled + 1 } else { 0 };
+        self.branch = if self.stalled > PATIENCE { Branch::Free } else { self.branch.reversed() };
+    }
+}
+
+/// What a trial step does to the sliding directions.
+pub(super) enum Reversal<T> {
+    /// Nothing.
+    None,
+    /// This contact was on the wrong branch from the start.
+    AtStart(usize),
+    /// This contact reverses at this fraction of the step.
+    Within(usize, T),
+}
+
+/// Whether a trial step takes a contact to the wrong side of zero, and where first.
+pub(super) fn first_reversal<T, S, const N: usize, const K: usize>(
+    system: &S,
+    locks: &[Lock<T>; K],
+    step: &Step<T, N>,
+    smallest_step: T,
+) -> Reversal<T>
+where
+    T: Scalar,
+    S: System<T, N, K>,
+{
+    let half: T = lit(0.5);
+    let velocities = |fraction: T| {
+        let time = step.start_time + (step.end_time - step.start_time) * fraction;
+        system.sliding_velocities(time, &step.at_fraction(fraction))
+    };
+    let middle = velocities(half);
+    let end = system.sliding_velocities(step.end_time, &step.end);
+    let mut first = Reversal::None;
+    let mut earliest = T::one();
+    for (index, ((lock, middle), end)) in locks.iter().zip(middle).zip(end).enumerate() {
+        if lock.branch == Branch::Free {
+            continue;
+        }
+        let ahead = |velocity: T| lock.branch.of(velocity).speed();
+        let at = |fraction: T| velocities(fraction).get(index).map_or(T::zero(), |&v| ahead(v));
+        let (v0, v1, v2) = (lock.ahead, ahead(middle), ahead(end));
+        // A start on the wrong side, by noise or by the inexact place of the last reversal, is
+        // forgiven as long as it does not get worse.
+        let forgiven = larger(lock.noise, -v0 * lit(2.0));
+        let Some((right, wrong)) = bracket([v0, v1, v2], forgiven, at) else { continue };
+        let Some(right) = right else {
+            return Reversal::AtStart(index);
+        };
+        let place = crossing(at, right, wrong);
+        if place * (step.end_time - step.start_time).abs() < smallest_step * lit(4.0) {
+            return Reversal::AtStart(index);
+        }
+        if place < earliest {
+            earliest = place;
+            first = Reversal::Within(index, place);
+        }
+    }
+    first
+}
+
+/// A fraction of the step with the velocity there.
+type Sample<T> = (T, T);
+
+/// The first sample on the wrong side of zero and the last one before it on the right side, if
+/// there is one; from the velocities at the start, in the middle and at the end of a step.
+fn bracket<T: Scalar>(
+    [v0, v1, v2]: [T; 3],
+    forgiven: T,
+    at: impl Fn(T) -> T,
+) -> Option<(Option<Sample<T>>, Sample<T>)> {
+    let (two, half): (T, T) = (lit(2.0), lit(0.5));
+    let mut right = None;
+    let mut visit = |sample: Sample<T>| {
+        let (_, velocity) = sample;
+        if velocity < -forgiven {
+            return Some((right, sample));
+        }
+        if velocity >= T::zero() {
+            right = Some(sample);
+        }
+        None
+    };
+    // The parabola through the three velocities may dip between them.
+    let bend = (v0 + v2 - v1 * two) * two;
+    let slope = v2 - v0 - bend;
+    let lowest = if bend > T::zero() { -slope / (bend * two) } else { -T::one() };
+    let dips = v0 - slope * slope / (bend * lit(4.0)) < -forgiven;
+    let dip = |from: T, to: T| (dips && lowest > from && lowest < to).then(|| (lowest, at(lowest)));
+    visit((T::zero(), v0))
+        .or_else(|| dip(T::zero(), half).and_then(&mut visit))
+        .or_else(|| visit((half, v1)))
+        .or_else(|| dip(half, T::one()).and_then(&mut visit))
+        .or_else(|| visit((T::one(), v2)))
+}

@@ -1,0 +1,36 @@
+//! How a run chooses its steps.
+
+use super::Tolerances;
+use crate::Scalar;
+
+/// What a run needs to know besides its method.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Settings<T: Scalar, const N: usize> {
+    pub(super) control: Control<T, N>,
+    /// Whether sliding directions are locked, and steps split at reversals and input kinks.
+    pub(super) locks: bool,
+    /// Limit on the number of trial steps.
+    pub(super) most_steps: u64,
+}
+
+/// How the step is chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Control<T: Scalar, const N: usize> {
+    Fixed(T),
+    Adaptive {
+        tolerances: Tolerances<T, N>,
+        /// Order of the method's error estimate.
+        order: u8,
+        first_step: Option<T>,
+        largest_step: Option<T>,
+    },
+}
+
+/// Enough for any scene that a stiff solver would not serve better: half a minute of work.
+const MOST_STEPS: u64 = 100_000_000;
+
+impl<T: Scalar, const N: usize> Settings<T, N> {
+    pub(super) fn new(control: Control<T, N>) -> Self {
+        Self { control, locks: true, most_steps: MOST_STEPS }
+    }
+}
