@@ -92,22 +92,28 @@ impl<T: Scalar> Affine<T> {
 fn relaxed<T: Scalar>(x: T) -> (T, T, T) {
     if x < lit(0.5) && x > lit(-0.5) {
         // φ2 = Σ (−x)ᵏ/(k + 2)!, cut below 2e-17; the others follow from it without cancellation.
-        const INVERSE_FACTORIALS: [f64; 13] = [
+        // Even and odd powers apart, so that the two sums do not wait for each other.
+        const EVEN: [f64; 7] = [
             1.0 / 2.0,
-            1.0 / 6.0,
             1.0 / 24.0,
-            1.0 / 120.0,
             1.0 / 720.0,
-            1.0 / 5040.0,
             1.0 / 40_320.0,
-            1.0 / 362_880.0,
             1.0 / 3_628_800.0,
-            1.0 / 39_916_800.0,
             1.0 / 479_001_600.0,
-            1.0 / 6_227_020_800.0,
             1.0 / 87_178_291_200.0,
         ];
-        let phi2 = INVERSE_FACTORIALS.iter().rev().fold(T::zero(), |sum, &c| lit::<T>(c) - x * sum);
+        const ODD: [f64; 6] = [
+            1.0 / 6.0,
+            1.0 / 120.0,
+            1.0 / 5040.0,
+            1.0 / 362_880.0,
+            1.0 / 39_916_800.0,
+            1.0 / 6_227_020_800.0,
+        ];
+        let w = x * x;
+        let even = EVEN.iter().rev().fold(T::zero(), |sum, &c| lit::<T>(c) + w * sum);
+        let odd = ODD.iter().rev().fold(T::zero(), |sum, &c| lit::<T>(c) + w * sum);
+        let phi2 = even - x * odd;
         let phi1 = T::one() - x * phi2;
         (T::one() - x * phi1, phi1, phi2)
     } else {
