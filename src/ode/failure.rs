@@ -20,8 +20,8 @@ pub enum StopReason {
         /// The first component that is not.
         component: usize,
     },
-    /// The tolerances ask for steps that no longer advance the time.
-    #[error("the tolerances ask for steps below {smallest:e} s")]
+    /// The tolerances, or a fixed step, ask for steps that no longer advance the time.
+    #[error("the step falls below {smallest:e} s, which no longer advances the time")]
     StepTooSmall {
         /// The smallest step that advances the time.
         smallest: f64,

@@ -181,7 +181,7 @@ where
             let beside = self.just_before(time);
             self.system.next_kink(beside, time + (time - beside)).is_some()
         };
-        self.refresh_rate(None);
+        self.refresh_rate();
         check_finite(&self.point.rate)?;
         self.step = match self.settings.control {
             Control::Fixed(step) => step,
@@ -189,6 +189,9 @@ where
             Control::Adaptive { .. } => self.first_step(),
         };
         self.step = smaller(self.step, self.span());
+        if let Control::Adaptive { largest_step: Some(largest), .. } = self.settings.control {
+            self.step = smaller(self.step, largest);
+        }
         if self.settings.locks {
             // Without a velocity, the one a little later tells the direction.
             let later = self.step * self.direction() * lit(1e-3);
@@ -203,7 +206,7 @@ where
                 }
             }
             self.refresh_locks();
-            self.refresh_rate(None);
+            self.refresh_rate();
         }
         Ok(())
     }
@@ -242,11 +245,10 @@ where
     }
 
     /// Evaluates the rate at the current point anew.
-    fn refresh_rate(&mut self, latest: Option<T>) {
+    fn refresh_rate(&mut self) {
         let Point { time, state, .. } = self.point;
         let backward = self.end_time < self.start_time;
         let at = if self.at_kink && backward { self.just_before(time) } else { time };
-        let at = latest.map_or(at, |latest| smaller(at, latest));
         self.point.rate = self.evaluate(at, &state);
     }
 
@@ -275,8 +277,11 @@ where
     fn next_stop(&self) -> (T, bool) {
         let mut stop = self.end_time;
         let mut kink = false;
+        // A system's answer that lies behind, beyond or nowhere (NaN) is no kink.
         if self.settings.locks
             && let Some(time) = self.system.next_kink(self.point.time, stop)
+            && (time - self.point.time) * self.direction() > T::zero()
+            && (stop - time) * self.direction() > T::zero()
         {
             stop = time;
             kink = true;
@@ -301,6 +306,9 @@ where
             }
             let (stop, kink) = self.next_stop();
             let (step, reaches) = self.trial_step(stop);
+            if !reaches && step.abs() < self.smallest_step() {
+                return Err(self.too_small());
+            }
             let latest = if self.end_time >= self.start_time {
                 kink.then(|| self.just_before(stop))
             } else {
@@ -421,8 +429,12 @@ where
         check_finite(&attempt.rate)?;
         match self.locks.iter().position(|lock| lock.stalled > 0) {
             Some(contact) => Err(StopReason::EndlessReversals { contact }),
-            None => Err(StopReason::StepTooSmall { smallest: to_f64(self.smallest_step()) }),
+            None => Err(self.too_small()),
         }
+    }
+
+    fn too_small(&self) -> StopReason {
+        StopReason::StepTooSmall { smallest: to_f64(self.smallest_step()) }
     }
 
     /// Moves to the end of a step and proposes the next one, from the length of the trial whose
@@ -464,7 +476,7 @@ where
             lock.look(velocity);
         }
         if locked {
-            self.refresh_rate(None);
+            self.refresh_rate();
         }
     }
 
@@ -481,7 +493,7 @@ where
         }
         if kink {
             self.at_kink = true;
-            self.refresh_rate(None);
+            self.refresh_rate();
         }
     }
 
@@ -492,7 +504,7 @@ where
             lock.turn(fraction);
         }
         self.refresh_locks();
-        self.refresh_rate(None);
+        self.refresh_rate();
     }
 }
 
