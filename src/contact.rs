@@ -12,9 +12,7 @@ use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
 use crate::{Bristle, Deflection, Hold, Limits, Scalar, Sliding};
 
-/// A friction model M under a constant normal force: the friction element of a mechanism.
-///
-/// A normal force that varies changes the energy balance: p(t) injects ½ σ0 ṗ z².
+/// A friction model M under a normal force: the friction element of a mechanism.
 ///
 /// ```
 /// use bristle::{Bristle, Dahl, DahlParameters};
@@ -59,14 +57,26 @@ pub struct LinearisedContact<T: Scalar, D: Deflection<T> = T> {
 }
 
 impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
-    /// A model under a normal force p \[N\], positive.
+    /// A model under a normal force p \[N\], zero or positive.
     ///
     /// # Errors
     ///
-    /// Refuses a normal force that is not positive.
+    /// Refuses a normal force that is negative or not finite.
     pub fn new(model: M, normal_force: T) -> Result<Self, ParameterError> {
-        let normal_force = parameter::positive("normal_force", normal_force)?;
+        let normal_force = parameter::non_negative("normal_force", normal_force)?;
         Ok(Self { model, normal_force })
+    }
+
+    /// The same contact under another normal force \[N\], zero or positive.
+    ///
+    /// A change of the normal force by Δp does the work ½ Δp Σ Kᵢ xᵢ² on the bristles, which an
+    /// energy balance has to count.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite.
+    pub fn with_normal_force(self, normal_force: T) -> Result<Self, ParameterError> {
+        Self::new(self.model, normal_force)
     }
 
     /// The friction model.
@@ -154,15 +164,17 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
 }
 
 impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
-    /// The exact step of length h ≥ 0 \[s\] at a held velocity, with forces in newtons.
+    /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s], with forces in newtons.
+    ///
+    /// Exact is the bristle under that velocity. A mass m that takes its velocity from this force is
+    /// coupled to it explicitly, and a stuck one goes unstable for steps longer than about 2/ω with
+    /// ω² = σ0 p/m: it then slides under forces far below breakaway, with plausible numbers. For the
+    /// impulse on a mass use the mean force, F̄ h; the force at the end is what a sensor would read.
     ///
     /// An elasto-plastic model's α is frozen at the beginning of the step.
     #[inline]
     pub fn hold(&self, velocity: T, deflection: T, duration: T) -> Hold<T> {
-        let hold = self
-            .model
-            .affine(Sliding::from(velocity), deflection)
-            .hold(velocity, deflection, duration);
+        let hold = self.model.hold(velocity, deflection, duration);
         Hold {
             deflection: hold.deflection,
             end: self.normal_force * hold.end,

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::parameter::ParameterError;
+use crate::parameter::{self, ParameterError};
 use crate::{Bounds, FrictionCurve, Scalar, Sliding};
 
 /// A friction curve given by a closure that answers μ and dμ/d|v| at a speed |v|.
@@ -37,7 +37,9 @@ impl<T: Scalar, F: Fn(T) -> (T, T)> FunctionCurve<T, F> {
     ///
     /// Names the bound that is not positive or not in order.
     pub fn new(function: F, bounds: Bounds<T>) -> Result<Self, ParameterError> {
-        Ok(Self { function, bounds: bounds.positive("bounds")? })
+        parameter::positive("bounds.min", bounds.min)?;
+        parameter::at_least("bounds.max", bounds.max, "bounds.min", bounds.min)?;
+        Ok(Self { function, bounds })
     }
 }
 

@@ -51,6 +51,10 @@ use crate::{Bounds, Scalar, Sliding};
 /// let curve = Logarithmic { reference_speed: 1e-3 };
 /// assert_eq!(curve.coefficient(Sliding::from(0.0)), 0.1);
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a friction curve",
+    note = "parameters become a curve by `Stribeck::new(parameters)?`, `Coulomb::new(parameters)?`, …"
+)]
 pub trait FrictionCurve<T: Scalar>: Debug + Clone {
     /// The friction coefficient μ(v).
     fn coefficient(&self, sliding: Sliding<T>) -> T;
@@ -60,6 +64,11 @@ pub trait FrictionCurve<T: Scalar>: Debug + Clone {
     /// The slope is with respect to the *signed* velocity: for a curve of the speed it is the
     /// slope over the speed times [`Sliding::direction`].
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T);
+
+    /// The friction coefficient μ at a plain velocity [m/s].
+    fn at(&self, velocity: T) -> T {
+        self.coefficient(Sliding::from(velocity))
+    }
 
     /// The range of μ over all velocities with |v| ≤ `fastest` (which may be infinite).
     fn bounds(&self, fastest: T) -> Bounds<T>;

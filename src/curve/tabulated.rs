@@ -5,9 +5,10 @@
 //! continuously differentiable, monotone between any two knots, and has its extremes at knots.
 //!
 //! Source: F. N. Fritsch, J. Butland, "A method for constructing local monotone piecewise cubic
-//! interpolants", SIAM Journal on Scientific and Statistical Computing 5 (1984), 300–304; the slope
-//! at an end is the three-point one, limited as in C. B. Moler, "Numerical Computing with MATLAB"
-//! (SIAM, 2004), section 3.4.
+//! interpolants", SIAM Journal on Scientific and Statistical Computing 5 (1984), 300–304. The slope
+//! at rest is the three-point one, limited as in C. B. Moler, "Numerical Computing with MATLAB"
+//! (SIAM, 2004), section 3.4; that at the last knot is the slope of the last secant, or zero if it
+//! falls.
 
 use crate::bounds::{larger, smaller};
 use crate::parameter::{self, ParameterError, Rule};
@@ -25,8 +26,8 @@ pub struct Knot<T> {
 
 /// A friction curve through N measured points, by monotone cubic interpolation.
 ///
-/// Beyond the last knot the curve goes on straight: with its last slope if it rises there, level
-/// if it falls (so that it stays positive). To slightly negative speeds, where a solver's trial
+/// Beyond the last knot the curve goes on straight: with the slope of the last two knots if they
+/// rise, level if they fall (so that it stays positive). To slightly negative speeds, where a solver's trial
 /// step has overshot a reversal, the first cubic is continued.
 ///
 /// ```
@@ -128,7 +129,8 @@ fn slope<T: Scalar>(knots: &[Knot<T>], i: usize) -> T {
     } else if i == 0 {
         end_slope(secant(knots, 0), secant(knots, 1))
     } else if i == last {
-        end_slope(secant(knots, last - 1), secant(knots, last - 2))
+        // The curve goes on beyond with this slope: the secant, which a reader of the table expects.
+        secant(knots, last - 1).0
     } else {
         let ((before, h0), (after, h1)) = (secant(knots, i - 1), secant(knots, i));
         if before * after > T::zero() {
@@ -140,8 +142,8 @@ fn slope<T: Scalar>(knots: &[Knot<T>], i: usize) -> T {
     }
 }
 
-/// Three-point slope at an end from the secants of the nearest and the next interval, limited so
-/// that the first interval stays monotone.
+/// Three-point slope at rest from the secants of the first and the second interval, limited so that
+/// the first interval stays monotone.
 fn end_slope<T: Scalar>((near, h0): (T, T), (next, h1): (T, T)) -> T {
     let two: T = lit(2.0);
     let three: T = lit(3.0);
@@ -197,12 +199,17 @@ impl<T: Scalar, const N: usize> FrictionCurve<T> for Tabulated<T, N> {
             }
         }
         let last = self.piece(fastest);
-        // A level line at infinite speed would be 0·∞.
-        if last.coefficients[1..].iter().any(|&c| c != T::zero()) {
-            let value = last.value(fastest);
-            bounds.min = smaller(bounds.min, value);
-            bounds.max = larger(bounds.max, value);
-        }
+        let [c0, c1, c2, c3] = last.coefficients;
+        // Beyond the last knot the curve is straight; taken as a cubic, infinity would be NaN, and
+        // so would infinity times a level slope.
+        let straight = c2 == T::zero() && c3 == T::zero();
+        let value = match (straight, c1 == T::zero()) {
+            (true, true) => c0,
+            (true, false) => c0 + c1 * (fastest - last.start),
+            (false, _) => last.value(fastest),
+        };
+        bounds.min = smaller(bounds.min, value);
+        bounds.max = larger(bounds.max, value);
         bounds
     }
 }

@@ -98,6 +98,10 @@ impl<T: Scalar> Bristle<T> for Dahl<T> {
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {
+        let fastest = fastest.abs();
+        if !(fastest >= T::zero()) {
+            return Limits::none();
+        }
         Limits {
             deflection: finite(self.dynamic / self.stiffness),
             coefficient: finite(self.dynamic),

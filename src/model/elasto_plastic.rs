@@ -301,6 +301,10 @@ where
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {
+        let fastest = fastest.abs();
+        if !(fastest >= T::zero()) {
+            return Limits::none();
+        }
         let mu = self.curve.bounds(fastest);
         let stiffness = self.rheology.storage_stiffness();
         let damping = self.rheology.damping_bounds();

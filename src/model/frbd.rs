@@ -25,7 +25,8 @@ use crate::{Bristle, Deflection, Exact, FrictionCurve, Regularisation, Rheology,
 /// An FrBD model of a friction curve C, a bristle R and a regularisation E.
 ///
 /// Passive for every positive curve and every bristle of constant stiffness; its force never
-/// exceeds the largest value of its curve, and its relaxation rate is bounded by σ0/(σ1 + σ2).
+/// exceeds the largest value of its curve, and its relaxation rate is bounded by σ0/(σ1 + σ2) (if
+/// that is finite).
 ///
 /// ```
 /// use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters};
@@ -46,7 +47,7 @@ use crate::{Bristle, Deflection, Exact, FrictionCurve, Regularisation, Rheology,
 /// // Sliding at 0.1 m/s, stepped by exact 1 ms steps until it is steady:
 /// let mut deflection = 0.0_f64;
 /// for _ in 0..1000 {
-///     deflection = friction.affine(0.1.into(), deflection).hold(0.1, deflection, 1e-3).deflection;
+///     deflection = friction.hold(0.1, deflection, 1e-3).deflection;
 /// }
 /// assert!((friction.coefficient(0.1, deflection) - 1.004).abs() < 1e-12);
 /// # Ok::<(), bristle::ParameterError>(())
@@ -60,7 +61,11 @@ pub struct FrBd<C, R, E = Exact> {
 
 impl<C, R> FrBd<C, R> {
     /// The model of a friction curve and a bristle, with |v| as it is.
-    pub fn new(curve: C, rheology: R) -> Self {
+    pub fn new<T: Scalar>(curve: C, rheology: R) -> Self
+    where
+        C: FrictionCurve<T>,
+        R: Rheology<T>,
+    {
         Self { curve, rheology, regularisation: Exact }
     }
 }
@@ -178,6 +183,10 @@ where
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {
+        let fastest = fastest.abs();
+        if !(fastest >= T::zero()) {
+            return Limits::none();
+        }
         let mu = self.curve.bounds(fastest);
         let stiffness = self.rheology.stiffness_bounds();
         let damping = self.rheology.damping_bounds();

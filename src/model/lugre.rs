@@ -201,6 +201,10 @@ where
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {
+        let fastest = fastest.abs();
+        if !(fastest >= T::zero()) {
+            return Limits::none();
+        }
         let g = self.curve.bounds(fastest);
         let stiffness = self.rheology.storage_stiffness();
         let slope = least_slope(&self.curve, &self.regularisation, fastest);

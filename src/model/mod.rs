@@ -58,7 +58,7 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     fn obeys(&self, law: Law) -> bool;
 
     /// The limits that the model's theorems give for velocities with |v| ≤ `fastest` (which may
-    /// be infinite).
+    /// be infinite; without its sign, and nothing is promised for NaN).
     fn limits(&self, fastest: T) -> Limits<T>;
 
     /// The deflection rate ż [m/s].
@@ -116,11 +116,22 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         self.affine(sliding.into(), deflection).relaxation
     }
 
-    /// Puts the model under a normal force p \[N\], positive.
+    /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s].
+    ///
+    /// An elasto-plastic model's α is frozen at the beginning of the step.
+    #[inline]
+    fn hold(&self, velocity: T, deflection: T, duration: T) -> Hold<T>
+    where
+        Self: Bristle<T, Deflection = T>,
+    {
+        self.affine(Sliding::from(velocity), deflection).hold(velocity, deflection, duration)
+    }
+
+    /// Puts the model under a normal force p \[N\], zero or positive.
     ///
     /// # Errors
     ///
-    /// Refuses a normal force that is not positive.
+    /// Refuses a normal force that is negative or not finite.
     fn under_load(self, normal_force: T) -> Result<Contact<T, Self>, ParameterError> {
         Contact::new(self, normal_force)
     }
@@ -182,6 +193,13 @@ pub struct Limits<T> {
     pub coefficient: Option<T>,
     /// Largest relaxation rate λ [1/s].
     pub relaxation_rate: Option<T>,
+}
+
+impl<T> Limits<T> {
+    /// No promise at all.
+    pub(crate) fn none() -> Self {
+        Self { deflection: None, coefficient: None, relaxation_rate: None }
+    }
 }
 
 /// A limit, unless it is infinite or not a number.

@@ -6,7 +6,7 @@ use nalgebra::SVector;
 use super::controller::Controller;
 use super::failure::{Failure, StopReason};
 use super::method::{Attempt, Field, Method, Point};
-use super::reversal::{Lock, Reversal, first_reversal};
+use super::reversal::{Lock, Verdict, first_reversal};
 use super::settings::{Control, Settings};
 use super::step::Step;
 use super::{Statistics, System};
@@ -332,10 +332,10 @@ where
             let reversal = if self.settings.locks {
                 first_reversal(self.system, &self.locks, &trial, self.smallest_step())
             } else {
-                Reversal::None
+                Verdict::None
             };
             match reversal {
-                Reversal::None => {
+                Verdict::None => {
                     for lock in &mut self.locks {
                         lock.stalled = 0;
                     }
@@ -345,11 +345,11 @@ where
                     }
                     return Ok(Some(trial));
                 }
-                Reversal::AtStart(contact) => {
+                Verdict::AtStart(contact) => {
                     self.statistics.rejected += 1;
                     self.turn(contact, T::zero());
                 }
-                Reversal::Within(contact, fraction) => {
+                Verdict::Within(contact, fraction) => {
                     // The dense output finds the reversal, but the state there comes from a step
                     // of its own: that keeps the order of the method.
                     let cut = step * fraction;
@@ -358,7 +358,10 @@ where
                         self.shorten(cut, &attempt, f64::NAN, order)?;
                         continue;
                     }
-                    let taken = self.step_to(self.point.time + cut, &attempt);
+                    let taken = Step {
+                        reversal: Some(contact),
+                        ..self.step_to(self.point.time + cut, &attempt)
+                    };
                     self.statistics.rejected += 1;
                     self.accept(&taken, step.abs(), false, square, order);
                     self.turn(contact, fraction);
@@ -404,6 +407,7 @@ where
             start_rate: self.point.rate,
             end_rate: attempt.rate,
             quartic: attempt.quartic,
+            reversal: None,
         }
     }
 
@@ -425,6 +429,10 @@ where
         if self.step >= self.smallest_step() {
             return Ok(());
         }
+        // The state that went bad first is the one whose rate did, a tiny step ahead.
+        let ahead = self.point.state + self.point.rate * tried;
+        let rate = self.evaluate(self.point.time + tried, &ahead);
+        check_finite(&rate)?;
         check_finite(&attempt.state)?;
         check_finite(&attempt.rate)?;
         match self.locks.iter().position(|lock| lock.stalled > 0) {

@@ -55,7 +55,7 @@ impl<T: Scalar> Lock<T> {
 }
 
 /// What a trial step does to the sliding directions.
-pub(super) enum Reversal<T> {
+pub(super) enum Verdict<T> {
     /// Nothing.
     None,
     /// This contact was on the wrong branch from the start.
@@ -70,7 +70,7 @@ pub(super) fn first_reversal<T, S, const N: usize, const K: usize>(
     locks: &[Lock<T>; K],
     step: &Step<T, N>,
     smallest_step: T,
-) -> Reversal<T>
+) -> Verdict<T>
 where
     T: Scalar,
     S: System<T, N, K>,
@@ -82,7 +82,7 @@ where
     };
     let middle = velocities(half);
     let end = system.sliding_velocities(step.end_time, &step.end);
-    let mut first = Reversal::None;
+    let mut first = Verdict::None;
     let mut earliest = T::one();
     for (index, ((lock, middle), end)) in locks.iter().zip(middle).zip(end).enumerate() {
         if lock.branch == Branch::Free {
@@ -96,15 +96,15 @@ where
         let forgiven = larger(lock.noise, -v0 * lit(2.0));
         let Some((right, wrong)) = bracket([v0, v1, v2], forgiven, at) else { continue };
         let Some(right) = right else {
-            return Reversal::AtStart(index);
+            return Verdict::AtStart(index);
         };
         let place = crossing(at, right, wrong);
         if place * (step.end_time - step.start_time).abs() < smallest_step * lit(4.0) {
-            return Reversal::AtStart(index);
+            return Verdict::AtStart(index);
         }
         if place < earliest {
             earliest = place;
-            first = Reversal::Within(index, place);
+            first = Verdict::Within(index, place);
         }
     }
     first

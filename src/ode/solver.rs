@@ -16,7 +16,8 @@ use crate::parameter::{self, ParameterError};
 
 /// A method with its step control.
 ///
-/// Forward and backward in time (a span whose end lies before its start), on the stack, without
+/// Forward and backward in time (a span whose end lies before its start; a relaxing bristle grows
+/// backward as e^λt, so a few relaxation times are the limit there), on the stack, without
 /// allocation: [`Solver::stream`] hands every step to an observer, [`Solver::begin`] gives a run
 /// to step by hand, and, with the `alloc` feature, [`Solver::solve`] stores a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -263,7 +264,7 @@ impl<T: Scalar, F: FnMut(&Step<T, N>) -> ControlFlow<()>, const N: usize> Observ
     }
 }
 
-/// How a run that did not fail came to its end.
+/// How a run came to its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// The end of the time span.
@@ -272,6 +273,8 @@ pub enum Outcome {
     Event(usize),
     /// The observer broke off.
     Observer,
+    /// It failed; the [`Failure`] says why.
+    Failed,
 }
 
 /// Where a run ended, and what it cost.

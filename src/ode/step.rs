@@ -21,6 +21,7 @@ pub struct Step<T, const N: usize> {
     pub(crate) start_rate: SVector<T, N>,
     pub(crate) end_rate: SVector<T, N>,
     pub(crate) quartic: SVector<T, N>,
+    pub(crate) reversal: Option<usize>,
 }
 
 impl<T: Scalar, const N: usize> Step<T, N> {
@@ -42,6 +43,12 @@ impl<T: Scalar, const N: usize> Step<T, N> {
     /// State at the end.
     pub fn end(&self) -> &SVector<T, N> {
         &self.end
+    }
+
+    /// The contact whose sliding direction reverses at the end of the step, if one does: the step
+    /// was cut there.
+    pub fn reversal(&self) -> Option<usize> {
+        self.reversal
     }
 
     /// The state at a time within the step.
@@ -91,6 +98,7 @@ impl<T: Scalar, const N: usize> Step<T, N> {
             end: self.at_fraction(fraction),
             end_rate: self.slope_at_fraction(fraction) / duration,
             quartic: self.quartic * (square * square),
+            reversal: if fraction == T::one() { self.reversal } else { None },
             ..*self
         }
     }
@@ -114,6 +122,7 @@ mod tests {
             start_rate: Vector1::new(slope(a)),
             end_rate: Vector1::new(slope(b)),
             quartic: Vector1::new(0.25 * 2f64.powi(4)),
+            reversal: None,
         };
         (step, value)
     }

@@ -22,6 +22,8 @@ use crate::scalar::lit;
 pub enum Output<'a, T> {
     /// The start and the end of every step.
     Steps,
+    /// The same, and the curves between: [`Trajectory::at`] answers at any time.
+    Dense,
     /// This many times, at least 2, evenly spaced and including both ends of the span.
     Uniform(usize),
     /// These times, in the order of the run and within its span.
@@ -33,9 +35,21 @@ pub enum Output<'a, T> {
 pub struct Trajectory<T, const N: usize> {
     times: Vec<T>,
     states: Vec<SVector<T, N>>,
+    /// Empty unless the output is dense.
+    steps: Vec<Step<T, N>>,
     events: Vec<Occurrence<T, N>>,
+    reversals: Vec<Reversal<T>>,
     outcome: Outcome,
     statistics: Statistics,
+}
+
+/// A sliding direction that reversed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reversal<T> {
+    /// Which contact, by its place among the system's sliding velocities.
+    pub contact: usize,
+    /// When \[s\].
+    pub time: T,
 }
 
 impl<T: Scalar, const N: usize> Trajectory<T, N> {
@@ -57,6 +71,40 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
     /// The last stored time and state; `None` if nothing was stored.
     pub fn last(&self) -> Option<(T, &SVector<T, N>)> {
         Some((*self.times.last()?, self.states.last()?))
+    }
+
+    /// The state at any time of a run with [`Output::Dense`], to the order of the method's
+    /// interpolant. `None` outside the time reached, or without dense output.
+    ///
+    /// ```
+    /// use bristle::ode::{DormandPrince, Output, Solver, Tolerances};
+    /// use bristle::scene::SpringDrivenMass;
+    /// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+    ///
+    /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+    /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+    /// let contact = FrBd::new(curve, bristle).under_load(1.0)?;
+    /// let rig = SpringDrivenMass::new(paper::stick_slip_rig(contact))?;
+    /// let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-6, rig.scales())?);
+    /// let motion = solver.solve(&rig, 0.0..9.0, rig.at_rest(), Output::Dense)?;
+    /// let sticking = motion.at(1.0).unwrap();
+    /// assert!(sticking[0] < 1e-4);
+    /// assert_eq!(motion.at(9.1), None);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn at(&self, time: T) -> Option<SVector<T, N>> {
+        let first = self.steps.first()?;
+        let forward = first.end_time >= first.start_time;
+        let begins = if forward { time >= first.start_time } else { time <= first.start_time };
+        let ended =
+            |step: &Step<T, N>| if forward { step.end_time < time } else { step.end_time > time };
+        let step = self.steps.get(self.steps.partition_point(ended))?;
+        begins.then(|| step.at(time))
+    }
+
+    /// The reversals of sliding directions at which a step was split, in the order of the run.
+    pub fn reversals(&self) -> &[Reversal<T>] {
+        &self.reversals
     }
 
     /// The events that happened, in the order of the run.
@@ -132,13 +180,16 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
             trajectory: Trajectory {
                 times: Vec::new(),
                 states: Vec::new(),
+                steps: Vec::new(),
                 events: Vec::new(),
+                reversals: Vec::new(),
                 outcome: Outcome::End,
                 statistics: Statistics::default(),
             },
         };
         let interrupt = |failure: Failure<T, N>, recorder: Recorder<'_, T, N>| {
             let mut trajectory = recorder.trajectory;
+            trajectory.outcome = Outcome::Failed;
             trajectory.statistics = failure.statistics;
             Box::new(Interrupted { failure, trajectory })
         };
@@ -198,7 +249,7 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
                 }
                 Ok(())
             }
-            Output::Steps | Output::Uniform(_) => Ok(()),
+            Output::Steps | Output::Dense | Output::Uniform(_) => Ok(()),
         }
     }
 
@@ -210,7 +261,7 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
     /// The time of the next sample.
     fn next_time(&self) -> Option<T> {
         match self.output {
-            Output::Steps => None,
+            Output::Steps | Output::Dense => None,
             Output::Times(times) => times.get(self.stored).copied(),
             Output::Uniform(samples) if self.stored >= samples => None,
             Output::Uniform(samples) if self.stored + 1 == samples => Some(self.span.end),
@@ -223,7 +274,7 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
 
     /// Stores what lies at the very start.
     fn start(&mut self, state: &SVector<T, N>) {
-        if self.output == Output::Steps {
+        if matches!(self.output, Output::Steps | Output::Dense) {
             self.store(self.span.start, *state);
         }
         while let Some(time) = self.next_time() {
@@ -239,8 +290,14 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
 impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
     fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()> {
         let forward = step.end_time >= step.start_time;
-        if self.output == Output::Steps {
+        if matches!(self.output, Output::Steps | Output::Dense) {
             self.store(step.end_time, step.end);
+        }
+        if self.output == Output::Dense {
+            self.trajectory.steps.push(*step);
+        }
+        if let Some(contact) = step.reversal {
+            self.trajectory.reversals.push(Reversal { contact, time: step.end_time });
         }
         while let Some(time) = self.next_time() {
             let reached = if forward { time <= step.end_time } else { time >= step.end_time };

@@ -40,6 +40,10 @@ pub struct Elements<T, D = T> {
 /// F/p = (μ(v)/|v|_ε)(v − ż) of the FrBD family, under which every passive bristle gives a passive
 /// friction model. The springs' stiffness should be constant for that; dashpots may depend on the
 /// velocity.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a bristle",
+    note = "parameters become a bristle by `KelvinVoigt::new(parameters)?` or `Spring::new(parameters)?`"
+)]
 pub trait Rheology<T: Scalar>: Debug + Clone {
     /// The stretches of the springs: the scalar itself for one, a vector for several.
     type Deflection: Deflection<T>;

@@ -65,18 +65,16 @@ impl<T: Scalar> VelocityLaw<T> for T {
 
 /// A stiffness or damping given by a function of the sliding velocity.
 ///
-/// The function answers the value and its derivative with respect to the signed velocity. If it
-/// is a function of the speed, take [`Sliding::speed`] and multiply the slope over the speed by
-/// [`Sliding::direction`], so that it stays smooth on a locked branch. The bounds are taken on
-/// trust; the theorems on deflection and force use them.
+/// A function of the speed goes into [`Varying::of_speed`]; one that tells the directions apart into
+/// [`Varying::new`]. The bounds are taken on trust; the theorems on deflection and force use them.
 ///
 /// ```
-/// use bristle::{Bounds, KelvinVoigt, KelvinVoigtParameters, Sliding, Varying};
+/// use bristle::{Bounds, KelvinVoigt, KelvinVoigtParameters, Varying};
 ///
 /// // Micro-damping that vanishes in fast sliding, σ1(v) = 60 exp(−(v/v_d)²), v_d = 0.1 m/s.
-/// let micro_damping = Varying::new(
-///     |sliding: Sliding<f64>| {
-///         let u = sliding.velocity() / 0.1;
+/// let micro_damping = Varying::of_speed(
+///     |speed: f64| {
+///         let u = speed / 0.1;
 ///         let damping = 60.0 * (-u * u).exp();
 ///         (damping, -2.0 * u / 0.1 * damping)
 ///     },
@@ -89,12 +87,32 @@ impl<T: Scalar> VelocityLaw<T> for T {
 pub struct Varying<T, F> {
     function: F,
     bounds: Bounds<T>,
+    even: bool,
 }
 
 impl<T: Scalar, F: Fn(Sliding<T>) -> (T, T)> Varying<T, F> {
-    /// A law from a function and the range of its values.
+    /// A law from a function of the sliding velocity, which answers the value and its derivative
+    /// with respect to the signed velocity, and the range of its values.
     pub fn new(function: F, bounds: Bounds<T>) -> Self {
-        Self { function, bounds }
+        Self { function, bounds, even: false }
+    }
+}
+
+impl Varying<(), ()> {
+    /// A law from a function of the speed |v|, which answers the value and its derivative with
+    /// respect to the speed, and the range of its values.
+    ///
+    /// The function must stay smooth for slightly negative speeds, where a solver's trial step has
+    /// overshot a reversal.
+    pub fn of_speed<T: Scalar>(
+        function: impl Fn(T) -> (T, T) + Clone,
+        bounds: Bounds<T>,
+    ) -> Varying<T, impl Fn(Sliding<T>) -> (T, T) + Clone> {
+        let function = move |sliding: Sliding<T>| {
+            let (value, slope) = function(sliding.speed());
+            (value, slope * sliding.direction())
+        };
+        Varying { function, bounds, even: true }
     }
 }
 
@@ -120,7 +138,7 @@ impl<T: Scalar, F: Fn(Sliding<T>) -> (T, T) + Clone> VelocityLaw<T> for Varying<
     }
 
     fn is_even(&self) -> bool {
-        false
+        self.even
     }
 
     fn check_positive(&self, name: &'static str) -> Result<(), ParameterError> {

@@ -13,7 +13,8 @@ pub struct Vertex<T> {
     pub value: T,
 }
 
-/// Straight lines between N points, level before the first and after the last.
+/// Straight lines between N points, level before the first and after the last. For a signal that
+/// jumps see [`Function`](super::Function).
 ///
 /// ```
 /// use bristle::signal::{Polyline, Signal, Vertex};
