@@ -27,13 +27,14 @@ pub enum Modulus {
     HyperbolicTangent,
 }
 
-/// A stiffness or damping: absent, constant, or c (1 + a u/√(1 + u²)) with u = v/v_d, which is
-/// not even in v on purpose.
+/// A stiffness or damping: absent, constant, c (1 + a u/√(1 + u²)) with u = v/v_d, which is not
+/// even in v on purpose, or c (1 + a/(1 + u²)), which is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Element {
     None,
     Constant,
     Varying,
+    Even,
 }
 
 /// Amplitude a of a varying stiffness.
@@ -60,6 +61,15 @@ pub struct ClosedForm {
     pub modulus: Modulus,
     pub stiffness: Element,
     pub damping: Element,
+}
+
+/// ż and μ_b differentiated by z and by v, or what goes with each of them.
+#[derive(Debug, Clone, Copy)]
+pub struct Partials {
+    pub rate_by_deflection: f64,
+    pub rate_by_velocity: f64,
+    pub coefficient_by_deflection: f64,
+    pub coefficient_by_velocity: f64,
 }
 
 /// λ, r, c₀, c₂ of one model at one velocity, or what goes with each of them.
@@ -184,6 +194,7 @@ impl Element {
             Self::None => 0.0,
             Self::Constant => constant,
             Self::Varying => constant * (1.0 + variation * u / 1.0_f64.hypot(u)),
+            Self::Even => constant * (1.0 + variation / (1.0 + u * u)),
         }
     }
 
@@ -193,6 +204,9 @@ impl Element {
             Self::None | Self::Constant => 0.0,
             // 1/√(1+u²) − u²/(1+u²)^{3/2}, which is how dual numbers differentiate it.
             Self::Varying => 2.0 * constant * variation / r.varying_velocity / 1.0_f64.hypot(u),
+            Self::Even => {
+                2.0 * constant * variation / r.varying_velocity * u.abs() / (1.0 + u * u).powi(2)
+            }
         }
     }
 }
@@ -263,6 +277,12 @@ impl ClosedForm {
         }
     }
 
+    /// Whether α is between zero and one.
+    pub fn in_transition(&self, v: f64, z: f64) -> bool {
+        let alpha = self.alpha(v, z);
+        alpha > 0.0 && alpha < 1.0
+    }
+
     /// The denominator g.
     pub fn resistance(&self, v: f64, z: f64) -> f64 {
         match self.family {
@@ -300,10 +320,19 @@ impl ClosedForm {
     }
 
     /// Sums of the absolute values of the terms of the four coefficients: only LuGre's c₀ is a
-    /// difference.
+    /// difference, and α where it is neither zero nor one.
     pub fn terms(&self, v: f64, z: f64) -> Coefficients {
         let coefficients = self.coefficients(v, z);
         match self.family {
+            Family::ElastoPlastic if self.in_transition(v, z) => {
+                let by_alpha = self.alpha_terms(v, z);
+                Coefficients {
+                    relaxation: coefficients.relaxation + by_alpha.relaxation,
+                    drive: coefficients.drive + by_alpha.drive,
+                    stiffness: coefficients.stiffness + by_alpha.stiffness,
+                    damping: coefficients.damping + by_alpha.damping,
+                }
+            }
             Family::LuGreClassical | Family::LuGreInside => Coefficients {
                 stiffness: self.sigma0(v)
                     * (1.0 + self.sigma1(v) * self.speed(v) / self.resistance(v, z)),
@@ -345,23 +374,29 @@ impl ClosedForm {
     }
 
     /// Sums of the absolute values of the terms of the derivatives of the four coefficients with
-    /// respect to v, by the quotient rule, e.g. for λ = σ0|v|_ε/g:
-    /// λ' = σ0'|v|_ε/g + σ0(|v|_ε' μ − |v|_ε(σ1'|v|_ε + μ'))/g².
+    /// respect to v, by the quotient rule as dual numbers apply it, e.g. for λ = σ0|v|_ε/g:
+    /// λ' = σ0'|v|_ε/g + σ0|v|_ε'/g − σ0|v|_ε g'/g² with g' = σ1'|v|_ε + σ1|v|_ε' + μ'.
     pub fn slope_terms(&self, v: f64, z: f64) -> Coefficients {
+        self.slope_terms_with(v, z, 0.0)
+    }
+
+    /// The same with more uncertainty [s/m] of the curve's slope.
+    pub fn slope_terms_with(&self, v: f64, z: f64, rough: f64) -> Coefficients {
         let r = &self.recipe;
         let (s0, s1, mu, n) = (self.sigma0(v), self.sigma1(v), self.mu(v), self.speed(v));
         let ds0 = self.stiffness.slope_terms(r.stiffness, STIFFNESS_VARIATION, r, v);
         let ds1 = self.damping.slope_terms(r.damping, DAMPING_VARIATION, r, v);
-        let (dmu, dn) = (self.mu_slope_terms(v), self.modulus.slope_terms(r, v));
-        let (g, alpha) = (self.resistance(v, z), self.alpha(v, z));
+        let (dmu, dn) = (self.mu_slope_terms(v) + rough, self.modulus.slope_terms(r, v));
+        // An error of α is relative to one, not to itself.
+        let transition = self.in_transition(v, z);
+        let (g, alpha) = (self.resistance(v, z), if transition { 1.0 } else { self.alpha(v, z) });
         match self.family {
             Family::FrBd | Family::ElastoPlastic => {
                 let by_alpha = self.alpha_terms(v, z);
                 let alpha_slope = self.alpha_slopes_terms(v, z).1;
-                let drive = alpha * (s1 * n * dmu + mu * (ds1 * n + s1 * dn)) / (g * g)
-                    + by_alpha.drive * alpha_slope;
-                let relaxation = alpha * ds0 * n / g
-                    + alpha * s0 * (dn * mu + n * (alpha * ds1 * n + dmu)) / (g * g)
+                let dg = alpha * (ds1 * n + s1 * dn) + dmu;
+                let drive = dmu / g + mu * dg / (g * g) + by_alpha.drive * alpha_slope;
+                let relaxation = alpha * (ds0 * n / g + s0 * dn / g + s0 * n * dg / (g * g))
                     + by_alpha.relaxation * alpha_slope;
                 Coefficients {
                     relaxation,
@@ -382,24 +417,40 @@ impl ClosedForm {
         }
     }
 
-    /// Sums of the absolute values of the terms of the derivatives with respect to α.
+    /// Sums of the absolute values of the terms of the derivatives with respect to α, e.g.
+    /// σ0|v|_ε/g − ασ0|v|_ε σ1|v|_ε/g² for λ.
     pub fn alpha_terms(&self, v: f64, z: f64) -> Coefficients {
         let (s0, s1, mu, n) = (self.sigma0(v), self.sigma1(v), self.mu(v), self.speed(v));
         let g = self.resistance(v, z);
         let drive = mu * s1 * n / (g * g);
         Coefficients {
-            relaxation: s0 * n * mu / (g * g),
+            relaxation: s0 * n / g * (1.0 + s1 * n / g),
             drive,
             stiffness: s0 * drive,
             damping: s1 * drive,
         }
     }
 
+    /// Sums of the absolute values of the terms of the partial derivatives of ż = −λz + rv and
+    /// μ_b = c₀z + c₂v, by the product rule and through α.
+    pub fn partials_terms(&self, v: f64, z: f64) -> Partials {
+        let (terms, slopes) = (self.terms(v, z), self.slope_terms(v, z));
+        let (by_alpha, alpha) = (self.alpha_terms(v, z), self.alpha_slopes_terms(v, z).0);
+        let (v, z) = (v.abs(), z.abs());
+        Partials {
+            rate_by_deflection: terms.relaxation
+                + alpha * (by_alpha.relaxation * z + by_alpha.drive * v),
+            rate_by_velocity: slopes.relaxation * z + slopes.drive * v + terms.drive,
+            coefficient_by_deflection: terms.stiffness
+                + alpha * (by_alpha.stiffness * z + by_alpha.damping * v),
+            coefficient_by_velocity: slopes.stiffness * z + slopes.damping * v + terms.damping,
+        }
+    }
+
     /// What a unit error of α makes of the dissipated power: α is a difference, ½ + ½ sin(…), so
     /// its error is relative to one and not to itself.
     pub fn power_by_alpha(&self, v: f64, z: f64) -> f64 {
-        let alpha = self.alpha(v, z);
-        if alpha == 0.0 || alpha == 1.0 {
+        if !self.in_transition(v, z) {
             return 0.0;
         }
         let by_alpha = self.alpha_terms(v, z);
@@ -409,8 +460,7 @@ impl ClosedForm {
     /// Sums of the absolute values of the terms of ∂α/∂z and ∂α/∂v. The phase of the sine runs
     /// over π between z_b and z_m, so |∂α/∂z| ≤ π/2/(z_m − z_b); z_m = μ(v)/σ0 moves it as fast.
     pub fn alpha_slopes_terms(&self, v: f64, z: f64) -> (f64, f64) {
-        let alpha = self.alpha(v, z);
-        if self.family != Family::ElastoPlastic || alpha == 0.0 || alpha == 1.0 {
+        if !self.in_transition(v, z) {
             return (0.0, 0.0);
         }
         let width = self.mu(v) / self.sigma0(v) - self.stick_limit();
@@ -448,7 +498,7 @@ impl<const N: usize> Table<N> {
         } else if i == 0 {
             end(self.secant(0), self.secant(1))
         } else if i == N - 1 {
-            end(self.secant(N - 2), self.secant(N - 3))
+            self.secant(N - 2).0
         } else {
             let ((d1, h1), (d2, h2)) = (self.secant(i - 1), self.secant(i));
             let a = (h1 + 2.0 * h2) / (3.0 * (h1 + h2));

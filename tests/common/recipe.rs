@@ -17,7 +17,7 @@ pub struct Recipe {
     pub viscous: f64,
     /// σ0 [1/m]; at rest, where it varies.
     pub stiffness: f64,
-    /// σ1 [s/m]; at rest, where it varies.
+    /// σ1 [s/m]; its scale, where it varies.
     pub damping: f64,
     /// Velocity [m/s] over which a varying σ0 or σ1 varies.
     pub varying_velocity: f64,

@@ -151,7 +151,7 @@ fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
     curve: Curve,
     c: C,
 ) {
-    use Element::{Constant, None, Varying};
+    use Element::{Constant, Even, None, Varying};
     let form = |family, stiffness, damping| ClosedForm {
         recipe: *r,
         family,
@@ -175,6 +175,7 @@ fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
         frbd(Constant, Varying),
         FrBd::new(c.clone(), kelvin_voigt(k, d_varying.clone()))
     );
+    push(list, frbd(Constant, Even), FrBd::new(c.clone(), kelvin_voigt(k, even_damping(r))));
     in_each_regularisation!(
         list,
         frbd(Varying, Constant),
@@ -313,6 +314,21 @@ pub fn varying_damping<T: Scalar>(
     r: &Recipe,
 ) -> Varying<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
     varying(r.damping, DAMPING_VARIATION, r)
+}
+
+/// c (1 + a/(1 + u²)) with u = |v|/v_d.
+pub fn even_damping<T: Scalar>(
+    r: &Recipe,
+) -> Varying<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
+    let (c, a, v_d): (T, T, T) = (lit(r.damping), lit(DAMPING_VARIATION), lit(r.varying_velocity));
+    Varying::of_speed(
+        move |speed: T| {
+            let u = speed / v_d;
+            let share = a / (T::one() + u * u);
+            (c * (T::one() + share), -c * share * (u + u) / (T::one() + u * u) / v_d)
+        },
+        Bounds { min: c, max: c * (T::one() + a) },
+    )
 }
 
 pub fn spring<T: Scalar>(micro_stiffness: T) -> Spring<T> {

@@ -3,7 +3,13 @@
 //! A new method is added by one line in [`every_method`]; a new way to choose steps by one line in
 //! [`every_solver`]. Every law in `tests/ode_*.rs` then runs over it.
 
-#![allow(dead_code, unused_macros, unused_imports, unreachable_pub, reason = "each test binary uses its own part of this module")]
+#![allow(
+    dead_code,
+    unused_macros,
+    unused_imports,
+    unreachable_pub,
+    reason = "each test binary uses its own part of this module"
+)]
 
 use std::cell::Cell;
 
@@ -11,8 +17,8 @@ use bristle::ode::{Observer, Solver, Step, System, Tolerances};
 use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
 use bristle::signal::Signal;
 use bristle::{
-    Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, KelvinVoigt, KelvinVoigtParameters, LuGre,
-    Scalar, Stribeck, StribeckParameters,
+    Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, KelvinVoigt, KelvinVoigtParameters,
+    LuGre, Scalar, Stribeck, StribeckParameters,
 };
 use nalgebra::{SVector, Vector1, Vector2};
 
@@ -42,23 +48,21 @@ pub(crate) use every_method;
 /// Runs a block with every method and every way to choose its steps. `$step` is the length of the
 /// fixed steps and `$tolerances` what the adaptive ones use.
 macro_rules! every_solver {
-    ($step:expr, $tolerances:expr, |$name:ident, $solver:ident| $body:block) => {
-        {
-            let $name = "RungeKutta4, fixed steps";
-            let $solver = bristle::ode::Solver::fixed(bristle::ode::RungeKutta4, $step).unwrap();
-            $body
-        }
-        {
-            let $name = "DormandPrince, fixed steps";
-            let $solver = bristle::ode::Solver::fixed(bristle::ode::DormandPrince, $step).unwrap();
-            $body
-        }
-        {
-            let $name = "DormandPrince, adaptive steps";
-            let $solver = bristle::ode::Solver::adaptive(bristle::ode::DormandPrince, $tolerances);
-            $body
-        }
-    };
+    ($step:expr, $tolerances:expr, |$name:ident, $solver:ident| $body:block) => {{
+        let $name = "RungeKutta4, fixed steps";
+        let $solver = bristle::ode::Solver::fixed(bristle::ode::RungeKutta4, $step).unwrap();
+        $body
+    }
+    {
+        let $name = "DormandPrince, fixed steps";
+        let $solver = bristle::ode::Solver::fixed(bristle::ode::DormandPrince, $step).unwrap();
+        $body
+    }
+    {
+        let $name = "DormandPrince, adaptive steps";
+        let $solver = bristle::ode::Solver::adaptive(bristle::ode::DormandPrince, $tolerances);
+        $body
+    }};
 }
 pub(crate) use every_solver;
 
@@ -232,25 +236,22 @@ impl<U: Signal<f64>> System<f64, 1, 0> for Integral<U> {
     }
 }
 
-/// ẋ = −a sgn(v) x with v(t) given: the bare kink, of which the exact solution is
-/// x = x₀ exp(−a (time with v > 0 − time with v < 0)).
+/// ẋ = sgn v(t): the bare kink. x is the time spent sliding forward less that spent sliding
+/// backward, and every method is exact on a locked branch, however long its steps.
 #[derive(Debug, Clone)]
-pub struct Sided<V> {
-    pub velocity: V,
-    pub rate: f64,
-}
+pub struct Sided<V>(pub V);
 
 impl<V: Signal<f64>> System<f64, 1> for Sided<V> {
-    fn rate(&self, time: f64, x: &Vector1<f64>, [branch]: [Branch; 1]) -> Vector1<f64> {
-        -x * branch.of(self.velocity.value(time)).direction() * self.rate
+    fn rate(&self, time: f64, _: &Vector1<f64>, [branch]: [Branch; 1]) -> Vector1<f64> {
+        Vector1::new(branch.of(self.0.value(time)).direction())
     }
 
     fn sliding_velocities(&self, time: f64, _: &Vector1<f64>) -> [f64; 1] {
-        [self.velocity.value(time)]
+        [self.0.value(time)]
     }
 
     fn next_kink(&self, time: f64, towards: f64) -> Option<f64> {
-        self.velocity.next_kink(time, towards)
+        self.0.next_kink(time, towards)
     }
 }
 
@@ -267,9 +268,7 @@ impl<S> Counted<S> {
     }
 }
 
-impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> System<T, N, K>
-    for Counted<S>
-{
+impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> System<T, N, K> for Counted<S> {
     fn rate(&self, time: T, state: &SVector<T, N>, branches: [Branch; K]) -> SVector<T, N> {
         self.calls.set(self.calls.get() + 1);
         self.system.rate(time, state, branches)
