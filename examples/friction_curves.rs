@@ -29,7 +29,7 @@ fn main() -> ExitCode {
     support::run(|| {
         let arguments = Arguments::new("friction_curves", "Friction curves and regularisations")
             .count("samples", 801, "points per curve")
-            .must_be(Rule::AtLeast(2.0))
+            .must_be(Rule::Between(2.0, 1e7))
             .parse()?;
         let samples = arguments.count("samples");
 

@@ -24,7 +24,7 @@ fn main() -> ExitCode {
     support::run(|| {
         let arguments = Arguments::new("presliding", "Hysteresis below breakaway")
             .count("samples", 3001, "rows per model and frequency, evenly spaced")
-            .must_be(Rule::AtLeast(2.0))
+            .must_be(Rule::Between(2.0, 1e7))
             .number(
                 "rtol",
                 1e-9,

@@ -31,7 +31,7 @@ fn main() -> ExitCode {
         let arguments =
             Arguments::new("reversal_order", "The error of fixed steps across reversals")
                 .count("samples", 2001, "output samples over which the error is taken")
-                .must_be(Rule::AtLeast(2.0))
+                .must_be(Rule::Between(2.0, 1e7))
                 .parse()?;
         let samples = arguments.count("samples");
 

@@ -32,7 +32,7 @@ fn main() -> ExitCode {
             .number("end", 60.0, "s", "end of the simulated time")
             .must_be(Rule::Positive)
             .count("samples", 6001, "rows per model, evenly spaced, both ends included")
-            .must_be(Rule::AtLeast(2.0))
+            .must_be(Rule::Between(2.0, 1e7))
             .number(
                 "rtol",
                 1e-8,

@@ -137,8 +137,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
 
     /// The friction force \[N\] of steady sliding at a velocity.
     pub fn stationary_force(&self, sliding: impl Into<Sliding<T>>) -> T {
-        let sliding = sliding.into();
-        self.force(sliding, self.model.stationary(sliding))
+        self.normal_force * self.model.stationary_coefficient(sliding)
     }
 
     /// The energy stored in the bristles, W = ½ p Σ Kᵢ xᵢ² \[J\].

@@ -74,6 +74,13 @@ pub enum Rule {
         /// Its value.
         limit: f64,
     },
+    /// At most as large as another parameter.
+    AtMost {
+        /// Name of the other parameter.
+        other: &'static str,
+        /// Its value.
+        limit: f64,
+    },
     /// Smaller than another quantity.
     Below {
         /// Name of the other quantity.
@@ -111,6 +118,7 @@ impl fmt::Display for Rule {
                 write!(f, "lie between {} and {}", Short(-most), Short(most))
             }
             Rule::AtLeast { other, limit } => write!(f, "be at least {other} = {}", Short(limit)),
+            Rule::AtMost { other, limit } => write!(f, "be at most {other} = {}", Short(limit)),
             Rule::Below { other, limit } => write!(f, "be below {other} = {}", Short(limit)),
             Rule::Exactly { value } => write!(f, "be exactly {}", Short(value)),
             Rule::Increasing { previous } => {
@@ -122,7 +130,7 @@ impl fmt::Display for Rule {
 }
 
 /// A number for a reader: plain where it is short, with an exponent where it is not.
-struct Short(f64);
+pub(crate) struct Short(pub(crate) f64);
 
 impl fmt::Display for Short {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -187,6 +195,20 @@ pub(crate) fn at_least<T: Scalar>(
         Ok(value)
     } else {
         Err(refuse(name, value, Rule::AtLeast { other, limit: to_f64(limit) }))
+    }
+}
+
+/// Not larger than another parameter (both are checked to be finite elsewhere).
+pub(crate) fn at_most<T: Scalar>(
+    name: &'static str,
+    value: T,
+    other: &'static str,
+    limit: T,
+) -> Result<T, ParameterError> {
+    if value <= limit {
+        Ok(value)
+    } else {
+        Err(refuse(name, value, Rule::AtMost { other, limit: to_f64(limit) }))
     }
 }
 

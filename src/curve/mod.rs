@@ -70,7 +70,8 @@ pub trait FrictionCurve<T: Scalar>: Debug + Clone {
         self.coefficient(Sliding::from(velocity))
     }
 
-    /// The range of μ over all velocities with |v| ≤ `fastest` (which may be infinite).
+    /// The range of μ over all velocities with |v| ≤ `fastest` (zero or positive, and it may be
+    /// infinite).
     fn bounds(&self, fastest: T) -> Bounds<T>;
 
     /// σ2 [s/m], the coefficient of a viscous part σ2|v| within μ: the curve without it is still

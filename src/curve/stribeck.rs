@@ -155,7 +155,9 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
         let (w, w_slope) = self.power(sliding.speed() * self.inverse_velocity);
         let stribeck = self.drop * self.decay(w);
-        let slope = self.viscous - stribeck * w_slope * self.inverse_velocity;
+        // The power's slope may overflow where the exponential has vanished.
+        let fall = if stribeck == T::zero() { stribeck } else { stribeck * w_slope };
+        let slope = self.viscous - fall * self.inverse_velocity;
         (self.dynamic + stribeck + self.viscous * sliding.speed(), slope * sliding.direction())
     }
 

@@ -92,6 +92,10 @@ impl<T: Scalar, const N: usize> Tabulated<T, N> {
             };
             parameter::component(index, speed)?;
             parameter::component(index, parameter::positive("coefficient", knot.coefficient))?;
+            if let Some(before) = previous {
+                let slope = (knot.coefficient - before.coefficient) / (knot.speed - before.speed);
+                parameter::component(index, parameter::finite("slope", slope))?;
+            }
             previous = Some(*knot);
         }
         Ok(Self { pieces: core::array::from_fn(|i| piece(&knots, i)) })

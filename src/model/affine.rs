@@ -75,10 +75,17 @@ impl<T: Scalar> Affine<T> {
     /// The exact step of length h ≥ 0 \[s\] at a held velocity, with these coefficients frozen.
     #[inline]
     pub fn hold(&self, velocity: T, deflection: T, duration: T) -> Hold<T> {
-        let (decay, phi1, phi2) = relaxed(self.relaxation * duration);
-        let driven = self.drive * velocity * duration;
-        let end = decay * deflection + phi1 * driven;
-        let mean = phi1 * deflection + phi2 * driven;
+        let x = self.relaxation * duration;
+        let (decay, phi1, phi2) = relaxed(x);
+        let (end, mean) = if x < T::one() {
+            let driven = self.drive * velocity * duration;
+            (decay * deflection + phi1 * driven, phi1 * deflection + phi2 * driven)
+        } else {
+            // The same by way of the stationary deflection, which no length of step overflows.
+            let stationary = self.drive * velocity / self.relaxation;
+            let towards = |weight: T| weight * deflection + (T::one() - weight) * stationary;
+            (towards(decay), towards(phi1))
+        };
         Hold {
             deflection: end,
             end: self.coefficient(velocity, end),

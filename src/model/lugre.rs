@@ -184,6 +184,13 @@ where
         self.rheology.stationary(sliding, coefficient)
     }
 
+    fn stationary_coefficient(&self, sliding: impl Into<Sliding<T>>) -> T {
+        // σ1 ż is zero; in c₀ z + c₂ v it would be the difference of two large numbers.
+        let sliding = sliding.into();
+        self.regularisation.sign(sliding) * self.curve.coefficient(sliding)
+            + self.viscous * sliding.velocity()
+    }
+
     fn storage_stiffness(&self) -> T {
         self.rheology.storage_stiffness()
     }

@@ -50,6 +50,12 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     /// The stationary deflection of steady sliding at a velocity.
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> Self::Deflection;
 
+    /// The friction coefficient μ_b \[–\] of steady sliding at a velocity.
+    fn stationary_coefficient(&self, sliding: impl Into<Sliding<T>>) -> T {
+        let sliding = sliding.into();
+        self.coefficient(sliding, self.stationary(sliding))
+    }
+
     /// The stiffness [1/m] of each spring in the stored energy W = ½ p Σ Kᵢ xᵢ².
     fn storage_stiffness(&self) -> Self::Deflection;
 

@@ -14,6 +14,12 @@ use crate::bounds::{larger, smaller};
 use crate::scalar::{lit, to_f64};
 use crate::{Branch, Scalar};
 
+/// A time [s] shorter than any, but not zero at t = 0, where rounding is.
+const INSTANT: f64 = 1e-30;
+
+/// So many reversals within so small a part of the time span are no motion.
+const ENDLESS: (u64, f64) = (1000, 1e-5);
+
 /// A run in progress: call [`Integration::advance`] until it answers `None`.
 ///
 /// Nothing is allocated, and nothing is lost if it is dropped half-way. Made by
@@ -55,6 +61,8 @@ pub struct Integration<'a, T: Scalar, S, M, const N: usize, const K: usize> {
     at_kink: bool,
     /// Steps of a fixed grid completed.
     grid: u64,
+    /// Time \[s\] and number of reversals when progress was last seen.
+    progress: (T, u64),
     statistics: Statistics,
 }
 
@@ -106,6 +114,7 @@ where
             locks: [Lock::free(); K],
             at_kink: false,
             grid: 0,
+            progress: (start_time, 0),
             statistics: Statistics::default(),
         };
         if start_time != end_time {
@@ -164,14 +173,12 @@ where
 
     /// The smallest step that surely advances the time.
     fn smallest_step(&self) -> T {
-        let epsilon = T::default_epsilon();
-        lit::<T>(4.0) * epsilon * (self.point.time.abs() + epsilon * self.span())
+        lit::<T>(4.0) * T::default_epsilon() * self.point.time.abs() + lit(INSTANT)
     }
 
     /// The time just before a kink.
     fn just_before(&self, kink: T) -> T {
-        let epsilon = T::default_epsilon();
-        kink - lit::<T>(2.0) * epsilon * (kink.abs() + epsilon * self.span())
+        kink - lit::<T>(2.0) * T::default_epsilon() * kink.abs() - lit(INSTANT)
     }
 
     /// First evaluation, first branches, first step size.
@@ -268,7 +275,7 @@ where
             }
         }
         for ((lock, velocity), noise) in self.locks.iter_mut().zip(velocities).zip(noise) {
-            lock.look(velocity);
+            lock.begin(velocity);
             lock.allow(noise);
         }
     }
@@ -306,7 +313,9 @@ where
             }
             let (stop, kink) = self.next_stop();
             let (step, reaches) = self.trial_step(stop);
-            if !reaches && step.abs() < self.smallest_step() {
+            // A fixed grid finer than the rounding of time has points that coincide.
+            let stands = step == T::zero() && stop != self.end_time && !kink;
+            if stands || (!reaches && step.abs() < self.smallest_step()) {
                 return Err(self.too_small());
             }
             let latest = if self.end_time >= self.start_time {
@@ -347,7 +356,7 @@ where
                 }
                 Verdict::AtStart(contact) => {
                     self.statistics.rejected += 1;
-                    self.turn(contact, T::zero());
+                    self.turn(contact, T::zero())?;
                 }
                 Verdict::Within(contact, fraction) => {
                     // The dense output finds the reversal, but the state there comes from a step
@@ -358,13 +367,19 @@ where
                         self.shorten(cut, &attempt, f64::NAN, order)?;
                         continue;
                     }
-                    let taken = Step {
-                        reversal: Some(contact),
-                        ..self.step_to(self.point.time + cut, &attempt)
-                    };
+                    let mut taken = self.step_to(self.point.time + cut, &attempt);
+                    let before = self.locks;
                     self.statistics.rejected += 1;
                     self.accept(&taken, step.abs(), false, square, order);
-                    self.turn(contact, fraction);
+                    // Where the dense output was too coarse, the rest of the way is another step.
+                    let arrived = match (before.get(contact), self.locks.get(contact)) {
+                        (Some(before), Some(after)) => after.reaches_zero(before),
+                        _ => true,
+                    };
+                    if arrived {
+                        taken.reversal = Some(contact);
+                        self.turn(contact, fraction)?;
+                    }
                     return Ok(Some(taken));
                 }
             }
@@ -376,7 +391,8 @@ where
     fn trial_step(&self, stop: T) -> (T, bool) {
         let remaining = stop - self.point.time;
         let distance = remaining.abs();
-        if self.step >= distance * lit(0.999) {
+        // A fixed grid is exact only to the rounding of time.
+        if self.step >= distance * lit(0.999) - self.smallest_step() * lit(4.0) {
             (remaining, true)
         } else if matches!(self.settings.control, Control::Adaptive { .. })
             && self.step > distance * lit(0.5)
@@ -491,10 +507,9 @@ where
     /// Business at a stop that is not the end: a grid point, or a kink of an input.
     fn arrive(&mut self, kink: bool) {
         if let Control::Fixed(step) = self.settings.control {
-            // A kink may fall on a grid point.
+            // A kink may fall on a grid point, and a grid point on a kink but for rounding.
             let travelled = (self.point.time - self.start_time).abs();
-            let rounding = travelled * T::default_epsilon() * lit(4.0);
-            if step * lit((self.grid + 1) as f64) <= travelled + rounding {
+            if !kink || step * lit((self.grid + 1) as f64) <= travelled + self.smallest_step() {
                 self.grid += 1;
             }
             self.step = step;
@@ -506,13 +521,22 @@ where
     }
 
     /// Turns a contact to the other branch at the current point, after a step cut to a fraction.
-    fn turn(&mut self, index: usize, fraction: T) {
+    fn turn(&mut self, index: usize, fraction: T) -> Result<(), StopReason> {
         self.statistics.reversals += 1;
+        let (since, before) = self.progress;
+        let (many, part) = ENDLESS;
+        if self.statistics.reversals - before >= many {
+            if (self.point.time - since).abs() < self.span() * lit(part) {
+                return Err(StopReason::EndlessReversals { contact: index });
+            }
+            self.progress = (self.point.time, self.statistics.reversals);
+        }
         if let Some(lock) = self.locks.get_mut(index) {
             lock.turn(fraction);
         }
         self.refresh_locks();
         self.refresh_rate();
+        Ok(())
     }
 }
 

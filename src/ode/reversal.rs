@@ -10,7 +10,10 @@ use crate::{Branch, Scalar};
 /// A contact may be on the wrong side of zero by this part of the error that the tolerances allow
 /// its velocity before that counts as a reversal: what is smaller is noise of the integration,
 /// and to restart at each of its zeros would cost much and tell nothing.
-const NOISE: f64 = 1e-3;
+const NOISE: f64 = 1e-4;
+
+/// A step cut at a reversal has come to it if no more than this part of the velocity is left.
+const NEARLY: f64 = 1e-2;
 
 /// Splits in a row that hardly advance before a contact is left on the free branch for a step.
 const PATIENCE: u32 = 6;
@@ -27,6 +30,8 @@ pub(super) struct Lock<T> {
     ahead: T,
     /// How far on the wrong side is still noise.
     pub(super) noise: T,
+    /// How far on the wrong side a reversal has just left the contact: its place is not exact.
+    left: T,
     /// Splits in a row that hardly advanced.
     pub(super) stalled: u32,
 }
@@ -34,17 +39,35 @@ pub(super) struct Lock<T> {
 impl<T: Scalar> Lock<T> {
     /// A contact that is not locked yet.
     pub(super) fn free() -> Self {
-        Self { branch: Branch::Free, ahead: T::zero(), noise: T::zero(), stalled: 0 }
+        Self {
+            branch: Branch::Free,
+            ahead: T::zero(),
+            noise: T::zero(),
+            left: T::zero(),
+            stalled: 0,
+        }
     }
 
     /// Takes note of the sliding velocity at the current point.
     pub(super) fn look(&mut self, velocity: T) {
         self.ahead = self.branch.of(velocity).speed();
+        self.left = T::zero();
+    }
+
+    /// Takes note of the sliding velocity where the contact has just been locked.
+    pub(super) fn begin(&mut self, velocity: T) {
+        self.look(velocity);
+        self.left = larger(-self.ahead, T::zero());
     }
 
     /// Takes note of the error that the tolerances allow the velocity.
     pub(super) fn allow(&mut self, error: T) {
         self.noise = error * lit(NOISE);
+    }
+
+    /// Whether a step cut at a reversal has come to it, from what was known at its start.
+    pub(super) fn reaches_zero(&self, start: &Self) -> bool {
+        self.ahead <= larger(self.noise, start.ahead * lit(NEARLY))
     }
 
     /// Turns to the other direction, after a step cut to a fraction of its trial.
@@ -91,9 +114,10 @@ where
         let ahead = |velocity: T| lock.branch.of(velocity).speed();
         let at = |fraction: T| velocities(fraction).get(index).map_or(T::zero(), |&v| ahead(v));
         let (v0, v1, v2) = (lock.ahead, ahead(middle), ahead(end));
-        // A start on the wrong side, by noise or by the inexact place of the last reversal, is
-        // forgiven as long as it does not get worse.
-        let forgiven = larger(lock.noise, -v0 * lit(2.0));
+        // On the wrong side by noise, or in the first step by the inexact place of the reversal:
+        // forgiven. To forgive more would keep a creeping contact on the wrong branch for ever,
+        // where the bristle is driven beyond every limit.
+        let forgiven = larger(lock.noise, lock.left * lit(2.0));
         let Some((right, wrong)) = bracket([v0, v1, v2], forgiven, at) else { continue };
         let Some(right) = right else {
             return Verdict::AtStart(index);

@@ -13,6 +13,9 @@ pub(crate) fn crossing<T: Scalar>(
     if at_a == T::zero() {
         return a;
     }
+    if at_b == T::zero() {
+        return b;
+    }
     let half: T = lit(0.5);
     let tolerance = T::default_epsilon() * lit(4.0);
     for round in 0..200 {

@@ -173,8 +173,8 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
                 None => step,
             };
             let mut flow = observer.step(&step);
-            let reported = report(events, &step, observer, &mut flow);
-            let ended_by = reported.or(stop.map(|(_, event)| event));
+            let last = stop.map(|(_, event)| event);
+            let ended_by = report(events, &step, last, observer, &mut flow);
             let outcome = match (ended_by, flow) {
                 (Some(event), _) => Outcome::Event(event),
                 (None, ControlFlow::Break(())) => Outcome::Observer,
@@ -210,10 +210,13 @@ fn first_stop<T: Scalar, const N: usize>(
         .reduce(|a, b| if b.0 < a.0 { b } else { a })
 }
 
-/// Reports the events of a step in the order of time; answers which of them ends the run.
+/// Reports the events of a step in the order of time; answers which of them ends the run. The step
+/// has been cut at the one that does, so that one happens at its end, wherever a second search on
+/// the shorter step might find it.
 fn report<T: Scalar, O: Observer<T, N>, const N: usize>(
     events: &[Event<'_, T, N>],
     step: &Step<T, N>,
+    last: Option<usize>,
     observer: &mut O,
     flow: &mut ControlFlow<()>,
 ) -> Option<usize> {
@@ -223,6 +226,9 @@ fn report<T: Scalar, O: Observer<T, N>, const N: usize>(
         // The next occurrence in time; of several at once, the first in the list.
         let mut next: Option<(T, usize)> = None;
         for (index, event) in events.iter().enumerate() {
+            if event.action == Action::Stop {
+                continue;
+            }
             for fraction in event.within(step).into_iter().flatten() {
                 let later = fraction > after || (fraction == after && index >= after_index);
                 let sooner = next.is_none_or(|(first, _)| fraction < first);
@@ -231,19 +237,22 @@ fn report<T: Scalar, O: Observer<T, N>, const N: usize>(
                 }
             }
         }
-        let (fraction, index) = next?;
-        let event = events.get(index)?;
+        let Some((fraction, index)) = next else { break };
         let time = step.start_time + (step.end_time - step.start_time) * fraction;
         let occurrence = Occurrence { event: index, time, state: step.at_fraction(fraction) };
         if observer.event(&occurrence).is_break() {
             *flow = ControlFlow::Break(());
         }
-        if event.action == Action::Stop {
-            return Some(index);
-        }
         after = fraction;
         after_index = index + 1;
     }
+    if let Some(event) = last {
+        let occurrence = Occurrence { event, time: step.end_time, state: step.end };
+        if observer.event(&occurrence).is_break() {
+            *flow = ControlFlow::Break(());
+        }
+    }
+    last
 }
 
 /// Who is told of the steps and events of a run. A closure that takes a [`Step`] is one.

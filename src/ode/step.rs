@@ -53,7 +53,7 @@ impl<T: Scalar, const N: usize> Step<T, N> {
 
     /// The state at a time within the step.
     pub fn at(&self, time: T) -> SVector<T, N> {
-        if time == self.end_time {
+        if time == self.end_time || self.start_time == self.end_time {
             return self.end;
         }
         self.at_fraction((time - self.start_time) / (self.end_time - self.start_time))

@@ -90,7 +90,7 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
             let ratio = attempt.error[i] / (self.absolute[i] + self.relative[i] * size);
             sum += ratio * ratio;
         }
-        to_f64(sum) / N as f64
+        to_f64(sum) / N.max(1) as f64
     }
 
     /// Root mean square of a vector over the tolerances at a state.
@@ -100,6 +100,6 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
             let ratio = vector[i] / (self.absolute[i] + self.relative[i] * state[i].abs());
             sum += ratio * ratio;
         }
-        (sum / lit(N as f64)).sqrt()
+        (sum / lit(N.max(1) as f64)).sqrt()
     }
 }

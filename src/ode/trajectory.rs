@@ -189,6 +189,11 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         };
         let interrupt = |failure: Failure<T, N>, recorder: Recorder<'_, T, N>| {
             let mut trajectory = recorder.trajectory;
+            if matches!(failure.reason, StopReason::Refused(_)) {
+                // Nothing of a start that was refused is a solution.
+                trajectory.times.clear();
+                trajectory.states.clear();
+            }
             trajectory.outcome = Outcome::Failed;
             trajectory.statistics = failure.statistics;
             Box::new(Interrupted { failure, trajectory })
@@ -226,6 +231,8 @@ struct Recorder<'a, T, const N: usize> {
 
 impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
     fn check(&self) -> Result<(), ParameterError> {
+        parameter::finite("span.start", self.span.start)?;
+        parameter::finite("span.end", self.span.end)?;
         let forward = self.span.end >= self.span.start;
         match self.output {
             Output::Uniform(samples) if samples < 2 => Err(ParameterError {
@@ -237,13 +244,17 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
             Output::Times(times) => {
                 let mut previous = self.span.start;
                 for (index, &time) in times.iter().enumerate() {
-                    // In the order of the run: seen backward, the signs change.
-                    let (early, late) = if forward { (previous, time) } else { (time, previous) };
-                    let (low, high) =
-                        if forward { (time, self.span.end) } else { (self.span.end, time) };
-                    let checked = parameter::finite("times", time)
-                        .and(parameter::at_least("times", late, "the time before", early))
-                        .and(parameter::at_least("span.end", high, "the last of times", low));
+                    let before = if index == 0 { "span.start" } else { "the time before" };
+                    let in_order = |time| {
+                        if forward {
+                            parameter::at_least("times", time, before, previous)?;
+                            parameter::at_most("times", time, "span.end", self.span.end)
+                        } else {
+                            parameter::at_most("times", time, before, previous)?;
+                            parameter::at_least("times", time, "span.end", self.span.end)
+                        }
+                    };
+                    let checked = parameter::finite("times", time).and_then(in_order);
                     parameter::component(index, checked)?;
                     previous = time;
                 }
@@ -289,7 +300,7 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
 
 impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
     fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()> {
-        let forward = step.end_time >= step.start_time;
+        let forward = self.span.end >= self.span.start;
         if matches!(self.output, Output::Steps | Output::Dense) {
             self.store(step.end_time, step.end);
         }

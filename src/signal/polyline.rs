@@ -48,14 +48,17 @@ impl<T: Scalar, const N: usize> Polyline<T, N> {
                 rule: Rule::Count { least: 1 },
             });
         }
-        let mut previous: Option<T> = None;
+        let mut previous: Option<Vertex<T>> = None;
         for (index, vertex) in vertices.iter().enumerate() {
-            let time = parameter::finite("time", vertex.time).and_then(|time| match previous {
-                Some(before) => parameter::increasing("time", time, before),
-                None => Ok(time),
-            });
-            previous = Some(parameter::component(index, time)?);
+            parameter::component(index, parameter::finite("time", vertex.time))?;
             parameter::component(index, parameter::finite("value", vertex.value))?;
+            if let Some(before) = previous {
+                let time = parameter::increasing("time", vertex.time, before.time);
+                parameter::component(index, time)?;
+                let slope = (vertex.value - before.value) / (vertex.time - before.time);
+                parameter::component(index, parameter::finite("slope", slope))?;
+            }
+            previous = Some(*vertex);
         }
         Ok(Self { vertices })
     }
