@@ -20,6 +20,13 @@ pub(crate) fn to_f64<T: Scalar>(value: T) -> f64 {
     value.to_subset_unchecked()
 }
 
+/// Whether a value is zero. Of a dual number that asks for the value alone, where `==` would ask
+/// for its derivatives too.
+#[inline(always)]
+pub(crate) fn is_zero<T: Scalar>(value: T) -> bool {
+    value <= T::zero() && value >= T::zero()
+}
+
 /// Not a number, in any scalar type: what a model answers where it has no answer.
 #[inline(always)]
 pub(crate) fn nan<T: Scalar>() -> T {

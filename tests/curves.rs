@@ -33,6 +33,7 @@ fn every_curve_is_its_closed_form() {
                 format!("{curve:?} at v = {v:e}")
             });
             assert!(subject.coefficient(v.into()) > 0.0);
+            assert_eq!(subject.at(v), subject.coefficient(v.into()));
         }
     });
 }
@@ -371,30 +372,50 @@ fn bounds_over_every_velocity_are_the_limits() {
 
 #[test]
 fn a_flat_start_with_viscosity_has_its_maximum_just_above_rest() {
-    // σ2 v_S/(μ_s − μ_d) = ½: the slope is zero at the two roots of 2u e^−u² = ½.
-    let r = Recipe { viscous: 25.0, ..Recipe::TABLE_2 };
-    let curve = stribeck::<f64>(&r, 2.0);
-    let slope = |u: f64| 2.0 * u * (-u * u).exp() - 0.5;
-    let summit = root(0.0, 0.5_f64.sqrt(), slope) * r.stribeck_velocity;
-    let valley = root(-3.0, -(0.5_f64.sqrt()), |u| slope(-u)).abs() * r.stribeck_velocity;
-    let mu = |v: f64| Curve::Stribeck(2.0).mu(&r, v);
-    assert!(mu(summit) > 1.5 && mu(valley) < mu(summit));
-    for (fastest, min, max) in [
-        (0.5 * summit, 1.5, mu(0.5 * summit)),
-        (summit * 1.01, 1.5, mu(summit)),
-        (valley * 1.01, mu(valley), mu(summit)),
-        (1.0, mu(valley), mu(1.0)),
-    ] {
-        let bounds = curve.bounds(fastest);
-        assert_within(ROUNDING, 1.0, bounds.min, min, || format!("min up to {fastest}"));
-        assert_within(ROUNDING, 1.0, bounds.max, max, || format!("max up to {fastest}"));
+    // The slope is zero where the decay is as steep as σ2 v_S/(μ_s − μ_d): once before the place
+    // where it is steepest (u^δ = (δ−1)/δ, and 1/√3 for the rational curve), and once after.
+    let stribeck_steepness = |d: f64| {
+        move |u: f64| if u == 0.0 { 0.0 } else { d * u.powf(d - 1.0) * (-u.powf(d)).exp() }
+    };
+    let rational_steepness = |u: f64| 2.0 * u / (1.0 + u * u).powi(2);
+    let of = |d: f64| ((d - 1.0) / d).powf(1.0 / d);
+    type Steepness<'a> = Box<dyn Fn(f64) -> f64 + 'a>;
+    let curves: [(Curve, f64, Steepness<'_>); 5] = [
+        (Curve::Stribeck(2.0), of(2.0), Box::new(stribeck_steepness(2.0))),
+        (Curve::Stribeck(1.5), of(1.5), Box::new(stribeck_steepness(1.5))),
+        (Curve::Stribeck(3.3), of(3.3), Box::new(stribeck_steepness(3.3))),
+        (Curve::Stribeck(8.0), of(8.0), Box::new(stribeck_steepness(8.0))),
+        (Curve::Rational, 3.0_f64.sqrt().recip(), Box::new(rational_steepness)),
+    ];
+    for (curve, steepest, steepness) in curves {
+        // Far below the steepest fall, and hardly below it.
+        for share in [0.1, 0.6, 0.98] {
+            let balance = share * steepness(steepest);
+            let drop = Recipe::TABLE_2.static_ - Recipe::TABLE_2.dynamic;
+            let viscous = balance * drop / Recipe::TABLE_2.stribeck_velocity;
+            let r = Recipe { viscous, ..Recipe::TABLE_2 };
+            let bounds = |fastest: f64| match curve {
+                Curve::Stribeck(exponent) => stribeck::<f64>(&r, exponent).bounds(fastest),
+                _ => rational::<f64>(&r).bounds(fastest),
+            };
+            let summit = root(0.0, steepest, |u| steepness(u) - balance) * r.stribeck_velocity;
+            let valley = root(steepest, 20.0, |u| balance - steepness(u)) * r.stribeck_velocity;
+            let mu = |v: f64| curve.mu(&r, v);
+            assert!(mu(summit) > r.static_ && mu(valley) < mu(summit));
+            let lowest = mu(valley).min(r.static_);
+            for (fastest, min, max) in [
+                (0.5 * summit, r.static_, mu(0.5 * summit)),
+                (summit * 1.001, r.static_, mu(summit)),
+                (valley * 1.001, lowest, mu(summit)),
+                (100.0, lowest, mu(100.0)),
+            ] {
+                let got = bounds(fastest);
+                let name = |end| move || format!("{end} of {curve:?}, {share}, up to {fastest}");
+                assert_within(ROUNDING, min, got.min, min, name("min"));
+                assert_within(ROUNDING, max, got.max, max, name("max"));
+            }
+        }
     }
-    // The same for the rational curve, whose 2u/(1+u²)² = ½ has its roots elsewhere.
-    let curve = rational::<f64>(&r);
-    let slope = |u: f64| 2.0 * u / (1.0 + u * u).powi(2) - 0.5;
-    let summit = root(0.0, (1.0_f64 / 3.0).sqrt(), slope) * r.stribeck_velocity;
-    let mu = |v: f64| Curve::Rational.mu(&r, v);
-    assert_within(ROUNDING, 1.0, curve.bounds(summit * 1.01).max, mu(summit), || "rational".into());
 }
 
 #[test]

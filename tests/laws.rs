@@ -122,12 +122,10 @@ fn steady_sliding_reproduces_the_curve() {
         let (c, scale) = (form.terms(v, z), form.recipe.load * form.mu(v));
         let terms = form.recipe.load * (c.stiffness * z.abs() + c.damping * v.abs()) + scale;
         assert_within(ROUNDING, terms, specimen.subject.force(v.into(), z), dry + viscous, name);
-        assert_eq!(
-            specimen.subject.stationary_force(v.into()),
-            specimen.subject.force(v.into(), z),
-            "{}",
-            name()
-        );
+        // Given on purpose, it does not suffer from LuGre's difference c₀z + c₂v.
+        let scale = scale + viscous.abs();
+        let force = specimen.subject.stationary_force(v.into());
+        assert_within(ROUNDING, scale, force, dry + viscous, name);
         let terms = c.relaxation * z.abs() + c.drive * v.abs();
         assert_within(ROUNDING, terms, specimen.subject.rate(v.into(), z), 0.0, name);
     });
@@ -519,7 +517,7 @@ fn the_relaxation_limit_of_frbd_is_stiffness_over_damping_and_viscosity() {
 }
 
 #[test]
-fn too_strong_a_regularisation_breaks_the_relaxation_limit_that_is_then_not_given() {
+fn a_strong_regularisation_needs_a_larger_relaxation_limit() {
     // σ2√ε = 20 μ_d: at rest λ = σ0√ε/(σ1√ε + μ_d) exceeds σ0/(σ1 + σ2).
     let r = Recipe { viscous: 2.0, damping: 1.0, epsilon: 100.0, ..Recipe::TABLE_2 };
     let model =
@@ -824,6 +822,28 @@ fn a_held_velocity_is_stepped_exactly() {
 }
 
 #[test]
+fn a_step_of_any_length_ends_in_steady_sliding() {
+    every_claimant(Law::SteadySliding, 32, |specimen, state| {
+        let (v, subject) = (state.velocity, &specimen.subject);
+        if subject.affine(v.into(), 0.0).relaxation == 0.0 || specimen.freezes() {
+            return;
+        }
+        // λh overflows in most of these.
+        let z = deflection(specimen, state);
+        let (held, want) = (subject.hold(v, z, 1e300), subject.stationary(v.into()));
+        let reach = z.abs().max(want.abs());
+        let name = || format!("{} at v = {v:e}", specimen.name());
+        assert_within(ROUNDING, reach, held.deflection, want, name);
+        let terms = specimen.form.terms(v, want);
+        let p = specimen.form.recipe.load;
+        let sum = p * (terms.stiffness * reach + terms.damping * v.abs());
+        for force in [held.end, held.mean] {
+            assert_within(ROUNDING, sum, force, subject.force(v.into(), want), name);
+        }
+    });
+}
+
+#[test]
 fn two_half_steps_make_a_whole_one() {
     every_specimen(48, |specimen, state| {
         if specimen.freezes() {
@@ -1040,6 +1060,33 @@ fn quasi_static_cycles_below_the_stick_limit_leave_no_drift() {
         }
     }
     assert!(tested > 20);
+}
+
+#[test]
+fn between_the_stick_limit_and_breakaway_an_elasto_plastic_bristle_drifts_too() {
+    // Elastic up to 0.6 of breakaway: cycles up to 0.59 leave nothing, up to 0.9 something, but
+    // less than without the stick limit (law 10).
+    let r = Recipe { static_: 1.0, viscous: 0.0, ..Recipe::TABLE_2 };
+    let full = r.dynamic / r.stiffness;
+    let bristle = kelvin_voigt(r.stiffness, 0.0);
+    let model = elasto_plastic(coulomb(&r), bristle, 0.6 * full);
+    let drift = |high: f64| {
+        // α changes along the way: steps of a thousandth of the full deflection.
+        let (v, h) = (1e-6, 1e-3 * full / 1e-6);
+        let (mut z, mut steps) = (0.0, 0);
+        while model.coefficient(v, z) < high {
+            z = model.hold(v, z, h).deflection;
+            steps += 1;
+        }
+        while model.coefficient(-v, z) > 0.0 {
+            z = model.hold(-v, z, h).deflection;
+            steps -= 1;
+        }
+        f64::from(steps) * 1e-3 * full
+    };
+    // To a step.
+    assert!(drift(0.59).abs() < 2e-3 * full);
+    assert!(drift(0.9) > 0.02 * full && drift(0.9) < -(1.0_f64 - 0.81).ln() * full);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -1374,6 +1421,13 @@ fn what_the_parameters_promise_is_what_the_models_claim() {
     );
 }
 
+#[test]
+fn every_law_has_a_name_of_its_own() {
+    let names: std::collections::HashSet<_> = Law::ALL.iter().map(Law::to_string).collect();
+    assert_eq!(names.len(), Law::ALL.len());
+    assert_eq!(format!("{:>12}|", Law::Secant), "  secant law|");
+}
+
 // ---------------------------------------------------------------------------------------------
 // A bristle of two branches, written outside the library
 // ---------------------------------------------------------------------------------------------
@@ -1699,6 +1753,7 @@ fn a_contact_scales_forces_and_energies_with_its_load() {
     close(many.hold(v, z, 0.1).mean, 250.0 * one.hold(v, z, 0.1).mean);
     close(many.hold(v, z, 0.1).end, 250.0 * one.hold(v, z, 0.1).end);
     assert_eq!(many.hold(v, z, 0.1).deflection, one.hold(v, z, 0.1).deflection);
+    close(many.hold(v, z, 0.1).mean, 250.0 * many.model().hold(v, z, 0.1).mean);
     close(many.limits(1.0).coefficient.unwrap(), 250.0 * one.limits(1.0).coefficient.unwrap());
     assert_eq!(many.limits(1.0).deflection, one.limits(1.0).deflection);
     // And it is generic over the scalar as everything else.

@@ -1,5 +1,5 @@
 //! Events: zeros of a function along the solution.
-#![allow(clippy::unwrap_used, reason = "a test panics to fail")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod ode_common;
 

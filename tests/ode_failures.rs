@@ -1,6 +1,6 @@
 //! What is refused at the door, and how a run that goes bad ends: with a reason, a time, a place,
 //! and everything stored until then.
-#![allow(clippy::unwrap_used, reason = "a test panics to fail")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod ode_common;
 

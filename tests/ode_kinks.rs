@@ -1,5 +1,5 @@
 //! Inputs that jump or bend: a step ends there, and none of its stages looks beyond.
-#![allow(clippy::unwrap_used, reason = "a test panics to fail")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod ode_common;
 

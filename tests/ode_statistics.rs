@@ -1,5 +1,5 @@
 //! Statistics are exact counts, and no method costs more than it has to.
-#![allow(clippy::unwrap_used, reason = "a test panics to fail")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod ode_common;
 

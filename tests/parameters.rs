@@ -351,6 +351,14 @@ fn a_table_starts_at_rest_and_goes_on() {
             assert_refused(with(knots), expected, "coefficient");
         }
     }
+    // A slope between two knots that no curve of the crate could have.
+    for (knots, component, slope) in [
+        ([(0.0, 1.0), (1e-150, 2.0), (1.0, 1.5)], 1, 1e150),
+        ([(0.0, 1.0), (1.0, 1e100), (1.0_f64.next_up(), 1.0)], 2, -1e100 / f64::EPSILON),
+        ([(0.0, 1.0), (5e-324, 2.0), (1.0, 1.5)], 1, f64::INFINITY),
+    ] {
+        assert_refused(with(knots), ("slope", Some(component), slope, magnitude), "slope");
+    }
     assert_eq!(with([(0.0, 1e-100), (1e100, 1e100)]), Ok(()));
     assert_eq!(with([(-0.0, 0.4), (0.1, 0.4)]), Ok(()));
 }
@@ -616,19 +624,19 @@ fn one_parameter_at_its_limit_leaves_every_answer_finite_in_single_precision() {
 #[test]
 fn a_table_of_extreme_numbers_gives_finite_answers() {
     for knots in [
-        [(0.0, 1e-100), (1e-100, 1e100), (1e100, 1e-100)],
-        [(0.0, 1e100), (1e-100, 1e-100), (2e-100, 1e100)],
-        [(0.0, 1.0), (5e-324, 2.0), (1.0, 1.5)],
-        [(0.0, 1.0), (1e-150, 2.0), (1.0, 1.5)],
+        [(0.0, 1e-100), (1e-100, 1e-50), (1e100, 1e-100)],
+        [(0.0, 1e100), (1.5, 1e-100), (3.0, 1e100)],
+        [(0.0, 1.0), (1e-100, 1.5), (2e-100, 1.0)],
+        [(0.0, 1.0), (5e-324, 1.0), (1.0, 1.5)],
+        [(0.0, 1.0), (3e-116, 1.0 + f64::EPSILON), (1.0, 1.5)],
     ] {
-        let curve = Tabulated::new(knots.map(|(speed, coefficient)| Knot { speed, coefficient }));
-        // Refusing is as good.
-        if let Ok(curve) = curve {
-            for v in velocities() {
-                let (mu, slope) = curve.coefficient_and_slope(v.into());
-                assert!(mu.is_finite() && slope.is_finite(), "{knots:?} at {v:e}: {mu} {slope}");
-            }
+        let curve = common::specimens::table::<f64, 3>(knots);
+        for v in velocities() {
+            let (mu, slope) = curve.coefficient_and_slope(v.into());
+            assert!(mu.is_finite() && slope.is_finite(), "{knots:?} at {v:e}: {mu} {slope}");
+            assert!(mu >= 1e-100, "{knots:?} at {v:e}: {mu:e}");
         }
+        assert!(curve.bounds(f64::INFINITY).min >= 1e-100);
     }
 }
 

@@ -1,5 +1,5 @@
 //! Signals: values, rates of change, and the times at which they are not smooth.
-#![allow(clippy::unwrap_used, reason = "a test panics to fail")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use bristle::signal::{Constant, Function, Polyline, Signal, Sine, SineParameters, Vertex};
 use bristle::{ParameterError, Rule};

@@ -16,7 +16,7 @@
 
 use super::valley::Valley;
 use crate::parameter::{self, ParameterError};
-use crate::scalar::lit;
+use crate::scalar::{is_zero, lit};
 use crate::{Bounds, FrictionCurve, Scalar, Sliding};
 
 /// Parameters of [`Stribeck`].
@@ -134,7 +134,7 @@ impl<T: Scalar> Stribeck<T> {
             Exponent::Two => (u * u, u + u),
             // u itself, not |u|: the smooth continuation to speeds of the wrong sign.
             Exponent::One => (u, T::one()),
-            Exponent::Other(_) if u == T::zero() => (T::zero(), T::zero()),
+            Exponent::Other(_) if is_zero(u) => (T::zero(), T::zero()),
             Exponent::Other(exponent) => {
                 let size = if u < T::zero() { -u } else { u };
                 let w = size.powf(exponent);

@@ -11,14 +11,15 @@ use super::settings::{Control, Settings};
 use super::step::Step;
 use super::{Statistics, System};
 use crate::bounds::{larger, smaller};
-use crate::scalar::{lit, to_f64};
+use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Branch, Scalar};
 
 /// A time [s] shorter than any, but not zero at t = 0, where rounding is.
 const INSTANT: f64 = 1e-30;
 
-/// So many reversals within so small a part of the time span are no motion.
-const ENDLESS: (u64, f64) = (1000, 1e-5);
+/// So many contacts in turn that slide in neither direction, within so small a part of the time
+/// span: the right-hand side jumps at zero velocity, and holds them there.
+const ENDLESS: (u32, f64) = (100, 1e-2);
 
 /// A run in progress: call [`Integration::advance`] until it answers `None`.
 ///
@@ -59,10 +60,12 @@ pub struct Integration<'a, T: Scalar, S, M, const N: usize, const K: usize> {
     locks: [Lock<T>; K],
     /// Whether `point.time` is a kink of an input.
     at_kink: bool,
+    /// The contact that reverses at the current point, where the next step starts.
+    turned: Option<usize>,
     /// Steps of a fixed grid completed.
     grid: u64,
-    /// Time \[s\] and number of reversals when progress was last seen.
-    progress: (T, u64),
+    /// A time \[s\], and how often since then a lock was given up because neither direction led on.
+    given_up: (T, u32),
     statistics: Statistics,
 }
 
@@ -70,8 +73,8 @@ pub struct Integration<'a, T: Scalar, S, M, const N: usize, const K: usize> {
 struct Locked<'a, T, S, const K: usize> {
     system: &'a S,
     branches: [Branch; K],
-    /// Times are cut to this one, just before a kink, so that no stage looks beyond it.
-    latest: Option<T>,
+    /// Times are cut to these, so that no stage looks beyond a kink.
+    window: (T, T),
     evaluations: &'a mut u64,
 }
 
@@ -81,10 +84,8 @@ impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> Field<T, N>
     #[inline]
     fn rate(&mut self, time: T, state: &SVector<T, N>) -> SVector<T, N> {
         *self.evaluations += 1;
-        let time = match self.latest {
-            Some(latest) if time > latest => latest,
-            _ => time,
-        };
+        let (earliest, latest) = self.window;
+        let time = smaller(larger(time, earliest), latest);
         self.system.rate(time, state, self.branches)
     }
 }
@@ -113,8 +114,9 @@ where
             controller: Controller::new(),
             locks: [Lock::free(); K],
             at_kink: false,
+            turned: None,
             grid: 0,
-            progress: (start_time, 0),
+            given_up: (start_time, 0),
             statistics: Statistics::default(),
         };
         if start_time != end_time {
@@ -173,7 +175,12 @@ where
 
     /// The smallest step that surely advances the time.
     fn smallest_step(&self) -> T {
-        lit::<T>(4.0) * T::default_epsilon() * self.point.time.abs() + lit(INSTANT)
+        self.rounding(self.point.time)
+    }
+
+    /// The rounding of a time \[s\].
+    fn rounding(&self, time: T) -> T {
+        lit::<T>(4.0) * T::default_epsilon() * time.abs() + lit(INSTANT)
     }
 
     /// The time just before a kink.
@@ -188,6 +195,12 @@ where
             let beside = self.just_before(time);
             self.system.next_kink(beside, time + (time - beside)).is_some()
         };
+        if let Control::Fixed(step) = self.settings.control {
+            let late = larger(time.abs(), self.end_time.abs());
+            if step < self.span() && step < late * T::default_epsilon() * lit(4.0) {
+                return Err(self.too_small());
+            }
+        }
         self.refresh_rate();
         check_finite(&self.point.rate)?;
         self.step = match self.settings.control {
@@ -206,7 +219,7 @@ where
             let now = self.system.sliding_velocities(time, &self.point.state);
             let soon = self.system.sliding_velocities(time + later, &state);
             for ((lock, now), soon) in self.locks.iter_mut().zip(now).zip(soon) {
-                let velocity = if now == T::zero() { soon } else { now };
+                let velocity = if is_zero(now) { soon } else { now };
                 lock.branch = Branch::towards(velocity);
                 if lock.branch == Branch::Free {
                     lock.branch = Branch::Forward;
@@ -284,23 +297,24 @@ where
     fn next_stop(&self) -> (T, bool) {
         let mut stop = self.end_time;
         let mut kink = false;
-        // A system's answer that lies behind, beyond or nowhere (NaN) is no kink.
+        // A system's answer that lies behind, beyond or nowhere (NaN) is no kink; one at the very end
+        // is, for the last stage must not look beyond it.
+        let beyond = stop + self.rounding(stop) * self.direction();
         if self.settings.locks
-            && let Some(time) = self.system.next_kink(self.point.time, stop)
+            && let Some(time) = self.system.next_kink(self.point.time, beyond)
             && (time - self.point.time) * self.direction() > T::zero()
-            && (stop - time) * self.direction() > T::zero()
+            && (beyond - time) * self.direction() > T::zero()
         {
-            stop = time;
+            if (stop - time) * self.direction() > T::zero() {
+                stop = time;
+            }
             kink = true;
         }
         if let Control::Fixed(step) = self.settings.control {
-            let travelled = step * lit((self.grid + 1) as f64);
+            let grid = self.start_time + step * lit((self.grid + 1) as f64) * self.direction();
             // Rounding must not leave a last step of nothing.
-            if travelled < self.span() * (T::one() - lit::<T>(4.0) * T::default_epsilon()) {
-                let grid = self.start_time + travelled * self.direction();
-                if (grid - stop) * self.direction() < T::zero() {
-                    return (grid, false);
-                }
+            if (stop - grid) * self.direction() > self.rounding(stop) {
+                return (grid, false);
             }
         }
         (stop, kink)
@@ -313,17 +327,22 @@ where
             }
             let (stop, kink) = self.next_stop();
             let (step, reaches) = self.trial_step(stop);
-            // A fixed grid finer than the rounding of time has points that coincide.
-            let stands = step == T::zero() && stop != self.end_time && !kink;
-            if stands || (!reaches && step.abs() < self.smallest_step()) {
+            if reaches && !kink && stop != self.end_time && step.abs() < self.smallest_step() {
+                // A step split at a reversal has ended on the grid, but for rounding.
+                self.grid += 1;
+                continue;
+            }
+            if !reaches && step.abs() < self.smallest_step() {
                 return Err(self.too_small());
             }
-            let latest = if self.end_time >= self.start_time {
-                kink.then(|| self.just_before(stop))
+            // At a kink the inputs answer with what holds just after it.
+            let now = self.point.time;
+            let window = if self.end_time >= self.start_time {
+                (now, if kink { self.just_before(stop) } else { stop })
             } else {
-                self.at_kink.then(|| self.just_before(self.point.time))
+                (stop, if self.at_kink { self.just_before(now) } else { now })
             };
-            let attempt = self.attempt(step, latest);
+            let attempt = self.attempt(step, window);
             let (square, order) = match &self.settings.control {
                 Control::Fixed(_) => (0.0, 1),
                 Control::Adaptive { tolerances, order, .. } => {
@@ -357,12 +376,25 @@ where
                 Verdict::AtStart(contact) => {
                     self.statistics.rejected += 1;
                     self.turn(contact, T::zero())?;
+                    // Turned back again, it has not reversed; nor has it where the first direction
+                    // was a wrong guess.
+                    self.turned = match self.turned {
+                        Some(turned) if turned == contact => None,
+                        _ if self.point.time == self.start_time => None,
+                        _ => Some(contact),
+                    };
+                    let fixed = matches!(self.settings.control, Control::Fixed(_));
+                    if fixed && self.branches().get(contact) == Some(&Branch::Free) {
+                        // Neither branch leads anywhere, and without an error estimate there is no
+                        // telling whether the free one does.
+                        return Err(StopReason::EndlessReversals { contact });
+                    }
                 }
                 Verdict::Within(contact, fraction) => {
                     // The dense output finds the reversal, but the state there comes from a step
                     // of its own: that keeps the order of the method.
                     let cut = step * fraction;
-                    let attempt = self.attempt(cut, latest);
+                    let attempt = self.attempt(cut, window);
                     if !is_finite(&attempt.state) || !is_finite(&attempt.rate) {
                         self.shorten(cut, &attempt, f64::NAN, order)?;
                         continue;
@@ -378,6 +410,7 @@ where
                     };
                     if arrived {
                         taken.reversal = Some(contact);
+                        self.statistics.reversals += 1;
                         self.turn(contact, fraction)?;
                     }
                     return Ok(Some(taken));
@@ -404,11 +437,11 @@ where
         }
     }
 
-    fn attempt(&mut self, step: T, latest: Option<T>) -> Attempt<T, N> {
+    fn attempt(&mut self, step: T, window: (T, T)) -> Attempt<T, N> {
         let mut field = Locked {
             system: self.system,
             branches: self.locks.map(|lock| lock.branch),
-            latest,
+            window,
             evaluations: &mut self.statistics.evaluations,
         };
         self.method.attempt(&mut field, &self.point, step)
@@ -423,6 +456,7 @@ where
             start_rate: self.point.rate,
             end_rate: attempt.rate,
             quartic: attempt.quartic,
+            reversal_at_start: self.turned,
             reversal: None,
         }
     }
@@ -465,6 +499,7 @@ where
     /// error is given (a step cut at a reversal is shorter than its trial).
     fn accept(&mut self, step: &Step<T, N>, tried: T, reaches: bool, square: f64, order: u8) {
         self.statistics.steps += 1;
+        self.statistics.reversals += u64::from(self.turned.take().is_some());
         self.point = Point { time: step.end_time, state: step.end, rate: step.end_rate };
         self.at_kink = false;
         match self.settings.control {
@@ -522,17 +557,19 @@ where
 
     /// Turns a contact to the other branch at the current point, after a step cut to a fraction.
     fn turn(&mut self, index: usize, fraction: T) -> Result<(), StopReason> {
-        self.statistics.reversals += 1;
-        let (since, before) = self.progress;
-        let (many, part) = ENDLESS;
-        if self.statistics.reversals - before >= many {
-            if (self.point.time - since).abs() < self.span() * lit(part) {
-                return Err(StopReason::EndlessReversals { contact: index });
-            }
-            self.progress = (self.point.time, self.statistics.reversals);
-        }
         if let Some(lock) = self.locks.get_mut(index) {
             lock.turn(fraction);
+            if lock.branch == Branch::Free {
+                let (since, times) = self.given_up;
+                let (many, part) = ENDLESS;
+                self.given_up = (since, times + 1);
+                if times >= many {
+                    if (self.point.time - since).abs() < self.span() * lit(part) {
+                        return Err(StopReason::EndlessReversals { contact: index });
+                    }
+                    self.given_up = (self.point.time, 0);
+                }
+            }
         }
         self.refresh_locks();
         self.refresh_rate();

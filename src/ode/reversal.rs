@@ -10,7 +10,7 @@ use crate::{Branch, Scalar};
 /// A contact may be on the wrong side of zero by this part of the error that the tolerances allow
 /// its velocity before that counts as a reversal: what is smaller is noise of the integration,
 /// and to restart at each of its zeros would cost much and tell nothing.
-const NOISE: f64 = 1e-4;
+const NOISE: f64 = 1e-3;
 
 /// A step cut at a reversal has come to it if no more than this part of the velocity is left.
 const NEARLY: f64 = 1e-2;
@@ -20,6 +20,10 @@ const PATIENCE: u32 = 6;
 
 /// A split hardly advances if it leaves less than this part of the trial step.
 const HARDLY: f64 = 1e-3;
+
+/// Where to look for the direction in which a contact starts from zero, as parts of the way to
+/// where it slides the other way.
+const PROBES: [f64; 3] = [1e-3, 0.03, 0.3];
 
 /// What the driver knows of one sliding contact.
 #[derive(Debug, Clone, Copy)]
@@ -32,6 +36,8 @@ pub(super) struct Lock<T> {
     pub(super) noise: T,
     /// How far on the wrong side a reversal has just left the contact: its place is not exact.
     left: T,
+    /// The greatest speed met so far, which sets the rounding of the velocity.
+    greatest: T,
     /// Splits in a row that hardly advanced.
     pub(super) stalled: u32,
 }
@@ -44,6 +50,7 @@ impl<T: Scalar> Lock<T> {
             ahead: T::zero(),
             noise: T::zero(),
             left: T::zero(),
+            greatest: T::zero(),
             stalled: 0,
         }
     }
@@ -52,6 +59,7 @@ impl<T: Scalar> Lock<T> {
     pub(super) fn look(&mut self, velocity: T) {
         self.ahead = self.branch.of(velocity).speed();
         self.left = T::zero();
+        self.greatest = larger(self.greatest, velocity.abs());
     }
 
     /// Takes note of the sliding velocity where the contact has just been locked.
@@ -62,7 +70,8 @@ impl<T: Scalar> Lock<T> {
 
     /// Takes note of the error that the tolerances allow the velocity.
     pub(super) fn allow(&mut self, error: T) {
-        self.noise = error * lit(NOISE);
+        let rounding = self.greatest * T::default_epsilon() * lit(4.0);
+        self.noise = larger(error * lit(NOISE), rounding);
     }
 
     /// Whether a step cut at a reversal has come to it, from what was known at its start.
@@ -121,6 +130,14 @@ where
         let Some((right, wrong)) = bracket([v0, v1, v2], forgiven, at) else { continue };
         let Some(right) = right else {
             return Verdict::AtStart(index);
+        };
+        // A contact that starts from zero may slide the right way first.
+        let right = if right.0 > T::zero() {
+            right
+        } else {
+            let probes = PROBES.map(|part| wrong.0 * lit(part));
+            let ahead = probes.into_iter().map(|place| (place, at(place)));
+            ahead.into_iter().find(|&(_, velocity)| velocity > T::zero()).unwrap_or(right)
         };
         let place = crossing(at, right, wrong);
         if place * (step.end_time - step.start_time).abs() < smallest_step * lit(4.0) {

@@ -1,7 +1,7 @@
 //! The place of a sign change.
 
 use crate::Scalar;
-use crate::scalar::lit;
+use crate::scalar::{is_zero, lit};
 
 /// The argument in [a, b] at which a function of opposite signs at both ends passes zero, on the
 /// side of b: by the Illinois variant of regula falsi, bisected where that stalls.
@@ -10,10 +10,10 @@ pub(crate) fn crossing<T: Scalar>(
     (mut a, mut at_a): (T, T),
     (mut b, mut at_b): (T, T),
 ) -> T {
-    if at_a == T::zero() {
+    if is_zero(at_a) {
         return a;
     }
-    if at_b == T::zero() {
+    if is_zero(at_b) {
         return b;
     }
     let half: T = lit(0.5);
@@ -26,7 +26,7 @@ pub(crate) fn crossing<T: Scalar>(
         let inside = (secant - a) * (b - secant) > T::zero();
         let c = if inside && round % 4 != 3 { secant } else { (a + b) * half };
         let at_c = function(c);
-        if at_c == T::zero() {
+        if is_zero(at_c) {
             return c;
         }
         if (at_c > T::zero()) == (at_b > T::zero()) {

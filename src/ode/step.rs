@@ -21,6 +21,7 @@ pub struct Step<T, const N: usize> {
     pub(crate) start_rate: SVector<T, N>,
     pub(crate) end_rate: SVector<T, N>,
     pub(crate) quartic: SVector<T, N>,
+    pub(crate) reversal_at_start: Option<usize>,
     pub(crate) reversal: Option<usize>,
 }
 
@@ -49,6 +50,12 @@ impl<T: Scalar, const N: usize> Step<T, N> {
     /// was cut there.
     pub fn reversal(&self) -> Option<usize> {
         self.reversal
+    }
+
+    /// The contact whose sliding direction reverses where the step starts, if one does there
+    /// without the step before being cut for it.
+    pub fn reversal_at_start(&self) -> Option<usize> {
+        self.reversal_at_start
     }
 
     /// The state at a time within the step.
@@ -122,6 +129,7 @@ mod tests {
             start_rate: Vector1::new(slope(a)),
             end_rate: Vector1::new(slope(b)),
             quartic: Vector1::new(0.25 * 2f64.powi(4)),
+            reversal_at_start: None,
             reversal: None,
         };
         (step, value)

@@ -307,6 +307,9 @@ impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
         if self.output == Output::Dense {
             self.trajectory.steps.push(*step);
         }
+        if let Some(contact) = step.reversal_at_start {
+            self.trajectory.reversals.push(Reversal { contact, time: step.start_time });
+        }
         if let Some(contact) = step.reversal {
             self.trajectory.reversals.push(Reversal { contact, time: step.end_time });
         }

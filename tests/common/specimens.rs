@@ -368,6 +368,7 @@ pub fn hyperbolic_tangent<T: Scalar>(r: &Recipe) -> HyperbolicTangent<T> {
 
 /// A friction curve behind one pointer.
 pub trait CurveSubject<T: Scalar> {
+    fn at(&self, velocity: T) -> T;
     fn coefficient(&self, sliding: Sliding<T>) -> T;
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T);
     fn bounds(&self, fastest: T) -> Bounds<T>;
@@ -377,6 +378,9 @@ pub trait CurveSubject<T: Scalar> {
 }
 
 impl<T: Scalar, C: FrictionCurve<T> + 'static> CurveSubject<T> for C {
+    fn at(&self, velocity: T) -> T {
+        FrictionCurve::at(self, velocity)
+    }
     fn coefficient(&self, sliding: Sliding<T>) -> T {
         FrictionCurve::coefficient(self, sliding)
     }

@@ -1,0 +1,181 @@
+//! Dense trajectories and the reversals that a run reports.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
+
+mod ode_common;
+
+use bristle::ode::{Action, Direction, Event, Outcome, Output, System};
+use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
+use bristle::{Branch, Dahl};
+use nalgebra::{Vector1, Vector2};
+use ode_common::{Oscillator, Swing, dahl, every_solver, tolerance};
+
+fn swung(swing: Swing) -> PrescribedVelocity<f64, Dahl<f64>, Swing> {
+    PrescribedVelocity::new(PrescribedVelocityParameters { contact: dahl(), velocity: swing })
+}
+
+#[test]
+fn a_dense_trajectory_answers_at_every_time_it_reached() {
+    for (from, to) in [(0.0, 5.0), (5.0, 0.0), (-3.0, -1.0)] {
+        every_solver!(0.05, tolerance(1e-9), |name, solver| {
+            let start = Oscillator::exact(from);
+            let run = solver.solve(&Oscillator, from..to, start, Output::Dense).unwrap();
+            for i in 0..=1000 {
+                let time = if i == 1000 { to } else { from + (to - from) * 0.001 * f64::from(i) };
+                let state = run.at(time).unwrap();
+                // h⁴/120 per radian for RK4.
+                assert!((state - Oscillator::exact(time)).norm() < 1e-6, "{name} at {time}");
+            }
+            // At the ends of the steps exactly what was stored.
+            for (time, state) in run.iter() {
+                assert_eq!(run.at(time), Some(*state), "{name} at {time}");
+            }
+            let beyond = 1e-9 * (to - from).signum();
+            assert_eq!(run.at(from - beyond), None, "{name}");
+            assert_eq!(run.at(to + beyond), None, "{name}");
+            assert_eq!(run.at(f64::NAN), None, "{name}");
+        });
+    }
+}
+
+#[test]
+fn a_dense_trajectory_stores_the_steps() {
+    every_solver!(0.05, tolerance(1e-6), |name, solver| {
+        let start = Oscillator::exact(0.0);
+        let dense = solver.solve(&Oscillator, 0.0..3.0, start, Output::Dense).unwrap();
+        let steps = solver.solve(&Oscillator, 0.0..3.0, start, Output::Steps).unwrap();
+        assert_eq!((dense.times(), dense.states()), (steps.times(), steps.states()), "{name}");
+        assert_eq!(dense.statistics(), steps.statistics(), "{name}");
+        // Without dense output there is nothing between the samples.
+        assert_eq!(steps.at(1.0), None, "{name}");
+    });
+}
+
+#[test]
+fn a_dense_trajectory_ends_where_an_event_stops_it() {
+    let position = |_: f64, x: &Vector2<f64>| x[0];
+    every_solver!(0.05, tolerance(1e-9), |name, solver| {
+        let events =
+            [Event { function: &position, direction: Direction::Falling, action: Action::Stop }];
+        let start = Oscillator::exact(0.0);
+        let run = solver.solve_with_events(&Oscillator, 0.0..5.0, start, &events, Output::Dense);
+        let run = run.unwrap();
+        let (end, state) = run.last().unwrap();
+        assert_eq!(run.at(end), Some(*state), "{name}");
+        assert_eq!(run.at(end + 1e-9), None, "{name}");
+        for i in 0..100 {
+            let time = end * 0.01 * f64::from(i);
+            let error = (run.at(time).unwrap() - Oscillator::exact(time)).norm();
+            // The last step keeps its interpolant when it is shortened.
+            assert!(error < 1e-6, "{name} at {time}: {error:e}");
+        }
+    });
+}
+
+#[test]
+fn a_failed_run_says_so_and_answers_until_then() {
+    #[derive(Debug)]
+    struct Breaks;
+    impl System<f64, 1, 0> for Breaks {
+        fn rate(&self, t: f64, _: &Vector1<f64>, _: [Branch; 0]) -> Vector1<f64> {
+            Vector1::new(if t < 0.5 { 2.0 } else { f64::NAN })
+        }
+        fn sliding_velocities(&self, _: f64, _: &Vector1<f64>) -> [f64; 0] {
+            []
+        }
+    }
+    every_solver!(0.03, tolerance(1e-6), |name, solver| {
+        let run = solver.solve(&Breaks, 0.0..1.0, Vector1::new(0.0), Output::Dense);
+        let trajectory = run.unwrap_err().trajectory;
+        assert_eq!(trajectory.outcome(), Outcome::Failed, "{name}");
+        let state = trajectory.at(0.25).unwrap();
+        assert!((state[0] - 0.5).abs() < 1e-14, "{name}: {state}");
+        assert_eq!(trajectory.at(0.75), None, "{name}");
+    });
+}
+
+#[test]
+fn every_reversal_is_reported_with_its_time() {
+    let swing = Swing { amplitude: 0.5, angular: 2.0, phase: 0.3 };
+    let times = swing.reversals(10.0);
+    let backward: Vec<f64> = times.iter().rev().copied().collect();
+    for (span, times) in [(0.0..10.0, times), (10.0..0.0, backward)] {
+        every_solver!(0.03, tolerance(1e-6), |name, solver| {
+            let run = solver.solve(&swung(swing), span.clone(), Vector1::new(0.0), Output::Dense);
+            let run = run.unwrap();
+            assert_eq!(run.reversals().len(), times.len(), "{name}");
+            for (reversal, time) in run.reversals().iter().zip(&times) {
+                assert_eq!(reversal.contact, 0, "{name}");
+                // A zero of the velocity itself, to rounding.
+                assert!((reversal.time - time).abs() < 1e-13, "{name}: {reversal:?} {time}");
+            }
+        });
+    }
+}
+
+#[test]
+fn a_reversal_on_the_grid_of_a_fixed_step_is_reported_too() {
+    // The velocity is zero at the end of every tenth step, give or take a rounding.
+    for frequency in [0.1, 0.3, 0.7, 1.0, 1.3, 7.0] {
+        let swing =
+            Swing { amplitude: frequency, angular: std::f64::consts::TAU * frequency, phase: 0.0 };
+        every_solver!(0.05 / frequency, tolerance(1e-6), |name, solver| {
+            let end = 4.75 / frequency;
+            let run = solver.solve(&swung(swing), 0.0..end, Vector1::new(0.0), Output::Steps);
+            let run = run.unwrap();
+            assert_eq!(run.statistics().reversals, 9, "{name}, {frequency}");
+            assert_eq!(run.reversals().len(), 9, "{name}, {frequency}");
+            for (k, reversal) in run.reversals().iter().enumerate() {
+                let time = 0.5 * (k + 1) as f64 / frequency;
+                assert!((reversal.time - time).abs() < 1e-12, "{name}: {reversal:?} {time}");
+            }
+        });
+    }
+}
+
+#[test]
+fn the_contact_that_reverses_is_named() {
+    /// Two contacts that slide at given velocities, which pass zero at 0.3 and at 0.7.
+    #[derive(Debug)]
+    struct Two;
+    impl System<f64, 1, 2> for Two {
+        fn rate(&self, t: f64, _: &Vector1<f64>, [a, b]: [Branch; 2]) -> Vector1<f64> {
+            let directions = a.of(t - 0.7).direction() + 10.0 * b.of(0.3 - t).direction();
+            Vector1::new(directions)
+        }
+        fn sliding_velocities(&self, t: f64, _: &Vector1<f64>) -> [f64; 2] {
+            [t - 0.7, 0.3 - t]
+        }
+    }
+    for step in [0.1, 0.23, 5.0] {
+        every_solver!(step, tolerance(1e-6), |name, solver| {
+            let run = solver.solve(&Two, 0.0..1.0, Vector1::new(0.0), Output::Steps).unwrap();
+            let contacts: Vec<_> = run.reversals().iter().map(|r| r.contact).collect();
+            assert_eq!(contacts, [1, 0], "{name} by {step}: {:?}", run.reversals());
+            assert!((run.reversals()[0].time - 0.3).abs() < 1e-14, "{name}");
+            assert!((run.reversals()[1].time - 0.7).abs() < 1e-14, "{name}");
+            // −0.7 + 0.3 and 10 (0.3 − 0.7), exact to rounding.
+            assert!((run.last().unwrap().1[0] + 4.4).abs() < 1e-13, "{name} by {step}");
+        });
+    }
+}
+
+#[test]
+fn a_step_says_whether_it_ends_at_a_reversal() {
+    let swing = Swing { amplitude: 0.5, angular: 2.0, phase: 0.3 };
+    every_solver!(0.03, tolerance(1e-6), |name, solver| {
+        let system = swung(swing);
+        let mut run = solver.begin(&system, 0.0..5.0, Vector1::new(0.0)).unwrap();
+        let mut reversals = 0;
+        while let Some(step) = run.advance().unwrap() {
+            let velocity = system.velocity(step.end_time());
+            match step.reversal() {
+                // Rounding of the angle, times the slope of the velocity.
+                Some(contact) => assert!(contact == 0 && velocity.abs() < 1e-13, "{name}"),
+                None => assert!(velocity.abs() > 1e-9, "{name}"),
+            }
+            reversals += u64::from(step.reversal().is_some());
+            assert_eq!(run.statistics().reversals, reversals, "{name}");
+        }
+        assert_eq!(reversals as usize, swing.reversals(5.0).len(), "{name}");
+    });
+}
