@@ -359,6 +359,11 @@ fn a_table_starts_at_rest_and_goes_on() {
     ] {
         assert_refused(with(knots), ("slope", Some(component), slope, magnitude), "slope");
     }
+    // Two knots so close that the cubic between them overflows, however gentle its slope.
+    for spacing in [5e-324, 3e-116] {
+        let knots = [(0.0, 1.0), (spacing, 1.0), (1.0, 1.5)];
+        assert_refused(with(knots), ("spacing", Some(1), spacing, range), "spacing");
+    }
     assert_eq!(with([(0.0, 1e-100), (1e100, 1e100)]), Ok(()));
     assert_eq!(with([(-0.0, 0.4), (0.1, 0.4)]), Ok(()));
 }
@@ -627,8 +632,6 @@ fn a_table_of_extreme_numbers_gives_finite_answers() {
         [(0.0, 1e-100), (1e-100, 1e-50), (1e100, 1e-100)],
         [(0.0, 1e100), (1.5, 1e-100), (3.0, 1e100)],
         [(0.0, 1.0), (1e-100, 1.5), (2e-100, 1.0)],
-        [(0.0, 1.0), (5e-324, 1.0), (1.0, 1.5)],
-        [(0.0, 1.0), (3e-116, 1.0 + f64::EPSILON), (1.0, 1.5)],
     ] {
         let curve = common::specimens::table::<f64, 3>(knots);
         for v in velocities() {

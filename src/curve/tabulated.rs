@@ -95,6 +95,8 @@ impl<T: Scalar, const N: usize> Tabulated<T, N> {
             if let Some(before) = previous {
                 let slope = (knot.coefficient - before.coefficient) / (knot.speed - before.speed);
                 parameter::component(index, parameter::finite("slope", slope))?;
+                let spacing = parameter::positive("spacing", knot.speed - before.speed);
+                parameter::component(index, spacing)?;
             }
             previous = Some(*knot);
         }

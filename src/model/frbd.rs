@@ -174,7 +174,10 @@ where
     fn obeys(&self, law: Law) -> bool {
         match law {
             Law::SteadySliding | Law::Secant => true,
-            Law::Passivity | Law::BoundedForce => self.rheology.stiffness_bounds().is_constant(),
+            Law::Passivity => self.rheology.stiffness_bounds().is_constant(),
+            Law::BoundedForce => {
+                self.rheology.stiffness_bounds().is_constant() && self.rheology.is_single_spring()
+            }
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
             Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
             Law::OddSymmetry => self.curve.is_even() && self.rheology.is_even(),
@@ -184,7 +187,7 @@ where
 
     fn limits(&self, fastest: T) -> Limits<T> {
         let fastest = fastest.abs();
-        if !(fastest >= T::zero()) {
+        if !(fastest >= T::zero() && self.rheology.is_single_spring()) {
             return Limits::none();
         }
         let mu = self.curve.bounds(fastest);

@@ -98,6 +98,10 @@ impl<T: Scalar, K: VelocityLaw<T>, D: VelocityLaw<T>> Rheology<T> for KelvinVoig
         self.damping.bounds()
     }
 
+    fn is_single_spring(&self) -> bool {
+        true
+    }
+
     fn is_even(&self) -> bool {
         self.stiffness.is_even() && self.damping.is_even()
     }

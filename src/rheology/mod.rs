@@ -71,4 +71,11 @@ pub trait Rheology<T: Scalar>: Debug + Clone {
 
     /// Whether every element takes the same value at v and at −v.
     fn is_even(&self) -> bool;
+
+    /// Whether the bristle is one spring with no dashpot in series: the theorems on deflection,
+    /// force and relaxation rate speak of such a one. A spring behind a dashpot can relax to a
+    /// force above the friction curve's, from a prepared state.
+    fn is_single_spring(&self) -> bool {
+        false
+    }
 }

@@ -64,6 +64,10 @@ impl<T: Scalar> Rheology<T> for Spring<T> {
         Bounds::constant(T::zero())
     }
 
+    fn is_single_spring(&self) -> bool {
+        true
+    }
+
     fn is_even(&self) -> bool {
         true
     }
