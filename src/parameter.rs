@@ -199,6 +199,7 @@ pub(crate) fn at_least<T: Scalar>(
 }
 
 /// Not larger than another parameter (both are checked to be finite elsewhere).
+#[cfg(feature = "alloc")] // for the output times of stored trajectories
 pub(crate) fn at_most<T: Scalar>(
     name: &'static str,
     value: T,

@@ -1,5 +1,6 @@
 //! How accurate the integrators are: golden states, the order measured by halving the step, and
 //! what an adaptive run makes of its tolerances.
+#![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod ode_common;

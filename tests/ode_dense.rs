@@ -1,4 +1,5 @@
 //! Dense trajectories and the reversals that a run reports.
+#![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod ode_common;

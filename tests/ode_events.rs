@@ -1,4 +1,5 @@
 //! Events: zeros of a function along the solution.
+#![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod ode_common;

@@ -1,5 +1,6 @@
 //! What is refused at the door, and how a run that goes bad ends: with a reason, a time, a place,
 //! and everything stored until then.
+#![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod ode_common;

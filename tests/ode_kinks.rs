@@ -1,4 +1,5 @@
 //! Inputs that jump or bend: a step ends there, and none of its stages looks beyond.
+#![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod ode_common;

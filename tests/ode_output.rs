@@ -1,5 +1,6 @@
 //! What a run stores: samples where they were asked for, steps that fill the span and nothing
 //! else, forward and backward in time.
+#![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod ode_common;

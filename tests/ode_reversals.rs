@@ -1,5 +1,6 @@
 //! Reversals of a sliding direction: found where they are, however many there are in a step, and
 //! not found where there are none.
+#![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod ode_common;

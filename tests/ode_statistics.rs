@@ -1,4 +1,5 @@
 //! Statistics are exact counts, and no method costs more than it has to.
+#![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod ode_common;

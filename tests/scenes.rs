@@ -1,5 +1,6 @@
 //! The scenes: their derivatives against dual numbers, their balances against closed forms, their
 //! scales, and what they refuse.
+#![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod common;

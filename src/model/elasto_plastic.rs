@@ -20,7 +20,6 @@
 use super::frbd::{inverse_resistance, least_slope, unlimited};
 use super::{Affine, Law, Limits, Linearised, finite};
 use crate::parameter::{self, ParameterError};
-use crate::scalar::lit;
 use crate::{
     Bristle, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding,
     VelocityLaw,
@@ -189,14 +188,14 @@ where
         if aligned >= full {
             return constant(T::one());
         }
-        let half = lit::<T>(0.5);
         let width = full - self.stick_limit;
-        let phase = T::pi() * (aligned - half * (full + self.stick_limit)) / width;
-        let slope = half * phase.cos() * T::pi() / width;
-        // dα/dz_m at fixed z: the phase is π(z − z_b)/(z_m − z_b) − π/2.
+        // ½ + ½ sin(2w − π/2) = sin² w, which keeps its digits near the stick limit.
+        let (sin, cos) = (T::frac_pi_2() * (aligned - self.stick_limit) / width).sin_cos();
+        let slope = T::pi() * sin * cos / width;
+        // dα/dz_m at fixed z, with w = (π/2)(z − z_b)/(z_m − z_b).
         let by_full = -slope * (aligned - self.stick_limit) / width;
         Plasticity {
-            alpha: half + half * phase.sin(),
+            alpha: sin * sin,
             by_deflection: slope * sliding.direction(),
             by_velocity: by_full * mu_slope / stiffness,
         }

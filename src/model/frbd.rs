@@ -26,7 +26,7 @@ use crate::{Bristle, Deflection, Exact, FrictionCurve, Regularisation, Rheology,
 ///
 /// Passive for every positive curve and every bristle of constant stiffness; its force never
 /// exceeds the largest value of its curve, and its relaxation rate is bounded by σ0/(σ1 + σ2) (if
-/// that is finite).
+/// that is finite, and σ2|0|_ε ≤ μ_d).
 ///
 /// ```
 /// use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters};

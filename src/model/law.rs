@@ -33,7 +33,7 @@ pub enum Law {
     BoundedRelaxation,
     /// (z, v) → (−z, −v) flips the rate and the force.
     OddSymmetry,
-    /// Load cycles below breakaway cause no drift (P. Dupont, V. Hayward, B. Armstrong,
+    /// Load cycles below a stick limit p σ0 z_b > 0 cause no drift (P. Dupont, V. Hayward, B. Armstrong,
     /// F. Altpeter, "Single state elastoplastic friction models", IEEE Transactions on Automatic
     /// Control 47 (2002), 787–792).
     NoDrift,
@@ -63,7 +63,7 @@ impl fmt::Display for Law {
             Self::BoundedForce => "bounded force",
             Self::BoundedRelaxation => "bounded relaxation rate",
             Self::OddSymmetry => "odd symmetry",
-            Self::NoDrift => "no drift below breakaway",
+            Self::NoDrift => "no drift below a stick limit",
         })
     }
 }

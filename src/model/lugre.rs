@@ -12,6 +12,7 @@
 
 use super::frbd::{inverse_resistance, least_slope, unlimited};
 use super::{Affine, Law, Limits, finite};
+use crate::scalar::lit;
 use crate::{
     Bristle, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding,
     VelocityLaw,
@@ -120,8 +121,8 @@ where
         let exact = self.regularisation.speed_at_rest() == T::zero();
         // The cross term is covered by the two squares for every z: σ1²λ ≤ 4σ0(σ1 + σ2).
         let slope = least_slope(&self.curve, &self.regularisation, unlimited());
-        let by_squares = damping.max * damping.max
-            <= T::one() * crate::scalar::lit::<T>(4.0) * slope * (damping.min + self.viscous);
+        let by_squares =
+            damping.max * damping.max <= lit::<T>(4.0) * slope * (damping.min + self.viscous);
         // Or by the damping alone for |z| ≤ max g/σ0: σ1(max g/min g) ≤ σ1 + σ2.
         let by_limit =
             exact && damping.is_constant() && damping.max * (g.max - g.min) <= self.viscous * g.min;

@@ -59,8 +59,9 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     /// The stiffness [1/m] of each spring in the stored energy W = ½ p Σ Kᵢ xᵢ².
     fn storage_stiffness(&self) -> Self::Deflection;
 
-    /// Whether this model, with its parameters, is known to obey a law. A "no" means that there
-    /// is a counterexample or that the parameters (closures, say) do not allow to tell.
+    /// Whether this model, with its parameters, obeys a law by one of the theorems cited at
+    /// [`Law`]. A "no" mostly means a counterexample; it may also mean that the theorem's conditions
+    /// are not met, or cannot be told (closures, say), without the law being broken.
     fn obeys(&self, law: Law) -> bool;
 
     /// The limits that the model's theorems give for velocities with |v| ≤ `fastest` (which may
@@ -193,7 +194,8 @@ impl<T: Scalar, D: Deflection<T>> Linearised<T, D> {
 /// or only an infinite limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits<T> {
-    /// A bristle that starts with |z| ≤ this \[m\] stays there.
+    /// A bristle that starts with |z| ≤ this \[m\] stays there. (An elasto-plastic one whose α is
+    /// frozen over a step can overshoot by |v| h; to cut it back only lowers the stored energy.)
     pub deflection: Option<T>,
     /// Within the deflection limit, |F|/p never exceeds this \[–\].
     pub coefficient: Option<T>,

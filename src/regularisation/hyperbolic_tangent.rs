@@ -35,6 +35,20 @@ impl<T: Scalar> HyperbolicTangent<T> {
     }
 }
 
+/// The hyperbolic tangent, which is ±1 to rounding long before the exponentials of which some
+/// scalars make it overflow.
+#[inline]
+fn tanh<T: Scalar>(u: T) -> T {
+    let saturated: T = lit(20.0);
+    if u > saturated {
+        T::one()
+    } else if u < -saturated {
+        -T::one()
+    } else {
+        u.tanh()
+    }
+}
+
 impl<T: Scalar> Regularisation<T> for HyperbolicTangent<T> {
     #[inline]
     fn speed(&self, sliding: Sliding<T>) -> T {
@@ -44,7 +58,7 @@ impl<T: Scalar> Regularisation<T> for HyperbolicTangent<T> {
             let w = u * u;
             self.threshold * (T::one() + w * (lit::<T>(1.0 / 3.0) - w / lit(45.0)))
         } else {
-            sliding.velocity() / u.tanh()
+            sliding.velocity() / tanh(u)
         }
     }
 
@@ -68,7 +82,7 @@ impl<T: Scalar> Regularisation<T> for HyperbolicTangent<T> {
             ];
             u * SERIES.iter().rev().fold(T::zero(), |sum, &c| sum * w + lit(c))
         } else {
-            let coth = T::one() / u.tanh();
+            let coth = T::one() / tanh(u);
             // 1/sinh² = coth² − 1, written with exp so that it neither cancels nor overflows.
             let decay = (-lit::<T>(2.0) * u.abs()).exp();
             let rest = T::one() - decay;
@@ -79,7 +93,7 @@ impl<T: Scalar> Regularisation<T> for HyperbolicTangent<T> {
 
     #[inline]
     fn sign(&self, sliding: Sliding<T>) -> T {
-        (sliding.velocity() / self.threshold).tanh()
+        tanh(sliding.velocity() / self.threshold)
     }
 
     #[inline]

@@ -11,7 +11,7 @@
 //! Source: Romano et al. (arXiv 2602.09429), section III-A.
 
 use super::{Elements, VelocityLaw};
-use crate::parameter::ParameterError;
+use crate::parameter::{self, ParameterError};
 use crate::{Bounds, Rheology, Scalar, Sliding};
 
 /// Parameters of [`KelvinVoigt`].
@@ -54,7 +54,8 @@ impl<T: Scalar, K: VelocityLaw<T>, D: VelocityLaw<T>> KelvinVoigt<T, K, D> {
         let KelvinVoigtParameters { micro_stiffness, micro_damping } = parameters;
         micro_stiffness.check_positive("micro_stiffness")?;
         micro_damping.check_non_negative("micro_damping")?;
-        let storage = micro_stiffness.value(Sliding::from(T::zero()));
+        let at_rest = micro_stiffness.value(Sliding::from(T::zero()));
+        let storage = parameter::positive("micro_stiffness", at_rest)?;
         Ok(Self { stiffness: micro_stiffness, damping: micro_damping, storage })
     }
 }
