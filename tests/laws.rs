@@ -1,5 +1,4 @@
-//! The laws of friction with bristle dynamics (MODEL.md, section 3), each written once and run
-//! over every implementor that claims it; and a counterexample for every law that one denies.
+//! The laws of friction with bristle dynamics, each written once and run over every implementor that claims it; and a counterexample for every law that one denies.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 mod common;
@@ -479,7 +478,7 @@ fn the_relaxation_rate_has_a_limit_for_every_velocity() {
 
 #[test]
 fn the_relaxation_limit_of_frbd_is_stiffness_over_damping_and_viscosity() {
-    // MODEL.md, law 4: σ0/(σ1 + σ2), with ε > 0 provided that σ2 |0|_ε ≤ μ_d.
+    // σ0/(σ1 + σ2), with ε > 0 provided that σ2 |0|_ε ≤ μ_d.
     check(128, recipe(), |r| {
         let limit = |model: &dyn Fn() -> Option<f64>| model();
         let want = r.stiffness / (r.damping + r.viscous);
@@ -630,7 +629,7 @@ fn the_force_of_lugre_leaves_the_curve_and_that_of_frbd_does_not() {
 }
 
 #[test]
-fn the_energy_machine_of_the_model_sheet_turns() {
+fn the_energy_machine_draws_energy_from_lugre_and_none_from_frbd() {
     /// Work of one cycle on the settled periodic orbit.
     fn work<M: Bristle<f64, Deflection = f64>>(model: M) -> f64 {
         let contact = model.under_load(1.0).unwrap();
@@ -649,7 +648,7 @@ fn the_energy_machine_of_the_model_sheet_turns() {
     }
     let r = Recipe::TABLE_2;
     let (curve, bristle) = (|| stribeck(&r, 2.0), || kelvin_voigt(r.stiffness, r.damping));
-    // MODEL.md law 5, each to half of its last printed digit.
+    // Known before this crate was, from a derivation of its own; each to half of its last digit.
     for (got, want, half_digit) in [
         (work(LuGre::classical(curve(), bristle())), -0.017_813_4, 0.5e-7),
         (work(LuGre::with_viscous_part_inside(curve(), bristle())), -0.000_747_45, 0.5e-8),
@@ -1377,7 +1376,7 @@ fn what_the_parameters_promise_is_what_the_models_claim() {
             .unwrap()
     };
     use Element::{Constant, Even, None, Varying};
-    // MODEL.md, sections 2 and 3, on Table 2.
+    // What each model obeys with the paper's Table 2.
     let all_but_drift = vec![
         SteadySliding,
         Secant,

@@ -1,4 +1,4 @@
-//! The models in closed form, as MODEL.md writes them (sections 1, 2 and 3), in plain `f64`.
+//! The models in closed form, as the publications write them, in plain `f64`.
 //!
 //! Written apart from the library, by the formulas and not by the code: no fast paths, no series
 //! where the formula itself is good, other formulations where there is a choice.
@@ -42,7 +42,7 @@ pub const STIFFNESS_VARIATION: f64 = 0.3;
 /// Amplitude a of a varying damping.
 pub const DAMPING_VARIATION: f64 = 0.5;
 
-/// Which row of MODEL.md's table of coefficients.
+/// Which family of coefficients λ, r, c₀, c₂.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Family {
     FrBd,
@@ -293,7 +293,7 @@ impl ClosedForm {
         }
     }
 
-    /// MODEL.md section 2: the four coefficients.
+    /// The four coefficients.
     pub fn coefficients(&self, v: f64, z: f64) -> Coefficients {
         let (sigma0, sigma1, mu) = (self.sigma0(v), self.sigma1(v), self.mu(v));
         let g = self.resistance(v, z);
@@ -347,7 +347,7 @@ impl ClosedForm {
         self.recipe.stiffness
     }
 
-    /// F v − Ẇ by MODEL.md law 1, (p/g)(ασ0²|v|_ε z² + σ1 μ v²), for the models of that law
+    /// F v − Ẇ by the dissipation identity, (p/g)(ασ0²|v|_ε z² + σ1 μ v²), for the models it holds for
     /// (constant σ0), and the general p(sλz² + (c₀ − s r) z v + c₂ v²) for the others.
     pub fn dissipation(&self, v: f64, z: f64) -> f64 {
         let g = self.resistance(v, z);
