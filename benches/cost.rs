@@ -5,8 +5,8 @@
 //! of the same scalar within one run; absolute times belong to the machine.
 //!
 //! The parameters are those of the paper's Table 2, in the middle of the Stribeck range, where the
-//! friction curve needs its exponential. Unfair to nothing but the integrators: theirs is the cost of
-//! a whole step, several right-hand sides.
+//! friction curve needs its exponential. The integrator's line is the cost of a whole step, four
+//! right-hand sides.
 
 use std::hint::black_box;
 

@@ -122,7 +122,7 @@ fn sweep<M: Method<f64, 1>>(
     let limit = FRICTION.dynamic_coefficient / FRICTION.micro_stiffness;
     let mut errors = Vec::new();
     for halving in 0..7 {
-        // An odd number of steps a period, so that no grid point meets a reversal.
+        // No whole number of steps a period, so that no grid point meets a reversal.
         let step = 1.0 / (FREQUENCY * 51.3) * 0.5f64.powi(halving);
         let solver = Solver::fixed(method.clone(), step)?;
         let solver = if plain { solver.plain() } else { solver };

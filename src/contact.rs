@@ -130,7 +130,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         }
     }
 
-    /// The stationary deflection of steady sliding at a velocity.
+    /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) μ(v)/σ0 \[m\].
     pub fn stationary(&self, sliding: impl Into<Sliding<T>>) -> M::Deflection {
         self.model.stationary(sliding)
     }

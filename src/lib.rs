@@ -38,8 +38,8 @@
 //! torques and inertias serve as well as positions, forces and masses, with the units of σ0 … v_S
 //! to match.
 //!
-//! Parameters are checked once, when a value is built; afterwards nothing fails, and nothing
-//! panics. NaN given to a model at run time comes out as NaN; an integration that meets one stops
+//! Parameters are checked once, when a value is built; afterwards a model does not fail, a run can
+//! and says why, and nothing panics. NaN given to a model at run time comes out as NaN; an integration that meets one stops
 //! and says where.
 //!
 //! # Source

@@ -1,4 +1,4 @@
-//! The paper's parameter sets, as they stand in its tables.
+//! The paper's parameter sets, from its tables and the text beside them.
 //!
 //! Source: Romano et al. (arXiv 2602.09429). Units follow this crate (the paper prints the
 //! spring's stiffness in N, the pressure gain in Pa and no unit for the valve's damping).

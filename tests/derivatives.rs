@@ -519,7 +519,7 @@ fn everything_runs_in_single_precision() {
                 }
             }
             for law in Law::ALL {
-                // The threshold of law 5 is all that could flip, by a rounding.
+                // The passivity threshold is all that could flip, by a rounding.
                 if law != Law::Passivity {
                     assert_eq!(
                         twin.subject.obeys(law),

@@ -134,29 +134,34 @@ fn a_reversal_on_the_grid_of_a_fixed_step_is_reported_too() {
 }
 
 #[test]
-fn the_contact_that_reverses_is_named() {
-    /// Two contacts that slide at given velocities, which pass zero at 0.3 and at 0.7.
+fn the_contact_that_reverses_is_named_and_the_first_comes_first() {
+    /// Two contacts that slide at given velocities, which pass zero at given times.
     #[derive(Debug)]
-    struct Two;
+    struct Two([f64; 2]);
     impl System<f64, 1, 2> for Two {
-        fn rate(&self, t: f64, _: &Vector1<f64>, [a, b]: [Branch; 2]) -> Vector1<f64> {
-            let directions = a.of(t - 0.7).direction() + 10.0 * b.of(0.3 - t).direction();
-            Vector1::new(directions)
+        fn rate(&self, t: f64, x: &Vector1<f64>, [a, b]: [Branch; 2]) -> Vector1<f64> {
+            let [first, second] = self.sliding_velocities(t, x);
+            Vector1::new(a.of(first).direction() + 10.0 * b.of(second).direction())
         }
         fn sliding_velocities(&self, t: f64, _: &Vector1<f64>) -> [f64; 2] {
-            [t - 0.7, 0.3 - t]
+            self.0.map(|zero| t - zero)
         }
     }
-    for step in [0.1, 0.23, 5.0] {
-        every_solver!(step, tolerance(1e-6), |name, solver| {
-            let run = solver.solve(&Two, 0.0..1.0, Vector1::new(0.0), Output::Steps).unwrap();
-            let contacts: Vec<_> = run.reversals().iter().map(|r| r.contact).collect();
-            assert_eq!(contacts, [1, 0], "{name} by {step}: {:?}", run.reversals());
-            assert!((run.reversals()[0].time - 0.3).abs() < 1e-14, "{name}");
-            assert!((run.reversals()[1].time - 0.7).abs() < 1e-14, "{name}");
-            // −0.7 + 0.3 and 10 (0.3 − 0.7), exact to rounding.
-            assert!((run.last().unwrap().1[0] + 4.4).abs() < 1e-13, "{name} by {step}");
-        });
+    for (zeros, order) in [([0.7, 0.3], [1, 0]), ([0.3, 0.7], [0, 1])] {
+        for step in [0.1, 0.23, 5.0] {
+            every_solver!(step, tolerance(1e-6), |name, solver| {
+                let two = Two(zeros);
+                let run = solver.solve(&two, 0.0..1.0, Vector1::new(0.0), Output::Steps).unwrap();
+                let contacts: Vec<_> = run.reversals().iter().map(|r| r.contact).collect();
+                assert_eq!(contacts, order, "{name} by {step}: {:?}", run.reversals());
+                assert!((run.reversals()[0].time - 0.3).abs() < 1e-14, "{name}");
+                assert!((run.reversals()[1].time - 0.7).abs() < 1e-14, "{name}");
+                // 1 − 2 t₀ from each, exact to rounding.
+                let exact = 1.0 - 2.0 * zeros[0] + 10.0 * (1.0 - 2.0 * zeros[1]);
+                let error = run.last().unwrap().1[0] - exact;
+                assert!(error.abs() < 1e-13, "{name} by {step}: {error:e}");
+            });
+        }
     }
 }
 

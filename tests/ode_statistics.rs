@@ -124,14 +124,6 @@ fn a_reversal_costs_a_step_and_a_rate() {
 }
 
 #[test]
-fn no_jacobian_is_evaluated_by_an_explicit_method() {
-    every_solver!(0.1, tolerance(1e-6), |name, solver| {
-        let run = solver.solve(&Oscillator, 0.0..3.0, Vector2::new(1.0, 0.0), Output::Steps);
-        assert_eq!(run.unwrap().statistics().jacobians, 0, "{name}");
-    });
-}
-
-#[test]
 fn statistics_read_as_a_sentence() {
     let statistics =
         Statistics { steps: 5, rejected: 4, evaluations: 3, jacobians: 2, reversals: 1 };

@@ -1,4 +1,4 @@
-//! Another friction curve per direction of motion, as gearboxes and seals need.
+//! A separate friction curve for each direction of motion, as gearboxes and seals need.
 
 use crate::{Bounds, FrictionCurve, Scalar, Sliding};
 

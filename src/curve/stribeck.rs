@@ -31,7 +31,7 @@ pub struct StribeckParameters<T> {
     /// Stribeck velocity v_S [m/s], positive.
     #[doc(alias = "v_S")]
     pub stribeck_velocity: T,
-    /// Stribeck exponent δ \[–\], positive; 1 and 2 are several times cheaper than others.
+    /// Stribeck exponent δ \[–\], positive; 1 and 2 need no power function.
     #[doc(alias = "delta")]
     pub stribeck_exponent: T,
     /// Viscous friction σ2 [s/m], zero or positive.

@@ -24,9 +24,10 @@ use crate::{Bristle, Deflection, Exact, FrictionCurve, Regularisation, Rheology,
 
 /// An FrBD model of a friction curve C, a bristle R and a regularisation E.
 ///
-/// Passive for every positive curve and every bristle of constant stiffness; its force never
-/// exceeds the largest value of its curve, and its relaxation rate is bounded by σ0/(σ1 + σ2) (if
-/// that is finite, and σ2|0|_ε ≤ μ_d).
+/// Passive for every positive curve and every bristle of constant stiffness. With a bristle of a
+/// single spring, a deflection within its limit stays there, the force then never exceeds the
+/// largest value of the curve at the velocities met, and the relaxation rate is bounded by
+/// σ0/(σ1 + σ2) (if that is finite, and σ2|0|_ε ≤ μ_d).
 ///
 /// ```
 /// use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters};

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// A property that holds for every state and velocity, with the reference that states it.
+/// A property that holds for every state and velocity, with a reference where it has a name.
 ///
 /// ```
 /// use bristle::Law;
@@ -17,8 +17,8 @@ pub enum Law {
     /// Steady sliding reproduces the friction curve: F_ss = p μ(v) sgn_ε(v), plus p σ2 v for the
     /// classical LuGre model (Romano et al., section III-A).
     SteadySliding,
-    /// F/p = (μ(v)/|v|_ε)(v − ż): the bristle is in series with a dashpot frozen at the rigid
-    /// velocity. It is what makes any passive bristle a passive friction model.
+    /// F/p = (μ(v)/|v|_ε)(v − ż): the bristle is in series with a dashpot whose coefficient is taken at
+    /// the velocity of the body. It is what makes any passive bristle a passive friction model.
     Secant,
     /// F v ≥ Ẇ with W = ½ p σ0 z²: friction never gives more energy than it stored
     /// (Romano et al., Lemma III.2; for LuGre within its deflection limit, cf. N. Barabanov and
@@ -27,7 +27,7 @@ pub enum Law {
     Passivity,
     /// |z(0)| ≤ max μ/σ0 implies |z(t)| ≤ max μ/σ0 (Romano et al., Lemma III.1).
     BoundedDeflection,
-    /// Within the deflection limit |F| ≤ p max μ, at any velocity.
+    /// Within the deflection limit |F| ≤ p max μ over the velocities met.
     BoundedForce,
     /// The relaxation rate λ(v) has a limit that no velocity exceeds (for FrBD σ0/(σ1 + σ2)).
     BoundedRelaxation,

@@ -47,7 +47,7 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         deflection: Self::Deflection,
     ) -> (Affine<T, Self::Deflection>, Affine<T, Self::Deflection>);
 
-    /// The stationary deflection of steady sliding at a velocity.
+    /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) μ(v)/σ0 \[m\].
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> Self::Deflection;
 
     /// The friction coefficient μ_b \[–\] of steady sliding at a velocity.
@@ -197,7 +197,7 @@ pub struct Limits<T> {
     /// A bristle that starts with |z| ≤ this \[m\] stays there. (An elasto-plastic one whose α is
     /// frozen over a step can overshoot by |v| h; to cut it back only lowers the stored energy.)
     pub deflection: Option<T>,
-    /// Within the deflection limit, |F|/p never exceeds this \[–\].
+    /// Within the deflection limit, |F|/p never exceeds this \[–\]; from a [`Contact`], |F| \[N\].
     pub coefficient: Option<T>,
     /// Largest relaxation rate λ [1/s].
     pub relaxation_rate: Option<T>,

@@ -52,7 +52,7 @@ impl Controller {
     }
 }
 
-/// x^e to within one percent for e of at most 1 in magnitude, many times quicker than `powf`: the
+/// x^e to within one percent for e of at most 1 in magnitude, without the cost of `powf`: the
 /// logarithm and the exponential are straight lines between powers of two, bent by a parabola.
 pub(crate) fn rough_power(x: f64, exponent: f64) -> f64 {
     /// Makes the parabola exact in the middle between two powers of two.

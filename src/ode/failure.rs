@@ -23,7 +23,7 @@ pub enum StopReason {
         component: usize,
     },
     /// The tolerances, or a fixed step, ask for steps that no longer advance the time.
-    #[error("the step falls below {smallest:e} s, which no longer advances the time")]
+    #[error("the step falls below {smallest:e} s, the smallest that still advances the time")]
     StepTooSmall {
         /// The smallest step that advances the time.
         smallest: f64,

@@ -13,7 +13,7 @@
 //! Tolerances are per component: the states of a friction problem have nothing in common but the
 //! time. Take 1e-6 of each state's scale or tighter: with loose tolerances a stuck mass chatters at
 //! the level of the tolerance, every reversal is located, and the run is both wrong (each cycle
-//! lets the mass creep a little) and several times dearer than a tight one.
+//! lets the mass creep a little) and often dearer than a tight one.
 
 mod controller;
 mod dormand_prince;

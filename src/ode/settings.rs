@@ -26,7 +26,7 @@ pub(super) enum Control<T: Scalar, const N: usize> {
     },
 }
 
-/// Enough for any scene that a stiff solver would not serve better: half a minute of work.
+/// A run that needs more is one for another method.
 const MOST_STEPS: u64 = 100_000_000;
 
 impl<T: Scalar, const N: usize> Settings<T, N> {

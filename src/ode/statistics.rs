@@ -11,7 +11,7 @@ pub struct Statistics {
     pub rejected: u64,
     /// Evaluations of the right-hand side.
     pub evaluations: u64,
-    /// Evaluations of the Jacobian.
+    /// Evaluations of the Jacobian: none by an explicit method.
     pub jacobians: u64,
     /// Reversals of a sliding direction at which a step was split.
     pub reversals: u64,

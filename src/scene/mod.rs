@@ -1,4 +1,4 @@
-//! Ready systems: the mechanisms of the paper, with analytic Jacobians.
+//! Ready systems with analytic Jacobians: the mechanisms of the paper's experiments (section V).
 //!
 //! | scene | states |
 //! |---|---|

@@ -1,5 +1,5 @@
 //! A mass pulled by a spring whose end moves steadily, the classical stick-slip rig:
-//! ẋ = v, m v̇ = k (v_ref t − x) − F.
+//! ẋ = v, m v̇ = k (y − x) − F with y = v_ref t.
 //!
 //! Source: Romano et al. (arXiv 2602.09429), section V-A.
 
