@@ -93,6 +93,13 @@ impl<T: Scalar> Sliding<T> {
     }
 }
 
+impl<T: Scalar> Sliding<T> {
+    /// The opposite velocity, seen from the same branch.
+    pub(crate) fn mirrored(&self) -> Self {
+        Self { velocity: -self.velocity, speed: -self.speed, direction: self.direction }
+    }
+}
+
 impl<T: Scalar> From<T> for Sliding<T> {
     #[inline(always)]
     fn from(velocity: T) -> Self {

@@ -73,6 +73,26 @@ fn a_dense_trajectory_ends_where_an_event_stops_it() {
 }
 
 #[test]
+fn a_step_that_is_shortened_at_a_stop_keeps_its_curve() {
+    let position = |_: f64, x: &Vector2<f64>| x[0];
+    every_solver!(0.7, tolerance(1e-3), |name, solver| {
+        let stop =
+            [Event { function: &position, direction: Direction::Falling, action: Action::Stop }];
+        let start = Oscillator::exact(0.0);
+        let whole = solver.solve(&Oscillator, 0.0..5.0, start, Output::Dense).unwrap();
+        let cut = solver.solve_with_events(&Oscillator, 0.0..5.0, start, &stop, Output::Dense);
+        let cut = cut.unwrap();
+        let end = cut.last().unwrap().0;
+        for i in 0..=100 {
+            let time = f64::min(end * 0.01 * f64::from(i), end);
+            let difference = (cut.at(time).unwrap() - whole.at(time).unwrap()).norm();
+            // The same polynomial, written from its start to another end.
+            assert!(difference < 1e-14, "{name} at {time}: {difference:e}");
+        }
+    });
+}
+
+#[test]
 fn a_failed_run_says_so_and_answers_until_then() {
     #[derive(Debug)]
     struct Breaks;
@@ -160,6 +180,33 @@ fn the_contact_that_reverses_is_named_and_the_first_comes_first() {
                 let exact = 1.0 - 2.0 * zeros[0] + 10.0 * (1.0 - 2.0 * zeros[1]);
                 let error = run.last().unwrap().1[0] - exact;
                 assert!(error.abs() < 1e-13, "{name} by {step}: {error:e}");
+            });
+        }
+    }
+}
+
+#[test]
+fn a_reversal_is_not_reported_before_the_velocity_is_zero_however_coarse_the_dense_output() {
+    /// v = 1 − tⁿ, which falls far too sharply for the dense output of a step of 0.3 or more.
+    #[derive(Debug)]
+    struct Fall(i32);
+    impl System<f64, 1> for Fall {
+        fn rate(&self, t: f64, _: &Vector1<f64>, _: [Branch; 1]) -> Vector1<f64> {
+            Vector1::new(-f64::from(self.0) * t.powi(self.0 - 1))
+        }
+        fn sliding_velocities(&self, _: f64, v: &Vector1<f64>) -> [f64; 1] {
+            [v[0]]
+        }
+    }
+    for power in [4, 6, 8, 12, 20] {
+        for step in [0.2, 0.3, 0.45, 0.7, 1.1, 1.3] {
+            every_solver!(step, tolerance(1e-6), |name, solver| {
+                let start = Vector1::new(1.0);
+                let run = solver.solve(&Fall(power), 0.0..1.4, start, Output::Dense).unwrap();
+                assert_eq!(run.reversals().len(), 1, "{name} by {step}");
+                let v = run.at(run.reversals()[0].time).unwrap()[0];
+                // To a hundredth of the velocity at the start of its step, at most 1.
+                assert!(v < 0.01, "{name} by {step}: {v} for {power}");
             });
         }
     }

@@ -313,8 +313,10 @@ fn a_rig_starts_from_rest_without_acceleration() {
             // FrBD below breakaway dF/dx = p σ0 (1 − F/F_b), within two per cent here.
             let deflection = 2.0 * drive / 1e4;
             assert!((state[2] / deflection - 1.0).abs() < 0.02, "{name}: {state}");
-            // Without velocity and acceleration the first direction is a guess, and may be wrong.
-            assert!(run.statistics().reversals <= 1, "{name}, driven at {drive}");
+            // Without velocity and acceleration the first direction is a guess. A wrong one is no
+            // reversal, but where the first steps stay below the noise it is found out too late.
+            let mistaken = u64::from(name.contains("adaptive"));
+            assert!(run.statistics().reversals <= mistaken, "{name}, driven at {drive}");
         });
     }
 }
@@ -423,10 +425,11 @@ fn pushed() -> ForcedMass<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>, Constant<f
 
 #[test]
 fn a_locked_branch_has_a_pole_on_its_far_side() {
-    // What the next test steps across: g = μ + σ1|v| vanishes near v = −μ/(σ1 + σ2).
+    // What the next test steps across: g = μ + σ1|v| vanishes near v = −μ/(σ1 + σ2) = −0.0155 m/s,
+    // and a third of the way there the model answers no more.
     let contact: Contact<f64, _> = table_2_frbd().under_load(1.0).unwrap();
     assert!(contact.rate(Branch::Forward.of(-0.1), 1e-4).is_nan());
-    assert!(contact.rate(Branch::Forward.of(-0.01), 1e-4).is_finite());
+    assert!(contact.rate(Branch::Forward.of(-0.004), 1e-4).is_finite());
 }
 
 #[test]
@@ -470,6 +473,8 @@ fn a_fixed_step_returns_to_its_grid_after_a_pole() {
         let near = run.times().iter().any(|t| (t - grid).abs() < 1e-15);
         assert!(near, "{grid} is not among {:?}", run.times());
     }
+    // Back to whole steps in doublings: two or three at each of the few poles.
+    assert!(run.times().len() < 40, "{:?}", run.times());
     // The last ten steps are whole again.
     let times = run.times();
     for pair in times[times.len() - 10..].windows(2) {
@@ -499,7 +504,7 @@ fn a_step_near_the_pole_of_a_locked_branch_does_no_harm() {
             let solver = bristle::ode::Solver::fixed(method, step).unwrap();
             let run = solver.solve(&mass, 0.0..4.0, mass.at_rest(), Output::Steps).unwrap();
             for (time, state) in run.iter() {
-                // The bound of the model is μ_s/σ0 = 1.5e-4 (MODEL.md, law 2); a third more for
+                // The bound of the model is μ_s/σ0 = 1.5e-4 ; a third more for
                 // the error of a coarse step.
                 assert!(state[2].abs() < 2e-4, "{name} by {step}: {state} at {time}");
             }

@@ -102,6 +102,9 @@ struct Plasticity<T> {
 
 /// Everything the coefficients and their derivatives need at one velocity.
 struct Ingredients<T> {
+    sliding: Sliding<T>,
+    /// σ1|v|_ε and μ at the opposite velocity, where this one is on the wrong side of its branch.
+    right: (T, T),
     stiffness: T,
     damping: T,
     damping_slope: T,
@@ -112,8 +115,15 @@ struct Ingredients<T> {
 }
 
 impl<T: Scalar> Ingredients<T> {
+    /// 1/g.
+    fn inverse(&self, alpha: T) -> T {
+        let resistance = alpha * self.damping * self.speed + self.mu;
+        let (viscous, mu) = self.right;
+        inverse_resistance(self.sliding, resistance, |_| alpha * viscous + mu)
+    }
+
     fn affine(&self, alpha: T) -> Affine<T> {
-        let inverse = inverse_resistance(alpha * self.damping * self.speed + self.mu);
+        let inverse = self.inverse(alpha);
         let drive = self.mu * inverse;
         Affine {
             relaxation: alpha * self.stiffness * self.speed * inverse,
@@ -128,7 +138,7 @@ impl<T: Scalar> Ingredients<T> {
         let viscous = alpha * self.damping * self.speed;
         let viscous_slope =
             alpha * (self.damping_slope * self.speed + self.damping * self.speed_slope);
-        let inverse = inverse_resistance(viscous + self.mu);
+        let inverse = self.inverse(alpha);
         let square = inverse * inverse;
         let drive = self.mu * inverse;
         let drive_slope = (viscous * self.mu_slope - self.mu * viscous_slope) * square;
@@ -145,7 +155,7 @@ impl<T: Scalar> Ingredients<T> {
 
     /// Derivatives of the coefficients with respect to α.
     fn by_alpha(&self, alpha: T) -> Affine<T> {
-        let inverse = inverse_resistance(alpha * self.damping * self.speed + self.mu);
+        let inverse = self.inverse(alpha);
         let drive = -self.mu * self.damping * self.speed * inverse * inverse;
         Affine {
             relaxation: self.stiffness * self.speed * self.mu * inverse * inverse,
@@ -201,11 +211,23 @@ where
         }
     }
 
+    /// σ1|v|_ε and μ at the opposite velocity, which lies on the branch; only asked for on the wrong one.
+    fn right(&self, sliding: Sliding<T>) -> (T, T) {
+        if !(sliding.speed() < T::zero()) {
+            return (T::zero(), T::zero());
+        }
+        let right = sliding.mirrored();
+        let damping = self.rheology.elements(right).damping;
+        (damping * self.regularisation.speed(right), self.curve.coefficient(right))
+    }
+
     fn ingredients(&self, sliding: Sliding<T>) -> Ingredients<T> {
         let (elements, slopes) = self.rheology.elements_and_slopes(sliding);
         let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
         let (mu, mu_slope) = self.curve.coefficient_and_slope(sliding);
         Ingredients {
+            sliding,
+            right: self.right(sliding),
             stiffness: elements.stiffness,
             damping: elements.damping,
             damping_slope: slopes.damping,
@@ -240,6 +262,8 @@ where
         let elements = self.rheology.elements(sliding);
         let mu = self.curve.coefficient(sliding);
         let ingredients = Ingredients {
+            sliding,
+            right: self.right(sliding),
             stiffness: elements.stiffness,
             damping: elements.damping,
             damping_slope: T::zero(),

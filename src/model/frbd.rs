@@ -12,8 +12,9 @@
 //! | \|v\|_ε | regularised modulus | m/s |
 //!
 //! Physically: the bristle, whatever it is made of, is in series with a dashpot μ(v)/|v|_ε. On a
-//! branch locked to the other direction of sliding g vanishes at |v| = μ/(σ1 + σ2), and the model
-//! has a pole there; beyond it the answer is NaN.
+//! branch locked to the other direction of sliding g falls and vanishes at about |v| = μ/(σ1 + σ2), a
+//! pole. A solver's trial step must not come near it: where g has fallen to half of its value on the
+//! right branch (a third of that speed), the answer is NaN, and the step is taken again, shorter.
 //!
 //! Source: Romano et al. (arXiv 2602.09429), sections II-B and III-A, equations for ż and g(v).
 
@@ -93,6 +94,21 @@ impl<C, R, E> FrBd<C, R, E> {
     }
 }
 
+impl<C, R, E> FrBd<C, R, E> {
+    /// g(v) = σ1|v|_ε + μ(v).
+    #[cold]
+    fn resistance<T>(&self, sliding: Sliding<T>) -> T
+    where
+        T: Scalar,
+        C: FrictionCurve<T>,
+        R: Rheology<T>,
+        E: Regularisation<T>,
+    {
+        self.rheology.elements(sliding).damping * self.regularisation.speed(sliding)
+            + self.curve.coefficient(sliding)
+    }
+}
+
 impl<T, C, R, E> Bristle<T> for FrBd<C, R, E>
 where
     T: Scalar,
@@ -111,7 +127,8 @@ where
         let elements = self.rheology.elements(sliding);
         let speed = self.regularisation.speed(sliding);
         let mu = self.curve.coefficient(sliding);
-        let inverse = inverse_resistance(elements.damping * speed + mu);
+        let resistance = elements.damping * speed + mu;
+        let inverse = inverse_resistance(sliding, resistance, |other| self.resistance(other));
         let drive = mu * inverse;
         Affine {
             relaxation: R::Deflection::relaxation(
@@ -133,7 +150,8 @@ where
         let (elements, elements_slope) = self.rheology.elements_and_slopes(sliding);
         let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
         let (mu, mu_slope) = self.curve.coefficient_and_slope(sliding);
-        let inverse = inverse_resistance(elements.damping * speed + mu);
+        let resistance = elements.damping * speed + mu;
+        let inverse = inverse_resistance(sliding, resistance, |other| self.resistance(other));
         let drive = mu * inverse;
         // (μ/g)' and (|v|/g)' with the products that cancel taken out by hand.
         let viscous = elements.damping * speed;
@@ -203,10 +221,20 @@ where
     }
 }
 
-/// 1/g, or NaN on a locked branch at and beyond the pole g = 0.
+/// 1/g; NaN on a branch locked to the other direction of sliding where g has fallen to half of what it
+/// is on the right one, a third of the way to its pole or so.
 #[inline(always)]
-pub(crate) fn inverse_resistance<T: Scalar>(resistance: T) -> T {
-    if resistance > T::zero() { T::one() / resistance } else { nan() }
+pub(crate) fn inverse_resistance<T: Scalar>(
+    sliding: Sliding<T>,
+    resistance: T,
+    at: impl FnOnce(Sliding<T>) -> T,
+) -> T {
+    let admissible = if sliding.speed() < T::zero() {
+        resistance + resistance > at(sliding.mirrored())
+    } else {
+        resistance > T::zero()
+    };
+    if admissible { T::one() / resistance } else { nan() }
 }
 
 /// Every speed: what a law that holds for all velocities is asked about.

@@ -143,7 +143,8 @@ where
     fn affine(&self, sliding: Sliding<T>, _deflection: T) -> Affine<T> {
         let elements = self.rheology.elements(sliding);
         let speed = self.regularisation.speed(sliding);
-        let inverse = inverse_resistance(self.curve.coefficient(sliding));
+        let g = self.curve.coefficient(sliding);
+        let inverse = inverse_resistance(sliding, g, |other| self.curve.coefficient(other));
         let relaxation = elements.stiffness * speed * inverse;
         Affine {
             relaxation,
@@ -158,7 +159,7 @@ where
         let (elements, elements_slope) = self.rheology.elements_and_slopes(sliding);
         let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
         let (g, g_slope) = self.curve.coefficient_and_slope(sliding);
-        let inverse = inverse_resistance(g);
+        let inverse = inverse_resistance(sliding, g, |other| self.curve.coefficient(other));
         let relaxation = elements.stiffness * speed * inverse;
         let relaxation_slope =
             elements.stiffness * (speed_slope - speed * g_slope * inverse) * inverse;

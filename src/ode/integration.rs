@@ -217,7 +217,19 @@ where
             let later = self.step * self.direction() * lit(1e-3);
             let state = self.point.state + self.point.rate * later;
             let now = self.system.sliding_velocities(time, &self.point.state);
-            let soon = self.system.sliding_velocities(time + later, &state);
+            let mut soon = self.system.sliding_velocities(time + later, &state);
+            if now.iter().zip(&soon).any(|(&now, &soon)| is_zero(now) && is_zero(soon)) {
+                // Nor an acceleration: the one a little later tells.
+                let rate = self.evaluate(time + later, &state);
+                let state = state + rate * later;
+                let later = time + later + later;
+                let then = self.system.sliding_velocities(later, &state);
+                for (soon, then) in soon.iter_mut().zip(then) {
+                    if is_zero(*soon) {
+                        *soon = then;
+                    }
+                }
+            }
             for ((lock, now), soon) in self.locks.iter_mut().zip(now).zip(soon) {
                 let velocity = if is_zero(now) { soon } else { now };
                 lock.branch = Branch::towards(velocity);
