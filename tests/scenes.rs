@@ -180,9 +180,10 @@ fn every_tangent_is_the_derivative_of_the_rate() {
         every_scene!(|name, scene, dual| {
             let state = random_state(System::scales(&scene), &numbers);
             let [velocity] = scene.sliding_velocities(time, &state);
-            // Free, on the right side, and on the wrong side as far as a model's pole.
+            // Free, on the right side, and on the wrong side where a model has an answer there (it
+            // has none beyond a third of the way to its pole at 0.0155 m/s or more).
             let mut branches = vec![Branch::Free, Branch::towards(velocity)];
-            if velocity.abs() < 0.01 {
+            if velocity.abs() < 0.004 {
                 branches.push(Branch::towards(velocity).reversed());
             }
             for branch in branches {
@@ -200,7 +201,7 @@ fn a_locked_branch_has_derivatives_beyond_the_reversal() {
     check(100, numbers, |numbers| {
         let (scene, dual) = (driven(table_2_frbd::<f64>()), driven(table_2_frbd::<Dual64>()));
         let mut state = random_state(scene.scales(), &numbers);
-        state[1] = 0.005 * numbers[1];
+        state[1] = 0.004 * numbers[1];
         for branch in [Branch::Forward, Branch::Backward] {
             assert_tangent("slow", &scene, &dual, 1.0, state, branch);
         }
