@@ -265,6 +265,9 @@ fn a_polyline_refuses_points_by_their_place() {
         assert_eq!(name(refused), ("time", Some(2)));
         assert_eq!(refused.rule, Rule::Increasing { previous: 1.0 });
     }
+    // Points that are fine each by itself, on a line that is not.
+    let steep = [Vertex { time: 0.0, value: 0.0 }, Vertex { time: 1e-60, value: 1e60 }];
+    assert_eq!(name(Polyline::new(steep).unwrap_err()), ("slope", Some(1)));
     let refused = Polyline::<f64, 0>::new([]).unwrap_err();
     assert_eq!((refused.name, refused.rule), ("vertices", Rule::Count { least: 1 }));
 }

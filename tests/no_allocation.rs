@@ -1,0 +1,59 @@
+//! A run allocates nothing: neither its construction nor a step, a rejection, a reversal or an event.
+#![allow(clippy::unwrap_used, reason = "a test panics to fail")]
+
+use core::ops::ControlFlow;
+
+use bristle::ode::{
+    Action, Direction, DormandPrince, Event, Method, RungeKutta4, Solver, Statistics, Step,
+    Tolerances,
+};
+use bristle::scene::SpringDrivenMass;
+use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+use nalgebra::Vector3;
+
+type Rig = SpringDrivenMass<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>;
+
+fn rig() -> Rig {
+    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+    let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
+    let contact = FrBd::new(curve, bristle).under_load(1.0).unwrap();
+    SpringDrivenMass::new(paper::stick_slip_rig(contact)).unwrap()
+}
+
+/// Runs over two slips and counts what was allocated.
+fn allocations<M: Method<f64, 3>>(solver: &Solver<f64, M, 3>) -> (u64, Statistics) {
+    let rig = rig();
+    let velocity = |_: f64, state: &Vector3<f64>| state[1] - 0.1;
+    let events =
+        [Event { function: &velocity, direction: Direction::Either, action: Action::Continue }];
+    let mut statistics = Statistics::default();
+    let counted = allocation_counter::measure(|| {
+        let mut observer = |_: &Step<f64, 3>| ControlFlow::Continue(());
+        let summary = solver.stream(&rig, 0.0..20.0, rig.at_rest(), &events, &mut observer);
+        statistics = summary.unwrap().statistics;
+    });
+    (counted.count_total, statistics)
+}
+
+#[test]
+fn a_streamed_run_allocates_nothing() {
+    let tolerances = Tolerances::scaled(1e-6, rig().scales()).unwrap();
+    let (count, statistics) = allocations(&Solver::adaptive(DormandPrince, tolerances));
+    assert!(statistics.rejected > 0 && statistics.reversals > 0, "{statistics}");
+    assert_eq!(count, 0);
+    let (count, statistics) = allocations(&Solver::fixed(RungeKutta4, 5e-3).unwrap());
+    assert!(statistics.reversals > 0, "{statistics}");
+    assert_eq!(count, 0);
+}
+
+#[cfg(feature = "alloc")]
+#[test]
+fn a_stored_run_does_allocate_and_is_counted() {
+    let solver = Solver::fixed(RungeKutta4, 5e-3).unwrap();
+    let rig = rig();
+    let counted = allocation_counter::measure(|| {
+        let output = bristle::ode::Output::Uniform(11);
+        solver.solve(&rig, 0.0..1.0, rig.at_rest(), output).unwrap();
+    });
+    assert!(counted.count_total > 0);
+}
