@@ -525,3 +525,23 @@ fn an_adaptive_run_of_the_rig_reverses_as_often_as_a_fine_one() {
     let fine = fine.statistics().reversals;
     assert_eq!([count(1e-6), count(1e-8)], [fine, fine]);
 }
+
+#[test]
+fn a_creeping_contact_is_not_kept_on_the_wrong_branch() {
+    // On the wrong branch the bristle is not relaxed but driven, beyond its bound of 1.5e-4 m and
+    // without end. A velocity that grows a little at each small step must not be forgiven for it.
+    for (mass, relative) in [(0.1, 1e-3), (0.1, 1e-4), (0.03, 1e-4), (0.01, 1e-5)] {
+        let contact = table_2_frbd::<f64>().under_load(1.0).unwrap();
+        let parameters = bristle::paper::stick_slip_rig(contact);
+        let parameters = bristle::scene::SpringDrivenMassParameters { mass, ..parameters };
+        let rig = bristle::scene::SpringDrivenMass::new(parameters).unwrap();
+        let tolerances = Tolerances::scaled(relative, rig.scales()).unwrap();
+        let solver = bristle::ode::Solver::adaptive(bristle::ode::DormandPrince, tolerances);
+        for solver in [solver, solver.with_largest_step(1e-3).unwrap()] {
+            let run = solver.solve(&rig, 0.0..12.0, rig.at_rest(), Output::Steps).unwrap();
+            let most = run.states().iter().map(|state| state[2].abs()).fold(0.0, f64::max);
+            // Two per cent for the error of so loose a tolerance.
+            assert!(most < 1.53e-4, "{mass} kg at {relative:e}: {most:e}");
+        }
+    }
+}
