@@ -1,0 +1,195 @@
+//! The scenes on which methods are compared: the paper's experiments, with both friction models.
+//!
+//! | scene | what | judged by | scale |
+//! |---|---|---|---|
+//! | S1 | stick-slip, 100 s, from rest | position | 1 m |
+//! | S2 ramp | valve, OP 0 → 100 % over 100 s, then held, 120 s | position | 0.036 m |
+//! | S2 sine | valve, OP = 50 + 40 sin(2π·0.05 t) %, 120 s | position | 0.036 m |
+//! | S3 | pre-sliding at 1, 5 and 10 Hz, ten periods, from rest | position | μ_s/σ0 |
+//! | S4 | frictional lag at 25, 50 and 100 Hz, twenty periods | deflection | μ_s/σ0 |
+
+use bristle::ode::System;
+use bristle::scene::{
+    DiaphragmValve, ForcedMass, ForcedMassParameters, PrescribedVelocity,
+    PrescribedVelocityParameters, SpringDrivenMass,
+};
+use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
+use bristle::{Bristle, FrBd, KelvinVoigt, LuGre, ParameterError, Stribeck, paper};
+use nalgebra::{SVector, Vector1};
+
+/// A system over a time span from t = 0, and how solutions of it are judged.
+#[derive(Debug, Clone)]
+pub struct Scene<S, const N: usize> {
+    /// A name without spaces.
+    pub name: &'static str,
+    /// The friction model: `frbd` or `lugre`.
+    pub model: &'static str,
+    /// What is integrated.
+    pub system: S,
+    /// The state at t = 0.
+    pub start: SVector<f64, N>,
+    /// A typical magnitude of each state, for tolerances.
+    pub scales: SVector<f64, N>,
+    /// The end of the time span [s].
+    pub end: f64,
+    /// The component that is judged.
+    pub judged: usize,
+    /// What its error is divided by, in its unit.
+    pub scale: f64,
+}
+
+/// What is done with every scene, whatever its number of states.
+pub trait Visitor {
+    /// Is shown one scene.
+    fn visit<S: System<f64, N> + Clone, const N: usize>(&mut self, scene: &Scene<S, N>);
+}
+
+/// Output samples over which an error is taken, evenly spaced from t = 0 to the end.
+pub const SAMPLES: usize = 2001;
+
+/// Shows every scene, each with FrBD and with classical LuGre.
+pub fn each(visitor: &mut impl Visitor) -> Result<(), ParameterError> {
+    stick_slip("frbd", frbd(TABLE_2)?, visitor)?;
+    stick_slip("lugre", lugre(TABLE_2)?, visitor)?;
+    valve("frbd", frbd(TABLE_3)?, visitor)?;
+    valve("lugre", lugre(TABLE_3)?, visitor)?;
+    for (name, frequency) in [("S3_1Hz", 1.0), ("S3_5Hz", 5.0), ("S3_10Hz", 10.0)] {
+        presliding(name, "frbd", frbd(TABLE_2)?, frequency, visitor)?;
+        presliding(name, "lugre", lugre(TABLE_2)?, frequency, visitor)?;
+    }
+    for (name, frequency) in [("S4_25Hz", 25.0), ("S4_50Hz", 50.0), ("S4_100Hz", 100.0)] {
+        lag(name, "frbd", frbd(TABLE_2)?, frequency, visitor)?;
+        lag(name, "lugre", lugre(TABLE_2)?, frequency, visitor)?;
+    }
+    Ok(())
+}
+
+type Parameters = (bristle::StribeckParameters<f64>, bristle::KelvinVoigtParameters<f64, f64>);
+
+/// Stick-slip, pre-sliding and lag.
+const TABLE_2: Parameters = (paper::STICK_SLIP_CURVE, paper::STICK_SLIP_BRISTLE);
+/// The valve.
+const TABLE_3: Parameters = (paper::VALVE_CURVE, paper::VALVE_BRISTLE);
+
+type FrictionCurve = Stribeck<f64>;
+type Spring = KelvinVoigt<f64>;
+
+fn frbd((curve, bristle): Parameters) -> Result<FrBd<FrictionCurve, Spring>, ParameterError> {
+    Ok(FrBd::new(Stribeck::new(curve)?, KelvinVoigt::new(bristle)?))
+}
+
+fn lugre((curve, bristle): Parameters) -> Result<LuGre<f64, FrictionCurve>, ParameterError> {
+    Ok(LuGre::classical(Stribeck::new(curve)?, KelvinVoigt::new(bristle)?))
+}
+
+/// Deflection at breakaway [m] with Table 2.
+fn breakaway_deflection() -> f64 {
+    paper::STICK_SLIP_CURVE.static_coefficient / paper::STICK_SLIP_BRISTLE.micro_stiffness
+}
+
+fn stick_slip<M: Bristle<f64, Deflection = f64>>(
+    model: &'static str,
+    friction: M,
+    visitor: &mut impl Visitor,
+) -> Result<(), ParameterError> {
+    let rig = SpringDrivenMass::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
+    visitor.visit(&Scene {
+        name: "S1",
+        model,
+        start: rig.at_rest(),
+        scales: rig.scales(),
+        system: rig,
+        end: 100.0,
+        judged: 0,
+        scale: 1.0,
+    });
+    Ok(())
+}
+
+fn valve<M: Bristle<f64, Deflection = f64>>(
+    model: &'static str,
+    friction: M,
+    visitor: &mut impl Visitor,
+) -> Result<(), ParameterError> {
+    let contact = friction.under_load(1.0)?;
+    let ramp =
+        Polyline::new([Vertex { time: 0.0, value: 0.0 }, Vertex { time: 100.0, value: 100.0 }])?;
+    let wave =
+        Sine::new(SineParameters { mean: 50.0, amplitude: 40.0, frequency: 0.05, phase: 0.0 })?;
+    let (first, second) = (paper::VALVE_TIME_CONSTANT_TEST_1, paper::VALVE_TIME_CONSTANT_TEST_2);
+    valve_test("S2_ramp", model, contact.clone(), first, ramp, visitor)?;
+    valve_test("S2_sine", model, contact, second, wave, visitor)
+}
+
+fn valve_test<M: Bristle<f64, Deflection = f64>, U: Signal<f64>>(
+    name: &'static str,
+    model: &'static str,
+    contact: bristle::Contact<f64, M>,
+    time_constant: f64,
+    opening: U,
+    visitor: &mut impl Visitor,
+) -> Result<(), ParameterError> {
+    let valve = DiaphragmValve::new(paper::valve(contact, time_constant, opening))?;
+    visitor.visit(&Scene {
+        name,
+        model,
+        start: valve.balanced(0.0),
+        scales: valve.scales(),
+        system: valve,
+        end: 120.0,
+        judged: 0,
+        scale: 0.036,
+    });
+    Ok(())
+}
+
+fn presliding<M: Bristle<f64, Deflection = f64>>(
+    name: &'static str,
+    model: &'static str,
+    friction: M,
+    frequency: f64,
+    visitor: &mut impl Visitor,
+) -> Result<(), ParameterError> {
+    let amplitude = 0.9 * paper::STICK_SLIP_CURVE.static_coefficient;
+    let scene = ForcedMass::new(ForcedMassParameters {
+        contact: friction.under_load(1.0)?,
+        mass: 1.0,
+        force: Sine::new(SineParameters { mean: 0.0, amplitude, frequency, phase: 0.0 })?,
+    })?;
+    visitor.visit(&Scene {
+        name,
+        model,
+        start: scene.at_rest(),
+        scales: scene.scales(),
+        system: scene,
+        end: 10.0 / frequency,
+        judged: 0,
+        scale: breakaway_deflection(),
+    });
+    Ok(())
+}
+
+fn lag<M: Bristle<f64, Deflection = f64>>(
+    name: &'static str,
+    model: &'static str,
+    friction: M,
+    frequency: f64,
+    visitor: &mut impl Visitor,
+) -> Result<(), ParameterError> {
+    let velocity = SineParameters { mean: 0.0055, amplitude: 0.005, frequency, phase: 0.0 };
+    let scene = PrescribedVelocity::new(PrescribedVelocityParameters {
+        contact: friction.under_load(1.0)?,
+        velocity: Sine::new(velocity)?,
+    });
+    visitor.visit(&Scene {
+        name,
+        model,
+        start: Vector1::new(0.0),
+        scales: Vector1::new(breakaway_deflection()),
+        system: scene,
+        end: 20.0 / frequency,
+        judged: 0,
+        scale: breakaway_deflection(),
+    });
+    Ok(())
+}
