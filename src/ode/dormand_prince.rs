@@ -8,7 +8,10 @@
 //! S. P. Nørsett, G. Wanner, "Solving Ordinary Differential Equations I", 2nd edition (Springer,
 //! 1993), section II.6.
 
-use super::method::{Attempt, Embedded, Field, Method, Point};
+use nalgebra::SVector;
+
+use super::curve::Curve;
+use super::method::{Attempt, Embedded, Field, Method, Point, along, combine};
 use crate::Scalar;
 use crate::scalar::lit;
 
@@ -52,50 +55,71 @@ const D: [f64; 7] = [
     69_997_945.0 / 29_380_423.0,
 ];
 
-impl Embedded for DormandPrince {
-    const ESTIMATE_ORDER: u8 = 5;
+impl Embedded for DormandPrince {}
+
+/// The stages k₁ … k₇ of the last trial, and the state at its sixth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stages<T, const N: usize> {
+    pub(super) k: [SVector<T, N>; 7],
+    /// The state at which k₆ was evaluated: at the end of the step, as is k₇'s.
+    pub(super) sixth: SVector<T, N>,
 }
 
 impl<T: Scalar, const N: usize> Method<T, N> for DormandPrince {
+    type Memory = Stages<T, N>;
+
+    fn memory(&self) -> Self::Memory {
+        Stages { k: [SVector::zeros(); 7], sixth: SVector::zeros() }
+    }
+
     #[inline]
-    fn attempt<F: Field<T, N>>(&self, field: &mut F, from: &Point<T, N>, step: T) -> Attempt<T, N> {
+    fn attempt<F: Field<T, N>>(
+        &self,
+        stages: &mut Self::Memory,
+        field: &mut F,
+        from: &Point<T, N>,
+        step: T,
+    ) -> Attempt<T, N> {
+        let Stages { k, sixth } = stages;
+        k[0] = from.rate;
         let x = &from.state;
-        let w = |weight: f64| step * lit::<T>(weight);
-        let t = |stage: usize| from.time + step * lit::<T>(C[stage]);
-        let k1 = from.rate;
-        let k2 = field.rate(t(1), &(x + k1 * w(A[1][0])));
-        let k3 = field.rate(t(2), &(x + k1 * w(A[2][0]) + k2 * w(A[2][1])));
-        let k4 = field.rate(t(3), &(x + k1 * w(A[3][0]) + k2 * w(A[3][1]) + k3 * w(A[3][2])));
-        let k5 = field.rate(
-            t(4),
-            &(x + k1 * w(A[4][0]) + k2 * w(A[4][1]) + k3 * w(A[4][2]) + k4 * w(A[4][3])),
-        );
-        let k6 = field.rate(
-            t(5),
-            &(x + k1 * w(A[5][0])
-                + k2 * w(A[5][1])
-                + k3 * w(A[5][2])
-                + k4 * w(A[5][3])
-                + k5 * w(A[5][4])),
-        );
-        let state = x
-            + k1 * w(A[6][0])
-            + k3 * w(A[6][2])
-            + k4 * w(A[6][3])
-            + k5 * w(A[6][4])
-            + k6 * w(A[6][5]);
-        let k7 = field.rate(from.time + step, &state);
-        let combine = |weights: &[f64; 7]| {
-            k1 * w(weights[0])
-                + k3 * w(weights[2])
-                + k4 * w(weights[3])
-                + k5 * w(weights[4])
-                + k6 * w(weights[5])
-                + k7 * w(weights[6])
-        };
-        Attempt { state, rate: k7, error: combine(&E), quartic: combine(&D) }
+        let time = |stage: usize| from.time + step * lit::<T>(C[stage]);
+        k[1] = field.rate(time(1), &along(x, step, k, &A[1], [0]));
+        k[2] = field.rate(time(2), &along(x, step, k, &A[2], [0, 1]));
+        k[3] = field.rate(time(3), &along(x, step, k, &A[3], [0, 1, 2]));
+        k[4] = field.rate(time(4), &along(x, step, k, &A[4], [0, 1, 2, 3]));
+        *sixth = along(x, step, k, &A[5], [0, 1, 2, 3, 4]);
+        k[5] = field.rate(time(5), sixth);
+        let state = along(x, step, k, &A[6], [0, 2, 3, 4, 5]);
+        k[6] = field.rate(from.time + step, &state);
+        let error = combine(&stages.k, &E, USED) * step;
+        Attempt { state, error, coarse_error: None, order: 5 }
+    }
+
+    #[inline]
+    fn arrive<F: Field<T, N>>(
+        &self,
+        stages: &mut Self::Memory,
+        _field: &mut F,
+        end: &mut Point<T, N>,
+    ) {
+        end.rate = stages.k[6];
+    }
+
+    fn curve<F: Field<T, N>>(
+        &self,
+        stages: &Self::Memory,
+        _field: &mut F,
+        from: &Point<T, N>,
+        end: &Point<T, N>,
+    ) -> Curve<T, N> {
+        let quartic = combine(&stages.k, &D, USED) * (end.time - from.time);
+        Curve::hermite(from, end).with(quartic)
     }
 }
+
+/// The stages that the error estimate and the continuous extension use.
+const USED: [usize; 6] = [0, 2, 3, 4, 5, 6];
 
 #[cfg(test)]
 mod tests {

@@ -79,10 +79,7 @@ impl<T: Scalar, const N: usize> Event<'_, T, N> {
     /// The fractions of a step at which the event happens, at most one in each half.
     pub(super) fn within(&self, step: &Step<T, N>) -> [Option<T>; 2] {
         let half: T = lit(0.5);
-        let at = |fraction: T| {
-            let time = step.start_time + (step.end_time - step.start_time) * fraction;
-            (self.function)(time, &step.at_fraction(fraction))
-        };
+        let at = |fraction: T| (self.function)(step.time_at(fraction), &step.at_fraction(fraction));
         let start = (T::zero(), (self.function)(step.start_time, &step.start));
         let middle = (half, at(half));
         let end = (T::one(), (self.function)(step.end_time, &step.end));

@@ -4,9 +4,11 @@
 use nalgebra::SVector;
 
 use super::controller::Controller;
+use super::curve::Curve;
 use super::failure::{Failure, StopReason};
-use super::method::{Attempt, Field, Method, Point};
-use super::reversal::{Lock, Verdict, first_reversal};
+use super::locked::{Locked, Window};
+use super::method::{Attempt, Method, Point};
+use super::reversal::{Lock, Verdict, first_reversal, surely_none};
 use super::settings::{Control, Settings};
 use super::step::Step;
 use super::{Statistics, System};
@@ -47,15 +49,16 @@ const ENDLESS: (u32, f64) = (100, 1e-2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Integration<'a, T: Scalar, S, M, const N: usize, const K: usize> {
+pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const K: usize> {
     system: &'a S,
     method: M,
+    memory: M::Memory,
     settings: Settings<T, N>,
     start_time: T,
     end_time: T,
     point: Point<T, N>,
     /// Length of the next trial, positive.
-    step: T,
+    length: T,
     controller: Controller,
     locks: [Lock<T>; K],
     /// Whether `point.time` is a kink of an input.
@@ -66,28 +69,9 @@ pub struct Integration<'a, T: Scalar, S, M, const N: usize, const K: usize> {
     grid: u64,
     /// A time \[s\], and how often since then a lock was given up because neither direction led on.
     given_up: (T, u32),
+    /// The step taken last.
+    step: Step<T, N>,
     statistics: Statistics,
-}
-
-/// The system on its locked branches, with the evaluations counted.
-struct Locked<'a, T, S, const K: usize> {
-    system: &'a S,
-    branches: [Branch; K],
-    /// Times are cut to these, so that no stage looks beyond a kink.
-    window: (T, T),
-    evaluations: &'a mut u64,
-}
-
-impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> Field<T, N>
-    for Locked<'_, T, S, K>
-{
-    #[inline]
-    fn rate(&mut self, time: T, state: &SVector<T, N>) -> SVector<T, N> {
-        *self.evaluations += 1;
-        let (earliest, latest) = self.window;
-        let time = smaller(larger(time, earliest), latest);
-        self.system.rate(time, state, self.branches)
-    }
 }
 
 impl<'a, T, S, M, const N: usize, const K: usize> Integration<'a, T, S, M, N, K>
@@ -105,18 +89,34 @@ where
     ) -> Result<Self, Failure<T, N>> {
         let mut run = Self {
             system,
+            memory: method.memory(),
             method,
             settings,
             start_time,
             end_time,
-            point: Point { time: start_time, state, rate: SVector::zeros() },
-            step: T::zero(),
+            point: Point {
+                time: start_time,
+                state,
+                rate: SVector::zeros(),
+                scale: settings.control.scale(&state),
+            },
+            length: T::zero(),
             controller: Controller::new(),
             locks: [Lock::free(); K],
             at_kink: false,
             turned: None,
             grid: 0,
             given_up: (start_time, 0),
+            step: Step {
+                start_time,
+                end_time: start_time,
+                whole: T::zero(),
+                start: state,
+                end: state,
+                curve: Curve::new(state, &[]),
+                reversal_at_start: None,
+                reversal: None,
+            },
             statistics: Statistics::default(),
         };
         if start_time != end_time {
@@ -152,7 +152,21 @@ where
     /// Says why the run cannot go on, and where it stands. It stays there.
     #[inline]
     pub fn advance(&mut self) -> Result<Option<Step<T, N>>, Failure<T, N>> {
-        self.try_advance().map_err(|reason| self.failure(reason))
+        Ok(self.advance_seen(|_, _| true)?.copied())
+    }
+
+    /// Takes one step, whose curve is the method's own only if someone looks between the two times,
+    /// and else the cubic through its ends.
+    #[inline]
+    pub(super) fn advance_seen(
+        &mut self,
+        looks: impl Fn(T, T) -> bool,
+    ) -> Result<Option<&Step<T, N>>, Failure<T, N>> {
+        match self.try_advance(looks) {
+            Ok(true) => Ok(Some(&self.step)),
+            Ok(false) => Ok(None),
+            Err(reason) => Err(self.failure(reason)),
+        }
     }
 
     fn failure(&self, reason: StopReason) -> Failure<T, N> {
@@ -203,18 +217,18 @@ where
         }
         self.refresh_rate();
         check_finite(&self.point.rate)?;
-        self.step = match self.settings.control {
+        self.length = match self.settings.control {
             Control::Fixed(step) => step,
             Control::Adaptive { first_step: Some(step), .. } => step,
             Control::Adaptive { .. } => self.first_step(),
         };
-        self.step = smaller(self.step, self.span());
+        self.length = smaller(self.length, self.span());
         if let Control::Adaptive { largest_step: Some(largest), .. } = self.settings.control {
-            self.step = smaller(self.step, largest);
+            self.length = smaller(self.length, largest);
         }
         if self.settings.locks {
             // Without a velocity, the one a little later tells the direction.
-            let later = self.step * self.direction() * lit(1e-3);
+            let later = self.length * self.direction() * lit(1e-3);
             let state = self.point.state + self.point.rate * later;
             let now = self.system.sliding_velocities(time, &self.point.state);
             let mut soon = self.system.sliding_velocities(time + later, &state);
@@ -246,11 +260,10 @@ where
     /// The first step, from the size of the rate and its change along it (E. Hairer, S. P. Nørsett,
     /// G. Wanner, "Solving Ordinary Differential Equations I", section II.4).
     fn first_step(&mut self) -> T {
-        let Control::Adaptive { tolerances, order, .. } = self.settings.control else {
-            return self.step;
+        let Point { time, state, rate, scale } = self.point;
+        let norm = |vector: &SVector<T, N>| {
+            (vector.component_div(&scale)).norm() / lit::<T>(N.max(1) as f64).sqrt()
         };
-        let Point { time, state, rate } = self.point;
-        let norm = |vector: &SVector<T, N>| tolerances.norm(vector, &state);
         let (size, speed) = (norm(&state), norm(&rate));
         let tiny: T = lit(1e-5);
         let guess = if size > tiny && speed > tiny { size / speed * lit(0.01) } else { T::zero() };
@@ -262,12 +275,28 @@ where
         let bend = norm(&(later - rate)) / guess;
         let most = larger(speed, bend);
         let by_rate = if most > lit(1e-15) {
-            lit::<T>(super::controller::rough_power(to_f64(most) * 100.0, -1.0 / f64::from(order)))
+            lit::<T>(super::controller::rough_power(to_f64(most) * 100.0, -0.2))
         } else {
             guess * lit(1e3)
         };
         let step = smaller(guess * lit(100.0), by_rate);
         if step.is_finite() && step > T::zero() { step } else { fallback }
+    }
+
+    /// The method, its memory, the system on the current branches, and the current point.
+    #[inline(always)]
+    #[allow(clippy::type_complexity, reason = "what a method asks for, borrowed apart")]
+    fn parts(
+        &mut self,
+        window: Window<T>,
+    ) -> (&M, &mut M::Memory, Locked<'_, T, S, K>, &mut Point<T, N>) {
+        let field = Locked {
+            system: self.system,
+            branches: self.locks.map(|lock| lock.branch),
+            window,
+            statistics: &mut self.statistics,
+        };
+        (&self.method, &mut self.memory, field, &mut self.point)
     }
 
     /// The right-hand side on the current branches.
@@ -278,10 +307,11 @@ where
 
     /// Evaluates the rate at the current point anew.
     fn refresh_rate(&mut self) {
-        let Point { time, state, .. } = self.point;
+        let time = self.point.time;
         let backward = self.end_time < self.start_time;
         let at = if self.at_kink && backward { self.just_before(time) } else { time };
-        self.point.rate = self.evaluate(at, &state);
+        let (method, memory, mut field, point) = self.parts((at, at));
+        method.begin(memory, &mut field, point);
     }
 
     /// Brings what is known of the contacts to the current point.
@@ -332,7 +362,9 @@ where
         (stop, kink)
     }
 
-    fn try_advance(&mut self) -> Result<Option<Step<T, N>>, StopReason> {
+    /// Takes one step and describes it; false at the end of the time span.
+    #[inline]
+    fn try_advance(&mut self, looks: impl Fn(T, T) -> bool) -> Result<bool, StopReason> {
         while self.point.time != self.end_time {
             if self.statistics.steps + self.statistics.rejected >= self.settings.most_steps {
                 return Err(StopReason::TooManySteps { limit: self.settings.most_steps });
@@ -355,35 +387,38 @@ where
                 (stop, if self.at_kink { self.just_before(now) } else { now })
             };
             let attempt = self.attempt(step, window);
-            let (square, order) = match &self.settings.control {
-                Control::Fixed(_) => (0.0, 1),
-                Control::Adaptive { tolerances, order, .. } => {
-                    (tolerances.mean_square(&self.point.state, &attempt), *order)
-                }
-            };
-            let finite =
-                square.is_finite() && is_finite(&attempt.state) && is_finite(&attempt.rate);
-            if !(finite && square <= 1.0) {
-                self.shorten(step, &attempt, if finite { square } else { f64::NAN }, order)?;
+            let end_time = if reaches { stop } else { self.point.time + step };
+            let scale = self.settings.control.scale(&attempt.state);
+            let finite = is_finite(&attempt.state);
+            let square = if finite { self.mean_square(&attempt, &scale) } else { f64::NAN };
+            if !(square <= 1.0) {
+                self.shorten(step, &attempt, square)?;
                 continue;
             }
-            let end_time = if reaches { stop } else { self.point.time + step };
-            let trial = self.step_to(end_time, &attempt);
-            let reversal = if self.settings.locks {
-                first_reversal(self.system, &self.locks, &trial, self.smallest_step())
-            } else {
+            let end = self.arrive(end_time, &attempt, scale, window);
+            if !is_finite(&end.rate) {
+                self.shorten(step, &attempt, f64::NAN)?;
+                continue;
+            }
+            let seen = looks(self.point.time, end_time);
+            let clear =
+                !self.settings.locks || surely_none(self.system, &self.locks, &self.point, &end);
+            self.describe(&end, seen || !clear, window);
+            let reversal = if clear {
                 Verdict::None
+            } else {
+                first_reversal(self.system, &self.locks, &self.step, self.smallest_step())
             };
             match reversal {
                 Verdict::None => {
                     for lock in &mut self.locks {
                         lock.stalled = 0;
                     }
-                    self.accept(&trial, step.abs(), reaches, square, order);
+                    self.accept(&end, step.abs(), reaches, square, attempt.order);
                     if reaches && stop != self.end_time {
-                        self.arrive(kink);
+                        self.arrive_at_stop(kink);
                     }
-                    return Ok(Some(trial));
+                    return Ok(true);
                 }
                 Verdict::AtStart(contact) => {
                     self.statistics.rejected += 1;
@@ -407,29 +442,35 @@ where
                     // of its own: that keeps the order of the method.
                     let cut = step * fraction;
                     let attempt = self.attempt(cut, window);
-                    if !is_finite(&attempt.state) || !is_finite(&attempt.rate) {
-                        self.shorten(cut, &attempt, f64::NAN, order)?;
+                    let scale = self.settings.control.scale(&attempt.state);
+                    if !is_finite(&attempt.state) {
+                        self.shorten(cut, &attempt, f64::NAN)?;
                         continue;
                     }
-                    let mut taken = self.step_to(self.point.time + cut, &attempt);
+                    let end = self.arrive(self.point.time + cut, &attempt, scale, window);
+                    if !is_finite(&end.rate) {
+                        self.shorten(cut, &attempt, f64::NAN)?;
+                        continue;
+                    }
+                    self.describe(&end, looks(self.point.time, end.time), window);
                     let before = self.locks;
                     self.statistics.rejected += 1;
-                    self.accept(&taken, step.abs(), false, square, order);
+                    self.accept(&end, step.abs(), false, square, attempt.order);
                     // Where the dense output was too coarse, the rest of the way is another step.
                     let arrived = match (before.get(contact), self.locks.get(contact)) {
                         (Some(before), Some(after)) => after.reaches_zero(before),
                         _ => true,
                     };
                     if arrived {
-                        taken.reversal = Some(contact);
+                        self.step.reversal = Some(contact);
                         self.statistics.reversals += 1;
                         self.turn(contact, fraction)?;
                     }
-                    return Ok(Some(taken));
+                    return Ok(true);
                 }
             }
         }
-        Ok(None)
+        Ok(false)
     }
 
     /// Length of the next trial, signed, and whether it ends at the stop.
@@ -437,40 +478,80 @@ where
         let remaining = stop - self.point.time;
         let distance = remaining.abs();
         // A fixed grid is exact only to the rounding of time.
-        if self.step >= distance * lit(0.999) - self.smallest_step() * lit(4.0) {
+        if self.length >= distance * lit(0.999) - self.smallest_step() * lit(4.0) {
             (remaining, true)
         } else if matches!(self.settings.control, Control::Adaptive { .. })
-            && self.step > distance * lit(0.5)
+            && self.length > distance * lit(0.5)
         {
             // Two equal steps instead of a long one and a stub.
             (remaining * lit(0.5), false)
         } else {
-            (self.step * self.direction(), false)
+            (self.length * self.direction(), false)
         }
     }
 
-    fn attempt(&mut self, step: T, window: (T, T)) -> Attempt<T, N> {
-        let mut field = Locked {
-            system: self.system,
-            branches: self.locks.map(|lock| lock.branch),
-            window,
-            evaluations: &mut self.statistics.evaluations,
-        };
-        self.method.attempt(&mut field, &self.point, step)
+    fn attempt(&mut self, step: T, window: Window<T>) -> Attempt<T, N> {
+        let (method, memory, mut field, from) = self.parts(window);
+        method.attempt(memory, &mut field, from, step)
     }
 
-    fn step_to(&self, end_time: T, attempt: &Attempt<T, N>) -> Step<T, N> {
-        Step {
+    /// The end of a trial step, with the rate there.
+    fn arrive(
+        &mut self,
+        time: T,
+        attempt: &Attempt<T, N>,
+        scale: SVector<T, N>,
+        window: Window<T>,
+    ) -> Point<T, N> {
+        let mut end = Point { time, state: attempt.state, rate: SVector::zeros(), scale };
+        let (method, memory, mut field, _) = self.parts(window);
+        method.arrive(memory, &mut field, &mut end);
+        end
+    }
+
+    /// Mean square of the error of a trial over the tolerances; not finite if the step is not.
+    fn mean_square(&self, attempt: &Attempt<T, N>, scale: &SVector<T, N>) -> f64 {
+        if matches!(self.settings.control, Control::Fixed(_)) {
+            return 0.0;
+        }
+        let (mut fine, mut coarse) = (T::zero(), T::zero());
+        for i in 0..N {
+            let inverse = T::one() / larger(self.point.scale[i], scale[i]);
+            let ratio = attempt.error[i] * inverse;
+            fine += ratio * ratio;
+            if let Some(error) = &attempt.coarse_error {
+                let ratio = error[i] * inverse;
+                coarse += ratio * ratio;
+            }
+        }
+        let (fine, count) = (to_f64(fine), N.max(1) as f64);
+        match attempt.coarse_error {
+            None => fine / count,
+            Some(_) => {
+                let weighed = fine + 0.01 * to_f64(coarse);
+                if weighed > 0.0 { fine * (fine / weighed) / count } else { weighed }
+            }
+        }
+    }
+
+    /// Describes a trial step, with the method's own curve or with the cubic through its ends.
+    fn describe(&mut self, end: &Point<T, N>, full: bool, window: Window<T>) {
+        let (method, memory, mut field, from) = self.parts(window);
+        let curve = if full {
+            method.curve(memory, &mut field, from, end)
+        } else {
+            Curve::hermite(from, end)
+        };
+        self.step = Step {
             start_time: self.point.time,
-            end_time,
+            end_time: end.time,
+            whole: end.time - self.point.time,
             start: self.point.state,
-            end: attempt.state,
-            start_rate: self.point.rate,
-            end_rate: attempt.rate,
-            quartic: attempt.quartic,
+            end: end.state,
+            curve,
             reversal_at_start: self.turned,
             reversal: None,
-        }
+        };
     }
 
     /// Shortens the step after a rejected trial, or gives up at the smallest one.
@@ -479,16 +560,16 @@ where
         tried: T,
         attempt: &Attempt<T, N>,
         square: f64,
-        order: u8,
     ) -> Result<(), StopReason> {
         self.statistics.rejected += 1;
         if !self.settings.locks && matches!(self.settings.control, Control::Fixed(_)) {
             // Plain fixed steps have a fixed cost: there is no second trial.
             check_finite(&attempt.state)?;
-            return check_finite(&attempt.rate);
+            let rate = self.evaluate(self.point.time + tried, &attempt.state);
+            return check_finite(&rate);
         }
-        self.step = tried.abs() * lit(self.controller.rejected(square, order));
-        if self.step >= self.smallest_step() {
+        self.length = tried.abs() * lit(self.controller.rejected(square, attempt.order));
+        if self.length >= self.smallest_step() {
             return Ok(());
         }
         // The state that went bad first is the one whose rate did, a tiny step ahead.
@@ -496,7 +577,6 @@ where
         let rate = self.evaluate(self.point.time + tried, &ahead);
         check_finite(&rate)?;
         check_finite(&attempt.state)?;
-        check_finite(&attempt.rate)?;
         match self.locks.iter().position(|lock| lock.stalled > 0) {
             Some(contact) => Err(StopReason::EndlessReversals { contact }),
             None => Err(self.too_small()),
@@ -509,27 +589,33 @@ where
 
     /// Moves to the end of a step and proposes the next one, from the length of the trial whose
     /// error is given (a step cut at a reversal is shorter than its trial).
-    fn accept(&mut self, step: &Step<T, N>, tried: T, reaches: bool, square: f64, order: u8) {
+    fn accept(&mut self, end: &Point<T, N>, tried: T, reaches: bool, square: f64, order: u8) {
         self.statistics.steps += 1;
         self.statistics.reversals += u64::from(self.turned.take().is_some());
-        self.point = Point { time: step.end_time, state: step.end, rate: step.end_rate };
+        let now = end.time;
         self.at_kink = false;
         match self.settings.control {
             Control::Fixed(fixed) => {
                 // After a trial shortened at a pole of the field: back to the grid in doublings.
-                self.step = smaller(fixed, self.step * lit(2.0));
+                self.length = smaller(fixed, self.length * lit(2.0));
+                let step = self.length;
+                let (method, memory, mut field, from) = self.parts((now, now));
+                method.accepted(memory, &mut field, from, end, step);
             }
             Control::Adaptive { largest_step, .. } => {
                 let factor = lit(self.controller.accepted(square, order));
                 let proposed = if reaches {
                     // The stop made the step short, not its error.
-                    larger(self.step, tried * factor)
+                    larger(self.length, tried * factor)
                 } else {
                     tried * factor
                 };
-                self.step = largest_step.map_or(proposed, |largest| smaller(proposed, largest));
+                let (method, memory, mut field, from) = self.parts((now, now));
+                let proposed = method.accepted(memory, &mut field, from, end, proposed);
+                self.length = largest_step.map_or(proposed, |largest| smaller(proposed, largest));
             }
         }
+        self.point = *end;
         if self.settings.locks {
             self.look_ahead();
         }
@@ -552,14 +638,14 @@ where
     }
 
     /// Business at a stop that is not the end: a grid point, or a kink of an input.
-    fn arrive(&mut self, kink: bool) {
+    fn arrive_at_stop(&mut self, kink: bool) {
         if let Control::Fixed(step) = self.settings.control {
             // A kink may fall on a grid point, and a grid point on a kink but for rounding.
             let travelled = (self.point.time - self.start_time).abs();
             if !kink || step * lit((self.grid + 1) as f64) <= travelled + self.smallest_step() {
                 self.grid += 1;
             }
-            self.step = step;
+            self.length = step;
         }
         if kink {
             self.at_kink = true;

@@ -15,14 +15,21 @@
 //! the level of the tolerance, every reversal is located, and the run is both wrong (each cycle
 //! lets the mass creep a little) and often dearer than a tight one.
 
+mod automatic;
 mod controller;
+mod curve;
 mod dormand_prince;
+mod dormand_prince8;
 mod event;
 mod failure;
 mod integration;
+mod locked;
 mod method;
 mod reversal;
+mod rodas4;
+mod rodas5p;
 mod root;
+mod rosenbrock;
 mod runge_kutta4;
 mod settings;
 mod solver;
@@ -33,11 +40,16 @@ mod tolerance;
 #[cfg(feature = "alloc")]
 mod trajectory;
 
+pub use automatic::Automatic;
+pub use curve::Curve;
 pub use dormand_prince::DormandPrince;
+pub use dormand_prince8::DormandPrince8;
 pub use event::{Action, Direction, Event, Occurrence};
 pub use failure::{Failure, StopReason};
 pub use integration::Integration;
 pub use method::{Attempt, Embedded, Field, Method, Point};
+pub use rodas4::Rodas4;
+pub use rodas5p::Rodas5P;
 pub use runge_kutta4::RungeKutta4;
 pub use solver::{Observer, Outcome, Solver, Summary};
 pub use statistics::Statistics;

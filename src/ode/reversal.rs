@@ -1,9 +1,10 @@
 //! Where a sliding direction reverses within a step.
 
 use super::System;
+use super::method::Point;
 use super::root::crossing;
 use super::step::Step;
-use crate::bounds::larger;
+use crate::bounds::{larger, smaller};
 use crate::scalar::lit;
 use crate::{Branch, Scalar};
 
@@ -96,6 +97,51 @@ pub(super) enum Verdict<T> {
     Within(usize, T),
 }
 
+/// A velocity that falls to less than this part of its greatest value in a step is looked at closely.
+const CLOSE: f64 = 0.05;
+
+/// Whether no contact comes near a reversal between two points, as far as a cubic tells: the one
+/// through the velocity at both ends and at the thirds, which stays within the hull of its four
+/// control points.
+#[inline]
+pub(super) fn surely_none<T, S, const N: usize, const K: usize>(
+    system: &S,
+    locks: &[Lock<T>; K],
+    from: &Point<T, N>,
+    end: &Point<T, N>,
+) -> bool
+where
+    T: Scalar,
+    S: System<T, N, K>,
+{
+    let duration = end.time - from.time;
+    let third = duration * lit(1.0 / 3.0);
+    // The cubic through both states with their rates, at one and two thirds.
+    let (mut early, mut late) = (from.state, end.state);
+    for i in 0..N {
+        let chord = end.state[i] - from.state[i];
+        let (start, stop) = (from.rate[i] * duration, end.rate[i] * duration);
+        let part: T = lit(1.0 / 27.0);
+        early[i] += (chord * lit(7.0) + start * lit(4.0) - stop * lit(2.0)) * part;
+        late[i] -= (chord * lit(7.0) + stop * lit(4.0) - start * lit(2.0)) * part;
+    }
+    let early = system.sliding_velocities(from.time + third, &early);
+    let late = system.sliding_velocities(end.time - third, &late);
+    let last = system.sliding_velocities(end.time, &end.state);
+    locks.iter().zip(early).zip(late).zip(last).all(|(((lock, early), late), last)| {
+        let ahead = |velocity: T| lock.branch.of(velocity).speed();
+        let [v0, v1, v2, v3] = [lock.ahead, ahead(early), ahead(late), ahead(last)];
+        let sixth: T = lit(1.0 / 6.0);
+        let control = |near: T, beside: T, beyond: T, far: T| {
+            (beside * lit(18.0) - near * lit(5.0) - beyond * lit(9.0) + far * lit(2.0)) * sixth
+        };
+        let (b1, b2) = (control(v0, v1, v2, v3), control(v3, v2, v1, v0));
+        let least = smaller(smaller(v0, b1), smaller(b2, v3));
+        let most = larger(larger(v0, b1), larger(b2, v3));
+        lock.branch == Branch::Free || (least > lock.noise && least > most * lit(CLOSE))
+    })
+}
+
 /// Whether a trial step takes a contact to the wrong side of zero, and where first.
 pub(super) fn first_reversal<T, S, const N: usize, const K: usize>(
     system: &S,
@@ -109,8 +155,7 @@ where
 {
     let half: T = lit(0.5);
     let velocities = |fraction: T| {
-        let time = step.start_time + (step.end_time - step.start_time) * fraction;
-        system.sliding_velocities(time, &step.at_fraction(fraction))
+        system.sliding_velocities(step.time_at(fraction), &step.at_fraction(fraction))
     };
     let middle = velocities(half);
     let end = system.sliding_velocities(step.end_time, &step.end);

@@ -72,14 +72,19 @@ fn advance<T: Scalar, const N: usize>(
 }
 
 impl<T: Scalar, const N: usize> Method<T, N> for RungeKutta4 {
+    type Memory = ();
+
+    fn memory(&self) {}
+
     #[inline]
-    fn attempt<F: Field<T, N>>(&self, field: &mut F, from: &Point<T, N>, step: T) -> Attempt<T, N> {
+    fn attempt<F: Field<T, N>>(
+        &self,
+        _memory: &mut (),
+        field: &mut F,
+        from: &Point<T, N>,
+        step: T,
+    ) -> Attempt<T, N> {
         let state = advance(|t, x| field.rate(t, x), from.time, &from.state, from.rate, step);
-        Attempt {
-            state,
-            rate: field.rate(from.time + step, &state),
-            error: SVector::zeros(),
-            quartic: SVector::zeros(),
-        }
+        Attempt { state, error: SVector::zeros(), coarse_error: None, order: 1 }
     }
 }

@@ -1,5 +1,7 @@
 //! How a run chooses its steps.
 
+use nalgebra::SVector;
+
 use super::Tolerances;
 use crate::Scalar;
 
@@ -17,13 +19,7 @@ pub(super) struct Settings<T: Scalar, const N: usize> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Control<T: Scalar, const N: usize> {
     Fixed(T),
-    Adaptive {
-        tolerances: Tolerances<T, N>,
-        /// Order of the method's error estimate.
-        order: u8,
-        first_step: Option<T>,
-        largest_step: Option<T>,
-    },
+    Adaptive { tolerances: Tolerances<T, N>, first_step: Option<T>, largest_step: Option<T> },
 }
 
 /// A run that needs more is one for another method.
@@ -32,5 +28,16 @@ const MOST_STEPS: u64 = 100_000_000;
 impl<T: Scalar, const N: usize> Settings<T, N> {
     pub(super) fn new(control: Control<T, N>) -> Self {
         Self { control, locks: true, most_steps: MOST_STEPS }
+    }
+}
+
+impl<T: Scalar, const N: usize> Control<T, N> {
+    /// The error of each state that is allowed where it is found.
+    #[inline]
+    pub(super) fn scale(&self, state: &SVector<T, N>) -> SVector<T, N> {
+        match self {
+            Self::Fixed(_) => SVector::repeat(T::one()),
+            Self::Adaptive { tolerances, .. } => tolerances.at(state),
+        }
     }
 }

@@ -32,12 +32,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     where
         M: Embedded,
     {
-        let control = Control::Adaptive {
-            tolerances,
-            order: M::ESTIMATE_ORDER,
-            first_step: None,
-            largest_step: None,
-        };
+        let control = Control::Adaptive { tolerances, first_step: None, largest_step: None };
         Self { method, settings: Settings::new(control) }
     }
 
@@ -163,29 +158,22 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         observer: &mut O,
     ) -> Result<Summary<T, N>, Failure<T, N>> {
         let mut run = self.begin(system, span, initial_state)?;
-        while let Some(step) = run.advance()? {
-            let stop = first_stop(events, &step);
-            let step = match stop {
-                Some((fraction, _)) => step.until(
-                    fraction,
-                    step.start_time + (step.end_time - step.start_time) * fraction,
-                ),
-                None => step,
-            };
-            let mut flow = observer.step(&step);
+        while let Some(step) =
+            run.advance_seen(|from, to| !events.is_empty() || observer.looks(from, to))?
+        {
+            let stop = first_stop(events, step);
+            let cut = stop.map(|(fraction, _)| step.until(fraction));
+            let step = cut.as_ref().unwrap_or(step);
+            let mut flow = observer.step(step);
             let last = stop.map(|(_, event)| event);
-            let ended_by = report(events, &step, last, observer, &mut flow);
+            let ended_by = report(events, step, last, observer, &mut flow);
             let outcome = match (ended_by, flow) {
                 (Some(event), _) => Outcome::Event(event),
                 (None, ControlFlow::Break(())) => Outcome::Observer,
                 (None, ControlFlow::Continue(())) => continue,
             };
-            return Ok(Summary {
-                time: step.end_time,
-                state: step.end,
-                outcome,
-                statistics: run.statistics(),
-            });
+            let (time, state) = (step.end_time, step.end);
+            return Ok(Summary { time, state, outcome, statistics: run.statistics() });
         }
         Ok(Summary {
             time: run.time(),
@@ -220,6 +208,9 @@ fn report<T: Scalar, O: Observer<T, N>, const N: usize>(
     observer: &mut O,
     flow: &mut ControlFlow<()>,
 ) -> Option<usize> {
+    if events.is_empty() {
+        return None;
+    }
     let mut after = -T::one();
     let mut after_index = 0;
     loop {
@@ -238,7 +229,7 @@ fn report<T: Scalar, O: Observer<T, N>, const N: usize>(
             }
         }
         let Some((fraction, index)) = next else { break };
-        let time = step.start_time + (step.end_time - step.start_time) * fraction;
+        let time = step.time_at(fraction);
         let occurrence = Occurrence { event: index, time, state: step.at_fraction(fraction) };
         if observer.event(&occurrence).is_break() {
             *flow = ControlFlow::Break(());
@@ -259,6 +250,14 @@ fn report<T: Scalar, O: Observer<T, N>, const N: usize>(
 pub trait Observer<T: Scalar, const N: usize> {
     /// A step was accepted. Breaking ends the run there.
     fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()>;
+
+    /// Whether the observer will ask the step between these times for a state other than at its
+    /// end. If not, some methods save themselves the curve through it, and a state within the step
+    /// is that of the cubic through its ends.
+    fn looks(&self, start_time: T, end_time: T) -> bool {
+        let _ = (start_time, end_time);
+        true
+    }
 
     /// An event happened within the step just reported. Breaking ends the run at the step's end.
     fn event(&mut self, occurrence: &Occurrence<T, N>) -> ControlFlow<()> {

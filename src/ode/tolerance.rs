@@ -2,11 +2,8 @@
 
 use nalgebra::SVector;
 
-use super::method::Attempt;
 use crate::Scalar;
-use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
-use crate::scalar::{lit, to_f64};
 
 /// Tolerances of the local error, per component: |errorᵢ| ≤ absoluteᵢ + relativeᵢ |xᵢ|, in the
 /// root mean square over the components.
@@ -81,25 +78,13 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
         &self.relative
     }
 
-    /// Mean square of the error of a trial step over the tolerances; not finite if the step is not.
+    /// The error allowed each state where it is found.
     #[inline]
-    pub(crate) fn mean_square(&self, start: &SVector<T, N>, attempt: &Attempt<T, N>) -> f64 {
-        let mut sum = T::zero();
+    pub(super) fn at(&self, state: &SVector<T, N>) -> SVector<T, N> {
+        let mut allowed = self.absolute;
         for i in 0..N {
-            let size = larger(start[i].abs(), attempt.state[i].abs());
-            let ratio = attempt.error[i] / (self.absolute[i] + self.relative[i] * size);
-            sum += ratio * ratio;
+            allowed[i] += self.relative[i] * state[i].abs();
         }
-        to_f64(sum) / N.max(1) as f64
-    }
-
-    /// Root mean square of a vector over the tolerances at a state.
-    pub(crate) fn norm(&self, vector: &SVector<T, N>, state: &SVector<T, N>) -> T {
-        let mut sum = T::zero();
-        for i in 0..N {
-            let ratio = vector[i] / (self.absolute[i] + self.relative[i] * state[i].abs());
-            sum += ratio * ratio;
-        }
-        (sum / lit(N.max(1) as f64)).sqrt()
+        allowed
     }
 }

@@ -299,6 +299,16 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
 }
 
 impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
+    fn looks(&self, _start_time: T, end_time: T) -> bool {
+        match self.output {
+            Output::Steps => false,
+            Output::Dense => true,
+            Output::Uniform(_) | Output::Times(_) => self.next_time().is_some_and(|time| {
+                if self.span.end >= self.span.start { time < end_time } else { time > end_time }
+            }),
+        }
+    }
+
     fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()> {
         let forward = self.span.end >= self.span.start;
         if matches!(self.output, Output::Steps | Output::Dense) {

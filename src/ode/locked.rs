@@ -1,0 +1,84 @@
+//! The system as a method sees it: on locked branches, between two kinks of its inputs, counted.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::method::Field;
+use super::{Statistics, System, Tangent};
+use crate::bounds::{larger, smaller};
+use crate::scalar::lit;
+use crate::{Branch, Scalar};
+
+/// The earliest and the latest time of a smooth stretch \[s\].
+pub(super) type Window<T> = (T, T);
+
+/// The system on its locked branches, with the evaluations counted.
+pub(super) struct Locked<'a, T, S, const K: usize> {
+    pub(super) system: &'a S,
+    pub(super) branches: [Branch; K],
+    /// Times are cut to these, so that no stage looks beyond a kink.
+    pub(super) window: Window<T>,
+    pub(super) statistics: &'a mut Statistics,
+}
+
+impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
+    #[inline(always)]
+    fn within(&self, time: T) -> T {
+        let (earliest, latest) = self.window;
+        smaller(larger(time, earliest), latest)
+    }
+}
+
+impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> Field<T, N>
+    for Locked<'_, T, S, K>
+{
+    #[inline(always)]
+    fn rate(&mut self, time: T, state: &SVector<T, N>) -> SVector<T, N> {
+        self.statistics.evaluations += 1;
+        self.system.rate(self.within(time), state, self.branches)
+    }
+
+    #[inline(always)]
+    fn tangent(&mut self, time: T, state: &SVector<T, N>) -> Tangent<T, N> {
+        self.statistics.jacobians += 1;
+        match self.system.tangent(self.within(time), state, self.branches) {
+            Some(tangent) => tangent,
+            None => self.differences(time, state),
+        }
+    }
+}
+
+impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
+    /// The derivatives by one-sided differences of 10⁻⁸ (√ε) of each state's magnitude: half of
+    /// the digits are lost.
+    #[cold]
+    fn differences<const N: usize>(&mut self, time: T, state: &SVector<T, N>) -> Tangent<T, N>
+    where
+        S: System<T, N, K>,
+    {
+        let part = T::default_epsilon().sqrt();
+        let rate = self.rate(time, state);
+        let scales = self.system.scales();
+        let mut by_state = SMatrix::<T, N, N>::zeros();
+        for j in 0..N {
+            let mut beside = *state;
+            beside[j] += part * larger(scales[j].abs(), state[j].abs());
+            // What was added after rounding.
+            let apart = beside[j] - state[j];
+            let change = (self.rate(time, &beside) - rate) / apart;
+            by_state.set_column(j, &change);
+        }
+        // Towards the side on which there is room.
+        let (earliest, latest) = self.window;
+        let room = if latest - time > time - earliest { latest } else { earliest };
+        let reach = part * larger(time.abs(), (latest - earliest).abs());
+        let most = (room - time) * lit(0.5);
+        let apart = if most > reach { reach } else { larger(most, -reach) };
+        let later = time + apart;
+        let by_time = if later == time {
+            SVector::zeros()
+        } else {
+            (self.rate(later, state) - rate) / (later - time)
+        };
+        Tangent { rate, by_state, by_time }
+    }
+}
