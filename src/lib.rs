@@ -54,8 +54,10 @@ extern crate alloc;
 extern crate std;
 
 mod bounds;
+mod companion;
 mod contact;
 mod curve;
+pub mod exponential;
 mod model;
 pub mod ode;
 pub mod paper;
@@ -66,8 +68,10 @@ mod scalar;
 pub mod scene;
 pub mod signal;
 mod sliding;
+pub mod stability;
 
 pub use bounds::Bounds;
+pub use companion::{Committed, Companion, CompanionStep, VelocityHistory};
 pub use contact::{Contact, ContactResponse, LinearisedContact};
 pub use curve::{
     Asymmetric, Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Knot, RationalStribeck,

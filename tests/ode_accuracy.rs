@@ -65,9 +65,11 @@ fn stick_slip_with_lugre_reaches_the_reference_state() {
 const SWING: Swing = Swing { amplitude: 1.0, angular: 2.0, phase: 0.3 };
 const SPAN: f64 = 10.0;
 
-/// The largest error of the Dahl problem over some output, for a step halved from 0.05 s.
+/// The largest error of the Dahl problem over some output, for a step halved from 0.05 s, or for a
+/// method of high order from 0.2 s.
 fn dahl_errors<M: bristle::ode::Method<f64, 1>>(
     method: &M,
+    order: f64,
     halvings: i32,
     locked: bool,
     output: Output<'_, f64>,
@@ -76,7 +78,7 @@ fn dahl_errors<M: bristle::ode::Method<f64, 1>>(
         PrescribedVelocity::new(PrescribedVelocityParameters { contact: dahl(), velocity: SWING });
     (0..=halvings)
         .map(|k| {
-            let step = 0.05 / 2f64.powi(k);
+            let step = if order > 6.0 { 0.2 } else { 0.05 } / 2f64.powi(k);
             let solver = Solver::fixed(method.clone(), step).unwrap();
             let solver = if locked { solver } else { solver.plain() };
             let run = solver.solve(&bristle, 0.0..SPAN, Vector1::new(0.0), output).unwrap();
@@ -86,13 +88,16 @@ fn dahl_errors<M: bristle::ode::Method<f64, 1>>(
         .collect()
 }
 
-/// A fit over halvings from a step that is only nearly asymptotic: up to half an order too high,
-/// never as low as the order below.
+/// A fit over halvings from a step that is only nearly asymptotic: up to half an order too high (one
+/// for order 8, whose leading coefficient is tiny), never as low as the order below.
 #[track_caller]
 fn assert_order(what: &str, points: &[(f64, f64)], order: f64) {
-    let observed = observed_order(points);
+    // Rounding is 1e-16 in each of some hundred steps.
+    let above: Vec<_> = points.iter().copied().filter(|(_, error)| *error > 3e-14).collect();
+    assert!(above.len() >= 2, "{what}: nothing to tell the order from, {points:?}");
+    let observed = observed_order(&above);
     assert!(
-        observed > order - 0.2 && observed < order + 0.5,
+        observed > order - 0.2 && observed < order + if order > 6.0 { 1.1 } else { 0.5 },
         "{what}: order {observed} instead of {order}, {points:?}"
     );
 }
@@ -101,18 +106,18 @@ fn assert_order(what: &str, points: &[(f64, f64)], order: f64) {
 fn the_order_of_a_method_survives_reversals() {
     every_method!(|name, method, order, dense| {
         // Four halvings: the error of order 5 ends at 2e-12, far above the rounding of 1e-16.
-        assert_order(name, &dahl_errors(&method, 3, true, Output::Steps), order);
+        assert_order(name, &dahl_errors(&method, order, 3, true, Output::Steps), order);
     });
 }
 
 #[test]
 fn the_plain_method_loses_its_order_at_reversals() {
     every_method!(|name, method, order, dense| {
-        let points = dahl_errors(&method, 5, false, Output::Steps);
+        let points = dahl_errors(&method, order, 5, false, Output::Steps);
         let observed = observed_order(&points);
         // A kink of the field within a step is an error of second order, whatever the method.
         assert!(observed < 3.0, "{name}: {observed}");
-        let locked = dahl_errors(&method, 5, true, Output::Steps);
+        let locked = dahl_errors(&method, order, 5, true, Output::Steps);
         assert!(points[5].1 > 100.0 * locked[5].1, "{name}: {points:?} {locked:?}");
     });
 }
@@ -120,7 +125,7 @@ fn the_plain_method_loses_its_order_at_reversals() {
 #[test]
 fn the_dense_output_keeps_its_order_across_reversals() {
     every_method!(|name, method, order, dense| {
-        assert_order(name, &dahl_errors(&method, 3, true, Output::Uniform(2001)), dense);
+        assert_order(name, &dahl_errors(&method, order, 3, true, Output::Uniform(2001)), dense);
     });
 }
 
@@ -424,7 +429,7 @@ fn two_contacts_in_one_system_slide_as_they_do_alone() {
     // Different drives, one of them backward, so that their reversals interleave.
     let two = TwoRigs(rig(table_2_frbd(), 0.1), rig(table_2_frbd(), -0.17));
     let end = 12.0;
-    every_solver!(1e-3, Tolerances::scaled(1e-8, two.scales()).unwrap(), |name, solver| {
+    every_solver!(7e-4, Tolerances::scaled(1e-8, two.scales()).unwrap(), |name, solver| {
         let run = solver.solve(&two, 0.0..end, SVector::zeros(), Output::Uniform(49)).unwrap();
         let mut reversals = 0;
         for (offset, alone) in [(0, &two.0), (3, &two.1)] {
@@ -437,7 +442,7 @@ fn two_contacts_in_one_system_slide_as_they_do_alone() {
                 let error = both.fixed_rows::<3>(offset) - one;
                 let error = error.component_div(&alone.scales()).abs().max();
                 // A hundred tolerances of 1e-8 (six for one rig after 25 s, more within a slip), and
-                // as much for the fixed step of 1 ms.
+                // as much for the fixed step of 0.7 ms.
                 assert!(error < 1e-6, "{name}: {error:e} at {t} s");
             }
         }

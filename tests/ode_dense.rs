@@ -8,7 +8,7 @@ use bristle::ode::{Action, Direction, Event, Outcome, Output, System};
 use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
 use bristle::{Branch, Dahl};
 use nalgebra::{Vector1, Vector2};
-use ode_common::{Oscillator, Swing, dahl, every_solver, tolerance};
+use ode_common::{Oscillator, Swing, but_evaluations, dahl, every_solver, tolerance};
 
 fn swung(swing: Swing) -> PrescribedVelocity<f64, Dahl<f64>, Swing> {
     PrescribedVelocity::new(PrescribedVelocityParameters { contact: dahl(), velocity: swing })
@@ -45,7 +45,11 @@ fn a_dense_trajectory_stores_the_steps() {
         let dense = solver.solve(&Oscillator, 0.0..3.0, start, Output::Dense).unwrap();
         let steps = solver.solve(&Oscillator, 0.0..3.0, start, Output::Steps).unwrap();
         assert_eq!((dense.times(), dense.states()), (steps.times(), steps.states()), "{name}");
-        assert_eq!(dense.statistics(), steps.statistics(), "{name}");
+        assert_eq!(
+            but_evaluations(dense.statistics()),
+            but_evaluations(steps.statistics()),
+            "{name}"
+        );
         // Without dense output there is nothing between the samples.
         assert_eq!(steps.at(1.0), None, "{name}");
     });
@@ -109,7 +113,8 @@ fn a_failed_run_says_so_and_answers_until_then() {
         let trajectory = run.unwrap_err().trajectory;
         assert_eq!(trajectory.outcome(), Outcome::Failed, "{name}");
         let state = trajectory.at(0.25).unwrap();
-        assert!((state[0] - 0.5).abs() < 1e-14, "{name}: {state}");
+        // The Rosenbrock methods' weights of up to 165 magnify the rounding of 1e-16.
+        assert!((state[0] - 0.5).abs() < 1e-13, "{name}: {state}");
         assert_eq!(trajectory.at(0.75), None, "{name}");
     });
 }

@@ -52,7 +52,8 @@ fn a_right_hand_side_that_breaks_ends_the_run_where_it_breaks() {
             assert_eq!(failure.reason, StopReason::NotFinite { component: 1 }, "{name}");
             // Shortened until a step no longer advances the time.
             assert!((failure.time - 1.0).abs() < 1e-12, "{name}: {}", failure.time);
-            assert!(failure.time <= 1.0, "{name}: {}", failure.time);
+            // A position of 1 may be reached a few roundings of the stages late.
+            assert!(failure.time <= 1.0 + 1e-14, "{name}: {}", failure.time);
             assert!(system.calls.get() < 2000, "{name}: {} calls", system.calls.get());
             // What was stored until then is there, finite, and right.
             let (time, state) = stopped.trajectory.last().unwrap();

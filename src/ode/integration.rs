@@ -7,7 +7,7 @@ use super::controller::Controller;
 use super::curve::Curve;
 use super::failure::{Failure, StopReason};
 use super::locked::{Locked, Window};
-use super::method::{Attempt, Method, Point};
+use super::method::{Attempt, Field, Method, Point};
 use super::reversal::{Lock, Verdict, first_reversal, surely_none};
 use super::settings::{Control, Settings};
 use super::step::Step;
@@ -307,10 +307,9 @@ where
 
     /// Evaluates the rate at the current point anew.
     fn refresh_rate(&mut self) {
-        let time = self.point.time;
-        let backward = self.end_time < self.start_time;
-        let at = if self.at_kink && backward { self.just_before(time) } else { time };
-        let (method, memory, mut field, point) = self.parts((at, at));
+        let (stop, kink) = self.next_stop();
+        let window = self.window(stop, kink);
+        let (method, memory, mut field, point) = self.parts(window);
         method.begin(memory, &mut field, point);
     }
 
@@ -379,13 +378,7 @@ where
             if !reaches && step.abs() < self.smallest_step() {
                 return Err(self.too_small());
             }
-            // At a kink the inputs answer with what holds just after it.
-            let now = self.point.time;
-            let window = if self.end_time >= self.start_time {
-                (now, if kink { self.just_before(stop) } else { stop })
-            } else {
-                (stop, if self.at_kink { self.just_before(now) } else { now })
-            };
+            let window = self.window(stop, kink);
             let attempt = self.attempt(step, window);
             let end_time = if reaches { stop } else { self.point.time + step };
             let scale = self.settings.control.scale(&attempt.state);
@@ -471,6 +464,17 @@ where
             }
         }
         Ok(false)
+    }
+
+    /// The smooth stretch from here to a stop. At a kink the inputs answer with what holds just after
+    /// it.
+    fn window(&self, stop: T, kink: bool) -> Window<T> {
+        let now = self.point.time;
+        if self.end_time >= self.start_time {
+            (now, if kink { self.just_before(stop) } else { stop })
+        } else {
+            (stop, if self.at_kink { self.just_before(now) } else { now })
+        }
     }
 
     /// Length of the next trial, signed, and whether it ends at the stop.
@@ -562,20 +566,32 @@ where
         square: f64,
     ) -> Result<(), StopReason> {
         self.statistics.rejected += 1;
-        if !self.settings.locks && matches!(self.settings.control, Control::Fixed(_)) {
+        let plain = !self.settings.locks && matches!(self.settings.control, Control::Fixed(_));
+        if !plain {
+            self.length = tried.abs() * lit(self.controller.rejected(square, attempt.order));
+            if self.length >= self.smallest_step() {
+                return Ok(());
+            }
+        } else if is_finite(&attempt.state) {
             // Plain fixed steps have a fixed cost: there is no second trial.
-            check_finite(&attempt.state)?;
             let rate = self.evaluate(self.point.time + tried, &attempt.state);
             return check_finite(&rate);
-        }
-        self.length = tried.abs() * lit(self.controller.rejected(square, attempt.order));
-        if self.length >= self.smallest_step() {
-            return Ok(());
         }
         // The state that went bad first is the one whose rate did, a tiny step ahead.
         let ahead = self.point.state + self.point.rate * tried;
         let rate = self.evaluate(self.point.time + tried, &ahead);
         check_finite(&rate)?;
+        if self.statistics.jacobians > 0 {
+            // Or the one whose derivatives did.
+            let (time, state) = (self.point.time, self.point.state);
+            let window = (smaller(time, self.end_time), larger(time, self.end_time));
+            let (_, _, mut field, _) = self.parts(window);
+            let tangent = field.tangent(time, &state);
+            check_finite(&tangent.by_time)?;
+            for column in tangent.by_state.column_iter() {
+                check_finite(&column.into_owned())?;
+            }
+        }
         check_finite(&attempt.state)?;
         match self.locks.iter().position(|lock| lock.stalled > 0) {
             Some(contact) => Err(StopReason::EndlessReversals { contact }),
@@ -592,14 +608,15 @@ where
     fn accept(&mut self, end: &Point<T, N>, tried: T, reaches: bool, square: f64, order: u8) {
         self.statistics.steps += 1;
         self.statistics.reversals += u64::from(self.turned.take().is_some());
-        let now = end.time;
+        let now = self.point.time;
+        let passed = (smaller(now, end.time), larger(now, end.time));
         self.at_kink = false;
         match self.settings.control {
             Control::Fixed(fixed) => {
                 // After a trial shortened at a pole of the field: back to the grid in doublings.
                 self.length = smaller(fixed, self.length * lit(2.0));
                 let step = self.length;
-                let (method, memory, mut field, from) = self.parts((now, now));
+                let (method, memory, mut field, from) = self.parts(passed);
                 method.accepted(memory, &mut field, from, end, step);
             }
             Control::Adaptive { largest_step, .. } => {
@@ -610,7 +627,7 @@ where
                 } else {
                     tried * factor
                 };
-                let (method, memory, mut field, from) = self.parts((now, now));
+                let (method, memory, mut field, from) = self.parts(passed);
                 let proposed = method.accepted(memory, &mut field, from, end, proposed);
                 self.length = largest_step.map_or(proposed, |largest| smaller(proposed, largest));
             }

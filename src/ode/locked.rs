@@ -48,8 +48,8 @@ impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> Field<T, N>
 }
 
 impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
-    /// The derivatives by one-sided differences of 10⁻⁸ (√ε) of each state's magnitude: half of
-    /// the digits are lost.
+    /// The derivatives by one-sided differences of √ε ≈ 10⁻⁸ of each state's magnitude: half of the
+    /// digits are lost.
     #[cold]
     fn differences<const N: usize>(&mut self, time: T, state: &SVector<T, N>) -> Tangent<T, N>
     where
@@ -60,25 +60,29 @@ impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
         let scales = self.system.scales();
         let mut by_state = SMatrix::<T, N, N>::zeros();
         for j in 0..N {
-            let mut beside = *state;
-            beside[j] += part * larger(scales[j].abs(), state[j].abs());
-            // What was added after rounding.
-            let apart = beside[j] - state[j];
-            let change = (self.rate(time, &beside) - rate) / apart;
-            by_state.set_column(j, &change);
+            let reach = part * larger(scales[j].abs(), state[j].abs());
+            // The other side where the field ends.
+            for reach in [reach, -reach] {
+                let mut beside = *state;
+                beside[j] += reach;
+                // What was added after rounding.
+                let apart = beside[j] - state[j];
+                let change = (self.rate(time, &beside) - rate) / apart;
+                by_state.set_column(j, &change);
+                if change.iter().all(|change| change.is_finite()) {
+                    break;
+                }
+            }
         }
-        // Towards the side on which there is room.
+        // Towards the side on which there is room, and nowhere if there is none.
         let (earliest, latest) = self.window;
         let room = if latest - time > time - earliest { latest } else { earliest };
         let reach = part * larger(time.abs(), (latest - earliest).abs());
         let most = (room - time) * lit(0.5);
         let apart = if most > reach { reach } else { larger(most, -reach) };
         let later = time + apart;
-        let by_time = if later == time {
-            SVector::zeros()
-        } else {
-            (self.rate(later, state) - rate) / (later - time)
-        };
-        Tangent { rate, by_state, by_time }
+        let by_time = (self.rate(later, state) - rate) / (later - time);
+        let known = by_time.iter().all(|change| change.is_finite());
+        Tangent { rate, by_state, by_time: if known { by_time } else { SVector::zeros() } }
     }
 }

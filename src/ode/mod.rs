@@ -57,4 +57,4 @@ pub use step::Step;
 pub use system::{System, Tangent};
 pub use tolerance::{Tolerances, TolerancesParameters};
 #[cfg(feature = "alloc")]
-pub use trajectory::{Interrupted, Output, Reversal, Trajectory};
+pub use trajectory::{Interrupted, Output, Reversal, Trajectory, solve};

@@ -4,15 +4,17 @@ use core::ops::{ControlFlow, Range};
 
 use nalgebra::SVector;
 
+use super::controller::rough_power;
 use super::event::{Action, Event, Occurrence};
 use super::failure::{Failure, StopReason};
 use super::integration::Integration;
 use super::method::{Embedded, Method};
 use super::settings::{Control, Settings};
 use super::step::Step;
-use super::{Statistics, System, Tolerances};
+use super::{Automatic, Statistics, System, Tolerances};
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};
+use crate::scalar::{lit, to_f64};
 
 /// A method with its step control.
 ///
@@ -183,6 +185,29 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         })
     }
 }
+
+impl<T: Scalar, const N: usize> Solver<T, Automatic, N> {
+    /// The default: methods and steps chosen from a tolerance alone, relative to a typical magnitude
+    /// of each state ([`System::scales`]), for a solution good to about that tolerance.
+    ///
+    /// Breakaway amplifies errors: a local error of 10⁻³ can shift a slip by much more than that. So
+    /// a loose tolerance ε is tightened, the local one is 10⁻⁵ (ε/10⁻³)^(2/3) where that is less than
+    /// ε, and the method's order follows from it.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a tolerance or a scale that is not positive.
+    pub fn automatic(tolerance: T, scales: SVector<T, N>) -> Result<Self, ParameterError> {
+        let asked = parameter::positive("tolerance", tolerance)?;
+        let tight = lit::<T>(1e-3 * rough_power(to_f64(asked), 2.0 / 3.0));
+        let local = if tight < asked { tight } else { asked };
+        let method = if local > lit(LOW) { Automatic::LOW_ORDER } else { Automatic::HIGH_ORDER };
+        Ok(Self::adaptive(method, Tolerances::scaled(local, scales)?))
+    }
+}
+
+/// Local tolerance above which methods of lower order are the cheaper ones.
+const LOW: f64 = 1e-6;
 
 /// The first fraction of a step at which an event stops the run, and which one.
 fn first_stop<T: Scalar, const N: usize>(

@@ -53,6 +53,18 @@ pub struct Reversal<T> {
 }
 
 impl<T: Scalar, const N: usize> Trajectory<T, N> {
+    fn empty() -> Self {
+        Self {
+            times: Vec::new(),
+            states: Vec::new(),
+            steps: Vec::new(),
+            events: Vec::new(),
+            reversals: Vec::new(),
+            outcome: Outcome::End,
+            statistics: Statistics::default(),
+        }
+    }
+
     /// The stored times \[s\].
     pub fn times(&self) -> &[T] {
         &self.times
@@ -173,20 +185,8 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         events: &[Event<'_, T, N>],
         output: Output<'_, T>,
     ) -> Result<Trajectory<T, N>, Box<Interrupted<T, N>>> {
-        let mut recorder = Recorder {
-            output,
-            span: span.clone(),
-            stored: 0,
-            trajectory: Trajectory {
-                times: Vec::new(),
-                states: Vec::new(),
-                steps: Vec::new(),
-                events: Vec::new(),
-                reversals: Vec::new(),
-                outcome: Outcome::End,
-                statistics: Statistics::default(),
-            },
-        };
+        let mut recorder =
+            Recorder { output, span: span.clone(), stored: 0, trajectory: Trajectory::empty() };
         let interrupt = |failure: Failure<T, N>, recorder: Recorder<'_, T, N>| {
             let mut trajectory = recorder.trajectory;
             if matches!(failure.reason, StopReason::Refused(_)) {
@@ -216,6 +216,49 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
                 Ok(trajectory)
             }
             Err(failure) => Err(interrupt(failure, recorder)),
+        }
+    }
+}
+
+/// Solves a system over a time span \[s\], given nothing but a tolerance: relative to each state's
+/// typical magnitude, as told by [`System::scales`]. Methods and steps are chosen and changed on the
+/// way ([`Solver::automatic`]).
+///
+/// ```
+/// use bristle::ode::{self, Output};
+/// use bristle::scene::SpringDrivenMass;
+/// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+///
+/// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+/// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+/// let contact = FrBd::new(curve, bristle).under_load(1.0)?;
+/// let rig = SpringDrivenMass::new(paper::stick_slip_rig(contact))?;
+/// let motion = ode::solve(&rig, 0.0..20.0, rig.at_rest(), 1e-6, Output::Uniform(201))?;
+/// assert!(motion.statistics().reversals > 5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+///
+/// Says why the run ended before its time, and keeps what was stored until then.
+pub fn solve<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize>(
+    system: &S,
+    span: Range<T>,
+    initial_state: SVector<T, N>,
+    tolerance: T,
+    output: Output<'_, T>,
+) -> Result<Trajectory<T, N>, Box<Interrupted<T, N>>> {
+    match Solver::automatic(tolerance, system.scales()) {
+        Ok(solver) => solver.solve(system, span, initial_state, output),
+        Err(error) => {
+            let failure = Failure {
+                reason: StopReason::Refused(error),
+                time: span.start,
+                state: initial_state,
+                statistics: Statistics::default(),
+            };
+            let trajectory = Trajectory { outcome: Outcome::Failed, ..Trajectory::empty() };
+            Err(Box::new(Interrupted { failure, trajectory }))
         }
     }
 }

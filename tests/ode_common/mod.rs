@@ -13,14 +13,14 @@
 
 use std::cell::Cell;
 
-use bristle::ode::{Observer, Solver, Step, System, Tolerances};
+use bristle::ode::{Observer, Solver, Statistics, Step, System, Tangent, Tolerances};
 use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
 use bristle::signal::Signal;
 use bristle::{
     Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, KelvinVoigt, KelvinVoigtParameters,
     LuGre, Scalar, Stribeck, StribeckParameters,
 };
-use nalgebra::{SVector, Vector1, Vector2};
+use nalgebra::{Matrix1, SVector, Vector1, Vector2};
 
 /// The literal in a scalar type.
 pub fn lit<T: Scalar>(value: f64) -> T {
@@ -36,6 +36,9 @@ macro_rules! every_method {
     (|$name:ident, $method:ident, $order:ident, $dense:ident| $body:block) => {
         every_method!(@one |$name, $method, $order, $dense| $body, RungeKutta4, 4.0, 4.0);
         every_method!(@one |$name, $method, $order, $dense| $body, DormandPrince, 5.0, 5.0);
+        every_method!(@one |$name, $method, $order, $dense| $body, DormandPrince8, 8.0, 8.0);
+        every_method!(@one |$name, $method, $order, $dense| $body, Rodas4, 4.0, 4.0);
+        every_method!(@one |$name, $method, $order, $dense| $body, Rodas5P, 5.0, 5.0);
     };
     (@one |$name:ident, $method:ident, $order:ident, $dense:ident| $body:block, $type:ident, $o:expr, $d:expr) => {
         #[allow(unused_variables, reason = "not every law asks for every fact")]
@@ -51,21 +54,28 @@ pub(crate) use every_method;
 /// Runs a block with every method and every way to choose its steps. `$step` is the length of the
 /// fixed steps and `$tolerances` what the adaptive ones use.
 macro_rules! every_solver {
-    ($step:expr, $tolerances:expr, |$name:ident, $solver:ident| $body:block) => {{
-        let $name = "RungeKutta4, fixed steps";
-        let $solver = bristle::ode::Solver::fixed(bristle::ode::RungeKutta4, $step).unwrap();
+    ($step:expr, $tolerances:expr, |$name:ident, $solver:ident| $body:block) => {
+        every_solver!(@fixed $step, |$name, $solver| $body, RungeKutta4);
+        every_solver!(@fixed $step, |$name, $solver| $body, DormandPrince);
+        every_solver!(@fixed $step, |$name, $solver| $body, DormandPrince8);
+        every_solver!(@fixed $step, |$name, $solver| $body, Rodas4);
+        every_solver!(@fixed $step, |$name, $solver| $body, Rodas5P);
+        every_solver!(@adaptive $tolerances, |$name, $solver| $body, DormandPrince);
+        every_solver!(@adaptive $tolerances, |$name, $solver| $body, DormandPrince8);
+        every_solver!(@adaptive $tolerances, |$name, $solver| $body, Rodas4);
+        every_solver!(@adaptive $tolerances, |$name, $solver| $body, Rodas5P);
+        every_solver!(@adaptive $tolerances, |$name, $solver| $body, Automatic::LOW_ORDER);
+        every_solver!(@adaptive $tolerances, |$name, $solver| $body, Automatic::HIGH_ORDER);
+    };
+    (@fixed $step:expr, |$name:ident, $solver:ident| $body:block, $method:ident) => {{
+        let $name = concat!(stringify!($method), ", fixed steps");
+        let $solver = bristle::ode::Solver::fixed(bristle::ode::$method, $step).unwrap();
         let $solver = $solver.with_most_steps(crate::ode_common::MOST_STEPS);
         $body
-    }
-    {
-        let $name = "DormandPrince, fixed steps";
-        let $solver = bristle::ode::Solver::fixed(bristle::ode::DormandPrince, $step).unwrap();
-        let $solver = $solver.with_most_steps(crate::ode_common::MOST_STEPS);
-        $body
-    }
-    {
-        let $name = "DormandPrince, adaptive steps";
-        let $solver = bristle::ode::Solver::adaptive(bristle::ode::DormandPrince, $tolerances);
+    }};
+    (@adaptive $tolerances:expr, |$name:ident, $solver:ident| $body:block, $($method:ident)::+) => {{
+        let $name = concat!(stringify!($($method)::+), ", adaptive steps");
+        let $solver = bristle::ode::Solver::adaptive(bristle::ode::$($method)::+, $tolerances);
         let $solver = $solver.with_most_steps(crate::ode_common::MOST_STEPS);
         $body
     }};
@@ -75,6 +85,11 @@ pub(crate) use every_solver;
 /// The same relative tolerance for every state, and as absolute one: for states of order one.
 pub fn tolerance<const N: usize>(relative: f64) -> Tolerances<f64, N> {
     Tolerances::scaled(relative, SVector::repeat(1.0)).unwrap()
+}
+
+/// The cost of a run but for its evaluations, of which a dense output may need some more.
+pub fn but_evaluations(statistics: Statistics) -> Statistics {
+    Statistics { evaluations: 0, ..statistics }
 }
 
 /// Slope of ln y over ln x by least squares: the observed order of a method over a range of steps.
@@ -231,6 +246,12 @@ pub struct Integral<U>(pub U);
 impl<U: Signal<f64>> System<f64, 1, 0> for Integral<U> {
     fn rate(&self, time: f64, _: &Vector1<f64>, _: [Branch; 0]) -> Vector1<f64> {
         Vector1::new(self.0.value(time))
+    }
+
+    fn tangent(&self, time: f64, _: &Vector1<f64>, _: [Branch; 0]) -> Option<Tangent<f64, 1>> {
+        let (value, rate) = self.0.value_and_rate(time);
+        let by_state = Matrix1::zeros();
+        Some(Tangent { rate: Vector1::new(value), by_state, by_time: Vector1::new(rate) })
     }
 
     fn sliding_velocities(&self, _: f64, _: &Vector1<f64>) -> [f64; 0] {

@@ -1,0 +1,411 @@
+//! One step on one smooth branch: the bristle between two reversals.
+
+#![allow(
+    clippy::needless_range_loop,
+    reason = "the same index runs through rows, columns and nodes"
+)]
+
+use super::nodes::Nodes;
+use crate::scalar::{is_zero, lit};
+use crate::{Affine, Branch, Bristle, Scalar};
+
+/// The affine bristle at one velocity, per unit normal force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sample<T> {
+    pub(super) velocity: T,
+    /// λ [1/s]
+    relaxation: T,
+    /// r v [m/s]
+    drive: T,
+    /// c₀ [1/m]
+    stiffness: T,
+    /// c₂ v \[–\]
+    viscous: T,
+}
+
+impl<T: Scalar> Sample<T> {
+    /// Evaluates a model at a velocity on a branch. What rounding leaves on the wrong side of a
+    /// reversal counts as zero, so that no λ is negative.
+    #[inline(always)]
+    pub(super) fn new<M: Bristle<T, Deflection = T>>(
+        model: &M,
+        branch: Branch,
+        velocity: T,
+        deflection: T,
+    ) -> Self {
+        let mut sliding = branch.of(velocity);
+        if sliding.speed() < T::zero() {
+            sliding = branch.of(T::zero());
+        }
+        let velocity = sliding.velocity();
+        let affine = model.affine(sliding, deflection);
+        Self {
+            velocity,
+            relaxation: affine.relaxation,
+            drive: affine.drive * velocity,
+            stiffness: affine.stiffness,
+            viscous: affine.damping * velocity,
+        }
+    }
+}
+
+/// One smooth piece of the course of a deflection: the solution between two times, with no
+/// reversal inside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece<T, const S: usize> {
+    start_time: T,
+    end_time: T,
+    normal_force: T,
+    start: T,
+    end: T,
+    samples: [Sample<T>; S],
+    /// Between these lie the start and every z_ss at the nodes.
+    least: T,
+    greatest: T,
+    /// What of the start lies outside every z_ss at the nodes, and decays by e^−Λ.
+    excess: T,
+    /// Λ over the step.
+    relaxation: T,
+    /// How far the collocated part has come at each node: z = start − excess (1 − e^−Λ) + this.
+    way: [T; S],
+    /// The same as a polynomial of θ, from the first power on: its rate at the start …
+    first: T,
+    /// … and the higher powers.
+    higher: [T; S],
+    /// Λ as a polynomial of θ, alike; not filled without an excess.
+    first_relaxation: T,
+    higher_relaxation: [T; S],
+    /// Estimate of the error of the curve.
+    error: T,
+}
+
+impl<T: Scalar, const S: usize> Piece<T, S> {
+    /// Solves one step from what the model says at its nodes, and at its start for the curve between.
+    #[inline]
+    pub(super) fn new(
+        (start_time, end_time): (T, T),
+        normal_force: T,
+        start: T,
+        at_start: &Sample<T>,
+        samples: &[Sample<T>; S],
+    ) -> Self {
+        let table = &Nodes::<S>::OF;
+        let duration = end_time - start_time;
+        let mut relaxation = T::zero();
+        let (mut least, mut greatest) = (T::one() / T::zero(), -T::one() / T::zero());
+        let mut matrix = [[T::zero(); S]; S];
+        for i in 0..S {
+            let sample = &samples[i];
+            relaxation += sample.relaxation * lit(table.weights[i]);
+            for j in 0..S {
+                matrix[i][j] = lit(table.slopes[i][j]);
+            }
+            matrix[i][i] += sample.relaxation * duration;
+            // Without relaxation nothing holds the deflection on the side to which it is driven;
+            // 0/0 is neither side.
+            let stationary = sample.drive / sample.relaxation;
+            if stationary < least {
+                least = stationary;
+            }
+            if stationary > greatest {
+                greatest = stationary;
+            }
+        }
+        relaxation *= duration;
+        // A deflection that follows z_ss lags by its change over Λ: what is within that of the range
+        // belongs to the slow part, what is outside decays exactly.
+        let lag = (greatest - least) * (lit::<T>(0.5) + lit::<T>(2.0) / relaxation);
+        let mut base = start;
+        if base > greatest + lag {
+            base = greatest + lag;
+        }
+        if base < least - lag {
+            base = least - lag;
+        }
+        if !base.is_finite() {
+            base = start;
+        }
+        let excess = start - base;
+        if !(least < start) {
+            least = start;
+        }
+        if !(greatest > start) {
+            greatest = start;
+        }
+
+        let driven: [T; S] =
+            core::array::from_fn(|i| (samples[i].drive - samples[i].relaxation * base) * duration);
+        let way = solve(matrix, driven);
+        // What each node's slope is, θ as the time; their mean is the way, and keeps the digits
+        // of a short one that the elimination may lose.
+        let slopes: [T; S] =
+            core::array::from_fn(|i| driven[i] - samples[i].relaxation * duration * way[i]);
+        let end = if relaxation < T::one() {
+            let mut sum = T::zero();
+            for i in 0..S {
+                sum += slopes[i] * lit(table.weights[i]);
+            }
+            start - excess * fallen(relaxation) + sum
+        } else {
+            base + excess * (-relaxation).exp() + way[S - 1]
+        };
+
+        let first = (at_start.drive - at_start.relaxation * base) * duration;
+        let higher = integral(table, first, &slopes);
+        let mut error = unresolved(table, first, &slopes);
+        let (mut first_relaxation, mut higher_relaxation) = (T::zero(), [T::zero(); S]);
+        if !is_zero(excess) {
+            first_relaxation = at_start.relaxation * duration;
+            let rates = core::array::from_fn(|i| samples[i].relaxation * duration);
+            higher_relaxation = integral(table, first_relaxation, &rates);
+            // Where this counts Λ is about one.
+            error += excess.abs() * unresolved(table, first_relaxation, &rates)
+                / (T::one() + relaxation);
+        }
+        let mut piece = Self {
+            start_time,
+            end_time,
+            normal_force,
+            start,
+            end,
+            samples: *samples,
+            least,
+            greatest,
+            excess,
+            relaxation,
+            way,
+            first,
+            higher,
+            first_relaxation,
+            higher_relaxation,
+            error,
+        };
+        piece.end = piece.within(end);
+        piece
+    }
+
+    /// Cut to the range that the exact solution keeps.
+    #[inline(always)]
+    fn within(&self, deflection: T) -> T {
+        if deflection > self.greatest {
+            self.greatest
+        } else if deflection < self.least {
+            self.least
+        } else {
+            deflection
+        }
+    }
+
+    /// Time at which the piece starts \[s\].
+    pub fn start_time(&self) -> T {
+        self.start_time
+    }
+
+    /// Time at which the piece ends \[s\].
+    pub fn end_time(&self) -> T {
+        self.end_time
+    }
+
+    /// Deflection at the start \[m\].
+    pub fn start(&self) -> T {
+        self.start
+    }
+
+    /// Deflection at the end \[m\].
+    pub fn end(&self) -> T {
+        self.end
+    }
+
+    /// The deflection \[m\] at a time within the piece.
+    #[inline]
+    pub fn at(&self, time: T) -> T {
+        if time == self.end_time {
+            return self.end;
+        }
+        let fraction = (time - self.start_time) / (self.end_time - self.start_time);
+        let way = polynomial(self.first, &self.higher, fraction);
+        let mut deflection = self.start + way;
+        if !is_zero(self.excess) {
+            let relaxation = polynomial(self.first_relaxation, &self.higher_relaxation, fraction);
+            deflection -= self.excess * fallen(relaxation);
+        }
+        // The nodes may miss the extreme of z_ss between them; of a parabola, no more than this.
+        let margin = (self.greatest - self.least) * lit(0.25);
+        if deflection > self.greatest + margin {
+            self.greatest + margin
+        } else if deflection < self.least - margin {
+            self.least - margin
+        } else {
+            deflection
+        }
+    }
+
+    /// The bristle at the end.
+    pub(super) fn last_sample(&self) -> Sample<T> {
+        self.samples[S - 1]
+    }
+
+    /// An estimate of the error of the curve \[m\].
+    pub(super) fn error(&self) -> T {
+        self.error
+    }
+
+    /// What happened over the piece.
+    pub fn passage(&self) -> Passage<T> {
+        let table = &Nodes::<S>::OF;
+        let duration = self.end_time - self.start_time;
+        let mut deflections: [T; S] = core::array::from_fn(|i| self.start + self.way[i]);
+        if !is_zero(self.excess) {
+            for (deflection, fall) in deflections.iter_mut().zip(self.falls()) {
+                *deflection += self.excess * fall;
+            }
+        }
+        let (mut stiffness, mut weighted, mut viscous) = (T::zero(), T::zero(), T::zero());
+        let mut positive = true;
+        for i in 0..S {
+            let sample = &self.samples[i];
+            let share = sample.stiffness * lit(table.weights[i]);
+            positive = positive && share > T::zero();
+            stiffness += share;
+            weighted += share * deflections[i];
+            viscous += sample.viscous * lit(table.weights[i]);
+        }
+        // With positive stiffness the mean deflection keeps the range of the exact one.
+        let shift = if positive {
+            let mean = weighted / stiffness;
+            self.within(mean) - mean
+        } else {
+            T::zero()
+        };
+        let mut work = T::zero();
+        for i in 0..S {
+            let sample = &self.samples[i];
+            let coefficient = sample.stiffness * (deflections[i] + shift) + sample.viscous;
+            work += coefficient * sample.velocity * lit(table.weights[i]);
+        }
+        let last = &self.samples[S - 1];
+        Passage {
+            deflection: self.end,
+            end: self.normal_force * (last.stiffness * self.end + last.viscous),
+            mean: self.normal_force * (weighted + stiffness * shift + viscous),
+            work: self.normal_force * work * duration,
+        }
+    }
+
+    /// e^−Λ − 1 at the nodes: collocated, and scaled so that ∫λ(e^−Λ − 1), which is known, is met.
+    fn falls(&self) -> [T; S] {
+        let table = &Nodes::<S>::OF;
+        let duration = self.end_time - self.start_time;
+        let mut matrix = [[T::zero(); S]; S];
+        for i in 0..S {
+            for j in 0..S {
+                matrix[i][j] = lit(table.slopes[i][j]);
+            }
+            matrix[i][i] += self.samples[i].relaxation * duration;
+        }
+        let mut falls =
+            solve(matrix, core::array::from_fn(|i| -self.samples[i].relaxation * duration));
+        let mut integral = T::zero();
+        for i in 0..S {
+            integral += falls[i] * self.samples[i].relaxation * duration * lit(table.weights[i]);
+        }
+        // 1 − e^−Λ − Λ = −Λ² φ2(Λ), by way of the exact step of a bristle with λ = 1.
+        let unit = Affine {
+            relaxation: T::one(),
+            drive: T::one(),
+            stiffness: T::one(),
+            damping: T::zero(),
+        };
+        let wanted = -unit.hold(T::one(), T::zero(), self.relaxation).mean * self.relaxation;
+        // Both vanish as Λ²/2.
+        let slight = self.relaxation < T::default_epsilon();
+        let scale = if slight { T::one() } else { wanted / integral };
+        for fall in &mut falls {
+            *fall *= scale;
+        }
+        falls
+    }
+}
+
+/// What happens over a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passage<T> {
+    /// Deflection at the end of the step \[m\].
+    pub deflection: T,
+    /// Friction force \[N\] at the end of the step.
+    pub end: T,
+    /// Friction force \[N\] averaged over the step.
+    pub mean: T,
+    /// Work ∫F v dt done against friction \[J\].
+    pub work: T,
+}
+
+/// 1 − e^−x.
+#[inline(always)]
+fn fallen<T: Scalar>(x: T) -> T {
+    -(-x).exp_m1()
+}
+
+/// first θ + Σ higher_k θ^(k+2).
+#[inline(always)]
+fn polynomial<T: Scalar, const S: usize>(first: T, higher: &[T; S], fraction: T) -> T {
+    let sum = higher.iter().rev().fold(T::zero(), |sum, &power| sum * fraction + power);
+    (sum * fraction + first) * fraction
+}
+
+/// The higher powers of the integral of the polynomial through a value at the start and those at the nodes.
+#[inline(always)]
+fn integral<T: Scalar, const S: usize>(table: &Nodes<S>, at_start: T, at_nodes: &[T; S]) -> [T; S] {
+    core::array::from_fn(|k| {
+        let mut sum = at_start * lit(table.powers_of_start[k]);
+        for j in 0..S {
+            sum += at_nodes[j] * lit(table.powers[k][j]);
+        }
+        sum * lit(1.0 / (k + 2) as f64)
+    })
+}
+
+/// The size over the step of the integral of what the polynomial through a value at the start and those
+/// at the nodes leaves out: its Legendre coefficients go on falling, two by two, as the last four do.
+#[inline(always)]
+fn unresolved<T: Scalar, const S: usize>(table: &Nodes<S>, at_start: T, at_nodes: &[T; S]) -> T {
+    let size = |row: usize| {
+        let mut sum = at_start * lit(table.tail_of_start[row]);
+        for j in 0..S {
+            sum += at_nodes[j] * lit(table.tail[row][j]);
+        }
+        sum.abs()
+    };
+    let (before, last) = (size(0) + size(1), size(2) + size(3));
+    let left = if last < before { last * (last / before) } else { last };
+    left * lit(1.0 / (2 * S + 1) as f64)
+}
+
+/// Solves a system by elimination. Without pivots: the matrix D with λ ≥ 0 on its diagonal is, its
+/// rows weighted by b, positive definite.
+#[inline(always)]
+fn solve<T: Scalar, const S: usize>(mut matrix: [[T; S]; S], mut right: [T; S]) -> [T; S] {
+    for k in 0..S {
+        let inverse = T::one() / matrix[k][k];
+        for j in k + 1..S {
+            matrix[k][j] *= inverse;
+        }
+        right[k] *= inverse;
+        for i in k + 1..S {
+            let factor = matrix[i][k];
+            for j in k + 1..S {
+                let change = factor * matrix[k][j];
+                matrix[i][j] -= change;
+            }
+            let change = factor * right[k];
+            right[i] -= change;
+        }
+    }
+    for k in (0..S).rev() {
+        for j in k + 1..S {
+            let change = matrix[k][j] * right[j];
+            right[k] -= change;
+        }
+    }
+    right
+}

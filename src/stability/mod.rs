@@ -1,0 +1,410 @@
+//! How long a step may be: where explicit methods fail on friction.
+//!
+//! A contact has two fast motions, and an explicit method follows them or blows them up.
+//!
+//! **The bristle under a held velocity** relaxes, ż = −λ(v) z + …; a disturbance of it dies out in a
+//! method with stability function R only if |R(−λh)| ≤ 1.
+//!
+//! **The stuck mechanism** swings on its bristles. Near v = 0, on the branch s = sgn v,
+//!
+//! ż = (μ v − σ0|v| z)/g  ⇒  ∂ż/∂v = 1 − s σ0 z/μ_s = c,
+//! μ_b = σ0 z + σ1 ż      ⇒  ∂F/∂v = σ1 c p, ∂F/∂z = σ0 p,
+//!
+//! while ∂ż/∂z = −λ(0) = 0, so that m v̇ = −k x − d v − F gives s = 0 and
+//!
+//! m s² + (σ1 c p + d) s + (σ0 c p + k) = 0.
+//!
+//! A virgin contact (z = 0) has c = 1. One that comes to rest and turns round keeps the deflection
+//! −s μ_s/σ0 of the sliding before, and has c = 2: the bristle unbends with the body and lets go at
+//! the same time, twice as fast. (Classical LuGre adds σ2 p to the damping; an elasto-plastic
+//! bristle holds on after a reversal and keeps c = 1.) A step is stable if |R(hs)| ≤ 1 for both roots.
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | h | step | s |
+//! | m, k, d | mass, stiffness and damping of the mechanism without its friction | kg, N/m, N s/m |
+//! | p, σ0, σ1, σ2 | normal force, stiffness, damping, viscous friction per unit of it | N, 1/m, s/m, s/m |
+//! | μ_s, g | static coefficient, resistance of the bristle | – |
+//! | λ | relaxation rate at a held velocity | 1/s |
+//! | s | rate of a motion e^(st) | 1/s |
+//! | R | stability function: what a step makes of ẋ = s x is R(hs) | – |
+//!
+//! | scheme | R or rule | real axis: λh ≤ |
+//! |---|---|---|
+//! | [`Euler`](Scheme::Euler) | 1 + z | 2 |
+//! | [`RungeKutta4`](Scheme::RungeKutta4) | Σ zᵏ/k!, k ≤ 4 | 2.785 293 563 |
+//! | [`DormandPrince`](Scheme::DormandPrince) | Σ zᵏ/k!, k ≤ 5, + z⁶/600 | 3.306 567 893 |
+//! | [`DormandPrince8`](Scheme::DormandPrince8) | Σ zᵏ/k!, k ≤ 8, + four terms | 6.393 651 523 |
+//! | [`SemiImplicitEuler`](Scheme::SemiImplicitEuler) | below | 2 |
+//! | [`ExactHold`](Scheme::ExactHold) | below | no limit |
+//! | [`Passive`](Scheme::Passive), [`Rosenbrock`](Scheme::Rosenbrock) | – | no limit |
+//!
+//! The semi-implicit method takes the new velocity from the old force and the rest from the new
+//! velocity. With a = (σ1 c p + d)/m and b = (σ0 c p + k)/m its step map has the determinant 1 − ha and
+//! the trace 2 − ha − h²b, and is stable for h²b + 2ha ≤ 4, that is h ≤ 2/√b without damping and *less* with it.
+//! The exact hold keeps v over the step and pushes the mass by the mean of the forces: determinant
+//! 1 − ha + h²b/2, trace 2 − ha − h²b/2, stable for h ≤ 2a/b and h ≤ 2/a. The hold makes the bristle
+//! exact, not the mass: without damping no step at all is stable.
+//!
+//! These are limits for small motions about steady ones: below them a disturbance dies out, and nothing
+//! is said about accuracy. Beyond the limit of the bristle a run diverges as soon as it slides for a
+//! while. Beyond that of the stuck mechanism alone it chatters, slides under forces far below breakaway, and
+//! gives numbers that look like friction.
+//!
+//! Sources: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition (Springer,
+//! 1996), section IV.2, for stability functions; the models of Romano et al. (arXiv 2602.09429),
+//! section III-A, linearised at rest.
+
+mod eigenvalues;
+mod region;
+
+use core::fmt;
+
+use nalgebra::{Complex, ComplexField, SMatrix};
+
+use crate::parameter::{self, ParameterError, Rule};
+use crate::scalar::{lit, nan, to_f64};
+use crate::{Branch, Bristle, Contact, Scalar};
+
+/// How a step is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Scheme {
+    /// The explicit Euler method.
+    Euler,
+    /// The semi-implicit (symplectic) Euler method: v from the force at the start of the step, then
+    /// position and deflection with the new v.
+    #[doc(alias = "symplectic")]
+    SemiImplicitEuler,
+    /// [`ode::RungeKutta4`](crate::ode::RungeKutta4).
+    RungeKutta4,
+    /// [`ode::DormandPrince`](crate::ode::DormandPrince), of order 5.
+    DormandPrince,
+    /// [`ode::DormandPrince8`](crate::ode::DormandPrince8), of order 8.
+    DormandPrince8,
+    /// v held over the step: [`Contact::hold`] for the bristle, and its mean force (and
+    /// that of a spring) on the mass at the end of the step.
+    ExactHold,
+    /// A passive step: the velocity's mean over the step is solved for. By its energy balance no
+    /// step is too long for a model that obeys [`Law::Passivity`](crate::Law::Passivity); for
+    /// others nothing is promised.
+    Passive,
+    /// An L-stable Rosenbrock method, as [`ode::Rodas4`](crate::ode::Rodas4) and
+    /// [`ode::Rodas5P`](crate::ode::Rodas5P).
+    Rosenbrock,
+}
+
+/// What a contact holds or brakes: a mass on a line, without its friction. Moments of inertia, angles
+/// and torques serve as well.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mechanism<T> {
+    /// Mass m \[kg\], positive.
+    pub mass: T,
+    /// Stiffness k [N/m] of the springs to the ground or to a given motion, zero or positive.
+    pub spring_stiffness: T,
+    /// Damping d [N s/m] beside the friction, zero or positive.
+    pub viscous_damping: T,
+}
+
+/// The largest stable steps of one scheme. `None` where no step is too long, zero where every
+/// step is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepLimits<T> {
+    /// The scheme.
+    pub scheme: Scheme,
+    /// Largest step \[s\] at which the bristle relaxes, whatever the velocity in its range.
+    pub bristle: Option<T>,
+    /// Largest step \[s\] at which the stuck mechanism calms down, its bristle undeflected (c = 1).
+    pub stuck_virgin: Option<T>,
+    /// The same just after a reversal of steady sliding (c = 2 for most models).
+    pub stuck_reversed: Option<T>,
+}
+
+/// The largest stable steps for a contact in a mechanism, at velocities |v| ≤ `fastest` [m/s] (which
+/// may be infinite for a model of bounded relaxation rate).
+///
+/// A regularised contact never quite rests; it is taken where its steady friction breaks away.
+///
+/// ```
+/// use bristle::stability::{self, Mechanism, Scheme};
+/// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+///
+/// let friction = FrBd::new(
+///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
+///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
+/// );
+/// let contact = friction.under_load(1.0)?;
+/// let rig = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
+/// let limits = stability::largest_step(&contact, rig, 1.0, Scheme::RungeKutta4)?;
+/// assert_eq!(
+///     limits.to_string(),
+///     "RungeKutta4: bristle 1.8244e-2 s, stuck 2.8040e-2 s, stuck after a reversal 1.8711e-2 s"
+/// );
+/// // A loop at 1 kHz is safe, one at 50 Hz is not:
+/// assert!(limits.check(1e-3).is_ok());
+/// assert!(limits.check(20e-3).is_err());
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+///
+/// # Errors
+///
+/// Names the parameter of the mechanism that is out of its range; refuses a velocity that is NaN, and
+/// a model without a bound on its relaxation rate up to that velocity (LuGre for an infinite one).
+pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
+    contact: &Contact<T, M>,
+    mechanism: Mechanism<T>,
+    fastest: T,
+    scheme: Scheme,
+) -> Result<StepLimits<T>, ParameterError> {
+    let Mechanism { mass, spring_stiffness, viscous_damping } = mechanism;
+    parameter::positive("mass", mass)?;
+    parameter::non_negative("spring_stiffness", spring_stiffness)?;
+    parameter::non_negative("viscous_damping", viscous_damping)?;
+    if !(fastest.abs() >= T::zero()) {
+        let value = to_f64(fastest);
+        return Err(ParameterError { name: "fastest", component: None, value, rule: Rule::Number });
+    }
+    let bristle = match scheme {
+        Scheme::ExactHold | Scheme::Passive | Scheme::Rosenbrock => None,
+        _ => {
+            let rate = contact.limits(fastest).relaxation_rate.ok_or(ParameterError {
+                name: "relaxation_rate",
+                component: None,
+                value: f64::INFINITY,
+                rule: Rule::Finite,
+            })?;
+            region::largest_step(scheme, Complex::new(-to_f64(rate), 0.0))
+        }
+    };
+    let stuck = |reversed: bool| {
+        [Branch::Forward, Branch::Backward]
+            .into_iter()
+            .map(|branch| Swing::new(contact, mechanism, branch, reversed, fastest))
+            .map(|swing| swing.largest_step(scheme))
+            .fold(None, smaller)
+    };
+    let in_type = |limit: Option<f64>| limit.map(lit::<T>).filter(|limit| limit.is_finite());
+    Ok(StepLimits {
+        scheme,
+        bristle: in_type(bristle),
+        stuck_virgin: in_type(stuck(false)),
+        stuck_reversed: in_type(stuck(true)),
+    })
+}
+
+/// The largest step \[s\] at which every decaying mode of ẋ = J x decays in a Runge–Kutta or
+/// Rosenbrock method too; `None` if no step is too long.
+///
+/// J is the Jacobian of any mechanism at one state, such as
+/// [`System::tangent`](crate::ode::System::tangent) gives: [`largest_step`] knows what to expect of a contact at rest
+/// and in sliding, this one looks at a single state of whatever is there. A mode that grows by itself is left
+/// out, for no step makes it decay.
+///
+/// NaN for a Jacobian that is not finite, and for the schemes that tell velocities from positions, which
+/// a matrix does not.
+///
+/// ```
+/// use bristle::ode::System;
+/// use bristle::scene::SpringDrivenMass;
+/// use bristle::stability::{self, Scheme};
+/// use bristle::{Branch, Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+///
+/// let friction = FrBd::new(
+///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
+///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
+/// );
+/// let rig = SpringDrivenMass::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
+/// let tangent = rig.tangent(0.0, &rig.at_rest(), [Branch::Forward]).unwrap();
+/// let step = stability::largest_step_of(&tangent.by_state, Scheme::RungeKutta4).unwrap();
+/// assert!((step - 2.8040e-2).abs() < 1e-6);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+pub fn largest_step_of<T: Scalar, const N: usize>(
+    jacobian: &SMatrix<T, N, N>,
+    scheme: Scheme,
+) -> Option<T> {
+    match scheme {
+        Scheme::SemiImplicitEuler | Scheme::ExactHold | Scheme::Passive => Some(nan()),
+        _ => {
+            let Some(rates) = eigenvalues::eigenvalues(&jacobian.map(to_f64)) else {
+                return Some(nan());
+            };
+            // What rounding makes of a mode that stands still, such as the difference of position and
+            // deflection of a stuck mass, is no motion. A true one as slow would gain or lose nothing over
+            // a step that suits the fastest.
+            let fastest = rates.iter().map(Complex::norm_sqr).fold(0.0, f64::max);
+            let moves = |rate: &Complex<f64>| rate.norm_sqr() > 1e-18 * fastest;
+            let moving = rates.into_iter().filter(moves);
+            let limits = moving.map(|rate| region::largest_step(scheme, rate));
+            limits.fold(None, smaller).map(lit).filter(|limit: &T| limit.is_finite())
+        }
+    }
+}
+
+/// m s² + (∂F/∂v + d) s + (∂F/∂z ∂ż/∂v + k) = 0, divided by the mass.
+struct Swing {
+    /// a [1/s]
+    damping: f64,
+    /// b [1/s²]
+    stiffness: f64,
+}
+
+impl Swing {
+    fn new<T: Scalar, M: Bristle<T, Deflection = T>>(
+        contact: &Contact<T, M>,
+        mechanism: Mechanism<T>,
+        branch: Branch,
+        reversed: bool,
+        fastest: T,
+    ) -> Self {
+        let (velocity, deflection) = if reversed {
+            let velocity = breakaway_velocity(contact, branch, fastest);
+            (velocity, -contact.stationary(branch.of(velocity)))
+        } else {
+            (T::zero(), T::zero())
+        };
+        let friction = contact.linearised(branch.of(velocity), deflection);
+        let mass = to_f64(mechanism.mass);
+        let bristle = to_f64(friction.force_by_deflection) * to_f64(friction.rate_by_velocity);
+        let damping = to_f64(friction.force_by_velocity) + to_f64(mechanism.viscous_damping);
+        Self {
+            damping: damping / mass,
+            stiffness: (bristle + to_f64(mechanism.spring_stiffness)) / mass,
+        }
+    }
+
+    /// The roots s of s² + a s + b.
+    fn rates(&self) -> [Complex<f64>; 2] {
+        let Self { damping: a, stiffness: b } = *self;
+        let discriminant = 0.25 * a * a - b;
+        if discriminant < 0.0 {
+            let imaginary = ComplexField::sqrt(-discriminant);
+            [Complex::new(-0.5 * a, imaginary), Complex::new(-0.5 * a, -imaginary)]
+        } else {
+            // The larger root first: the other one by difference would lose its digits.
+            let fast = -0.5 * a - ComplexField::sqrt(discriminant).copysign(a);
+            let slow = if fast == 0.0 { 0.0 } else { b / fast };
+            [Complex::new(fast, 0.0), Complex::new(slow, 0.0)]
+        }
+    }
+
+    fn largest_step(&self, scheme: Scheme) -> Option<f64> {
+        let Self { damping: a, stiffness: b } = *self;
+        let limit = match scheme {
+            // h²b + 2ha = 4, solved for 1/h, which cancels nothing and allows b = 0.
+            Scheme::SemiImplicitEuler => 4.0 / (a + ComplexField::sqrt(a * a + 4.0 * b)),
+            Scheme::ExactHold if b > 0.0 => (2.0 * a / b).min(2.0 / a),
+            Scheme::ExactHold => 2.0 / a,
+            _ => {
+                let limits = self.rates().map(|rate| region::largest_step(scheme, rate));
+                return limits.into_iter().fold(None, smaller);
+            }
+        };
+        limit.is_finite().then_some(limit)
+    }
+}
+
+/// The velocity at which steady friction reaches its first maximum from rest: zero, unless the contact
+/// is regularised.
+fn breakaway_velocity<T: Scalar, M: Bristle<T, Deflection = T>>(
+    contact: &Contact<T, M>,
+    branch: Branch,
+    fastest: T,
+) -> T {
+    let signed = |speed: T| if branch == Branch::Backward { -speed } else { speed };
+    let deflection = |speed: T| contact.stationary(branch.of(signed(speed))).abs();
+    if !(deflection(T::zero()) <= T::zero()) {
+        return T::zero();
+    }
+    // Upward by doubling, until doubling no longer gains a percent: the square root is then within
+    // two percent of the sign it stands for, at a speed far below the curve's own.
+    let mut speed: T = lit(1e-15);
+    let end = fastest.abs();
+    while speed < end && !(deflection(speed + speed) < deflection(speed) * lit(1.01)) {
+        speed += speed;
+    }
+    signed(speed)
+}
+
+/// The smaller of two limits, of which none is infinite.
+fn smaller<T: PartialOrd>(one: Option<T>, other: Option<T>) -> Option<T> {
+    match (one, other) {
+        (Some(a), Some(b)) => Some(if b < a { b } else { a }),
+        (one, other) => one.or(other),
+    }
+}
+
+impl<T: Scalar> StepLimits<T> {
+    /// The causes of a limit, as they stand in an error, with the largest step \[s\] each allows.
+    fn causes(&self) -> [(&'static str, Option<T>); 3] {
+        [
+            ("the bristle's critical step", self.bristle),
+            ("the stuck mechanism's critical step", self.stuck_virgin),
+            ("the stuck mechanism's critical step after a reversal", self.stuck_reversed),
+        ]
+    }
+
+    /// The smallest of the limits \[s\].
+    pub fn overall(&self) -> Option<T> {
+        self.causes().into_iter().map(|(_, limit)| limit).fold(None, smaller)
+    }
+
+    /// Accepts a step \[s\] that is within every limit.
+    ///
+    /// ```
+    /// use bristle::stability::{self, Mechanism, Scheme};
+    /// use bristle::{Bristle, Dahl, DahlParameters};
+    ///
+    /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 5e3 })?;
+    /// let mechanism = Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 };
+    /// let contact = friction.under_load(1.0)?;
+    /// let limits = stability::largest_step(&contact, mechanism, 0.0, Scheme::SemiImplicitEuler)?;
+    /// assert_eq!(
+    ///     limits.check(0.025).unwrap_err().to_string(),
+    ///     "step is 0.025, but must be at most the stuck mechanism's critical step after a reversal = 0.02"
+    /// );
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Refuses a step that is not positive, and one beyond a limit: the error names the smallest
+    /// limit, its cause and the step.
+    pub fn check(&self, step: T) -> Result<(), ParameterError> {
+        parameter::positive("step", step)?;
+        let limits = self.causes().into_iter().filter_map(|(name, limit)| Some((name, limit?)));
+        let strictest = limits.reduce(|a, b| if b.1 < a.1 { b } else { a });
+        match strictest {
+            Some((other, limit)) if !(step <= limit) => Err(ParameterError {
+                name: "step",
+                component: None,
+                value: to_f64(step),
+                rule: Rule::AtMost { other, limit: to_f64(limit) },
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for Scheme {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self, f)
+    }
+}
+
+impl<T: Scalar> fmt::Display for StepLimits<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:", self.scheme)?;
+        let words = ["bristle", "stuck", "stuck after a reversal"];
+        let mut separator = " ";
+        for (word, (_, limit)) in words.into_iter().zip(self.causes()) {
+            match limit.map(to_f64) {
+                Some(0.0) => write!(f, "{separator}{word} never stable")?,
+                Some(limit) => write!(f, "{separator}{word} {limit:.4e} s")?,
+                None => write!(f, "{separator}{word} unlimited")?,
+            }
+            separator = ", ";
+        }
+        Ok(())
+    }
+}
