@@ -124,83 +124,11 @@ const USED: [usize; 6] = [0, 2, 3, 4, 5, 6];
 #[cfg(test)]
 mod tests {
     use super::{A, C, D, E};
+    use crate::ode::trees::{RungeKutta, trees};
 
-    /// A rooted tree as the list of its root's subtrees.
-    #[derive(Clone, Debug)]
-    struct Tree(Vec<Tree>);
-
-    extern crate std;
-    use std::vec;
-    use std::vec::Vec;
-
-    impl Tree {
-        fn order(&self) -> usize {
-            1 + self.0.iter().map(Tree::order).sum::<usize>()
-        }
-
-        /// γ, the density: 1/γ is what the weighted sum over the tree must be.
-        fn density(&self) -> f64 {
-            self.0.iter().map(Tree::density).product::<f64>() * self.order() as f64
-        }
-
-        /// The elementary weight of the tree at each stage.
-        fn stages(&self) -> [f64; 7] {
-            let mut product = [1.0; 7];
-            for child in &self.0 {
-                let below = child.stages();
-                for (i, factor) in product.iter_mut().enumerate() {
-                    *factor *= (0..6).map(|j| A[i][j] * below[j]).sum::<f64>();
-                }
-            }
-            product
-        }
-
-        fn weighted(&self, weights: &[f64; 7]) -> f64 {
-            self.stages().iter().zip(weights).map(|(s, w)| s * w).sum()
-        }
-    }
-
-    /// All rooted trees of up to five nodes.
-    fn trees() -> Vec<Tree> {
-        let leaf = Tree(vec![]);
-        let mut all = vec![leaf.clone()];
-        for order in 2..=5 {
-            let known = all.clone();
-            // Partitions of order − 1 nodes over subtrees, in non-decreasing position.
-            fn extend(
-                known: &[Tree],
-                from: usize,
-                left: usize,
-                picked: &mut Vec<Tree>,
-                out: &mut Vec<Tree>,
-            ) {
-                if left == 0 {
-                    out.push(Tree(picked.clone()));
-                    return;
-                }
-                for i in from..known.len() {
-                    if known[i].order() <= left {
-                        picked.push(known[i].clone());
-                        extend(known, i, left - known[i].order(), picked, out);
-                        picked.pop();
-                    }
-                }
-            }
-            extend(&known, 0, order - 1, &mut Vec::new(), &mut all);
-        }
-        all
-    }
-
-    fn solution() -> [f64; 7] {
-        let mut b = [0.0; 7];
-        b[..6].copy_from_slice(&A[6]);
-        b
-    }
-
-    #[test]
-    fn there_are_as_many_trees_as_order_conditions() {
-        let count = |order| trees().iter().filter(|tree| tree.order() == order).count();
-        assert_eq!([1, 2, 3, 4, 5].map(count), [1, 1, 2, 4, 9]);
+    /// The tableau, its last row that of the solution.
+    fn method() -> RungeKutta {
+        RungeKutta { a: A.iter().map(|row| row.to_vec()).collect() }
     }
 
     #[test]
@@ -212,44 +140,31 @@ mod tests {
 
     #[test]
     fn the_solution_meets_every_condition_up_to_order_five() {
-        for tree in trees() {
-            let defect = tree.weighted(&solution()) - 1.0 / tree.density();
+        for tree in trees(5) {
+            let defect = method().weighted(&tree, &A[6]) - 1.0 / tree.density();
             assert!(defect.abs() < 4e-15, "{tree:?}: {defect}");
         }
     }
 
     #[test]
     fn the_error_estimate_vanishes_up_to_order_four_and_not_at_five() {
-        for tree in trees() {
-            let defect = tree.weighted(&E);
-            if tree.order() <= 4 {
-                assert!(defect.abs() < 4e-15, "{tree:?}: {defect}");
-            }
+        for tree in trees(4) {
+            let defect = method().weighted(&tree, &E);
+            assert!(defect.abs() < 4e-15, "{tree:?}: {defect}");
         }
-        let fifth = trees().into_iter().filter(|tree| tree.order() == 5);
-        assert!(fifth.map(|tree| tree.weighted(&E).abs()).fold(0.0, f64::max) > 1e-5);
+        let fifth = trees(5).into_iter().filter(|tree| tree.order() == 5);
+        let greatest = fifth.map(|tree| method().weighted(&tree, &E).abs()).fold(0.0, f64::max);
+        assert!(greatest > 1e-5);
     }
 
     #[test]
     fn the_continuous_extension_meets_every_condition_up_to_order_four_within_the_step() {
-        // x(θ) = x₀ + h Σ bᵢ(θ) kᵢ with the bᵢ(θ) of the dense output; a tree of order ρ needs
-        // Σ bᵢ(θ) Φᵢ = θ^ρ/γ.
-        let b = solution();
+        // A tree of order ρ needs Σ bᵢ(θ) Φᵢ = θ^ρ/γ.
         for theta in [0.1, 0.37, 0.5, 0.9] {
-            let rest = 1.0 - theta;
-            let mut weights = [0.0; 7];
-            for i in 0..7 {
-                let first = f64::from(u8::from(i == 0));
-                let last = f64::from(u8::from(i == 6));
-                let from_start = first - b[i];
-                let from_end = b[i] - last - from_start;
-                weights[i] =
-                    theta * (b[i] + rest * (from_start + theta * (from_end + rest * D[i])));
-            }
-            for tree in trees().iter().filter(|tree| tree.order() <= 4) {
-                let want = f64::powi(theta, tree.order() as i32) / tree.density();
-                let defect = tree.weighted(&weights) - want;
-                assert!(defect.abs() < 1e-14, "{theta} {tree:?}: {defect}");
+            for tree in trees(4) {
+                let got = method().extended(&tree, theta, &A[6], 6, &[&D]);
+                let want = theta.powi(tree.order() as i32) / tree.density();
+                assert!((got - want).abs() < 1e-14, "{theta} {tree:?}: {}", got - want);
             }
         }
     }

@@ -556,3 +556,59 @@ impl<T: Scalar, const N: usize> Method<T, N> for DormandPrince8 {
 
 /// The stages that the solution and its error estimates use.
 const USED: [usize; 8] = [0, 5, 6, 7, 8, 9, 10, 11];
+
+#[cfg(test)]
+mod tests {
+    use super::{A, C, COARSE, EXTENSION, FINE};
+    use crate::ode::trees::{RungeKutta, trees};
+
+    fn method() -> RungeKutta {
+        RungeKutta { a: A.iter().map(|row| row.to_vec()).collect() }
+    }
+
+    #[test]
+    fn the_stages_lie_where_their_weights_say() {
+        for (row, c) in A.iter().zip(C) {
+            // Weights of up to 44 in magnitude.
+            assert!((row.iter().sum::<f64>() - c).abs() < 2e-14, "{c}");
+        }
+    }
+
+    #[test]
+    fn the_solution_meets_every_condition_up_to_order_eight() {
+        for tree in trees(8) {
+            let defect = method().weighted(&tree, &A[12]) - 1.0 / tree.density();
+            assert!(defect.abs() < 2e-14, "{tree:?}: {defect}");
+        }
+        let ninth = trees(9).into_iter().filter(|tree| tree.order() == 9);
+        let defect = ninth.map(|tree| method().weighted(&tree, &A[12]) - 1.0 / tree.density());
+        assert!(defect.fold(0.0, |most, defect| f64::max(most, defect.abs())) > 1e-7);
+    }
+
+    #[test]
+    fn the_error_estimates_vanish_up_to_orders_five_and_three_and_no_further() {
+        for (weights, order) in [(&FINE, 5), (&COARSE, 3)] {
+            let greatest = |order: usize| {
+                let trees = trees(order).into_iter().filter(|tree| tree.order() == order);
+                trees.map(|tree| method().weighted(&tree, weights).abs()).fold(0.0, f64::max)
+            };
+            for below in 1..=order {
+                assert!(greatest(below) < 2e-14, "{order}: {}", greatest(below));
+            }
+            assert!(greatest(order + 1) > 1e-5, "{order}: {}", greatest(order + 1));
+        }
+    }
+
+    #[test]
+    fn the_continuous_extension_meets_every_condition_up_to_order_seven_within_the_step() {
+        let [a, b, c, d] = &EXTENSION;
+        for theta in [0.1, 0.37, 0.5, 0.9] {
+            for tree in trees(7) {
+                let got = method().extended(&tree, theta, &A[12], 12, &[a, b, c, d]);
+                let want = theta.powi(tree.order() as i32) / tree.density();
+                // Weights of up to 500.
+                assert!((got - want).abs() < 2e-13, "{theta} {tree:?}: {}", got - want);
+            }
+        }
+    }
+}

@@ -39,6 +39,8 @@ mod system;
 mod tolerance;
 #[cfg(feature = "alloc")]
 mod trajectory;
+#[cfg(test)]
+mod trees;
 
 pub use automatic::Automatic;
 pub use curve::Curve;

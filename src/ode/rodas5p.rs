@@ -256,3 +256,92 @@ impl<T: Scalar, const N: usize> Method<T, N> for Rodas5P {
         proposed
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{EXTENSION, TABLEAU};
+    use crate::ode::trees::{Rosenbrock, trees};
+
+    fn method() -> Rosenbrock {
+        Rosenbrock::new(TABLEAU.gamma, &TABLEAU.a, &TABLEAU.c)
+    }
+
+    /// Weights of the U in the solution: those of the last stage's state, and one.
+    fn solution() -> [f64; 8] {
+        let mut weights = TABLEAU.a[7];
+        weights[7] = 1.0;
+        weights
+    }
+
+    #[test]
+    fn the_stages_lie_where_their_weights_say() {
+        let method = method();
+        for stage in 0..8 {
+            let time: f64 = method.alpha[stage].iter().sum();
+            assert!((time - TABLEAU.times[stage]).abs() < 1e-13, "{stage}: {time}");
+            let weight = method.time_weight(stage);
+            assert!((weight - TABLEAU.time_weights[stage]).abs() < 1e-13, "{stage}: {weight}");
+        }
+    }
+
+    #[test]
+    fn the_solution_meets_every_condition_up_to_order_five_and_no_further() {
+        for tree in trees(5) {
+            let defect = method().weighted(&tree, &solution()) - 1.0 / tree.density();
+            assert!(defect.abs() < 1e-13, "{tree:?}: {defect}");
+        }
+        let next = trees(6).into_iter().filter(|tree| tree.order() == 6);
+        let defect = next.map(|tree| method().weighted(&tree, &solution()) - 1.0 / tree.density());
+        assert!(defect.fold(0.0, |most, defect| f64::max(most, defect.abs())) > 1e-5);
+    }
+
+    #[test]
+    fn the_error_estimate_vanishes_up_to_order_four_and_no_further() {
+        // It is the last U.
+        let mut weights = [0.0; 8];
+        weights[7] = 1.0;
+        for tree in trees(4) {
+            let defect = method().weighted(&tree, &weights);
+            assert!(defect.abs() < 1e-13, "{tree:?}: {defect}");
+        }
+        let next = trees(5).into_iter().filter(|tree| tree.order() == 5);
+        let greatest =
+            next.map(|tree| method().weighted(&tree, &weights).abs()).fold(0.0, f64::max);
+        assert!(greatest > 1e-4, "{greatest}");
+    }
+
+    #[test]
+    fn the_method_is_stiffly_accurate() {
+        // The last stage is the solution: R(∞) = 0, for the estimate too.
+        let method = method();
+        let weights = method.weights(&solution());
+        for (beta, weight) in method.beta[7].iter().zip(&weights) {
+            assert!((beta - weight).abs() < 1e-13, "{beta} {weight}");
+        }
+    }
+
+    #[test]
+    fn a_state_that_follows_from_the_one_before_is_the_one_that_its_weights_say() {
+        for stage in TABLEAU.chained..8 {
+            let mut before = TABLEAU.a[stage - 1];
+            before[stage - 1] = 1.0;
+            assert_eq!(TABLEAU.a[stage], before);
+        }
+    }
+
+    #[test]
+    fn the_continuous_extension_meets_every_condition_up_to_order_four_within_the_step() {
+        let solution = solution();
+        let [first, second, third] = &EXTENSION;
+        let sum: [f64; 8] = core::array::from_fn(|i| second[i] + third[i]);
+        let last = third.map(|weight| -weight);
+        let terms: [&[f64]; 4] = [&solution, first, &sum, &last];
+        for theta in [0.1, 0.37, 0.5, 0.9] {
+            for tree in trees(4) {
+                let got = method().extended(&tree, theta, &terms);
+                let want = theta.powi(tree.order() as i32) / tree.density();
+                assert!((got - want).abs() < 1e-13, "{theta} {tree:?}: {}", got - want);
+            }
+        }
+    }
+}

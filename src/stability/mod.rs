@@ -86,8 +86,8 @@ pub enum Scheme {
     /// that of a spring) on the mass at the end of the step.
     ExactHold,
     /// A passive step: the velocity's mean over the step is solved for. By its energy balance no
-    /// step is too long for a model that obeys [`Law::Passivity`](crate::Law::Passivity); for
-    /// others nothing is promised.
+    /// step is too long for FrBD with springs of constant stiffness, Dahl and elasto-plastic models;
+    /// for LuGre nothing is promised.
     Passive,
     /// An L-stable Rosenbrock method, as [`ode::Rodas4`](crate::ode::Rodas4) and
     /// [`ode::Rodas5P`](crate::ode::Rodas5P).
