@@ -24,6 +24,7 @@ use super::{DormandPrince, DormandPrince8, Rodas4, Rodas5P};
 use crate::Scalar;
 use crate::bounds::smaller;
 use crate::scalar::{lit, to_f64};
+use crate::stability::Scheme;
 
 /// The method behind [`solve`](super::solve): an explicit and a Rosenbrock method that take turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,6 +100,10 @@ impl Embedded for Automatic {}
 
 impl<T: Scalar, const N: usize> Method<T, N> for Automatic {
     type Memory = Memory<T, N>;
+
+    fn scheme(&self) -> Option<Scheme> {
+        Some(Scheme::Rosenbrock)
+    }
 
     fn memory(&self) -> Self::Memory {
         Memory {

@@ -14,6 +14,7 @@ use super::curve::Curve;
 use super::method::{Attempt, Embedded, Field, Method, Point, along, combine};
 use crate::Scalar;
 use crate::scalar::lit;
+use crate::stability::Scheme;
 
 /// The Dormand–Prince method of order 5(4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -67,6 +68,10 @@ pub struct Stages<T, const N: usize> {
 
 impl<T: Scalar, const N: usize> Method<T, N> for DormandPrince {
     type Memory = Stages<T, N>;
+
+    fn scheme(&self) -> Option<Scheme> {
+        Some(Scheme::DormandPrince)
+    }
 
     fn memory(&self) -> Self::Memory {
         Stages { k: [SVector::zeros(); 7], sixth: SVector::zeros() }

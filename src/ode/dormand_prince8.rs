@@ -16,6 +16,7 @@ use super::curve::Curve;
 use super::method::{Attempt, Embedded, Field, Method, Point, along, combine};
 use crate::Scalar;
 use crate::scalar::lit;
+use crate::stability::Scheme;
 
 /// The Dormand–Prince method of order 8(5,3), for tight tolerances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -457,6 +458,10 @@ impl<T: Scalar, const N: usize> Stages<T, N> {
 
 impl<T: Scalar, const N: usize> Method<T, N> for DormandPrince8 {
     type Memory = Stages<T, N>;
+
+    fn scheme(&self) -> Option<Scheme> {
+        Some(Scheme::DormandPrince8)
+    }
 
     fn memory(&self) -> Self::Memory {
         Stages {

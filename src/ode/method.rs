@@ -8,6 +8,7 @@ use super::curve::Curve;
 use super::system::Tangent;
 use crate::Scalar;
 use crate::scalar::lit;
+use crate::stability::Scheme;
 
 /// A right-hand side on locked branches, as a method sees it: smooth, and counted.
 pub trait Field<T: Scalar, const N: usize> {
@@ -53,6 +54,11 @@ pub trait Method<T: Scalar, const N: usize>: Debug + Clone {
 
     /// The memory at the start of a run.
     fn memory(&self) -> Self::Memory;
+
+    /// What is known of the stability of its steps; `None` for a method that is not on the list.
+    fn scheme(&self) -> Option<Scheme> {
+        None
+    }
 
     /// Evaluates the rate, and whatever else the method needs, at a point where a run starts, or
     /// goes on with another branch or beyond a kink.

@@ -10,6 +10,7 @@ use super::curve::Curve;
 use super::method::{Attempt, Embedded, Field, Method, Point, combine};
 use super::rosenbrock::{Stages, Tableau};
 use crate::Scalar;
+use crate::stability::Scheme;
 
 /// The L-stable Rosenbrock method RODAS of order 4(3), for stiff systems and moderate tolerances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -88,6 +89,10 @@ impl Embedded for Rodas4 {}
 
 impl<T: Scalar, const N: usize> Method<T, N> for Rodas4 {
     type Memory = Stages<T, N, 6>;
+
+    fn scheme(&self) -> Option<Scheme> {
+        Some(Scheme::Rosenbrock)
+    }
 
     fn memory(&self) -> Self::Memory {
         Stages::new()

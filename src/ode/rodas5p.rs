@@ -11,6 +11,7 @@ use super::curve::Curve;
 use super::method::{Attempt, Embedded, Field, Method, Point, combine};
 use super::rosenbrock::{Stages, Tableau};
 use crate::Scalar;
+use crate::stability::Scheme;
 
 /// The L-stable Rosenbrock method Rodas5P of order 5(4), for stiff systems and tight tolerances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -191,6 +192,10 @@ impl Embedded for Rodas5P {}
 
 impl<T: Scalar, const N: usize> Method<T, N> for Rodas5P {
     type Memory = Stages<T, N, 8>;
+
+    fn scheme(&self) -> Option<Scheme> {
+        Some(Scheme::Rosenbrock)
+    }
 
     fn memory(&self) -> Self::Memory {
         Stages::new()

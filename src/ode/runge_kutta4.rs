@@ -8,6 +8,7 @@ use nalgebra::SVector;
 use super::method::{Attempt, Field, Method, Point};
 use super::system::System;
 use crate::scalar::lit;
+use crate::stability::Scheme;
 use crate::{Branch, Scalar};
 
 /// The classical Runge–Kutta method of order 4, for fixed steps.
@@ -73,6 +74,10 @@ fn advance<T: Scalar, const N: usize>(
 
 impl<T: Scalar, const N: usize> Method<T, N> for RungeKutta4 {
     type Memory = ();
+
+    fn scheme(&self) -> Option<Scheme> {
+        Some(Scheme::RungeKutta4)
+    }
 
     fn memory(&self) {}
 

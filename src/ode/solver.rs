@@ -12,9 +12,10 @@ use super::method::{Embedded, Method};
 use super::settings::{Control, Settings};
 use super::step::Step;
 use super::{Automatic, Statistics, System, Tolerances};
-use crate::Scalar;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{lit, to_f64};
+use crate::stability::{self, Mechanism};
+use crate::{Bristle, Contact, Scalar};
 
 /// A method with its step control.
 ///
@@ -47,6 +48,47 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     pub fn fixed(method: M, step: T) -> Result<Self, ParameterError> {
         let control = Control::Fixed(parameter::positive("step", step)?);
         Ok(Self { method, settings: Settings::new(control) })
+    }
+
+    /// Refuses a fixed step beyond what is stable for a contact that slides no faster than `fastest`
+    /// [m/s] in a mechanism ([`stability::largest_step`]). Adaptive steps are kept short enough by
+    /// their error.
+    ///
+    /// ```
+    /// use bristle::ode::{RungeKutta4, Solver};
+    /// use bristle::stability::Mechanism;
+    /// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+    ///
+    /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+    /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+    /// let contact = FrBd::new(curve, bristle).under_load(1.0)?;
+    /// let mechanism = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
+    /// let solver = |step| {
+    ///     Solver::<f64, _, 3>::fixed(RungeKutta4, step)?.within_stability(&contact, mechanism, 1.0)
+    /// };
+    /// assert!(solver(5e-3).is_ok());
+    /// let refused = solver(20e-3).unwrap_err().to_string();
+    /// assert!(refused.starts_with(
+    ///     "step is 0.02, but must be at most the bristle's critical step = 0.01824"
+    /// ));
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Names the step and the limit it exceeds; passes on what is wrong with the mechanism, or with
+    /// a model whose relaxation rate has no bound up to that velocity.
+    pub fn within_stability<B: Bristle<T, Deflection = T>>(
+        self,
+        contact: &Contact<T, B>,
+        mechanism: Mechanism<T>,
+        fastest: T,
+    ) -> Result<Self, ParameterError> {
+        if let (Control::Fixed(step), Some(scheme)) = (self.settings.control, self.method.scheme())
+        {
+            stability::largest_step(contact, mechanism, fastest, scheme)?.check(step)?;
+        }
+        Ok(self)
     }
 
     /// The plain method: |v| as it is, no step split at reversals or input kinks. With fixed steps
