@@ -1,0 +1,560 @@
+//! Where methods fail: the stick-slip rig of the paper (section V-A, Table 2) in fixed steps, from
+//! 0.1 ms to half a second.
+//!
+//! Beyond its critical steps each method goes its own way: it diverges, it chatters where it should
+//! be stuck, or it slides smoothly and wrongly without complaint. The library predicts the critical
+//! steps; here they are measured too, as the steps at which a small disturbance starts to grow.
+//!
+//! Leaves `stability.csv` and `stability.svg`: error, chatter and slip period over the step.
+
+use std::error::Error;
+use std::process::ExitCode;
+
+use bristle::ode::{DormandPrince, Output, RungeKutta4, Solver, System, Tolerances, Trajectory};
+use bristle::scene::{
+    PrescribedVelocity, PrescribedVelocityParameters, SpringDrivenMass, SpringDrivenMassParameters,
+};
+use bristle::signal::Constant;
+use bristle::stability::{self, Mechanism, Scheme};
+use bristle::{Branch, Bristle, Companion, FrBd, KelvinVoigt, LuGre, Stribeck, paper};
+use nalgebra::{Vector1, Vector3};
+use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Rule, Stroke, Symbol};
+
+/// The range of the step [s].
+const SHORTEST: f64 = 1e-4;
+const LONGEST: f64 = 0.5;
+
+/// The rig sticks where the reference is slower than this [m/s]; a slip begins where the speed passes
+/// the second value after it has been below the first.
+const STUCK: f64 = 2e-3;
+const SLIPPING: f64 = 0.2;
+
+/// Samples of the reference per second: straight lines between them are off by less than 1e-9 m.
+const SAMPLES: f64 = 1e4;
+
+/// A run is given up where the position [m] or the velocity [m/s] is beyond this.
+const LOST: f64 = 1e3;
+
+/// A method as it is named and drawn.
+struct Way {
+    scheme: Scheme,
+    name: &'static str,
+    label: &'static str,
+    colour: Colour,
+    marker: Marker,
+}
+
+const WAYS: [Way; 5] = [
+    Way {
+        scheme: Scheme::Euler,
+        name: "euler",
+        label: "Euler",
+        colour: Colour::Vermilion,
+        marker: Marker::Disc,
+    },
+    Way {
+        scheme: Scheme::ExactHold,
+        name: "exact_hold",
+        label: "exact hold",
+        colour: Colour::Purple,
+        marker: Marker::Diamond,
+    },
+    Way {
+        scheme: Scheme::SemiImplicitEuler,
+        name: "semi_implicit_euler",
+        label: "semi-implicit Euler",
+        colour: Colour::Black,
+        marker: Marker::Triangle,
+    },
+    Way {
+        scheme: Scheme::RungeKutta4,
+        name: "rk4",
+        label: "RK4, plain",
+        colour: Colour::Blue,
+        marker: Marker::Square,
+    },
+    Way {
+        scheme: Scheme::Passive,
+        name: "passive",
+        label: "passive",
+        colour: Colour::Green,
+        marker: Marker::Disc,
+    },
+];
+
+fn main() -> ExitCode {
+    support::run(|| {
+        let arguments = Arguments::new("stability", "Where methods fail on friction")
+            .number("end", 30.0, "s", "end of the simulated time, three slips or so")
+            .must_be(Rule::Between(20.0, 1e3))
+            .count("steps", 30, "lengths of the step, evenly spaced on a logarithmic scale")
+            .must_be(Rule::Between(2.0, 1e3))
+            .parse()?;
+        let end = arguments.number("end");
+        let count = arguments.count("steps");
+        let ratio = LONGEST / SHORTEST;
+        let steps: Vec<f64> =
+            (0..count).map(|i| SHORTEST * ratio.powf(i as f64 / (count - 1) as f64)).collect();
+
+        let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+        let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+        let studies = [
+            study("frbd", "FrBD", FrBd::new(curve, bristle), end, &steps)?,
+            study("lugre", "LuGre", LuGre::classical(curve, bristle), end, &steps)?,
+        ];
+        println!("The stick-slip rig, {end} s in fixed steps from {SHORTEST} to {LONGEST} s.");
+        println!(
+            "Critical steps in ms, predicted / measured: of the bristle at the top speed, of the stuck mass."
+        );
+        println!("Outcome, step by step: . right, w wrong, n no stick-slip, D diverged");
+        for study in &studies {
+            study.report();
+        }
+
+        let columns = [
+            "model",
+            "method",
+            "outcome",
+            "step",
+            "error",
+            "chatter",
+            "slip_period",
+            "bristle_predicted",
+            "bristle_measured",
+            "stuck_predicted",
+            "stuck_measured",
+        ];
+        let mut table = Csv::create(arguments.out_dir(), "stability", &columns)?;
+        for study in &studies {
+            for sweep in &study.sweeps {
+                for run in &sweep.runs {
+                    let limits = [sweep.bristle, sweep.stuck].map(|critical| {
+                        critical.map_or([f64::NAN; 2], |c| [c.predicted, c.measured])
+                    });
+                    let numbers = [run.step, run.error, run.chatter, run.period];
+                    let numbers: Vec<f64> =
+                        numbers.into_iter().chain(limits.into_iter().flatten()).collect();
+                    let texts = [study.name, sweep.way.name, run.outcome(study.period).name()];
+                    table.row(&texts, &numbers)?;
+                }
+            }
+        }
+        table.finish()?;
+        println!();
+        println!("{}", chart(&studies).save(arguments.out_dir(), "stability")?.display());
+        Ok(())
+    })
+}
+
+// ---------------------------------------------------------------------------------------------
+// The rig, stepped by hand
+
+struct Rig<M> {
+    parameters: SpringDrivenMassParameters<f64, M>,
+    system: SpringDrivenMass<f64, M>,
+    companion: Companion<f64, M>,
+}
+
+impl<M: Bristle<f64, Deflection = f64>> Rig<M> {
+    fn new(parameters: SpringDrivenMassParameters<f64, M>) -> Result<Self, Box<dyn Error>> {
+        let system = SpringDrivenMass::new(parameters.clone())?;
+        // Its deflection's limit is that of slow sliding, where friction is greatest.
+        let companion = parameters.contact.clone().companion(0.0)?;
+        Ok(Self { parameters, system, companion })
+    }
+
+    /// One step from a state, with the velocity at the start of the step before.
+    fn step(
+        &self,
+        scheme: Scheme,
+        time: f64,
+        state: &Vector3<f64>,
+        velocity_before: f64,
+        h: f64,
+    ) -> Vector3<f64> {
+        let SpringDrivenMassParameters { contact, mass, spring_stiffness, drive_velocity } =
+            &self.parameters;
+        let [x, v, z] = [state[0], state[1], state[2]];
+        let spring = |time: f64, x: f64| spring_stiffness * (drive_velocity * time - x);
+        match scheme {
+            Scheme::Euler => state + self.system.rate(time, state, [Branch::Free]) * h,
+            Scheme::SemiImplicitEuler => {
+                let v = v + (spring(time, x) - contact.force(v, z)) * h / mass;
+                Vector3::new(x + v * h, v, z + contact.rate(v, z) * h)
+            }
+            Scheme::ExactHold => {
+                let hold = contact.hold(v, z, h);
+                let force = spring(time + 0.5 * h, x + 0.5 * v * h) - hold.mean;
+                Vector3::new(x + v * h, v + force * h / mass, hold.deflection)
+            }
+            Scheme::Passive => {
+                // The bristle as a source and a damper in v̄, the mean velocity of the step:
+                // m (v₁ − v₀)/h = f − k (x + h v̄/2) − F̄ with v₁ = 2 v̄ − v₀.
+                let friction = self.companion.step(1.5 * v - 0.5 * velocity_before, z, h);
+                let inertia = 2.0 * mass / h;
+                let mean = (inertia * v + spring(time + 0.5 * h, x) - friction.bias())
+                    / (inertia + 0.5 * spring_stiffness * h + friction.damping());
+                let z = friction.commit(mean).deflection;
+                Vector3::new(x + mean * h, 2.0 * mean - v, z)
+            }
+            _ => RungeKutta4::step(&self.system, time, state, h),
+        }
+    }
+
+    /// A whole run in steps of one length, against a reference.
+    fn run(&self, scheme: Scheme, h: f64, end: f64, reference: &Reference) -> Run {
+        let mut state = self.system.at_rest();
+        let mut velocity_before = 0.0;
+        let (mut error, mut count) = (0.0, 0);
+        let (mut chatter, mut stuck) = (0.0, 0);
+        let (mut slips, mut ready) = (Vec::new(), true);
+        for step in 0..(end / h) as usize {
+            let time = step as f64 * h;
+            let next = self.step(scheme, time, &state, velocity_before, h);
+            velocity_before = state[1];
+            state = next;
+            if !(state[0].abs() <= LOST && state[1].abs() <= LOST) {
+                let nan = f64::NAN;
+                return Run { step: h, error: nan, chatter: nan, period: nan, slips: slips.len() };
+            }
+            let [position, velocity] = reference.at(time + h);
+            error += (state[0] - position).powi(2);
+            count += 1;
+            if velocity.abs() < STUCK {
+                chatter += (state[1] - velocity).powi(2);
+                stuck += 1;
+            }
+            if ready && state[1] > SLIPPING {
+                slips.push(time + h);
+            }
+            ready = state[1] < STUCK || ready && state[1] <= SLIPPING;
+        }
+        let root_mean = |sum: f64, count: usize| (sum / count as f64).sqrt();
+        let error = root_mean(error, count);
+        let chatter = root_mean(chatter, stuck);
+        Run { step: h, error, chatter, period: period(&slips), slips: slips.len() }
+    }
+}
+
+/// The mean time [s] from slip to slip; NaN for fewer than two.
+fn period(slips: &[f64]) -> f64 {
+    match slips {
+        [first, .., last] => (last - first) / (slips.len() - 1) as f64,
+        _ => f64::NAN,
+    }
+}
+
+/// What is taken for the truth.
+struct Reference(Trajectory<f64, 3>);
+
+impl Reference {
+    /// Position and velocity.
+    fn at(&self, time: f64) -> [f64; 2] {
+        let states = self.0.states();
+        let sample = time * SAMPLES;
+        let index = (sample as usize).min(states.len() - 2);
+        let state = states[index].lerp(&states[index + 1], sample - index as f64);
+        [state[0], state[1]]
+    }
+}
+
+/// What came of one method with one step.
+struct Run {
+    step: f64,
+    /// Root mean square error of the position [m].
+    error: f64,
+    /// Root mean square error of the velocity [m/s] where the rig should stick.
+    chatter: f64,
+    /// Mean slip period [s].
+    period: f64,
+    slips: usize,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Outcome {
+    Right,
+    Wrong,
+    NoStickSlip,
+    Diverged,
+}
+
+impl Outcome {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Right => "right",
+            Self::Wrong => "wrong",
+            Self::NoStickSlip => "no stick-slip",
+            Self::Diverged => "diverged",
+        }
+    }
+
+    fn letter(self) -> char {
+        match self {
+            Self::Right => '.',
+            Self::Wrong => 'w',
+            Self::NoStickSlip => 'n',
+            Self::Diverged => 'D',
+        }
+    }
+}
+
+impl Run {
+    /// Right is a period within 1 % and a position within a tenth of a slip of half a metre.
+    fn outcome(&self, period: f64) -> Outcome {
+        if self.error.is_nan() {
+            Outcome::Diverged
+        } else if self.slips < 2 {
+            Outcome::NoStickSlip
+        } else if (self.period / period - 1.0).abs() < 0.01 && self.error < 0.05 {
+            Outcome::Right
+        } else {
+            Outcome::Wrong
+        }
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Critical steps
+
+#[derive(Clone, Copy)]
+struct Critical {
+    predicted: f64,
+    measured: f64,
+}
+
+/// The first step at which a small disturbance grows, searched from a tenth of a guess upward. Asks
+/// for what is left of it after so many steps, as a part of its first size.
+fn onset(guess: f64, left: impl Fn(f64, usize) -> f64) -> f64 {
+    // From the first half of a run to its second. What is left of a hundredth is calm, what is lost
+    // has grown.
+    let grows = |h: f64| {
+        let later = left(h, 800);
+        !later.is_finite() || later > f64::max(left(h, 400), 0.01)
+    };
+    let mut below = 0.1 * guess;
+    while !grows(1.1 * below) && below < 10.0 * guess {
+        below *= 1.1;
+    }
+    let mut above = 1.1 * below;
+    for _ in 0..8 {
+        let middle = 0.5 * (below + above);
+        *(if grows(middle) { &mut above } else { &mut below }) = middle;
+    }
+    below
+}
+
+/// One method over all steps.
+struct Sweep {
+    way: &'static Way,
+    runs: Vec<Run>,
+    bristle: Option<Critical>,
+    stuck: Option<Critical>,
+}
+
+/// One model.
+struct Study {
+    name: &'static str,
+    label: &'static str,
+    top_speed: f64,
+    period: f64,
+    sweeps: Vec<Sweep>,
+}
+
+fn study<M: Bristle<f64, Deflection = f64>>(
+    name: &'static str,
+    label: &'static str,
+    model: M,
+    end: f64,
+    steps: &[f64],
+) -> Result<Study, Box<dyn Error>> {
+    let contact = model.under_load(1.0)?;
+    let rig = Rig::new(paper::stick_slip_rig(contact.clone()))?;
+    let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-10, rig.system.scales())?);
+    let output = Output::Uniform((end * SAMPLES) as usize + 1);
+    let reference = Reference(solver.solve(&rig.system, 0.0..end, rig.system.at_rest(), output)?);
+    let states = reference.0.states();
+    let top_speed = states.iter().map(|state| state[1].abs()).fold(0.0, f64::max);
+    let slips: Vec<f64> = reference
+        .0
+        .times()
+        .iter()
+        .zip(states.windows(2))
+        .filter(|(_, pair)| pair[0][1] <= SLIPPING && pair[1][1] > SLIPPING)
+        .map(|(&time, _)| time)
+        .collect();
+
+    let SpringDrivenMassParameters { mass, spring_stiffness, .. } = rig.parameters;
+    let mechanism = Mechanism { mass, spring_stiffness, viscous_damping: 0.0 };
+    let still = Rig::new(SpringDrivenMassParameters {
+        drive_velocity: 0.0,
+        ..paper::stick_slip_rig(contact.clone())
+    })?;
+    let dragged = PrescribedVelocity::new(PrescribedVelocityParameters {
+        contact: contact.clone(),
+        velocity: Constant::new(top_speed)?,
+    });
+    let mut sweeps = Vec::new();
+    for way in &WAYS {
+        let limits = stability::largest_step(&contact, mechanism, top_speed, way.scheme)?;
+        let bristle = limits.bristle.map(|predicted| {
+            let measured = onset(predicted, |h, count| {
+                let steady = dragged.stationary(0.0);
+                let mut z = steady * 1.001;
+                for _ in 0..count {
+                    z = match way.scheme {
+                        Scheme::RungeKutta4 => RungeKutta4::step(&dragged, 0.0, &z, h),
+                        _ => z + Vector1::new(contact.rate(top_speed, z.x)) * h,
+                    };
+                }
+                (z - steady).norm() / (1e-3 * steady.norm())
+            });
+            Critical { predicted, measured }
+        });
+        let stuck = limits.stuck_virgin.map(|predicted| {
+            let measured = onset(predicted, |h, count| {
+                let kick = 1e-9; // m/s; no more than a thousand times that is small
+                let mut state = Vector3::new(0.0, kick, 0.0);
+                let mut largest = 0.0; // of a swing's last phases
+                for step in 0..count {
+                    state = still.step(way.scheme, 0.0, &state, state[1], h);
+                    if !(state[1].abs() < 1e3 * kick) {
+                        return f64::INFINITY;
+                    }
+                    largest = if step + 50 < count { 0.0 } else { state[1].abs().max(largest) };
+                }
+                largest / kick
+            });
+            Critical { predicted, measured }
+        });
+        let runs = steps.iter().map(|&h| rig.run(way.scheme, h, end, &reference)).collect();
+        sweeps.push(Sweep { way, runs, bristle, stuck });
+    }
+    Ok(Study { name, label, top_speed, period: period(&slips), sweeps })
+}
+
+impl Study {
+    fn report(&self) {
+        println!();
+        println!(
+            "{}: slip period {:.4} s, top speed {:.3} m/s",
+            self.label, self.period, self.top_speed
+        );
+        println!(
+            "                        bristle           stuck mass        outcome over the step"
+        );
+        for sweep in &self.sweeps {
+            let [bristle, stuck] = [sweep.bristle, sweep.stuck].map(|critical| match critical {
+                Some(c) => format!("{:.3} / {:.3}", c.predicted * 1e3, c.measured * 1e3),
+                None => "no limit".to_owned(),
+            });
+            let outcomes: String =
+                sweep.runs.iter().map(|run| run.outcome(self.period).letter()).collect();
+            println!("{:22}  {bristle:16}  {stuck:16}  {outcomes}", sweep.way.label);
+        }
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// The chart
+
+/// Something of a run to draw.
+type Quantity = fn(&Run) -> f64;
+
+/// Which critical step to mark.
+type Limit = fn(&Sweep) -> Option<Critical>;
+
+/// A row of panels: what to draw, what to mark, and the range of the values.
+struct Row {
+    label: &'static str,
+    marked: &'static str,
+    quantity: Quantity,
+    limit: Limit,
+    range: [f64; 2],
+}
+
+const ROWS: [Row; 2] = [
+    Row {
+        label: "RMS error of x / m",
+        marked: "error; limits of the bristle at top speed",
+        quantity: |run| run.error,
+        limit: |sweep| sweep.bristle,
+        range: [1e-11, 1.0],
+    },
+    Row {
+        label: "RMS error of v while stuck / (m/s)",
+        marked: "chatter; limits of the stuck mass",
+        quantity: |run| run.chatter,
+        limit: |sweep| sweep.stuck,
+        range: [1e-10, 1.0],
+    },
+];
+
+fn chart(studies: &[Study; 2]) -> Figure {
+    let mut figure = Figure::new(900, 1060).columns(2);
+    let mut letter = 'a'..;
+    let mut title = |study: &Study, what: &str| {
+        format!("({}) {}: {what}", letter.next().unwrap_or(' '), study.label)
+    };
+    let steps = SHORTEST * 0.9..=LONGEST * 1.1;
+    for row in &ROWS {
+        for study in studies {
+            let [least, most] = row.range;
+            // Above the greatest value there is a rung for each method that diverges.
+            let mut panel = Panel::new("step h / s", row.label)
+                .title(title(study, row.marked))
+                .log_x()
+                .log_y()
+                .x_range(steps.clone())
+                .y_range(least..=most * 90.0)
+                .horizontal(most * 2.0, "");
+            for (index, sweep) in study.sweeps.iter().enumerate() {
+                let Way { label, colour, marker, .. } = *sweep.way;
+                let points = sweep.runs.iter().map(|run| (run.step, (row.quantity)(run)));
+                let rung = most * 4.0 * 2.25f64.powi(index as i32);
+                let lost = sweep.runs.iter().filter(|run| run.error.is_nan());
+                let lost = lost.map(|run| (run.step, rung));
+                let symbol = colour.marked(marker).size(5.0);
+                panel = panel
+                    .line(label, Stroke::from(colour), points.clone())
+                    .points(label, symbol, points)
+                    .points(label, symbol, lost);
+                if let Some(Critical { predicted, measured }) = (row.limit)(sweep) {
+                    let mark = (measured, least * 5.0 * 4f64.powi(index as i32));
+                    panel = panel
+                        .line("", limit_line(colour), [(predicted, least), (predicted, most * 2.0)])
+                        .points("", colour.marked(marker).size(10.0), [mark]);
+                }
+            }
+            // What the marks mean, for the legend alone.
+            let nothing: [(f64, f64); 0] = [];
+            panel = panel
+                .line("critical step, predicted", limit_line(Colour::Grey), nothing)
+                .points("critical step, measured", Symbol::from(Colour::Grey).size(10.0), nothing)
+                .points("on top: diverged", Symbol::from(Colour::Grey).size(5.0), nothing);
+            figure = figure.panel(panel);
+        }
+    }
+    for study in studies {
+        let mut panel = Panel::new("step h / s", "mean slip period / s")
+            .title(title(study, "slip period, where there are slips"))
+            .log_x()
+            .x_range(steps.clone())
+            .y_range(0.0..=15.0)
+            .horizontal(study.period, "reference");
+        for sweep in &study.sweeps {
+            let Way { label, colour, marker, .. } = *sweep.way;
+            let points = sweep.runs.iter().map(|run| (run.step, run.period));
+            panel = panel.line(label, Stroke::from(colour), points.clone()).points(
+                label,
+                colour.marked(marker).size(5.0),
+                points,
+            );
+        }
+        figure = figure.panel(panel);
+    }
+    figure
+}
+
+fn limit_line(colour: Colour) -> Stroke {
+    colour.dashed().width(1.0)
+}
