@@ -113,27 +113,19 @@ impl<T: Scalar, const N: usize, const S: usize> Stage<'_, T, N, S> {
         }
         let Tableau { times, time_weights, a, c, chained, .. } = self.tableau;
         let u = &mut stages.u;
-        if I >= *chained {
-            self.state += u[I - 1];
-        } else {
-            for n in 0..N {
-                let mut sum = T::zero();
-                for j in 0..I {
-                    sum += u[j][n] * lit::<T>(a[I][j]);
-                }
-                self.state[n] = self.from.state[n] + sum;
+        let sum = |weights: &[f64; S]| -> SVector<T, N> {
+            let mut sum = SVector::zeros();
+            for (u, &weight) in u.iter().zip(weights).take(I) {
+                sum += u * lit::<T>(weight);
             }
-        }
+            sum
+        };
+        self.state =
+            if I >= *chained { self.state + u[I - 1] } else { self.from.state + sum(&a[I]) };
         let mut right = field.rate(self.from.time + self.step * lit::<T>(times[I]), &self.state);
-        for n in 0..N {
-            let mut sum = T::zero();
-            for j in 0..I {
-                sum += u[j][n] * lit::<T>(c[I][j]);
-            }
-            right[n] += sum * self.per_step;
-            if time_weights[I] != 0.0 {
-                right[n] += stages.tangent.by_time[n] * (self.step * lit::<T>(time_weights[I]));
-            }
+        right += sum(&c[I]) * self.per_step;
+        if time_weights[I] != 0.0 {
+            right += stages.tangent.by_time * (self.step * lit::<T>(time_weights[I]));
         }
         u[I] = self.matrix.solve(right);
     }
