@@ -166,9 +166,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s], with forces in newtons.
     ///
     /// Exact is the bristle under that velocity. A mass m that takes its velocity from this force is
-    /// coupled to it explicitly, and a stuck one goes unstable for steps longer than about 2/ω with
-    /// ω² = σ0 p/m: it then slides under forces far below breakaway, with plausible numbers. For the
-    /// impulse on a mass use the mean force, F̄ h; the force at the end is what a sensor would read.
+    /// coupled to it explicitly, and a stuck one goes unstable for steps longer than about 2σ1/σ0
+    /// ([`stability`](crate::stability)): it then slides under forces far below breakaway, with
+    /// plausible numbers. [`Contact::companion`] couples them for any step. For the impulse on a mass
+    /// use the mean force, F̄ h; the force at the end is what a sensor would read.
     ///
     /// An elasto-plastic model's α is frozen at the beginning of the step.
     #[inline]

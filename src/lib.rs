@@ -11,9 +11,12 @@
 //! | 2 | a bristle | [`KelvinVoigt`] and others, trait [`Rheology`] |
 //! | 3 | a model of both | [`FrBd`] and others, trait [`Bristle`] |
 //! | 4 | a normal force | [`Bristle::under_load`] makes a [`Contact`] |
-//! | 5a | in a loop | [`Contact::hold`] steps exactly over a sample |
-//! | 5b | in a mechanism | [`scene`], or your own [`ode::System`] |
-//! | 6 | a simulation | [`ode::Solver`] |
+//! | 5a | in a loop | [`Contact::hold`] steps exactly over a sample, [`exponential`] along a known velocity |
+//! | 5b | in your own mechanism, any step | [`Contact::companion`] |
+//! | 5c | in a mechanism | [`scene`], or your own [`ode::System`] |
+//! | 6 | a simulation | [`ode::solve`], or [`ode::Solver`] with a method of your choice |
+//!
+//! [`stability`] tells how long a step may be.
 //!
 //! ```
 //! use bristle::{Bristle, FrBd, KelvinVoigt, Law, Stribeck, paper};

@@ -16,9 +16,9 @@ use crate::{Branch, Bristle, Contact, Scalar};
 
 /// A step grows and shrinks by no more than these factors.
 const LEAST_FACTOR: f64 = 0.2;
-const MOST_FACTOR: f64 = 2.5;
+const MOST_FACTOR: f64 = 2.0;
 /// The next step aims below the tolerance by this factor of its length.
-const SAFETY: f64 = 0.9;
+const SAFETY: f64 = 0.8;
 
 /// How a bristle is dragged along: exponential collocation with its step control. Made by
 /// [`Exponential::adaptive`](super::Exponential::adaptive) and
@@ -418,10 +418,12 @@ where
                     *time = last;
                 }
             }
-            let velocities = times.map(|time| self.velocity.value(time));
+            // Plain loops: the compiler does not see through a map over an array.
+            let mut velocities = times;
             let mut nodes = [(T::zero(), T::zero()); S];
-            for ((node, time), velocity) in nodes.iter_mut().zip(times).zip(velocities) {
-                *node = (time, self.branch.of(velocity).speed());
+            for ((node, velocity), time) in nodes.iter_mut().zip(&mut velocities).zip(times) {
+                *velocity = self.velocity.value(time);
+                *node = (time, self.branch.of(*velocity).speed());
             }
             let ahead = |time| self.branch.of(self.velocity.value(time)).speed();
             let start = (self.time, self.branch.of(self.now).speed());
@@ -447,7 +449,10 @@ where
             }
             self.statistics.evaluations += S as u64;
             let model = self.contact.model();
-            let samples = velocities.map(|v| Sample::new(model, self.branch, v, self.deflection));
+            let mut samples = [self.sample; S];
+            for (sample, velocity) in samples.iter_mut().zip(velocities) {
+                *sample = Sample::new(model, self.branch, velocity, self.deflection);
+            }
             let force = self.contact.normal_force();
             let span = (self.time, end_time);
             return (Piece::new(span, force, self.deflection, &self.sample, &samples), end);

@@ -220,9 +220,11 @@ fn direction<T: Scalar>(velocity: T) -> Branch {
 /// The nodes between two times.
 #[inline(always)]
 fn places<T: Scalar, const S: usize>((start, end): (T, T)) -> [T; S] {
-    let mut places = Nodes::<S>::OF.places.map(|place| start + (end - start) * lit(place));
-    if let Some(last) = places.last_mut() {
-        *last = end;
+    let mut places = [end; S];
+    for (place, part) in places.iter_mut().zip(Nodes::<S>::OF.places) {
+        if part < 1.0 {
+            *place = start + (end - start) * lit(part);
+        }
     }
     places
 }
@@ -237,8 +239,12 @@ fn smooth<T: Scalar, M: Bristle<T, Deflection = T>, V: Fn(T) -> T, const S: usiz
     duration: T,
     deflection: T,
 ) -> Piece<T, S> {
+    let places = places::<T, S>(span);
     let sample = |place| Sample::new(contact.model(), branch, velocity(place), deflection);
-    let samples = places(span).map(sample);
+    let mut samples = [sample(span.1); S];
+    for (sample_at, place) in samples.iter_mut().zip(places).take(S - 1) {
+        *sample_at = sample(place);
+    }
     // What the curve between the ends would need of the start is not asked for here.
     let times = (T::zero(), (span.1 - span.0) * duration);
     Piece::new(times, contact.normal_force(), deflection, &samples[0], &samples)

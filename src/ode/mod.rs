@@ -7,13 +7,22 @@
 //!
 //! | method | for |
 //! |---|---|
-//! | [`DormandPrince`] | adaptive steps, order 5(4), dense output |
+//! | [`Automatic`] | the default of [`solve`]: an explicit and a Rosenbrock method take turns |
+//! | [`DormandPrince`] | explicit, order 5(4): inputs of low smoothness, moderate tolerances |
+//! | [`DormandPrince8`] | explicit, order 8(5,3): tight tolerances |
+//! | [`Rodas4`], [`Rodas5P`] | L-stable Rosenbrock methods of order 4(3) and 5(4): stiff systems |
 //! | [`RungeKutta4`] | fixed steps, split at reversals; or [`plain`](Solver::plain) at a fixed cost |
 //!
+//! All but the last choose their steps by an error estimate and have a dense output of their own. A
+//! Rosenbrock method needs the Jacobian: give [`System::tangent`]. Without it finite differences
+//! stand in, at a step of 10⁻⁸ of [`System::scales`]; they cost N + 1 evaluations a step and half of
+//! the digits of the Jacobian, and where a state's scale is badly off they may ruin the result.
+//!
 //! Tolerances are per component: the states of a friction problem have nothing in common but the
-//! time. Take 1e-6 of each state's scale or tighter: with loose tolerances a stuck mass chatters at
-//! the level of the tolerance, every reversal is located, and the run is both wrong (each cycle
-//! lets the mass creep a little) and often dearer than a tight one.
+//! time. They bound the local error. What becomes of it differs: breakaway amplifies it, and over
+//! a hundred seconds of stick-slip the global error of a fixed method was measured to be up to 500
+//! times a tolerance of 10⁻⁶ and 5000 times one of 10⁻³ (there Rosenbrock methods miss whole slips).
+//! [`solve`] tightens loose tolerances by itself.
 
 mod automatic;
 mod controller;

@@ -249,7 +249,7 @@ impl<T: Scalar, const N: usize> Solver<T, Automatic, N> {
 }
 
 /// Local tolerance above which methods of lower order are the cheaper ones.
-const LOW: f64 = 1e-6;
+const LOW: f64 = 3e-6;
 
 /// The first fraction of a step at which an event stops the run, and which one.
 fn first_stop<T: Scalar, const N: usize>(
