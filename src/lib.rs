@@ -67,6 +67,7 @@ pub mod paper;
 mod parameter;
 mod regularisation;
 mod rheology;
+mod root;
 mod scalar;
 pub mod scene;
 pub mod signal;

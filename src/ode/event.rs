@@ -4,9 +4,9 @@ use core::fmt;
 
 use nalgebra::SVector;
 
-use super::root::crossing;
 use super::step::Step;
 use crate::Scalar;
+use crate::root::enclose;
 use crate::scalar::lit;
 
 /// In which direction a function has to pass zero.
@@ -91,7 +91,7 @@ impl<T: Scalar, const N: usize> Event<'_, T, N> {
                 Direction::Falling => falls,
                 Direction::Either => rises || falls,
             };
-            wanted.then(|| crossing(at, a, b))
+            wanted.then(|| enclose(at, a, b, T::default_epsilon() * lit(4.0)).1)
         };
         [find(start, middle), find(middle, end)]
     }

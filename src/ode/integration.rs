@@ -433,7 +433,7 @@ where
                 Verdict::Within(contact, fraction) => {
                     // The dense output finds the reversal, but the state there comes from a step
                     // of its own: that keeps the order of the method.
-                    let cut = step * fraction;
+                    let cut = self.rounded(step * fraction);
                     let attempt = self.attempt(cut, window);
                     let scale = self.settings.control.scale(&attempt.state);
                     if !is_finite(&attempt.state) {
@@ -477,6 +477,11 @@ where
         }
     }
 
+    /// A step by which the time really advances: the rest would add up to a drift of the clock.
+    fn rounded(&self, step: T) -> T {
+        (self.point.time + step) - self.point.time
+    }
+
     /// Length of the next trial, signed, and whether it ends at the stop.
     fn trial_step(&self, stop: T) -> (T, bool) {
         let remaining = stop - self.point.time;
@@ -488,9 +493,9 @@ where
             && self.length > distance * lit(0.5)
         {
             // Two equal steps instead of a long one and a stub.
-            (remaining * lit(0.5), false)
+            (self.rounded(remaining * lit(0.5)), false)
         } else {
-            (self.length * self.direction(), false)
+            (self.rounded(self.length * self.direction()), false)
         }
     }
 

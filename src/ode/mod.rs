@@ -37,7 +37,6 @@ mod method;
 mod reversal;
 mod rodas4;
 mod rodas5p;
-mod root;
 mod rosenbrock;
 mod runge_kutta4;
 mod settings;

@@ -2,9 +2,9 @@
 
 use super::System;
 use super::method::Point;
-use super::root::crossing;
 use super::step::Step;
 use crate::bounds::{larger, smaller};
+use crate::root::enclose;
 use crate::scalar::lit;
 use crate::{Branch, Scalar};
 
@@ -184,7 +184,7 @@ where
             let ahead = probes.into_iter().map(|place| (place, at(place)));
             ahead.into_iter().find(|&(_, velocity)| velocity > T::zero()).unwrap_or(right)
         };
-        let place = crossing(at, right, wrong);
+        let (_, place) = enclose(at, right, wrong, T::default_epsilon() * lit(4.0));
         if place * (step.end_time - step.start_time).abs() < smallest_step * lit(4.0) {
             return Verdict::AtStart(index);
         }
