@@ -109,7 +109,7 @@ impl scenes::Visitor for Bench {
             let text = format!("{} {}: two references differ by", scene.name, scene.model);
             self.problem = Some(format!("{text} {difference:e}"));
         }
-        for method in methods::all::<S, N>() {
+        for method in methods::all(scene) {
             if !method.name.contains(&self.options.method) {
                 continue;
             }

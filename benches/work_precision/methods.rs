@@ -5,7 +5,7 @@ use bristle::ode::{
     Statistics, System, Tolerances,
 };
 
-use crate::scenes::{SAMPLES, Scene};
+use crate::scenes::{DragSetting, SAMPLES, Scene};
 
 /// A method as it runs on scenes of N states.
 #[derive(Debug)]
@@ -54,11 +54,11 @@ pub struct Cost {
 /// A run of more trial steps has failed: about ten times what the explicit methods need on the valve.
 const MOST_STEPS: u64 = 10_000_000;
 
-/// Every method of the crate.
-pub fn all<S: System<f64, N> + Clone, const N: usize>() -> Vec<Method<S, N>> {
+/// Every method of the crate that suits a scene.
+pub fn all<S: System<f64, N> + Clone, const N: usize>(scene: &Scene<S, N>) -> Vec<Method<S, N>> {
     use Setting::{Step, Tolerance};
     let method = |name, setting, run| Method { name, setting, run };
-    vec![
+    let mut methods = vec![
         method("DormandPrince", Tolerance, |scene, tol| adaptive(DormandPrince, scene, tol)),
         method("DormandPrince8", Tolerance, |scene, tol| adaptive(DormandPrince8, scene, tol)),
         method("Rodas4", Tolerance, |scene, tol| adaptive(Rodas4, scene, tol)),
@@ -68,7 +68,29 @@ pub fn all<S: System<f64, N> + Clone, const N: usize>() -> Vec<Method<S, N>> {
         }),
         method("RungeKutta4", Step, |scene, step| fixed(RungeKutta4, scene, step)),
         method("RungeKutta4 plain", Step, |scene, step| plain(RungeKutta4, scene, step)),
-    ]
+    ];
+    if scene.dragged.is_some() {
+        methods.push(method("Exponential", Tolerance, |scene, tol| {
+            dragged(scene, DragSetting::Tolerance(tol))
+        }));
+        methods.push(method("Exponential fixed", Step, |scene, step| {
+            dragged(scene, DragSetting::Step(step))
+        }));
+    }
+    methods
+}
+
+fn dragged<S, const N: usize>(scene: &Scene<S, N>, setting: DragSetting) -> Run {
+    match scene.dragged.as_ref().map(|dragged| dragged.run(setting)) {
+        Some(Ok((judged, cost))) => Run { judged, cost: cost.into(), failure: None },
+        Some(Err(failure)) => failed(failure),
+        None => failed("no prescribed velocity".into()),
+    }
+}
+
+/// A run that did not start.
+fn failed(failure: String) -> Run {
+    Run { judged: Vec::new(), cost: Cost::default(), failure: Some(failure) }
 }
 
 fn adaptive<S, M, const N: usize>(method: M, scene: &Scene<S, N>, tolerance: f64) -> Run
@@ -106,10 +128,7 @@ where
 {
     let solver = match solver {
         Ok(solver) => solver.with_most_steps(MOST_STEPS),
-        Err(error) => {
-            let failure = Some(error.to_string());
-            return Run { judged: Vec::new(), cost: Cost::default(), failure };
-        }
+        Err(error) => return failed(error.to_string()),
     };
     let output = Output::Uniform(SAMPLES);
     let solved = solver.solve(&scene.system, 0.0..scene.end, scene.start, output);

@@ -8,7 +8,11 @@
 //! | S3 | pre-sliding at 1, 5 and 10 Hz, ten periods, from rest | position | μ_s/σ0 |
 //! | S4 | frictional lag at 25, 50 and 100 Hz, twenty periods | deflection | μ_s/σ0 |
 
-use bristle::ode::System;
+use std::fmt;
+use std::rc::Rc;
+
+use bristle::exponential::Exponential;
+use bristle::ode::{Statistics, System};
 use bristle::scene::{
     DiaphragmValve, ForcedMass, ForcedMassParameters, PrescribedVelocity,
     PrescribedVelocityParameters, SpringDrivenMass,
@@ -36,6 +40,36 @@ pub struct Scene<S, const N: usize> {
     pub judged: usize,
     /// What its error is divided by, in its unit.
     pub scale: f64,
+    /// The same scene as a bristle dragged at a known velocity, where it is one.
+    pub dragged: Option<Dragged>,
+}
+
+/// Runs a dragged bristle with adaptive or fixed steps: its deflections at the uniform samples.
+#[derive(Clone)]
+pub struct Dragged(Rc<DragRun>);
+
+type DragRun = dyn Fn(DragSetting) -> Result<(Vec<f64>, Statistics), String>;
+
+/// How the steps of a dragged bristle are chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DragSetting {
+    /// By a tolerance, relative to the deflection at breakaway.
+    Tolerance(f64),
+    /// All of this length \[s\].
+    Step(f64),
+}
+
+impl Dragged {
+    /// Runs it.
+    pub fn run(&self, setting: DragSetting) -> Result<(Vec<f64>, Statistics), String> {
+        self.0(setting)
+    }
+}
+
+impl fmt::Debug for Dragged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Dragged")
+    }
 }
 
 /// What is done with every scene, whatever its number of states.
@@ -102,6 +136,7 @@ fn stick_slip<M: Bristle<f64, Deflection = f64>>(
         end: 100.0,
         judged: 0,
         scale: 1.0,
+        dragged: None,
     });
     Ok(())
 }
@@ -139,6 +174,7 @@ fn valve_test<M: Bristle<f64, Deflection = f64>, U: Signal<f64>>(
         end: 120.0,
         judged: 0,
         scale: 0.036,
+        dragged: None,
     });
     Ok(())
 }
@@ -165,11 +201,12 @@ fn presliding<M: Bristle<f64, Deflection = f64>>(
         end: 10.0 / frequency,
         judged: 0,
         scale: breakaway_deflection(),
+        dragged: None,
     });
     Ok(())
 }
 
-fn lag<M: Bristle<f64, Deflection = f64>>(
+fn lag<M: Bristle<f64, Deflection = f64> + 'static>(
     name: &'static str,
     model: &'static str,
     friction: M,
@@ -177,19 +214,34 @@ fn lag<M: Bristle<f64, Deflection = f64>>(
     visitor: &mut impl Visitor,
 ) -> Result<(), ParameterError> {
     let velocity = SineParameters { mean: 0.0055, amplitude: 0.005, frequency, phase: 0.0 };
+    let (contact, velocity) = (friction.under_load(1.0)?, Sine::new(velocity)?);
+    let end = 20.0 / frequency;
     let scene = PrescribedVelocity::new(PrescribedVelocityParameters {
-        contact: friction.under_load(1.0)?,
-        velocity: Sine::new(velocity)?,
+        contact: contact.clone(),
+        velocity,
     });
+    let dragged = Dragged(Rc::new(move |setting| {
+        let method = Exponential::<5>;
+        let drag = match setting {
+            DragSetting::Tolerance(tolerance) => method.adaptive(tolerance),
+            DragSetting::Step(step) => method.fixed(step),
+        };
+        let drag = drag.map_err(|error| error.to_string())?;
+        let mut deflections = Vec::with_capacity(SAMPLES);
+        let store = |_, deflection| deflections.push(deflection);
+        let cost = drag.sample(&contact, &velocity, 0.0..end, 0.0, SAMPLES, store);
+        Ok((deflections, cost.map_err(|failure| failure.to_string())?))
+    }));
     visitor.visit(&Scene {
         name,
         model,
         start: Vector1::new(0.0),
         scales: Vector1::new(breakaway_deflection()),
         system: scene,
-        end: 20.0 / frequency,
+        end,
         judged: 0,
         scale: breakaway_deflection(),
+        dragged: Some(dragged),
     });
     Ok(())
 }
