@@ -1,21 +1,25 @@
-//! What one evaluation costs, beside one exponential: `cargo bench --bench cost`.
+//! What one evaluation and one step cost, beside one exponential: `cargo bench --bench cost`.
 //!
 //! Every measured piece of work waits for the result of the one before, as it does in a simulation
 //! or a control loop, and so does the exponential it is compared with. Read the ratios to `exp`
 //! of the same scalar within one run; absolute times belong to the machine.
 //!
 //! The parameters are those of the paper's Table 2, in the middle of the Stribeck range, where the
-//! friction curve needs its exponential. The integrator's line is the cost of a whole step, four
-//! right-hand sides.
+//! friction curve needs its exponential. An integrator's line is the cost of a whole step of the driver
+//! (fixed, sliding steadily, without output): its right-hand sides, its algebra, and the watch for
+//! reversals.
 
 use std::hint::black_box;
 
-use bristle::ode::{RungeKutta4, System};
-use bristle::scene::SpringDrivenMass;
+use bristle::exponential::{Exponential, Ramp};
+use bristle::ode::{
+    DormandPrince, DormandPrince8, Method, Rodas4, Rodas5P, RungeKutta4, Solver, System,
+};
+use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
 use bristle::{
     Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
-    KelvinVoigt, KelvinVoigtParameters, LuGre, RationalStribeck, RationalStribeckParameters,
-    Scalar, Stribeck, StribeckParameters, paper,
+    KelvinVoigt, KelvinVoigtParameters, LuGre, ParameterError, RationalStribeck,
+    RationalStribeckParameters, Scalar, Stribeck, StribeckParameters, paper,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Vector3, convert};
@@ -102,35 +106,108 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
         linear.rate_by_velocity + linear.coefficient_by_velocity
     });
     one(c, "exact step, FrBD", &|v| frbd.affine(v.into(), z).hold(v, z, h).mean);
+    if let Ok(companion) = frbd.under_load(t(1.0)).and_then(|contact| contact.companion(t(1.0))) {
+        // A unit mass under the force that keeps it sliding at about this speed.
+        one(c, "passive step, FrBD, deflection alone", &|v| {
+            let step = companion.step(v, z, h);
+            let mean = (t(1.28) - step.bias() + v * t(2e3)) / (t(2e3) + step.damping());
+            step.commit(mean).deflection
+        });
+        one(c, "passive step, FrBD, with its ledger", &|v| {
+            let step = companion.step(v, z, h);
+            let mean = (t(1.28) - step.bias() + v * t(2e3)) / (t(2e3) + step.damping());
+            let done = step.commit(mean);
+            done.deflection + done.work + done.stored + done.dissipated
+        });
+    }
+    if let Ok(contact) = frbd.under_load(t(1.0)) {
+        one(c, "exponential step of three nodes, FrBD", &|v| {
+            let ramp = Ramp { from: v, to: v + t(1e-4) };
+            Exponential::<3>.ramp(&contact, ramp, z, h).deflection
+        });
+    }
     one(c, "exact step, FrBD with rational curve", &|v| {
         quick.affine(v.into(), z).hold(v, z, h).mean
     });
 }
 
-fn integrators(c: &mut Criterion) {
-    let rig = Stribeck::new(paper::STICK_SLIP_CURVE).and_then(|curve| {
-        let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
-        let contact = FrBd::new(curve, bristle).under_load(1.0)?;
-        SpringDrivenMass::new(paper::stick_slip_rig(contact))
+/// The stick-slip rig in a scalar type.
+fn rig<T: Scalar>() -> Result<SpringDrivenMass<T, FrBd<Stribeck<T>, KelvinVoigt<T>>>, ParameterError>
+{
+    let t = |value: f64| convert::<f64, T>(value);
+    let (curve, bristle) = (paper::STICK_SLIP_CURVE, paper::STICK_SLIP_BRISTLE);
+    let curve = Stribeck::new(StribeckParameters {
+        static_coefficient: t(curve.static_coefficient),
+        dynamic_coefficient: t(curve.dynamic_coefficient),
+        stribeck_velocity: t(curve.stribeck_velocity),
+        stribeck_exponent: t(curve.stribeck_exponent),
+        viscous_friction: t(curve.viscous_friction),
+    })?;
+    let bristle = KelvinVoigt::new(KelvinVoigtParameters {
+        micro_stiffness: t(bristle.micro_stiffness),
+        micro_damping: t(bristle.micro_damping),
+    })?;
+    SpringDrivenMass::new(SpringDrivenMassParameters {
+        contact: FrBd::new(curve, bristle).under_load(t(1.0))?,
+        mass: t(1.0),
+        spring_stiffness: t(2.0),
+        drive_velocity: t(SPEED),
+    })
+}
+
+fn integrators<T: Scalar>(c: &mut Criterion, scalar: &str) {
+    let t = |value: f64| convert::<f64, T>(value);
+    let Ok(rig) = rig::<T>() else { return };
+    let state = |velocity: T| Vector3::new(t(0.0), velocity, t(DEFLECTION));
+    let name = |what: &str| format!("{scalar}/{what}, spring-driven mass");
+    measure(c, &name("right-hand side"), SPEED, |v: T| {
+        rig.rate(t(14.0), &state(v), [Branch::Forward]).sum()
     });
-    let Ok(rig) = rig else { return };
-    let state = |velocity: f64| Vector3::new(0.7, velocity, DEFLECTION);
-    measure(c, "f64/right-hand side, spring-driven mass", SPEED, |v: f64| {
-        rig.rate(14.0, &state(v), [Branch::Forward]).sum()
+    measure(c, &name("right-hand side with Jacobian"), SPEED, |v: T| {
+        let tangent = rig.tangent(t(14.0), &state(v), [Branch::Forward]);
+        tangent.map_or(T::zero(), |tangent| tangent.rate.sum() + tangent.by_state.sum())
     });
-    measure(c, "f64/right-hand side with Jacobian, spring-driven mass", SPEED, |v: f64| {
-        let tangent = rig.tangent(14.0, &state(v), [Branch::Forward]);
-        tangent.map_or(0.0, |tangent| tangent.rate.sum() + tangent.by_state.sum())
+    measure(c, &name("bare RK4 step"), SPEED, |v: T| {
+        RungeKutta4::step(&rig, t(14.0), &state(v), t(1e-4)).sum()
     });
-    measure(c, "f64/RK4 step, spring-driven mass", SPEED, |v: f64| {
-        RungeKutta4::step(&rig, 14.0, &state(v), 1e-4).sum()
+    step(c, &name("step of RungeKutta4"), &rig, RungeKutta4);
+    step(c, &name("step of DormandPrince"), &rig, DormandPrince);
+    step(c, &name("step of DormandPrince8"), &rig, DormandPrince8);
+    step(c, &name("step of Rodas4"), &rig, Rodas4);
+    step(c, &name("step of Rodas5P"), &rig, Rodas5P);
+}
+
+/// Measures steps of a method in the Stribeck range, each from where the last one ended.
+fn step<T, S, M>(c: &mut Criterion, name: &str, rig: &S, method: M)
+where
+    T: Scalar,
+    S: System<T, 3>,
+    M: Method<T, 3>,
+{
+    let t = |value: f64| convert::<f64, T>(value);
+    let Ok(solver) = Solver::fixed(method, t(2f64.powi(-14))) else { return };
+    // Pulled along at about the speed of the Stribeck range, for as long as it lasts.
+    let start = Vector3::new(t(-0.5), t(SPEED), t(DEFLECTION));
+    let begin = || solver.begin(rig, t(0.0)..t(0.125), start);
+    let mut run = begin();
+    c.bench_function(name, |b| {
+        b.iter(|| {
+            let over = match &mut run {
+                Ok(run) => !matches!(run.advance(), Ok(Some(_))),
+                Err(_) => true,
+            };
+            if over {
+                run = begin();
+            }
+        });
     });
 }
 
 fn all(c: &mut Criterion) {
     models::<f64>(c, "f64");
     models::<f32>(c, "f32");
-    integrators(c);
+    integrators::<f64>(c, "f64");
+    integrators::<f32>(c, "f32");
 }
 
 criterion_group!(benches, all);
