@@ -4,8 +4,8 @@
 use core::ops::ControlFlow;
 
 use bristle::ode::{
-    Action, Direction, DormandPrince, Event, Method, RungeKutta4, Solver, Statistics, Step,
-    Tolerances,
+    Action, Direction, DormandPrince, DormandPrince8, Event, Method, Rodas4, Rodas5P, RungeKutta4,
+    Solver, Statistics, Step, Tolerances,
 };
 use bristle::scene::SpringDrivenMass;
 use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
@@ -38,9 +38,18 @@ fn allocations<M: Method<f64, 3>>(solver: &Solver<f64, M, 3>) -> (u64, Statistic
 #[test]
 fn a_streamed_run_allocates_nothing() {
     let tolerances = Tolerances::scaled(1e-6, rig().scales()).unwrap();
-    let (count, statistics) = allocations(&Solver::adaptive(DormandPrince, tolerances));
-    assert!(statistics.rejected > 0 && statistics.reversals > 0, "{statistics}");
-    assert_eq!(count, 0);
+    let runs = [
+        allocations(&Solver::adaptive(DormandPrince, tolerances)),
+        allocations(&Solver::adaptive(DormandPrince8, tolerances)),
+        allocations(&Solver::adaptive(Rodas4, tolerances)),
+        allocations(&Solver::adaptive(Rodas5P, tolerances)),
+        allocations(&Solver::automatic(1e-3, rig().scales()).unwrap()),
+        allocations(&Solver::automatic(1e-7, rig().scales()).unwrap()),
+    ];
+    for (count, statistics) in runs {
+        assert!(statistics.rejected > 0 && statistics.reversals > 0, "{statistics}");
+        assert_eq!(count, 0, "{statistics}");
+    }
     let (count, statistics) = allocations(&Solver::fixed(RungeKutta4, 5e-3).unwrap());
     assert!(statistics.reversals > 0, "{statistics}");
     assert_eq!(count, 0);

@@ -1,6 +1,6 @@
 //! Rodas5P: a stiffly accurate, L-stable Rosenbrock method of order 5 with an embedded estimate of
-//! order 4, eight stages and a continuous extension of order 4; its order does not fall on stiff,
-//! linear problems (Prothero–Robinson).
+//! order 4, eight stages and a continuous extension of order 4. On stiff, linear problems (Prothero and
+//! Robinson's) its order falls to 3, and that of RODAS to 1, with errors that fall as 1/λ.
 //!
 //! Source: G. Steinebach, "Construction of Rosenbrock–Wanner method Rodas5P and numerical benchmarks
 //! within the Julia Differential Equations package", BIT Numerical Mathematics 63 (2023), 27.
