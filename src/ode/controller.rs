@@ -12,19 +12,22 @@
 pub(crate) struct Controller {
     /// Mean square of the error of the last accepted step.
     before: f64,
-    /// The last trial was rejected: the step may not grow.
-    rejected: bool,
+    /// Trials rejected in a row: the step may not grow after one, and after two the estimate is no
+    /// longer believed to tell how far it is from its asymptotic behaviour.
+    rejected: u32,
 }
 
 const SAFETY: f64 = 0.9;
 const SMALLEST: f64 = 0.1;
 const LARGEST: f64 = 8.0;
+/// Largest factor after a second rejection in a row.
+const HURRY: f64 = 0.6;
 /// Below an error of 10⁻² of the tolerance the trend says nothing.
 const FLOOR: f64 = 1e-4;
 
 impl Controller {
     pub(crate) fn new() -> Self {
-        Self { before: 1.0, rejected: false }
+        Self { before: 1.0, rejected: 0 }
     }
 
     /// The factor for the step after an accepted one, from the mean square of its error and the
@@ -34,18 +37,18 @@ impl Controller {
         // The mean square is the error squared, hence the halves.
         let proportional = rough_power(square, -0.5 * 0.85 / q);
         let trend = rough_power(self.before, 0.5 * 0.2 / q);
-        let largest = if self.rejected { 1.0 } else { LARGEST };
+        let largest = if self.rejected > 0 { 1.0 } else { LARGEST };
         self.before = if square > FLOOR { square } else { FLOOR };
-        self.rejected = false;
+        self.rejected = 0;
         (SAFETY * proportional * trend).clamp(SMALLEST, largest)
     }
 
     /// The factor for the trial after a rejected one; the error may not be finite.
     pub(crate) fn rejected(&mut self, square: f64, order: u8) -> f64 {
-        self.rejected = true;
+        self.rejected += 1;
         if square.is_finite() {
             let factor = SAFETY * rough_power(square, -0.5 / f64::from(order));
-            factor.clamp(SMALLEST, SAFETY)
+            factor.clamp(SMALLEST, if self.rejected > 1 { HURRY } else { SAFETY })
         } else {
             0.25
         }

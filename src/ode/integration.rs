@@ -613,6 +613,9 @@ where
     fn accept(&mut self, end: &Point<T, N>, tried: T, reaches: bool, square: f64, order: u8) {
         self.statistics.steps += 1;
         self.statistics.reversals += u64::from(self.turned.take().is_some());
+        for lock in &mut self.locks {
+            lock.took(tried);
+        }
         let now = self.point.time;
         let passed = (smaller(now, end.time), larger(now, end.time));
         self.at_kink = false;
@@ -679,6 +682,9 @@ where
     fn turn(&mut self, index: usize, fraction: T) -> Result<(), StopReason> {
         if let Some(lock) = self.locks.get_mut(index) {
             lock.turn(fraction);
+            if matches!(self.settings.control, Control::Adaptive { .. }) {
+                self.length = lock.likely(self.length);
+            }
             if lock.branch == Branch::Free {
                 let (since, times) = self.given_up;
                 let (many, part) = ENDLESS;

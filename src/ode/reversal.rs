@@ -22,6 +22,9 @@ const PATIENCE: u32 = 6;
 /// A split hardly advances if it leaves less than this part of the trial step.
 const HARDLY: f64 = 1e-3;
 
+/// The first step after a turn may be so many times that after the last turn the same way.
+const AGAIN: f64 = 1.25;
+
 /// Where to look for the direction in which a contact starts from zero, as parts of the way to
 /// where it slides the other way.
 const PROBES: [f64; 3] = [1e-3, 0.03, 0.3];
@@ -41,6 +44,11 @@ pub(super) struct Lock<T> {
     greatest: T,
     /// Splits in a row that hardly advanced.
     pub(super) stalled: u32,
+    /// Lengths \[s\] of the first steps taken after the last turns forward and backward; zero if
+    /// there was none.
+    firsts: [T; 2],
+    /// No step was taken since the last turn.
+    fresh: bool,
 }
 
 impl<T: Scalar> Lock<T> {
@@ -53,7 +61,26 @@ impl<T: Scalar> Lock<T> {
             left: T::zero(),
             greatest: T::zero(),
             stalled: 0,
+            firsts: [T::zero(); 2],
+            fresh: false,
         }
+    }
+
+    /// Takes note of the length of a step, if it is the first since a turn.
+    pub(super) fn took(&mut self, length: T) {
+        if self.fresh {
+            self.fresh = false;
+            if let Some(first) = self.firsts.get_mut(usize::from(self.branch == Branch::Backward)) {
+                *first = length;
+            }
+        }
+    }
+
+    /// The length to try after a turn: a stuck mass that swings needs about the same step every time
+    /// it turns this way, and not that of the other way.
+    pub(super) fn likely(&self, proposed: T) -> T {
+        let before = self.firsts[usize::from(self.branch == Branch::Backward)];
+        if before > T::zero() { smaller(proposed, before * lit(AGAIN)) } else { proposed }
     }
 
     /// Takes note of the sliding velocity at the current point.
@@ -84,6 +111,7 @@ impl<T: Scalar> Lock<T> {
     pub(super) fn turn(&mut self, fraction: T) {
         self.stalled = if fraction < lit(HARDLY) { self.stalled + 1 } else { 0 };
         self.branch = if self.stalled > PATIENCE { Branch::Free } else { self.branch.reversed() };
+        self.fresh = true;
     }
 }
 
