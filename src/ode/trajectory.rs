@@ -185,8 +185,13 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         events: &[Event<'_, T, N>],
         output: Output<'_, T>,
     ) -> Result<Trajectory<T, N>, Box<Interrupted<T, N>>> {
-        let mut recorder =
-            Recorder { output, span: span.clone(), stored: 0, trajectory: Trajectory::empty() };
+        let mut recorder = Recorder {
+            output,
+            span: span.clone(),
+            stored: 0,
+            next: None,
+            trajectory: Trajectory::empty(),
+        };
         let interrupt = |failure: Failure<T, N>, recorder: Recorder<'_, T, N>| {
             let mut trajectory = recorder.trajectory;
             if matches!(failure.reason, StopReason::Refused(_)) {
@@ -269,6 +274,8 @@ struct Recorder<'a, T, const N: usize> {
     span: Range<T>,
     /// Samples stored so far.
     stored: usize,
+    /// The time of the next sample.
+    next: Option<T>,
     trajectory: Trajectory<T, N>,
 }
 
@@ -312,9 +319,9 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
         self.trajectory.states.push(state);
     }
 
-    /// The time of the next sample.
-    fn next_time(&self) -> Option<T> {
-        match self.output {
+    /// Finds the time of the next sample.
+    fn look_up_next(&mut self) {
+        self.next = match self.output {
             Output::Steps | Output::Dense => None,
             Output::Times(times) => times.get(self.stored).copied(),
             Output::Uniform(samples) if self.stored >= samples => None,
@@ -323,7 +330,7 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
                 let fraction = lit::<T>(self.stored as f64) / lit((samples - 1) as f64);
                 Some(self.span.start + (self.span.end - self.span.start) * fraction)
             }
-        }
+        };
     }
 
     /// Stores what lies at the very start.
@@ -331,12 +338,19 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
         if matches!(self.output, Output::Steps | Output::Dense) {
             self.store(self.span.start, *state);
         }
-        while let Some(time) = self.next_time() {
+        if let Output::Uniform(samples) = self.output {
+            // Not all at once: nobody knows yet whether so many will be reached.
+            self.trajectory.times.reserve(samples.min(1 << 16));
+            self.trajectory.states.reserve(samples.min(1 << 16));
+        }
+        self.look_up_next();
+        while let Some(time) = self.next {
             if time != self.span.start {
                 break;
             }
             self.store(time, *state);
             self.stored += 1;
+            self.look_up_next();
         }
     }
 }
@@ -346,7 +360,7 @@ impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
         match self.output {
             Output::Steps => false,
             Output::Dense => true,
-            Output::Uniform(_) | Output::Times(_) => self.next_time().is_some_and(|time| {
+            Output::Uniform(_) | Output::Times(_) => self.next.is_some_and(|time| {
                 if self.span.end >= self.span.start { time < end_time } else { time > end_time }
             }),
         }
@@ -366,13 +380,14 @@ impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
         if let Some(contact) = step.reversal {
             self.trajectory.reversals.push(Reversal { contact, time: step.end_time });
         }
-        while let Some(time) = self.next_time() {
+        while let Some(time) = self.next {
             let reached = if forward { time <= step.end_time } else { time >= step.end_time };
             if !reached {
                 break;
             }
             self.store(time, step.at(time));
             self.stored += 1;
+            self.look_up_next();
         }
         ControlFlow::Continue(())
     }

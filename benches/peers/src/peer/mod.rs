@@ -1,0 +1,89 @@
+//! The peers: other crates, each set up as its documentation advises.
+//!
+//! Common to all: relative tolerance r, absolute tolerance r × scale of each state (or scaled
+//! states, where a crate has a single absolute tolerance), the analytic Jacobian, samples from the
+//! crate's own dense output, no limit on steps but the watchdog's, and a fresh start at a kink of
+//! the input. Each file tells what it had to work around.
+
+mod differential_equations;
+mod diffsol;
+mod ivp;
+mod ode_solvers;
+
+use bristle::ode::System;
+use nalgebra::SVector;
+
+use crate::field::{Field, Leg};
+
+/// A method of a crate.
+pub(crate) struct Peer<S, const N: usize> {
+    pub(crate) crate_: &'static str,
+    pub(crate) method: &'static str,
+    /// Integrates a scene at a relative tolerance.
+    pub(crate) solve: fn(&Field<'_, S, N>, f64) -> Result<Run, Failure>,
+}
+
+/// A run that reached the end.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Run {
+    /// The judged component at the output samples.
+    pub(crate) judged: Vec<f64>,
+    pub(crate) steps: u64,
+    pub(crate) rejected: u64,
+}
+
+/// A run that did not.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Failure {
+    /// A short word for the table.
+    pub(crate) word: &'static str,
+    /// What the crate said.
+    pub(crate) message: String,
+}
+
+impl Failure {
+    pub(crate) fn new(word: &'static str, message: impl Into<String>) -> Failure {
+        Failure { word, message: message.into() }
+    }
+}
+
+/// What a crate returned for one leg.
+struct Part<const N: usize> {
+    /// The states at the leg's times.
+    states: Vec<SVector<f64, N>>,
+    steps: u64,
+    rejected: u64,
+}
+
+/// Every method of every peer.
+pub(crate) fn all<S: System<f64, N>, const N: usize>() -> Vec<Peer<S, N>> {
+    let mut peers = Vec::new();
+    peers.extend(ode_solvers::methods());
+    peers.extend(differential_equations::methods());
+    peers.extend(ivp::methods());
+    peers.extend(diffsol::methods());
+    peers
+}
+
+/// Integrates leg after leg.
+fn drive<S: System<f64, N>, const N: usize>(
+    field: &Field<'_, S, N>,
+    mut solve: impl FnMut(&Leg, SVector<f64, N>) -> Result<Part<N>, Failure>,
+) -> Result<Run, Failure> {
+    let scene = field.scene();
+    let mut state = scene.start;
+    let mut run = Run { judged: vec![state[scene.judged]], steps: 0, rejected: 0 };
+    for leg in field.legs() {
+        let part = solve(&leg, state)?;
+        let (expected, given) = (leg.times.len(), part.states.len());
+        let last = part.states.last().filter(|_| given == expected);
+        state = *last.ok_or_else(|| {
+            Failure::new("samples", format!("success, but {given} of {expected} samples"))
+        })?;
+        let samples = expected - usize::from(leg.ends_between_samples);
+        run.judged.extend(part.states[..samples].iter().map(|state| state[scene.judged]));
+        run.steps += part.steps;
+        run.rejected += part.rejected;
+    }
+    Ok(run)
+}
