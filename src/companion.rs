@@ -50,7 +50,7 @@
 use crate::bounds::larger;
 use crate::model::{Weights, unlimited};
 use crate::parameter::{self, ParameterError};
-use crate::scalar::lit;
+use crate::scalar::{lit, nan};
 use crate::{Affine, Bristle, Contact, Scalar};
 
 /// A contact made ready for passive steps inside a mechanism.
@@ -160,10 +160,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Companion<T, M> {
     }
 
     /// The source and the damper that stand for the friction over a step of length h ≥ 0 \[s\], from a
-    /// deflection z₀ \[m\] and a velocity v\* [m/s] predicted for the middle of the step.
+    /// deflection z₀ \[m\] and a velocity v\* [m/s] predicted for the middle of the step. NaN for
+    /// h < 0.
     #[inline]
     pub fn step(&self, predicted_velocity: T, deflection: T, duration: T) -> CompanionStep<T> {
         let model = self.contact.model();
+        // Nothing goes back in time.
+        let duration = if duration >= T::zero() { duration } else { nan() };
         let mut affine = model.affine(predicted_velocity.into(), deflection);
         let weights = affine.weights(duration);
         // c₀ z̄ + c₂ v̄ for z₀ = 0, v̄ = 1.

@@ -39,7 +39,7 @@
 //! SI units throughout. The friction force opposes the velocity: m v̇ = … − F. Quantities per
 //! normal force carry the field's symbols σ0 [1/m], σ1 [s/m], σ2 [s/m] as search aliases. Angles,
 //! torques and inertias serve as well as positions, forces and masses, with the units of σ0 … v_S
-//! to match.
+//! to match: for a joint take p = 1, μ in N m, σ0 in N m/rad, σ1 and σ2 in N m s/rad, v_S in rad/s.
 //!
 //! Parameters are checked once, when a value is built; afterwards a model does not fail, a run can
 //! and says why, and nothing panics. NaN given to a model at run time comes out as NaN; an integration that meets one stops

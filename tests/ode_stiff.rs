@@ -4,11 +4,13 @@
 
 mod ode_common;
 
-use bristle::Branch;
 use bristle::ode::{
-    self, Automatic, DormandPrince, Embedded, Method, Output, Rodas4, Rodas5P, Solver, Statistics,
-    StopReason, System, Tangent, Tolerances,
+    self, Automatic, DormandPrince, DormandPrince8, Embedded, Method, Output, Rodas4, Rodas5P,
+    Solver, Statistics, StopReason, System, Tangent, Tolerances,
 };
+use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
+use bristle::signal::{Sine, SineParameters};
+use bristle::{Branch, Bristle};
 use nalgebra::{Matrix1, Matrix2, SVector, Vector1, Vector2};
 use ode_common::{observed_order, rig, table_2_frbd, table_2_lugre};
 
@@ -139,7 +141,7 @@ fn finite_differences_stand_in_for_a_jacobian() {
     }
     let (known, found) = (known.statistics(), found.statistics());
     assert!(found.steps < known.steps + known.steps / 20, "{known}; {found}");
-    // N + 2 for each Jacobian.
+    // N + 2 for each Jacobian, and a little less where the runs differ.
     assert!(found.evaluations > known.evaluations + 4 * found.jacobians, "{known}; {found}");
 }
 
@@ -151,17 +153,19 @@ const FRBD: f64 = 2.231_433_760_84;
 const LUGRE: f64 = 2.234_089_300_2;
 
 #[test]
-fn the_default_keeps_a_hundred_times_its_tolerance_from_loose_to_tight() {
+fn the_default_keeps_its_tolerance_from_loose_to_tight() {
     for exponent in 1..=9 {
         let tolerance = 10f64.powi(-exponent);
         let frbd = rig(table_2_frbd::<f64>(), 0.1);
         let run = ode::solve(&frbd, 0.0..25.0, frbd.at_rest(), tolerance, Output::Uniform(2));
         let error = (run.unwrap().last().unwrap().1[0] - FRBD).abs();
-        assert!(error < 100.0 * tolerance, "{tolerance:e}: {error:e}");
+        // At one instant; a tenth for loose tolerances, which are tightened.
+        let allowed = if exponent <= 4 { 0.1 * tolerance } else { tolerance };
+        assert!(error < allowed, "{tolerance:e}: {error:e}");
         let lugre = rig(table_2_lugre::<f64>(), 0.1);
         let run = ode::solve(&lugre, 0.0..25.0, lugre.at_rest(), tolerance, Output::Uniform(2));
         let error = (run.unwrap().last().unwrap().1[0] - LUGRE).abs();
-        assert!(error < 100.0 * tolerance, "LuGre, {tolerance:e}: {error:e}");
+        assert!(error < allowed, "LuGre, {tolerance:e}: {error:e}");
     }
 }
 
@@ -184,6 +188,38 @@ fn the_default_takes_turns_both_ways() {
     assert!(10 * automatic.steps < explicit.steps, "{automatic}; {explicit}");
     let implicit = cost(Rodas5P);
     assert!(automatic.steps < implicit.steps, "{automatic}; {implicit}");
+}
+
+#[test]
+fn what_an_error_estimate_misses_by_chance_does_not_reach_the_solution() {
+    // One state, whose estimate of order 5 passes zero now and then.
+    let curve = table_2_frbd::<f64>();
+    let mut worst = 0.0f64;
+    for frequency in [25.0, 50.0, 100.0] {
+        let velocity = SineParameters { mean: 0.0055, amplitude: 0.005, frequency, phase: 0.0 };
+        let scene = PrescribedVelocity::new(PrescribedVelocityParameters {
+            contact: curve.under_load(1.0).unwrap(),
+            velocity: Sine::new(velocity).unwrap(),
+        });
+        let run = |tolerance: f64| {
+            let scales = Vector1::new(1.5e-4);
+            let solver =
+                Solver::adaptive(DormandPrince8, Tolerances::scaled(tolerance, scales).unwrap());
+            let span = 0.0..20.0 / frequency;
+            solver.solve(&scene, span, Vector1::new(0.0), Output::Dense).unwrap()
+        };
+        let exact = run(1e-13);
+        for exponent in 60..=100 {
+            let tolerance = 10f64.powf(-0.1 * f64::from(exponent));
+            let coarse = run(tolerance);
+            for (time, state) in coarse.iter() {
+                let error = (state[0] - exact.at(time).unwrap()[0]).abs() / 1.5e-4;
+                worst = worst.max(error / tolerance);
+            }
+        }
+    }
+    // It was 53; without the guard 576.
+    assert!(worst < 200.0, "{worst}");
 }
 
 #[test]

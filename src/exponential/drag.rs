@@ -8,6 +8,7 @@ use nalgebra::Vector1;
 use super::crossing::{Reversal, first_reversal};
 use super::piece::{Piece, Sample};
 use super::{direction, places};
+use crate::bounds::larger;
 use crate::ode::{Failure, Statistics, StopReason};
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{is_zero, lit, to_f64};
@@ -89,7 +90,8 @@ impl<T: Scalar, const S: usize> Drag<T, S> {
     ///
     /// # Errors
     ///
-    /// Refuses a time or a deflection that is not finite, and a span that ends before it starts.
+    /// Refuses a time or a deflection that is not finite, a span that ends before it starts, and a
+    /// fixed step that does not advance the time.
     pub fn begin<'a, M: Bristle<T, Deflection = T>, V: Signal<T>>(
         &self,
         contact: &'a Contact<T, M>,
@@ -104,11 +106,22 @@ impl<T: Scalar, const S: usize> Drag<T, S> {
         parameter::finite("span.end", span.end).map_err(refuse)?;
         parameter::at_least("span.end", span.end, "span.start", span.start).map_err(refuse)?;
         parameter::finite("deflection", deflection).map_err(refuse)?;
+        if let Control::Fixed(step) = self.control {
+            let late = larger(span.start.abs(), span.end.abs());
+            let smallest = late * T::default_epsilon() * lit(4.0);
+            if step < smallest && step < span.end - span.start {
+                let reason = StopReason::StepTooSmall { smallest: to_f64(smallest) };
+                return Err(failure(reason, span.start, deflection, Statistics::default()));
+            }
+        }
         Ok(Run::new(*self, contact, velocity, span, deflection))
     }
 
     /// Runs over a time span \[s\] from a deflection \[m\], and hands over time and deflection at so
     /// many times, at least 2, evenly spaced and including both ends.
+    ///
+    /// The model's limit of the deflection is kept at the ends of steps; between those of long fixed
+    /// steps the curve may pass it by a part of what the deflection varies.
     ///
     /// # Errors
     ///

@@ -113,7 +113,7 @@ impl<const S: usize> Exponential<S> {
         };
         let ahead = if is_zero(from) { to } else { from };
         let branch = direction(ahead);
-        if !(from * to < zero) {
+        if !(from < zero && to > zero || from > zero && to < zero) {
             return piece((zero, one), branch, deflection);
         }
         let turn = from / (from - to);

@@ -58,6 +58,12 @@ impl<T: Scalar, const N: usize> Curve<T, N> {
         self
     }
 
+    /// Whether every term is.
+    pub(super) fn is_finite(&self) -> bool {
+        let terms = self.terms.iter().take(usize::from(self.count));
+        terms.flatten().all(|value| value.is_finite())
+    }
+
     /// The state at a fraction of the step, 0 at its start and 1 at its end.
     #[inline]
     pub fn at(&self, fraction: T) -> SVector<T, N> {

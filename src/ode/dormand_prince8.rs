@@ -429,6 +429,11 @@ pub struct Stages<T, const N: usize> {
 const CHANCE: f64 = 0.3;
 
 impl<T: Scalar, const N: usize> Stages<T, N> {
+    /// Forgets what the step before foretells.
+    pub(super) fn forget(&mut self) {
+        self.smoothness.0 = T::zero();
+    }
+
     /// The finer error, no smaller than the step before makes likely.
     fn likely(
         &mut self,
@@ -477,7 +482,7 @@ impl<T: Scalar, const N: usize> Method<T, N> for DormandPrince8 {
         field: &mut F,
         point: &mut Point<T, N>,
     ) {
-        stages.smoothness.0 = T::zero();
+        stages.forget();
         point.rate = field.rate(point.time, &point.state);
     }
 
@@ -519,8 +524,8 @@ impl<T: Scalar, const N: usize> Method<T, N> for DormandPrince8 {
         _field: &mut F,
         _from: &Point<T, N>,
         _end: &Point<T, N>,
-        proposed: T,
-    ) -> T {
+        proposed: Option<T>,
+    ) -> Option<T> {
         let (_, latest) = stages.smoothness;
         stages.smoothness.0 = if latest.is_finite() { latest } else { T::zero() };
         proposed

@@ -546,10 +546,13 @@ where
     /// Describes a trial step, with the method's own curve or with the cubic through its ends.
     fn describe(&mut self, end: &Point<T, N>, full: bool, window: Window<T>) {
         let (method, memory, mut field, from) = self.parts(window);
+        let cubic = || Curve::hermite(from, end);
         let curve = if full {
-            method.curve(memory, &mut field, from, end)
+            let curve = method.curve(memory, &mut field, from, end);
+            // A stage that serves the curve alone may hit the pole beyond a reversal.
+            if curve.is_finite() { curve } else { cubic() }
         } else {
-            Curve::hermite(from, end)
+            cubic()
         };
         self.step = Step {
             start_time: self.point.time,
@@ -623,9 +626,8 @@ where
             Control::Fixed(fixed) => {
                 // After a trial shortened at a pole of the field: back to the grid in doublings.
                 self.length = smaller(fixed, self.length * lit(2.0));
-                let step = self.length;
                 let (method, memory, mut field, from) = self.parts(passed);
-                method.accepted(memory, &mut field, from, end, step);
+                method.accepted(memory, &mut field, from, end, None);
             }
             Control::Adaptive { largest_step, .. } => {
                 let factor = lit(self.controller.accepted(square, order));
@@ -636,7 +638,8 @@ where
                     tried * factor
                 };
                 let (method, memory, mut field, from) = self.parts(passed);
-                let proposed = method.accepted(memory, &mut field, from, end, proposed);
+                let answer = method.accepted(memory, &mut field, from, end, Some(proposed));
+                let proposed = answer.unwrap_or(proposed);
                 self.length = largest_step.map_or(proposed, |largest| smaller(proposed, largest));
             }
         }

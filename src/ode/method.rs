@@ -105,16 +105,16 @@ pub trait Method<T: Scalar, const N: usize>: Debug + Clone {
         Curve::hermite(from, end)
     }
 
-    /// Learns that the step to `end` was accepted, and what length is proposed for the next one.
-    /// Answers with the length to take.
+    /// Learns that the step to `end` was accepted, and what length is proposed for the next one, if it
+    /// is not fixed. Answers with the length to take.
     fn accepted<F: Field<T, N>>(
         &self,
         memory: &mut Self::Memory,
         field: &mut F,
         from: &Point<T, N>,
         end: &Point<T, N>,
-        proposed: T,
-    ) -> T {
+        proposed: Option<T>,
+    ) -> Option<T> {
         let _ = (memory, field, from, end);
         proposed
     }

@@ -258,3 +258,27 @@ fn bracket<T: Scalar>(
         .or_else(|| dip(half, T::one()).and_then(&mut visit))
         .or_else(|| visit((T::one(), v2)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Lock;
+    use crate::Branch;
+
+    #[test]
+    fn a_turn_remembers_the_first_step_after_the_last_turn_the_same_way() {
+        let mut lock = Lock::<f64>::free();
+        lock.branch = Branch::Backward;
+        lock.turn(1.0); // forward
+        assert_eq!(lock.likely(1.0), 1.0);
+        lock.took(0.1);
+        lock.took(0.7); // not the first any more
+        lock.turn(1.0); // backward
+        assert_eq!(lock.likely(1.0), 1.0);
+        lock.took(0.01);
+        lock.turn(1.0);
+        assert_eq!(lock.likely(1.0), 0.125);
+        assert_eq!(lock.likely(0.05), 0.05);
+        lock.turn(1.0);
+        assert_eq!(lock.likely(1.0), 0.0125);
+    }
+}

@@ -148,8 +148,8 @@ impl<T: Scalar, const N: usize> Method<T, N> for Rodas4 {
         _field: &mut F,
         _from: &Point<T, N>,
         _end: &Point<T, N>,
-        proposed: T,
-    ) -> T {
+        proposed: Option<T>,
+    ) -> Option<T> {
         stages.tangent = stages.at_end;
         proposed
     }

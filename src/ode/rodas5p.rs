@@ -255,8 +255,8 @@ impl<T: Scalar, const N: usize> Method<T, N> for Rodas5P {
         _field: &mut F,
         _from: &Point<T, N>,
         _end: &Point<T, N>,
-        proposed: T,
-    ) -> T {
+        proposed: Option<T>,
+    ) -> Option<T> {
         stages.tangent = stages.at_end;
         proposed
     }

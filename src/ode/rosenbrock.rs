@@ -131,7 +131,7 @@ impl<T: Scalar, const N: usize, const S: usize> Stage<'_, T, N, S> {
     }
 }
 
-/// A pivot that has lost more than this part of its digits to cancellation is no pivot.
+/// A pivot of which cancellation leaves less than this part is no pivot.
 const WORN: f64 = 1e-4;
 
 /// The factors of sI − J, eliminated in the order of the states.

@@ -42,6 +42,9 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// Steps of a fixed length h \[s\], each split where a sliding direction reverses or an input
     /// is not smooth; the last one is shorter where h does not divide the time span.
     ///
+    /// The number of states follows from the system it is given. Standing alone, say it:
+    /// `Solver::<f64, _, 3>::fixed(RungeKutta4, 1e-3)`.
+    ///
     /// # Errors
     ///
     /// Refuses a step that is not positive.
@@ -84,9 +87,11 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         mechanism: Mechanism<T>,
         fastest: T,
     ) -> Result<Self, ParameterError> {
-        if let (Control::Fixed(step), Some(scheme)) = (self.settings.control, self.method.scheme())
-        {
-            stability::largest_step(contact, mechanism, fastest, scheme)?.check(step)?;
+        if let Some(scheme) = self.method.scheme() {
+            let limits = stability::largest_step(contact, mechanism, fastest, scheme)?;
+            if let Control::Fixed(step) = self.settings.control {
+                limits.check(step)?;
+            }
         }
         Ok(self)
     }
@@ -230,7 +235,8 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
 
 impl<T: Scalar, const N: usize> Solver<T, Automatic, N> {
     /// The default: methods and steps chosen from a tolerance alone, relative to a typical magnitude
-    /// of each state ([`System::scales`]), for a solution good to about that tolerance.
+    /// of each state ([`System::scales`]), for a solution good to about that tolerance: on the scenes of
+    /// the work-precision charts it stayed below sixty times, samples between the steps included.
     ///
     /// Breakaway amplifies errors: a local error of 10⁻³ can shift a slip by much more than that. So
     /// a loose tolerance ε is tightened, the local one is 10⁻⁵ (ε/10⁻³)^(2/3) where that is less than

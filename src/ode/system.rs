@@ -9,12 +9,12 @@ use crate::{Branch, Scalar};
 /// Between two reversals of a sliding velocity the field is smooth. An integrator locks each
 /// contact's direction (see [`Branch`]), steps on the smooth field, finds the reversal and starts
 /// afresh there. To write a system of your own, give the right-hand side on a branch and the
-/// sliding velocities; the rest is optional.
+/// sliding velocities, and the [scales](System::scales) of its states; the rest is optional.
 ///
 /// ```
-/// use bristle::ode::{DormandPrince, Output, Solver, System, Tolerances};
+/// use bristle::ode::{self, Output, System};
 /// use bristle::{Bristle, Branch, Contact, Dahl, DahlParameters};
-/// use nalgebra::{SVector, Vector3};
+/// use nalgebra::Vector3;
 ///
 /// /// A pendulum with friction in its joint: angle, angular velocity, bristle deflection.
 /// struct Pendulum { joint: Contact<f64, Dahl<f64>> }
@@ -29,12 +29,17 @@ use crate::{Branch, Scalar};
 ///     fn sliding_velocities(&self, _time: f64, state: &Vector3<f64>) -> [f64; 1] {
 ///         [state[1]]
 ///     }
+///
+///     fn scales(&self) -> Vector3<f64> {
+///         // One radian, one radian per second, and the deflection at breakaway.
+///         Vector3::new(1.0, 1.0, self.joint.limits(0.0).deflection.unwrap_or(1e-3))
+///     }
 /// }
 ///
 /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.2, micro_stiffness: 1e3 })?;
 /// let pendulum = Pendulum { joint: friction.under_load(1.0)? };
-/// let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-8, SVector::from([1.0, 1.0, 1e-3]))?);
-/// let swing = solver.solve(&pendulum, 0.0..10.0, Vector3::new(1.0, 0.0, 0.0), Output::Uniform(101))?;
+/// let start = Vector3::new(1.0, 0.0, 0.0);
+/// let swing = ode::solve(&pendulum, 0.0..10.0, start, 1e-6, Output::Uniform(101))?;
 /// assert!(swing.statistics().reversals > 5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -42,7 +47,10 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
     /// The right-hand side f(t, x), each contact on its branch.
     fn rate(&self, time: T, state: &SVector<T, N>, branches: [Branch; K]) -> SVector<T, N>;
 
-    /// The sliding velocity [m/s] of each contact, whose reversals are the kinks of f.
+    /// The sliding velocity [m/s] of each contact, whose reversals are the kinks of f: in the same
+    /// order and with the same sign as [`Branch::of`] gets it in [`System::rate`]. With another sign
+    /// each contact is locked to the wrong side, and the answer is wrong without notice, or not
+    /// finite.
     fn sliding_velocities(&self, time: T, state: &SVector<T, N>) -> [T; K];
 
     /// The right-hand side with its partial derivatives, if they are known.
@@ -63,7 +71,11 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
         None
     }
 
-    /// A typical magnitude of each state, for tolerances that make sense in its unit.
+    /// A typical magnitude of each state: what [`solve`](super::solve) and finite differences are
+    /// relative to. For a deflection that is μ_s/σ0, `contact.limits(0.0).deflection`.
+    ///
+    /// If not given, one for each: far too coarse for a deflection in metres, and then an answer with
+    /// a wrong friction force, without notice.
     fn scales(&self) -> SVector<T, N> {
         SVector::repeat(T::one())
     }

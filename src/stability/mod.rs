@@ -226,7 +226,11 @@ pub fn largest_step_of<T: Scalar, const N: usize>(
     match scheme {
         Scheme::SemiImplicitEuler | Scheme::ExactHold | Scheme::Passive => Some(nan()),
         _ => {
-            let Some(rates) = eigenvalues::eigenvalues(&jacobian.map(to_f64)) else {
+            // In units of its largest entry, whose squares neither overflow nor vanish.
+            let matrix = jacobian.map(to_f64);
+            let size = matrix.iter().fold(0.0, |most, entry| f64::max(most, entry.abs()));
+            let matrix = if size > 0.0 { matrix.map(|entry| entry / size) } else { matrix };
+            let Some(rates) = eigenvalues::eigenvalues(&matrix) else {
                 return Some(nan());
             };
             // What rounding makes of a mode that stands still, such as the difference of position and
@@ -236,7 +240,8 @@ pub fn largest_step_of<T: Scalar, const N: usize>(
             let moves = |rate: &Complex<f64>| rate.norm_sqr() > 1e-18 * fastest;
             let moving = rates.into_iter().filter(moves);
             let limits = moving.map(|rate| region::largest_step(scheme, rate));
-            limits.fold(None, smaller).map(lit).filter(|limit: &T| limit.is_finite())
+            let limit = limits.fold(None, smaller).map(|limit| limit / size);
+            limit.map(lit).filter(|limit: &T| limit.is_finite())
         }
     }
 }

@@ -60,6 +60,7 @@ macro_rules! every_solver {
         every_solver!(@fixed $step, |$name, $solver| $body, DormandPrince8);
         every_solver!(@fixed $step, |$name, $solver| $body, Rodas4);
         every_solver!(@fixed $step, |$name, $solver| $body, Rodas5P);
+        every_solver!(@fixed $step, |$name, $solver| $body, Automatic::HIGH_ORDER);
         every_solver!(@adaptive $tolerances, |$name, $solver| $body, DormandPrince);
         every_solver!(@adaptive $tolerances, |$name, $solver| $body, DormandPrince8);
         every_solver!(@adaptive $tolerances, |$name, $solver| $body, Rodas4);
@@ -67,9 +68,9 @@ macro_rules! every_solver {
         every_solver!(@adaptive $tolerances, |$name, $solver| $body, Automatic::LOW_ORDER);
         every_solver!(@adaptive $tolerances, |$name, $solver| $body, Automatic::HIGH_ORDER);
     };
-    (@fixed $step:expr, |$name:ident, $solver:ident| $body:block, $method:ident) => {{
-        let $name = concat!(stringify!($method), ", fixed steps");
-        let $solver = bristle::ode::Solver::fixed(bristle::ode::$method, $step).unwrap();
+    (@fixed $step:expr, |$name:ident, $solver:ident| $body:block, $($method:ident)::+) => {{
+        let $name = concat!(stringify!($($method)::+), ", fixed steps");
+        let $solver = bristle::ode::Solver::fixed(bristle::ode::$($method)::+, $step).unwrap();
         let $solver = $solver.with_most_steps(crate::ode_common::MOST_STEPS);
         $body
     }};

@@ -51,7 +51,7 @@ use scenes::{Scene, Visitor};
 const OURS: &str = "bristle";
 
 /// How often the times of all methods on a scene are taken, one pass after the other.
-const PASSES: usize = 3;
+const PASSES: usize = 2;
 
 fn main() -> ExitCode {
     support::run(|| {
