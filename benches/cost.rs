@@ -131,9 +131,10 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
     });
 }
 
+type Friction<T> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
+
 /// The stick-slip rig in a scalar type.
-fn rig<T: Scalar>() -> Result<SpringDrivenMass<T, FrBd<Stribeck<T>, KelvinVoigt<T>>>, ParameterError>
-{
+fn rig<T: Scalar>() -> Result<SpringDrivenMass<T, Friction<T>>, ParameterError> {
     let t = |value: f64| convert::<f64, T>(value);
     let (curve, bristle) = (paper::STICK_SLIP_CURVE, paper::STICK_SLIP_BRISTLE);
     let curve = Stribeck::new(StribeckParameters {

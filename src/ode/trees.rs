@@ -103,11 +103,12 @@ impl Rosenbrock {
         // Forward substitution: (I/γ − C) Γ = I.
         let mut gammas = vec![vec![0.0; S]; S];
         for i in 0..S {
-            for j in 0..=i {
+            let entry = |j: usize| {
                 let unit = f64::from(u8::from(i == j));
-                let sum: f64 = (j..i).map(|k| c[i][k] * gammas[k][j]).sum();
-                gammas[i][j] = gamma * (unit + sum);
-            }
+                gamma * (unit + (j..i).map(|k| c[i][k] * gammas[k][j]).sum::<f64>())
+            };
+            let row: Vec<f64> = (0..S).map(|j| if j <= i { entry(j) } else { 0.0 }).collect();
+            gammas[i] = row;
         }
         let times = |row: &[f64; S]| -> Vec<f64> {
             (0..S).map(|j| (0..S).map(|k| row[k] * gammas[k][j]).sum()).collect()

@@ -182,6 +182,7 @@ fn balanced<const N: usize>(mut a: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test panics to fail")]
 mod tests {
     use super::*;
     use nalgebra::{Matrix2, Matrix3, Matrix4};

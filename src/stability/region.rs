@@ -112,6 +112,7 @@ fn reach(polynomial: &[f64], direction: Complex<f64>) -> f64 {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test panics to fail")]
 mod tests {
     use super::*;
 
