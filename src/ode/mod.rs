@@ -24,7 +24,7 @@
 //! hundred seconds of stick-slip (`cargo bench --bench work_precision`) a single method is off by up
 //! to a thousand times a tolerance of 10⁻⁶, and with one of 10⁻³ a Rosenbrock method may miss whole
 //! slips or lose the solution altogether, without notice. [`solve`] tightens loose tolerances by
-//! itself and stays below sixty times.
+//! itself and stayed below seventy times.
 
 mod automatic;
 mod controller;
