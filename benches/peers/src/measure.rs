@@ -20,9 +20,9 @@ const SHORTEST: Duration = Duration::from_millis(7);
 /// … if a run takes less than this.
 const WORTH_AGAIN: Duration = Duration::from_millis(20);
 /// CPU time after which a setting is not run again.
-const LONGEST: Duration = Duration::from_millis(200);
+const LONGEST: Duration = Duration::from_millis(120);
 /// A run longer than this makes the next tolerance a whole decade tighter instead of half of one.
-const SLOW: Duration = Duration::from_millis(100);
+const SLOW: Duration = Duration::from_millis(40);
 /// Failed settings in a row after which a method is given up on a scene; but not before
 /// [`FORGIVEN`] has been tried, as some only fail at loose tolerances.
 const PATIENCE: usize = 3;
