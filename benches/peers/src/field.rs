@@ -19,7 +19,7 @@ use crate::scenes::{SAMPLES, Scene};
 pub(crate) const MOST_EVALUATIONS: u64 = 30_000_000;
 /// Time after which a run is given up: implicit codes may spend a microsecond and more around
 /// each evaluation.
-pub(crate) const LONGEST_RUN: Duration = Duration::from_secs(3);
+pub(crate) const LONGEST_RUN: Duration = Duration::from_millis(1500);
 /// Evaluations between two looks at the clock.
 const BETWEEN_LOOKS: u64 = 4096;
 

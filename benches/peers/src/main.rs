@@ -11,7 +11,7 @@
 //! which is the point; where a crate's vectors are allocated, small systems like these suffer
 //! most; and nobody has tuned more than each crate's documentation proposes (see `peer`).
 //!
-//! A run is given up after 3 s or 30 million evaluations; a method is given up on a scene when
+//! A run is given up after 1.5 s or 30 million evaluations; a method is given up on a scene when
 //! that happens, or after three failures in a row. Slow methods are run at whole decades of the
 //! tolerance, the others at half ones.
 
