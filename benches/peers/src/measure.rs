@@ -270,7 +270,7 @@ fn guarded(run: impl FnOnce() -> Result<Run, Failure>) -> Result<Run, Failure> {
             Some(Spent::Evaluations) => {
                 Failure::new(MANY_EVALUATIONS, "ended by the watchdog: too many evaluations")
             }
-            Some(Spent::Time) => Failure::new(SLOW_RUN, "ended by the watchdog: over 3 s"),
+            Some(Spent::Time) => Failure::new(SLOW_RUN, "ended by the watchdog: over 1.5 s"),
             None => Failure::new("panic", LAST_WORDS.with(RefCell::take)),
         }),
     }
