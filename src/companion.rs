@@ -95,8 +95,8 @@ use crate::{Affine, Bristle, Contact, Scalar};
 /// ω² = σ0 p/m, and misleads where it does not. Frozen at v₀ the step is of first order.
 ///
 /// Solving twice, the second time with `step(v̄, z, h)` of the v̄ found first, costs twice as much,
-/// keeps order and balance, and makes the velocity ten to thirty times as accurate in smooth motion
-/// of this rig, its position after three slips five to ten times, where a halved step gives four.
+/// keeps order and balance, and makes the velocity some ten times as accurate in smooth motion of
+/// this rig, where a halved step gives four.
 ///
 /// In a long step the force can overshoot the curve: the bristle does not learn within it that the
 /// mass has broken away. In the rig above, breakaway at 1.481 N, and at rest max μ p = 1.5 N:

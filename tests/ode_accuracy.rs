@@ -105,7 +105,7 @@ fn assert_order(what: &str, points: &[(f64, f64)], order: f64) {
 #[test]
 fn the_order_of_a_method_survives_reversals() {
     every_method!(|name, method, order, dense| {
-        // Four halvings: the error of order 5 ends at 2e-12, far above the rounding of 1e-16.
+        // Three halvings: the error of order 5 ends at 2e-12, far above the rounding of 1e-16.
         assert_order(name, &dahl_errors(&method, order, 3, true, Output::Steps), order);
     });
 }

@@ -804,7 +804,7 @@ fn a_struck_mass_is_caught_where_it_should_be() {
 }
 
 #[test]
-fn the_force_overshoots_by_no_more_than_the_docs_say() {
+fn the_force_overshoots_by_what_the_docs_say() {
     // The table in the documentation of `Companion`, rounded to its last digit.
     let companion = table_2().under_load(1.0).unwrap().companion(1.0).unwrap();
     for (h, extrapolated, corrected) in OVERSHOOT {
@@ -816,7 +816,7 @@ fn the_force_overshoots_by_no_more_than_the_docs_say() {
             run(&companion, Rig::STICK_SLIP, ([0.0; 3], 25.0), steps, variant, |_, _, done| {
                 largest = largest.max(done.force.abs());
             });
-            assert!(largest < want + 0.005, "{variant:?}, h = {h}: {largest}");
+            assert!((largest - want).abs() < 0.0055, "{variant:?}, h = {h}: {largest}");
         }
     }
 }

@@ -31,7 +31,9 @@
 //! The judged component, largest difference over all samples and over the scale of the scene: from
 //! [`OTHER`] (Gauss nodes, order 18, steps at most 0.37 of a sample, ten times the noise); from Gauss
 //! nodes with 12 stages; and, as methods of another kind, from the crate's own at the best of their
-//! settings, with fixed steps too. Those are limited by their own rounding, over up to 10⁶ steps.
+//! settings, with fixed steps too. Those are limited by their own rounding, over up to 10⁶ steps. The
+//! bench prints the first; the others, the slip periods and the words below were measured once, by
+//! hand.
 //!
 //! | scene | FrBD: OTHER | Gauss 12 | the crate | LuGre: OTHER | Gauss 12 | the crate |
 //! |---|---|---|---|---|---|---|

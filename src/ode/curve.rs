@@ -58,6 +58,11 @@ impl<T: Scalar, const N: usize> Curve<T, N> {
         self
     }
 
+    /// The state at the start of the step.
+    pub(super) fn start(&self) -> &SVector<T, N> {
+        &self.start
+    }
+
     /// Whether every term is.
     pub(super) fn is_finite(&self) -> bool {
         let terms = self.terms.iter().take(usize::from(self.count));

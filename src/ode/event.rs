@@ -80,7 +80,7 @@ impl<T: Scalar, const N: usize> Event<'_, T, N> {
     pub(super) fn within(&self, step: &Step<T, N>) -> [Option<T>; 2] {
         let half: T = lit(0.5);
         let at = |fraction: T| (self.function)(step.time_at(fraction), &step.at_fraction(fraction));
-        let start = (T::zero(), (self.function)(step.start_time, &step.start));
+        let start = (T::zero(), (self.function)(step.start_time, step.start()));
         let middle = (half, at(half));
         let end = (T::one(), (self.function)(step.end_time, &step.end));
         let find = |a: (T, T), b: (T, T)| {

@@ -12,7 +12,6 @@ pub struct Step<T, const N: usize> {
     pub(super) end_time: T,
     /// Length of the step that the curve runs through: longer than this one if it was cut.
     pub(super) whole: T,
-    pub(super) start: SVector<T, N>,
     pub(super) end: SVector<T, N>,
     pub(super) curve: Curve<T, N>,
     pub(super) reversal_at_start: Option<usize>,
@@ -32,7 +31,7 @@ impl<T: Scalar, const N: usize> Step<T, N> {
 
     /// State at the start.
     pub fn start(&self) -> &SVector<T, N> {
-        &self.start
+        self.curve.start()
     }
 
     /// State at the end.
@@ -106,7 +105,6 @@ mod tests {
             start_time: a,
             end_time: b,
             whole: b - a,
-            start,
             end: Vector1::new(value(b)),
             curve: Curve::new(start, &terms),
             reversal_at_start: None,
