@@ -67,6 +67,7 @@ pub mod paper;
 mod parameter;
 mod regularisation;
 mod rheology;
+pub mod rolling;
 mod root;
 mod scalar;
 pub mod scene;

@@ -73,3 +73,22 @@ pub fn valve<M, U>(
         opening,
     }
 }
+
+/// Table 1: the friction curve of the tyre (section IV-A).
+pub const TYRE_CURVE: StribeckParameters<f64> = StribeckParameters {
+    static_coefficient: 0.6,
+    dynamic_coefficient: 0.2,
+    stribeck_velocity: 10.0,
+    stribeck_exponent: 2.0,
+    viscous_friction: 0.0018,
+};
+
+/// Table 1: the bristle of the tyre.
+pub const TYRE_BRISTLE: KelvinVoigtParameters<f64, f64> =
+    KelvinVoigtParameters { micro_stiffness: 252.0, micro_damping: 0.0 };
+
+/// Table 1: the length of the tyre's contact patch \[m\].
+pub const TYRE_LENGTH: f64 = 0.1;
+
+/// Table 1: the parameter a \[–\] of the tyre's exponential pressure.
+pub const TYRE_PRESSURE_DECAY: f64 = 0.1;
