@@ -84,7 +84,16 @@ pub(super) fn rising<T: Scalar, const N: usize>(alpha: T, x: T) -> [T; N] {
         // dₙ (−1)ⁿ⁺¹/n! and αⁿ (−1)ⁿ⁺¹/n!, of which the next follow.
         let mut term = T::one();
         let mut power = alpha;
-        for n in 1..=TERMS {
+        // The last term of each choice is below a rounding of the first.
+        let size = if alpha < T::zero() { x - alpha } else { both };
+        let terms = if size < lit(1e-4) {
+            4
+        } else if size < lit(0.01) {
+            7
+        } else {
+            TERMS
+        };
+        for n in 1..=terms {
             for (k, chi) in chi.iter_mut().enumerate() {
                 *chi += term * lit(RECIPROCALS[(k + n + 1).min(RECIPROCALS.len() - 1)]);
             }

@@ -60,6 +60,8 @@ pub struct Patch<T, M, P> {
     pressure: P,
     /// Multiplies the pressure.
     load: T,
+    /// L ∫p dξ without it \[N\].
+    unloaded: T,
 }
 
 impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
@@ -70,7 +72,9 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     /// Refuses a length that is not positive.
     pub fn new(parameters: PatchParameters<T, M, P>) -> Result<Self, ParameterError> {
         let PatchParameters { model, length, pressure } = parameters;
-        Ok(Self { model, length: parameter::positive("length", length)?, pressure, load: T::one() })
+        let length = parameter::positive("length", length)?;
+        let unloaded = parameter::non_negative("total pressure", length * pressure.total())?;
+        Ok(Self { model, length, pressure, load: T::one(), unloaded })
     }
 
     /// The same patch with its pressure scaled so that it carries a normal force F_z \[N\], zero or
@@ -79,10 +83,20 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite, and a pressure that carries nothing.
-    pub fn carrying(self, normal_force: T) -> Result<Self, ParameterError> {
+    pub fn carrying(mut self, normal_force: T) -> Result<Self, ParameterError> {
+        self.set_normal_force(normal_force)?;
+        Ok(self)
+    }
+
+    /// The same in place, for a load that varies.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Patch::carrying`]; the patch is as it was.
+    pub fn set_normal_force(&mut self, normal_force: T) -> Result<(), ParameterError> {
         let normal_force = parameter::non_negative("normal_force", normal_force)?;
-        let own = parameter::positive("total pressure", self.length * self.pressure.total())?;
-        Ok(Self { load: normal_force / own, ..self })
+        self.load = normal_force / parameter::positive("total pressure", self.unloaded)?;
+        Ok(())
     }
 
     /// The friction model.
@@ -107,7 +121,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
 
     /// The normal force F_z = L ∫p dξ \[N\].
     pub fn normal_force(&self) -> T {
-        self.length * self.load * self.pressure.total()
+        self.load * self.unloaded
     }
 
     /// The slip v/(L V) \[–\] of a motion: infinite for a patch that slides without rolling.

@@ -1,1 +1,255 @@
-//! exact
+//! The exact reduction of a patch of uniform bristles: its force without a grid.
+//!
+//! Over a step with the velocities v and V held, every bristle that is in the patch is mapped by the same
+//! z ← e^(−λh) z + z_ss (1 − e^(−λh)) and moves on by V h, and those that entered have the profile
+//! z_ss (1 − e^(−λξ/V)). A pressure e^(−aξ) Σ cₖ ξᵏ asks for the moments ∫ ξᵏ e^(−aξ) z dξ alone. Both
+//! together make the force of any history of held velocities exact, up to rounding.
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | v, V | slip velocity, transport velocity | m/s, 1/s |
+//! | λ, z_ss = r v/λ | relaxation rate, stationary deflection | 1/s, m |
+//! | h | length of the step | s |
+//!
+//! Source: the characteristics of Romano et al. (arXiv 2602.09429), section IV-A; the queue is that of
+//! sliding-window aggregation, cf. K. Tangwongsan, M. Hirzel, S. Schneider, "Low-latency sliding-window
+//! aggregation in worst-case constant time", DEBS 2017.
+
+mod queue;
+mod segment;
+
+pub use queue::Slot;
+
+use super::{Motion, Patch, PolynomialExponential, RateDependent};
+use crate::parameter::{self, ParameterError, Rule};
+use crate::scalar::lit;
+use crate::{Affine, Scalar};
+use queue::{Held, Queue};
+use segment::Segment;
+
+/// A patch in motion, without a grid.
+///
+/// A step costs a few evaluations of an exponential, whatever the number of segments into which the
+/// history has divided the profile:
+///
+/// ```
+/// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Slot};
+/// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+///
+/// let tyre = Patch::new(PatchParameters {
+///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+///     length: paper::TYRE_LENGTH,
+///     pressure: PolynomialExponential::parabolic(),
+/// })?
+/// .carrying(4000.0)?; // N
+///
+/// // No allocation: the caller gives the memory.
+/// let mut rolling = tyre.exact([Slot::default(); 200])?;
+/// let mut force = 0.0;
+/// for millisecond in 0..100 {
+///     let motion = Motion { slip_velocity: 0.02 * f64::from(millisecond), transport_velocity: 160.0 };
+///     force = rolling.step(motion, 1e-3)?;
+/// }
+/// assert!(force > 1500.0 && force < 2400.0);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+///
+/// # Memory and merging
+///
+/// Every step adds a segment of width V h, until it has crossed the patch. Of the slots given, C, all
+/// steps with V h ≥ 2/(C − 6) are kept exactly. Narrower ones are merged with each other into segments of
+/// about that width, straight lines of the same integral and first moment: for a
+/// pressure of up to two coefficients no force is lost before they reach the outlet, where the error is
+/// one of interpolation within one segment. A patch that does not roll, V = 0, adds none.
+///
+/// # Time
+///
+/// A step of V h prepares at most about 2 C V h + 1 segments beside its own work, which does not depend
+/// on C: with V h no larger than some number of segments there is a bound for every single step. Steps
+/// beyond a quarter of the patch are split into parts, up to four; those of a transit and more, V h ≥ 1, cost
+/// the same as one, for nothing is left of what was.
+#[derive(Debug, Clone)]
+pub struct ExactPatch<T, M, const N: usize, B> {
+    patch: Patch<T, M, PolynomialExponential<T, N>>,
+    queue: Queue<T, N, B>,
+}
+
+impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
+    /// The patch in motion, with undeflected bristles, in slots that the caller provides: an array, a
+    /// mutable slice or a vector. See [`ExactPatch`] for how many.
+    ///
+    /// # Errors
+    ///
+    /// Refuses fewer than 16 slots.
+    pub fn exact<B>(self, slots: B) -> Result<ExactPatch<T, M, N, B>, ParameterError>
+    where
+        B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
+    {
+        let least = Queue::<T, N, B>::LEAST;
+        let count = slots.as_ref().len();
+        if count < least {
+            let rule = Rule::Count { least };
+            return Err(ParameterError {
+                name: "slots",
+                component: None,
+                value: count as f64,
+                rule,
+            });
+        }
+        let decay = self.pressure().decay();
+        Ok(ExactPatch { queue: Queue::new(slots, decay), patch: self })
+    }
+
+    /// The same with memory for as many segments as given, all kept exactly if none is narrower than its
+    /// share of the patch.
+    ///
+    /// # Errors
+    ///
+    /// Refuses fewer than 5 segments.
+    #[cfg(feature = "alloc")]
+    pub fn exact_in(
+        self,
+        segments: usize,
+    ) -> Result<ExactPatch<T, M, N, alloc::vec::Vec<Slot<T, N>>>, ParameterError> {
+        if segments < 5 {
+            let rule = Rule::Count { least: 5 };
+            let value = segments as f64;
+            return Err(ParameterError { name: "segments", component: None, value, rule });
+        }
+        self.exact(alloc::vec![Slot::default(); segments.saturating_mul(2).saturating_add(6)])
+    }
+}
+
+impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
+where
+    T: Scalar,
+    M: RateDependent<T>,
+    B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
+{
+    /// The patch.
+    pub fn patch(&self) -> &Patch<T, M, PolynomialExponential<T, N>> {
+        &self.patch
+    }
+
+    /// The same patch under another normal force F_z \[N\], its bristles as they are.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite.
+    pub fn set_normal_force(&mut self, normal_force: T) -> Result<(), ParameterError> {
+        self.patch.set_normal_force(normal_force)
+    }
+
+    /// Steps with V h below this are merged.
+    pub fn narrowest(&self) -> T {
+        self.queue.narrowest()
+    }
+
+    /// Number of segments of which the profile consists.
+    pub fn segments(&self) -> usize {
+        self.queue.len()
+    }
+
+    /// Takes all bristles to the profile of steady rolling.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a motion that is not finite or runs backwards.
+    pub fn settle(&mut self, motion: Motion<T>) -> Result<(), ParameterError> {
+        let Motion { slip_velocity, transport_velocity } = motion.forward()?;
+        let Affine { relaxation, drive, .. } = self.patch.model().at_velocity(slip_velocity);
+        if transport_velocity > T::zero() {
+            self.queue.replace(relaxation, drive * slip_velocity, transport_velocity);
+        } else {
+            let z = self.patch.model().stationary(slip_velocity);
+            self.queue.fill(Segment::straight(T::one(), z, z));
+        }
+        Ok(())
+    }
+
+    /// Takes the bristles to a profile z(ξ) \[m\], straight lines between its values at equally spaced
+    /// places.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a deflection that is not finite, and no or more segments than half of the slots.
+    pub fn set_profile(
+        &mut self,
+        segments: usize,
+        deflection: impl Fn(T) -> T,
+    ) -> Result<(), ParameterError> {
+        let most = self.queue.capacity() / 2;
+        if segments == 0 || segments > most {
+            let limit = if segments == 0 { 1 } else { most };
+            let rule = if segments == 0 {
+                Rule::Count { least: 1 }
+            } else {
+                Rule::AtMost { other: "half of the slots", limit: limit as f64 }
+            };
+            let value = segments as f64;
+            return Err(ParameterError { name: "segments", component: None, value, rule });
+        }
+        let place = |number: usize| lit::<T>(number as f64) / lit(segments as f64);
+        for number in 0..=segments {
+            let checked = parameter::finite("deflection", deflection(place(number)));
+            parameter::component(number, checked)?;
+        }
+        self.queue.begin();
+        for number in 0..segments {
+            let (from, to) = (place(number), place(number + 1));
+            self.queue.append(Segment::straight(to - from, deflection(from), deflection(to)));
+        }
+        self.queue.finish();
+        Ok(())
+    }
+
+    /// Rolls on for a time h ≥ 0 \[s\] with a motion held, and returns the friction force F \[N\] at the end,
+    /// positive against v > 0.
+    ///
+    /// For velocities that vary smoothly take those of the middle of the step: the bristles then follow
+    /// to second order, and [`ExactPatch::force`] gives the force at the velocity of the end.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a velocity that is not finite, a transport velocity or duration that is negative; the
+    /// patch is as it was.
+    #[inline]
+    pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
+        let Motion { slip_velocity, transport_velocity } = motion.forward()?;
+        let duration = parameter::non_negative("duration", duration)?;
+        let affine = self.patch.model().at_velocity(slip_velocity);
+        self.roll(affine.relaxation, affine.drive * slip_velocity, transport_velocity, duration);
+        Ok(self.force_of(&affine, slip_velocity))
+    }
+
+    /// Moves the bristles with held coefficients.
+    #[inline]
+    fn roll(&mut self, relaxation: T, drive: T, transport: T, duration: T) {
+        match Queue::<T, N, B>::parts(transport * duration) {
+            Some(1) => {
+                self.queue.advance(&Held::new(relaxation, drive, transport, duration));
+            }
+            Some(parts) => {
+                let part = duration / lit(parts as f64);
+                let held = Held::new(relaxation, drive, transport, part);
+                for _ in 0..parts {
+                    self.queue.advance(&held);
+                }
+            }
+            None => self.queue.replace(relaxation, drive, transport),
+        }
+    }
+
+    /// The friction force \[N\] at a slip velocity [m/s], with the bristles as they are.
+    pub fn force(&self, slip_velocity: T) -> T {
+        self.force_of(&self.patch.model().at_velocity(slip_velocity), slip_velocity)
+    }
+
+    #[inline]
+    fn force_of(&self, affine: &Affine<T>, slip_velocity: T) -> T {
+        let patch = &self.patch;
+        let deflections = patch.pressure().weigh(&self.queue.moments());
+        patch.load() * patch.length() * affine.stiffness * deflections
+            + patch.normal_force() * (affine.damping * slip_velocity)
+    }
+}

@@ -1,0 +1,451 @@
+//! The bristles of a patch as a queue, from which the moments of the whole profile are read in a fixed
+//! number of operations.
+//!
+//! All bristles obey the same linear equation, so a step does the same to each, z ← e^(−λh) z + offset,
+//! moves them on by V h, and adds a *segment* of new ones, of known profile. In the order of age, newest
+//! first, the queue has three parts:
+//!
+//! * the *back*: its moments are advanced step by step, for nothing leaves it;
+//! * the *middle*: a back that was frozen; over it runs, a few segments a step, the preparation of …
+//! * the *front*: segments with the moments of all that are newer, in the coordinates of the moment when it
+//!   was frozen, with one map and one shift for all that has happened since. What is left of it inside the
+//!   patch is read by cutting one segment.
+//!
+//! When the front has left, the middle becomes the front and the back is frozen. Nothing is ever taken
+//! away from a sum, which is why no digits are lost: a heavily deflected bristle that has left leaves no
+//! rounding error behind.
+//!
+//! It is the two-stack queue of sliding-window aggregation, with its rebuilding spread over the steps.
+
+use super::segment::{Map, Segment, shifted};
+use crate::Scalar;
+use crate::scalar::{is_zero, lit};
+
+/// Steps are taken in parts no longer than this: what is new then fits between the inlet and a back
+/// that is about to be frozen.
+const LONGEST: f64 = 0.25;
+/// A back of this length is frozen if there is no middle …
+const LONG: f64 = 0.5;
+/// … and when the front has left, one of this length at least.
+const SHORT: f64 = 0.25;
+
+/// Room for one segment of a profile in an [`ExactPatch`](crate::rolling::ExactPatch).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slot<T, const N: usize> {
+    pub(super) segment: Segment<T>,
+    /// What became of older bristles while this segment entered. In the front it is used up.
+    map: Map<T>,
+    /// Place of the newest bristle, in the front's coordinates.
+    place: T,
+    /// Moments of the segment, in its own coordinates; once prepared those of all newer segments, in the
+    /// front's.
+    moments: [T; N],
+}
+
+impl<T: Scalar, const N: usize> Default for Slot<T, N> {
+    fn default() -> Self {
+        let zero = T::zero();
+        Self {
+            segment: Segment::straight(zero, zero, zero),
+            map: Map::identity(),
+            place: zero,
+            moments: [zero; N],
+        }
+    }
+}
+
+/// A frozen part of the profile and what has happened to it since.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stack<T, const N: usize> {
+    count: usize,
+    /// From its newest to its oldest bristle.
+    length: T,
+    /// How far it has moved.
+    shift: T,
+    map: Map<T>,
+    /// Moments of the whole, when it was frozen.
+    total: [T; N],
+}
+
+impl<T: Scalar, const N: usize> Stack<T, N> {
+    fn empty() -> Self {
+        let zero = T::zero();
+        Self { count: 0, length: zero, shift: zero, map: Map::identity(), total: [zero; N] }
+    }
+}
+
+/// A step with held coefficients: λ, u = r v, V and a duration, in what it does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Held<T> {
+    /// λ h
+    pub(super) exponent: T,
+    /// u h
+    pub(super) rise: T,
+    /// V h
+    pub(super) distance: T,
+    /// For bristles that are there from the beginning to the end.
+    pub(super) map: Map<T>,
+}
+
+impl<T: Scalar> Held<T> {
+    /// From λ \[1/s\], u = r v \[m/s\], V \[1/s\] and h \[s\].
+    #[inline]
+    pub(super) fn new(relaxation: T, drive: T, transport: T, duration: T) -> Self {
+        let affine =
+            crate::Affine { relaxation, drive: T::one(), stiffness: T::zero(), damping: T::zero() };
+        let weights = affine.weights(duration);
+        Self {
+            exponent: relaxation * duration,
+            rise: drive * duration,
+            distance: transport * duration,
+            map: Map {
+                decay: weights.end(T::one(), T::zero()),
+                offset: weights.end(T::zero(), drive),
+            },
+        }
+    }
+
+    /// The bristles that enter.
+    #[inline(always)]
+    pub(super) fn segment(&self) -> Segment<T> {
+        Segment { width: self.distance, base: T::zero(), rise: self.rise, exponent: self.exponent }
+    }
+}
+
+/// The queue.
+#[derive(Debug, Clone)]
+pub(super) struct Queue<T, const N: usize, B> {
+    slots: B,
+    /// Index of the oldest slot in the ring.
+    oldest: usize,
+    front: Stack<T, N>,
+    middle: Stack<T, N>,
+    /// How many segments of the middle are prepared, newest first, and the state of that.
+    ready: usize,
+    place: T,
+    newer: [T; N],
+    since: Map<T>,
+    back_count: usize,
+    back_length: T,
+    back: [T; N],
+    /// a of the weight e^(−aξ).
+    decay: T,
+    /// Steps that move on by less are merged with each other.
+    narrowest: T,
+}
+
+impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Queue<T, N, B> {
+    /// Least number of slots.
+    pub(super) const LEAST: usize = 16;
+
+    /// A patch of undeflected bristles, in at least [`Queue::LEAST`] slots.
+    pub(super) fn new(slots: B, decay: T) -> Self {
+        // Every slot that is narrower is followed by one that is not; a few more are cut at the outlet or
+        // were frozen early.
+        let narrowest = lit::<T>(2.0) / lit(slots.as_ref().len().saturating_sub(6).max(1) as f64);
+        let mut queue = Self {
+            slots,
+            oldest: 0,
+            front: Stack::empty(),
+            middle: Stack::empty(),
+            ready: 0,
+            place: T::zero(),
+            newer: [T::zero(); N],
+            since: Map::identity(),
+            back_count: 0,
+            back_length: T::zero(),
+            back: [T::zero(); N],
+            decay,
+            narrowest,
+        };
+        queue.fill(Segment::straight(T::one(), T::zero(), T::zero()));
+        queue
+    }
+
+    pub(super) fn narrowest(&self) -> T {
+        self.narrowest
+    }
+
+    pub(super) fn capacity(&self) -> usize {
+        self.slots.as_ref().len()
+    }
+
+    /// Number of slots in use.
+    pub(super) fn len(&self) -> usize {
+        self.front.count + self.middle.count + self.back_count
+    }
+
+    /// One segment for the whole patch.
+    pub(super) fn fill(&mut self, segment: Segment<T>) {
+        self.begin();
+        self.append(segment);
+        self.finish();
+    }
+
+    /// Forgets everything; [`Queue::append`] and then [`Queue::finish`] make a new profile.
+    pub(super) fn begin(&mut self) {
+        self.oldest = 0;
+        self.front = Stack::empty();
+        self.middle = Stack::empty();
+        self.clear_back();
+        self.thaw();
+    }
+
+    /// Adds a segment at the outlet side of those that were appended before.
+    pub(super) fn append(&mut self, segment: Segment<T>) {
+        // The ring grows towards the older side: one before the oldest.
+        let capacity = self.slots.as_ref().len();
+        self.oldest = (self.oldest + capacity - 1) % capacity;
+        let (place, newer) = (self.place, self.newer);
+        let moments = shifted(segment.moments::<N>(T::one(), self.decay), place, self.decay);
+        let slot = Slot { segment, map: Map::identity(), place, moments: newer };
+        let oldest = self.oldest;
+        if let Some(free) = self.slots.as_mut().get_mut(oldest) {
+            *free = slot;
+        }
+        self.front.count += 1;
+        self.place += segment.width;
+        add(&mut self.newer, &moments);
+    }
+
+    pub(super) fn finish(&mut self) {
+        self.front.length = self.place;
+        self.front.total = self.newer;
+        self.thaw();
+    }
+
+    fn clear_back(&mut self) {
+        self.back_count = 0;
+        self.back_length = T::zero();
+        self.back = [T::zero(); N];
+    }
+
+    /// Begins the preparation of a middle.
+    fn thaw(&mut self) {
+        self.ready = 0;
+        self.place = T::zero();
+        self.newer = [T::zero(); N];
+        self.since = Map::identity();
+    }
+
+    /// Where the slot of some age is in the ring, counted from the oldest.
+    #[inline(always)]
+    fn index(&self, number: usize) -> usize {
+        let capacity = self.slots.as_ref().len();
+        let index = self.oldest + number;
+        if index >= capacity { index - capacity } else { index }
+    }
+
+    #[inline(always)]
+    fn slot(&self, number: usize) -> Option<&Slot<T, N>> {
+        self.slots.as_ref().get(self.index(number))
+    }
+
+    /// Into how many equal parts a step of this distance has to be split; none if nothing of what is
+    /// there will be left.
+    pub(super) fn parts(distance: T) -> Option<usize> {
+        let mut parts = 1;
+        while parts <= 4 {
+            if distance <= lit(LONGEST * parts as f64) {
+                return Some(parts);
+            }
+            parts += 1;
+        }
+        None
+    }
+
+    /// Everything is new: the profile of steady rolling.
+    pub(super) fn replace(&mut self, relaxation: T, drive: T, transport: T) {
+        let inverse = T::one() / transport;
+        self.fill(Segment {
+            width: T::one(),
+            base: T::zero(),
+            rise: drive * inverse,
+            exponent: relaxation * inverse,
+        });
+    }
+
+    /// A step of at most a quarter of the patch.
+    #[inline]
+    pub(super) fn advance(&mut self, held: &Held<T>) {
+        self.prepare(held.distance);
+        self.front.map = held.map.after(self.front.map);
+        self.middle.map = held.map.after(self.middle.map);
+        self.front.shift += held.distance;
+        self.middle.shift += held.distance;
+        let segment = held.segment();
+        let moments = segment.moments::<N>(T::one(), self.decay);
+        self.back = self.back_after(held, &moments);
+        self.back_length += held.distance;
+        self.enter(held, segment, moments);
+        self.leave();
+    }
+
+    /// Prepares as much of the middle as this distance asks for, all of it if the front will leave.
+    #[inline]
+    fn prepare(&mut self, distance: T) {
+        if self.ready >= self.middle.count {
+            return;
+        }
+        let left = T::one() - self.back_length - self.middle.length;
+        let open = self.middle.count - self.ready;
+        if !(distance < left) {
+            while self.ready < self.middle.count {
+                self.prepare_one();
+            }
+            return;
+        }
+        // In proportion to the way that the front still has to go.
+        let quota = lit::<T>(open as f64) * distance / left;
+        let mut done = T::zero();
+        while done < quota && self.ready < self.middle.count {
+            self.prepare_one();
+            done += T::one();
+        }
+    }
+
+    fn prepare_one(&mut self) {
+        let number = self.front.count + self.middle.count - 1 - self.ready;
+        let (index, decay) = (self.index(number), self.decay);
+        let (place, newer, since) = (self.place, self.newer, self.since);
+        if let Some(slot) = self.slots.as_mut().get_mut(index) {
+            let moments = since.of_moments(slot.moments, slot.segment.width, decay);
+            slot.segment = slot.segment.mapped(since);
+            slot.place = place;
+            slot.moments = newer;
+            self.since = since.after(slot.map);
+            self.place += slot.segment.width;
+            add(&mut self.newer, &shifted(moments, place, decay));
+        }
+        self.ready += 1;
+    }
+
+    /// The moments of the back after a step.
+    #[inline]
+    fn back_after(&self, held: &Held<T>, new: &[T; N]) -> [T; N] {
+        let mut back = self.back;
+        if self.back_length > T::zero() {
+            back = held.map.of_moments(back, self.back_length, self.decay);
+            back = shifted(back, held.distance, self.decay);
+        }
+        add(&mut back, new);
+        back
+    }
+
+    /// Puts the segment of a step into a slot.
+    #[inline]
+    fn enter(&mut self, held: &Held<T>, segment: Segment<T>, moments: [T; N]) {
+        let full = self.len() >= self.slots.as_ref().len();
+        let (narrowest, decay) = (self.narrowest, self.decay);
+        if self.back_count > 0 {
+            let newest = self.index(self.len() - 1);
+            let narrow = held.distance < narrowest;
+            if let Some(slot) = self.slots.as_mut().get_mut(newest) {
+                let nothing_new = is_zero(held.distance);
+                if nothing_new || full || (narrow && slot.segment.width < narrowest) {
+                    slot.segment = slot.segment.mapped(held.map);
+                    if !nothing_new {
+                        slot.segment = slot.segment.merged_with(&segment);
+                    }
+                    slot.moments = slot.segment.moments(T::one(), decay);
+                    slot.map = held.map.after(slot.map);
+                    return;
+                }
+            }
+        } else if is_zero(held.distance) {
+            return;
+        }
+        let free = self.index(self.len());
+        if let Some(slot) = self.slots.as_mut().get_mut(free) {
+            *slot = Slot { segment, map: held.map, place: T::zero(), moments };
+            self.back_count += 1;
+        }
+    }
+
+    /// Forgets what has left the patch.
+    #[inline]
+    fn leave(&mut self) {
+        while self.front.count > 0 {
+            let outside = self.slot(0).is_none_or(|s| !(s.place + self.front.shift < T::one()));
+            if !outside {
+                break;
+            }
+            self.oldest = self.index(1);
+            self.front.count -= 1;
+        }
+        if self.middle.count > 0 && !(self.back_length + self.middle.length < T::one()) {
+            // The front has left, up to rounding.
+            while self.ready < self.middle.count {
+                self.prepare_one();
+            }
+            self.oldest = self.index(self.front.count);
+            self.front = Stack { total: self.newer, ..self.middle };
+            self.middle = Stack::empty();
+            self.thaw();
+            if self.back_length >= lit(SHORT) {
+                self.freeze();
+            }
+        }
+        if self.middle.count == 0 && self.back_length >= lit(LONG) {
+            self.freeze();
+        }
+    }
+
+    fn freeze(&mut self) {
+        self.middle = Stack {
+            count: self.back_count,
+            length: self.back_length,
+            shift: T::zero(),
+            map: Map::identity(),
+            total: self.back,
+        };
+        self.clear_back();
+        self.thaw();
+    }
+
+    /// The moments ∫₀¹ ξᵏ e^(−aξ) z dξ of the whole profile.
+    #[inline]
+    pub(super) fn moments(&self) -> [T; N] {
+        let mut total = self.back;
+        add(&mut total, &self.of_stack(&self.middle, None));
+        add(&mut total, &self.of_stack(&self.front, Some(0)));
+        total
+    }
+
+    /// The moments of what is inside of a frozen part; `first` is the number of its oldest slot, if it
+    /// is prepared and may be cut by the outlet.
+    #[inline]
+    fn of_stack(&self, stack: &Stack<T, N>, first: Option<usize>) -> [T; N] {
+        let Stack { shift, map, .. } = *stack;
+        let cut = T::one() - shift;
+        if stack.count == 0 || !(cut > T::zero()) {
+            return [T::zero(); N];
+        }
+        let (mut moments, mut length) = (stack.total, stack.length);
+        if let Some(first) = first
+            && cut < length
+        {
+            length = cut;
+            moments = [T::zero(); N];
+            for number in first..first + stack.count {
+                let Some(slot) = self.slot(number) else { break };
+                if slot.place < cut {
+                    moments = slot.moments;
+                    let part = (cut - slot.place) / slot.segment.width;
+                    let part = if part < T::one() { part } else { T::one() };
+                    let own = slot.segment.moments::<N>(part, self.decay);
+                    add(&mut moments, &shifted(own, slot.place, self.decay));
+                    break;
+                }
+            }
+        }
+        shifted(map.of_moments(moments, length, self.decay), shift, self.decay)
+    }
+}
+
+#[inline(always)]
+fn add<T: Scalar, const N: usize>(sum: &mut [T; N], more: &[T; N]) {
+    for (sum, more) in sum.iter_mut().zip(more) {
+        *sum += *more;
+    }
+}
