@@ -158,7 +158,8 @@ where
     pub fn settle(&mut self, motion: Motion<T>) -> Result<(), ParameterError> {
         let Motion { slip_velocity, transport_velocity } = motion.forward()?;
         let Affine { relaxation, drive, .. } = self.patch.model().at_velocity(slip_velocity);
-        if transport_velocity > T::zero() {
+        // A crossing that takes for ever is none.
+        if (T::one() / transport_velocity).is_finite() {
             self.queue.replace(relaxation, drive * slip_velocity, transport_velocity);
         } else {
             let z = self.patch.model().stationary(slip_velocity);

@@ -77,38 +77,30 @@ impl<T: Scalar, const N: usize> Stack<T, N> {
 /// A step with held coefficients: λ, u = r v, V and a duration, in what it does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Held<T> {
-    /// λ h
-    pub(super) exponent: T,
-    /// u h
-    pub(super) rise: T,
     /// V h
     pub(super) distance: T,
     /// For bristles that are there from the beginning to the end.
     pub(super) map: Map<T>,
+    /// The bristles that enter.
+    pub(super) segment: Segment<T>,
 }
 
 impl<T: Scalar> Held<T> {
     /// From λ \[1/s\], u = r v \[m/s\], V \[1/s\] and h \[s\].
     #[inline]
     pub(super) fn new(relaxation: T, drive: T, transport: T, duration: T) -> Self {
+        Self::over(relaxation, drive, transport * duration, duration)
+    }
+
+    /// From the distance V h \[–\] in place of V.
+    #[inline]
+    pub(super) fn over(relaxation: T, drive: T, distance: T, duration: T) -> Self {
         let affine =
             crate::Affine { relaxation, drive: T::one(), stiffness: T::zero(), damping: T::zero() };
         let weights = affine.weights(duration);
-        Self {
-            exponent: relaxation * duration,
-            rise: drive * duration,
-            distance: transport * duration,
-            map: Map {
-                decay: weights.end(T::one(), T::zero()),
-                offset: weights.end(T::zero(), drive),
-            },
-        }
-    }
-
-    /// The bristles that enter.
-    #[inline(always)]
-    pub(super) fn segment(&self) -> Segment<T> {
-        Segment { width: self.distance, base: T::zero(), rise: self.rise, exponent: self.exponent }
+        let map =
+            Map { decay: weights.end(T::one(), T::zero()), offset: weights.end(T::zero(), drive) };
+        Self { distance, map, segment: Segment::newborn(distance, relaxation, drive, duration) }
     }
 }
 
@@ -256,13 +248,8 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
 
     /// Everything is new: the profile of steady rolling.
     pub(super) fn replace(&mut self, relaxation: T, drive: T, transport: T) {
-        let inverse = T::one() / transport;
-        self.fill(Segment {
-            width: T::one(),
-            base: T::zero(),
-            rise: drive * inverse,
-            exponent: relaxation * inverse,
-        });
+        let crossing = T::one() / transport;
+        self.fill(Segment::newborn(T::one(), relaxation, drive, crossing));
     }
 
     /// A step of at most a quarter of the patch.
@@ -273,7 +260,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
         self.middle.map = held.map.after(self.middle.map);
         self.front.shift += held.distance;
         self.middle.shift += held.distance;
-        let segment = held.segment();
+        let segment = held.segment;
         let moments = segment.moments::<N>(T::one(), self.decay);
         self.back = self.back_after(held, &moments);
         self.back_length += held.distance;
