@@ -15,9 +15,11 @@
 //! sliding-window aggregation, cf. K. Tangwongsan, M. Hirzel, S. Schneider, "Low-latency sliding-window
 //! aggregation in worst-case constant time", DEBS 2017.
 
+mod coupling;
 mod queue;
 mod segment;
 
+pub use coupling::{PatchCommitted, PatchLedger, PatchStep};
 pub use queue::Slot;
 
 use super::{Motion, Patch, PolynomialExponential, RateDependent};

@@ -56,7 +56,7 @@ impl<T: Scalar, const N: usize> Default for Slot<T, N> {
 
 /// A frozen part of the profile and what has happened to it since.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Stack<T, const N: usize> {
+pub(super) struct Stack<T, const N: usize> {
     count: usize,
     /// From its newest to its oldest bristle.
     length: T,
@@ -82,7 +82,7 @@ pub(super) struct Held<T> {
     /// For bristles that are there from the beginning to the end.
     pub(super) map: Map<T>,
     /// The bristles that enter.
-    pub(super) segment: Segment<T>,
+    pub(super) newborn: Segment<T>,
 }
 
 impl<T: Scalar> Held<T> {
@@ -100,7 +100,7 @@ impl<T: Scalar> Held<T> {
         let weights = affine.weights(duration);
         let map =
             Map { decay: weights.end(T::one(), T::zero()), offset: weights.end(T::zero(), drive) };
-        Self { distance, map, segment: Segment::newborn(distance, relaxation, drive, duration) }
+        Self { distance, map, newborn: Segment::newborn(distance, relaxation, drive, duration) }
     }
 }
 
@@ -260,7 +260,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
         self.middle.map = held.map.after(self.middle.map);
         self.front.shift += held.distance;
         self.middle.shift += held.distance;
-        let segment = held.segment;
+        let segment = held.newborn;
         let moments = segment.moments::<N>(T::one(), self.decay);
         self.back = self.back_after(held, &moments);
         self.back_length += held.distance;
@@ -402,7 +402,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
     /// The moments of what is inside of a frozen part; `first` is the number of its oldest slot, if it
     /// is prepared and may be cut by the outlet.
     #[inline]
-    fn of_stack(&self, stack: &Stack<T, N>, first: Option<usize>) -> [T; N] {
+    pub(super) fn of_stack(&self, stack: &Stack<T, N>, first: Option<usize>) -> [T; N] {
         let Stack { shift, map, .. } = *stack;
         let cut = T::one() - shift;
         if stack.count == 0 || !(cut > T::zero()) {
@@ -427,6 +427,141 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
             }
         }
         shifted(map.of_moments(moments, length, self.decay), shift, self.decay)
+    }
+}
+
+impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Queue<T, N, B> {
+    /// Makes ready for [`Queue::moments_on_the_way`] over a distance, however long.
+    pub(super) fn look_ahead(&mut self, distance: T) {
+        if distance <= lit(LONGEST) {
+            self.prepare(distance);
+        } else if self.middle.count > 0 || self.back_count > 0 {
+            self.collapse();
+        }
+    }
+
+    /// Makes one front of all that is inside: as many operations as there are segments.
+    fn collapse(&mut self) {
+        while self.ready < self.middle.count {
+            self.prepare_one();
+        }
+        let (mut place, mut newer, mut since) = (T::zero(), [T::zero(); N], Map::identity());
+        let (front, middle) = (self.front, self.middle);
+        for number in (0..self.len()).rev() {
+            let (index, decay) = (self.index(number), self.decay);
+            let Some(slot) = self.slots.as_mut().get_mut(index) else { break };
+            let segment = if number < front.count {
+                slot.segment.mapped(front.map)
+            } else if number < front.count + middle.count {
+                slot.segment.mapped(middle.map)
+            } else {
+                let now = since;
+                since = since.after(slot.map);
+                slot.segment.mapped(now)
+            };
+            let moments = shifted(segment.moments::<N>(T::one(), decay), place, decay);
+            *slot = Slot { segment, map: Map::identity(), place, moments: newer };
+            place += segment.width;
+            add(&mut newer, &moments);
+        }
+        self.front = Stack {
+            count: self.len(),
+            length: place,
+            shift: T::zero(),
+            map: Map::identity(),
+            total: newer,
+        };
+        self.middle = Stack::empty();
+        self.clear_back();
+        self.thaw();
+    }
+
+    /// The frozen parts that the outlet may cut, with the number of their first slot: oldest first.
+    fn stacks(&self) -> [(&Stack<T, N>, Option<usize>); 2] {
+        let ready = (self.ready == self.middle.count).then_some(self.front.count);
+        [(&self.front, Some(0)), (&self.middle, ready)]
+    }
+
+    /// The moments of those bristles that are inside now and still will be after a distance, if nothing
+    /// drove them meanwhile, and `decay` were left of each. After [`Queue::look_ahead`].
+    pub(super) fn moments_on_the_way(&self, distance: T, decay: T) -> [T; N] {
+        let free = Map { decay, offset: T::zero() };
+        let mut total = self.back;
+        for moment in &mut total {
+            *moment *= decay;
+        }
+        if self.back_count > 0 {
+            total = shifted(total, distance, self.decay);
+        }
+        for (stack, first) in self.stacks() {
+            if stack.count > 0 {
+                let shift = stack.shift + distance;
+                let moved = Stack { shift, map: free.after(stack.map), ..*stack };
+                add(&mut total, &self.of_stack(&moved, first));
+            }
+        }
+        total
+    }
+
+    /// Calls `visit` for every segment that crosses the outlet on the way, oldest first: from which
+    /// distance on, to which, how steep its profile is over that part, and its deflection at the outlet
+    /// over the distance, if nothing drove it meanwhile. After [`Queue::look_ahead`].
+    pub(super) fn leaving(&self, distance: T, mut visit: impl FnMut(T, T, T, &dyn Fn(T) -> T)) {
+        let mut from = T::zero();
+        for (stack, first) in self.stacks() {
+            let Some(first) = first else { return };
+            for number in first..first + stack.count {
+                let Some(slot) = self.slot(number) else { return };
+                // The newest bristle of the segment is at the outlet after this distance.
+                let gone = T::one() - stack.shift - slot.place;
+                let to = if gone < distance { gone } else { distance };
+                if to > from {
+                    let segment = slot.segment.mapped(stack.map);
+                    let steepness = segment.exponent * ((to - from) / segment.width);
+                    visit(from, to, steepness, &|at| segment.at((gone - at) / segment.width));
+                    from = to;
+                }
+                if !(from < distance) {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Calls `visit` for every segment inside, newest first: its profile now, the place of its newest
+    /// bristle, and the part of its width that is inside.
+    pub(super) fn profile(&self, mut visit: impl FnMut(&Segment<T>, T, T)) {
+        let (mut place, mut since) = (T::zero(), Map::identity());
+        let (front, middle) = (&self.front, &self.middle);
+        for number in (0..self.len()).rev() {
+            let Some(slot) = self.slot(number) else { return };
+            let in_middle = (front.count + middle.count).wrapping_sub(number + 1);
+            let segment = if number < front.count {
+                slot.segment.mapped(front.map)
+            } else if number < front.count + middle.count {
+                if in_middle < self.ready {
+                    slot.segment.mapped(middle.map)
+                } else {
+                    if in_middle == self.ready {
+                        since = middle.map.after(self.since);
+                    }
+                    let now = since;
+                    since = since.after(slot.map);
+                    slot.segment.mapped(now)
+                }
+            } else {
+                let now = since;
+                since = since.after(slot.map);
+                slot.segment.mapped(now)
+            };
+            let room = T::one() - place;
+            if !(room > T::zero()) {
+                return;
+            }
+            let part = if segment.width > room { room / segment.width } else { T::one() };
+            visit(&segment, place, part);
+            place += segment.width;
+        }
     }
 }
 

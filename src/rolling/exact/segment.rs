@@ -164,6 +164,13 @@ pub(super) fn level<T: Scalar, const N: usize>(alpha: T) -> [T; N] {
     }
 }
 
+/// ∫₀^c sᵏ e^(−as) ds.
+#[inline(always)]
+pub(super) fn level_moments<T: Scalar, const N: usize>(length: T, decay: T) -> [T; N] {
+    let everywhere = Map { decay: T::zero(), offset: T::one() };
+    everywhere.of_moments([T::zero(); N], length, decay)
+}
+
 /// ∫₀¹ tᵏ (t − part t²) e^(−αt) dt
 #[inline]
 fn bulges<T: Scalar, const N: usize>(alpha: T, part: T) -> [T; N] {

@@ -1,0 +1,275 @@
+//! A patch inside a mechanism: over a step it is a source and a damper.
+//!
+//! With the coefficients taken at a predicted motion (v\*, V\*) the bristles obey a linear equation, whose
+//! drive is the mean slip velocity v̄ of the step, known once the mechanism is solved. The force averaged
+//! over the step is then affine in it,
+//!
+//! F̄ = bias + damping·v̄,  damping ≥ 0,
+//!
+//! and the energy balance is that of the patch itself, integrated over the step:
+//!
+//! h F̄ v̄ = W₁ − W₀ + D_volume + D_outlet,
+//!
+//! W = (L/2) ∫ Σ0 z² dξ,  D_outlet = (L/2) Σ0(1) V ∫ z(1, t)² dt,
+//!
+//! D_volume = L ∫∫ (p (K λ z² + (c₀ − K r) z v̄ + c₂ v̄²) − ½ V Σ0' z²) dξ dt
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | F̄, v̄ | force and slip velocity averaged over the step | N, m/s |
+//! | K | stiffness of the stored energy (σ0) | 1/m |
+//! | Σ0 = K p | stiffness per length | N/m² |
+//! | W | energy stored in the bristles | J |
+//! | D | dissipated energy: within the patch, and with the bristles that leave it deflected | J |
+//!
+//! For FrBD and a pressure that nowhere rises towards the outlet all parts of D are squares, whatever the
+//! step, the prediction and the mean velocity.
+//!
+//! Source: the storage function is that of Romano et al. (arXiv 2602.09429), section IV-B; the step is of
+//! this crate.
+
+use super::ExactPatch;
+use super::queue::{Held, Slot};
+use super::segment::{Segment, level_moments, shifted};
+use crate::parameter::{self, ParameterError};
+use crate::rolling::integrals::{integrate, phi1};
+use crate::rolling::{Motion, Pressure, RateDependent};
+use crate::scalar::lit;
+use crate::{Affine, Scalar};
+
+/// Friction of a patch over one step: F̄ = bias + damping·v̄.
+///
+/// Made by [`ExactPatch::companion_step`]. Dropped without [`PatchStep::commit`] it leaves the patch as
+/// it was, so that a step can be solved twice, the second time with a better prediction.
+#[derive(Debug)]
+pub struct PatchStep<'a, T: Scalar, M, const N: usize, B> {
+    rolling: &'a mut ExactPatch<T, M, N, B>,
+    affine: Affine<T>,
+    transport: T,
+    duration: T,
+    bias: T,
+    damping: T,
+}
+
+/// A step of a patch that is done.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PatchCommitted<T> {
+    /// Friction force averaged over the step \[N\]: its impulse on the mechanism is −F̄ h.
+    pub force: T,
+    /// Work of the mechanism on the patch \[J\], h F̄ v̄.
+    pub work: T,
+}
+
+/// Where the work of a step has gone: work = stored + volume + outlet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PatchLedger<T> {
+    /// Friction force averaged over the step \[N\].
+    pub force: T,
+    /// Work of the mechanism on the patch \[J\], h F̄ v̄.
+    pub work: T,
+    /// Change of the stored energy \[J\].
+    pub stored: T,
+    /// Energy \[J\] that left with deflected bristles at the outlet, never negative.
+    pub outlet: T,
+    /// Energy \[J\] dissipated inside the patch: what is left of the work. Never negative, up to
+    /// rounding, if the patch is passive; where the pressure rises, bristles are loaded as they move on, and
+    /// it can be.
+    pub volume: T,
+}
+
+impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
+where
+    T: Scalar,
+    M: RateDependent<T>,
+    B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
+{
+    /// The source and the damper that stand for the patch over a step of length h ≥ 0 \[s\], from a motion
+    /// predicted for its middle.
+    ///
+    /// Second order in h if the prediction is right up to O(h²). A step costs some ten plain ones, and
+    /// more if many segments leave in it.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a velocity that is not finite, a transport velocity or a duration that is negative; the
+    /// patch is as it was.
+    pub fn companion_step(
+        &mut self,
+        predicted: Motion<T>,
+        duration: T,
+    ) -> Result<PatchStep<'_, T, M, N, B>, ParameterError> {
+        let Motion { slip_velocity, transport_velocity: transport } = predicted.forward()?;
+        let duration = parameter::non_negative("duration", duration)?;
+        let affine = self.patch.model().at_velocity(slip_velocity);
+        self.queue.look_ahead(transport * duration);
+        let (free, unit) = self.mean_moments(affine.relaxation, transport, duration);
+        let pressure = self.patch.pressure();
+        let stiffness = self.patch.load() * self.patch.length() * affine.stiffness;
+        let bias = stiffness * pressure.weigh(&free);
+        let damping = stiffness * affine.drive * pressure.weigh(&unit)
+            + self.patch.normal_force() * affine.damping;
+        // LuGre at such speed that σ1 − σ1 leaves a rounding.
+        let damping = if damping < T::zero() { T::zero() } else { damping };
+        Ok(PatchStep { rolling: self, affine, transport, duration, bias, damping })
+    }
+
+    /// The moments averaged over a step: of what is there if nothing drives it, and of an undeflected
+    /// patch under r v = 1. After `look_ahead`.
+    fn mean_moments(&self, relaxation: T, transport: T, duration: T) -> ([T; N], [T; N]) {
+        let decay = self.patch.pressure().decay();
+        let (zero, one) = (T::zero(), T::one());
+        let distance = transport * duration;
+        let (mut free, mut unit) = ([zero; N], [zero; N]);
+        // The part of the step during which old bristles are inside.
+        let crossing = if distance < one { one } else { one / distance };
+        let reach = distance * crossing;
+        if reach > zero {
+            self.queue.leaving(reach, |from, to, steepness, _| {
+                let share = (to - from) / distance;
+                let steepness =
+                    steepness + relaxation * duration * share + decay.abs() * (to - from);
+                integrate(steepness, |part, weight| {
+                    let at = from + (to - from) * part;
+                    let left = (-relaxation * (at / transport)).exp();
+                    let moments = self.queue.moments_on_the_way(at, left);
+                    accumulate(&mut free, weight * share, &moments);
+                });
+            });
+        } else {
+            accumulate(&mut free, phi1(relaxation * duration), &self.queue.moments());
+        }
+        let steepness = relaxation * duration * crossing + decay.abs();
+        integrate(steepness, |part, weight| {
+            let held = Held::new(relaxation, one, transport, duration * crossing * part);
+            let old =
+                shifted(level_moments::<T, N>(one - held.distance, decay), held.distance, decay);
+            accumulate(&mut unit, weight * crossing * held.map.offset, &old);
+            accumulate(&mut unit, weight * crossing, &held.newborn.moments(one, decay));
+        });
+        if distance > one {
+            let steady = Segment::newborn(one, relaxation, one, one / transport);
+            accumulate(&mut unit, one - crossing, &steady.moments(one, decay));
+        }
+        (free, unit)
+    }
+
+    /// The energy stored in the bristles, W = (L/2) ∫ K p z² dξ \[J\]. It takes time in proportion to the number of
+    /// segments.
+    pub fn stored_energy(&self) -> T {
+        let factor = lit::<T>(0.5) * self.patch.model().storage_stiffness();
+        factor
+            * self.integral(|place, deflection| {
+                self.patch.pressure().at(place) * deflection * deflection
+            })
+    }
+
+    /// L load ∫ f(ξ, z) dξ over the profile.
+    fn integral(&self, value: impl Fn(T, T) -> T) -> T {
+        let mut sum = T::zero();
+        let steep = self.patch.pressure().decay().abs();
+        self.queue.profile(|segment, place, part| {
+            let width = segment.width * part;
+            let steepness = lit::<T>(2.0) * segment.exponent * part + steep * width;
+            integrate(steepness, |at, weight| {
+                let at = at * part;
+                sum += weight * width * value(place + segment.width * at, segment.at(at));
+            });
+        });
+        self.patch.length() * self.patch.load() * sum
+    }
+
+    /// The deflection z \[m\] at a place ξ between 0 and 1, NaN elsewhere. It takes time in proportion to the number
+    /// of segments.
+    pub fn deflection(&self, place: T) -> T {
+        let mut found = crate::scalar::nan();
+        if place >= T::zero() && place <= T::one() {
+            self.queue.profile(|segment, from, _| {
+                if place >= from && segment.width > T::zero() {
+                    let part = (place - from) / segment.width;
+                    found = segment.at(if part < T::one() { part } else { T::one() });
+                }
+            });
+        }
+        found
+    }
+}
+
+impl<T, M, const N: usize, B> PatchStep<'_, T, M, N, B>
+where
+    T: Scalar,
+    M: RateDependent<T>,
+    B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
+{
+    /// Mean friction force \[N\] if the mean slip velocity is zero.
+    pub fn bias(&self) -> T {
+        self.bias
+    }
+
+    /// Increase of the mean friction force with the mean slip velocity [N s/m], zero or positive.
+    pub fn damping(&self) -> T {
+        self.damping
+    }
+
+    /// Mean friction force F̄ \[N\] for a mean slip velocity v̄ [m/s], positive against v̄ > 0.
+    pub fn force(&self, mean_slip_velocity: T) -> T {
+        self.bias + self.damping * mean_slip_velocity
+    }
+
+    /// Ends the step with the mean slip velocity v̄ [m/s] that the mechanism has found.
+    pub fn commit(self, mean_slip_velocity: T) -> PatchCommitted<T> {
+        let force = self.force(mean_slip_velocity);
+        let Self { rolling, affine, transport, duration, .. } = self;
+        rolling.roll(affine.relaxation, affine.drive * mean_slip_velocity, transport, duration);
+        PatchCommitted { force, work: duration * force * mean_slip_velocity }
+    }
+
+    /// The same with an account of where the work has gone. It takes time in proportion to the number of
+    /// segments.
+    pub fn commit_with_ledger(self, mean_slip_velocity: T) -> PatchLedger<T> {
+        let drive = self.affine.drive * mean_slip_velocity;
+        let outlet = self.outlet_loss(drive);
+        let Self { rolling, affine, transport, duration, bias, damping } = self;
+        let before = rolling.stored_energy();
+        rolling.roll(affine.relaxation, drive, transport, duration);
+        let stored = rolling.stored_energy() - before;
+        let force = bias + damping * mean_slip_velocity;
+        let work = duration * force * mean_slip_velocity;
+        PatchLedger { force, work, stored, outlet, volume: work - stored - outlet }
+    }
+
+    /// (L/2) Σ0(1) V ∫ z(1, t)² dt over the step.
+    fn outlet_loss(&self, drive: T) -> T {
+        let Self { rolling, affine, transport, duration, .. } = self;
+        let patch = &rolling.patch;
+        let (transport, duration, one) = (*transport, *duration, T::one());
+        let reach = transport * duration;
+        let mut squares = T::zero();
+        let inside = if reach < one { reach } else { one };
+        if inside > T::zero() {
+            rolling.queue.leaving(inside, |from, to, steepness, outgoing| {
+                let way = to - from;
+                let steepness = lit::<T>(2.0) * (steepness + affine.relaxation * (way / transport));
+                integrate(steepness, |part, weight| {
+                    let at = from + way * part;
+                    let time = at / transport;
+                    let x = affine.relaxation * time;
+                    let z = (-x).exp() * outgoing(at) + drive * time * phi1(x);
+                    squares += weight * way * z * z;
+                });
+            });
+        }
+        if reach > one {
+            let z = drive / transport * phi1(affine.relaxation / transport);
+            squares += (reach - one) * z * z;
+        }
+        let stiffness = patch.model().storage_stiffness() * patch.pressure().at(one);
+        lit::<T>(0.5) * patch.length() * patch.load() * stiffness * squares
+    }
+}
+
+#[inline(always)]
+fn accumulate<T: Scalar, const N: usize>(sum: &mut [T; N], weight: T, more: &[T; N]) {
+    for (sum, more) in sum.iter_mut().zip(more) {
+        *sum += weight * *more;
+    }
+}
