@@ -82,7 +82,7 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExpon
     ///
     /// # Errors
     ///
-    /// Refuses fewer than 16 slots.
+    /// Refuses fewer than 22 slots.
     pub fn exact<B>(self, slots: B) -> Result<ExactPatch<T, M, N, B>, ParameterError>
     where
         B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
@@ -107,14 +107,14 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExpon
     ///
     /// # Errors
     ///
-    /// Refuses fewer than 5 segments.
+    /// Refuses fewer than 8 segments.
     #[cfg(feature = "alloc")]
     pub fn exact_in(
         self,
         segments: usize,
     ) -> Result<ExactPatch<T, M, N, alloc::vec::Vec<Slot<T, N>>>, ParameterError> {
-        if segments < 5 {
-            let rule = Rule::Count { least: 5 };
+        if segments < 8 {
+            let rule = Rule::Count { least: 8 };
             let value = segments as f64;
             return Err(ParameterError { name: "segments", component: None, value, rule });
         }

@@ -127,8 +127,9 @@ pub(super) struct Queue<T, const N: usize, B> {
 }
 
 impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Queue<T, N, B> {
-    /// Least number of slots.
-    pub(super) const LEAST: usize = 16;
+    /// Least number of slots: a half of [`LONGEST`], the least part of a step that is split, is then not
+    /// merged.
+    pub(super) const LEAST: usize = 22;
 
     /// A patch of undeflected bristles, in at least [`Queue::LEAST`] slots.
     pub(super) fn new(slots: B, decay: T) -> Self {

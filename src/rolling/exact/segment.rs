@@ -123,13 +123,12 @@ impl<T: Scalar> Segment<T> {
             return *self;
         }
         // In parts of the new width: its powers would underflow.
-        let inverse = T::one() / width;
         let of_unit = |segment: &Self| {
             let unit = Self { width: T::one(), ..*segment };
             unit.moments::<2>(T::one(), T::zero())
         };
         let ([new0, new1], [old0, old1]) = (of_unit(newer), of_unit(self));
-        let (new, old) = (newer.width * inverse, self.width * inverse);
+        let (new, old) = (newer.width / width, self.width / width);
         let mean = new * new0 + old * old0;
         let first = new * new * new1 + old * (old * old1 + new * old0);
         // First moment about the middle, over width²/12.
