@@ -21,6 +21,6 @@ mod integrals;
 mod patch;
 mod pressure;
 
-pub use exact::{ExactPatch, PatchCommitted, PatchLedger, PatchStep, Slot};
+pub use exact::{ExactPatch, MotionOverTime, Order, PatchCommitted, PatchLedger, PatchStep, Slot};
 pub use patch::{Motion, Patch, PatchParameters, RateDependent, Slip, WheelMotion};
 pub use pressure::{PolynomialExponential, PolynomialExponentialParameters, Pressure};

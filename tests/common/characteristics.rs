@@ -185,3 +185,70 @@ impl Random {
         from * (to / from).powf(self.unit())
     }
 }
+
+/// Bristles under velocities that vary smoothly, undeflected at the beginning. From
+/// z(ξ, t) = ∫ u(τ) e^(−∫λ) dτ since the bristle came in, with the integrals over τ and ξ swapped,
+///
+/// ∫₀¹ p z dξ = ∫ u(τ) e^(−∫_τ^t λ) ∫_x^1 p dξ dτ,  x = ∫_τ^t V
+///
+/// from the time on at which x = 1.
+pub struct SmoothHistory<'a> {
+    /// λ and u = r v at a time.
+    pub coefficients: &'a dyn Fn(f64) -> (f64, f64),
+    /// V at a time.
+    pub transport: &'a dyn Fn(f64) -> f64,
+    /// Times at which one of them is not smooth, in order.
+    pub kinks: &'a [f64],
+    /// Length of a panel of twelve Gauss points [s].
+    pub panel: f64,
+}
+
+impl SmoothHistory<'_> {
+    /// ∫₀¹ p z dξ at a time, from ∫_x^1 p dξ.
+    pub fn weighted(&self, from: f64, to: f64, rest: &dyn Fn(f64) -> f64) -> f64 {
+        let gauss = gauss();
+        // λ and V between two times.
+        let passed = |from: f64, to: f64| {
+            let (mut relaxed, mut way) = (0.0, 0.0);
+            for (node, weight) in gauss {
+                let time = from + (to - from) * node;
+                relaxed += (to - from) * weight * (self.coefficients)(time).0;
+                way += (to - from) * weight * (self.transport)(time);
+            }
+            (relaxed, way)
+        };
+        let (mut end, mut sum) = (to, 0.0);
+        let (mut relaxed, mut way) = (0.0, 0.0);
+        while end > from && way < 1.0 {
+            let mut begin = (end - self.panel).max(from);
+            for &kink in self.kinks {
+                if kink < end && kink > begin {
+                    begin = kink;
+                }
+            }
+            let (more, further) = passed(begin, end);
+            let last = way + further > 1.0;
+            if last {
+                // The bristle at the outlet came in within this panel.
+                let (mut low, mut high) = (begin, end);
+                for _ in 0..60 {
+                    let middle = 0.5 * (low + high);
+                    if way + passed(middle, end).1 > 1.0 { low = middle } else { high = middle }
+                }
+                begin = high;
+            }
+            for (node, weight) in gauss {
+                let time = begin + (end - begin) * node;
+                let (own, on) = passed(time, end);
+                let (_, drive) = (self.coefficients)(time);
+                let place = (way + on).min(1.0);
+                sum += (end - begin) * weight * drive * (-(relaxed + own)).exp() * rest(place);
+            }
+            if last {
+                break;
+            }
+            (relaxed, way, end) = (relaxed + more, way + further, begin);
+        }
+        sum
+    }
+}

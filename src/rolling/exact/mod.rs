@@ -18,9 +18,11 @@
 mod coupling;
 mod queue;
 mod segment;
+mod smooth;
 
 pub use coupling::{PatchCommitted, PatchLedger, PatchStep};
 pub use queue::Slot;
+pub use smooth::{MotionOverTime, Order};
 
 use super::{Motion, Patch, PolynomialExponential, RateDependent};
 use crate::parameter::{self, ParameterError, Rule};
@@ -209,8 +211,7 @@ where
     /// Rolls on for a time h ≥ 0 \[s\] with a motion held, and returns the friction force F \[N\] at the end,
     /// positive against v > 0.
     ///
-    /// For velocities that vary smoothly take those of the middle of the step: the bristles then follow
-    /// to second order, and [`ExactPatch::force`] gives the force at the velocity of the end.
+    /// For velocities that vary smoothly see [`ExactPatch::follow`].
     ///
     /// # Errors
     ///

@@ -23,7 +23,7 @@ use crate::scalar::{is_zero, lit};
 
 /// Steps are taken in parts no longer than this: what is new then fits between the inlet and a back
 /// that is about to be frozen.
-const LONGEST: f64 = 0.25;
+pub(super) const LONGEST: f64 = 0.25;
 /// A back of this length is frozen if there is no middle …
 const LONG: f64 = 0.5;
 /// … and when the front has left, one of this length at least.
@@ -89,12 +89,7 @@ impl<T: Scalar> Held<T> {
     /// From λ \[1/s\], u = r v \[m/s\], V \[1/s\] and h \[s\].
     #[inline]
     pub(super) fn new(relaxation: T, drive: T, transport: T, duration: T) -> Self {
-        Self::over(relaxation, drive, transport * duration, duration)
-    }
-
-    /// From the distance V h \[–\] in place of V.
-    #[inline]
-    pub(super) fn over(relaxation: T, drive: T, distance: T, duration: T) -> Self {
+        let distance = transport * duration;
         let affine =
             crate::Affine { relaxation, drive: T::one(), stiffness: T::zero(), damping: T::zero() };
         let weights = affine.weights(duration);
