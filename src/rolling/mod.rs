@@ -17,9 +17,13 @@
 //! Source: Romano et al. (arXiv 2602.09429), section IV.
 
 mod exact;
+#[cfg(feature = "alloc")]
+mod grid;
 mod integrals;
 mod patch;
 mod pressure;
 
+#[cfg(feature = "alloc")]
+pub use grid::{Grid, GridParameters, MotionField, Transport};
 pub use patch::{Motion, Patch, PatchParameters, RateDependent, Slip, WheelMotion};
 pub use pressure::{PolynomialExponential, PolynomialExponentialParameters, Pressure};
