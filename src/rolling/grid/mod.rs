@@ -53,7 +53,7 @@ pub enum Transport {
     /// number.
     #[default]
     SemiLagrangian,
-    /// Differences against the stream, of first order. Courant numbers up to 1.
+    /// Differences against the stream and implicit relaxation, of first order. Courant numbers up to 1.
     Upwind,
 }
 
@@ -336,9 +336,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
             Transport::SemiLagrangian => self.shift(&affine, drive, courant, duration),
             Transport::Upwind => {
                 upwind(&self.deflections, &mut self.next, |_| Ok(courant))?;
-                let weights = affine.weights(duration);
                 for next in &mut self.next {
-                    *next = weights.end(*next, drive);
+                    *next = implicit(&affine, drive, *next, duration);
                 }
                 self.enter(|_| transport);
             }
@@ -407,7 +406,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
                     if let Some(model) = self.bristles.at(node) {
                         let affine = model.affine(Sliding::from(slip), deflection);
                         let drive = affine.drive * slip;
-                        *next = affine.weights(duration).end(*next, drive);
+                        *next = implicit(&affine, drive, *next, duration);
                         reach.include(affine.relaxation, drive);
                     }
                 }
@@ -505,6 +504,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
             sum + weight * coefficient
         })
     }
+}
+
+/// Implicit Euler step of ż = −λz + u, z ← (z + h u)/(1 + λh): no deflection beyond z and u/λ.
+fn implicit<T: Scalar>(affine: &Affine<T>, drive: T, deflection: T, duration: T) -> T {
+    (deflection + duration * drive) / (T::one() + affine.relaxation * duration)
 }
 
 /// First-order differences against the stream, with the signed Courant number at each node. At an end

@@ -388,9 +388,11 @@ impl<M> Bristles<M> {
             |values: &[T; 4]| interpolation.at(values.get(..count).unwrap_or(values), cell - first);
         let (relaxation, drive) = (between(&relaxations), between(&drives));
         let relaxation = if relaxation < T::zero() { T::zero() } else { relaxation };
-        // No stationary deflection that none of the nodes has.
-        let drive =
-            if all_relax { cut(drive, relaxation * range.0, relaxation * range.1) } else { drive };
+        // No stationary deflection beyond those of the nodes around; between two nodes a smooth extremum
+        // lies beyond them by an eighth of their range.
+        let margin = (range.1 - range.0) * lit(0.25);
+        let (low, high) = (range.0 - margin, range.1 + margin);
+        let drive = if all_relax { cut(drive, relaxation * low, relaxation * high) } else { drive };
         (relaxation, drive)
     }
 }
