@@ -714,3 +714,27 @@ fn bad_input_is_named_and_changes_nothing() {
     };
     assert_eq!(grid.step_field(&shaking, 1.0).unwrap_err().name, "panels of a path");
 }
+
+#[test]
+fn a_reversal_of_the_slip_within_a_step_is_met() {
+    // Not rolling, v(t) = 0.15 − 50 t over 5 ms: a reversal at 3 ms, with λ's kink.
+    let slip = |t: f64| 0.15 - 50.0 * t;
+    let (turn, end) = (3e-3_f64, 5e-3);
+    let affine = |t: f64| tyre().affine(Sliding::from(slip(t)), 0.0);
+    let relaxation = |from: f64, to: f64| {
+        let middle = turn.clamp(from, to);
+        let part = |from, to| integral(from, to, 20, |t| affine(t).relaxation);
+        part(from, middle) + part(middle, to)
+    };
+    let added = |from, to| {
+        integral(from, to, 20, |t| (-relaxation(t, end)).exp() * affine(t).drive * slip(t))
+    };
+    let want = added(0.0, turn) + added(turn, end);
+    let field = MotionField { slip_velocity: |_, t| slip(t), transport_velocity: |_, _| 0.0 };
+    let mut grid = uniform(4, SEMI_LAGRANGIAN);
+    grid.step_field(&field, end).unwrap();
+    for &got in grid.deflections() {
+        // Two pieces of λh ≈ 0.1 each, fourth order; one piece across the kink is 2 % off.
+        assert_within(1e-5, want.abs(), got, want, || "deflection".to_owned());
+    }
+}

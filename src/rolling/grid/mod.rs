@@ -173,9 +173,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// let mut grid = Grid::varying(GridParameters { patch, cells: 100, transport: Transport::SemiLagrangian })?;
     ///
     /// // Spin: the slip velocity changes its sign inside the patch.
-    /// let spin = MotionField { slip_velocity: |place, _| 0.4 - place, transport_velocity: |_, _| 160.0 };
+    /// let spin = MotionField { slip_velocity: |place, _| 0.6 - place, transport_velocity: |_, _| 160.0 };
     /// let force = grid.step_field(&spin, 1e-4)?;
-    /// # assert!(force > 0.0);
+    /// assert!(force > 0.0);
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     ///

@@ -86,6 +86,7 @@ fn attempted<T: Scalar, P: Pressure<T>>(
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test panics to fail")]
 mod tests {
     use super::*;
     use crate::rolling::PolynomialExponential;
