@@ -17,10 +17,14 @@
 //! Source: Romano et al. (arXiv 2602.09429), section IV.
 
 mod exact;
+#[cfg(feature = "alloc")]
+mod grid;
 mod integrals;
 mod patch;
 mod pressure;
 
 pub use exact::{ExactPatch, MotionOverTime, Order, PatchCommitted, PatchLedger, PatchStep, Slot};
+#[cfg(feature = "alloc")]
+pub use grid::{Grid, GridParameters, MotionField, Transport};
 pub use patch::{Motion, Patch, PatchParameters, RateDependent, Slip, WheelMotion};
 pub use pressure::{PolynomialExponential, PolynomialExponentialParameters, Pressure};

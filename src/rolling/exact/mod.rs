@@ -120,7 +120,7 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExpon
             let value = segments as f64;
             return Err(ParameterError { name: "segments", component: None, value, rule });
         }
-        self.exact(alloc::vec![Slot::default(); segments.saturating_mul(2).saturating_add(6)])
+        self.exact(alloc::vec![Slot::default(); segments.saturating_mul(2).saturating_add(8)])
     }
 }
 
