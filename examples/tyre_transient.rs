@@ -2,10 +2,10 @@
 //! v(t) = 1 − exp(−t/5 ms) + 0.5 sin(2π 10 t)): the friction force under three pressures, with FrBD and
 //! LuGre, from undeflected bristles.
 //!
-//! Table 1 has no micro-damping, σ1 = 0. Then both models share their bristle, and the force differs only
-//! where they put the viscous part σ2 |v|: FrBD relaxes with it, classical LuGre adds it to the force.
-//! At 1.5 m/s it is 0.0027 of the normal force, and it takes the same at every pressure, so that the last
-//! panel shows the difference enlarged.
+//! Table 1 has no micro-damping, σ1 = 0. Then both models nearly coincide: in full sliding they give the
+//! same force, and they differ only where they put the viscous part σ2 |v|, by a thousandth of the normal
+//! force at most. With classical LuGre it is there at once, with FrBD it builds up with the deflection.
+//! The last panel shows the difference enlarged.
 //!
 //! Leaves `tyre_transient.csv` and `tyre_transient.svg`.
 
@@ -152,6 +152,7 @@ fn chart(times: &[f64], frbd: &[Vec<f64>; 3], lugre: &[Vec<f64>; 3]) -> Figure {
     };
     let velocity: Vec<f64> = times.iter().map(|&t| slip_velocity(t).0).collect();
     let mut force = Panel::new("time t / s", "F/F_z / –");
+    let mut near = Panel::new("time t / s", "F/F_z, enlarged / –").y_range(0.53..=0.6);
     let mut apart = Panel::new("time t / s", "F/F_z, LuGre − FrBD / 10⁻³");
     for (number, pressure) in PRESSURES.iter().enumerate() {
         let stroke: Stroke = COLOURS[number].into();
@@ -161,16 +162,22 @@ fn chart(times: &[f64], frbd: &[Vec<f64>; 3], lugre: &[Vec<f64>; 3]) -> Figure {
             dashed,
             over_time(&lugre[number]),
         );
+        near = near.line("", stroke, over_time(&frbd[number])).line(
+            "",
+            dashed,
+            over_time(&lugre[number]),
+        );
         let difference: Vec<f64> =
             lugre[number].iter().zip(&frbd[number]).map(|(a, b)| (a - b) * 1e3).collect();
-        apart = apart.line(*pressure, stroke, over_time(&difference));
+        apart = apart.line("", stroke, over_time(&difference));
     }
-    Figure::new(760, 820)
+    Figure::new(760, 1000)
         .panel(Panel::new("time t / s", "slip velocity v / (m/s)").line(
             "",
             Colour::Black,
             over_time(&velocity),
         ))
         .panel(force)
+        .panel(near)
         .panel(apart)
 }

@@ -61,17 +61,27 @@ use segment::Segment;
 /// # Memory and merging
 ///
 /// Every step adds a segment of width V h, until it has crossed the patch. Of the slots given, C, all
-/// steps with V h ≥ 2/(C − 6) are kept exactly. Narrower ones are merged with each other into segments of
-/// about that width, straight lines of the same integral and first moment: for a
-/// pressure of up to two coefficients no force is lost before they reach the outlet, where the error is
-/// one of interpolation within one segment. A patch that does not roll, V = 0, adds none.
+/// steps with V h ≥ w = 2/(C − 6) are kept exactly. Narrower ones are merged with each other into segments
+/// of a width from w to 2 w, straight lines of the same integral and first moment (never beyond the
+/// deflections that they stand for). The force of those does not change while they are far from the
+/// outlet, under constant or linear pressure not at all; there the line is cut, with an error of O(w³)
+/// where the velocities are smooth, O(w²) where they jump: below 0.2 w³ and 0.2 w² of the normal force in a
+/// patch whose slip velocity swings once a transit at a few percent of slip. Segments that were merged keep
+/// the relative accuracy of a small slip. A patch that does not roll, V = 0, adds none.
+///
+/// # Accuracy
+///
+/// Nothing is ever subtracted that was added before, so that no digits are lost to what has left, and
+/// nothing drifts. Roundings add up over one transit: some 1e-16 for each of its n steps, and of the place of
+/// the outlet too, as with n = 10 000 some 1e-13. In single precision, with 6e-8, it is better not to take
+/// steps of V h below 1e-4.
 ///
 /// # Time
 ///
-/// A step of V h prepares at most about 2 C V h + 1 segments beside its own work, which does not depend
-/// on C: with V h no larger than some number of segments there is a bound for every single step. Steps
-/// beyond a quarter of the patch are split into parts, up to four; those of a transit and more, V h ≥ 1, cost
-/// the same as one, for nothing is left of what was.
+/// A step does a fixed number of operations of its own, whatever C, and rebuilds on the side: if V h is
+/// never above 1/20 a step rebuilds at most 4 C V h + 1 segments, on average not quite one a step. Longer
+/// steps amid short ones may leave up to C to the next. A step beyond a quarter of the patch is taken in parts,
+/// up to four; those of a transit and more, V h > 1, cost the same as one, for nothing is left of what was.
 #[derive(Debug, Clone)]
 pub struct ExactPatch<T, M, const N: usize, B> {
     patch: Patch<T, M, PolynomialExponential<T, N>>,

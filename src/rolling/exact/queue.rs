@@ -567,3 +567,58 @@ fn add<T: Scalar, const N: usize>(sum: &mut [T; N], more: &[T; N]) {
         *sum += *more;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::{Held, Queue, Slot};
+    use std::vec;
+
+    /// A step, and how many segments it prepared.
+    fn prepared(queue: &mut Queue<f64, 1, vec::Vec<Slot<f64, 1>>>, way: f64) -> usize {
+        let (count, ready) = (queue.middle.count, queue.ready);
+        queue.advance(&Held::new(0.1, 0.01, 1.0, way));
+        // A middle that has become the front was prepared to its end.
+        let same = queue.middle.count == count && queue.middle.shift >= way;
+        if same { queue.ready - ready } else { count - ready }
+    }
+
+    #[test]
+    fn a_step_prepares_at_most_four_times_its_share_of_the_slots() {
+        let mut seed = 5_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let mut worst = 0.0_f64;
+        for slots in [22, 100, 2000] {
+            let mut queue = Queue::new(vec![Slot::<f64, 1>::default(); slots], 0.0);
+            let narrowest = queue.narrowest();
+            let (mut dense, mut wide, mut left) = (true, 0.1, 0.0);
+            for _ in 0..300_000 {
+                if left <= 0.0 {
+                    // Stretches of as many segments as there can be, and of as few.
+                    (dense, wide, left) = (random() < 0.7, 0.05 * random(), random());
+                }
+                let way = match (dense, random() < 0.5) {
+                    (true, true) => narrowest * 1e-6,
+                    (true, false) => narrowest,
+                    (false, _) => wide + 1e-9,
+                };
+                let way = way.min(0.05);
+                left -= way;
+                let count = prepared(&mut queue, way);
+                // One for the rounding up.
+                let share = (count as f64 - 1.0) / (slots as f64 * way);
+                worst = if count > 1 && share > worst { share } else { worst };
+                assert!(
+                    count as f64 <= 3.0 * slots as f64 * way + 1.0,
+                    "{count} of {slots}, {way}"
+                );
+            }
+        }
+        std::println!("{worst}");
+        // Twice is not enough.
+        assert!(worst > 2.0, "{worst}");
+    }
+}
