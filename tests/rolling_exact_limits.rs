@@ -6,8 +6,8 @@
 mod common;
 
 use bristle::rolling::{
-    ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent,
-    Slot,
+    ExactPatch, Motion, MotionOverTime, Order, Patch, PatchParameters, PolynomialExponential,
+    Pressure, RateDependent, Slot,
 };
 use bristle::{FrBd, KelvinVoigt, Rule, Stribeck, paper};
 use common::characteristics::{History, Random, Step};
@@ -412,4 +412,23 @@ fn single_precision_follows_double() {
         // Some hundred steps a transit, a rounding of 6e-8 each.
         assert!((f64::from(got) - want).abs() < 2e-5 * LENGTH * 0.6, "{number}: {got} {want}");
     }
+}
+
+#[test]
+fn a_curve_that_has_no_answer_does_not_stay_in_the_patch() {
+    let bounds = bristle::Bounds { min: 0.6, max: 0.6 };
+    let coefficient = |speed: f64| (if speed > 2.0 { f64::NAN } else { 0.6 }, 0.0);
+    let curve = bristle::FunctionCurve::new(coefficient, bounds).unwrap();
+    let model = FrBd::new(curve, KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap());
+    let pressure = PolynomialExponential::constant();
+    let patch = Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap();
+    let mut rolling = patch.exact([Slot::default(); 22]).unwrap();
+    let force = rolling.step(motion(1.0, 10.0), 1e-3).unwrap();
+    assert_eq!(rolling.step(motion(3.0, 10.0), 1e-3).unwrap_err().name, "relaxation");
+    assert_eq!(rolling.settle(motion(3.0, 10.0)).unwrap_err().name, "relaxation");
+    let slip_velocity = bristle::signal::Constant::new(3.0).unwrap();
+    let over_time = MotionOverTime { slip_velocity, transport_velocity: slip_velocity };
+    let refused = rolling.follow(&over_time, 0.0..1e-3, Order::Fourth).unwrap_err();
+    assert_eq!(refused.name, "relaxation");
+    assert_eq!(rolling.force(1.0), force);
 }

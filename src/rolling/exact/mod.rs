@@ -26,7 +26,7 @@ pub use smooth::{MotionOverTime, Order};
 
 use super::{Motion, Patch, PolynomialExponential, RateDependent};
 use crate::parameter::{self, ParameterError, Rule};
-use crate::scalar::lit;
+use crate::scalar::{lit, to_f64};
 use crate::{Affine, Scalar};
 use queue::{Held, Queue};
 use segment::Segment;
@@ -171,7 +171,7 @@ where
     /// Refuses a motion that is not finite or runs backwards.
     pub fn settle(&mut self, motion: Motion<T>) -> Result<(), ParameterError> {
         let Motion { slip_velocity, transport_velocity } = motion.forward()?;
-        let Affine { relaxation, drive, .. } = self.patch.model().at_velocity(slip_velocity);
+        let Affine { relaxation, drive, .. } = self.coefficients(slip_velocity)?;
         // A crossing that takes for ever is none.
         if (T::one() / transport_velocity).is_finite() {
             self.queue.replace(relaxation, drive * slip_velocity, transport_velocity);
@@ -225,15 +225,28 @@ where
     ///
     /// # Errors
     ///
-    /// Refuses a velocity that is not finite, a transport velocity or duration that is negative; the
-    /// patch is as it was.
+    /// Refuses a velocity that is not finite, a transport velocity or duration that is negative, and a
+    /// velocity at which the model's relaxation rate or drive is not finite; the patch is as it was.
     #[inline]
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
         let Motion { slip_velocity, transport_velocity } = motion.forward()?;
         let duration = parameter::non_negative("duration", duration)?;
-        let affine = self.patch.model().at_velocity(slip_velocity);
+        let affine = self.coefficients(slip_velocity)?;
         self.roll(affine.relaxation, affine.drive * slip_velocity, transport_velocity, duration);
         Ok(self.force_of(&affine, slip_velocity))
+    }
+
+    /// The model's coefficients, if they are numbers: one that is not would stay in the patch.
+    #[inline]
+    fn coefficients(&self, slip_velocity: T) -> Result<Affine<T>, ParameterError> {
+        let affine = self.patch.model().at_velocity(slip_velocity);
+        for (name, value) in [("relaxation", affine.relaxation), ("drive", affine.drive)] {
+            if !value.is_finite() {
+                let value = to_f64(value);
+                return Err(ParameterError { name, component: None, value, rule: Rule::Finite });
+            }
+        }
+        Ok(affine)
     }
 
     /// Moves the bristles with held coefficients.

@@ -107,7 +107,8 @@ where
     /// # Errors
     ///
     /// Refuses a span that ends before it begins, a signal that is not finite, a transport velocity below
-    /// zero, and a span over more than about 64 crossings of the patch; the patch is as it was.
+    /// zero, a velocity at which the model's relaxation rate or drive is not finite, and a span over more
+    /// than about 64 crossings of the patch; the patch is as it was.
     pub fn follow<S: Signal<T>, W: Signal<T>>(
         &mut self,
         motion: &MotionOverTime<S, W>,
@@ -122,30 +123,33 @@ where
         let (mut pieces, mut last) = (0_usize, None);
         each_piece(motion, from, to, order, &mut |piece| {
             pieces = pieces.saturating_add(1);
-            last = Some(piece);
+            last = Some(self.held(&piece, order)?);
+            Ok(())
         })?;
         if pieces == 1 {
-            if let Some(piece) = last {
-                self.roll_piece(&piece, order);
+            if let Some(held) = last {
+                self.queue.advance(&held);
             }
         } else {
-            each_piece(motion, from, to, order, &mut |piece| self.roll_piece(&piece, order))?;
+            each_piece(motion, from, to, order, &mut |piece| {
+                let held = self.held(&piece, order)?;
+                self.queue.advance(&held);
+                Ok(())
+            })?;
         }
         Ok(self.force(end))
     }
 
     #[inline]
-    fn roll_piece(&mut self, piece: &Piece<T>, order: Order) {
+    fn held(&self, piece: &Piece<T>, order: Order) -> Result<Held<T>, ParameterError> {
         let Piece { duration, slip: [v1, v2], transport: [transport1, transport2] } = *piece;
-        let model = self.patch.model();
         let half: T = lit(0.5);
-        let Affine { relaxation: relaxation1, drive, .. } = model.at_velocity(v1);
+        let Affine { relaxation: relaxation1, drive, .. } = self.coefficients(v1)?;
         let drive1 = drive * v1;
         if order == Order::Second {
-            self.queue.advance(&Held::new(relaxation1, drive1, transport1, duration));
-            return;
+            return Ok(Held::new(relaxation1, drive1, transport1, duration));
         }
-        let Affine { relaxation: relaxation2, drive, .. } = model.at_velocity(v2);
+        let Affine { relaxation: relaxation2, drive, .. } = self.coefficients(v2)?;
         let drive2 = drive * v2;
         let root_of_three = lit::<T>(3.0).sqrt();
         let relaxation = (relaxation1 + relaxation2) * half;
@@ -160,7 +164,7 @@ where
             let turn = (drive2 * transport1 - drive1 * transport2) / transport;
             held.newborn.bulge = root_of_three * half * duration * turn * held.map.decay.sqrt();
         }
-        self.queue.advance(&held);
+        Ok(held)
     }
 }
 
@@ -177,7 +181,7 @@ fn each_piece<T: Scalar, S: Signal<T>, W: Signal<T>>(
     from: T,
     to: T,
     order: Order,
-    visit: &mut impl FnMut(Piece<T>),
+    visit: &mut impl FnMut(Piece<T>) -> Result<(), ParameterError>,
 ) -> Result<(), ParameterError> {
     let mut time = from;
     while time < to {
@@ -232,7 +236,7 @@ fn divide<T: Scalar, S: Signal<T>, W: Signal<T>>(
     to: T,
     order: Order,
     halvings: u32,
-    visit: &mut impl FnMut(Piece<T>),
+    visit: &mut impl FnMut(Piece<T>) -> Result<(), ParameterError>,
 ) -> Result<(), ParameterError> {
     let (duration, half) = (to - from, lit::<T>(0.5));
     let middle = from + duration * half;
@@ -250,8 +254,7 @@ fn divide<T: Scalar, S: Signal<T>, W: Signal<T>>(
         if order == Order::Second { (v1, transport1) } else { at(middle + offset)? };
     let distance = (transport1 + transport2) * half * duration;
     if distance <= lit(LONGEST) || !(middle > from && middle < to) {
-        visit(Piece { duration, slip: [v1, v2], transport: [transport1, transport2] });
-        return Ok(());
+        return visit(Piece { duration, slip: [v1, v2], transport: [transport1, transport2] });
     }
     if halvings == 0 {
         let limit = LONGEST * f64::from(1 << HALVINGS);
