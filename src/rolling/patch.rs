@@ -174,4 +174,10 @@ impl<T: Scalar> Motion<T> {
             )?,
         })
     }
+
+    /// Checks what only a rolling patch has an answer to.
+    pub(super) fn rolling(self) -> Result<Self, ParameterError> {
+        parameter::positive("transport_velocity", self.transport_velocity)?;
+        self.forward()
+    }
 }
