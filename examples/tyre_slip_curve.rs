@@ -50,8 +50,8 @@ fn main() -> ExitCode {
             let points = |column: usize, scale: f64| -> Vec<_> {
                 rows.iter().map(|row| (row[0], scale * row[column])).collect()
             };
-            forces = forces.line(name, stroke, &points(1, 1.0));
-            trails = trails.line(name, stroke, &points(2, 1e3));
+            forces = forces.line(name, stroke, points(1, 1.0));
+            trails = trails.line(name, stroke, points(2, 1e3));
         }
         table.finish()?;
         println!();

@@ -35,9 +35,9 @@ pub(super) fn decaying_with<T: Scalar, const N: usize>(x: T, decay: T) -> [T; N]
         let inverse = T::one() / x;
         let mut last = (T::one() - decay) * inverse;
         psi[0] = last;
-        for k in 1..N {
+        for (k, psi) in psi.iter_mut().enumerate().skip(1) {
             last = (lit::<T>(k as f64) * last - decay) * inverse;
-            psi[k] = last;
+            *psi = last;
         }
         return psi;
     }
@@ -234,9 +234,9 @@ pub(super) fn complex_decaying<T: Scalar, const N: usize>(x: Complex<T>) -> [Com
         let inverse = Complex::new(T::one(), T::zero()) / x;
         let mut last = (Complex::new(T::one(), T::zero()) - decay) * inverse;
         psi[0] = last;
-        for k in 1..N {
+        for (k, psi) in psi.iter_mut().enumerate().skip(1) {
             last = (last.scale(lit(k as f64)) - decay) * inverse;
-            psi[k] = last;
+            *psi = last;
         }
         return psi;
     }
@@ -305,8 +305,10 @@ mod tests {
         (-50.0, 40.0, [2.592_352_764_293_536_3e18, 2.540_505_709_007_665_7e18, 2.352_660_758_361_283_1e18, 2.118_442_454_889_152_3e18]),
     ];
 
+    type Row = (f64, f64, [(f64, f64); 4]);
+
     #[rustfmt::skip]
-    const COMPLEX_PSI: [(f64, f64, [(f64, f64); 4]); 9] = [
+    const COMPLEX_PSI: [Row; 9] = [
         (0.0, 1e-06, [(9.999_999_999_998_333_6e-1, -4.999_999_999_999_582_6e-7), (4.999_999_999_998_749_9e-1, -3.333_333_333_333e-7), (1.666_666_666_666_041_8e-1, -1.428_571_428_571_243_4e-7), (8.333_333_333_329_762_1e-2, -7.692_307_692_306_580_5e-8)]),
         (0.0, 3.0, [(4.704_000_268_662_240_9e-2, -6.633_308_322_001_484_3e-1), (-1.740_702_747_134_270_9e-1, -3.456_774_997_623_559_6e-1), (-1.320_432_812_664_220_6e-1, -8.265_120_324_407_415_6e-2), (-7.596_703_882_565_440_7e-2, -2.944_833_483_581_279_7e-2)]),
         (2.0, 5.0, [(4.394_274_324_150_480_2e-2, -1.747_450_022_607_616_2e-1), (-5.212_068_864_886_756_2e-2, -2.195_892_366_521_152_6e-2), (-1.239_209_808_701_212_7e-2, 2.073_410_610_884_652_8e-2), (-1.700_493_721_469_804e-3, 1.219_310_180_194_512_6e-2)]),

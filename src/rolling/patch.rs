@@ -21,7 +21,11 @@ pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
 
     /// What |c₀| and |c₂| do not exceed at velocities with |v| ≤ `fastest`; infinite if there is no such
     /// limit.
-    fn output_limits(&self, fastest: T) -> OutputLimits<T>;
+    fn output_limits(&self, fastest: T) -> OutputLimits<T> {
+        let _ = fastest;
+        let unlimited = T::one() / T::zero();
+        OutputLimits { stiffness: unlimited, damping: unlimited }
+    }
 }
 
 /// How strongly a model's deflection and velocity act on its friction coefficient, see

@@ -258,15 +258,13 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         };
         // A maximum counts once the force has fallen by more than rounding.
         let fallen = T::one() - lit::<T>(512.0) * T::default_epsilon();
-        let step = lit::<T>(-DECADES * core::f64::consts::LN_10 / (SLIPS - 1) as f64).exp();
-        let mut slips = [up_to.slip.abs(); SLIPS];
-        for i in (0..SLIPS - 1).rev() {
-            slips[i] = slips[i + 1] * step;
-        }
         let mut best: Option<Peak<T>> = None;
         let mut candidate: Option<Peak<T>> = None;
         let mut before: Option<(T, T)> = None;
-        for slip in slips {
+        for number in 0..SLIPS {
+            let share = (number + 1) as f64 / SLIPS as f64;
+            let below: T = lit(DECADES * core::f64::consts::LN_10 * (share - 1.0));
+            let slip = up_to.slip.abs() * below.exp();
             let here = (slip, slope(slip));
             if let Some((a, at_a)) = before
                 && at_a > T::zero()
