@@ -217,6 +217,32 @@ pub(super) fn integrate_wave<T: Scalar>(
     }
 }
 
+/// The same with five points for an integrand that is hardly steep: a polynomial of at most the fourth
+/// degree times e^(−steepness t), which they miss by less than 4e-13 · 5040 steepness⁶ of its largest
+/// value.
+pub(super) fn integrate_gentle<T: Scalar>(
+    degree: usize,
+    steepness: T,
+    mut visit: impl FnMut(T, T),
+) {
+    if degree <= 4 && steepness <= lit(0.1) {
+        for (place, weight) in GAUSS_5 {
+            visit(lit(place), lit(weight));
+        }
+    } else {
+        integrate(steepness, visit);
+    }
+}
+
+/// Gauss–Legendre quadrature with five points on [0, 1] (table 25.4 likewise).
+const GAUSS_5: [(f64, f64); 5] = [
+    (0.046_910_077_030_668, 0.118_463_442_528_094_54),
+    (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
+    (0.5, 0.284_444_444_444_444_44),
+    (0.769_234_655_052_841_6, 0.239_314_335_249_683_23),
+    (0.953_089_922_969_332, 0.118_463_442_528_094_54),
+];
+
 /// Gauss–Legendre quadrature with eight points on [0, 1] (M. Abramowitz and I. A. Stegun, "Handbook of
 /// Mathematical Functions", table 25.4, moved).
 pub(super) const GAUSS: [(f64, f64); 8] = [

@@ -10,7 +10,7 @@ use crate::Scalar;
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::rolling::integrals::{complex_decaying, decaying, rising};
-use crate::scalar::{lit, to_f64};
+use crate::scalar::{is_zero, lit, to_f64};
 
 /// Parameters of [`PolynomialExponential`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -180,9 +180,45 @@ impl<T: Scalar, const N: usize> PolynomialExponential<T, N> {
     pub(in crate::rolling) fn weigh(&self, moments: &[T; N]) -> T {
         self.coefficients.iter().zip(moments).fold(T::zero(), |sum, (&c, &m)| sum + c * m)
     }
+
+    /// ∫₀¹ e^(−xt) ∫ p(ξ + t d) z dξ dt, from the moments mₖ = ∫ ξᵏ e^(−aξ) z dξ: what bristles meet that move on
+    /// by a distance d and decay meanwhile by e⁻ˣ.
+    #[inline]
+    pub(in crate::rolling) fn weigh_on_the_way(
+        &self,
+        moments: &[T; N],
+        distance: T,
+        exponent: T,
+    ) -> T {
+        // (ξ + t d)ᵏ = Σ (k over j) ξᵏ⁻ʲ (t d)ʲ
+        let mut along: [T; N] = decaying(exponent + self.decay * distance);
+        let mut power = T::one();
+        for moment in &mut along {
+            *moment *= power;
+            power *= distance;
+        }
+        let mut sum = T::zero();
+        for (k, &coefficient) in self.coefficients.iter().enumerate() {
+            let (mut binomial, mut inner) = (1.0, T::zero());
+            for (j, (&along, &moment)) in
+                along.iter().zip(moments.iter().take(k + 1).rev()).enumerate()
+            {
+                inner += lit::<T>(binomial) * along * moment;
+                binomial *= (k - j) as f64 / (j + 1) as f64;
+            }
+            sum += coefficient * inner;
+        }
+        sum
+    }
 }
 
 impl<T: Scalar, const N: usize> Pressure<T> for PolynomialExponential<T, N> {
+    #[inline]
+    fn at(&self, place: T) -> T {
+        let value = self.coefficients.iter().rev().fold(T::zero(), |sum, &c| sum * place + c);
+        if is_zero(self.decay) { value } else { (-self.decay * place).exp() * value }
+    }
+
     fn at_and_slope(&self, place: T) -> (T, T) {
         let (mut value, mut slope) = (T::zero(), T::zero());
         for &coefficient in self.coefficients.iter().rev() {
