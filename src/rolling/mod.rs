@@ -32,12 +32,18 @@
 //! Source: Romano et al. (arXiv 2602.09429), section IV.
 
 mod exact;
+mod frequency;
 mod integrals;
+mod limits;
+mod passivity;
 mod patch;
 mod pressure;
 mod steady;
 
-pub use patch::{Motion, Patch, PatchParameters, RateDependent, Slip, WheelMotion};
+pub use frequency::LinearisedPatch;
+pub use limits::{Excitation, Origin, PatchLimits};
+pub use passivity::{PassiveDamping, Passivity, passivity};
+pub use patch::{Motion, OutputLimits, Patch, PatchParameters, RateDependent, Slip, WheelMotion};
 pub use pressure::{
     FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,
     PressureKnot, TabulatedPressure, Trapezoidal, TrapezoidalParameters,

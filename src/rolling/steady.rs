@@ -248,24 +248,23 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         const DECADES: f64 = 6.0;
         parameter::positive("slip", up_to.slip.abs())?;
         self.checked_motion_at(up_to)?.rolling()?;
-        let at = |slip: T| self.motion_at(Slip { slip, ..up_to });
-        // The magnitude of the force, and its slope: of checked motions, so that neither can fail.
+        // The magnitude of the force over that of the slip, and its slope: of checked motions, so that
+        // neither can fail.
         let sign = if up_to.slip < T::zero() { -T::one() } else { T::one() };
+        let at = |slip: T| self.motion_at(Slip { slip: sign * slip, ..up_to });
         let force = |slip: T| self.steady(at(slip)).map_or(T::zero(), |steady| sign * steady.force);
         let slope = |slip: T| {
             self.steady_slopes(at(slip)).map_or(T::zero(), |slopes| slopes.by_slip_velocity)
         };
         // A maximum counts once the force has fallen by more than rounding.
         let fallen = T::one() - lit::<T>(512.0) * T::default_epsilon();
-        let step = lit::<T>(-DECADES * core::f64::consts::LN_10 / (SLIPS - 1) as f64).exp();
-        let mut slips = [up_to.slip; SLIPS];
-        for i in (0..SLIPS - 1).rev() {
-            slips[i] = slips[i + 1] * step;
-        }
         let mut best: Option<Peak<T>> = None;
         let mut candidate: Option<Peak<T>> = None;
         let mut before: Option<(T, T)> = None;
-        for slip in slips {
+        for number in 0..SLIPS {
+            let share = (number + 1) as f64 / SLIPS as f64;
+            let below: T = lit(DECADES * core::f64::consts::LN_10 * (share - 1.0));
+            let slip = up_to.slip.abs() * below.exp();
             let here = (slip, slope(slip));
             if let Some((a, at_a)) = before
                 && at_a > T::zero()
@@ -287,7 +286,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
             }
             before = Some(here);
         }
-        Ok(best.map(|peak| Peak { force: sign * peak.force, ..peak }))
+        Ok(best.map(|peak| Peak { slip: sign * peak.slip, force: sign * peak.force }))
     }
 
     /// The moment of the steady force about the middle of the patch, and the trail at which the force

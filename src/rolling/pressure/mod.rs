@@ -46,7 +46,7 @@ use crate::scalar::lit;
 /// }
 ///
 /// // ∫ p e^(−κξ) dξ = (1 − e^(−κ))/κ + κ(1 + e^(−κ))/(κ² + π²)
-/// assert!((Cosine.remaining(1.0) - 0.757_967_484_606_665_3).abs() < 1e-15);
+/// assert!((Cosine.remaining(1.0) - 0.757_965_013_759_627).abs() < 1e-15);
 /// ```
 pub trait Pressure<T: Scalar>: Debug + Clone {
     /// The pressure [N/m] at a place.

@@ -225,3 +225,60 @@ impl<T: Scalar, const N: usize> Pressure<T> for PolynomialExponential<T, N> {
         sum
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
+    extern crate std;
+    use super::*;
+    use std::format;
+
+    fn refused<const N: usize>(coefficients: [f64; N]) -> Option<ParameterError> {
+        let parameters = PolynomialExponentialParameters { coefficients, decay: 2.0 };
+        PolynomialExponential::new(parameters).err()
+    }
+
+    #[test]
+    fn a_pressure_that_touches_zero_passes() {
+        assert_eq!(refused([0.0, 6.0, -6.0]), None);
+        assert_eq!(refused([0.0]), None);
+        // (ξ − 0.3)² and (ξ − 0.7)⁴, whose coefficients are rounded.
+        assert_eq!(refused([0.09, -0.6, 1.0]), None);
+        let c = 0.7_f64;
+        assert_eq!(refused([c.powi(4), -4.0 * c.powi(3), 6.0 * c * c, -4.0 * c, 1.0]), None);
+        // ξ(1 − ξ)⁹: zero ten times over.
+        let binomials = [1.0, -9.0, 36.0, -84.0, 126.0, -126.0, 84.0, -36.0, 9.0, -1.0];
+        let mut coefficients = [0.0; 11];
+        coefficients[1..].copy_from_slice(&binomials);
+        assert_eq!(refused(coefficients), None);
+        let single =
+            PolynomialExponentialParameters { coefficients: [0.09_f32, -0.6, 1.0], decay: 0.0 };
+        assert!(PolynomialExponential::new(single).is_ok());
+    }
+
+    #[test]
+    fn a_pressure_that_dips_below_zero_is_refused_with_the_place() {
+        // (ξ − 0.3)² − 10⁻⁸, which no coarse sampling sees.
+        let error = refused([0.09 - 1e-8, -0.6, 1.0]).unwrap();
+        let Rule::NonNegativeAt { place } = error.rule else { panic!("{error}") };
+        assert!((place - 0.3).abs() < 1e-4, "{place}");
+        assert!(error.name == "pressure" && error.value < 0.0);
+        let error = refused([1.0, -2.0]).unwrap();
+        assert_eq!(error.rule, Rule::NonNegativeAt { place: 1.0 });
+        assert_eq!(
+            format!("{}", refused([-1.0]).unwrap()),
+            "pressure is -1, but must not be negative, and it is at 0"
+        );
+    }
+
+    #[test]
+    fn counts_and_numbers_out_of_range_are_refused() {
+        let rule = Rule::CountBetween { least: 1, most: 12 };
+        assert_eq!(refused([1.0; 13]).unwrap().rule, rule);
+        assert_eq!(refused([]).unwrap().rule, rule);
+        assert_eq!(refused([1.0; 12]), None);
+        assert_eq!(refused([1.0, f64::NAN]).unwrap().component, Some(1));
+        assert_eq!(PolynomialExponential::exponential(51.0).unwrap_err().name, "decay");
+        assert_eq!(PolynomialExponential::exponential(f64::NAN).unwrap_err().name, "decay");
+    }
+}

@@ -19,7 +19,7 @@ pub struct PressureKnot<T> {
 /// ```
 /// use bristle::rolling::{Pressure, PressureKnot, TabulatedPressure};
 ///
-/// let measured = [(0.0, 0.0), (0.2, 900.0), (0.7, 600.0), (1.0, 0.0)];
+/// let measured = [(0.0, 0.0_f64), (0.2, 900.0), (0.7, 600.0), (1.0, 0.0)];
 /// let pressure =
 ///     TabulatedPressure::new(measured.map(|(place, pressure)| PressureKnot { place, pressure }))?;
 /// assert!((pressure.at(0.45) - 750.0).abs() < 1e-9);

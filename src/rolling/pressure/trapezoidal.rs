@@ -27,7 +27,7 @@ pub struct TrapezoidalParameters<T> {
 /// let pressure = Trapezoidal::new(TrapezoidalParameters {
 ///     rising_part: 0.1,
 ///     falling_part: 0.3,
-///     plateau: 50e3, // N/m
+///     plateau: 50e3_f64, // N/m
 /// })?;
 /// assert!((pressure.at(0.05) - 25e3).abs() < 1e-9);
 /// assert!((pressure.total() - 40e3).abs() < 1e-9);
