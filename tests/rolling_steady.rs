@@ -466,6 +466,15 @@ fn a_force_that_only_grows_has_no_peak() {
             assert_eq!(parabola.peak(at(up_to)).unwrap(), None, "{up_to} {viscous}");
         }
         assert_eq!(patch(dahl(), exponential()).peak(at(up_to)).unwrap(), None, "{up_to}");
+        assert_eq!(patch(dahl(), trapezoidal()).peak(at(up_to)).unwrap(), None, "{up_to}");
+        let curve = *coulomb(0.0).curve();
+        let lugre = patch(LuGre::classical(curve, bristle(1e-3)), exponential());
+        let damped = patch(FrBd::new(curve, bristle(1e-3)), exponential());
+        assert_eq!(damped.peak(at(up_to)).unwrap(), None, "{up_to}");
+        if let Some(peak) = lugre.peak(at(up_to)).unwrap() {
+            // LuGre's damping lifts the force above the curve: a peak of its own.
+            assert!(peak.force > 0.4 * 4000.0, "{peak:?} {up_to}");
+        }
     }
     // Before its peak a tyre's force only grows too.
     assert_eq!(patch(frbd(0.0), exponential()).peak(at(0.05)).unwrap(), None);

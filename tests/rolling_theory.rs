@@ -100,6 +100,9 @@ fn the_condition_weighs_pressure_stiffness_and_transport_velocity() {
             Passivity::Model => unreachable!(),
         }
     });
+    // Exactly balanced, but for rounding of large terms.
+    let growing = |rate: f64| move |x: f64| (1e6 * (rate * x).exp(), 1e6 * rate * (rate * x).exp());
+    assert_eq!(passivity(&exponential(2.1), growing(0.8), growing(1.3)), Passivity::Passive);
     let flat = PolynomialExponential::constant();
     assert_ne!(passivity(&flat, |_| (f64::NAN, 0.0), |_| (1.0, 0.0)), Passivity::Passive);
 }
@@ -481,6 +484,18 @@ fn the_gain_is_attained_by_a_step_in_adhesion_and_in_sliding() {
         assert_within(1e-5, want, gain(fastest), want, || format!("γ({fastest})"));
     }
     assert_eq!(gain(0.0), 0.0);
+}
+
+#[test]
+fn the_limit_of_the_force_is_attained_by_an_initial_deflection_like_the_pressure() {
+    // Schwarz' inequality is an equality for z₀ = c p, with v = 0.
+    let patch = patch(frbd(0.0), PolynomialExponential::parabolic());
+    let limits = patch.limits(Excitation { fastest: 0.0, transport_velocity: 50.0 }).unwrap();
+    let (c, p) = (1e-6, |place| patch.load() * patch.pressure().at(place));
+    let square = common::integral(0.0, 1.0, 10, |place| p(place) * p(place));
+    let force = LENGTH * 252.0 * c * square;
+    let origin = Origin { initial_norm: c * square.sqrt(), elapsed: 0.0 };
+    assert_within(1e-13, force, limits.force(origin).unwrap(), force, || "|F|".into());
 }
 
 #[test]
