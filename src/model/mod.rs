@@ -9,8 +9,8 @@ mod lugre;
 
 use core::fmt::Debug;
 
-pub(crate) use affine::Weights;
 pub use affine::{Affine, Hold};
+pub(crate) use affine::{Weights, relaxed};
 pub use dahl::{Dahl, DahlParameters};
 pub use elasto_plastic::{ElastoPlastic, ElastoPlasticParameters};
 pub use frbd::FrBd;

@@ -11,14 +11,19 @@ use nalgebra::{Complex, ComplexField};
 
 use crate::Scalar;
 use crate::bounds::larger;
-use crate::scalar::{lit, nan};
+use crate::model::relaxed;
+use crate::scalar::{is_zero, lit, nan};
 
 /// Below this sum of exponents a power series needs at most [`TERMS`] terms.
 const SMALL: f64 = 0.7;
 const TERMS: usize = 16;
 
 /// ψ₀ … ψ_{N−1} at any real x.
+#[inline]
 pub(super) fn decaying<T: Scalar, const N: usize>(x: T) -> [T; N] {
+    if N == 1 && x < lit(0.5) && x > lit(-0.5) {
+        return [relaxed(x).1; N];
+    }
     decaying_with(x, (-x).exp())
 }
 
@@ -45,9 +50,9 @@ pub(super) fn decaying_with<T: Scalar, const N: usize>(x: T, decay: T) -> [T; N]
     if x < T::zero() {
         // Σ |x|ⁿ/(n! (k + n + 1))
         let (mut term, mut last) = (T::one(), T::one() / lit(top));
-        for n in 1..200 {
-            term *= -x / lit(n as f64);
-            let next = last + term / lit(top + n as f64);
+        for n in 1..RECIPROCALS.len().saturating_sub(N) {
+            term *= -x * lit(RECIPROCALS[n]);
+            let next = last + term * lit(RECIPROCALS[N + n]);
             if next == last {
                 break;
             }
@@ -76,8 +81,8 @@ pub(super) fn decaying_with<T: Scalar, const N: usize>(x: T, decay: T) -> [T; N]
     // e⁻ˣ Σ xⁿ/((k + 1) … (k + 1 + n))
     let mut term = T::one() / lit(top);
     let mut sum = term;
-    for n in 1..200 {
-        term *= x / lit(top + n as f64);
+    for n in 1..RECIPROCALS.len().saturating_sub(N) {
+        term *= x * lit(RECIPROCALS[N + n]);
         let next = sum + term;
         if next == sum {
             break;
@@ -96,6 +101,9 @@ pub(super) fn decaying_with<T: Scalar, const N: usize>(x: T, decay: T) -> [T; N]
 /// χ₀ … χ_{N−1} for α ≥ −50 and x ≥ 0.
 #[inline]
 pub(super) fn rising<T: Scalar, const N: usize>(alpha: T, x: T) -> [T; N] {
+    if N == 1 && is_zero(alpha) {
+        return [relaxed(x).2; N];
+    }
     if x + alpha < lit(SMALL) && alpha > lit(-SMALL) {
         // Σ (−1)ⁿ⁺¹ dₙ/(n! (k + n + 1)) from n = 1, with dₙ = ((α + x)ⁿ − αⁿ)/x.
         let both = alpha + x;
@@ -109,6 +117,12 @@ pub(super) fn rising<T: Scalar, const N: usize>(alpha: T, x: T) -> [T; N] {
             4
         } else if size < lit(0.01) {
             7
+        } else if size < lit(0.03) {
+            8
+        } else if size < lit(0.1) {
+            10
+        } else if size < lit(0.3) {
+            13
         } else {
             TERMS
         };
@@ -116,9 +130,11 @@ pub(super) fn rising<T: Scalar, const N: usize>(alpha: T, x: T) -> [T; N] {
             for (k, chi) in chi.iter_mut().enumerate() {
                 *chi += term * lit(RECIPROCALS[(k + n + 1).min(RECIPROCALS.len() - 1)]);
             }
+            // In this order the next term waits for the last one as little as can be.
             let inverse = lit::<T>(-RECIPROCALS[n + 1]);
-            term = (both * term + power) * inverse;
-            power *= alpha * inverse;
+            power *= inverse;
+            term = term * (both * inverse) + power;
+            power *= alpha;
         }
         return chi;
     }
@@ -143,10 +159,10 @@ pub(super) fn rising<T: Scalar, const N: usize>(alpha: T, x: T) -> [T; N] {
 }
 
 /// 1/n for small n; 0 is never asked for.
-const RECIPROCALS: [f64; 64] = {
-    let mut table = [1.0; 64];
+const RECIPROCALS: [f64; 128] = {
+    let mut table = [1.0; 128];
     let mut n = 1;
-    while n < 64 {
+    while n < 128 {
         table[n] = 1.0 / n as f64;
         n += 1;
     }

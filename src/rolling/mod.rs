@@ -42,7 +42,7 @@ mod patch;
 mod pressure;
 mod steady;
 
-pub use exact::{ExactPatch, PatchCommitted, PatchLedger, PatchStep, Slot};
+pub use exact::{ExactPatch, MotionOverTime, Order, PatchCommitted, PatchLedger, PatchStep, Slot};
 pub use frequency::LinearisedPatch;
 #[cfg(feature = "alloc")]
 pub use grid::{Grid, GridParameters, MotionField, Transport};

@@ -18,9 +18,11 @@
 mod coupling;
 mod queue;
 mod segment;
+mod smooth;
 
 pub use coupling::{PatchCommitted, PatchLedger, PatchStep};
 pub use queue::Slot;
+pub use smooth::{MotionOverTime, Order};
 
 use super::{Motion, Patch, PolynomialExponential, RateDependent};
 use crate::parameter::{self, ParameterError, Rule};
@@ -82,7 +84,7 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExpon
     ///
     /// # Errors
     ///
-    /// Refuses fewer than 16 slots.
+    /// Refuses fewer than 22 slots.
     pub fn exact<B>(self, slots: B) -> Result<ExactPatch<T, M, N, B>, ParameterError>
     where
         B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
@@ -107,18 +109,18 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExpon
     ///
     /// # Errors
     ///
-    /// Refuses fewer than 5 segments.
+    /// Refuses fewer than 8 segments.
     #[cfg(feature = "alloc")]
     pub fn exact_in(
         self,
         segments: usize,
     ) -> Result<ExactPatch<T, M, N, alloc::vec::Vec<Slot<T, N>>>, ParameterError> {
-        if segments < 5 {
-            let rule = Rule::Count { least: 5 };
+        if segments < 8 {
+            let rule = Rule::Count { least: 8 };
             let value = segments as f64;
             return Err(ParameterError { name: "segments", component: None, value, rule });
         }
-        self.exact(alloc::vec![Slot::default(); segments.saturating_mul(2).saturating_add(6)])
+        self.exact(alloc::vec![Slot::default(); segments.saturating_mul(2).saturating_add(8)])
     }
 }
 
@@ -160,7 +162,8 @@ where
     pub fn settle(&mut self, motion: Motion<T>) -> Result<(), ParameterError> {
         let Motion { slip_velocity, transport_velocity } = motion.forward()?;
         let Affine { relaxation, drive, .. } = self.patch.model().at_velocity(slip_velocity);
-        if transport_velocity > T::zero() {
+        // A crossing that takes for ever is none.
+        if (T::one() / transport_velocity).is_finite() {
             self.queue.replace(relaxation, drive * slip_velocity, transport_velocity);
         } else {
             let z = self.patch.model().stationary(slip_velocity);
@@ -208,8 +211,7 @@ where
     /// Rolls on for a time h ≥ 0 \[s\] with a motion held, and returns the friction force F \[N\] at the end,
     /// positive against v > 0.
     ///
-    /// For velocities that vary smoothly take those of the middle of the step: the bristles then follow
-    /// to second order, and [`ExactPatch::force`] gives the force at the velocity of the end.
+    /// For velocities that vary smoothly see [`ExactPatch::follow`].
     ///
     /// # Errors
     ///

@@ -23,7 +23,7 @@ use crate::scalar::{is_zero, lit};
 
 /// Steps are taken in parts no longer than this: what is new then fits between the inlet and a back
 /// that is about to be frozen.
-const LONGEST: f64 = 0.25;
+pub(super) const LONGEST: f64 = 0.25;
 /// A back of this length is frozen if there is no middle …
 const LONG: f64 = 0.5;
 /// … and when the front has left, one of this length at least.
@@ -77,38 +77,25 @@ impl<T: Scalar, const N: usize> Stack<T, N> {
 /// A step with held coefficients: λ, u = r v, V and a duration, in what it does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Held<T> {
-    /// λ h
-    pub(super) exponent: T,
-    /// u h
-    pub(super) rise: T,
     /// V h
     pub(super) distance: T,
     /// For bristles that are there from the beginning to the end.
     pub(super) map: Map<T>,
+    /// The bristles that enter.
+    pub(super) newborn: Segment<T>,
 }
 
 impl<T: Scalar> Held<T> {
     /// From λ \[1/s\], u = r v \[m/s\], V \[1/s\] and h \[s\].
     #[inline]
     pub(super) fn new(relaxation: T, drive: T, transport: T, duration: T) -> Self {
+        let distance = transport * duration;
         let affine =
             crate::Affine { relaxation, drive: T::one(), stiffness: T::zero(), damping: T::zero() };
         let weights = affine.weights(duration);
-        Self {
-            exponent: relaxation * duration,
-            rise: drive * duration,
-            distance: transport * duration,
-            map: Map {
-                decay: weights.end(T::one(), T::zero()),
-                offset: weights.end(T::zero(), drive),
-            },
-        }
-    }
-
-    /// The bristles that enter.
-    #[inline(always)]
-    pub(super) fn segment(&self) -> Segment<T> {
-        Segment { width: self.distance, base: T::zero(), rise: self.rise, exponent: self.exponent }
+        let map =
+            Map { decay: weights.end(T::one(), T::zero()), offset: weights.end(T::zero(), drive) };
+        Self { distance, map, newborn: Segment::newborn(distance, relaxation, drive, duration) }
     }
 }
 
@@ -135,8 +122,9 @@ pub(super) struct Queue<T, const N: usize, B> {
 }
 
 impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Queue<T, N, B> {
-    /// Least number of slots.
-    pub(super) const LEAST: usize = 16;
+    /// Least number of slots: a half of [`LONGEST`], the least part of a step that is split, is then not
+    /// merged.
+    pub(super) const LEAST: usize = 22;
 
     /// A patch of undeflected bristles, in at least [`Queue::LEAST`] slots.
     pub(super) fn new(slots: B, decay: T) -> Self {
@@ -256,13 +244,8 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
 
     /// Everything is new: the profile of steady rolling.
     pub(super) fn replace(&mut self, relaxation: T, drive: T, transport: T) {
-        let inverse = T::one() / transport;
-        self.fill(Segment {
-            width: T::one(),
-            base: T::zero(),
-            rise: drive * inverse,
-            exponent: relaxation * inverse,
-        });
+        let crossing = T::one() / transport;
+        self.fill(Segment::newborn(T::one(), relaxation, drive, crossing));
     }
 
     /// A step of at most a quarter of the patch.
@@ -273,7 +256,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
         self.middle.map = held.map.after(self.middle.map);
         self.front.shift += held.distance;
         self.middle.shift += held.distance;
-        let segment = held.segment();
+        let segment = held.newborn;
         let moments = segment.moments::<N>(T::one(), self.decay);
         self.back = self.back_after(held, &moments);
         self.back_length += held.distance;

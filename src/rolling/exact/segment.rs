@@ -45,30 +45,51 @@ impl<T: Scalar> Map<T> {
     }
 }
 
-/// z = base + rise t φ1(exponent t) at the part t of the width, counted from the newest bristle.
+/// z = base + rise t φ1(exponent t) + bulge t (1 − t) at the part t of the width, counted from the newest
+/// bristle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Segment<T> {
     pub(super) width: T,
     pub(super) base: T,
     pub(super) rise: T,
     pub(super) exponent: T,
+    /// What a change of the velocities during the step makes of the profile; zero for held ones.
+    pub(super) bulge: T,
 }
 
+/// An exponent of a newborn profile beyond which nothing but its stationary end is left.
+const STEEP: f64 = 1e20;
+
 impl<T: Scalar> Segment<T> {
+    /// The bristles that entered while λ and u = r v \[m/s\] were held for some time \[s\].
+    #[inline(always)]
+    pub(super) fn newborn(width: T, relaxation: T, drive: T, time: T) -> Self {
+        let (exponent, zero) = (relaxation * time, T::zero());
+        if exponent < lit(STEEP) {
+            return Self { width, base: zero, rise: drive * time, exponent, bulge: zero };
+        }
+        // The same profile to the last digit, in numbers that do not overflow.
+        let rise = drive / relaxation * lit(STEEP);
+        Self { width, base: zero, rise, exponent: lit(STEEP), bulge: zero }
+    }
+
     /// A straight line from the deflection of the newest bristle to that of the oldest.
     pub(super) fn straight(width: T, newest: T, oldest: T) -> Self {
-        Self { width, base: newest, rise: oldest - newest, exponent: T::zero() }
+        let zero = T::zero();
+        Self { width, base: newest, rise: oldest - newest, exponent: zero, bulge: zero }
     }
 
     /// The deflection at a part of the width.
     pub(super) fn at(&self, part: T) -> T {
-        self.base + self.rise * part * phi1(self.exponent * part)
+        let bulge = self.bulge * (part * (T::one() - part));
+        self.base + self.rise * part * phi1(self.exponent * part) + bulge
     }
 
     /// The segment after a step.
     #[inline(always)]
     pub(super) fn mapped(self, map: Map<T>) -> Self {
-        Self { base: map.of(self.base), rise: map.decay * self.rise, ..self }
+        let (rise, bulge) = (map.decay * self.rise, map.decay * self.bulge);
+        Self { base: map.of(self.base), rise, bulge, ..self }
     }
 
     /// ∫ sᵏ e^(−as) z ds over the newest part of the width, s counted from the newest bristle.
@@ -83,6 +104,14 @@ impl<T: Scalar> Segment<T> {
             *moment = power * (self.base * level + rise * *moment);
             power *= length;
         }
+        if !is_zero(self.bulge) {
+            let (near, mut power) = (self.bulge * part, length);
+            let bulges: [T; N] = bulges(alpha, part);
+            for (moment, bulge) in moments.iter_mut().zip(bulges) {
+                *moment += power * near * bulge;
+                power *= length;
+            }
+        }
         moments
     }
 
@@ -93,12 +122,17 @@ impl<T: Scalar> Segment<T> {
         if !(width > T::zero()) {
             return *self;
         }
-        let [new0, new1] = newer.moments(T::one(), T::zero());
-        let [old0, old1] = self.moments(T::one(), T::zero());
-        let mean = (new0 + old0) / width;
+        // In parts of the new width: its powers would underflow.
+        let of_unit = |segment: &Self| {
+            let unit = Self { width: T::one(), ..*segment };
+            unit.moments::<2>(T::one(), T::zero())
+        };
+        let ([new0, new1], [old0, old1]) = (of_unit(newer), of_unit(self));
+        let (new, old) = (newer.width / width, self.width / width);
+        let mean = new * new0 + old * old0;
+        let first = new * new * new1 + old * (old * old1 + new * old0);
         // First moment about the middle, over width²/12.
-        let first = new1 + old1 + newer.width * old0;
-        let tilt = (first / (width * width) - mean * lit(0.5)) * lit(12.0);
+        let tilt = (first - mean * lit(0.5)) * lit(12.0);
         let ends = [newer.base, newer.at(T::one()), self.base, self.at(T::one())];
         let (mut least, mut most) = (ends[0], ends[0]);
         for end in ends {
@@ -134,6 +168,24 @@ pub(super) fn level<T: Scalar, const N: usize>(alpha: T) -> [T; N] {
 pub(super) fn level_moments<T: Scalar, const N: usize>(length: T, decay: T) -> [T; N] {
     let everywhere = Map { decay: T::zero(), offset: T::one() };
     everywhere.of_moments([T::zero(); N], length, decay)
+}
+
+/// ∫₀¹ tᵏ (t − part t²) e^(−αt) dt
+#[inline]
+fn bulges<T: Scalar, const N: usize>(alpha: T, part: T) -> [T; N] {
+    if is_zero(alpha) {
+        return core::array::from_fn(|k| {
+            lit::<T>(1.0 / (k + 2) as f64) - part * lit(1.0 / (k + 3) as f64)
+        });
+    }
+    fn of<T: Scalar, const M: usize, const N: usize>(alpha: T, part: T) -> [T; N] {
+        let psi: [T; M] = decaying(alpha);
+        core::array::from_fn(|k| match psi.get(k + 1..k + 3) {
+            Some(&[near, far]) => near - part * far,
+            _ => T::zero(), // for more than the 12 coefficients that a pressure has
+        })
+    }
+    if N <= 2 { of::<T, 4, N>(alpha, part) } else { of::<T, 14, N>(alpha, part) }
 }
 
 /// Moments ∫ ξᵏ e^(−aξ) … dξ of what has moved on by a distance.
