@@ -48,7 +48,7 @@ impl<'a> History<'a> {
 
     pub fn push(&mut self, step: Step) {
         self.steps.push_back(step);
-        if self.steps.len() % 1024 == 0 {
+        if self.steps.len().is_multiple_of(1024) {
             // What is beyond two transits no bristle remembers.
             let (mut way, mut keep) = (0.0, 0);
             for step in self.steps.iter().rev() {

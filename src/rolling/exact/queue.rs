@@ -390,17 +390,17 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
     #[inline]
     pub(super) fn moments(&self) -> [T; N] {
         let mut total = self.back;
-        add(&mut total, &self.of_stack(&self.middle, None));
-        add(&mut total, &self.of_stack(&self.front, Some(0)));
+        add(&mut total, &self.of_stack(&self.middle, None, T::zero()));
+        add(&mut total, &self.of_stack(&self.front, Some(0), T::zero()));
         total
     }
 
-    /// The moments of what is inside of a frozen part; `first` is the number of its oldest slot, if it
-    /// is prepared and may be cut by the outlet.
+    /// The moments of what is inside of a frozen part, and still will be after a distance; `first` is the
+    /// number of its oldest slot, if it is prepared and may be cut by the outlet.
     #[inline]
-    pub(super) fn of_stack(&self, stack: &Stack<T, N>, first: Option<usize>) -> [T; N] {
+    fn of_stack(&self, stack: &Stack<T, N>, first: Option<usize>, distance: T) -> [T; N] {
         let Stack { shift, map, .. } = *stack;
-        let cut = T::one() - shift;
+        let cut = T::one() - shift - distance;
         if stack.count == 0 || !(cut > T::zero()) {
             return [T::zero(); N];
         }
@@ -427,7 +427,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
 }
 
 impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Queue<T, N, B> {
-    /// Makes ready for [`Queue::moments_on_the_way`] over a distance, however long.
+    /// Makes ready for [`Queue::staying`] over a distance, however long.
     pub(super) fn look_ahead(&mut self, distance: T) {
         if distance <= lit(LONGEST) {
             self.prepare(distance);
@@ -478,23 +478,12 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
         [(&self.front, Some(0)), (&self.middle, ready)]
     }
 
-    /// The moments of those bristles that are inside now and still will be after a distance, if nothing
-    /// drove them meanwhile, and `decay` were left of each. After [`Queue::look_ahead`].
-    pub(super) fn moments_on_the_way(&self, distance: T, decay: T) -> [T; N] {
-        let free = Map { decay, offset: T::zero() };
+    /// The moments of those bristles that are inside now and still will be after a distance. After
+    /// [`Queue::look_ahead`].
+    pub(super) fn staying(&self, distance: T) -> [T; N] {
         let mut total = self.back;
-        for moment in &mut total {
-            *moment *= decay;
-        }
-        if self.back_count > 0 {
-            total = shifted(total, distance, self.decay);
-        }
         for (stack, first) in self.stacks() {
-            if stack.count > 0 {
-                let shift = stack.shift + distance;
-                let moved = Stack { shift, map: free.after(stack.map), ..*stack };
-                add(&mut total, &self.of_stack(&moved, first));
-            }
+            add(&mut total, &self.of_stack(stack, first, distance));
         }
         total
     }
