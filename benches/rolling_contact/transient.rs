@@ -148,7 +148,7 @@ fn run<M: RateDependent<f64> + Copy, const N: usize>(
         let motion =
             MotionOverTime { slip_velocity: slip, transport_velocity: Constant::new(TRANSPORT)? };
         let steps = SAMPLES * setting;
-        let mut rolling = patch.clone().exact_in((setting as f64 / way) as usize + 10)?;
+        let mut rolling = (*patch).exact_in((setting as f64 / way) as usize + 10)?;
         for number in 0..steps {
             let span = time(number, steps)..time(number + 1, steps);
             let force = rolling.follow(&motion, span, order)?;
@@ -161,7 +161,7 @@ fn run<M: RateDependent<f64> + Copy, const N: usize>(
     let upwind = solver.starts_with("upwind");
     let (transport, courant) =
         if upwind { (Transport::Upwind, 0.9) } else { (Transport::SemiLagrangian, 1.0) };
-    let parameters = GridParameters { patch: patch.clone(), cells: setting, transport };
+    let parameters = GridParameters { patch: *patch, cells: setting, transport };
     let mut grid = Grid::new(parameters)?;
     // The semi-Lagrangian grids have a multiple of ten cells: a Courant number of one.
     let parts = (way * setting as f64 / courant - 1e-9).ceil() as usize;
