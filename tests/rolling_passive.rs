@@ -1,7 +1,7 @@
 //! The coupling of a rolling patch to a mechanism: step-mean force and energy balance.
 
 #![cfg(feature = "alloc")]
-#![allow(clippy::unwrap_used, reason = "a test panics to fail")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod common;
 

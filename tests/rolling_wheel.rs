@@ -1,6 +1,6 @@
 //! A braked wheel from rolling to rest: energy, order of accuracy, an independent integrator, lock-up, standstill.
 #![cfg(feature = "alloc")]
-#![allow(clippy::unwrap_used, reason = "a test panics to fail")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod common;
 

@@ -33,9 +33,9 @@ pub(super) fn decaying_with<T: Scalar, const N: usize>(x: T, decay: T) -> [T; N]
         let inverse = T::one() / x;
         let mut last = (T::one() - decay) * inverse;
         psi[0] = last;
-        for k in 1..N {
+        for (k, psi) in psi.iter_mut().enumerate().skip(1) {
             last = (lit::<T>(k as f64) * last - decay) * inverse;
-            psi[k] = last;
+            *psi = last;
         }
         return psi;
     }
@@ -226,9 +226,9 @@ pub(super) fn complex_decaying<T: Scalar, const N: usize>(x: Complex<T>) -> [Com
         let inverse = Complex::new(T::one(), T::zero()) / x;
         let mut last = (Complex::new(T::one(), T::zero()) - decay) * inverse;
         psi[0] = last;
-        for k in 1..N {
+        for (k, psi) in psi.iter_mut().enumerate().skip(1) {
             last = (last.scale(lit(k as f64)) - decay) * inverse;
-            psi[k] = last;
+            *psi = last;
         }
         return psi;
     }

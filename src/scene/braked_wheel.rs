@@ -406,7 +406,6 @@ where
     }
 
     /// Solves a step and ends it.
-    #[expect(clippy::type_complexity, reason = "inner function of the two kinds of step")]
     fn advance<R>(
         &mut self,
         loads: WheelLoads<T>,
