@@ -1,6 +1,6 @@
 //! A braked wheel from rolling to rest: energy, order of accuracy, an independent integrator, lock-up, standstill.
 #![cfg(feature = "alloc")]
-#![allow(clippy::unwrap_used, reason = "a test panics to fail")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod common;
 
@@ -22,6 +22,7 @@ use proptest::prelude::*;
 
 type Tyre<T> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
 type Brake<T> = FrBd<Coulomb<T>, KelvinVoigt<T>>;
+type Rolling<T, const N: usize> = ExactPatch<T, Tyre<T>, N, Vec<Slot<T, N>>>;
 type Wheel<T, const N: usize> = BrakedWheel<T, Tyre<T>, N, Vec<Slot<T, N>>, Brake<T>>;
 
 const MASS: f64 = 400.0;
@@ -52,7 +53,7 @@ fn pads<T: Scalar>() -> Brake<T> {
 fn parameters<T: Scalar, const N: usize>(
     pressure: PolynomialExponential<T, N>,
     speed: f64,
-) -> BrakedWheelParameters<T, ExactPatch<T, Tyre<T>, N, Vec<Slot<T, N>>>, Brake<T>> {
+) -> BrakedWheelParameters<T, Rolling<T, N>, Brake<T>> {
     let patch = Patch::new(PatchParameters { model: tyre::<T>(), length: lit(LENGTH), pressure });
     BrakedWheelParameters {
         tyre: patch.unwrap().carrying(lit(LOAD)).unwrap().exact_in(1000).unwrap(),
