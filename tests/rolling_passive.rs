@@ -61,7 +61,12 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
 
 #[test]
 fn a_patch_whose_pressure_does_not_rise_never_gives_more_than_it_stored() {
-    fn holds<const N: usize>(pressure: PolynomialExponential<f64, N>, damping: f64, run: &[Step]) {
+    fn holds<const N: usize>(
+        pressure: PolynomialExponential<f64, N>,
+        damping: f64,
+        run: &[Step],
+        tolerance: f64,
+    ) {
         let mut rolling = patch(damping, pressure).exact_in(100).unwrap();
         for step in run {
             let motion =
@@ -74,19 +79,24 @@ fn a_patch_whose_pressure_does_not_rise_never_gives_more_than_it_stored() {
                 + rolling.stored_energy()
                 + done.stored.abs()
                 + done.outlet;
-            // Every term is right to some roundings of the largest.
-            assert!(done.volume >= -1e-12 * scale, "{done:?} of {scale:e} at {step:?}");
+            assert!(done.volume >= -tolerance * scale, "{done:?} of {scale:e} at {step:?}");
             assert!(done.outlet >= 0.0);
         }
     }
     check(300, (steps(), prop_oneof![Just(0.0), 0.0..50.0]), |(run, damping)| {
-        holds(PolynomialExponential::constant(), damping, &run);
-        holds(PolynomialExponential::exponential(0.7).unwrap(), damping, &run);
+        // Every term is right to some roundings of the largest …
+        holds(PolynomialExponential::constant(), damping, &run, 1e-12);
+        // … but where narrow steps were merged, only two moments without a decay are those of the straight
+        // lines whose energy is counted.
+        holds(PolynomialExponential::exponential(0.7).unwrap(), damping, &run, MERGED);
         let falling =
             PolynomialExponentialParameters { coefficients: [1.0, -0.3, -0.6], decay: 0.2 };
-        holds(PolynomialExponential::new(falling).unwrap(), damping, &run);
+        holds(PolynomialExponential::new(falling).unwrap(), damping, &run, MERGED);
     });
 }
+
+/// What merging in some hundred slots may cost, of the largest energy.
+const MERGED: f64 = 1e-6;
 
 #[test]
 fn the_mean_force_is_the_mean_of_the_force() {
@@ -113,7 +123,7 @@ fn the_mean_force_is_the_mean_of_the_force() {
             let force = companion.commit(step.mean).force;
             let limit = rolling.patch().normal_force() * 0.66;
             // The quadrature of the test: the force has kinks where segments leave.
-            assert_within(1e-5, limit, force, mean, || format!("{step:?}"));
+            assert_within(3e-5, limit, force, mean, || format!("{step:?}"));
         }
     }
     let short = steps().prop_map(|mut run| {
@@ -541,7 +551,7 @@ fn a_free_body_never_gains_energy_however_absurd_the_predictions() {
         let exponential = PolynomialExponential::exponential(0.7).unwrap();
         let constant = PolynomialExponential::constant();
         no_energy_from_nowhere::<f64, 1>(constant, damping, body, &run, 1e-12);
-        no_energy_from_nowhere::<f64, 1>(exponential, damping, body, &run, 1e-8);
+        no_energy_from_nowhere::<f64, 1>(exponential, damping, body, &run, MERGED);
         let exponential = PolynomialExponential::exponential(0.7).unwrap();
         let constant = PolynomialExponential::constant();
         no_energy_from_nowhere::<f32, 1>(constant, damping, body, &run, 2e-4);
