@@ -61,7 +61,12 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
 
 #[test]
 fn a_patch_whose_pressure_does_not_rise_never_gives_more_than_it_stored() {
-    fn holds<const N: usize>(pressure: PolynomialExponential<f64, N>, damping: f64, run: &[Step]) {
+    fn holds<const N: usize>(
+        pressure: PolynomialExponential<f64, N>,
+        damping: f64,
+        run: &[Step],
+        tolerance: f64,
+    ) {
         let mut rolling = patch(damping, pressure).exact_in(100).unwrap();
         for step in run {
             let motion =
@@ -74,19 +79,24 @@ fn a_patch_whose_pressure_does_not_rise_never_gives_more_than_it_stored() {
                 + rolling.stored_energy()
                 + done.stored.abs()
                 + done.outlet;
-            // Every term is right to some roundings of the largest.
-            assert!(done.volume >= -1e-12 * scale, "{done:?} of {scale:e} at {step:?}");
+            assert!(done.volume >= -tolerance * scale, "{done:?} of {scale:e} at {step:?}");
             assert!(done.outlet >= 0.0);
         }
     }
     check(300, (steps(), prop_oneof![Just(0.0), 0.0..50.0]), |(run, damping)| {
-        holds(PolynomialExponential::constant(), damping, &run);
-        holds(PolynomialExponential::exponential(0.7).unwrap(), damping, &run);
+        // Every term is right to some roundings of the largest …
+        holds(PolynomialExponential::constant(), damping, &run, 1e-12);
+        // … but where narrow steps were merged, only two moments without a decay are those of the straight
+        // lines whose energy is counted.
+        holds(PolynomialExponential::exponential(0.7).unwrap(), damping, &run, MERGED);
         let falling =
             PolynomialExponentialParameters { coefficients: [1.0, -0.3, -0.6], decay: 0.2 };
-        holds(PolynomialExponential::new(falling).unwrap(), damping, &run);
+        holds(PolynomialExponential::new(falling).unwrap(), damping, &run, MERGED);
     });
 }
+
+/// What merging in some hundred slots may cost, of the largest energy.
+const MERGED: f64 = 1e-6;
 
 #[test]
 fn the_mean_force_is_the_mean_of_the_force() {
@@ -113,7 +123,7 @@ fn the_mean_force_is_the_mean_of_the_force() {
             let force = companion.commit(step.mean).force;
             let limit = rolling.patch().normal_force() * 0.66;
             // The quadrature of the test: the force has kinks where segments leave.
-            assert_within(1e-5, limit, force, mean, || format!("{step:?}"));
+            assert_within(3e-5, limit, force, mean, || format!("{step:?}"));
         }
     }
     let short = steps().prop_map(|mut run| {
@@ -180,9 +190,15 @@ fn kinks(history: &[Held], more: &[f64]) -> Vec<f64> {
     places
 }
 
+/// λ times the longest that a bristle of one step has been inside during it, of all steps.
+fn steepest(history: &[Held]) -> f64 {
+    let inside = |step: &Held| step.duration.min(1.0 / step.transport);
+    history.iter().map(|step| step.relaxation * inside(step)).fold(0.0, f64::max)
+}
+
 /// ∫₀¹ f(ξ, z(ξ)) dξ
-fn over_patch(history: &[Held], steepest: f64, f: impl Fn(f64, f64) -> f64) -> f64 {
-    let panels = 4 + (2.0 * steepest) as usize;
+fn over_patch(history: &[Held], f: impl Fn(f64, f64) -> f64) -> f64 {
+    let panels = 4 + (2.0 * steepest(history)) as usize;
     let part = |pair: &[f64]| integral(pair[0], pair[1], panels, |xi| f(xi, profile(history, xi)));
     kinks(history, &[]).windows(2).map(part).sum()
 }
@@ -197,7 +213,8 @@ fn over_step(history: &[Held], step: &Held, f: impl Fn(f64, f64) -> f64) -> f64 
     };
     let last = 1.0 - transport * duration;
     let old = kinks(history, &[last]).windows(2).fold(0.0, |sum, pair| {
-        sum + integral(pair[0], pair[1], panels(duration), |s| {
+        let panels = panels(duration) + steepest(history) as usize;
+        sum + integral(pair[0], pair[1], panels, |s| {
             let inside = if transport > 0.0 { (1.0 - s) / transport } else { duration };
             path(s, profile(history, s), inside.min(duration))
         })
@@ -252,10 +269,8 @@ fn ledger_is_that_of_quadrature<M: RateDependent<f64>, const N: usize>(
                     + a.damping * mean * mean)
                 + 0.5 * transport * stiffness * pressure.at_and_slope(xi).1.abs() * z * z
         });
-        let steepest = a.relaxation * duration;
-        let energy = |history: &[Held]| {
-            0.5 * stiffness * scale * over_patch(history, steepest, |xi, z| p(xi) * z * z)
-        };
+        let energy =
+            |history: &[Held]| 0.5 * stiffness * scale * over_patch(history, |xi, z| p(xi) * z * z);
         let before = energy(&history);
         history.push(held);
         let stored = energy(&history) - before;
@@ -281,7 +296,7 @@ fn kept_steps() -> impl Strategy<Value = Vec<Step>> {
         velocity().prop_map(signed),
         velocity().prop_map(signed),
         prop_oneof![1 => Just(0.0), 5 => 50.0..150.0],
-        prop_oneof![4 => common::recipe::decades(1e-2, 0.5), 1 => 0.5..3.0],
+        prop_oneof![3 => common::recipe::decades(1e-2, 0.5), 2 => 0.5..3.0],
     );
     let step = step.prop_map(|(predicted, mean, transport, way): (f64, f64, f64, f64)| Step {
         predicted,
@@ -536,7 +551,7 @@ fn a_free_body_never_gains_energy_however_absurd_the_predictions() {
         let exponential = PolynomialExponential::exponential(0.7).unwrap();
         let constant = PolynomialExponential::constant();
         no_energy_from_nowhere::<f64, 1>(constant, damping, body, &run, 1e-12);
-        no_energy_from_nowhere::<f64, 1>(exponential, damping, body, &run, 1e-8);
+        no_energy_from_nowhere::<f64, 1>(exponential, damping, body, &run, MERGED);
         let exponential = PolynomialExponential::exponential(0.7).unwrap();
         let constant = PolynomialExponential::constant();
         no_energy_from_nowhere::<f32, 1>(constant, damping, body, &run, 2e-4);

@@ -224,7 +224,11 @@ impl<T: Scalar> WheelLedger<T> {
 ///
 /// Speeds and angles are of second order in h in smooth motion. Each step is solved twice: first with the
 /// coefficients at the velocities that its predecessor extrapolates to, then with those at the mean
-/// velocities found. [`BrakedWheel::solved_once`] leaves out the second and with it 45 % of the cost.
+/// velocities found. [`BrakedWheel::solved_once`] leaves out the second: half of the cost, and some ten
+/// times the error.
+///
+/// A wheel that locks swings on the bristles of its brake. Steps longer than that swing replace it by one of
+/// their own length, which dies away in some ten steps.
 ///
 /// # Rolling backwards
 ///
@@ -311,7 +315,7 @@ where
         })
     }
 
-    /// The same wheel, its steps solved once only: cheaper, and less accurate.
+    /// The same wheel, its steps solved once only: half of the cost, and some ten times the error.
     pub fn solved_once(self) -> Self {
         Self { twice: false, ..self }
     }
