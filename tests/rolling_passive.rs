@@ -84,19 +84,19 @@ fn a_patch_whose_pressure_does_not_rise_never_gives_more_than_it_stored() {
         }
     }
     check(300, (steps(), prop_oneof![Just(0.0), 0.0..50.0]), |(run, damping)| {
-        // Every term is right to some roundings of the largest …
+        // Every term is right to some roundings of the largest. Merging narrow steps takes energy away
+        // under these two pressures, …
         holds(PolynomialExponential::constant(), damping, &run, 1e-12);
-        // … but where narrow steps were merged, only two moments without a decay are those of the straight
-        // lines whose energy is counted.
-        holds(PolynomialExponential::exponential(0.7).unwrap(), damping, &run, MERGED);
+        holds(PolynomialExponential::exponential(0.7).unwrap(), damping, &run, 1e-12);
+        // … and may add some under others, whose weight is another one at every place.
         let falling =
             PolynomialExponentialParameters { coefficients: [1.0, -0.3, -0.6], decay: 0.2 };
         holds(PolynomialExponential::new(falling).unwrap(), damping, &run, MERGED);
     });
 }
 
-/// What merging in some hundred slots may cost, of the largest energy.
-const MERGED: f64 = 1e-6;
+/// What merging in some hundred slots may cost, of the largest energy: it was 1e-9 in trials.
+const MERGED: f64 = 1e-8;
 
 #[test]
 fn the_mean_force_is_the_mean_of_the_force() {
@@ -546,12 +546,11 @@ fn a_free_body_never_gains_energy_however_absurd_the_predictions() {
     let body = (common::recipe::decades(0.1, 1e4), common::recipe::decades(1e-2, 1e2));
     let run = prop::collection::vec(step, 1..40);
     check(60, (body, run, prop_oneof![Just(0.0), 0.0..5.0]), |(body, run, damping)| {
-        // A few hundred roundings: some per segment, and the moments'. Where narrow steps were merged,
-        // moments beyond the first, or with an exponential, are not quite those of the straight lines.
+        // A few hundred roundings: some per segment, and the moments'.
         let exponential = PolynomialExponential::exponential(0.7).unwrap();
         let constant = PolynomialExponential::constant();
         no_energy_from_nowhere::<f64, 1>(constant, damping, body, &run, 1e-12);
-        no_energy_from_nowhere::<f64, 1>(exponential, damping, body, &run, MERGED);
+        no_energy_from_nowhere::<f64, 1>(exponential, damping, body, &run, 1e-12);
         let exponential = PolynomialExponential::exponential(0.7).unwrap();
         let constant = PolynomialExponential::constant();
         no_energy_from_nowhere::<f32, 1>(constant, damping, body, &run, 2e-4);

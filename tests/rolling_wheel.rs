@@ -161,7 +161,7 @@ fn no_step_of_any_length_makes_energy() {
         ledger_balances::<f64, 1>(PolynomialExponential::constant(), &pulls, 1e-12);
         ledger_balances::<f32, 1>(PolynomialExponential::constant(), &pulls, 2e-4);
         let exponential = PolynomialExponential::exponential(0.7).unwrap();
-        ledger_balances::<f64, 1>(exponential, &pulls, 1e-8); // merged steps
+        ledger_balances::<f64, 1>(exponential, &pulls, 1e-12);
         let exponential = PolynomialExponential::exponential(0.7).unwrap();
         ledger_balances::<f32, 1>(exponential, &pulls, 2e-4);
     });

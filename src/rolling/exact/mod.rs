@@ -62,9 +62,9 @@ use segment::Segment;
 ///
 /// Every step adds a segment of width V h, until it has crossed the patch. Of the slots given, C, all
 /// steps with V h ≥ w = 2/(C − 6) are kept exactly. Narrower ones are merged with each other into segments
-/// of a width from w to 2 w, straight lines of the same integral and first moment (never beyond the
-/// deflections that they stand for). The force of those does not change while they are far from the
-/// outlet, under constant or linear pressure not at all; there the line is cut, with an error of O(w³)
+/// of a width from w to 2 w, straight lines of the same integral and first moment under the pressure's
+/// e^(−aξ) (never beyond the deflections that they stand for). The force of those hardly changes while
+/// they are far from the outlet, under a pressure of one coefficient not at all; there the line is cut, with an error of O(w³)
 /// where the velocities are smooth, O(w²) where they jump: below 0.2 w³ and 0.2 w² of the normal force in a
 /// patch whose slip velocity swings once a transit at a few percent of slip. Segments that were merged keep
 /// the relative accuracy of a small slip. A patch that does not roll, V = 0, adds none.

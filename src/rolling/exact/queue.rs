@@ -326,12 +326,22 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
             if let Some(slot) = self.slots.as_mut().get_mut(newest) {
                 let nothing_new = is_zero(held.distance);
                 if nothing_new || full || (narrow && slot.segment.width < narrowest) {
+                    let mut exact = held.map.of_moments(slot.moments, slot.segment.width, decay);
                     slot.segment = slot.segment.mapped(held.map);
+                    slot.map = held.map.after(slot.map);
                     if !nothing_new {
-                        slot.segment = slot.segment.merged_with(&segment);
+                        slot.segment = slot.segment.merged_with(&segment, decay);
+                        exact = shifted(exact, held.distance, decay);
+                        add(&mut exact, &moments);
                     }
                     slot.moments = slot.segment.moments(T::one(), decay);
-                    slot.map = held.map.after(slot.map);
+                    // The newest segment begins at the inlet: its moments are its part of the back's. Those
+                    // of a straight line are kept in the account, or force and energy would part.
+                    for ((back, merged), exact) in
+                        self.back.iter_mut().zip(slot.moments).zip(exact).skip(1)
+                    {
+                        *back += merged - exact;
+                    }
                     return;
                 }
             }
