@@ -104,7 +104,10 @@ fn weigh_all<const N: usize>(pressure: &PolynomialExponential<f64, N>) -> f64 {
     self::pressure(coefficients, pressure.decay()).total()
 }
 
-fn every_model(check: &mut dyn FnMut(&str, &dyn Fn(usize) -> f64), run: (usize, usize, u64)) {
+/// Is given a model's name, and its error under the pressure of some number.
+type Check<'a> = dyn FnMut(&str, &dyn Fn(usize) -> f64) + 'a;
+
+fn every_model(check: &mut Check<'_>, run: (usize, usize, u64)) {
     fn over<M: RateDependent<f64> + Copy>(
         model: M,
         number: usize,
