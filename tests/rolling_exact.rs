@@ -2,7 +2,7 @@
 //!
 //! `cargo test --release --test rolling_exact -- --ignored` runs the long version of what is random.
 #![cfg(feature = "alloc")]
-#![allow(clippy::unwrap_used, reason = "a test panics to fail")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod common;
 
@@ -72,7 +72,7 @@ fn worst_of<M: RateDependent<f64> + Copy, const N: usize>(
 ) -> f64 {
     let initial = |xi: f64| SCALE * (1.0 - 3.0 * (xi - 0.5).abs());
     let patch = patch(model, pressure);
-    let mut rolling = patch.clone().exact_in(1000).unwrap();
+    let mut rolling = patch.exact_in(1000).unwrap();
     rolling.set_profile(2, initial).unwrap();
     let mut history = History::new(&initial, &[0.5]);
     let mut random = Random(seed);
@@ -104,7 +104,10 @@ fn weigh_all<const N: usize>(pressure: &PolynomialExponential<f64, N>) -> f64 {
     self::pressure(coefficients, pressure.decay()).total()
 }
 
-fn every_model(check: &mut dyn FnMut(&str, &dyn Fn(usize) -> f64), run: (usize, usize, u64)) {
+/// Is given a model's name, and its error under the pressure of some number.
+type Check<'a> = dyn FnMut(&str, &dyn Fn(usize) -> f64) + 'a;
+
+fn every_model(check: &mut Check<'_>, run: (usize, usize, u64)) {
     fn over<M: RateDependent<f64> + Copy>(
         model: M,
         number: usize,

@@ -1,7 +1,7 @@
 //! The exact reduction of a rolling patch at its limits: tiny and huge steps, merged segments, little
 //! memory, single precision, bad input.
 #![cfg(feature = "alloc")]
-#![allow(clippy::unwrap_used, reason = "a test panics to fail")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod common;
 
@@ -334,11 +334,11 @@ fn random_extremes_stay_finite_and_bounded() {
 fn bad_input_is_refused_by_name_and_changes_nothing() {
     let parabola = patch(PolynomialExponential::parabolic());
     for count in [0, 1, 21] {
-        let refused = parabola.clone().exact(vec![Slot::default(); count]).unwrap_err();
+        let refused = parabola.exact(vec![Slot::default(); count]).unwrap_err();
         assert_eq!((refused.name, refused.value), ("slots", count as f64));
         assert_eq!(refused.rule, Rule::Count { least: 22 });
     }
-    let refused = parabola.clone().exact_in(7).unwrap_err();
+    let refused = parabola.exact_in(7).unwrap_err();
     assert_eq!((refused.name, refused.value), ("segments", 7.0));
     let mut rolling = parabola.exact_in(50).unwrap();
     for number in 0..40 {

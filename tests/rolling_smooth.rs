@@ -1,6 +1,6 @@
 //! The exact reduction of a rolling patch under velocities that vary over time.
 #![cfg(feature = "alloc")]
-#![allow(clippy::unwrap_used, reason = "a test panics to fail")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod common;
 

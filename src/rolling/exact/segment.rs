@@ -216,3 +216,47 @@ pub(super) fn shifted<T: Scalar, const N: usize>(
     }
     moments
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Segment;
+
+    #[test]
+    fn merged_segments_keep_their_integral_and_stay_within_their_ends() {
+        let mut seed = 3_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let mut tilted = [0; 2];
+        for _ in 0..20_000 {
+            let mut draw = || Segment {
+                base: random() - 0.5,
+                rise: 10.0 * (random() - 0.5),
+                exponent: 10.0 * random(),
+                ..Segment::straight(random(), 0.0, 0.0)
+            };
+            let (old, new) = (draw(), draw());
+            let merged = old.merged_with(&new);
+            let ends = [new.base, new.at(1.0), old.base, old.at(1.0)];
+            let low = ends.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            for end in [merged.base, merged.at(1.0)] {
+                // A few roundings of deflections up to 5.
+                assert!(end >= low - 1e-14 && end <= high + 1e-14, "{merged:?} {ends:?}");
+            }
+            let integral = |segment: &Segment<f64>| segment.moments::<2>(1.0, 0.0);
+            let (new0, old0) = (integral(&new), integral(&old));
+            let [zeroth, first] = integral(&merged);
+            assert!((zeroth - new0[0] - old0[0]).abs() < 1e-14);
+            // The first moment too, unless an end would have gone beyond.
+            let free = (merged.base - low).min(high - merged.base) > 1e-9
+                && (merged.at(1.0) - low).min(high - merged.at(1.0)) > 1e-9;
+            tilted[usize::from(free)] += 1;
+            let kept = (first - new0[1] - old0[1] - new.width * old0[0]).abs();
+            assert!(!free || kept < 1e-13, "{kept:e}");
+        }
+        // Both happen.
+        assert!(tilted.iter().all(|&count| count > 1000), "{tilted:?}");
+    }
+}
