@@ -215,26 +215,27 @@ fn chart(run: &Run) -> Figure {
         run.rows.iter().map(|row| (row.state.time, value(row))).collect()
     };
     let time = "time t / s";
-    let speeds = Panel::new(time, "speed / (m/s)")
+    let end = run.rows.last().map_or(1.0, |row| row.state.time);
+    let over = |label| Panel::new(time, label).x_range(0.0..=end);
+    let speeds = over("speed / (m/s)")
         .line("vehicle v_x", Colour::Blue, over_time(&|row| row.state.speed))
         .line(
             "wheel ωR",
             Colour::Orange.dashed(),
             over_time(&|row| row.state.angular_velocity * RADIUS),
         );
-    let end = run.rows.last().map_or(1.0, |row| row.state.time);
-    let slip = Panel::new(time, "slip (v_x − ωR)/v_x").x_range(0.0..=end).line("", Colour::Blue, {
+    let slip = over("slip (v_x − ωR)/v_x").line("", Colour::Blue, {
         let rows = run.rows.iter().take_while(|row| row.state.speed > CRAWL);
         rows.map(|row| (row.state.time, row.slip)).collect::<Vec<_>>()
     });
-    let forces = Panel::new(time, "force / kN")
+    let forces = over("force / kN")
         .line("tyre F", Colour::Blue, over_time(&|row| 1e-3 * row.step.force))
         .line(
             "brake T/R",
             Colour::Orange.dashed(),
             over_time(&|row| 1e-3 * row.step.brake_torque / RADIUS),
         );
-    let energies = Panel::new(time, "energy / kJ")
+    let energies = over("energy / kJ")
         .line(
             "kinetic",
             Colour::Black,

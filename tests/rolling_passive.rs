@@ -74,7 +74,7 @@ fn a_patch_whose_pressure_does_not_rise_never_gives_more_than_it_stored() {
             let companion = rolling.companion_step(motion, step.duration).unwrap();
             assert!(companion.damping() >= 0.0);
             let before = companion.bias().abs() + companion.damping() * step.mean.abs();
-            let done = companion.commit_with_ledger(step.mean);
+            let done = companion.commit_with_ledger(step.mean).unwrap();
             let scale = before * step.mean.abs() * step.duration
                 + rolling.stored_energy()
                 + done.stored.abs()
@@ -120,7 +120,7 @@ fn the_mean_force_is_the_mean_of_the_force() {
                 }
             }
             let companion = rolling.companion_step(motion, step.duration).unwrap();
-            let force = companion.commit(step.mean).force;
+            let force = companion.commit(step.mean).unwrap().force;
             let limit = rolling.patch().normal_force() * 0.66;
             // The quadrature of the test: the force has kinks where segments leave.
             assert_within(3e-5, limit, force, mean, || format!("{step:?}"));
@@ -250,7 +250,8 @@ fn ledger_is_that_of_quadrature<M: RateDependent<f64>, const N: usize>(
         let a = model.at_velocity(predicted);
         let held = Held { relaxation: a.relaxation, drive: a.drive * mean, transport, duration };
         let motion = Motion { slip_velocity: predicted, transport_velocity: transport };
-        let done = rolling.companion_step(motion, duration).unwrap().commit_with_ledger(mean);
+        let done =
+            rolling.companion_step(motion, duration).unwrap().commit_with_ledger(mean).unwrap();
 
         let over = |f: &dyn Fn(f64, f64) -> f64| scale * over_step(&history, &held, f);
         let p = |xi: f64| pressure.at(xi);
@@ -340,8 +341,10 @@ fn a_step_that_is_dropped_leaves_no_trace() {
                 // What is prepared early is added up in another order.
                 assert_within(1e-14, unit, rolling.force(step.mean), force, || format!("{step:?}"));
             }
-            let done = rolling.companion_step(motion, step.duration).unwrap().commit(step.mean);
-            let want = other.companion_step(motion, step.duration).unwrap().commit(step.mean);
+            let done =
+                rolling.companion_step(motion, step.duration).unwrap().commit(step.mean).unwrap();
+            let want =
+                other.companion_step(motion, step.duration).unwrap().commit(step.mean).unwrap();
             assert_within(1e-13, unit, done.force, want.force, || format!("{step:?}"));
             assert_within(1e-13, unit, rolling.force(step.mean), other.force(step.mean), || {
                 format!("{step:?}")
@@ -370,9 +373,16 @@ fn bad_input_of_a_step_is_named() {
     }
     assert_eq!(refused(Motion { transport_velocity: -1.0, ..good }, 1e-3), "transport_velocity");
     assert_eq!(refused(good, -1e-3), "duration");
+    // What a mechanism has found must be a velocity too, or it would stay in the patch.
+    for bad in [f64::NAN, f64::INFINITY] {
+        let step = rolling.companion_step(good, 1e-3).unwrap();
+        assert_eq!(step.commit(bad).unwrap_err().name, "mean_slip_velocity");
+        let step = rolling.companion_step(good, 1e-3).unwrap();
+        assert_eq!(step.commit_with_ledger(bad).unwrap_err().name, "mean_slip_velocity");
+    }
     assert_eq!(rolling.force(0.1), force);
     // Nothing happens in no time.
-    let nothing = rolling.companion_step(good, 0.0).unwrap().commit_with_ledger(5.0);
+    let nothing = rolling.companion_step(good, 0.0).unwrap().commit_with_ledger(5.0).unwrap();
     assert_eq!((nothing.work, nothing.stored, nothing.outlet), (0.0, 0.0, 0.0));
     assert_eq!(rolling.force(0.1), force);
 }
@@ -403,7 +413,7 @@ fn work_per_period<const N: usize>(
             let phase = 2.0 * PI * (f64::from(number) + 0.5) / f64::from(STEPS);
             let v = AMPLITUDE * phase.sin();
             let motion = Motion { slip_velocity: v, transport_velocity: transport };
-            work += rolling.companion_step(motion, duration).unwrap().commit(v).work;
+            work += rolling.companion_step(motion, duration).unwrap().commit(v).unwrap().work;
         }
     }
     let unit = rolling.patch().normal_force() * 252.0 / transport;
@@ -513,7 +523,7 @@ fn no_energy_from_nowhere<T: Scalar, const N: usize>(
         let half = h * t(0.5) * compliance;
         let mean = (slip - half * companion.bias()) / (T::one() + half * companion.damping());
         let force = companion.force(mean);
-        let done = companion.commit_with_ledger(mean);
+        let done = companion.commit_with_ledger(mean).unwrap();
         v -= h * force / t(mass);
         w += h * force * t(radius / inertia);
         let now = kinetic(v, w) + f(rolling.stored_energy());

@@ -414,7 +414,7 @@ where
         &mut self,
         loads: WheelLoads<T>,
         duration: T,
-        commit: impl FnOnce(PatchStep<'_, T, M, N, B>, T) -> R,
+        commit: impl FnOnce(PatchStep<'_, T, M, N, B>, T) -> Result<R, ParameterError>,
     ) -> Result<(Means<T>, R, Committed<T>, T), WheelError> {
         let loads = loads.checked()?;
         let duration = parameter::non_negative("duration", duration)?;
@@ -468,7 +468,7 @@ where
             });
         }
 
-        let done = commit(tyre, means.slip_velocity);
+        let done = commit(tyre, means.slip_velocity)?;
         let pads = pads.commit(means.angular_velocity);
         self.brake = brake;
         self.state = WheelState {

@@ -102,7 +102,7 @@ where
     ) -> Result<PatchStep<'_, T, M, N, B>, ParameterError> {
         let Motion { slip_velocity, transport_velocity: transport } = predicted.forward()?;
         let duration = parameter::non_negative("duration", duration)?;
-        let affine = self.patch.model().at_velocity(slip_velocity);
+        let affine = self.coefficients(slip_velocity)?;
         self.queue.look_ahead(transport * duration);
         let (free, unit) = self.mean_deflections(&affine, transport, duration);
         let stiffness = self.patch.load() * self.patch.length() * affine.stiffness;
@@ -221,16 +221,29 @@ where
     }
 
     /// Ends the step with the mean slip velocity v̄ [m/s] that the mechanism has found.
-    pub fn commit(self, mean_slip_velocity: T) -> PatchCommitted<T> {
+    ///
+    /// # Errors
+    ///
+    /// Refuses a velocity that is not finite; the patch is as it was.
+    pub fn commit(self, mean_slip_velocity: T) -> Result<PatchCommitted<T>, ParameterError> {
+        let mean_slip_velocity = parameter::finite("mean_slip_velocity", mean_slip_velocity)?;
         let force = self.force(mean_slip_velocity);
         let Self { rolling, affine, transport, duration, .. } = self;
         rolling.roll(affine.relaxation, affine.drive * mean_slip_velocity, transport, duration);
-        PatchCommitted { force, work: duration * force * mean_slip_velocity }
+        Ok(PatchCommitted { force, work: duration * force * mean_slip_velocity })
     }
 
     /// The same with an account of where the work has gone. It takes time in proportion to the number of
     /// segments.
-    pub fn commit_with_ledger(self, mean_slip_velocity: T) -> PatchLedger<T> {
+    ///
+    /// # Errors
+    ///
+    /// Refuses a velocity that is not finite; the patch is as it was.
+    pub fn commit_with_ledger(
+        self,
+        mean_slip_velocity: T,
+    ) -> Result<PatchLedger<T>, ParameterError> {
+        let mean_slip_velocity = parameter::finite("mean_slip_velocity", mean_slip_velocity)?;
         let drive = self.affine.drive * mean_slip_velocity;
         let outlet = self.outlet_loss(drive);
         let Self { rolling, affine, transport, duration, bias, damping } = self;
@@ -239,7 +252,7 @@ where
         let stored = rolling.stored_energy() - before;
         let force = bias + damping * mean_slip_velocity;
         let work = duration * force * mean_slip_velocity;
-        PatchLedger { force, work, stored, outlet, volume: work - stored - outlet }
+        Ok(PatchLedger { force, work, stored, outlet, volume: work - stored - outlet })
     }
 
     /// (L/2) Σ0(1) V ∫ z(1, t)² dt over the step.

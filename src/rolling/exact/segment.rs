@@ -229,7 +229,8 @@ mod tests {
             (seed >> 11) as f64 / (1_u64 << 53) as f64
         };
         let mut tilted = [0; 2];
-        for _ in 0..20_000 {
+        for number in 0..20_000 {
+            let decay = [0.0, 0.7, -0.4, 5.0][number % 4];
             let mut draw = || Segment {
                 base: random() - 0.5,
                 rise: 10.0 * (random() - 0.5),
@@ -237,7 +238,7 @@ mod tests {
                 ..Segment::straight(random(), 0.0, 0.0)
             };
             let (old, new) = (draw(), draw());
-            let merged = old.merged_with(&new);
+            let merged = old.merged_with(&new, decay);
             let ends = [new.base, new.at(1.0), old.base, old.at(1.0)];
             let low = ends.iter().copied().fold(f64::INFINITY, f64::min);
             let high = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -245,10 +246,25 @@ mod tests {
                 // A few roundings of deflections up to 5.
                 assert!(end >= low - 1e-14 && end <= high + 1e-14, "{merged:?} {ends:?}");
             }
-            let integral = |segment: &Segment<f64>| segment.moments::<2>(1.0, 0.0);
-            let (new0, old0) = (integral(&new), integral(&old));
+            let integral = |segment: &Segment<f64>| segment.moments::<2>(1.0, decay);
+            // Of all places in the patch the weight differs by a factor only.
+            let shift = (-decay * new.width).exp();
+            let (new0, old0) = (integral(&new), integral(&old).map(|moment| shift * moment));
             let [zeroth, first] = integral(&merged);
             assert!((zeroth - new0[0] - old0[0]).abs() < 1e-14);
+            // The midpoint rule over 256 panels misses less than 1e-4 of these profiles.
+            let energy = |segment: &Segment<f64>| -> f64 {
+                let panels = 256;
+                let part = |number: i32| (f64::from(number) + 0.5) / f64::from(panels);
+                let square = |at: f64| {
+                    segment.at(at).powi(2) * (-decay * segment.width * at).exp() * segment.width
+                };
+                (0..panels).map(|number| square(part(number))).sum::<f64>() / f64::from(panels)
+            };
+            if number % 40 < 4 {
+                let (before, after) = (energy(&new) + shift * energy(&old), energy(&merged));
+                assert!(after <= before + 1e-4 * before.max(0.1), "{after} of {before}");
+            }
             // The first moment too, unless an end would have gone beyond.
             let free = (merged.base - low).min(high - merged.base) > 1e-9
                 && (merged.at(1.0) - low).min(high - merged.at(1.0)) > 1e-9;
