@@ -56,6 +56,7 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
+pub mod audit;
 mod bounds;
 mod companion;
 mod contact;
@@ -85,8 +86,8 @@ pub use curve::{
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 pub use model::{
-    Affine, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd, Hold, Law,
-    Limits, Linearised, LuGre, Response,
+    Affine, Anatomy, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
+    Hold, Law, Limits, Linearised, LuGre, Response,
 };
 pub use parameter::{ParameterError, Rule};
 pub use regularisation::{Exact, HyperbolicTangent, Regularisation, SquareRoot};

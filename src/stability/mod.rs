@@ -247,15 +247,15 @@ pub fn largest_step_of<T: Scalar, const N: usize>(
 }
 
 /// m s² + (∂F/∂v + d) s + (∂F/∂z ∂ż/∂v + k) = 0, divided by the mass.
-struct Swing {
+pub(crate) struct Swing {
     /// a [1/s]
-    damping: f64,
+    pub(crate) damping: f64,
     /// b [1/s²]
-    stiffness: f64,
+    pub(crate) stiffness: f64,
 }
 
 impl Swing {
-    fn new<T: Scalar, M: Bristle<T, Deflection = T>>(
+    pub(crate) fn new<T: Scalar, M: Bristle<T, Deflection = T>>(
         contact: &Contact<T, M>,
         mechanism: Mechanism<T>,
         branch: Branch,
