@@ -584,10 +584,11 @@ fn the_critical_stiffness_parts_stable_from_unstable_for_every_model() {
         };
         let mut counts = seen.get();
         let assert_side = |stiffness: f64, want: bool| {
-            if stiffness > 1e-6 && stiffness < 1e8 {
-                if let Some(got) = stable(stiffness) {
-                    assert_eq!(got, want, "k = {stiffness:e}, v = {v:e}");
-                }
+            if stiffness > 1e-6
+                && stiffness < 1e8
+                && let Some(got) = stable(stiffness)
+            {
+                assert_eq!(got, want, "k = {stiffness:e}, v = {v:e}");
             }
         };
         match rig(1.0).critical_stiffness(v).unwrap() {
