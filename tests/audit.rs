@@ -167,6 +167,19 @@ fn the_inversion_is_single_valued_where_the_closed_form_says() {
     }
 }
 
+#[test]
+fn the_least_slope_is_that_of_the_steeper_direction() {
+    let curve = |stribeck_velocity| {
+        Stribeck::new(StribeckParameters { stribeck_velocity, ..paper::STICK_SLIP_CURVE }).unwrap()
+    };
+    for (forward, backward) in [(0.01, 0.004), (0.004, 0.01)] {
+        let both = Asymmetric { forward: curve(forward), backward: curve(backward) };
+        let least = FrBd::new(both, table_2_bristle()).anatomy(1.0).unwrap().least_slope;
+        let want = 0.04 - 0.5 * (2.0 / 1f64.exp()).sqrt() / 0.004;
+        assert_within(1e-13, 100.0, least, want, || "least".to_owned());
+    }
+}
+
 /// Drags a contact slowly until its force has a value; answers with the displacement.
 fn drag(contact: &Contact<f64, impl Bristle<f64, Deflection = f64>>, z: &mut f64, to: f64) -> f64 {
     // Slow enough for the viscous forces, 65 s/m, to vanish.
@@ -304,7 +317,8 @@ fn the_table_says_the_same_in_words() {
         "steady above 0.029863 m/s, STICK-SLIP just below",
         "at 0.02 s",
         "  Euler             2e-4        0.0064527   0.0064514     TOO LONG\n",
-        "  Passive           any         any         any           ok\n",
+        "  Passive           no promise: the contact is not passive",
+        "  Rosenbrock        any         any         any           ok\n",
     ] {
         assert!(table.contains(words), "no “{words}” in\n{table}");
     }
@@ -316,6 +330,44 @@ fn the_table_says_the_same_in_words() {
             assert_ne!(line.chars().nth(87), Some(' '), "{line}");
         }
     }
+}
+
+#[test]
+fn the_table_in_the_documentation_is_the_one_that_is_printed() {
+    let contact = LuGre::classical(table_2_curve(), table_2_bristle()).under_load(1.0).unwrap();
+    let parameters = AuditParameters {
+        mechanism: Some(RIG),
+        sample_time: Some(1e-3),
+        ..AuditParameters::up_to(1.0)
+    };
+    let documentation = include_str!("../src/audit/mod.rs");
+    for line in contact.audit(parameters).unwrap().to_string().lines() {
+        assert!(documentation.lines().any(|doc| doc == format!("/// {line}")), "{line}");
+    }
+}
+
+#[test]
+fn an_audit_in_single_precision_says_the_same() {
+    let curve = Stribeck::new(StribeckParameters {
+        static_coefficient: 1.5_f32,
+        dynamic_coefficient: 1.0,
+        stribeck_velocity: 0.01,
+        stribeck_exponent: 2.0,
+        viscous_friction: 0.04,
+    });
+    let bristle =
+        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4_f32, micro_damping: 64.5 });
+    let contact = LuGre::classical(curve.unwrap(), bristle.unwrap()).under_load(1.0).unwrap();
+    let mechanism = Mechanism { mass: 1.0_f32, spring_stiffness: 2.0, viscous_damping: 0.0 };
+    let parameters = AuditParameters { mechanism: Some(mechanism), ..AuditParameters::up_to(1.0) };
+    let audit = contact.audit(parameters).unwrap();
+    assert_eq!(audit.passivity.verdict, Verdict::Fails);
+    assert_eq!(audit.passivity.needed_viscous_friction, Some(32.25));
+    // A few roundings of 6e-8.
+    assert!((audit.inversion_margin.unwrap() - (64.5 - 42.848_194)).abs() < 1e-4);
+    assert!((audit.stuck.unwrap().damping_ratio - 64.54 / 200.02).abs() < 1e-5);
+    let yielding = audit.yielding.unwrap();
+    assert!((yielding.drift.unwrap() / (1.5e-4 * (1.0_f32 / 0.75).ln()) - 1.0).abs() < 1e-5);
 }
 
 /// A page of fixed size.

@@ -634,6 +634,10 @@ fn the_critical_speed_is_where_the_curve_turns_up() {
     assert_within(1e-6, 1e-6, speed, 4.000_000_64e-6, || "lower".to_owned());
     assert_eq!(rig.critical_speed(0.05..10.0).unwrap(), Threshold::AlwaysStable);
     assert_eq!(rig.critical_speed(1e-3..0.02).unwrap(), Threshold::NeverStable);
+    // So light on so soft a spring that mλ + D < 0, and the other two conditions alone would hold.
+    let light = on_spring(table_2(), 0.01, 1e-3, 0.0);
+    assert_eq!(light.critical_speed(1e-3..0.02).unwrap(), Threshold::NeverStable);
+    assert_eq!(light.critical_stiffness(5.5e-3).unwrap(), Threshold::NeverStable);
 }
 
 #[test]
@@ -689,6 +693,7 @@ fn the_zeros_are_those_of_the_numerator_whatever_its_degree() {
         assert_within(1e-15, 1.0, system.static_gain().unwrap(), numerator[0] / 20.0, || {
             "gain".to_owned()
         });
+        assert_within(1e-13, 1.0, system.corner_frequency().unwrap(), 1.0, || "corner".to_owned());
         let s = Complex::new(0.3, 2.0);
         let top = s * s * numerator[2] + s * numerator[1] + numerator[0];
         let bottom = (s + 1.0) * (s + 4.0) * (s + 5.0);

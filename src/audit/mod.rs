@@ -158,6 +158,34 @@ pub struct StuckMass<T> {
 /// assert!(table.contains("FAILS: needs σ2 ≥ 32.25 s/m, has 0.04"));
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
+///
+/// The table:
+///
+/// ```text
+/// audit of classical LuGre under 1 N, |v| ≤ 1 m/s
+/// passivity           FAILS: needs σ2 ≥ 32.25 s/m, has 0.04                              Barabanov, Ortega 2000
+///   worst case        F v − Ẇ = -29.96 W at v = 1 m/s, z = 1.5e-4 m                      by search
+/// deflection          |z| ≤ 1.5e-4 m                                                     Romano et al., Lemma III.1
+/// force               no bound                                                           z within its bound
+/// relaxation rate     λ ≤ 10000 1/s                                                      Romano et al., III-B
+/// inversion           one solution: σ1 = 64.5, least dμ/d|v| = -42.848 s/m               Romano et al., II-B; by search
+/// curve at rest       differentiable                                                     Romano et al., II-B
+/// modulus |v|         exact, with its kink                                               Romano et al., II-B
+/// breakaway           F_b = p μ_s = 1.5 N                                                Romano et al., II-B
+/// drift               4.3152e-5 m per slow cycle 0 ↔ 0.75 N                              Dupont et al. 2002
+/// creep               none under 0.75 N                                                  F_ss(v) = F
+/// stuck mass          ω = 100.01 rad/s, ζ = 0.32267; after a reversal ζ = 0.4562         module stability
+/// sliding on spring   steady above 0.029863 m/s, STICK-SLIP just below                   Routh–Hurwitz, module linear
+/// largest step [s]    bristle     stuck       reversed      at 0.001 s                   module stability
+///   Euler             2e-4        0.0064527   0.0064514     TOO LONG
+///   SemiImplicitEuler 2e-4        0.014561    0.0090921     TOO LONG
+///   RungeKutta4       2.7853e-4   0.028037    0.01871       TOO LONG
+///   DormandPrince     3.3066e-4   0.032538    0.023966      TOO LONG
+///   DormandPrince8    6.3937e-4   0.065643    0.048029      TOO LONG
+///   ExactHold         any         0.012905    0.012903      ok
+///   Passive           no promise: the contact is not passive at every deflection
+///   Rosenbrock        any         any         any           ok
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Audit<T> {
     /// What was asked.
@@ -189,7 +217,8 @@ pub struct Audit<T> {
 pub struct MethodLimit<T> {
     /// The method.
     pub scheme: Scheme,
-    /// Its limits; `None` if the relaxation rate has no bound.
+    /// Its limits; `None` if the relaxation rate has no bound, or for a passive step of a contact that is
+    /// not passive at every deflection.
     pub limits: Option<StepLimits<T>>,
     /// Whether the sample time is within all of them; `None` without a sample time or limits.
     pub within: Option<bool>,
@@ -231,15 +260,18 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             Some(anatomy) => Some(self.yielding(anatomy, load_cycle, fastest)?),
             None => None,
         };
+        let passivity = self.passivity(anatomy.as_ref(), fastest);
         let steps = SCHEMES.map(|scheme| {
-            let limits = self.step_limits(mechanism, fastest, scheme);
+            // A passive step needs a contact that is passive at every deflection.
+            let promised = scheme != Scheme::Passive || passivity.excess <= T::one();
+            let limits = self.step_limits(mechanism, fastest, scheme).filter(|_| promised);
             let within = limits.zip(sample_time).map(|(limits, step)| limits.check(step).is_ok());
             MethodLimit { scheme, limits, within }
         });
         Ok(Audit {
             parameters,
             normal_force: self.normal_force(),
-            passivity: self.passivity(anatomy.as_ref(), fastest),
+            passivity,
             limits: self.limits(fastest),
             inversion_margin: anatomy
                 .map(|a| a.micro_damping.min + a.viscous_friction + a.least_slope),

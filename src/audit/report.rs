@@ -6,6 +6,7 @@ use super::{Audit, MethodLimit, Passivity, Verdict};
 use crate::Scalar;
 use crate::linear::Threshold;
 use crate::scalar::to_f64;
+use crate::stability::Scheme;
 
 /// Width of the columns.
 const NAME: usize = 19;
@@ -283,6 +284,9 @@ fn write_step<T: Scalar>(
 ) -> fmt::Result {
     let mut cells = Cell::new();
     match step.limits {
+        None if step.scheme == Scheme::Passive => {
+            cells.write_str("no promise: the contact is not passive at every deflection")?;
+        }
         None => cells.write_str("none is known: the relaxation rate has no bound")?,
         Some(limits) => {
             let columns =
