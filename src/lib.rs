@@ -16,7 +16,8 @@
 //! | 5c | in a mechanism | [`scene`], or your own [`ode::System`] |
 //! | 6 | a simulation | [`ode::solve`], or [`ode::Solver`] with a method of your choice |
 //!
-//! [`stability`] tells how long a step may be.
+//! [`audit`] tells what a set of parameters promises, [`stability`] how long a step may be, [`linear`] how
+//! small motions go and where stick-slip begins, and a [`ledger`] where the energy of a run went.
 //!
 //! ```
 //! use bristle::{Bristle, FrBd, KelvinVoigt, Law, Stribeck, paper};
@@ -56,11 +57,15 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
+pub mod audit;
 mod bounds;
 mod companion;
 mod contact;
 mod curve;
+mod eigenvalues;
 pub mod exponential;
+pub mod ledger;
+pub mod linear;
 mod model;
 pub mod ode;
 pub mod paper;
@@ -83,8 +88,8 @@ pub use curve::{
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 pub use model::{
-    Affine, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd, Hold, Law,
-    Limits, Linearised, LuGre, Response,
+    Affine, Anatomy, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
+    Hold, Law, Limits, Linearised, LuGre, Response,
 };
 pub use parameter::{ParameterError, Rule};
 pub use regularisation::{Exact, HyperbolicTangent, Regularisation, SquareRoot};

@@ -1,5 +1,6 @@
 //! A separate friction curve for each direction of motion, as gearboxes and seals need.
 
+use crate::bounds::smaller;
 use crate::{Bounds, FrictionCurve, Scalar, Sliding};
 
 /// A friction curve made of two, one for each direction of sliding.
@@ -47,6 +48,10 @@ impl<T: Scalar, F: FrictionCurve<T>, B: FrictionCurve<T>> FrictionCurve<T> for A
 
     fn bounds(&self, fastest: T) -> Bounds<T> {
         self.forward.bounds(fastest).union(self.backward.bounds(fastest))
+    }
+
+    fn slope_at_rest(&self) -> T {
+        smaller(self.forward.slope_at_rest(), self.backward.slope_at_rest())
     }
 
     fn viscous_friction(&self) -> T {

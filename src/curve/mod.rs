@@ -17,7 +17,7 @@ pub use rational_stribeck::{RationalStribeck, RationalStribeckParameters};
 pub use stribeck::{Stribeck, StribeckParameters};
 pub use tabulated::{Knot, Tabulated};
 
-use crate::{Bounds, Scalar, Sliding};
+use crate::{Bounds, Branch, Scalar, Sliding};
 
 /// The friction coefficient of steady sliding, μ(v) > 0 \[–\].
 ///
@@ -85,6 +85,12 @@ pub trait FrictionCurve<T: Scalar>: Debug + Clone {
     #[must_use]
     fn without_viscous_friction(&self) -> Self {
         self.clone()
+    }
+
+    /// The slope dμ/d|v| [s/m] just above rest; of two directions, the lesser. The curve is
+    /// differentiable at v = 0 only where it is zero.
+    fn slope_at_rest(&self) -> T {
+        self.coefficient_and_slope(Branch::Forward.of(T::zero())).1
     }
 
     /// Whether μ(−v) = μ(v) for every v.

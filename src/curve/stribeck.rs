@@ -17,7 +17,7 @@
 use super::valley::Valley;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{is_zero, lit};
-use crate::{Bounds, FrictionCurve, Scalar, Sliding};
+use crate::{Bounds, Branch, FrictionCurve, Scalar, Sliding};
 
 /// Parameters of [`Stribeck`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -189,6 +189,16 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
             steepest,
             self.viscous * velocity / self.drop,
         )
+    }
+
+    fn slope_at_rest(&self) -> T {
+        match self.exponent {
+            // −∞, of which the slope at rest itself says nothing.
+            Exponent::Other(exponent) if exponent < T::one() && self.drop > T::zero() => {
+                -T::one() / T::zero()
+            }
+            _ => self.coefficient_and_slope(Branch::Forward.of(T::zero())).1,
+        }
     }
 
     fn viscous_friction(&self) -> T {

@@ -8,9 +8,9 @@
 //! Source: P. R. Dahl, "A solid friction model", The Aerospace Corporation, report
 //! TOR-0158(3107-18)-1 (1968), with exponent 1.
 
-use super::{Affine, Law, Limits, finite};
+use super::{Affine, Anatomy, Law, Limits, finite, searchable};
 use crate::parameter::{self, ParameterError};
-use crate::{Bristle, Scalar, Sliding};
+use crate::{Bounds, Bristle, Scalar, Sliding};
 
 /// Parameters of [`Dahl`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,6 +95,22 @@ impl<T: Scalar> Bristle<T> for Dahl<T> {
             | Law::OddSymmetry => true,
             Law::BoundedRelaxation | Law::NoDrift => false,
         }
+    }
+
+    fn anatomy(&self, fastest: T) -> Option<Anatomy<T>> {
+        searchable(fastest).then(|| Anatomy {
+            name: "Dahl",
+            micro_stiffness: Bounds::constant(self.stiffness),
+            micro_damping: Bounds::constant(T::zero()),
+            static_coefficient: self.dynamic,
+            dry_coefficient: Bounds::constant(self.dynamic),
+            slope_at_rest: T::zero(),
+            least_slope: T::zero(),
+            viscous_friction: T::zero(),
+            needed_viscous_friction: None,
+            speed_at_rest: T::zero(),
+            stick_limit: None,
+        })
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {

@@ -18,7 +18,7 @@
 //! of Romano et al. (arXiv 2602.09429), section III-A.
 
 use super::frbd::{inverse_resistance, least_slope, unlimited};
-use super::{Affine, Law, Limits, Linearised, finite};
+use super::{Affine, Anatomy, Law, Limits, Linearised, finite, searchable};
 use crate::parameter::{self, ParameterError};
 use crate::{
     Bristle, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding,
@@ -321,6 +321,15 @@ where
             Law::OddSymmetry => self.curve.is_even() && self.rheology.is_even(),
             Law::Secant | Law::BoundedForce => false,
         }
+    }
+
+    fn anatomy(&self, fastest: T) -> Option<Anatomy<T>> {
+        let elements = (self.rheology.stiffness_bounds(), self.rheology.damping_bounds());
+        searchable(fastest).then(|| Anatomy {
+            speed_at_rest: self.regularisation.speed_at_rest(),
+            stick_limit: Some(self.stick_limit),
+            ..Anatomy::new("elasto-plastic FrBD", &self.curve, elements, fastest)
+        })
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {

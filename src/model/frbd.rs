@@ -18,7 +18,7 @@
 //!
 //! Source: Romano et al. (arXiv 2602.09429), sections II-B and III-A, equations for ż and g(v).
 
-use super::{Affine, Law, Limits, finite};
+use super::{Affine, Anatomy, Law, Limits, finite, searchable};
 use crate::bounds::larger;
 use crate::scalar::nan;
 use crate::{Bristle, Deflection, Exact, FrictionCurve, Regularisation, Rheology, Scalar, Sliding};
@@ -202,6 +202,15 @@ where
             Law::OddSymmetry => self.curve.is_even() && self.rheology.is_even(),
             Law::NoDrift => false,
         }
+    }
+
+    fn anatomy(&self, fastest: T) -> Option<Anatomy<T>> {
+        let elements = (self.rheology.stiffness_bounds(), self.rheology.damping_bounds());
+        let speed_at_rest = self.regularisation.speed_at_rest();
+        searchable(fastest).then(|| Anatomy {
+            speed_at_rest,
+            ..Anatomy::new("FrBD", &self.curve, elements, fastest)
+        })
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {

@@ -11,7 +11,7 @@
 //! systems with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425.
 
 use super::frbd::{inverse_resistance, least_slope, unlimited};
-use super::{Affine, Law, Limits, finite};
+use super::{Affine, Anatomy, Law, Limits, finite, searchable};
 use crate::scalar::lit;
 use crate::{
     Bristle, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding,
@@ -207,6 +207,24 @@ where
             Law::OddSymmetry => self.curve.is_even() && self.rheology.is_even(),
             Law::NoDrift => false,
         }
+    }
+
+    fn anatomy(&self, fastest: T) -> Option<Anatomy<T>> {
+        let damping = self.rheology.damping_bounds();
+        let elements = (self.rheology.stiffness_bounds(), damping);
+        let inside = self.curve.viscous_friction() > T::zero();
+        let name = if inside { "LuGre, viscous part inside g" } else { "classical LuGre" };
+        let speed_at_rest = self.regularisation.speed_at_rest();
+        let g = self.curve.bounds(unlimited());
+        // Necessary and sufficient for a constant σ1 and an exact modulus, where g is bounded.
+        let applies = damping.is_constant() && speed_at_rest == T::zero();
+        let needed = finite(damping.max * (g.max - g.min) / g.min).filter(|_| applies);
+        searchable(fastest).then(|| Anatomy {
+            viscous_friction: self.viscous,
+            needed_viscous_friction: needed,
+            speed_at_rest,
+            ..Anatomy::new(name, &self.curve, elements, fastest)
+        })
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {

@@ -1,6 +1,7 @@
 //! Friction models: how the deflection of a bristle evolves and what force it gives.
 
 mod affine;
+mod anatomy;
 mod dahl;
 mod elasto_plastic;
 mod frbd;
@@ -11,6 +12,7 @@ use core::fmt::Debug;
 
 pub use affine::{Affine, Hold};
 pub(crate) use affine::{Weights, relaxed};
+pub use anatomy::Anatomy;
 pub use dahl::{Dahl, DahlParameters};
 pub use elasto_plastic::{ElastoPlastic, ElastoPlasticParameters};
 pub use frbd::FrBd;
@@ -69,6 +71,13 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     /// The limits that the model's theorems give for velocities with |v| ≤ `fastest` (which may
     /// be infinite; without its sign, and nothing is promised for NaN).
     fn limits(&self, fastest: T) -> Limits<T>;
+
+    /// What the model is made of, for speeds up to `fastest` [m/s]; `None` for a model that does not
+    /// tell, or a speed that is negative or not finite. It is what an [audit](crate::audit) reads.
+    fn anatomy(&self, fastest: T) -> Option<Anatomy<T>> {
+        let _ = fastest;
+        None
+    }
 
     /// The deflection rate ż [m/s].
     #[inline]
@@ -210,6 +219,11 @@ impl<T> Limits<T> {
     pub(crate) fn none() -> Self {
         Self { deflection: None, coefficient: None, relaxation_rate: None }
     }
+}
+
+/// Whether a velocity range can be searched.
+fn searchable<T: Scalar>(fastest: T) -> bool {
+    fastest >= T::zero() && fastest.is_finite()
 }
 
 /// A limit, unless it is infinite or not a number.

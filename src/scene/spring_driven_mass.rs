@@ -7,8 +7,10 @@ use nalgebra::Vector3;
 
 use super::{DEFLECTION, Moving, POSITION, VELOCITY, typical_deflection, typical_force};
 use crate::bounds::larger;
+use crate::linear::{LinearisationError, MassOnSpring, MassOnSpringParameters, SteadySliding};
 use crate::ode::{System, Tangent};
 use crate::parameter::{self, ParameterError};
+use crate::stability::Mechanism;
 use crate::{Branch, Bristle, Contact, Scalar};
 
 /// Parameters of [`SpringDrivenMass`].
@@ -64,6 +66,24 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> SpringDrivenMass<T, M> {
     /// The force \[N\] of the spring on the mass.
     pub fn spring_force(&self, time: T, state: &Vector3<T>) -> T {
         self.spring_stiffness * (self.drive_velocity * time - state[POSITION])
+    }
+
+    /// Steady sliding at the drive velocity, and the small motions about it: stick-slip if they grow.
+    ///
+    /// In the state of the scene the mass is then at x = y − stretch.
+    ///
+    /// # Errors
+    ///
+    /// As for [`MassOnSpring::steady_sliding`].
+    pub fn steady_sliding(&self) -> Result<SteadySliding<T>, LinearisationError> {
+        let mechanism = Mechanism {
+            mass: T::one() / self.inverse_mass,
+            spring_stiffness: self.spring_stiffness,
+            viscous_damping: T::zero(),
+        };
+        let contact = self.contact.clone();
+        let rig = MassOnSpring::new(MassOnSpringParameters { contact, mechanism })?;
+        rig.steady_sliding(self.drive_velocity)
     }
 
     /// A typical magnitude of each state, for tolerances: the spring's stretch at breakaway, the

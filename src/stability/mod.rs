@@ -55,13 +55,13 @@
 //! 1996), section IV.2, for stability functions; the models of Romano et al. (arXiv 2602.09429),
 //! section III-A, linearised at rest.
 
-mod eigenvalues;
 mod region;
 
 use core::fmt;
 
 use nalgebra::{Complex, ComplexField, SMatrix};
 
+use crate::eigenvalues::eigenvalues;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{lit, nan, to_f64};
 use crate::{Branch, Bristle, Contact, Scalar};
@@ -230,7 +230,7 @@ pub fn largest_step_of<T: Scalar, const N: usize>(
             let matrix = jacobian.map(to_f64);
             let size = matrix.iter().fold(0.0, |most, entry| f64::max(most, entry.abs()));
             let matrix = if size > 0.0 { matrix.map(|entry| entry / size) } else { matrix };
-            let Some(rates) = eigenvalues::eigenvalues(&matrix) else {
+            let Some(rates) = eigenvalues(&matrix) else {
                 return Some(nan());
             };
             // What rounding makes of a mode that stands still, such as the difference of position and
@@ -247,15 +247,15 @@ pub fn largest_step_of<T: Scalar, const N: usize>(
 }
 
 /// m s² + (∂F/∂v + d) s + (∂F/∂z ∂ż/∂v + k) = 0, divided by the mass.
-struct Swing {
+pub(crate) struct Swing {
     /// a [1/s]
-    damping: f64,
+    pub(crate) damping: f64,
     /// b [1/s²]
-    stiffness: f64,
+    pub(crate) stiffness: f64,
 }
 
 impl Swing {
-    fn new<T: Scalar, M: Bristle<T, Deflection = T>>(
+    pub(crate) fn new<T: Scalar, M: Bristle<T, Deflection = T>>(
         contact: &Contact<T, M>,
         mechanism: Mechanism<T>,
         branch: Branch,

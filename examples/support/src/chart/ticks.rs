@@ -69,12 +69,13 @@ fn linear(scale: &Scale, most: usize, steps: &[f64]) -> Vec<Tick> {
 /// `value`, exact to the decimals that a step of the order 10^`decade` asks for; with a power of ten where the plain
 /// number would be long.
 fn linear_label(value: f64, decade: i32, largest: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned(); // perhaps the only mark, and then there is no largest
+    }
     let long = largest >= 99_999.5 || decade < -4;
     let exponent = largest.log10().floor() as i32;
     let digits = exponent - decade; // of the mantissa
-    if value == 0.0 {
-        "0".to_owned()
-    } else if long && digits <= 4 {
+    if long && digits <= 4 {
         format!("{}×10{}", signed(value / power(exponent), digits), superscript(exponent))
     } else {
         signed(value, -decade)
@@ -149,6 +150,12 @@ mod tests {
             .map(|t| t.label)
             .collect::<Vec<_>>()
             .join(" ")
+    }
+
+    #[test]
+    fn zero_may_be_the_only_mark() {
+        let only = linear(&Scale::linear(-348.0, 20.0), 2, &[1.0, 5.0]);
+        assert_eq!(only.iter().map(|tick| tick.label.as_str()).collect::<Vec<_>>(), ["0"]);
     }
 
     #[test]

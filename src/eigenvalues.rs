@@ -12,7 +12,7 @@ use nalgebra::{Complex, ComplexField, SMatrix};
 const MOST_STEPS: usize = 60;
 
 /// The eigenvalues in no order; `None` if the matrix is not finite or the QR steps do not settle.
-pub(super) fn eigenvalues<const N: usize>(
+pub(crate) fn eigenvalues<const N: usize>(
     matrix: &SMatrix<f64, N, N>,
 ) -> Option<[Complex<f64>; N]> {
     if !matrix.iter().all(|entry| entry.is_finite()) {

@@ -1,0 +1,442 @@
+//! What a set of parameters promises, and what it does not: an audit before a run.
+//!
+//! | line | what is checked | by |
+//! |---|---|---|
+//! | passivity | F v ≥ Ẇ, W = ½ p K z² | the model's theorem; for classical LuGre σ2 ≥ σ1 (μ_s − μ_d)/μ_d; else a search for (c₀ − K r)² > 4 K λ c₂ |
+//! | deflection, force, relaxation | bounds of \|z\|, \|F\|, λ | [`Bristle::limits`] |
+//! | inversion | σ0 z + σ1 ż = μ(v − ż) has one root ż: σ1 + dμ/d\|v\| ≥ 0 at every speed | a search for the least slope |
+//! | smoothness | dμ/d\|v\| = 0 at rest | [`FrictionCurve::slope_at_rest`](crate::FrictionCurve::slope_at_rest) |
+//! | creep | of a regularised contact under a force below breakaway: F_ss(v) = F | a search for the velocity |
+//! | leak | λ(0): what its bristles lose at rest | |
+//! | drift | Δx = (μ_s/σ0) ln[(F_b² − F₁²)/(F_b² − F₂²)] per slow load cycle F₁ ↔ F₂ | closed form |
+//! | stuck mass | ω² = (σ0 c p + k)/m, 2ζω = (σ1 c p + d)/m, c = 1 virgin, about 2 after a reversal | [`stability`] |
+//! | stick-slip | speeds at which steady sliding on the spring is stable | [`linear`](crate::linear) |
+//! | steps | largest stable step of each method | [`stability`] |
+//!
+//! For FrBD with a stiffness σ0(v) that varies the condition of the search is
+//! μ (σ0(v) − K)² ≤ 4 σ1(v) K σ0(v)|v|_ε with K = σ0(0): no damping, no passivity.
+//!
+//! The drift follows from ż = v − |v| z σ0/μ_s far below the Stribeck velocity: loading from F₁ to F₂ takes
+//! the path (μ_s/σ0) ln[(F_b − F₁)/(F_b − F₂)], unloading gives back (μ_s/σ0) ln[(F_b + F₂)/(F_b + F₁)]. With
+//! an exact modulus the creep is none, but the drift remains; Dahl, LuGre and FrBD have it, an
+//! elasto-plastic bristle within its stick limit has not.
+//!
+//! Sources: Romano et al. (arXiv 2602.09429), section III-B, for FrBD; N. Barabanov, R. Ortega,
+//! "Necessary and sufficient conditions for passivity of the LuGre friction model", IEEE Transactions on
+//! Automatic Control 45 (2000), 830–832; P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state
+//! elastoplastic friction models", IEEE Transactions on Automatic Control 47 (2002), 787–792, for drift.
+
+mod report;
+
+use crate::bounds::{larger, smaller};
+use crate::linear::{MassOnSpring, MassOnSpringParameters, Threshold};
+use crate::parameter::{self, ParameterError};
+use crate::root::enclose;
+use crate::scalar::{is_zero, lit};
+use crate::stability::{self, Mechanism, Scheme, StepLimits, Swing};
+use crate::{Anatomy, Branch, Bristle, Contact, Law, Limits, Scalar};
+
+/// What an audit looks at.
+///
+/// ```
+/// use bristle::audit::AuditParameters;
+///
+/// let slow = AuditParameters { sample_time: Some(1e-3), ..AuditParameters::up_to(0.1) };
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AuditParameters<T> {
+    /// Largest speed \|v\| [m/s] that occurs, positive and finite.
+    pub fastest: T,
+    /// What the contact holds or brakes.
+    pub mechanism: Option<Mechanism<T>>,
+    /// Length \[s\] of a fixed step, positive.
+    pub sample_time: Option<T>,
+    /// A load cycle below breakaway; from zero to half of breakaway if none is given.
+    pub load_cycle: Option<LoadCycle<T>>,
+}
+
+impl<T: Scalar> AuditParameters<T> {
+    /// An audit of the contact alone, for speeds up to `fastest` [m/s].
+    pub fn up_to(fastest: T) -> Self {
+        Self { fastest, mechanism: None, sample_time: None, load_cycle: None }
+    }
+}
+
+/// A force \[N\] that goes slowly up and down between two values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadCycle<T> {
+    /// The smaller force \[N\].
+    pub from: T,
+    /// The larger force \[N\].
+    pub to: T,
+}
+
+/// Whether a law holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// It holds, by a theorem.
+    Holds,
+    /// No case against it was found at the velocities looked at.
+    Unrefuted,
+    /// It does not: there is a case against it.
+    Fails,
+}
+
+/// Whether friction can give more energy than it was given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passivity<T> {
+    /// F v ≥ Ẇ at every velocity and admissible deflection.
+    pub verdict: Verdict,
+    /// For classical LuGre the viscous friction σ2 [s/m] it needs.
+    pub needed_viscous_friction: Option<T>,
+    /// The largest (c₀ − K r)²/(4 K λ c₂) \[–\] over the velocities looked at: up to one the model is passive
+    /// there whatever its deflection. Zero for every FrBD model of constant stiffness.
+    pub excess: T,
+    /// Where the most is given back, if the law fails.
+    pub witness: Option<Witness<T>>,
+}
+
+/// A state in which friction gives more power than its bristles lose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Witness<T> {
+    /// Velocity [m/s].
+    pub velocity: T,
+    /// Deflection \[m\], within its limit.
+    pub deflection: T,
+    /// F v − Ẇ \[W\], negative.
+    pub dissipated_power: T,
+}
+
+/// How a contact yields to a force below breakaway.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Yielding<T> {
+    /// The breakaway force p μ_s \[N\].
+    pub breakaway: T,
+    /// The load cycle.
+    pub cycle: LoadCycle<T>,
+    /// Displacement \[m\] left by each slow cycle, at an exact modulus; `None` where no closed form is
+    /// known.
+    pub drift: Option<T>,
+    /// Steady velocity [m/s] under the larger force: zero if the contact sticks; `None` if it slides.
+    pub creep: Option<T>,
+    /// Relaxation rate λ(0) [1/s] of bristles at rest.
+    pub leak: T,
+}
+
+/// The swinging of a stuck mass on its bristles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StuckMass<T> {
+    /// Angular frequency without damping [rad/s], its bristle undeflected.
+    pub frequency: T,
+    /// Damping ratio ζ \[–\] there.
+    #[doc(alias = "zeta")]
+    pub damping_ratio: T,
+    /// Angular frequency without damping [rad/s] just after a reversal of slow sliding.
+    pub reversed_frequency: T,
+    /// Damping ratio ζ \[–\] there.
+    pub reversed_damping_ratio: T,
+}
+
+/// What a set of parameters promises. Printed, a table; its fields for programs.
+///
+/// ```
+/// use bristle::audit::{AuditParameters, Verdict};
+/// use bristle::stability::Mechanism;
+/// use bristle::{Bristle, KelvinVoigt, LuGre, Stribeck, paper};
+///
+/// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+/// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+/// let contact = LuGre::classical(curve, bristle).under_load(1.0)?;
+/// let audit = contact.audit(AuditParameters {
+///     mechanism: Some(Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 }),
+///     sample_time: Some(1e-3),
+///     ..AuditParameters::up_to(1.0)
+/// })?;
+/// assert_eq!(audit.passivity.verdict, Verdict::Fails);
+/// assert_eq!(audit.passivity.needed_viscous_friction, Some(32.25));
+/// let table = audit.to_string();
+/// assert!(table.contains("FAILS: needs σ2 ≥ 32.25 s/m, has 0.04"));
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+///
+/// The table:
+///
+/// ```text
+/// audit of classical LuGre under 1 N, |v| ≤ 1 m/s
+/// passivity           FAILS: needs σ2 ≥ 32.25 s/m, has 0.04                              Barabanov, Ortega 2000
+///   worst case        F v − Ẇ = -29.96 W at v = 1 m/s, z = 1.5e-4 m                      by search
+/// deflection          |z| ≤ 1.5e-4 m                                                     Romano et al., Lemma III.1
+/// force               no bound                                                           z within its bound
+/// relaxation rate     λ ≤ 10000 1/s                                                      Romano et al., III-B
+/// inversion           one solution: σ1 = 64.5, least dμ/d|v| = -42.848 s/m               Romano et al., II-B; by search
+/// curve at rest       differentiable                                                     Romano et al., II-B
+/// modulus |v|         exact, with its kink                                               Romano et al., II-B
+/// breakaway           F_b = p μ_s = 1.5 N                                                Romano et al., II-B
+/// drift               4.3152e-5 m per slow cycle 0 ↔ 0.75 N                              Dupont et al. 2002
+/// creep               none under 0.75 N                                                  F_ss(v) = F
+/// stuck mass          ω = 100.01 rad/s, ζ = 0.32267; after a reversal ζ = 0.4562         module stability
+/// sliding on spring   steady above 0.029863 m/s, STICK-SLIP just below                   Routh–Hurwitz, module linear
+/// largest step [s]    bristle     stuck       reversed      at 0.001 s                   module stability
+///   Euler             2e-4        0.0064527   0.0064514     TOO LONG
+///   SemiImplicitEuler 2e-4        0.014561    0.0090921     TOO LONG
+///   RungeKutta4       2.7853e-4   0.028037    0.01871       TOO LONG
+///   DormandPrince     3.3066e-4   0.032538    0.023966      TOO LONG
+///   DormandPrince8    6.3937e-4   0.065643    0.048029      TOO LONG
+///   ExactHold         any         0.012905    0.012903      ok
+///   Passive           no promise: the contact is not passive at every deflection
+///   Rosenbrock        any         any         any           ok
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Audit<T> {
+    /// What was asked.
+    pub parameters: AuditParameters<T>,
+    /// Normal force p \[N\].
+    pub normal_force: T,
+    /// What the model is made of, if it tells.
+    pub anatomy: Option<Anatomy<T>>,
+    /// Passivity.
+    pub passivity: Passivity<T>,
+    /// Bounds of deflection \[m\], force \[N\] and relaxation rate [1/s].
+    pub limits: Limits<T>,
+    /// σ1 + the least dμ/d|v| [s/m]: negative where the bristle's own equation, before it is inverted
+    /// approximately, has several solutions. `None` for a model that does not tell what it is made of.
+    pub inversion_margin: Option<T>,
+    /// Forces below breakaway; `None` as above.
+    pub yielding: Option<Yielding<T>>,
+    /// The stuck mass, if there is a mechanism.
+    pub stuck: Option<StuckMass<T>>,
+    /// For which speeds, from a millionth of the fastest up to it, steady sliding on the spring is stable;
+    /// if there is a spring.
+    pub steady_sliding: Option<Threshold<T>>,
+    /// The largest stable steps; without a mechanism those of the bristle alone.
+    pub steps: [MethodLimit<T>; SCHEMES.len()],
+}
+
+/// The largest stable steps of one method, and whether the sample time is within.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MethodLimit<T> {
+    /// The method.
+    pub scheme: Scheme,
+    /// Its limits; `None` if the relaxation rate has no bound, or for a passive step of a contact that is
+    /// not passive at every deflection.
+    pub limits: Option<StepLimits<T>>,
+    /// Whether the sample time is within all of them; `None` without a sample time or limits.
+    pub within: Option<bool>,
+}
+
+/// Every method.
+const SCHEMES: [Scheme; 8] = [
+    Scheme::Euler,
+    Scheme::SemiImplicitEuler,
+    Scheme::RungeKutta4,
+    Scheme::DormandPrince,
+    Scheme::DormandPrince8,
+    Scheme::ExactHold,
+    Scheme::Passive,
+    Scheme::Rosenbrock,
+];
+
+impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
+    /// Audits the parameters: which laws hold, what is bounded, how long a step may be. Nothing is
+    /// simulated; it costs about as much as a few thousand evaluations of the model.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range: the fastest speed, the mechanism, the sample time,
+    /// or a load cycle that is not below breakaway.
+    pub fn audit(&self, parameters: AuditParameters<T>) -> Result<Audit<T>, ParameterError> {
+        let AuditParameters { fastest, mechanism, sample_time, load_cycle } = parameters;
+        parameter::positive("fastest", fastest)?;
+        if let Some(step) = sample_time {
+            parameter::positive("sample_time", step)?;
+        }
+        if let Some(Mechanism { mass, spring_stiffness, viscous_damping }) = mechanism {
+            parameter::positive("mass", mass)?;
+            parameter::non_negative("spring_stiffness", spring_stiffness)?;
+            parameter::non_negative("viscous_damping", viscous_damping)?;
+        }
+        let anatomy = self.model().anatomy(fastest);
+        let yielding = match &anatomy {
+            Some(anatomy) => Some(self.yielding(anatomy, load_cycle, fastest)?),
+            None => None,
+        };
+        let passivity = self.passivity(anatomy.as_ref(), fastest);
+        let steps = SCHEMES.map(|scheme| {
+            // A passive step needs a contact that is passive at every deflection.
+            let promised = scheme != Scheme::Passive || passivity.excess <= T::one();
+            let limits = self.step_limits(mechanism, fastest, scheme).filter(|_| promised);
+            let within = limits.zip(sample_time).map(|(limits, step)| limits.check(step).is_ok());
+            MethodLimit { scheme, limits, within }
+        });
+        Ok(Audit {
+            parameters,
+            normal_force: self.normal_force(),
+            passivity,
+            limits: self.limits(fastest),
+            inversion_margin: anatomy
+                .map(|a| a.micro_damping.min + a.viscous_friction + a.least_slope),
+            yielding,
+            stuck: mechanism.map(|mechanism| self.stuck_mass(mechanism, fastest)),
+            steady_sliding: mechanism.and_then(|mechanism| {
+                let contact = self.clone();
+                let rig = MassOnSpring::new(MassOnSpringParameters { contact, mechanism }).ok()?;
+                rig.critical_speed(fastest * lit(1e-6)..fastest).ok()
+            }),
+            anatomy,
+            steps,
+        })
+    }
+
+    /// The limits of a method; without a mechanism those of the bristle alone.
+    fn step_limits(
+        &self,
+        mechanism: Option<Mechanism<T>>,
+        fastest: T,
+        scheme: Scheme,
+    ) -> Option<StepLimits<T>> {
+        let some =
+            Mechanism { mass: T::one(), spring_stiffness: T::zero(), viscous_damping: T::zero() };
+        let all = stability::largest_step(self, mechanism.unwrap_or(some), fastest, scheme).ok()?;
+        Some(match mechanism {
+            Some(_) => all,
+            None => StepLimits { stuck_virgin: None, stuck_reversed: None, ..all },
+        })
+    }
+
+    /// The model's own theorem, or a search for a case against it.
+    fn passivity(&self, anatomy: Option<&Anatomy<T>>, fastest: T) -> Passivity<T> {
+        let (zero, two, four): (T, T, T) = (T::zero(), lit(2.0), lit(4.0));
+        let theorem = self.model().obeys(Law::Passivity);
+        let stiffness = self.model().storage_stiffness();
+        let limit = self.limits(fastest).deflection;
+        let (mut excess, mut worst) = (zero, None::<Witness<T>>);
+        let mut look = |velocity: T| {
+            let affine = self.model().affine(velocity.into(), zero);
+            // D/p = K λ z² + (c₀ − K r) v z + c₂ v²
+            let square = stiffness * affine.relaxation;
+            let cross = affine.stiffness - stiffness * affine.drive;
+            // For FrBD the difference of two equal numbers: less than a few roundings is none.
+            let rounding = lit::<T>(4.0) * T::default_epsilon() * affine.stiffness.abs();
+            let cross = if cross.abs() > rounding { cross } else { zero };
+            let ratio = if is_zero(cross) {
+                zero
+            } else {
+                cross * cross / (four * square * affine.damping)
+            };
+            excess = larger(excess, ratio);
+            let lowest = -cross * velocity / (two * square);
+            let deflection = match limit {
+                Some(limit) => larger(smaller(lowest, limit), -limit),
+                None => lowest,
+            };
+            let power = square * deflection * deflection
+                + cross * velocity * deflection
+                + affine.damping * velocity * velocity;
+            let power = self.normal_force() * power;
+            if power < zero && worst.is_none_or(|worst| power < worst.dissipated_power) {
+                worst = Some(Witness { velocity, deflection, dissipated_power: power });
+            }
+        };
+        // At no deflection: the models whose coefficients depend on it have a theorem.
+        for velocity in speeds(fastest) {
+            look(velocity);
+            look(-velocity);
+        }
+        // What is then left of a difference is rounding.
+        let worst = worst.filter(|_| !theorem);
+        let needed_viscous_friction = anatomy.and_then(|anatomy| anatomy.needed_viscous_friction);
+        let short = anatomy.is_some_and(|a| {
+            a.needed_viscous_friction.is_some_and(|needed| !(a.viscous_friction >= needed))
+        });
+        let verdict = match (theorem, worst.is_some() || short) {
+            (true, _) => Verdict::Holds,
+            (false, true) => Verdict::Fails,
+            (false, false) => Verdict::Unrefuted,
+        };
+        Passivity { verdict, needed_viscous_friction, excess, witness: worst }
+    }
+
+    fn yielding(
+        &self,
+        anatomy: &Anatomy<T>,
+        cycle: Option<LoadCycle<T>>,
+        fastest: T,
+    ) -> Result<Yielding<T>, ParameterError> {
+        let (zero, half): (T, T) = (T::zero(), lit(0.5));
+        let breakaway = self.normal_force() * anatomy.static_coefficient;
+        let cycle = cycle.unwrap_or(LoadCycle { from: zero, to: half * breakaway });
+        parameter::finite("load_cycle.from", cycle.from)?;
+        parameter::finite("load_cycle.to", cycle.to)?;
+        parameter::at_least("load_cycle.to", cycle.to, "load_cycle.from", cycle.from)?;
+        if !is_zero(breakaway) {
+            parameter::below("load_cycle.to", cycle.to, "breakaway force", breakaway)?;
+            parameter::below("-load_cycle.from", -cycle.from, "breakaway force", breakaway)?;
+        }
+        let stiffness = self.model().storage_stiffness();
+        let largest = larger(cycle.to, -cycle.from);
+        let elastic =
+            anatomy.stick_limit.map(|limit| largest <= self.normal_force() * stiffness * limit);
+        // (F_b² − F₁²)/(F_b² − F₂²), as one plus what the cycle makes of it.
+        let gain = (cycle.to - cycle.from) * (cycle.to + cycle.from)
+            / ((breakaway - cycle.to) * (breakaway + cycle.to));
+        let drift = match elastic {
+            Some(true) => Some(zero),
+            Some(false) => None,
+            None if anatomy.micro_stiffness.is_constant() && breakaway > zero => {
+                Some(anatomy.static_coefficient / stiffness * gain.ln_1p())
+            }
+            None => None,
+        };
+        let creep = match elastic {
+            Some(true) => Some(zero),
+            Some(false) => None,
+            None => self.creep(anatomy, cycle.to, fastest),
+        };
+        let leak = self.model().relaxation_rate(zero, zero);
+        Ok(Yielding { breakaway, cycle, drift, creep, leak })
+    }
+
+    /// The velocity at which steady friction first reaches a force.
+    fn creep(&self, anatomy: &Anatomy<T>, force: T, fastest: T) -> Option<T> {
+        let zero = T::zero();
+        if is_zero(anatomy.speed_at_rest) || is_zero(force) {
+            return Some(zero);
+        }
+        let signed = |speed: T| if force < zero { -speed } else { speed };
+        let excess = |speed: T| self.stationary_force(signed(speed)).abs() - force.abs();
+        let (mut below, mut above) = (zero, anatomy.speed_at_rest * lit(1e-6));
+        while above < fastest {
+            let at = excess(above);
+            if at >= zero {
+                let (speed, _) = enclose(excess, (below, excess(below)), (above, at), zero);
+                return Some(signed(speed));
+            }
+            below = above;
+            above *= lit(1.5);
+        }
+        None
+    }
+
+    fn stuck_mass(&self, mechanism: Mechanism<T>, fastest: T) -> StuckMass<T> {
+        let swing = |reversed: bool| {
+            let swing = Swing::new(self, mechanism, Branch::Forward, reversed, fastest);
+            let (damping, stiffness) = (lit::<T>(swing.damping), lit::<T>(swing.stiffness));
+            let frequency = stiffness.sqrt();
+            (frequency, damping / (lit::<T>(2.0) * frequency))
+        };
+        let (virgin, reversed) = (swing(false), swing(true));
+        StuckMass {
+            frequency: virgin.0,
+            damping_ratio: virgin.1,
+            reversed_frequency: reversed.0,
+            reversed_damping_ratio: reversed.1,
+        }
+    }
+}
+
+/// Speeds from the fastest down over twelve decades, 32 each.
+fn speeds<T: Scalar>(fastest: T) -> impl Iterator<Item = T> {
+    // 10^(−1/32)
+    let next: T = lit(0.930_572_040_929_699_2);
+    core::iter::successors(Some(fastest), move |&speed| Some(speed * next)).take(12 * 32)
+}

@@ -1,0 +1,316 @@
+//! Where the energy of friction goes: supplied, stored, dissipated.
+//!
+//! ∫F v dt = ΔW + ∫D dt,  W = ½ p K z²,  D = F v − Ẇ
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | ∫F v dt | work of the mechanism on the contact: supplied | J |
+//! | ΔW | change of the energy of the bristles: stored | J |
+//! | ∫D dt | dissipated | J |
+//!
+//! The three are added up apart: the work from force and velocity, the stored energy from the deflection at
+//! the ends, the dissipated one from D of the model. What is left of their balance
+//! ([`EnergyBalance::residual`]) is the error of the run: rounding for steps that are exact or passive
+//! ([`Contact::hold`], [`Companion`](crate::Companion)), about the tolerance for an integrator.
+//!
+//! A passive contact never gives more than it had stored: supplied − stored never falls. By how much it
+//! has fallen from its highest value is [`EnergyLedger::gain`]. Round a closed cycle nothing is stored
+//! ([`EnergyLedger::close_cycle`]); a contact that supplies work there is an engine, which classical LuGre
+//! can be.
+//!
+//! Sources: Romano et al. (arXiv 2602.09429), section III-B, for the balance; Gauss–Legendre quadrature as
+//! in M. Abramowitz, I. A. Stegun, "Handbook of Mathematical Functions" (1964), table 25.4.
+
+use core::ops::ControlFlow;
+
+use nalgebra::SVector;
+
+use crate::bounds::larger;
+use crate::ode::{Observer, Step};
+use crate::scalar::lit;
+use crate::{Bristle, Committed, Contact, Hold, Scalar};
+
+/// Energy over a stretch of time \[J\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EnergyBalance<T> {
+    /// Work of the mechanism on the contact, ∫F v dt.
+    pub supplied: T,
+    /// Change of the energy stored in the bristles, ΔW.
+    pub stored: T,
+    /// Dissipated energy, ∫(F v − Ẇ) dt.
+    pub dissipated: T,
+}
+
+impl<T: Scalar> EnergyBalance<T> {
+    /// supplied − stored − dissipated \[J\]: the error of the run.
+    pub fn residual(&self) -> T {
+        self.supplied - self.stored - self.dissipated
+    }
+}
+
+impl<T: Scalar> From<Committed<T>> for EnergyBalance<T> {
+    fn from(step: Committed<T>) -> Self {
+        Self { supplied: step.work, stored: step.stored, dissipated: step.dissipated }
+    }
+}
+
+/// A sum with the rounding of its additions kept (Neumaier).
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Sum<T> {
+    value: T,
+    rest: T,
+}
+
+impl<T: Scalar> Sum<T> {
+    fn zero() -> Self {
+        Self { value: T::zero(), rest: T::zero() }
+    }
+
+    fn add(&mut self, term: T) {
+        let sum = self.value + term;
+        self.rest += if self.value.abs() >= term.abs() {
+            (self.value - sum) + term
+        } else {
+            (term - sum) + self.value
+        };
+        self.value = sum;
+    }
+
+    fn total(&self) -> T {
+        self.value + self.rest
+    }
+}
+
+/// The three sums of a balance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Account<T> {
+    supplied: Sum<T>,
+    stored: Sum<T>,
+    dissipated: Sum<T>,
+}
+
+impl<T: Scalar> Account<T> {
+    fn empty() -> Self {
+        Self { supplied: Sum::zero(), stored: Sum::zero(), dissipated: Sum::zero() }
+    }
+
+    fn add(&mut self, balance: EnergyBalance<T>) {
+        self.supplied.add(balance.supplied);
+        self.stored.add(balance.stored);
+        self.dissipated.add(balance.dissipated);
+    }
+
+    fn balance(&self) -> EnergyBalance<T> {
+        EnergyBalance {
+            supplied: self.supplied.total(),
+            stored: self.stored.total(),
+            dissipated: self.dissipated.total(),
+        }
+    }
+}
+
+/// The energy of one contact over a run, whatever makes its steps.
+///
+/// One millimetre per second over 1.5 mm and then 10 m/s over 0.1 mm, again and again: classical LuGre
+/// with the parameters of Table 2 gives work in each cycle.
+///
+/// ```
+/// use bristle::ledger::EnergyLedger;
+/// use bristle::{Bristle, KelvinVoigt, LuGre, Stribeck, paper};
+///
+/// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+/// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+/// let contact = LuGre::classical(curve, bristle).under_load(1.0)?;
+/// let (mut z, mut ledger) = (0.0, EnergyLedger::new());
+/// for _ in 0..100 {
+///     ledger.close_cycle();
+///     z = ledger.hold(&contact, 1e-3, z, 1.5).deflection;
+///     z = ledger.hold(&contact, 10.0, z, 1e-5).deflection;
+/// }
+/// let cycle = ledger.cycle();
+/// assert!((cycle.supplied + 0.0178134).abs() < 1e-7); // J: the contact pushes
+/// assert!(cycle.stored.abs() < 1e-12);
+/// assert!(!ledger.is_passive(1e-9));
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EnergyLedger<T> {
+    total: Account<T>,
+    cycle: Account<T>,
+    /// The highest value of supplied − stored so far.
+    highest: T,
+    gain: T,
+}
+
+impl<T: Scalar> Default for EnergyLedger<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Scalar> EnergyLedger<T> {
+    /// An empty ledger.
+    pub fn new() -> Self {
+        Self {
+            total: Account::empty(),
+            cycle: Account::empty(),
+            highest: T::zero(),
+            gain: T::zero(),
+        }
+    }
+
+    /// Enters the energies of one step: a [`Committed`] one, or any other.
+    pub fn enter(&mut self, step: impl Into<EnergyBalance<T>>) {
+        let step = step.into();
+        self.total.add(step);
+        self.cycle.add(step);
+        let total = self.total.balance();
+        let net = total.supplied - total.stored;
+        // NaN stays in the gain.
+        let fall = self.highest - net;
+        self.gain = if fall <= self.gain { self.gain } else { fall };
+        self.highest = larger(self.highest, net);
+    }
+
+    /// Takes an exact step of a contact at a held velocity ([`Contact::hold`]) and enters it.
+    pub fn hold<M: Bristle<T, Deflection = T>>(
+        &mut self,
+        contact: &Contact<T, M>,
+        velocity: T,
+        deflection: T,
+        duration: T,
+    ) -> Hold<T> {
+        let hold = contact.hold(velocity, deflection, duration);
+        let affine = contact.model().affine(velocity.into(), deflection);
+        let (weights, drive) = (affine.weights(duration), affine.drive * velocity);
+        let mean = weights.mean(deflection, drive);
+        let change = weights.end(deflection, drive) - deflection;
+        let stiffness = contact.model().storage_stiffness();
+        // K λ∫z² dt + (c₀ − K r) h z̄ v + c₂ h v²
+        let dissipated = stiffness * weights.relaxed_square(mean, change)
+            + (affine.stiffness - stiffness * affine.drive) * (duration * velocity) * mean
+            + affine.damping * (duration * velocity) * velocity;
+        let half = lit::<T>(0.5) * contact.normal_force() * stiffness;
+        self.enter(EnergyBalance {
+            supplied: duration * hold.mean * velocity,
+            stored: half * change * (hold.deflection + deflection),
+            dissipated: contact.normal_force() * dissipated,
+        });
+        hold
+    }
+
+    /// Enters a step of an integration. `motion` tells the sliding velocity [m/s] and the deflection \[m\]
+    /// of the contact at a time and state. By five points on the curve through the step.
+    pub fn integrate<M: Bristle<T, Deflection = T>, const N: usize>(
+        &mut self,
+        contact: &Contact<T, M>,
+        step: &Step<T, N>,
+        motion: impl Fn(T, &SVector<T, N>) -> (T, T),
+    ) {
+        let duration = step.end_time() - step.start_time();
+        let (mut supplied, mut dissipated) = (T::zero(), T::zero());
+        for (node, weight) in NODES {
+            let fraction = lit::<T>(node);
+            let time = step.start_time() + duration * fraction;
+            let (velocity, deflection) = motion(time, &step.at_fraction(fraction));
+            let weight = duration * lit(weight);
+            supplied += weight * contact.force(velocity, deflection) * velocity;
+            dissipated += weight * contact.dissipated_power(velocity, deflection);
+        }
+        let (_, before) = motion(step.start_time(), step.start());
+        let (_, after) = motion(step.end_time(), step.end());
+        let half = lit::<T>(0.5) * contact.normal_force() * contact.model().storage_stiffness();
+        let stored = half * (after - before) * (after + before);
+        self.enter(EnergyBalance { supplied, stored, dissipated });
+    }
+
+    /// An observer that enters every step of an [`ode`](crate::ode) run, see
+    /// [`Solver::stream`](crate::ode::Solver::stream).
+    ///
+    /// ```
+    /// use bristle::ledger::EnergyLedger;
+    /// use bristle::ode::{DormandPrince, Solver, Tolerances};
+    /// use bristle::scene::SpringDrivenMass;
+    /// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+    /// use nalgebra::Vector3;
+    ///
+    /// let friction = FrBd::new(
+    ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
+    ///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
+    /// );
+    /// let contact = friction.under_load(1.0)?;
+    /// let rig = SpringDrivenMass::new(paper::stick_slip_rig(contact))?;
+    /// let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-8, rig.scales())?);
+    /// let mut ledger = EnergyLedger::new();
+    /// let mut meter = ledger.observe(&contact, |_, state: &Vector3<f64>| (state[1], state[2]));
+    /// solver.stream(&rig, 0.0..60.0, rig.at_rest(), &[], &mut meter)?;
+    /// let energy = ledger.total();
+    /// assert!(energy.supplied > 5.0 && energy.residual().abs() < 1e-6);
+    /// assert!(ledger.is_passive(1e-6));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn observe<'a, M, F>(
+        &'a mut self,
+        contact: &'a Contact<T, M>,
+        motion: F,
+    ) -> LedgerObserver<'a, T, M, F> {
+        LedgerObserver { ledger: self, contact, motion }
+    }
+
+    /// The energies since the beginning.
+    pub fn total(&self) -> EnergyBalance<T> {
+        self.total.balance()
+    }
+
+    /// The energies since the last cycle was closed.
+    pub fn cycle(&self) -> EnergyBalance<T> {
+        self.cycle.balance()
+    }
+
+    /// Ends a cycle and begins the next one. Answers with the energies of the one that ends.
+    pub fn close_cycle(&mut self) -> EnergyBalance<T> {
+        let balance = self.cycle.balance();
+        self.cycle = Account::empty();
+        balance
+    }
+
+    /// By how much supplied − stored \[J\] has fallen below its highest value so far: the energy the contact
+    /// has given beyond what it had. Zero for a passive one, up to the error of the run.
+    pub fn gain(&self) -> T {
+        self.gain
+    }
+
+    /// Whether the contact was passive as far as this run can tell: its gain is within a tolerance \[J\].
+    pub fn is_passive(&self, tolerance: T) -> bool {
+        self.gain <= tolerance
+    }
+}
+
+/// Enters every step of a run into a ledger. Made by [`EnergyLedger::observe`].
+#[derive(Debug)]
+pub struct LedgerObserver<'a, T, M, F> {
+    ledger: &'a mut EnergyLedger<T>,
+    contact: &'a Contact<T, M>,
+    motion: F,
+}
+
+impl<T, M, F, const N: usize> Observer<T, N> for LedgerObserver<'_, T, M, F>
+where
+    T: Scalar,
+    M: Bristle<T, Deflection = T>,
+    F: Fn(T, &SVector<T, N>) -> (T, T),
+{
+    fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()> {
+        self.ledger.integrate(self.contact, step, &self.motion);
+        ControlFlow::Continue(())
+    }
+}
+
+/// Nodes and weights of the Gauss–Legendre rule of five points on [0, 1].
+const NODES: [(f64, f64); 5] = [
+    (0.046_910_077_030_668, 0.118_463_442_528_094_54),
+    (0.230_765_344_947_158_45, 0.239_314_335_249_683_24),
+    (0.5, 0.284_444_444_444_444_44),
+    (0.769_234_655_052_841_55, 0.239_314_335_249_683_24),
+    (0.953_089_922_969_332, 0.118_463_442_528_094_54),
+];

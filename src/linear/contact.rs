@@ -1,0 +1,170 @@
+//! A contact as a linear system from its velocity to its force.
+
+use nalgebra::{RowSVector, SMatrix, SVector};
+
+use super::{LinearisationError, StateSpace};
+use crate::bounds::larger;
+use crate::scalar::{is_zero, lit, to_f64};
+use crate::{Branch, Bristle, Contact, Deflection, LinearisedContact, Scalar, Sliding};
+
+/// The state of a bristle as N coordinates: one for a single deflection, a vector as it is.
+pub trait Coordinates<T: Scalar, const N: usize>: Deflection<T> {
+    /// The coordinates of a state.
+    fn to_vector(self) -> SVector<T, N>;
+
+    /// The state with these coordinates.
+    fn from_vector(vector: SVector<T, N>) -> Self;
+}
+
+impl<T: Scalar> Coordinates<T, 1> for T {
+    fn to_vector(self) -> SVector<T, 1> {
+        SVector::<T, 1>::new(self)
+    }
+
+    fn from_vector(vector: SVector<T, 1>) -> T {
+        vector.x
+    }
+}
+
+impl<T: Scalar, const N: usize> Coordinates<T, N> for SVector<T, N> {
+    fn to_vector(self) -> SVector<T, N> {
+        self
+    }
+
+    fn from_vector(vector: SVector<T, N>) -> Self {
+        vector
+    }
+}
+
+impl<T: Scalar, D: Deflection<T>> LinearisedContact<T, D> {
+    /// The matrices, from the velocity [m/s] to the force \[N\].
+    fn matrices<const N: usize>(&self) -> StateSpace<T, N>
+    where
+        D: Coordinates<T, N>,
+    {
+        let mut dynamics = SMatrix::<T, N, N>::zeros();
+        for j in 0..N {
+            let unit = SVector::from_fn(|i, _| if i == j { T::one() } else { T::zero() });
+            let column = D::relax(self.rate_by_deflection, D::from_vector(unit)).to_vector();
+            dynamics.set_column(j, &column);
+        }
+        let output = self.force_by_deflection.to_vector();
+        StateSpace {
+            dynamics,
+            input: self.rate_by_velocity.to_vector(),
+            output: RowSVector::from_fn(|_, j| output[j]),
+            feedthrough: self.force_by_velocity,
+        }
+    }
+}
+
+impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
+    /// Small motions about any velocity and deflection: from the velocity [m/s] to the force \[N\].
+    ///
+    /// Away from an equilibrium these are the derivatives of the moment: they hold as long as the state
+    /// has not moved on.
+    ///
+    /// # Errors
+    ///
+    /// Refuses rest where friction has a kink (a side can be chosen:
+    /// [`Branch::of`](crate::Branch::of)), and derivatives that are not finite.
+    pub fn state_space<const N: usize>(
+        &self,
+        sliding: impl Into<Sliding<T>>,
+        deflection: M::Deflection,
+    ) -> Result<StateSpace<T, N>, LinearisationError>
+    where
+        M::Deflection: Coordinates<T, N>,
+    {
+        let sliding = sliding.into();
+        if undecided(sliding) {
+            let side = |branch: Branch| {
+                self.linearised(branch.of(T::zero()), deflection).matrices().finite()
+            };
+            let (one, other) = (side(Branch::Forward)?, side(Branch::Backward)?);
+            if !same(&one, &other) {
+                return Err(LinearisationError::Kink);
+            }
+        }
+        self.linearised(sliding, deflection).matrices().finite()
+    }
+
+    /// Small motions about steady sliding at a velocity: from the velocity [m/s] to the force \[N\].
+    ///
+    /// ```
+    /// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+    ///
+    /// let friction = FrBd::new(
+    ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
+    ///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
+    /// );
+    /// let small = friction.under_load(1.0)?.steady_state_space(5.5e-3)?;
+    /// // In the Stribeck range friction falls, by 40 N per m/s …
+    /// assert!((small.static_gain()? + 40.603).abs() < 1e-3);
+    /// // … as long as the velocity changes less quickly than the bristles adapt, at 32 1/s.
+    /// assert!((small.corner_frequency()? - 31.9).abs() < 0.1);
+    /// // Much faster, it falls by a fifth of that.
+    /// assert!((small.frequency_response(1e6)?.re + 8.353).abs() < 1e-3);
+    /// # Ok::<(), bristle::linear::LinearisationError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Refuses rest where friction has a kink (a side can be chosen:
+    /// [`Branch::of`](crate::Branch::of)), a model without an equilibrium there, and derivatives that
+    /// are not finite.
+    pub fn steady_state_space<const N: usize>(
+        &self,
+        sliding: impl Into<Sliding<T>>,
+    ) -> Result<StateSpace<T, N>, LinearisationError>
+    where
+        M::Deflection: Coordinates<T, N>,
+    {
+        let sliding = sliding.into();
+        let deflection = self.equilibrium(sliding)?;
+        self.state_space(sliding, deflection)
+    }
+
+    /// The deflection of steady sliding, if it is one equilibrium.
+    fn equilibrium<const N: usize>(
+        &self,
+        sliding: Sliding<T>,
+    ) -> Result<M::Deflection, LinearisationError>
+    where
+        M::Deflection: Coordinates<T, N>,
+    {
+        if undecided(sliding) {
+            let side = |branch: Branch| self.stationary(branch.of(T::zero())).to_vector();
+            if side(Branch::Forward) != side(Branch::Backward) {
+                return Err(LinearisationError::Kink);
+            }
+        }
+        let deflection = self.stationary(sliding);
+        let velocity = sliding.velocity();
+        let rate = self.rate(sliding, deflection).to_vector();
+        // The rate is a difference of terms of the size of the velocity.
+        for &rate in rate.iter() {
+            if !(rate.abs() <= lit::<T>(1e4) * T::default_epsilon() * velocity.abs()) {
+                let (velocity, rate) = (to_f64(velocity), to_f64(rate));
+                return Err(LinearisationError::NoEquilibrium { velocity, rate });
+            }
+        }
+        Ok(deflection)
+    }
+}
+
+/// Rest, with no side chosen.
+fn undecided<T: Scalar>(sliding: Sliding<T>) -> bool {
+    is_zero(sliding.velocity()) && is_zero(sliding.direction())
+}
+
+/// Equal up to rounding.
+fn same<T: Scalar, const N: usize>(one: &StateSpace<T, N>, other: &StateSpace<T, N>) -> bool {
+    let near = |a: T, b: T| {
+        (a - b).abs() <= lit::<T>(1e3) * T::default_epsilon() * larger(a.abs(), b.abs())
+    };
+    let entries = one.dynamics.iter().zip(other.dynamics.iter());
+    let entries = entries.chain(one.input.iter().zip(other.input.iter()));
+    let mut entries = entries.chain(one.output.iter().zip(other.output.iter()));
+    entries.all(|(&a, &b)| near(a, b)) && near(one.feedthrough, other.feedthrough)
+}

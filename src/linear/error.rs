@@ -1,0 +1,56 @@
+//! Why there is no linearisation, or none of the kind that was asked for.
+
+use crate::parameter::ParameterError;
+
+/// Why there is no linearisation, or none of the kind that was asked for.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LinearisationError {
+    /// A parameter is out of its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// At rest with an exact modulus of the velocity the two directions of sliding differ, so that there
+    /// is neither a derivative nor one stationary deflection.
+    #[error(
+        "friction has a kink at v = 0; choose a side with Branch::Forward or Branch::Backward, or regularise"
+    )]
+    Kink,
+    /// The deflection that the model gives for steady sliding does not stay: an elasto-plastic model
+    /// that is regularised, say.
+    #[error("no equilibrium at v = {velocity} m/s: the deflection there changes at {rate} m/s")]
+    NoEquilibrium {
+        /// Velocity [m/s].
+        velocity: f64,
+        /// What is left of ż [m/s].
+        rate: f64,
+    },
+    /// No steady velocity in the range balances the force.
+    #[error(
+        "no speed up to {fastest} m/s balances {force} N: steady sliding takes {least} to {most} N"
+    )]
+    NoForceBalance {
+        /// Applied force \[N\].
+        force: f64,
+        /// Largest speed looked at [m/s].
+        fastest: f64,
+        /// Least force of steady sliding in the range \[N\].
+        least: f64,
+        /// Largest force of steady sliding in the range \[N\].
+        most: f64,
+    },
+    /// The system does not give its derivatives.
+    #[error("the system gives no derivatives: write `System::tangent`")]
+    NoTangent,
+    /// The static gain is infinite: a pole lies at zero.
+    #[error("the linearisation is singular: it has a pole at zero and no static gain")]
+    Singular,
+    /// Small motions grow.
+    #[error("the linearisation is unstable: a small motion grows as exp({abscissa} t)")]
+    Unstable {
+        /// Largest real part of the poles [1/s].
+        abscissa: f64,
+    },
+    /// A derivative is infinite or not a number, or the eigenvalues of the matrix cannot be found.
+    #[error("the linearisation is not finite")]
+    NotFinite,
+}

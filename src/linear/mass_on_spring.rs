@@ -1,0 +1,330 @@
+//! A mass that slides on its contact, pulled by a spring whose end moves steadily.
+//!
+//! ė = v_d − v,  m v̇ = k e − d v − F(v, z),  ż = h(z, v)
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | e | stretch of the spring | m |
+//! | v_d | velocity of its far end | m/s |
+//! | m, k, d | mass, stiffness, damping beside the friction | kg, N/m, N s/m |
+//!
+//! Steady sliding: v = v_d, z = z_ss(v), e = (F_ss(v) + d v)/k. Its small motions, and when they grow
+//! into stick-slip, are those of the [module](super)'s cubic.
+
+use nalgebra::{RowVector3, Vector3};
+
+use super::{LinearisationError, StateSpace};
+use crate::bounds::{larger, smaller};
+use crate::parameter::{self, ParameterError};
+use crate::root::enclose;
+use crate::scalar::{is_zero, lit, to_f64};
+use crate::stability::Mechanism;
+use crate::{Bristle, Contact, Scalar, Sliding};
+
+/// Parameters of [`MassOnSpring`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MassOnSpringParameters<T, M> {
+    /// Friction under its normal force.
+    pub contact: Contact<T, M>,
+    /// Mass, stiffness of the spring that pulls it (positive) and damping beside the friction.
+    pub mechanism: Mechanism<T>,
+}
+
+/// A mass that slides on its contact, pulled by a spring whose end moves steadily.
+///
+/// ```
+/// use bristle::linear::{MassOnSpring, MassOnSpringParameters, Threshold};
+/// use bristle::stability::Mechanism;
+/// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+///
+/// let friction = FrBd::new(
+///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
+///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
+/// );
+/// let rig = MassOnSpring::new(MassOnSpringParameters {
+///     contact: friction.under_load(1.0)?,
+///     mechanism: Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 },
+/// })?;
+/// // The curve of Table 2 falls up to 30 mm/s: so far the rig stick-slips.
+/// let Threshold::StableAbove(speed) = rig.critical_speed(1e-3..1.0)? else { unreachable!() };
+/// assert!((speed - 0.029863).abs() < 1e-6);
+/// // No spring is stiff enough to prevent it at 5 mm/s …
+/// assert_eq!(rig.critical_stiffness(5e-3)?, Threshold::NeverStable);
+/// // … and at 0.1 m/s the mass slides steadily, on any spring.
+/// assert_eq!(rig.critical_stiffness(0.1)?, Threshold::AlwaysStable);
+/// let sliding = rig.steady_sliding(0.1)?;
+/// assert!(sliding.state_space.abscissa()? < 0.0);
+/// assert!((sliding.stretch - 0.502).abs() < 1e-12); // 1.004 N on 2 N/m
+/// # Ok::<(), bristle::linear::LinearisationError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MassOnSpring<T, M> {
+    contact: Contact<T, M>,
+    mechanism: Mechanism<T>,
+}
+
+/// Steady sliding of a [`MassOnSpring`], and the small motions about it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SteadySliding<T: Scalar> {
+    /// Velocity of the mass and of the spring's far end [m/s].
+    pub velocity: T,
+    /// Stretch of the spring \[m\].
+    pub stretch: T,
+    /// Deflection of the bristle \[m\].
+    pub deflection: T,
+    /// Friction force \[N\].
+    pub friction_force: T,
+    /// Small motions. States: stretch \[m\], velocity [m/s], deflection \[m\]; input: velocity of the
+    /// spring's far end [m/s]; output: friction force \[N\].
+    pub state_space: StateSpace<T, 3>,
+}
+
+/// For which values of a quantity steady sliding is stable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Threshold<T> {
+    /// For every one.
+    AlwaysStable,
+    /// For none.
+    NeverStable,
+    /// Above this one.
+    StableAbove(T),
+    /// Below this one.
+    StableBelow(T),
+}
+
+/// What the Routh–Hurwitz conditions are made of.
+struct Conditions<T> {
+    /// λ [1/s]
+    relaxation: T,
+    /// mλ + D [kg/s]
+    shifted: T,
+    /// D = d + ∂F/∂v [N s/m]
+    quick: T,
+    /// S = d + dF_ss/dv [N s/m]
+    slope: T,
+}
+
+impl<T: Scalar> Conditions<T> {
+    /// (mλ + D) λ S: the part of the last condition without the spring.
+    fn without_spring(&self) -> T {
+        self.shifted * self.relaxation * self.slope
+    }
+
+    fn hold(&self, stiffness: T) -> bool {
+        let zero = T::zero();
+        self.relaxation > zero
+            && self.shifted > zero
+            && self.without_spring() + self.quick * stiffness > zero
+    }
+}
+
+impl<T: Scalar, M: Bristle<T, Deflection = T>> MassOnSpring<T, M> {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range.
+    pub fn new(parameters: MassOnSpringParameters<T, M>) -> Result<Self, ParameterError> {
+        let MassOnSpringParameters { contact, mechanism } = parameters;
+        parameter::positive("mass", mechanism.mass)?;
+        parameter::positive("spring_stiffness", mechanism.spring_stiffness)?;
+        parameter::non_negative("viscous_damping", mechanism.viscous_damping)?;
+        Ok(Self { contact, mechanism })
+    }
+
+    /// Steady sliding at a velocity, and the small motions about it.
+    ///
+    /// # Errors
+    ///
+    /// Refuses rest where friction has a kink, a model without an equilibrium there, and derivatives
+    /// that are not finite.
+    pub fn steady_sliding(
+        &self,
+        sliding: impl Into<Sliding<T>>,
+    ) -> Result<SteadySliding<T>, LinearisationError> {
+        let sliding = sliding.into();
+        let Mechanism { mass, spring_stiffness, viscous_damping } = self.mechanism;
+        let friction = self.contact.steady_state_space::<1>(sliding)?;
+        let velocity = sliding.velocity();
+        let friction_force = self.contact.stationary_force(sliding);
+        let (zero, one) = (T::zero(), T::one());
+        let (by_velocity, by_deflection) = (friction.feedthrough, friction.output.x);
+        let dynamics = nalgebra::Matrix3::new(
+            zero,
+            -one,
+            zero,
+            spring_stiffness / mass,
+            -(by_velocity + viscous_damping) / mass,
+            -by_deflection / mass,
+            zero,
+            friction.input.x,
+            friction.dynamics.x,
+        );
+        let state_space = StateSpace {
+            dynamics,
+            input: Vector3::new(one, zero, zero),
+            output: RowVector3::new(zero, by_velocity, by_deflection),
+            feedthrough: zero,
+        };
+        Ok(SteadySliding {
+            velocity,
+            stretch: (friction_force + viscous_damping * velocity) / spring_stiffness,
+            deflection: self.contact.stationary(sliding),
+            friction_force,
+            state_space: state_space.finite()?,
+        })
+    }
+
+    /// For which stiffness of the spring steady sliding at a velocity is stable, with the mass and the
+    /// damping as they are.
+    ///
+    /// # Errors
+    ///
+    /// As for [`MassOnSpring::steady_sliding`].
+    pub fn critical_stiffness(
+        &self,
+        sliding: impl Into<Sliding<T>>,
+    ) -> Result<Threshold<T>, LinearisationError> {
+        let conditions = self.conditions(sliding.into())?;
+        let zero = T::zero();
+        if !(conditions.relaxation > zero && conditions.shifted > zero) {
+            return Ok(Threshold::NeverStable);
+        }
+        let (without, quick) = (conditions.without_spring(), conditions.quick);
+        Ok(match (without > zero, without < zero, quick > zero, quick < zero) {
+            (true, _, _, false) | (false, false, true, _) => Threshold::AlwaysStable,
+            (true, _, _, true) => Threshold::StableBelow(without / -quick),
+            (_, true, true, _) => Threshold::StableAbove(-without / quick),
+            _ => Threshold::NeverStable,
+        })
+    }
+
+    /// For which speeds in a range [m/s] steady sliding is stable: of several changes the one at the
+    /// highest speed.
+    ///
+    /// The speeds are looked at from above, 64 a decade, and a change is narrowed down to rounding: two
+    /// changes within less than 4 % of the speed can be missed.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a range that does not start above zero or ends before it starts, and what
+    /// [`MassOnSpring::steady_sliding`] refuses.
+    pub fn critical_speed(
+        &self,
+        speeds: core::ops::Range<T>,
+    ) -> Result<Threshold<T>, LinearisationError> {
+        let start = parameter::positive("speeds.start", speeds.start)?;
+        let end = parameter::positive("speeds.end", speeds.end)?;
+        parameter::at_least("speeds.end", end, "speeds.start", start)?;
+        let stiffness = self.mechanism.spring_stiffness;
+        let stable = |speed: T| -> Result<bool, LinearisationError> {
+            Ok(self.conditions(Sliding::from(speed))?.hold(stiffness))
+        };
+        let at_top = stable(end)?;
+        let ratio: T = lit(DOWN);
+        let mut above = end;
+        while above > start {
+            let mut below = larger(above * ratio, start);
+            if stable(below)? == at_top {
+                above = below;
+                continue;
+            }
+            for _ in 0..200 {
+                let middle = (above + below) * lit(0.5);
+                if !(middle > below && middle < above) {
+                    break;
+                }
+                if stable(middle)? == at_top {
+                    above = middle;
+                } else {
+                    below = middle;
+                }
+            }
+            let speed = above;
+            return Ok(if at_top {
+                Threshold::StableAbove(speed)
+            } else {
+                Threshold::StableBelow(speed)
+            });
+        }
+        Ok(if at_top { Threshold::AlwaysStable } else { Threshold::NeverStable })
+    }
+
+    fn conditions(&self, sliding: Sliding<T>) -> Result<Conditions<T>, LinearisationError> {
+        let Mechanism { mass, viscous_damping, .. } = self.mechanism;
+        let friction = self.contact.steady_state_space::<1>(sliding)?;
+        let relaxation = -friction.dynamics.x;
+        let quick = viscous_damping + friction.feedthrough;
+        // λ S = λ D + C B.
+        let slope = quick + friction.output.x * friction.input.x / relaxation;
+        Ok(Conditions { relaxation, shifted: mass * relaxation + quick, quick, slope })
+    }
+}
+
+/// The factor between neighbouring speeds that are looked at: 64 a decade.
+const DOWN: f64 = 0.964_661_619_911_199;
+
+impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
+    /// The velocity [m/s] at which steady sliding balances an applied force \[N\], F_ss(v) + d v = f, with a
+    /// damping d [N s/m] beside the friction. Of several the fastest up to `fastest` [m/s] at which the
+    /// friction rises with the speed: at the others a mass under a given force does not stay.
+    ///
+    /// The speeds are looked at from above, 64 a decade over fifteen decades.
+    ///
+    /// ```
+    /// use bristle::{Bristle, Coulomb, CoulombParameters, FrBd, KelvinVoigt, paper};
+    ///
+    /// let curve = Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 2.0 })?;
+    /// let friction = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?).under_load(1.0)?;
+    /// let velocity = friction.steady_velocity(-1.5, 0.0, 10.0)?;
+    /// assert!((velocity + 0.25).abs() < 1e-15);
+    /// assert_eq!(
+    ///     friction.steady_velocity(0.5, 0.0, 10.0).unwrap_err().to_string(),
+    ///     "no speed up to 10 m/s balances 0.5 N: steady sliding takes 1.00000000000002 to 21 N"
+    /// );
+    /// # Ok::<(), bristle::linear::LinearisationError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Refuses parameters out of range, and a force below or above what steady sliding takes.
+    pub fn steady_velocity(
+        &self,
+        force: T,
+        viscous_damping: T,
+        fastest: T,
+    ) -> Result<T, LinearisationError> {
+        parameter::finite("force", force)?;
+        parameter::non_negative("viscous_damping", viscous_damping)?;
+        let fastest = parameter::positive("fastest", fastest)?;
+        let signed = |speed: T| if force < T::zero() { -speed } else { speed };
+        let needed = |speed: T| {
+            let velocity = signed(speed);
+            signed(self.stationary_force(velocity) + viscous_damping * velocity)
+        };
+        let excess = |speed: T| needed(speed) - force.abs();
+        let (mut above, mut at_above) = (fastest, excess(fastest));
+        if is_zero(at_above) {
+            return Ok(signed(above));
+        }
+        let (mut least, mut most) = (needed(fastest), needed(fastest));
+        let slowest = fastest * lit(1e-15);
+        while above > slowest {
+            let below = larger(above * lit(DOWN), slowest);
+            let at_below = excess(below);
+            if at_above > T::zero() && at_below <= T::zero() {
+                let (speed, _) = enclose(excess, (below, at_below), (above, at_above), T::zero());
+                return Ok(signed(speed));
+            }
+            least = smaller(least, needed(below));
+            most = larger(most, needed(below));
+            (above, at_above) = (below, at_below);
+        }
+        Err(LinearisationError::NoForceBalance {
+            force: to_f64(force),
+            fastest: to_f64(fastest),
+            least: to_f64(least),
+            most: to_f64(most),
+        })
+    }
+}

@@ -1,0 +1,53 @@
+//! Small motions: a friction model, or a mechanism with friction, as a linear system.
+//!
+//! **A contact** sliding at v\* with the deflection z\* answers a small change ṽ of its velocity like
+//!
+//! dz̃/dt = A z̃ + B ṽ,  F̃ = C z̃ + D ṽ
+//!
+//! | symbol | for one deflection | meaning | unit |
+//! |---|---|---|---|
+//! | A | −λ(v\*) | relaxation | 1/s |
+//! | B = H1 | ∂ż/∂v | drive of the deflection | – |
+//! | C | p c₀(v\*) | stiffness | N/m |
+//! | D = p H2 | p ∂μ_b/∂v | force that follows at once | N s/m |
+//! | G(s) = C (sI − A)⁻¹ B + D | | transfer function from ṽ to F̃ | N s/m |
+//!
+//! H1 and H2 are the derivatives of Romano et al., section III-C; the last term of H1 as printed there
+//! lacks the factor z\*, it is −σ0'(v) (|v|_ε/g) z. For FrBD with constant σ0, σ1 in steady sliding
+//! (z\* = z_ss) they come down to the slope of the friction curve,
+//!
+//! H1 = (|v|_ε/g) (μ sgn_ε)',  H2 = σ1 H1,  G(s) = p (|v|_ε/g) (μ sgn_ε)' (σ0 + σ1 s)/(s + σ0|v|_ε/g):
+//!
+//! slowly, friction follows the curve; quickly, a fraction of its slope; the corner lies at λ.
+//! [`Contact::state_space`](crate::Contact::state_space) and
+//! [`Contact::steady_state_space`](crate::Contact::steady_state_space) make it.
+//!
+//! **A mass on a spring** whose end moves steadily ([`MassOnSpring`]) slides with it, or stick-slips.
+//! Its small motions about steady sliding at v obey
+//!
+//! m s³ + (mλ + D) s² + (k + λ D + C B) s + λ k = 0,  D = d + ∂F/∂v,
+//!
+//! and with λ D + C B = λ S, S = d + dF_ss/dv the slope of all steady forces, they die out iff
+//! (Routh–Hurwitz)
+//!
+//! mλ + D > 0  and  (mλ + D) λ S + D k > 0.
+//!
+//! For FrBD with constant σ0, σ1 and d = 0 both D and S have the sign of (μ sgn_ε)', so that nothing
+//! but that slope decides, whatever k and m. Damping beside the friction, or a LuGre model with viscous
+//! friction, separates them: where S < 0 < D the spring must be stiffer than
+//! k_c = −(mλ + D) λ S/D ([`MassOnSpring::critical_stiffness`]).
+//!
+//! **Any mechanism** that knows its derivatives: [`StateSpace::of_system`].
+//!
+//! Sources: Romano et al. (arXiv 2602.09429), section III-C; the Routh–Hurwitz conditions as in
+//! F. R. Gantmacher, "The Theory of Matrices", volume 2 (Chelsea, 1959), chapter XV.
+
+mod contact;
+mod error;
+mod mass_on_spring;
+mod state_space;
+
+pub use contact::Coordinates;
+pub use error::LinearisationError;
+pub use mass_on_spring::{MassOnSpring, MassOnSpringParameters, SteadySliding, Threshold};
+pub use state_space::{Roots, StateSpace};

@@ -1,0 +1,324 @@
+//! A linear system with one input and one output.
+//!
+//! ẋ = A x + B u,  y = C x + D u,  G(s) = C (sI − A)⁻¹ B + D
+//!
+//! Poles are the eigenvalues of A. Zeros are those of the system that keeps y = 0: with D ≠ 0 by the
+//! input u = −C x/D, so the eigenvalues of A − B C/D. With D = 0 the equation C x = 0 expresses one state
+//! by the others, and its derivative C A x + C B u = 0 is the output of a system of one state less.
+//!
+//! Source: T. Kailath, "Linear Systems" (Prentice-Hall, 1980), section 2.5, for zeros by inversion.
+
+use nalgebra::{Complex, RowSVector, SMatrix, SVector};
+
+use super::LinearisationError;
+use crate::eigenvalues::eigenvalues;
+use crate::ode::System;
+use crate::scalar::{lit, to_f64};
+use crate::{Branch, Scalar};
+
+/// A linear system with N states, one input u and one output y: ẋ = A x + B u, y = C x + D u.
+///
+/// ```
+/// use bristle::linear::StateSpace;
+/// use nalgebra::{Complex, Matrix1};
+///
+/// // y = (2 + s)/(1 + s) u
+/// let lead = StateSpace {
+///     dynamics: Matrix1::new(-1.0),
+///     input: Matrix1::new(1.0),
+///     output: Matrix1::new(1.0),
+///     feedthrough: 1.0,
+/// };
+/// assert_eq!(lead.static_gain()?, 2.0);
+/// assert_eq!(lead.frequency_response(1.0)?, Complex::new(1.5, -0.5));
+/// assert_eq!(lead.zeros()?.as_slice(), [Complex::new(-2.0, 0.0)]);
+/// # Ok::<(), bristle::linear::LinearisationError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StateSpace<T: Scalar, const N: usize> {
+    /// A: rates of the states by the states.
+    #[doc(alias = "A")]
+    pub dynamics: SMatrix<T, N, N>,
+    /// B: rates of the states by the input.
+    #[doc(alias = "B")]
+    pub input: SVector<T, N>,
+    /// C: output by the states.
+    #[doc(alias = "C")]
+    pub output: RowSVector<T, N>,
+    /// D: output by the input.
+    #[doc(alias = "D")]
+    pub feedthrough: T,
+}
+
+/// A list of at most N roots, real or complex.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Roots<T, const N: usize> {
+    values: [Complex<T>; N],
+    count: usize,
+}
+
+impl<T: Scalar, const N: usize> Roots<T, N> {
+    fn new(values: [Complex<f64>; N], count: usize) -> Self {
+        Self { values: values.map(|root| Complex::new(lit(root.re), lit(root.im))), count }
+    }
+
+    /// The roots, in no order.
+    pub fn as_slice(&self) -> &[Complex<T>] {
+        self.values.get(..self.count).unwrap_or(&self.values)
+    }
+
+    /// The largest real part; `None` for an empty list.
+    pub fn abscissa(&self) -> Option<T> {
+        self.as_slice().iter().map(|root| root.re).reduce(|a, b| if b > a { b } else { a })
+    }
+}
+
+impl<T: Scalar, const N: usize> StateSpace<T, N> {
+    /// A mechanism at one state, each contact on its branch: A is its Jacobian; the input enters its
+    /// rates by B and the output is C x.
+    ///
+    /// ```
+    /// use bristle::linear::StateSpace;
+    /// use bristle::scene::SpringDrivenMass;
+    /// use bristle::{Branch, Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+    /// use nalgebra::{RowVector3, Vector3};
+    ///
+    /// let friction = FrBd::new(
+    ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
+    ///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
+    /// );
+    /// let rig = SpringDrivenMass::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
+    /// // From a force on the stuck mass of 1 kg to its velocity.
+    /// let (force, velocity) = (Vector3::new(0.0, 1.0, 0.0), RowVector3::new(0.0, 1.0, 0.0));
+    /// let stuck = StateSpace::of_system(&rig, 0.0, &rig.at_rest(), [Branch::Forward], force, velocity)?;
+    /// // It swings on its bristles at √(σ0 p/m) = 100 rad/s.
+    /// let fastest = stuck.poles()?.as_slice().iter().map(|pole| pole.norm_sqr().sqrt()).fold(0.0, f64::max);
+    /// assert!((fastest - 10002f64.sqrt()).abs() < 1e-9);
+    /// # Ok::<(), bristle::linear::LinearisationError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Refuses a system without derivatives, and derivatives that are not finite.
+    pub fn of_system<S: System<T, N, K>, const K: usize>(
+        system: &S,
+        time: T,
+        state: &SVector<T, N>,
+        branches: [Branch; K],
+        input: SVector<T, N>,
+        output: RowSVector<T, N>,
+    ) -> Result<Self, LinearisationError> {
+        let tangent = system.tangent(time, state, branches).ok_or(LinearisationError::NoTangent)?;
+        Self { dynamics: tangent.by_state, input, output, feedthrough: T::zero() }.finite()
+    }
+
+    /// The same, if every entry is finite.
+    pub(super) fn finite(self) -> Result<Self, LinearisationError> {
+        let mut entries = self.dynamics.iter().chain(&self.input).chain(&self.output);
+        if entries.all(|entry| entry.is_finite()) && self.feedthrough.is_finite() {
+            Ok(self)
+        } else {
+            Err(LinearisationError::NotFinite)
+        }
+    }
+
+    /// The transfer function G(s) = C (sI − A)⁻¹ B + D; not finite at a pole.
+    pub fn transfer(&self, s: Complex<T>) -> Complex<T> {
+        let shifted = SMatrix::<Complex<T>, N, N>::from_fn(|i, j| {
+            let entry = Complex::new(-self.dynamics[(i, j)], T::zero());
+            if i == j { entry + s } else { entry }
+        });
+        let states = solve(shifted, self.input.map(|entry| Complex::new(entry, T::zero())));
+        let direct = Complex::new(self.feedthrough, T::zero());
+        let Some(states) = states else {
+            let pole = T::one() / T::zero();
+            return Complex::new(pole, pole);
+        };
+        self.output.iter().zip(&states).fold(direct, |sum, (&c, &x)| sum + x * c)
+    }
+
+    /// What a sinusoid of the input becomes once all transients have died out: G(iω) for an angular
+    /// frequency ω [rad/s], modulus and phase.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a system whose transients do not die out.
+    pub fn frequency_response(
+        &self,
+        angular_frequency: T,
+    ) -> Result<Complex<T>, LinearisationError> {
+        self.stable()?;
+        Ok(self.transfer(Complex::new(T::zero(), angular_frequency)))
+    }
+
+    /// The static gain G(0): what a constant input becomes. In steady sliding that of a contact is the
+    /// slope of its steady friction, p (μ sgn_ε)' [N s/m].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a system with a pole at zero, and one whose transients do not die out.
+    pub fn static_gain(&self) -> Result<T, LinearisationError> {
+        let gain = self.transfer(Complex::new(T::zero(), T::zero())).re;
+        if !gain.is_finite() {
+            return Err(LinearisationError::Singular);
+        }
+        self.stable()?;
+        Ok(gain)
+    }
+
+    /// The poles, eigenvalues of A [1/s].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a matrix that is not finite.
+    pub fn poles(&self) -> Result<Roots<T, N>, LinearisationError> {
+        Ok(Roots::new(spectrum(&self.dynamics)?, N))
+    }
+
+    /// The zeros [1/s], of which there are fewer than poles if D = 0. None for a system whose output
+    /// no input reaches.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a matrix that is not finite.
+    pub fn zeros(&self) -> Result<Roots<T, N>, LinearisationError> {
+        let (mut a, mut b, mut c, mut d, mut order) =
+            (self.dynamics, self.input, self.output, self.feedthrough, N);
+        while d == T::zero() {
+            // By the state that weighs most in the output.
+            let weights = (0..order).map(|i| (i, c[i].abs()));
+            let heaviest = weights.reduce(|a, b| if b.1 > a.1 { b } else { a });
+            let Some((k, weight)) = heaviest else { break };
+            if !(weight > T::zero()) {
+                break;
+            }
+            let (next, terms) = (0..order).fold((T::zero(), T::zero()), |(sum, size), i| {
+                (sum + c[i] * b[i], size + (c[i] * b[i]).abs())
+            });
+            // A difference of rounding size is none.
+            let rounding = lit::<T>(8.0) * T::default_epsilon() * terms;
+            let next = if next.abs() > rounding { next } else { T::zero() };
+            // The derivative of the output, with the state taken out.
+            let rate = SVector::<T, N>::from_fn(|j, _| {
+                (0..order).fold(T::zero(), |sum, i| sum + c[i] * a[(i, j)])
+            });
+            let share = SVector::<T, N>::from_fn(|j, _| c[j] / c[k]);
+            let kept = |i: usize| if i < k { i } else { i + 1 };
+            order -= 1;
+            let (old_a, old_b) = (a, b);
+            a = SMatrix::zeros();
+            b = SVector::zeros();
+            c = RowSVector::zeros();
+            for i in 0..order {
+                for j in 0..order {
+                    a[(i, j)] = old_a[(kept(i), kept(j))] - old_a[(kept(i), k)] * share[kept(j)];
+                }
+                b[i] = old_b[kept(i)];
+                c[i] = rate[kept(i)] - rate[k] * share[kept(i)];
+            }
+            d = next;
+        }
+        if d == T::zero() {
+            return Ok(Roots::new([Complex::new(0.0, 0.0); N], 0));
+        }
+        // What is not in use stands apart, on the last part of the diagonal.
+        Ok(Roots::new(spectrum(&(a - b * c * (T::one() / d)))?, order))
+    }
+
+    /// The largest real part of the poles [1/s]: small motions grow if it is positive.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a matrix that is not finite.
+    pub fn abscissa(&self) -> Result<T, LinearisationError> {
+        Ok(self.poles()?.abscissa().unwrap_or_else(T::zero))
+    }
+
+    /// The corner frequency [rad/s]: the modulus of the slowest pole. Below it the output follows the
+    /// input as in the steady state; of a contact with one deflection it is the relaxation rate λ.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a matrix that is not finite.
+    pub fn corner_frequency(&self) -> Result<T, LinearisationError> {
+        let poles = self.poles()?;
+        let sizes = poles.as_slice().iter().map(|pole| pole.norm_sqr().sqrt());
+        Ok(sizes.reduce(|a, b| if b < a { b } else { a }).unwrap_or_else(T::zero))
+    }
+
+    /// Accepts a system whose transients die out.
+    ///
+    /// # Errors
+    ///
+    /// Tells how fast a small motion grows, or that it does not decay.
+    pub fn stable(&self) -> Result<(), LinearisationError> {
+        let abscissa = self.abscissa()?;
+        if abscissa < T::zero() {
+            Ok(())
+        } else {
+            Err(LinearisationError::Unstable { abscissa: to_f64(abscissa) })
+        }
+    }
+}
+
+/// The eigenvalues of a matrix, in units of its largest entry, whose squares neither overflow nor vanish.
+fn spectrum<T: Scalar, const N: usize>(
+    matrix: &SMatrix<T, N, N>,
+) -> Result<[Complex<f64>; N], LinearisationError> {
+    let matrix = matrix.map(to_f64);
+    let size = matrix.iter().fold(0.0, |most, entry| f64::max(most, entry.abs()));
+    let matrix = if size > 0.0 { matrix.map(|entry| entry / size) } else { matrix };
+    let roots = eigenvalues(&matrix).ok_or(LinearisationError::NotFinite)?;
+    Ok(roots.map(|root| root * size))
+}
+
+fn size<T: Scalar>(z: Complex<T>) -> T {
+    z.re.abs() + z.im.abs()
+}
+
+/// The solution of M x = b by elimination; `None` if M is singular to rounding.
+///
+/// The pivot is the entry that is largest in its row, so that units do not matter; one that is the rounding
+/// of a difference is none.
+fn solve<T: Scalar, const N: usize>(
+    mut matrix: SMatrix<Complex<T>, N, N>,
+    mut right: SVector<Complex<T>, N>,
+) -> Option<SVector<Complex<T>, N>> {
+    // The sum of the moduli that each entry is made of.
+    let mut terms = matrix.map(size);
+    let scales: SVector<T, N> = SVector::from_fn(|i, _| {
+        terms.row(i).iter().fold(T::zero(), |most, &t| if t > most { t } else { most })
+    });
+    let mut scales = scales;
+    for k in 0..N {
+        let weigh = |i: usize| (i, size(matrix[(i, k)]) / scales[i]);
+        let (best, _) = (k..N).map(weigh).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+        matrix.swap_rows(k, best);
+        terms.swap_rows(k, best);
+        right.swap_rows(k, best);
+        scales.swap_rows(k, best);
+        let pivot = matrix[(k, k)];
+        if !(size(pivot) > lit::<T>(8.0) * T::default_epsilon() * terms[(k, k)]) {
+            return None;
+        }
+        for i in k + 1..N {
+            let factor = matrix[(i, k)] / pivot;
+            for j in k..N {
+                let row = matrix[(k, j)];
+                matrix[(i, j)] -= factor * row;
+                let part = size(factor) * terms[(k, j)];
+                terms[(i, j)] += part;
+            }
+            let above = right[k];
+            right[i] -= factor * above;
+        }
+    }
+    for i in (0..N).rev() {
+        for j in i + 1..N {
+            let later = right[j];
+            right[i] -= matrix[(i, j)] * later;
+        }
+        right[i] /= matrix[(i, i)];
+    }
+    Some(right)
+}
