@@ -48,8 +48,9 @@
 //! section III-A, and of their storage function, Lemma III.2.
 
 use crate::bounds::larger;
-use crate::model::{Weights, unlimited};
+use crate::model::unlimited;
 use crate::parameter::{self, ParameterError};
+use crate::rheology::Weights;
 use crate::scalar::{lit, nan};
 use crate::{Affine, Bristle, Contact, Scalar};
 

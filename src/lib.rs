@@ -89,8 +89,8 @@ pub use model::{
 pub use parameter::{ParameterError, Rule};
 pub use regularisation::{Exact, HyperbolicTangent, Regularisation, SquareRoot};
 pub use rheology::{
-    Decaying, Deflection, Elements, KelvinVoigt, KelvinVoigtParameters, Rheology, Spring,
-    SpringParameters, Varying, VelocityLaw,
+    Decaying, Deflection, Elements, KelvinVoigt, KelvinVoigtParameters, Modes, Rheology, Spring,
+    SpringParameters, Varying, VelocityLaw, Weights,
 };
 pub use scalar::Scalar;
 pub use sliding::{Branch, Sliding};

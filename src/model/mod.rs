@@ -9,7 +9,6 @@ mod lugre;
 
 use core::fmt::Debug;
 
-pub(crate) use affine::Weights;
 pub use affine::{Affine, Hold};
 pub use dahl::{Dahl, DahlParameters};
 pub use elasto_plastic::{ElastoPlastic, ElastoPlasticParameters};
@@ -129,10 +128,12 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     ///
     /// An elasto-plastic model's α is frozen at the beginning of the step.
     #[inline]
-    fn hold(&self, velocity: T, deflection: T, duration: T) -> Hold<T>
-    where
-        Self: Bristle<T, Deflection = T>,
-    {
+    fn hold(
+        &self,
+        velocity: T,
+        deflection: Self::Deflection,
+        duration: T,
+    ) -> Hold<T, Self::Deflection> {
         self.affine(Sliding::from(velocity), deflection).hold(velocity, deflection, duration)
     }
 

@@ -5,6 +5,7 @@ use core::ops::{Add, Mul, Sub};
 
 use nalgebra::SVector;
 
+use super::{Modes, Weights};
 use crate::Scalar;
 
 /// The state of a bristle \[m\]: a single deflection is a scalar, several springs make a vector.
@@ -26,6 +27,19 @@ pub trait Deflection<T: Scalar>:
 
     /// The matrix with the opposite sign.
     fn negative(relaxation: Self::Relaxation) -> Self::Relaxation;
+
+    /// What a step of a given length makes of a state, see [`Deflection::weights`].
+    type Weights: Copy + Debug + PartialEq;
+
+    /// The exact step of length h ≥ 0 \[s\] of ẋ = −Λx + u·1, with the matrix Λ and the drive u held:
+    /// both its end and its mean are linear in the state x at its start and in u.
+    fn weights(relaxation: Self::Relaxation, duration: T) -> Self::Weights;
+
+    /// The state at the end of the step, under a drive u [m/s].
+    fn end(weights: &Self::Weights, state: Self, drive: T) -> Self;
+
+    /// The state averaged over the step, under a drive u [m/s].
+    fn mean(weights: &Self::Weights, state: Self, drive: T) -> Self;
 
     /// The same number for every spring.
     fn fill(value: T) -> Self;
@@ -53,6 +67,23 @@ impl<T: Scalar> Deflection<T> for T {
     #[inline(always)]
     fn negative(relaxation: T) -> T {
         -relaxation
+    }
+
+    type Weights = Weights<T>;
+
+    #[inline]
+    fn weights(relaxation: T, duration: T) -> Weights<T> {
+        Weights::new(relaxation, duration)
+    }
+
+    #[inline(always)]
+    fn end(weights: &Weights<T>, state: T, drive: T) -> T {
+        weights.end(state, drive)
+    }
+
+    #[inline(always)]
+    fn mean(weights: &Weights<T>, state: T, drive: T) -> T {
+        weights.mean(state, drive)
     }
 
     #[inline(always)]
@@ -97,6 +128,23 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
     #[inline]
     fn negative(relaxation: Decaying<Self>) -> Decaying<Self> {
         Decaying { decay: -relaxation.decay, row: -relaxation.row }
+    }
+
+    type Weights = Modes<T, N>;
+
+    #[inline]
+    fn weights(relaxation: Decaying<Self>, duration: T) -> Modes<T, N> {
+        Modes::new(relaxation, duration)
+    }
+
+    #[inline]
+    fn end(weights: &Modes<T, N>, state: Self, drive: T) -> Self {
+        weights.end(state, drive)
+    }
+
+    #[inline]
+    fn mean(weights: &Modes<T, N>, state: Self, drive: T) -> Self {
+        weights.mean(state, drive)
     }
 
     #[inline]

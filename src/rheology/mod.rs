@@ -2,15 +2,19 @@
 
 mod deflection;
 mod kelvin_voigt;
+mod modes;
 mod spring;
 mod velocity_law;
+mod weights;
 
 use core::fmt::Debug;
 
 pub use deflection::{Decaying, Deflection};
 pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtParameters};
+pub use modes::Modes;
 pub use spring::{Spring, SpringParameters};
 pub use velocity_law::{Varying, VelocityLaw};
+pub use weights::Weights;
 
 use crate::{Bounds, Scalar, Sliding};
 
