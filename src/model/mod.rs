@@ -48,7 +48,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         deflection: Self::Deflection,
     ) -> (Affine<T, Self::Deflection>, Affine<T, Self::Deflection>);
 
-    /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) μ(v)/σ0 \[m\].
+    /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) μ(v)/σ0 \[m\]; of
+    /// several springs, their stretches.
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> Self::Deflection;
 
     /// The friction coefficient μ_b \[–\] of steady sliding at a velocity.
@@ -200,9 +201,11 @@ pub struct Limits<T> {
     /// A bristle that starts with |z| ≤ this \[m\] stays there. (An elasto-plastic one whose α is
     /// frozen over a step can overshoot by |v| h; to cut it back only lowers the stored energy.)
     pub deflection: Option<T>,
-    /// Within the deflection limit, |F|/p never exceeds this \[–\]; from a [`Contact`], |F| \[N\].
+    /// Within the deflection limit, |F|/p never exceeds this \[–\]; from a [`Contact`], |F| \[N\]. With
+    /// a bristle of several springs, which has no deflection limit: in every run from rest, all
+    /// stretches zero.
     pub coefficient: Option<T>,
-    /// Largest relaxation rate λ [1/s].
+    /// Largest relaxation rate λ [1/s]; of several springs, the largest eigenvalue.
     pub relaxation_rate: Option<T>,
 }
 

@@ -3,7 +3,7 @@
 use core::fmt::Debug;
 use core::ops::{Add, Mul, Sub};
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use super::{Modes, Weights};
 use crate::Scalar;
@@ -49,6 +49,9 @@ pub trait Deflection<T: Scalar>:
 
     /// Component by component.
     fn scaled_by(self, other: Self) -> Self;
+
+    /// The same function of each component.
+    fn each(self, function: impl FnMut(T) -> T) -> Self;
 }
 
 impl<T: Scalar> Deflection<T> for T {
@@ -100,6 +103,11 @@ impl<T: Scalar> Deflection<T> for T {
     fn scaled_by(self, other: T) -> T {
         self * other
     }
+
+    #[inline(always)]
+    fn each(self, mut function: impl FnMut(T) -> T) -> T {
+        function(self)
+    }
 }
 
 /// The matrix diag(decay) + 1·rowᵀ [1/s] between the stretches of several springs and their rates.
@@ -109,6 +117,13 @@ pub struct Decaying<D> {
     pub decay: D,
     /// The row repeated in every line: how each stretch slows the common rate.
     pub row: D,
+}
+
+impl<T: Scalar, const N: usize> Decaying<SVector<T, N>> {
+    /// All entries, for a Jacobian: row i holds how the rate of stretch i depends on every stretch.
+    pub fn matrix(&self) -> SMatrix<T, N, N> {
+        SMatrix::from_fn(|i, j| self.row[j] + if i == j { self.decay[i] } else { T::zero() })
+    }
 }
 
 impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
@@ -160,5 +175,10 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
     #[inline]
     fn scaled_by(self, other: Self) -> Self {
         self.component_mul(&other)
+    }
+
+    #[inline]
+    fn each(self, function: impl FnMut(T) -> T) -> Self {
+        nalgebra::Matrix::map(&self, function)
     }
 }

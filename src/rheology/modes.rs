@@ -158,7 +158,7 @@ fn coupled<T: Scalar, const N: usize>(
     let mut distances = SVector::<T, N>::zeros();
     let mut rates = SVector::<T, N>::zeros();
     for j in 0..N {
-        let (nearest, side, distance) = root(&a, &w, j);
+        let (nearest, side, distance) = root(a.as_slice(), w.as_slice(), one, j);
         distances[j] = distance;
         rates[j] = (a[nearest] + side * distance) * unit;
         for i in 0..N {
@@ -190,22 +190,20 @@ fn coupled<T: Scalar, const N: usize>(
     (rates, shapes, coordinates, driven)
 }
 
-/// The j-th root of 1 = Σ wᵢ/(λ − aᵢ) for increasing aᵢ and positive wᵢ: the index of the nearer of the
-/// two aᵢ around it, on which side of that it lies, and how far from it.
-fn root<T: Scalar, const N: usize>(
-    a: &SVector<T, N>,
-    w: &SVector<T, N>,
-    j: usize,
-) -> (usize, T, T) {
-    let (one, zero, half) = (T::one(), T::zero(), lit::<T>(0.5));
-    let last = j + 1 == N;
+/// The j-th root of c = Σ wᵢ/(λ − aᵢ) for increasing aᵢ, positive wᵢ, and c positive, or zero (then
+/// there is none above all aᵢ): the index of the nearer of the two aᵢ around it, on which side of that
+/// it lies, and how far from it.
+pub(super) fn root<T: Scalar>(a: &[T], w: &[T], constant: T, j: usize) -> (usize, T, T) {
+    let (zero, half) = (T::zero(), lit::<T>(0.5));
+    let n = a.len();
+    let last = j + 1 == n;
     let width = if last { zero } else { a[j + 1] - a[j] };
     let (nearest, side, reach) = if last {
-        (j, one, w.sum())
+        (j, T::one(), w.iter().fold(zero, |sum, &w| sum + w) / constant)
     } else {
         let reach = width * half;
-        let at_middle = (0..N).fold(one, |sum, i| sum - w[i] / (a[j] - a[i] + reach));
-        if at_middle >= zero { (j, one, reach) } else { (j + 1, -one, reach) }
+        let at_middle = (0..n).fold(constant, |sum, i| sum - w[i] / (a[j] - a[i] + reach));
+        if at_middle >= zero { (j, T::one(), reach) } else { (j + 1, -T::one(), reach) }
     };
     let (mut low, mut high, mut distance) = (zero, reach, reach);
     for _ in 0..ITERATIONS {
@@ -214,10 +212,10 @@ fn root<T: Scalar, const N: usize>(
             if side > zero { (distance, width - distance) } else { (width - distance, distance) };
         // The terms with poles at and below aⱼ are like l₀ + l₁/(λ − aⱼ), those above like
         // r₀ + r₁/(aⱼ₊₁ − λ), in value and slope. All sums are of positive numbers.
-        let (mut below, mut above, mut l1, mut r1, mut rest) = (zero, zero, zero, zero, one);
-        for i in 0..N {
+        let (mut below, mut above, mut l1, mut r1, mut rest) = (zero, zero, zero, zero, constant);
+        for i in 0..n {
             let offset = if i == nearest { zero } else { a[nearest] - a[i] };
-            let inverse = one / (offset + side * distance);
+            let inverse = T::one() / (offset + side * distance);
             let term = w[i] * inverse;
             if i <= j {
                 below += term;
@@ -231,7 +229,7 @@ fn root<T: Scalar, const N: usize>(
                 rest += term * inverse * (a[i] - a[j + 1]);
             }
         }
-        let excess = (one - below) + above;
+        let excess = (constant - below) + above;
         if (excess > zero) == (side > zero) {
             high = distance;
         } else {
