@@ -876,6 +876,90 @@ fn nothing_happens_in_no_time() {
 }
 
 // ---------------------------------------------------------------------------------------------
+// Passive steps in a mechanism
+// ---------------------------------------------------------------------------------------------
+
+/// What a passive step says, for any prediction and any mean velocity.
+fn assert_passive_step<R: Rheology<f64>>(
+    r: &Recipe,
+    bristle: R,
+    (predicted, mean, h): (f64, f64, f64),
+    x: R::Deflection,
+) {
+    let contact = FrBd::new(stribeck(r, 2.0), bristle).under_load(r.load).unwrap();
+    let companion = contact.clone().companion(predicted.abs()).unwrap();
+    let step = companion.step(predicted, x, h);
+    assert!(step.damping() >= 0.0 && step.is_passive());
+    let done = step.commit(mean);
+    // Each mode gives squares only.
+    assert!(done.dissipated >= 0.0, "{:e}", done.dissipated);
+    let (before, after) = (contact.stored_energy(x), contact.stored_energy(done.deflection));
+    let scale = done.work.abs() + before + after + done.dissipated;
+    // The force is bias + damping v̄: two numbers that may cancel, times the distance.
+    let scale = scale + h * mean.abs() * (step.bias().abs() + step.damping() * mean.abs());
+    assert_within(1e-12, scale, done.work, done.stored + done.dissipated, || "balance".into());
+    assert_within(1e-12, before + after, done.stored, after - before, || "ΔW".into());
+    if !contact.model().obeys(Law::BoundedDeflection) {
+        // With a prediction that comes true it is the exact step.
+        let (done, hold) = (step.commit(predicted), contact.hold(predicted, x, h));
+        assert_eq!(done.deflection, hold.deflection);
+        let scale = step.bias().abs() + step.damping() * predicted.abs() + hold.mean.abs();
+        let weighted = contact.model().storage_stiffness().scaled_by(x);
+        let scale = scale + r.load * weighted.largest() * 5.0;
+        assert_within(1e-12, scale, done.force, hold.mean, || "F̄".into());
+    }
+}
+
+#[test]
+fn a_passive_step_balances_its_energy_for_any_prediction() {
+    let steps = (velocity(), velocity(), decades(1e-9, 1e6));
+    check(256, (case(), steps), |((r, p, _, forces), step)| {
+        let (k, e) = (p.stiffness, p.series);
+        let x = |i: usize, k: f64| forces[i] * r.static_ / k;
+        assert_passive_step(
+            &r,
+            maxwell(k[0], e[0]),
+            step,
+            forces[0].clamp(-1.0, 1.0) * r.static_ / k[0],
+        );
+        let two = Vector2::new(x(0, k[0]), x(1, k[1]));
+        assert_passive_step(&r, zener(k[0], k[1], e[1]), step, two);
+        let three = SVector::<f64, 3>::from_fn(|i, _| x(i, k[i]));
+        let bristle = arms([(k[0], None), (k[1], Some(e[1])), (k[2], Some(e[2]))], p.beside);
+        assert_passive_step(&r, bristle, step, three);
+        let bristle = arms(
+            [(k[0], Some(e[0])), (k[1], Some(e[1])), (k[2], Some(e[2]))],
+            varying(&r, p.beside),
+        );
+        assert_passive_step(&r, bristle, step, three);
+        let bristle = row::<f64, 3>(sorted(&p));
+        let stiffness = bristle.storage_stiffness();
+        let three = SVector::<f64, 3>::from_fn(|i, _| x(i, stiffness[i]));
+        assert_passive_step(&r, bristle, step, three);
+    });
+}
+
+#[test]
+fn a_mass_on_viscoelastic_bristles_never_gains_energy_however_long_the_step() {
+    // Struck at 0.3 m/s, no spring but the bristles: kinetic and stored energy together only fall.
+    let bristle = arms([(1e4, None), (2e4, Some(200.0)), (5e4, Some(20.0))], 3.0);
+    let contact = FrBd::new(stribeck(&Recipe::TABLE_2, 2.0), bristle).under_load(1.0).unwrap();
+    let companion = contact.companion(0.3).unwrap();
+    for h in [1e-4, 1e-2, 0.3] {
+        let (mut v, mut x) = (0.3, SVector::<f64, 3>::zeros());
+        let energy = |v: f64, x| 0.5 * v * v + contact.stored_energy(x);
+        for _ in 0..300 {
+            let step = companion.step(v, x, h);
+            let mean = (2.0 / h * v - step.bias()) / (2.0 / h + step.damping());
+            let (next, done) = (2.0 * mean - v, step.commit(mean));
+            let (before, after) = (energy(v, x), energy(next, done.deflection));
+            assert!(after <= before * (1.0 + 1e-13), "h = {h}: {after:e} after {before:e}");
+            (v, x) = (next, done.deflection);
+        }
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
 // Limits
 // ---------------------------------------------------------------------------------------------
 

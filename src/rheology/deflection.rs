@@ -7,6 +7,8 @@ use nalgebra::{SMatrix, SVector};
 
 use super::{Modes, Weights};
 use crate::Scalar;
+use crate::bounds::larger;
+use crate::scalar::{is_zero, lit};
 
 /// The state of a bristle \[m\]: a single deflection is a scalar, several springs make a vector.
 ///
@@ -40,6 +42,21 @@ pub trait Deflection<T: Scalar>:
 
     /// The state averaged over the step, under a drive u [m/s].
     fn mean(weights: &Self::Weights, state: Self, drive: T) -> Self;
+
+    /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step \[m\] for springs of stiffness K whose matrix is that of a
+    /// bristle, diag(decay) + 1·(share K)ᵀ: what they dissipate per unit normal force. A sum of
+    /// squares, so that no rounding makes it negative.
+    fn relaxed_energy(weights: &Self::Weights, stiffness: Self, state: Self, drive: T) -> T;
+
+    /// Whether Σ Kᵢ xᵢ (Λx)ᵢ + v Σ eᵢ xᵢ + c v² is known not to be negative for any state x and
+    /// velocity v, where e is an excess of stiffness and c a damping.
+    fn outweighs(relaxation: Self::Relaxation, stiffness: Self, damping: T, excess: Self) -> bool;
+
+    /// The largest |xᵢ|.
+    fn largest(self) -> T;
+
+    /// Every xᵢ cut to |xᵢ| ≤ limit; NaN stays NaN.
+    fn within(self, limit: T) -> Self;
 
     /// The same number for every spring.
     fn fill(value: T) -> Self;
@@ -87,6 +104,33 @@ impl<T: Scalar> Deflection<T> for T {
     #[inline(always)]
     fn mean(weights: &Weights<T>, state: T, drive: T) -> T {
         weights.mean(state, drive)
+    }
+
+    #[inline(always)]
+    fn relaxed_energy(weights: &Weights<T>, stiffness: T, state: T, drive: T) -> T {
+        let change = weights.end(state, drive) - state;
+        stiffness * weights.relaxed_square(weights.mean(state, drive), change)
+    }
+
+    #[inline]
+    fn outweighs(relaxation: T, stiffness: T, damping: T, excess: T) -> bool {
+        excess * excess <= lit::<T>(4.0) * stiffness * relaxation * damping
+    }
+
+    #[inline(always)]
+    fn largest(self) -> T {
+        self.abs()
+    }
+
+    #[inline(always)]
+    fn within(self, limit: T) -> T {
+        if self > limit {
+            limit
+        } else if self < -limit {
+            -limit
+        } else {
+            self
+        }
     }
 
     #[inline(always)]
@@ -160,6 +204,27 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
     #[inline]
     fn mean(weights: &Modes<T, N>, state: Self, drive: T) -> Self {
         weights.mean(state, drive)
+    }
+
+    #[inline]
+    fn relaxed_energy(weights: &Modes<T, N>, stiffness: Self, state: Self, drive: T) -> T {
+        weights.relaxed_energy(stiffness, state, drive)
+    }
+
+    #[inline]
+    fn outweighs(_relaxation: Decaying<Self>, _stiffness: Self, damping: T, excess: Self) -> bool {
+        // Bristles of constant stiffness have none; of others nothing is promised.
+        damping >= T::zero() && excess.iter().all(|&excess| is_zero(excess))
+    }
+
+    #[inline]
+    fn largest(self) -> T {
+        self.iter().fold(T::zero(), |most, x| larger(x.abs(), most))
+    }
+
+    #[inline]
+    fn within(self, limit: T) -> Self {
+        self.each(|x| Deflection::within(x, limit))
     }
 
     #[inline]

@@ -99,6 +99,24 @@ impl<T: Scalar, const N: usize> Modes<T, N> {
         self.step(state, drive, Weights::mean)
     }
 
+    /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step, of every mode for itself, for they are orthogonal in ΣKᵢxᵢ².
+    pub(crate) fn relaxed_energy(
+        &self,
+        stiffness: SVector<T, N>,
+        state: SVector<T, N>,
+        drive: T,
+    ) -> T {
+        let coordinates = self.coordinates * state;
+        (0..N).fold(T::zero(), |sum, j| {
+            let shape = self.shapes.column(j);
+            let stiffness = stiffness.dot(&shape.component_mul(&shape));
+            let (start, drive) = (coordinates[j], self.driven[j] * drive);
+            let step = &self.steps[j];
+            let change = step.end(start, drive) - start;
+            sum + stiffness * step.relaxed_square(step.mean(start, drive), change)
+        })
+    }
+
     fn step(
         &self,
         state: SVector<T, N>,

@@ -56,6 +56,44 @@ pub struct ZenerParameters<T, S = T> {
 /// assert!(held.end < 0.45 * pulled.end && carried < contact.stored_energy(pulled.deflection));
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
+///
+/// In a mechanism of one's own the stretches are two of its states:
+///
+/// ```
+/// use bristle::ode::{self, Output, System};
+/// use bristle::{Branch, Bristle, Contact, FrBd, Stribeck, Zener, ZenerParameters, paper};
+/// use nalgebra::Vector4;
+///
+/// /// A mass of 1 kg pulled at 0.1 m/s by a spring of 2 N/m: position, velocity, two stretches.
+/// struct Pulled { contact: Contact<f64, FrBd<Stribeck<f64>, Zener<f64>>> }
+///
+/// impl System<f64, 4> for Pulled {
+///     fn rate(&self, time: f64, state: &Vector4<f64>, [branch]: [Branch; 1]) -> Vector4<f64> {
+///         let stretches = state.fixed_rows::<2>(2).into_owned();
+///         let friction = self.contact.response(branch.of(state[1]), stretches);
+///         let pull = 2.0 * (0.1 * time - state[0]);
+///         Vector4::new(state[1], pull - friction.force, friction.rate[0], friction.rate[1])
+///     }
+///     fn sliding_velocities(&self, _: f64, state: &Vector4<f64>) -> [f64; 1] {
+///         [state[1]]
+///     }
+///     fn scales(&self) -> Vector4<f64> {
+///         Vector4::new(0.1, 0.1, 1e-4, 1e-4)
+///     }
+/// }
+///
+/// let bristle = Zener::new(ZenerParameters {
+///     static_stiffness: 1e4,
+///     relaxing_stiffness: 2e4,
+///     series_damping: 100.0,
+/// })?;
+/// let contact = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle).under_load(1.0)?;
+/// let run = ode::solve(&Pulled { contact }, 0.0..7.0, Vector4::zeros(), 1e-6, Output::Uniform(8))?;
+/// // Stuck until the pull has grown to μ_s p = 1.5 N, at 7.5 s.
+/// let (_, state) = run.last().unwrap();
+/// assert!(state[0] < 1e-3 && (1e4 * state[2] - 1.4).abs() < 1e-2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[doc(alias = "standard linear solid")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Zener<T, S = T> {
