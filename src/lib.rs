@@ -92,7 +92,7 @@ pub use rheology::{
     ComplexModulus, Decaying, Deflection, Elements, GeneralisedKelvinVoigt,
     GeneralisedKelvinVoigtParameters, GeneralisedMaxwell, GeneralisedMaxwellParameters,
     KelvinVoigt, KelvinVoigtElement, KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters,
-    Modes, Rheology, Spring, SpringParameters, Varying, VelocityLaw, Weights, Zener,
+    Modes, Rheology, Spring, SpringParameters, States, Varying, VelocityLaw, Weights, Zener,
     ZenerParameters,
 };
 pub use scalar::Scalar;

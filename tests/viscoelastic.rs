@@ -255,10 +255,7 @@ fn sorted<const N: usize>(p: &Parts) -> [(f64, f64); N] {
 }
 
 /// Every bristle. One line each.
-fn specimens<T: Scalar>(r: &Recipe, p: &Parts) -> Vec<Specimen<T>>
-where
-    T: Slice<T>,
-{
+fn specimens<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts) -> Vec<Specimen<T>> {
     use Change::{Constant, Varying};
     let (k, e, d) = (p.stiffness, p.series, p.beside);
     let eta = |i: usize| lit::<T>(e[i]);
@@ -1220,6 +1217,62 @@ fn a_small_oscillation_is_answered_by_the_complex_modulus() {
         assert_within(1e-4, size, got.0, want.storage, || format!("G' at {omega}"));
         assert_within(1e-4, size, got.1, want.loss, || format!("G'' at {omega}"));
     }
+}
+
+// ---------------------------------------------------------------------------------------------
+// A scene
+// ---------------------------------------------------------------------------------------------
+
+#[cfg(feature = "alloc")]
+#[test]
+fn a_scene_of_several_springs_has_the_exact_steps_and_its_own_jacobian() {
+    use bristle::Branch;
+    use bristle::ode::{self, Output, System};
+    use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
+    use bristle::signal::{Constant, Sine, SineParameters};
+
+    let contact =
+        FrBd::new(stribeck(&Recipe::TABLE_2, 2.0), zener(1e4, 2e4, 100.0)).under_load(2.0).unwrap();
+    let held = PrescribedVelocity::new(PrescribedVelocityParameters {
+        contact,
+        velocity: Constant::new(0.02).unwrap(),
+    });
+    let start = Vector2::new(1e-5, -2e-5);
+    let run = ode::solve(&held, 0.0..0.05, start, 1e-9, Output::Steps).unwrap();
+    let exact = contact.hold(0.02, start, 0.05);
+    let (time, state) = run.last().unwrap();
+    // The tolerance, over a few relaxations.
+    assert!((state - exact.deflection).amax() < 1e-7 * 1e-4, "{state} and {}", exact.deflection);
+    assert_within(1e-7, 3.0, held.friction_force(time, state), exact.end, || "F".into());
+    let scales = System::scales(&held);
+    assert_eq!(scales, Vector2::repeat(1.5 / 3e4));
+
+    let sine = PrescribedVelocity::new(PrescribedVelocityParameters {
+        contact,
+        velocity: Sine::new(SineParameters {
+            mean: 0.0,
+            amplitude: 0.01,
+            frequency: 1.0,
+            phase: 0.0,
+        })
+        .unwrap(),
+    });
+    let (time, branch) = (0.05, [Branch::Forward]);
+    let tangent = sine.tangent(time, &start, branch).unwrap();
+    assert_eq!(tangent.rate, sine.rate(time, &start, branch));
+    for j in 0..2 {
+        let mut unit = Vector2::zeros();
+        unit[j] = 1.0;
+        // Affine in the state.
+        let column = sine.rate(time, &(start + unit), branch) - tangent.rate;
+        let got = tangent.by_state.column(j).into_owned();
+        assert!((column - got).amax() <= ROUNDING * got.amax(), "{got} and {column}");
+    }
+    // Central differences over 1e-6 s: (2π 1e-6)² of it, and roundings of 1e-16/1e-6.
+    let h = 1e-6;
+    let slope =
+        (sine.rate(time + h, &start, branch) - sine.rate(time - h, &start, branch)) / (2.0 * h);
+    assert!((slope - tangent.by_time).amax() < 1e-7 * slope.amax(), "{slope} {}", tangent.by_time);
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -247,3 +247,49 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
         nalgebra::Matrix::map(&self, function)
     }
 }
+
+/// A deflection as N states of a [`System`](crate::ode::System): one for a scalar.
+pub trait States<T: Scalar, const N: usize>: Deflection<T> {
+    /// The deflection from its states \[m\].
+    fn from_states(states: &SVector<T, N>) -> Self;
+
+    /// The states \[m\] of a deflection, or their rates.
+    fn states(self) -> SVector<T, N>;
+
+    /// All entries of a relaxation, for a Jacobian.
+    fn matrix(relaxation: Self::Relaxation) -> SMatrix<T, N, N>;
+}
+
+impl<T: Scalar> States<T, 1> for T {
+    #[inline(always)]
+    fn from_states(states: &SVector<T, 1>) -> T {
+        states.x
+    }
+
+    #[inline(always)]
+    fn states(self) -> SVector<T, 1> {
+        SVector::<T, 1>::new(self)
+    }
+
+    #[inline(always)]
+    fn matrix(relaxation: T) -> SMatrix<T, 1, 1> {
+        SMatrix::<T, 1, 1>::new(relaxation)
+    }
+}
+
+impl<T: Scalar, const N: usize> States<T, N> for SVector<T, N> {
+    #[inline]
+    fn from_states(states: &Self) -> Self {
+        *states
+    }
+
+    #[inline]
+    fn states(self) -> Self {
+        self
+    }
+
+    #[inline]
+    fn matrix(relaxation: Decaying<Self>) -> SMatrix<T, N, N> {
+        relaxation.matrix()
+    }
+}

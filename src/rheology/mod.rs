@@ -13,7 +13,7 @@ mod zener;
 
 use core::fmt::Debug;
 
-pub use deflection::{Decaying, Deflection};
+pub use deflection::{Decaying, Deflection, States};
 pub use generalised_kelvin_voigt::{
     GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, KelvinVoigtElement,
 };
