@@ -103,6 +103,18 @@ pub enum Rule {
         /// Smallest admissible count.
         least: usize,
     },
+    /// A count within limits.
+    CountBetween {
+        /// Smallest admissible count.
+        least: usize,
+        /// Largest admissible count.
+        most: usize,
+    },
+    /// Zero or positive everywhere, which it is not at one place.
+    NonNegativeAt {
+        /// The place where it is negative.
+        place: f64,
+    },
 }
 
 impl fmt::Display for Rule {
@@ -125,6 +137,10 @@ impl fmt::Display for Rule {
                 write!(f, "be larger than its predecessor {}", Short(previous))
             }
             Rule::Count { least } => write!(f, "be at least {least}"),
+            Rule::CountBetween { least, most } => write!(f, "lie between {least} and {most}"),
+            Rule::NonNegativeAt { place } => {
+                write!(f, "not be negative, and it is at {}", Short(place))
+            }
         }
     }
 }
@@ -199,7 +215,6 @@ pub(crate) fn at_least<T: Scalar>(
 }
 
 /// Not larger than another parameter (both are checked to be finite elsewhere).
-#[cfg(feature = "alloc")] // for the output times of stored trajectories
 pub(crate) fn at_most<T: Scalar>(
     name: &'static str,
     value: T,

@@ -24,6 +24,7 @@ pub use modes::Modes;
 pub use spring::{Spring, SpringParameters};
 pub use velocity_law::{Varying, VelocityLaw};
 pub use weights::Weights;
+pub(crate) use weights::relaxed;
 pub use zener::{Zener, ZenerParameters};
 
 use crate::scalar::is_zero;

@@ -81,7 +81,7 @@ impl<T: Scalar> Weights<T> {
 
 /// e⁻ˣ, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x without loss of digits.
 #[inline]
-fn relaxed<T: Scalar>(x: T) -> (T, T, T) {
+pub(crate) fn relaxed<T: Scalar>(x: T) -> (T, T, T) {
     if x < lit(0.5) && x > lit(-0.5) {
         // φ2 = Σ (−x)ᵏ/(k + 2)!, cut below 2e-17; the others follow from it without cancellation.
         // Even and odd powers apart and in pairs, so that the sums do not wait for each other.

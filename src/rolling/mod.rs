@@ -14,13 +14,43 @@
 //! | p(ξ) | pressure: normal force per length | N/m |
 //! | λ, r, c₀, c₂ | coefficients of the friction model, see [`Affine`](crate::Affine) | 1/s, –, 1/m, s/m |
 //!
+//! # Slip
+//!
+//! v is the *rigid* slip velocity: that of the body's surface over the ground if neither were elastic. It
+//! is positive where the ground drags the body back, and F opposes it.
+//!
+//! | motion | v | slip |
+//! |---|---|---|
+//! | any | | v/(L V): slip velocity over rolling speed |
+//! | longitudinal, wheel of radius R | v_x − ωR, with L V = ωR | (v_x − ωR)/(ωR): positive in braking, infinite when locked |
+//! | lateral, wheel at a slip angle α | v_y = v_x tan α, with L V = ωR ≈ v_x | tan α |
+//!
+//! The longitudinal slip of ISO 8855 and SAE J670 is κ_x = (ωR − v_x)/v_x: negative in braking, −1 when locked.
+//! With s = v/(L V) it is κ_x = −s/(1 + s), and s = −κ_x/(1 + κ_x). The two agree, up to their signs, for small
+//! slip. [`Patch::motion_at`] and [`Patch::motion_of`] make a [`Motion`] of a slip or of a wheel's speeds.
+//!
 //! Source: Romano et al. (arXiv 2602.09429), section IV.
 
 mod exact;
+mod frequency;
+#[cfg(feature = "alloc")]
+mod grid;
 mod integrals;
+mod limits;
+mod passivity;
 mod patch;
 mod pressure;
+mod steady;
 
-pub use exact::{ExactPatch, PatchCommitted, PatchLedger, PatchStep, Slot};
-pub use patch::{Motion, Patch, PatchParameters, RateDependent, Slip, WheelMotion};
-pub use pressure::{PolynomialExponential, PolynomialExponentialParameters, Pressure};
+pub use exact::{ExactPatch, MotionOverTime, Order, PatchCommitted, PatchLedger, PatchStep, Slot};
+pub use frequency::LinearisedPatch;
+#[cfg(feature = "alloc")]
+pub use grid::{Grid, GridParameters, MotionField, Transport};
+pub use limits::{Excitation, Origin, PatchLimits};
+pub use passivity::{PassiveDamping, Passivity, passivity};
+pub use patch::{Motion, OutputLimits, Patch, PatchParameters, RateDependent, Slip, WheelMotion};
+pub use pressure::{
+    FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,
+    PressureKnot, TabulatedPressure, Trapezoidal, TrapezoidalParameters,
+};
+pub use steady::{Aligning, Peak, Steady, SteadySlopes};

@@ -1,8 +1,13 @@
 //! A contact patch: bristles of one model along a length, under a pressure.
 
 use super::Pressure;
+use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
-use crate::{Affine, Bristle, Dahl, FrBd, LuGre, Scalar, Sliding};
+use crate::scalar::is_zero;
+use crate::{
+    Affine, Bristle, Dahl, FrBd, FrictionCurve, LuGre, Regularisation, Rheology, Scalar, Sliding,
+    VelocityLaw,
+};
 
 /// A friction model with one deflection whose coefficients depend on the velocity alone, so that all
 /// bristles of a patch share them. Every model of this crate but the elasto-plastic one, which
@@ -13,14 +18,70 @@ pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
     fn at_velocity(&self, sliding: impl Into<Sliding<T>>) -> Affine<T> {
         self.affine(sliding.into(), T::zero())
     }
+
+    /// What |c₀| and |c₂| do not exceed at velocities with |v| ≤ `fastest`; infinite if there is no such
+    /// limit.
+    fn output_limits(&self, fastest: T) -> OutputLimits<T> {
+        let _ = fastest;
+        let unlimited = T::one() / T::zero();
+        OutputLimits { stiffness: unlimited, damping: unlimited }
+    }
 }
 
-impl<T: Scalar, C, R, E> RateDependent<T> for FrBd<C, R, E> where Self: Bristle<T, Deflection = T> {}
-impl<T: Scalar, C, D, E> RateDependent<T> for LuGre<T, C, D, E> where
-    Self: Bristle<T, Deflection = T>
-{
+/// How strongly a model's deflection and velocity act on its friction coefficient, see
+/// [`RateDependent::output_limits`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutputLimits<T> {
+    /// Largest |c₀| [1/m].
+    pub stiffness: T,
+    /// Largest |c₂| [s/m].
+    pub damping: T,
 }
-impl<T: Scalar> RateDependent<T> for Dahl<T> {}
+
+impl<T, C, R, E> RateDependent<T> for FrBd<C, R, E>
+where
+    T: Scalar,
+    C: FrictionCurve<T>,
+    R: Rheology<T, Deflection = T>,
+    E: Regularisation<T>,
+{
+    fn output_limits(&self, _fastest: T) -> OutputLimits<T> {
+        // c₀ = σ0 r and c₂ = σ1 r with 0 < r ≤ 1.
+        OutputLimits {
+            stiffness: self.rheology().stiffness_bounds().max,
+            damping: self.rheology().damping_bounds().max,
+        }
+    }
+}
+
+impl<T, C, D, E> RateDependent<T> for LuGre<T, C, D, E>
+where
+    T: Scalar,
+    C: FrictionCurve<T>,
+    D: VelocityLaw<T>,
+    E: Regularisation<T>,
+{
+    fn output_limits(&self, fastest: T) -> OutputLimits<T> {
+        let stiffness = self.storage_stiffness();
+        let damping = self.rheology().damping_bounds().max;
+        // c₀ = σ0 − σ1λ lies between σ0 − max σ1 max λ and σ0.
+        let lowest = match self.limits(fastest).relaxation_rate {
+            _ if is_zero(damping) => stiffness,
+            Some(rate) => stiffness - damping * rate,
+            None => -T::one() / T::zero(),
+        };
+        OutputLimits {
+            stiffness: larger(stiffness, -lowest),
+            damping: damping + self.viscous_friction(),
+        }
+    }
+}
+
+impl<T: Scalar> RateDependent<T> for Dahl<T> {
+    fn output_limits(&self, _fastest: T) -> OutputLimits<T> {
+        OutputLimits { stiffness: self.storage_stiffness(), damping: T::zero() }
+    }
+}
 
 /// Parameters of [`Patch`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +107,7 @@ pub struct PatchParameters<T, M, P> {
 ///     pressure: PolynomialExponential::parabolic(),
 /// })?
 /// .carrying(4000.0)?; // N
-/// assert!((tyre.normal_force() - 4000.0).abs() < 1e-9);
+/// assert!((tyre.normal_force() - 4000.0_f64).abs() < 1e-9);
 ///
 /// // Rolling at 16 m/s with 0.8 m/s of slip.
 /// let motion = Motion { slip_velocity: 0.8, transport_velocity: 16.0 / 0.1 };
@@ -187,5 +248,11 @@ impl<T: Scalar> Motion<T> {
                 self.transport_velocity,
             )?,
         })
+    }
+
+    /// Checks what only a rolling patch has an answer to.
+    pub(super) fn rolling(self) -> Result<Self, ParameterError> {
+        parameter::positive("transport_velocity", self.transport_velocity)?;
+        self.forward()
     }
 }

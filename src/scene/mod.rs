@@ -8,12 +8,19 @@
 //! | [`DiaphragmValve`] | position, velocity, deflection, pressure |
 //!
 //! A scene of your own is a [`System`](crate::ode::System): about twenty lines.
+//!
+//! [`BrakedWheel`], a wheel on a rolling patch from free rolling to standstill, is no system with a few
+//! states; it takes passive steps of its own.
 
+mod braked_wheel;
 mod diaphragm_valve;
 mod forced_mass;
 mod prescribed_velocity;
 mod spring_driven_mass;
 
+pub use braked_wheel::{
+    BrakedWheel, BrakedWheelParameters, WheelError, WheelLedger, WheelLoads, WheelState, WheelStep,
+};
 pub use diaphragm_valve::{DiaphragmValve, DiaphragmValveParameters};
 pub use forced_mass::{ForcedMass, ForcedMassParameters};
 pub use prescribed_velocity::{PrescribedVelocity, PrescribedVelocityParameters};

@@ -5,6 +5,7 @@
 
 #![allow(dead_code, unreachable_pub, reason = "each test binary uses its own part of this module")]
 
+pub mod characteristics;
 pub mod closed_form;
 pub mod recipe;
 pub mod specimens;

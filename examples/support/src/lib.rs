@@ -38,7 +38,9 @@ mod number;
 mod run;
 
 pub use arguments::{ArgumentError, Arguments, Rule, Values};
-pub use chart::{Colour, Dash, Figure, FigureError, Marker, Panel, Stroke, Symbol};
+pub use chart::{
+    Colour, ColourMap, Dash, Figure, FigureError, HeatMap, Marker, Panel, Stroke, Symbol,
+};
 pub use csv::{Csv, CsvError};
 pub use file::FileError;
 pub use run::run;

@@ -18,13 +18,15 @@
 mod coupling;
 mod queue;
 mod segment;
+mod smooth;
 
 pub use coupling::{PatchCommitted, PatchLedger, PatchStep};
 pub use queue::Slot;
+pub use smooth::{MotionOverTime, Order};
 
 use super::{Motion, Patch, PolynomialExponential, RateDependent};
 use crate::parameter::{self, ParameterError, Rule};
-use crate::scalar::lit;
+use crate::scalar::{lit, to_f64};
 use crate::{Affine, Scalar};
 use queue::{Held, Queue};
 use segment::Segment;
@@ -59,17 +61,27 @@ use segment::Segment;
 /// # Memory and merging
 ///
 /// Every step adds a segment of width V h, until it has crossed the patch. Of the slots given, C, all
-/// steps with V h ≥ 2/(C − 6) are kept exactly. Narrower ones are merged with each other into segments of
-/// about that width, straight lines of the same integral and first moment: for a
-/// pressure of up to two coefficients no force is lost before they reach the outlet, where the error is
-/// one of interpolation within one segment. A patch that does not roll, V = 0, adds none.
+/// steps with V h ≥ w = 2/(C − 6) are kept exactly. Narrower ones are merged with each other into segments
+/// of a width from w to 2 w, straight lines of the same integral and first moment under the pressure's
+/// e^(−aξ) (never beyond the deflections that they stand for). The force of those hardly changes while
+/// they are far from the outlet, under a pressure of one coefficient not at all; there the line is cut, with an error of O(w³)
+/// where the velocities are smooth, O(w²) where they jump: below 0.2 w³ and 0.2 w² of the normal force in a
+/// patch whose slip velocity swings once a transit at a few percent of slip. Segments that were merged keep
+/// the relative accuracy of a small slip. A patch that does not roll, V = 0, adds none.
+///
+/// # Accuracy
+///
+/// Nothing is ever subtracted that was added before, so that no digits are lost to what has left, and
+/// nothing drifts. Roundings add up over one transit: some 1e-16 for each of its n steps, and of the place of
+/// the outlet too, as with n = 10 000 some 1e-13. In single precision, with 6e-8, it is better not to take
+/// steps of V h below 1e-4.
 ///
 /// # Time
 ///
-/// A step of V h prepares at most about 2 C V h + 1 segments beside its own work, which does not depend
-/// on C: with V h no larger than some number of segments there is a bound for every single step. Steps
-/// beyond a quarter of the patch are split into parts, up to four; those of a transit and more, V h ≥ 1, cost
-/// the same as one, for nothing is left of what was.
+/// A step does a fixed number of operations of its own, whatever C, and rebuilds on the side: if V h is
+/// never above 1/20 a step rebuilds at most 4 C V h + 1 segments, on average not quite one a step. Longer
+/// steps amid short ones may leave up to C to the next. A step beyond a quarter of the patch is taken in parts,
+/// up to four; those of a transit and more, V h > 1, cost the same as one, for nothing is left of what was.
 #[derive(Debug, Clone)]
 pub struct ExactPatch<T, M, const N: usize, B> {
     patch: Patch<T, M, PolynomialExponential<T, N>>,
@@ -82,7 +94,7 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExpon
     ///
     /// # Errors
     ///
-    /// Refuses fewer than 16 slots.
+    /// Refuses fewer than 22 slots.
     pub fn exact<B>(self, slots: B) -> Result<ExactPatch<T, M, N, B>, ParameterError>
     where
         B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
@@ -107,18 +119,18 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExpon
     ///
     /// # Errors
     ///
-    /// Refuses fewer than 5 segments.
+    /// Refuses fewer than 8 segments.
     #[cfg(feature = "alloc")]
     pub fn exact_in(
         self,
         segments: usize,
     ) -> Result<ExactPatch<T, M, N, alloc::vec::Vec<Slot<T, N>>>, ParameterError> {
-        if segments < 5 {
-            let rule = Rule::Count { least: 5 };
+        if segments < 8 {
+            let rule = Rule::Count { least: 8 };
             let value = segments as f64;
             return Err(ParameterError { name: "segments", component: None, value, rule });
         }
-        self.exact(alloc::vec![Slot::default(); segments.saturating_mul(2).saturating_add(6)])
+        self.exact(alloc::vec![Slot::default(); segments.saturating_mul(2).saturating_add(8)])
     }
 }
 
@@ -159,8 +171,9 @@ where
     /// Refuses a motion that is not finite or runs backwards.
     pub fn settle(&mut self, motion: Motion<T>) -> Result<(), ParameterError> {
         let Motion { slip_velocity, transport_velocity } = motion.forward()?;
-        let Affine { relaxation, drive, .. } = self.patch.model().at_velocity(slip_velocity);
-        if transport_velocity > T::zero() {
+        let Affine { relaxation, drive, .. } = self.coefficients(slip_velocity)?;
+        // A crossing that takes for ever is none.
+        if (T::one() / transport_velocity).is_finite() {
             self.queue.replace(relaxation, drive * slip_velocity, transport_velocity);
         } else {
             let z = self.patch.model().stationary(slip_velocity);
@@ -208,20 +221,32 @@ where
     /// Rolls on for a time h ≥ 0 \[s\] with a motion held, and returns the friction force F \[N\] at the end,
     /// positive against v > 0.
     ///
-    /// For velocities that vary smoothly take those of the middle of the step: the bristles then follow
-    /// to second order, and [`ExactPatch::force`] gives the force at the velocity of the end.
+    /// For velocities that vary smoothly see [`ExactPatch::follow`].
     ///
     /// # Errors
     ///
-    /// Refuses a velocity that is not finite, a transport velocity or duration that is negative; the
-    /// patch is as it was.
+    /// Refuses a velocity that is not finite, a transport velocity or duration that is negative, and a
+    /// velocity at which the model's relaxation rate or drive is not finite; the patch is as it was.
     #[inline]
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
         let Motion { slip_velocity, transport_velocity } = motion.forward()?;
         let duration = parameter::non_negative("duration", duration)?;
-        let affine = self.patch.model().at_velocity(slip_velocity);
+        let affine = self.coefficients(slip_velocity)?;
         self.roll(affine.relaxation, affine.drive * slip_velocity, transport_velocity, duration);
         Ok(self.force_of(&affine, slip_velocity))
+    }
+
+    /// The model's coefficients, if they are numbers: one that is not would stay in the patch.
+    #[inline]
+    fn coefficients(&self, slip_velocity: T) -> Result<Affine<T>, ParameterError> {
+        let affine = self.patch.model().at_velocity(slip_velocity);
+        for (name, value) in [("relaxation", affine.relaxation), ("drive", affine.drive)] {
+            if !value.is_finite() {
+                let value = to_f64(value);
+                return Err(ParameterError { name, component: None, value, rule: Rule::Finite });
+            }
+        }
+        Ok(affine)
     }
 
     /// Moves the bristles with held coefficients.

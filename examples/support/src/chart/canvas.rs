@@ -80,6 +80,18 @@ impl Canvas<'_> {
             .map_err(io::Error::other)
     }
 
+    /// A rectangle of one colour.
+    pub(super) fn tile(
+        &mut self,
+        from: Point,
+        to: Point,
+        rgb: (u8, u8, u8),
+    ) -> Result<(), DrawError> {
+        self.svg
+            .draw_rect(fine(from), fine(to), &style(rgba(rgb), 1.0), true)
+            .map_err(io::Error::other)
+    }
+
     /// A thin line in grey.
     pub(super) fn rule(
         &mut self,

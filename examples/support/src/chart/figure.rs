@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::canvas::{Anchor, Canvas, DrawError, Grey, document};
 use super::labels::{all_over, along, beside};
-use super::layout::{EDGE, LABEL, LINE, Placed, SMALL, TICK, TICK_GAP, place};
+use super::layout::{BAR, EDGE, LABEL, LINE, Placed, SMALL, TICK, TICK_GAP, place};
 use super::legend::Legend;
 use super::panel::{Look, Panel, Reference};
 use super::path::{Point, pieces};
@@ -130,6 +130,7 @@ impl Figure {
 /// Draws from the back to the front: grid, reference lines, series, frame, words.
 fn draw_panel(canvas: &mut Canvas<'_>, placed: &Placed<'_>) -> Result<(), DrawError> {
     draw_grid(canvas, placed)?;
+    let coloured = draw_heat_map(canvas, placed)?;
     let lines = reference_lines(placed);
     for &(from, to, _) in &lines {
         canvas.rule(&[from, to], REFERENCE, 0.8)?;
@@ -148,7 +149,7 @@ fn draw_panel(canvas: &mut Canvas<'_>, placed: &Placed<'_>) -> Result<(), DrawEr
         )?;
         taken.extend(all_over(&place));
     }
-    if taken.is_empty() {
+    if taken.is_empty() && !coloured {
         let middle = (
             placed.frame.left + 0.5 * placed.frame.width,
             placed.frame.top + 0.5 * placed.frame.height,
@@ -169,6 +170,41 @@ fn draw_grid(canvas: &mut Canvas<'_>, placed: &Placed<'_>) -> Result<(), DrawErr
         canvas.rule(&[(frame.left, y), (frame.right(), y)], GRID, 0.6)?;
     }
     Ok(())
+}
+
+/// Draws the coloured ground and the bar beside it, and tells whether there is one.
+fn draw_heat_map(canvas: &mut Canvas<'_>, placed: &Placed<'_>) -> Result<bool, DrawError> {
+    let (Some(map), Some(bar)) = (&placed.panel.heat_map, &placed.bar) else { return Ok(false) };
+    let frame = &placed.frame;
+    // Neighbours overlap by a pixel, or the paper would shine through between them.
+    const OVERLAP: f64 = 1.0;
+    let tiles = map.tiles(&placed.x, &placed.y, frame);
+    let drawn = !tiles.is_empty();
+    for tile in tiles {
+        let x = |fraction: f64| frame.left + fraction * frame.width;
+        let y = |fraction: f64| frame.bottom() - fraction * frame.height;
+        let from = (x(tile.x.0), (y(tile.y.1) - OVERLAP).max(frame.top));
+        canvas.tile(from, ((x(tile.x.1) + OVERLAP).min(frame.right()), y(tile.y.0)), tile.rgb)?;
+    }
+    let (left, right) = (frame.right() + BAR.0, frame.right() + BAR.0 + BAR.1);
+    let y = |fraction: f64| frame.bottom() - fraction * frame.height;
+    for ((low, high), rgb) in map.shades() {
+        canvas.tile((left, (y(high) - OVERLAP).max(frame.top)), (right, y(low)), rgb)?;
+    }
+    let (top, bottom) = (frame.top, frame.bottom());
+    let around = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
+    canvas.rule(&around, FRAME, 0.9)?;
+    for tick in &bar.ticks {
+        let y = y(bar.scale.fraction(tick.value).unwrap_or(0.0));
+        canvas.rule(&[(right, y), (right + TICK, y)], FRAME, 0.9)?;
+        canvas.text(&tick.label, (right + TICK_GAP, y), Anchor::Left, SMALL, BLACK)?;
+    }
+    let centre = top + 0.5 * frame.height;
+    for (i, line) in bar.label.iter().enumerate() {
+        let x = right + bar.label_distance + i as f64 * LINE;
+        canvas.text(line, (x, centre), Anchor::Turned, LABEL, BLACK)?;
+    }
+    Ok(drawn)
 }
 
 /// The reference lines inside the frame, with their labels.
@@ -267,7 +303,7 @@ fn draw_axes(canvas: &mut Canvas<'_>, placed: &Placed<'_>) -> Result<(), DrawErr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Colour;
+    use crate::{Colour, ColourMap, HeatMap};
 
     fn panel() -> Panel {
         Panel::new("time t / s", "position x / m").line(
@@ -295,6 +331,26 @@ mod tests {
         assert_eq!(range, Err(format!("panel 2, y axis from 0 to 1: {rule}")));
         let small = refusal(Figure::new(100, 100).panel(panel()));
         assert!(small.is_err_and(|message| message.starts_with("a figure of 100 × 100 px leaves")));
+    }
+
+    #[test]
+    fn a_heat_map_has_a_bar_with_its_label_beside_it() -> Result<(), FigureError> {
+        let map = |value: f64| {
+            HeatMap::new("z / mm", ColourMap::Diverging, [0.0, 1.0], [0.0, 1.0], move |i, _| {
+                value * i as f64
+            })
+        };
+        let ground = |value| Panel::new("t / s", "place ξ").heat_map(map(value));
+        let svg = Figure::new(500, 300).panel(ground(2.0)).panel(panel()).columns(2).svg()?;
+        for (text, times) in [("z\u{a0}/\u{a0}mm", 1), ("place ξ", 1), ("no data", 0)] {
+            assert_eq!(svg.matches(text).count(), times, "{text}");
+        }
+        // 48 shades in the bar, and two rows of two cells.
+        let tiles = svg.matches("<rect").count();
+        assert!(tiles >= 52, "{tiles}");
+        let nothing = Figure::new(500, 300).panel(ground(f64::NAN)).svg()?;
+        assert!(nothing.contains("z\u{a0}/\u{a0}mm"));
+        Ok(())
     }
 
     #[test]

@@ -21,6 +21,8 @@ pub(super) const TICK_GAP: f64 = 7.0;
 pub(super) const EDGE: f64 = 8.0;
 /// From the right end of a plot area on: half of the widest x tick label must fit in.
 const RIGHT: f64 = 16.0;
+/// Gap between a plot area and its bar of colours, and the bar's width.
+pub(super) const BAR: (f64, f64) = (10.0, 12.0);
 /// Between a column of panels and the next, beyond RIGHT; between a row and the next.
 const BETWEEN: f64 = 8.0;
 /// Closest labelled y ticks.
@@ -64,6 +66,23 @@ pub(super) struct Placed<'a> {
     pub(super) y_label: Vec<String>,
     /// From the frame to the middle of the y label's last line.
     pub(super) y_label_distance: f64,
+    pub(super) bar: Option<Bar>,
+}
+
+/// The bar that tells what the colours of a heat map mean.
+pub(super) struct Bar {
+    pub(super) scale: Scale,
+    pub(super) ticks: Vec<Tick>,
+    pub(super) label: Vec<String>,
+    /// From the bar to the middle of the label's first line.
+    pub(super) label_distance: f64,
+}
+
+impl Bar {
+    /// What it takes beside the plot area.
+    fn width(&self) -> f64 {
+        BAR.0 + BAR.1 + self.label_distance + (self.label.len() as f64 - 0.5) * LINE
+    }
 }
 
 impl Placed<'_> {
@@ -119,7 +138,24 @@ pub(super) fn place<'a>(
             (distance - 0.5 * LINE + lines, distance)
         })
         .collect();
-    let margins = left.iter().map(|(margin, _)| margin + RIGHT).sum::<f64>()
+    let bars: Vec<Option<Bar>> = panels
+        .iter()
+        .map(|panel| {
+            let map = panel.heat_map.as_ref()?;
+            let scale = map.scale();
+            let ticks = ticks(&scale, most, |labelled| apart(&scale, labelled, height, |_| 13.0));
+            let numbers = ticks.iter().map(|tick| width(&tick.label, SMALL)).fold(0.0, f64::max);
+            let label = wrap(&map.label, LABEL, height + 8.0);
+            Some(Bar { scale, ticks, label, label_distance: TICK_GAP + numbers + 6.0 + 0.5 * LINE })
+        })
+        .collect();
+    let right: Vec<f64> = (0..columns)
+        .map(|column| {
+            let own = bars.iter().skip(column).step_by(columns).flatten();
+            own.map(|bar| bar.width() + 4.0).fold(RIGHT, f64::max)
+        })
+        .collect();
+    let margins = left.iter().map(|(margin, _)| margin).chain(&right).sum::<f64>()
         + BETWEEN * (columns as f64 - 1.0);
     let plot_width = (size.0 - 2.0 * EDGE - margins) / columns as f64;
     if !(plot_width >= SMALLEST.0 && height >= SMALLEST.1) {
@@ -128,13 +164,14 @@ pub(super) fn place<'a>(
 
     let mut placed = Vec::new();
     let texts = titles.into_iter().zip(x_labels).zip(y_labels).zip(y_ticks);
-    for (i, (((title, x_label), y_label), y_ticks)) in texts.enumerate() {
+    for (i, ((((title, x_label), y_label), y_ticks), bar)) in texts.zip(bars).enumerate() {
         let (row, column) = (i / columns, i % columns);
         let (x, y) = scales[i];
         let frame = Frame {
             left: EDGE
                 + left[..=column].iter().map(|(margin, _)| margin).sum::<f64>()
-                + column as f64 * (plot_width + RIGHT + BETWEEN),
+                + right[..column].iter().sum::<f64>()
+                + column as f64 * (plot_width + BETWEEN),
             top: top
                 + above[..=row].iter().sum::<f64>()
                 + below[..row].iter().sum::<f64>()
@@ -157,6 +194,7 @@ pub(super) fn place<'a>(
             x_label,
             y_label,
             y_label_distance,
+            bar,
         });
     }
     Ok(placed)

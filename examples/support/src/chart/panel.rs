@@ -3,6 +3,7 @@
 use std::borrow::Borrow;
 use std::ops::RangeInclusive;
 
+use super::heat_map::HeatMap;
 use super::scale::Scale;
 use super::style::{Stroke, Symbol};
 
@@ -21,6 +22,7 @@ pub struct Panel {
     pub(super) y: Axis,
     pub(super) series: Vec<Series>,
     pub(super) references: Vec<Reference>,
+    pub(super) heat_map: Option<HeatMap>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -59,6 +61,7 @@ impl Panel {
             y: Axis { label: y_label.into(), ..Axis::default() },
             series: Vec::new(),
             references: Vec::new(),
+            heat_map: None,
         }
     }
 
@@ -112,6 +115,12 @@ impl Panel {
         self.with(name.into(), Look::Points(symbol.into()), points)
     }
 
+    /// Colours the ground by a quantity over x and y, and tells beside the panel what the colours mean.
+    pub fn heat_map(mut self, map: HeatMap) -> Panel {
+        self.heat_map = Some(map);
+        self
+    }
+
     /// Adds a reference line at `y`, with a label of a few characters or none.
     pub fn horizontal(mut self, y: f64, label: impl Into<String>) -> Panel {
         self.references.push(Reference::Horizontal(y, label.into()));
@@ -150,7 +159,9 @@ impl Panel {
             Reference::Horizontal(..) => None,
         });
         let values = self.series.iter().flat_map(|series| &series.points).map(|point| point.0);
-        Ok(Scale::fit(values.chain(references), self.x.logarithmic, margin))
+        let map = self.heat_map.iter().flat_map(|map| map.ends()[0]);
+        let margin = if self.heat_map.is_some() { 0.0 } else { margin };
+        Ok(Scale::fit(values.chain(references).chain(map), self.x.logarithmic, margin))
     }
 
     /// The scale of the y axis beside `x`, or what is wrong with its range.
@@ -164,6 +175,8 @@ impl Panel {
         });
         let points = self.series.iter().flat_map(|series| &series.points);
         let values = points.filter(|point| x.shows(point.0)).map(|point| point.1);
-        Ok(Scale::fit(values.chain(references), self.y.logarithmic, MARGIN_Y))
+        let map = self.heat_map.iter().flat_map(|map| map.ends()[1]);
+        let margin = if self.heat_map.is_some() { 0.0 } else { MARGIN_Y };
+        Ok(Scale::fit(values.chain(references).chain(map), self.y.logarithmic, margin))
     }
 }

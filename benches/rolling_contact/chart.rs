@@ -1,0 +1,38 @@
+//! Error over CPU time: one panel a friction model, under the parabola.
+
+use std::path::{Path, PathBuf};
+
+use support::{Figure, FigureError, Marker, Panel, Stroke};
+
+use crate::transient::{Row, SOLVERS};
+
+pub(crate) fn draw(folder: &Path, rows: &[Row]) -> Result<PathBuf, FigureError> {
+    let rows: Vec<&Row> = rows.iter().filter(|row| row.pressure == "parabolic").collect();
+    let most = rows.iter().map(|row| row.seconds).fold(0.0, f64::max);
+    let least = rows.iter().map(|row| row.seconds).fold(f64::INFINITY, f64::min);
+    let mut figure = Figure::new(900, 470).columns(2);
+    for (model, title) in [("frbd", "FrBD"), ("lugre", "LuGre")] {
+        let mut panel = Panel::new("CPU time / s", "greatest error of F/F_z / –")
+            .title(format!("{title}, tyre transient, parabolic pressure"))
+            .log_x()
+            .log_y()
+            .x_range(0.6 * least..=1.6 * most)
+            .y_range(1e-15..=1e-1);
+        for (index, solver) in SOLVERS.iter().enumerate() {
+            let own: Vec<(f64, f64)> = rows
+                .iter()
+                .filter(|row| row.model == model && row.solver == *solver)
+                .map(|row| (row.seconds, row.error.max(1.5e-15)))
+                .collect();
+            let stroke = Stroke::nth(index);
+            let marker = [Marker::Disc, Marker::Square, Marker::Diamond][index % 3];
+            panel = panel.line(*solver, stroke, own.clone()).points(
+                *solver,
+                stroke.colour.marked(marker).size(4.5),
+                own,
+            );
+        }
+        figure = figure.panel(panel);
+    }
+    figure.save(folder, "rolling_contact")
+}

@@ -1,0 +1,82 @@
+//! What a step costs: the exact reduction with its rebuilding spread over the steps, over one exact step of
+//! a lumped contact with the same velocities.
+
+use std::error::Error;
+use std::hint::black_box;
+use std::time::Instant;
+
+use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential, RateDependent};
+use bristle::{FrBd, KelvinVoigt, LuGre, Stribeck, paper};
+
+/// Runs of each, in turns; the shortest counts.
+const RUNS: usize = 7;
+/// Steps of a run.
+const STEPS: usize = 100_000;
+
+/// Prints the table.
+pub(crate) fn report() -> Result<(), Box<dyn Error>> {
+    let curve = Stribeck::new(paper::TYRE_CURVE)?;
+    let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
+    println!("a step of the exact reduction, of a lumped contact, ns, and their ratio");
+    println!("model  pressure     segments   patch  lumped  ratio");
+    model("FrBD", FrBd::new(curve, bristle))?;
+    model("LuGre", LuGre::classical(curve, bristle))
+}
+
+fn model<M: RateDependent<f64> + Copy>(name: &str, model: M) -> Result<(), Box<dyn Error>> {
+    for segments in [100, 1000, 10_000] {
+        row(name, "constant", model, PolynomialExponential::constant(), segments)?;
+        let decay = paper::TYRE_PRESSURE_DECAY;
+        row(name, "exponential", model, PolynomialExponential::exponential(decay)?, segments)?;
+        row(name, "parabolic", model, PolynomialExponential::parabolic(), segments)?;
+    }
+    Ok(())
+}
+
+fn row<M: RateDependent<f64> + Copy, const N: usize>(
+    name: &str,
+    pressure_name: &str,
+    model: M,
+    pressure: PolynomialExponential<f64, N>,
+    segments: usize,
+) -> Result<(), Box<dyn Error>> {
+    let velocities: Vec<f64> = (0..1024).map(|n| 1.0 + 0.5 * (0.37 * f64::from(n)).sin()).collect();
+    let transport_velocity = 20.0;
+    let duration = 1.0 / (transport_velocity * segments as f64);
+    let contact = model.under_load(1.0)?;
+    let patch = Patch::new(PatchParameters { model, length: paper::TYRE_LENGTH, pressure })?;
+    let mut rolling = patch.carrying(1.0)?.exact_in(segments)?;
+    // A transit, so that the queue is full.
+    for n in 0..2 * segments {
+        rolling
+            .step(Motion { slip_velocity: velocities[n % 1024], transport_velocity }, duration)?;
+    }
+    let (mut patch_time, mut lumped_time) = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..RUNS {
+        let begin = Instant::now();
+        let mut sum = 0.0;
+        for n in 0..STEPS {
+            let slip_velocity = velocities[n % 1024];
+            sum += rolling.step(Motion { slip_velocity, transport_velocity }, duration)?;
+        }
+        black_box(sum);
+        patch_time = patch_time.min(begin.elapsed().as_secs_f64());
+        let begin = Instant::now();
+        let (mut sum, mut z) = (0.0, 0.0);
+        for n in 0..STEPS {
+            let hold = contact.hold(velocities[n % 1024], z, duration);
+            z = hold.deflection;
+            sum += hold.end + hold.mean;
+        }
+        black_box((sum, z));
+        lumped_time = lumped_time.min(begin.elapsed().as_secs_f64());
+    }
+    let per_step = 1e9 / STEPS as f64;
+    println!(
+        "{name:6} {pressure_name:12} {segments:8} {:7.1} {:7.1} {:6.2}",
+        patch_time * per_step,
+        lumped_time * per_step,
+        patch_time / lumped_time
+    );
+    Ok(())
+}

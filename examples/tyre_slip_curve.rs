@@ -1,0 +1,100 @@
+//! The tyre of section IV-A (Table 1) in steady rolling at 16 m/s: friction force over slip for three
+//! pressures, and the pneumatic trail.
+//!
+//! Leaves `tyre_slip_curve.csv` and `tyre_slip_curve.svg`.
+
+use std::error::Error;
+use std::process::ExitCode;
+
+use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Pressure, Slip};
+use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
+
+/// Carries the tyre \[N\]; force ratios do not depend on it.
+const NORMAL_FORCE: f64 = 4000.0;
+
+fn main() -> ExitCode {
+    support::run(|| {
+        let arguments = Arguments::new("tyre_slip_curve", "Force over slip of a rolling tyre")
+            .number("rolling-speed", 16.0, "m/s", "rolling speed L V")
+            .must_be(Rule::Between(1e-3, 1e3))
+            .count("samples", 401, "rows per pressure, denser at small slip")
+            .must_be(Rule::Between(2.0, 1e6))
+            .parse()?;
+        let rolling_speed = arguments.number("rolling-speed");
+        let samples = arguments.count("samples");
+
+        println!("Table 1 at L V = {rolling_speed} m/s, F_z = {NORMAL_FORCE} N");
+        println!();
+        println!("pressure     slip stiffness  peak F/F_z  at slip  F/F_z at 0.05  at 1.00");
+        let mut table = Csv::create(
+            arguments.out_dir(),
+            "tyre_slip_curve",
+            &["pressure", "slip", "force_ratio"],
+        )?;
+        let mut forces = Panel::new("slip v/(L V) / –", "force ratio F/F_z / –").title("(a) force");
+        let mut trails = Panel::new("slip v/(L V) / –", "pneumatic trail / mm")
+            .title("(b) where a lateral force acts, behind the middle");
+        let scene = Scene { rolling_speed, samples };
+        let constant = PolynomialExponential::constant();
+        let exponential = PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY)?;
+        let parabolic = PolynomialExponential::parabolic();
+        for (name, stroke, rows) in [
+            ("constant", Stroke::from(Colour::Blue), scene.run("constant", constant)?),
+            ("exponential", Colour::Orange.dashed(), scene.run("exponential", exponential)?),
+            ("parabolic", Colour::Green.dotted(), scene.run("parabolic", parabolic)?),
+        ] {
+            for [slip, ratio, _] in &rows {
+                table.row(&[name], &[*slip, *ratio])?;
+            }
+            let points = |column: usize, scale: f64| -> Vec<_> {
+                rows.iter().map(|row| (row[0], scale * row[column])).collect()
+            };
+            forces = forces.line(name, stroke, points(1, 1.0));
+            trails = trails.line(name, stroke, points(2, 1e3));
+        }
+        table.finish()?;
+        println!();
+        let figure = Figure::new(1000, 430).columns(2).panel(forces).panel(trails);
+        println!("{}", figure.save(arguments.out_dir(), "tyre_slip_curve")?.display());
+        Ok(())
+    })
+}
+
+struct Scene {
+    rolling_speed: f64,
+    samples: usize,
+}
+
+impl Scene {
+    /// Slip, force ratio and pneumatic trail from slip 0 to 1, closer to each other where the force
+    /// rises; and a line of the printed table.
+    fn run<P: Pressure<f64>>(
+        &self,
+        name: &str,
+        pressure: P,
+    ) -> Result<Vec<[f64; 3]>, Box<dyn Error>> {
+        let curve = Stribeck::new(paper::TYRE_CURVE)?;
+        let tyre = Patch::new(PatchParameters {
+            model: FrBd::new(curve, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+            length: paper::TYRE_LENGTH,
+            pressure,
+        })?
+        .carrying(NORMAL_FORCE)?;
+        let at = |slip| Slip { slip, rolling_speed: self.rolling_speed };
+        let stiffness = tyre.slip_stiffness(self.rolling_speed)? / 1e3;
+        let (small, full) = (tyre.force_ratio(at(0.05))?, tyre.force_ratio(at(1.0))?);
+        let peak = match tyre.peak(at(1.0))? {
+            Some(peak) => format!("{:10.4}  {:7.4}", peak.force / NORMAL_FORCE, peak.slip),
+            None => format!("{:>10}  {:>7}", "–", "–"),
+        };
+        println!("{name:11}  {stiffness:11.2} kN  {peak}  {small:13.6}  {full:8.6}");
+        (0..self.samples)
+            .map(|sample| {
+                let slip = (sample as f64 / (self.samples - 1) as f64).powi(2);
+                let trail = tyre.aligning(tyre.motion_at(at(slip)))?.trail;
+                Ok([slip, tyre.force_ratio(at(slip))?, trail.unwrap_or(f64::NAN)])
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,249 @@
+//! A quarter of a passenger car brakes harder than its tyre can carry: rolling, over the peak of the force–slip
+//! curve, locked, to standstill, where it swings out on its bristles.
+//!
+//! The numbers are those of a typical passenger car, none of a particular one: 400 kg on a wheel of 1 kg m²
+//! and 0.3 m, a patch of 0.12 m under a parabolic pressure; a dry road with a peak near μ = 0.8 at a slip of some
+//! 20 % and 0.75 when the wheel slides fast; a brake that winds up by 0.02 rad with all that
+//! holds it.
+//!
+//! The slip is NaN once the car crawls. Leaves `wheel_braking.csv` and `wheel_braking.svg`.
+
+use std::error::Error;
+use std::process::ExitCode;
+
+use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Slot};
+use bristle::scene::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState, WheelStep};
+use bristle::{
+    Bristle, Coulomb, CoulombParameters, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck,
+    StribeckParameters,
+};
+use support::{Arguments, Colour, Csv, Figure, Panel, Rule};
+
+const MASS: f64 = 400.0; // kg
+const INERTIA: f64 = 1.0; // kg m²
+const RADIUS: f64 = 0.3; // m
+const GRAVITY: f64 = 9.81; // m/s²
+/// Below this speed [m/s] a slip says nothing.
+const CRAWL: f64 = 0.05;
+
+type Friction<C> = FrBd<C, KelvinVoigt<f64>>;
+type Wheel =
+    BrakedWheel<f64, Friction<Stribeck<f64>>, 3, Vec<Slot<f64, 3>>, Friction<Coulomb<f64>>>;
+
+/// The brake pedal: torque that the brake can carry, over time.
+#[derive(Debug, Clone, Copy)]
+struct Pedal {
+    ramp: f64,
+    most: f64,
+}
+
+/// A row of the table: state after a step, slip, and what acted over it.
+struct Row {
+    state: WheelState<f64>,
+    slip: f64,
+    step: WheelStep<f64>,
+    /// Since the beginning \[J\]: lost in the patch, in the brake.
+    lost: [f64; 2],
+}
+
+/// What came of a run.
+struct Run {
+    rows: Vec<Row>,
+    distance: f64,
+    /// Largest share of a step's energy account that does not balance.
+    defect: f64,
+}
+
+fn main() -> ExitCode {
+    support::run(|| {
+        let arguments = Arguments::new("wheel_braking", "A wheel braked until it stands")
+            .number("speed", 30.0, "m/s", "speed at the beginning")
+            .must_be(Rule::Between(1.0, 100.0))
+            .number("torque", 2500.0, "N m", "what the brake can carry, fully applied")
+            .must_be(Rule::AtLeast(0.0))
+            .number("ramp", 3000.0, "N m/s", "how fast it is applied")
+            .must_be(Rule::Positive)
+            .number("end", 5.0, "s", "end of the simulated time")
+            .must_be(Rule::Between(0.1, 100.0))
+            .number("step", 1e-3, "s", "time step of what is drawn and stored")
+            .must_be(Rule::Between(1e-5, 0.1))
+            .parse()?;
+        let pedal = Pedal { ramp: arguments.number("ramp"), most: arguments.number("torque") };
+        let (speed, end) = (arguments.number("speed"), arguments.number("end"));
+
+        println!("{MASS} kg from {speed} m/s, brake of {} N m", pedal.most);
+        println!();
+        println!(
+            "time step  distance at {end} s  off by      largest defect of the energy account"
+        );
+        let fine = fine_distance(pedal, speed, end)?;
+        for step in [1e-2, 1e-3, 1e-4] {
+            let run = simulate(pedal, speed, end, step, false)?;
+            println!(
+                "{:6} ms  {:13.6} m  {:8.1e} m  {:.0e} of the kinetic energy at the beginning",
+                1e3 * step,
+                run.distance,
+                (run.distance - fine).abs(),
+                run.defect,
+            );
+        }
+
+        let run = simulate(pedal, speed, end, arguments.number("step"), true)?;
+        report(&run);
+        let columns = ["t", "speed", "wheel_speed", "slip", "force", "brake_torque"];
+        let mut table = Csv::create(arguments.out_dir(), "wheel_braking", &columns)?;
+        for Row { state, slip, step, .. } in &run.rows {
+            let wheel_speed = state.angular_velocity * RADIUS;
+            let numbers =
+                [state.time, state.speed, wheel_speed, *slip, step.force, step.brake_torque];
+            table.row(&[], &numbers)?;
+        }
+        table.finish()?;
+        println!();
+        println!("{}", chart(&run).save(arguments.out_dir(), "wheel_braking")?.display());
+        Ok(())
+    })
+}
+
+fn wheel(speed: f64) -> Result<Wheel, Box<dyn Error>> {
+    let road = Stribeck::new(StribeckParameters {
+        static_coefficient: 1.1,
+        dynamic_coefficient: 0.75,
+        stribeck_velocity: 6.0,
+        stribeck_exponent: 1.0,
+        viscous_friction: 0.0,
+    })?;
+    let tread =
+        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 200.0, micro_damping: 0.5 })?;
+    let tyre = Patch::new(PatchParameters {
+        model: FrBd::new(road, tread),
+        length: 0.12,
+        pressure: PolynomialExponential::parabolic(),
+    })?;
+    // 1 N m of torque per newton, so that the brake's normal force is its capacity.
+    let pads = Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 })?;
+    let holder =
+        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 50.0, micro_damping: 0.1 })?;
+    Ok(BrakedWheel::new(BrakedWheelParameters {
+        tyre: tyre.carrying(MASS * GRAVITY)?.exact_in(200)?,
+        brake: FrBd::new(pads, holder).under_load(0.0)?,
+        mass: MASS,
+        inertia: INERTIA,
+        radius: RADIUS,
+        speed,
+        angular_velocity: speed / RADIUS,
+    })?)
+}
+
+impl Pedal {
+    /// What acts over the step that begins at a time.
+    fn over(self, begin: f64, h: f64) -> WheelLoads<f64> {
+        WheelLoads::braking(self.most.min(self.ramp * (begin + 0.5 * h)))
+    }
+}
+
+/// Distance \[m\] after very many steps, without an account of the energy.
+fn fine_distance(pedal: Pedal, speed: f64, end: f64) -> Result<f64, Box<dyn Error>> {
+    let mut wheel = wheel(speed)?;
+    let steps = (end / 2e-5).round();
+    while wheel.state().time < end - 0.5 * end / steps {
+        wheel.step(pedal.over(wheel.state().time, end / steps), end / steps)?;
+    }
+    Ok(wheel.state().position)
+}
+
+fn simulate(
+    pedal: Pedal,
+    speed: f64,
+    end: f64,
+    time_step: f64,
+    stored: bool,
+) -> Result<Run, Box<dyn Error>> {
+    let mut wheel = wheel(speed)?;
+    let start = wheel.kinetic_energy();
+    let steps = (end / time_step).round().max(1.0) as u32;
+    let h = end / f64::from(steps);
+    let mut run = Run { rows: Vec::new(), distance: 0.0, defect: 0.0 };
+    let mut lost = [0.0; 2];
+    for number in 0..steps {
+        let done = wheel.step_with_ledger(pedal.over(h * f64::from(number), h), h)?;
+        run.defect = run.defect.max(done.defect().abs() / start);
+        // Bristles that leave deflected carry nothing away: the pressure vanishes at the outlet.
+        lost[0] += done.tyre.volume + done.tyre.outlet;
+        lost[1] += done.brake_dissipated;
+        if stored {
+            let state = wheel.state();
+            let slip = if state.speed > CRAWL { wheel.slip() } else { f64::NAN };
+            run.rows.push(Row { state, slip, step: done.step, lost });
+        }
+    }
+    run.distance = wheel.state().position;
+    Ok(run)
+}
+
+fn report(run: &Run) {
+    let locked = run.rows.iter().position(|row| row.state.angular_velocity <= 0.0);
+    let rolling = run.rows.iter().take(locked.unwrap_or(run.rows.len()));
+    let peak = rolling.max_by(|a, b| a.step.force.total_cmp(&b.step.force));
+    let locked = locked.and_then(|number| run.rows.get(number));
+    let stands = run.rows.iter().find(|row| row.state.speed <= 0.0);
+    println!();
+    if let Some(Row { state, slip, step, .. }) = peak {
+        let (share, time) = (step.force / (MASS * GRAVITY), state.time);
+        println!("peak     {time:.3} s  F = {share:.3} F_z at a slip of {:.1} %", 100.0 * slip);
+    }
+    if let Some(Row { state, .. }) = locked {
+        println!("locked   {:.3} s  at {:.2} m/s", state.time, state.speed);
+    }
+    if let Some(Row { state, .. }) = stands {
+        println!("stands   {:.3} s  after {:.2} m", state.time, state.position);
+    }
+    if let Some(Row { state, lost, .. }) = run.rows.last() {
+        println!(
+            "at {} s  {:.0e} m/s, wheel {:.0e} m/s",
+            state.time.round(),
+            state.speed.abs(),
+            (state.angular_velocity * RADIUS).abs()
+        );
+        let [patch, brake] = lost.map(|energy| 1e-3 * energy);
+        println!("lost     {patch:.1} kJ in the patch, {brake:.1} kJ in the brake");
+    }
+}
+
+fn chart(run: &Run) -> Figure {
+    let over_time = |value: &dyn Fn(&Row) -> f64| -> Vec<(f64, f64)> {
+        run.rows.iter().map(|row| (row.state.time, value(row))).collect()
+    };
+    let time = "time t / s";
+    let speeds = Panel::new(time, "speed / (m/s)")
+        .line("vehicle v_x", Colour::Blue, over_time(&|row| row.state.speed))
+        .line(
+            "wheel ωR",
+            Colour::Orange.dashed(),
+            over_time(&|row| row.state.angular_velocity * RADIUS),
+        );
+    let end = run.rows.last().map_or(1.0, |row| row.state.time);
+    let slip = Panel::new(time, "slip (v_x − ωR)/v_x").x_range(0.0..=end).line("", Colour::Blue, {
+        let rows = run.rows.iter().take_while(|row| row.state.speed > CRAWL);
+        rows.map(|row| (row.state.time, row.slip)).collect::<Vec<_>>()
+    });
+    let forces = Panel::new(time, "force / kN")
+        .line("tyre F", Colour::Blue, over_time(&|row| 1e-3 * row.step.force))
+        .line(
+            "brake T/R",
+            Colour::Orange.dashed(),
+            over_time(&|row| 1e-3 * row.step.brake_torque / RADIUS),
+        );
+    let energies = Panel::new(time, "energy / kJ")
+        .line(
+            "kinetic",
+            Colour::Black,
+            over_time(&|row| {
+                let WheelState { speed, angular_velocity, .. } = row.state;
+                0.5e-3 * (MASS * speed * speed + INERTIA * angular_velocity * angular_velocity)
+            }),
+        )
+        .line("lost in the patch", Colour::Green, over_time(&|row| 1e-3 * row.lost[0]))
+        .line("lost in the brake", Colour::Vermilion, over_time(&|row| 1e-3 * row.lost[1]));
+    Figure::new(900, 620).columns(2).panel(speeds).panel(slip).panel(forces).panel(energies)
+}

@@ -1,0 +1,530 @@
+//! A patch on a grid: where what the bristles are made of, what drives them or how fast they move
+//! varies along the patch.
+//!
+//! ∂z/∂t + V(ξ, t) ∂z/∂ξ = −λ(v, ξ) z + r(v, ξ) v,  F = L ∫₀¹ p(ξ) (c₀ z + c₂ v) dξ
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | ξ | place in the patch, from 0 to 1 | – |
+//! | z(ξ, t) | deflection | m |
+//! | V(ξ, t) | transport velocity, of any sign | 1/s |
+//! | v(ξ, t) | slip velocity | m/s |
+//! | N | cells; nodes at ξᵢ = i/N | – |
+//! | C | Courant number \|V\| h N: cells crossed in a step | – |
+//!
+//! Bristles enter undeflected wherever V points into the patch: at ξ = 0 where V(0, t) > 0, at ξ = 1 where
+//! V(1, t) < 0, at both, or at neither. Where V points away from a place inside, the bristles there spread;
+//! where V points towards one, they crowd, and leave nowhere.
+//!
+//! *Semi-Lagrangian.* The bristle that arrives at a node is followed back over the step ([`path`]), its
+//! deflection at the start interpolated ([`interpolation`]), and its own linear equation solved along the
+//! way. No step is too long for it. At uniform V, λ and r it is exact at the nodes for a whole Courant
+//! number.
+//!
+//! *Upwind*, first order, smears what it moves. It is here to be compared with.
+//!
+//! Source: Romano et al. (arXiv 2602.09429), section IV-A, the equation and its characteristics. The schemes
+//! are classical (R. Courant, E. Isaacson, M. Rees, Communications on Pure and Applied Mathematics 5 (1952),
+//! 243–255).
+
+mod interpolation;
+mod path;
+mod quadrature;
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use super::{Motion, Patch, Pressure, RateDependent};
+use crate::parameter::{self, ParameterError, Rule};
+use crate::scalar::{is_zero, lit, to_f64};
+use crate::{Affine, Bristle, Scalar, Sliding};
+use interpolation::{Interpolation, cut};
+use path::{Paths, Reach, located};
+
+/// Most cells of a grid.
+const MOST_CELLS: usize = 10_000_000;
+/// Samples of a given profile in each cell, for its range.
+const SAMPLES: usize = 8;
+
+/// How a [`Grid`] moves its deflections.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Transport {
+    /// Along characteristics, with interpolation of fifth order that makes no oscillations. Any Courant
+    /// number.
+    #[default]
+    SemiLagrangian,
+    /// Differences against the stream and implicit relaxation, of first order. Courant numbers up to 1.
+    Upwind,
+}
+
+/// Parameters of [`Grid`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GridParameters<T, M, P> {
+    /// The patch: bristles, length, pressure. For [`Grid::varying`] its model is a function of the place.
+    pub patch: Patch<T, M, P>,
+    /// Number of cells N, from 1 to ten million.
+    pub cells: usize,
+    /// How the deflections are moved.
+    pub transport: Transport,
+}
+
+/// A motion that varies along the patch and over a step: functions of the place ξ \[–\] and of the time
+/// since the step's start \[s\]. Spin, camber, a curved path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionField<F, G> {
+    /// Slip velocity v(ξ, t) [m/s].
+    pub slip_velocity: F,
+    /// Transport velocity V(ξ, t) [1/s], smooth in both.
+    pub transport_velocity: G,
+}
+
+/// What the bristles are.
+#[derive(Debug, Clone, PartialEq)]
+enum Bristles<M> {
+    /// The same everywhere, with coefficients that depend on the velocity alone.
+    Uniform(M),
+    /// One for each node, each with its own coefficients.
+    Varying(Vec<M>),
+}
+
+impl<M> Bristles<M> {
+    fn at(&self, node: usize) -> Option<&M> {
+        match self {
+            Bristles::Uniform(model) => Some(model),
+            Bristles::Varying(models) => models.get(node),
+        }
+    }
+}
+
+/// The deflections of a patch at equidistant nodes, and how they move.
+///
+/// * Never a deflection beyond those it started with and the stationary ones at the velocities met: |z| ≤
+///   max μ/σ0 stays true, whatever the step.
+/// * The force is a quadrature of fifth order with positive weights that hold the pressure exactly. Where the profile
+///   has a kink or a jump (after a sudden change of v; after a standstill) the error in its cell is that
+///   of interpolation: second or first order.
+/// * A step allocates nothing, and one that is refused changes nothing.
+///
+/// ```
+/// use bristle::rolling::{Grid, GridParameters, Motion, Patch, PatchParameters, PolynomialExponential, Transport};
+/// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+///
+/// let patch = Patch::new(PatchParameters {
+///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+///     length: paper::TYRE_LENGTH,
+///     pressure: PolynomialExponential::constant(),
+/// })?
+/// .carrying(1.0)?; // N
+/// let mut grid = Grid::new(GridParameters { patch, cells: 100, transport: Transport::SemiLagrangian })?;
+///
+/// // A slip of 0.05 at 16 m/s, one cell a step, for one transit.
+/// let motion = Motion { slip_velocity: 0.8, transport_velocity: 160.0 };
+/// let mut force = 0.0;
+/// for _ in 0..100 {
+///     force = grid.step(motion, 0.01 / 160.0)?;
+/// }
+/// assert!((force - 0.348954).abs() < 1e-6);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid<T, M> {
+    bristles: Bristles<M>,
+    transport: Transport,
+    places: Vec<T>,
+    /// Those of the force: the quadrature's times L and the load.
+    weights: Vec<T>,
+    deflections: Vec<T>,
+    /// The deflections after the step, while it is taken.
+    next: Vec<T>,
+    /// No deflection, at a node or between, is outside.
+    range: (T, T),
+}
+
+impl<T: Scalar, M: RateDependent<T>> Grid<T, M> {
+    /// A patch of equal bristles, undeflected.
+    ///
+    /// # Errors
+    ///
+    /// Refuses no cells or more than ten million, and a pressure that is negative or not finite somewhere.
+    pub fn new<P: Pressure<T>>(
+        parameters: GridParameters<T, M, P>,
+    ) -> Result<Self, ParameterError> {
+        Self::build(&parameters, |_| Ok(Bristles::Uniform(parameters.patch.model().clone())))
+    }
+}
+
+impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
+    /// A patch whose bristles vary along it, undeflected: its model is a function of the place ξ, asked
+    /// once for each node. Between the nodes λ and r v are interpolated.
+    ///
+    /// Also for bristles that switch with their deflection (elasto-plastic): each node has its own
+    /// coefficients, α frozen over a step, which leaves the first order in the length of the step.
+    ///
+    /// ```
+    /// use bristle::rolling::{Grid, GridParameters, MotionField, Patch, PatchParameters, PolynomialExponential, Transport};
+    /// use bristle::{FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, paper};
+    ///
+    /// // Softer towards the outlet.
+    /// let model = |place: f64| {
+    ///     let bristle = KelvinVoigtParameters { micro_stiffness: 252.0 * (1.0 - 0.5 * place), micro_damping: 0.0 };
+    ///     Ok(FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(bristle)?))
+    /// };
+    /// let patch = Patch::new(PatchParameters { model, length: 0.1, pressure: PolynomialExponential::parabolic() })?;
+    /// let mut grid = Grid::varying(GridParameters { patch, cells: 100, transport: Transport::SemiLagrangian })?;
+    ///
+    /// // Spin: the slip velocity changes its sign inside the patch.
+    /// let spin = MotionField { slip_velocity: |place, _| 0.6 - place, transport_velocity: |_, _| 160.0 };
+    /// let force = grid.step_field(&spin, 1e-4)?;
+    /// assert!(force > 0.0);
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Refuses what [`Grid::new`] refuses, and passes on what the function of the place refuses.
+    pub fn varying<P, F>(parameters: GridParameters<T, F, P>) -> Result<Self, ParameterError>
+    where
+        P: Pressure<T>,
+        F: Fn(T) -> Result<M, ParameterError>,
+    {
+        Self::build(&parameters, |places| {
+            let models = places.iter().map(|&place| (parameters.patch.model())(place));
+            models.collect::<Result<Vec<M>, _>>().map(Bristles::Varying)
+        })
+    }
+
+    fn build<Q, P: Pressure<T>>(
+        parameters: &GridParameters<T, Q, P>,
+        bristles: impl FnOnce(&[T]) -> Result<Bristles<M>, ParameterError>,
+    ) -> Result<Self, ParameterError> {
+        let GridParameters { patch, cells, transport } = parameters;
+        let count =
+            |rule| ParameterError { name: "cells", component: None, value: *cells as f64, rule };
+        if *cells == 0 {
+            return Err(count(Rule::Count { least: 1 }));
+        }
+        if *cells > MOST_CELLS {
+            let limit = MOST_CELLS as f64;
+            return Err(count(Rule::AtMost { other: "the largest grid", limit }));
+        }
+        let share = T::one() / lit(*cells as f64);
+        let places: Vec<T> = (0..=*cells)
+            .map(|i| if i == *cells { T::one() } else { lit::<T>(i as f64) * share })
+            .collect();
+        let mut weights = quadrature::weights(patch.pressure(), *cells)?;
+        for weight in &mut weights {
+            *weight *= patch.length() * patch.load();
+        }
+        let none = vec![T::zero(); cells + 1];
+        Ok(Self {
+            bristles: bristles(&places)?,
+            transport: *transport,
+            places,
+            weights,
+            deflections: none.clone(),
+            next: none,
+            range: (T::zero(), T::zero()),
+        })
+    }
+
+    /// The same grid with the deflections z(ξ) \[m\].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a deflection that is not finite, and names the node at or before it.
+    pub fn with_profile(mut self, profile: impl Fn(T) -> T) -> Result<Self, ParameterError> {
+        let mut range = (T::zero(), T::zero());
+        let cells = self.cells();
+        for (node, (deflection, &place)) in
+            self.deflections.iter_mut().zip(&self.places).enumerate()
+        {
+            let at =
+                |place| parameter::component(node, parameter::finite("profile", profile(place)));
+            *deflection = at(place)?;
+            // The extrema may lie between the nodes.
+            for sample in 0..if node < cells { SAMPLES } else { 1 } {
+                let value = at(place + lit::<T>(sample as f64 / (SAMPLES * cells) as f64))?;
+                range.0 = if value < range.0 { value } else { range.0 };
+                range.1 = if value > range.1 { value } else { range.1 };
+            }
+        }
+        self.range = range;
+        Ok(self)
+    }
+
+    /// Number of cells N.
+    pub fn cells(&self) -> usize {
+        self.places.len() - 1
+    }
+
+    /// Places of the nodes, ξᵢ = i/N.
+    pub fn places(&self) -> &[T] {
+        &self.places
+    }
+
+    /// Deflections at the nodes \[m\].
+    pub fn deflections(&self) -> &[T] {
+        &self.deflections
+    }
+
+    /// Weights of the nodes in the force \[N\]: F = Σ wᵢ (c₀ z + c₂ v)ᵢ. None is negative, and together
+    /// they are the normal force.
+    pub fn weights(&self) -> &[T] {
+        &self.weights
+    }
+
+    /// The deflection \[m\] at a place, interpolated between the nodes.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a place outside 0 … 1.
+    pub fn deflection_at(&self, place: T) -> Result<T, ParameterError> {
+        parameter::at_most(
+            "place",
+            parameter::non_negative("place", place)?,
+            "the outlet",
+            T::one(),
+        )?;
+        Ok(self.between(&self.deflections, place))
+    }
+
+    /// The energy stored in the bristles, W = (L/2) ∫ σ0 p z² dξ \[J\].
+    pub fn stored_energy(&self) -> T {
+        let nodes = self.weights.iter().zip(&self.deflections).enumerate();
+        let sum = nodes.fold(T::zero(), |sum, (node, (&weight, &deflection))| {
+            let stiffness = self.bristles.at(node).map_or_else(T::zero, Bristle::storage_stiffness);
+            sum + weight * stiffness * deflection * deflection
+        });
+        sum * lit(0.5)
+    }
+
+    /// The force F \[N\] of the deflections as they are, at a slip velocity [m/s].
+    pub fn force(&self, slip_velocity: T) -> T {
+        self.force_of(&self.deflections, &|_| slip_velocity)
+    }
+
+    /// The force F \[N\] of the deflections as they are, at slip velocities v(ξ) [m/s].
+    pub fn force_along(&self, slip_velocity: impl Fn(T) -> T) -> T {
+        self.force_of(&self.deflections, &slip_velocity)
+    }
+
+    /// A step of length h ≥ 0 \[s\] with the motion held, which may also roll backwards (V < 0). Returns
+    /// the force F \[N\] at its end.
+    ///
+    /// For a motion that varies in time take the one at the middle of the step, for the second order, or
+    /// [`Grid::step_field`].
+    ///
+    /// Equal bristles cost one evaluation of the model a step.
+    ///
+    /// # Errors
+    ///
+    /// Refuses velocities that are not finite, a duration that is negative or not finite, a Courant number
+    /// above 1 in the upwind scheme (`courant_number`), and a force that is not finite.
+    pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
+        let slip = parameter::finite("slip_velocity", motion.slip_velocity)?;
+        let transport = parameter::finite("transport_velocity", motion.transport_velocity)?;
+        let Bristles::Uniform(model) = &self.bristles else {
+            let field =
+                MotionField { slip_velocity: |_, _| slip, transport_velocity: |_, _| transport };
+            return self.step_field(&field, duration);
+        };
+        let duration = parameter::non_negative("duration", duration)?;
+        let affine = model.affine(Sliding::from(slip), T::zero());
+        let drive = affine.drive * slip;
+        let courant = transport * duration * lit(self.cells() as f64);
+        match self.transport {
+            Transport::SemiLagrangian => self.shift(&affine, drive, courant, duration),
+            Transport::Upwind => {
+                upwind(&self.deflections, &mut self.next, |_| Ok(courant))?;
+                for next in &mut self.next {
+                    *next = implicit(&affine, drive, *next, duration);
+                }
+                self.enter(|_| transport);
+            }
+        }
+        let mut reach = Reach::none();
+        reach.include(affine.relaxation, drive);
+        let sums = (self.weights.iter().zip(&self.next))
+            .fold((T::zero(), T::zero()), |sums, (&w, &z)| (sums.0 + w * z, sums.1 + w));
+        self.commit(affine.stiffness * sums.0 + affine.damping * slip * sums.1, &reach, duration)
+    }
+
+    /// A step of length h ≥ 0 \[s\] with a motion that varies in place and time. Returns the force F \[N\]
+    /// at its end.
+    ///
+    /// Where all is smooth an error of fourth order in the width of a cell, and in the length of the step
+    /// where it crosses less than one. In a longer step each bristle is followed from cell to cell.
+    ///
+    /// # Errors
+    ///
+    /// Refuses what [`Grid::step`] refuses, and a V(ξ, t) that turns so often within a step that a bristle
+    /// crosses more than twenty times the cells of the grid (`panels of a path`).
+    pub fn step_field<F, G>(
+        &mut self,
+        field: &MotionField<F, G>,
+        duration: T,
+    ) -> Result<T, ParameterError>
+    where
+        F: Fn(T, T) -> T,
+        G: Fn(T, T) -> T,
+    {
+        let duration = parameter::non_negative("duration", duration)?;
+        let MotionField { slip_velocity, transport_velocity } = field;
+        let mut reach = Reach::none();
+        match self.transport {
+            Transport::SemiLagrangian => {
+                let deflections = &self.deflections;
+                let bristles = &self.bristles;
+                let paths =
+                    Paths { bristles, deflections, slip_velocity, transport_velocity, duration };
+                for (next, &place) in self.next.iter_mut().zip(&self.places) {
+                    let arrival = paths.arrival(place, &mut reach)?;
+                    let before = arrival.origin.map_or_else(T::zero, |origin| {
+                        let (cell, part) = located(origin, deflections.len() - 1);
+                        let value = Interpolation::new(part).at(deflections, cell);
+                        cut(value, self.range.0, self.range.1)
+                    });
+                    *next = arrival.decay * before + arrival.gained;
+                }
+            }
+            Transport::Upwind => {
+                let middle = duration * lit(0.5);
+                let cells = lit::<T>(self.cells() as f64);
+                let velocity = |node: usize| {
+                    let place = self.places.get(node).copied().unwrap_or_else(T::one);
+                    parameter::finite("transport_velocity", transport_velocity(place, middle))
+                };
+                upwind(&self.deflections, &mut self.next, |node| {
+                    Ok(velocity(node)? * duration * cells)
+                })?;
+                let old = self.places.iter().zip(&self.deflections);
+                for (node, (next, (&place, &deflection))) in
+                    self.next.iter_mut().zip(old).enumerate()
+                {
+                    let slip = slip_velocity(place, middle);
+                    let slip = parameter::finite("slip_velocity", slip)?;
+                    if let Some(model) = self.bristles.at(node) {
+                        let affine = model.affine(Sliding::from(slip), deflection);
+                        let drive = affine.drive * slip;
+                        *next = implicit(&affine, drive, *next, duration);
+                        reach.include(affine.relaxation, drive);
+                    }
+                }
+                self.enter(|place| transport_velocity(place, middle));
+            }
+        }
+        for &place in &self.places {
+            parameter::finite("slip_velocity", slip_velocity(place, duration))?;
+        }
+        let force = self.force_of(&self.next, &|place| slip_velocity(place, duration));
+        self.commit(force, &reach, duration)
+    }
+
+    /// The semi-Lagrangian step of equal bristles in a uniform motion.
+    fn shift(&mut self, affine: &Affine<T>, drive: T, courant: T, duration: T) {
+        let (zero, one) = (T::zero(), T::one());
+        let cells = self.cells();
+        let most = lit::<T>(cells as f64 + 1.0);
+        let forward = courant > zero;
+        let mut shift = cut(courant, -most, most);
+        // A whole number of cells but for rounding is one.
+        let whole = shift.round();
+        let exact = (shift - whole).abs() <= T::default_epsilon() * lit::<T>(8.0) * shift.abs();
+        if exact {
+            shift = whole;
+        }
+        let floor = (-shift).floor();
+        let part = -shift - floor;
+        let offset = to_f64(floor) as isize;
+        let weights = affine.weights(duration);
+        let mut interpolation = Interpolation::new(part);
+        let last = cells as isize;
+        for (node, next) in self.next.iter_mut().enumerate() {
+            let cell = node as isize + offset;
+            let origin = lit::<T>(node as f64) - shift;
+            if forward && origin <= zero || courant < zero && origin >= lit(cells as f64) {
+                continue;
+            }
+            let before = if is_zero(part) {
+                self.deflections.get(cell.clamp(0, last) as usize).copied().unwrap_or(zero)
+            } else {
+                let value =
+                    interpolation.at(&self.deflections, cell.clamp(0, (last - 1).max(0)) as usize);
+                cut(value, self.range.0, self.range.1)
+            };
+            *next = weights.end(before, drive);
+        }
+        // A bristle that entered during the step is the one behind it, a cell's passage older.
+        let entered = if is_zero(courant) { 0 } else { to_f64(shift.abs().floor()) as usize + 1 };
+        let passage = affine.weights(duration / if is_zero(courant) { one } else { courant.abs() });
+        let mut deflection = zero;
+        for i in 0..entered.min(cells + 1) {
+            if let Some(next) = self.next.get_mut(if forward { i } else { cells - i }) {
+                *next = deflection;
+            }
+            deflection = passage.end(deflection, drive);
+        }
+    }
+
+    /// Bristles enter undeflected.
+    fn enter(&mut self, transport: impl Fn(T) -> T) {
+        if transport(T::zero()) > T::zero()
+            && let Some(first) = self.next.first_mut()
+        {
+            *first = T::zero();
+        }
+        if transport(T::one()) < T::zero()
+            && let Some(last) = self.next.last_mut()
+        {
+            *last = T::zero();
+        }
+    }
+
+    /// Takes over the next deflections, unless the force is not finite.
+    fn commit(&mut self, force: T, reach: &Reach<T>, duration: T) -> Result<T, ParameterError> {
+        let force = parameter::finite("force", force)?;
+        self.range = reach.widened(self.range, duration);
+        core::mem::swap(&mut self.deflections, &mut self.next);
+        Ok(force)
+    }
+
+    fn between(&self, values: &[T], place: T) -> T {
+        let (cell, part) = located(place, self.cells());
+        cut(Interpolation::new(part).at(values, cell), self.range.0, self.range.1)
+    }
+
+    fn force_of(&self, deflections: &[T], slip_velocity: &impl Fn(T) -> T) -> T {
+        let nodes = self.weights.iter().zip(deflections).zip(&self.places).enumerate();
+        nodes.fold(T::zero(), |sum, (node, ((&weight, &deflection), &place))| {
+            let slip = slip_velocity(place);
+            let coefficient = self
+                .bristles
+                .at(node)
+                .map_or_else(T::zero, |model| model.coefficient(Sliding::from(slip), deflection));
+            sum + weight * coefficient
+        })
+    }
+}
+
+/// Implicit Euler step of ż = −λz + u, z ← (z + h u)/(1 + λh): no deflection beyond z and u/λ.
+fn implicit<T: Scalar>(affine: &Affine<T>, drive: T, deflection: T, duration: T) -> T {
+    (deflection + duration * drive) / (T::one() + affine.relaxation * duration)
+}
+
+/// First-order differences against the stream, with the signed Courant number at each node. At an end
+/// where bristles enter the value is left for [`Grid::enter`].
+fn upwind<T: Scalar>(
+    before: &[T],
+    after: &mut [T],
+    courant: impl Fn(usize) -> Result<T, ParameterError>,
+) -> Result<(), ParameterError> {
+    for (node, (next, &here)) in after.iter_mut().zip(before).enumerate() {
+        let courant = courant(node)?;
+        let size = parameter::at_most("courant_number", courant.abs(), "limit", T::one())?;
+        let behind = if courant > T::zero() { node.checked_sub(1) } else { node.checked_add(1) };
+        let there = behind.and_then(|behind| before.get(behind)).copied().unwrap_or(here);
+        // A mean of the two, so that nothing leaves the range.
+        *next = here * (T::one() - size) + there * size;
+    }
+    Ok(())
+}

@@ -1,0 +1,257 @@
+//! Whether a patch can give away more energy than it was given.
+//!
+//! With the stored energy W = (L/2) ∫ Σ0 z² dξ, Σ0 = σ0 p, and the boundary z(0) = 0,
+//!
+//! F v − Ẇ = (bristles' own dissipation ≥ 0) + (L/2) Σ0(1) V(1) z(1)² − (L/2) ∫ (Σ0 V)' z² dξ:
+//!
+//! what the bristles carry out of the patch is lost, and what they carry to higher pressure is gained.
+//! Hence the *sufficient* condition
+//!
+//! (Σ0 V)' ≤ 0 on [0, 1].
+//!
+//! Constant and falling pressure meet it. No pressure that is zero at the inlet does.
+//!
+//! What happens where it fails is seen about v = 0, where the bristles adhere: by the frequency response
+//! ([`LinearisedPatch`](super::LinearisedPatch)) with λ = 0, r = 1 and θ = ω/V, the work per period of a small
+//! sinusoid is positive iff
+//!
+//! Re G = L ((c₀/V) S(θ) + c₂ P) ≥ 0,  S(θ) = (1/θ) ∫₀¹ p sin(θξ) dξ,  P = ∫₀¹ p dξ.
+//!
+//! S is negative in bands of θ for pressure that rises; then damping is *necessary*, c₂ ≥ D c₀/V with
+//! D = max(−S/P). For the parabola S is negative in (2πn, θ_n), tan(θ_n/2) = θ_n/2, and D = 0.0111157223 at
+//! θ = 7.31442.
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | Σ0 = σ0 p | stiffness per length | N/m² |
+//! | V | transport velocity | 1/s |
+//! | θ | phase that passes during a transit of the patch | rad |
+//! | D | least damping number c₂ V/c₀ | – |
+//!
+//! Source: Romano et al. (arXiv 2602.09429), section IV-B (passivity; the integral in its proof lacks a sign and
+//! V, the condition is unaffected). The small-signal bound is worked out here.
+
+use nalgebra::Complex;
+
+use super::{Patch, Pressure, RateDependent};
+use crate::parameter::{self, ParameterError};
+use crate::scalar::lit;
+use crate::{Law, Scalar};
+
+/// What the sufficient condition (Σ0 V)' ≤ 0 says about a patch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Passivity<T> {
+    /// The condition holds: F v ≥ Ẇ for every motion.
+    Passive,
+    /// It fails, by most at a place. The patch may or may not be passive.
+    Rises {
+        /// The place ξ \[–\] where Σ0 V rises most steeply of those looked at.
+        place: T,
+        /// (Σ0 V)' there: [N/m²] from [`Patch::passivity`], which leaves V out, and
+        /// [N/(m² s)] from [`passivity`]. Infinite where the pressure jumps up.
+        slope: T,
+    },
+    /// The friction model itself is not known to be passive.
+    Model,
+}
+
+/// Places looked at from each knot to the next, ends included.
+const PLACES: usize = 257;
+
+/// Checks the sufficient condition (Σ0 V)' ≤ 0 for a stiffness σ0(ξ) [1/m] and a transport velocity V(ξ)
+/// [1/s] that depend on the place: closures that answer the value and its slope. The friction model is taken
+/// to be passive.
+///
+/// Looked at are 257 places from each knot of the pressure to the next, and whether Σ0 V has risen from one to
+/// the next; σ0 and V must be smooth on that scale.
+///
+/// ```
+/// use bristle::rolling::{Passivity, PolynomialExponential, passivity};
+///
+/// let flat = PolynomialExponential::constant();
+/// let uniform = |_: f64| (252.0, 0.0);
+/// assert_eq!(passivity(&flat, uniform, |_| (100.0, 0.0)), Passivity::Passive);
+/// // Bristles that are carried ever faster.
+/// let faster = passivity(&flat, uniform, |place| (100.0 + 10.0 * place, 10.0));
+/// assert!(matches!(faster, Passivity::Rises { slope, .. } if (slope - 2520.0).abs() < 1e-9));
+/// ```
+pub fn passivity<T: Scalar, P: Pressure<T>>(
+    pressure: &P,
+    stiffness: impl Fn(T) -> (T, T),
+    transport_velocity: impl Fn(T) -> (T, T),
+) -> Passivity<T> {
+    let at = |place: T| {
+        let (p, p_slope) = pressure.at_and_slope(place);
+        let (s, s_slope) = stiffness(place);
+        let (v, v_slope) = transport_velocity(place);
+        let terms = (p_slope * s * v, p * s_slope * v, p * s * v_slope);
+        let size = terms.0.abs() + terms.1.abs() + terms.2.abs();
+        (p * s * v, terms.0 + terms.1 + terms.2, size)
+    };
+    let mut worst: Option<(T, T)> = None;
+    let mut note = |place: T, slope: T| {
+        // NaN is no proof either.
+        if worst.is_none_or(|(_, other)| !(slope <= other)) {
+            worst = Some((place, slope));
+        }
+    };
+    let rounding = lit::<T>(64.0) * T::default_epsilon();
+    let mut last: Option<(T, T)> = None;
+    super::pressure::between_knots(pressure, |from, width| {
+        for number in 0..PLACES {
+            let mut place = from + width * lit(number as f64 / (PLACES - 1) as f64);
+            if number + 1 == PLACES {
+                // This side of the knot.
+                place *= T::one() - lit::<T>(2.0) * T::default_epsilon();
+            }
+            let (value, slope, size) = at(place);
+            if !(slope <= rounding * size) {
+                note(place, slope);
+            }
+            if let Some((before, steepness)) = last {
+                let noise = rounding * (before.abs() + value.abs() + size + steepness);
+                if number == 0 && !(value - before <= noise) {
+                    note(place, T::one() / T::zero());
+                } else if !(value - before <= noise) && !(slope > T::zero()) {
+                    // It rose in between.
+                    note(place, (value - before) / width * lit((PLACES - 1) as f64));
+                }
+            }
+            last = Some((value, size));
+        }
+    });
+    match worst {
+        None => Passivity::Passive,
+        Some((place, slope)) => Passivity::Rises { place, slope },
+    }
+}
+
+/// How much damping a patch needs not to give away energy to small sinusoids about v = 0, see
+/// [`Patch::least_passive_damping`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PassiveDamping<T> {
+    /// The damping c₂ [s/m] at v = 0 (σ1, and for the classical LuGre model σ1 + σ2) below which the patch
+    /// is active. Zero if it needs none.
+    pub damping: T,
+    /// D = c₂ V/c₀ \[–\] of that damping.
+    pub damping_number: T,
+    /// θ = ω/V \[rad\] at which an undamped patch is most active; zero if it is not.
+    pub phase: T,
+}
+
+impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
+    /// Checks the sufficient condition (Σ0 V)' ≤ 0 for uniform σ0 and V, which is dp/dξ ≤ 0, after having
+    /// asked the model whether it is passive itself.
+    ///
+    /// Looked at are 257 places from each knot of the pressure to the next.
+    ///
+    /// ```
+    /// use bristle::rolling::{Passivity, Patch, PatchParameters, PolynomialExponential};
+    /// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+    ///
+    /// let friction =
+    ///     FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?);
+    /// let constant = PolynomialExponential::constant();
+    /// let tyre = Patch::new(PatchParameters { model: friction, length: 0.1, pressure: constant })?;
+    /// assert_eq!(tyre.passivity(), Passivity::Passive);
+    /// // A parabola rises most steeply at the inlet, by 6 N/m times 252 1/m.
+    /// let parabola = PolynomialExponential::parabolic();
+    /// let tyre = Patch::new(PatchParameters { model: friction, length: 0.1, pressure: parabola })?;
+    /// assert_eq!(tyre.passivity(), Passivity::Rises { place: 0.0, slope: 6.0 * 252.0 });
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    pub fn passivity(&self) -> Passivity<T> {
+        if !self.model().obeys(Law::Passivity) {
+            return Passivity::Model;
+        }
+        let stiffness = self.load() * self.model().storage_stiffness();
+        let uniform = |value: T| move |_: T| (value, T::zero());
+        passivity(self.pressure(), uniform(stiffness), uniform(T::one()))
+    }
+
+    /// The least damping with which the patch takes energy from every small sinusoid about v = 0 at a
+    /// transport velocity V > 0 [1/s]: a *necessary* condition for passivity, and a sufficient one for
+    /// small signals, of a model without regularisation.
+    ///
+    /// The phase θ = ω/V is searched up to 400 rad in steps of a twentieth; pressures that vary within
+    /// less than a sixtieth of the patch can hide more above.
+    ///
+    /// ```
+    /// use bristle::rolling::{Patch, PatchParameters, PolynomialExponential};
+    /// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+    ///
+    /// let friction =
+    ///     FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?);
+    /// let parabola = PolynomialExponential::parabolic();
+    /// let tyre = Patch::new(PatchParameters { model: friction, length: 0.1, pressure: parabola })?;
+    /// let least = tyre.least_passive_damping(160.0)?;
+    /// assert!((least.damping * 160.0 / 252.0 - 0.0111157223).abs() < 1e-10);
+    /// assert!((least.phase - 7.31442).abs() < 1e-5);
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Refuses a transport velocity that is not positive and a pressure that carries nothing.
+    pub fn least_passive_damping(
+        &self,
+        transport_velocity: T,
+    ) -> Result<PassiveDamping<T>, ParameterError> {
+        let transport_velocity = parameter::positive("transport_velocity", transport_velocity)?;
+        let total = parameter::positive("total pressure", self.pressure().total())?;
+        let (phase, damping_number) = most_active(self.pressure(), total);
+        let stiffness = self.model().at_velocity(T::zero()).stiffness;
+        Ok(PassiveDamping {
+            damping: damping_number * stiffness / transport_velocity,
+            damping_number,
+            phase,
+        })
+    }
+}
+
+/// Where −S(θ)/P is largest, and how large; zeros if it is nowhere positive.
+fn most_active<T: Scalar, P: Pressure<T>>(pressure: &P, total: T) -> (T, T) {
+    const STEP: f64 = 0.05;
+    const STEPS: usize = 8000;
+    let activity = |theta: T| {
+        // −∫ p sin(θξ) dξ is the imaginary part of the transform at iθ.
+        pressure.transform(Complex::new(T::zero(), theta)).im / (theta * total)
+    };
+    // Rounding of the transform is not activity.
+    let rounding = lit::<T>(64.0) * T::default_epsilon();
+    let (mut place, mut most) = (T::zero(), T::zero());
+    for number in 1..=STEPS {
+        let theta: T = lit(STEP * number as f64);
+        // |∫ p sin| ≤ P: nothing beyond exceeds what there is.
+        if most * theta > T::one() {
+            break;
+        }
+        let here = activity(theta);
+        if here > most && here * theta > rounding {
+            most = here;
+            place = theta;
+        }
+    }
+    if !(most > T::zero()) {
+        return (T::zero(), T::zero());
+    }
+    // Golden section on the steps at both sides: the value to rounding, the place to half of the digits.
+    let ratio = lit::<T>(0.618_033_988_749_894_9);
+    let step: T = lit(STEP);
+    let (mut low, mut high) = (place - step, place + step);
+    let mut inner = (high - ratio * (high - low), low + ratio * (high - low));
+    let mut values = (activity(inner.0), activity(inner.1));
+    for _ in 0..40 {
+        if values.0 > values.1 {
+            high = inner.1;
+            inner = (high - ratio * (high - low), inner.0);
+            values = (activity(inner.0), values.0);
+        } else {
+            low = inner.0;
+            inner = (inner.1, low + ratio * (high - low));
+            values = (values.1, activity(inner.1));
+        }
+    }
+    let middle = (low + high) * lit(0.5);
+    (middle, activity(middle))
+}

@@ -1,0 +1,329 @@
+//! Steady rolling: held slip velocity v and transport velocity V.
+//!
+//! V dz/dξ = −λ z + r v with z(0) = 0 is solved by z = z_ss (1 − e^(−κξ)), κ = λ/V, z_ss = r v/λ. Since
+//! c₀ z_ss + c₂ v = μ_ss, the friction coefficient of steady sliding,
+//!
+//! μ_b(ξ) = μ_ss (1 − e^(−κξ)) + c₂ v e^(−κξ),
+//! F = L (μ_ss R(κ) + c₂ v (P − R(κ))),  R(κ) = ∫₀¹ p (1 − e^(−κξ)) dξ,  P = ∫₀¹ p dξ:
+//!
+//! a bristle enters with the coefficient c₂ v of its dashpot and changes over to that of sliding. Both terms
+//! have the same sign, so that no digits are lost at any slip, and the form holds for every model.
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | κ | how often a bristle relaxes on its way through the patch: small is adhesion, large is sliding | – |
+//! | z_ss | deflection of steady sliding | m |
+//! | μ_ss | friction coefficient of steady sliding | – |
+//! | R, P | what of the pressure rises with the deflection, and all of it | N/m |
+//!
+//! Derivatives: with b₀ = r + r'v − λ'z_ss (= λ z_ss') and b₁ = λ'z_ss, primes for d/dv,
+//!
+//! ∂F/∂v = L (c₀ (b₀ R/κ + b₁ R')/V + (c₀'z_ss + c₂ + c₂'v) R + (c₂ + c₂'v)(P − R)),
+//! ∂F/∂V = −L c₀ z_ss R' κ/V,  R' = dR/dκ = ∫₀¹ p ξ e^(−κξ) dξ,
+//!
+//! in which nothing is divided by λ, so that v = 0 is a velocity like any other.
+//!
+//! Source: Romano et al. (arXiv 2602.09429), section IV-A, where the force is written out for constant,
+//! exponential and parabolic pressure.
+
+use super::pressure::weigh;
+use super::{Motion, Patch, Pressure, RateDependent, Slip};
+use crate::Scalar;
+use crate::parameter::{self, ParameterError};
+use crate::root::enclose;
+use crate::scalar::{is_zero, lit};
+
+/// A patch in steady rolling, see [`Patch::steady`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steady<T> {
+    /// The friction force F \[N\].
+    pub force: T,
+    /// κ = λ/V \[–\]: how often a bristle relaxes on its way through the patch. Infinite for a patch that
+    /// slides without rolling.
+    #[doc(alias = "kappa")]
+    pub decay: T,
+    /// z_ss \[m\]: the deflection that bristles approach.
+    pub stationary_deflection: T,
+    /// μ_ss \[–\]: the friction coefficient that they approach.
+    pub stationary_coefficient: T,
+    /// c₂ v \[–\]: the friction coefficient of a bristle that has just entered.
+    pub entry_coefficient: T,
+}
+
+impl<T: Scalar> Steady<T> {
+    /// The deflection z(ξ) = z_ss (1 − e^(−κξ)) \[m\] at a place.
+    pub fn deflection(&self, place: T) -> T {
+        self.stationary_deflection * self.risen(place)
+    }
+
+    /// The virtual friction coefficient μ_b(ξ) = μ_ss (1 − e^(−κξ)) + c₂ v e^(−κξ) \[–\] at a place.
+    pub fn coefficient(&self, place: T) -> T {
+        self.stationary_coefficient * self.risen(place) + self.entry_coefficient * self.left(place)
+    }
+
+    fn risen(&self, place: T) -> T {
+        if self.decay.is_finite() { -(-self.decay * place).exp_m1() } else { T::one() }
+    }
+
+    fn left(&self, place: T) -> T {
+        if self.decay.is_finite() { (-self.decay * place).exp() } else { T::zero() }
+    }
+}
+
+/// How the steady force changes, see [`Patch::steady_slopes`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SteadySlopes<T> {
+    /// ∂F/∂v [N s/m].
+    pub by_slip_velocity: T,
+    /// ∂F/∂V [N s].
+    pub by_transport_velocity: T,
+}
+
+/// Where the force over slip has its maximum, see [`Patch::peak`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Peak<T> {
+    /// The slip v/(L V) \[–\] of the peak.
+    pub slip: T,
+    /// The friction force F \[N\] there.
+    pub force: T,
+}
+
+/// Moment of the friction force about the middle of the patch, see [`Patch::aligning`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Aligning<T> {
+    /// The self-aligning moment L² ∫₀¹ (ξ − ½) p μ_b dξ [N m] of a lateral force: positive where it turns
+    /// the wheel into the direction it moves in.
+    pub moment: T,
+    /// The pneumatic trail \[m\]: how far behind the middle of the patch the force acts. None for a patch
+    /// that stands still or carries nothing.
+    pub trail: Option<T>,
+}
+
+/// A patch about a steady motion, and what a change of v does there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Tangent<T> {
+    /// c₀
+    pub(super) stiffness: T,
+    /// κ
+    pub(super) decay: T,
+    /// z_ss
+    pub(super) stationary: T,
+    /// b₀ = r + r'v − λ'z_ss
+    pub(super) drive: T,
+    /// b₁ = λ'z_ss
+    pub(super) fading_drive: T,
+    /// c₂ + c₂'v
+    pub(super) direct: T,
+    /// c₀'z_ss
+    pub(super) rising_direct: T,
+}
+
+impl<T: Scalar> Tangent<T> {
+    pub(super) fn new<M: RateDependent<T>>(model: &M, motion: Motion<T>) -> Self {
+        let v = motion.slip_velocity;
+        let (affine, slopes) = model.affine_and_slopes(v.into(), T::zero());
+        let stationary = model.stationary(v);
+        // A slope can be infinite at rest (|v|^δ with δ < 1), where nothing is there to be multiplied.
+        let times = |slope: T, value: T| if is_zero(value) { T::zero() } else { slope * value };
+        let fading_drive = times(slopes.relaxation, stationary);
+        Self {
+            decay: affine.relaxation / motion.transport_velocity,
+            stationary,
+            drive: affine.drive + times(slopes.drive, v) - fading_drive,
+            fading_drive,
+            direct: affine.damping + times(slopes.damping, v),
+            rising_direct: times(slopes.stiffness, stationary),
+            stiffness: affine.stiffness,
+        }
+    }
+}
+
+impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
+    /// The patch in steady rolling: force and profile in closed form. With V = 0 it slides without
+    /// rolling and F = F_z μ_ss(v); with v = 0 there is no force.
+    ///
+    /// ```
+    /// use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Slip};
+    /// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+    ///
+    /// let tyre = Patch::new(PatchParameters {
+    ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+    ///     length: paper::TYRE_LENGTH,
+    ///     pressure: PolynomialExponential::constant(),
+    /// })?
+    /// .carrying(4000.0)?; // N
+    /// let motion = tyre.motion_at(Slip { slip: 0.05, rolling_speed: 16.0 }); // m/s
+    /// let steady = tyre.steady(motion)?;
+    /// assert!((steady.force - 4000.0 * 0.348954).abs() < 4000.0 * 5e-7);
+    /// // κ = 2.1: at the outlet bristles have 88 % of the deflection of full sliding.
+    /// assert!((steady.deflection(1.0) / steady.stationary_deflection - 0.88).abs() < 0.005);
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Refuses a motion that is not finite, and a negative transport velocity.
+    pub fn steady(&self, motion: Motion<T>) -> Result<Steady<T>, ParameterError> {
+        let Motion { slip_velocity: v, transport_velocity } = motion.forward()?;
+        let affine = self.model().at_velocity(v);
+        let still = is_zero(affine.relaxation);
+        let steady = Steady {
+            force: T::zero(),
+            decay: if still { T::zero() } else { affine.relaxation / transport_velocity },
+            stationary_deflection: self.model().stationary(v),
+            stationary_coefficient: self.model().stationary_coefficient(v),
+            entry_coefficient: affine.damping * v,
+        };
+        let coefficient = steady.stationary_coefficient * self.pressure().rise(steady.decay)
+            + steady.entry_coefficient * self.pressure().remaining(steady.decay);
+        Ok(Steady { force: self.length() * self.load() * coefficient, ..steady })
+    }
+
+    /// The friction force over the normal force, F/F_z \[–\], in steady rolling at a slip.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a slip that is not finite, a rolling speed that is not positive, and a pressure that
+    /// carries nothing.
+    pub fn force_ratio(&self, at: Slip<T>) -> Result<T, ParameterError> {
+        let total = parameter::positive("total pressure", self.pressure().total())?;
+        let steady = self.steady(self.checked_motion_at(at)?)?;
+        Ok((steady.stationary_coefficient * self.pressure().rise(steady.decay)
+            + steady.entry_coefficient * self.pressure().remaining(steady.decay))
+            / total)
+    }
+
+    /// How the steady force changes with the slip velocity and with the transport velocity, in closed
+    /// form. At v = 0 the two one-sided slopes agree. LuGre's loses the digits by which c₀ z_ss' and c₂
+    /// exceed their sum.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a motion that is not finite, and a transport velocity that is not positive.
+    pub fn steady_slopes(&self, motion: Motion<T>) -> Result<SteadySlopes<T>, ParameterError> {
+        let motion = motion.rolling()?;
+        let tangent = Tangent::new(self.model(), motion);
+        let (pressure, decay) = (self.pressure(), tangent.decay);
+        let (rise, lever) = (pressure.rise(decay), pressure.lever(decay));
+        let rise_per_decay = if is_zero(decay) { lever } else { rise / decay };
+        let deflection = (tangent.drive * rise_per_decay + tangent.fading_drive * lever)
+            / motion.transport_velocity;
+        let weight = self.length() * self.load();
+        let stiffness = tangent.stiffness;
+        Ok(SteadySlopes {
+            by_slip_velocity: weight
+                * (stiffness * deflection
+                    + (tangent.rising_direct + tangent.direct) * rise
+                    + tangent.direct * pressure.remaining(decay)),
+            by_transport_velocity: -weight * stiffness * tangent.stationary * lever * decay
+                / motion.transport_velocity,
+        })
+    }
+
+    /// Slip stiffness: the slope dF/ds \[N\] of the steady force over the slip s = v/(L V) at s = 0. For a
+    /// lateral force it is the cornering stiffness [N/rad].
+    ///
+    /// dF/ds = L² (σ0 ∫₀¹ p ξ dξ + c₂(0) V P) for a model without regularisation: friction itself is
+    /// not in it, and the rolling speed only with a damped bristle.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a rolling speed that is not positive.
+    pub fn slip_stiffness(&self, rolling_speed: T) -> Result<T, ParameterError> {
+        let motion = self.checked_motion_at(Slip { slip: T::zero(), rolling_speed })?;
+        Ok(self.steady_slopes(motion)?.by_slip_velocity * rolling_speed)
+    }
+
+    /// The peak of the steady force over the slip: its highest maximum at slips between 0 and a given one
+    /// (of either sign) at a rolling speed. None where the force only grows.
+    ///
+    /// Maxima are looked for at 600 slips in geometric progression over the six decades below the given
+    /// one, and then found to rounding as zeros of the slope.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a slip that is not finite or zero, and a rolling speed that is not positive.
+    pub fn peak(&self, up_to: Slip<T>) -> Result<Option<Peak<T>>, ParameterError> {
+        const SLIPS: usize = 600;
+        const DECADES: f64 = 6.0;
+        parameter::positive("slip", up_to.slip.abs())?;
+        self.checked_motion_at(up_to)?.rolling()?;
+        // The magnitude of the force over that of the slip, and its slope: of checked motions, so that
+        // neither can fail.
+        let sign = if up_to.slip < T::zero() { -T::one() } else { T::one() };
+        let at = |slip: T| self.motion_at(Slip { slip: sign * slip, ..up_to });
+        let force = |slip: T| self.steady(at(slip)).map_or(T::zero(), |steady| sign * steady.force);
+        let slope = |slip: T| {
+            self.steady_slopes(at(slip)).map_or(T::zero(), |slopes| slopes.by_slip_velocity)
+        };
+        // A maximum counts once the force has fallen by more than rounding.
+        let fallen = T::one() - lit::<T>(512.0) * T::default_epsilon();
+        let mut best: Option<Peak<T>> = None;
+        let mut candidate: Option<Peak<T>> = None;
+        let mut before: Option<(T, T)> = None;
+        for number in 0..SLIPS {
+            let share = (number + 1) as f64 / SLIPS as f64;
+            let below: T = lit(DECADES * core::f64::consts::LN_10 * (share - 1.0));
+            let slip = up_to.slip.abs() * below.exp();
+            let here = (slip, slope(slip));
+            if let Some((a, at_a)) = before
+                && at_a > T::zero()
+                && !(here.1 > T::zero())
+            {
+                let (found, _) = enclose(slope, (a, at_a), here, T::zero());
+                let found = Peak { slip: found, force: force(found) };
+                if candidate.is_none_or(|other| found.force > other.force) {
+                    candidate = Some(found);
+                }
+            }
+            if let Some(peak) = candidate
+                && force(slip) < peak.force * fallen
+            {
+                if best.is_none_or(|other| peak.force > other.force) {
+                    best = candidate;
+                }
+                candidate = None;
+            }
+            before = Some(here);
+        }
+        Ok(best.map(|peak| Peak { slip: sign * peak.slip, force: sign * peak.force }))
+    }
+
+    /// The moment of the steady force about the middle of the patch, and the trail at which the force
+    /// acts: for a lateral force the self-aligning moment and the pneumatic trail. By quadrature.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a motion that is not finite, and a negative transport velocity.
+    pub fn aligning(&self, motion: Motion<T>) -> Result<Aligning<T>, ParameterError> {
+        let steady = self.steady(motion)?;
+        let Motion { slip_velocity, transport_velocity } = motion;
+        let half: T = lit(0.5);
+        let steepness = if steady.decay.is_finite() { steady.decay } else { T::zero() };
+        let (mut force, mut moment) = (T::zero(), T::zero());
+        let affine = self.model().at_velocity(slip_velocity);
+        weigh(self.pressure(), steepness, |place, pressure| {
+            let coefficient = if is_zero(slip_velocity) {
+                // Per slip velocity, of which the trail takes the limit.
+                affine.drive * affine.stiffness * place / transport_velocity + affine.damping
+            } else {
+                steady.coefficient(place)
+            };
+            force += pressure * coefficient;
+            moment += pressure * coefficient * (place - half);
+        });
+        let length = self.length();
+        let trail = length * moment / force;
+        let moment = if is_zero(slip_velocity) { T::zero() } else { moment };
+        Ok(Aligning {
+            moment: length * length * self.load() * moment,
+            trail: trail.is_finite().then_some(trail),
+        })
+    }
+
+    fn checked_motion_at(&self, at: Slip<T>) -> Result<Motion<T>, ParameterError> {
+        let slip = parameter::finite("slip", at.slip)?;
+        let rolling_speed = parameter::positive("rolling_speed", at.rolling_speed)?;
+        Ok(self.motion_at(Slip { slip, rolling_speed }))
+    }
+}

@@ -1,0 +1,536 @@
+//! A wheel under brake and drive torque that carries its part of a vehicle: from rolling to lock-up and to
+//! standstill.
+//!
+//! m v̇_x = f − F,  J ω̇ = R F − T + τ,  slip velocity v = v_x − ωR,  V = ωR/L
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | m, J, R | mass carried, moment of inertia, effective rolling radius | kg, kg m², m |
+//! | v_x, ω | speed of the vehicle, angular velocity of the wheel | m/s, rad/s |
+//! | F | friction force of the tyre, a rolling [`Patch`](crate::rolling::Patch): positive slows the vehicle | N |
+//! | T | torque of the brake, a [`Contact`] in units of torque | N m |
+//! | f, τ | other forward force (grade, wind), drive torque | N, N m |
+//! | L, V | length of the patch, transport velocity | m, 1/s |
+//!
+//! The brake is friction like any other, on bristles that stand for the elasticity of pads, caliper and
+//! suspension: a locked wheel rests on them, and no case distinction tells a locked wheel from a turning one.
+//!
+//! # A step
+//!
+//! Tyre and brake are sources and dampers over a step of length h, F̄ = a + c v̄ and T̄ = b + d ω̄ with the mean
+//! velocities of the step. The two balances of momentum are then linear in the mean velocities,
+//!
+//! ⎡ m + k     −k R         ⎤ ⎡ v̄_x ⎤   ⎡ m v_x + (h/2)(f − a)       ⎤
+//! ⎣ −k R   J + k R² + q    ⎦ ⎣ ω̄   ⎦ = ⎣ J ω + (h/2)(τ + R a − b)   ⎦,  k = c h/2,  q = d h/2,
+//!
+//! with the determinant m (J + k R² + q) + k (J + q): sums of positive numbers, for every h. No step is too
+//! long, and each keeps the balance
+//!
+//! h (f v̄_x + τ ω̄) + loading = Δ(½ m v_x² + ½ J ω²) + ΔW_tyre + D_volume + D_outlet + ΔW_brake + D_brake,
+//!
+//! where W is stored, D dissipated, and the loading is the work of a change of the brake's normal force on
+//! its bristles. With FrBD, a pressure that nowhere rises and f = τ = 0 the total energy never grows.
+//!
+//! Source: the balances are those of the single-wheel (quarter-car) model of braking, e.g. C. Canudas-de-Wit et al.,
+//! "Dynamic friction models for road/tire longitudinal interaction", Vehicle System Dynamics 39 (2003);
+//! the step is of this crate.
+
+use crate::parameter::{self, ParameterError};
+use crate::rolling::{
+    ExactPatch, Motion, PatchCommitted, PatchLedger, PatchStep, RateDependent, Slot,
+};
+use crate::scalar::{is_zero, lit, to_f64};
+use crate::{Bristle, Committed, Companion, CompanionStep, Contact, Scalar};
+
+/// How far a wheel may rock back, in lengths of its patch: its bristles stay where they are meanwhile,
+/// an error of that part of the patch.
+const ROCKING: f64 = 0.25;
+
+/// Parameters of [`BrakedWheel`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BrakedWheelParameters<T, P, K> {
+    /// The tyre, a patch in motion ([`Patch::exact`](crate::rolling::Patch::exact)), with its bristles as
+    /// they are at the beginning.
+    pub tyre: P,
+    /// The brake: friction over the angular velocity, with the units of the model to match. The
+    /// capacity of the brake is μ(ω) times the normal force, so that with μ in metres the normal force is
+    /// that of the pads, and with μ near 1 it is a torque \[N m\]. Its own normal force is
+    /// that before the first step.
+    pub brake: Contact<T, K>,
+    /// Mass m \[kg\] that the wheel slows down, positive.
+    pub mass: T,
+    /// Moment of inertia J [kg m²] of the wheel and what turns with it, positive.
+    pub inertia: T,
+    /// Effective rolling radius R \[m\], positive.
+    pub radius: T,
+    /// Speed v_x [m/s] at the beginning.
+    pub speed: T,
+    /// Angular velocity ω [rad/s] at the beginning, zero or positive; a free wheel has v_x/R.
+    pub angular_velocity: T,
+}
+
+/// What acts on a [`BrakedWheel`] over a step: means over it, or values at its middle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WheelLoads<T> {
+    /// Normal force of the brake's contact, zero or positive: the capacity of the brake over μ.
+    pub brake_normal_force: T,
+    /// Drive torque τ [N m]; a negative one turns the wheel backwards, which the brake never does.
+    pub drive_torque: T,
+    /// Force f \[N\] on the vehicle other than the tyre's, positive forward: grade, wind.
+    pub force: T,
+}
+
+impl<T: Scalar> WheelLoads<T> {
+    /// The brake alone.
+    pub fn braking(brake_normal_force: T) -> Self {
+        Self { brake_normal_force, drive_torque: T::zero(), force: T::zero() }
+    }
+
+    fn checked(self) -> Result<Self, ParameterError> {
+        Ok(Self {
+            brake_normal_force: parameter::non_negative(
+                "brake_normal_force",
+                self.brake_normal_force,
+            )?,
+            drive_torque: parameter::finite("drive_torque", self.drive_torque)?,
+            force: parameter::finite("force", self.force)?,
+        })
+    }
+}
+
+/// Why a step of a [`BrakedWheel`] was not taken.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WheelError {
+    /// An argument was refused, or the velocities of the wheel left the range of its numbers.
+    #[error(transparent)]
+    Refused(#[from] ParameterError),
+    /// The wheel rolls backwards by more than rocking on its bristles; see [`BrakedWheel`].
+    #[error(
+        "the wheel rolls back by {patch_lengths} lengths of its patch, which takes at most {most}"
+    )]
+    RollsBackwards {
+        /// How far it has rolled back, in lengths of the patch.
+        patch_lengths: f64,
+        /// The limit.
+        most: f64,
+    },
+}
+
+/// The motion of a [`BrakedWheel`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WheelState<T> {
+    /// Time \[s\] since the beginning.
+    pub time: T,
+    /// Way of the vehicle \[m\].
+    pub position: T,
+    /// Angle of the wheel \[rad\].
+    pub angle: T,
+    /// Speed v_x [m/s].
+    pub speed: T,
+    /// Angular velocity ω [rad/s].
+    pub angular_velocity: T,
+    /// Deflection of the brake's bristle \[rad\].
+    pub brake_deflection: T,
+    /// How far the wheel has rocked back from where it had rolled to, in lengths of the patch \[–\].
+    pub rolled_back: T,
+}
+
+/// What acted over a step of a [`BrakedWheel`], averaged over it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WheelStep<T> {
+    /// Friction force of the tyre F̄ \[N\].
+    pub force: T,
+    /// Torque of the brake T̄ [N m].
+    pub brake_torque: T,
+    /// Speed v̄_x [m/s].
+    pub speed: T,
+    /// Angular velocity ω̄ [rad/s].
+    pub angular_velocity: T,
+    /// Slip velocity v̄ = v̄_x − ω̄R [m/s].
+    pub slip_velocity: T,
+}
+
+/// Where the energy of a step has gone: external + loading = kinetic + tyre.stored + tyre.volume +
+/// tyre.outlet + brake_stored + brake_dissipated, up to rounding.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WheelLedger<T> {
+    /// What acted.
+    pub step: WheelStep<T>,
+    /// Work of the given force and of the drive torque \[J\], h (f v̄_x + τ ω̄).
+    pub external: T,
+    /// Work of the change of the brake's normal force on its bristle \[J\].
+    pub loading: T,
+    /// Change of the kinetic energy of vehicle and wheel \[J\].
+    pub kinetic: T,
+    /// The tyre's part.
+    pub tyre: PatchLedger<T>,
+    /// Change of the energy stored in the brake's bristle \[J\], the loading included.
+    pub brake_stored: T,
+    /// Energy dissipated by the brake \[J\].
+    pub brake_dissipated: T,
+}
+
+impl<T: Scalar> WheelLedger<T> {
+    /// By how much the account does not balance \[J\].
+    pub fn defect(&self) -> T {
+        let tyre = self.tyre.stored + self.tyre.volume + self.tyre.outlet;
+        let brake = self.brake_stored + self.brake_dissipated;
+        self.external + self.loading - self.kinetic - tyre - brake
+    }
+}
+
+/// A wheel with a tyre of bristles and a brake of one bristle, and the mass that it carries. It is not a
+/// [`System`](crate::ode::System) but takes steps of its own, passive ones.
+///
+/// A full brake application at 72 km/h, with steps of 5 ms:
+///
+/// ```
+/// use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Slot};
+/// use bristle::scene::{BrakedWheel, BrakedWheelParameters, WheelLoads};
+/// use bristle::{
+///     Bristle, Coulomb, CoulombParameters, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, paper,
+/// };
+///
+/// let tyre = Patch::new(PatchParameters {
+///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+///     length: paper::TYRE_LENGTH,
+///     pressure: PolynomialExponential::constant(),
+/// })?
+/// .carrying(4000.0)?; // N
+/// // Near 1 N m of torque per newton: the normal force is the capacity in N m.
+/// let pads = Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 })?;
+/// let flexible = KelvinVoigtParameters { micro_stiffness: 20.0, micro_damping: 0.1 }; // 1/rad, s/rad
+/// let mut wheel = BrakedWheel::new(BrakedWheelParameters {
+///     tyre: tyre.exact([Slot::default(); 100])?,
+///     brake: FrBd::new(pads, KelvinVoigt::new(flexible)?).under_load(0.0)?,
+///     mass: 400.0,
+///     inertia: 1.0,
+///     radius: 0.3,
+///     speed: 20.0,
+///     angular_velocity: 20.0 / 0.3,
+/// })?;
+/// while wheel.state().speed > 1e-3 {
+///     let ramp = 5000.0 * wheel.state().time; // N m/s
+///     let pressed = WheelLoads::braking(if ramp < 1500.0 { ramp } else { 1500.0 });
+///     wheel.step(pressed, 5e-3)?;
+/// }
+/// // Locked on a road that is worse the faster one slides.
+/// assert!(wheel.state().position > 40.0 && wheel.state().position < 80.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Accuracy
+///
+/// Speeds and angles are of second order in h in smooth motion. Each step is solved twice: first with the
+/// coefficients at the velocities that its predecessor extrapolates to, then with those at the mean
+/// velocities found. [`BrakedWheel::solved_once`] leaves out the second: half of the cost, and some ten
+/// times the error.
+///
+/// A wheel that locks swings on the bristles of its brake. Steps longer than that swing replace it by one of
+/// their own length, which dies away in some ten steps.
+///
+/// # Rolling backwards
+///
+/// The patch rolls forward only, V ≥ 0. A wheel that rocks back, as one does that comes to rest on its bristles,
+/// keeps the bristles in the patch where they are, and when it rolls forward again, as far as it had rocked back.
+/// What rolls back by more than a quarter of the patch is refused with
+/// [`WheelError::RollsBackwards`], the wheel as it was before that step. A vehicle that slides
+/// backwards, v_x < 0, on a locked wheel is fine.
+#[derive(Debug, Clone)]
+pub struct BrakedWheel<T: Scalar, M, const N: usize, B, K> {
+    tyre: ExactPatch<T, M, N, B>,
+    brake: Companion<T, K>,
+    body: Body<T>,
+    state: WheelState<T>,
+    /// Accelerations over the last step [m/s², rad/s²].
+    acceleration: (T, T),
+    twice: bool,
+}
+
+/// What is rigid.
+#[derive(Debug, Clone, Copy)]
+struct Body<T> {
+    mass: T,
+    inertia: T,
+    radius: T,
+}
+
+/// F̄ = bias + damping·v̄
+#[derive(Debug, Clone, Copy)]
+struct Element<T> {
+    bias: T,
+    damping: T,
+}
+
+/// Mean velocities of a step.
+#[derive(Debug, Clone, Copy)]
+struct Means<T> {
+    speed: T,
+    angular_velocity: T,
+    slip_velocity: T,
+}
+
+impl<T, M, const N: usize, B, K> BrakedWheel<T, M, N, B, K>
+where
+    T: Scalar,
+    M: RateDependent<T>,
+    B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
+    K: Bristle<T, Deflection = T>,
+{
+    /// Checks the parameters. The brake's bristle begins with the deflection of a disc that has been
+    /// turning.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a mass, a moment of inertia or a radius that is not positive, a speed that is not finite,
+    /// and an angular velocity that is negative.
+    pub fn new(
+        parameters: BrakedWheelParameters<T, ExactPatch<T, M, N, B>, K>,
+    ) -> Result<Self, ParameterError> {
+        let BrakedWheelParameters { tyre, brake, mass, inertia, radius, speed, angular_velocity } =
+            parameters;
+        let angular_velocity = parameter::non_negative("angular_velocity", angular_velocity)?;
+        let zero = T::zero();
+        let state = WheelState {
+            time: zero,
+            position: zero,
+            angle: zero,
+            speed: parameter::finite("speed", speed)?,
+            angular_velocity,
+            brake_deflection: brake.stationary(angular_velocity),
+            rolled_back: zero,
+        };
+        Ok(Self {
+            tyre,
+            brake: brake.companion(angular_velocity)?,
+            body: Body {
+                mass: parameter::positive("mass", mass)?,
+                inertia: parameter::positive("inertia", inertia)?,
+                radius: parameter::positive("radius", radius)?,
+            },
+            state,
+            acceleration: (zero, zero),
+            twice: true,
+        })
+    }
+
+    /// The same wheel, its steps solved once only: half of the cost, and some ten times the error.
+    pub fn solved_once(self) -> Self {
+        Self { twice: false, ..self }
+    }
+
+    /// The motion.
+    pub fn state(&self) -> WheelState<T> {
+        self.state
+    }
+
+    /// The tyre.
+    pub fn tyre(&self) -> &ExactPatch<T, M, N, B> {
+        &self.tyre
+    }
+
+    /// The tyre, for a normal force that varies or another profile of its bristles.
+    pub fn tyre_mut(&mut self) -> &mut ExactPatch<T, M, N, B> {
+        &mut self.tyre
+    }
+
+    /// The brake.
+    pub fn brake(&self) -> &Contact<T, K> {
+        self.brake.contact()
+    }
+
+    /// Slip velocity v = v_x − ωR [m/s].
+    pub fn slip_velocity(&self) -> T {
+        self.state.speed - self.state.angular_velocity * self.body.radius
+    }
+
+    /// Slip of braking (v_x − ωR)/v_x \[–\]: 0 for a wheel that rolls freely, 1 for a locked one. 0 if the
+    /// vehicle stands; of little use near that.
+    pub fn slip(&self) -> T {
+        if is_zero(self.state.speed) { T::zero() } else { self.slip_velocity() / self.state.speed }
+    }
+
+    /// ½ m v_x² + ½ J ω² \[J\].
+    pub fn kinetic_energy(&self) -> T {
+        let WheelState { speed, angular_velocity, .. } = self.state;
+        let Body { mass, inertia, .. } = self.body;
+        lit::<T>(0.5) * (mass * speed * speed + inertia * angular_velocity * angular_velocity)
+    }
+
+    /// Energy stored in the bristles of tyre and brake \[J\]. It takes time in proportion to the number of segments.
+    pub fn stored_energy(&self) -> T {
+        self.tyre.stored_energy() + self.brake.contact().stored_energy(self.state.brake_deflection)
+    }
+
+    /// A step of length h ≥ 0 \[s\].
+    ///
+    /// # Errors
+    ///
+    /// Refuses loads and a duration that are not finite or negative, and a wheel that rolls backwards;
+    /// the wheel is as it was.
+    pub fn step(&mut self, loads: WheelLoads<T>, duration: T) -> Result<WheelStep<T>, WheelError> {
+        let (means, PatchCommitted { force, .. }, brake, _) =
+            self.advance(loads, duration, |tyre, v| tyre.commit(v))?;
+        Ok(Self::told(means, force, &brake))
+    }
+
+    /// The same with an account of where the energy has gone. It takes time in proportion to the number of
+    /// segments.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`BrakedWheel::step`].
+    pub fn step_with_ledger(
+        &mut self,
+        loads: WheelLoads<T>,
+        duration: T,
+    ) -> Result<WheelLedger<T>, WheelError> {
+        let WheelState { speed, angular_velocity, .. } = self.state;
+        let (means, tyre, brake, loading) =
+            self.advance(loads, duration, |tyre, v| tyre.commit_with_ledger(v))?;
+        Ok(WheelLedger {
+            step: Self::told(means, tyre.force, &brake),
+            external: duration
+                * (loads.force * means.speed + loads.drive_torque * means.angular_velocity),
+            loading,
+            kinetic: self.body.mass * means.speed * (self.state.speed - speed)
+                + self.body.inertia
+                    * means.angular_velocity
+                    * (self.state.angular_velocity - angular_velocity),
+            tyre,
+            brake_stored: brake.stored + loading,
+            brake_dissipated: brake.dissipated,
+        })
+    }
+
+    fn told(means: Means<T>, force: T, brake: &Committed<T>) -> WheelStep<T> {
+        let Means { speed, angular_velocity, slip_velocity } = means;
+        WheelStep { force, brake_torque: brake.force, speed, angular_velocity, slip_velocity }
+    }
+
+    /// Solves a step and ends it.
+    fn advance<R>(
+        &mut self,
+        loads: WheelLoads<T>,
+        duration: T,
+        commit: impl FnOnce(PatchStep<'_, T, M, N, B>, T) -> R,
+    ) -> Result<(Means<T>, R, Committed<T>, T), WheelError> {
+        let loads = loads.checked()?;
+        let duration = parameter::non_negative("duration", duration)?;
+        let half = lit::<T>(0.5) * duration;
+        let (before, body) = (self.state, self.body);
+        let loading = self.brake.loading_work(loads.brake_normal_force, before.brake_deflection);
+        let brake = self.brake.clone().with_normal_force(loads.brake_normal_force)?;
+
+        let length = self.tyre.patch().length();
+        // Forward beyond where it has been.
+        let motion = |means: &Means<T>| {
+            let rolling = means.angular_velocity * body.radius / length;
+            let rolling = if before.rolled_back > T::zero() && duration > T::zero() {
+                rolling - before.rolled_back / duration
+            } else {
+                rolling
+            };
+            Motion {
+                slip_velocity: means.slip_velocity,
+                transport_velocity: if rolling > T::zero() { rolling } else { T::zero() },
+            }
+        };
+        let pads_at = |means: &Means<T>| {
+            brake.step(means.angular_velocity, before.brake_deflection, duration)
+        };
+        let (speed_rate, angular_rate) = self.acceleration;
+        let mut means = body.moving(
+            before.speed + half * speed_rate,
+            before.angular_velocity + half * angular_rate,
+        );
+        if self.twice {
+            let tyre = Element::of_tyre(&self.tyre.companion_step(motion(&means), duration)?);
+            means = body.balance(&before, &loads, tyre, Element::of_brake(&pads_at(&means)), half);
+        }
+        let pads = pads_at(&means);
+        let tyre = self.tyre.companion_step(motion(&means), duration)?;
+        let elements = (Element::of_tyre(&tyre), Element::of_brake(&pads));
+        let means = body.balance(&before, &loads, elements.0, elements.1, half);
+
+        let two = lit::<T>(2.0);
+        let speed = parameter::finite("speed", two * means.speed - before.speed)?;
+        let angular_velocity = two * means.angular_velocity - before.angular_velocity;
+        let angular_velocity = parameter::finite("angular_velocity", angular_velocity)?;
+        let rolled = means.angular_velocity * body.radius * duration / length;
+        let rolled_back = before.rolled_back - rolled;
+        let rolled_back = if rolled_back > T::zero() { rolled_back } else { T::zero() };
+        if !(rolled_back <= lit(ROCKING)) {
+            return Err(WheelError::RollsBackwards {
+                patch_lengths: to_f64(rolled_back),
+                most: ROCKING,
+            });
+        }
+
+        let done = commit(tyre, means.slip_velocity);
+        let pads = pads.commit(means.angular_velocity);
+        self.brake = brake;
+        self.state = WheelState {
+            time: before.time + duration,
+            position: before.position + duration * means.speed,
+            angle: before.angle + duration * means.angular_velocity,
+            speed,
+            angular_velocity,
+            brake_deflection: pads.deflection,
+            rolled_back,
+        };
+        if duration > T::zero() {
+            self.acceleration = (
+                (speed - before.speed) / duration,
+                (angular_velocity - before.angular_velocity) / duration,
+            );
+        }
+        Ok((means, done, pads, loading))
+    }
+}
+
+impl<T: Scalar> Element<T> {
+    fn of_tyre<M, const N: usize, B>(step: &PatchStep<'_, T, M, N, B>) -> Self
+    where
+        M: RateDependent<T>,
+        B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
+    {
+        Self { bias: step.bias(), damping: step.damping() }
+    }
+
+    fn of_brake(step: &CompanionStep<T>) -> Self {
+        Self { bias: step.bias(), damping: step.damping() }
+    }
+}
+
+impl<T: Scalar> Body<T> {
+    fn moving(&self, speed: T, angular_velocity: T) -> Means<T> {
+        Means { speed, angular_velocity, slip_velocity: speed - angular_velocity * self.radius }
+    }
+
+    /// The mean velocities of a step from both balances of momentum.
+    fn balance(
+        &self,
+        before: &WheelState<T>,
+        loads: &WheelLoads<T>,
+        tyre: Element<T>,
+        brake: Element<T>,
+        half: T,
+    ) -> Means<T> {
+        let Self { mass, inertia, radius } = *self;
+        let (k, q) = (half * tyre.damping, half * brake.damping);
+        let forward = mass * before.speed + half * (loads.force - tyre.bias);
+        let turning = inertia * before.angular_velocity
+            + half * (loads.drive_torque + radius * tyre.bias - brake.bias);
+        let turned = inertia + q;
+        let coupled = k * radius;
+        let inverse = T::one() / (mass * (turned + coupled * radius) + k * turned);
+        Means {
+            speed: ((turned + coupled * radius) * forward + coupled * turning) * inverse,
+            angular_velocity: ((mass + k) * turning + coupled * forward) * inverse,
+            // Not from the difference of the other two, which a stiff tyre makes nearly equal.
+            slip_velocity: (turned * forward - mass * radius * turning) * inverse,
+        }
+    }
+}
