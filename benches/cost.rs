@@ -18,11 +18,12 @@ use bristle::ode::{
 use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
 use bristle::{
     Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
-    KelvinVoigt, KelvinVoigtParameters, LuGre, ParameterError, RationalStribeck,
-    RationalStribeckParameters, Scalar, Stribeck, StribeckParameters, paper,
+    GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters, LuGre,
+    MaxwellArm, ParameterError, RationalStribeck, RationalStribeckParameters, Scalar, Stribeck,
+    StribeckParameters, Zener, ZenerParameters, paper,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
-use nalgebra::{Vector3, convert};
+use nalgebra::{SVector, Vector2, Vector3, convert};
 
 const SPEED: f64 = 0.008;
 const DEFLECTION: f64 = 1.1e-4;
@@ -106,6 +107,41 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
         linear.rate_by_velocity + linear.coefficient_by_velocity
     });
     one(c, "exact step, FrBD", &|v| frbd.affine(v.into(), z).hold(v, z, h).mean);
+    if let Ok(bristle) = Zener::new(ZenerParameters {
+        static_stiffness: t(1e4),
+        relaxing_stiffness: t(2e4),
+        series_damping: t(100.0),
+    }) {
+        let zener = FrBd::new(curve, bristle);
+        let x = Vector2::new(z, t(1e-5));
+        one(c, "rate and force, FrBD with Zener bristle", &|v| {
+            let response = zener.response(v, x);
+            response.rate[0] + response.rate[1] + response.coefficient
+        });
+        one(c, "exact step, FrBD with Zener bristle", &|v| zener.hold(v, x, h).mean);
+    }
+    let arm = |stiffness, dashpot: Option<f64>| MaxwellArm {
+        stiffness: t(stiffness),
+        series_damping: dashpot.map(t),
+    };
+    if let Ok(bristle) = GeneralisedMaxwell::new(GeneralisedMaxwellParameters {
+        arms: [
+            arm(1e4, None),
+            arm(2e4, Some(100.0)),
+            arm(5e3, Some(5e3)),
+            arm(1e4, Some(1.0)),
+            arm(1e3, Some(1e4)),
+        ],
+        micro_damping: t(1.0),
+    }) {
+        let five = FrBd::new(curve, bristle);
+        let x = SVector::<T, 5>::repeat(t(1e-5));
+        one(c, "rate and force, FrBD with five arms", &|v| {
+            let response = five.response(v, x);
+            response.rate.sum() + response.coefficient
+        });
+        one(c, "exact step, FrBD with five arms", &|v| five.hold(v, x, h).mean);
+    }
     if let Ok(companion) = frbd.under_load(t(1.0)).and_then(|contact| contact.companion(t(1.0))) {
         // A unit mass under the force that keeps it sliding at about this speed.
         one(c, "passive step, FrBD, deflection alone", &|v| {

@@ -35,6 +35,10 @@
 //! beginning of the step) have c₀ = K r. Then D is a sum of squares: the step never gives more energy
 //! than the bristle had stored, however long the step and however wrong the prediction.
 //!
+//! With a bristle of several springs, λ is a matrix and z the vector of their stretches. In each of its modes, which
+//! are orthogonal in W, the bristle is a scalar that relaxes, so that the integral is a sum of such
+//! squares, one of each mode, and all of the above holds.
+//!
 //! Damping is never negative: φ2 h and c₂ are not, and neither is c₀, except LuGre's at high speed.
 //! There r = 1 and c₀ = σ0 − σ1λ, and because of x φ2 = 1 − φ1 the sum is p (σ0φ2 h + σ1φ1 + σ2).
 //!
@@ -48,10 +52,10 @@
 //! section III-A, and of their storage function, Lemma III.2.
 
 use crate::bounds::larger;
-use crate::model::{Weights, unlimited};
+use crate::model::unlimited;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{lit, nan};
-use crate::{Affine, Bristle, Contact, Scalar};
+use crate::{Affine, Bristle, Contact, Deflection, Scalar};
 
 /// A contact made ready for passive steps inside a mechanism.
 ///
@@ -118,7 +122,7 @@ pub struct Companion<T, M> {
     limit: T,
 }
 
-impl<T: Scalar, M: Bristle<T, Deflection = T>> Companion<T, M> {
+impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
     /// Makes a contact ready, with the deflection's limit for speeds up to `fastest` [m/s].
     ///
     /// A mean velocity that differs from the predicted one can take the deflection beyond the limit
@@ -153,37 +157,45 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Companion<T, M> {
 
     /// The work ½ (p' − p) K z² \[J\] that a change of the normal force to p' \[N\] does on a bristle that
     /// is deflected by z \[m\]; negative if the load is lowered.
-    pub fn loading_work(&self, normal_force: T, deflection: T) -> T {
-        let stiffness = self.contact.model().storage_stiffness();
+    pub fn loading_work(&self, normal_force: T, deflection: M::Deflection) -> T {
+        let weighted = self.contact.model().storage_stiffness().scaled_by(deflection);
         let change = normal_force - self.contact.normal_force();
-        lit::<T>(0.5) * change * stiffness * deflection * deflection
+        lit::<T>(0.5) * change * weighted.dot(deflection)
     }
 
     /// The source and the damper that stand for the friction over a step of length h ≥ 0 \[s\], from a
     /// deflection z₀ \[m\] and a velocity v\* [m/s] predicted for the middle of the step. NaN for
     /// h < 0.
     #[inline]
-    pub fn step(&self, predicted_velocity: T, deflection: T, duration: T) -> CompanionStep<T> {
+    pub fn step(
+        &self,
+        predicted_velocity: T,
+        deflection: M::Deflection,
+        duration: T,
+    ) -> CompanionStep<T, M::Deflection> {
+        let zero = M::Deflection::fill(T::zero());
         let model = self.contact.model();
         // Nothing goes back in time.
         let duration = if duration >= T::zero() { duration } else { nan() };
         let mut affine = model.affine(predicted_velocity.into(), deflection);
         let weights = affine.weights(duration);
         // c₀ z̄ + c₂ v̄ for z₀ = 0, v̄ = 1.
-        let mut damping = affine.stiffness * weights.mean(T::zero(), affine.drive) + affine.damping;
+        let driven = M::Deflection::mean(&weights, zero, affine.drive);
+        let mut damping = affine.stiffness.dot(driven) + affine.damping;
         if damping < T::zero() {
             // LuGre at such speed that σ1 − σ1 leaves a rounding. It goes to c₂, so that force and
             // dissipation keep to the same four coefficients.
             affine.damping -= damping;
             damping = T::zero();
         }
-        let mut limit = larger(self.limit, deflection.abs());
+        let mut limit = larger(self.limit, deflection.largest());
         if predicted_velocity.abs() > self.fastest {
-            limit = larger(limit, model.stationary(predicted_velocity).abs());
+            limit = larger(limit, model.stationary(predicted_velocity).largest());
         }
         let normal_force = self.contact.normal_force();
         CompanionStep {
-            bias: normal_force * (affine.stiffness * weights.mean(deflection, T::zero())),
+            bias: normal_force
+                * affine.stiffness.dot(M::Deflection::mean(&weights, deflection, T::zero())),
             damping: normal_force * damping,
             affine,
             weights,
@@ -196,7 +208,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Companion<T, M> {
     }
 }
 
-impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
+impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// Makes the contact ready for passive steps inside a mechanism, see [`Companion::new`].
     ///
     /// # Errors
@@ -211,19 +223,19 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
 ///
 /// Made by [`Companion::step`]; plain numbers, so that a step can be solved, discarded or repeated.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CompanionStep<T: Scalar> {
+pub struct CompanionStep<T: Scalar, D: Deflection<T> = T> {
     bias: T,
     damping: T,
-    affine: Affine<T>,
-    weights: Weights<T>,
+    affine: Affine<T, D>,
+    weights: D::Weights,
     normal_force: T,
-    storage_stiffness: T,
-    deflection: T,
+    storage_stiffness: D,
+    deflection: D,
     duration: T,
     limit: T,
 }
 
-impl<T: Scalar> CompanionStep<T> {
+impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     /// Mean friction force \[N\] if the mean velocity is zero.
     #[inline]
     pub fn bias(&self) -> T {
@@ -246,11 +258,12 @@ impl<T: Scalar> CompanionStep<T> {
     /// (c₀ − K r)² ≤ 4 K λ c₂ at the predicted velocity.
     ///
     /// It does for FrBD with a bristle of constant stiffness, Dahl and elasto-plastic FrBD. LuGre's
-    /// may not at high speed, nor FrBD's with a stiffness that varies.
+    /// may not at high speed, nor FrBD's with a stiffness that varies. Of several springs with a
+    /// stiffness that varies it is not known.
     pub fn is_passive(&self) -> bool {
         let Affine { relaxation, drive, stiffness, damping } = self.affine;
         let excess = stiffness - self.storage_stiffness * drive;
-        excess * excess <= lit::<T>(4.0) * self.storage_stiffness * relaxation * damping
+        D::outweighs(relaxation, self.storage_stiffness, damping, excess)
     }
 
     /// Ends the step with the mean velocity v̄ [m/s] that the mechanism has found: the new deflection,
@@ -259,21 +272,21 @@ impl<T: Scalar> CompanionStep<T> {
     /// The deflection is cut to its limit (see [`Companion::new`]) or to its size before the step,
     /// whichever is larger.
     #[inline]
-    pub fn commit(&self, mean_velocity: T) -> Committed<T> {
+    pub fn commit(&self, mean_velocity: T) -> Committed<T, D> {
         let Self { affine, weights, deflection: before, duration, .. } = *self;
         let drive = affine.drive * mean_velocity;
-        let (free, mean) = (weights.end(before, drive), weights.mean(before, drive));
-        let after = within(free, self.limit);
+        let (free, mean) = (D::end(&weights, before, drive), D::mean(&weights, before, drive));
+        let after = free.within(self.limit);
 
         let force = self.force(mean_velocity);
-        let energy = |from: T, to: T| {
-            let half = lit::<T>(0.5) * self.normal_force * self.storage_stiffness;
-            half * (to - from) * (to + from)
+        let energy = |from: D, to: D| {
+            let half = self.storage_stiffness * (lit::<T>(0.5) * self.normal_force);
+            half.scaled_by(to - from).dot(to + from)
         };
         // For FrBD c₀ − K r is the difference of two equal numbers, and the rest are squares.
         let excess = affine.stiffness - self.storage_stiffness * affine.drive;
-        let dissipated = self.storage_stiffness * weights.relaxed_square(mean, free - before)
-            + excess * (duration * mean_velocity) * mean
+        let dissipated = D::relaxed_energy(&weights, self.storage_stiffness, before, drive)
+            + excess.dot(mean) * (duration * mean_velocity)
             + affine.damping * (duration * mean_velocity) * mean_velocity;
         Committed {
             deflection: after,
@@ -285,23 +298,11 @@ impl<T: Scalar> CompanionStep<T> {
     }
 }
 
-/// z cut to |z| ≤ limit; NaN stays NaN.
-#[inline(always)]
-fn within<T: Scalar>(deflection: T, limit: T) -> T {
-    if deflection > limit {
-        limit
-    } else if deflection < -limit {
-        -limit
-    } else {
-        deflection
-    }
-}
-
 /// A step that is done. Its ledger balances up to rounding: work = stored + dissipated.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Committed<T> {
+pub struct Committed<T, D = T> {
     /// Deflection at the end of the step \[m\].
-    pub deflection: T,
+    pub deflection: D,
     /// Friction force averaged over the step \[N\]: its impulse on the mechanism is −F̄ h.
     pub force: T,
     /// Work of the mechanism on the friction \[J\], h F̄ v̄.

@@ -160,9 +160,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         let limits = self.model.limits(fastest);
         Limits { coefficient: limits.coefficient.map(|mu| mu * self.normal_force), ..limits }
     }
-}
 
-impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s], with forces in newtons.
     ///
     /// Exact is the bristle under that velocity. A mass m that takes its velocity from this force is
@@ -173,7 +171,12 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     ///
     /// An elasto-plastic model's α is frozen at the beginning of the step.
     #[inline]
-    pub fn hold(&self, velocity: T, deflection: T, duration: T) -> Hold<T> {
+    pub fn hold(
+        &self,
+        velocity: T,
+        deflection: M::Deflection,
+        duration: T,
+    ) -> Hold<T, M::Deflection> {
         let hold = self.model.hold(velocity, deflection, duration);
         Hold {
             deflection: hold.deflection,

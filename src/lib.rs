@@ -94,8 +94,11 @@ pub use model::{
 pub use parameter::{ParameterError, Rule};
 pub use regularisation::{Exact, HyperbolicTangent, Regularisation, SquareRoot};
 pub use rheology::{
-    Decaying, Deflection, Elements, KelvinVoigt, KelvinVoigtParameters, Rheology, Spring,
-    SpringParameters, Varying, VelocityLaw,
+    ComplexModulus, Decaying, Deflection, Elements, GeneralisedKelvinVoigt,
+    GeneralisedKelvinVoigtParameters, GeneralisedMaxwell, GeneralisedMaxwellParameters,
+    KelvinVoigt, KelvinVoigtElement, KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters,
+    Modes, Rheology, Spring, SpringParameters, States, Varying, VelocityLaw, Weights, Zener,
+    ZenerParameters,
 };
 pub use scalar::Scalar;
 pub use sliding::{Branch, Sliding};

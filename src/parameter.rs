@@ -268,6 +268,16 @@ pub(crate) fn exactly<T: Scalar>(
     }
 }
 
+/// A count of one or more.
+pub(crate) fn at_least_one(name: &'static str, count: usize) -> Result<(), ParameterError> {
+    if count >= 1 {
+        Ok(())
+    } else {
+        let rule = Rule::Count { least: 1 };
+        Err(ParameterError { name, component: None, value: count as f64, rule })
+    }
+}
+
 /// Names the component of an array that a check refused.
 pub(crate) fn component<T>(
     index: usize,

@@ -28,7 +28,9 @@ use crate::{Bristle, Deflection, Exact, FrictionCurve, Regularisation, Rheology,
 /// Passive for every positive curve and every bristle of constant stiffness. With a bristle of a
 /// single spring, a deflection within its limit stays there, the force then never exceeds the
 /// largest value of the curve at the velocities met, and the relaxation rate is bounded by
-/// σ0/(σ1 + σ2) (if that is finite, and σ2|0|_ε ≤ μ_d).
+/// σ0/(σ1 + σ2) (if that is finite, and σ2|0|_ε ≤ μ_d). With several springs the force keeps that limit
+/// in every run from rest; the relaxation rates are bounded by Σ Kᵢ/(d + σ2) and the fastest decay
+/// together.
 ///
 /// ```
 /// use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters};
@@ -182,7 +184,14 @@ where
 
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> Self::Deflection {
         let sliding = sliding.into();
-        let coefficient = self.regularisation.sign(sliding) * self.curve.coefficient(sliding);
+        let mu = self.curve.coefficient(sliding);
+        let coefficient = if self.rheology.creeps() {
+            // v_s/v falls to what the surface is of surface and dashpots in series.
+            let speed = self.regularisation.speed(sliding);
+            mu * sliding.velocity() / (speed + mu * self.rheology.fluidity(sliding))
+        } else {
+            self.regularisation.sign(sliding) * mu
+        };
         self.rheology.stationary(sliding, coefficient)
     }
 
@@ -192,7 +201,8 @@ where
 
     fn obeys(&self, law: Law) -> bool {
         match law {
-            Law::SteadySliding | Law::Secant => true,
+            Law::Secant => true,
+            Law::SteadySliding => !self.rheology.creeps(),
             Law::Passivity => self.rheology.stiffness_bounds().is_constant(),
             Law::BoundedForce => {
                 self.rheology.stiffness_bounds().is_constant() && self.rheology.is_single_spring()
@@ -215,17 +225,30 @@ where
 
     fn limits(&self, fastest: T) -> Limits<T> {
         let fastest = fastest.abs();
-        if !(fastest >= T::zero() && self.rheology.is_single_spring()) {
+        if !(fastest >= T::zero()) {
             return Limits::none();
         }
         let mu = self.curve.bounds(fastest);
         let stiffness = self.rheology.stiffness_bounds();
         let damping = self.rheology.damping_bounds();
         let resistance = damping.min + least_slope(&self.curve, &self.regularisation, fastest);
-        Limits {
-            deflection: finite(mu.max / stiffness.min),
-            coefficient: finite(mu.max * (stiffness.max / stiffness.min)),
-            relaxation_rate: finite(stiffness.max / resistance),
+        // The largest eigenvalue of diag(a) + (|v|/g) 1·Kᵀ is at most max a + (|v|/g) ΣK.
+        let relaxation_rate = finite(stiffness.max / resistance + self.rheology.decay_bounds().max);
+        if self.rheology.is_single_spring() {
+            Limits {
+                deflection: finite(mu.max / stiffness.min),
+                coefficient: finite(mu.max * (stiffness.max / stiffness.min)),
+                relaxation_rate,
+            }
+        } else {
+            // From rest, by complete monotonicity (see `generalised_maxwell`); no box of stretches
+            // is kept.
+            let linear = stiffness.is_constant() && self.rheology.has_constant_decay();
+            Limits {
+                deflection: None,
+                coefficient: if linear { finite(mu.max) } else { None },
+                relaxation_rate,
+            }
         }
     }
 }

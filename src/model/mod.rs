@@ -11,7 +11,6 @@ mod lugre;
 use core::fmt::Debug;
 
 pub use affine::{Affine, Hold};
-pub(crate) use affine::{Weights, relaxed};
 pub use anatomy::Anatomy;
 pub use dahl::{Dahl, DahlParameters};
 pub use elasto_plastic::{ElastoPlastic, ElastoPlasticParameters};
@@ -51,7 +50,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         deflection: Self::Deflection,
     ) -> (Affine<T, Self::Deflection>, Affine<T, Self::Deflection>);
 
-    /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) μ(v)/σ0 \[m\].
+    /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) μ(v)/σ0 \[m\]; of
+    /// several springs, their stretches.
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> Self::Deflection;
 
     /// The friction coefficient μ_b \[–\] of steady sliding at a velocity.
@@ -138,10 +138,12 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     ///
     /// An elasto-plastic model's α is frozen at the beginning of the step.
     #[inline]
-    fn hold(&self, velocity: T, deflection: T, duration: T) -> Hold<T>
-    where
-        Self: Bristle<T, Deflection = T>,
-    {
+    fn hold(
+        &self,
+        velocity: T,
+        deflection: Self::Deflection,
+        duration: T,
+    ) -> Hold<T, Self::Deflection> {
         self.affine(Sliding::from(velocity), deflection).hold(velocity, deflection, duration)
     }
 
@@ -208,9 +210,11 @@ pub struct Limits<T> {
     /// A bristle that starts with |z| ≤ this \[m\] stays there. (An elasto-plastic one whose α is
     /// frozen over a step can overshoot by |v| h; to cut it back only lowers the stored energy.)
     pub deflection: Option<T>,
-    /// Within the deflection limit, |F|/p never exceeds this \[–\]; from a [`Contact`], |F| \[N\].
+    /// Within the deflection limit, |F|/p never exceeds this \[–\]; from a [`Contact`], |F| \[N\]. With
+    /// a bristle of several springs, which has no deflection limit: in every run from rest, all
+    /// stretches zero.
     pub coefficient: Option<T>,
-    /// Largest relaxation rate λ [1/s].
+    /// Largest relaxation rate λ [1/s]; of several springs, the largest eigenvalue.
     pub relaxation_rate: Option<T>,
 }
 

@@ -3,9 +3,12 @@
 use core::fmt::Debug;
 use core::ops::{Add, Mul, Sub};
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
+use super::{Modes, Weights};
 use crate::Scalar;
+use crate::bounds::larger;
+use crate::scalar::{is_zero, lit};
 
 /// The state of a bristle \[m\]: a single deflection is a scalar, several springs make a vector.
 ///
@@ -27,6 +30,34 @@ pub trait Deflection<T: Scalar>:
     /// The matrix with the opposite sign.
     fn negative(relaxation: Self::Relaxation) -> Self::Relaxation;
 
+    /// What a step of a given length makes of a state, see [`Deflection::weights`].
+    type Weights: Copy + Debug + PartialEq;
+
+    /// The exact step of length h ≥ 0 \[s\] of ẋ = −Λx + u·1, with the matrix Λ and the drive u held:
+    /// both its end and its mean are linear in the state x at its start and in u.
+    fn weights(relaxation: Self::Relaxation, duration: T) -> Self::Weights;
+
+    /// The state at the end of the step, under a drive u [m/s].
+    fn end(weights: &Self::Weights, state: Self, drive: T) -> Self;
+
+    /// The state averaged over the step, under a drive u [m/s].
+    fn mean(weights: &Self::Weights, state: Self, drive: T) -> Self;
+
+    /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step \[m\] for springs of stiffness K whose matrix is that of a
+    /// bristle, diag(decay) + 1·(share K)ᵀ: what they dissipate per unit normal force. A sum of
+    /// squares, so that no rounding makes it negative.
+    fn relaxed_energy(weights: &Self::Weights, stiffness: Self, state: Self, drive: T) -> T;
+
+    /// Whether Σ Kᵢ xᵢ (Λx)ᵢ + v Σ eᵢ xᵢ + c v² is known not to be negative for any state x and
+    /// velocity v, where e is an excess of stiffness and c a damping.
+    fn outweighs(relaxation: Self::Relaxation, stiffness: Self, damping: T, excess: Self) -> bool;
+
+    /// The largest |xᵢ|.
+    fn largest(self) -> T;
+
+    /// Every xᵢ cut to |xᵢ| ≤ limit; NaN stays NaN.
+    fn within(self, limit: T) -> Self;
+
     /// The same number for every spring.
     fn fill(value: T) -> Self;
 
@@ -35,6 +66,9 @@ pub trait Deflection<T: Scalar>:
 
     /// Component by component.
     fn scaled_by(self, other: Self) -> Self;
+
+    /// The same function of each component.
+    fn each(self, function: impl FnMut(T) -> T) -> Self;
 }
 
 impl<T: Scalar> Deflection<T> for T {
@@ -55,6 +89,50 @@ impl<T: Scalar> Deflection<T> for T {
         -relaxation
     }
 
+    type Weights = Weights<T>;
+
+    #[inline]
+    fn weights(relaxation: T, duration: T) -> Weights<T> {
+        Weights::new(relaxation, duration)
+    }
+
+    #[inline(always)]
+    fn end(weights: &Weights<T>, state: T, drive: T) -> T {
+        weights.end(state, drive)
+    }
+
+    #[inline(always)]
+    fn mean(weights: &Weights<T>, state: T, drive: T) -> T {
+        weights.mean(state, drive)
+    }
+
+    #[inline(always)]
+    fn relaxed_energy(weights: &Weights<T>, stiffness: T, state: T, drive: T) -> T {
+        let change = weights.end(state, drive) - state;
+        stiffness * weights.relaxed_square(weights.mean(state, drive), change)
+    }
+
+    #[inline]
+    fn outweighs(relaxation: T, stiffness: T, damping: T, excess: T) -> bool {
+        excess * excess <= lit::<T>(4.0) * stiffness * relaxation * damping
+    }
+
+    #[inline(always)]
+    fn largest(self) -> T {
+        self.abs()
+    }
+
+    #[inline(always)]
+    fn within(self, limit: T) -> T {
+        if self > limit {
+            limit
+        } else if self < -limit {
+            -limit
+        } else {
+            self
+        }
+    }
+
     #[inline(always)]
     fn fill(value: T) -> T {
         value
@@ -69,6 +147,11 @@ impl<T: Scalar> Deflection<T> for T {
     fn scaled_by(self, other: T) -> T {
         self * other
     }
+
+    #[inline(always)]
+    fn each(self, mut function: impl FnMut(T) -> T) -> T {
+        function(self)
+    }
 }
 
 /// The matrix diag(decay) + 1·rowᵀ [1/s] between the stretches of several springs and their rates.
@@ -78,6 +161,13 @@ pub struct Decaying<D> {
     pub decay: D,
     /// The row repeated in every line: how each stretch slows the common rate.
     pub row: D,
+}
+
+impl<T: Scalar, const N: usize> Decaying<SVector<T, N>> {
+    /// All entries, for a Jacobian: row i holds how the rate of stretch i depends on every stretch.
+    pub fn matrix(&self) -> SMatrix<T, N, N> {
+        SMatrix::from_fn(|i, j| self.row[j] + if i == j { self.decay[i] } else { T::zero() })
+    }
 }
 
 impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
@@ -99,6 +189,44 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
         Decaying { decay: -relaxation.decay, row: -relaxation.row }
     }
 
+    type Weights = Modes<T, N>;
+
+    #[inline]
+    fn weights(relaxation: Decaying<Self>, duration: T) -> Modes<T, N> {
+        Modes::new(relaxation, duration)
+    }
+
+    #[inline]
+    fn end(weights: &Modes<T, N>, state: Self, drive: T) -> Self {
+        weights.end(state, drive)
+    }
+
+    #[inline]
+    fn mean(weights: &Modes<T, N>, state: Self, drive: T) -> Self {
+        weights.mean(state, drive)
+    }
+
+    #[inline]
+    fn relaxed_energy(weights: &Modes<T, N>, stiffness: Self, state: Self, drive: T) -> T {
+        weights.relaxed_energy(stiffness, state, drive)
+    }
+
+    #[inline]
+    fn outweighs(_relaxation: Decaying<Self>, _stiffness: Self, damping: T, excess: Self) -> bool {
+        // Bristles of constant stiffness have none; of others nothing is promised.
+        damping >= T::zero() && excess.iter().all(|&excess| is_zero(excess))
+    }
+
+    #[inline]
+    fn largest(self) -> T {
+        self.iter().fold(T::zero(), |most, x| larger(x.abs(), most))
+    }
+
+    #[inline]
+    fn within(self, limit: T) -> Self {
+        self.each(|x| Deflection::within(x, limit))
+    }
+
     #[inline]
     fn fill(value: T) -> Self {
         Self::repeat(value)
@@ -112,5 +240,56 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
     #[inline]
     fn scaled_by(self, other: Self) -> Self {
         self.component_mul(&other)
+    }
+
+    #[inline]
+    fn each(self, function: impl FnMut(T) -> T) -> Self {
+        nalgebra::Matrix::map(&self, function)
+    }
+}
+
+/// A deflection as N states of a [`System`](crate::ode::System): one for a scalar.
+pub trait States<T: Scalar, const N: usize>: Deflection<T> {
+    /// The deflection from its states \[m\].
+    fn from_states(states: &SVector<T, N>) -> Self;
+
+    /// The states \[m\] of a deflection, or their rates.
+    fn states(self) -> SVector<T, N>;
+
+    /// All entries of a relaxation, for a Jacobian.
+    fn matrix(relaxation: Self::Relaxation) -> SMatrix<T, N, N>;
+}
+
+impl<T: Scalar> States<T, 1> for T {
+    #[inline(always)]
+    fn from_states(states: &SVector<T, 1>) -> T {
+        states.x
+    }
+
+    #[inline(always)]
+    fn states(self) -> SVector<T, 1> {
+        SVector::<T, 1>::new(self)
+    }
+
+    #[inline(always)]
+    fn matrix(relaxation: T) -> SMatrix<T, 1, 1> {
+        SMatrix::<T, 1, 1>::new(relaxation)
+    }
+}
+
+impl<T: Scalar, const N: usize> States<T, N> for SVector<T, N> {
+    #[inline]
+    fn from_states(states: &Self) -> Self {
+        *states
+    }
+
+    #[inline]
+    fn states(self) -> Self {
+        self
+    }
+
+    #[inline]
+    fn matrix(relaxation: Decaying<Self>) -> SMatrix<T, N, N> {
+        relaxation.matrix()
     }
 }

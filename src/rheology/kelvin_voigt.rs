@@ -99,6 +99,14 @@ impl<T: Scalar, K: VelocityLaw<T>, D: VelocityLaw<T>> Rheology<T> for KelvinVoig
         self.damping.bounds()
     }
 
+    fn decay_bounds(&self) -> Bounds<T> {
+        Bounds::constant(T::zero())
+    }
+
+    fn has_constant_decay(&self) -> bool {
+        true
+    }
+
     fn is_single_spring(&self) -> bool {
         true
     }

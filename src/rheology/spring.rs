@@ -64,6 +64,14 @@ impl<T: Scalar> Rheology<T> for Spring<T> {
         Bounds::constant(T::zero())
     }
 
+    fn decay_bounds(&self) -> Bounds<T> {
+        Bounds::constant(T::zero())
+    }
+
+    fn has_constant_decay(&self) -> bool {
+        true
+    }
+
     fn is_single_spring(&self) -> bool {
         true
     }

@@ -11,7 +11,7 @@ use nalgebra::{Complex, ComplexField};
 
 use crate::Scalar;
 use crate::bounds::larger;
-use crate::model::relaxed;
+use crate::rheology::relaxed;
 use crate::scalar::{is_zero, lit, nan};
 
 /// Below this sum of exponents a power series needs at most [`TERMS`] terms.

@@ -2,7 +2,7 @@
 //!
 //! | scene | states |
 //! |---|---|
-//! | [`PrescribedVelocity`] | deflection |
+//! | [`PrescribedVelocity`] | deflection; of a bristle of several springs their stretches |
 //! | [`ForcedMass`] | position, velocity, deflection |
 //! | [`SpringDrivenMass`] | position, velocity, deflection |
 //! | [`DiaphragmValve`] | position, velocity, deflection, pressure |

@@ -1,11 +1,11 @@
 //! A bristle dragged at a given velocity: ż = h(z, v(t)).
 
-use nalgebra::{Matrix1, Vector1};
+use nalgebra::SVector;
 
-use super::typical_deflection;
 use crate::ode::{System, Tangent};
+use crate::scalar::lit;
 use crate::signal::Signal;
-use crate::{Branch, Bristle, Contact, Scalar};
+use crate::{Branch, Bristle, Contact, Deflection, Scalar, States};
 
 /// Parameters of [`PrescribedVelocity`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,19 +16,35 @@ pub struct PrescribedVelocityParameters<T, M, V> {
     pub velocity: V,
 }
 
-/// A bristle dragged at a given velocity. State: its deflection \[m\].
+/// A bristle dragged at a given velocity. State: its deflection \[m\], or the stretches of its springs.
+///
+/// ```
+/// use bristle::ode::{self, Output};
+/// use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
+/// use bristle::signal::{Sine, SineParameters};
+/// use bristle::{Bristle, FrBd, Stribeck, Zener, ZenerParameters, paper};
+/// use nalgebra::Vector2;
+///
+/// let bristle = Zener::new(ZenerParameters {
+///     static_stiffness: 1e4,
+///     relaxing_stiffness: 2e4,
+///     series_damping: 100.0,
+/// })?;
+/// let scene = PrescribedVelocity::new(PrescribedVelocityParameters {
+///     contact: FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle).under_load(1.0)?,
+///     velocity: Sine::new(SineParameters { mean: 0.0, amplitude: 0.01, frequency: 1.0, phase: 0.0 })?,
+/// });
+/// let run = ode::solve(&scene, 0.0..1.0, Vector2::zeros(), 1e-6, Output::Uniform(101))?;
+/// assert!(run.iter().all(|(time, state)| scene.friction_force(time, state).abs() <= 1.5));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PrescribedVelocity<T, M, V> {
     contact: Contact<T, M>,
     velocity: V,
 }
 
-impl<T, M, V> PrescribedVelocity<T, M, V>
-where
-    T: Scalar,
-    M: Bristle<T, Deflection = T>,
-    V: Signal<T>,
-{
+impl<T: Scalar, M: Bristle<T>, V: Signal<T>> PrescribedVelocity<T, M, V> {
     /// The scene.
     pub fn new(parameters: PrescribedVelocityParameters<T, M, V>) -> Self {
         let PrescribedVelocityParameters { contact, velocity } = parameters;
@@ -41,44 +57,67 @@ where
     }
 
     /// The friction force \[N\] at a time and state.
-    pub fn friction_force(&self, time: T, state: &Vector1<T>) -> T {
-        self.contact.force(self.velocity.value(time), state.x)
+    pub fn friction_force<const N: usize>(&self, time: T, state: &SVector<T, N>) -> T
+    where
+        M::Deflection: States<T, N>,
+    {
+        self.contact.force(self.velocity.value(time), M::Deflection::from_states(state))
     }
 
     /// The state in which the bristle has adapted to the velocity at a time.
-    pub fn stationary(&self, time: T) -> Vector1<T> {
-        Vector1::new(self.contact.stationary(self.velocity.value(time)))
+    pub fn stationary<const N: usize>(&self, time: T) -> SVector<T, N>
+    where
+        M::Deflection: States<T, N>,
+    {
+        self.contact.stationary(self.velocity.value(time)).states()
     }
 
     /// A typical magnitude of each state, for tolerances.
-    pub fn scales(&self) -> Vector1<T> {
-        Vector1::new(typical_deflection(&self.contact))
+    pub fn scales<const N: usize>(&self) -> SVector<T, N>
+    where
+        M::Deflection: States<T, N>,
+    {
+        // At rest; of several springs that of a pull that none had time to relax from.
+        let model = self.contact.model();
+        let limits = model.limits(T::zero());
+        let together = M::Deflection::fill(T::one()).dot(model.storage_stiffness());
+        let pulled = || limits.coefficient.map(|coefficient| coefficient / together);
+        let typical = limits.deflection.or_else(pulled).unwrap_or_else(|| lit(1e-6));
+        SVector::repeat(typical)
     }
 }
 
-impl<T, M, V> System<T, 1> for PrescribedVelocity<T, M, V>
+impl<T, M, V, const N: usize> System<T, N> for PrescribedVelocity<T, M, V>
 where
     T: Scalar,
-    M: Bristle<T, Deflection = T>,
+    M: Bristle<T>,
+    M::Deflection: States<T, N>,
     V: Signal<T>,
 {
     #[inline]
-    fn rate(&self, time: T, state: &Vector1<T>, [branch]: [Branch; 1]) -> Vector1<T> {
-        Vector1::new(self.contact.rate(branch.of(self.velocity.value(time)), state.x))
+    fn rate(&self, time: T, state: &SVector<T, N>, [branch]: [Branch; 1]) -> SVector<T, N> {
+        let deflection = M::Deflection::from_states(state);
+        self.contact.rate(branch.of(self.velocity.value(time)), deflection).states()
     }
 
     #[inline]
-    fn sliding_velocities(&self, time: T, _state: &Vector1<T>) -> [T; 1] {
+    fn sliding_velocities(&self, time: T, _state: &SVector<T, N>) -> [T; 1] {
         [self.velocity.value(time)]
     }
 
-    fn tangent(&self, time: T, state: &Vector1<T>, [branch]: [Branch; 1]) -> Option<Tangent<T, 1>> {
+    fn tangent(
+        &self,
+        time: T,
+        state: &SVector<T, N>,
+        [branch]: [Branch; 1],
+    ) -> Option<Tangent<T, N>> {
         let (velocity, acceleration) = self.velocity.value_and_rate(time);
-        let friction = self.contact.linearised(branch.of(velocity), state.x);
+        let deflection = M::Deflection::from_states(state);
+        let friction = self.contact.linearised(branch.of(velocity), deflection);
         Some(Tangent {
-            rate: Vector1::new(friction.rate),
-            by_state: Matrix1::new(friction.rate_by_deflection),
-            by_time: Vector1::new(friction.rate_by_velocity * acceleration),
+            rate: friction.rate.states(),
+            by_state: M::Deflection::matrix(friction.rate_by_deflection),
+            by_time: (friction.rate_by_velocity * acceleration).states(),
         })
     }
 
@@ -86,7 +125,7 @@ where
         self.velocity.next_kink(time, towards)
     }
 
-    fn scales(&self) -> Vector1<T> {
+    fn scales(&self) -> SVector<T, N> {
         PrescribedVelocity::scales(self)
     }
 }

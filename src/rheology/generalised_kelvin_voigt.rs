@@ -1,0 +1,234 @@
+//! Springs in a row, each with a dashpot beside it; the first may be a spring alone.
+//!
+//! F/p = Kⱼ eⱼ + ηⱼ ėⱼ for every j,  z = Σ eⱼ
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | eⱼ | elongation of element j | m |
+//! | z | deflection of the bristle | m |
+//! | Kⱼ, ηⱼ | normalised stiffness and damping of element j | 1/m, s/m |
+//!
+//! It is described by its creep: under a steady force element j yields with its retardation time
+//! ηⱼ/Kⱼ. Equivalent to it is a [`GeneralisedMaxwell`] bristle with as many springs, worked out when
+//! the bristle is built, and its state is the stretches x of those springs. From the creep
+//! compliance J(s) = Σ 1/(Kⱼ + s ηⱼ):
+//!
+//! - a static spring K = 1/Σ(1/Kⱼ);
+//! - a spring behind a dashpot for each root of J(−aᵢ) = 0, one between each two retardation rates, and
+//!   one above them if there is a spring alone; its stiffness is −1/(aᵢ J'(−aᵢ));
+//! - without a spring alone, a dashpot beside them, d = 1/Σ(1/ηⱼ).
+//!
+//! State and elongations determine each other: eⱼ = Σ Kᵢ xᵢ/(Kⱼ − aᵢηⱼ).
+//!
+//! # Energy
+//!
+//! The stored energy W = ½ p Σ Kᵢ xᵢ² is that of the springs of the row, ½ p Σ Kⱼ eⱼ², state for state.
+//! For written with √K x and √K e both bristles are symmetric realisations of one and the same
+//! relaxation: ẏ = A y + B ż, F/p = Bᵀy + d ż with A = Aᵀ. Both are minimal, so that one linear map takes y to
+//! the other's, and its transpose inverse does, too: the map is orthogonal, and keeps |y|². So it is passive with
+//! the identity of [`Rheology`].
+//!
+//! Source: as for [`GeneralisedMaxwell`]; the symmetric realisations of relaxation systems after
+//! J. C. Willems, "Dissipative dynamical systems, part II", Archive for Rational Mechanics and
+//! Analysis 45 (1972), 352–393.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::modes::root;
+use super::{Elements, GeneralisedMaxwell, MaxwellArm};
+use crate::bounds::larger;
+use crate::parameter::{self, ParameterError};
+use crate::scalar::is_zero;
+use crate::{Bounds, Rheology, Scalar, Sliding};
+
+/// One element of a [`GeneralisedKelvinVoigt`] bristle: a spring, and a dashpot beside it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KelvinVoigtElement<T> {
+    /// Normalised stiffness Kⱼ [1/m], positive.
+    pub stiffness: T,
+    /// Normalised damping ηⱼ [s/m], positive; zero makes a spring alone.
+    #[doc(alias = "eta")]
+    pub damping: T,
+}
+
+/// Parameters of [`GeneralisedKelvinVoigt`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GeneralisedKelvinVoigtParameters<T, const N: usize> {
+    /// The elements, one at least, with increasing retardation times ηⱼ/Kⱼ. (Two with the same are
+    /// one: their compliances add up.)
+    pub elements: [KelvinVoigtElement<T>; N],
+}
+
+/// Springs in a row, each with a dashpot beside it; the first may be a spring alone.
+///
+/// ```
+/// use bristle::{
+///     GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, KelvinVoigtElement, Rheology,
+/// };
+///
+/// // Springs at once by 1/20 000 m per unit of F/p, and as much again with 10 ms.
+/// let bristle = GeneralisedKelvinVoigt::new(GeneralisedKelvinVoigtParameters {
+///     elements: [
+///         KelvinVoigtElement { stiffness: 2e4, damping: 0.0 },
+///         KelvinVoigtElement { stiffness: 2e4, damping: 200.0 },
+///     ],
+/// })?;
+/// // That is a Zener bristle of 10 000/m and 10 000/m.
+/// assert!((bristle.storage_stiffness() - nalgebra::Vector2::repeat(1e4)).amax() < 1e-9);
+/// assert!((bristle.complex_modulus(0.0_f64).storage - 1e4).abs() < 1e-9);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GeneralisedKelvinVoigt<T: Scalar, const N: usize> {
+    elements: [KelvinVoigtElement<T>; N],
+    maxwell: GeneralisedMaxwell<T, N>,
+    /// 1/(Kⱼ − aᵢηⱼ) in row j, column i.
+    compliance: SMatrix<T, N, N>,
+}
+
+impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
+    /// Checks the parameters, and finds the equivalent springs side by side.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range, and the element; refuses a bristle without
+    /// elements, retardation times that do not increase, and elements so unlike each other that an
+    /// equivalent spring or dashpot would be out of its range.
+    pub fn new(parameters: GeneralisedKelvinVoigtParameters<T, N>) -> Result<Self, ParameterError> {
+        let GeneralisedKelvinVoigtParameters { elements } = parameters;
+        let (zero, one) = (T::zero(), T::one());
+        parameter::at_least_one("elements", N)?;
+        let mut last = None;
+        for (j, element) in elements.iter().enumerate() {
+            parameter::component(j, parameter::positive("elements.stiffness", element.stiffness))?;
+            parameter::component(j, parameter::non_negative("elements.damping", element.damping))?;
+            // Behind the first element it must be positive, too: the times increase.
+            let time = element.damping / element.stiffness;
+            if let Some(last) = last {
+                let name = "elements' retardation time";
+                parameter::component(j, parameter::increasing(name, time, last))?;
+            }
+            last = Some(time);
+        }
+        let springs = elements.iter().take_while(|element| is_zero(element.damping)).count();
+        // Retardation rates pⱼ, increasing, of the elements with a dashpot, from the last to the first.
+        let damped = N - springs;
+        let mut rates = SVector::<T, N>::zeros();
+        let mut fluidities = SVector::<T, N>::zeros();
+        for (k, element) in elements.iter().rev().take(damped).enumerate() {
+            rates[k] = element.stiffness / element.damping;
+            fluidities[k] = one / element.damping;
+        }
+        // 1/K = Σ (1/η)/(a − p) with the spring alone, 0 = Σ … without: scaled to rates up to one.
+        let instant = elements.iter().find(|element| is_zero(element.damping));
+        let unit = rates.iter().fold(zero, |most, &rate| larger(most, rate));
+        let (scale, constant) = match instant {
+            Some(spring) => (spring.stiffness / unit, one),
+            None => (one / fluidities.iter().fold(zero, |most, &f| larger(most, f)), zero),
+        };
+        let poles = rates / unit;
+        let weights = fluidities * scale;
+        let (poles, weights) = (&poles.as_slice()[..damped], &weights.as_slice()[..damped]);
+
+        let compliances = elements.iter().fold(zero, |sum, element| sum + one / element.stiffness);
+        let mut arms = [MaxwellArm { stiffness: one / compliances, series_damping: None }; N];
+        let mut compliance = SMatrix::zeros();
+        for (j, element) in elements.iter().enumerate() {
+            compliance[(j, 0)] = one / element.stiffness;
+        }
+        // One root for each arm but the static one.
+        for (root_index, arm) in arms.iter_mut().skip(1).enumerate() {
+            let (nearest, side, distance) = root(poles, weights, constant, root_index);
+            let decay = (poles[nearest] + side * distance) * unit;
+            let mut slope = zero;
+            for (k, &pole) in poles.iter().enumerate() {
+                let offset = if k == nearest { zero } else { poles[nearest] - pole };
+                let gap = (offset + side * distance) * unit;
+                // Kⱼ − aᵢηⱼ = ηⱼ (pⱼ − aᵢ).
+                let softness = fluidities[k] / gap;
+                slope += softness / gap;
+                compliance[(N - 1 - k, root_index + 1)] = -softness;
+            }
+            if let Some(spring) = instant {
+                compliance[(0, root_index + 1)] = one / spring.stiffness;
+            }
+            let checked = |name, value| {
+                parameter::component(root_index + 1, parameter::positive(name, value))
+            };
+            arm.stiffness = checked("equivalent stiffness", one / (decay * slope))?;
+            arm.series_damping = Some(checked("equivalent damping", arm.stiffness / decay)?);
+        }
+        let damping = if instant.is_some() {
+            zero
+        } else {
+            one / elements.iter().fold(zero, |sum, element| sum + one / element.damping)
+        };
+        let maxwell = GeneralisedMaxwell::from_parts(arms, damping);
+        Ok(Self { elements, maxwell, compliance })
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> GeneralisedKelvinVoigtParameters<T, N> {
+        GeneralisedKelvinVoigtParameters { elements: self.elements }
+    }
+
+    /// The equivalent bristle of springs side by side, the static one first.
+    pub fn equivalent(&self) -> &GeneralisedMaxwell<T, N> {
+        &self.maxwell
+    }
+
+    /// The elongations eⱼ \[m\] of the elements, from the state.
+    pub fn elongations(&self, state: SVector<T, N>) -> SVector<T, N> {
+        self.compliance * self.maxwell.storage_stiffness().component_mul(&state)
+    }
+}
+
+impl<T: Scalar, const N: usize> Rheology<T> for GeneralisedKelvinVoigt<T, N> {
+    type Deflection = SVector<T, N>;
+
+    #[inline]
+    fn elements(&self, sliding: Sliding<T>) -> Elements<T, SVector<T, N>> {
+        Rheology::elements(&self.maxwell, sliding)
+    }
+
+    #[inline]
+    fn elements_and_slopes(
+        &self,
+        sliding: Sliding<T>,
+    ) -> (Elements<T, SVector<T, N>>, Elements<T, SVector<T, N>>) {
+        self.maxwell.elements_and_slopes(sliding)
+    }
+
+    fn stationary(&self, sliding: Sliding<T>, coefficient: T) -> SVector<T, N> {
+        self.maxwell.stationary(sliding, coefficient)
+    }
+
+    #[inline]
+    fn storage_stiffness(&self) -> SVector<T, N> {
+        self.maxwell.storage_stiffness()
+    }
+
+    fn stiffness_bounds(&self) -> Bounds<T> {
+        self.maxwell.stiffness_bounds()
+    }
+
+    fn decay_bounds(&self) -> Bounds<T> {
+        self.maxwell.decay_bounds()
+    }
+
+    fn damping_bounds(&self) -> Bounds<T> {
+        self.maxwell.damping_bounds()
+    }
+
+    fn has_constant_decay(&self) -> bool {
+        true
+    }
+
+    fn is_single_spring(&self) -> bool {
+        N == 1
+    }
+
+    fn is_even(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,245 @@
+//! Springs side by side, each alone or behind a dashpot of its own, and one dashpot beside them all.
+//!
+//! ẋᵢ = ż − (Kᵢ/ηᵢ) xᵢ,  F/p = Σ Kᵢ xᵢ + d ż
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | xᵢ | stretch of the spring of arm i: the state is their vector | m |
+//! | z | deflection of the bristle, common to all arms | m |
+//! | Kᵢ | normalised stiffness of the spring of arm i | 1/m |
+//! | ηᵢ | normalised damping of the dashpot in series with it; none in a static arm | s/m |
+//! | d | normalised damping of the dashpot beside all arms | s/m |
+//!
+//! Every passive bristle of linear springs and dashpots is equivalent to one of these. With a static
+//! arm it slides on the friction curve, F_ss = p μ sgn_ε; without one it creeps,
+//! F_ss = p v/(|v|_ε/μ + 1/(Σηᵢ + d)).
+//!
+//! # Energy and force
+//!
+//! F v − Ẇ = F v_s + p d ż² + p Σ (Kᵢ²/ηᵢ) xᵢ²,  W = ½ p Σ Kᵢ xᵢ²,
+//!
+//! a sum of non-negative terms in every state, for F v_s = p (|v|_ε/μ)(F/p)².
+//!
+//! In any run from rest (all xᵢ = 0) the force keeps within the curve, |F| ≤ p max μ over the velocities
+//! met, if the ηᵢ are constant. For then the force of the springs S = Σ Kᵢ xᵢ is a convolution of ż
+//! whose inverse is ż = J(0)Ṡ + J'(0)S + ∫J''(t−τ)S(τ)dτ with the creep compliance J of the springs,
+//! J(0) > 0, J' ≥ 0, J'' ≤ 0. When S is the largest so far, and not below max μ, the secant law has ż ≤ 0, and
+//! J(0)Ṡ ≤ ż − J'(t)S ≤ 0 lets it rise no further; and |S| ≤ max μ keeps (μ/g)|S + d v| within it, too. From a
+//! *prepared* state the force can exceed the curve: of two springs stretched against each other the
+//! one behind a dashpot lets go.
+//!
+//! Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
+//! authors' own viscoelastic bristles are in arXiv 2601.13799.
+
+use nalgebra::SVector;
+
+use super::{Elements, VelocityLaw, maxwell};
+use crate::parameter::{self, ParameterError};
+use crate::{Bounds, Rheology, Scalar, Sliding};
+
+/// One arm of a [`GeneralisedMaxwell`] bristle: a spring, alone or behind a dashpot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MaxwellArm<T, S = T> {
+    /// Normalised stiffness Kᵢ [1/m] of the spring, positive.
+    pub stiffness: T,
+    /// Normalised damping ηᵢ [s/m] of the dashpot in series, positive: a number, or a law of the
+    /// velocity; none makes the arm static.
+    #[doc(alias = "eta")]
+    pub series_damping: Option<S>,
+}
+
+/// Parameters of [`GeneralisedMaxwell`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GeneralisedMaxwellParameters<T, const N: usize, S = T, D = T> {
+    /// The arms, one at least. Their order is that of the state.
+    pub arms: [MaxwellArm<T, S>; N],
+    /// Normalised damping d [s/m] of the dashpot beside all arms, zero or positive: a number, or a
+    /// law of the velocity.
+    #[doc(alias = "sigma1")]
+    pub micro_damping: D,
+}
+
+/// Springs side by side, each alone or behind a dashpot, and one dashpot beside them all.
+///
+/// ```
+/// use bristle::{GeneralisedMaxwell, GeneralisedMaxwellParameters, MaxwellArm, Rheology};
+///
+/// // A static spring and two that relax within 1 ms and 1 s.
+/// let bristle = GeneralisedMaxwell::new(GeneralisedMaxwellParameters {
+///     arms: [
+///         MaxwellArm { stiffness: 1e4, series_damping: None },
+///         MaxwellArm { stiffness: 2e4, series_damping: Some(20.0) },
+///         MaxwellArm { stiffness: 5e3, series_damping: Some(5e3) },
+///     ],
+///     micro_damping: 1.0,
+/// })?;
+/// // Soft where it has time, stiff where it has not.
+/// assert!((bristle.complex_modulus(1e-3_f64).storage - 1e4).abs() < 1.0);
+/// assert!((bristle.complex_modulus(1e6_f64).storage - 3.5e4).abs() < 1.0);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GeneralisedMaxwell<T, const N: usize, S = T, D = T> {
+    arms: [MaxwellArm<T, S>; N],
+    damping: D,
+}
+
+impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>
+    GeneralisedMaxwell<T, N, S, D>
+{
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range, and the arm; refuses a bristle without arms.
+    pub fn new(
+        parameters: GeneralisedMaxwellParameters<T, N, S, D>,
+    ) -> Result<Self, ParameterError> {
+        let GeneralisedMaxwellParameters { arms, micro_damping } = parameters;
+        parameter::at_least_one("arms", N)?;
+        for (i, arm) in arms.iter().enumerate() {
+            parameter::component(i, parameter::positive("arms.stiffness", arm.stiffness))?;
+            if let Some(damping) = &arm.series_damping {
+                parameter::component(i, damping.check_positive("arms.series_damping"))?;
+            }
+        }
+        micro_damping.check_non_negative("micro_damping")?;
+        Ok(Self { arms, damping: micro_damping })
+    }
+
+    /// The arms, in the order of the state.
+    pub fn arms(&self) -> &[MaxwellArm<T, S>; N] {
+        &self.arms
+    }
+
+    /// Σ Kᵢ of the arms without a dashpot [1/m].
+    fn static_stiffness(&self) -> T {
+        let fixed = self.arms.iter().filter(|arm| arm.series_damping.is_none());
+        fixed.fold(T::zero(), |sum, arm| sum + arm.stiffness)
+    }
+}
+
+impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>> Rheology<T>
+    for GeneralisedMaxwell<T, N, S, D>
+{
+    type Deflection = SVector<T, N>;
+
+    #[inline]
+    fn elements(&self, sliding: Sliding<T>) -> Elements<T, SVector<T, N>> {
+        let decay = |arm: &MaxwellArm<T, S>| {
+            let dashpot = arm.series_damping.as_ref();
+            dashpot.map_or(T::zero(), |dashpot| maxwell::decay(arm.stiffness, dashpot, sliding))
+        };
+        Elements {
+            stiffness: self.storage_stiffness(),
+            decay: each(&self.arms, decay),
+            damping: self.damping.value(sliding),
+        }
+    }
+
+    #[inline]
+    fn elements_and_slopes(
+        &self,
+        sliding: Sliding<T>,
+    ) -> (Elements<T, SVector<T, N>>, Elements<T, SVector<T, N>>) {
+        let slope = |arm: &MaxwellArm<T, S>| {
+            arm.series_damping.as_ref().map_or(T::zero(), |dashpot| {
+                maxwell::decay_and_slope(arm.stiffness, dashpot, sliding).1
+            })
+        };
+        (
+            self.elements(sliding),
+            Elements {
+                stiffness: SVector::zeros(),
+                decay: each(&self.arms, slope),
+                damping: self.damping.value_and_slope(sliding).1,
+            },
+        )
+    }
+
+    fn stationary(&self, sliding: Sliding<T>, coefficient: T) -> SVector<T, N> {
+        if self.creeps() {
+            // Every spring is pulled on at the common rate ż.
+            let rate = coefficient * self.fluidity(sliding);
+            each(&self.arms, |arm| {
+                let dashpot = arm.series_damping.as_ref();
+                dashpot.map_or(T::zero(), |dashpot| rate * dashpot.value(sliding) / arm.stiffness)
+            })
+        } else {
+            let deflection = coefficient / self.static_stiffness();
+            each(
+                &self.arms,
+                |arm| {
+                    if arm.series_damping.is_none() { deflection } else { T::zero() }
+                },
+            )
+        }
+    }
+
+    fn creeps(&self) -> bool {
+        self.arms.iter().all(|arm| arm.series_damping.is_some())
+    }
+
+    fn fluidity(&self, sliding: Sliding<T>) -> T {
+        if !self.creeps() {
+            return T::zero();
+        }
+        let dashpots = self.arms.iter().filter_map(|arm| arm.series_damping.as_ref());
+        let beside = self.damping.value(sliding);
+        T::one() / dashpots.fold(beside, |sum, dashpot| sum + dashpot.value(sliding))
+    }
+
+    #[inline]
+    fn storage_stiffness(&self) -> SVector<T, N> {
+        each(&self.arms, |arm| arm.stiffness)
+    }
+
+    fn stiffness_bounds(&self) -> Bounds<T> {
+        Bounds::constant(self.storage_stiffness().sum())
+    }
+
+    fn decay_bounds(&self) -> Bounds<T> {
+        let bounds = |arm: &MaxwellArm<T, S>| {
+            let dashpot = arm.series_damping.as_ref();
+            dashpot.map_or(Bounds::constant(T::zero()), |dashpot| {
+                maxwell::decay_bounds(arm.stiffness, dashpot)
+            })
+        };
+        let all = self.arms.iter().map(bounds).reduce(Bounds::union);
+        all.unwrap_or(Bounds::constant(T::zero()))
+    }
+
+    fn damping_bounds(&self) -> Bounds<T> {
+        self.damping.bounds()
+    }
+
+    fn has_constant_decay(&self) -> bool {
+        let mut dashpots = self.arms.iter().filter_map(|arm| arm.series_damping.as_ref());
+        dashpots.all(|dashpot| dashpot.bounds().is_constant())
+    }
+
+    fn is_single_spring(&self) -> bool {
+        N == 1
+    }
+
+    fn is_even(&self) -> bool {
+        let mut dashpots = self.arms.iter().filter_map(|arm| arm.series_damping.as_ref());
+        dashpots.all(VelocityLaw::is_even) && self.damping.is_even()
+    }
+}
+
+impl<T: Scalar, const N: usize> GeneralisedMaxwell<T, N> {
+    /// From parts that are in their ranges.
+    pub(super) fn from_parts(arms: [MaxwellArm<T>; N], damping: T) -> Self {
+        Self { arms, damping }
+    }
+}
+
+/// A number of each arm, in the order of the state.
+#[inline]
+fn each<T: Scalar, S, const N: usize>(
+    arms: &[MaxwellArm<T, S>; N],
+    of: impl Fn(&MaxwellArm<T, S>) -> T,
+) -> SVector<T, N> {
+    SVector::from_fn(|i, _| of(&arms[i]))
+}

@@ -1,0 +1,184 @@
+//! A spring beside a spring with a dashpot: the standard linear solid.
+//!
+//! ż = ẋ₀ = ẋ₁ + (K₁/η) x₁,  F/p = K₀ x₀ + K₁ x₁
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | x₀ = z | stretch of the static spring: the deflection of the bristle | m |
+//! | x₁ | stretch of the spring behind the dashpot | m |
+//! | K₀, K₁ | normalised stiffness of either | 1/m |
+//! | η | normalised damping of the dashpot | s/m |
+//!
+//! Stiff (K₀ + K₁) when it is pulled fast, soft (K₀) when it has had time to relax, and lossy in
+//! between. The state is the vector (x₀, x₁). In steady sliding the second spring has relaxed, and
+//! the first carries the whole curve.
+//!
+//! F v − Ẇ = F v_s + p (K₁²/η) x₁²,  W = ½ p (K₀ x₀² + K₁ x₁²).
+//!
+//! Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
+//! authors' own viscoelastic bristles are in arXiv 2601.13799.
+
+use nalgebra::{SVector, Vector2};
+
+use super::{Elements, VelocityLaw, maxwell};
+use crate::parameter::{self, ParameterError};
+use crate::{Bounds, Rheology, Scalar, Sliding};
+
+/// Parameters of [`Zener`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ZenerParameters<T, S = T> {
+    /// Normalised stiffness K₀ [1/m] of the static spring, positive.
+    pub static_stiffness: T,
+    /// Normalised stiffness K₁ [1/m] of the spring behind the dashpot, positive.
+    pub relaxing_stiffness: T,
+    /// Normalised damping η [s/m] of the dashpot, positive: a number, or a law of the velocity.
+    #[doc(alias = "eta")]
+    pub series_damping: S,
+}
+
+/// A spring beside a spring with a dashpot: the standard linear solid.
+///
+/// ```
+/// use bristle::{Bristle, FrBd, Stribeck, Zener, ZenerParameters, paper};
+/// use nalgebra::Vector2;
+///
+/// let bristle = Zener::new(ZenerParameters {
+///     static_stiffness: 1e4,
+///     relaxing_stiffness: 2e4,
+///     series_damping: 100.0,
+/// })?;
+/// let contact = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle).under_load(10.0)?;
+///
+/// // Pulled by 20 µm within 1 ms, then held: the force falls by the second spring's share.
+/// let pulled = contact.hold(0.02, Vector2::zeros(), 1e-3);
+/// let held = contact.hold(0.0, pulled.deflection, 1.0);
+/// let carried = contact.stored_energy(held.deflection);
+/// assert!(held.end < 0.45 * pulled.end && carried < contact.stored_energy(pulled.deflection));
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+///
+/// In a mechanism of one's own the stretches are two of its states:
+///
+/// ```
+/// use bristle::ode::{self, Output, System};
+/// use bristle::{Branch, Bristle, Contact, FrBd, Stribeck, Zener, ZenerParameters, paper};
+/// use nalgebra::Vector4;
+///
+/// /// A mass of 1 kg pulled at 0.1 m/s by a spring of 2 N/m: position, velocity, two stretches.
+/// struct Pulled { contact: Contact<f64, FrBd<Stribeck<f64>, Zener<f64>>> }
+///
+/// impl System<f64, 4> for Pulled {
+///     fn rate(&self, time: f64, state: &Vector4<f64>, [branch]: [Branch; 1]) -> Vector4<f64> {
+///         let stretches = state.fixed_rows::<2>(2).into_owned();
+///         let friction = self.contact.response(branch.of(state[1]), stretches);
+///         let pull = 2.0 * (0.1 * time - state[0]);
+///         Vector4::new(state[1], pull - friction.force, friction.rate[0], friction.rate[1])
+///     }
+///     fn sliding_velocities(&self, _: f64, state: &Vector4<f64>) -> [f64; 1] {
+///         [state[1]]
+///     }
+///     fn scales(&self) -> Vector4<f64> {
+///         Vector4::new(0.1, 0.1, 1e-4, 1e-4)
+///     }
+/// }
+///
+/// let bristle = Zener::new(ZenerParameters {
+///     static_stiffness: 1e4,
+///     relaxing_stiffness: 2e4,
+///     series_damping: 100.0,
+/// })?;
+/// let contact = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle).under_load(1.0)?;
+/// let run = ode::solve(&Pulled { contact }, 0.0..7.0, Vector4::zeros(), 1e-6, Output::Uniform(8))?;
+/// // Stuck until the pull has grown to μ_s p = 1.5 N, at 7.5 s.
+/// let (_, state) = run.last().unwrap();
+/// assert!(state[0] < 1e-3 && (1e4 * state[2] - 1.4).abs() < 1e-2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[doc(alias = "standard linear solid")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Zener<T, S = T> {
+    static_stiffness: T,
+    relaxing_stiffness: T,
+    series_damping: S,
+}
+
+impl<T: Scalar, S: VelocityLaw<T>> Zener<T, S> {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range.
+    pub fn new(parameters: ZenerParameters<T, S>) -> Result<Self, ParameterError> {
+        let ZenerParameters { static_stiffness, relaxing_stiffness, series_damping } = parameters;
+        let static_stiffness = parameter::positive("static_stiffness", static_stiffness)?;
+        let relaxing_stiffness = parameter::positive("relaxing_stiffness", relaxing_stiffness)?;
+        series_damping.check_positive("series_damping")?;
+        Ok(Self { static_stiffness, relaxing_stiffness, series_damping })
+    }
+}
+
+impl<T: Scalar, S: VelocityLaw<T>> Rheology<T> for Zener<T, S> {
+    type Deflection = SVector<T, 2>;
+
+    #[inline]
+    fn elements(&self, sliding: Sliding<T>) -> Elements<T, SVector<T, 2>> {
+        let decay = maxwell::decay(self.relaxing_stiffness, &self.series_damping, sliding);
+        Elements {
+            stiffness: self.storage_stiffness(),
+            decay: Vector2::new(T::zero(), decay),
+            damping: T::zero(),
+        }
+    }
+
+    #[inline]
+    fn elements_and_slopes(
+        &self,
+        sliding: Sliding<T>,
+    ) -> (Elements<T, SVector<T, 2>>, Elements<T, SVector<T, 2>>) {
+        let (decay, slope) =
+            maxwell::decay_and_slope(self.relaxing_stiffness, &self.series_damping, sliding);
+        (
+            Elements {
+                stiffness: self.storage_stiffness(),
+                decay: Vector2::new(T::zero(), decay),
+                damping: T::zero(),
+            },
+            Elements {
+                stiffness: Vector2::zeros(),
+                decay: Vector2::new(T::zero(), slope),
+                damping: T::zero(),
+            },
+        )
+    }
+
+    #[inline]
+    fn stationary(&self, _sliding: Sliding<T>, coefficient: T) -> SVector<T, 2> {
+        Vector2::new(coefficient / self.static_stiffness, T::zero())
+    }
+
+    #[inline]
+    fn storage_stiffness(&self) -> SVector<T, 2> {
+        Vector2::new(self.static_stiffness, self.relaxing_stiffness)
+    }
+
+    fn stiffness_bounds(&self) -> Bounds<T> {
+        Bounds::constant(self.static_stiffness + self.relaxing_stiffness)
+    }
+
+    fn decay_bounds(&self) -> Bounds<T> {
+        maxwell::decay_bounds(self.relaxing_stiffness, &self.series_damping)
+            .union(Bounds::constant(T::zero()))
+    }
+
+    fn damping_bounds(&self) -> Bounds<T> {
+        Bounds::constant(T::zero())
+    }
+
+    fn has_constant_decay(&self) -> bool {
+        self.series_damping.bounds().is_constant()
+    }
+
+    fn is_even(&self) -> bool {
+        self.series_damping.is_even()
+    }
+}
