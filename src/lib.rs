@@ -83,8 +83,8 @@ pub use curve::{
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 pub use model::{
-    Affine, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd, Hold, Law,
-    Limits, Linearised, LuGre, Response,
+    Affine, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FoldRule, FrBd,
+    Hold, ImplicitBristle, ImplicitBristleParameters, Law, Limits, Linearised, LuGre, Response,
 };
 pub use parameter::{ParameterError, Rule};
 pub use regularisation::{Exact, HyperbolicTangent, Regularisation, SquareRoot};

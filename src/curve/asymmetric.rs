@@ -1,5 +1,6 @@
 //! A separate friction curve for each direction of motion, as gearboxes and seals need.
 
+use crate::bounds::smaller;
 use crate::{Bounds, FrictionCurve, Scalar, Sliding};
 
 /// A friction curve made of two, one for each direction of sliding.
@@ -65,6 +66,10 @@ impl<T: Scalar, F: FrictionCurve<T>, B: FrictionCurve<T>> FrictionCurve<T> for A
         } else {
             self.clone()
         }
+    }
+
+    fn least_slope(&self) -> Option<T> {
+        Some(smaller(self.forward.least_slope()?, self.backward.least_slope()?))
     }
 
     fn is_even(&self) -> bool {
