@@ -207,7 +207,10 @@ impl<T: Scalar, C, E> ImplicitBristle<T, C, E> {
             folds: [None; 2],
         };
         if implicit.least_slope.is_none() {
-            implicit.folds = [implicit.fold(Branch::Forward), implicit.fold(Branch::Backward)];
+            let forward = implicit.fold(Branch::Forward);
+            let same = implicit.curve.is_even();
+            let backward = if same { forward } else { implicit.fold(Branch::Backward) };
+            implicit.folds = [forward, backward];
         }
         implicit
     }
@@ -424,53 +427,63 @@ where
 
     /// The fold of Φ in one direction, if it has one.
     ///
-    /// Looked for at speeds from 1e-12 to 1e6 m/s, eight to each doubling, and where the curve says that it is
-    /// steepest. A curve that has its one dip there is sure to be told right.
+    /// Without regularisation and for a curve that knows its one dip, that is where to look. Otherwise Φ
+    /// is looked at from 1e-12 to 1e6 m/s, at eight speeds to each doubling.
     #[cold]
     fn fold(&self, branch: Branch) -> Option<Fold<T>> {
-        const PER_DOUBLING: f64 = 8.0;
-        const DOUBLINGS: u32 = 60;
         let damping = damping(&self.rheology);
         let rises = |speed: T| damping + self.surface(branch, speed).carried_slope >= T::zero();
-        let first: T = lit(1e-12);
-        let ratio = lit::<T>(2.0).powf(lit(1.0 / PER_DOUBLING));
-        let steepest = self.curve.steepest_speed();
-        // The last speed before the first fall, the last fall, and the speed after it.
-        let (mut summit, mut falls) = (None, None);
-        let (mut before, mut speed) = (T::zero(), first);
-        for _ in 0..DOUBLINGS * PER_DOUBLING as u32 {
-            let extra = steepest.filter(|&place| place > before && place < speed);
-            for place in extra.into_iter().chain([speed]) {
-                if !rises(place) {
-                    summit = summit.or(Some((before, place)));
-                    falls = Some((place, place));
-                } else if let Some((last, after)) = falls
-                    && last >= after
-                {
-                    falls = Some((last, place));
+        let exact = is_zero(self.regularisation.speed_at_rest());
+        let least: T = lit(1e-12);
+        // Brackets of the first summit, if it is not at rest, and of the last valley.
+        let (summit, valley) = match self.curve.steepest_speed() {
+            Some(steepest) if exact => {
+                let dip = if steepest > least { steepest } else { least };
+                if rises(dip) {
+                    return None;
                 }
-                before = place;
+                let mut beyond = dip * lit(2.0);
+                for _ in 0..200 {
+                    if rises(beyond) {
+                        break;
+                    }
+                    beyond *= lit(2.0);
+                }
+                ((T::zero(), dip), (dip, beyond))
             }
-            speed *= ratio;
-        }
-        let turn = |(mut low, mut high): (T, T)| {
-            let start = rises(low);
+            _ => {
+                const PER_DOUBLING: u32 = 8;
+                const DOUBLINGS: u32 = 60;
+                let ratio = lit::<T>(2.0).powf(lit(1.0 / f64::from(PER_DOUBLING)));
+                let (mut summit, mut valley) = (None, None);
+                let (mut before, mut speed, mut rose) = (T::zero(), least, true);
+                for _ in 0..DOUBLINGS * PER_DOUBLING {
+                    let up = rises(speed);
+                    if !up {
+                        summit = summit.or(Some((before, speed)));
+                    } else if !rose {
+                        valley = Some((before, speed));
+                    }
+                    (before, speed, rose) = (speed, speed * ratio, up);
+                }
+                (summit?, valley?)
+            }
+        };
+        let turn = |(mut low, mut high): (T, T), first: bool| {
             for _ in 0..100 {
                 let middle = (low + high) * lit(0.5);
-                if rises(middle) == start { low = middle } else { high = middle }
+                if rises(middle) == first { low = middle } else { high = middle }
             }
             let place = (low + high) * lit(0.5);
             (place, damping * place + self.surface(branch, place).carried)
         };
-        let (rise, fall) = summit?;
-        let from_rest = is_zero(rise) && is_zero(self.regularisation.speed_at_rest());
-        let summit = if from_rest {
-            // It falls from rest on: |v|^δ with δ ≤ 1 does not tell so at rest itself.
+        // From rest on it falls if it does just beyond: at rest |v|^δ with δ < 1 does not tell.
+        let summit = if exact && !rises(least) {
             (T::zero(), self.surface(branch, T::zero()).carried)
         } else {
-            turn((rise, fall))
+            turn(summit, true)
         };
-        Some(Fold { summit, valley: turn(falls?) })
+        Some(Fold { summit, valley: turn(valley, false) })
     }
 }
 
