@@ -411,6 +411,8 @@ pub trait CurveSubject<T: Scalar> {
     fn viscous_friction(&self) -> T;
     fn without_viscous_friction(&self) -> Box<dyn CurveSubject<T>>;
     fn is_even(&self) -> bool;
+    fn least_slope(&self) -> Option<T>;
+    fn steepest_speed(&self) -> Option<T>;
 }
 
 impl<T: Scalar, C: FrictionCurve<T> + 'static> CurveSubject<T> for C {
@@ -434,6 +436,12 @@ impl<T: Scalar, C: FrictionCurve<T> + 'static> CurveSubject<T> for C {
     }
     fn is_even(&self) -> bool {
         FrictionCurve::is_even(self)
+    }
+    fn least_slope(&self) -> Option<T> {
+        FrictionCurve::least_slope(self)
+    }
+    fn steepest_speed(&self) -> Option<T> {
+        FrictionCurve::steepest_speed(self)
     }
 }
 
