@@ -519,7 +519,13 @@ fn everything_runs_in_single_precision() {
             ] {
                 assert_eq!(got.is_some(), want.is_some(), "{}", name());
                 if let (Some(got), Some(want)) = (got, want) {
-                    assert_within(tolerance, want, f64::from(got), want, name);
+                    // σ0/(σ1 + least slope) of an implicit bristle may be a difference.
+                    let scale = if double.is_implicit() {
+                        want * (1.0 + 2.0 * form.sigma1(v) * want / form.sigma0(v))
+                    } else {
+                        want
+                    };
+                    assert_within(tolerance, scale, f64::from(got), want, name);
                 }
             }
             for law in Law::ALL {
@@ -536,6 +542,11 @@ fn everything_runs_in_single_precision() {
             let (got, want) =
                 (twin.subject.hold(v as f32, z as f32, 1e-3), double.subject.hold(v, z, 1e-3));
             let reach = z.abs().max(want.deflection.abs());
+            // What λ loses in its tip velocity, z_ss loses too.
+            let reach = match (double.is_implicit(), form.coefficients(v, z).relaxation) {
+                (true, relaxation) if relaxation > 0.0 => reach * sums.relaxation / relaxation,
+                _ => reach,
+            };
             // α moves λh by a relative 1e-3 at most, and e^−x by less.
             assert_within(tolerance, reach, f64::from(got.deflection), want.deflection, name);
         }

@@ -273,6 +273,27 @@ fn the_worst_of_curves_is_still_solved_within_the_bound() {
 }
 
 #[test]
+fn an_answer_at_the_far_end_of_its_bracket_is_met() {
+    // σ1 v = 5e5 and μ = 0.02: in single precision the guess is the end (e − μ)/σ1 = e/σ1 itself.
+    let curve = FunctionCurve::new(
+        |speed: f32| {
+            let square = 1.0 + (speed / 0.02).powi(2);
+            (0.02 * (1.0 + 0.5 / square.sqrt()), -0.5 * speed / (square * square.sqrt()) / 0.02)
+        },
+        Bounds { min: 0.02, max: 0.03 },
+    )
+    .unwrap()
+    .with_least_slope(-0.2)
+    .unwrap();
+    let model = implicit(curve, kelvin_voigt(1_f32, 590.0), None);
+    let tip = model.tip_velocity(890.5, 0.0);
+    assert!((tip - 890.5).abs() < 1e-3, "{tip}");
+    // μ/(μ + σ1 v).
+    let drive = model.affine(890.5.into(), 0.0).drive;
+    assert!((drive / (0.02 / (590.0 * 890.5)) - 1.0).abs() < 1e-5, "{drive}");
+}
+
+#[test]
 fn the_derivatives_of_dual_numbers_are_of_first_order() {
     // By the velocity, Φ' = 23.9 in Table 2; the second derivative of a twice dual number is not right, which the
     // documentation says.

@@ -369,6 +369,8 @@ where
         let viscous = self.curve.viscous_friction();
         // Φ(u) ≥ σ1 u + σ2 u²/(u + |0|_ε) > σ1 u + σ2 (u − |0|_ε), which is e at this u.
         let farthest = (size + viscous * self.regularisation.speed_at_rest()) / (damping + viscous);
+        // A few roundings beyond, so that it is not met by a step that should end short of it.
+        let farthest = farthest * (T::one() + T::default_epsilon() * lit(8.0));
         let high = high.map_or(farthest, |high| smaller(high, farthest));
         // Beyond μ(0), or from a valley on, a straight line; a regularised tip below that creeps.
         let share = size / rest.mu;
@@ -404,22 +406,27 @@ where
             let admissible = newton >= low && newton <= high;
             let rounding = epsilon * lit(2.0) * (damping * speed + here.carried + size);
             let arrived = excess.abs() <= rounding || correction.abs() <= epsilon * speed;
-            let next = if admissible && (round <= FREE || round % 2 == 0) {
+            let inside = newton > low && newton < high;
+            let next = if inside && (round <= FREE || round % 2 == 0) {
                 newton
             } else {
                 middle(low, high)
             };
-            if arrived || round >= MOST || !(next > low && next < high) {
+            let closed = !(next > low && next < high);
+            if arrived || closed {
                 if !admissible {
                     return here;
                 }
-                // One more step, which is a rounding long, to first order.
+                // One more step, a few roundings long, to first order.
                 return Surface {
                     speed: newton,
                     mu: here.mu - here.mu_slope * correction,
                     modulus: here.modulus - here.modulus_slope * correction,
                     ..here
                 };
+            }
+            if round >= MOST {
+                return here;
             }
             speed = next;
         }
@@ -434,16 +441,17 @@ where
         let damping = damping(&self.rheology);
         let rises = |speed: T| damping + self.surface(branch, speed).carried_slope >= T::zero();
         let exact = is_zero(self.regularisation.speed_at_rest());
-        let least: T = lit(1e-12);
+        // Next to rest, where |v|^δ with δ < 1 falls steepest.
+        let next: T = lit(1e-30);
         // Brackets of the first summit, if it is not at rest, and of the last valley.
         let (summit, valley) = match self.curve.steepest_speed() {
             Some(steepest) if exact => {
-                let dip = if steepest > least { steepest } else { least };
+                let dip = if steepest > next { steepest } else { next };
                 if rises(dip) {
                     return None;
                 }
                 let mut beyond = dip * lit(2.0);
-                for _ in 0..200 {
+                for _ in 0..300 {
                     if rises(beyond) {
                         break;
                     }
@@ -456,7 +464,7 @@ where
                 const DOUBLINGS: u32 = 60;
                 let ratio = lit::<T>(2.0).powf(lit(1.0 / f64::from(PER_DOUBLING)));
                 let (mut summit, mut valley) = (None, None);
-                let (mut before, mut speed, mut rose) = (T::zero(), least, true);
+                let (mut before, mut speed, mut rose) = (T::zero(), lit(1e-12), true);
                 for _ in 0..DOUBLINGS * PER_DOUBLING {
                     let up = rises(speed);
                     if !up {
@@ -470,7 +478,7 @@ where
             }
         };
         let turn = |(mut low, mut high): (T, T), first: bool| {
-            for _ in 0..100 {
+            for _ in 0..200 {
                 let middle = (low + high) * lit(0.5);
                 if rises(middle) == first { low = middle } else { high = middle }
             }
@@ -478,7 +486,7 @@ where
             (place, damping * place + self.surface(branch, place).carried)
         };
         // From rest on it falls if it does just beyond: at rest |v|^δ with δ < 1 does not tell.
-        let summit = if exact && !rises(least) {
+        let summit = if exact && !rises(next) {
             (T::zero(), self.surface(branch, T::zero()).carried)
         } else {
             turn(summit, true)

@@ -575,7 +575,12 @@ impl ClosedForm {
         match self.family {
             Family::Implicit(_) => {
                 let at = self.at_tip(v, z);
-                let share = at.drive * at.drive * at.compliance_terms * s1 / at.slope * at.rough;
+                // The same uncertainty, as the caller has it at v, at the tip.
+                let (u, uncertain) = (self.tip(v, z), if rough > 0.0 { 1.0 } else { 0.0 });
+                let (n, mu) = (self.speed(u), self.mu(u));
+                let of_curve = uncertain * (1.0 + 10.0 * n / r.stribeck_velocity) / mu;
+                let compliance = at.compliance_terms + of_curve;
+                let share = at.drive * at.drive * compliance * s1 / at.slope * at.rough;
                 Coefficients {
                     // (s r)' = s' r − s σ1 r² s', of which s' r² is left.
                     relaxation: 2.0 * s0 * share / at.drive,
