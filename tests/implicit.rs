@@ -288,9 +288,9 @@ fn an_answer_at_the_far_end_of_its_bracket_is_met() {
     let model = implicit(curve, kelvin_voigt(1_f32, 590.0), None);
     let tip = model.tip_velocity(890.5, 0.0);
     assert!((tip - 890.5).abs() < 1e-3, "{tip}");
-    // μ/(μ + σ1 v).
+    // μ/(μ + σ1 v), of which μ and a half of μ v_S/v are left out: 4e-8 and 1.1e-5.
     let drive = model.affine(890.5.into(), 0.0).drive;
-    assert!((drive / (0.02 / (590.0 * 890.5)) - 1.0).abs() < 1e-5, "{drive}");
+    assert!((drive / (0.02 / (590.0 * 890.5)) - 1.0).abs() < 2e-5, "{drive}");
 }
 
 #[test]
