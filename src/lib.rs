@@ -88,8 +88,9 @@ pub use curve::{
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 pub use model::{
-    Affine, Anatomy, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
-    Hold, Law, Limits, Linearised, LuGre, Response,
+    Affine, Anatomy, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters,
+    FoldRule, FrBd, Hold, ImplicitBristle, ImplicitBristleParameters, Law, Limits, Linearised,
+    LuGre, Response,
 };
 pub use parameter::{ParameterError, Rule};
 pub use regularisation::{Exact, HyperbolicTangent, Regularisation, SquareRoot};

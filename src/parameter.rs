@@ -88,6 +88,11 @@ pub enum Rule {
         /// Its value.
         limit: f64,
     },
+    /// Positive, or something else is given.
+    PositiveUnless {
+        /// What would do instead.
+        instead: &'static str,
+    },
     /// Exactly some value.
     Exactly {
         /// The only admissible value.
@@ -132,6 +137,7 @@ impl fmt::Display for Rule {
             Rule::AtLeast { other, limit } => write!(f, "be at least {other} = {}", Short(limit)),
             Rule::AtMost { other, limit } => write!(f, "be at most {other} = {}", Short(limit)),
             Rule::Below { other, limit } => write!(f, "be below {other} = {}", Short(limit)),
+            Rule::PositiveUnless { instead } => write!(f, "be positive unless {instead}"),
             Rule::Exactly { value } => write!(f, "be exactly {}", Short(value)),
             Rule::Increasing { previous } => {
                 write!(f, "be larger than its predecessor {}", Short(previous))

@@ -319,7 +319,9 @@ fn derivatives_hold_at_slightly_negative_speeds_on_a_locked_branch() {
             // The sums of the terms are those of the mirrored velocity up to small factors: a
             // tenth of g, thrice the varying elements, the continued curves; squared at most.
             let tolerance = 20.0 * ROUNDING;
-            assert_derivatives(specimen, twin, (branch, wrong, z), (tolerance, -wrong));
+            // The tip of an implicit bristle does not know of branches.
+            let mirror = if specimen.is_implicit() { wrong } else { -wrong };
+            assert_derivatives(specimen, twin, (branch, wrong, z), (tolerance, mirror));
         }
     });
 }
@@ -389,6 +391,8 @@ fn models_have_their_one_sided_slopes_at_rest() {
                         let drive = -alpha * d * s1 / mu;
                         [relaxation, drive, ds0 + s0 * drive, ds1 + s1 * drive]
                     }
+                    // Of the load and not of the velocity, see tests/implicit.rs.
+                    Family::Implicit(_) => continue,
                     Family::LuGreClassical | Family::LuGreInside | Family::Dahl => {
                         [relaxation, 0.0, -s1 * relaxation, ds1]
                     }
@@ -515,7 +519,13 @@ fn everything_runs_in_single_precision() {
             ] {
                 assert_eq!(got.is_some(), want.is_some(), "{}", name());
                 if let (Some(got), Some(want)) = (got, want) {
-                    assert_within(tolerance, want, f64::from(got), want, name);
+                    // σ0/(σ1 + least slope) of an implicit bristle may be a difference.
+                    let scale = if double.is_implicit() {
+                        want * (1.0 + 2.0 * form.sigma1(v) * want / form.sigma0(v))
+                    } else {
+                        want
+                    };
+                    assert_within(tolerance, scale, f64::from(got), want, name);
                 }
             }
             for law in Law::ALL {
@@ -532,6 +542,11 @@ fn everything_runs_in_single_precision() {
             let (got, want) =
                 (twin.subject.hold(v as f32, z as f32, 1e-3), double.subject.hold(v, z, 1e-3));
             let reach = z.abs().max(want.deflection.abs());
+            // What λ loses in its tip velocity, z_ss loses too.
+            let reach = match (double.is_implicit(), form.coefficients(v, z).relaxation) {
+                (true, relaxation) if relaxation > 0.0 => reach * sums.relaxation / relaxation,
+                _ => reach,
+            };
             // α moves λh by a relative 1e-3 at most, and e^−x by less.
             assert_within(tolerance, reach, f64::from(got.deflection), want.deflection, name);
         }

@@ -314,8 +314,7 @@ fn friction_never_gives_more_energy_than_it_stored() {
 #[test]
 fn frbd_dissipates_in_its_surface_and_in_its_dashpot_each_for_itself() {
     let in_family = |specimen: &Specimen<f64>| {
-        specimen.form.stiffness == Element::Constant
-            && (specimen.is_frbd() || specimen.form.family == Family::ElastoPlastic)
+        specimen.form.stiffness == Element::Constant && (specimen.is_frbd() || specimen.freezes())
     };
     every_specimen(64, |specimen, state| {
         if !in_family(specimen) {
@@ -340,7 +339,9 @@ fn frbd_dissipates_in_its_surface_and_in_its_dashpot_each_for_itself() {
         // What the library adds up for this family has no negative term, so it is accurate
         // relative to itself, and its sign is beyond rounding.
         let power = subject.dissipated_power(v.into(), z);
-        assert_within(ROUNDING, want + form.power_by_alpha(v, z), power, want, name);
+        // The tip velocity has an error that is not relative to itself.
+        let by_tip = if specimen.is_implicit() { sum } else { 0.0 };
+        assert_within(ROUNDING, want + form.power_by_alpha(v, z) + by_tip, power, want, name);
         assert!(power >= 0.0, "{}: {power:e}", name());
     });
 }
@@ -444,7 +445,10 @@ fn every_limit_that_is_given_holds() {
                 }
             }
             if fastest.is_finite() && fastest > 0.0 {
-                assert!(limits.deflection.is_some() && limits.relaxation_rate.is_some());
+                let folded = matches!(specimen.form.family, Family::Implicit(Some(_)));
+                assert!(
+                    limits.deflection.is_some() && (limits.relaxation_rate.is_some() || folded)
+                );
             }
         }
     });
@@ -961,6 +965,8 @@ fn a_regularised_bristle_leaks_at_rest() {
         let want = match form.family {
             // Without sliding direction an elasto-plastic bristle is elastic.
             Family::ElastoPlastic => 0.0,
+            // By the load it carries: of its own law below.
+            Family::Implicit(_) => return,
             _ => form.sigma0(0.0) * at_rest / (damping + form.mu(0.0)),
         };
         let got = specimen.subject.affine(0.0.into(), z).relaxation;
@@ -1188,16 +1194,22 @@ fn lag_loops_are_normal_where_the_curve_falls_and_reversed_where_it_rises() {
 fn counterexample(specimen: &Specimen<f64>, law: Law) -> Option<String> {
     let (form, subject) = (&specimen.form, &specimen.subject);
     if law == Law::NoDrift {
-        // Back and forth between two forces; fast for √ε and slow for v_S.
+        // Back and forth between two forces; fast for √ε and slow for v_S. The chord of the implicit
+        // bristle is frozen for each way: there so slow that the tip creeps along.
         let drift = drift(
             specimen,
-            1e-3,
+            if specimen.is_implicit() { 1e-5 } else { 1e-3 },
             0.0,
             0.9 * form.stick_limit() * form.recipe.stiffness / form.mu(0.0),
             1,
         );
         let full = form.mu(0.0) / form.recipe.stiffness;
         return (drift > 0.01 * full).then(|| format!("{} drifts by {drift:e} m", specimen.name()));
+    }
+    if law == Law::BoundedRelaxation && specimen.is_implicit() {
+        let jump = steepest_rate(specimen);
+        let limit = form.recipe.stiffness / form.recipe.damping;
+        return (jump > 1e6 * limit).then(|| format!("{} fades at {jump:e} 1/s", specimen.name()));
     }
     let speeds = (-12..=12).map(|i| 10_f64.powf(f64::from(i) / 2.0));
     let velocities: Vec<f64> = speeds.flat_map(|s| [s, -s]).collect();
@@ -1226,6 +1238,13 @@ fn counterexample(specimen: &Specimen<f64>, law: Law) -> Option<String> {
     };
     let broken = |&(v, limit, z): &(f64, f64, f64)| {
         match law {
+            Law::SteadySliding if specimen.is_implicit() => {
+                // Whether the rule's branch stays where steady sliding would be.
+                let z = subject.stationary(v.into());
+                let terms = form.terms(v, z);
+                let sum = terms.relaxation * z.abs() + terms.drive * v.abs();
+                subject.rate(v.into(), z).abs() > clearly * sum
+            }
             Law::SteadySliding => {
                 let got = subject.stationary_force(v.into()) / form.recipe.load;
                 let want = form.mu(v) * form.sign(v) + form.outside() * v;
@@ -1272,6 +1291,22 @@ fn counterexample(specimen: &Specimen<f64>, law: Law) -> Option<String> {
     };
     let found = states.into_iter().find(broken);
     found.map(|(v, _, z)| format!("{} breaks {law} at v = {v:e}, z = {z:e}", specimen.name()))
+}
+
+/// The largest |Δż/Δz| at rest: about the deflection where a tip jumps from a branch to another, if it does.
+fn steepest_rate(specimen: &Specimen<f64>) -> f64 {
+    let subject = &specimen.subject;
+    let full = 2.0 * specimen.form.mu(0.0) / specimen.form.recipe.stiffness;
+    let rate = |z: f64| subject.rate(0.0.into(), z);
+    let at = |i: u32| full * f64::from(i) / 4e3;
+    let jump = |&(a, b): &(f64, f64)| (rate(a) - rate(b)).abs();
+    let steps = (0..4000).map(|i| (at(i), at(i + 1)));
+    let (mut a, mut b) = steps.max_by(|x, y| jump(x).total_cmp(&jump(y))).unwrap();
+    for _ in 0..40 {
+        let middle = 0.5 * (a + b);
+        if jump(&(a, middle)) > jump(&(middle, b)) { b = middle } else { a = middle }
+    }
+    jump(&(a, b)) / (b - a)
 }
 
 /// Why a specimen denies a law that it may well obey.

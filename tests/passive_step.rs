@@ -150,7 +150,8 @@ fn every_wild_step<T: Scalar>(
 /// Dahl, FrBD on constant stiffness and elasto-plastic FrBD: the theorem's models.
 fn is_of_the_theorem<T: Scalar>(specimen: &Specimen<T>) -> bool {
     let family =
-        matches!(specimen.form.family, Family::FrBd | Family::Dahl | Family::ElastoPlastic);
+        matches!(specimen.form.family, Family::FrBd | Family::Dahl | Family::ElastoPlastic)
+            || specimen.is_implicit();
     family && specimen.form.stiffness == Element::Constant
 }
 

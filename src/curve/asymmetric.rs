@@ -72,6 +72,10 @@ impl<T: Scalar, F: FrictionCurve<T>, B: FrictionCurve<T>> FrictionCurve<T> for A
         }
     }
 
+    fn least_slope(&self) -> Option<T> {
+        Some(smaller(self.forward.least_slope()?, self.backward.least_slope()?))
+    }
+
     fn is_even(&self) -> bool {
         false
     }

@@ -72,4 +72,12 @@ impl<T: Scalar> FrictionCurve<T> for Coulomb<T> {
     fn without_viscous_friction(&self) -> Self {
         Self { viscous: T::zero(), ..*self }
     }
+
+    fn least_slope(&self) -> Option<T> {
+        Some(self.viscous)
+    }
+
+    fn steepest_speed(&self) -> Option<T> {
+        Some(T::zero())
+    }
 }

@@ -28,6 +28,7 @@ use crate::{Bounds, FrictionCurve, Scalar, Sliding};
 pub struct FunctionCurve<T, F> {
     function: F,
     bounds: Bounds<T>,
+    least_slope: Option<T>,
 }
 
 impl<T: Scalar, F: Fn(T) -> (T, T)> FunctionCurve<T, F> {
@@ -39,7 +40,17 @@ impl<T: Scalar, F: Fn(T) -> (T, T)> FunctionCurve<T, F> {
     pub fn new(function: F, bounds: Bounds<T>) -> Result<Self, ParameterError> {
         parameter::positive("bounds.min", bounds.min)?;
         parameter::at_least("bounds.max", bounds.max, "bounds.min", bounds.min)?;
-        Ok(Self { function, bounds })
+        Ok(Self { function, bounds, least_slope: None })
+    }
+
+    /// The same curve with a number [s/m] that its slope dμ/d|v| does not fall below, taken on trust, see
+    /// [`FrictionCurve::least_slope`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a number that is not finite.
+    pub fn with_least_slope(self, slope: T) -> Result<Self, ParameterError> {
+        Ok(Self { least_slope: Some(parameter::finite("least_slope", slope)?), ..self })
     }
 }
 
@@ -63,5 +74,9 @@ impl<T: Scalar, F: Fn(T) -> (T, T) + Clone> FrictionCurve<T> for FunctionCurve<T
 
     fn bounds(&self, _fastest: T) -> Bounds<T> {
         self.bounds
+    }
+
+    fn least_slope(&self) -> Option<T> {
+        self.least_slope
     }
 }

@@ -93,6 +93,21 @@ pub trait FrictionCurve<T: Scalar>: Debug + Clone {
         self.coefficient_and_slope(Branch::Forward.of(T::zero())).1
     }
 
+    /// A number [s/m] that the slope dμ/d|v| does not fall below at any speed, and comes close to:
+    /// negative for a curve that falls, −∞ if it falls infinitely steeply. `None` if it is not known.
+    ///
+    /// The implicit bristle has one answer at every state iff σ1 plus this is positive, see
+    /// [`ImplicitBristle`](crate::ImplicitBristle).
+    fn least_slope(&self) -> Option<T> {
+        None
+    }
+
+    /// The speed [m/s] of the least slope, for a curve whose slope falls all the way up to that speed and rises all the
+    /// way beyond it. `None` if it is not known, or the curve has more than one dip.
+    fn steepest_speed(&self) -> Option<T> {
+        None
+    }
+
     /// Whether μ(−v) = μ(v) for every v.
     fn is_even(&self) -> bool {
         true

@@ -120,4 +120,14 @@ impl<T: Scalar> FrictionCurve<T> for RationalStribeck<T> {
     fn without_viscous_friction(&self) -> Self {
         Self { viscous: T::zero(), ..*self }
     }
+
+    fn least_slope(&self) -> Option<T> {
+        // 2u/(1+u²)² = (3/8)√3 at u² = 1/3.
+        let steepest = lit::<T>(0.375) * lit::<T>(3.0).sqrt();
+        Some(self.viscous - self.drop * self.inverse_velocity * steepest)
+    }
+
+    fn steepest_speed(&self) -> Option<T> {
+        Some(lit::<T>(1.0 / 3.0).sqrt() / self.inverse_velocity)
+    }
 }

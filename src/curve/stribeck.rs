@@ -15,6 +15,7 @@
 //! v = 0.
 
 use super::valley::Valley;
+use crate::model::unlimited;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{is_zero, lit};
 use crate::{Bounds, Branch, FrictionCurve, Scalar, Sliding};
@@ -127,6 +128,19 @@ impl<T: Scalar> Stribeck<T> {
         }
     }
 
+    /// The scaled speed u at which the steepness δ u^(δ−1) exp(−u^δ) is largest: u^δ = (δ−1)/δ; for
+    /// δ ≤ 1 at rest. There it has no finite value for δ < 1, so searches start next to rest.
+    fn steepest(&self) -> T {
+        match self.exponent {
+            Exponent::One => T::zero(),
+            Exponent::Two => T::one() / lit::<T>(2.0).sqrt(),
+            Exponent::Other(exponent) if exponent > T::one() => {
+                ((exponent - T::one()) / exponent).powf(T::one() / exponent)
+            }
+            Exponent::Other(_) => T::default_epsilon(),
+        }
+    }
+
     /// The power w = |u|^δ of the scaled speed u, and dw/du.
     #[inline(always)]
     fn power(&self, u: T) -> (T, T) {
@@ -174,19 +188,9 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
                 slope * self.decay(w)
             },
         };
-        // The steepness δ u^(δ−1) exp(−u^δ) is largest at u^δ = (δ−1)/δ; for δ ≤ 1 at rest. There
-        // it has no finite value for δ < 1, so its search starts next to rest.
-        let steepest = match self.exponent {
-            Exponent::One => T::zero(),
-            Exponent::Two => T::one() / lit::<T>(2.0).sqrt(),
-            Exponent::Other(exponent) if exponent > T::one() => {
-                ((exponent - T::one()) / exponent).powf(T::one() / exponent)
-            }
-            Exponent::Other(_) => T::default_epsilon(),
-        };
         valley.bounds(
             fastest * self.inverse_velocity,
-            steepest,
+            self.steepest(),
             self.viscous * velocity / self.drop,
         )
     }
@@ -207,5 +211,26 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
 
     fn without_viscous_friction(&self) -> Self {
         Self { viscous: T::zero(), ..*self }
+    }
+
+    fn least_slope(&self) -> Option<T> {
+        let steepest = self.steepest();
+        let steepness = match self.exponent {
+            _ if self.drop == T::zero() => T::zero(),
+            // δ u^(δ−1) exp(−u^δ) grows without limit towards rest.
+            Exponent::Other(exponent) if exponent < T::one() => return Some(-unlimited::<T>()),
+            // At its summit u^δ = (δ−1)/δ.
+            _ => {
+                let (w, slope) = self.power(steepest);
+                slope * (-w).exp()
+            }
+        };
+        Some(self.viscous - self.drop * self.inverse_velocity * steepness)
+    }
+
+    fn steepest_speed(&self) -> Option<T> {
+        let falls_from_rest =
+            matches!(self.exponent, Exponent::Other(exponent) if exponent < T::one());
+        Some(if falls_from_rest { T::zero() } else { self.steepest() / self.inverse_velocity })
     }
 }

@@ -218,4 +218,19 @@ impl<T: Scalar, const N: usize> FrictionCurve<T> for Tabulated<T, N> {
         bounds.max = larger(bounds.max, value);
         bounds
     }
+
+    fn least_slope(&self) -> Option<T> {
+        // Of each parabola: at its ends, which are knots, and at its lowest point.
+        let mut least = self.pieces[N - 1].coefficients[1];
+        for pair in self.pieces.windows(2) {
+            let (piece, end) = (&pair[0], pair[1].start);
+            least = smaller(least, smaller(piece.slope(piece.start), piece.slope(end)));
+            let [_, _, c2, c3] = piece.coefficients;
+            let lowest = piece.start - c2 / (lit::<T>(3.0) * c3);
+            if c3 > T::zero() && lowest > piece.start && lowest < end {
+                least = smaller(least, piece.slope(lowest));
+            }
+        }
+        Some(least)
+    }
 }

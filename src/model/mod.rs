@@ -5,6 +5,7 @@ mod anatomy;
 mod dahl;
 mod elasto_plastic;
 mod frbd;
+mod implicit;
 mod law;
 mod lugre;
 
@@ -16,6 +17,7 @@ pub use dahl::{Dahl, DahlParameters};
 pub use elasto_plastic::{ElastoPlastic, ElastoPlasticParameters};
 pub use frbd::FrBd;
 pub(crate) use frbd::unlimited;
+pub use implicit::{FoldRule, ImplicitBristle, ImplicitBristleParameters};
 pub use law::Law;
 pub use lugre::LuGre;
 
@@ -36,7 +38,7 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     type Deflection: Deflection<T>;
 
     /// The four coefficients at a velocity. They depend on the deflection only where a model
-    /// switches with it (elasto-plastic).
+    /// switches with it (elasto-plastic) or solves for it (the implicit bristle).
     fn affine(
         &self,
         sliding: Sliding<T>,

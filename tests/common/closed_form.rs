@@ -3,6 +3,8 @@
 //! Written apart from the library, by the formulas and not by the code: no fast paths, no series
 //! where the formula itself is good, other formulations where there is a choice.
 
+use bristle::FoldRule;
+
 use super::recipe::Recipe;
 
 /// A friction curve.
@@ -50,6 +52,8 @@ pub enum Family {
     LuGreInside,
     Dahl,
     ElastoPlastic,
+    /// The implicit bristle, with its rule where it is folded.
+    Implicit(Option<FoldRule>),
 }
 
 /// A model in closed form.
@@ -70,6 +74,16 @@ pub struct Partials {
     pub rate_by_velocity: f64,
     pub coefficient_by_deflection: f64,
     pub coefficient_by_velocity: f64,
+}
+
+/// What the implicit bristle's derivatives are made of.
+struct AtTip {
+    drive: f64,
+    compliance_terms: f64,
+    slope: f64,
+    slope_terms: f64,
+    error: f64,
+    rough: f64,
 }
 
 /// λ, r, c₀, c₂ of one model at one velocity, or what goes with each of them.
@@ -112,6 +126,27 @@ impl Curve {
     /// μ(v).
     pub fn mu(self, r: &Recipe, v: f64) -> f64 {
         self.dry(r, v) + self.viscous(r) * v.abs()
+    }
+
+    /// The steepest fall of the curve, −min dμ/d|v|, without σ2: a number that is not exceeded.
+    pub fn steepest_fall(self, r: &Recipe) -> f64 {
+        let per_velocity = (r.static_ - r.dynamic) / r.stribeck_velocity;
+        match self {
+            Self::Coulomb => 0.0,
+            Self::Stribeck(d) if d < 1.0 => f64::INFINITY,
+            Self::Stribeck(d) => {
+                let w = (d - 1.0) / d;
+                d * w.powf(w) * (-w).exp() * per_velocity
+            }
+            // (3/8)√3, and (2/9)√3 for 1/√(1 + u²).
+            Self::Rational => 0.375 * 3_f64.sqrt() * per_velocity,
+            Self::Function => 3_f64.sqrt() / 9.0 * r.dynamic / r.stribeck_velocity,
+            Self::Asymmetric => Self::Stribeck(2.0).steepest_fall(r),
+            // A cubic of this kind is at most three times as steep as its secants.
+            Self::Tabulated => r.knots().windows(2).fold(0.0, |most: f64, knots| {
+                most.max(3.0 * (knots[0].1 - knots[1].1) / (knots[1].0 - knots[0].0))
+            }),
+        }
     }
 
     /// Sum of the absolute values of the terms of dμ/dv, without σ2.
@@ -258,6 +293,17 @@ impl ClosedForm {
 
     /// z_b.
     pub fn stick_limit(&self) -> f64 {
+        if let Family::Implicit(rule) = self.family {
+            // What the surface can hold at rest; to be slow, and within roundings.
+            let mut least = self.mu(1e-300).min(self.mu(-1e-300));
+            if rule == Some(FoldRule::Fastest) {
+                for sign in [1.0, -1.0] {
+                    let carried = |u: f64| self.carried(sign * u).abs() + self.sigma1(0.0) * u;
+                    least = self.speeds(1e3).iter().fold(least, |least, &u| least.min(carried(u)));
+                }
+            }
+            return 0.999 * least / self.recipe.stiffness;
+        }
         self.recipe.stick_fraction * self.curve.floor(&self.recipe) / self.recipe.stiffness
     }
 
@@ -283,9 +329,122 @@ impl ClosedForm {
         alpha > 0.0 && alpha < 1.0
     }
 
+    /// f(u) = μ(u) sgn_ε(u).
+    fn carried(&self, u: f64) -> f64 {
+        self.mu(u) * self.sign(u)
+    }
+
+    /// Speeds up to the fastest, close enough together for any curve here: from 1e-6 of v_S (or ε, v_t).
+    fn speeds(&self, fastest: f64) -> Vec<f64> {
+        let r = &self.recipe;
+        let least = 1e-6 * fastest.min(r.stribeck_velocity).min(self.modulus.at_rest(r).max(1e-9));
+        let count = ((fastest / least).log2() * 3.0).ceil().max(1.0);
+        let at = |i: f64| least * (fastest / least).powf(i / count);
+        (0..=count as u32).map(|i| at(f64::from(i))).collect()
+    }
+
+    /// v_s of the implicit bristle, from σ1 v_s + f(v_s) = σ0 z + σ1 v by bisection over the numbers
+    /// themselves; on a fold after a search for the first or the last crossing.
+    pub fn tip(&self, v: f64, z: f64) -> f64 {
+        let (s0, s1) = (self.sigma0(v), self.sigma1(v));
+        let trial = s0 * z + s1 * v;
+        let (size, direction) = (trial.abs(), if trial < 0.0 { -1.0 } else { 1.0 });
+        let balance = |u: f64| s1 * u + self.carried(direction * u) * direction - size;
+        let cross = |low: f64, high: f64| {
+            let (mut low, mut high) = (low.to_bits(), high.to_bits());
+            while high - low > 1 {
+                let middle = low + (high - low) / 2;
+                if balance(f64::from_bits(middle)) < 0.0 { low = middle } else { high = middle }
+            }
+            direction * f64::from_bits(high)
+        };
+        let sticks = self.modulus == Modulus::Exact
+            && self.curve.mu(&self.recipe, direction * f64::MIN_POSITIVE) >= size;
+        let Family::Implicit(rule) = self.family else { return v };
+        let Some(rule) = rule else {
+            return if sticks || size == 0.0 { 0.0 } else { cross(0.0, 1e300) };
+        };
+        let viscous = self.curve.viscous(&self.recipe);
+        let fastest = 2.0 * size / (s1 + viscous);
+        let mut speeds = self.speeds(fastest);
+        // The extremes between them.
+        for i in 1..speeds.len() - 1 {
+            let [a, b, c] = [speeds[i - 1], speeds[i], speeds[i + 1]];
+            let up = balance(b) > balance(a);
+            if up == (balance(b) > balance(c)) {
+                let side = if up { 1.0 } else { -1.0 };
+                let (mut low, mut high) = (a, c);
+                for _ in 0..50 {
+                    let (p, q) = ((2.0 * low + high) / 3.0, (low + 2.0 * high) / 3.0);
+                    if side * balance(p) < side * balance(q) { low = p } else { high = q }
+                }
+                speeds.push(0.5 * (low + high));
+            }
+        }
+        speeds.sort_by(f64::total_cmp);
+        match rule {
+            FoldRule::Slowest if sticks => 0.0,
+            FoldRule::Slowest => {
+                let i = speeds.partition_point(|&u| u < 0.0)
+                    + speeds.iter().position(|&u| balance(u) >= 0.0).unwrap();
+                cross(if i == 0 { 0.0 } else { speeds[i - 1] }, speeds[i])
+            }
+            FoldRule::Fastest => match speeds.iter().rposition(|&u| balance(u) < 0.0) {
+                Some(i) => cross(speeds[i], speeds[i + 1]),
+                None if sticks => 0.0,
+                None => cross(0.0, speeds[0]),
+            },
+        }
+    }
+
+    /// For the implicit bristle, at its tip: r, ds/d|v_s| with the sum of its terms, Φ' with the sum of its terms, f', and
+    /// the error of |v_s| per rounding.
+    fn at_tip(&self, v: f64, z: f64) -> AtTip {
+        let r = &self.recipe;
+        let u = self.tip(v, z);
+        let (s0, s1, mu, n) = (self.sigma0(v), self.sigma1(v), self.mu(u), self.speed(u));
+        let (mu_terms, n_terms) = (self.mu_slope_terms(u), self.modulus.slope_terms(r, u));
+        let sign = self.sign(u).abs();
+        // sgn_ε' = (1 − sgn_ε |v|_ε')/|v|_ε; 0 without regularisation.
+        let sign_terms = if self.modulus == Modulus::Exact { 0.0 } else { 2.0 / n };
+        let slope_terms = s1 + mu_terms * sign + mu * sign_terms;
+        // Φ' itself by differences, without regularisation on one side of rest.
+        let exact = self.modulus == Modulus::Exact;
+        let h = (1e-6 * if exact { r.stribeck_velocity } else { n }).max(1e-9 * u.abs());
+        let side = if u < 0.0 { -1.0 } else { 1.0 };
+        let from = (u.abs() - h).max(if exact { f64::MIN_POSITIVE } else { -h });
+        let to = u.abs() + h;
+        let rise = side * (self.carried(side * to) - self.carried(side * from));
+        let loads = s0 * z.abs() + s1 * v.abs();
+        let sticks = exact && u == 0.0 && (s0 * z + s1 * v).abs() < mu * (1.0 - 1e-9);
+        let (slope, error) = if sticks {
+            (slope_terms, 0.0)
+        } else {
+            let slope = (s1 + rise / (to - from)).max(1e-9 * slope_terms);
+            (slope, loads * 2.0 / slope)
+        };
+        AtTip {
+            drive: mu / (mu + s1 * n),
+            compliance_terms: (n_terms * mu + n * mu_terms) / (mu * mu),
+            slope,
+            slope_terms,
+            error,
+            // How much the derivatives change with that error: over v_S, and over |v_s| itself.
+            rough: if sticks {
+                1.0
+            } else {
+                slope_terms / slope * (1.0 + error * (10.0 / r.stribeck_velocity + 1.0 / n))
+            },
+        }
+    }
+
     /// The denominator g.
     pub fn resistance(&self, v: f64, z: f64) -> f64 {
         match self.family {
+            Family::Implicit(_) => {
+                let u = self.tip(v, z);
+                self.sigma1(v) * self.speed(u) + self.mu(u)
+            }
             Family::LuGreClassical | Family::LuGreInside | Family::Dahl => self.mu(v),
             Family::FrBd | Family::ElastoPlastic => {
                 self.alpha(v, z) * self.sigma1(v) * self.speed(v) + self.mu(v)
@@ -298,6 +457,16 @@ impl ClosedForm {
         let (sigma0, sigma1, mu) = (self.sigma0(v), self.sigma1(v), self.mu(v));
         let g = self.resistance(v, z);
         match self.family {
+            Family::Implicit(_) => {
+                let u = self.tip(v, z);
+                let drive = self.mu(u) / g;
+                Coefficients {
+                    relaxation: sigma0 * self.speed(u) / g,
+                    drive,
+                    stiffness: sigma0 * drive,
+                    damping: sigma1 * drive,
+                }
+            }
             Family::FrBd | Family::ElastoPlastic => Coefficients {
                 relaxation: self.alpha(v, z) * sigma0 * self.speed(v) / g,
                 drive: mu / g,
@@ -324,6 +493,17 @@ impl ClosedForm {
     pub fn terms(&self, v: f64, z: f64) -> Coefficients {
         let coefficients = self.coefficients(v, z);
         match self.family {
+            Family::Implicit(_) => {
+                let at = self.at_tip(v, z);
+                let share = at.drive * at.drive * at.compliance_terms * at.error;
+                let (s0, s1) = (self.sigma0(v), self.sigma1(v));
+                Coefficients {
+                    relaxation: coefficients.relaxation + s0 * share,
+                    drive: coefficients.drive + s1 * share,
+                    stiffness: coefficients.stiffness + s0 * s1 * share,
+                    damping: coefficients.damping + s1 * s1 * share,
+                }
+            }
             Family::ElastoPlastic if self.in_transition(v, z) => {
                 let by_alpha = self.alpha_terms(v, z);
                 Coefficients {
@@ -369,7 +549,9 @@ impl ClosedForm {
     pub fn power_terms(&self, v: f64, z: f64) -> f64 {
         let (c, terms) = (self.coefficients(v, z), self.terms(v, z));
         let force = terms.stiffness * z.abs() + terms.damping * v.abs();
-        let rate = c.relaxation * z.abs() + c.drive * v.abs();
+        // The error of an implicit bristle's tip is in its rate, too.
+        let rate = if matches!(self.family, Family::Implicit(_)) { terms } else { c };
+        let rate = rate.relaxation * z.abs() + rate.drive * v.abs();
         self.recipe.load * (force * v.abs() + self.storage() * z.abs() * rate)
     }
 
@@ -391,6 +573,22 @@ impl ClosedForm {
         let transition = self.in_transition(v, z);
         let (g, alpha) = (self.resistance(v, z), if transition { 1.0 } else { self.alpha(v, z) });
         match self.family {
+            Family::Implicit(_) => {
+                let at = self.at_tip(v, z);
+                // The same uncertainty, as the caller has it at v, at the tip.
+                let (u, uncertain) = (self.tip(v, z), if rough > 0.0 { 1.0 } else { 0.0 });
+                let (n, mu) = (self.speed(u), self.mu(u));
+                let of_curve = uncertain * (1.0 + 10.0 * n / r.stribeck_velocity) / mu;
+                let compliance = at.compliance_terms + of_curve;
+                let share = at.drive * at.drive * compliance * s1 / at.slope * at.rough;
+                Coefficients {
+                    // (s r)' = s' r − s σ1 r² s', of which s' r² is left.
+                    relaxation: 2.0 * s0 * share / at.drive,
+                    drive: s1 * share,
+                    stiffness: s0 * s1 * share,
+                    damping: s1 * s1 * share,
+                }
+            }
             Family::FrBd | Family::ElastoPlastic => {
                 let by_alpha = self.alpha_terms(v, z);
                 let alpha_slope = self.alpha_slopes_terms(v, z).1;
@@ -434,6 +632,17 @@ impl ClosedForm {
     /// Sums of the absolute values of the terms of the partial derivatives of ż = −λz + rv and
     /// μ_b = c₀z + c₂v, by the product rule and through α.
     pub fn partials_terms(&self, v: f64, z: f64) -> Partials {
+        if let Family::Implicit(_) = self.family {
+            let at = self.at_tip(v, z);
+            let (s0, s1, share) =
+                (self.sigma0(v), self.sigma1(v), at.slope_terms / at.slope * at.rough);
+            return Partials {
+                rate_by_deflection: s0 / at.slope * at.rough,
+                rate_by_velocity: share,
+                coefficient_by_deflection: s0 * share,
+                coefficient_by_velocity: s1 * share,
+            };
+        }
         let (terms, slopes) = (self.terms(v, z), self.slope_terms(v, z));
         let (by_alpha, alpha) = (self.alpha_terms(v, z), self.alpha_slopes_terms(v, z).0);
         let (v, z) = (v.abs(), z.abs());

@@ -2,10 +2,11 @@
 
 use bristle::{
     Affine, Asymmetric, Bounds, Bristle, Contact, Coulomb, CoulombParameters, Dahl, DahlParameters,
-    ElastoPlastic, ElastoPlasticParameters, Exact, FrBd, FrictionCurve, FunctionCurve, Hold,
-    HyperbolicTangent, KelvinVoigt, KelvinVoigtParameters, Knot, Law, Limits, LinearisedContact,
-    LuGre, RationalStribeck, RationalStribeckParameters, Regularisation, Scalar, Sliding, Spring,
-    SpringParameters, SquareRoot, Stribeck, StribeckParameters, Tabulated, Varying, VelocityLaw,
+    ElastoPlastic, ElastoPlasticParameters, Exact, FoldRule, FrBd, FrictionCurve, FunctionCurve,
+    Hold, HyperbolicTangent, ImplicitBristle, ImplicitBristleParameters, KelvinVoigt,
+    KelvinVoigtParameters, Knot, Law, Limits, LinearisedContact, LuGre, RationalStribeck,
+    RationalStribeckParameters, Regularisation, Scalar, Sliding, Spring, SpringParameters,
+    SquareRoot, Stribeck, StribeckParameters, Tabulated, Varying, VelocityLaw,
 };
 
 use super::closed_form::{
@@ -88,9 +89,14 @@ impl<T: Scalar> Specimen<T> {
         format!("{family:?}<{curve:?}, σ0 {stiffness:?}, σ1 {damping:?}, {modulus:?}>")
     }
 
-    /// Whether a step freezes what depends on the deflection (α).
+    /// Whether a step freezes what depends on the deflection (α, the tip velocity).
     pub fn freezes(&self) -> bool {
-        self.form.family == Family::ElastoPlastic
+        self.form.family == Family::ElastoPlastic || self.is_implicit()
+    }
+
+    /// Whether the tip velocity is solved for.
+    pub fn is_implicit(&self) -> bool {
+        matches!(self.form.family, Family::Implicit(_))
     }
 
     /// Whether the model is a case of FrBD.
@@ -217,8 +223,27 @@ fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
     push(
         list,
         form(Family::ElastoPlastic, Constant, Varying),
-        elasto_plastic(c, kelvin_voigt(k, d_varying), stick_limit),
+        elasto_plastic(c.clone(), kelvin_voigt(k, d_varying), stick_limit),
     );
+
+    // Damped enough not to be folded, where that can be, …
+    let fall = curve.steepest_fall(r);
+    if fall.is_finite() {
+        let r = Recipe { damping: 1.5 * fall + r.damping + 1e-2, ..*r };
+        let form =
+            ClosedForm { recipe: r, ..form(Family::Implicit(Option::None), Constant, Constant) };
+        let bristle = kelvin_voigt(k, lit(r.damping));
+        in_each_regularisation!(list, form, implicit(c.clone(), bristle, Option::None));
+    }
+    // … and folded, unless by chance it is not. (A table may have several folds, see tests/implicit.rs.)
+    if !matches!(curve, Curve::Coulomb | Curve::Tabulated) {
+        let r = Recipe { damping: r.damping + 1e-2, ..*r };
+        for rule in [FoldRule::Slowest, FoldRule::Fastest] {
+            let family = Family::Implicit(Some(rule));
+            let form = ClosedForm { recipe: r, ..form(family, Constant, Constant) };
+            push(list, form, implicit(c.clone(), kelvin_voigt(k, lit(r.damping)), Some(rule)));
+        }
+    }
 }
 
 fn push<T: Scalar, M: Bristle<T, Deflection = T> + 'static>(
@@ -285,6 +310,9 @@ pub fn function<T: Scalar>(r: &Recipe) -> FunctionCurve<T, impl Fn(T) -> (T, T) 
         Bounds { min: dynamic, max: dynamic * lit(1.5) },
     )
     .unwrap()
+    // −½ μ_d u/(1 + u²)^(3/2)/v_S is least at u² = ½.
+    .with_least_slope(-lit::<T>(3.0).sqrt() / lit(9.0) * dynamic / v_s)
+    .unwrap()
 }
 
 /// c (1 + a u/√(1 + u²)) with u = v/v_d.
@@ -350,6 +378,14 @@ pub fn elasto_plastic<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>(
     ElastoPlastic::new(ElastoPlasticParameters { curve, rheology, stick_limit }).unwrap()
 }
 
+pub fn implicit<T: Scalar, C: FrictionCurve<T>>(
+    curve: C,
+    rheology: KelvinVoigt<T>,
+    fold_rule: Option<FoldRule>,
+) -> ImplicitBristle<T, C> {
+    ImplicitBristle::new(ImplicitBristleParameters { curve, rheology, fold_rule }).unwrap()
+}
+
 pub fn dahl<T: Scalar>(r: &Recipe) -> Dahl<T> {
     Dahl::new(DahlParameters {
         dynamic_coefficient: lit(r.dynamic),
@@ -375,6 +411,8 @@ pub trait CurveSubject<T: Scalar> {
     fn viscous_friction(&self) -> T;
     fn without_viscous_friction(&self) -> Box<dyn CurveSubject<T>>;
     fn is_even(&self) -> bool;
+    fn least_slope(&self) -> Option<T>;
+    fn steepest_speed(&self) -> Option<T>;
 }
 
 impl<T: Scalar, C: FrictionCurve<T> + 'static> CurveSubject<T> for C {
@@ -398,6 +436,12 @@ impl<T: Scalar, C: FrictionCurve<T> + 'static> CurveSubject<T> for C {
     }
     fn is_even(&self) -> bool {
         FrictionCurve::is_even(self)
+    }
+    fn least_slope(&self) -> Option<T> {
+        FrictionCurve::least_slope(self)
+    }
+    fn steepest_speed(&self) -> Option<T> {
+        FrictionCurve::steepest_speed(self)
     }
 }
 
