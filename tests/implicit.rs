@@ -526,7 +526,7 @@ fn curves_of_several_valleys_and_of_unknown_slope_have_an_answer_everywhere() {
     .unwrap();
     for rule in RULES {
         let several = implicit(table::<f64, 5>(knots), kelvin_voigt(1e4, 3.0), Some(rule));
-        let waves = implicit(unknown.clone(), kelvin_voigt(1e4, 3.0), Some(rule));
+        let waves = implicit(unknown, kelvin_voigt(1e4, 3.0), Some(rule));
         for i in -2000..=2000 {
             let load = f64::from(i) * 1e-3;
             let at = (1e-3, (load - 3e-3) / 1e4);
