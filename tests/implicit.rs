@@ -273,6 +273,24 @@ fn the_worst_of_curves_is_still_solved_within_the_bound() {
 }
 
 #[test]
+fn a_curve_on_which_newton_would_crawl_is_solved_by_bisection() {
+    // μ = 1 + (v/w)⁴⁰ from a guess a million w away: a Newton step takes off a fortieth, 550 would be needed.
+    let curve = FunctionCurve::new(
+        |speed: f64| {
+            let u: f64 = speed / 1e-3;
+            (1.0 + u.powi(40), 40.0 * u.powi(39) / 1e-3)
+        },
+        Bounds { min: 1.0, max: f64::INFINITY },
+    )
+    .unwrap()
+    .with_least_slope(0.0)
+    .unwrap();
+    let model = implicit(curve, kelvin_voigt(1.0, 1e-3), None);
+    // (v/w)⁴⁰ = 1 − σ1 v, which is 1e-6: v = w to 3e-8.
+    assert_within(1e-7, 1e-3, model.tip_velocity(0.0, 2.0), 1e-3, || "tip".into());
+}
+
+#[test]
 fn an_answer_at_the_far_end_of_its_bracket_is_met() {
     // σ1 v = 5e5 and μ = 0.02: in single precision the guess is the end (e − μ)/σ1 = e/σ1 itself.
     let curve = FunctionCurve::new(
@@ -526,7 +544,7 @@ fn curves_of_several_valleys_and_of_unknown_slope_have_an_answer_everywhere() {
     .unwrap();
     for rule in RULES {
         let several = implicit(table::<f64, 5>(knots), kelvin_voigt(1e4, 3.0), Some(rule));
-        let waves = implicit(unknown.clone(), kelvin_voigt(1e4, 3.0), Some(rule));
+        let waves = implicit(unknown, kelvin_voigt(1e4, 3.0), Some(rule));
         for i in -2000..=2000 {
             let load = f64::from(i) * 1e-3;
             let at = (1e-3, (load - 3e-3) / 1e4);

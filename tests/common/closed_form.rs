@@ -385,8 +385,7 @@ impl ClosedForm {
         match rule {
             FoldRule::Slowest if sticks => 0.0,
             FoldRule::Slowest => {
-                let i = speeds.partition_point(|&u| u < 0.0)
-                    + speeds.iter().position(|&u| balance(u) >= 0.0).unwrap();
+                let i = speeds.iter().position(|&u| balance(u) >= 0.0).unwrap_or(speeds.len() - 1);
                 cross(if i == 0 { 0.0 } else { speeds[i - 1] }, speeds[i])
             }
             FoldRule::Fastest => match speeds.iter().rposition(|&u| balance(u) < 0.0) {

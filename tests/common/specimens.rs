@@ -238,7 +238,14 @@ fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
     // … and folded, unless by chance it is not. (A table may have several folds, see tests/implicit.rs.)
     if !matches!(curve, Curve::Coulomb | Curve::Tabulated) {
         let r = Recipe { damping: r.damping + 1e-2, ..*r };
-        for rule in [FoldRule::Slowest, FoldRule::Fastest] {
+        // Both rules where the fold is of a kind of its own, one where it is like another.
+        let both = [FoldRule::Slowest, FoldRule::Fastest];
+        let rules = match curve {
+            Curve::Stribeck(1.0) | Curve::Rational => &both[..1],
+            Curve::Stribeck(3.3) | Curve::Function => &both[1..],
+            _ => &both[..],
+        };
+        for &rule in rules {
             let family = Family::Implicit(Some(rule));
             let form = ClosedForm { recipe: r, ..form(family, Constant, Constant) };
             push(list, form, implicit(c.clone(), kelvin_voigt(k, lit(r.damping)), Some(rule)));
