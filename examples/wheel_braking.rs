@@ -173,7 +173,7 @@ fn simulate(
         lost[1] += done.brake_dissipated;
         if stored {
             let state = wheel.state();
-            let slip = if state.speed > CRAWL { wheel.slip() } else { f64::NAN };
+            let slip = if state.speed > CRAWL { wheel.braking_slip() } else { f64::NAN };
             run.rows.push(Row { state, slip, step: done.step, lost });
         }
     }

@@ -200,7 +200,8 @@ pub(crate) fn positive<T: Scalar>(name: &'static str, value: T) -> Result<T, Par
 pub(crate) fn non_negative<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
     let (_, most) = limits::<T>();
     if value >= T::zero() && value <= lit(most) {
-        Ok(value)
+        // −0 becomes 0: what is divided by it has a sign.
+        Ok(value + T::zero())
     } else {
         Err(refuse(name, value, Rule::NonNegative { most }))
     }

@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use bristle::rolling::{
     Excitation, FunctionPressure, Motion, Origin, Passivity, Patch, PatchParameters,
     PolynomialExponential, Pressure, PressureKnot, RateDependent, Slip, TabulatedPressure,
-    Trapezoidal, TrapezoidalParameters, passivity,
+    Trapezoidal, TrapezoidalParameters, Wave, passivity,
 };
 use bristle::{
     Dahl, DahlParameters, FrBd, KelvinVoigt, KelvinVoigtParameters, LuGre, SquareRoot, Stribeck,
@@ -290,11 +290,10 @@ fn check_response<M: RateDependent<f64>, P: Pressure<f64>>(
             let size = linearised.by_transport_velocity(0.0).norm().max(want.norm());
             assert_within(1e-6, size, (got - want).norm(), 0.0, name("F̃/Ṽ"));
             // The profile is that of the bristles.
-            let (place, at) = (0.6, linearised.deflection(0.6, angular_frequency));
+            let deflection = |place| linearised.deflection(Wave { place, angular_frequency });
+            let (place, at) = (0.6, deflection(0.6));
             let affine = patch.model().at_velocity(slip_velocity);
-            let spatial = (linearised.deflection(place + 1e-4, angular_frequency)
-                - linearised.deflection(place - 1e-4, angular_frequency))
-                / 2e-4;
+            let spatial = (deflection(place + 1e-4) - deflection(place - 1e-4)) / 2e-4;
             let rest = spatial * transport_velocity
                 + at * Complex::new(affine.relaxation, angular_frequency)
                 - linearised.drive(place);

@@ -198,7 +198,7 @@ fn a_free_wheel_rolls_on() {
     assert_within(1e-13, 100.0, angle, 100.0, || "angle".into());
     assert_within(1e-13, 30.0, speed, 30.0, || "speed".into());
     assert_within(1e-13, 100.0, angular_velocity, 100.0, || "ω".into());
-    assert!(wheel.slip().abs() < 1e-13);
+    assert!(wheel.braking_slip().abs() < 1e-13);
 }
 
 #[test]
@@ -351,7 +351,7 @@ fn a_locked_wheel_rests_on_the_bristles_of_its_brake() {
                 // 2500 N m are 1/50 rad.
                 assert!((angle - from).abs() < 0.02, "turned by {} rad", angle - from);
                 assert!(angular_velocity.abs() < 0.05, "{angular_velocity} at {time}");
-                assert!((wheel.slip() - 1.0).abs() < 1e-3);
+                assert!((wheel.braking_slip() - 1.0).abs() < 1e-3);
                 // Sliding friction at this speed.
                 let want = LOAD * (0.75 + 0.35 * (-step.slip_velocity.abs() / 6.0).exp());
                 assert_within(2e-2, want, step.force, want, || format!("F at {time}"));

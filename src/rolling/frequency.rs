@@ -30,6 +30,7 @@
 
 use nalgebra::Complex;
 
+use super::patch::coefficients;
 use super::steady::Tangent;
 use super::{Motion, Patch, Pressure, RateDependent};
 use crate::Scalar;
@@ -69,11 +70,19 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     ///
+    /// # Relaxation length
+    ///
+    /// The way after which the force has followed a small step of slip is −L V Im G/(ω Re G) for ω → 0. About
+    /// v = 0 and without damping it is L ∫pξ² dξ/(2 ∫pξ dξ): L/3 for constant pressure, 0.3 L for a
+    /// parabola. It is that of the patch alone: what is measured on a tyre, some decimetres, is mostly its
+    /// carcass, to first order slip stiffness over lateral (longitudinal) stiffness of the tyre.
+    ///
     /// # Errors
     ///
     /// Refuses a motion that is not finite, and a transport velocity that is not positive.
     pub fn linearised(&self, motion: Motion<T>) -> Result<LinearisedPatch<T, P>, ParameterError> {
         let motion = motion.rolling()?;
+        coefficients(self.model(), motion.slip_velocity)?;
         Ok(LinearisedPatch {
             pressure: self.pressure().clone(),
             weight: self.length() * self.load(),
@@ -81,6 +90,15 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
             tangent: Tangent::new(self.model(), motion),
         })
     }
+}
+
+/// Where and how fast, see [`LinearisedPatch::deflection`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wave<T> {
+    /// Place ξ in the patch \[–\].
+    pub place: T,
+    /// Angular frequency ω [rad/s].
+    pub angular_frequency: T,
 }
 
 impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
@@ -103,9 +121,9 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
         self.tangent.direct - self.tangent.rising_direct * (-self.tangent.decay * place).exp_m1()
     }
 
-    /// The deflection over the slip velocity, z̃(ξ)/ṽ \[s\], at a place and an angular frequency ω
-    /// [rad/s].
-    pub fn deflection(&self, place: T, angular_frequency: T) -> Complex<T> {
+    /// The deflection over the slip velocity, z̃(ξ)/ṽ \[s\], at a place and an angular frequency.
+    pub fn deflection(&self, at: Wave<T>) -> Complex<T> {
+        let Wave { place, angular_frequency } = at;
         let tangent = &self.tangent;
         let wave = Complex::new(T::zero(), angular_frequency / self.transport_velocity);
         let both = wave + Complex::from(tangent.decay);

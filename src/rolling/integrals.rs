@@ -4,8 +4,9 @@
 //! χ_k(α, x) = ∫₀¹ tᵏ⁺¹ φ1(xt) e^(−αt) dt = (ψ_k(α) − ψ_k(α + x))/x: moments of a profile that rises
 //! from zero by 1 − e^(−xt), per x,
 //!
-//! with φ1(x) = (1 − e⁻ˣ)/x. Both have three-term recurrences that lose nothing in one direction only;
-//! which one depends on whether k or |x| is larger.
+//! with φ1(x) = (1 − e⁻ˣ)/x. ψ_k follows from ψ_{k−1} without loss where |x| > k, and ψ_{k−1} from ψ_k where
+//! |x| < k. χ is taken from its power series, from the difference where that keeps its digits, and else by
+//! quadrature.
 
 use nalgebra::{Complex, ComplexField};
 

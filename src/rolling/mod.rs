@@ -29,6 +29,22 @@
 //! With s = v/(L V) it is κ_x = −s/(1 + s), and s = −κ_x/(1 + κ_x). The two agree, up to their signs, for small
 //! slip. [`Patch::motion_at`] and [`Patch::motion_of`] make a [`Motion`] of a slip or of a wheel's speeds.
 //!
+//! A patch slips in one direction: along or across. Two patches side by side do not share the limit of
+//! friction; combined slip is not modelled.
+//!
+//! # Parameters from measurements
+//!
+//! Without damping the slip stiffness C does not depend on the curve and is proportional to σ0: σ0 is the
+//! measured C over [`Patch::slip_stiffness`] at σ0 = 1/m, which is 2C/(L F_z) for a symmetric pressure. Then fit
+//! the curve to the slip and the height of the [`Patch::peak`] and to the force of a locked wheel. The peak
+//! lies well below the static coefficient, for bristles near the inlet are not yet deflected.
+//!
+//! # Which pressure for what
+//!
+//! Steady rolling, its linearisation and `Grid` take any [`Pressure`]; the exact reduction and with it
+//! the coupling to mechanisms takes a [`PolynomialExponential`]. A trapezium is well followed by
+//! a polynomial: coefficients 0, 8, −24, 32, −16 are 1 − (2ξ − 1)⁴.
+//!
 //! Source: Romano et al. (arXiv 2602.09429), section IV.
 
 mod exact;
@@ -43,7 +59,7 @@ mod pressure;
 mod steady;
 
 pub use exact::{ExactPatch, MotionOverTime, Order, PatchCommitted, PatchLedger, PatchStep, Slot};
-pub use frequency::LinearisedPatch;
+pub use frequency::{LinearisedPatch, Wave};
 #[cfg(feature = "alloc")]
 pub use grid::{Grid, GridParameters, MotionField, Transport};
 pub use limits::{Excitation, Origin, PatchLimits};

@@ -9,7 +9,7 @@
 //!
 //! (Σ0 V)' ≤ 0 on [0, 1].
 //!
-//! Constant and falling pressure meet it. No pressure that is zero at the inlet does.
+//! Constant and falling pressure meet it. No pressure that is zero at the inlet and not elsewhere does.
 //!
 //! What happens where it fails is seen about v = 0, where the bristles adhere: by the frequency response
 //! ([`LinearisedPatch`](super::LinearisedPatch)) with λ = 0, r = 1 and θ = ω/V, the work per period of a small
@@ -33,6 +33,7 @@
 
 use nalgebra::Complex;
 
+use super::patch::coefficients;
 use super::{Patch, Pressure, RateDependent};
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
@@ -200,7 +201,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         let transport_velocity = parameter::positive("transport_velocity", transport_velocity)?;
         let total = parameter::positive("total pressure", self.pressure().total())?;
         let (phase, damping_number) = most_active(self.pressure(), total);
-        let stiffness = self.model().at_velocity(T::zero()).stiffness;
+        let stiffness = coefficients(self.model(), T::zero())?.stiffness;
         Ok(PassiveDamping {
             damping: damping_number * stiffness / transport_velocity,
             damping_number,

@@ -2,8 +2,8 @@
 
 use super::Pressure;
 use crate::bounds::larger;
-use crate::parameter::{self, ParameterError};
-use crate::scalar::is_zero;
+use crate::parameter::{self, ParameterError, Rule};
+use crate::scalar::{is_zero, to_f64};
 use crate::{
     Affine, Bristle, Dahl, FrBd, FrictionCurve, LuGre, Regularisation, Rheology, Scalar, Sliding,
     VelocityLaw,
@@ -81,6 +81,36 @@ impl<T: Scalar> RateDependent<T> for Dahl<T> {
     fn output_limits(&self, _fastest: T) -> OutputLimits<T> {
         OutputLimits { stiffness: self.storage_stiffness(), damping: T::zero() }
     }
+}
+
+/// The coefficients of a model at a velocity, if they are numbers and its bristles relax: what is not one
+/// would stay in a patch.
+#[inline]
+pub(super) fn coefficients<T: Scalar, M: RateDependent<T>>(
+    model: &M,
+    velocity: T,
+) -> Result<Affine<T>, ParameterError> {
+    let affine = model.at_velocity(velocity);
+    let Affine { relaxation, drive, stiffness, damping } = affine;
+    if relaxation >= T::zero() && (relaxation + drive + stiffness + damping).is_finite() {
+        return Ok(affine);
+    }
+    let named = [
+        ("relaxation rate of the friction model", relaxation),
+        ("drive of the friction model", drive),
+        ("stiffness of the friction model", stiffness),
+        ("damping of the friction model", damping),
+    ];
+    for (name, value) in named {
+        if !value.is_finite() {
+            let rule = Rule::Finite;
+            return Err(ParameterError { name, component: None, value: to_f64(value), rule });
+        }
+    }
+    if !(relaxation >= T::zero()) {
+        parameter::non_negative("relaxation rate of the friction model", relaxation)?;
+    }
+    Ok(affine)
 }
 
 /// Parameters of [`Patch`].

@@ -26,6 +26,7 @@
 //! Source: Romano et al. (arXiv 2602.09429), section IV-A, where the force is written out for constant,
 //! exponential and parabolic pressure.
 
+use super::patch::coefficients;
 use super::pressure::weigh;
 use super::{Motion, Patch, Pressure, RateDependent, Slip};
 use crate::Scalar;
@@ -165,7 +166,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// Refuses a motion that is not finite, and a negative transport velocity.
     pub fn steady(&self, motion: Motion<T>) -> Result<Steady<T>, ParameterError> {
         let Motion { slip_velocity: v, transport_velocity } = motion.forward()?;
-        let affine = self.model().at_velocity(v);
+        let affine = coefficients(self.model(), v)?;
         let still = is_zero(affine.relaxation);
         let steady = Steady {
             force: T::zero(),
@@ -174,9 +175,8 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
             stationary_coefficient: self.model().stationary_coefficient(v),
             entry_coefficient: affine.damping * v,
         };
-        let coefficient = steady.stationary_coefficient * self.pressure().rise(steady.decay)
-            + steady.entry_coefficient * self.pressure().remaining(steady.decay);
-        Ok(Steady { force: self.length() * self.load() * coefficient, ..steady })
+        let force = self.length() * self.load() * self.carried(&steady);
+        Ok(Steady { force, ..steady })
     }
 
     /// The friction force over the normal force, F/F_z \[–\], in steady rolling at a slip.
@@ -188,9 +188,13 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     pub fn force_ratio(&self, at: Slip<T>) -> Result<T, ParameterError> {
         let total = parameter::positive("total pressure", self.pressure().total())?;
         let steady = self.steady(self.checked_motion_at(at)?)?;
-        Ok((steady.stationary_coefficient * self.pressure().rise(steady.decay)
-            + steady.entry_coefficient * self.pressure().remaining(steady.decay))
-            / total)
+        Ok(self.carried(&steady) / total)
+    }
+
+    /// μ_ss R(κ) + c₂ v (P − R(κ)).
+    fn carried(&self, steady: &Steady<T>) -> T {
+        steady.stationary_coefficient * self.pressure().rise(steady.decay)
+            + steady.entry_coefficient * self.pressure().remaining(steady.decay)
     }
 
     /// How the steady force changes with the slip velocity and with the transport velocity, in closed
@@ -202,6 +206,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// Refuses a motion that is not finite, and a transport velocity that is not positive.
     pub fn steady_slopes(&self, motion: Motion<T>) -> Result<SteadySlopes<T>, ParameterError> {
         let motion = motion.rolling()?;
+        coefficients(self.model(), motion.slip_velocity)?;
         let tangent = Tangent::new(self.model(), motion);
         let (pressure, decay) = (self.pressure(), tangent.decay);
         let (rise, lever) = (pressure.rise(decay), pressure.lever(decay));
@@ -242,11 +247,13 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// # Errors
     ///
-    /// Refuses a slip that is not finite or zero, and a rolling speed that is not positive.
+    /// Refuses a slip that is not finite or zero, a rolling speed that is not positive, and a slip on the way at
+    /// which a coefficient of the model is not finite.
     pub fn peak(&self, up_to: Slip<T>) -> Result<Option<Peak<T>>, ParameterError> {
         const SLIPS: usize = 600;
         const DECADES: f64 = 6.0;
-        parameter::positive("slip", up_to.slip.abs())?;
+        parameter::finite("slip", up_to.slip)?;
+        parameter::positive("magnitude of the slip", up_to.slip.abs())?;
         self.checked_motion_at(up_to)?.rolling()?;
         // The magnitude of the force over that of the slip, and its slope: of checked motions, so that
         // neither can fail.
@@ -265,6 +272,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
             let share = (number + 1) as f64 / SLIPS as f64;
             let below: T = lit(DECADES * core::f64::consts::LN_10 * (share - 1.0));
             let slip = up_to.slip.abs() * below.exp();
+            coefficients(self.model(), at(slip).slip_velocity)?;
             let here = (slip, slope(slip));
             if let Some((a, at_a)) = before
                 && at_a > T::zero()
@@ -292,6 +300,9 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// The moment of the steady force about the middle of the patch, and the trail at which the force
     /// acts: for a lateral force the self-aligning moment and the pneumatic trail. By quadrature.
     ///
+    /// In full slip the force acts where the pressure does: a pressure that leans to the inlet turns the
+    /// moment's sign there.
+    ///
     /// # Errors
     ///
     /// Refuses a motion that is not finite, and a negative transport velocity.
@@ -301,7 +312,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         let half: T = lit(0.5);
         let steepness = if steady.decay.is_finite() { steady.decay } else { T::zero() };
         let (mut force, mut moment) = (T::zero(), T::zero());
-        let affine = self.model().at_velocity(slip_velocity);
+        let affine = coefficients(self.model(), slip_velocity)?;
         weigh(self.pressure(), steepness, |place, pressure| {
             let coefficient = if is_zero(slip_velocity) {
                 // Per slip velocity, of which the trail takes the limit.

@@ -340,14 +340,15 @@ where
         self.brake.contact()
     }
 
-    /// Slip velocity v = v_x − ωR [m/s].
+    /// Slip velocity v = v_x − ωR [m/s]: the difference of two states, right to a rounding of the speed.
+    /// [`WheelStep::slip_velocity`] keeps its digits.
     pub fn slip_velocity(&self) -> T {
         self.state.speed - self.state.angular_velocity * self.body.radius
     }
 
-    /// Slip of braking (v_x − ωR)/v_x \[–\]: 0 for a wheel that rolls freely, 1 for a locked one. 0 if the
+    /// Slip of braking (v_x − ωR)/v_x = s/(1 + s) \[–\] with s = v/(L V) of [`Patch::slip`](crate::rolling::Patch::slip): 0 for a wheel that rolls freely, 1 for a locked one. 0 if the
     /// vehicle stands; of little use near that.
-    pub fn slip(&self) -> T {
+    pub fn braking_slip(&self) -> T {
         if is_zero(self.state.speed) { T::zero() } else { self.slip_velocity() / self.state.speed }
     }
 

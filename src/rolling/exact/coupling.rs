@@ -31,16 +31,16 @@
 use super::ExactPatch;
 use super::queue::Slot;
 use super::segment::{level_moments, shifted};
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{self, ParameterError, Rule};
 use crate::rolling::integrals::{integrate, integrate_gentle, phi1};
 use crate::rolling::{Motion, Pressure, RateDependent};
-use crate::scalar::lit;
+use crate::scalar::{lit, to_f64};
 use crate::{Affine, Scalar};
 
 /// Friction of a patch over one step: F̄ = bias + damping·v̄.
 ///
-/// Made by [`ExactPatch::companion_step`]. Dropped without [`PatchStep::commit`] it leaves the patch as
-/// it was, so that a step can be solved twice, the second time with a better prediction.
+/// Made by [`ExactPatch::companion_step`]. Dropped without [`PatchStep::commit`] it leaves the bristles as
+/// they were, so that a step can be solved twice, the second time with a better prediction.
 #[derive(Debug)]
 pub struct PatchStep<'a, T: Scalar, M, const N: usize, B> {
     rolling: &'a mut ExactPatch<T, M, N, B>,
@@ -71,7 +71,8 @@ pub struct PatchLedger<T> {
     pub stored: T,
     /// Energy \[J\] that left with deflected bristles at the outlet, never negative.
     pub outlet: T,
-    /// Energy \[J\] dissipated inside the patch: what is left of the work. Never negative, up to
+    /// Energy \[J\] dissipated inside the patch: what is left of the work, so that this account always
+    /// balances; check it against the kinetic energy of your mechanism. Never negative, up to
     /// rounding, if the patch is passive; where the pressure rises, bristles are loaded as they move on, and
     /// it can be.
     pub volume: T,
@@ -91,10 +92,56 @@ where
     /// segment that leaves about one more. One with V h > 1, which is cheap for the plain
     /// step, costs up to twenty.
     ///
+    /// A wheel of inertia J and radius R on a drum, under a drive torque τ: J (ω₁ − ω)/h = τ + R F̄ with
+    /// v̄ = v_x − R ω̄ is solved for the mean ω̄.
+    ///
+    /// ```
+    /// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
+    /// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+    ///
+    /// let tyre = Patch::new(PatchParameters {
+    ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+    ///     length: 0.1,
+    ///     pressure: PolynomialExponential::constant(),
+    /// })?
+    /// .carrying(4000.0)?; // N
+    /// let mut patch = tyre.exact_in(100)?;
+    /// let (inertia, radius, drum, torque, h) = (1.0, 0.3, 20.0, -200.0, 5e-3); // kg m², m, m/s, N m, s
+    /// let mut spin = drum / radius; // rad/s: rolling freely
+    /// let mut expected = spin;
+    /// for _ in 0..200 {
+    ///     let motion = Motion {
+    ///         slip_velocity: drum - expected * radius,
+    ///         transport_velocity: expected * radius / 0.1,
+    ///     };
+    ///     let step = patch.companion_step(motion, h)?;
+    ///     let mean = (2.0 * inertia / h * spin + torque + radius * (step.bias() + step.damping() * drum))
+    ///         / (2.0 * inertia / h + step.damping() * radius * radius);
+    ///     step.commit(drum - mean * radius)?;
+    ///     let next = 2.0 * mean - spin;
+    ///     expected = 1.5 * next - 0.5 * spin; // the middle of the next step
+    ///     spin = next;
+    /// }
+    /// // The tyre carries the torque.
+    /// assert!((patch.force(drum - spin * radius) - 200.0 / 0.3).abs() < 0.01);
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    ///
+    /// # Bounds
+    ///
+    /// Energy is right whatever the prediction. The bounds of deflection and force hold while v̄ is what was
+    /// predicted; where it is not, as when a wheel locks within a step of 50 ms, the mean force may exceed
+    /// F_z max μ, there by a tenth, and bristles their limit until they leave. A prediction that is far off, or
+    /// a motion that is struck, makes it several times that: solve again with the v̄ found, or take shorter
+    /// steps.
+    ///
+    /// A step of V h > ¼ takes time in proportion to the number of segments, and may merge narrow ones, even if
+    /// it is dropped.
+    ///
     /// # Errors
     ///
-    /// Refuses a velocity that is not finite, a transport velocity or a duration that is negative; the
-    /// patch is as it was.
+    /// Refuses a velocity that is not finite, a transport velocity or a duration that is negative, and what
+    /// gives a bias or a damping that is not finite; the patch is as it was.
     pub fn companion_step(
         &mut self,
         predicted: Motion<T>,
@@ -110,6 +157,12 @@ where
         let damping = stiffness * affine.drive * unit + self.patch.normal_force() * affine.damping;
         // LuGre at such speed that σ1 − σ1 leaves a rounding.
         let damping = if damping < T::zero() { T::zero() } else { damping };
+        for (name, value) in [("bias", bias), ("damping", damping)] {
+            if !value.is_finite() {
+                let (value, rule) = (to_f64(value), Rule::Finite);
+                return Err(ParameterError { name, component: None, value, rule });
+            }
+        }
         Ok(PatchStep { rolling: self, affine, transport, duration, bias, damping })
     }
 

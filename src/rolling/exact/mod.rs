@@ -24,9 +24,10 @@ pub use coupling::{PatchCommitted, PatchLedger, PatchStep};
 pub use queue::Slot;
 pub use smooth::{MotionOverTime, Order};
 
+use super::patch::coefficients;
 use super::{Motion, Patch, PolynomialExponential, RateDependent};
 use crate::parameter::{self, ParameterError, Rule};
-use crate::scalar::{lit, to_f64};
+use crate::scalar::lit;
 use crate::{Affine, Scalar};
 use queue::{Held, Queue};
 use segment::Segment;
@@ -73,8 +74,9 @@ use segment::Segment;
 ///
 /// Nothing is ever subtracted that was added before, so that no digits are lost to what has left, and
 /// nothing drifts. Roundings add up over one transit: some 1e-16 for each of its n steps, and of the place of
-/// the outlet too, as with n = 10 000 some 1e-13. In single precision, with 6e-8, it is better not to take
-/// steps of V h below 1e-4.
+/// the outlet too, as with n = 10 000 some 1e-13. In single precision, with 6e-8, a
+/// patch that keeps rolling in steps of V h below 1e-4 is off by some 1e-4; to pass through such velocities, or to
+/// stand, does no harm.
 ///
 /// # Time
 ///
@@ -226,7 +228,7 @@ where
     /// # Errors
     ///
     /// Refuses a velocity that is not finite, a transport velocity or duration that is negative, and a
-    /// velocity at which the model's relaxation rate or drive is not finite; the patch is as it was.
+    /// velocity at which a coefficient of the model is not finite; the patch is as it was.
     #[inline]
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
         let Motion { slip_velocity, transport_velocity } = motion.forward()?;
@@ -236,17 +238,9 @@ where
         Ok(self.force_of(&affine, slip_velocity))
     }
 
-    /// The model's coefficients, if they are numbers: one that is not would stay in the patch.
     #[inline]
     fn coefficients(&self, slip_velocity: T) -> Result<Affine<T>, ParameterError> {
-        let affine = self.patch.model().at_velocity(slip_velocity);
-        for (name, value) in [("relaxation", affine.relaxation), ("drive", affine.drive)] {
-            if !value.is_finite() {
-                let value = to_f64(value);
-                return Err(ParameterError { name, component: None, value, rule: Rule::Finite });
-            }
-        }
-        Ok(affine)
+        coefficients(self.patch.model(), slip_velocity)
     }
 
     /// Moves the bristles with held coefficients.

@@ -182,18 +182,10 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
     /// Adds a segment at the outlet side of those that were appended before.
     pub(super) fn append(&mut self, segment: Segment<T>) {
         // The ring grows towards the older side: one before the oldest.
-        let capacity = self.slots.as_ref().len();
+        let capacity = self.capacity();
         self.oldest = (self.oldest + capacity - 1) % capacity;
-        let (place, newer) = (self.place, self.newer);
-        let moments = shifted(segment.moments::<N>(T::one(), self.decay), place, self.decay);
-        let slot = Slot { segment, map: Map::identity(), place, moments: newer };
-        let oldest = self.oldest;
-        if let Some(free) = self.slots.as_mut().get_mut(oldest) {
-            *free = slot;
-        }
         self.front.count += 1;
-        self.place += segment.width;
-        add(&mut self.newer, &moments);
+        self.put(0, segment);
     }
 
     pub(super) fn finish(&mut self) {
@@ -251,6 +243,10 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
     /// A step of at most a quarter of the patch.
     #[inline]
     pub(super) fn advance(&mut self, held: &Held<T>) {
+        if self.len() >= self.capacity() {
+            // Not by the count of narrow and wide ones; roundings may add a few.
+            self.collapse();
+        }
         self.prepare(held.distance);
         self.front.map = held.map.after(self.front.map);
         self.middle.map = held.map.after(self.middle.map);
@@ -318,14 +314,13 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
     /// Puts the segment of a step into a slot.
     #[inline]
     fn enter(&mut self, held: &Held<T>, segment: Segment<T>, moments: [T; N]) {
-        let full = self.len() >= self.slots.as_ref().len();
         let (narrowest, decay) = (self.narrowest, self.decay);
         if self.back_count > 0 {
             let newest = self.index(self.len() - 1);
             let narrow = held.distance < narrowest;
             if let Some(slot) = self.slots.as_mut().get_mut(newest) {
                 let nothing_new = is_zero(held.distance);
-                if nothing_new || full || (narrow && slot.segment.width < narrowest) {
+                if nothing_new || (narrow && slot.segment.width < narrowest) {
                     let mut exact = held.map.of_moments(slot.moments, slot.segment.width, decay);
                     slot.segment = slot.segment.mapped(held.map);
                     slot.map = held.map.after(slot.map);
@@ -446,17 +441,22 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
         }
     }
 
-    /// Makes one front of all that is inside: as many operations as there are segments.
+    /// Makes one front of all that is inside: as many operations as there are segments. A narrow segment
+    /// that is followed by another one is merged with it, for there is no back left to merge what
+    /// comes next with, and narrow ones would add up.
     fn collapse(&mut self) {
         while self.ready < self.middle.count {
             self.prepare_one();
         }
-        let (mut place, mut newer, mut since) = (T::zero(), [T::zero(); N], Map::identity());
-        let (front, middle) = (self.front, self.middle);
-        for number in (0..self.len()).rev() {
-            let (index, decay) = (self.index(number), self.decay);
-            let Some(slot) = self.slots.as_mut().get_mut(index) else { break };
-            let segment = if number < front.count {
+        let (front, middle, count) = (self.front, self.middle, self.len());
+        let (narrowest, decay) = (self.narrowest, self.decay);
+        self.thaw();
+        let mut since = Map::identity();
+        // From the newest to the oldest; `last` is yet to be written, and never farther than what is read.
+        let (mut last, mut written): (Option<Segment<T>>, usize) = (None, count);
+        for number in (0..count).rev() {
+            let Some(slot) = self.slot(number) else { break };
+            let mut segment = if number < front.count {
                 slot.segment.mapped(front.map)
             } else if number < front.count + middle.count {
                 slot.segment.mapped(middle.map)
@@ -465,21 +465,44 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
                 since = since.after(slot.map);
                 slot.segment.mapped(now)
             };
-            let moments = shifted(segment.moments::<N>(T::one(), decay), place, decay);
-            *slot = Slot { segment, map: Map::identity(), place, moments: newer };
-            place += segment.width;
-            add(&mut newer, &moments);
+            if let Some(newer) = last {
+                let narrow = newer.width < narrowest && segment.width < narrowest;
+                let inside = self.place + newer.width + segment.width <= T::one();
+                if narrow && inside {
+                    segment = segment.merged_with(&newer, decay);
+                } else {
+                    written -= 1;
+                    self.put(written, newer);
+                }
+            }
+            last = Some(segment);
         }
+        if let Some(oldest) = last {
+            written -= 1;
+            self.put(written, oldest);
+        }
+        self.oldest = self.index(written);
         self.front = Stack {
-            count: self.len(),
-            length: place,
+            count: count - written,
+            length: self.place,
             shift: T::zero(),
             map: Map::identity(),
-            total: newer,
+            total: self.newer,
         };
         self.middle = Stack::empty();
         self.clear_back();
         self.thaw();
+    }
+
+    /// Writes the segment that follows those before it into a slot, prepared.
+    fn put(&mut self, number: usize, segment: Segment<T>) {
+        let (index, place, newer) = (self.index(number), self.place, self.newer);
+        if let Some(slot) = self.slots.as_mut().get_mut(index) {
+            *slot = Slot { segment, map: Map::identity(), place, moments: newer };
+        }
+        let moments = segment.moments::<N>(T::one(), self.decay);
+        add(&mut self.newer, &shifted(moments, place, self.decay));
+        self.place += segment.width;
     }
 
     /// The frozen parts that the outlet may cut, with the number of their first slot: oldest first.

@@ -520,7 +520,8 @@ fn upwind<T: Scalar>(
 ) -> Result<(), ParameterError> {
     for (node, (next, &here)) in after.iter_mut().zip(before).enumerate() {
         let courant = courant(node)?;
-        let size = parameter::at_most("courant_number", courant.abs(), "limit", T::one())?;
+        let size =
+            parameter::at_most("courant_number", courant.abs(), "the limit of upwind", T::one())?;
         let behind = if courant > T::zero() { node.checked_sub(1) } else { node.checked_add(1) };
         let there = behind.and_then(|behind| before.get(behind)).copied().unwrap_or(here);
         // A mean of the two, so that nothing leaves the range.
