@@ -567,3 +567,31 @@ fn a_free_body_never_gains_energy_however_absurd_the_predictions() {
         no_energy_from_nowhere::<f32, 1>(exponential, damping, body, &run, 2e-4);
     });
 }
+
+#[test]
+fn lugre_at_absurd_speeds_has_no_negative_damping() {
+    // Without σ2 the damping is F_z (σ1 + (σ0 − σ1 λ) ū) with ū ≈ 1/λ: σ1 − σ1 and a rounding.
+    let curve = StribeckParameters { viscous_friction: 0.0, ..paper::TYRE_CURVE };
+    let mut exact_zero = 0;
+    for micro_damping in [0.1, 0.3, 7.0] {
+        let bristle = KelvinVoigtParameters { micro_damping, ..paper::TYRE_BRISTLE };
+        let bristle = KelvinVoigt::new(bristle).unwrap();
+        let model = LuGre::classical(Stribeck::new(curve).unwrap(), bristle);
+        let pressure = PolynomialExponential::parabolic();
+        let parameters = PatchParameters { model, length: 0.1, pressure };
+        let patch = Patch::new(parameters).unwrap().carrying(4000.0).unwrap();
+        let mut rolling = patch.exact_in(100).unwrap();
+        for number in 0..400 {
+            // 1e6 to 1e18 m/s.
+            let slip_velocity = 10.0_f64.powf(6.0 + 0.03 * f64::from(number));
+            let motion = Motion { slip_velocity, transport_velocity: 100.0 };
+            for duration in [1e-5, 1e-3, 0.1] {
+                let damping = rolling.companion_step(motion, duration).unwrap().damping();
+                assert!(damping >= 0.0, "{damping:e} at {slip_velocity:e}, {duration}");
+                exact_zero += usize::from(damping == 0.0);
+            }
+        }
+    }
+    // Some are rounding alone.
+    assert!(exact_zero > 0);
+}

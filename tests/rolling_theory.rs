@@ -11,8 +11,8 @@ use bristle::rolling::{
     Trapezoidal, TrapezoidalParameters, Wave, passivity,
 };
 use bristle::{
-    Dahl, DahlParameters, FrBd, KelvinVoigt, KelvinVoigtParameters, LuGre, SquareRoot, Stribeck,
-    paper,
+    Coulomb, CoulombParameters, Dahl, DahlParameters, FrBd, KelvinVoigt, KelvinVoigtParameters,
+    LuGre, SquareRoot, Stribeck, StribeckParameters, paper,
 };
 use common::{assert_within, check};
 use nalgebra::Complex;
@@ -543,4 +543,134 @@ fn the_parabola_pays_out_energy_under_a_small_sinusoid_and_not_with_enough_dampi
     assert!(got < 0.0);
     assert_within(1e-4, want.abs(), got, want, || "work".into());
     assert!(work(0.99 * least).0 < 0.0 && work(1.01 * least).0 > 0.0);
+}
+
+#[test]
+fn the_coefficients_of_lugre_stay_within_their_limits_and_come_near_them() {
+    let curve = |viscous_friction| {
+        Stribeck::new(StribeckParameters { viscous_friction, ..paper::TYRE_CURVE }).unwrap()
+    };
+    // Slow enough for c₀ > 0, fast enough for c₀ < −σ0, undamped, viscous without a dashpot.
+    for (damping, viscous, fastest) in
+        [(0.3, 0.0018, 0.1), (0.3, 0.0018, 60.0), (0.0, 0.01, 60.0), (2.0, 0.0, 60.0)]
+    {
+        let model = LuGre::classical(curve(viscous), bristle(damping));
+        let limits = model.output_limits(fastest);
+        let (mut stiffness, mut direct) = (0.0_f64, 0.0_f64);
+        for number in -2000..=2000 {
+            let affine = model.at_velocity(fastest * f64::from(number) / 2000.0);
+            stiffness = stiffness.max(affine.stiffness.abs());
+            direct = direct.max(affine.damping.abs());
+        }
+        let name = format!("σ1 = {damping}, σ2 = {viscous}, up to {fastest}");
+        assert!(stiffness <= limits.stiffness, "{name}: {stiffness} > {}", limits.stiffness);
+        assert!(direct <= limits.damping, "{name}: {direct} > {}", limits.damping);
+        // At 60 m/s Stribeck's part has gone: max λ is attained. c₂ is the same at all velocities.
+        assert!(stiffness >= limits.stiffness * (1.0 - 1e-12), "{name}: {stiffness} {limits:?}");
+        assert!(direct >= limits.damping * (1.0 - 1e-12), "{name}: {direct} {limits:?}");
+        assert_eq!(stiffness > 2.0 * 252.0, damping > 0.0 && fastest > 1.0, "{name}: {stiffness}");
+    }
+}
+
+#[test]
+fn the_limit_of_the_force_is_that_of_the_curve_where_the_bristles_slide() {
+    let curve = CoulombParameters { dynamic_coefficient: 0.4, viscous_friction: 0.0 };
+    // Dashpots, whose c₂ v exceeds any other limit at such velocities.
+    let model = FrBd::new(Coulomb::new(curve).unwrap(), bristle(0.3));
+    for fastest in [1e2, 1e6, 1e12] {
+        for transport_velocity in [1.0, 160.0] {
+            let patch = patch(model, trapezoidal(0.125));
+            let limits = patch.limits(Excitation { fastest, transport_velocity }).unwrap();
+            let got = limits.force(Origin { initial_norm: 0.0, elapsed: 2.0 }).unwrap();
+            // F_z max μ, up to the rounding of the load.
+            assert_within(1e-14, 1.0, got / (LOAD * 0.4), 1.0, || format!("{fastest}"));
+        }
+    }
+}
+
+#[test]
+fn a_slope_that_is_not_a_number_is_no_proof() {
+    let flat = PolynomialExponential::<f64, 1>::constant();
+    let uniform = |_: f64| (252.0, 0.0);
+    let nan = |_: f64| (252.0, f64::NAN);
+    // At the last place that is looked at, with no other after it.
+    let at_the_end = |place: f64| (252.0, if place > 0.999 { f64::NAN } else { 0.0 });
+    for found in [
+        passivity(&flat, nan, uniform),
+        passivity(&flat, uniform, nan),
+        passivity(&flat, at_the_end, uniform),
+    ] {
+        assert!(matches!(found, Passivity::Rises { .. }), "{found:?}");
+    }
+}
+
+#[test]
+fn what_rises_between_two_places_is_seen_though_its_slope_is_not() {
+    let flat = PolynomialExponential::<f64, 1>::constant();
+    let uniform = |_: f64| (100.0, 0.0);
+    // A step up from 200 to 300, at a third, which is none of the 257 places.
+    let step = |place: f64| (if place < 1.0 / 3.0 { 200.0 } else { 300.0 }, 0.0);
+    for found in [passivity(&flat, step, uniform), passivity(&flat, uniform, step)] {
+        let Passivity::Rises { place, slope } = found else { panic!("{found:?}") };
+        // Over one of 256 parts; the place is that at its end.
+        assert_eq!((place, slope), (86.0 / 256.0, 1e4 * 256.0));
+    }
+    let down = |place: f64| (if place < 1.0 / 3.0 { 300.0 } else { 200.0 }, 0.0);
+    assert_eq!(passivity(&flat, down, uniform), Passivity::Passive);
+}
+
+#[test]
+fn of_two_active_bands_the_worse_counts_though_its_phase_is_larger() {
+    // Two narrow ridges. The transform of a triangle of half-width w about c with the area A has the
+    // imaginary part −A sin(θc) (sin(θw/2)/(θw/2))².
+    let (w, first, second) = (0.02, (1.0 / 3.0, 0.4), (0.98, 0.6));
+    let knot = |(place, pressure)| PressureKnot { place, pressure };
+    let ridges = TabulatedPressure::new(
+        [
+            (0.0, 0.0),
+            (first.0 - w, 0.0),
+            (first.0, first.1 / w),
+            (first.0 + w, 0.0),
+            (second.0 - w, 0.0),
+            (second.0, second.1 / w),
+            (1.0, 0.0),
+        ]
+        .map(knot),
+    )
+    .unwrap();
+    let activity = |theta: f64| {
+        let fading = ((0.5 * theta * w).sin() / (0.5 * theta * w)).powi(2);
+        -fading * (first.1 * (theta * first.0).sin() + second.1 * (theta * second.0).sin()) / theta
+    };
+    let best = |from: f64, to: f64| {
+        (0..=100_000)
+            .map(|number| from + (to - from) * f64::from(number) / 1e5)
+            .map(|theta| (activity(theta), theta))
+            .fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a })
+    };
+    let (lower, upper) = (best(1.0, 8.0), best(8.0, 400.0));
+    assert!(lower.0 > 0.03 && upper.0 > 1.5 * lower.0, "{lower:?} {upper:?}");
+    let patch = patch(frbd(0.0), ridges);
+    let least = patch.least_passive_damping(160.0).unwrap();
+    // The scan's step is 4e-3 rad, of a maximum with a curvature of less than 0.1.
+    assert!((least.damping_number - upper.0).abs() < 1e-6, "{least:?} {upper:?}");
+    assert!((least.phase - upper.1).abs() < 4e-3, "{least:?} {upper:?}");
+}
+
+#[test]
+fn rounding_of_a_transform_asks_for_no_damping() {
+    let curve = CoulombParameters { dynamic_coefficient: 0.5_f32, viscous_friction: 0.0 };
+    let spring = KelvinVoigtParameters { micro_stiffness: 252.0_f32, micro_damping: 0.0 };
+    let model = FrBd::new(Coulomb::new(curve).unwrap(), KelvinVoigt::new(spring).unwrap());
+    fn least<P: Pressure<f32>, M: RateDependent<f32>>(model: &M, pressure: P) -> [f32; 3] {
+        let parameters = PatchParameters { model: model.clone(), length: 0.1_f32, pressure };
+        let least = Patch::new(parameters).unwrap().least_passive_damping(160.0).unwrap();
+        [least.damping, least.damping_number, least.phase]
+    }
+    // S of a constant pressure, (1 − cos θ)/θ², touches zero in every period.
+    assert_eq!(least(&model, PolynomialExponential::<f32, 1>::constant()), [0.0; 3]);
+    let knots = [0.0, 0.5, 1.0].map(|place| PressureKnot { place, pressure: 1.0_f32 });
+    assert_eq!(least(&model, TabulatedPressure::new(knots).unwrap()), [0.0; 3]);
+    let one = FunctionPressure::new(|_: f32| (1.0, 0.0), []).unwrap();
+    assert_eq!(least(&model, one), [0.0; 3]);
 }

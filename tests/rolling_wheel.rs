@@ -543,3 +543,18 @@ fn a_run_in_an_array_allocates_nothing() {
     });
     assert_eq!(counted.count_total, 0);
 }
+
+#[test]
+fn a_brake_that_is_pressed_from_the_start_has_its_full_torque_at_once() {
+    for (speed, normal_force) in [(2.0, 50.0), (20.0, 1500.0)] {
+        let mut given = parameters(PolynomialExponential::<f64, 1>::constant(), speed);
+        given.brake = pads().under_load(normal_force).unwrap();
+        let mut wheel = BrakedWheel::new(given).unwrap();
+        let step = wheel.step(WheelLoads::braking(normal_force), 1e-9).unwrap();
+        // Coulomb with 1 N m per newton. The wheel slows by 2e-9 of its speed, which the bristle
+        // feels through its damping.
+        assert_within(1e-7, normal_force, step.brake_torque, normal_force, || {
+            format!("{speed} m/s")
+        });
+    }
+}

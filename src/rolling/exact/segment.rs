@@ -219,6 +219,7 @@ pub(super) fn shifted<T: Scalar, const N: usize>(
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
     use super::Segment;
 
     #[test]
@@ -274,5 +275,39 @@ mod tests {
         }
         // Both happen.
         assert!(tilted.iter().all(|&count| count > 1000), "{tilted:?}");
+    }
+
+    #[test]
+    fn a_newborn_profile_of_any_steepness_is_that_of_full_sliding_without_overflow() {
+        // λh from what the formula takes to what overflows; z_ss = u/λ = 2 in all of them.
+        for (relaxation, time) in [
+            (1e10, 9e9),
+            (1e10, 1.1e10),
+            (1e151, 1e150),
+            (1e160, 1e150),
+            (1e300, 1e300),
+            (5e307, 1e100),
+        ] {
+            let width = 0.25;
+            let segment = Segment::newborn(width, relaxation, 2.0 * relaxation, time);
+            let name = std::format!("λ = {relaxation:e}, h = {time:e}: {segment:?}");
+            assert_eq!((segment.at(0.0), segment.width), (0.0, width), "{name}");
+            for part in [1e-3_f64, 0.5, 1.0] {
+                // Beyond a layer of 1e-18 nothing but a few roundings is missing.
+                assert!((segment.at(part) - 2.0).abs() < 2e-15, "{name}");
+                for decay in [0.0_f64, 0.7] {
+                    // ∫ sᵏ 2 e^(−as) ds over the part: the layer takes 1.1e-20/part of it, 1e-17.
+                    let moments = segment.moments::<3>(part, decay);
+                    let length = width * part;
+                    let level = super::level_moments::<f64, 3>(length, decay);
+                    for (got, level) in moments.into_iter().zip(level) {
+                        assert!((got / (2.0 * level) - 1.0).abs() < 3e-15, "{name}: {got:e}");
+                    }
+                }
+            }
+        }
+        // Nothing drives it.
+        let still = Segment::newborn(0.25, 1e200, 0.0, 1e200);
+        assert_eq!((still.at(0.5), still.moments::<2>(1.0, 0.7)), (0.0, [0.0; 2]));
     }
 }
