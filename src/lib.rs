@@ -3,7 +3,7 @@
 //! A body rubs on another through elastic bristles. From a friction curve μ(v) and a law of what
 //! a bristle is made of follows a *friction model with bristle dynamics* ([`FrBd`]): one state, the
 //! deflection z, and a force that sticks, slips, lags and loops as measured friction does. Beside
-//! it stand [`LuGre`], [`Dahl`] and [`ElastoPlastic`], all behind one trait, [`Bristle`].
+//! it stand [`LuGre`], [`Dahl`], [`ElastoPlastic`] and [`ImplicitBristle`], all behind one trait, [`Bristle`].
 //!
 //! | step | what | where |
 //! |---|---|---|
@@ -14,6 +14,7 @@
 //! | 5a | in a loop | [`Contact::hold`] steps exactly over a sample, [`exponential`] along a known velocity |
 //! | 5b | in your own mechanism, any step | [`Contact::companion`] |
 //! | 5c | in a mechanism | [`scene`], or your own [`ode::System`] |
+//! | 5d | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
 //! | 6 | a simulation | [`ode::solve`], or [`ode::Solver`] with a method of your choice |
 //!
 //! [`audit`] tells what a set of parameters promises, [`stability`] how long a step may be, [`linear`] how
