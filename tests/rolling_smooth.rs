@@ -9,21 +9,14 @@ use bristle::rolling::{
     RateDependent, Slot,
 };
 use bristle::signal::{Constant, Function, Polyline, Signal, Vertex};
-use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, LuGre, Stribeck, paper};
+use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, LuGre, Stribeck};
 use common::characteristics::{SmoothHistory, gauss};
+use common::tyre::{bristle, curve, frbd};
 
 const LENGTH: f64 = 0.1;
 
-fn curve() -> Stribeck<f64> {
-    Stribeck::new(paper::TYRE_CURVE).unwrap()
-}
-
-fn bristle(micro_damping: f64) -> KelvinVoigt<f64> {
-    KelvinVoigt::new(KelvinVoigtParameters { micro_damping, ..paper::TYRE_BRISTLE }).unwrap()
-}
-
 fn tyre() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
-    FrBd::new(curve(), bristle(0.0))
+    frbd(0.0)
 }
 
 fn patch<M: RateDependent<f64>, const N: usize>(
