@@ -89,13 +89,14 @@ fn merged_steps_err_by_the_cube_of_their_width_and_by_its_square_where_the_veloc
             ]
         };
         let (smooth, jumps) = (of(&smooth), of(&jumps));
-        println!("{narrowest:.5}: {smooth:?} {jumps:?}");
         for error in smooth {
-            // The slope of the profile changes by about 20 full deflections over the patch.
+            // The slope of the profile changes by about 20 full deflections over the patch. The factor
+            // is measured: 0.10 for constant, 0.06 for exponential, 0.18 for parabolic pressure.
             assert!(error < 0.2 * narrowest.powi(3), "{narrowest}: {error:e}");
         }
         for error in jumps {
-            assert!(error < 0.2 * narrowest.powi(2), "{narrowest}: {error:e}");
+            // Measured 0.033 at most.
+            assert!(error < 0.05 * narrowest.powi(2), "{narrowest}: {error:e}");
         }
         errors.push(smooth);
     }
@@ -168,7 +169,6 @@ fn narrow_and_wide(steps: usize) {
                 worst = worst.max((force - want).abs() / (LENGTH * 0.6));
             }
         }
-        println!("{slots} slots, at most {most} used, error {worst:e}");
         assert!(worst < 1e-13, "{worst:e}");
         assert!(most > slots / 2, "{most} of {slots}");
     }
@@ -419,8 +419,9 @@ fn single_precision_follows_double() {
         let got = Motion { slip_velocity: v, transport_velocity: transport };
         let got = single.step(got, h).unwrap();
         let want = double.step(motion(v.into(), transport.into()), h.into()).unwrap();
-        // Some hundred steps a transit, a rounding of 6e-8 each.
-        assert!((f64::from(got) - want).abs() < 2e-5 * LENGTH * 0.6, "{number}: {got} {want}");
+        // Some hundred steps a transit, a rounding of 6e-8 each, which mostly cancel: ten of them were
+        // measured, 6.3e-7.
+        assert!((f64::from(got) - want).abs() < 2e-6 * LENGTH * 0.6, "{number}: {got} {want}");
     }
 }
 

@@ -355,7 +355,8 @@ fn where_everything_varies_the_order_is_four() {
         let (order, force_order) = ((coarse / fine).log2(), (force_coarse / force_fine).log2());
         // On the way to 4.
         assert!(order > 3.4 && force_order > 3.4, "{courant}: {order} {force_order}");
-        assert!(fine < 1e-5 * BREAKAWAY && force_fine < 1e-6, "{courant}: {fine:e} {force_fine:e}");
+        // Measured 3.5e-7 of the breakaway deflection, and 1.3e-8 N of a force below 0.6 N.
+        assert!(fine < 6e-7 * BREAKAWAY && force_fine < 3e-8, "{courant}: {fine:e} {force_fine:e}");
     }
 }
 
@@ -364,7 +365,8 @@ fn spin_that_turns_the_slip_inside_the_patch_keeps_the_second_order() {
     // The kink of |v| lies between nodes and moves.
     let slip = |place: f64, time: f64| 0.3 * (place - 0.5) + 0.06 * (40.0 * time).sin();
     let ((coarse, _), (fine, force)) = (field_errors(30, slip, 0.7), field_errors(60, slip, 0.7));
-    assert!(coarse > 3.0 * fine && fine < 1e-4 * BREAKAWAY && force < 1e-4, "{coarse:e} {fine:e}");
+    // Measured 3.7 times, 6.9e-5 of the breakaway deflection and 3.6e-7 N.
+    assert!(coarse > 3.0 * fine && fine < 1e-4 * BREAKAWAY && force < 1e-6, "{coarse:e} {fine:e}");
 }
 
 #[test]
@@ -499,6 +501,7 @@ fn a_held_motion_in_time_varying_slip_is_second_order_by_midpoints() {
     let exact = by_field(200);
     let (coarse, fine) = (force(40) - exact, force(80) - exact);
     assert!((3.5..4.5).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
+    // Measured 3.9e-8, and 1.3e-9 with twice the cells: what 200 cells still miss is nothing beside it.
     assert!((by_field(40) - exact).abs() < 1e-7, "{:e}", by_field(40) - exact);
 }
 

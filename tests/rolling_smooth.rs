@@ -9,21 +9,14 @@ use bristle::rolling::{
     RateDependent, Slot,
 };
 use bristle::signal::{Constant, Function, Polyline, Signal, Vertex};
-use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, LuGre, Stribeck, paper};
+use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, LuGre, Stribeck};
 use common::characteristics::{SmoothHistory, gauss};
+use common::tyre::{bristle, curve, frbd};
 
 const LENGTH: f64 = 0.1;
 
-fn curve() -> Stribeck<f64> {
-    Stribeck::new(paper::TYRE_CURVE).unwrap()
-}
-
-fn bristle(micro_damping: f64) -> KelvinVoigt<f64> {
-    KelvinVoigt::new(KelvinVoigtParameters { micro_damping, ..paper::TYRE_BRISTLE }).unwrap()
-}
-
 fn tyre() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
-    FrBd::new(curve(), bristle(0.0))
+    frbd(0.0)
 }
 
 fn patch<M: RateDependent<f64>, const N: usize>(
@@ -121,10 +114,6 @@ fn orders<M, S, W, const N: usize>(
     {
         let errors = parts.map(|parts| error(model, pressure, motion, &reference, (parts, order)));
         let mean = (errors[0] / errors[3]).log2() / 3.0;
-        println!(
-            "{name:24} {order:?}: {errors:?} {mean:.2}",
-            errors = errors.map(|e| format!("{e:.1e}"))
-        );
         // The steps cut the patch differently every time, which scatters an error.
         assert!(mean > wanted - 0.35, "{name}, {order:?}: {errors:?}");
     }
@@ -252,7 +241,7 @@ fn constant_signals_make_a_held_step() {
 
 #[test]
 fn a_stiff_bristle_follows_its_stationary_deflection() {
-    // λh from 10 to 2000 while V h = 0.01: the force is that of full sliding at the end of the step,
+    // λh from 2e4 to 2e5 while V h = 0.01: the force is that of full sliding at the end of the step,
     // except near the inlet.
     let curve = curve();
     let stiff =
@@ -266,7 +255,8 @@ fn a_stiff_bristle_follows_its_stationary_deflection() {
         let time = 1e-3 * f64::from(number);
         let force = rolling.follow(&motion, time..time + 1e-3, Order::Fourth).unwrap();
         let want = LENGTH * model.stationary_coefficient(slip.value(time + 1e-3));
-        assert!(number < 100 || (force / want - 1.0).abs() < 1e-4, "{number}: {force:e} {want:e}");
+        // What the method misses of a velocity that changes by up to 3 % in a step: measured 2.6e-5.
+        assert!(number < 100 || (force / want - 1.0).abs() < 5e-5, "{number}: {force:e} {want:e}");
         assert!(force.abs() <= 0.6 * LENGTH);
     }
 }
@@ -295,7 +285,6 @@ fn a_patch_comes_to_rest_and_starts_again() {
         error(tyre(), PolynomialExponential::constant(), &motion, &reference, run)
     };
     let errors = [error(16), error(64)];
-    println!("{errors:?}");
     // Bristles that come in at V → 0 have a profile like √ξ, which costs orders, not sense.
     assert!(errors[0] < 1e-8 && errors[1] < 1e-10, "{errors:?}");
 }

@@ -12,22 +12,11 @@ use bristle::{
     Bristle, Coulomb, CoulombParameters, Dahl, DahlParameters, FrBd, KelvinVoigt,
     KelvinVoigtParameters, Knot, LuGre, Rule, SquareRoot, Stribeck, Tabulated, paper,
 };
+use common::tyre::{bristle, curve as tyre_curve, frbd};
 use common::{assert_within, check};
 
 const ROLLING_SPEED: f64 = 16.0;
 const DAMPING: f64 = 0.3;
-
-fn tyre_curve() -> Stribeck<f64> {
-    Stribeck::new(paper::TYRE_CURVE).unwrap()
-}
-
-fn bristle(micro_damping: f64) -> KelvinVoigt<f64> {
-    KelvinVoigt::new(KelvinVoigtParameters { micro_damping, ..paper::TYRE_BRISTLE }).unwrap()
-}
-
-fn frbd(damping: f64) -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
-    FrBd::new(tyre_curve(), bristle(damping))
-}
 
 fn patch<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M, P> {
     let length = paper::TYRE_LENGTH;

@@ -14,24 +14,13 @@ use bristle::{
     Coulomb, CoulombParameters, Dahl, DahlParameters, FrBd, KelvinVoigt, KelvinVoigtParameters,
     LuGre, SquareRoot, Stribeck, StribeckParameters, paper,
 };
+use common::tyre::{bristle, curve as tyre_curve, frbd};
 use common::{assert_within, check};
 use nalgebra::Complex;
 use proptest::collection::vec;
 
 const LENGTH: f64 = paper::TYRE_LENGTH;
 const LOAD: f64 = 4000.0;
-
-fn tyre_curve() -> Stribeck<f64> {
-    Stribeck::new(paper::TYRE_CURVE).unwrap()
-}
-
-fn bristle(micro_damping: f64) -> KelvinVoigt<f64> {
-    KelvinVoigt::new(KelvinVoigtParameters { micro_damping, ..paper::TYRE_BRISTLE }).unwrap()
-}
-
-fn frbd(damping: f64) -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
-    FrBd::new(tyre_curve(), bristle(damping))
-}
 
 fn patch<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M, P> {
     Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap().carrying(LOAD).unwrap()

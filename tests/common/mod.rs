@@ -9,6 +9,7 @@ pub mod characteristics;
 pub mod closed_form;
 pub mod recipe;
 pub mod specimens;
+pub mod tyre;
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};

@@ -1,0 +1,18 @@
+//! The tyre of Romano et al. (arXiv 2602.09429, table 1), with and without dashpots.
+
+use bristle::{FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, paper};
+
+/// Its friction curve.
+pub fn curve() -> Stribeck<f64> {
+    Stribeck::new(paper::TYRE_CURVE).unwrap()
+}
+
+/// Its bristle with a damping σ1 [s/m].
+pub fn bristle(micro_damping: f64) -> KelvinVoigt<f64> {
+    KelvinVoigt::new(KelvinVoigtParameters { micro_damping, ..paper::TYRE_BRISTLE }).unwrap()
+}
+
+/// Its model with that.
+pub fn frbd(micro_damping: f64) -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
+    FrBd::new(curve(), bristle(micro_damping))
+}
