@@ -707,7 +707,10 @@ fn bad_input_is_named_and_changes_nothing() {
     let mut upwind = uniform(10, Transport::Upwind);
     let fast = Motion { slip_velocity: 1.0, transport_velocity: -20.0 };
     let error = upwind.step(fast, 5.001e-3).unwrap_err();
-    assert_eq!(error.to_string(), "courant_number is 1.0002, but must be at most limit = 1");
+    assert_eq!(
+        error.to_string(),
+        "courant_number is 1.0002, but must be at most the limit of upwind = 1"
+    );
     assert!(upwind.step(fast, 5e-3).is_ok());
     // V that turns a million times within a step.
     let mut grid = uniform(10, SEMI_LAGRANGIAN);
