@@ -706,7 +706,7 @@ fn bad_input_is_refused_by_name() {
         assert_eq!(good.force_ratio(at(slip)).unwrap_err().name, "slip");
         assert_eq!(good.peak(at(slip)).unwrap_err().name, "slip");
     }
-    assert_eq!(good.peak(at(0.0)).unwrap_err().name, "slip");
+    assert_eq!(good.peak(at(0.0)).unwrap_err().name, "magnitude of the slip");
     for rolling_speed in [0.0, -1.0, f64::NAN] {
         let slip = Slip { slip: 0.1, rolling_speed };
         assert_eq!(good.force_ratio(slip).unwrap_err().name, "rolling_speed");

@@ -92,7 +92,7 @@ pub fn passivity<T: Scalar, P: Pressure<T>>(
     let mut worst: Option<(T, T)> = None;
     let mut note = |place: T, slope: T| {
         // NaN is no proof either.
-        if worst.is_none_or(|(_, other)| !(slope <= other)) {
+        if worst.is_none_or(|(_, other)| slope > other) {
             worst = Some((place, slope));
         }
     };
