@@ -2,11 +2,11 @@
 
 use alloc::vec::Vec;
 
-use super::ladder::{self, Bound, Cache, Cached, Candidate, Climb, Instants, Output, Pace, Run, Trace};
+use super::ladder::{self, Bound, Cache, Cached, Candidate, Climb, Instants, Known, Output, Pace, Run, Trace};
 use super::report::{Choice, Evidence, FidelityError, Integrator, Norm, Plan, Rung, Tolerance};
 use super::{Reducible, weight};
 use crate::exponential::Exponential;
-use crate::ode::{Failure, StopReason};
+use crate::ode::Failure;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
@@ -82,6 +82,8 @@ pub struct History<T: Scalar, M: Reducible<T>, V> {
     breakaway: T,
     /// p max μ over the velocities met \[N\].
     scale: T,
+    /// The largest speed met [m/s].
+    fastest: T,
 }
 
 impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
@@ -148,7 +150,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
         .under_load(normal_force)?;
         let lumped = lumped.under_load(normal_force)?;
         Ok(Self {
-            contact, lumped, dahl, is_lumped, velocity, instants, interval, start, breakaway, scale,
+            contact, lumped, dahl, is_lumped, velocity, instants, interval, start, breakaway, scale, fastest,
         })
     }
 
@@ -220,6 +222,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     ///
     /// Refuses a plan that is not one of this scene's; says why a run stopped.
     pub fn forces(&self, plan: Plan) -> Result<Vec<T>, FidelityError> {
+        let count = self.instants.count;
         let candidates = self.candidates();
         let same =
             |c: &&Candidate| (c.rung, c.integrator) == (plan.rung, plan.integrator);
@@ -230,7 +233,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
             rule: Rule::AtMost { other: "the number of rungs of this scene", limit: 0.0 },
         })?;
         let pace = Pace { stride: 1, substeps: plan.substeps.max(1) };
-        let run = self.run(candidate, pace, self.instants.count, &Cache::default())?;
+        let run = self.run(candidate, pace, count, &Cache::default())?;
         Ok(run.outputs.iter().map(|output| lit(output.value)).collect())
     }
 
@@ -252,7 +255,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
             Some(cached) => {
                 let springs = contact.model().storage_stiffness() * contact.normal_force();
                 let memory = to_f64(springs * z);
-                (Output { value: cached.by_memory * memory + cached.without, memory }, 0.0)
+                (Output { value: cached.by_memory * memory + cached.without, memory, spread: 0.0 }, 0.0)
             }
             None => {
                 let v = self.velocity.value(self.interval * lit(intervals as f64));
@@ -266,6 +269,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
         Output {
             value: to_f64(contact.force(v, z)),
             memory: to_f64(springs.dot(z) * contact.normal_force()),
+            spread: 0.0,
         }
     }
 
@@ -320,31 +324,39 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     }
 
     fn collocate(&self, pace: Pace, strides: usize, cache: &Cache) -> Result<Run, FidelityError> {
-        let end = self.time(strides, pace.stride);
-        let step = self.interval * lit(pace.stride as f64 / pace.substeps as f64);
+        let whole = Stretch { from: 0, to: strides, stride: pace.stride };
+        let start = self.initial(self.lumped.model());
+        let (deflections, mut evaluations) =
+            self.deflections::<3>(whole, pace.substeps, start)?;
         let mut outputs = Vec::with_capacity(strides);
-        let contact = &self.lumped;
-        let (mut index, mut evaluations) = (0, 0.0);
-        let statistics = Exponential::<3>
-            .fixed(step)?
-            .sample(
-                contact,
-                &self.velocity,
-                T::zero()..end,
-                self.initial(contact.model()),
-                strides + 1,
-                |_, z| {
-                    if index > 0 {
-                        let (output, extra) = self.known(cache, index * pace.stride, z);
-                        evaluations += extra;
-                        outputs.push(output);
-                    }
-                    index += 1;
-                },
-            )
-            .map_err(|failure| self.stopped(&failure))?;
-        let evaluations = statistics.evaluations as f64 + evaluations;
+        for (index, z) in deflections.into_iter().enumerate() {
+            let (output, extra) = self.known(cache, (index + 1) * pace.stride, z);
+            evaluations += extra;
+            outputs.push(output);
+        }
         Ok(Run { outputs, evaluations })
+    }
+
+    /// The lumped model's deflections after each stride of a stretch, by collocation with S nodes, and the evaluations
+    /// that they took. Answers are ends of steps: in between dense output has an error of its own.
+    fn deflections<const S: usize>(
+        &self,
+        stretch: Stretch,
+        substeps: usize,
+        start: T,
+    ) -> Result<(Vec<T>, f64), FidelityError> {
+        let Stretch { from, to, stride } = stretch;
+        let span = self.time(from, stride)..self.time(to, stride);
+        let step = self.interval * lit(stride as f64 / substeps as f64);
+        let mut deflections = Vec::with_capacity(to - from);
+        let statistics = Exponential::<S>
+            .fixed(step)?
+            .sample(&self.lumped, &self.velocity, span, start, to - from + 1, |_, z| {
+                deflections.push(z);
+            })
+            .map_err(|failure| self.stopped(&failure))?;
+        deflections.remove(0);
+        Ok((deflections, statistics.evaluations as f64))
     }
 
     fn stopped(&self, failure: &Failure<T, 1>) -> FidelityError {
@@ -448,6 +460,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
         let mut error = (self.initial(model) - steady).abs();
         let mut errors = Vec::with_capacity(strides);
         let mut relaxation = T::zero();
+        let (mut relaxations, mut fastest_rate) = (Vec::with_capacity(strides), rate);
         let (mut slowest, mut fastest) = (v.abs(), v.abs());
         let (mut lag, mut reversals, mut stuck) = (T::zero(), 0, 0_usize);
         // The way slid in the direction of now, and the longest.
@@ -461,10 +474,14 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
             } else {
                 self.contact.stationary_force(next_v)
             };
+            // A velocity that is zero but for roundings has either sign, sooner or later.
+            let nearly = next_v.abs() <= self.fastest * lit(1e-9);
+            let spread = if nearly { self.scale + lowest_force.abs() } else { T::zero() };
             entries.push(Cached {
                 by_memory: to_f64(stiffness / springs),
                 without: to_f64(contact.normal_force() * affine.damping * next_v),
                 lowest: to_f64(lowest_force),
+                spread: to_f64(spread),
             });
             // Between two velocities of one sign the rate is taken to lie between theirs, and z_ss to
             // vary by no more than from one to the other.
@@ -472,8 +489,10 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
             let lowest = if turns { T::zero() } else { crate::bounds::smaller(rate, next_rate) };
             let change = (next_steady - steady).abs();
             error = error * (-lowest * step).exp() + change;
-            errors.push(to_f64(stiffness * error * contact.normal_force()));
+            errors.push(to_f64(stiffness * error * contact.normal_force() + spread));
             relaxation += (rate + next_rate) * lit(0.5) * step;
+            relaxations.push(to_f64(relaxation));
+            fastest_rate = crate::bounds::larger(fastest_rate, next_rate);
             lag = crate::bounds::larger(lag, change / (step * next_rate * breakaway));
             slowest = crate::bounds::smaller(slowest, next_v.abs());
             fastest = crate::bounds::larger(fastest, next_v.abs());
@@ -507,7 +526,8 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
         };
         Ok(Bound {
             errors: self.is_lumped.then_some(errors),
-            relaxation: to_f64(relaxation),
+            relaxation: relaxations,
+            fastest_rate: to_f64(fastest_rate),
             evidence,
             cache: Cache { stride, entries },
             evaluations: strides as f64 + 1.0,
@@ -522,7 +542,11 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
         cache: &Cache,
     ) -> Result<Run, FidelityError> {
         if plan.rung == Rung::StaticCurve && pace.stride == cache.stride {
-            let output = |cached: &Cached| Output { value: cached.lowest, memory: 0.0 };
+            let output = |cached: &Cached| Output {
+                value: cached.lowest,
+                memory: 0.0,
+                spread: cached.spread,
+            };
             return Ok(Run { outputs: cache.entries.iter().map(output).collect(), evaluations: 0.0 });
         }
         let evaluations = strides as f64 * plan.evaluations(pace.substeps);
@@ -531,7 +555,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
                 .map(|index| {
                     let v = self.velocity.value(self.time(index, pace.stride));
                     let value = to_f64(self.contact.stationary_force(v));
-                    Output { value, memory: 0.0 }
+                    Output { value, memory: 0.0, spread: 0.0 }
                 })
                 .collect(),
             (Rung::Dahl, _) => self.hold(&self.dahl, false, pace, strides),
@@ -559,50 +583,97 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
         if !self.is_lumped {
             return self.trace_by_halving(stride, strides, norm, accuracy, budget);
         }
-        let contact = &self.lumped;
-        let end = self.time(strides, stride);
-        // A fifth for each step, for they add up; roundings come on top.
-        let relative = accuracy / to_f64(self.breakaway);
-        let roundings = 1e3 * to_f64(T::default_epsilon());
-        let each = 0.2 * relative;
-        let each = if each > roundings { each } else { roundings };
-        let mut outputs = Vec::with_capacity(strides);
-        let (mut index, mut evaluations) = (0, 0.0);
-        // No period is to be skipped.
-        let periods = self.instants.period.map_or(1.0, |p| (strides * stride) as f64 / p as f64);
-        let largest = end * lit(0.05 / if periods > 1.0 { periods } else { 1.0 });
-        let run = Exponential::<5>
-            .adaptive(lit::<T>(each))?
-            .with_largest_step(largest)?
-            .with_most_steps((budget / 5.0) as u64)
-            .sample(
-                contact,
-                &self.velocity,
-                T::zero()..end,
-                self.initial(contact.model()),
-                strides + 1,
-                |_, z| {
-                    if index > 0 {
-                        let (output, extra) = self.known(cache, index * stride, z);
-                        evaluations += extra;
-                        outputs.push(output);
-                    }
+        // With three nodes a step, and held: of orders five and two, and both end at the answers.
+        let whole = Stretch { from: 0, to: strides, stride };
+        let start = self.initial(self.lumped.model());
+        let (mut fine, mut evaluations) = self.deflections::<3>(whole, 1, start)?;
+        let held = self.hold_lumped(Pace { stride, substeps: 1 }, strides, cache);
+        evaluations += held.evaluations;
+        let springs = self.lumped.model().storage_stiffness() * self.lumped.normal_force();
+        let off = |a: T, b: T| to_f64((a - b).abs() * springs);
+        let mut known = Vec::new();
+        let mut uncertainty = 0.0_f64;
+        let mut stretches = Vec::new();
+        let coarse = held.outputs.iter().map(|output| output.memory);
+        let pairs: Vec<f64> =
+            fine.iter().zip(coarse).map(|(a, b)| (to_f64(*a * springs) - b).abs()).collect();
+        let doubtful = |index: usize| !pairs.get(index).is_some_and(|e| *e <= LOOSER * accuracy);
+        let mut index = 0;
+        while index < strides {
+            if doubtful(index) {
+                let from = index;
+                while index < strides && doubtful(index) {
                     index += 1;
-                },
-            );
-        let statistics = match run {
-            Ok(statistics) => statistics,
-            Err(Failure { reason: StopReason::TooManySteps { .. }, time, .. }) => {
-                let needed = budget * to_f64(end / time);
-                return Err(FidelityError::PilotTooShort { needed, allowed: budget });
+                }
+                stretches.push(Stretch { from, to: index, stride });
+            } else {
+                let error = pairs.get(index).copied().unwrap_or(0.0) / LOOSER;
+                uncertainty = if error > uncertainty { error } else { uncertainty };
+                index += 1;
             }
-            Err(failure) => return Err(self.stopped(&failure)),
+        }
+        let outputs = |deflections: &[T], evaluations: &mut f64| -> Vec<Output> {
+            let known = deflections.iter().enumerate().map(|(index, z)| {
+                let (output, extra) = self.known(cache, (index + 1) * stride, *z);
+                *evaluations += extra;
+                output
+            });
+            known.collect()
         };
-        let evaluations = statistics.evaluations as f64 + evaluations;
-        let uncertainty = 5.0 * each * to_f64(self.breakaway);
-        Ok(Trace { run: Run { outputs, evaluations }, uncertainty })
+        known.push((Integrator::Hold, 1, held.outputs));
+        known.push((Integrator::Collocation, 1, outputs(&fine, &mut evaluations)));
+        // Where they differ, shorter steps until they no longer do.
+        let mut substeps = 1;
+        while !stretches.is_empty() && substeps < 4096 {
+            substeps *= 4;
+            let steps: usize = stretches.iter().map(|s| (s.to - s.from) * substeps).sum();
+            if evaluations + (3 * steps + 20 * stretches.len()) as f64 > budget {
+                break;
+            }
+            let mut open = Vec::new();
+            let before = fine.clone();
+            for stretch in &stretches {
+                let start = match stretch.from.checked_sub(1).and_then(|last| fine.get(last)) {
+                    Some(z) => *z,
+                    None => start,
+                };
+                let (finer, more) = self.deflections::<3>(*stretch, substeps, start)?;
+                evaluations += more;
+                for (place, z) in fine.iter_mut().skip(stretch.from).zip(finer) {
+                    *place = z;
+                }
+                let largest = (stretch.from..stretch.to)
+                    .filter_map(|index| Some(off(*fine.get(index)?, *before.get(index)?)))
+                    .fold(0.0, |most: f64, e| if e <= most { most } else { e });
+                if largest <= LOOSER * accuracy {
+                    uncertainty =
+                        if largest / LOOSER > uncertainty { largest / LOOSER } else { uncertainty };
+                } else {
+                    open.push(*stretch);
+                }
+            }
+            known.push((Integrator::Collocation, substeps, outputs(&fine, &mut evaluations)));
+            stretches = open;
+        }
+        if !stretches.is_empty() {
+            uncertainty = f64::INFINITY;
+        }
+        let run = Run { outputs: outputs(&fine, &mut evaluations), evaluations };
+        let known = Known { runs: known };
+        Ok(Trace { run, uncertainty, known: Some(known) })
     }
 }
+
+/// A part of the pilot's grid: from after so many strides until after so many.
+#[derive(Debug, Clone, Copy)]
+struct Stretch {
+    from: usize,
+    to: usize,
+    stride: usize,
+}
+
+/// A run of one order is at least so many times as good as its difference from one of lower order.
+const LOOSER: f64 = 8.0;
 
 impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     /// The reference with half the step until it no longer changes.
@@ -638,6 +709,6 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
             });
             outputs = finer;
         }
-        Ok(Trace { run: Run { outputs, evaluations }, uncertainty })
+        Ok(Trace { run: Run { outputs, evaluations }, uncertainty, known: None })
     }
 }

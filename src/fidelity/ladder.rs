@@ -11,14 +11,21 @@ const PILOT_SHARE: f64 = 0.05;
 /// What a measured error must stay below, as a share of the tolerance: the pilot sees some instants, not
 /// all, and its reference has an error of its own, which is added.
 const MARGIN: f64 = 0.85;
+/// The same for an error that was not seen but foreseen from longer steps.
+const FORESEEN: f64 = 0.4;
 /// A tested step that is not at least this much better than the one before is held up by the model.
 const STALLED: f64 = 0.8;
 /// Error of the reference, as a share of the tolerance.
 const ACCURACY: f64 = 0.05;
-/// Two rungs that differ by more than this share of the tolerance with the same steps differ as models.
-const ANOTHER: f64 = 1.3;
-/// Steps of a first trial.
-const FIRST_STEPS: usize = 48;
+/// Instants that a pilot looks at, as a share of the evaluations that it may spend: each takes one for the
+/// bound, three for the reference, one for the simplest step.
+const LOOKS: f64 = 0.18;
+/// Instants of a first look at a period.
+const COARSE: usize = 24;
+/// Λ after which a disturbance is taken to be forgotten: e^−14 = 8e-7 of it are left.
+const FORGOTTEN: f64 = 14.0;
+/// Errors that may be so much larger where the pilot does not look are not measured by it.
+const MOST_HIDDEN: f64 = 3.0;
 /// Most steps between two answers.
 const MOST_SUBSTEPS: usize = 1 << 12;
 
@@ -48,6 +55,8 @@ impl Instants {
 pub(super) struct Output {
     pub(super) value: f64,
     pub(super) memory: f64,
+    /// By how much the value may be another one by the last digits of the velocity alone.
+    pub(super) spread: f64,
 }
 
 /// A grid of the pilot: an answer each so many intervals, with so many steps in between.
@@ -68,13 +77,22 @@ pub(super) struct Trace {
     pub(super) run: Run,
     /// Error of the reference itself.
     pub(super) uncertainty: f64,
+    /// Runs of the reference that it was found by, if they are candidates too.
+    pub(super) known: Option<Known>,
+}
+
+/// Runs at one stride: with so many steps each.
+pub(super) struct Known {
+    pub(super) runs: Vec<(Integrator, usize, Vec<Output>)>,
 }
 
 /// A bound on the lowest rung's error at each instant, what is forgotten in the window, what it cost.
 pub(super) struct Bound {
     pub(super) errors: Option<Vec<f64>>,
-    /// Λ over the window: e^−Λ of a disturbance is left.
-    pub(super) relaxation: f64,
+    /// Λ from the start to each instant: e^−Λ of a disturbance is left.
+    pub(super) relaxation: Vec<f64>,
+    /// The largest relaxation rate met [1/s].
+    pub(super) fastest_rate: f64,
     pub(super) evidence: Evidence,
     pub(super) cache: Cache,
     pub(super) evaluations: f64,
@@ -93,6 +111,7 @@ pub(super) struct Cached {
     pub(super) by_memory: f64,
     pub(super) without: f64,
     pub(super) lowest: f64,
+    pub(super) spread: f64,
 }
 
 impl Cache {
@@ -175,15 +194,21 @@ fn strides(instants: &Instants, window: usize) -> Vec<usize> {
         }
         power
     });
-    let mut prime = 2;
-    chain.push(stride);
-    while stride > 1 {
-        if stride % prime == 0 {
-            stride /= prime;
-            chain.push(stride);
+    // The large factors first, so that the last strides lie close to each other.
+    let mut factors = Vec::new();
+    let (mut rest, mut prime) = (stride, 2);
+    while rest > 1 {
+        if rest.is_multiple_of(prime) {
+            rest /= prime;
+            factors.push(prime);
         } else {
             prime += 1;
         }
+    }
+    chain.push(stride);
+    for factor in factors.iter().rev() {
+        stride /= factor;
+        chain.push(stride);
     }
     chain
 }
@@ -193,7 +218,11 @@ struct Errors<'a> {
     norm: Norm,
     instants: &'a Instants,
     window: usize,
+    /// Where the window is one period and a part of the next: answers of that part.
+    tail: Option<usize>,
     relaxation: f64,
+    /// By how much an error between the instants looked at may exceed the one at the instant after it.
+    hidden: f64,
 }
 
 impl Errors<'_> {
@@ -201,13 +230,23 @@ impl Errors<'_> {
     fn norm(&self, stride: usize, errors: &[f64]) -> f64 {
         let largest = errors.iter().fold(0.0_f64, |most, e| if *e <= most { most } else { *e });
         if self.norm == Norm::Greatest || !largest.is_finite() {
-            return largest;
+            return largest * self.hidden;
         }
         let mean = |part: &[f64]| {
             let sum: f64 = part.iter().map(|e| e * e).sum();
             sum / part.len().max(1) as f64
         };
-        match self.instants.period {
+        let norm = match self.instants.period {
+            Some(period) if self.tail.is_some() => {
+                // What follows is the tail and then again the first period behind its own start.
+                let (first, tail) = errors.split_at((period / stride).min(errors.len()));
+                let later = first.get(tail.len()..).unwrap_or(&[]);
+                let sum: f64 = tail.iter().chain(later).map(|e| e * e).sum();
+                let (first, last) = (mean(first), sum / first.len().max(1) as f64);
+                let worse = if first > last { first } else { last };
+                let periods = self.instants.count as f64 / period as f64;
+                root(worse * ceil(periods) / periods)
+            }
             Some(period) if self.window < self.instants.count => {
                 // Any period may be the worse one; and the last may be cut short where it errs most.
                 let half = (period / stride).min(errors.len());
@@ -218,14 +257,15 @@ impl Errors<'_> {
                 root(worse * ceil(periods) / periods)
             }
             _ => root(mean(errors)),
-        }
+        };
+        norm * self.hidden
     }
 
     /// What a difference of memories may still grow to in the periods that the pilot does not see: each
     /// adds what the last one seen did, as far as it is not forgotten.
     fn drift(&self, stride: usize, memory: impl Fn(usize) -> f64) -> f64 {
         let Some(period) = self.instants.period else { return 0.0 };
-        if self.window >= self.instants.count {
+        if self.window >= self.instants.count || self.tail.is_some() {
             return 0.0;
         }
         let at = |answers: usize| memory(answers / stride - 1);
@@ -254,7 +294,7 @@ pub(super) fn choose<S: Climb>(
     most_evaluations: Option<f64>,
 ) -> Result<Choice, FidelityError> {
     let instants = scene.instants();
-    let window = instants.window();
+    let (mut window, mut tail) = (instants.window(), None);
     let allowed = tolerance.share * scene.scale();
     let candidates = scene.candidates();
     let top = candidates.iter().filter(|c| c.top).map(|c| c.evaluations(1));
@@ -262,11 +302,27 @@ pub(super) fn choose<S: Climb>(
     let share = PILOT_SHARE * top * instants.count as f64;
     let default = if share > FREE_EVALUATIONS { share } else { FREE_EVALUATIONS };
     let budget = most_evaluations.unwrap_or(default);
+    let mut spent = 0.0;
+    // Where a period forgets what came before, one will do, and the beginning of the next.
+    if let Some(period) = instants.period.filter(|period| *period < window) {
+        let chain = strides(&instants, window);
+        let stride = chain.iter().find(|stride| period / **stride >= COARSE).copied().unwrap_or(1);
+        let bound = scene.bound(stride, period / stride)?;
+        spent += bound.evaluations;
+        let forgotten = bound.relaxation.iter().position(|relaxation| *relaxation >= FORGOTTEN);
+        let all = bound.relaxation.last().copied().unwrap_or(0.0);
+        if let Some(index) = forgotten.filter(|_| all >= 2.0 * FORGOTTEN) {
+            let answers = (index + 2) * stride;
+            if period + answers < window {
+                tail = Some(answers);
+                window = period + answers;
+            }
+        }
+    }
     let chain = strides(&instants, window);
-    let fits = |stride: &&usize| (window / **stride) as f64 <= 0.25 * budget;
+    let fits = |stride: &&usize| (window / **stride) as f64 <= LOOKS * budget;
     let stride = chain.iter().rev().find(fits).copied().unwrap_or(1);
     let count = window / stride;
-    let mut spent = 0.0;
     let mut trials = Vec::new();
     let seconds = instants.interval;
     let plan = |candidate: &Candidate, pace: Pace| Plan {
@@ -291,8 +347,22 @@ pub(super) fn choose<S: Climb>(
         pilot_budget: budget,
         seen: window as f64 / instants.count as f64,
     };
-    let errors =
-        Errors { norm: tolerance.norm, instants: &instants, window, relaxation: bound.relaxation };
+    let between = bound.fastest_rate * instants.interval * (stride - 1) as f64;
+    let hidden = nalgebra::ComplexField::exp(if between < 40.0 { between } else { 40.0 });
+    let errors = Errors {
+        norm: tolerance.norm,
+        instants: &instants,
+        window,
+        tail,
+        relaxation: bound.relaxation.last().copied().unwrap_or(0.0),
+        hidden,
+    };
+    if hidden > MOST_HIDDEN {
+        return Err(FidelityError::PilotTooShort {
+            needed: window as f64 / LOOKS,
+            allowed: budget,
+        });
+    }
     let one = Pace { stride, substeps: 1 };
     if let (Some(bounds), Some(lowest)) = (&bound.errors, candidates.first()) {
         let error = errors.norm(stride, bounds);
@@ -326,7 +396,10 @@ pub(super) fn choose<S: Climb>(
             .collect();
         let off: Vec<f64> = pairs
             .iter()
-            .map(|(a, b)| if a.value > b.value { a.value - b.value } else { b.value - a.value })
+            .map(|(a, b)| {
+                let off = a.value - b.value;
+                a.spread + if off < 0.0 { -off } else { off }
+            })
             .collect();
         let wide = pace.stride.max(stride);
         let drift = errors.drift(wide, |index| {
@@ -338,17 +411,55 @@ pub(super) fn choose<S: Climb>(
         if missed { f64::INFINITY } else { error }
     };
 
+    // The runs that made the reference are on offer already.
+    let mut ready: Option<(Plan, f64)> = None;
+    if let Some(known) = &trace.known {
+        for (integrator, substeps, outputs) in &known.runs {
+            let same = |c: &&Candidate| c.top && c.integrator == *integrator;
+            let Some(candidate) = candidates.iter().find(same) else { continue };
+            let run = Run { outputs: outputs.clone(), evaluations: 0.0 };
+            let error = measure(&run, one) + trace.uncertainty;
+            // Steps of the same length on every interval.
+            let shorter = substeps.div_ceil(stride);
+            let plan = plan(candidate, Pace { stride: 1, substeps: shorter });
+            let met = error <= MARGIN * allowed;
+            trials.push(Trial { plan, error, verdict: Verdict::Measured, met });
+            let cheaper = ready.is_none_or(|(other, _): (Plan, f64)| plan.cost_rate < other.cost_rate);
+            if met && cheaper {
+                ready = Some((plan, error));
+            }
+        }
+    }
+
     let mut ways: Vec<Way> = candidates
         .iter()
         .map(|candidate| {
-            let first = chain.iter().position(|s| window / s >= FIRST_STEPS).unwrap_or(0);
-            let first = if candidate.rung.is_memoryless() {
-                chain.iter().position(|s| *s == stride).unwrap_or(0)
+            let same = chain.iter().position(|s| *s == stride).unwrap_or(0);
+            // Two trials tell a model that does not fit from steps that are too long.
+            let first = if candidate.top || candidate.rung.is_memoryless() {
+                same
             } else {
-                first
+                same.saturating_sub(1)
             };
-            let pace = pace_at(&chain, first);
-            Way { candidate: *candidate, place: first, pace, last: None }
+            let known = trials.iter().rev().find(|trial| {
+                let plan = &trial.plan;
+                trace.known.is_some()
+                    && candidate.top
+                    && (plan.rung, plan.integrator, plan.substeps)
+                        == (candidate.rung, candidate.integrator, 1)
+            });
+            let mut way = Way {
+                candidate: *candidate,
+                place: first,
+                pace: pace_at(&chain, first),
+                last: None,
+            };
+            if let Some(trial) = known {
+                // It was tried at this stride.
+                way.last = Some((way.pace, trial.error));
+                way = next_way(way, &chain, allowed);
+            }
+            way
         })
         .collect();
     let mut best: Option<(Plan, f64)> = None;
@@ -363,21 +474,33 @@ pub(super) fn choose<S: Climb>(
                 next = Some(index);
             }
         }
-        let Some((index, way)) = next.and_then(|n| ways.get(n).map(|way| (n, *way))) else {
+        let Some((index, mut way)) = next.and_then(|n| ways.get(n).map(|way| (n, *way)))
+        else {
             break;
         };
+        let rate = plan(&way.candidate, way.pace).cost_rate;
+        if ready.is_some_and(|(other, _)| other.cost_rate <= rate) {
+            break;
+        }
         let strides = window / way.pace.stride;
         // The force of an answer is mostly known already.
         let known = bound.cache.at(way.pace.stride).is_some() || way.pace.stride > stride;
         let answer = if known { 0.0 } else { way.candidate.answer_evaluations };
         let steps = way.candidate.step_evaluations * way.pace.substeps as f64;
-        let expected = strides as f64 * (steps + answer);
+        // Collocation splits steps at reversals.
+        let splits = 8.0 * bound.evidence.reversals as f64 * steps.min(1.0);
+        let expected = strides as f64 * (steps + answer) + splits;
         if way.pace.substeps > MOST_SUBSTEPS {
             ways.remove(index);
             continue;
         }
         if spent + expected > budget {
-            // Nothing left to try it with. What the last trial says of this step, at first order: no
+            // Nothing left to try it with.
+            if ready.is_some() {
+                ways.remove(index);
+                continue;
+            }
+            // What the last trial says of this step, at first order: no
             // method here falls slower, even across reversals.
             let Some((pace, error)) = way.last else {
                 ways.remove(index);
@@ -386,7 +509,7 @@ pub(super) fn choose<S: Climb>(
             let step = |p: Pace| p.stride as f64 / p.substeps as f64;
             let mut target = way.pace;
             let mut foreseen = error * step(target) / step(pace);
-            while foreseen > 0.7 * allowed && target.substeps <= MOST_SUBSTEPS {
+            while foreseen > FORESEEN * allowed && target.substeps <= MOST_SUBSTEPS {
                 target = if target.stride > 1 {
                     Pace { stride: 1, substeps: 1 }
                 } else {
@@ -395,7 +518,7 @@ pub(super) fn choose<S: Climb>(
                 foreseen = error * step(target) / step(pace);
             }
             let converging = way.candidate.top;
-            if converging && foreseen <= 0.7 * allowed {
+            if converging && foreseen <= FORESEEN * allowed {
                 let plan = plan(&way.candidate, target);
                 let verdict = Verdict::Extrapolated;
                 trials.push(Trial { plan, error: foreseen, verdict, met: true });
@@ -409,6 +532,8 @@ pub(super) fn choose<S: Climb>(
         let error = measure(&run, way.pace) + trace.uncertainty;
         let plan = plan(&way.candidate, way.pace);
         let met = error <= MARGIN * allowed;
+        // A coarse look tells what fails, not what will do: errors may hide between its instants.
+        let met = met && way.pace.stride <= stride;
         trials.push(Trial { plan, error, verdict: Verdict::Measured, met });
         if met {
             return Ok(finish(plan, error, Verdict::Measured, trials, spent));
@@ -417,7 +542,7 @@ pub(super) fn choose<S: Climb>(
             best = Some((plan, error));
         }
         let stalled = match way.last {
-            Some((_, before)) => !(error <= STALLED * before),
+            Some((_, before)) => error > MARGIN * allowed && !(error <= STALLED * before),
             None => false,
         };
         // The reference is only ever held up by roundings.
@@ -427,26 +552,13 @@ pub(super) fn choose<S: Climb>(
             ways.remove(index);
             continue;
         }
-        // Past the steps that would fail even if the error fell as fast as it can.
-        let mut place = way.place + 1;
-        let mut target = pace_at(&chain, place);
-        let step = |p: Pace| p.stride as f64 / p.substeps as f64;
-        {
-            let falls = |p: Pace| {
-                let ratio: f64 = step(p) / step(way.pace);
-                error * nalgebra::ComplexField::powf(ratio, way.candidate.order)
-            };
-            while falls(target) > MARGIN * allowed
-                && target.substeps < MOST_SUBSTEPS
-                && step(way.pace) < 8.0 * step(target)
-            {
-                place += 1;
-                target = pace_at(&chain, place);
-            }
-        }
+        way.last = Some((way.pace, error));
         if let Some(entry) = ways.get_mut(index) {
-            *entry = Way { candidate: way.candidate, place, pace: target, last: Some((way.pace, error)) };
+            *entry = next_way(way, &chain, allowed);
         }
+    }
+    if let Some((plan, error)) = ready {
+        return Ok(finish(plan, error, Verdict::Measured, trials, spent));
     }
     let (plan, error) = best.ok_or(FidelityError::PilotTooShort {
         needed: window as f64 * top,
@@ -473,4 +585,26 @@ fn pace_at(chain: &[usize], place: usize) -> Pace {
             Pace { stride: 1, substeps: 1 << halvings }
         }
     }
+}
+
+/// The step to try after one that missed: past those that would miss even if the error fell as fast as it can.
+fn next_way(way: Way, chain: &[usize], allowed: f64) -> Way {
+    let step = |pace: Pace| pace.stride as f64 / pace.substeps as f64;
+    let mut place = way.place + 1;
+    let mut pace = pace_at(chain, place);
+    if let Some((last, error)) = way.last {
+        let falls = |pace: Pace| {
+            let ratio: f64 = step(pace) / step(last);
+            error * nalgebra::ComplexField::powf(ratio, way.candidate.order)
+        };
+        while last.stride == 1
+            && falls(pace) > MARGIN * allowed
+            && step(last) < 8.0 * step(pace)
+            && pace.substeps < MOST_SUBSTEPS
+        {
+            place += 1;
+            pace = pace_at(chain, place);
+        }
+    }
+    Way { place, pace, ..way }
 }
