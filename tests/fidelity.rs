@@ -106,6 +106,12 @@ fn judge<M: Reducible<f64>, V: Signal<f64>>(
         println!("{choice}");
     }
     let error = norm(tolerance.norm, &scene.forces(choice.plan).unwrap(), truth);
+    if std::env::var("SHOW").is_ok() && error > choice.allowed {
+        let got = scene.forces(choice.plan).unwrap();
+        let off = |i: &usize| (got[*i] - truth[*i]).abs();
+        let worst = (0..got.len()).max_by(|a, b| off(a).total_cmp(&off(b))).unwrap();
+        println!("worst at answer {} of {}: {:e} {:e}", worst + 1, got.len(), got[worst], truth[worst]);
+    }
     // The cheapest that would have done, from the cheapest plan on.
     let mut plans: Vec<Plan> = Vec::new();
     for plan in scene.plans() {

@@ -476,12 +476,22 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
             };
             // A velocity that is zero but for roundings has either sign, sooner or later.
             let nearly = next_v.abs() <= self.fastest * lit(1e-9);
-            let spread = if nearly { self.scale + lowest_force.abs() } else { T::zero() };
+            let speeds = (v.abs(), next_v.abs());
+            let (slow, fast) = if speeds.0 < speeds.1 { speeds } else { (speeds.1, speeds.0) };
+            let turned = !(v * next_v > T::zero());
+            let uneven = turned || slow < fast * lit(0.5);
+            let relaxes = crate::bounds::larger(rate, next_rate) * step > lit(0.3);
+            let varies = (next_steady - steady).abs() > breakaway * lit(0.05);
+            let steep = uneven && relaxes && varies;
+            // Answers between the instants looked at, just after a reversal or the start.
+            let unseen = stride > 1 && (turned || index == 1);
+            let spread = if nearly || unseen { self.scale + lowest_force.abs() } else { T::zero() };
             entries.push(Cached {
                 by_memory: to_f64(stiffness / springs),
                 without: to_f64(contact.normal_force() * affine.damping * next_v),
                 lowest: to_f64(lowest_force),
                 spread: to_f64(spread),
+                steep,
             });
             // Between two velocities of one sign the rate is taken to lie between theirs, and z_ss to
             // vary by no more than from one to the other.
@@ -592,24 +602,14 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
         let springs = self.lumped.model().storage_stiffness() * self.lumped.normal_force();
         let off = |a: T, b: T| to_f64((a - b).abs() * springs);
         let mut known = Vec::new();
-        let mut uncertainty = 0.0_f64;
-        let mut stretches = Vec::new();
         let coarse = held.outputs.iter().map(|output| output.memory);
-        let pairs: Vec<f64> =
+        let mut pairs: Vec<f64> =
             fine.iter().zip(coarse).map(|(a, b)| (to_f64(*a * springs) - b).abs()).collect();
-        let doubtful = |index: usize| !pairs.get(index).is_some_and(|e| *e <= LOOSER * accuracy);
-        let mut index = 0;
-        while index < strides {
-            if doubtful(index) {
-                let from = index;
-                while index < strides && doubtful(index) {
-                    index += 1;
-                }
-                stretches.push(Stretch { from, to: index, stride });
-            } else {
-                let error = pairs.get(index).copied().unwrap_or(0.0) / LOOSER;
-                uncertainty = if error > uncertainty { error } else { uncertainty };
-                index += 1;
+        let enough = LOOSER * accuracy;
+        // Two runs that both step over what happens agree on nothing.
+        for (pair, cached) in pairs.iter_mut().zip(&cache.entries) {
+            if cached.steep {
+                *pair = f64::INFINITY;
             }
         }
         let outputs = |deflections: &[T], evaluations: &mut f64| -> Vec<Output> {
@@ -622,42 +622,47 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
         };
         known.push((Integrator::Hold, 1, held.outputs));
         known.push((Integrator::Collocation, 1, outputs(&fine, &mut evaluations)));
-        // Where they differ, shorter steps until they no longer do.
+        // Where they differ, two nodes a step (far better than held ones in fast sliding), and then shorter steps
+        // until they no longer make a difference.
         let mut substeps = 1;
-        while !stretches.is_empty() && substeps < 4096 {
-            substeps *= 4;
+        let mut nodes = 2;
+        loop {
+            let stretches = stretches(&pairs, enough, stride);
             let steps: usize = stretches.iter().map(|s| (s.to - s.from) * substeps).sum();
-            if evaluations + (3 * steps + 20 * stretches.len()) as f64 > budget {
+            let price = (nodes * steps + 12 * stretches.len()) as f64;
+            if stretches.is_empty() || substeps > 4096 || evaluations + price > budget {
                 break;
             }
-            let mut open = Vec::new();
-            let before = fine.clone();
             for stretch in &stretches {
                 let start = match stretch.from.checked_sub(1).and_then(|last| fine.get(last)) {
                     Some(z) => *z,
                     None => start,
                 };
-                let (finer, more) = self.deflections::<3>(*stretch, substeps, start)?;
-                evaluations += more;
-                for (place, z) in fine.iter_mut().skip(stretch.from).zip(finer) {
-                    *place = z;
-                }
-                let largest = (stretch.from..stretch.to)
-                    .filter_map(|index| Some(off(*fine.get(index)?, *before.get(index)?)))
-                    .fold(0.0, |most: f64, e| if e <= most { most } else { e });
-                if largest <= LOOSER * accuracy {
-                    uncertainty =
-                        if largest / LOOSER > uncertainty { largest / LOOSER } else { uncertainty };
+                let (other, more) = if nodes == 2 {
+                    self.deflections::<2>(*stretch, substeps, start)?
                 } else {
-                    open.push(*stretch);
+                    self.deflections::<3>(*stretch, substeps, start)?
+                };
+                evaluations += more;
+                let places = fine.iter_mut().zip(&mut pairs).skip(stretch.from);
+                for ((z, pair), other) in places.zip(other) {
+                    if nodes == 3 || pair.is_finite() {
+                        *pair = off(*z, other);
+                    }
+                    if nodes == 3 {
+                        *z = other;
+                    }
                 }
             }
-            known.push((Integrator::Collocation, substeps, outputs(&fine, &mut evaluations)));
-            stretches = open;
+            if nodes == 3 {
+                let outputs = outputs(&fine, &mut evaluations);
+                known.push((Integrator::Collocation, substeps, outputs));
+            }
+            nodes = 3;
+            substeps *= 8;
         }
-        if !stretches.is_empty() {
-            uncertainty = f64::INFINITY;
-        }
+        let worst = pairs.iter().fold(0.0, |most: f64, e| if *e <= most { most } else { *e });
+        let uncertainty = worst / LOOSER;
         let run = Run { outputs: outputs(&fine, &mut evaluations), evaluations };
         let known = Known { runs: known };
         Ok(Trace { run, uncertainty, known: Some(known) })
@@ -670,6 +675,21 @@ struct Stretch {
     from: usize,
     to: usize,
     stride: usize,
+}
+
+/// The parts of a pilot's grid in which two runs differ by more than is allowed.
+fn stretches(pairs: &[f64], enough: f64, stride: usize) -> Vec<Stretch> {
+    let mut stretches: Vec<Stretch> = Vec::new();
+    for (index, pair) in pairs.iter().enumerate() {
+        if *pair <= enough {
+            continue;
+        }
+        match stretches.last_mut() {
+            Some(last) if last.to == index => last.to = index + 1,
+            _ => stretches.push(Stretch { from: index, to: index + 1, stride }),
+        }
+    }
+    stretches
 }
 
 /// A run of one order is at least so many times as good as its difference from one of lower order.

@@ -19,7 +19,7 @@ const STALLED: f64 = 0.8;
 const ACCURACY: f64 = 0.05;
 /// Instants that a pilot looks at, as a share of the evaluations that it may spend: each takes one for the
 /// bound, three for the reference, one for the simplest step.
-const LOOKS: f64 = 0.18;
+const LOOKS: f64 = 0.16;
 /// Instants of a first look at a period.
 const COARSE: usize = 24;
 /// Λ after which a disturbance is taken to be forgotten: e^−14 = 8e-7 of it are left.
@@ -112,6 +112,8 @@ pub(super) struct Cached {
     pub(super) without: f64,
     pub(super) lowest: f64,
     pub(super) spread: f64,
+    /// Whether much may happen within the stride before it that neither of its ends shows.
+    pub(super) steep: bool,
 }
 
 impl Cache {
@@ -377,7 +379,7 @@ pub(super) fn choose<S: Climb>(
     }
 
     // The reference, once.
-    let trace = scene.trace(stride, count, tolerance.norm, ACCURACY * allowed, 0.6 * (budget - spent), &bound.cache)?;
+    let trace = scene.trace(stride, count, tolerance.norm, ACCURACY * allowed, 0.9 * (budget - spent), &bound.cache)?;
     spent += trace.run.evaluations;
     let measure = |run: &Run, pace: Pace| {
         // Instants that both have.
@@ -463,6 +465,7 @@ pub(super) fn choose<S: Climb>(
         })
         .collect();
     let mut best: Option<(Plan, f64)> = None;
+    let mut guess: Option<(Plan, f64)> = None;
     loop {
         // The cheapest way that is still open; of two at one price, the simpler.
         let cost = |way: &Way| way.candidate.weight(way.pace.substeps);
@@ -520,9 +523,9 @@ pub(super) fn choose<S: Climb>(
             let converging = way.candidate.top;
             if converging && foreseen <= FORESEEN * allowed {
                 let plan = plan(&way.candidate, target);
-                let verdict = Verdict::Extrapolated;
-                trials.push(Trial { plan, error: foreseen, verdict, met: true });
-                return Ok(finish(plan, foreseen, verdict, trials, spent));
+                if guess.is_none_or(|(other, _): (Plan, f64)| plan.cost_rate < other.cost_rate) {
+                    guess = Some((plan, foreseen));
+                }
             }
             ways.remove(index);
             continue;
@@ -559,6 +562,11 @@ pub(super) fn choose<S: Climb>(
     }
     if let Some((plan, error)) = ready {
         return Ok(finish(plan, error, Verdict::Measured, trials, spent));
+    }
+    if let Some((plan, error)) = guess {
+        let verdict = Verdict::Extrapolated;
+        trials.push(Trial { plan, error, verdict, met: true });
+        return Ok(finish(plan, error, verdict, trials, spent));
     }
     let (plan, error) = best.ok_or(FidelityError::PilotTooShort {
         needed: window as f64 * top,
