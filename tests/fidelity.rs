@@ -204,8 +204,66 @@ fn verdict(outcomes: &[Outcome]) {
     assert!(dear.len() * 10 <= outcomes.len(), "{dear:#?}");
 }
 
+/// Deflections far finer than any plan would take: the model's own steps at a sixteenth of an interval, and half of those.
+fn converged<M: Reducible<f64>, V: Signal<f64>>(scene: &History<f64, M, V>) -> Vec<f64> {
+    let plan = *scene.plans().last().unwrap();
+    scene.forces(scene.with_substeps(plan, 256)).unwrap()
+}
+
+/// The same for a bristle of two springs and for the unapproximated one, at the top of their ladders.
+fn other_tops(seed: u64, scenes: usize) -> Vec<Outcome> {
+    let mut dice = Draw(seed);
+    let mut outcomes = Vec::new();
+    for index in 0..scenes {
+        let mut drawn = draw(&mut dice);
+        drawn.answers = drawn.answers.min(400);
+        drawn.tolerance.share = dice.logarithmic(5e-3, 0.2);
+        let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+        let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
+        let zener = Zener::new(ZenerParameters {
+            static_stiffness: 1e4,
+            relaxing_stiffness: 2e4,
+            series_damping: dice.logarithmic(10.0, 1e4),
+        })
+        .unwrap();
+        if index % 2 == 0 {
+            let contact = FrBd::new(curve, zener).under_load(2.0).unwrap();
+            outcomes.push(other(contact, &drawn, &format!("{index:3} Zener {}", drawn.what)));
+        } else {
+            let implicit = ImplicitBristle::new(ImplicitBristleParameters {
+                curve,
+                rheology: bristle,
+                fold_rule: None,
+            });
+            let contact = implicit.unwrap().under_load(2.0).unwrap();
+            outcomes.push(other(contact, &drawn, &format!("{index:3} implicit {}", drawn.what)));
+        }
+    }
+    outcomes
+}
+
+fn other<M: Reducible<f64>>(contact: Contact<f64, M>, drawn: &Drawn, what: &str) -> Outcome {
+    let scene = History::new(HistoryParameters {
+        contact,
+        velocity: drawn.velocity,
+        interval: drawn.interval,
+        answers: drawn.answers,
+        period: drawn.period,
+        start: drawn.start,
+    })
+    .unwrap();
+    let truth = converged(&scene);
+    judge(&scene, drawn.tolerance, drawn.answers as f64, &truth, what)
+}
+
 #[test]
 fn tuning() {
     let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1);
     verdict(&study(seed, 60));
+}
+
+#[test]
+fn tops() {
+    let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1);
+    verdict(&other_tops(seed, 24));
 }

@@ -382,6 +382,18 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
         to_f64(self.scale)
     }
 
+    fn looks(&self) -> f64 {
+        if self.is_lumped {
+            // One evaluation for the bound, three for the reference, one for the held steps.
+            0.18
+        } else if self.contact.model().depends_on_deflection() {
+            // One, and two solutions a step and one for the force, with one step and with two.
+            0.09
+        } else {
+            0.14
+        }
+    }
+
     fn candidates(&self) -> Vec<Candidate> {
         let top = self.is_lumped;
         let mut candidates = alloc::vec![
@@ -591,7 +603,8 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
         cache: &Cache,
     ) -> Result<Trace, FidelityError> {
         if !self.is_lumped {
-            return self.trace_by_halving(stride, strides, norm, accuracy, budget);
+            let steep = cache.entries.iter().any(|cached| cached.steep);
+            return self.trace_by_halving((stride, strides), norm, accuracy, budget, steep);
         }
         // With three nodes a step, and held: of orders five and two, and both end at the answers.
         let whole = Stretch { from: 0, to: strides, stride };
@@ -692,6 +705,9 @@ fn stretches(pairs: &[f64], enough: f64, stride: usize) -> Vec<Stretch> {
     stretches
 }
 
+/// How much less accurate a reference of second order may be than one of high order, where accuracy is cheap.
+const LOOSEST: f64 = 5.0;
+
 /// A run of one order is at least so many times as good as its difference from one of lower order.
 const LOOSER: f64 = 8.0;
 
@@ -699,11 +715,11 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     /// The reference with half the step until it no longer changes.
     fn trace_by_halving(
         &self,
-        stride: usize,
-        strides: usize,
+        (stride, strides): (usize, usize),
         norm: Norm,
         accuracy: f64,
         budget: f64,
+        steep: bool,
     ) -> Result<Trace, FidelityError> {
         let twice = self.contact.model().depends_on_deflection();
         let solutions = if twice { 2.0 } else { 1.0 };
@@ -712,8 +728,9 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
         let mut outputs = self.hold(&self.contact, twice, Pace { stride, substeps }, strides);
         let mut evaluations = price(1);
         let mut uncertainty = f64::INFINITY;
-        // Five times as loose as where high order makes it cheap.
-        while uncertainty > 5.0 * accuracy && evaluations + price(2 * substeps) <= budget {
+        // Where much happens within a stride, two runs may both step over it.
+        while (uncertainty > LOOSEST * accuracy || steep && substeps < 8)
+            && evaluations + price(2 * substeps) <= budget {
             substeps *= 2;
             let finer = self.hold(&self.contact, twice, Pace { stride, substeps }, strides);
             evaluations += price(substeps);
@@ -728,6 +745,9 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
                 Norm::RootMeanSquare => off.sum::<f64>() / strides as f64,
             });
             outputs = finer;
+        }
+        if steep && substeps < 8 {
+            uncertainty = f64::INFINITY;
         }
         Ok(Trace { run: Run { outputs, evaluations }, uncertainty, known: None })
     }

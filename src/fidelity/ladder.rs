@@ -17,9 +17,6 @@ const FORESEEN: f64 = 0.4;
 const STALLED: f64 = 0.8;
 /// Error of the reference, as a share of the tolerance.
 const ACCURACY: f64 = 0.05;
-/// Instants that a pilot looks at, as a share of the evaluations that it may spend: each takes one for the
-/// bound, three for the reference, one for the simplest step.
-const LOOKS: f64 = 0.16;
 /// Instants of a first look at a period.
 const COARSE: usize = 24;
 /// Λ after which a disturbance is taken to be forgotten: e^−14 = 8e-7 of it are left.
@@ -160,6 +157,8 @@ pub(super) trait Climb {
     fn instants(&self) -> Instants;
     /// The unit of the tolerance.
     fn scale(&self) -> f64;
+    /// Instants that a pilot can look at, as a share of the evaluations that it may spend.
+    fn looks(&self) -> f64;
     /// Candidates from the cheapest to the dearest; the last are the reference's.
     fn candidates(&self) -> Vec<Candidate>;
     /// Bound along so many strides.
@@ -296,6 +295,7 @@ pub(super) fn choose<S: Climb>(
     most_evaluations: Option<f64>,
 ) -> Result<Choice, FidelityError> {
     let instants = scene.instants();
+    let looks = scene.looks();
     let (mut window, mut tail) = (instants.window(), None);
     let allowed = tolerance.share * scene.scale();
     let candidates = scene.candidates();
@@ -322,7 +322,7 @@ pub(super) fn choose<S: Climb>(
         }
     }
     let chain = strides(&instants, window);
-    let fits = |stride: &&usize| (window / **stride) as f64 <= LOOKS * budget;
+    let fits = |stride: &&usize| (window / **stride) as f64 <= looks * budget;
     let stride = chain.iter().rev().find(fits).copied().unwrap_or(1);
     let count = window / stride;
     let mut trials = Vec::new();
@@ -361,7 +361,7 @@ pub(super) fn choose<S: Climb>(
     };
     if hidden > MOST_HIDDEN {
         return Err(FidelityError::PilotTooShort {
-            needed: window as f64 / LOOKS,
+            needed: window as f64 / looks,
             allowed: budget,
         });
     }
@@ -487,7 +487,7 @@ pub(super) fn choose<S: Climb>(
         }
         let strides = window / way.pace.stride;
         // The force of an answer is mostly known already.
-        let known = bound.cache.at(way.pace.stride).is_some() || way.pace.stride > stride;
+        let known = way.candidate.rung != Rung::Reference && way.pace.stride >= stride;
         let answer = if known { 0.0 } else { way.candidate.answer_evaluations };
         let steps = way.candidate.step_evaluations * way.pace.substeps as f64;
         // Collocation splits steps at reversals.

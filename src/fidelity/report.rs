@@ -17,17 +17,11 @@ pub enum Rung {
     FrBd,
     /// The model of the scene itself.
     Reference,
-    /// The force of steady rolling at the slip of the instant.
-    SteadySlip,
-    /// The same behind a lag of one relaxation length.
-    RelaxationLength,
-    /// Every bristle of the patch, without a grid.
-    ExactReduction,
 }
 
 impl Rung {
     pub(super) fn is_memoryless(self) -> bool {
-        matches!(self, Rung::StaticCurve | Rung::SteadySlip)
+        self == Rung::StaticCurve
     }
 }
 
@@ -38,9 +32,6 @@ impl fmt::Display for Rung {
             Rung::Dahl => "Dahl",
             Rung::FrBd => "FrBD",
             Rung::Reference => "reference",
-            Rung::SteadySlip => "steady slip",
-            Rung::RelaxationLength => "relaxation length",
-            Rung::ExactReduction => "exact reduction",
         })
     }
 }
