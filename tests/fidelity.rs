@@ -3,10 +3,7 @@
 use bristle::exponential::Exponential;
 use bristle::fidelity::*;
 use bristle::signal::{Signal, Sine, SineParameters};
-use bristle::{
-    Bristle, Contact, FrBd, ImplicitBristle, ImplicitBristleParameters, KelvinVoigt, Stribeck,
-    Zener, ZenerParameters, paper,
-};
+use bristle::{Bristle, Contact, FrBd, KelvinVoigt, Stribeck, Zener, ZenerParameters, paper};
 
 type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
 
@@ -15,7 +12,8 @@ struct Draw(u64);
 
 impl Draw {
     fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
@@ -84,6 +82,8 @@ fn draw(dice: &mut Draw) -> Drawn {
 
 /// What a scene came to.
 struct Outcome {
+    /// No answer: the pilot would have had to be longer.
+    refused: bool,
     met: bool,
     ratio: f64,
     line: String,
@@ -98,9 +98,11 @@ fn judge<M: Reducible<f64>, V: Signal<f64>>(
 ) -> Outcome {
     let choice = match scene.choose(tolerance) {
         Ok(choice) => choice,
-        Err(error) => {
-            return Outcome { met: false, ratio: f64::NAN, line: format!("{what}: {error}") };
+        Err(error @ FidelityError::PilotTooShort { .. }) => {
+            let line = format!("{what}: {error}");
+            return Outcome { refused: true, met: true, ratio: 1.0, line };
         }
+        Err(error) => panic!("{what}: {error}"),
     };
     if std::env::var("SHOW").is_ok() {
         println!("{choice}");
@@ -110,7 +112,13 @@ fn judge<M: Reducible<f64>, V: Signal<f64>>(
         let got = scene.forces(choice.plan).unwrap();
         let off = |i: &usize| (got[*i] - truth[*i]).abs();
         let worst = (0..got.len()).max_by(|a, b| off(a).total_cmp(&off(b))).unwrap();
-        println!("worst at answer {} of {}: {:e} {:e}", worst + 1, got.len(), got[worst], truth[worst]);
+        println!(
+            "worst at answer {} of {}: {:e} {:e}",
+            worst + 1,
+            got.len(),
+            got[worst],
+            truth[worst]
+        );
     }
     // The cheapest that would have done, from the cheapest plan on.
     let mut plans: Vec<Plan> = Vec::new();
@@ -124,9 +132,7 @@ fn judge<M: Reducible<f64>, V: Signal<f64>>(
     let cheapest = plans
         .iter()
         .take_while(|plan| plan.cost_rate < choice.plan.cost_rate)
-        .find(|plan| {
-            norm(tolerance.norm, &scene.forces(**plan).unwrap(), truth) <= choice.allowed
-        })
+        .find(|plan| norm(tolerance.norm, &scene.forces(**plan).unwrap(), truth) <= choice.allowed)
         .copied()
         .unwrap_or(choice.plan);
     let ratio = choice.plan.cost_rate / cheapest.cost_rate;
@@ -134,7 +140,11 @@ fn judge<M: Reducible<f64>, V: Signal<f64>>(
     let evaluations = if top == Rung::FrBd { 2.0 } else { 3.0 };
     let budget = 2000.0_f64.max(0.05 * evaluations * answers);
     assert!(choice.pilot_evaluations <= budget, "{what}: pilot {}", choice.pilot_evaluations);
+    if choice.verdict == Verdict::Proved {
+        assert!(error <= choice.error, "{what}: {error:e} above the bound {:e}", choice.error);
+    }
     Outcome {
+        refused: false,
         met: error <= choice.allowed,
         ratio,
         line: format!(
@@ -199,9 +209,11 @@ fn verdict(outcomes: &[Outcome]) {
     for outcome in outcomes {
         println!("{}{}", if outcome.met { "" } else { "WRONG " }, outcome.line);
     }
-    println!("{} scenes, {} wrong, {} dear", outcomes.len(), wrong.len(), dear.len());
+    let refused = outcomes.iter().filter(|o| o.refused).count();
+    let all = outcomes.len();
+    println!("{all} scenes, {} wrong, {} dear, {refused} refused", wrong.len(), dear.len());
     assert!(wrong.is_empty(), "{wrong:#?}");
-    assert!(dear.len() * 10 <= outcomes.len(), "{dear:#?}");
+    assert!((dear.len() + refused) * 10 <= all, "{dear:#?}");
 }
 
 /// Deflections far finer than any plan would take: the model's own steps at a sixteenth of an interval, and half of those.
@@ -210,34 +222,22 @@ fn converged<M: Reducible<f64>, V: Signal<f64>>(scene: &History<f64, M, V>) -> V
     scene.forces(scene.with_substeps(plan, 256)).unwrap()
 }
 
-/// The same for a bristle of two springs and for the unapproximated one, at the top of their ladders.
-fn other_tops(seed: u64, scenes: usize) -> Vec<Outcome> {
+/// The same for a bristle of two springs at the top of its ladder.
+fn two_springs(seed: u64, scenes: usize) -> Vec<Outcome> {
     let mut dice = Draw(seed);
     let mut outcomes = Vec::new();
     for index in 0..scenes {
         let mut drawn = draw(&mut dice);
         drawn.answers = drawn.answers.min(400);
         drawn.tolerance.share = dice.logarithmic(5e-3, 0.2);
-        let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
-        let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
         let zener = Zener::new(ZenerParameters {
             static_stiffness: 1e4,
             relaxing_stiffness: 2e4,
             series_damping: dice.logarithmic(10.0, 1e4),
-        })
-        .unwrap();
-        if index % 2 == 0 {
-            let contact = FrBd::new(curve, zener).under_load(2.0).unwrap();
-            outcomes.push(other(contact, &drawn, &format!("{index:3} Zener {}", drawn.what)));
-        } else {
-            let implicit = ImplicitBristle::new(ImplicitBristleParameters {
-                curve,
-                rheology: bristle,
-                fold_rule: None,
-            });
-            let contact = implicit.unwrap().under_load(2.0).unwrap();
-            outcomes.push(other(contact, &drawn, &format!("{index:3} implicit {}", drawn.what)));
-        }
+        });
+        let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+        let contact = FrBd::new(curve, zener.unwrap()).under_load(2.0).unwrap();
+        outcomes.push(other(contact, &drawn, &format!("{index:3} Zener {}", drawn.what)));
     }
     outcomes
 }
@@ -257,13 +257,124 @@ fn other<M: Reducible<f64>>(contact: Contact<f64, M>, drawn: &Drawn, what: &str)
 }
 
 #[test]
+#[ignore = "a study: SEED chooses the scenes"]
 fn tuning() {
     let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1);
     verdict(&study(seed, 60));
 }
 
 #[test]
+#[ignore = "a study: SEED chooses the scenes"]
 fn tops() {
     let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1);
-    verdict(&other_tops(seed, 24));
+    let outcomes = two_springs(seed, 24);
+    let refused = outcomes.iter().filter(|o| o.refused).count();
+    for outcome in &outcomes {
+        println!("{}{}", if outcome.met { "" } else { "WRONG " }, outcome.line);
+    }
+    println!("{} scenes, {refused} refused", outcomes.len());
+    assert!(outcomes.iter().all(|outcome| outcome.met));
+}
+
+#[test]
+fn forty_eight_scenes_drawn_by_chance_are_answered_within_tolerance_and_without_waste() {
+    // The seed was chosen, and run, after the last change of a threshold; others served to find those.
+    verdict(&study(9429, 48));
+}
+
+#[test]
+fn a_bristle_of_two_springs_is_never_replaced_by_one_that_will_not_do() {
+    for outcome in two_springs(9429, 8) {
+        assert!(outcome.met, "{}", outcome.line);
+    }
+}
+
+fn scene(mean: f64, amplitude: f64, frequency: f64) -> History<f64, Lumped, Sine<f64>> {
+    let velocity = SineParameters { mean, amplitude, frequency, phase: 0.0 };
+    History::new(HistoryParameters {
+        contact: sets()[0].under_load(10.0).unwrap(),
+        velocity: Sine::new(velocity).unwrap(),
+        interval: 0.01 / frequency,
+        answers: 1000,
+        period: Some(100),
+        start: Start::Steady,
+    })
+    .unwrap()
+}
+
+#[test]
+fn each_kind_of_scene_gets_the_rung_that_its_physics_asks_for() {
+    let percent = Tolerance { norm: Norm::Greatest, share: 0.01 };
+    let rung = |mean, amplitude, frequency| {
+        scene(mean, amplitude, frequency).choose(percent).unwrap().plan.rung
+    };
+    // Fast sliding: the lag μ'v̇/λ is nothing. Pre-sliding far below v_S: μ is constant.
+    assert_eq!(rung(0.1, 0.05, 1.0), Rung::StaticCurve);
+    assert_eq!(rung(0.0, 1e-4, 1.0), Rung::Dahl);
+    // The paper's frictional lag at 25 Hz, about the falling part of the curve: neither.
+    assert_eq!(rung(0.0055, 0.005, 25.0), Rung::FrBd);
+}
+
+#[test]
+fn a_bound_holds_and_shrinks_with_the_frequency() {
+    let wide = Tolerance { norm: Norm::Greatest, share: 1.0 };
+    let mut last = f64::INFINITY;
+    for frequency in [1.0, 0.1, 0.01] {
+        let choice = scene(0.0055, 0.004, frequency).choose(wide).unwrap();
+        assert_eq!(choice.verdict, Verdict::Proved);
+        // ż_ss falls with the frequency, and with it what the bristle lags behind.
+        assert!(choice.error < last, "{frequency} Hz: {}", choice.error);
+        last = choice.error;
+    }
+}
+
+#[test]
+fn a_tolerance_that_nothing_meets_is_named_with_what_can_be_had() {
+    let impossible = Tolerance { norm: Norm::Greatest, share: 1e-15 };
+    match scene(0.0055, 0.005, 25.0).choose(impossible) {
+        Err(FidelityError::OutOfReach { allowed, error, .. }) => {
+            assert!((allowed - 15e-15).abs() < 1e-16 && error > allowed);
+        }
+        other => panic!("{other:?}"),
+    }
+    let starved = scene(0.0055, 0.005, 25.0)
+        .choose_within(Tolerance { norm: Norm::Greatest, share: 1e-3 }, 100.0);
+    assert!(
+        matches!(starved, Err(FidelityError::PilotTooShort { allowed: 100.0, .. })),
+        "{starved:?}"
+    );
+}
+
+#[test]
+fn senseless_input_is_refused_by_name() {
+    for share in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let refused = scene(0.1, 0.05, 1.0).choose(Tolerance { norm: Norm::Greatest, share });
+        assert!(matches!(refused, Err(FidelityError::Parameter(e)) if e.name == "share"));
+    }
+    let parameters = HistoryParameters {
+        contact: sets()[0].under_load(1.0).unwrap(),
+        velocity: bristle::signal::Constant::new(0.1).unwrap(),
+        interval: 0.1,
+        answers: 10,
+        period: None,
+        start: Start::Undeflected,
+    };
+    let refused = |parameters| History::new(parameters).unwrap_err().name;
+    assert_eq!(refused(HistoryParameters { interval: f64::NAN, ..parameters }), "interval");
+    assert_eq!(refused(HistoryParameters { answers: 7, ..parameters }), "answers");
+    assert_eq!(refused(HistoryParameters { period: Some(2), ..parameters }), "period");
+    let contact = sets()[0].under_load(0.0).unwrap();
+    assert_eq!(refused(HistoryParameters { contact, ..parameters }), "normal_force");
+}
+
+#[test]
+fn the_report_reads_like_a_table() {
+    let choice = scene(0.0055, 0.005, 25.0)
+        .choose(Tolerance { norm: Norm::RootMeanSquare, share: 0.01 })
+        .unwrap();
+    let text = choice.to_string();
+    for part in ["static curve", "FrBD", "missed", "measured", "the pilot cost", "take: "] {
+        assert!(text.contains(part), "{part} in\n{text}");
+    }
+    assert!(choice.pilot_evaluations <= choice.pilot_budget);
 }

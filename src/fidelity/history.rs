@@ -2,7 +2,9 @@
 
 use alloc::vec::Vec;
 
-use super::ladder::{self, Bound, Cache, Cached, Candidate, Climb, Instants, Known, Output, Pace, Run, Trace};
+use super::ladder::{
+    self, Bound, Cache, Cached, Candidate, Climb, Instants, Known, Output, Pace, Run, Trace,
+};
 use super::report::{Choice, Evidence, FidelityError, Integrator, Norm, Plan, Rung, Tolerance};
 use super::{Reducible, weight};
 use crate::exponential::Exponential;
@@ -150,7 +152,17 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
         .under_load(normal_force)?;
         let lumped = lumped.under_load(normal_force)?;
         Ok(Self {
-            contact, lumped, dahl, is_lumped, velocity, instants, interval, start, breakaway, scale, fastest,
+            contact,
+            lumped,
+            dahl,
+            is_lumped,
+            velocity,
+            instants,
+            interval,
+            start,
+            breakaway,
+            scale,
+            fastest,
         })
     }
 
@@ -201,8 +213,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     pub fn with_substeps(&self, plan: Plan, substeps: usize) -> Plan {
         let substeps = substeps.max(1);
         let candidates = self.candidates();
-        let same =
-            |c: &&Candidate| (c.rung, c.integrator) == (plan.rung, plan.integrator);
+        let same = |c: &&Candidate| (c.rung, c.integrator) == (plan.rung, plan.integrator);
         candidates.iter().find(same).map_or(plan, |candidate| self.plan(candidate, substeps))
     }
 
@@ -224,8 +235,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     pub fn forces(&self, plan: Plan) -> Result<Vec<T>, FidelityError> {
         let count = self.instants.count;
         let candidates = self.candidates();
-        let same =
-            |c: &&Candidate| (c.rung, c.integrator) == (plan.rung, plan.integrator);
+        let same = |c: &&Candidate| (c.rung, c.integrator) == (plan.rung, plan.integrator);
         let candidate = candidates.iter().find(same).ok_or(ParameterError {
             name: "plan.rung",
             component: None,
@@ -255,7 +265,14 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
             Some(cached) => {
                 let springs = contact.model().storage_stiffness() * contact.normal_force();
                 let memory = to_f64(springs * z);
-                (Output { value: cached.by_memory * memory + cached.without, memory, spread: 0.0 }, 0.0)
+                (
+                    Output {
+                        value: cached.by_memory * memory + cached.without,
+                        memory,
+                        spread: 0.0,
+                    },
+                    0.0,
+                )
             }
             None => {
                 let v = self.velocity.value(self.interval * lit(intervals as f64));
@@ -277,25 +294,17 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     fn hold<N: Bristle<T>>(
         &self,
         contact: &Contact<T, N>,
-        twice: bool,
         pace: Pace,
         strides: usize,
     ) -> Vec<Output> {
         let mut z = self.initial(contact.model());
         let step = self.interval * lit(pace.stride as f64 / pace.substeps as f64);
-        let half = step * lit(0.5);
         let mut outputs = Vec::with_capacity(strides);
         for index in 0..strides {
             let start = self.time(index, pace.stride);
             for substep in 0..pace.substeps {
                 let middle = self.velocity.value(start + step * lit(substep as f64 + 0.5));
-                let sliding = Sliding::from(middle);
-                let mut affine = contact.model().affine(sliding, z);
-                if twice {
-                    let inside = affine.hold(middle, z, half).deflection;
-                    affine = contact.model().affine(sliding, inside);
-                }
-                z = affine.hold(middle, z, step).deflection;
+                z = contact.model().hold(middle, z, step).deflection;
             }
             let v = self.velocity.value(self.time(index + 1, pace.stride));
             outputs.push(Self::output(contact, v, z));
@@ -326,8 +335,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     fn collocate(&self, pace: Pace, strides: usize, cache: &Cache) -> Result<Run, FidelityError> {
         let whole = Stretch { from: 0, to: strides, stride: pace.stride };
         let start = self.initial(self.lumped.model());
-        let (deflections, mut evaluations) =
-            self.deflections::<3>(whole, pace.substeps, start)?;
+        let (deflections, mut evaluations) = self.deflections::<3>(whole, pace.substeps, start)?;
         let mut outputs = Vec::with_capacity(strides);
         for (index, z) in deflections.into_iter().enumerate() {
             let (output, extra) = self.known(cache, (index + 1) * pace.stride, z);
@@ -370,7 +378,12 @@ fn count(name: &'static str, value: usize) -> Result<(), ParameterError> {
     if value >= 8 {
         return Ok(());
     }
-    Err(ParameterError { name, component: None, value: value as f64, rule: Rule::Count { least: 8 } })
+    Err(ParameterError {
+        name,
+        component: None,
+        value: value as f64,
+        rule: Rule::Count { least: 8 },
+    })
 }
 
 impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
@@ -382,14 +395,17 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
         to_f64(self.scale)
     }
 
+    fn roundings(&self) -> f64 {
+        // Some for each step of a pilot, added up.
+        64.0 * to_f64(T::default_epsilon()) * to_f64(self.scale)
+    }
+
     fn looks(&self) -> f64 {
         if self.is_lumped {
             // One evaluation for the bound, three for the reference, one for the held steps.
             0.18
-        } else if self.contact.model().depends_on_deflection() {
-            // One, and two solutions a step and one for the force, with one step and with two.
-            0.09
         } else {
+            // One; and a step and the force, and two steps and the force.
             0.14
         }
     }
@@ -446,7 +462,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
                 top: true,
                 step_weight,
                 answer_weight,
-                step_evaluations: if self.contact.model().depends_on_deflection() { 2.0 } else { 1.0 },
+                step_evaluations: 1.0,
                 answer_evaluations: 1.0,
                 order: 2.0,
             });
@@ -569,7 +585,10 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
                 memory: 0.0,
                 spread: cached.spread,
             };
-            return Ok(Run { outputs: cache.entries.iter().map(output).collect(), evaluations: 0.0 });
+            return Ok(Run {
+                outputs: cache.entries.iter().map(output).collect(),
+                evaluations: 0.0,
+            });
         }
         let evaluations = strides as f64 * plan.evaluations(pace.substeps);
         let outputs = match (plan.rung, plan.integrator) {
@@ -580,15 +599,12 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
                     Output { value, memory: 0.0, spread: 0.0 }
                 })
                 .collect(),
-            (Rung::Dahl, _) => self.hold(&self.dahl, false, pace, strides),
+            (Rung::Dahl, _) => self.hold(&self.dahl, pace, strides),
             (Rung::FrBd, Integrator::Collocation) => {
                 return self.collocate(pace, strides, cache);
             }
             (Rung::FrBd, _) => return Ok(self.hold_lumped(pace, strides, cache)),
-            _ => {
-                let twice = self.contact.model().depends_on_deflection();
-                self.hold(&self.contact, twice, pace, strides)
-            }
+            _ => self.hold(&self.contact, pace, strides),
         };
         Ok(Run { outputs, evaluations })
     }
@@ -721,18 +737,17 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
         budget: f64,
         steep: bool,
     ) -> Result<Trace, FidelityError> {
-        let twice = self.contact.model().depends_on_deflection();
-        let solutions = if twice { 2.0 } else { 1.0 };
-        let price = |substeps: usize| strides as f64 * (solutions * substeps as f64 + 1.0);
+        let price = |substeps: usize| (strides * (substeps + 1)) as f64;
         let mut substeps = 1;
-        let mut outputs = self.hold(&self.contact, twice, Pace { stride, substeps }, strides);
+        let mut outputs = self.hold(&self.contact, Pace { stride, substeps }, strides);
         let mut evaluations = price(1);
         let mut uncertainty = f64::INFINITY;
         // Where much happens within a stride, two runs may both step over it.
         while (uncertainty > LOOSEST * accuracy || steep && substeps < 8)
-            && evaluations + price(2 * substeps) <= budget {
+            && evaluations + price(2 * substeps) <= budget
+        {
             substeps *= 2;
-            let finer = self.hold(&self.contact, twice, Pace { stride, substeps }, strides);
+            let finer = self.hold(&self.contact, Pace { stride, substeps }, strides);
             evaluations += price(substeps);
             let pairs = finer.iter().zip(&outputs);
             let off = pairs.map(|(a, b)| {

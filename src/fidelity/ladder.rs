@@ -2,7 +2,9 @@
 
 use alloc::vec::Vec;
 
-use super::report::{Choice, Evidence, FidelityError, Integrator, Norm, Plan, Rung, Tolerance, Trial, Verdict};
+use super::report::{
+    Choice, Evidence, FidelityError, Integrator, Norm, Plan, Rung, Tolerance, Trial, Verdict,
+};
 
 /// Evaluations that a pilot may always spend.
 const FREE_EVALUATIONS: f64 = 2000.0;
@@ -157,6 +159,8 @@ pub(super) trait Climb {
     fn instants(&self) -> Instants;
     /// The unit of the tolerance.
     fn scale(&self) -> f64;
+    /// What an answer may be off by roundings.
+    fn roundings(&self) -> f64;
     /// Instants that a pilot can look at, as a share of the evaluations that it may spend.
     fn looks(&self) -> f64;
     /// Candidates from the cheapest to the dearest; the last are the reference's.
@@ -334,21 +338,29 @@ pub(super) fn choose<S: Climb>(
         substeps: pace.substeps,
         cost_rate: candidate.weight(pace.substeps) / seconds,
     };
+    let finest = scene.roundings();
+    if let Some(top) = candidates.last().filter(|_| ACCURACY * allowed < finest) {
+        let plan = plan(top, Pace { stride: 1, substeps: 1 });
+        let error = finest / ACCURACY;
+        return Err(FidelityError::OutOfReach { allowed, error, plan, evaluations: spent });
+    }
+
     // What costs nothing but the curve at some instants: a bound.
     let bound = scene.bound(stride, count)?;
     spent += bound.evaluations;
-    let finish = |plan: Plan, error: f64, verdict: Verdict, trials: Vec<Trial>, spent: f64| Choice {
-        plan,
-        error,
-        verdict,
-        evidence: bound.evidence,
-        tolerance,
-        allowed,
-        trials,
-        pilot_evaluations: spent,
-        pilot_budget: budget,
-        seen: window as f64 / instants.count as f64,
-    };
+    let finish =
+        |plan: Plan, error: f64, verdict: Verdict, trials: Vec<Trial>, spent: f64| Choice {
+            plan,
+            error,
+            verdict,
+            evidence: bound.evidence,
+            tolerance,
+            allowed,
+            trials,
+            pilot_evaluations: spent,
+            pilot_budget: budget,
+            seen: window as f64 / instants.count as f64,
+        };
     let between = bound.fastest_rate * instants.interval * (stride - 1) as f64;
     let hidden = nalgebra::ComplexField::exp(if between < 40.0 { between } else { 40.0 });
     let errors = Errors {
@@ -379,8 +391,19 @@ pub(super) fn choose<S: Climb>(
     }
 
     // The reference, once.
-    let trace = scene.trace(stride, count, tolerance.norm, ACCURACY * allowed, 0.9 * (budget - spent), &bound.cache)?;
+    let trace = scene.trace(
+        stride,
+        count,
+        tolerance.norm,
+        ACCURACY * allowed,
+        0.9 * (budget - spent),
+        &bound.cache,
+    )?;
     spent += trace.run.evaluations;
+    // Nothing can be measured with a reference that is not known any better.
+    if !(trace.uncertainty <= 0.5 * MARGIN * allowed) {
+        return Err(FidelityError::PilotTooShort { needed: 2.0 * budget, allowed: budget });
+    }
     let measure = |run: &Run, pace: Pace| {
         // Instants that both have.
         let (own, theirs) = if pace.stride >= stride {
@@ -404,9 +427,8 @@ pub(super) fn choose<S: Climb>(
             })
             .collect();
         let wide = pace.stride.max(stride);
-        let drift = errors.drift(wide, |index| {
-            pairs.get(index).map_or(f64::NAN, |(a, b)| a.memory - b.memory)
-        });
+        let drift = errors
+            .drift(wide, |index| pairs.get(index).map_or(f64::NAN, |(a, b)| a.memory - b.memory));
         // NaN is no error to be content with.
         let error = errors.norm(wide, &off) + drift;
         let missed = run.outputs.is_empty() || off.is_empty() || off.iter().any(|e| e.is_nan());
@@ -426,7 +448,8 @@ pub(super) fn choose<S: Climb>(
             let plan = plan(candidate, Pace { stride: 1, substeps: shorter });
             let met = error <= MARGIN * allowed;
             trials.push(Trial { plan, error, verdict: Verdict::Measured, met });
-            let cheaper = ready.is_none_or(|(other, _): (Plan, f64)| plan.cost_rate < other.cost_rate);
+            let cheaper =
+                ready.is_none_or(|(other, _): (Plan, f64)| plan.cost_rate < other.cost_rate);
             if met && cheaper {
                 ready = Some((plan, error));
             }
@@ -466,6 +489,8 @@ pub(super) fn choose<S: Climb>(
         .collect();
     let mut best: Option<(Plan, f64)> = None;
     let mut guess: Option<(Plan, f64)> = None;
+    // Whether anything was left untried for want of means.
+    let mut cut = false;
     loop {
         // The cheapest way that is still open; of two at one price, the simpler.
         let cost = |way: &Way| way.candidate.weight(way.pace.substeps);
@@ -477,8 +502,7 @@ pub(super) fn choose<S: Climb>(
                 next = Some(index);
             }
         }
-        let Some((index, mut way)) = next.and_then(|n| ways.get(n).map(|way| (n, *way)))
-        else {
+        let Some((index, mut way)) = next.and_then(|n| ways.get(n).map(|way| (n, *way))) else {
             break;
         };
         let rate = plan(&way.candidate, way.pace).cost_rate;
@@ -499,6 +523,7 @@ pub(super) fn choose<S: Climb>(
         }
         if spent + expected > budget {
             // Nothing left to try it with.
+            cut = true;
             if ready.is_some() {
                 ways.remove(index);
                 continue;
@@ -568,10 +593,11 @@ pub(super) fn choose<S: Climb>(
         trials.push(Trial { plan, error, verdict, met: true });
         return Ok(finish(plan, error, verdict, trials, spent));
     }
-    let (plan, error) = best.ok_or(FidelityError::PilotTooShort {
-        needed: window as f64 * top,
-        allowed: budget,
-    })?;
+    if cut {
+        return Err(FidelityError::PilotTooShort { needed: 2.0 * budget, allowed: budget });
+    }
+    let (plan, error) =
+        best.ok_or(FidelityError::PilotTooShort { needed: window as f64 * top, allowed: budget })?;
     Err(FidelityError::OutOfReach { allowed, error, plan, evaluations: spent })
 }
 

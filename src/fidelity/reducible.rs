@@ -3,8 +3,8 @@
 use crate::parameter::ParameterError;
 use crate::scalar::is_zero;
 use crate::{
-    Bristle, FrBd, FrictionCurve, ImplicitBristle, KelvinVoigt, KelvinVoigtParameters,
-    Regularisation, Rheology, Scalar,
+    Bristle, FrBd, FrictionCurve, KelvinVoigt, KelvinVoigtParameters, Regularisation, Rheology,
+    Scalar,
 };
 
 /// A model that can stand at the top of the ladder of a [`History`](super::History): it knows the lumped FrBD
@@ -26,11 +26,6 @@ pub trait Reducible<T: Scalar>: Bristle<T> {
 
     /// Weighted right-hand sides [–] of one step of the reference, and of the force after it.
     fn weights(&self) -> (f64, f64);
-
-    /// Whether the coefficients depend on the deflection, so that a step needs those in its middle.
-    fn depends_on_deflection(&self) -> bool {
-        false
-    }
 }
 
 impl<T, C, R, E> Reducible<T> for FrBd<C, R, E>
@@ -65,31 +60,5 @@ where
         } else {
             (super::weight::MATRIX_HOLD, super::weight::FORCE)
         }
-    }
-}
-
-impl<T, C, E> Reducible<T> for ImplicitBristle<T, C, E>
-where
-    T: Scalar,
-    C: FrictionCurve<T>,
-    E: Regularisation<T>,
-{
-    type Lumped = FrBd<C, KelvinVoigt<T>, E>;
-
-    fn lumped(&self, _angular_frequency: T) -> Result<Self::Lumped, ParameterError> {
-        let regularisation = self.regularisation().clone();
-        Ok(FrBd::new(self.curve().clone(), *self.rheology()).regularised(regularisation))
-    }
-
-    fn is_lumped(&self) -> bool {
-        false
-    }
-
-    fn weights(&self) -> (f64, f64) {
-        (super::weight::IMPLICIT_HOLD, super::weight::IMPLICIT_FORCE)
-    }
-
-    fn depends_on_deflection(&self) -> bool {
-        true
     }
 }

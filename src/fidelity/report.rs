@@ -188,8 +188,13 @@ impl fmt::Display for Choice {
             Norm::RootMeanSquare => "root mean square",
         };
         let percent = 100.0 * self.tolerance.share;
-        writeln!(f, "force within {percent} % of the largest steady one, {:.3e} N, {sense}", self.allowed)?;
-        let Evidence { slowest, fastest, reversals, lag, presliding, stuck_share, .. } = self.evidence;
+        writeln!(
+            f,
+            "force within {percent} % of the largest steady one, {:.3e} N, {sense}",
+            self.allowed
+        )?;
+        let Evidence { slowest, fastest, reversals, lag, presliding, stuck_share, .. } =
+            self.evidence;
         writeln!(
             f,
             "speeds {slowest:.2e} to {fastest:.2e} m/s, {reversals} reversals, lag {lag:.2e}, pre-sliding {presliding:.2e}, stuck {:.0} %",
@@ -246,7 +251,7 @@ pub enum FidelityError {
     },
     /// The part of the scene that a pilot would have to see is too long for it.
     #[error(
-        "a pilot would take some {needed:e} evaluations and may take {allowed:e}: say with what period the scene repeats itself, or give a shorter one that is typical of it"
+        "a pilot would take some {needed:e} evaluations and may take {allowed:e}: allow it more (choose_within), or say with what period the scene repeats itself"
     )]
     PilotTooShort {
         /// Evaluations needed.

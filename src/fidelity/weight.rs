@@ -2,8 +2,7 @@
 //!
 //! Ratios measured in one run of 400 000 steps each on one core, velocities included, rounded: right-hand
 //! side 9 to 10 ns, curve 12, Dahl's step and force 6.5, FrBD's step 17 and with the force 22.5, collocation with
-//! three nodes 115 of which 25 are the sine, Zener's step and force 440, implicit bristle with two solutions
-//! a step 380 where it slides, steady rolling force 57, step of the exact reduction 80.
+//! three nodes 115 of which 25 are the sine, Zener's step and force 440.
 
 /// The friction curve at a velocity.
 pub(super) const CURVE: f64 = 1.0;
@@ -17,7 +16,3 @@ pub(super) const HOLD: f64 = 1.7;
 pub(super) const COLLOCATION: f64 = 9.0;
 /// An exact step of a bristle of several springs: a matrix exponential.
 pub(super) const MATRIX_HOLD: f64 = 43.0;
-/// A step of the implicit bristle: two solutions of its equation.
-pub(super) const IMPLICIT_HOLD: f64 = 34.0;
-/// The force of the implicit bristle: one.
-pub(super) const IMPLICIT_FORCE: f64 = 4.0;
