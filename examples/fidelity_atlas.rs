@@ -44,19 +44,15 @@ fn main() -> ExitCode {
             KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
         );
         let columns =
-            ["amplitude", "frequency", "rung", "integrator", "step", "error_bound", "cost"];
+            ["amplitude", "frequency", "mean", "rung", "integrator", "step", "error_bound", "cost"];
         let mut table = Csv::create(arguments.out_dir(), "fidelity_atlas", &columns)?;
         let mut figure = Figure::new(1000, 470).columns(2);
         for (title, mean) in [("v = A sin 2πft", 0.0), ("v = 1.2 A + A sin 2πft", 1.2)] {
             let mut marks: [Vec<(f64, f64)>; 6] = Default::default();
             for &amplitude in &amplitudes {
                 for &frequency in &frequencies {
-                    let velocity = SineParameters {
-                        mean: mean * amplitude,
-                        amplitude,
-                        frequency,
-                        phase: 0.0,
-                    };
+                    let velocity =
+                        SineParameters { mean: mean * amplitude, amplitude, frequency, phase: 0.0 };
                     let scene = History::new(HistoryParameters {
                         contact: friction.under_load(1.0)?,
                         velocity: Sine::new(velocity)?,
@@ -69,11 +65,15 @@ fn main() -> ExitCode {
                     let kind = match scene.choose(tolerance) {
                         Ok(choice) => {
                             let plan = choice.plan;
-                            let names = [plan.rung.to_string(), plan.integrator.to_string()];
+                            let texts = [
+                                amplitude.to_string(),
+                                frequency.to_string(),
+                                (mean * amplitude).to_string(),
+                                plan.rung.to_string(),
+                                plan.integrator.to_string(),
+                            ];
                             let numbers = [plan.step, choice.error, plan.cost_rate];
-                            if mean == 0.0 {
-                                row(&mut table, (amplitude, frequency), names, numbers)?;
-                            }
+                            table.row(&texts.each_ref().map(String::as_str), &numbers)?;
                             match (plan.rung, plan.integrator, plan.substeps) {
                                 (Rung::StaticCurve, ..) => 0,
                                 (Rung::Dahl, _, 1) => 1,
@@ -123,15 +123,4 @@ fn main() -> ExitCode {
 fn spread(from: f64, to: f64, count: usize) -> Vec<f64> {
     let step = (to / from).ln() / (count - 1) as f64;
     (0..count).map(|index| from * (step * index as f64).exp()).collect()
-}
-
-/// A row of the table: numbers, two names, and numbers again.
-fn row(
-    table: &mut Csv,
-    (amplitude, frequency): (f64, f64),
-    [rung, integrator]: [String; 2],
-    numbers: [f64; 3],
-) -> Result<(), support::CsvError> {
-    let _ = (table, amplitude, frequency, rung, integrator, numbers);
-    Ok(())
 }
