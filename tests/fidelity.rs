@@ -304,19 +304,19 @@ fn tops() {
 #[test]
 fn forty_eight_scenes_drawn_by_chance_are_answered_within_tolerance_and_without_waste() {
     // The seed was chosen, and run, after the last change of a threshold; others served to find those.
-    verdict(&study(9429, 48));
+    verdict(&study(2602, 48));
 }
 
 #[test]
 fn velocities_with_kinks_that_never_repeat_are_answered_within_tolerance_or_refused() {
-    for outcome in polylines(9429, 24) {
+    for outcome in polylines(2602, 24) {
         assert!(outcome.met, "{}", outcome.line);
     }
 }
 
 #[test]
 fn a_bristle_of_two_springs_is_never_replaced_by_one_that_will_not_do() {
-    for outcome in two_springs(9429, 8) {
+    for outcome in two_springs(2602, 8) {
         assert!(outcome.met, "{}", outcome.line);
     }
 }
@@ -345,6 +345,63 @@ fn each_kind_of_scene_gets_the_rung_that_its_physics_asks_for() {
     assert_eq!(rung(0.0, 1e-4, 1.0), Rung::Dahl);
     // The paper's frictional lag at 25 Hz, about the falling part of the curve: neither.
     assert_eq!(rung(0.0055, 0.005, 25.0), Rung::FrBd);
+}
+
+/// Asserts that what is chosen for a sine of so many answers keeps within tolerance, or that nothing is chosen.
+#[track_caller]
+fn keeps_its_word(set: usize, mean: f64, amplitude: f64, drawn: Drawn) {
+    let contact = sets()[set].under_load(1.0).unwrap();
+    let truth = exact(&contact, &drawn.velocity, &drawn);
+    let scene = History::new(HistoryParameters {
+        contact,
+        velocity: drawn.velocity,
+        interval: drawn.interval,
+        answers: drawn.answers,
+        period: drawn.period,
+        start: drawn.start,
+    })
+    .unwrap();
+    let what = format!("{mean} + {amplitude} sin");
+    let outcome = judge(&scene, drawn.tolerance, drawn.answers as f64, &truth, &what);
+    assert!(outcome.met && !outcome.refused, "{}", outcome.line);
+}
+
+fn sine(mean: f64, amplitude: f64, frequency: f64, period: usize, answers: usize) -> Drawn {
+    let velocity = SineParameters { mean, amplitude, frequency, phase: 0.0 };
+    Drawn {
+        velocity: Sine::new(velocity).unwrap(),
+        interval: 1.0 / (frequency * period as f64),
+        answers,
+        period: Some(period),
+        start: Start::Undeflected,
+        tolerance: Tolerance { norm: Norm::Greatest, share: 0.01 },
+        what: String::new(),
+    }
+}
+
+#[test]
+fn a_reversal_at_an_answer_is_not_left_to_the_last_digit_of_the_velocity() {
+    // Every fiftieth answer falls on v = 0, but for roundings that differ from period to period.
+    let drawn = sine(0.0, 0.354, 0.0142, 100, 3000);
+    let tolerance = Tolerance { norm: Norm::Greatest, share: 0.04 };
+    keeps_its_word(2, 0.0, 0.354, Drawn { tolerance, ..drawn });
+}
+
+#[test]
+fn an_error_that_grows_from_period_to_period_is_followed_to_the_end() {
+    // A sixteenth of the breakaway distance is slid in a period: at first any curve will do.
+    for share in [0.001, 0.002, 0.004, 0.008, 0.016] {
+        let drawn = sine(3.0, 3.0, 2e4, 36, 36 * 80);
+        let tolerance = Tolerance { norm: Norm::Greatest, share };
+        keeps_its_word(1, 3.0, 3.0, Drawn { tolerance, ..drawn });
+    }
+}
+
+#[test]
+fn what_does_on_half_of_the_answers_need_not_do_on_all() {
+    let drawn = sine(0.0, 9.75e-4, 2.01e-2, 36, 1177);
+    let tolerance = Tolerance { norm: Norm::Greatest, share: 0.14 };
+    keeps_its_word(2, 0.0, 9.75e-4, Drawn { tolerance, ..drawn });
 }
 
 #[test]

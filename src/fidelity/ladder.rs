@@ -284,6 +284,22 @@ impl Errors<'_> {
     }
 }
 
+/// By what share the lumped model and one of a constant coefficient and no damping may differ: in the coefficient
+/// μ, and in the drive r = μ/g.
+fn difference(cache: &Cache) -> f64 {
+    let (mut least, mut most, mut drive) = (f64::INFINITY, 0.0_f64, 1.0_f64);
+    for entry in &cache.entries {
+        let force = if entry.lowest < 0.0 { -entry.lowest } else { entry.lowest };
+        // At v = 0 the curve has no sign, and no force.
+        if force > 0.0 {
+            least = if force < least { force } else { least };
+            most = if force > most { force } else { most };
+        }
+        drive = if entry.by_memory < drive { entry.by_memory } else { drive };
+    }
+    if most > 0.0 && drive > 0.0 { most / least - 1.0 + 1.0 / drive - 1.0 } else { 1.0 }
+}
+
 fn root(value: f64) -> f64 {
     nalgebra::ComplexField::sqrt(value)
 }
@@ -404,7 +420,13 @@ pub(super) fn choose<S: Climb>(
     if !(trace.uncertainty <= 0.5 * MARGIN * allowed) {
         return Err(FidelityError::PilotTooShort { needed: 2.0 * budget, allowed: budget });
     }
-    let measure = |run: &Run, pace: Pace| {
+    // While the reference itself still wanders from period to period it comes to states that the pilot has not
+    // seen, and another model errs there by its share of the way: as far as coefficients and drives differ.
+    let wander = errors.drift(stride, |index| {
+        trace.run.outputs.get(index).map_or(f64::NAN, |output| output.memory)
+    });
+    let away = wander * if trace.known.is_some() { difference(&bound.cache) } else { 1.0 };
+    let measure = |run: &Run, pace: Pace, top: bool| {
         // Instants that both have.
         let (own, theirs) = if pace.stride >= stride {
             (1, pace.stride / stride)
@@ -430,7 +452,7 @@ pub(super) fn choose<S: Climb>(
         let drift = errors
             .drift(wide, |index| pairs.get(index).map_or(f64::NAN, |(a, b)| a.memory - b.memory));
         // NaN is no error to be content with.
-        let error = errors.norm(wide, &off) + drift;
+        let error = errors.norm(wide, &off) + drift + if top { 0.0 } else { away };
         let missed = run.outputs.is_empty() || off.is_empty() || off.iter().any(|e| e.is_nan());
         if missed { f64::INFINITY } else { error }
     };
@@ -442,7 +464,7 @@ pub(super) fn choose<S: Climb>(
             let same = |c: &&Candidate| c.top && c.integrator == *integrator;
             let Some(candidate) = candidates.iter().find(same) else { continue };
             let run = Run { outputs: outputs.clone(), evaluations: 0.0 };
-            let error = measure(&run, one) + trace.uncertainty;
+            let error = measure(&run, one, candidate.top) + trace.uncertainty;
             // Steps of the same length on every interval.
             let shorter = substeps.div_ceil(stride);
             let plan = plan(candidate, Pace { stride: 1, substeps: shorter });
@@ -557,7 +579,7 @@ pub(super) fn choose<S: Climb>(
         }
         let run = scene.run(&way.candidate, way.pace, strides, &bound.cache)?;
         spent += run.evaluations;
-        let error = measure(&run, way.pace) + trace.uncertainty;
+        let error = measure(&run, way.pace, way.candidate.top) + trace.uncertainty;
         let plan = plan(&way.candidate, way.pace);
         let met = error <= MARGIN * allowed;
         // A coarse look tells what fails, not what will do: errors may hide between its instants.
