@@ -1,5 +1,6 @@
 //! The fidelity ladder: what it chooses is good enough, and not much dearer than what would have done.
 
+#![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use bristle::exponential::Exponential;
