@@ -65,6 +65,8 @@ mod contact;
 mod curve;
 mod eigenvalues;
 pub mod exponential;
+#[cfg(feature = "alloc")]
+pub mod fidelity;
 pub mod ledger;
 pub mod linear;
 mod model;

@@ -1,0 +1,272 @@
+//! What the ladder answers.
+
+use alloc::vec::Vec;
+use core::fmt;
+
+use crate::parameter::ParameterError;
+
+/// A model of a scene, from the cheapest to the truest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Rung {
+    /// F = p μ(v) sgn v: no memory.
+    StaticCurve,
+    /// One deflection under a constant friction coefficient.
+    Dahl,
+    /// One deflection under the friction curve: FrBD with one spring and one dashpot.
+    FrBd,
+    /// The model of the scene itself.
+    Reference,
+}
+
+impl Rung {
+    pub(super) fn is_memoryless(self) -> bool {
+        self == Rung::StaticCurve
+    }
+}
+
+impl fmt::Display for Rung {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Rung::StaticCurve => "static curve",
+            Rung::Dahl => "Dahl",
+            Rung::FrBd => "FrBD",
+            Rung::Reference => "reference",
+        })
+    }
+}
+
+/// How a rung is stepped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Integrator {
+    /// Nothing to step.
+    Evaluation,
+    /// The exact step ([`Bristle::hold`](crate::Bristle::hold)) at the velocity in the middle of the step.
+    Hold,
+    /// Exponential collocation with three nodes a step ([`exponential`](crate::exponential)).
+    Collocation,
+}
+
+impl fmt::Display for Integrator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Integrator::Evaluation => "evaluation",
+            Integrator::Hold => "exact hold",
+            Integrator::Collocation => "collocation",
+        })
+    }
+}
+
+/// In which sense an error is small.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Norm {
+    /// The largest error at any answer.
+    Greatest,
+    /// The root of the mean of the squares over all answers.
+    RootMeanSquare,
+}
+
+/// How far off the answers may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// In which sense.
+    pub norm: Norm,
+    /// The error allowed, as a share \[–\] of the largest steady force in the scene,
+    /// [`History::force_scale`](super::History::force_scale).
+    pub share: f64,
+}
+
+/// A way to compute the answers of a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plan {
+    /// The model.
+    pub rung: Rung,
+    /// How it is stepped.
+    pub integrator: Integrator,
+    /// Length of a step \[s\].
+    pub step: f64,
+    /// Steps between two answers.
+    pub substeps: usize,
+    /// Weighted right-hand sides per second of scene \[1/s\], see [`fidelity`](crate::fidelity).
+    pub cost_rate: f64,
+}
+
+/// On what a finding rests.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Verdict {
+    /// On a bound.
+    Proved,
+    /// On a pilot run beside the reference.
+    Measured,
+    /// On pilot runs with longer steps, whose error is taken to fall with the first power of the step.
+    Extrapolated,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Verdict::Proved => "bound",
+            Verdict::Measured => "measured",
+            Verdict::Extrapolated => "extrapolated",
+        })
+    }
+}
+
+/// One plan that was looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trial {
+    /// The plan. (Tried with longer steps than its own it is no worse with its own.)
+    pub plan: Plan,
+    /// Its error \[N\], or a bound on it.
+    pub error: f64,
+    /// On what that rests.
+    pub verdict: Verdict,
+    /// Whether it meets the tolerance.
+    pub met: bool,
+}
+
+/// Numbers that tell what kind of a scene it is, from the part that the pilot looks at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// Smallest speed [m/s].
+    pub slowest: f64,
+    /// Largest speed [m/s].
+    pub fastest: f64,
+    /// Reversals of the velocity.
+    pub reversals: usize,
+    /// Lag \[–\]: the largest |ż_ss|/(λ z_b), how far behind the steady deflection one runs. Far below one the
+    /// bristle follows the velocity without delay. Infinite where it does not relax.
+    pub lag: f64,
+    /// Pre-sliding \[–\]: the breakaway distance z_b = μ(0)/σ0 over the longest way in one direction. Far
+    /// above one nothing ever breaks away.
+    pub presliding: f64,
+    /// Share of the time \[–\] in which less than z_b was slid since the last reversal.
+    pub stuck_share: f64,
+    /// Relaxation Λ = ∫λ dt \[–\] in a period, or in all: e^−Λ of a disturbance is left.
+    pub relaxation: f64,
+}
+
+/// The cheapest plan that meets a tolerance, and the evidence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// The plan.
+    pub plan: Plan,
+    /// Its error \[N\] in the norm of the tolerance, or a bound on it.
+    pub error: f64,
+    /// On what that rests.
+    pub verdict: Verdict,
+    /// What kind of a scene it is.
+    pub evidence: Evidence,
+    /// What was asked for.
+    pub tolerance: Tolerance,
+    /// The same \[N\].
+    pub allowed: f64,
+    /// Everything that was looked at on the way, in this order.
+    pub trials: Vec<Trial>,
+    /// Weighted right-hand sides that the pilot has cost.
+    pub pilot_evaluations: f64,
+    /// Those that it might have cost.
+    pub pilot_budget: f64,
+    /// Share of the scene that the pilot looked at \[–\].
+    pub seen: f64,
+}
+
+/// A force or an error, to three digits.
+struct Three(f64);
+
+impl fmt::Display for Three {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_finite() { write!(f, "{:9.2e}", self.0) } else { write!(f, "{:>9}", "–") }
+    }
+}
+
+impl fmt::Display for Choice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sense = match self.tolerance.norm {
+            Norm::Greatest => "at every answer",
+            Norm::RootMeanSquare => "root mean square",
+        };
+        let percent = 100.0 * self.tolerance.share;
+        writeln!(
+            f,
+            "force within {percent} % of the largest steady one, {:.3e} N, {sense}",
+            self.allowed
+        )?;
+        let Evidence { slowest, fastest, reversals, lag, presliding, stuck_share, .. } =
+            self.evidence;
+        writeln!(
+            f,
+            "speeds {slowest:.2e} to {fastest:.2e} m/s, {reversals} reversals, lag {lag:.2e}, pre-sliding {presliding:.2e}, stuck {:.0} %",
+            100.0 * stuck_share
+        )?;
+        writeln!(
+            f,
+            "{:18} {:12} {:>10} {:>12} {:>10}  {:13} tolerance",
+            "rung", "integrator", "step / s", "cost / (1/s)", "error / N", "evidence"
+        )?;
+        for Trial { plan, error, verdict, met } in &self.trials {
+            writeln!(
+                f,
+                "{:18} {:12} {:10.2e} {:12.3e} {:>10}  {:13} {}",
+                plan.rung,
+                plan.integrator,
+                plan.step,
+                plan.cost_rate,
+                Three(*error),
+                verdict,
+                if *met { "met" } else { "missed" }
+            )?;
+        }
+        let (spent, budget, seen) = (self.pilot_evaluations, self.pilot_budget, 100.0 * self.seen);
+        write!(
+            f,
+            "take: {}, {}, step {:.2e} s; the pilot cost {spent:.0} of {budget:.0} and saw {seen:.3} % of the scene",
+            self.plan.rung, self.plan.integrator, self.plan.step
+        )
+    }
+}
+
+/// Why there is no answer.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FidelityError {
+    /// A number that is out of its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// No rung meets the tolerance with any step that was tried.
+    #[error(
+        "an error of {allowed:e} N is out of reach: the best is {error:e} N, by {} with steps of {:e} s ({evaluations} evaluations spent)",
+        plan.rung, plan.step
+    )]
+    OutOfReach {
+        /// The error allowed \[N\].
+        allowed: f64,
+        /// The least that was found \[N\].
+        error: f64,
+        /// With which plan.
+        plan: Plan,
+        /// What the pilot has cost.
+        evaluations: f64,
+    },
+    /// The part of the scene that a pilot would have to see is too long for it.
+    #[error(
+        "a pilot would take some {needed:e} evaluations and may take {allowed:e}: allow it more (choose_within), or say with what period the scene repeats itself"
+    )]
+    PilotTooShort {
+        /// Evaluations needed.
+        needed: f64,
+        /// Evaluations allowed.
+        allowed: f64,
+    },
+    /// A run stopped.
+    #[error("{rung} stopped at t = {time} s: {reason}")]
+    Stopped {
+        /// The rung.
+        rung: Rung,
+        /// The time \[s\].
+        time: f64,
+        /// Why.
+        reason: crate::ode::StopReason,
+    },
+}

@@ -1,0 +1,470 @@
+//! The fidelity ladder: what it chooses is good enough, and not much dearer than what would have done.
+
+#![cfg(feature = "alloc")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use bristle::exponential::Exponential;
+use bristle::fidelity::*;
+use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
+use bristle::{Bristle, Contact, FrBd, KelvinVoigt, Stribeck, Zener, ZenerParameters, paper};
+
+type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
+
+/// Uniform numbers in [0, 1) by the 64-bit linear congruential generator of Knuth (MMIX), upper 53 bits.
+struct Draw(u64);
+
+impl Draw {
+    fn next(&mut self) -> f64 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn one_of<A: Copy>(&mut self, all: &[A]) -> A {
+        all[((self.next() * all.len() as f64) as usize).min(all.len() - 1)]
+    }
+
+    fn logarithmic(&mut self, from: f64, to: f64) -> f64 {
+        from * (to / from).powf(self.next())
+    }
+}
+
+fn sets() -> [Lumped; 3] {
+    [
+        (paper::STICK_SLIP_CURVE, paper::STICK_SLIP_BRISTLE),
+        (paper::TYRE_CURVE, paper::TYRE_BRISTLE),
+        (paper::VALVE_CURVE, paper::VALVE_BRISTLE),
+    ]
+    .map(|(curve, bristle)| {
+        FrBd::new(Stribeck::new(curve).unwrap(), KelvinVoigt::new(bristle).unwrap())
+    })
+}
+
+fn norm(norm: Norm, a: &[f64], b: &[f64]) -> f64 {
+    let off = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+    match norm {
+        Norm::Greatest => off.fold(0.0, f64::max),
+        Norm::RootMeanSquare => (off.map(|e| e * e).sum::<f64>() / a.len() as f64).sqrt(),
+    }
+}
+
+/// A scene of a given velocity drawn by chance.
+struct Drawn {
+    velocity: Sine<f64>,
+    interval: f64,
+    answers: usize,
+    period: Option<usize>,
+    start: Start,
+    tolerance: Tolerance,
+    what: String,
+}
+
+fn draw(dice: &mut Draw) -> Drawn {
+    let amplitude = dice.logarithmic(1e-6, 10.0);
+    let frequency = dice.logarithmic(0.01, 1000.0);
+    let mean = amplitude * dice.one_of(&[0.0, 0.0, 0.3, 1.1, 2.0]);
+    let phase = dice.one_of(&[0.0, 1.0, 2.5]);
+    let period = dice.one_of(&[36, 50, 100, 200]);
+    let periods = dice.logarithmic(1.0, 60.0);
+    let answers = (periods * period as f64) as usize;
+    let share = dice.logarithmic(1e-3, 0.2);
+    let norm = dice.one_of(&[Norm::Greatest, Norm::RootMeanSquare]);
+    let start = dice.one_of(&[Start::Undeflected, Start::Steady]);
+    Drawn {
+        velocity: Sine::new(SineParameters { mean, amplitude, frequency, phase }).unwrap(),
+        interval: 1.0 / (frequency * period as f64),
+        answers,
+        period: (periods > 2.0).then_some(period),
+        start,
+        tolerance: Tolerance { norm, share },
+        what: format!(
+            "v = {mean:.2e} + {amplitude:.2e} sin, {frequency:.2e} Hz, {periods:.1} periods of {period}, {norm:?} {share:.1e}, {start:?}"
+        ),
+    }
+}
+
+/// What a scene came to.
+struct Outcome {
+    /// No answer: the pilot would have had to be longer.
+    refused: bool,
+    met: bool,
+    ratio: f64,
+    line: String,
+}
+
+fn judge<M: Reducible<f64>, V: Signal<f64>>(
+    scene: &History<f64, M, V>,
+    tolerance: Tolerance,
+    answers: f64,
+    truth: &[f64],
+    what: &str,
+) -> Outcome {
+    let choice = match scene.choose(tolerance) {
+        Ok(choice) => choice,
+        Err(error @ FidelityError::PilotTooShort { .. }) => {
+            let line = format!("{what}: {error}");
+            return Outcome { refused: true, met: true, ratio: 1.0, line };
+        }
+        Err(error) => panic!("{what}: {error}"),
+    };
+    let error = norm(tolerance.norm, &scene.forces(choice.plan).unwrap(), truth);
+    // The cheapest that would have done, from the cheapest plan on.
+    let mut plans: Vec<Plan> = Vec::new();
+    for plan in scene.plans() {
+        let memoryless = plan.rung == Rung::StaticCurve;
+        for doubling in 0..if memoryless { 1 } else { 11 } {
+            plans.push(scene.with_substeps(plan, 1 << doubling));
+        }
+    }
+    plans.sort_by(|a, b| a.cost_rate.total_cmp(&b.cost_rate));
+    let cheapest = plans
+        .iter()
+        .take_while(|plan| plan.cost_rate < choice.plan.cost_rate)
+        .find(|plan| norm(tolerance.norm, &scene.forces(**plan).unwrap(), truth) <= choice.allowed)
+        .copied()
+        .unwrap_or(choice.plan);
+    let ratio = choice.plan.cost_rate / cheapest.cost_rate;
+    let top = scene.plans().last().unwrap().rung;
+    let evaluations = if top == Rung::FrBd { 2.0 } else { 3.0 };
+    let budget = 2000.0_f64.max(0.05 * evaluations * answers);
+    assert!(choice.pilot_evaluations <= budget, "{what}: pilot {}", choice.pilot_evaluations);
+    if choice.verdict == Verdict::Proved {
+        assert!(error <= choice.error, "{what}: {error:e} above the bound {:e}", choice.error);
+    }
+    Outcome {
+        refused: false,
+        met: error <= choice.allowed,
+        ratio,
+        line: format!(
+            "{what}\n      {} {} x{} {}: error {:.3} of allowed (said {:.3}), cost {ratio:.2} of {} {} x{}, pilot {:.0}",
+            choice.plan.rung,
+            choice.plan.integrator,
+            choice.plan.substeps,
+            choice.verdict,
+            error / choice.allowed,
+            choice.error / choice.allowed,
+            cheapest.rung,
+            cheapest.integrator,
+            cheapest.substeps,
+            choice.pilot_evaluations
+        ),
+    }
+}
+
+fn exact<V: Signal<f64>>(contact: &Contact<f64, Lumped>, velocity: &V, drawn: &Drawn) -> Vec<f64> {
+    let end = drawn.interval * drawn.answers as f64;
+    let start = match drawn.start {
+        Start::Undeflected => 0.0,
+        Start::Steady => contact.stationary(velocity.value(0.0)),
+    };
+    let mut forces = Vec::new();
+    // Every answer at the end of a step: between the ends of long ones the dense output has its own error.
+    let drag = Exponential::<5>.fixed(drawn.interval / 16.0).unwrap();
+    drag.sample(contact, velocity, 0.0..end, start, drawn.answers + 1, |time, z| {
+        forces.push(contact.force(velocity.value(time), z));
+    })
+    .unwrap();
+    forces.remove(0);
+    forces
+}
+
+fn study(seed: u64, scenes: usize) -> Vec<Outcome> {
+    let mut dice = Draw(seed);
+    let mut outcomes = Vec::new();
+    for index in 0..scenes {
+        let set = index % 3;
+        let contact = sets()[set].under_load(1.0).unwrap();
+        let drawn = draw(&mut dice);
+        let truth = exact(&contact, &drawn.velocity, &drawn);
+        let scene = History::new(HistoryParameters {
+            contact,
+            velocity: drawn.velocity,
+            interval: drawn.interval,
+            answers: drawn.answers,
+            period: drawn.period,
+            start: drawn.start,
+        })
+        .unwrap();
+        let what = format!("{index:3} set {set} {}", drawn.what);
+        outcomes.push(judge(&scene, drawn.tolerance, drawn.answers as f64, &truth, &what));
+    }
+    outcomes
+}
+
+/// Velocities that never repeat themselves: straight lines between twelve values.
+fn polylines(seed: u64, scenes: usize) -> Vec<Outcome> {
+    let mut dice = Draw(seed);
+    let mut outcomes = Vec::new();
+    for index in 0..scenes {
+        let set = index % 3;
+        let contact = sets()[set].under_load(1.0).unwrap();
+        let mut drawn = draw(&mut dice);
+        drawn.answers = 120 + (dice.next() * 200.0) as usize;
+        let amplitude = dice.logarithmic(1e-6, 10.0);
+        let end = drawn.interval * drawn.answers as f64;
+        let mut time = 0.0;
+        let vertices = [(); 12].map(|()| {
+            let vertex = Vertex { time, value: amplitude * (2.0 * dice.next() - 1.0) };
+            time += end * (0.01 + 0.15 * dice.next());
+            vertex
+        });
+        let velocity = Polyline::new(vertices).unwrap();
+        let truth = exact(&contact, &velocity, &drawn);
+        let scene = History::new(HistoryParameters {
+            contact,
+            velocity,
+            interval: drawn.interval,
+            answers: drawn.answers,
+            period: None,
+            start: drawn.start,
+        })
+        .unwrap();
+        let (norm, share) = (drawn.tolerance.norm, drawn.tolerance.share);
+        let what = format!(
+            "{index:3} set {set} polyline {amplitude:.2e} m/s, {end:.2e} s, {norm:?} {share:.1e}"
+        );
+        outcomes.push(judge(&scene, drawn.tolerance, drawn.answers as f64, &truth, &what));
+    }
+    outcomes
+}
+
+fn verdict(outcomes: &[Outcome]) {
+    let wrong: Vec<_> = outcomes.iter().filter(|o| !o.met).map(|o| &o.line).collect();
+    let dear: Vec<_> = outcomes.iter().filter(|o| !(o.ratio <= 2.0)).map(|o| &o.line).collect();
+    for outcome in outcomes {
+        println!("{}{}", if outcome.met { "" } else { "WRONG " }, outcome.line);
+    }
+    let refused = outcomes.iter().filter(|o| o.refused).count();
+    let all = outcomes.len();
+    println!("{all} scenes, {} wrong, {} dear, {refused} refused", wrong.len(), dear.len());
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    assert!((dear.len() + refused) * 10 <= all, "{dear:#?}");
+}
+
+/// Deflections far finer than any plan would take: the model's own steps at a sixteenth of an interval, and half of those.
+fn converged<M: Reducible<f64>, V: Signal<f64>>(scene: &History<f64, M, V>) -> Vec<f64> {
+    let plan = *scene.plans().last().unwrap();
+    scene.forces(scene.with_substeps(plan, 256)).unwrap()
+}
+
+/// The same for a bristle of two springs at the top of its ladder.
+fn two_springs(seed: u64, scenes: usize) -> Vec<Outcome> {
+    let mut dice = Draw(seed);
+    let mut outcomes = Vec::new();
+    for index in 0..scenes {
+        let mut drawn = draw(&mut dice);
+        drawn.answers = drawn.answers.min(400);
+        drawn.tolerance.share = dice.logarithmic(5e-3, 0.2);
+        let zener = Zener::new(ZenerParameters {
+            static_stiffness: 1e4,
+            relaxing_stiffness: 2e4,
+            series_damping: dice.logarithmic(10.0, 1e4),
+        });
+        let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+        let contact = FrBd::new(curve, zener.unwrap()).under_load(2.0).unwrap();
+        outcomes.push(other(contact, &drawn, &format!("{index:3} Zener {}", drawn.what)));
+    }
+    outcomes
+}
+
+fn other<M: Reducible<f64>>(contact: Contact<f64, M>, drawn: &Drawn, what: &str) -> Outcome {
+    let scene = History::new(HistoryParameters {
+        contact,
+        velocity: drawn.velocity,
+        interval: drawn.interval,
+        answers: drawn.answers,
+        period: drawn.period,
+        start: drawn.start,
+    })
+    .unwrap();
+    let truth = converged(&scene);
+    judge(&scene, drawn.tolerance, drawn.answers as f64, &truth, what)
+}
+
+#[test]
+#[ignore = "a study: SEED chooses the scenes"]
+fn tuning() {
+    let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1);
+    verdict(&study(seed, 60));
+    verdict(&polylines(seed, 60));
+}
+
+#[test]
+#[ignore = "a study: SEED chooses the scenes"]
+fn tops() {
+    let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1);
+    let outcomes = two_springs(seed, 24);
+    let refused = outcomes.iter().filter(|o| o.refused).count();
+    for outcome in &outcomes {
+        println!("{}{}", if outcome.met { "" } else { "WRONG " }, outcome.line);
+    }
+    println!("{} scenes, {refused} refused", outcomes.len());
+    assert!(outcomes.iter().all(|outcome| outcome.met));
+}
+
+#[test]
+fn forty_eight_scenes_drawn_by_chance_are_answered_within_tolerance_and_without_waste() {
+    // The seed was chosen, and run, after the last change of a threshold; others served to find those.
+    verdict(&study(2602, 48));
+}
+
+#[test]
+fn velocities_with_kinks_that_never_repeat_are_answered_within_tolerance_or_refused() {
+    for outcome in polylines(2602, 24) {
+        assert!(outcome.met, "{}", outcome.line);
+    }
+}
+
+#[test]
+fn a_bristle_of_two_springs_is_never_replaced_by_one_that_will_not_do() {
+    for outcome in two_springs(2602, 8) {
+        assert!(outcome.met, "{}", outcome.line);
+    }
+}
+
+fn scene(mean: f64, amplitude: f64, frequency: f64) -> History<f64, Lumped, Sine<f64>> {
+    let velocity = SineParameters { mean, amplitude, frequency, phase: 0.0 };
+    History::new(HistoryParameters {
+        contact: sets()[0].under_load(10.0).unwrap(),
+        velocity: Sine::new(velocity).unwrap(),
+        interval: 0.01 / frequency,
+        answers: 1000,
+        period: Some(100),
+        start: Start::Steady,
+    })
+    .unwrap()
+}
+
+#[test]
+fn each_kind_of_scene_gets_the_rung_that_its_physics_asks_for() {
+    let percent = Tolerance { norm: Norm::Greatest, share: 0.01 };
+    let rung = |mean, amplitude, frequency| {
+        scene(mean, amplitude, frequency).choose(percent).unwrap().plan.rung
+    };
+    // Fast sliding: the lag μ'v̇/λ is nothing. Pre-sliding far below v_S: μ is constant.
+    assert_eq!(rung(0.1, 0.05, 1.0), Rung::StaticCurve);
+    assert_eq!(rung(0.0, 1e-4, 1.0), Rung::Dahl);
+    // The paper's frictional lag at 25 Hz, about the falling part of the curve: neither.
+    assert_eq!(rung(0.0055, 0.005, 25.0), Rung::FrBd);
+}
+
+/// Asserts that what is chosen for a sine of so many answers keeps within tolerance, or that nothing is chosen.
+#[track_caller]
+fn keeps_its_word(set: usize, mean: f64, amplitude: f64, drawn: Drawn) {
+    let contact = sets()[set].under_load(1.0).unwrap();
+    let truth = exact(&contact, &drawn.velocity, &drawn);
+    let scene = History::new(HistoryParameters {
+        contact,
+        velocity: drawn.velocity,
+        interval: drawn.interval,
+        answers: drawn.answers,
+        period: drawn.period,
+        start: drawn.start,
+    })
+    .unwrap();
+    let what = format!("{mean} + {amplitude} sin");
+    let outcome = judge(&scene, drawn.tolerance, drawn.answers as f64, &truth, &what);
+    assert!(outcome.met && !outcome.refused, "{}", outcome.line);
+}
+
+fn sine(mean: f64, amplitude: f64, frequency: f64, period: usize, answers: usize) -> Drawn {
+    let velocity = SineParameters { mean, amplitude, frequency, phase: 0.0 };
+    Drawn {
+        velocity: Sine::new(velocity).unwrap(),
+        interval: 1.0 / (frequency * period as f64),
+        answers,
+        period: Some(period),
+        start: Start::Undeflected,
+        tolerance: Tolerance { norm: Norm::Greatest, share: 0.01 },
+        what: String::new(),
+    }
+}
+
+#[test]
+fn a_reversal_at_an_answer_is_not_left_to_the_last_digit_of_the_velocity() {
+    // Every fiftieth answer falls on v = 0, but for roundings that differ from period to period.
+    let drawn = sine(0.0, 0.354, 0.0142, 100, 3000);
+    let tolerance = Tolerance { norm: Norm::Greatest, share: 0.04 };
+    keeps_its_word(2, 0.0, 0.354, Drawn { tolerance, ..drawn });
+}
+
+#[test]
+fn an_error_that_grows_from_period_to_period_is_followed_to_the_end() {
+    // A sixteenth of the breakaway distance is slid in a period: at first any curve will do.
+    for share in [0.001, 0.002, 0.004, 0.008, 0.016] {
+        let drawn = sine(3.0, 3.0, 2e4, 36, 36 * 80);
+        let tolerance = Tolerance { norm: Norm::Greatest, share };
+        keeps_its_word(1, 3.0, 3.0, Drawn { tolerance, ..drawn });
+    }
+}
+
+#[test]
+fn what_does_on_half_of_the_answers_need_not_do_on_all() {
+    let drawn = sine(0.0, 9.75e-4, 2.01e-2, 36, 1177);
+    let tolerance = Tolerance { norm: Norm::Greatest, share: 0.14 };
+    keeps_its_word(2, 0.0, 9.75e-4, Drawn { tolerance, ..drawn });
+}
+
+#[test]
+fn a_bound_holds_and_shrinks_with_the_frequency() {
+    let wide = Tolerance { norm: Norm::Greatest, share: 1.0 };
+    let mut last = f64::INFINITY;
+    for frequency in [1.0, 0.1, 0.01] {
+        let choice = scene(0.0055, 0.004, frequency).choose(wide).unwrap();
+        assert_eq!(choice.verdict, Verdict::Proved);
+        // ż_ss falls with the frequency, and with it what the bristle lags behind.
+        assert!(choice.error < last, "{frequency} Hz: {}", choice.error);
+        last = choice.error;
+    }
+}
+
+#[test]
+fn a_tolerance_that_nothing_meets_is_named_with_what_can_be_had() {
+    let impossible = Tolerance { norm: Norm::Greatest, share: 1e-15 };
+    match scene(0.0055, 0.005, 25.0).choose(impossible) {
+        Err(FidelityError::OutOfReach { allowed, error, .. }) => {
+            assert!((allowed - 15e-15).abs() < 1e-16 && error > allowed);
+        }
+        other => panic!("{other:?}"),
+    }
+    let starved = scene(0.0055, 0.005, 25.0)
+        .choose_within(Tolerance { norm: Norm::Greatest, share: 1e-3 }, 100.0);
+    assert!(
+        matches!(starved, Err(FidelityError::PilotTooShort { allowed: 100.0, .. })),
+        "{starved:?}"
+    );
+}
+
+#[test]
+fn senseless_input_is_refused_by_name() {
+    for share in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let refused = scene(0.1, 0.05, 1.0).choose(Tolerance { norm: Norm::Greatest, share });
+        assert!(matches!(refused, Err(FidelityError::Parameter(e)) if e.name == "share"));
+    }
+    let parameters = HistoryParameters {
+        contact: sets()[0].under_load(1.0).unwrap(),
+        velocity: bristle::signal::Constant::new(0.1).unwrap(),
+        interval: 0.1,
+        answers: 10,
+        period: None,
+        start: Start::Undeflected,
+    };
+    let refused = |parameters| History::new(parameters).unwrap_err().name;
+    assert_eq!(refused(HistoryParameters { interval: f64::NAN, ..parameters }), "interval");
+    assert_eq!(refused(HistoryParameters { answers: 7, ..parameters }), "answers");
+    assert_eq!(refused(HistoryParameters { period: Some(2), ..parameters }), "period");
+    let contact = sets()[0].under_load(0.0).unwrap();
+    assert_eq!(refused(HistoryParameters { contact, ..parameters }), "normal_force");
+}
+
+#[test]
+fn the_report_reads_like_a_table() {
+    let choice = scene(0.0055, 0.005, 25.0)
+        .choose(Tolerance { norm: Norm::RootMeanSquare, share: 0.01 })
+        .unwrap();
+    let text = choice.to_string();
+    for part in ["static curve", "FrBD", "missed", "measured", "the pilot cost", "take: "] {
+        assert!(text.contains(part), "{part} in\n{text}");
+    }
+    assert!(choice.pilot_evaluations <= choice.pilot_budget);
+}
