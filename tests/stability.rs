@@ -15,17 +15,6 @@ use bristle::{
 };
 use nalgebra::{Matrix2, Matrix3, Vector1, Vector2, Vector3, Vector4};
 
-const EVERY_SCHEME: [Scheme; 8] = [
-    Scheme::Euler,
-    Scheme::SemiImplicitEuler,
-    Scheme::RungeKutta4,
-    Scheme::DormandPrince,
-    Scheme::DormandPrince8,
-    Scheme::ExactHold,
-    Scheme::Passive,
-    Scheme::Rosenbrock,
-];
-
 /// Schemes whose stuck limit can be met.
 const LIMITED: [Scheme; 6] = [
     Scheme::Euler,
@@ -134,7 +123,7 @@ fn schemes_without_a_limit_have_none() {
 
 #[test]
 fn without_forces_nothing_swings() {
-    for scheme in EVERY_SCHEME {
+    for scheme in Scheme::ALL {
         let contact = table_2().with_normal_force(0.0).unwrap();
         let limits = largest_step(&contact, FREE, 1.0, scheme).unwrap();
         assert_eq!((limits.stuck_virgin, limits.stuck_reversed), (None, None), "{scheme}");
@@ -160,7 +149,7 @@ fn an_elasto_plastic_bristle_holds_on_after_a_reversal() {
         stick_limit: 5e-5,
     });
     let contact = model.unwrap().under_load(1.0).unwrap();
-    for scheme in EVERY_SCHEME {
+    for scheme in Scheme::ALL {
         let limits = largest_step(&contact, FREE, 1.0, scheme).unwrap();
         assert_eq!(limits.stuck_virgin, limits.stuck_reversed, "{scheme}");
     }

@@ -209,7 +209,7 @@ pub struct Audit<T> {
     /// if there is a spring.
     pub steady_sliding: Option<Threshold<T>>,
     /// The largest stable steps; without a mechanism those of the bristle alone.
-    pub steps: [MethodLimit<T>; SCHEMES.len()],
+    pub steps: [MethodLimit<T>; Scheme::ALL.len()],
 }
 
 /// The largest stable steps of one method, and whether the sample time is within.
@@ -223,18 +223,6 @@ pub struct MethodLimit<T> {
     /// Whether the sample time is within all of them; `None` without a sample time or limits.
     pub within: Option<bool>,
 }
-
-/// Every method.
-const SCHEMES: [Scheme; 8] = [
-    Scheme::Euler,
-    Scheme::SemiImplicitEuler,
-    Scheme::RungeKutta4,
-    Scheme::DormandPrince,
-    Scheme::DormandPrince8,
-    Scheme::ExactHold,
-    Scheme::Passive,
-    Scheme::Rosenbrock,
-];
 
 impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     /// Audits the parameters: which laws hold, what is bounded, how long a step may be. Nothing is
@@ -261,7 +249,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             None => None,
         };
         let passivity = self.passivity(anatomy.as_ref(), fastest);
-        let steps = SCHEMES.map(|scheme| {
+        let steps = Scheme::ALL.map(|scheme| {
             // A passive step needs a contact that is passive at every deflection.
             let promised = scheme != Scheme::Passive || passivity.excess <= T::one();
             let limits = self.step_limits(mechanism, fastest, scheme).filter(|_| promised);

@@ -30,7 +30,6 @@
 
 use nalgebra::Complex;
 
-use super::patch::coefficients;
 use super::steady::Tangent;
 use super::{Motion, Patch, Pressure, RateDependent};
 use crate::Scalar;
@@ -82,12 +81,11 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// Refuses a motion that is not finite, and a transport velocity that is not positive.
     pub fn linearised(&self, motion: Motion<T>) -> Result<LinearisedPatch<T, P>, ParameterError> {
         let motion = motion.rolling()?;
-        coefficients(self.model(), motion.slip_velocity)?;
         Ok(LinearisedPatch {
             pressure: self.pressure().clone(),
             weight: self.length() * self.load(),
             transport_velocity: motion.transport_velocity,
-            tangent: Tangent::new(self.model(), motion),
+            tangent: Tangent::new(self.model(), motion)?,
         })
     }
 }

@@ -90,7 +90,12 @@ pub(super) fn coefficients<T: Scalar, M: RateDependent<T>>(
     model: &M,
     velocity: T,
 ) -> Result<Affine<T>, ParameterError> {
-    let affine = model.at_velocity(velocity);
+    checked(model.at_velocity(velocity))
+}
+
+/// The same of coefficients that are there already.
+#[inline]
+pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Result<Affine<T>, ParameterError> {
     let Affine { relaxation, drive, stiffness, damping } = affine;
     if relaxation >= T::zero() && (relaxation + drive + stiffness + damping).is_finite() {
         return Ok(affine);

@@ -26,7 +26,7 @@
 //! Source: Romano et al. (arXiv 2602.09429), section IV-A, where the force is written out for constant,
 //! exponential and parabolic pressure.
 
-use super::patch::coefficients;
+use super::patch::{checked, coefficients};
 use super::pressure::weigh;
 use super::{Motion, Patch, Pressure, RateDependent, Slip};
 use crate::Scalar;
@@ -120,14 +120,19 @@ pub(super) struct Tangent<T> {
 }
 
 impl<T: Scalar> Tangent<T> {
-    pub(super) fn new<M: RateDependent<T>>(model: &M, motion: Motion<T>) -> Self {
+    /// Refuses a motion at which a coefficient of the model is not finite.
+    pub(super) fn new<M: RateDependent<T>>(
+        model: &M,
+        motion: Motion<T>,
+    ) -> Result<Self, ParameterError> {
         let v = motion.slip_velocity;
         let (affine, slopes) = model.affine_and_slopes(v.into(), T::zero());
+        let affine = checked(affine)?;
         let stationary = model.stationary(v);
         // A slope can be infinite at rest (|v|^δ with δ < 1), where nothing is there to be multiplied.
         let times = |slope: T, value: T| if is_zero(value) { T::zero() } else { slope * value };
         let fading_drive = times(slopes.relaxation, stationary);
-        Self {
+        Ok(Self {
             decay: affine.relaxation / motion.transport_velocity,
             stationary,
             drive: affine.drive + times(slopes.drive, v) - fading_drive,
@@ -135,7 +140,7 @@ impl<T: Scalar> Tangent<T> {
             direct: affine.damping + times(slopes.damping, v),
             rising_direct: times(slopes.stiffness, stationary),
             stiffness: affine.stiffness,
-        }
+        })
     }
 }
 
@@ -206,8 +211,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// Refuses a motion that is not finite, and a transport velocity that is not positive.
     pub fn steady_slopes(&self, motion: Motion<T>) -> Result<SteadySlopes<T>, ParameterError> {
         let motion = motion.rolling()?;
-        coefficients(self.model(), motion.slip_velocity)?;
-        let tangent = Tangent::new(self.model(), motion);
+        let tangent = Tangent::new(self.model(), motion)?;
         let (pressure, decay) = (self.pressure(), tangent.decay);
         let (rise, lever) = (pressure.rise(decay), pressure.lever(decay));
         let rise_per_decay = if is_zero(decay) { lever } else { rise / decay };

@@ -391,6 +391,20 @@ impl<T: Scalar> StepLimits<T> {
     }
 }
 
+impl Scheme {
+    /// All schemes.
+    pub const ALL: [Self; 8] = [
+        Self::Euler,
+        Self::SemiImplicitEuler,
+        Self::RungeKutta4,
+        Self::DormandPrince,
+        Self::DormandPrince8,
+        Self::ExactHold,
+        Self::Passive,
+        Self::Rosenbrock,
+    ];
+}
+
 impl fmt::Display for Scheme {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Debug::fmt(self, f)

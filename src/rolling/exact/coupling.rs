@@ -130,10 +130,9 @@ where
     /// # Bounds
     ///
     /// Energy is right whatever the prediction. The bounds of deflection and force hold while v̄ is what was
-    /// predicted; where it is not, as when a wheel locks within a step of 50 ms, the mean force may exceed
-    /// F_z max μ, there by a tenth, and bristles their limit until they leave. A prediction that is far off, or
-    /// a motion that is struck, makes it several times that: solve again with the v̄ found, or take shorter
-    /// steps.
+    /// predicted. Where it is not, as when a wheel locks within a long step or is struck, the mean force may
+    /// exceed F_z max μ, and bristles their limit until they leave, the more the farther off the prediction
+    /// was: solve again with the v̄ found, or take shorter steps.
     ///
     /// A step of V h > ¼ takes time in proportion to the number of segments, and may merge narrow ones, even if
     /// it is dropped.

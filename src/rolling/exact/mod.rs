@@ -74,9 +74,9 @@ use segment::Segment;
 ///
 /// Nothing is ever subtracted that was added before, so that no digits are lost to what has left, and
 /// nothing drifts. Roundings add up over one transit: some 1e-16 for each of its n steps, and of the place of
-/// the outlet too, as with n = 10 000 some 1e-13. In single precision, with 6e-8, a
-/// patch that keeps rolling in steps of V h below 1e-4 is off by some 1e-4; to pass through such velocities, or to
-/// stand, does no harm.
+/// the outlet too, as with n = 10 000 some 1e-13. In single precision, with 6e-8 for
+/// each, avoid to keep rolling in steps of V h below 1e-4; to pass through such velocities, or to stand, does no
+/// harm.
 ///
 /// # Time
 ///

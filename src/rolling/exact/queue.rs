@@ -224,14 +224,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
     /// Into how many equal parts a step of this distance has to be split; none if nothing of what is
     /// there will be left.
     pub(super) fn parts(distance: T) -> Option<usize> {
-        let mut parts = 1;
-        while parts <= 4 {
-            if distance <= lit(LONGEST * parts as f64) {
-                return Some(parts);
-            }
-            parts += 1;
-        }
-        None
+        (1..=4).find(|&parts| distance <= lit(LONGEST * parts as f64))
     }
 
     /// Everything is new: the profile of steady rolling.
@@ -252,11 +245,10 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
         self.middle.map = held.map.after(self.middle.map);
         self.front.shift += held.distance;
         self.middle.shift += held.distance;
-        let segment = held.newborn;
-        let moments = segment.moments::<N>(T::one(), self.decay);
+        let moments = held.newborn.moments::<N>(T::one(), self.decay);
         self.back = self.back_after(held, &moments);
         self.back_length += held.distance;
-        self.enter(held, segment, moments);
+        self.enter(held, moments);
         self.leave();
     }
 
@@ -313,7 +305,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
 
     /// Puts the segment of a step into a slot.
     #[inline]
-    fn enter(&mut self, held: &Held<T>, segment: Segment<T>, moments: [T; N]) {
+    fn enter(&mut self, held: &Held<T>, moments: [T; N]) {
         let (narrowest, decay) = (self.narrowest, self.decay);
         if self.back_count > 0 {
             let newest = self.index(self.len() - 1);
@@ -325,7 +317,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
                     slot.segment = slot.segment.mapped(held.map);
                     slot.map = held.map.after(slot.map);
                     if !nothing_new {
-                        slot.segment = slot.segment.merged_with(&segment, decay);
+                        slot.segment = slot.segment.merged_with(&held.newborn, decay);
                         exact = shifted(exact, held.distance, decay);
                         add(&mut exact, &moments);
                     }
@@ -345,6 +337,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
         }
         let free = self.index(self.len());
         if let Some(slot) = self.slots.as_mut().get_mut(free) {
+            let segment = held.newborn;
             *slot = Slot { segment, map: held.map, place: T::zero(), moments };
             self.back_count += 1;
         }

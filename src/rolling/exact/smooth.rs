@@ -48,7 +48,7 @@ pub enum Order {
     /// The velocities of the middle of the step, held.
     Second,
     /// The velocities at its two Gauss points, at about twice the cost. In steps over which they change
-    /// much, deflections may exceed their limit by a few per cent.
+    /// much, deflections may exceed their limit.
     Fourth,
 }
 
