@@ -5,6 +5,7 @@
 //! Leaves `inversion.csv` and `inversion.svg`.
 
 use std::error::Error;
+use std::f64::consts::PI;
 use std::process::ExitCode;
 
 use bristle::ode::{Action, Direction, DormandPrince8, Event, Output, Solver, Tolerances};
@@ -69,13 +70,15 @@ fn main() -> ExitCode {
                 run.presliding[row as usize].0
             };
             let drift = (at(LOAD_CYCLES) - at(0.5 * LOAD_CYCLES)) / (0.5 * LOAD_CYCLES);
+            // No minus before a zero.
+            let drift = (drift * 1e3).round() * 1e-3 + 0.0;
             let (_, rate) = run
                 .rates
                 .iter()
                 .copied()
                 .min_by(|a, b| (a.0 - 5.5).abs().total_cmp(&(b.0 - 5.5).abs()))
                 .unwrap_or_default();
-            println!("{:16}  {period:11}  {drift:17.6} µm   {rate:18.1} 1/s", run.label);
+            println!("{:16}  {period:11}  {drift:17.3} µm   {rate:18.1} 1/s", run.label);
         }
         println!();
         for (index, frequency) in LAG_FREQUENCIES.into_iter().enumerate() {
@@ -158,8 +161,9 @@ fn run<M: Bristle<f64, Deflection = f64>>(
     };
     let stick_slip = trajectory.iter().map(|(t, state)| (t, rig.friction_force(state))).collect();
 
-    // A unit mass under a force between 0 and 0.8 of breakaway, once a second.
-    let force = sine(0.6, 0.6, 1.0)?;
+    // A unit mass under a force between 0 and 0.8 of breakaway, once a second; from 0, so that nothing swings.
+    let force =
+        Sine::new(SineParameters { mean: 0.6, amplitude: 0.6, frequency: 1.0, phase: -0.5 * PI })?;
     let scene = ForcedMass::new(ForcedMassParameters { contact: contact()?, mass: 1.0, force })?;
     let solver = Solver::adaptive(DormandPrince8, Tolerances::scaled(rtol, scene.scales())?);
     let trajectory =

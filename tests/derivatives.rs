@@ -306,10 +306,12 @@ fn a_locked_branch_is_the_free_one_in_its_own_direction() {
 #[test]
 fn derivatives_hold_at_slightly_negative_speeds_on_a_locked_branch() {
     check(64, (inputs(), 1e-6..1.0), |((r, v, fraction), overshoot)| {
-        // Far from the pole at μ/(σ1 + σ2) and from where the continued table might turn
-        // negative.
+        // Far from the pole at μ/(σ1 + σ2), from where the continued table might turn negative,
+        // and from where the continued elements would be many times what they are at rest.
         let floor = r.dynamic * r.table.iter().fold(1.0_f64, |a, b| a.min(*b));
-        let reach = (0.01 * r.stribeck_velocity).min(0.1 * floor / (1.5 * r.damping + r.viscous));
+        let reach = (0.01 * r.stribeck_velocity)
+            .min(0.1 * floor / (1.5 * r.damping + r.viscous))
+            .min(r.varying_velocity);
         let branch = Branch::towards(v);
         let wrong = -v.signum() * overshoot * reach;
         let r = within_range_of_dual_tanh(r, wrong);

@@ -1,5 +1,5 @@
 //! What a step costs: the exact reduction with its rebuilding spread over the steps, over one exact step of
-//! a lumped contact with the same velocities.
+//! a lumped contact with the same velocities; and a companion step with its commit over the plain one.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -17,8 +17,9 @@ const STEPS: usize = 100_000;
 pub(crate) fn report() -> Result<(), Box<dyn Error>> {
     let curve = Stribeck::new(paper::TYRE_CURVE)?;
     let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
-    println!("a step of the exact reduction, of a lumped contact, ns, and their ratio");
-    println!("model  pressure     segments   patch  lumped  ratio");
+    println!("a step of the exact reduction, of a lumped contact, ns, and their ratio;");
+    println!("a companion step with its commit, ns, over the plain step");
+    println!("model  pressure     segments   patch  lumped  ratio companion  ratio");
     model("FrBD", FrBd::new(curve, bristle))?;
     model("LuGre", LuGre::classical(curve, bristle))
 }
@@ -51,7 +52,9 @@ fn row<M: RateDependent<f64> + Copy, const N: usize>(
         rolling
             .step(Motion { slip_velocity: velocities[n % 1024], transport_velocity }, duration)?;
     }
-    let (mut patch_time, mut lumped_time) = (f64::INFINITY, f64::INFINITY);
+    let mut coupled = rolling.clone();
+    let (mut patch_time, mut lumped_time, mut coupled_time) =
+        (f64::INFINITY, f64::INFINITY, f64::INFINITY);
     for _ in 0..RUNS {
         let begin = Instant::now();
         let mut sum = 0.0;
@@ -70,13 +73,26 @@ fn row<M: RateDependent<f64> + Copy, const N: usize>(
         }
         black_box((sum, z));
         lumped_time = lumped_time.min(begin.elapsed().as_secs_f64());
+        let begin = Instant::now();
+        let mut sum = 0.0;
+        for n in 0..STEPS {
+            let slip_velocity = velocities[n % 1024];
+            // The prediction is right.
+            let step =
+                coupled.companion_step(Motion { slip_velocity, transport_velocity }, duration)?;
+            sum += step.commit(slip_velocity)?.force;
+        }
+        black_box(sum);
+        coupled_time = coupled_time.min(begin.elapsed().as_secs_f64());
     }
     let per_step = 1e9 / STEPS as f64;
     println!(
-        "{name:6} {pressure_name:12} {segments:8} {:7.1} {:7.1} {:6.2}",
+        "{name:6} {pressure_name:12} {segments:8} {:7.1} {:7.1} {:6.2} {:9.1} {:6.2}",
         patch_time * per_step,
         lumped_time * per_step,
-        patch_time / lumped_time
+        patch_time / lumped_time,
+        coupled_time * per_step,
+        coupled_time / patch_time
     );
     Ok(())
 }

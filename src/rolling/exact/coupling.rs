@@ -87,10 +87,9 @@ where
     /// The source and the damper that stand for the patch over a step of length h ≥ 0 \[s\], from a motion
     /// predicted for its middle.
     ///
-    /// Second order in h if the prediction is right up to O(h²). A step with its commit costs four to six
-    /// plain ones of [`ExactPatch::step`] while one or two segments leave in it, and each further
-    /// segment that leaves about one more. One with V h > 1, which is cheap for the plain
-    /// step, costs up to twenty.
+    /// Second order in h if the prediction is right up to O(h²). A step with its commit costs three to
+    /// five plain ones of [`ExactPatch::step`] at a thousand steps a transit, and nine to fourteen at
+    /// a hundred, where more nodes are needed for what leaves (`cargo bench --bench rolling_contact -- --cost`).
     ///
     /// A wheel of inertia J and radius R on a drum, under a drive torque τ: J (ω₁ − ω)/h = τ + R F̄ with
     /// v̄ = v_x − R ω̄ is solved for the mean ω̄.
