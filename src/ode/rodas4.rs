@@ -8,7 +8,7 @@ use nalgebra::SVector;
 
 use super::curve::Curve;
 use super::method::{Attempt, Embedded, Field, Method, Point, combine};
-use super::rosenbrock::{Stages, Tableau};
+use super::rosenbrock::{Stages, Tableau, rosenbrock_method};
 use crate::Scalar;
 use crate::stability::Scheme;
 
@@ -85,158 +85,50 @@ const EXTENSION: [[f64; 5]; 2] = [
     ],
 ];
 
-impl Embedded for Rodas4 {}
+rosenbrock_method!(Rodas4, stages: 6, order: 4);
 
-impl<T: Scalar, const N: usize> Method<T, N> for Rodas4 {
-    type Memory = Stages<T, N, 6>;
-
-    fn scheme(&self) -> Option<Scheme> {
-        Some(Scheme::Rosenbrock)
-    }
-
-    fn memory(&self) -> Self::Memory {
-        Stages::new()
-    }
-
-    fn begin<F: Field<T, N>>(
-        &self,
-        stages: &mut Self::Memory,
-        field: &mut F,
-        point: &mut Point<T, N>,
-    ) {
-        stages.begin(field, point);
-    }
-
-    #[inline]
-    fn attempt<F: Field<T, N>>(
-        &self,
-        stages: &mut Self::Memory,
-        field: &mut F,
-        from: &Point<T, N>,
-        step: T,
-    ) -> Attempt<T, N> {
-        stages.attempt(&TABLEAU, field, from, step, 4)
-    }
-
-    #[inline]
-    fn arrive<F: Field<T, N>>(
-        &self,
-        stages: &mut Self::Memory,
-        field: &mut F,
-        end: &mut Point<T, N>,
-    ) {
-        stages.arrive(field, end);
-    }
-
-    fn curve<F: Field<T, N>>(
-        &self,
-        stages: &Self::Memory,
-        _field: &mut F,
-        from: &Point<T, N>,
-        end: &Point<T, N>,
-    ) -> Curve<T, N> {
-        let u = &stages.u;
-        let inner = |weights: &[f64; 5]| -> SVector<T, N> { combine(u, weights, [0, 1, 2, 3, 4]) };
-        let terms = [end.state - from.state, inner(&EXTENSION[0]), inner(&EXTENSION[1])];
-        Curve::new(from.state, &terms)
-    }
-
-    #[inline]
-    fn accepted<F: Field<T, N>>(
-        &self,
-        stages: &mut Self::Memory,
-        _field: &mut F,
-        _from: &Point<T, N>,
-        _end: &Point<T, N>,
-        proposed: Option<T>,
-    ) -> Option<T> {
-        stages.tangent = stages.at_end;
-        proposed
-    }
+/// The terms of the continuous extension.
+fn extension<T: Scalar, const N: usize>(
+    u: &[SVector<T, N>; 6],
+    rise: SVector<T, N>,
+) -> [SVector<T, N>; 3] {
+    let inner = |weights: &[f64; 5]| -> SVector<T, N> { combine(u, weights, [0, 1, 2, 3, 4]) };
+    [rise, inner(&EXTENSION[0]), inner(&EXTENSION[1])]
 }
 
 #[cfg(test)]
 mod tests {
     use super::{EXTENSION, TABLEAU};
-    use crate::ode::trees::{Rosenbrock, trees};
-
-    fn method() -> Rosenbrock {
-        Rosenbrock::new(TABLEAU.gamma, &TABLEAU.a, &TABLEAU.c)
-    }
-
-    /// Weights of the U in the solution: those of the last stage's state, and one.
-    fn solution() -> [f64; 6] {
-        let mut weights = TABLEAU.a[5];
-        weights[5] = 1.0;
-        weights
-    }
+    use crate::ode::rosenbrock::laws;
 
     #[test]
     fn the_stages_lie_where_their_weights_say() {
-        let method = method();
-        for stage in 0..6 {
-            let time: f64 = method.alpha[stage].iter().sum();
-            assert!((time - TABLEAU.times[stage]).abs() < 1e-13, "{stage}: {time}");
-            let weight = method.time_weight(stage);
-            assert!((weight - TABLEAU.time_weights[stage]).abs() < 1e-13, "{stage}: {weight}");
-        }
+        laws::times(&TABLEAU);
     }
 
     #[test]
     fn the_solution_meets_every_condition_up_to_order_four_and_no_further() {
-        for tree in trees(4) {
-            let defect = method().weighted(&tree, &solution()) - 1.0 / tree.density();
-            assert!(defect.abs() < 1e-13, "{tree:?}: {defect}");
-        }
-        let next = trees(5).into_iter().filter(|tree| tree.order() == 5);
-        let defect = next.map(|tree| method().weighted(&tree, &solution()) - 1.0 / tree.density());
-        assert!(defect.fold(0.0, |most, defect| f64::max(most, defect.abs())) > 1e-5);
+        laws::order(&TABLEAU, 4);
     }
 
     #[test]
     fn the_error_estimate_vanishes_up_to_order_three_and_no_further() {
-        // It is the last U.
-        let mut weights = [0.0; 6];
-        weights[5] = 1.0;
-        for tree in trees(3) {
-            let defect = method().weighted(&tree, &weights);
-            assert!(defect.abs() < 1e-13, "{tree:?}: {defect}");
-        }
-        let next = trees(4).into_iter().filter(|tree| tree.order() == 4);
-        let greatest =
-            next.map(|tree| method().weighted(&tree, &weights).abs()).fold(0.0, f64::max);
-        assert!(greatest > 1e-4, "{greatest}");
+        laws::estimate_order(&TABLEAU, 3);
     }
 
     #[test]
     fn the_method_is_stiffly_accurate() {
-        // The last stage is the solution: R(∞) = 0, for the estimate too.
-        let method = method();
-        let weights = method.weights(&solution());
-        for (beta, weight) in method.beta[5].iter().zip(&weights) {
-            assert!((beta - weight).abs() < 1e-13, "{beta} {weight}");
-        }
+        laws::stiff_accuracy(&TABLEAU);
     }
 
     #[test]
     fn a_state_that_follows_from_the_one_before_is_the_one_that_its_weights_say() {
-        for stage in TABLEAU.chained..6 {
-            let mut before = TABLEAU.a[stage - 1];
-            before[stage - 1] = 1.0;
-            assert_eq!(TABLEAU.a[stage], before);
-        }
+        laws::chain(&TABLEAU);
     }
 
     #[test]
     fn the_continuous_extension_meets_every_condition_up_to_order_three_within_the_step() {
-        let solution = solution();
-        let terms: [&[f64]; 3] = [&solution, &EXTENSION[0], &EXTENSION[1]];
-        for theta in [0.1, 0.37, 0.5, 0.9] {
-            for tree in trees(3) {
-                let got = method().extended(&tree, theta, &terms);
-                let want = theta.powi(tree.order() as i32) / tree.density();
-                assert!((got - want).abs() < 1e-13, "{theta} {tree:?}: {}", got - want);
-            }
-        }
+        let solution = laws::solution(&TABLEAU);
+        laws::extension(&TABLEAU, &[&solution, &EXTENSION[0], &EXTENSION[1]], 3);
     }
 }

@@ -187,3 +187,171 @@ impl<T: Scalar, const N: usize> Factors<T, N> {
         x
     }
 }
+
+/// What a method of S stages makes of its tableau. `extension` gives the terms of the curve through a step from
+/// the U of its stages and its rise.
+macro_rules! rosenbrock_method {
+    ($method:ident, stages: $stages:literal, order: $order:literal) => {
+        impl Embedded for $method {}
+
+        impl<T: Scalar, const N: usize> Method<T, N> for $method {
+            type Memory = Stages<T, N, $stages>;
+
+            fn scheme(&self) -> Option<Scheme> {
+                Some(Scheme::Rosenbrock)
+            }
+
+            fn memory(&self) -> Self::Memory {
+                Stages::new()
+            }
+
+            fn begin<F: Field<T, N>>(
+                &self,
+                stages: &mut Self::Memory,
+                field: &mut F,
+                point: &mut Point<T, N>,
+            ) {
+                stages.begin(field, point);
+            }
+
+            #[inline]
+            fn attempt<F: Field<T, N>>(
+                &self,
+                stages: &mut Self::Memory,
+                field: &mut F,
+                from: &Point<T, N>,
+                step: T,
+            ) -> Attempt<T, N> {
+                stages.attempt(&TABLEAU, field, from, step, $order)
+            }
+
+            #[inline]
+            fn arrive<F: Field<T, N>>(
+                &self,
+                stages: &mut Self::Memory,
+                field: &mut F,
+                end: &mut Point<T, N>,
+            ) {
+                stages.arrive(field, end);
+            }
+
+            fn curve<F: Field<T, N>>(
+                &self,
+                stages: &Self::Memory,
+                _field: &mut F,
+                from: &Point<T, N>,
+                end: &Point<T, N>,
+            ) -> Curve<T, N> {
+                Curve::new(from.state, &extension(&stages.u, end.state - from.state))
+            }
+
+            #[inline]
+            fn accepted<F: Field<T, N>>(
+                &self,
+                stages: &mut Self::Memory,
+                _field: &mut F,
+                _from: &Point<T, N>,
+                _end: &Point<T, N>,
+                proposed: Option<T>,
+            ) -> Option<T> {
+                stages.tangent = stages.at_end;
+                proposed
+            }
+        }
+    };
+}
+
+pub(super) use rosenbrock_method;
+
+/// What every such method's coefficients must keep, whatever its order.
+#[cfg(test)]
+pub(super) mod laws {
+    use super::Tableau;
+    use crate::ode::trees::{Rosenbrock, trees};
+
+    fn method<const S: usize>(tableau: &Tableau<S>) -> Rosenbrock {
+        Rosenbrock::new(tableau.gamma, &tableau.a, &tableau.c)
+    }
+
+    /// Weights of the U in the solution: those of the last stage's state, and one.
+    pub(in crate::ode) fn solution<const S: usize>(tableau: &Tableau<S>) -> [f64; S] {
+        let mut weights = tableau.a[S - 1];
+        weights[S - 1] = 1.0;
+        weights
+    }
+
+    /// Weights of the U in the error estimate, which is the last of them.
+    fn estimate<const S: usize>() -> [f64; S] {
+        let mut weights = [0.0; S];
+        weights[S - 1] = 1.0;
+        weights
+    }
+
+    /// The stages lie where their weights say.
+    pub(in crate::ode) fn times<const S: usize>(tableau: &Tableau<S>) {
+        let method = method(tableau);
+        for stage in 0..S {
+            let time: f64 = method.alpha[stage].iter().sum();
+            assert!((time - tableau.times[stage]).abs() < 1e-13, "{stage}: {time}");
+            let weight = method.time_weight(stage);
+            assert!((weight - tableau.time_weights[stage]).abs() < 1e-13, "{stage}: {weight}");
+        }
+    }
+
+    /// The solution meets every condition up to an order and no further.
+    pub(in crate::ode) fn order<const S: usize>(tableau: &Tableau<S>, order: usize) {
+        let (method, solution) = (method(tableau), solution(tableau));
+        for tree in trees(order) {
+            let defect = method.weighted(&tree, &solution) - 1.0 / tree.density();
+            assert!(defect.abs() < 1e-13, "{tree:?}: {defect}");
+        }
+        let next = trees(order + 1).into_iter().filter(|tree| tree.order() == order + 1);
+        let defect = next.map(|tree| method.weighted(&tree, &solution) - 1.0 / tree.density());
+        assert!(defect.fold(0.0, |most, defect| f64::max(most, defect.abs())) > 1e-5);
+    }
+
+    /// The error estimate vanishes up to an order and no further.
+    pub(in crate::ode) fn estimate_order<const S: usize>(tableau: &Tableau<S>, order: usize) {
+        let (method, weights) = (method(tableau), estimate::<S>());
+        for tree in trees(order) {
+            let defect = method.weighted(&tree, &weights);
+            assert!(defect.abs() < 1e-13, "{tree:?}: {defect}");
+        }
+        let next = trees(order + 1).into_iter().filter(|tree| tree.order() == order + 1);
+        let greatest = next.map(|tree| method.weighted(&tree, &weights).abs()).fold(0.0, f64::max);
+        assert!(greatest > 1e-4, "{greatest}");
+    }
+
+    /// The last stage is the solution: R(∞) = 0, for the estimate too.
+    pub(in crate::ode) fn stiff_accuracy<const S: usize>(tableau: &Tableau<S>) {
+        let method = method(tableau);
+        let weights = method.weights(&solution(tableau));
+        for (beta, weight) in method.beta[S - 1].iter().zip(&weights) {
+            assert!((beta - weight).abs() < 1e-13, "{beta} {weight}");
+        }
+    }
+
+    /// A state that follows from the one before is the one that its weights say.
+    pub(in crate::ode) fn chain<const S: usize>(tableau: &Tableau<S>) {
+        for stage in tableau.chained..S {
+            let mut before = tableau.a[stage - 1];
+            before[stage - 1] = 1.0;
+            assert_eq!(tableau.a[stage], before);
+        }
+    }
+
+    /// The continuous extension meets every condition up to an order within the step.
+    pub(in crate::ode) fn extension<const S: usize>(
+        tableau: &Tableau<S>,
+        terms: &[&[f64]],
+        order: usize,
+    ) {
+        for theta in [0.1, 0.37, 0.5, 0.9] {
+            for tree in trees(order) {
+                let got = method(tableau).extended(&tree, theta, terms);
+                let want = theta.powi(tree.order() as i32) / tree.density();
+                assert!((got - want).abs() < 1e-13, "{theta} {tree:?}: {}", got - want);
+            }
+        }
+    }
+}
