@@ -244,6 +244,31 @@ fn an_adaptive_run_keeps_its_tolerance_also_across_reversals() {
 }
 
 #[test]
+fn a_step_towards_rest_does_not_pass_by_the_stribeck_range_unseen() {
+    // Quarter periods in which nothing happens but for the last percent of the speed, where friction rises.
+    let contact = friction();
+    for amplitude in [0.01, 0.05, 0.2, 1.67, 5.0] {
+        for (mean, frequency) in [(0.0, 0.003), (0.6, 0.003), (0.0, 0.011), (0.6, 0.1)] {
+            let velocity = sine(mean * amplitude, amplitude, frequency, 0.7);
+            let span = 0.0..2.0 / frequency;
+            let run = |drag: bristle::exponential::Drag<f64, 5>| {
+                let mut list = Vec::new();
+                drag.sample(&contact, &velocity, span.clone(), 0.0, 201, |_, z| list.push(z))
+                    .unwrap();
+                list
+            };
+            let found = run(Exponential::<5>.adaptive(1e-4).unwrap());
+            // Fixed steps of which some fifty lie in the range, of an order shown above.
+            let exact = run(Exponential::<5>.fixed(span.end / 8000.0).unwrap());
+            let pairs = found.iter().zip(&exact);
+            let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / BREAKAWAY;
+            // As above, a few steps may add up.
+            assert!(error < 5e-4, "{mean} {amplitude} {frequency}: {error:e}");
+        }
+    }
+}
+
+#[test]
 fn a_dahl_bristle_on_a_ramp_is_exact_also_across_its_reversal() {
     // λ is linear and z_ss constant: nothing is approximated. Tolerance: roundings of z_m, times Λ for
     // that of e^−Λ.

@@ -6,6 +6,7 @@ use core::ops::Range;
 use nalgebra::Vector1;
 
 use super::crossing::{Reversal, first_reversal};
+use super::nodes::Nodes;
 use super::piece::{Piece, Sample};
 use super::{direction, places};
 use crate::bounds::larger;
@@ -20,6 +21,10 @@ const LEAST_FACTOR: f64 = 0.2;
 const MOST_FACTOR: f64 = 2.0;
 /// The next step aims below the tolerance by this factor of its length.
 const SAFETY: f64 = 0.8;
+/// Between speeds of at least this ratio no curve does much that the nodes do not show.
+const SLOW: f64 = 0.8;
+/// Most looks between a node and a slower end, each at half the distance: down to 2⁻²⁰ of the gap.
+const MOST_LOOKS: u32 = 20;
 
 /// How a bristle is dragged along: exponential collocation with its step control. Made by
 /// [`Exponential::adaptive`](super::Exponential::adaptive) and
@@ -377,8 +382,13 @@ where
             }
             let (end_time, end) = self.time_after(duration, stop, why);
             let (piece, end) = self.attempt(end_time, end);
-            let error = piece.error();
+            let mut error = piece.error();
             let finite = piece.end().is_finite();
+            if let Control::Adaptive { .. } = self.control
+                && error <= self.allowed
+            {
+                error = larger(error, self.hidden(&piece));
+            }
             if let Control::Adaptive { .. } = self.control {
                 let length = piece.end_time() - self.time;
                 let ratio = self.allowed / error;
@@ -470,6 +480,54 @@ where
             let span = (self.time, end_time);
             return (Piece::new(span, force, self.deflection, &self.sample, &samples), end);
         }
+    }
+
+    /// What the nodes may not have seen of the curve near rest, where friction changes within speeds far below those
+    /// at the nodes \[m\]: ∫|defect| between an end at which it slides slower and the node next to it.
+    fn hidden(&mut self, piece: &Piece<T, S>) -> T {
+        let duration = piece.end_time() - piece.start_time();
+        let at_start = self.sample;
+        let mut sum = T::zero();
+        if let (Some(&place), Some(node)) = (Nodes::<S>::OF.places.first(), piece.sample(0)) {
+            sum +=
+                self.towards(piece, (piece.start_time(), at_start), (duration * lit(place), *node));
+        }
+        if let (Some(&place), Some(node)) = (Nodes::<S>::OF.places.get(S - 2), piece.sample(S - 2))
+        {
+            let gap = duration * lit(place - 1.0);
+            sum += self.towards(piece, (piece.end_time(), piece.last_sample()), (gap, *node));
+        }
+        sum
+    }
+
+    /// ∫|defect| \[m\] over the gap between an end of a piece and a node, by looks that come nearer and nearer to the
+    /// end, until nothing more can happen there.
+    fn towards(
+        &mut self,
+        piece: &Piece<T, S>,
+        (end, at_end): (T, Sample<T>),
+        (gap, at_node): (T, Sample<T>),
+    ) -> T {
+        let enough = self.allowed * lit(0.1);
+        let (mut sum, mut part, mut before) = (T::zero(), T::one(), T::zero());
+        let (mut speed, slowest) = (at_node.velocity.abs() * lit(SLOW), at_end.velocity.abs());
+        for _ in 0..MOST_LOOKS {
+            if speed <= slowest || !(sum <= self.allowed) {
+                break;
+            }
+            let next = part * lit(0.5);
+            let time = end + gap * next;
+            let velocity = self.velocity.value(time);
+            let sample = Sample::new(self.contact.model(), self.branch, velocity, piece.start());
+            self.statistics.evaluations += 1;
+            let defect = piece.defect(time, &sample).abs();
+            sum += (defect + before) * lit(0.5) * (part - next) * gap.abs();
+            if piece.reach(&sample, next * gap.abs()) < enough {
+                break;
+            }
+            (part, before, speed) = (next, defect, velocity.abs() * lit(SLOW));
+        }
+        sum
     }
 
     fn accept(&mut self, piece: &Piece<T, S>, end: End) {

@@ -240,6 +240,32 @@ impl<T: Scalar, const S: usize> Piece<T, S> {
         }
     }
 
+    /// How far from the equation the curve is at a time \[m/s\]: its rate less that of the bristle there.
+    pub(super) fn defect(&self, time: T, sample: &Sample<T>) -> T {
+        let duration = self.end_time - self.start_time;
+        let fraction = (time - self.start_time) / duration;
+        let mut rate = slope(self.first, &self.higher, fraction);
+        if !is_zero(self.excess) {
+            let relaxation = polynomial(self.first_relaxation, &self.higher_relaxation, fraction);
+            let falling = slope(self.first_relaxation, &self.higher_relaxation, fraction);
+            rate -= self.excess * (-relaxation).exp() * falling;
+        }
+        rate / duration - (sample.drive - sample.relaxation * self.at(time))
+    }
+
+    /// No more than this can happen within a time in which the bristle is as in a sample \[m\]. The
+    /// deflection cannot leave its range.
+    pub(super) fn reach(&self, sample: &Sample<T>, time: T) -> T {
+        let range = self.greatest - self.least;
+        let turnover = sample.relaxation * time;
+        range * if turnover < T::one() { turnover } else { T::one() }
+    }
+
+    /// The bristle at a node.
+    pub(super) fn sample(&self, node: usize) -> Option<&Sample<T>> {
+        self.samples.get(node)
+    }
+
     /// The bristle at the end.
     pub(super) fn last_sample(&self) -> Sample<T> {
         self.samples[S - 1]
@@ -351,6 +377,16 @@ fn fallen<T: Scalar>(x: T) -> T {
 fn polynomial<T: Scalar, const S: usize>(first: T, higher: &[T; S], fraction: T) -> T {
     let sum = higher.iter().rev().fold(T::zero(), |sum, &power| sum * fraction + power);
     (sum * fraction + first) * fraction
+}
+
+/// The derivative of that polynomial.
+#[inline(always)]
+fn slope<T: Scalar, const S: usize>(first: T, higher: &[T; S], fraction: T) -> T {
+    let mut sum = T::zero();
+    for (k, &power) in higher.iter().enumerate().rev() {
+        sum = (sum + power * lit((k + 2) as f64)) * fraction;
+    }
+    sum + first
 }
 
 /// The higher powers of the integral of the polynomial through a value at the start and those at the nodes.
