@@ -31,8 +31,8 @@
 //!
 //! λ∫z² dt = x z̄² + ½ L(x/2) (z₁ − z₀)²,  L(y) = coth y − 1/y ≥ 0 for y ≥ 0.
 //!
-//! FrBD (with a bristle of constant stiffness), Dahl and elasto-plastic FrBD (its α frozen at the
-//! beginning of the step) have c₀ = K r. Then D is a sum of squares: the step never gives more energy
+//! FrBD (with a bristle of constant stiffness), Dahl and elasto-plastic FrBD (its α frozen over
+//! the step) have c₀ = K r. Then D is a sum of squares: the step never gives more energy
 //! than the bristle had stored, however long the step and however wrong the prediction.
 //!
 //! With a bristle of several springs, λ is a matrix and z the vector of their stretches. In each of its modes, which
@@ -173,11 +173,54 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         deflection: M::Deflection,
         duration: T,
     ) -> CompanionStep<T, M::Deflection> {
+        self.step_about(
+            Prediction { velocity: predicted_velocity, deflection },
+            deflection,
+            duration,
+        )
+    }
+
+    /// As [`Companion::step`], with the coefficients frozen at a predicted deflection, too: for models whose
+    /// coefficients depend on it, elasto-plastic FrBD and the implicit bristle.
+    ///
+    /// Frozen at z₀ an elasto-plastic bristle stays elastic all the step. A fast body with a long step then
+    /// meets a spring where it should slide, and forces far above the curve. Predicted in the middle,
+    /// z\* = z₀ + (h/2) v\* or nearer, it has yielded by then, and the step is of second order:
+    ///
+    /// ```
+    /// use bristle::{
+    ///     Bristle, Coulomb, CoulombParameters, ElastoPlastic, ElastoPlasticParameters, KelvinVoigt,
+    ///     KelvinVoigtParameters, Prediction,
+    /// };
+    ///
+    /// let friction = ElastoPlastic::new(ElastoPlasticParameters {
+    ///     curve: Coulomb::new(CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 })?,
+    ///     rheology: KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 3e3, micro_damping: 20.0 })?,
+    ///     stick_limit: 1e-4,
+    /// })?;
+    /// let joint = friction.under_load(10.0)?.companion(5.0)?;
+    /// let (velocity, deflection, h) = (1.0, 0.0, 1.0 / 60.0); // a block has just been struck
+    /// let elastic = joint.step(velocity, deflection, h).force(velocity);
+    /// let middle = Prediction { velocity, deflection: deflection + 0.5 * h * velocity };
+    /// let sliding = joint.step_about(middle, deflection, h).force(velocity);
+    /// assert!(elastic > 400.0 && sliding < 5.0); // N; μ p = 5 N
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    ///
+    /// The energy balance holds for every prediction.
+    #[inline]
+    pub fn step_about(
+        &self,
+        prediction: Prediction<T, M::Deflection>,
+        deflection: M::Deflection,
+        duration: T,
+    ) -> CompanionStep<T, M::Deflection> {
+        let predicted_velocity = prediction.velocity;
         let zero = M::Deflection::fill(T::zero());
         let model = self.contact.model();
         // Nothing goes back in time.
         let duration = if duration >= T::zero() { duration } else { nan() };
-        let mut affine = model.affine(predicted_velocity.into(), deflection);
+        let mut affine = model.affine(predicted_velocity.into(), prediction.deflection);
         let weights = affine.weights(duration);
         // c₀ z̄ + c₂ v̄ for z₀ = 0, v̄ = 1.
         let driven = M::Deflection::mean(&weights, zero, affine.drive);
@@ -219,6 +262,31 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     }
 }
 
+/// The middle of a step, as predicted, where its coefficients are frozen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prediction<T, D = T> {
+    /// Velocity v\* [m/s].
+    pub velocity: T,
+    /// Deflection z\* \[m\].
+    pub deflection: D,
+}
+
+/// A free mass over one step: what [`CompanionStep::point_mass`] needs to know.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointMass<T> {
+    /// Mass m \[kg\], zero or positive.
+    pub mass: T,
+    /// Velocity v₀ at the beginning of the step [m/s].
+    pub velocity: T,
+    /// Sum f of all other forces, averaged over the step \[N\].
+    pub force: T,
+    /// How v̄ = v₀ + θ (v₁ − v₀), the displacement over the step divided by h, hangs on the velocity v₁ at its end. It
+    /// belongs to the integrator of the mass: ½ for the trapezium, 1 where the new velocity moves
+    /// the mass (semi-implicit Euler), (n + 1)/(2n) for n such substeps under constant forces. Below ½ the
+    /// mass can gain energy by the step.
+    pub end_weight: T,
+}
+
 /// Friction over one step: F̄ = bias + damping·v̄, and what becomes of the deflection once v̄ is known.
 ///
 /// Made by [`Companion::step`]; plain numbers, so that a step can be solved, discarded or repeated.
@@ -252,6 +320,42 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     #[inline]
     pub fn force(&self, mean_velocity: T) -> T {
         self.bias + self.damping * mean_velocity
+    }
+
+    /// The mean velocity v̄ [m/s] of a free mass under this friction and known forces, in closed form:
+    ///
+    /// m (v₁ − v₀) = h (f − bias − damping v̄),  v̄ = v₀ + θ (v₁ − v₀)
+    ///
+    /// Give it to [`CompanionStep::force`] for the force on the mass, −F̄, and to [`CompanionStep::commit`].
+    /// The kinetic energy changes by h (f − F̄) v̄ − (θ − ½) m (v₁ − v₀)².
+    ///
+    /// ```
+    /// use bristle::{Bristle, FrBd, KelvinVoigt, PointMass, Stribeck, paper};
+    ///
+    /// let friction = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?);
+    /// let contact = friction.under_load(1.0)?.companion(1.0)?;
+    /// let (mut velocity, mut deflection, h) = (0.0, 0.0, 1.0 / 60.0);
+    /// for _ in 0..600 {
+    ///     let step = contact.step(velocity, deflection, h);
+    ///     let mass = PointMass { mass: 1.0, velocity, force: 0.75, end_weight: 1.0 }; // half of breakaway
+    ///     let mean = step.point_mass(mass);
+    ///     (velocity, deflection) = (mean, step.commit(mean).deflection);
+    /// }
+    /// assert!(velocity.abs() < 1e-12 && (deflection - 0.75e-4).abs() < 1e-9); // it stands
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    #[inline]
+    pub fn point_mass(&self, body: PointMass<T>) -> T {
+        let PointMass { mass, velocity, force, end_weight } = body;
+        let pace = end_weight * self.duration;
+        (mass * velocity + pace * (force - self.bias)) / (mass + pace * self.damping)
+    }
+
+    /// The velocity −bias/damping [m/s] at which the mean force vanishes, if there is any damping. For engines
+    /// whose motors and joints take a damping and a target velocity: their force damping·(target − v) is this friction.
+    #[inline]
+    pub fn target_velocity(&self) -> Option<T> {
+        (self.damping > T::zero()).then(|| -self.bias / self.damping)
     }
 
     /// Whether this step dissipates, D ≥ 0, for every deflection and every mean velocity:

@@ -84,7 +84,7 @@ mod sliding;
 pub mod stability;
 
 pub use bounds::Bounds;
-pub use companion::{Committed, Companion, CompanionStep, VelocityHistory};
+pub use companion::{Committed, Companion, CompanionStep, PointMass, Prediction, VelocityHistory};
 pub use contact::{Contact, ContactResponse, LinearisedContact};
 pub use curve::{
     Asymmetric, Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Knot, RationalStribeck,

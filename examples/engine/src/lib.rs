@@ -1,0 +1,6 @@
+//! Friction of `bristle` inside a rigid-body engine, rapier. See the README beside.
+
+pub mod bond;
+pub mod law;
+pub mod measure;
+pub mod scene;
