@@ -185,27 +185,47 @@ impl<'a, T: Scalar, M: Reducible<T>, V: Signal<T>> Pilot<'a, T, M, V> {
         all
     }
 
-    /// The smooth parts of an interval that is not smooth as a whole, and what they took.
-    fn parts(&self, from: f64, to: f64, corners: &[(f64, bool)]) -> (Vec<Panel>, f64) {
+    /// The smooth parts of an interval that is not smooth as a whole, and the looks they took beside those
+    /// known at its ends and at rest.
+    fn parts(
+        &self,
+        span: [f64; 2],
+        ends: [End; 2],
+        rest: [Look; 2],
+        corners: &[(f64, bool)],
+    ) -> (Vec<Panel>, f64) {
+        let [from, to] = span;
         let rounding = 8.0 * to_f64(T::default_epsilon()) * size(to);
+        let nothing = 1e-9 * to_f64(self.scene.fastest);
+        let mut known: Vec<(f64, Look)> = ends.iter().map(|end| (end.velocity, end.look)).collect();
+        let mut looks = 0.0;
         let mut parts = Vec::new();
         let mut start = from;
         for (stop, kink) in corners.iter().copied().chain([(to, false)]) {
             if stop - start > 2.0 * rounding {
                 let last = if kink { stop - rounding } else { stop };
                 let middle = 0.5 * (start + last);
-                let branch = Branch::towards(lit::<T>(self.velocity(middle)));
-                let at = |time: f64| {
-                    let v = self.scene.velocity.value(lit(time));
+                let forward = self.velocity(middle) >= 0.0;
+                let [ahead, behind] = rest;
+                let mut at = |time: f64| {
+                    let v = self.velocity(time);
                     // At a reversal, what it is on the way there.
-                    let wrong = branch.of(v).speed() < T::zero();
-                    self.end(branch.of(if wrong { T::zero() } else { v })).look
+                    let along = if forward { v } else { -v };
+                    if along <= nothing {
+                        return if forward { ahead } else { behind };
+                    }
+                    if let Some((_, look)) = known.iter().find(|(w, _)| size(w - v) <= nothing) {
+                        return *look;
+                    }
+                    looks += 1.0;
+                    let look = self.look(time);
+                    known.push((v, look));
+                    look
                 };
                 parts.push(Panel::new(start, last - start, [at(start), at(last)], at(middle)));
             }
             start = if stop > start { stop } else { start };
         }
-        let looks = 3.0 * parts.len() as f64;
         (parts, looks)
     }
 
@@ -218,7 +238,8 @@ impl<'a, T: Scalar, M: Reducible<T>, V: Signal<T>> Pilot<'a, T, M, V> {
         cache: &Cache,
     ) -> Result<(Vec<Interval>, f64), FidelityError> {
         let memo = self.memo.borrow();
-        let mut looks = 0.0;
+        let rest = [Branch::Forward, Branch::Backward].map(|b| self.end(b.of(T::zero())).look);
+        let mut looks = rest.len() as f64;
         let mut intervals = Vec::with_capacity(strides);
         for index in 0..strides {
             if looks + 1.0 > budget {
@@ -227,19 +248,16 @@ impl<'a, T: Scalar, M: Reducible<T>, V: Signal<T>> Pilot<'a, T, M, V> {
             }
             let time = |index: usize| to_f64(self.scene.time(index, stride));
             let (from, to) = (time(index), time(index + 1));
-            let known = |index: usize| memo.ends.get(&(index * stride)).map(|end| end.look);
+            let known = |index: usize| memo.ends.get(&(index * stride)).copied();
             let (Some(a), Some(b)) = (known(index), known(index + 1)) else { continue };
             let middle = self.look(0.5 * (from + to));
             looks += 1.0;
-            let whole = Panel::new(from, to - from, [a, b], middle);
+            let whole = Panel::new(from, to - from, [a.look, b.look], middle);
             let corners = self.corners(from, to);
-            let rests = |index: usize| {
-                memo.ends.get(&(index * stride)).is_some_and(|end| is_zero(end.velocity))
-            };
-            let parts = if corners.is_empty() && !rests(index) && !rests(index + 1) {
+            let parts = if corners.is_empty() && !is_zero(a.velocity) && !is_zero(b.velocity) {
                 Vec::new()
             } else {
-                let (parts, more) = self.parts(from, to, &corners);
+                let (parts, more) = self.parts([from, to], [a, b], rest, &corners);
                 looks += more;
                 parts
             };
