@@ -316,13 +316,14 @@ fn tops() {
 #[test]
 #[ignore = "a minute in release: the thousand scenes behind the promise of nine in ten"]
 fn a_thousand_scenes_drawn_by_chance_are_answered_within_tolerance_and_without_waste() {
-    verdict(&study(90_210, 500));
-    verdict(&polylines(90_210, 500));
+    // Of a seed that no threshold had seen: 13 of the 500 sines and 43 of the 500 polylines miss, none is wrong.
+    verdict(&study(777_001, 500));
+    verdict(&polylines(777_001, 500));
 }
 
 #[test]
 fn forty_eight_scenes_drawn_by_chance_are_answered_within_tolerance_and_without_waste() {
-    // The seed was chosen, and run, after the last change of a threshold; others served to find those.
+    // Other seeds served to find the thresholds.
     verdict(&study(314, 48));
 }
 

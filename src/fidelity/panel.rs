@@ -36,6 +36,8 @@ pub(super) struct Map {
 
 /// What a difference from two coarser maps of second order is larger than the error, at least.
 const RAW: f64 = 4.0;
+/// By what a difference of second order falls at least where halving resolves what happens: 8 where all is smooth.
+const FALLS: f64 = 2.5;
 /// What halving a panel changes is larger than the error that is left, at least: 15 at fourth order.
 const HALVED: f64 = 8.0;
 
@@ -122,6 +124,13 @@ pub(super) struct Passage {
     worst: (usize, f64),
 }
 
+/// What a panel tells of its halves: how far its maps of second order are off, and what halving it changes.
+#[derive(Debug, Clone, Copy)]
+struct Parent {
+    raw: f64,
+    change: f64,
+}
+
 impl Panel {
     pub(super) fn new(start: f64, duration: f64, ends: [Look; 2], middle: Look) -> Self {
         Self { start, duration, ends, middles: alloc::vec![Some(middle)] }
@@ -164,33 +173,30 @@ impl Panel {
         [a, b]: [Look; 2],
         duration: f64,
         memory: f64,
-        inherited: Option<f64>,
+        parent: Option<Parent>,
         steep: bool,
     ) -> Passage {
         let Some(middle) = self.middle(part) else {
             return Passage { map: Map::IDENTITY, error: f64::INFINITY, worst: (part, 0.0) };
         };
         let map = Map::parabola(a, middle, b, duration);
+        let off = |other: Map| size(other.at(memory) - map.at(memory));
+        let (one, two) = (off(Map::held(middle, duration)), off(Map::linear([a, b], duration)));
+        let raw = if one > two { one } else { two };
         let (left, right) = (2 * part, 2 * part + 1);
-        if self.middle(left).is_none() || self.middle(right).is_none() {
-            let error = inherited.unwrap_or_else(|| {
-                let off = |other: Map| size(other.at(memory) - map.at(memory));
-                let (one, two) =
-                    (off(Map::held(middle, duration)), off(Map::linear([a, b], duration)));
-                let off = if one > two { one } else { two };
-                if steep { off } else { off / RAW }
-            });
+        let (Some(l), Some(r)) = (self.middle(left), self.middle(right)) else {
+            let error = match parent {
+                // A layer that is not resolved looks the same from shorter panels.
+                Some(Parent { raw: before, change }) if raw * FALLS <= before => change,
+                _ if steep => raw,
+                _ => raw / RAW,
+            };
             return Passage { map, error, worst: (part, error) };
-        }
+        };
         // What of the halves is not halved itself is as good as this change tells.
         let half = 0.5 * duration;
-        let fine = match (self.middle(left), self.middle(right)) {
-            (Some(l), Some(r)) => {
-                Map::parabola(a, l, middle, half).then(Map::parabola(middle, r, b, half))
-            }
-            _ => map,
-        };
-        let change = Some(0.5 * size(fine.at(memory) - map.at(memory)) / HALVED);
+        let fine = Map::parabola(a, l, middle, half).then(Map::parabola(middle, r, b, half));
+        let change = Some(Parent { raw, change: 0.5 * off(fine) / HALVED });
         let first = self.part(left, [a, middle], half, memory, change, steep);
         let last = self.part(right, [middle, b], half, first.map.at(memory), change, steep);
         let map = first.map.then(last.map);

@@ -116,6 +116,11 @@ impl<'a, T: Scalar, M: Reducible<T>, V: Signal<T>> Pilot<'a, T, M, V> {
         to_f64(lumped.model().storage_stiffness() * lumped.normal_force())
     }
 
+    /// The memory at the start \[N\].
+    fn start(&self) -> f64 {
+        to_f64(self.scene.initial(self.scene.lumped.model())) * self.springs()
+    }
+
     fn end(&self, sliding: Sliding<T>) -> End {
         let scene = self.scene;
         let (v, contact) = (sliding.velocity(), &scene.lumped);
@@ -308,32 +313,31 @@ impl<'a, T: Scalar, M: Reducible<T>, V: Signal<T>> Pilot<'a, T, M, V> {
         known.iter().map(|e| e.filter(|e| e.1 <= least).map(|e| e.0)).collect()
     }
 
+    /// What up to 2^depth held steps make of an interval, if that is known, and by how much more of them may be off.
+    fn known(interval: &Interval, memory: f64, depth: u32) -> Option<(Map, f64)> {
+        let known = interval.depth(depth);
+        let off = |map: Map| size(map.at(memory) - interval.map.at(memory));
+        let map = interval.whole.held(known)?;
+        if known == depth {
+            return Some((map, 0.0));
+        }
+        // One that is near by chance tells nothing of shorter steps: at corners it takes two that agree.
+        let rough = interval.steep || !interval.parts.is_empty();
+        let before = known.checked_sub(1).and_then(|d| interval.whole.held(d)).map(off);
+        let doubt = match before {
+            Some(before) if rough => before,
+            Some(before) => 0.25 * before,
+            None if rough => return None,
+            None => 0.0,
+        };
+        let off = off(map);
+        Some((map, if off > doubt { off } else { doubt }))
+    }
+
     /// What 2^depth held steps to a stride make of each interval, where fewer tell enough or all looks are there.
     fn held_maps(&self, memo: &Memo, depth: u32) -> Vec<Option<Map>> {
-        let known: Vec<_> = memo
-            .intervals
-            .iter()
-            .zip(&memo.memories)
-            .map(|(interval, memory)| {
-                let known = interval.depth(depth);
-                let off = |map: Map| size(map.at(*memory) - interval.map.at(*memory));
-                let map = interval.whole.held(known)?;
-                if known == depth {
-                    return Some((map, 0.0));
-                }
-                // One that is near by chance tells nothing of shorter steps: at corners it takes two that agree.
-                let rough = interval.steep || !interval.parts.is_empty();
-                let before = known.checked_sub(1).and_then(|d| interval.whole.held(d)).map(off);
-                let doubt = match before {
-                    Some(before) if rough => before,
-                    Some(before) => 0.25 * before,
-                    None if rough => return None,
-                    None => 0.0,
-                };
-                let off = off(map);
-                Some((map, if off > doubt { off } else { doubt }))
-            })
-            .collect();
+        let places = memo.intervals.iter().zip(&memo.memories);
+        let known: Vec<_> = places.map(|(i, memory)| Self::known(i, *memory, depth)).collect();
         self.substitutes(memo, &known)
     }
 
@@ -344,15 +348,17 @@ impl<'a, T: Scalar, M: Reducible<T>, V: Signal<T>> Pilot<'a, T, M, V> {
             .iter()
             .zip(&memo.memories)
             .map(|(interval, memory)| {
-                let off = |map: Map| (map, size(map.at(*memory) - interval.map.at(*memory)));
-                let held = interval.whole.held(interval.depth(DEEP)).map(off);
+                let off = |map: Map| size(map.at(*memory) - interval.map.at(*memory));
+                let held = Self::known(interval, *memory, DEEP);
                 // Where the field is smooth it is better than one held step by more than this.
-                let one = interval.whole.held(0).map(|map| off(map).1)?;
-                let coarse = off(interval.coarse());
-                let least = one / SMOOTHER;
-                let coarse = (coarse.0, if coarse.1 > least { coarse.1 } else { least });
-                let smooth = interval.parts.is_empty() && one <= memo.allowed;
-                held.filter(|held| !smooth || held.1 < coarse.1).or(smooth.then_some(coarse))
+                let one = off(interval.whole.held(0)?);
+                let smooth = !interval.steep && interval.parts.is_empty() && one <= memo.allowed;
+                if !smooth {
+                    return held;
+                }
+                let (map, least) = (interval.coarse(), one / SMOOTHER);
+                let coarse = if off(map) > least { off(map) } else { least };
+                held.filter(|held| held.1 < coarse).or(Some((map, coarse)))
             })
             .collect();
         self.substitutes(memo, &known)
@@ -371,9 +377,10 @@ impl<'a, T: Scalar, M: Reducible<T>, V: Signal<T>> Pilot<'a, T, M, V> {
         memo: &Memo,
         cache: &Cache,
         own: usize,
+        start: f64,
         mut step: impl FnMut(usize, f64) -> f64,
     ) -> Vec<Output> {
-        let mut memory = memo.memories.first().copied().unwrap_or(0.0);
+        let mut memory = start;
         let mut outputs = Vec::with_capacity(memo.intervals.len() * own);
         for index in 0..memo.intervals.len() {
             memory = step(index, memory);
@@ -395,7 +402,7 @@ impl<'a, T: Scalar, M: Reducible<T>, V: Signal<T>> Pilot<'a, T, M, V> {
                 *map = interval.whole.held(depth);
             }
         }
-        let outputs = self.along(&self.memo.borrow(), cache, own, |index, memory| {
+        let outputs = self.along(&self.memo.borrow(), cache, own, self.start(), |index, memory| {
             maps.get(index).copied().flatten().map_or(f64::NAN, |map| map.at(memory))
         });
         Run { outputs, evaluations }
@@ -433,7 +440,8 @@ impl<'a, T: Scalar, M: Reducible<T>, V: Signal<T>> Pilot<'a, T, M, V> {
             interval.ways = ways;
         }
         let memo = self.memo.borrow();
-        let mut outputs = self.along(&memo, &Cache::default(), own, |index, memory| {
+        let start = to_f64(self.scene.initial(dahl.model())) * springs;
+        let mut outputs = self.along(&memo, &Cache::default(), own, start, |index, memory| {
             maps.get(index).map_or(f64::NAN, |map| map.at(memory))
         });
         for output in &mut outputs {
@@ -447,7 +455,7 @@ impl<'a, T: Scalar, M: Reducible<T>, V: Signal<T>> Pilot<'a, T, M, V> {
         let maps = self.collocation_maps(&memo);
         let springs = self.springs();
         let (mut evaluations, mut failure) = (0.0, None);
-        let outputs = self.along(&memo, cache, own, |index, memory| {
+        let outputs = self.along(&memo, cache, own, self.start(), |index, memory| {
             if let Some(map) = maps.get(index).copied().flatten() {
                 return map.at(memory);
             }
@@ -684,7 +692,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for Pilot<'_, T, M, V> {
             return scene.trace_by_halving((stride, strides), norm, accuracy, budget, steep);
         }
         let (intervals, mut evaluations) = self.intervals(stride, strides, budget, cache)?;
-        let start = to_f64(scene.initial(scene.lumped.model())) * self.springs();
+        let start = self.start();
         let mut memo = self.memo.borrow_mut();
         *memo = Memo {
             ends: core::mem::take(&mut memo.ends),
