@@ -101,7 +101,7 @@ fn judge<M: Reducible<f64>, V: Signal<f64>>(
 ) -> Outcome {
     let choice = match scene.choose(tolerance) {
         Ok(choice) => choice,
-        Err(error @ FidelityError::PilotTooShort { .. }) => {
+        Err(error @ (FidelityError::PilotTooShort { .. } | FidelityError::OutOfReach { .. })) => {
             let line = format!("{what}: {error}");
             return Outcome { refused: true, met: true, ratio: 1.0, line };
         }
@@ -285,8 +285,19 @@ fn other<M: Reducible<f64>>(contact: Contact<f64, M>, drawn: &Drawn, what: &str)
 #[ignore = "a study: SEED chooses the scenes"]
 fn tuning() {
     let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1);
-    verdict(&study(seed, 60));
-    verdict(&polylines(seed, 60));
+    let scenes = std::env::var("SCENES").ok().and_then(|s| s.parse().ok()).unwrap_or(60);
+    let (sines, lines) = (study(seed, scenes), polylines(seed, scenes));
+    for outcome in sines.iter().chain(&lines) {
+        println!("{}{}", if outcome.met { "" } else { "WRONG " }, outcome.line);
+    }
+    let count = |name: &str, outcomes: &[Outcome]| {
+        let wrong = outcomes.iter().filter(|o| !o.met).count();
+        let dear = outcomes.iter().filter(|o| o.ratio > 2.0).count();
+        let refused = outcomes.iter().filter(|o| o.refused).count();
+        println!("{name}: {wrong} wrong, {dear} dear, {refused} refused of {}", outcomes.len());
+    };
+    count("sines", &sines);
+    count("lines", &lines);
 }
 
 #[test]
@@ -303,16 +314,22 @@ fn tops() {
 }
 
 #[test]
-fn forty_eight_scenes_drawn_by_chance_are_answered_within_tolerance_and_without_waste() {
-    // The seed was chosen, and run, after the last change of a threshold; others served to find those.
-    verdict(&study(2602, 48));
+#[ignore = "a minute in release: the thousand scenes behind the promise of nine in ten"]
+fn a_thousand_scenes_drawn_by_chance_are_answered_within_tolerance_and_without_waste() {
+    // Of a seed that no threshold had seen: 13 of the 500 sines and 43 of the 500 polylines miss, none is wrong.
+    verdict(&study(777_001, 500));
+    verdict(&polylines(777_001, 500));
 }
 
 #[test]
-fn velocities_with_kinks_that_never_repeat_are_answered_within_tolerance_or_refused() {
-    for outcome in polylines(2602, 24) {
-        assert!(outcome.met, "{}", outcome.line);
-    }
+fn thirty_scenes_drawn_by_chance_are_answered_within_tolerance_and_without_waste() {
+    // Other seeds served to find the thresholds.
+    verdict(&study(314, 30));
+}
+
+#[test]
+fn velocities_with_kinks_that_never_repeat_are_answered_so_too() {
+    verdict(&polylines(314, 24));
 }
 
 #[test]
@@ -428,9 +445,9 @@ fn a_tolerance_that_nothing_meets_is_named_with_what_can_be_had() {
         other => panic!("{other:?}"),
     }
     let starved = scene(0.0055, 0.005, 25.0)
-        .choose_within(Tolerance { norm: Norm::Greatest, share: 1e-3 }, 100.0);
+        .choose_within(Tolerance { norm: Norm::Greatest, share: 1e-3 }, 20.0);
     assert!(
-        matches!(starved, Err(FidelityError::PilotTooShort { allowed: 100.0, .. })),
+        matches!(starved, Err(FidelityError::PilotTooShort { allowed: 20.0, .. })),
         "{starved:?}"
     );
 }
@@ -463,8 +480,58 @@ fn the_report_reads_like_a_table() {
         .choose(Tolerance { norm: Norm::RootMeanSquare, share: 0.01 })
         .unwrap();
     let text = choice.to_string();
-    for part in ["static curve", "FrBD", "missed", "measured", "the pilot cost", "take: "] {
+    for part in ["static curve", "FrBD", "enough", "measured", "the pilot took", "take: "] {
         assert!(text.contains(part), "{part} in\n{text}");
     }
+    // It fits a terminal, and no plan is listed twice.
+    assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
+    let name = |trial: &Trial| (trial.plan.rung, trial.plan.integrator, trial.plan.substeps);
+    let names: std::collections::HashSet<_> = choice.trials.iter().map(name).collect();
+    assert_eq!(names.len(), choice.trials.len(), "{text}");
     assert!(choice.pilot_evaluations <= choice.pilot_budget);
+}
+
+#[test]
+fn what_the_readme_shows_is_what_comes_out() {
+    let velocity = SineParameters { mean: 0.0055, amplitude: 0.005, frequency: 25.0, phase: 0.0 };
+    let lag = History::new(HistoryParameters {
+        contact: sets()[0].under_load(1.0).unwrap(),
+        velocity: Sine::new(velocity).unwrap(),
+        interval: 4e-4,
+        answers: 1000,
+        period: Some(100),
+        start: Start::Steady,
+    })
+    .unwrap();
+    let choice = lag.choose(Tolerance { norm: Norm::Greatest, share: 0.01 }).unwrap();
+    let text: Vec<String> = choice.to_string().lines().map(|l| l.trim_end().into()).collect();
+    println!("{}", text.join("\n"));
+    assert!(include_str!("../README.md").contains(&text.join("\n")), "{}", text.join("\n"));
+}
+
+#[test]
+fn a_sampled_velocity_with_a_kink_at_every_answer_stays_within_the_budget() {
+    let mut dice = Draw(7);
+    for (shift, amplitude) in [(0.0, 1e-3), (0.37, 1e-3), (0.0, 1.0), (0.37, 1.0)] {
+        let vertices = [0.0; 500].map(|_: f64| 2.0 * dice.next() - 1.0);
+        let mut index = 0.0;
+        let vertices = vertices.map(|value| {
+            index += 1.0;
+            Vertex { time: (index - 1.0 + shift) * 0.01, value: amplitude * value }
+        });
+        let scene = History::new(HistoryParameters {
+            contact: sets()[0].under_load(1.0).unwrap(),
+            velocity: Polyline::new(vertices).unwrap(),
+            interval: 0.01,
+            answers: 499,
+            period: None,
+            start: Start::Undeflected,
+        })
+        .unwrap();
+        match scene.choose(Tolerance { norm: Norm::Greatest, share: 0.01 }) {
+            Ok(choice) => assert!(choice.pilot_evaluations <= choice.pilot_budget, "{choice}"),
+            Err(FidelityError::PilotTooShort { .. }) => assert!(amplitude == 1.0 || shift > 0.0),
+            Err(error) => panic!("{error}"),
+        }
+    }
 }

@@ -2,17 +2,16 @@
 
 use alloc::vec::Vec;
 
-use super::ladder::{
-    self, Bound, Cache, Cached, Candidate, Climb, Instants, Known, Output, Pace, Run, Trace,
-};
-use super::report::{Choice, Evidence, FidelityError, Integrator, Norm, Plan, Rung, Tolerance};
+use super::ladder::{self, Cache, Cached, Candidate, Instants, Output, Pace, Run, Trace};
+use super::pilot::Pilot;
+use super::report::{Choice, FidelityError, Integrator, Norm, Plan, Rung, Tolerance};
 use super::{Reducible, weight};
 use crate::exponential::Exponential;
 use crate::ode::Failure;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
-use crate::{Bristle, Contact, Dahl, DahlParameters, Deflection, Scalar, Sliding};
+use crate::{Bristle, Contact, Dahl, DahlParameters, Deflection, Scalar};
 
 /// How the bristle begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -72,20 +71,20 @@ pub struct HistoryParameters<T, M, V> {
 /// ```
 #[derive(Debug, Clone)]
 pub struct History<T: Scalar, M: Reducible<T>, V> {
-    contact: Contact<T, M>,
-    lumped: Contact<T, M::Lumped>,
-    dahl: Contact<T, Dahl<T>>,
-    is_lumped: bool,
-    velocity: V,
-    instants: Instants,
-    interval: T,
-    start: Start,
+    pub(super) contact: Contact<T, M>,
+    pub(super) lumped: Contact<T, M::Lumped>,
+    pub(super) dahl: Contact<T, Dahl<T>>,
+    pub(super) is_lumped: bool,
+    pub(super) velocity: V,
+    pub(super) instants: Instants,
+    pub(super) interval: T,
+    pub(super) start: Start,
     /// p μ(0) \[N\].
-    breakaway: T,
+    pub(super) breakaway: T,
     /// p max μ over the velocities met \[N\].
-    scale: T,
+    pub(super) scale: T,
     /// The largest speed met [m/s].
-    fastest: T,
+    pub(super) fastest: T,
 }
 
 impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
@@ -183,7 +182,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     /// a pilot would need.
     pub fn choose(&self, tolerance: Tolerance) -> Result<Choice, FidelityError> {
         parameter::positive("share", tolerance.share)?;
-        ladder::choose(self, tolerance, None)
+        ladder::choose(&Pilot::new(self), tolerance, None)
     }
 
     /// The same with another limit on what the pilot may cost [weighted right-hand sides].
@@ -198,7 +197,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     ) -> Result<Choice, FidelityError> {
         parameter::positive("share", tolerance.share)?;
         let most = parameter::positive("most_evaluations", most_evaluations)?;
-        ladder::choose(self, tolerance, Some(most))
+        ladder::choose(&Pilot::new(self), tolerance, Some(most))
     }
 
     /// Every plan with one step between two answers, from the cheapest rung on: what [`History::choose`]
@@ -247,11 +246,11 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
         Ok(run.outputs.iter().map(|output| lit(output.value)).collect())
     }
 
-    fn time(&self, index: usize, stride: usize) -> T {
+    pub(super) fn time(&self, index: usize, stride: usize) -> T {
         self.interval * lit((index * stride) as f64)
     }
 
-    fn initial<N: Bristle<T>>(&self, model: &N) -> N::Deflection {
+    pub(super) fn initial<N: Bristle<T>>(&self, model: &N) -> N::Deflection {
         match self.start {
             Start::Undeflected => N::Deflection::fill(T::zero()),
             Start::Steady => model.stationary(self.velocity.value(T::zero())),
@@ -281,7 +280,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
         }
     }
 
-    fn output<N: Bristle<T>>(contact: &Contact<T, N>, v: T, z: N::Deflection) -> Output {
+    pub(super) fn output<N: Bristle<T>>(contact: &Contact<T, N>, v: T, z: N::Deflection) -> Output {
         let springs = contact.model().storage_stiffness();
         Output {
             value: to_f64(contact.force(v, z)),
@@ -347,7 +346,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
 
     /// The lumped model's deflections after each stride of a stretch, by collocation with S nodes, and the evaluations
     /// that they took. Answers are ends of steps: in between dense output has an error of its own.
-    fn deflections<const S: usize>(
+    pub(super) fn deflections<const S: usize>(
         &self,
         stretch: Stretch,
         substeps: usize,
@@ -367,50 +366,45 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
         Ok((deflections, statistics.evaluations as f64))
     }
 
-    fn stopped(&self, failure: &Failure<T, 1>) -> FidelityError {
-        let rung = Rung::FrBd;
-        FidelityError::Stopped { rung, time: to_f64(failure.time), reason: failure.reason }
-    }
-}
-
-/// At least 8.
-fn count(name: &'static str, value: usize) -> Result<(), ParameterError> {
-    if value >= 8 {
-        return Ok(());
-    }
-    Err(ParameterError {
-        name,
-        component: None,
-        value: value as f64,
-        rule: Rule::Count { least: 8 },
-    })
-}
-
-impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
-    fn instants(&self) -> Instants {
-        self.instants
-    }
-
-    fn scale(&self) -> f64 {
-        to_f64(self.scale)
-    }
-
-    fn roundings(&self) -> f64 {
-        // Some for each step of a pilot, added up.
-        64.0 * to_f64(T::default_epsilon()) * to_f64(self.scale)
-    }
-
-    fn looks(&self) -> f64 {
-        if self.is_lumped {
-            // One evaluation for the bound, three for the reference, one for the held steps.
-            0.18
-        } else {
-            // One; and a step and the force, and two steps and the force.
-            0.14
+    /// A rung over so many strides, an answer after each, with what is known of the answers.
+    pub(super) fn run(
+        &self,
+        plan: &Candidate,
+        pace: Pace,
+        strides: usize,
+        cache: &Cache,
+    ) -> Result<Run, FidelityError> {
+        if plan.rung == Rung::StaticCurve && pace.stride == cache.stride {
+            let output = |cached: &Cached| Output {
+                value: cached.lowest,
+                memory: 0.0,
+                spread: cached.spread,
+            };
+            return Ok(Run {
+                outputs: cache.entries.iter().map(output).collect(),
+                evaluations: 0.0,
+            });
         }
+        let evaluations = strides as f64 * plan.evaluations(pace.substeps);
+        let outputs = match (plan.rung, plan.integrator) {
+            (Rung::StaticCurve, _) => (1..=strides)
+                .map(|index| {
+                    let v = self.velocity.value(self.time(index, pace.stride));
+                    let value = to_f64(self.contact.stationary_force(v));
+                    Output { value, memory: 0.0, spread: 0.0 }
+                })
+                .collect(),
+            (Rung::Dahl, _) => self.hold(&self.dahl, pace, strides),
+            (Rung::FrBd, Integrator::Collocation) => {
+                return self.collocate(pace, strides, cache);
+            }
+            (Rung::FrBd, _) => return Ok(self.hold_lumped(pace, strides, cache)),
+            _ => self.hold(&self.contact, pace, strides),
+        };
+        Ok(Run { outputs, evaluations })
     }
 
-    fn candidates(&self) -> Vec<Candidate> {
+    pub(super) fn candidates(&self) -> Vec<Candidate> {
         let top = self.is_lumped;
         let mut candidates = alloc::vec![
             Candidate {
@@ -470,266 +464,39 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for History<T, M, V> {
         candidates
     }
 
-    fn bound(&self, stride: usize, strides: usize) -> Result<Bound, FidelityError> {
-        let step = self.interval * lit(stride as f64);
-        let contact = &self.lumped;
-        let model = contact.model();
-        let at = |index: usize| {
-            let v = self.velocity.value(self.time(index, stride));
-            let affine = model.affine(Sliding::from(v), T::zero());
-            // z_ss = r v/λ, without a division by zero.
-            (v, affine, model.stationary(v))
-        };
-        let breakaway = self.breakaway / (model.storage_stiffness() * contact.normal_force());
-        let (mut v, affine, mut steady) = at(0);
-        let mut rate = affine.relaxation;
-        let springs = model.storage_stiffness();
-        let mut entries = Vec::with_capacity(strides);
-        let mut error = (self.initial(model) - steady).abs();
-        let mut errors = Vec::with_capacity(strides);
-        let mut relaxation = T::zero();
-        let (mut relaxations, mut fastest_rate) = (Vec::with_capacity(strides), rate);
-        let (mut slowest, mut fastest) = (v.abs(), v.abs());
-        let (mut lag, mut reversals, mut stuck) = (T::zero(), 0, 0_usize);
-        // The way slid in the direction of now, and the longest.
-        let (mut way, mut longest) = (T::zero(), T::zero());
-        let mut direction = v;
-        for index in 1..=strides {
-            let (next_v, affine, next_steady) = at(index);
-            let (next_rate, stiffness) = (affine.relaxation, affine.stiffness);
-            let lowest_force = if self.is_lumped {
-                contact.normal_force() * affine.coefficient(next_v, next_steady)
-            } else {
-                self.contact.stationary_force(next_v)
-            };
-            // A velocity that is zero but for roundings has either sign, sooner or later.
-            let nearly = next_v.abs() <= self.fastest * lit(1e-9);
-            let speeds = (v.abs(), next_v.abs());
-            let (slow, fast) = if speeds.0 < speeds.1 { speeds } else { (speeds.1, speeds.0) };
-            let turned = !(v * next_v > T::zero());
-            let uneven = turned || slow < fast * lit(0.5);
-            let relaxes = crate::bounds::larger(rate, next_rate) * step > lit(0.3);
-            let varies = (next_steady - steady).abs() > breakaway * lit(0.05);
-            let steep = uneven && relaxes && varies;
-            // Answers between the instants looked at, just after a reversal or the start.
-            let unseen = stride > 1 && (turned || index == 1);
-            let spread = if nearly || unseen { self.scale + lowest_force.abs() } else { T::zero() };
-            entries.push(Cached {
-                by_memory: to_f64(stiffness / springs),
-                without: to_f64(contact.normal_force() * affine.damping * next_v),
-                lowest: to_f64(lowest_force),
-                spread: to_f64(spread),
-                steep,
-            });
-            // Between two velocities of one sign the rate is taken to lie between theirs, and z_ss to
-            // vary by no more than from one to the other.
-            let turns = !(v * next_v > T::zero());
-            let lowest = if turns { T::zero() } else { crate::bounds::smaller(rate, next_rate) };
-            let change = (next_steady - steady).abs();
-            error = error * (-lowest * step).exp() + change;
-            errors.push(to_f64(stiffness * error * contact.normal_force() + spread));
-            relaxation += (rate + next_rate) * lit(0.5) * step;
-            relaxations.push(to_f64(relaxation));
-            fastest_rate = crate::bounds::larger(fastest_rate, next_rate);
-            lag = crate::bounds::larger(lag, change / (step * next_rate * breakaway));
-            slowest = crate::bounds::smaller(slowest, next_v.abs());
-            fastest = crate::bounds::larger(fastest, next_v.abs());
-            if direction * next_v < T::zero() {
-                reversals += 1;
-                way = T::zero();
-                slowest = T::zero();
-            }
-            if !is_zero(next_v) {
-                direction = next_v;
-            }
-            way += next_v.abs() * step;
-            longest = crate::bounds::larger(longest, way);
-            if way < breakaway {
-                stuck += 1;
-            }
-            (v, rate, steady) = (next_v, next_rate, next_steady);
-        }
-        let periods = match self.instants.period {
-            Some(period) => (strides * stride) as f64 / period as f64,
-            None => 1.0,
-        };
-        let evidence = Evidence {
-            slowest: to_f64(slowest),
-            fastest: to_f64(fastest),
-            reversals,
-            lag: to_f64(lag),
-            presliding: to_f64(breakaway / longest),
-            stuck_share: stuck as f64 / strides as f64,
-            relaxation: to_f64(relaxation) / periods,
-        };
-        Ok(Bound {
-            errors: self.is_lumped.then_some(errors),
-            relaxation: relaxations,
-            fastest_rate: to_f64(fastest_rate),
-            evidence,
-            cache: Cache { stride, entries },
-            evaluations: strides as f64 + 1.0,
-        })
+    fn stopped(&self, failure: &Failure<T, 1>) -> FidelityError {
+        let rung = Rung::FrBd;
+        FidelityError::Stopped { rung, time: to_f64(failure.time), reason: failure.reason }
     }
+}
 
-    fn run(
-        &self,
-        plan: &Candidate,
-        pace: Pace,
-        strides: usize,
-        cache: &Cache,
-    ) -> Result<Run, FidelityError> {
-        if plan.rung == Rung::StaticCurve && pace.stride == cache.stride {
-            let output = |cached: &Cached| Output {
-                value: cached.lowest,
-                memory: 0.0,
-                spread: cached.spread,
-            };
-            return Ok(Run {
-                outputs: cache.entries.iter().map(output).collect(),
-                evaluations: 0.0,
-            });
-        }
-        let evaluations = strides as f64 * plan.evaluations(pace.substeps);
-        let outputs = match (plan.rung, plan.integrator) {
-            (Rung::StaticCurve, _) => (1..=strides)
-                .map(|index| {
-                    let v = self.velocity.value(self.time(index, pace.stride));
-                    let value = to_f64(self.contact.stationary_force(v));
-                    Output { value, memory: 0.0, spread: 0.0 }
-                })
-                .collect(),
-            (Rung::Dahl, _) => self.hold(&self.dahl, pace, strides),
-            (Rung::FrBd, Integrator::Collocation) => {
-                return self.collocate(pace, strides, cache);
-            }
-            (Rung::FrBd, _) => return Ok(self.hold_lumped(pace, strides, cache)),
-            _ => self.hold(&self.contact, pace, strides),
-        };
-        Ok(Run { outputs, evaluations })
+/// At least 8.
+fn count(name: &'static str, value: usize) -> Result<(), ParameterError> {
+    if value >= 8 {
+        return Ok(());
     }
-
-    fn trace(
-        &self,
-        stride: usize,
-        strides: usize,
-        norm: Norm,
-        accuracy: f64,
-        budget: f64,
-        cache: &Cache,
-    ) -> Result<Trace, FidelityError> {
-        if !self.is_lumped {
-            let steep = cache.entries.iter().any(|cached| cached.steep);
-            return self.trace_by_halving((stride, strides), norm, accuracy, budget, steep);
-        }
-        // With three nodes a step, and held: of orders five and two, and both end at the answers.
-        let whole = Stretch { from: 0, to: strides, stride };
-        let start = self.initial(self.lumped.model());
-        let (mut fine, mut evaluations) = self.deflections::<3>(whole, 1, start)?;
-        let held = self.hold_lumped(Pace { stride, substeps: 1 }, strides, cache);
-        evaluations += held.evaluations;
-        let springs = self.lumped.model().storage_stiffness() * self.lumped.normal_force();
-        let off = |a: T, b: T| to_f64((a - b).abs() * springs);
-        let mut known = Vec::new();
-        let coarse = held.outputs.iter().map(|output| output.memory);
-        let mut pairs: Vec<f64> =
-            fine.iter().zip(coarse).map(|(a, b)| (to_f64(*a * springs) - b).abs()).collect();
-        let enough = LOOSER * accuracy;
-        // Two runs that both step over what happens agree on nothing.
-        for (pair, cached) in pairs.iter_mut().zip(&cache.entries) {
-            if cached.steep {
-                *pair = f64::INFINITY;
-            }
-        }
-        let outputs = |deflections: &[T], evaluations: &mut f64| -> Vec<Output> {
-            let known = deflections.iter().enumerate().map(|(index, z)| {
-                let (output, extra) = self.known(cache, (index + 1) * stride, *z);
-                *evaluations += extra;
-                output
-            });
-            known.collect()
-        };
-        known.push((Integrator::Hold, 1, held.outputs));
-        known.push((Integrator::Collocation, 1, outputs(&fine, &mut evaluations)));
-        // Where they differ, two nodes a step (far better than held ones in fast sliding), and then shorter steps
-        // until they no longer make a difference.
-        let mut substeps = 1;
-        let mut nodes = 2;
-        loop {
-            let stretches = stretches(&pairs, enough, stride);
-            let steps: usize = stretches.iter().map(|s| (s.to - s.from) * substeps).sum();
-            let price = (nodes * steps + 12 * stretches.len()) as f64;
-            if stretches.is_empty() || substeps > 4096 || evaluations + price > budget {
-                break;
-            }
-            for stretch in &stretches {
-                let start = match stretch.from.checked_sub(1).and_then(|last| fine.get(last)) {
-                    Some(z) => *z,
-                    None => start,
-                };
-                let (other, more) = if nodes == 2 {
-                    self.deflections::<2>(*stretch, substeps, start)?
-                } else {
-                    self.deflections::<3>(*stretch, substeps, start)?
-                };
-                evaluations += more;
-                let places = fine.iter_mut().zip(&mut pairs).skip(stretch.from);
-                for ((z, pair), other) in places.zip(other) {
-                    if nodes == 3 || pair.is_finite() {
-                        *pair = off(*z, other);
-                    }
-                    if nodes == 3 {
-                        *z = other;
-                    }
-                }
-            }
-            if nodes == 3 {
-                let outputs = outputs(&fine, &mut evaluations);
-                known.push((Integrator::Collocation, substeps, outputs));
-            }
-            nodes = 3;
-            substeps *= 8;
-        }
-        let worst = pairs.iter().fold(0.0, |most: f64, e| if *e <= most { most } else { *e });
-        let uncertainty = worst / LOOSER;
-        let run = Run { outputs: outputs(&fine, &mut evaluations), evaluations };
-        let known = Known { runs: known };
-        Ok(Trace { run, uncertainty, known: Some(known) })
-    }
+    Err(ParameterError {
+        name,
+        component: None,
+        value: value as f64,
+        rule: Rule::Count { least: 8 },
+    })
 }
 
 /// A part of the pilot's grid: from after so many strides until after so many.
 #[derive(Debug, Clone, Copy)]
-struct Stretch {
-    from: usize,
-    to: usize,
-    stride: usize,
-}
-
-/// The parts of a pilot's grid in which two runs differ by more than is allowed.
-fn stretches(pairs: &[f64], enough: f64, stride: usize) -> Vec<Stretch> {
-    let mut stretches: Vec<Stretch> = Vec::new();
-    for (index, pair) in pairs.iter().enumerate() {
-        if *pair <= enough {
-            continue;
-        }
-        match stretches.last_mut() {
-            Some(last) if last.to == index => last.to = index + 1,
-            _ => stretches.push(Stretch { from: index, to: index + 1, stride }),
-        }
-    }
-    stretches
+pub(super) struct Stretch {
+    pub(super) from: usize,
+    pub(super) to: usize,
+    pub(super) stride: usize,
 }
 
 /// How much less accurate a reference of second order may be than one of high order, where accuracy is cheap.
 const LOOSEST: f64 = 5.0;
 
-/// A run of one order is at least so many times as good as its difference from one of lower order.
-const LOOSER: f64 = 8.0;
-
 impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     /// The reference with half the step until it no longer changes.
-    fn trace_by_halving(
+    pub(super) fn trace_by_halving(
         &self,
         (stride, strides): (usize, usize),
         norm: Norm,

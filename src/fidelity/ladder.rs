@@ -13,18 +13,22 @@ const PILOT_SHARE: f64 = 0.05;
 /// What a measured error must stay below, as a share of the tolerance: the pilot sees some instants, not
 /// all, and its reference has an error of its own, which is added.
 const MARGIN: f64 = 0.85;
+/// The same where every answer of the scene was looked at: the error of the reference is added already.
+const SEEN_MARGIN: f64 = 0.97;
 /// The same for an error that was not seen but foreseen from longer steps.
 const FORESEEN: f64 = 0.4;
 /// A tested step that is not at least this much better than the one before is held up by the model.
 const STALLED: f64 = 0.8;
 /// Error of the reference, as a share of the tolerance.
-const ACCURACY: f64 = 0.05;
+pub(super) const ACCURACY: f64 = 0.05;
 /// Instants of a first look at a period.
 const COARSE: usize = 24;
 /// Λ after which a disturbance is taken to be forgotten: e^−14 = 8e-7 of it are left.
 const FORGOTTEN: f64 = 14.0;
 /// Errors that may be so much larger where the pilot does not look are not measured by it.
 const MOST_HIDDEN: f64 = 3.0;
+/// Steps, in place of one, that tell whether a model does at all.
+const FINE: usize = 32;
 /// Most steps between two answers.
 const MOST_SUBSTEPS: usize = 1 << 12;
 
@@ -115,6 +119,13 @@ pub(super) struct Cached {
     pub(super) steep: bool,
 }
 
+impl Cached {
+    /// The answer of the lumped model with a memory.
+    pub(super) fn with(&self, memory: f64) -> Output {
+        Output { value: self.by_memory * memory + self.without, memory, spread: 0.0 }
+    }
+}
+
 impl Cache {
     /// The entry for an answer after so many intervals.
     pub(super) fn at(&self, intervals: usize) -> Option<&Cached> {
@@ -163,6 +174,15 @@ pub(super) trait Climb {
     fn roundings(&self) -> f64;
     /// Instants that a pilot can look at, as a share of the evaluations that it may spend.
     fn looks(&self) -> f64;
+    /// The same for a scene that forgets so fast that wider looks would miss what happens between them.
+    fn most_looks(&self) -> f64 {
+        self.looks()
+    }
+    /// What a run would take, if that is known: what the pilot has looked at already costs nothing.
+    fn price(&self, plan: &Candidate, pace: Pace) -> Option<f64> {
+        let _ = (plan, pace);
+        None
+    }
     /// Candidates from the cheapest to the dearest; the last are the reference's.
     fn candidates(&self) -> Vec<Candidate>;
     /// Bound along so many strides.
@@ -248,22 +268,25 @@ impl Errors<'_> {
                 let later = first.get(tail.len()..).unwrap_or(&[]);
                 let sum: f64 = tail.iter().chain(later).map(|e| e * e).sum();
                 let (first, last) = (mean(first), sum / first.len().max(1) as f64);
-                let worse = if first > last { first } else { last };
-                let periods = self.instants.count as f64 / period as f64;
-                root(worse * ceil(periods) / periods)
+                self.over_periods(first, last, period)
             }
             Some(period) if self.window < self.instants.count => {
                 // Any period may be the worse one; and the last may be cut short where it errs most.
                 let half = (period / stride).min(errors.len());
                 let (first, last) = errors.split_at(half);
-                let (first, last) = (mean(first), mean(last));
-                let worse = if first > last { first } else { last };
-                let periods = self.instants.count as f64 / period as f64;
-                root(worse * ceil(periods) / periods)
+                self.over_periods(mean(first), mean(last), period)
             }
             _ => root(mean(errors)),
         };
         norm * self.hidden
+    }
+
+    /// The root mean square over all periods from the mean squares of the first and of a later one. What the
+    /// later ones still change is `drift`.
+    fn over_periods(&self, first: f64, later: f64, period: usize) -> f64 {
+        let periods = self.instants.count as f64 / period as f64;
+        let first = if first > later { first } else { later };
+        root((first + (ceil(periods) - 1.0) * later) / periods)
     }
 
     /// What a difference of memories may still grow to in the periods that the pilot does not see: each
@@ -282,6 +305,18 @@ impl Errors<'_> {
         let geometric = 1.5 * kept / (1.0 - kept);
         change * if geometric < rest { geometric } else { rest }
     }
+}
+
+/// One line for each plan: what was found last.
+fn note(trials: &mut Vec<Trial>, trial: Trial) {
+    let name = |plan: &Plan| (plan.rung, plan.integrator, plan.substeps);
+    trials.retain(|other| name(&other.plan) != name(&trial.plan));
+    trials.push(trial);
+}
+
+/// By how much what decays by a relaxation may have been larger before.
+fn hides(relaxation: f64) -> f64 {
+    super::exp(if relaxation < 40.0 { relaxation } else { 40.0 })
 }
 
 /// By what share the lumped model and one of a constant coefficient and no damping may differ: in the coefficient
@@ -343,8 +378,7 @@ pub(super) fn choose<S: Climb>(
     }
     let chain = strides(&instants, window);
     let fits = |stride: &&usize| (window / **stride) as f64 <= looks * budget;
-    let stride = chain.iter().rev().find(fits).copied().unwrap_or(1);
-    let count = window / stride;
+    let mut stride = chain.iter().rev().find(fits).copied().unwrap_or(1);
     let mut trials = Vec::new();
     let seconds = instants.interval;
     let plan = |candidate: &Candidate, pace: Pace| Plan {
@@ -362,8 +396,19 @@ pub(super) fn choose<S: Climb>(
     }
 
     // What costs nothing but the curve at some instants: a bound.
-    let bound = scene.bound(stride, count)?;
+    let mut bound = scene.bound(stride, window / stride)?;
     spent += bound.evaluations;
+    let between = |rate: f64, stride: usize| rate * instants.interval * (stride - 1) as f64;
+    while hides(between(bound.fastest_rate, stride)) > MOST_HIDDEN {
+        let finer = chain.iter().find(|finer| **finer < stride).copied().unwrap_or(stride);
+        if finer == stride || (window / finer) as f64 > scene.most_looks() * budget {
+            break;
+        }
+        stride = finer;
+        bound = scene.bound(stride, window / stride)?;
+        spent += bound.evaluations;
+    }
+    let count = window / stride;
     let finish =
         |plan: Plan, error: f64, verdict: Verdict, trials: Vec<Trial>, spent: f64| Choice {
             plan,
@@ -377,8 +422,8 @@ pub(super) fn choose<S: Climb>(
             pilot_budget: budget,
             seen: window as f64 / instants.count as f64,
         };
-    let between = bound.fastest_rate * instants.interval * (stride - 1) as f64;
-    let hidden = nalgebra::ComplexField::exp(if between < 40.0 { between } else { 40.0 });
+    let hidden = hides(between(bound.fastest_rate, stride));
+    let margin = if window >= instants.count && stride == 1 { SEEN_MARGIN } else { MARGIN };
     let errors = Errors {
         norm: tolerance.norm,
         instants: &instants,
@@ -400,7 +445,7 @@ pub(super) fn choose<S: Climb>(
         let error = error + drift;
         let met = error <= allowed;
         let plan = plan(lowest, one);
-        trials.push(Trial { plan, error, verdict: Verdict::Proved, met });
+        note(&mut trials, Trial { plan, error, verdict: Verdict::Proved, met });
         if met {
             return Ok(finish(plan, error, Verdict::Proved, trials, spent));
         }
@@ -417,7 +462,7 @@ pub(super) fn choose<S: Climb>(
     )?;
     spent += trace.run.evaluations;
     // Nothing can be measured with a reference that is not known any better.
-    if !(trace.uncertainty <= 0.5 * MARGIN * allowed) {
+    if !(trace.uncertainty <= 0.5 * margin * allowed) {
         return Err(FidelityError::PilotTooShort { needed: 2.0 * budget, allowed: budget });
     }
     // While the reference itself still wanders from period to period it comes to states that the pilot has not
@@ -468,8 +513,8 @@ pub(super) fn choose<S: Climb>(
             // Steps of the same length on every interval.
             let shorter = substeps.div_ceil(stride);
             let plan = plan(candidate, Pace { stride: 1, substeps: shorter });
-            let met = error <= MARGIN * allowed;
-            trials.push(Trial { plan, error, verdict: Verdict::Measured, met });
+            let met = error <= margin * allowed;
+            note(&mut trials, Trial { plan, error, verdict: Verdict::Measured, met });
             let cheaper =
                 ready.is_none_or(|(other, _): (Plan, f64)| plan.cost_rate < other.cost_rate);
             if met && cheaper {
@@ -483,7 +528,8 @@ pub(super) fn choose<S: Climb>(
         .map(|candidate| {
             let same = chain.iter().position(|s| *s == stride).unwrap_or(0);
             // Two trials tell a model that does not fit from steps that are too long.
-            let first = if candidate.top || candidate.rung.is_memoryless() {
+            let priced = scene.price(candidate, one).is_some();
+            let first = if candidate.top || candidate.rung.is_memoryless() || priced {
                 same
             } else {
                 same.saturating_sub(1)
@@ -496,6 +542,7 @@ pub(super) fn choose<S: Climb>(
                         == (candidate.rung, candidate.integrator, 1)
             });
             let mut way = Way {
+                doubtful: priced && !candidate.top && !candidate.rung.is_memoryless(),
                 candidate: *candidate,
                 place: first,
                 pace: pace_at(&chain, first),
@@ -504,7 +551,7 @@ pub(super) fn choose<S: Climb>(
             if let Some(trial) = known {
                 // It was tried at this stride.
                 way.last = Some((way.pace, trial.error));
-                way = next_way(way, &chain, allowed);
+                way = next_way(way, &chain, margin * allowed);
             }
             way
         })
@@ -538,7 +585,9 @@ pub(super) fn choose<S: Climb>(
         let steps = way.candidate.step_evaluations * way.pace.substeps as f64;
         // Collocation splits steps at reversals.
         let splits = 8.0 * bound.evidence.reversals as f64 * steps.min(1.0);
-        let expected = strides as f64 * (steps + answer) + splits;
+        let expected = scene
+            .price(&way.candidate, way.pace)
+            .unwrap_or(strides as f64 * (steps + answer) + splits);
         if way.pace.substeps > MOST_SUBSTEPS {
             ways.remove(index);
             continue;
@@ -577,14 +626,35 @@ pub(super) fn choose<S: Climb>(
             ways.remove(index);
             continue;
         }
+        if way.doubtful {
+            let fine = Pace { substeps: FINE * way.pace.substeps, ..way.pace };
+            let run = scene.run(&way.candidate, fine, strides, &bound.cache)?;
+            spent += run.evaluations;
+            let error = measure(&run, fine, false) + trace.uncertainty;
+            let own = Pace { stride: 1, substeps: (fine.substeps / fine.stride).max(1) };
+            let plan = plan(&way.candidate, own);
+            let met = error <= margin * allowed;
+            note(&mut trials, Trial { plan, error, verdict: Verdict::Measured, met });
+            if met {
+                if let Some(entry) = ways.get_mut(index) {
+                    entry.doubtful = false;
+                }
+            } else {
+                if best.is_none_or(|(_, least)| error < least) {
+                    best = Some((plan, error));
+                }
+                ways.remove(index);
+            }
+            continue;
+        }
         let run = scene.run(&way.candidate, way.pace, strides, &bound.cache)?;
         spent += run.evaluations;
         let error = measure(&run, way.pace, way.candidate.top) + trace.uncertainty;
         let plan = plan(&way.candidate, way.pace);
-        let met = error <= MARGIN * allowed;
+        let met = error <= margin * allowed;
         // A coarse look tells what fails, not what will do: errors may hide between its instants.
         let met = met && way.pace.stride <= stride;
-        trials.push(Trial { plan, error, verdict: Verdict::Measured, met });
+        note(&mut trials, Trial { plan, error, verdict: Verdict::Measured, met });
         if met {
             return Ok(finish(plan, error, Verdict::Measured, trials, spent));
         }
@@ -592,19 +662,21 @@ pub(super) fn choose<S: Climb>(
             best = Some((plan, error));
         }
         let stalled = match way.last {
-            Some((_, before)) => error > MARGIN * allowed && !(error <= STALLED * before),
+            Some((_, before)) => error > margin * allowed && !(error <= STALLED * before),
             None => false,
         };
-        // The reference is only ever held up by roundings.
+        // The reference is only ever held up by roundings, or by what a coarse step skips: where a look is
+        // only taken where it matters, going on is cheap.
+        let cheap = scene.price(&way.candidate, way.pace).is_some();
         let hopeless = way.candidate.rung.is_memoryless()
-            || (stalled && (!way.candidate.top || way.pace.substeps > 1));
+            || (stalled && !cheap && (!way.candidate.top || way.pace.substeps > 1));
         if hopeless {
             ways.remove(index);
             continue;
         }
         way.last = Some((way.pace, error));
         if let Some(entry) = ways.get_mut(index) {
-            *entry = next_way(way, &chain, allowed);
+            *entry = next_way(way, &chain, margin * allowed);
         }
     }
     if let Some((plan, error)) = ready {
@@ -612,7 +684,7 @@ pub(super) fn choose<S: Climb>(
     }
     if let Some((plan, error)) = guess {
         let verdict = Verdict::Extrapolated;
-        trials.push(Trial { plan, error, verdict, met: true });
+        note(&mut trials, Trial { plan, error, verdict, met: true });
         return Ok(finish(plan, error, verdict, trials, spent));
     }
     if cut {
@@ -626,6 +698,8 @@ pub(super) fn choose<S: Climb>(
 /// A candidate with the step to try next, and what the last one gave.
 #[derive(Debug, Clone, Copy)]
 struct Way {
+    /// Whether it is not known yet that the model does, with steps however short.
+    doubtful: bool,
     candidate: Candidate,
     place: usize,
     pace: Pace,
@@ -644,7 +718,7 @@ fn pace_at(chain: &[usize], place: usize) -> Pace {
 }
 
 /// The step to try after one that missed: past those that would miss even if the error fell as fast as it can.
-fn next_way(way: Way, chain: &[usize], allowed: f64) -> Way {
+fn next_way(way: Way, chain: &[usize], enough: f64) -> Way {
     let step = |pace: Pace| pace.stride as f64 / pace.substeps as f64;
     let mut place = way.place + 1;
     let mut pace = pace_at(chain, place);
@@ -654,7 +728,7 @@ fn next_way(way: Way, chain: &[usize], allowed: f64) -> Way {
             error * nalgebra::ComplexField::powf(ratio, way.candidate.order)
         };
         while last.stride == 1
-            && falls(pace) > MARGIN * allowed
+            && falls(pace) > enough
             && step(last) < 8.0 * step(pace)
             && pace.substeps < MOST_SUBSTEPS
         {

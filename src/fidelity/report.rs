@@ -1,5 +1,7 @@
 //! What the ladder answers.
 
+use alloc::format;
+use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt;
 
@@ -162,9 +164,9 @@ pub struct Choice {
     pub tolerance: Tolerance,
     /// The same \[N\].
     pub allowed: f64,
-    /// Everything that was looked at on the way, in this order.
+    /// Every plan that was looked at on the way, in this order, with what was found of it last.
     pub trials: Vec<Trial>,
-    /// Weighted right-hand sides that the pilot has cost.
+    /// What the pilot has cost: looks at the friction model, of which none is made twice; a step of Dahl's counts 0.7.
     pub pilot_evaluations: f64,
     /// Those that it might have cost.
     pub pilot_budget: f64,
@@ -172,58 +174,99 @@ pub struct Choice {
     pub seen: f64,
 }
 
-/// A force or an error, to three digits.
+/// A number to three digits, in powers of ten only where it is very small or large.
 struct Three(f64);
 
 impl fmt::Display for Three {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0.is_finite() { write!(f, "{:9.2e}", self.0) } else { write!(f, "{:>9}", "–") }
+        let size = nalgebra::ComplexField::abs(self.0);
+        if !size.is_finite() {
+            return f.pad("–");
+        }
+        if size > 0.0 && !(1e-3..1e5).contains(&size) {
+            return f.pad(&format!("{:.2e}", self.0));
+        }
+        let (mut decimals, mut above) = (2, 10.0);
+        while decimals > 0 && size >= above {
+            (decimals, above) = (decimals - 1, 10.0 * above);
+        }
+        let mut below = 1.0;
+        while size > 0.0 && size < below {
+            (decimals, below) = (decimals + 1, 0.1 * below);
+        }
+        f.pad(&format!("{:.decimals$}", self.0))
     }
 }
 
 impl fmt::Display for Choice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (percent, allowed) = (100.0 * self.tolerance.share, Three(self.allowed));
         let sense = match self.tolerance.norm {
             Norm::Greatest => "at every answer",
             Norm::RootMeanSquare => "root mean square",
         };
-        let percent = 100.0 * self.tolerance.share;
-        writeln!(
-            f,
-            "force within {percent} % of the largest steady one, {:.3e} N, {sense}",
-            self.allowed
-        )?;
+        writeln!(f, "friction force within {percent} % of its scale: {allowed} N, {sense}")?;
         let Evidence { slowest, fastest, reversals, lag, presliding, stuck_share, .. } =
             self.evidence;
+        let reversals = match reversals {
+            0 => String::from("no reversal"),
+            1 => String::from("1 reversal"),
+            many => format!("{many} reversals"),
+        };
         writeln!(
             f,
-            "speeds {slowest:.2e} to {fastest:.2e} m/s, {reversals} reversals, lag {lag:.2e}, pre-sliding {presliding:.2e}, stuck {:.0} %",
+            "{} to {} m/s, {reversals}, lag {}, pre-sliding {}, stuck {:.0} % of the time",
+            Three(slowest),
+            Three(fastest),
+            Three(lag),
+            Three(presliding),
             100.0 * stuck_share
         )?;
+        writeln!(f)?;
         writeln!(
             f,
-            "{:18} {:12} {:>10} {:>12} {:>10}  {:13} tolerance",
-            "rung", "integrator", "step / s", "cost / (1/s)", "error / N", "evidence"
+            "{:18} {:12} {:>9} {:>13} {:>10} {:>11}  {:12}",
+            "model",
+            "integrator",
+            "step / s",
+            "cost / (1/s)",
+            "error / N",
+            "of allowed",
+            "evidence"
         )?;
-        for Trial { plan, error, verdict, met } in &self.trials {
+        let mut trials: Vec<&Trial> = self.trials.iter().collect();
+        trials.sort_by(|a, b| a.plan.cost_rate.total_cmp(&b.plan.cost_rate));
+        for Trial { plan, error, verdict, met } in trials {
+            let memoryless = plan.rung.is_memoryless();
+            let step = Three(if memoryless { f64::NAN } else { plan.step });
+            let part = format!("{} %", Three(100.0 * error / self.allowed));
             writeln!(
                 f,
-                "{:18} {:12} {:10.2e} {:12.3e} {:>10}  {:13} {}",
+                "{:18} {:12} {:>9} {:>13} {:>10} {:>11}  {:12} {}",
                 plan.rung,
                 plan.integrator,
-                plan.step,
-                plan.cost_rate,
+                step,
+                Three(plan.cost_rate),
                 Three(*error),
+                part,
                 verdict,
-                if *met { "met" } else { "missed" }
+                if *met { "enough" } else { "no" }
             )?;
         }
-        let (spent, budget, seen) = (self.pilot_evaluations, self.pilot_budget, 100.0 * self.seen);
-        write!(
-            f,
-            "take: {}, {}, step {:.2e} s; the pilot cost {spent:.0} of {budget:.0} and saw {seen:.3} % of the scene",
-            self.plan.rung, self.plan.integrator, self.plan.step
-        )
+        let Plan { rung, integrator, step, .. } = self.plan;
+        writeln!(f)?;
+        if rung.is_memoryless() {
+            writeln!(f, "take: {rung}")?;
+        } else {
+            writeln!(f, "take: {rung}, {integrator}, a step each {} s", Three(step))?;
+        }
+        let (spent, budget) = (self.pilot_evaluations, self.pilot_budget);
+        write!(f, "the pilot took {spent:.0} of {budget:.0} evaluations, ")?;
+        if self.seen < 1.0 {
+            write!(f, "over {} % of the scene", Three(100.0 * self.seen))
+        } else {
+            write!(f, "over all of the scene")
+        }
     }
 }
 
