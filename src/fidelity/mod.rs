@@ -53,8 +53,11 @@
 
 mod history;
 mod ladder;
+mod look;
 mod reducible;
 mod report;
+mod rolling;
+mod walk;
 mod weight;
 
 pub use history::{History, HistoryParameters, Start};
@@ -62,3 +65,4 @@ pub use reducible::Reducible;
 pub use report::{
     Choice, Evidence, FidelityError, Integrator, Norm, Plan, Rung, Tolerance, Trial, Verdict,
 };
+pub use rolling::{RollingHistory, RollingHistoryParameters};

@@ -17,11 +17,17 @@ pub enum Rung {
     FrBd,
     /// The model of the scene itself.
     Reference,
+    /// A contact patch in steady rolling at the motion of the instant: no memory.
+    SlipCurve,
+    /// A force that follows that one over a relaxation length.
+    RelaxationLength,
+    /// The contact patch itself.
+    Patch,
 }
 
 impl Rung {
     pub(super) fn is_memoryless(self) -> bool {
-        self == Rung::StaticCurve
+        matches!(self, Rung::StaticCurve | Rung::SlipCurve)
     }
 }
 
@@ -32,6 +38,9 @@ impl fmt::Display for Rung {
             Rung::Dahl => "Dahl",
             Rung::FrBd => "FrBD",
             Rung::Reference => "reference",
+            Rung::SlipCurve => "slip curve",
+            Rung::RelaxationLength => "relaxation length",
+            Rung::Patch => "patch",
         })
     }
 }
@@ -46,6 +55,16 @@ pub enum Integrator {
     Hold,
     /// Exponential collocation with three nodes a step ([`exponential`](crate::exponential)).
     Collocation,
+    /// A first-order lag, exact for a target that runs straight over a step.
+    Ramp,
+    /// The exact reduction of a patch with the motion at two Gauss points of each step, of fourth order
+    /// ([`ExactPatch::follow`](crate::rolling::ExactPatch::follow)).
+    Gauss,
+    /// A patch on a [`Grid`](crate::rolling::Grid) of so many cells, with the motion in the middle of the step.
+    Grid {
+        /// Number of cells.
+        cells: usize,
+    },
 }
 
 impl fmt::Display for Integrator {
@@ -54,6 +73,9 @@ impl fmt::Display for Integrator {
             Integrator::Evaluation => "evaluation",
             Integrator::Hold => "exact hold",
             Integrator::Collocation => "collocation",
+            Integrator::Ramp => "exact ramp",
+            Integrator::Gauss => "Gauss points",
+            Integrator::Grid { cells } => return f.pad(&alloc::format!("grid of {cells}")),
         })
     }
 }
@@ -145,6 +167,8 @@ pub struct Evidence {
     pub stuck_share: f64,
     /// Relaxation Λ = ∫λ dt \[–\] in a period, or in all: e^−Λ of a disturbance is left.
     pub relaxation: f64,
+    /// Transits of a contact patch \[–\] in a period, or in all.
+    pub transits: Option<f64>,
 }
 
 /// The cheapest plan that meets a tolerance, and the evidence.
