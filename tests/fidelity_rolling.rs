@@ -7,9 +7,7 @@
 use bristle::fidelity::*;
 use bristle::rolling::*;
 use bristle::signal::{Constant, Polyline, Signal, Sine, SineParameters, Vertex};
-use bristle::{
-    FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters, paper,
-};
+use bristle::{FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters, paper};
 
 type Model = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
 
@@ -79,11 +77,8 @@ fn truth<P: Pressure<f64>, S: Signal<f64>, W: Signal<f64>>(
         // Three points: z is taken to be straight, p as it is.
         let to = to.min(1.0);
         let mid = 0.5 * (from + to);
-        let (p, q, r) = (
-            patch.pressure().at(from.min(1.0)),
-            patch.pressure().at(mid),
-            patch.pressure().at(to),
-        );
+        let (p, q, r) =
+            (patch.pressure().at(from.min(1.0)), patch.pressure().at(mid), patch.pressure().at(to));
         sum += (to - from) / 6.0 * (p * z_from + 2.0 * q * (z_from + z_to) + r * z_to);
     };
     while place < 1.0 && now > 0.0 {
@@ -266,12 +261,9 @@ fn draw(dice: &mut Draw, most_periods: f64) -> (f64, f64, f64, f64, Drawn) {
         answers: (periods * period as f64) as usize,
         period: (periods > 2.0).then_some(period),
         start: dice.one_of(&[Start::Undeflected, Start::Steady]),
-        tolerance: Tolerance {
-            norm: dice.one_of(&[Norm::Greatest, Norm::RootMeanSquare]),
-            share,
-        },
-        // A period of the motion is followed in a hundred steps at least.
-        finesse: (100.0 * frequency / (0.7 * transport)).max(800.0),
+        tolerance: Tolerance { norm: dice.one_of(&[Norm::Greatest, Norm::RootMeanSquare]), share },
+        // A period of the motion is followed in two hundred steps at least.
+        finesse: (200.0 * frequency / (0.7 * transport)).max(1000.0),
     };
     (mean, amplitude, frequency, transport, drawn)
 }
@@ -306,7 +298,9 @@ pub fn polylines(seed: u64, scenes: usize) -> Vec<Outcome> {
     for index in 0..scenes {
         let (_, amplitude, frequency, transport, drawn) = draw(&mut dice, 2.0);
         let answers = 120 + (dice.next() * 200.0) as usize;
-        let drawn = Drawn { answers, period: None, finesse: 2.0 * drawn.finesse, ..drawn };
+        // Kinks cost the truth its order: the square of a step times the change of slope.
+        let finesse = drawn.finesse.max(1000.0 * frequency / (0.7 * transport));
+        let drawn = Drawn { answers, period: None, finesse, ..drawn };
         let end = drawn.interval * answers as f64;
         let mut line = |least: f64, most: f64| {
             let mut time = 0.0;
@@ -343,4 +337,138 @@ pub fn verdict(outcomes: &[Outcome]) {
     println!("{all} scenes, {} wrong, {} dear, {refused} refused", wrong.len(), dear.len());
     assert!(wrong.is_empty(), "{wrong:#?}");
     assert!((dear.len() + refused) * 10 <= all, "{dear:#?}");
+}
+
+#[test]
+#[ignore = "a study, for a release build: SEED chooses the scenes"]
+fn three_hundred_scenes_drawn_by_chance() {
+    let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(2611);
+    let mut outcomes = sines(seed, 192, 60.0);
+    outcomes.extend(polylines(seed, 128));
+    verdict(&outcomes);
+}
+
+#[test]
+fn a_dozen_scenes_drawn_by_chance_are_answered_within_tolerance() {
+    // The seed was chosen after the last change of a threshold. What they cost is
+    // judged over more scenes.
+    let mut outcomes = sines(2611, 8, 2.0);
+    outcomes.extend(polylines(2611, 4));
+    for outcome in outcomes {
+        assert!(outcome.met, "{}", outcome.line);
+    }
+}
+
+/// A tyre of Table 1 under a parabola, rolling at 16 m/s.
+fn tyre(
+    mean: f64,
+    amplitude: f64,
+    frequency: f64,
+) -> RollingHistory<f64, Model, PolynomialExponential<f64, 3>, Sine<f64>, Constant<f64>> {
+    let slip = SineParameters { mean, amplitude, frequency, phase: 0.0 };
+    RollingHistory::new(RollingHistoryParameters {
+        patch: patch(0, PolynomialExponential::parabolic()),
+        motion: MotionOverTime {
+            slip_velocity: Sine::new(slip).unwrap(),
+            transport_velocity: Constant::new(160.0).unwrap(),
+        },
+        interval: 0.01 / frequency,
+        answers: 1000,
+        period: Some(100),
+        start: Start::Steady,
+    })
+    .unwrap()
+}
+
+#[test]
+fn each_kind_of_motion_gets_the_rung_that_its_physics_asks_for() {
+    let rung = |frequency, share| {
+        let tolerance = Tolerance { norm: Norm::Greatest, share };
+        let choice = tyre(0.2, 0.2, frequency).choose(tolerance).unwrap();
+        (choice.plan.rung, choice.verdict)
+    };
+    // A thousand transits in a period, thirty, a half.
+    assert_eq!(rung(0.16, 0.05), (Rung::SlipCurve, Verdict::Proved));
+    assert_eq!(rung(5.0, 0.03).0, Rung::RelaxationLength);
+    assert_eq!(rung(320.0, 0.01).0, Rung::Patch);
+}
+
+#[test]
+fn the_relaxation_length_in_adhesion_is_that_of_the_pressure() {
+    // ∫pξ²/(2∫pξ) of a parabola: (1/4 − 1/5)/(2 (1/3 − 1/4)) = 0.3 of the length.
+    let length = tyre(0.0, 1e-6, 1.0).relaxation_length();
+    assert!((length / paper::TYRE_LENGTH - 0.3).abs() < 1e-4, "{length}");
+}
+
+#[test]
+fn the_slip_curve_and_the_relaxation_length_are_exact_where_nothing_changes() {
+    let scene = tyre(0.3, 0.0, 10.0);
+    let steady = patch(0, PolynomialExponential::parabolic())
+        .steady(Motion { slip_velocity: 0.3, transport_velocity: 160.0 })
+        .unwrap()
+        .force;
+    for plan in scene.plans() {
+        for force in scene.forces(plan).unwrap() {
+            assert!((force / steady - 1.0).abs() < 1e-12, "{plan:?}: {force}");
+        }
+    }
+    let choice = scene.choose(Tolerance { norm: Norm::Greatest, share: 1e-9 }).unwrap();
+    assert_eq!((choice.plan.rung, choice.verdict), (Rung::SlipCurve, Verdict::Proved));
+}
+
+#[test]
+fn a_bound_holds_and_shrinks_with_the_frequency() {
+    let wide = Tolerance { norm: Norm::Greatest, share: 10.0 };
+    let mut last = f64::INFINITY;
+    for frequency in [100.0, 10.0, 1.0, 0.1] {
+        let scene = tyre(0.3, 0.25, frequency);
+        let choice = scene.choose(wide).unwrap();
+        assert_eq!(choice.verdict, Verdict::Proved);
+        let finest = scene.with_substeps(*scene.plans().last().unwrap(), 16);
+        let truth = scene.forces(finest).unwrap();
+        let error = norm(Norm::Greatest, &scene.forces(choice.plan).unwrap(), &truth);
+        assert!(error <= choice.error, "{frequency} Hz: {error:e} above {:e}", choice.error);
+        assert!(choice.error < last);
+        last = choice.error;
+    }
+}
+
+#[test]
+fn senseless_patches_and_motions_are_refused_by_name() {
+    let parabola = patch(0, PolynomialExponential::parabolic());
+    let refused = |slip: f64, transport: [f64; 2], interval, answers| {
+        let value = |time, value| Vertex { time, value };
+        let motion = MotionOverTime {
+            slip_velocity: bristle::signal::Function::new(move |_: f64| (slip, 0.0), []),
+            transport_velocity: Polyline::new([value(0.0, transport[0]), value(1.0, transport[1])])
+                .unwrap(),
+        };
+        let tolerance = Tolerance { norm: Norm::Greatest, share: 0.01 };
+        let period = None;
+        let start = Start::Steady;
+        let drawn = Drawn { interval, answers, period, start, tolerance, finesse: 1.0 };
+        RollingHistory::new(parameters(parabola, &motion, &drawn)).unwrap_err().name
+    };
+    assert_eq!(refused(f64::NAN, [100.0; 2], 0.1, 10), "slip_velocity");
+    assert_eq!(refused(f64::INFINITY, [100.0; 2], 0.1, 10), "slip_velocity");
+    assert_eq!(refused(1.0, [100.0, -1.0], 0.1, 10), "transport_velocity");
+    assert_eq!(refused(1.0, [100.0; 2], f64::NAN, 10), "interval");
+    assert_eq!(refused(1.0, [100.0; 2], 0.1, 7), "answers");
+    for share in [0.0, -1.0, f64::NAN] {
+        let answer = tyre(0.3, 0.2, 1.0).choose(Tolerance { norm: Norm::Greatest, share });
+        assert!(matches!(answer, Err(FidelityError::Parameter(e)) if e.name == "share"));
+    }
+}
+
+#[test]
+fn a_tolerance_that_nothing_meets_is_named_and_a_starved_pilot_says_what_it_needs() {
+    let impossible = Tolerance { norm: Norm::Greatest, share: 1e-15 };
+    let answer = tyre(0.1, 0.3, 100.0).choose(impossible);
+    assert!(matches!(answer, Err(FidelityError::OutOfReach { .. })), "{answer:?}");
+    let fine = Tolerance { norm: Norm::Greatest, share: 1e-3 };
+    let starved = tyre(0.1, 0.3, 100.0).choose_within(fine, 50.0);
+    assert!(
+        matches!(starved, Err(FidelityError::PilotTooShort { allowed: 50.0, .. })),
+        "{starved:?}"
+    );
 }

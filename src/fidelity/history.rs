@@ -103,7 +103,8 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
             count("period", period)?;
         }
         let normal_force = parameter::positive("normal_force", contact.normal_force())?;
-        let instants = Instants { interval: to_f64(interval), count: answers, period, settled: None };
+        let instants =
+            Instants { interval: to_f64(interval), count: answers, period, settled: None };
         // At which frequency the velocity moves: its root-mean-square rate over that of itself.
         let window = instants.window();
         let (mut rates, mut squares, mut fastest) = (T::zero(), T::zero(), T::zero());

@@ -247,14 +247,16 @@ impl Errors<'_> {
             sum / part.len().max(1) as f64
         };
         let norm = match self.instants.period {
-            Some(period) if self.instants.settled.is_some() && self.window < self.instants.count => {
-                // The beginning once, and its last period again and again.
+            Some(period)
+                if self.instants.settled.is_some() && self.window < self.instants.count =>
+            {
+                // The beginning once, and its last period again and again: the last time in part, where it errs most.
                 let beginning = errors.len().saturating_sub(period / stride);
                 let (first, last) = errors.split_at(beginning);
-                let (first, last) = (mean(first), mean(last));
-                let worse = if first > last { first } else { last };
-                let periods = self.instants.count as f64 / period as f64;
-                root(worse * ceil(periods) / periods)
+                let sum = |part: &[f64]| part.iter().map(|e| e * e).sum::<f64>();
+                let rest = (self.instants.count - beginning * stride) as f64 / period as f64;
+                let all = sum(first) + ceil(rest) * sum(last);
+                root(all * stride as f64 / self.instants.count as f64)
             }
             Some(period) if self.tail.is_some() => {
                 // What follows is the tail and then again the first period behind its own start.

@@ -80,8 +80,7 @@ where
         let still = is_zero(affine.relaxation);
         let decay = if still { T::zero() } else { affine.relaxation / transport };
         let stationary = if still { T::zero() } else { affine.drive * slip / affine.relaxation };
-        let gathered =
-            patch.length() * patch.load() * stationary * patch.pressure().rise(decay);
+        let gathered = patch.length() * patch.load() * stationary * patch.pressure().rise(decay);
         let force = walk::force(&affine, gathered, patch.normal_force(), slip);
         Ok(Look { slip, transport, affine, stationary, decay, force })
     }

@@ -95,7 +95,8 @@ pub struct Tolerance {
     /// In which sense.
     pub norm: Norm,
     /// The error allowed, as a share \[–\] of the largest steady force in the scene,
-    /// [`History::force_scale`](super::History::force_scale).
+    /// [`History::force_scale`](super::History::force_scale),
+    /// [`RollingHistory::force_scale`](super::RollingHistory::force_scale).
     pub share: f64,
 }
 
@@ -108,7 +109,8 @@ pub struct Plan {
     pub integrator: Integrator,
     /// Length of a step \[s\].
     pub step: f64,
-    /// Steps between two answers.
+    /// Steps between two answers. Of a contact patch see
+    /// [`RollingHistory::with_substeps`](super::RollingHistory::with_substeps).
     pub substeps: usize,
     /// Weighted right-hand sides per second of scene \[1/s\], see [`fidelity`](crate::fidelity).
     pub cost_rate: f64,
@@ -158,12 +160,13 @@ pub struct Evidence {
     /// Reversals of the velocity.
     pub reversals: usize,
     /// Lag \[–\]: the largest |ż_ss|/(λ z_b), how far behind the steady deflection one runs. Far below one the
-    /// bristle follows the velocity without delay. Infinite where it does not relax.
+    /// bristle follows the velocity without delay. Infinite where it does not relax. Of a contact patch: by how much
+    /// of the tolerance's unit the steady force changes in a transit, at most.
     pub lag: f64,
     /// Pre-sliding \[–\]: the breakaway distance z_b = μ(0)/σ0 over the longest way in one direction. Far
-    /// above one nothing ever breaks away.
+    /// above one nothing ever breaks away. Of a contact patch: the least V/λ, transits while a bristle relaxes once.
     pub presliding: f64,
-    /// Share of the time \[–\] in which less than z_b was slid since the last reversal.
+    /// Share of the time \[–\] in which less than z_b was slid since the last reversal. Of a contact patch: with V > λ.
     pub stuck_share: f64,
     /// Relaxation Λ = ∫λ dt \[–\] in a period, or in all: e^−Λ of a disturbance is left.
     pub relaxation: f64,
@@ -224,6 +227,10 @@ impl fmt::Display for Choice {
             "speeds {slowest:.2e} to {fastest:.2e} m/s, {reversals} reversals, lag {lag:.2e}, pre-sliding {presliding:.2e}, stuck {:.0} %",
             100.0 * stuck_share
         )?;
+        if let Some(transits) = self.evidence.transits {
+            let period = "transits of the patch in a period, or in all";
+            writeln!(f, "{transits:.3e} {period}")?;
+        }
         writeln!(
             f,
             "{:18} {:12} {:>10} {:>12} {:>10}  {:13} tolerance",

@@ -11,13 +11,13 @@ use super::look::{Look, Looks};
 use super::report::{Choice, FidelityError, Integrator, Norm, Plan, Rung, Tolerance};
 use super::walk::{self, Build, Roll, Scheme, Walk, Walked};
 use super::weight;
+use crate::Scalar;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::rolling::{
     Motion, MotionOverTime, Patch, PolynomialExponential, Pressure, RateDependent,
 };
 use crate::scalar::{lit, to_f64};
 use crate::signal::Signal;
-use crate::Scalar;
 
 /// Instants from which the unit of the tolerance and the mean motion are taken.
 const SAMPLES: usize = 64;
@@ -96,8 +96,8 @@ pub struct RollingHistory<T: Scalar, M, P, S, W> {
     fastest: T,
     /// The relaxation length over that of the patch \[–\].
     relaxation: T,
-    /// Smallest and mean transport velocity [1/s] at the instants of the pilot.
-    transport: (f64, f64),
+    /// Smallest, mean and largest transport velocity [1/s] at the instants of the pilot.
+    transport: (f64, f64, f64),
     /// The exact reduction, if the pressure allows for it.
     exact: Option<Build<T, M, P, S, W>>,
 }
@@ -157,7 +157,7 @@ where
         // Every answer after a first transit remembers nothing of the start.
         let mut last = at(0)?.transport_velocity;
         let (mut crossed, mut transit) = (T::zero(), None);
-        let (mut slowest, mut sum) = (last, T::zero());
+        let (mut slowest, mut most, mut sum) = (last, last, T::zero());
         let mut window = answers;
         let mut index = 0;
         while index < window {
@@ -170,6 +170,7 @@ where
                 window = period.map_or(answers, |period| (index + period).min(answers));
             }
             slowest = crate::bounds::smaller(slowest, next);
+            most = crate::bounds::larger(most, next);
             sum += next;
             last = next;
         }
@@ -202,7 +203,7 @@ where
             transport_velocity: transport / lit(terms),
         };
         let relaxation = relaxation(&patch, mean);
-        let transport = (to_f64(slowest), to_f64(sum) / window as f64);
+        let transport = (to_f64(slowest), to_f64(sum) / window as f64, to_f64(most));
         Ok(Self {
             patch,
             motion,
@@ -307,8 +308,13 @@ where
     fn span(&self, integrator: Integrator) -> (f64, usize) {
         let (interval, mean) = (self.instants.interval, self.transport.1);
         let span = if interval * mean > 1.0 { 1.0 / mean } else { interval };
-        let parts = if integrator == Integrator::Gauss { walk::parts(span * mean) } else { 1 };
-        (span, parts)
+        (span, if integrator == Integrator::Gauss { self.parts(interval) } else { 1 })
+    }
+
+    /// Into how many parts the fourth order divides a step of this length \[s\], or the transit within it.
+    fn parts(&self, step: f64) -> usize {
+        let distance = self.transport.2 * step;
+        walk::parts(1.002 * if distance < 1.0 { distance } else { 1.0 })
     }
 
     /// Carries a plan out: the friction force \[N\] at every answer.
@@ -350,24 +356,22 @@ where
         (self.start == Start::Steady).then(|| walk::at(&self.motion, T::zero()))
     }
 
-    /// A patch with room for steps of some length, so many of them at most.
+    /// A patch with room for steps of some length.
     fn roll(
         &self,
         integrator: Integrator,
         step: f64,
-        most: usize,
     ) -> Result<Box<dyn Roll<T, S, W> + '_>, ParameterError> {
         let settled = self.settled();
         if let Integrator::Grid { cells } = integrator {
             return walk::grid(&self.patch, cells, settled);
         }
-        let segments = walk::segments(self.transport.0, step, most);
+        let segments = walk::segments(self.transport.0, step);
         (self.exact.unwrap_or(walk::weighed))(&self.patch, segments, settled)
     }
 
     fn walk(&self, integrator: Integrator, pace: Pace) -> Walk<'_, T, S, W> {
-        let scheme =
-            if integrator == Integrator::Gauss { Scheme::Gauss } else { Scheme::Held };
+        let scheme = if integrator == Integrator::Gauss { Scheme::Gauss } else { Scheme::Held };
         let interval = self.interval * lit(pace.stride as f64);
         Walk { motion: &self.motion, interval, substeps: pace.substeps, scheme }
     }
@@ -377,13 +381,11 @@ where
         &self,
         integrator: Integrator,
         pace: Pace,
-        answers: impl Iterator<Item = usize> + Clone,
+        answers: impl Iterator<Item = usize>,
     ) -> Result<Walked<T>, ParameterError> {
         let parts = self.span(integrator).1;
         let step = self.instants.interval * pace.stride as f64 / (pace.substeps * parts) as f64;
-        let last = answers.clone().last().unwrap_or(0);
-        let most = last.saturating_mul(2 * parts * pace.substeps).saturating_add(16);
-        let mut roll = self.roll(integrator, step, most)?;
+        let mut roll = self.roll(integrator, step)?;
         self.walk(integrator, pace).go(roll.as_mut(), answers)
     }
 
@@ -409,12 +411,7 @@ where
         Ok((Output { value, memory: value, spread: 0.0 }, evaluations))
     }
 
-    fn outputs(
-        &self,
-        cache: &Cache,
-        stride: usize,
-        gathered: &[T],
-    ) -> Result<Run, ParameterError> {
+    fn outputs(&self, cache: &Cache, stride: usize, gathered: &[T]) -> Result<Run, ParameterError> {
         let mut outputs = Vec::with_capacity(gathered.len());
         let mut evaluations = 0.0;
         for (index, gathered) in gathered.iter().enumerate() {
@@ -505,9 +502,9 @@ where
     }
 
     fn looks(&self) -> f64 {
-        // One evaluation for the slip curve, one or two for the bound and held steps, two for the fourth order; and as much
-        // again for shorter ones.
-        0.11
+        // One or two evaluations for the slip curve, one for held steps, two for the fourth order or shorter held ones; and
+        // some to spare.
+        0.16
     }
 
     fn candidates(&self) -> Vec<Candidate> {
@@ -607,13 +604,15 @@ where
         let pace = |substeps| Pace { stride, substeps };
         let first = self.rolled(Integrator::Hold, pace(1), 1..=strides)?;
         let mut evaluations = first.evaluations;
-        let alone = first.independent.iter().all(|independent| *independent);
-        // Where each answer stands alone a transit takes many steps of fourth order, of which few answers are in need.
+        let parts = self.parts(self.instants.interval * stride as f64);
+        // Where a transit is no more than a few answers, it takes many steps of fourth order, and few answers are in need of
+        // it; each can be refined by itself.
+        let long = parts > 1;
         let (integrator, substeps) =
-            if alone { (Integrator::Hold, 2) } else { (Integrator::Gauss, 1) };
+            if long { (Integrator::Hold, 2) } else { (Integrator::Gauss, 1) };
         let second = self.rolled(integrator, pace(substeps), 1..=strides)?;
         evaluations += second.evaluations;
-        let better = if alone { HALVED } else { BETTER };
+        let better = if long { HALVED } else { BETTER };
         let mut fine = second.gathered.clone();
         let off = |a: T, b: T, index: usize| {
             let by = cache.at((index + 1) * stride).map_or(f64::INFINITY, |c| c.by_memory);
@@ -634,38 +633,37 @@ where
             (Integrator::Hold, 1, first.gathered),
             (integrator, substeps, second.gathered),
         ];
-        let mut substeps = if alone { 1 } else { 2 };
+        let mut substeps = if long { 1 } else { 2 };
         loop {
             let again: Vec<usize> = (errors.iter().zip(1..))
                 .filter(|(error, _)| !(**error <= accuracy))
                 .map(|(_, answer)| answer)
                 .collect();
-            let all = again.len() == strides || !alone;
-            let count = if alone { again.len() } else { strides };
-            let parts = if alone { 4 } else { 1 };
-            let price = (2 * parts * count * substeps) as f64;
-            if again.is_empty() || evaluations + price > budget || substeps > FINEST {
+            let met = again.is_empty();
+            let answers = if long { again } else { (1..=strides).collect() };
+            let price = (2 * parts * answers.len() * substeps) as f64;
+            if met || evaluations + price > budget || substeps > FINEST {
                 break;
             }
-            let answers = if alone { again } else { (1..=strides).collect() };
             let finer = self.rolled(Integrator::Gauss, pace(substeps), answers.iter().copied())?;
             evaluations += finer.evaluations;
             for (answer, gathered) in answers.iter().zip(&finer.gathered) {
                 let index = answer - 1;
                 if let (Some(fine), Some(error)) = (fine.get_mut(index), errors.get_mut(index)) {
                     // A first one of fourth order in place of an unknown error is not known any better.
-                    let unknown = alone && substeps == 1 && !error.is_finite();
+                    let unknown = long && substeps == 1 && !error.is_finite();
                     let difference = off(*fine, *gathered, index) / BETTER;
                     *error = if unknown { f64::INFINITY } else { difference };
                     *fine = *gathered;
                 }
             }
-            if all {
+            if answers.len() == strides {
                 runs.push((Integrator::Gauss, substeps, finer.gathered));
             }
             substeps *= 2;
         }
-        let uncertainty = errors.iter().fold(0.0, |most: f64, e| if *e <= most { most } else { *e });
+        let uncertainty =
+            errors.iter().fold(0.0, |most: f64, e| if *e <= most { most } else { *e });
         let mut run = self.outputs(cache, stride, &fine)?;
         run.evaluations += evaluations;
         let known = if self.exact.is_some() {

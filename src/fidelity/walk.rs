@@ -21,7 +21,7 @@ use crate::{Affine, Scalar};
 /// [`ExactPatch::follow`] itself, unseen.
 const LONGEST: f64 = 0.25;
 /// Most segments that a patch is given memory for; beyond it narrow ones are merged.
-const MOST_SEGMENTS: f64 = 50_000.0;
+const MOST_SEGMENTS: f64 = 20_000.0;
 
 /// How a patch is stepped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -243,8 +243,6 @@ pub(super) struct Walked<T> {
     pub(super) gathered: Vec<T>,
     /// Evaluations of the friction model.
     pub(super) evaluations: f64,
-    /// Whether the answers depend on nothing that was before the last one.
-    pub(super) independent: Vec<bool>,
 }
 
 impl<T: Scalar, S: Signal<T>, W: Signal<T>> Walk<'_, T, S, W> {
@@ -254,13 +252,11 @@ impl<T: Scalar, S: Signal<T>, W: Signal<T>> Walk<'_, T, S, W> {
         roll: &mut dyn Roll<T, S, W>,
         answers: impl Iterator<Item = usize>,
     ) -> Result<Walked<T>, ParameterError> {
-        let mut walked =
-            Walked { gathered: Vec::new(), evaluations: 0.0, independent: Vec::new() };
+        let mut walked = Walked { gathered: Vec::new(), evaluations: 0.0 };
         let mut now = T::zero();
         for answer in answers {
             let end = self.interval * lit(answer as f64);
-            let begin = self.transit(end, now, roll.beyond());
-            let start = begin.unwrap_or(now);
+            let start = self.transit(end, now, roll.beyond()).unwrap_or(now);
             let steps = self.substeps * self.parts(start..end);
             let step = (end - start) / lit(steps as f64);
             for index in 0..steps {
@@ -279,7 +275,6 @@ impl<T: Scalar, S: Signal<T>, W: Signal<T>> Walk<'_, T, S, W> {
             }
             now = end;
             walked.gathered.push(roll.gathered());
-            walked.independent.push(begin.is_some());
         }
         Ok(walked)
     }
@@ -329,21 +324,16 @@ impl<T: Scalar, S: Signal<T>, W: Signal<T>> Walk<'_, T, S, W> {
     }
 }
 
-/// Equal parts, a power of two, none longer than what the queue of an exact patch takes at once.
+/// Equal parts, none longer than what the queue of an exact patch takes at once.
 pub(super) fn parts(distance: f64) -> usize {
-    let mut parts = 1;
-    while distance > LONGEST * (1.0 + 1e-9) * parts as f64 && parts < 1 << 12 {
-        parts *= 2;
-    }
-    parts
+    let parts = nalgebra::ComplexField::ceil(distance / LONGEST * (1.0 - 1e-9));
+    if parts > 1.0 { parts as usize } else { 1 }
 }
 
-/// Segments that are kept apart if no more than `most` steps of length h are taken in all.
-pub(super) fn segments(slowest_transport: f64, step: f64, most: usize) -> usize {
+/// Segments with which steps of length h are all kept apart.
+pub(super) fn segments(slowest_transport: f64, step: f64) -> usize {
     let transit = 2.0 + 1.0 / (slowest_transport * step);
-    let segments = if transit < most as f64 { transit } else { most as f64 };
-    let segments = if segments < MOST_SEGMENTS { segments } else { MOST_SEGMENTS };
-    segments as usize + 8
+    (if transit < MOST_SEGMENTS { transit } else { MOST_SEGMENTS }) as usize + 8
 }
 
 /// The force of what is gathered.

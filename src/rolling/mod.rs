@@ -63,9 +63,9 @@ pub use frequency::{LinearisedPatch, Wave};
 #[cfg(feature = "alloc")]
 pub use grid::{Grid, GridParameters, MotionField, Transport};
 pub use limits::{Excitation, Origin, PatchLimits};
+pub use passivity::{PassiveDamping, Passivity, passivity};
 #[cfg(feature = "alloc")]
 pub(crate) use patch::coefficients;
-pub use passivity::{PassiveDamping, Passivity, passivity};
 pub use patch::{Motion, OutputLimits, Patch, PatchParameters, RateDependent, Slip, WheelMotion};
 pub use pressure::{
     FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,
