@@ -343,9 +343,11 @@ pub fn verdict(outcomes: &[Outcome]) {
 #[ignore = "a study, for a release build: SEED chooses the scenes"]
 fn three_hundred_scenes_drawn_by_chance() {
     let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(2611);
-    let mut outcomes = sines(seed, 192, 60.0);
-    outcomes.extend(polylines(seed, 128));
-    verdict(&outcomes);
+    // Of motions that never repeat themselves about one in six is refused by a pilot of 2000 evaluations.
+    for outcome in polylines(seed, 128) {
+        assert!(outcome.met, "{}", outcome.line);
+    }
+    verdict(&sines(seed, 192, 60.0));
 }
 
 #[test]
