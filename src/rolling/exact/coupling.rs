@@ -32,7 +32,7 @@ use super::ExactPatch;
 use super::queue::Slot;
 use super::segment::{level_moments, shifted};
 use crate::parameter::{self, ParameterError, Rule};
-use crate::rolling::integrals::{integrate, integrate_gentle, integrate_in, phi1};
+use crate::rolling::integrals::{integrate, integrate_gentle, phi1};
 use crate::rolling::{Motion, Pressure, RateDependent};
 use crate::scalar::{lit, to_f64};
 use crate::{Affine, Scalar};
@@ -237,6 +237,7 @@ where
 
     /// L ∫ p z dξ [N m] of the same bristles under another pressure. It takes time in proportion to the number of
     /// segments.
+    #[cfg(feature = "alloc")]
     pub(crate) fn gathered_under<P: Pressure<T>>(&self, pressure: &P) -> T {
         let mut sum = T::zero();
         self.queue.profile(|segment, place, part| {
@@ -246,7 +247,7 @@ where
                 let knot = pressure.next_knot(from).unwrap_or(end);
                 let to = if knot < end && knot > from { knot } else { end };
                 let steepness = segment.exponent * ((to - from) / segment.width);
-                integrate_in(1, steepness, |at, weight| {
+                crate::rolling::integrals::integrate_in(1, steepness, |at, weight| {
                     let at = from + (to - from) * at;
                     let z = segment.at((at - place) / segment.width);
                     sum += weight * (to - from) * pressure.at(at) * z;
