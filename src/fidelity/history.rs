@@ -102,7 +102,8 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
             count("period", period)?;
         }
         let normal_force = parameter::positive("normal_force", contact.normal_force())?;
-        let instants = Instants { interval: to_f64(interval), count: answers, period };
+        let instants =
+            Instants { interval: to_f64(interval), count: answers, period, settled: None };
         // At which frequency the velocity moves: its root-mean-square rate over that of itself.
         let window = instants.window();
         let (mut rates, mut squares, mut fastest) = (T::zero(), T::zero(), T::zero());
@@ -471,7 +472,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
 }
 
 /// At least 8.
-fn count(name: &'static str, value: usize) -> Result<(), ParameterError> {
+pub(super) fn count(name: &'static str, value: usize) -> Result<(), ParameterError> {
     if value >= 8 {
         return Ok(());
     }

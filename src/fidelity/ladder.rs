@@ -41,11 +41,16 @@ pub(super) struct Instants {
     pub(super) count: usize,
     /// Answers in a period, if the scene repeats itself.
     pub(super) period: Option<usize>,
+    /// After so many answers, one period of which is the last, nothing new comes: a scene that forgets all.
+    pub(super) settled: Option<usize>,
 }
 
 impl Instants {
     /// What the pilot looks at: two periods, or everything.
     pub(super) fn window(&self) -> usize {
+        if let Some(settled) = self.settled {
+            return if settled < self.count { settled } else { self.count };
+        }
         match self.period {
             Some(period) if 2 * period < self.count => 2 * period,
             _ => self.count,
@@ -262,6 +267,17 @@ impl Errors<'_> {
             sum / part.len().max(1) as f64
         };
         let norm = match self.instants.period {
+            Some(period)
+                if self.instants.settled.is_some() && self.window < self.instants.count =>
+            {
+                // The beginning once, and its last period again and again: the last time in part, where it errs most.
+                let beginning = errors.len().saturating_sub(period / stride);
+                let (first, last) = errors.split_at(beginning);
+                let sum = |part: &[f64]| part.iter().map(|e| e * e).sum::<f64>();
+                let rest = (self.instants.count - beginning * stride) as f64 / period as f64;
+                let all = sum(first) + ceil(rest) * sum(last);
+                root(all * stride as f64 / self.instants.count as f64)
+            }
             Some(period) if self.tail.is_some() => {
                 // What follows is the tail and then again the first period behind its own start.
                 let (first, tail) = errors.split_at((period / stride).min(errors.len()));
@@ -293,7 +309,8 @@ impl Errors<'_> {
     /// adds what the last one seen did, as far as it is not forgotten.
     fn drift(&self, stride: usize, memory: impl Fn(usize) -> f64) -> f64 {
         let Some(period) = self.instants.period else { return 0.0 };
-        if self.window >= self.instants.count || self.tail.is_some() {
+        let settled = self.tail.is_some() || self.instants.settled.is_some();
+        if self.window >= self.instants.count || settled {
             return 0.0;
         }
         let at = |answers: usize| memory(answers / stride - 1);
@@ -361,7 +378,8 @@ pub(super) fn choose<S: Climb>(
     let budget = most_evaluations.unwrap_or(default);
     let mut spent = 0.0;
     // Where a period forgets what came before, one will do, and the beginning of the next.
-    if let Some(period) = instants.period.filter(|period| *period < window) {
+    let repeats = instants.period.filter(|period| *period < window && instants.settled.is_none());
+    if let Some(period) = repeats {
         let chain = strides(&instants, window);
         let stride = chain.iter().find(|stride| period / **stride >= COARSE).copied().unwrap_or(1);
         let bound = scene.bound(stride, period / stride)?;
@@ -379,6 +397,11 @@ pub(super) fn choose<S: Climb>(
     let chain = strides(&instants, window);
     let fits = |stride: &&usize| (window / **stride) as f64 <= looks * budget;
     let mut stride = chain.iter().rev().find(fits).copied().unwrap_or(1);
+    let within = |stride: usize| match instants.settled {
+        // The last period whole.
+        Some(_) => window.div_ceil(stride).min(instants.count / stride),
+        None => window / stride,
+    };
     let mut trials = Vec::new();
     let seconds = instants.interval;
     let plan = |candidate: &Candidate, pace: Pace| Plan {
@@ -396,7 +419,7 @@ pub(super) fn choose<S: Climb>(
     }
 
     // What costs nothing but the curve at some instants: a bound.
-    let mut bound = scene.bound(stride, window / stride)?;
+    let mut bound = scene.bound(stride, within(stride))?;
     spent += bound.evaluations;
     let between = |rate: f64, stride: usize| rate * instants.interval * (stride - 1) as f64;
     while hides(between(bound.fastest_rate, stride)) > MOST_HIDDEN {
@@ -405,10 +428,11 @@ pub(super) fn choose<S: Climb>(
             break;
         }
         stride = finer;
-        bound = scene.bound(stride, window / stride)?;
+        bound = scene.bound(stride, within(stride))?;
         spent += bound.evaluations;
     }
-    let count = window / stride;
+    let count = within(stride);
+    let window = if instants.settled.is_some() { count * stride } else { window };
     let finish =
         |plan: Plan, error: f64, verdict: Verdict, trials: Vec<Trial>, spent: f64| Choice {
             plan,

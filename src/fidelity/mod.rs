@@ -47,6 +47,43 @@
 //! ([`FidelityError::PilotTooShort`]), not guessed: a stiff scene of more than some 760 different answers, or a bristle of
 //! several springs along many.
 //!
+//! # Contact patches
+//!
+//! [`RollingHistory`]: a patch along a known slip velocity v(t) and transport velocity V(t).
+//!
+//! | rung | what | weight of a step | of an answer |
+//! |---|---|---|---|
+//! | slip curve | F = F_ss(v, V), the steady force at the motion of the instant | – | 25 |
+//! | relaxation length | Ḟ = −(V/ς)(F − F_ss), ς in lengths of the patch; exact for V held and F_ss straight over a step | 26 | – |
+//! | patch | the exact reduction with the motion of the middle held | 45 | 15 |
+//! | | the same of fourth order | 80 | 15 |
+//! | | on a grid of N cells, under a pressure that the exact reduction does not take; held motion | 10 + 3.5 N | 15 |
+//!
+//! ς is the relaxation length of [`Patch::linearised`](crate::rolling::Patch::linearised), −V Im G/(ω Re G) for ω → 0, about the
+//! mean of |v| and of V over the scene, which to first order in the frequency is the lag of the patch; where it is not between 0 and 1 (a falling
+//! slip curve), about v = 0. Source of the form: H. B. Pacejka, "Tire and Vehicle Dynamics", the relaxation length of a
+//! single-contact-point model; its length here is that of the patch alone, derived and not measured.
+//!
+//! A patch forgets everything after one transit. Where two answers are more than a transit apart a plan rolls through
+//! the last transit before each answer only, and n is the number of steps in it (times some, by which the fourth order divides
+//! a transit at least). The pilot looks at the first transit and one period of a motion that repeats itself, at all of another.
+//!
+//! The bound for the slip curve is that above along each bristle's way through the patch: with e = z − z\*,
+//! z\* = z_ss (1 − e^(−κξ)), κ = λ/V,
+//!
+//! |e| ≤ ∫ e^−(Λ(t) − Λ(s)) |∂z\*/∂s| ds since it entered,  |F − F_ss| ≤ L c₀ ∫₀¹ p |e| dξ,
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | ξ, L, p | place in the patch, its length, pressure | –, m, N/m |
+//! | V, v | transport velocity, slip velocity | 1/s, m/s |
+//! | G, ω | frequency response from v to F, angular frequency | N s/m, rad/s |
+//!
+//! and holds as far as z_ss and κ are monotone from one instant to the next. The pilot's reference is the exact
+//! reduction under any pressure (by quadrature over its profile where there are no moments), to second and fourth order; where
+//! each answer stands alone only those are refined whose two values differ. What is counted are evaluations of the
+//! friction model: the tables of weights do not enter the pilot's account, and a grid's step counts as one.
+//!
 //! # Limits
 //!
 //! Forces along given velocities only. In a mechanism the error of the force acts back on the velocity.
@@ -57,10 +94,13 @@
 
 mod history;
 mod ladder;
+mod look;
 mod panel;
 mod pilot;
 mod reducible;
 mod report;
+mod rolling;
+mod walk;
 mod weight;
 
 pub use history::{History, HistoryParameters, Start};
@@ -68,6 +108,7 @@ pub use reducible::Reducible;
 pub use report::{
     Choice, Evidence, FidelityError, Integrator, Norm, Plan, Rung, Tolerance, Trial, Verdict,
 };
+pub use rolling::{RollingHistory, RollingHistoryParameters};
 
 /// The largest of some numbers, or their root mean square; what is no number stays.
 fn norm_of(norm: Norm, numbers: impl ExactSizeIterator<Item = f64>) -> f64 {

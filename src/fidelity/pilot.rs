@@ -643,6 +643,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for Pilot<'_, T, M, V> {
             presliding: breakaway / (springs * longest),
             stuck_share: stuck as f64 / strides as f64,
             relaxation: relaxation / periods,
+            transits: None,
         };
         Ok(Bound {
             errors: scene.is_lumped.then_some(errors),

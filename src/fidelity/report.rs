@@ -19,11 +19,17 @@ pub enum Rung {
     FrBd,
     /// The model of the scene itself.
     Reference,
+    /// A contact patch in steady rolling at the motion of the instant: no memory.
+    SlipCurve,
+    /// A force that follows that one over a relaxation length.
+    RelaxationLength,
+    /// The contact patch itself.
+    Patch,
 }
 
 impl Rung {
     pub(super) fn is_memoryless(self) -> bool {
-        self == Rung::StaticCurve
+        matches!(self, Rung::StaticCurve | Rung::SlipCurve)
     }
 }
 
@@ -34,6 +40,9 @@ impl fmt::Display for Rung {
             Rung::Dahl => "Dahl",
             Rung::FrBd => "FrBD",
             Rung::Reference => "reference",
+            Rung::SlipCurve => "slip curve",
+            Rung::RelaxationLength => "relaxation length",
+            Rung::Patch => "patch",
         })
     }
 }
@@ -48,6 +57,16 @@ pub enum Integrator {
     Hold,
     /// Exponential collocation with three nodes a step ([`exponential`](crate::exponential)).
     Collocation,
+    /// A first-order lag, exact for a target that runs straight over a step.
+    Ramp,
+    /// The exact reduction of a patch with the motion at two Gauss points of each step, of fourth order
+    /// ([`ExactPatch::follow`](crate::rolling::ExactPatch::follow)).
+    Gauss,
+    /// A patch on a [`Grid`](crate::rolling::Grid) of so many cells, with the motion in the middle of the step.
+    Grid {
+        /// Number of cells.
+        cells: usize,
+    },
 }
 
 impl fmt::Display for Integrator {
@@ -56,6 +75,9 @@ impl fmt::Display for Integrator {
             Integrator::Evaluation => "evaluation",
             Integrator::Hold => "exact hold",
             Integrator::Collocation => "collocation",
+            Integrator::Ramp => "exact ramp",
+            Integrator::Gauss => "Gauss points",
+            Integrator::Grid { cells } => return f.pad(&alloc::format!("grid of {cells}")),
         })
     }
 }
@@ -75,7 +97,8 @@ pub struct Tolerance {
     /// In which sense.
     pub norm: Norm,
     /// The error allowed, as a share \[–\] of the largest steady force in the scene,
-    /// [`History::force_scale`](super::History::force_scale).
+    /// [`History::force_scale`](super::History::force_scale),
+    /// [`RollingHistory::force_scale`](super::RollingHistory::force_scale).
     pub share: f64,
 }
 
@@ -88,7 +111,8 @@ pub struct Plan {
     pub integrator: Integrator,
     /// Length of a step \[s\].
     pub step: f64,
-    /// Steps between two answers.
+    /// Steps between two answers. Of a contact patch see
+    /// [`RollingHistory::with_substeps`](super::RollingHistory::with_substeps).
     pub substeps: usize,
     /// Weighted right-hand sides per second of scene \[1/s\], see [`fidelity`](crate::fidelity).
     pub cost_rate: f64,
@@ -138,15 +162,18 @@ pub struct Evidence {
     /// Reversals of the velocity.
     pub reversals: usize,
     /// Lag \[–\]: the largest |ż_ss|/(λ z_b), how far behind the steady deflection one runs. Far below one the
-    /// bristle follows the velocity without delay. Infinite where it does not relax.
+    /// bristle follows the velocity without delay. Infinite where it does not relax. Of a contact patch: by how much
+    /// of the tolerance's unit the steady force changes in a transit, at most.
     pub lag: f64,
     /// Pre-sliding \[–\]: the breakaway distance z_b = μ(0)/σ0 over the longest way in one direction. Far
-    /// above one nothing ever breaks away.
+    /// above one nothing ever breaks away. Of a contact patch: the least V/λ, transits while a bristle relaxes once.
     pub presliding: f64,
-    /// Share of the time \[–\] in which less than z_b was slid since the last reversal.
+    /// Share of the time \[–\] in which less than z_b was slid since the last reversal. Of a contact patch: with V > λ.
     pub stuck_share: f64,
     /// Relaxation Λ = ∫λ dt \[–\] in a period, or in all: e^−Λ of a disturbance is left.
     pub relaxation: f64,
+    /// Transits of a contact patch \[–\] in a period, or in all.
+    pub transits: Option<f64>,
 }
 
 /// The cheapest plan that meets a tolerance, and the evidence.
@@ -222,6 +249,10 @@ impl fmt::Display for Choice {
             Three(presliding),
             100.0 * stuck_share
         )?;
+        if let Some(transits) = self.evidence.transits {
+            let period = "transits of the patch in a period, or in all";
+            writeln!(f, "{transits:.3e} {period}")?;
+        }
         writeln!(f)?;
         writeln!(
             f,

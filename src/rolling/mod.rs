@@ -64,6 +64,8 @@ pub use frequency::{LinearisedPatch, Wave};
 pub use grid::{Grid, GridParameters, MotionField, Transport};
 pub use limits::{Excitation, Origin, PatchLimits};
 pub use passivity::{PassiveDamping, Passivity, passivity};
+#[cfg(feature = "alloc")]
+pub(crate) use patch::coefficients;
 pub use patch::{Motion, OutputLimits, Patch, PatchParameters, RateDependent, Slip, WheelMotion};
 pub use pressure::{
     FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,

@@ -86,7 +86,7 @@ impl<T: Scalar> RateDependent<T> for Dahl<T> {
 /// The coefficients of a model at a velocity, if they are numbers and its bristles relax: what is not one
 /// would stay in a patch.
 #[inline]
-pub(super) fn coefficients<T: Scalar, M: RateDependent<T>>(
+pub(crate) fn coefficients<T: Scalar, M: RateDependent<T>>(
     model: &M,
     velocity: T,
 ) -> Result<Affine<T>, ParameterError> {

@@ -231,11 +231,22 @@ where
     /// velocity at which a coefficient of the model is not finite; the patch is as it was.
     #[inline]
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
+        let affine = self.hold(motion, duration)?;
+        Ok(self.force_of(&affine, motion.slip_velocity))
+    }
+
+    /// The same without the force: the coefficients that it was done with.
+    #[inline]
+    pub(crate) fn hold(
+        &mut self,
+        motion: Motion<T>,
+        duration: T,
+    ) -> Result<Affine<T>, ParameterError> {
         let Motion { slip_velocity, transport_velocity } = motion.forward()?;
         let duration = parameter::non_negative("duration", duration)?;
         let affine = self.coefficients(slip_velocity)?;
         self.roll(affine.relaxation, affine.drive * slip_velocity, transport_velocity, duration);
-        Ok(self.force_of(&affine, slip_velocity))
+        Ok(affine)
     }
 
     #[inline]
@@ -268,9 +279,14 @@ where
 
     #[inline]
     fn force_of(&self, affine: &Affine<T>, slip_velocity: T) -> T {
+        affine.stiffness * self.gathered()
+            + self.patch.normal_force() * (affine.damping * slip_velocity)
+    }
+
+    /// L ∫ p z dξ [N m], of which c₀ makes a force.
+    #[inline]
+    pub(crate) fn gathered(&self) -> T {
         let patch = &self.patch;
-        let deflections = patch.pressure().weigh(&self.queue.moments());
-        patch.load() * patch.length() * affine.stiffness * deflections
-            + patch.normal_force() * (affine.damping * slip_velocity)
+        patch.load() * patch.length() * patch.pressure().weigh(&self.queue.moments())
     }
 }

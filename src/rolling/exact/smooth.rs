@@ -116,11 +116,22 @@ where
         span: Range<T>,
         order: Order,
     ) -> Result<T, ParameterError> {
+        let end = slip_at(motion, parameter::finite("end of the span", span.end)?)?;
+        let at_end = self.coefficients(end)?;
+        self.roll_along(motion, span, order)?;
+        Ok(self.force_of(&at_end, end))
+    }
+
+    /// The same without the force.
+    pub(crate) fn roll_along<S: Signal<T>, W: Signal<T>>(
+        &mut self,
+        motion: &MotionOverTime<S, W>,
+        span: Range<T>,
+        order: Order,
+    ) -> Result<(), ParameterError> {
         let from = parameter::finite("start of the span", span.start)?;
         let to = parameter::finite("end of the span", span.end)?;
         parameter::non_negative("duration", to - from)?;
-        let end = slip_at(motion, to)?;
-        let at_end = self.coefficients(end)?;
         // Look first, so that a refusal leaves the patch as it was.
         let (mut pieces, mut last) = (0_usize, None);
         each_piece(motion, from, to, order, &mut |piece| {
@@ -139,7 +150,7 @@ where
                 Ok(())
             })?;
         }
-        Ok(self.force_of(&at_end, end))
+        Ok(())
     }
 
     #[inline]
