@@ -141,7 +141,8 @@ struct Drawn {
     finesse: f64,
 }
 
-pub struct Outcome {
+#[derive(Debug)]
+struct Outcome {
     refused: bool,
     met: bool,
     ratio: f64,
@@ -268,7 +269,7 @@ fn draw(dice: &mut Draw, most_periods: f64) -> (f64, f64, f64, f64, Drawn) {
     (mean, amplitude, frequency, transport, drawn)
 }
 
-pub fn sines(seed: u64, scenes: usize, most_periods: f64) -> Vec<Outcome> {
+fn sines(seed: u64, scenes: usize, most_periods: f64) -> Vec<Outcome> {
     let mut dice = Draw(seed);
     let mut outcomes = Vec::new();
     for index in 0..scenes {
@@ -292,7 +293,7 @@ pub fn sines(seed: u64, scenes: usize, most_periods: f64) -> Vec<Outcome> {
 }
 
 /// Motions that never repeat themselves: straight lines between twelve values.
-pub fn polylines(seed: u64, scenes: usize) -> Vec<Outcome> {
+fn polylines(seed: u64, scenes: usize) -> Vec<Outcome> {
     let mut dice = Draw(seed);
     let mut outcomes = Vec::new();
     for index in 0..scenes {
@@ -326,7 +327,7 @@ pub fn polylines(seed: u64, scenes: usize) -> Vec<Outcome> {
     outcomes
 }
 
-pub fn verdict(outcomes: &[Outcome]) {
+fn verdict(outcomes: &[Outcome]) {
     let wrong: Vec<_> = outcomes.iter().filter(|o| !o.met).map(|o| &o.line).collect();
     let dear: Vec<_> = outcomes.iter().filter(|o| !(o.ratio <= 2.0)).map(|o| &o.line).collect();
     for outcome in outcomes {
