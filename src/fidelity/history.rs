@@ -374,7 +374,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
 }
 
 /// At least 8.
-fn count(name: &'static str, value: usize) -> Result<(), ParameterError> {
+pub(super) fn count(name: &'static str, value: usize) -> Result<(), ParameterError> {
     if value >= 8 {
         return Ok(());
     }

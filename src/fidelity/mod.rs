@@ -53,12 +53,15 @@
 
 mod history;
 mod ladder;
+mod motion;
 mod reducible;
 mod report;
 mod weight;
 
 pub use history::{History, HistoryParameters, Start};
+pub use motion::{Carried, Motion, MotionParameters};
 pub use reducible::Reducible;
 pub use report::{
-    Choice, Evidence, FidelityError, Integrator, Norm, Plan, Rung, Tolerance, Trial, Verdict,
+    Choice, Evidence, FidelityError, Integrator, Norm, Plan, Quantity, Rung, Tolerance, Trial,
+    Verdict,
 };

@@ -46,6 +46,15 @@ pub enum Integrator {
     Hold,
     /// Exponential collocation with three nodes a step ([`exponential`](crate::exponential)).
     Collocation,
+    /// Implicit steps of a mechanism in closed form, friction at rest set-valued: true rest.
+    Implicit,
+    /// Passive steps of a mechanism, solved once each ([`Contact::companion`](crate::Contact::companion)).
+    Companion,
+    /// Error control ([`Solver::automatic`](crate::ode::Solver::automatic)) at a tolerance of 10^−digits.
+    Adaptive {
+        /// Minus the decimal logarithm of the tolerance.
+        digits: u8,
+    },
 }
 
 impl fmt::Display for Integrator {
@@ -54,6 +63,50 @@ impl fmt::Display for Integrator {
             Integrator::Evaluation => "evaluation",
             Integrator::Hold => "exact hold",
             Integrator::Collocation => "collocation",
+            Integrator::Implicit => "implicit",
+            Integrator::Companion => "companion",
+            Integrator::Adaptive { digits } => {
+                let ten: [&str; 16] = [
+                    "adaptive 1", "adaptive 1e-1", "adaptive 1e-2", "adaptive 1e-3", "adaptive 1e-4",
+                    "adaptive 1e-5", "adaptive 1e-6", "adaptive 1e-7", "adaptive 1e-8", "adaptive 1e-9",
+                    "adaptive 1e-10", "adaptive 1e-11", "adaptive 1e-12", "adaptive 1e-13",
+                    "adaptive 1e-14", "adaptive 1e-15",
+                ];
+                ten.get(usize::from(*digits)).copied().unwrap_or("adaptive")
+            }
+        })
+    }
+}
+
+/// What is wanted of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Quantity {
+    /// The friction force \[N\].
+    #[default]
+    Force,
+    /// The position of the mass \[m\].
+    Position,
+    /// Its velocity [m/s].
+    Velocity,
+}
+
+impl Quantity {
+    /// Its unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Quantity::Force => "N",
+            Quantity::Position => "m",
+            Quantity::Velocity => "m/s",
+        }
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Quantity::Force => "force",
+            Quantity::Position => "position",
+            Quantity::Velocity => "velocity",
         })
     }
 }
@@ -73,7 +126,7 @@ pub struct Tolerance {
     /// In which sense.
     pub norm: Norm,
     /// The error allowed, as a share \[–\] of the largest steady force in the scene,
-    /// [`History::force_scale`](super::History::force_scale).
+    /// [`History::force_scale`](super::History::force_scale); of a [`Motion`](super::Motion), of the scale it was given.
     pub share: f64,
 }
 
@@ -84,9 +137,9 @@ pub struct Plan {
     pub rung: Rung,
     /// How it is stepped.
     pub integrator: Integrator,
-    /// Length of a step \[s\].
+    /// Length of a step \[s\]; under error control the time between two answers.
     pub step: f64,
-    /// Steps between two answers.
+    /// Steps between two answers; 1 under error control.
     pub substeps: usize,
     /// Weighted right-hand sides per second of scene \[1/s\], see [`fidelity`](crate::fidelity).
     pub cost_rate: f64,
@@ -101,6 +154,9 @@ pub enum Verdict {
     Measured,
     /// On pilot runs with longer steps, whose error is taken to fall with the first power of the step.
     Extrapolated,
+    /// On the integrator's own error control, at a tolerance tightened by a stated factor
+    /// ([`Motion::choose`](super::Motion::choose)): no pilot was long enough.
+    Estimated,
 }
 
 impl fmt::Display for Verdict {
@@ -109,6 +165,7 @@ impl fmt::Display for Verdict {
             Verdict::Proved => "bound",
             Verdict::Measured => "measured",
             Verdict::Extrapolated => "extrapolated",
+            Verdict::Estimated => "error control",
         })
     }
 }
@@ -118,7 +175,7 @@ impl fmt::Display for Verdict {
 pub struct Trial {
     /// The plan. (Tried with longer steps than its own it is no worse with its own.)
     pub plan: Plan,
-    /// Its error \[N\], or a bound on it.
+    /// Its error, in the unit of the quantity, or a bound on it.
     pub error: f64,
     /// On what that rests.
     pub verdict: Verdict,
@@ -150,9 +207,11 @@ pub struct Evidence {
 /// The cheapest plan that meets a tolerance, and the evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
+    /// What is wanted.
+    pub quantity: Quantity,
     /// The plan.
     pub plan: Plan,
-    /// Its error \[N\] in the norm of the tolerance, or a bound on it.
+    /// Its error in the norm of the tolerance, in the unit of the quantity, or a bound on it.
     pub error: f64,
     /// On what that rests.
     pub verdict: Verdict,
@@ -160,7 +219,7 @@ pub struct Choice {
     pub evidence: Evidence,
     /// What was asked for.
     pub tolerance: Tolerance,
-    /// The same \[N\].
+    /// The same in the unit of the quantity.
     pub allowed: f64,
     /// Everything that was looked at on the way, in this order.
     pub trials: Vec<Trial>,
@@ -188,10 +247,16 @@ impl fmt::Display for Choice {
             Norm::RootMeanSquare => "root mean square",
         };
         let percent = 100.0 * self.tolerance.share;
+        let scale = match self.quantity {
+            Quantity::Force => "largest steady one",
+            Quantity::Position | Quantity::Velocity => "scale given",
+        };
         writeln!(
             f,
-            "force within {percent} % of the largest steady one, {:.3e} N, {sense}",
-            self.allowed
+            "{} within {percent} % of the {scale}, {:.3e} {}, {sense}",
+            self.quantity,
+            self.allowed,
+            self.quantity.unit()
         )?;
         let Evidence { slowest, fastest, reversals, lag, presliding, stuck_share, .. } =
             self.evidence;
@@ -202,13 +267,13 @@ impl fmt::Display for Choice {
         )?;
         writeln!(
             f,
-            "{:18} {:12} {:>10} {:>12} {:>10}  {:13} tolerance",
-            "rung", "integrator", "step / s", "cost / (1/s)", "error / N", "evidence"
+            "{:18} {:14} {:>10} {:>12} {:>6} / {:3}  {:13} tolerance",
+            "rung", "integrator", "step / s", "cost / (1/s)", "error", self.quantity.unit(), "evidence"
         )?;
         for Trial { plan, error, verdict, met } in &self.trials {
             writeln!(
                 f,
-                "{:18} {:12} {:10.2e} {:12.3e} {:>10}  {:13} {}",
+                "{:18} {:14} {:10.2e} {:12.3e} {:>12}  {:13} {}",
                 plan.rung,
                 plan.integrator,
                 plan.step,
@@ -236,13 +301,15 @@ pub enum FidelityError {
     Parameter(#[from] ParameterError),
     /// No rung meets the tolerance with any step that was tried.
     #[error(
-        "an error of {allowed:e} N is out of reach: the best is {error:e} N, by {} with steps of {:e} s ({evaluations} evaluations spent)",
-        plan.rung, plan.step
+        "an error of {allowed:e} {unit} is out of reach: the best is {error:e} {unit}, by {} with steps of {:e} s ({evaluations} evaluations spent)",
+        plan.rung, plan.step, unit = quantity.unit()
     )]
     OutOfReach {
-        /// The error allowed \[N\].
+        /// Of what.
+        quantity: Quantity,
+        /// The error allowed, in its unit.
         allowed: f64,
-        /// The least that was found \[N\].
+        /// The least that was found.
         error: f64,
         /// With which plan.
         plan: Plan,
@@ -258,6 +325,18 @@ pub enum FidelityError {
         needed: f64,
         /// Evaluations allowed.
         allowed: f64,
+    },
+    /// The mechanism ends up with more energy than was put into it: the friction model drives it.
+    #[error(
+        "at t = {time} s the mechanism holds {energy:e} J, and no more than {limit:e} J was put into it: the friction drives it"
+    )]
+    GainsEnergy {
+        /// When \[s\].
+        time: f64,
+        /// Kinetic and stored energy \[J\].
+        energy: f64,
+        /// The most that start, base and applied force can have left there \[J\].
+        limit: f64,
     },
     /// A run stopped.
     #[error("{rung} stopped at t = {time} s: {reason}")]

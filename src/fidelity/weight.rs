@@ -16,3 +16,18 @@ pub(super) const HOLD: f64 = 1.7;
 pub(super) const COLLOCATION: f64 = 9.0;
 /// An exact step of a bristle of several springs: a matrix exponential.
 pub(super) const MATRIX_HOLD: f64 = 43.0;
+
+// Steps of a mechanism, in the same unit, a sine force and a ramp of the base included. (To be measured.)
+
+/// A step of a mass under dry friction without memory, but for the curve.
+pub(super) const SLIDE: f64 = 3.0;
+/// A passive step of a mass on Dahl's bristle.
+pub(super) const DAHL_COMPANION: f64 = 5.0;
+/// The same on FrBD's.
+pub(super) const COMPANION: f64 = 6.0;
+/// One evaluation of a right-hand side under error control, the method around it included.
+pub(super) const STAGE: f64 = 6.0;
+/// A Jacobian, and its decomposition.
+pub(super) const JACOBIAN: f64 = 12.0;
+/// An answer between two steps under error control.
+pub(super) const DENSE: f64 = 1.0;

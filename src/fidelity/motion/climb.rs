@@ -1,0 +1,566 @@
+//! The climb of a mechanism: what costs nothing first, then a pilot, and else the reference under error control.
+
+use alloc::vec::Vec;
+
+use super::super::report::{
+    Choice, Evidence, FidelityError, Integrator, Norm, Plan, Rung, Tolerance, Trial, Verdict,
+};
+use super::machine::{Run, Sample};
+use super::{Motion, Way};
+use crate::scalar::to_f64;
+use crate::signal::Signal;
+use crate::{Bristle, Law, Scalar};
+
+/// Evaluations that a pilot may always spend.
+const FREE_EVALUATIONS: f64 = 2000.0;
+/// Share of a full run of the reference that it may spend.
+const PILOT_SHARE: f64 = 0.05;
+/// What a measured error must stay below, as a share of the tolerance.
+const MARGIN: f64 = 0.8;
+/// Share of the tolerance within which two runs of the reference have to agree before the tighter one counts as true.
+const AGREED: f64 = 0.3;
+/// Share of its means that the pilot spends on the first run of the reference: the second takes half as much again.
+const FIRST: f64 = 0.4;
+/// Share of that difference that is taken for the error of the tighter one, whose tolerance is a hundredth.
+const TIGHTER: f64 = 0.25;
+/// How much tighter error control is asked for than the error allowed where no pilot can tell.
+const SAFETY: f64 = 300.0;
+/// A step that is not at least this much better than one four times as long is held up by the model.
+const STALLED: f64 = 0.6;
+/// Periods that the pilot looks at.
+const PERIODS: usize = 3;
+/// By how much drifts of later periods may exceed those seen.
+const LATER: f64 = 1.5;
+/// Most steps between two answers.
+const MOST_SUBSTEPS: usize = 1 << 14;
+
+/// The pilot's means.
+struct Purse {
+    spent: f64,
+    budget: f64,
+}
+
+impl Purse {
+    fn rest(&self) -> f64 {
+        self.budget - self.spent
+    }
+}
+
+/// What the applied force says before anything is run.
+struct Survey {
+    /// The largest of it \[N\].
+    largest: f64,
+    /// √(2E) that it can have given the mass by each answer \[√J\]: of a passive contact no more.
+    gained: Vec<f64>,
+}
+
+fn root(value: f64) -> f64 {
+    nalgebra::ComplexField::sqrt(value)
+}
+
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+pub(super) fn choose<T, M, D, F>(
+    scene: &Motion<T, M, D, F>,
+    tolerance: Tolerance,
+    most_evaluations: Option<f64>,
+) -> Result<Choice, FidelityError>
+where
+    T: Scalar,
+    M: Bristle<T, Deflection = T>,
+    D: Signal<T>,
+    F: Signal<T>,
+{
+    let climb = Climb { scene, tolerance, allowed: tolerance.share * to_f64(scene.scale) };
+    climb.choose(most_evaluations)
+}
+
+struct Climb<'a, T: Scalar, M, D, F> {
+    scene: &'a Motion<T, M, D, F>,
+    tolerance: Tolerance,
+    allowed: f64,
+}
+
+impl<T, M, D, F> Climb<'_, T, M, D, F>
+where
+    T: Scalar,
+    M: Bristle<T, Deflection = T>,
+    D: Signal<T>,
+    F: Signal<T>,
+{
+    fn choose(&self, most_evaluations: Option<f64>) -> Result<Choice, FidelityError> {
+        let scene = self.scene;
+        let mut purse =
+            Purse { spent: 0.0, budget: most_evaluations.unwrap_or(FREE_EVALUATIONS) };
+        let survey = self.survey();
+        let mut trials = Vec::new();
+        if let Some(error) = self.stuck_bound(&survey) {
+            let way = Way { rung: Rung::StaticCurve, integrator: Integrator::Implicit };
+            let met = error <= self.allowed;
+            let plan = scene.plan(way, 1, super::weight::SLIDE);
+            trials.push(Trial { plan, error, verdict: Verdict::Proved, met });
+            if met {
+                let none = Evidence {
+                    slowest: 0.0,
+                    fastest: 0.0,
+                    reversals: 0,
+                    lag: 0.0,
+                    presliding: f64::INFINITY,
+                    stuck_share: 1.0,
+                    relaxation: 0.0,
+                };
+                return Ok(self.finish(plan, error, Verdict::Proved, none, trials, &purse, 0));
+            }
+        }
+        let window = match scene.period {
+            Some(period) if PERIODS * period < scene.answers => PERIODS * period,
+            _ => scene.answers,
+        };
+
+        // The reference at two tolerances, until they agree.
+        let mut digits = self.first_digits();
+        let most_digits = scene.most_digits();
+        let mut last = self.adaptive(digits, window, FIRST * purse.rest())?;
+        purse.spent += last.evaluations;
+        self.check_energy(&last, &survey)?;
+        if most_evaluations.is_none() {
+            // A full run of the reference is known now, or foreseen.
+            let all = last.evaluations * scene.answers as f64 / last.samples.len().max(1) as f64;
+            purse.budget = larger(purse.budget, PILOT_SHARE * all);
+            let needed = all * window as f64 / scene.answers as f64;
+            if last.samples.len() < window && 1.2 * needed <= FIRST * purse.rest() {
+                last = self.adaptive(digits, window, FIRST * purse.rest())?;
+                purse.spent += last.evaluations;
+                self.check_energy(&last, &survey)?;
+            }
+        }
+        if last.samples.len() < window {
+            return self.rest_on_error_control(digits, &last, trials, purse);
+        }
+        let (truth, uncertainty, mut best) = loop {
+            let tighter = digits + 2;
+            if tighter > most_digits {
+                let plan = self.adaptive_plan(digits, &last);
+                return Err(FidelityError::OutOfReach {
+                    quantity: scene.quantity,
+                    allowed: self.allowed,
+                    error: trials.last().map_or(f64::INFINITY, |trial| trial.error),
+                    plan,
+                    evaluations: purse.spent,
+                });
+            }
+            if 1.3 * last.evaluations > purse.rest() {
+                return self.rest_on_error_control(digits, &last, trials, purse);
+            }
+            let run = self.adaptive(tighter, window, purse.rest())?;
+            purse.spent += run.evaluations;
+            if run.samples.len() < window {
+                return self.rest_on_error_control(digits, &last, trials, purse);
+            }
+            let error = self.error(&last, &run);
+            let plan = self.adaptive_plan(digits, &last);
+            let met = error <= AGREED * self.allowed;
+            trials.push(Trial { plan, error, verdict: Verdict::Measured, met });
+            if met {
+                break (run, TIGHTER * error, (plan, error));
+            }
+            digits = tighter;
+            last = run;
+        };
+        self.check_energy(&truth, &survey)?;
+        if window < scene.answers && !self.is_settled(&truth) {
+            return self.rest_on_error_control(digits, &last, trials, purse);
+        }
+
+        // What is cheaper than that.
+        for way in Motion::<T, M, D, F>::ways() {
+            self.try_steps(way, &truth, uncertainty, &mut purse, &mut trials, &mut best)?;
+        }
+        let evidence = self.evidence(&truth);
+        Ok(self.finish(best.0, best.1, Verdict::Measured, evidence, trials, &purse, window))
+    }
+
+    /// Tries a rung with shorter and shorter steps, until it will do or costs more than what is known to do.
+    fn try_steps(
+        &self,
+        way: Way,
+        truth: &Run,
+        uncertainty: f64,
+        purse: &mut Purse,
+        trials: &mut Vec<Trial>,
+        best: &mut (Plan, f64),
+    ) -> Result<(), FidelityError> {
+        let scene = self.scene;
+        let window = truth.samples.len();
+        let interval = to_f64(scene.interval);
+        let mut substeps = 1_usize;
+        let mut before: Option<(usize, f64)> = None;
+        while substeps <= MOST_SUBSTEPS {
+            let expected = Motion::<T, M, D, F>::step_cost(way) * substeps as f64 / interval;
+            // Sliding less than all the time the static curve is cheaper than that.
+            let least = if way.rung == Rung::StaticCurve {
+                super::weight::SLIDE * substeps as f64 / interval
+            } else {
+                expected
+            };
+            if least >= best.0.cost_rate || (window * substeps) as f64 > purse.rest() {
+                break;
+            }
+            let run = scene.run(way, substeps, window, f64::INFINITY)?;
+            purse.spent += run.evaluations;
+            let error = self.error(&run, truth) + uncertainty;
+            let plan = scene.plan(way, substeps, run.cost / window as f64);
+            let met = error <= MARGIN * self.allowed;
+            trials.push(Trial { plan, error, verdict: Verdict::Measured, met });
+            if met {
+                if plan.cost_rate < best.0.cost_rate {
+                    *best = (plan, error);
+                }
+                break;
+            }
+            if let Some((fewer, worse)) = before {
+                if substeps >= 4 * fewer && !(error <= STALLED * worse) {
+                    break;
+                }
+                if substeps >= 4 * fewer {
+                    before = Some((substeps, error));
+                }
+            } else {
+                before = Some((substeps, error));
+            }
+            // No method here is better than second order.
+            let ratio = root(error / self.allowed);
+            substeps *= if ratio >= 8.0 {
+                4
+            } else {
+                2
+            };
+        }
+        Ok(())
+    }
+
+    fn finish(
+        &self,
+        plan: Plan,
+        error: f64,
+        verdict: Verdict,
+        evidence: Evidence,
+        trials: Vec<Trial>,
+        purse: &Purse,
+        window: usize,
+    ) -> Choice {
+        Choice {
+            quantity: self.scene.quantity,
+            plan,
+            error,
+            verdict,
+            evidence,
+            tolerance: self.tolerance,
+            allowed: self.allowed,
+            trials,
+            pilot_evaluations: purse.spent,
+            pilot_budget: purse.budget,
+            seen: window as f64 / self.scene.answers as f64,
+        }
+    }
+
+    fn adaptive(&self, digits: u8, answers: usize, most: f64) -> Result<Run, FidelityError> {
+        let way = Way { rung: Rung::Reference, integrator: Integrator::Adaptive { digits } };
+        self.scene.run(way, 1, answers, most)
+    }
+
+    fn adaptive_plan(&self, digits: u8, run: &Run) -> Plan {
+        let way = Way { rung: Rung::Reference, integrator: Integrator::Adaptive { digits } };
+        let answers = run.samples.len().max(1) as f64;
+        self.scene.plan(way, 1, run.cost / answers)
+    }
+
+    /// What the tolerance is in the unit in which error control counts.
+    fn relative(&self, furthest: f64) -> f64 {
+        use super::Quantity;
+        let scales = &self.scene.scales;
+        let unit = match self.scene.quantity {
+            Quantity::Force => to_f64(self.scene.dry.breakaway),
+            Quantity::Position => larger(to_f64(scales[0]), furthest),
+            Quantity::Velocity => larger(to_f64(scales[1]), furthest),
+        };
+        self.allowed / unit
+    }
+
+    fn first_digits(&self) -> u8 {
+        let relative = self.relative(0.0);
+        digits_of(relative).clamp(2, self.scene.most_digits() - 2)
+    }
+
+    /// Where no pilot is long enough: the reference, with a tolerance tighter by a factor, and by what two runs over the
+    /// part that was seen differ, had their difference grown ever since.
+    fn rest_on_error_control(
+        &self,
+        digits: u8,
+        run: &Run,
+        mut trials: Vec<Trial>,
+        mut purse: Purse,
+    ) -> Result<Choice, FidelityError> {
+        let scene = self.scene;
+        let seen = |sample: &Sample| match scene.quantity {
+            super::Quantity::Velocity => sample.velocity,
+            _ => sample.position,
+        };
+        let furthest = run.samples.iter().fold(0.0, |most, s| larger(most, seen(s).abs_value()));
+        let mut tight = digits_of(self.relative(furthest) / SAFETY).max(2);
+        let part = run.samples.len();
+        let own = trials.iter().rev().find(|trial| trial.verdict == Verdict::Measured);
+        let mut measured = own.map(|trial| trial.error);
+        if measured.is_none() && part > 0 && 1.1 * run.evaluations < purse.rest() {
+            let tighter = (digits + 2).min(scene.most_digits());
+            let other = self.adaptive(tighter, part, purse.rest())?;
+            purse.spent += other.evaluations;
+            let short = Run { samples: run.samples.clone(), evaluations: 0.0, cost: 0.0 };
+            measured = Some(self.error(&short, &other));
+        }
+        match measured {
+            Some(error) => {
+                // An error that grows with time, three times as fast; local errors are ε^(2/3) of what is asked for.
+                let growth = 3.0 * scene.answers as f64 / part.max(1) as f64;
+                let excess = growth * error / (0.3 * self.allowed);
+                let more = 1.5 * nalgebra::ComplexField::log10(larger(excess, 1.0));
+                let needed = digits.saturating_add(nalgebra::ComplexField::ceil(more) as u8);
+                tight = tight.max(needed);
+            }
+            None => tight += 1,
+        }
+        let plan = self.adaptive_plan(tight, run);
+        if tight > scene.most_digits() {
+            return Err(FidelityError::PilotTooShort {
+                needed: 2.0 * run.evaluations * scene.answers as f64 / part.max(1) as f64,
+                allowed: purse.budget,
+            });
+        }
+        let error = self.allowed;
+        trials.push(Trial { plan, error, verdict: Verdict::Estimated, met: true });
+        let evidence = self.evidence(run);
+        Ok(self.finish(plan, error, Verdict::Estimated, evidence, trials, &purse, part))
+    }
+
+    /// The difference of two runs in the norm of the tolerance, followed to the end of the scene.
+    fn error(&self, run: &Run, truth: &Run) -> f64 {
+        let scene = self.scene;
+        let off: Vec<f64> = run
+            .samples
+            .iter()
+            .zip(&truth.samples)
+            .map(|(a, b)| scene.value(a) - scene.value(b))
+            .collect();
+        if off.is_empty() || off.iter().any(|e| !e.is_finite()) {
+            return f64::INFINITY;
+        }
+        let largest = off.iter().fold(0.0, |most, e| larger(most, e.abs_value()));
+        let norm = match self.tolerance.norm {
+            Norm::Greatest => largest,
+            Norm::RootMeanSquare => {
+                root(off.iter().map(|e| e * e).sum::<f64>() / off.len() as f64)
+            }
+        };
+        let Some(period) = scene.period.filter(|_| off.len() < scene.answers) else {
+            return norm;
+        };
+        // The worst of the periods seen, and what each further one adds.
+        let change = |nth: usize| {
+            let now = off.iter().skip(nth * period).take(period);
+            let before = off.iter().skip((nth - 1) * period);
+            now.zip(before).fold(0.0, |most, (a, b)| larger(most, (a - b).abs_value()))
+        };
+        let drift = larger(change(1), change(2));
+        let rest = scene.answers as f64 / period as f64 - PERIODS as f64;
+        let worst = match self.tolerance.norm {
+            Norm::Greatest => norm,
+            // The mean of a period may hide in that of three.
+            Norm::RootMeanSquare => norm * root(PERIODS as f64),
+        };
+        worst + LATER * drift * rest
+    }
+
+    /// Whether a periodic scene has come to repeat itself: what its velocity and its deflection still
+    /// change by from period to period cannot add up to much.
+    fn is_settled(&self, run: &Run) -> bool {
+        let scene = self.scene;
+        let Some(period) = scene.period else { return true };
+        let rest = scene.answers as f64 / period as f64 - PERIODS as f64;
+        let settles = |of: &dyn Fn(&Sample) -> f64, least: f64| {
+            let size = run.samples.iter().fold(least, |most, s| larger(most, of(s).abs_value()));
+            let change = |nth: usize| {
+                let now = run.samples.iter().skip(nth * period).take(period);
+                let before = run.samples.iter().skip((nth - 1) * period);
+                now.zip(before).fold(0.0, |most, (a, b)| larger(most, (of(a) - of(b)).abs_value()))
+            };
+            let (first, second) = (change(1), change(2));
+            let ratio = if first > 0.0 { second / first } else { 0.0 };
+            let geometric = if ratio < 0.9 { ratio / (1.0 - ratio) } else { f64::INFINITY };
+            let further = if geometric < rest { geometric } else { rest };
+            second * further <= 0.05 * size
+        };
+        settles(&|s| s.velocity, 0.0) && settles(&|s| s.deflection, 0.0)
+    }
+
+    /// What the applied force can have done by each answer. d√(2E)/dt ≤ |f + k (y − x₀)|/√m for a passive contact,
+    /// E = ½ m v² + ½ k (x − x₀)² + W.
+    fn survey(&self) -> Survey {
+        let scene = self.scene;
+        let machine = &scene.machine;
+        let mass = to_f64(machine.mechanism.mass);
+        let interval = to_f64(scene.interval);
+        let z = match scene.start {
+            super::Start::Undeflected => 0.0,
+            super::Start::Steady => to_f64(scene.contact.stationary(machine.velocity)),
+        };
+        let springs = to_f64(scene.contact.model().storage_stiffness())
+            * to_f64(scene.contact.normal_force());
+        let start = to_f64(machine.velocity);
+        let mut gained = root(mass * start * start + springs * z * z);
+        let mut all = Vec::with_capacity(scene.answers);
+        let at = |place: f64| {
+            to_f64(machine.applied(scene.interval * crate::scalar::lit(place))).abs_value()
+        };
+        let mut before = at(0.0);
+        let mut largest = before;
+        for index in 0..scene.answers {
+            let (middle, end) = (at(index as f64 + 0.5), at(index as f64 + 1.0));
+            // The larger end of each half.
+            let (first, second) = (larger(before, middle), larger(middle, end));
+            gained += 0.5 * interval * (first + second) / root(mass);
+            largest = larger(largest, larger(first, second));
+            all.push(gained);
+            before = end;
+        }
+        Survey { largest, gained: all }
+    }
+
+    /// A bound on the error of true rest, where the static curve cannot but rest.
+    fn stuck_bound(&self, survey: &Survey) -> Option<f64> {
+        let scene = self.scene;
+        let machine = &scene.machine;
+        let at_rest = crate::scalar::is_zero(machine.velocity)
+            && survey.largest <= to_f64(scene.dry.breakaway)
+            && scene.contact.model().obeys(Law::Passivity);
+        if !at_rest || scene.quantity == super::Quantity::Force {
+            return None;
+        }
+        let mass = to_f64(machine.mechanism.mass);
+        let stiffness = to_f64(machine.mechanism.spring_stiffness);
+        let interval = to_f64(scene.interval);
+        let (mut way, mut error, mut squares) = (0.0, 0.0_f64, 0.0);
+        for gained in &survey.gained {
+            let speed = gained / root(mass);
+            way += interval * speed;
+            let spring = gained / root(stiffness);
+            let off = match scene.quantity {
+                super::Quantity::Velocity => speed,
+                _ if spring < way => spring,
+                _ => way,
+            };
+            error = larger(error, off);
+            squares += off * off;
+        }
+        Some(match self.tolerance.norm {
+            Norm::Greatest => error,
+            Norm::RootMeanSquare => root(squares / survey.gained.len() as f64),
+        })
+    }
+
+    /// Whether the mass holds more energy than it can have got.
+    fn check_energy(&self, run: &Run, survey: &Survey) -> Result<(), FidelityError> {
+        let scene = self.scene;
+        let mechanism = &scene.machine.mechanism;
+        let springs = to_f64(scene.contact.model().storage_stiffness())
+            * to_f64(scene.contact.normal_force());
+        let (mass, stiffness) = (to_f64(mechanism.mass), to_f64(mechanism.spring_stiffness));
+        for (index, (sample, gained)) in run.samples.iter().zip(&survey.gained).enumerate() {
+            let Sample { position: x, velocity: v, deflection: z, .. } = *sample;
+            let energy = 0.5 * (mass * v * v + stiffness * x * x + springs * z * z);
+            let limit = 0.5 * gained * gained;
+            // A hundredth for what lies between answers, and the errors of the run.
+            if !(energy <= 1.02 * limit + 1e-300) {
+                let time = to_f64(scene.interval) * (index + 1) as f64;
+                return Err(FidelityError::GainsEnergy { time, energy, limit });
+            }
+        }
+        Ok(())
+    }
+
+    /// What kind of a scene the reference found.
+    fn evidence(&self, run: &Run) -> Evidence {
+        let scene = self.scene;
+        let model = scene.contact.model();
+        let breakaway = to_f64(scene.scales[2]);
+        let (mut slowest, mut fastest) = (f64::INFINITY, 0.0);
+        let (mut reversals, mut stuck) = (0, 0_usize);
+        let (mut way, mut longest, mut from) = (0.0, 0.0, 0.0);
+        let (mut lag, mut relaxation) = (0.0, 0.0);
+        let mut direction = 0.0;
+        let interval = to_f64(scene.interval);
+        let stride = run.samples.len().div_ceil(LOOKS).max(1);
+        for (index, sample) in run.samples.iter().enumerate() {
+            let speed = sample.velocity.abs_value();
+            slowest = if speed < slowest { speed } else { slowest };
+            fastest = larger(fastest, speed);
+            if sample.velocity * direction < 0.0 {
+                reversals += 1;
+                way = 0.0;
+            }
+            if sample.velocity != 0.0 {
+                direction = sample.velocity;
+            }
+            way += (sample.position - from).abs_value();
+            from = sample.position;
+            longest = larger(longest, way);
+            if way < breakaway {
+                stuck += 1;
+            }
+            if index % stride == 0 {
+                let v: T = crate::scalar::lit(sample.velocity);
+                let z = to_f64(model.stationary(v));
+                lag = larger(lag, (sample.deflection - z).abs_value() / breakaway);
+                relaxation += stride as f64
+                    * interval
+                    * to_f64(model.affine(v.into(), crate::scalar::lit(sample.deflection)).relaxation);
+            }
+        }
+        Evidence {
+            slowest,
+            fastest,
+            reversals,
+            lag,
+            presliding: breakaway / longest,
+            stuck_share: stuck as f64 / run.samples.len().max(1) as f64,
+            relaxation,
+        }
+    }
+}
+
+/// Instants at which the evidence looks at the curve.
+const LOOKS: usize = 32;
+
+/// Decimals of a relative tolerance.
+fn digits_of(relative: f64) -> u8 {
+    let digits = nalgebra::ComplexField::ceil(-nalgebra::ComplexField::log10(relative));
+    if digits > 200.0 {
+        200
+    } else if digits > 0.0 {
+        digits as u8
+    } else {
+        0
+    }
+}
+
+/// |x|, which has no name without the standard library.
+trait AbsoluteValue {
+    fn abs_value(self) -> f64;
+}
+
+impl AbsoluteValue for f64 {
+    fn abs_value(self) -> f64 {
+        if self < 0.0 { -self } else { self }
+    }
+}
