@@ -43,9 +43,37 @@
 //! ([`FidelityError::PilotTooShort`]), not guessed: a stiff scene of more than some 360 different answers, or a bristle of
 //! several springs along many.
 //!
+//! # Mechanisms
+//!
+//! In a [`Motion`] the force acts back on the velocity, and what is wanted may be a position or a velocity:
+//!
+//! | rung | what | weight of a step |
+//! |---|---|---|
+//! | static curve | true rest: the mass stops where a force up to p μ_s can stop it; implicit, in closed form | 2.4, and 1.5 while it slides |
+//! | Dahl | a bristle under the coefficient at rest; passive steps ([`Contact::companion`](crate::Contact::companion)) | 3.1 |
+//! | reference | any model of one deflection; passive steps | 3.5 |
+//! | | the same under error control ([`Solver::automatic`](crate::ode::Solver::automatic)) | 4.7 an evaluation, 9.6 a Jacobian |
+//!
+//! A lumped FrBD below another model of one deflection would cost as much as that.
+//!
+//! *A bound*, where a passive contact starts at rest and the applied force g = f + k (y − x₀) never exceeds p μ_s, so that the
+//! static curve does not move: with E = ½ m v² + ½ k (x − x₀)² + W, d√(2E)/dt ≤ |g|/√m, so that
+//!
+//! |v| ≤ G/√m,  |x − x₀| ≤ min(∫G dt/√m, G/√k),  G(t) = ∫₀ᵗ |g| ds/√m,
+//!
+//! as far as g is monotone between an answer and the middle to the next. A reference that holds more energy than ½ (√(2E₀) + G)²
+//! is refused: its friction drives it ([`FidelityError::GainsEnergy`]).
+//!
+//! *A pilot* else: the reference under error control at two tolerances, until both agree within 30 % of the tolerance, over all of
+//! the scene or three of its periods, and the rungs with fixed steps beside it. What a difference grows by from period to period is
+//! followed to the end with half as much again, if velocity and deflection of the reference repeat themselves by then.
+//! If error control sees a part only, passive steps of two or three lengths may stand for it, if they converge over
+//! all of the window and agree with it on its part ([`Verdict::Extrapolated`]). If not even that is within its means, the reference under
+//! tightened error control is the answer ([`Verdict::Estimated`]): safe, and often far dearer than need be.
+//!
 //! # Limits
 //!
-//! Forces along given velocities only. In a mechanism the error of the force acts back on the velocity.
+//! A bound on the cost of a plan is not given. Limit cycles that nobody announced by a period are not looked for.
 //! A velocity that does much between two answers, unseen at all of them, is not noticed.
 //!
 //! Source: the bound follows from the linear equation of Romano et al. (arXiv 2602.09429), section III-A, by

@@ -67,10 +67,22 @@ impl fmt::Display for Integrator {
             Integrator::Companion => "companion",
             Integrator::Adaptive { digits } => {
                 let ten: [&str; 16] = [
-                    "adaptive 1", "adaptive 1e-1", "adaptive 1e-2", "adaptive 1e-3", "adaptive 1e-4",
-                    "adaptive 1e-5", "adaptive 1e-6", "adaptive 1e-7", "adaptive 1e-8", "adaptive 1e-9",
-                    "adaptive 1e-10", "adaptive 1e-11", "adaptive 1e-12", "adaptive 1e-13",
-                    "adaptive 1e-14", "adaptive 1e-15",
+                    "adaptive 1",
+                    "adaptive 1e-1",
+                    "adaptive 1e-2",
+                    "adaptive 1e-3",
+                    "adaptive 1e-4",
+                    "adaptive 1e-5",
+                    "adaptive 1e-6",
+                    "adaptive 1e-7",
+                    "adaptive 1e-8",
+                    "adaptive 1e-9",
+                    "adaptive 1e-10",
+                    "adaptive 1e-11",
+                    "adaptive 1e-12",
+                    "adaptive 1e-13",
+                    "adaptive 1e-14",
+                    "adaptive 1e-15",
                 ];
                 ten.get(usize::from(*digits)).copied().unwrap_or("adaptive")
             }
@@ -268,7 +280,13 @@ impl fmt::Display for Choice {
         writeln!(
             f,
             "{:18} {:14} {:>10} {:>12} {:>6} / {:3}  {:13} tolerance",
-            "rung", "integrator", "step / s", "cost / (1/s)", "error", self.quantity.unit(), "evidence"
+            "rung",
+            "integrator",
+            "step / s",
+            "cost / (1/s)",
+            "error",
+            self.quantity.unit(),
+            "evidence"
         )?;
         for Trial { plan, error, verdict, met } in &self.trials {
             writeln!(

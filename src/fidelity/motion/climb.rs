@@ -19,14 +19,20 @@ const PILOT_SHARE: f64 = 0.05;
 const MARGIN: f64 = 0.8;
 /// Share of the tolerance within which two runs of the reference have to agree before the tighter one counts as true.
 const AGREED: f64 = 0.3;
-/// Share of its means that the pilot spends on the first run of the reference: the second takes half as much again.
-const FIRST: f64 = 0.4;
-/// Share of that difference that is taken for the error of the tighter one, whose tolerance is a hundredth.
-const TIGHTER: f64 = 0.25;
+/// Share of its means that the pilot spends on the first run of the reference: the second takes a third more.
+const FIRST: f64 = 0.3;
+/// Share of that difference that is taken for the error of the tighter one, whose tolerance is a tenth.
+const TIGHTER: f64 = 0.5;
 /// How much tighter error control is asked for than the error allowed where no pilot can tell.
-const SAFETY: f64 = 300.0;
+const SAFETY: f64 = 30.0;
 /// A step that is not at least this much better than one four times as long is held up by the model.
 const STALLED: f64 = 0.6;
+/// The same where the reference itself is not known but to converge.
+const CAUTIOUS: f64 = 0.5;
+/// A difference this small, as a share of the tolerance, has converged.
+const SMALL: f64 = 0.02;
+/// Share of the window that error control has to have seen to vouch for longer steps.
+const LEAST_SEEN: f64 = 0.02;
 /// Periods that the pilot looks at.
 const PERIODS: usize = 3;
 /// By how much drifts of later periods may exceed those seen.
@@ -92,8 +98,7 @@ where
 {
     fn choose(&self, most_evaluations: Option<f64>) -> Result<Choice, FidelityError> {
         let scene = self.scene;
-        let mut purse =
-            Purse { spent: 0.0, budget: most_evaluations.unwrap_or(FREE_EVALUATIONS) };
+        let mut purse = Purse { spent: 0.0, budget: most_evaluations.unwrap_or(FREE_EVALUATIONS) };
         let survey = self.survey();
         let mut trials = Vec::new();
         if let Some(error) = self.stuck_bound(&survey) {
@@ -129,18 +134,20 @@ where
             // A full run of the reference is known now, or foreseen.
             let all = last.evaluations * scene.answers as f64 / last.samples.len().max(1) as f64;
             purse.budget = larger(purse.budget, PILOT_SHARE * all);
-            let needed = all * window as f64 / scene.answers as f64;
-            if last.samples.len() < window && 1.2 * needed <= FIRST * purse.rest() {
+            if last.samples.len() < window && FIRST * purse.rest() > 1.5 * last.evaluations {
                 last = self.adaptive(digits, window, FIRST * purse.rest())?;
                 purse.spent += last.evaluations;
                 self.check_energy(&last, &survey)?;
             }
         }
         if last.samples.len() < window {
+            if let Some(choice) = self.by_agreement(&last, window, &mut trials, &mut purse)? {
+                return Ok(choice);
+            }
             return self.rest_on_error_control(digits, &last, trials, purse);
         }
         let (truth, uncertainty, mut best) = loop {
-            let tighter = digits + 2;
+            let tighter = digits + 1;
             if tighter > most_digits {
                 let plan = self.adaptive_plan(digits, &last);
                 return Err(FidelityError::OutOfReach {
@@ -151,7 +158,10 @@ where
                     evaluations: purse.spent,
                 });
             }
-            if 1.3 * last.evaluations > purse.rest() {
+            if 1.2 * last.evaluations > purse.rest() {
+                if let Some(choice) = self.by_agreement(&last, window, &mut trials, &mut purse)? {
+                    return Ok(choice);
+                }
                 return self.rest_on_error_control(digits, &last, trials, purse);
             }
             let run = self.adaptive(tighter, window, purse.rest())?;
@@ -205,7 +215,8 @@ where
             } else {
                 expected
             };
-            if least >= best.0.cost_rate || (window * substeps) as f64 > purse.rest() {
+            let forces = if scene.quantity == super::Quantity::Force { window } else { 0 };
+            if least >= best.0.cost_rate || (window * substeps + forces) as f64 > purse.rest() {
                 break;
             }
             let run = scene.run(way, substeps, window, f64::INFINITY)?;
@@ -232,11 +243,7 @@ where
             }
             // No method here is better than second order.
             let ratio = root(error / self.allowed);
-            substeps *= if ratio >= 8.0 {
-                4
-            } else {
-                2
-            };
+            substeps *= if ratio >= 8.0 { 4 } else { 2 };
         }
         Ok(())
     }
@@ -291,7 +298,77 @@ where
 
     fn first_digits(&self) -> u8 {
         let relative = self.relative(0.0);
-        digits_of(relative).clamp(2, self.scene.most_digits() - 2)
+        digits_of(relative).clamp(2, self.scene.most_digits() - 1)
+    }
+
+    /// Where error control cannot see all of the window: passive steps of three lengths that converge over all of it, and to
+    /// what error control has seen. Cheaper rungs are compared with the finest.
+    fn by_agreement(
+        &self,
+        prefix: &Run,
+        window: usize,
+        trials: &mut Vec<Trial>,
+        purse: &mut Purse,
+    ) -> Result<Option<Choice>, FidelityError> {
+        let scene = self.scene;
+        let part = prefix.samples.len();
+        let way = Way { rung: Rung::Reference, integrator: Integrator::Companion };
+        let answer = if scene.quantity == super::Quantity::Force { 2.0 } else { 1.0 };
+        let size = window as f64;
+        if (part as f64) < LEAST_SEEN * size || size * (1.0 + 2.0 * answer) > purse.rest() {
+            return Ok(None);
+        }
+        let mut runs: Vec<(usize, Run)> = Vec::new();
+        let (mut substeps, mut agreed) = (1_usize, None);
+        let mut before = f64::INFINITY;
+        while size * (substeps as f64 + answer - 1.0) <= purse.rest() {
+            let run = scene.run(way, substeps, window, f64::INFINITY)?;
+            purse.spent += run.evaluations;
+            if let Some((_, coarser)) = runs.last() {
+                let off = self.error(coarser, &run);
+                let converges = off <= 0.5 * before || off <= SMALL * self.allowed;
+                let enough = runs.len() >= 2 || off <= SMALL * self.allowed;
+                if off <= 0.1 * self.allowed && converges && enough {
+                    agreed = Some(off);
+                }
+                before = off;
+            }
+            runs.push((substeps, run));
+            if agreed.is_some() {
+                break;
+            }
+            substeps *= 2;
+        }
+        let (Some(off), Some((_, finest))) = (agreed, runs.last()) else { return Ok(None) };
+        let seen = self.error_of(&finest.samples, &prefix.samples);
+        if !(seen <= 0.2 * self.allowed) || (window < scene.answers && !self.is_settled(finest)) {
+            return Ok(None);
+        }
+        // What the finest may still be off by.
+        let uncertainty = larger(2.0 * off, seen);
+        let still = Way { rung: Rung::StaticCurve, integrator: Integrator::Implicit };
+        let mut all: Vec<(Way, usize, &Run)> =
+            runs.iter().map(|(substeps, run)| (way, *substeps, run)).collect();
+        let rest;
+        if size * answer <= purse.rest() {
+            rest = scene.run(still, 1, window, f64::INFINITY)?;
+            purse.spent += rest.evaluations;
+            all.push((still, 1, &rest));
+        }
+        let mut best: Option<(Plan, f64)> = None;
+        for (way, substeps, run) in all {
+            let error = self.error(run, finest) + uncertainty;
+            let plan = scene.plan(way, substeps, run.cost / size);
+            let met = error <= CAUTIOUS * self.allowed;
+            trials.push(Trial { plan, error, verdict: Verdict::Extrapolated, met });
+            if met && best.is_none_or(|(other, _)| plan.cost_rate < other.cost_rate) {
+                best = Some((plan, error));
+            }
+        }
+        let Some((plan, error)) = best else { return Ok(None) };
+        let evidence = self.evidence(finest);
+        let trials = core::mem::take(trials);
+        Ok(Some(self.finish(plan, error, Verdict::Extrapolated, evidence, trials, purse, window)))
     }
 
     /// Where no pilot is long enough: the reference, with a tolerance tighter by a factor, and by what two runs over the
@@ -314,7 +391,7 @@ where
         let own = trials.iter().rev().find(|trial| trial.verdict == Verdict::Measured);
         let mut measured = own.map(|trial| trial.error);
         if measured.is_none() && part > 0 && 1.1 * run.evaluations < purse.rest() {
-            let tighter = (digits + 2).min(scene.most_digits());
+            let tighter = (digits + 1).min(scene.most_digits());
             let other = self.adaptive(tighter, part, purse.rest())?;
             purse.spent += other.evaluations;
             let short = Run { samples: run.samples.clone(), evaluations: 0.0, cost: 0.0 };
@@ -329,7 +406,8 @@ where
                 let needed = digits.saturating_add(nalgebra::ComplexField::ceil(more) as u8);
                 tight = tight.max(needed);
             }
-            None => tight += 1,
+            None if part == 0 => tight += 1,
+            None => {}
         }
         let plan = self.adaptive_plan(tight, run);
         if tight > scene.most_digits() {
@@ -346,22 +424,20 @@ where
 
     /// The difference of two runs in the norm of the tolerance, followed to the end of the scene.
     fn error(&self, run: &Run, truth: &Run) -> f64 {
+        self.error_of(&run.samples, &truth.samples)
+    }
+
+    fn error_of(&self, run: &[Sample], truth: &[Sample]) -> f64 {
         let scene = self.scene;
-        let off: Vec<f64> = run
-            .samples
-            .iter()
-            .zip(&truth.samples)
-            .map(|(a, b)| scene.value(a) - scene.value(b))
-            .collect();
+        let off: Vec<f64> =
+            run.iter().zip(truth).map(|(a, b)| scene.value(a) - scene.value(b)).collect();
         if off.is_empty() || off.iter().any(|e| !e.is_finite()) {
             return f64::INFINITY;
         }
         let largest = off.iter().fold(0.0, |most, e| larger(most, e.abs_value()));
         let norm = match self.tolerance.norm {
             Norm::Greatest => largest,
-            Norm::RootMeanSquare => {
-                root(off.iter().map(|e| e * e).sum::<f64>() / off.len() as f64)
-            }
+            Norm::RootMeanSquare => root(off.iter().map(|e| e * e).sum::<f64>() / off.len() as f64),
         };
         let Some(period) = scene.period.filter(|_| off.len() < scene.answers) else {
             return norm;
@@ -524,7 +600,9 @@ where
                 lag = larger(lag, (sample.deflection - z).abs_value() / breakaway);
                 relaxation += stride as f64
                     * interval
-                    * to_f64(model.affine(v.into(), crate::scalar::lit(sample.deflection)).relaxation);
+                    * to_f64(
+                        model.affine(v.into(), crate::scalar::lit(sample.deflection)).relaxation,
+                    );
             }
         }
         Evidence {

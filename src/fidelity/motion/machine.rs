@@ -154,7 +154,7 @@ impl<T: Scalar, D: Signal<T>, F: Signal<T>> Machine<T, D, F> {
             });
         }
         let steps = (grid.answers * grid.substeps) as f64;
-        let cost = steps * weight::SLIDE + evaluations * weight::CURVE;
+        let cost = steps * weight::SLIDE + evaluations * weight::STEADY;
         Run { samples, evaluations, cost }
     }
 
