@@ -73,7 +73,8 @@
 //!
 //! # Limits
 //!
-//! A bound on the cost of a plan is not given. Limit cycles that nobody announced by a period are not looked for.
+//! Error control takes no step longer than the time between two answers: longer ones lose whole slips, held on unstable
+//! steady sliding at any tolerance. What grows much faster than that and is not seen at the answers may still be lost. Limit cycles that nobody announced by a period are not looked for.
 //! A velocity that does much between two answers, unseen at all of them, is not noticed.
 //!
 //! Source: the bound follows from the linear equation of Romano et al. (arXiv 2602.09429), section III-A, by

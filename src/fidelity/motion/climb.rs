@@ -37,6 +37,8 @@ const SMALL: f64 = 0.02;
 const LEAST_SEEN: f64 = 0.02;
 /// Error of a run in times its tolerance that is not held against a friction model's energy balance.
 const LOOSE: f64 = 30.0;
+/// Looser error control loses whole slips, and two such runs may agree on that.
+const LEAST_DIGITS: u8 = 4;
 /// Periods that the pilot looks at.
 const PERIODS: usize = 3;
 /// By how much drifts of later periods may exceed those seen.
@@ -184,6 +186,13 @@ where
             last = run;
         };
         self.check_energy(&truth, digits, &survey)?;
+        if self.balances(&truth) {
+            // Error control would have to be told to shake it.
+            return Err(FidelityError::PilotTooShort {
+                needed: 10.0 * purse.spent,
+                allowed: purse.budget,
+            });
+        }
         if window < scene.answers && !self.is_settled(&truth) {
             return self.rest_on_error_control(digits, &last, trials, purse);
         }
@@ -303,7 +312,7 @@ where
 
     fn first_digits(&self) -> u8 {
         let relative = self.relative(0.0);
-        digits_of(relative).clamp(2, self.scene.most_digits() - 1)
+        digits_of(relative).clamp(LEAST_DIGITS, self.scene.most_digits() - 1)
     }
 
     /// Where error control cannot see all of the window: passive steps of three lengths that converge over all of it, and to
@@ -393,7 +402,7 @@ where
         let furthest = run.samples.iter().fold(0.0, |most, s| larger(most, seen(s).abs_value()));
         let safety =
             if scene.quantity == super::Quantity::Position { SAFETY } else { SAFETY_OF_FAST };
-        let mut tight = digits_of(self.relative(furthest) / safety).max(2);
+        let mut tight = digits_of(self.relative(furthest) / safety).max(LEAST_DIGITS + 1);
         let part = run.samples.len();
         let own = trials.iter().rev().find(|trial| trial.verdict == Verdict::Measured);
         let mut measured = own.map(|trial| trial.error);
@@ -573,6 +582,37 @@ where
             }
         }
         Ok(())
+    }
+
+    /// Whether a run slides steadily where that is unstable: on the falling part of the curve, for longer than the motion takes to
+    /// leave. Long steps of an L-stable method hold it there.
+    fn balances(&self, run: &Run) -> bool {
+        let scene = self.scene;
+        let contact = &scene.contact;
+        let mechanism = &scene.machine.mechanism;
+        let (mass, damping) = (to_f64(mechanism.mass), to_f64(mechanism.viscous_damping));
+        let breakaway = to_f64(scene.scales[2]);
+        let mut in_a_row = 0;
+        let mut looks = 0;
+        for (before, now) in run.samples.iter().zip(run.samples.iter().skip(1)) {
+            let even =
+                (now.velocity - before.velocity).abs_value() <= 0.02 * now.velocity.abs_value();
+            let still = (now.deflection - before.deflection).abs_value() <= 0.02 * breakaway;
+            if !(even && still && now.velocity != 0.0) || looks > LOOKS {
+                in_a_row = 0;
+                continue;
+            }
+            looks += 1;
+            let at = |v: f64| to_f64(contact.stationary_force(crate::scalar::lit::<T>(v)));
+            let v = now.velocity;
+            let slope = (at(1.01 * v) - at(0.99 * v)) / (0.02 * v) + damping;
+            // Some e-foldings between two answers: nothing stays there that long.
+            in_a_row = if -slope / mass * to_f64(scene.interval) > 1.0 { in_a_row + 1 } else { 0 };
+            if in_a_row >= 2 {
+                return true;
+            }
+        }
+        false
     }
 
     /// What kind of a scene the reference found.
