@@ -69,12 +69,13 @@
 //! followed to the end with half as much again, if velocity and deflection of the reference repeat themselves by then.
 //! If error control sees a part only, passive steps of two or three lengths may stand for it, if they converge over
 //! all of the window and agree with it on its part ([`Verdict::Extrapolated`]). If not even that is within its means, the reference under
-//! tightened error control is the answer ([`Verdict::Estimated`]): safe, and often far dearer than need be.
+//! tightened error control is the answer ([`Verdict::Estimated`]): often far dearer than need be, and refused
+//! ([`FidelityError::PilotTooShort`]) where a spring can lead the mass along unstable sliding.
 //!
 //! # Limits
 //!
-//! Error control takes no step longer than the time between two answers: longer ones lose whole slips, held on unstable
-//! steady sliding at any tolerance. What grows much faster than that and is not seen at the answers may still be lost. Limit cycles that nobody announced by a period are not looked for.
+//! Error control takes no step longer than the time between two answers: longer ones can hold a mass on unstable
+//! steady sliding. Limit cycles that nobody announced by a period are not looked for.
 //! A velocity that does much between two answers, unseen at all of them, is not noticed.
 //!
 //! Source: the bound follows from the linear equation of Romano et al. (arXiv 2602.09429), section III-A, by

@@ -426,7 +426,7 @@ where
             None => {}
         }
         let plan = self.adaptive_plan(tight, run);
-        if tight > scene.most_digits() {
+        if tight > scene.most_digits() || self.may_slip_late() {
             return Err(FidelityError::PilotTooShort {
                 needed: 2.0 * run.evaluations * scene.answers as f64 / part.max(1) as f64,
                 allowed: purse.budget,
@@ -436,6 +436,22 @@ where
         trials.push(Trial { plan, error, verdict: Verdict::Estimated, met: true });
         let evidence = self.evidence(run);
         Ok(self.finish(plan, error, Verdict::Estimated, evidence, trials, &purse, part))
+    }
+
+    /// Whether a spring may lead the mass along unstable sliding: there a slow start forgets no error, but multiplies it until
+    /// it slips, and no tolerance that is not checked over all of the scene says when.
+    fn may_slip_late(&self) -> bool {
+        let scene = self.scene;
+        let breakaway = to_f64(scene.dry.breakaway);
+        let damping = to_f64(scene.machine.mechanism.viscous_damping);
+        let normal_force = to_f64(scene.contact.normal_force());
+        let falls = scene
+            .contact
+            .model()
+            .anatomy(T::one())
+            .is_none_or(|made| to_f64(made.least_slope) * normal_force + damping < 0.0);
+        let pulled = scene.machine.mechanism.spring_stiffness > T::zero();
+        pulled && falls && self.survey().largest > 0.9 * breakaway
     }
 
     /// The difference of two runs in the norm of the tolerance, followed to the end of the scene.

@@ -208,7 +208,8 @@ where
     /// The pilot costs no more than 2000 evaluations of the friction model (and those of the step it ends in), or a twentieth
     /// of a full run of the reference under error control if that is more. Where it cannot see enough, the answer is the reference with a
     /// tolerance 300 times tighter than asked for (1000 times for velocities and forces), and tighter still where two runs over the part that was seen say so:
-    /// [`Verdict::Estimated`](super::Verdict::Estimated). That is safe, and may cost many times what would have done:
+    /// [`Verdict::Estimated`](super::Verdict::Estimated). Where a spring can lead the mass along
+    /// unstable sliding it is refused, for errors grow there without limit before the slip. It may cost many times what would have done:
     /// allow the pilot more ([`Motion::choose_within`]).
     ///
     /// # Errors
