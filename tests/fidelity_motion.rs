@@ -385,7 +385,7 @@ fn stick_slip_is_answered_within_tolerance_in_each_quantity() {
             let parameters = rig(0.1, 200, 20.0, quantity, scale);
             let truth = exact(&parameters);
             let scene = Motion::new(parameters).unwrap();
-            let choice = scene.choose(within(share)).unwrap();
+            let choice = scene.choose_within(within(share), 5e4).unwrap();
             let carried = scene.carry_out(choice.plan).unwrap();
             let error = norm(Norm::Greatest, &carried.answers, &truth);
             assert!(error <= choice.allowed, "{error:e}\n{choice}");
@@ -570,7 +570,7 @@ fn lugre_can_be_the_reference_too() {
     };
     let truth = exact(&parameters);
     let scene = Motion::new(parameters).unwrap();
-    let choice = scene.choose(within(0.01)).unwrap();
+    let choice = scene.choose_within(within(0.01), 5e4).unwrap();
     let carried = scene.carry_out(choice.plan).unwrap();
     assert!(norm(Norm::Greatest, &carried.answers, &truth) <= choice.allowed, "{choice}");
 }

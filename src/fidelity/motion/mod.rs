@@ -88,7 +88,8 @@ pub struct MotionParameters<T, M, D, F> {
 ///     quantity: Quantity::Position,
 ///     scale: 0.75,
 /// })?;
-/// let choice = rig.choose(Tolerance { norm: Norm::Greatest, share: 0.01 })?;
+/// // All of it has to be seen, which takes a longer pilot than `choose` allows.
+/// let choice = rig.choose_within(Tolerance { norm: Norm::Greatest, share: 0.01 }, 5e4)?;
 /// // Two models of friction drift apart from slip to slip: it takes the model itself.
 /// assert_eq!(choice.plan.rung, Rung::Reference);
 /// let positions = rig.carry_out(choice.plan)?.answers;
