@@ -3,7 +3,8 @@
 use alloc::vec::Vec;
 
 use super::report::{
-    Choice, Evidence, FidelityError, Integrator, Norm, Plan, Rung, Tolerance, Trial, Verdict,
+    Choice, Evidence, FidelityError, Integrator, Norm, Plan, Quantity, Rung, Tolerance, Trial,
+    Verdict,
 };
 
 /// Evaluations that a pilot may always spend.
@@ -415,7 +416,14 @@ pub(super) fn choose<S: Climb>(
     if let Some(top) = candidates.last().filter(|_| ACCURACY * allowed < finest) {
         let plan = plan(top, Pace { stride: 1, substeps: 1 });
         let error = finest / ACCURACY;
-        return Err(FidelityError::OutOfReach { allowed, error, plan, evaluations: spent });
+        let quantity = Quantity::Force;
+        return Err(FidelityError::OutOfReach {
+            quantity,
+            allowed,
+            error,
+            plan,
+            evaluations: spent,
+        });
     }
 
     // What costs nothing but the curve at some instants: a bound.
@@ -435,6 +443,7 @@ pub(super) fn choose<S: Climb>(
     let window = if instants.settled.is_some() { count * stride } else { window };
     let finish =
         |plan: Plan, error: f64, verdict: Verdict, trials: Vec<Trial>, spent: f64| Choice {
+            quantity: Quantity::Force,
             plan,
             error,
             verdict,
@@ -716,7 +725,8 @@ pub(super) fn choose<S: Climb>(
     }
     let (plan, error) =
         best.ok_or(FidelityError::PilotTooShort { needed: window as f64 * top, allowed: budget })?;
-    Err(FidelityError::OutOfReach { allowed, error, plan, evaluations: spent })
+    let quantity = Quantity::Force;
+    Err(FidelityError::OutOfReach { quantity, allowed, error, plan, evaluations: spent })
 }
 
 /// A candidate with the step to try next, and what the last one gave.

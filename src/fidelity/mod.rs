@@ -84,9 +84,39 @@
 //! each answer stands alone only those are refined whose two values differ. What is counted are evaluations of the
 //! friction model: the tables of weights do not enter the pilot's account, and a grid's step counts as one.
 //!
+//! # Mechanisms
+//!
+//! In a [`Motion`] the force acts back on the velocity, and what is wanted may be a position or a velocity:
+//!
+//! | rung | what | weight of a step |
+//! |---|---|---|
+//! | static curve | true rest: the mass stops where a force up to p μ_s can stop it; implicit, in closed form | 2.4, and 1.5 while it slides |
+//! | Dahl | a bristle under the coefficient at rest; passive steps ([`Contact::companion`](crate::Contact::companion)) | 3.1 |
+//! | reference | any model of one deflection; passive steps | 3.5 |
+//! | | the same under error control ([`Solver::automatic`](crate::ode::Solver::automatic)) | 4.7 an evaluation, 9.6 a Jacobian |
+//!
+//! A lumped FrBD below another model of one deflection would cost as much as that.
+//!
+//! *A bound*, where a passive contact starts at rest and the applied force g = f + k (y − x₀) never exceeds p μ_s, so that the
+//! static curve does not move: with E = ½ m v² + ½ k (x − x₀)² + W, d√(2E)/dt ≤ |g|/√m, so that
+//!
+//! |v| ≤ G/√m,  |x − x₀| ≤ min(∫G dt/√m, G/√k),  G(t) = ∫₀ᵗ |g| ds/√m,
+//!
+//! as far as g is monotone between an answer and the middle to the next. A reference that holds more energy than ½ (√(2E₀) + G)²
+//! is refused: its friction drives it ([`FidelityError::GainsEnergy`]).
+//!
+//! *A pilot* else: the reference under error control at two tolerances, until both agree within 30 % of the tolerance, over all of
+//! the scene or three of its periods, and the rungs with fixed steps beside it. What a difference grows by from period to period is
+//! followed to the end with half as much again, if velocity and deflection of the reference repeat themselves by then.
+//! If error control sees a part only, passive steps of two or three lengths may stand for it, if they converge over
+//! all of the window and agree with it on its part ([`Verdict::Extrapolated`]). If not even that is within its means, the reference under
+//! tightened error control is the answer ([`Verdict::Estimated`]): often far dearer than need be, and refused
+//! ([`FidelityError::PilotTooShort`]) where a spring can lead the mass along unstable sliding.
+//!
 //! # Limits
 //!
-//! Forces along given velocities only. In a mechanism the error of the force acts back on the velocity.
+//! Error control takes no step longer than the time between two answers: longer ones can hold a mass on unstable
+//! steady sliding. Limit cycles that nobody announced by a period are not looked for.
 //! A velocity that does much between two answers, unseen at all of them, is not noticed.
 //!
 //! Source: the bound follows from the linear equation of Romano et al. (arXiv 2602.09429), section III-A, by
@@ -95,6 +125,7 @@
 mod history;
 mod ladder;
 mod look;
+mod motion;
 mod panel;
 mod pilot;
 mod reducible;
@@ -104,9 +135,11 @@ mod walk;
 mod weight;
 
 pub use history::{History, HistoryParameters, Start};
+pub use motion::{Carried, Motion, MotionParameters};
 pub use reducible::Reducible;
 pub use report::{
-    Choice, Evidence, FidelityError, Integrator, Norm, Plan, Rung, Tolerance, Trial, Verdict,
+    Choice, Evidence, FidelityError, Integrator, Norm, Plan, Quantity, Rung, Tolerance, Trial,
+    Verdict,
 };
 pub use rolling::{RollingHistory, RollingHistoryParameters};
 

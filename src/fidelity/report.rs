@@ -67,6 +67,15 @@ pub enum Integrator {
         /// Number of cells.
         cells: usize,
     },
+    /// Implicit steps of a mechanism in closed form, friction at rest set-valued: true rest.
+    Implicit,
+    /// Passive steps of a mechanism, solved once each ([`Contact::companion`](crate::Contact::companion)).
+    Companion,
+    /// Error control ([`Solver::automatic`](crate::ode::Solver::automatic)) at a tolerance of 10^−digits.
+    Adaptive {
+        /// Minus the decimal logarithm of the tolerance.
+        digits: u8,
+    },
 }
 
 impl fmt::Display for Integrator {
@@ -77,7 +86,45 @@ impl fmt::Display for Integrator {
             Integrator::Collocation => "collocation",
             Integrator::Ramp => "exact ramp",
             Integrator::Gauss => "Gauss points",
-            Integrator::Grid { cells } => return f.pad(&alloc::format!("grid of {cells}")),
+            Integrator::Grid { cells } => return f.pad(&format!("grid of {cells}")),
+            Integrator::Implicit => "implicit",
+            Integrator::Companion => "companion",
+            Integrator::Adaptive { digits } => {
+                return f.pad(&format!("adaptive 1e-{digits}"));
+            }
+        })
+    }
+}
+
+/// What is wanted of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Quantity {
+    /// The friction force \[N\].
+    #[default]
+    Force,
+    /// The position of the mass \[m\].
+    Position,
+    /// Its velocity [m/s].
+    Velocity,
+}
+
+impl Quantity {
+    /// Its unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Quantity::Force => "N",
+            Quantity::Position => "m",
+            Quantity::Velocity => "m/s",
+        }
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Quantity::Force => "friction force",
+            Quantity::Position => "position",
+            Quantity::Velocity => "velocity",
         })
     }
 }
@@ -98,7 +145,8 @@ pub struct Tolerance {
     pub norm: Norm,
     /// The error allowed, as a share \[–\] of the largest steady force in the scene,
     /// [`History::force_scale`](super::History::force_scale),
-    /// [`RollingHistory::force_scale`](super::RollingHistory::force_scale).
+    /// [`RollingHistory::force_scale`](super::RollingHistory::force_scale); of a [`Motion`](super::Motion), of the
+    /// scale it was given.
     pub share: f64,
 }
 
@@ -109,9 +157,9 @@ pub struct Plan {
     pub rung: Rung,
     /// How it is stepped.
     pub integrator: Integrator,
-    /// Length of a step \[s\].
+    /// Length of a step \[s\]; under error control the time between two answers.
     pub step: f64,
-    /// Steps between two answers. Of a contact patch see
+    /// Steps between two answers; 1 under error control. Of a contact patch see
     /// [`RollingHistory::with_substeps`](super::RollingHistory::with_substeps).
     pub substeps: usize,
     /// Weighted right-hand sides per second of scene \[1/s\], see [`fidelity`](crate::fidelity).
@@ -127,6 +175,9 @@ pub enum Verdict {
     Measured,
     /// On pilot runs with longer steps, whose error is taken to fall with the first power of the step.
     Extrapolated,
+    /// On the integrator's own error control, at a tolerance tightened by a stated factor
+    /// ([`Motion::choose`](super::Motion::choose)): no pilot was long enough.
+    Estimated,
 }
 
 impl fmt::Display for Verdict {
@@ -135,6 +186,7 @@ impl fmt::Display for Verdict {
             Verdict::Proved => "bound",
             Verdict::Measured => "measured",
             Verdict::Extrapolated => "extrapolated",
+            Verdict::Estimated => "error control",
         })
     }
 }
@@ -144,7 +196,7 @@ impl fmt::Display for Verdict {
 pub struct Trial {
     /// The plan. (Tried with longer steps than its own it is no worse with its own.)
     pub plan: Plan,
-    /// Its error \[N\], or a bound on it.
+    /// Its error, in the unit of the quantity, or a bound on it.
     pub error: f64,
     /// On what that rests.
     pub verdict: Verdict,
@@ -179,9 +231,11 @@ pub struct Evidence {
 /// The cheapest plan that meets a tolerance, and the evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
+    /// What is wanted.
+    pub quantity: Quantity,
     /// The plan.
     pub plan: Plan,
-    /// Its error \[N\] in the norm of the tolerance, or a bound on it.
+    /// Its error in the norm of the tolerance, in the unit of the quantity, or a bound on it.
     pub error: f64,
     /// On what that rests.
     pub verdict: Verdict,
@@ -189,7 +243,7 @@ pub struct Choice {
     pub evidence: Evidence,
     /// What was asked for.
     pub tolerance: Tolerance,
-    /// The same \[N\].
+    /// The same in the unit of the quantity.
     pub allowed: f64,
     /// Every plan that was looked at on the way, in this order, with what was found of it last.
     pub trials: Vec<Trial>,
@@ -232,7 +286,8 @@ impl fmt::Display for Choice {
             Norm::Greatest => "at every answer",
             Norm::RootMeanSquare => "root mean square",
         };
-        writeln!(f, "friction force within {percent} % of its scale: {allowed} N, {sense}")?;
+        let (quantity, unit) = (self.quantity, self.quantity.unit());
+        writeln!(f, "{quantity} within {percent} % of its scale: {allowed} {unit}, {sense}")?;
         let Evidence { slowest, fastest, reversals, lag, presliding, stuck_share, .. } =
             self.evidence;
         let reversals = match reversals {
@@ -256,12 +311,15 @@ impl fmt::Display for Choice {
         writeln!(f)?;
         writeln!(
             f,
-            "{:18} {:12} {:>9} {:>13} {:>10} {:>11}  {:12}",
+            "{:17} {:14} {:>8} {:>12} {:>13} {:>10}  {:12}",
             "model",
             "integrator",
             "step / s",
             "cost / (1/s)",
-            "error / N",
+            match quantity {
+                Quantity::Velocity => format!("error / ({unit})"),
+                _ => format!("error / {unit}"),
+            },
             "of allowed",
             "evidence"
         )?;
@@ -273,7 +331,7 @@ impl fmt::Display for Choice {
             let part = format!("{} %", Three(100.0 * error / self.allowed));
             writeln!(
                 f,
-                "{:18} {:12} {:>9} {:>13} {:>10} {:>11}  {:12} {}",
+                "{:17} {:14} {:>8} {:>12} {:>13} {:>10}  {:12} {}",
                 plan.rung,
                 plan.integrator,
                 step,
@@ -310,13 +368,15 @@ pub enum FidelityError {
     Parameter(#[from] ParameterError),
     /// No rung meets the tolerance with any step that was tried.
     #[error(
-        "an error of {allowed:e} N is out of reach: the best is {error:e} N, by {} with steps of {:e} s ({evaluations} evaluations spent)",
-        plan.rung, plan.step
+        "an error of {allowed:e} {unit} is out of reach: the best is {error:e} {unit}, by {} with steps of {:e} s ({evaluations} evaluations spent)",
+        plan.rung, plan.step, unit = quantity.unit()
     )]
     OutOfReach {
-        /// The error allowed \[N\].
+        /// Of what.
+        quantity: Quantity,
+        /// The error allowed, in its unit.
         allowed: f64,
-        /// The least that was found \[N\].
+        /// The least that was found.
         error: f64,
         /// With which plan.
         plan: Plan,
@@ -332,6 +392,18 @@ pub enum FidelityError {
         needed: f64,
         /// Evaluations allowed.
         allowed: f64,
+    },
+    /// The mechanism ends up with more energy than was put into it: the friction model drives it.
+    #[error(
+        "at t = {time} s the mechanism holds {energy:e} J, and no more than {limit:e} J was put into it: the friction drives it"
+    )]
+    GainsEnergy {
+        /// When \[s\].
+        time: f64,
+        /// Kinetic and stored energy \[J\].
+        energy: f64,
+        /// The most that start, base and applied force can have left there \[J\].
+        limit: f64,
     },
     /// A run stopped.
     #[error("{rung} stopped at t = {time} s: {reason}")]

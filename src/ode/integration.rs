@@ -157,7 +157,7 @@ where
     /// Takes one step, whose curve is the method's own only if someone looks between the two times,
     /// and else the cubic through its ends.
     #[inline]
-    pub(super) fn advance_seen(
+    pub(crate) fn advance_seen(
         &mut self,
         looks: impl Fn(T, T) -> bool,
     ) -> Result<Option<&Step<T, N>>, Failure<T, N>> {
