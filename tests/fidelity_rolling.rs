@@ -5,6 +5,7 @@
 #![allow(dead_code, unreachable_pub, reason = "the study is also run by itself")]
 
 use bristle::fidelity::*;
+use bristle::rolling::Motion;
 use bristle::rolling::*;
 use bristle::signal::{Constant, Polyline, Signal, Sine, SineParameters, Vertex};
 use bristle::{FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters, paper};
