@@ -113,3 +113,8 @@ pub use sliding::{Branch, Sliding};
 #[cfg(all(doctest, feature = "alloc"))]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+/// So do those of the page on control loops.
+#[cfg(all(doctest, feature = "alloc"))]
+#[doc = include_str!("../docs/control-loop.md")]
+struct ControlLoop;

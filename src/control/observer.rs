@@ -204,8 +204,7 @@ impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
         let ObserverParameters { contact, injection, velocity, output, .. } = parameters;
         let fastest = parameter::positive("fastest", parameters.fastest)?;
         let mass = parameter::positive("mass", parameters.mass)?;
-        let proportional =
-            parameter::positive("proportional_gain", parameters.proportional_gain)?;
+        let proportional = parameter::positive("proportional_gain", parameters.proportional_gain)?;
         let derivative = parameter::positive("derivative_gain", parameters.derivative_gain)?;
         let integral = parameter::non_negative("integral_gain", parameters.integral_gain)?;
         let model = contact.model();
@@ -314,8 +313,8 @@ impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
         };
         let drive = affine.drive * secant - rate;
         let deflection = T::end(&weights, self.deflection, drive).within(self.limit);
-        let force = self.contact.normal_force()
-            * (affine.coefficient(velocity, deflection) - coefficient);
+        let force =
+            self.contact.normal_force() * (affine.coefficient(velocity, deflection) - coefficient);
         if !(deflection.is_finite() && force.is_finite()) {
             return self.outlet.refuse();
         }

@@ -58,8 +58,7 @@ impl<T: Scalar> Outlet<T> {
 
     /// Begins anew.
     pub(super) fn reset(&mut self, deflection: T) {
-        self.last =
-            Compensation { force: T::zero(), deflection, saturated: false, refused: 0 };
+        self.last = Compensation { force: T::zero(), deflection, saturated: false, refused: 0 };
     }
 
     /// The answer to a good sample.
