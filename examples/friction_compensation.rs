@@ -173,8 +173,11 @@ fn compensator(setting: &Setting) -> Result<Ask, ParameterError> {
         if setting.informed { (TRUE_CURVE, TRUE_BRISTLE) } else { (CURVE, BRISTLE) };
     let model = FrBd::new(Stribeck::new(curve)?, KelvinVoigt::new(bristle)?);
     let lugre = LuGre::classical(Stribeck::new(curve)?, KelvinVoigt::new(bristle)?);
-    let velocity =
-        SecantVelocityParameters { sample_time: setting.rate.recip(), time_constant: FILTER };
+    let velocity = SecantVelocityParameters {
+        sample_time: setting.rate.recip(),
+        time_constant: FILTER,
+        fastest: FASTEST,
+    };
     let output = OutputParameters { share: setting.share, largest_force: MOTOR };
     let damping = Damping::Filtered;
     Ok(match setting.way {
@@ -207,6 +210,7 @@ fn compensator(setting: &Setting) -> Result<Ask, ParameterError> {
             let mut law = FeedForwardCompensator::new(FeedForwardParameters {
                 contact: model.under_load(1.0)?,
                 sample_time: setting.rate.recip(),
+                fastest: FASTEST,
                 output,
             })?;
             Box::new(move |sample| law.step(sample.reference_velocity).force)
@@ -223,7 +227,6 @@ fn compensator(setting: &Setting) -> Result<Ask, ParameterError> {
                     gain: 0.05,
                     corner: 0.7 * gains.derivative / MASS,
                 },
-                fastest: FASTEST,
                 velocity,
                 output,
             })?;
@@ -263,7 +266,8 @@ fn simulate<M: Bristle<f64, Deflection = f64>>(
     let mut compensate = compensator(&setting)?;
     let gains = Gains::of(setting.bandwidth);
     let h = setting.rate.recip();
-    let velocity = SecantVelocityParameters { sample_time: h, time_constant: FILTER };
+    let velocity =
+        SecantVelocityParameters { sample_time: h, time_constant: FILTER, fastest: FASTEST };
     let (mut encoder, mut desired) =
         (SecantVelocity::new(velocity)?, SecantVelocity::new(velocity)?);
     let fine = (h / FINE).round() as usize * setting.refinement;

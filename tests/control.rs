@@ -31,8 +31,6 @@ const CURVE: StribeckParameters<f64> = StribeckParameters {
 const BRISTLE: KelvinVoigtParameters<f64, f64> =
     KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 60.0 };
 const LOAD: f64 = 3.0;
-/// Largest μ up to 1 m/s, and least.
-const MU: [f64; 2] = [1.5, 1.0];
 
 fn friction() -> Friction {
     FrBd::new(Stribeck::new(CURVE).unwrap(), KelvinVoigt::new(BRISTLE).unwrap())
@@ -51,7 +49,7 @@ fn output(share: f64) -> OutputParameters<f64> {
 }
 
 fn sampled(sample_time: f64) -> SecantVelocityParameters<f64> {
-    SecantVelocityParameters { sample_time, time_constant: 0.0 }
+    SecantVelocityParameters { sample_time, time_constant: 0.0, fastest: 1.0 }
 }
 
 fn observer_parameters<M>(
@@ -66,7 +64,6 @@ fn observer_parameters<M>(
         derivative_gain: 60.0,
         integral_gain: 0.0,
         injection,
-        fastest: 1.0,
         velocity: sampled(sample_time),
         output: output(1.0),
     }
@@ -78,7 +75,7 @@ fn feedback(
 ) -> FeedbackCompensator<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>> {
     FeedbackCompensator::new(FeedbackParameters {
         contact: friction(),
-        velocity: SecantVelocityParameters { sample_time, time_constant },
+        velocity: SecantVelocityParameters { sample_time, time_constant, fastest: 1.0 },
         damping: Damping::LeftOut,
         output: output(1.0),
     })
@@ -128,7 +125,7 @@ fn an_observer_whose_gains_break_the_condition_is_refused_with_number_and_limit(
         assert!(at(&|p| p.proportional_gain = bad), "{bad}");
         assert!(at(&|p| p.derivative_gain = bad), "{bad}");
         assert!(bad == 0.0 || at(&|p| p.integral_gain = bad), "{bad}");
-        assert!(at(&|p| p.fastest = bad), "{bad}");
+        assert!(at(&|p| p.velocity.fastest = bad), "{bad}");
         assert!(at(&|p| p.velocity.sample_time = bad), "{bad}");
         assert!(bad == 0.0 || at(&|p| p.velocity.time_constant = bad), "{bad}");
         assert!(bad == 0.0 || at(&|p| p.output.share = bad), "{bad}");
@@ -143,22 +140,29 @@ fn an_observer_whose_gains_break_the_condition_is_refused_with_number_and_limit(
 fn an_observer_of_lugre_is_refused_beyond_the_speed_at_which_its_error_gives_energy() {
     // σ1² λ ≤ 4 σ0 (σ1 + σ2) with λ ≤ σ0 v/μ_d: v ≤ 4 (60 + 0.4) · 1/3600 = 67.1 mm/s for the least g.
     let injection = Injection::Velocity { gain: 0.2, corner: 20.0 };
-    let upto =
-        |fastest| ObserverParameters { fastest, ..observer_parameters(lugre(), injection, 1e-3) };
+    let upto = |fastest| ObserverParameters {
+        velocity: SecantVelocityParameters { fastest, ..sampled(1e-3) },
+        ..observer_parameters(lugre(), injection, 1e-3)
+    };
     assert!(FrictionObserver::new(upto(0.067)).is_ok());
     let refused = refusal(FrictionObserver::new(upto(0.068)));
     assert!(refused.starts_with("relaxation rate at the fastest speed is 68"), "{refused}");
     assert!(refused.contains("at most 4 σ0 (σ1 + σ2)/σ1² = 671.1"), "{refused}");
     // FrBD has no such limit.
     let fast = observer_parameters(friction(), injection, 1e-3);
-    assert!(FrictionObserver::new(ObserverParameters { fastest: 1e3, ..fast }).is_ok());
+    let velocity = SecantVelocityParameters { fastest: 1e3, ..sampled(1e-3) };
+    assert!(FrictionObserver::new(ObserverParameters { velocity, ..fast }).is_ok());
 }
 
 #[test]
 fn compensators_refuse_what_is_no_parameter() {
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
-        let feed =
-            FeedForwardParameters { contact: friction(), sample_time: bad, output: output(1.0) };
+        let feed = FeedForwardParameters {
+            contact: friction(),
+            sample_time: bad,
+            fastest: 1.0,
+            output: output(1.0),
+        };
         assert!(FeedForwardCompensator::new(feed).is_err());
         let feed = FeedForwardParameters { sample_time: 1e-3, output: output(bad), ..feed };
         assert!(FeedForwardCompensator::new(feed).is_err());
@@ -168,12 +172,20 @@ fn compensators_refuse_what_is_no_parameter() {
             assert!(StaticCompensator::new(law).is_err());
         }
         assert!(
-            SecantVelocity::new(SecantVelocityParameters { sample_time: bad, time_constant: 0.0 })
-                .is_err()
+            SecantVelocity::new(SecantVelocityParameters {
+                sample_time: bad,
+                time_constant: 0.0,
+                fastest: 1.0
+            })
+            .is_err()
         );
         assert!(
-            SecantVelocity::new(SecantVelocityParameters { sample_time: 1.0, time_constant: bad })
-                .is_err()
+            SecantVelocity::new(SecantVelocityParameters {
+                sample_time: 1.0,
+                time_constant: bad,
+                fastest: 1.0
+            })
+            .is_err()
         );
     }
 }
@@ -225,12 +237,18 @@ proptest! {
         }
     }
 
+}
+
+proptest! {
+    // Each case is a run of thousands of samples.
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
     /// With the tracking error solved implicitly by the midpoint rule, which is passive, W̃/k + V never rises, and the tracking error and
     /// the force's error die out: every admissible gain, any sample time.
     #[test]
     fn an_observed_loop_converges_for_every_admissible_gain_at_any_sample_time(
         gain in 0.05..1.0f64, part in 0.1..0.95f64, integral in 0.0..0.9f64,
-        exponent in -3.0..-0.5f64, start in -1.4e-4..1.4e-4f64, speed in 0.005..0.2f64,
+        exponent in -2.3..-0.5f64, start in -1.4e-4..1.4e-4f64, speed in 0.005..0.2f64,
     ) {
         let h = 10f64.powf(exponent);
         let (mass, stiffness, damping) = (2.0, 800.0, 60.0);
@@ -299,7 +317,7 @@ proptest! {
         let contact = friction();
         let (mut e, mut rate, mut z) = (0.0f64, 0.0, start);
         let mut greatest: f64 = 0.0;
-        for n in 0..20_000 {
+        for n in 0..10_000 {
             let v = if (n / 500) % 2 == 0 { speed } else { -speed };
             let truth = contact.hold(v, z, h);
             z = truth.deflection;
@@ -313,6 +331,10 @@ proptest! {
         prop_assert!(e.abs() < 1e-3 * greatest, "{e} of {greatest}");
         prop_assert!((z - frbd.deflection()).abs() < 1e-3 * start.abs() + 1e-12);
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(256))]
 
     /// Two compensators of one model under one encoder forget what they started from.
     #[test]
@@ -348,9 +370,9 @@ proptest! {
     ) {
         let count = 1e-6;
         let mut compensator = feedback(10f64.powf(exponent), tau);
-        let bound = compensator.step_per_count(count, 1.0).unwrap();
-        // p K q (1 + 1.5/1)
-        prop_assert!((bound - LOAD * 1e4 * count * 2.5).abs() < 1e-12);
+        let bound = compensator.step_per_count(count).unwrap();
+        // p K q (1 + max μ/min μ), where the first is estimated from above.
+        prop_assert!(bound >= LOAD * 1e4 * count * 2.5 * (1.0 - 1e-12) && bound <= LOAD * 1e4 * count * 2.95);
         let mut at = 0i32;
         for move_by in counts {
             at += move_by;
@@ -376,7 +398,7 @@ proptest! {
                 prop_assert!(answer.force.is_finite() && answer.deflection.is_finite());
                 prop_assert!(input.is_finite() || answer.refused > 0);
             }
-            // Twice: the first may be unimaginably far from what was taken for a position.
+            // Twice: the first may be far from what was taken for a position.
             f(0.1);
             prop_assert_eq!(f(0.1).refused, 0);
         }
@@ -388,13 +410,14 @@ fn laws() -> [Box<dyn FnMut(f64) -> Compensation<f64>>; 6] {
     let mut forward = FeedForwardCompensator::new(FeedForwardParameters {
         contact: friction(),
         sample_time: 1e-3,
+        fastest: 1.0,
         output: output(1.0),
     })
     .unwrap();
     let mut back = feedback(1e-3, 2e-3);
     let mut damped = FeedbackCompensator::new(FeedbackParameters {
         contact: lugre(),
-        velocity: SecantVelocityParameters { sample_time: 1e-3, time_constant: 2e-3 },
+        velocity: SecantVelocityParameters { sample_time: 1e-3, time_constant: 2e-3, fastest: 1.0 },
         damping: Damping::Filtered,
         output: output(1.0),
     })
@@ -429,13 +452,14 @@ fn laws() -> [Box<dyn FnMut(f64) -> Compensation<f64>>; 6] {
 
 #[test]
 fn steady_motion_gives_the_curve_at_any_sample_time() {
-    for h in [1e-5, 1e-3, 0.1] {
+    for h in [1e-4, 1e-3, 0.1] {
         for v in [0.004, -0.02, 0.3] {
             let mu = 1.0 + 0.5 * (-(v / 0.01f64).powi(2)).exp() + 0.4 * f64::abs(v);
             let want = LOAD * mu * f64::signum(v);
             let mut forward = FeedForwardCompensator::new(FeedForwardParameters {
                 contact: friction(),
                 sample_time: h,
+                fastest: 1.0,
                 output: output(1.0),
             })
             .unwrap();
@@ -448,8 +472,9 @@ fn steady_motion_gives_the_curve_at_any_sample_time() {
             })
             .unwrap();
             let mut last = [0.0; 3];
-            // Some fifty relaxation lengths μ/σ0.
-            for _ in 0..(0.008 / (f64::abs(v) * h)).ceil() as usize + 2 {
+            // Some thirty relaxation lengths (σ1|v| + μ)/σ0: e^−30 is nothing beside the tolerance.
+            let length = (60.0 * f64::abs(v) + 1.5) / 1e4;
+            for _ in 0..(30.0 * length / (f64::abs(v) * h)).ceil() as usize + 2 {
                 last = [
                     forward.step(v).force,
                     back.advance(v * h).force,
@@ -481,7 +506,9 @@ fn missed_samples_are_made_up_for_by_the_displacement() {
         let x = 1e-6 * f64::from(n);
         whole.step(x);
         let missed = (5..9).contains(&n);
-        let answer = gaps.step(if missed { f64::NAN } else { x });
+        // Faults of two kinds; no two in a row beside one another.
+        let fault = if n % 2 == 0 { f64::NAN } else { 0.1 * f64::from(n) };
+        let answer = gaps.step(if missed { fault } else { x });
         assert_eq!(answer.refused, if missed { n as u32 - 4 } else { 0 });
     }
     // The curve was read at another speed for one sample: it differs by less than its fall, 0.5 of 1.5, of that part of the way.
@@ -513,7 +540,7 @@ fn the_output_is_the_share_within_the_limit() {
 }
 
 #[test]
-fn single_precision_follows_double_over_a_million_counts() {
+fn single_precision_follows_double_over_half_a_million_counts() {
     let curve = StribeckParameters {
         static_coefficient: 1.5f32,
         dynamic_coefficient: 1.0,
@@ -527,7 +554,11 @@ fn single_precision_follows_double_over_a_million_counts() {
         .unwrap();
     let mut single = FeedbackCompensator::new(FeedbackParameters {
         contact,
-        velocity: SecantVelocityParameters { sample_time: 1e-3f32, time_constant: 5e-3 },
+        velocity: SecantVelocityParameters {
+            sample_time: 1e-3f32,
+            time_constant: 5e-3,
+            fastest: 1.0,
+        },
         damping: Damping::LeftOut,
         output: OutputParameters { share: 1.0, largest_force: 10.0 },
     })

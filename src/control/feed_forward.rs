@@ -22,6 +22,8 @@ pub struct FeedForwardParameters<T, M> {
     pub contact: Contact<T, M>,
     /// Sample time h \[s\], positive.
     pub sample_time: T,
+    /// Speed \[m/s\] that no reference exceeds, positive: a faster one is refused as a fault.
+    pub fastest: T,
     /// Share and limit.
     pub output: OutputParameters<T>,
 }
@@ -36,6 +38,7 @@ pub struct FeedForwardParameters<T, M> {
 /// let mut compensator = FeedForwardCompensator::new(FeedForwardParameters {
 ///     contact: friction.under_load(20.0)?,
 ///     sample_time: 1e-3,
+///     fastest: 1.0,
 ///     output: OutputParameters { share: 1.0, largest_force: 15.0 },
 /// })?;
 /// let mut force = 0.0;
@@ -49,6 +52,7 @@ pub struct FeedForwardParameters<T, M> {
 pub struct FeedForwardCompensator<T, M> {
     contact: Contact<T, M>,
     sample_time: T,
+    fastest: T,
     deflection: T,
     outlet: Outlet<T>,
 }
@@ -58,10 +62,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses a sample time or a largest force that is not positive, and a share that is negative or not finite.
+    /// Refuses a sample time, a fastest speed or a largest force that is not positive, and a share that is negative or not finite.
     pub fn new(parameters: FeedForwardParameters<T, M>) -> Result<Self, ParameterError> {
         Ok(Self {
             sample_time: parameter::positive("sample_time", parameters.sample_time)?,
+            fastest: parameter::positive("fastest", parameters.fastest)?,
             outlet: Outlet::new(parameters.output)?,
             contact: parameters.contact,
             deflection: T::zero(),
@@ -72,8 +77,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
     #[inline]
     pub fn step(&mut self, reference_velocity: T) -> Compensation<T> {
         let hold = self.contact.hold(reference_velocity, self.deflection, self.sample_time);
-        if !(reference_velocity.is_finite() && hold.deflection.is_finite() && hold.mean.is_finite())
-        {
+        let plausible = reference_velocity.abs() <= self.fastest;
+        if !(plausible && hold.deflection.is_finite() && hold.mean.is_finite()) {
             return self.outlet.refuse();
         }
         self.deflection = hold.deflection;

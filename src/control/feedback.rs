@@ -51,7 +51,7 @@ pub enum Damping {
 pub struct FeedbackParameters<T, M> {
     /// Friction under its normal force.
     pub contact: Contact<T, M>,
-    /// Sample time h and time constant τ \[s\] of the velocity's filter.
+    /// Sample time h and time constant τ \[s\] of the velocity's filter, and the fastest speed \[m/s\].
     pub velocity: SecantVelocityParameters<T>,
     /// Whether the micro-damping force is compensated too.
     pub damping: Damping,
@@ -70,7 +70,7 @@ pub struct FeedbackParameters<T, M> {
 /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
 /// let mut compensator = FeedbackCompensator::new(FeedbackParameters {
 ///     contact: friction.under_load(20.0)?,
-///     velocity: SecantVelocityParameters { sample_time: 1e-3, time_constant: 5e-3 },
+///     velocity: SecantVelocityParameters { sample_time: 1e-3, time_constant: 5e-3, fastest: 1.0 },
 ///     damping: Damping::LeftOut,
 ///     output: OutputParameters { share: 1.0, largest_force: 15.0 },
 /// })?;
@@ -120,31 +120,28 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
     /// After samples that were refused the bristle follows the whole displacement since the last good one.
     #[inline]
     pub fn step(&mut self, position: T) -> Compensation<T> {
-        let mut encoder = self.encoder;
-        let good = encoder.push(position).is_some();
-        self.follow(encoder, good)
+        let good = self.encoder.push(position).is_some();
+        self.follow(good)
     }
 
     /// The force for the coming sample, from a displacement \[m\] since the last one: for `f32`, a difference of counts times
     /// the size of one.
     #[inline]
     pub fn advance(&mut self, displacement: T) -> Compensation<T> {
-        let mut encoder = self.encoder;
-        let good = encoder.advance(displacement).is_some();
-        self.follow(encoder, good)
+        let good = self.encoder.advance(displacement).is_some();
+        self.follow(good)
     }
 
-    /// Moves the bristle, or refuses the sample and keeps the encoder as it was.
+    /// Moves the bristle, or refuses the sample.
     #[inline]
-    fn follow(&mut self, encoder: SecantVelocity<T>, good: bool) -> Compensation<T> {
+    fn follow(&mut self, good: bool) -> Compensation<T> {
         if !good {
             return self.outlet.refuse();
         }
         let model = self.contact.model();
-        let velocity = encoder.filtered();
-        let secant = encoder.secant();
+        let (velocity, secant) = (self.encoder.filtered(), self.encoder.secant());
         let deflection = along(model, secant, velocity, self.deflection)
-            .hold(secant, self.deflection, encoder.sample_time())
+            .hold(secant, self.deflection, self.encoder.sample_time())
             .deflection;
         let coefficient = match self.damping {
             Damping::LeftOut => model.storage_stiffness() * deflection + self.viscous * velocity,
@@ -154,17 +151,18 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
         if !(deflection.is_finite() && force.is_finite()) {
             return self.outlet.refuse();
         }
-        (self.encoder, self.deflection) = (encoder, deflection);
+        self.deflection = deflection;
         self.outlet.give(force, deflection)
     }
 
-    /// The most that one encoder count q \[m\] can move the elastic force \[N\], for velocities up to `fastest` [m/s]:
+    /// The most that one encoder count q \[m\] can move the elastic force \[N\], for velocities up to the fastest:
     /// s p K q (1 + max μ/min μ). `None` for a model that does not tell what it is made of, or whose damping is
     /// compensated too.
     ///
     /// Choose the encoder, or a share of the stiffness, so that the actuator bears it.
-    pub fn step_per_count(&self, count: T, fastest: T) -> Option<T> {
+    pub fn step_per_count(&self, count: T) -> Option<T> {
         let model = self.contact.model();
+        let fastest = self.encoder.fastest();
         let anatomy = model.anatomy(fastest)?;
         let stiffness = model.storage_stiffness();
         let most = model.limits(fastest).deflection? * stiffness;

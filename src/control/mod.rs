@@ -23,8 +23,8 @@
 //! sample time, for their bristle takes the exact step of a held velocity. That does not make the *loop*
 //! stable: a controller whose gains are too high for its sample time stays one.
 //!
-//! A sample that is no finite number is refused: the state stays as it was, the last force is given again,
-//! and [`Compensation::refused`] counts how many there were in a row. One bad sample leaves nothing behind.
+//! A sample that is no finite number, or faster than the mechanism can be, is refused: the state stays as it was, the last
+//! force is given again, and [`Compensation::refused`] counts how many there were in a row. One bad sample leaves nothing behind.
 //!
 //! The page `docs/control-loop.md` goes from a datasheet to a running compensator.
 //!

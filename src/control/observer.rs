@@ -107,9 +107,8 @@ pub struct ObserverParameters<T, M> {
     pub integral_gain: T,
     /// How the tracking error corrects the estimate.
     pub injection: Injection<T>,
-    /// Largest speed \[m/s\] that occurs: LuGre's condition depends on it, and the limit of the deflection.
-    pub fastest: T,
-    /// Sample time h and time constant τ \[s\] of the velocities' filter, for [`FrictionObserver::step`].
+    /// Sample time h and time constant τ \[s\] of the velocities' filter for [`FrictionObserver::step`], and the fastest speed
+    /// \[m/s\]: LuGre's condition depends on it, and the limit of the deflection.
     pub velocity: SecantVelocityParameters<T>,
     /// Share and limit; the theorems are about a share of one.
     pub output: OutputParameters<T>,
@@ -166,8 +165,7 @@ impl<T: Scalar> Observable<T> for Dahl<T> {}
 ///     derivative_gain: 30.0,
 ///     integral_gain: 1000.0,
 ///     injection: Injection::Velocity { gain: 0.1, corner: 10.0 },
-///     fastest: 0.5,
-///     velocity: SecantVelocityParameters { sample_time: 1e-3, time_constant: 2e-3 },
+///     velocity: SecantVelocityParameters { sample_time: 1e-3, time_constant: 2e-3, fastest: 0.5 },
 ///     output: OutputParameters { share: 1.0, largest_force: 3.0 },
 /// };
 /// let mut observer = FrictionObserver::new(parameters)?;
@@ -202,7 +200,7 @@ impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
     /// needs σ1 > 0); and with [`Injection::Velocity`] a LuGre model that is faster than σ1² λ ≤ 4 σ0 (σ1 + σ2) allows.
     pub fn new(parameters: ObserverParameters<T, M>) -> Result<Self, ParameterError> {
         let ObserverParameters { contact, injection, velocity, output, .. } = parameters;
-        let fastest = parameter::positive("fastest", parameters.fastest)?;
+        let fastest = parameter::positive("fastest", velocity.fastest)?;
         let mass = parameter::positive("mass", parameters.mass)?;
         let proportional = parameter::positive("proportional_gain", parameters.proportional_gain)?;
         let derivative = parameter::positive("derivative_gain", parameters.derivative_gain)?;
@@ -241,7 +239,11 @@ impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
         Ok(Self {
             limit: model.limits(fastest).deflection.unwrap_or_else(unlimited),
             position: SecantVelocity::new(velocity)?,
-            error: SecantVelocity::new(velocity)?,
+            // The reference may jump.
+            error: SecantVelocity::new(SecantVelocityParameters {
+                fastest: lit(1e15),
+                ..velocity
+            })?,
             outlet: Outlet::new(output)?,
             contact,
             injection,
@@ -256,27 +258,26 @@ impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
     /// secant of e.
     #[inline]
     pub fn step(&mut self, position: T, reference: T) -> Compensation<T> {
-        let (mut encoder, mut error) = (self.position, self.error);
-        let good = encoder.push(position).is_some() && error.push(position - reference).is_some();
-        if !good {
+        let error = position - reference;
+        if !error.is_finite() || self.position.push(position).is_none() {
             return self.outlet.refuse();
         }
+        self.error.push(error);
         let measured = Measured {
-            velocity: encoder.filtered(),
-            error: position - reference,
-            error_rate: error.filtered(),
+            velocity: self.position.filtered(),
+            error,
+            error_rate: self.error.filtered(),
         };
-        let answer = self.advance(encoder.secant(), measured);
-        if answer.refused == 0 {
-            (self.position, self.error) = (encoder, error);
-        }
-        answer
+        self.advance(self.position.secant(), measured)
     }
 
     /// The force for the coming sample, where the velocity is known too: the exact step over the sample that has
-    /// ended with all three numbers held.
+    /// ended with all three numbers held. A velocity beyond the fastest is refused.
     #[inline]
     pub fn step_measured(&mut self, measured: Measured<T>) -> Compensation<T> {
+        if !(measured.velocity.abs() <= self.position.fastest()) {
+            return self.outlet.refuse();
+        }
         self.advance(measured.velocity, measured)
     }
 

@@ -21,7 +21,7 @@ pub struct Compensation<T> {
     pub deflection: T,
     /// Whether the force was cut to the largest one.
     pub saturated: bool,
-    /// Samples in a row, up to this one, that were refused because they were no finite numbers. Then the force
+    /// Samples in a row, up to this one, that were refused: no finite numbers, or too fast. Then the force
     /// is that of the last good sample: let the loop act on it where that lasts.
     pub refused: u32,
 }
