@@ -41,7 +41,7 @@ pub struct FeedForwardParameters<T, M> {
 ///     fastest: 1.0,
 ///     output: OutputParameters { share: 1.0, largest_force: 15.0 },
 /// })?;
-/// let mut force = 0.0;
+/// let mut force = 0.0_f64;
 /// for _ in 0..100 {
 ///     force = compensator.step(0.01).force;
 /// }

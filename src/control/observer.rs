@@ -40,13 +40,13 @@
 //!
 //! dV/dt = −(K_d − α m) ė² − (α K_p − K_i) e² − F̃ y, and V > 0 under the conditions of the table. In other words
 //! (s + α)/(m s² + K_d s + K_p + K_i/s) is positive real, strictly so without K_i. Add: W̃/k + V never rises, and falls
-//! as long as e, ė are not zero; so e, ė → 0. An error z̃ that a standing bristle is left with (λ = 0)
-//! is then balanced by q, or is zero: K_p e = −F̃ → 0.
+//! as long as e, ė are not zero; so e, ė → 0. Where λ = 0, in a standing bristle, z̃
+//! stays as it is once e is zero: then F̃ is what K_i q balances, and without K_i it is zero too.
 //!
 //! *By position*, as Canudas de Wit and others did for LuGre: dz̃/dt = −λ z̃ + k e, F̃ = p (σ0 z̃ + σ1 dz̃/dt), so that e = −G z̃ with
 //! G = p (σ1 s + σ0)/(m s² + K_d s + K_p + K_i/s), and it converges if G is strictly positive real. Because c₀ = σ0 − σ1 λ in FrBD as
 //! well, and r and the velocity drop out of the difference, the theorem holds for FrBD word by word. From
-//! Re G(jω) ∝ σ0 K_p − σ1 K_i + ω² (σ1 K_d − σ0 m) follow the conditions: the bristle's own corner σ0/σ1 takes the place of α. It is mostly
+//! Re G(jω) ∝ σ0 K_p − σ1 K_i + ω² (σ1 K_d − σ0 m) follow the conditions: the bristle's own corner σ0/σ1 takes the place of α (with K_i, G is zero at ω = 0, and positive real no more than that). It is mostly
 //! high, and the condition hard to meet: K_d > m σ0/σ1.
 //!
 //! # What is left of it in samples
@@ -58,8 +58,8 @@
 //! sampled *loop*: the controller's own hold and delay are not in it. Where they cost no passivity (a mechanism whose tracking error is solved
 //! implicitly) the sum above carries over to every sample time; else keep its bandwidth a tenth of the sample rate or less.
 //!
-//! The theorems are about a share of one, an actuator within its limit, and a model that fits. A
-//! friction force that differs from the model's by ΔF is a disturbance, which a strictly positive real loop answers with a bounded error.
+//! The theorems are about a share of one, an actuator within its limit, and a model that fits. A friction force that differs
+//! from the model's is a disturbance: the estimate stays within its limit, so that F̃ is bounded, and with it the tracking error.
 //!
 //! Source: Canudas de Wit et al., IEEE TAC 40 (1995), 419–425, section on observer-based compensation, for the injection by
 //! position with LuGre. Injection by velocity, and both with FrBD: from the affine form, as above.

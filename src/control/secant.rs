@@ -34,7 +34,7 @@ pub struct SecantVelocityParameters<T> {
 /// use bristle::control::{SecantVelocity, SecantVelocityParameters};
 ///
 /// let mut encoder = SecantVelocity::new(SecantVelocityParameters {
-///     sample_time: 1e-3,
+///     sample_time: 1e-3_f64,
 ///     time_constant: 4e-3,
 ///     fastest: 1.0,
 /// })?;

@@ -13,7 +13,7 @@
 //! sign must say something there, so it switches the whole friction with the noise, or with a dead band says nothing while the
 //! mechanism sticks.
 //!
-//! Source: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994), 1083–1138, section 6.
+//! Source: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994), 1083–1138.
 
 use super::output::{Compensation, Outlet, OutputParameters};
 use crate::parameter::{self, ParameterError};
