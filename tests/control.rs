@@ -448,6 +448,18 @@ fn laws() -> [Box<dyn FnMut(f64) -> Compensation<f64>>; 6] {
     ]
 }
 
+#[test]
+fn a_sample_allocates_nothing() {
+    for law in laws().iter_mut() {
+        let counted = allocation_counter::measure(|| {
+            for input in [0.0, 1e-5, f64::NAN, -1e-5, 0.5] {
+                law(input);
+            }
+        });
+        assert_eq!(counted.count_total, 0);
+    }
+}
+
 // ---- what each does -----------------------------------------------------------------------------
 
 #[test]

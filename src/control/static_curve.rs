@@ -17,7 +17,6 @@
 
 use super::output::{Compensation, Outlet, OutputParameters};
 use crate::parameter::{self, ParameterError};
-use crate::scalar::is_zero;
 use crate::{FrictionCurve, Scalar, Sliding};
 
 /// What stands for the sign of the velocity.
@@ -94,16 +93,17 @@ impl<T: Scalar, C: FrictionCurve<T>> StaticCompensator<T, C> {
     /// The force for the coming sample, from a velocity [m/s].
     #[inline]
     pub fn step(&mut self, velocity: T) -> Compensation<T> {
+        if !velocity.is_finite() {
+            return self.outlet.refuse();
+        }
         let sliding = Sliding::from(velocity);
         let direction = match self.direction {
             DirectionLaw::DeadBand(width) if sliding.speed() > width => sliding.direction(),
-            // NaN goes on to the check below.
-            DirectionLaw::DeadBand(_) if is_zero(velocity - velocity) => T::zero(),
-            DirectionLaw::DeadBand(_) => velocity,
+            DirectionLaw::DeadBand(_) => T::zero(),
             DirectionLaw::Smooth(width) => (velocity / width).tanh(),
         };
         let force = self.normal_force * self.curve.coefficient(sliding) * direction;
-        if !(velocity.is_finite() && force.is_finite()) {
+        if !force.is_finite() {
             return self.outlet.refuse();
         }
         self.outlet.give(force, T::zero())
