@@ -362,7 +362,8 @@ fn signs() -> impl Iterator<Item = DirectionLaw<f64>> {
 
 /// The Coulomb compensation that tracks best at a setting, and the best of those that do not hunt at rest.
 pub(crate) fn best_coulomb(setting: Setting) -> Result<[(Way, Outcome); 2], Box<dyn Error>> {
-    let (mut best, mut calm): (Option<(Way, Outcome)>, Option<(Way, Outcome)>) = (None, None);
+    let mut best: Option<(Way, Outcome)> = None;
+    let mut calm: Option<(Way, Outcome)> = None;
     for sign in signs() {
         let way = Way::Coulomb(sign);
         let outcome = run(Setting { way, ..setting })?;
@@ -400,6 +401,9 @@ fn look(way: Way) -> Look {
     };
     Look { name, label, stroke }
 }
+
+/// Time and something to draw, from a sample.
+type Quantity = fn(&(f64, f64, f64)) -> (f64, f64);
 
 /// Where in a study the Coulomb compensation stands that does not hunt.
 const CALM: usize = 2;
@@ -516,20 +520,15 @@ fn report(study: &Study) {
 }
 
 fn chart(tracking: &Study, resting: &Study) -> Figure {
-    let error = |sample: &(f64, f64, f64)| (sample.0, sample.1 * 1e6);
-    let force = |sample: &(f64, f64, f64)| (sample.0, sample.2);
-    let within =
-        |outcome: &Outcome, span: [f64; 2], of: &dyn Fn(&(f64, f64, f64)) -> (f64, f64)| {
-            let shown =
-                outcome.samples.iter().filter(|sample| sample.0 >= span[0] && sample.0 <= span[1]);
-            shown.map(of).collect::<Vec<_>>()
-        };
+    let error: Quantity = |sample| (sample.0, sample.1 * 1e6);
+    let force: Quantity = |sample| (sample.0, sample.2);
+    let within = |outcome: &Outcome, span: [f64; 2], of: Quantity| {
+        let shown =
+            outcome.samples.iter().filter(|sample| sample.0 >= span[0] && sample.0 <= span[1]);
+        shown.map(of).collect::<Vec<_>>()
+    };
     let drawn = |way: Way| !matches!(way, Way::FeedForward | Way::Observer);
-    let panel = |study: &Study,
-                 title: &str,
-                 label: &str,
-                 span: [f64; 2],
-                 of: &dyn Fn(&(f64, f64, f64)) -> (f64, f64)| {
+    let panel = |study: &Study, title: &str, label: &str, span: [f64; 2], of: Quantity| {
         let shown = study
             .iter()
             .enumerate()
@@ -549,20 +548,20 @@ fn chart(tracking: &Study, resting: &Study) -> Figure {
             "(a) tracking a slow sine",
             "error e / µm",
             [SETTLED, PERIODS / FREQUENCY],
-            &error,
+            error,
         ))
         .panel(panel(
             tracking,
             "(b) the same around a reversal",
             "actuator force u / N",
             [1.4, 1.7],
-            &force,
+            force,
         ))
         .panel(panel(
             resting,
             &format!("(c) at rest, {share} times the friction compensated"),
             "error e / µm",
             [END - 0.5, END],
-            &error,
+            error,
         ))
 }

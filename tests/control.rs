@@ -33,9 +33,19 @@ const BRISTLE: KelvinVoigtParameters<f64, f64> =
 const LOAD: f64 = 3.0;
 
 fn friction() -> Friction {
-    FrBd::new(Stribeck::new(CURVE).unwrap(), KelvinVoigt::new(BRISTLE).unwrap())
+    friction_of(BRISTLE.micro_damping)
+}
+
+fn friction_of(micro_damping: f64) -> Friction {
+    let bristle = KelvinVoigtParameters { micro_damping, ..BRISTLE };
+    FrBd::new(Stribeck::new(CURVE).unwrap(), KelvinVoigt::new(bristle).unwrap())
         .under_load(LOAD)
         .unwrap()
+}
+
+/// Micro-damping [s/m]: much, and so little that it cannot hide an error of the deflection's.
+fn dampings() -> impl Strategy<Value = f64> {
+    prop::sample::select(vec![60.0, 0.5])
 }
 
 fn lugre() -> LuGreFriction {
@@ -218,19 +228,26 @@ proptest! {
     fn the_error_of_an_frbd_observer_never_gives_energy(
         v in -1.0..1.0f64, z in -1.5e-4..1.5e-4f64, error in -0.1..0.1f64,
         rate in -1.0..1.0f64, gain in 1e-3..2.0f64, exponent in -5.0..0.0f64, steps in 1usize..6,
+        size in -4.0..0.0f64, damping in dampings(),
     ) {
         let h = 10f64.powf(exponent);
+        let contact = friction_of(damping);
         let corner = 20.0;
         let injection = Injection::Velocity { gain, corner };
-        let mut observer = FrictionObserver::new(observer_parameters(friction(), injection, h)).unwrap();
+        let mut observer = FrictionObserver::new(observer_parameters(contact, injection, h)).unwrap();
+
+        // Over four decades, so that some are as small as the deflection's share of the rate.
+        let (rate, error) = (rate * 10f64.powf(size), error * 10f64.powf(size));
         let injected = gain * (rate + corner * error);
         let mut z = z;
         for _ in 0..steps {
             let before = observer.deflection();
-            observer.step_measured(Measured { velocity: v, error, error_rate: rate });
+            let answer = observer.step_measured(Measured { velocity: v, error, error_rate: rate });
+            let wanted = LOAD * contact.model().affine(v.into(), z).coefficient(v - injected, observer.deflection());
+            prop_assert!((answer.force - wanted).abs() <= 1e-12 * (1.0 + wanted.abs()));
             let (taken, stored) =
-                error_energy(&friction(), (v, z, before), injected, observer.deflection(), h);
-            z = friction().hold(v, z, h).deflection;
+                error_energy(&contact, (v, z, before), injected, observer.deflection(), h);
+            z = contact.hold(v, z, h).deflection;
             // Rounding of the products, all of them below this scale.
             let scale = h * injected.abs() * LOAD * (1.5 + 70.0 * (1.0 + injected.abs())) + 1e-3;
             prop_assert!(taken - stored >= -1e-12 * scale, "{taken} {stored}");
@@ -249,16 +266,17 @@ proptest! {
     fn an_observed_loop_converges_for_every_admissible_gain_at_any_sample_time(
         gain in 0.05..1.0f64, part in 0.1..0.95f64, integral in 0.0..0.9f64,
         exponent in -2.3..-0.5f64, start in -1.4e-4..1.4e-4f64, speed in 0.005..0.2f64,
+        light in dampings(),
     ) {
         let h = 10f64.powf(exponent);
         let (mass, stiffness, damping) = (2.0, 800.0, 60.0);
+        let contact = friction_of(light);
         let corner = part * damping / mass;
         let integral_gain = integral * corner * stiffness;
         let mut observer = FrictionObserver::new(ObserverParameters {
             integral_gain,
-            ..observer_parameters(friction(), Injection::Velocity { gain, corner }, h)
+            ..observer_parameters(contact, Injection::Velocity { gain, corner }, h)
         }).unwrap();
-        let contact = friction();
         let (mut e, mut rate, mut sum, mut z) = (0.0, 0.0, 0.0, start);
         let level = |e: f64, rate: f64, sum: f64, error: f64| {
             contact.stored_energy(error) / gain
@@ -273,7 +291,7 @@ proptest! {
         // Long enough for the slowest pole of the tracking error.
         while time < 60.0 || n < 400 {
             // The velocity, known: to and fro.
-            let v = if (n / 7) % 2 == 0 { speed } else { -speed };
+            let v = if (n / 7).is_multiple_of(2) { speed } else { -speed };
             let truth = contact.hold(v, z, h);
             let affine = contact.model().affine(v.into(), z);
             let before = observer.deflection();
