@@ -83,7 +83,7 @@ pub struct FeedbackParameters<T, M> {
 ///     assert!((now - force).abs() <= bound && bound < 0.401);
 ///     force = now;
 /// }
-/// assert!(force > 1.7 && force < 2.0);
+/// assert!(force > 1.5 && force < 2.0);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
