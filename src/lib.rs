@@ -12,6 +12,7 @@
 //! | 3 | a model of both | [`FrBd`] and others, trait [`Bristle`] |
 //! | 4 | a normal force | [`Bristle::under_load`] makes a [`Contact`] |
 //! | 5a | in a loop | [`Contact::hold`] steps exactly over a sample, [`exponential`] along a known velocity |
+//! | 5a | in a controller, against friction | [`control`] |
 //! | 5b | in your own mechanism, any step | [`Contact::companion`] |
 //! | 5c | in a mechanism | [`scene`], or your own [`ode::System`] |
 //! | 5d | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
@@ -62,6 +63,7 @@ pub mod audit;
 mod bounds;
 mod companion;
 mod contact;
+pub mod control;
 mod curve;
 mod eigenvalues;
 pub mod exponential;
@@ -111,3 +113,8 @@ pub use sliding::{Branch, Sliding};
 #[cfg(all(doctest, feature = "alloc"))]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+/// So do those of the page on control loops.
+#[cfg(all(doctest, feature = "alloc"))]
+#[doc = include_str!("../docs/control-loop.md")]
+struct ControlLoop;

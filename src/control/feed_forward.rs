@@ -1,0 +1,98 @@
+//! Compensation from the reference: the friction that the mechanism would have if it followed it.
+//!
+//! z ← exact step of the bristle at v_ref over h,  u = s F̄
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | v_ref | mean velocity of the reference over the coming sample | m/s |
+//! | F̄ | friction force averaged over that sample | N |
+//! | s | share | – |
+//!
+//! No measurement enters: nothing can chatter, hunt or go unstable through it, at any share and sample time. In
+//! return it does not see that the mechanism is stuck, or elsewhere, and needs a model that fits.
+
+use super::output::{Compensation, Outlet, OutputParameters};
+use crate::parameter::{self, ParameterError};
+use crate::{Bristle, Contact, Scalar};
+
+/// Parameters of a [`FeedForwardCompensator`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FeedForwardParameters<T, M> {
+    /// Friction under its normal force.
+    pub contact: Contact<T, M>,
+    /// Sample time h \[s\], positive.
+    pub sample_time: T,
+    /// Speed \[m/s\] that no reference exceeds, positive: a faster one is refused as a fault.
+    pub fastest: T,
+    /// Share and limit.
+    pub output: OutputParameters<T>,
+}
+
+/// Compensation driven by the velocity of the reference.
+///
+/// ```
+/// use bristle::control::{FeedForwardCompensator, FeedForwardParameters, OutputParameters};
+/// use bristle::{Bristle, Dahl, DahlParameters};
+///
+/// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
+/// let mut compensator = FeedForwardCompensator::new(FeedForwardParameters {
+///     contact: friction.under_load(20.0)?,
+///     sample_time: 1e-3,
+///     fastest: 1.0,
+///     output: OutputParameters { share: 1.0, largest_force: 15.0 },
+/// })?;
+/// let mut force = 0.0_f64;
+/// for _ in 0..100 {
+///     force = compensator.step(0.01).force;
+/// }
+/// assert!((force - 10.0).abs() < 1e-6);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FeedForwardCompensator<T, M> {
+    contact: Contact<T, M>,
+    sample_time: T,
+    fastest: T,
+    deflection: T,
+    outlet: Outlet<T>,
+}
+
+impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
+    /// Checks the parameters; the bristle is undeflected.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a sample time, a fastest speed or a largest force that is not positive, and a share that is negative or not finite.
+    pub fn new(parameters: FeedForwardParameters<T, M>) -> Result<Self, ParameterError> {
+        Ok(Self {
+            sample_time: parameter::positive("sample_time", parameters.sample_time)?,
+            fastest: parameter::positive("fastest", parameters.fastest)?,
+            outlet: Outlet::new(parameters.output)?,
+            contact: parameters.contact,
+            deflection: T::zero(),
+        })
+    }
+
+    /// The force for the coming sample, over which the reference moves with a mean velocity [m/s].
+    #[inline]
+    pub fn step(&mut self, reference_velocity: T) -> Compensation<T> {
+        let hold = self.contact.hold(reference_velocity, self.deflection, self.sample_time);
+        let plausible = reference_velocity.abs() <= self.fastest;
+        if !(plausible && hold.deflection.is_finite() && hold.mean.is_finite()) {
+            return self.outlet.refuse();
+        }
+        self.deflection = hold.deflection;
+        self.outlet.give(hold.mean, hold.deflection)
+    }
+
+    /// The contact.
+    pub fn contact(&self) -> &Contact<T, M> {
+        &self.contact
+    }
+
+    /// Begins anew with an undeflected bristle.
+    pub fn reset(&mut self) {
+        self.deflection = T::zero();
+        self.outlet.reset(T::zero());
+    }
+}

@@ -1,0 +1,50 @@
+//! Friction compensation in a control loop: what to add to an actuator's force so that friction is
+//! felt less, sample by sample.
+//!
+//! A mechanism m v̇ = u − F is given u = u_c + s F̂, with the force F̂ of a friction model:
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | u, u_c | force of the actuator, and the controller's part of it | N |
+//! | F, F̂ | friction force and its estimate, positive against v > 0 | N |
+//! | s | share that is compensated | – |
+//! | h | sample time | s |
+//! | x, v | measured position and velocity | m, m/s |
+//! | q | size of one encoder count | m |
+//!
+//! | compensator | driven by | what it needs | what it cannot do |
+//! |---|---|---|---|
+//! | [`FeedForwardCompensator`] | the reference's velocity | no sensor, no noise | know of an error of tracking |
+//! | [`FeedbackCompensator`] | the measured displacement | an encoder | bear more over-compensation than the controller's stiffness |
+//! | [`FrictionObserver`] | both, with injection of the tracking error | gains within a limit, checked | – |
+//! | [`StaticCompensator`] | a velocity | a curve: the baseline of the literature | know what a stuck contact carries |
+//!
+//! All have a fixed number of operations per sample, allocate nothing, and are stable by themselves at any
+//! sample time, for their bristle takes the exact step of a held velocity. That does not make the *loop*
+//! stable: a controller whose gains are too high for its sample time stays one.
+//!
+//! A sample that is no finite number, or faster than the mechanism can be, is refused: the state stays as it was, the last
+//! force is given again, and [`Compensation::refused`] counts how many there were in a row. One bad sample leaves nothing behind.
+//!
+//! The page `docs/control-loop.md` goes from a datasheet to a running compensator.
+//!
+//! Sources: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of systems
+//! with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425, for the observer of LuGre;
+//! B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, "A survey of models, analysis tools and compensation
+//! methods for the control of machines with friction", Automatica 30 (1994), 1083–1138, for static
+//! compensation and its faults.
+
+mod feed_forward;
+mod feedback;
+mod observer;
+mod output;
+mod path;
+mod secant;
+mod static_curve;
+
+pub use feed_forward::{FeedForwardCompensator, FeedForwardParameters};
+pub use feedback::{Damping, FeedbackCompensator, FeedbackParameters};
+pub use observer::{FrictionObserver, Injection, Measured, Observable, ObserverParameters};
+pub use output::{Compensation, OutputParameters};
+pub use secant::{SecantVelocity, SecantVelocityParameters};
+pub use static_curve::{DirectionLaw, StaticCompensator, StaticParameters};
