@@ -88,7 +88,7 @@ fn without_noise_every_parameter_comes_back() {
 #[test]
 fn a_richer_bristle_comes_back_too() {
     let truth = [0.2, 0.1, 0.01, 0.8, 6e3, 4.0, 4e3, 0.02, 0.01];
-    let log = log_of(&Relaxing, &truth, rich, 2000, || 0.0);
+    let log = log_of(&Relaxing, &truth, rich, 1000, || 0.0);
     let found = fitted(&Relaxing, &log);
     for (estimate, truth) in found.estimates.iter().zip(truth) {
         assert!((estimate.value / truth - 1.0).abs() < 1e-3, "{found}");
@@ -130,15 +130,15 @@ fn covered(seeds: u64, correlation: f64) -> u64 {
 
 #[test]
 fn estimates_lie_within_three_standard_errors() {
-    // Six Gaussian errors lie all within three deviations in 98.4 % of all cases: of eight more than one miss has a
-    // chance below 1 %.
-    assert!(covered(8, 0.0) >= 7);
+    // Six Gaussian errors lie all within three deviations in 98.4 % of all cases: of four more than one miss has a
+    // chance below 0.2 %.
+    assert!(covered(4, 0.0) >= 3);
 }
 
 #[test]
 fn correlated_noise_widens_the_standard_errors() {
     // Standard errors that took the rows for independent would be too small by √((1 + ρ)/(1 − ρ)) = 3.
-    assert!(covered(8, 0.8) >= 7);
+    assert!(covered(4, 0.8) >= 3);
 }
 
 #[test]
@@ -352,6 +352,7 @@ fn the_curve_alone_comes_from_the_sliding_rows() {
     for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
         // Rows near a reversal see the curve with the bristle's lag, which is part of the standard errors.
         assert!((estimate.value - truth).abs() < 3.0 * estimate.standard_error, "{found}");
-        assert!(estimate.standard_error < 0.3 * estimate.value, "{found}");
+        assert_eq!(estimate.verdict, Verdict::Determined, "{found}");
+        assert!((estimate.value / truth - 1.0).abs() < 0.2, "{found}");
     }
 }

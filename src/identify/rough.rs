@@ -74,7 +74,8 @@ impl Rough {
     /// As [`Rough::of`].
     pub fn with_points(log: &Log) -> Result<(Self, Vec<SlidingPoint>), IdentifyError> {
         let position = log.positions();
-        let strokes = strokes(&position);
+        let noise = noise(&position);
+        let strokes = strokes(&position, noise);
         let range = log
             .held
             .iter()
@@ -117,6 +118,10 @@ impl Rough {
         }
         let breakaway = half / core::f64::consts::LN_2;
         let needed = f64::min(5.0 * breakaway, 0.6 * longest);
+        // Standing still, noise of the position looks like speeds up to this.
+        let rows_per_second = (log.len() - 1) as f64
+            / (log.time.last().zip(log.time.first())).map_or(1.0, |(last, first)| last - first);
+        let slowest = noise * rows_per_second;
         let mut points = Vec::new();
         for stroke in &strokes {
             let rows = log
@@ -133,7 +138,7 @@ impl Rough {
             };
             for ((&velocity, &mu), &x) in rows {
                 let from = *from.get_or_insert(x);
-                if (x - from).abs() >= needed && velocity * direction > 0.0 {
+                if (x - from).abs() >= needed && velocity * direction > slowest {
                     points.push(SlidingPoint {
                         speed: velocity.abs(),
                         coefficient: (mu - middle) * direction,
@@ -161,17 +166,21 @@ impl Rough {
     }
 }
 
-/// Strokes between reversals that are more than noise.
-fn strokes(position: &[f64]) -> Vec<Stroke> {
+/// Six deviations of the noise of a position, from its second differences: three quarters of those of noise of
+/// deviation s are below 1.15 √6 s = 2.82 s. (Rounded to a grid, half of them may be zero.)
+fn noise(position: &[f64]) -> f64 {
     let bends = position.windows(3).filter_map(|three| match *three {
         [a, b, c] => Some((a - 2.0 * b + c).abs()),
         _ => None,
     });
-    let mut bends: Vec<f64> = bends.collect();
+    6.0 * quantile(&mut bends.collect::<Vec<f64>>(), 0.75) / 2.82
+}
+
+/// Strokes between reversals that are more than noise.
+fn strokes(position: &[f64], noise: f64) -> Vec<Stroke> {
     let (least, most) =
         position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (a.min(x), b.max(x)));
-    // Second differences of noise of deviation s have a median magnitude of 0.67 √6 s = 1.65 s.
-    let threshold = f64::max(6.0 * median(&mut bends) / 1.65, 1e-3 * (most - least));
+    let threshold = f64::max(noise, 1e-3 * (most - least));
     let mut strokes = Vec::new();
     let (mut first, mut extreme, mut direction) =
         (0, (0, position.first().copied().unwrap_or(0.0)), 0.0_f64);
