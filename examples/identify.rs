@@ -150,7 +150,7 @@ fn report<C: Candidate<N>, const N: usize>(
         Simulation { settle: arguments.number("settle"), substeps: arguments.count("substeps") };
     let settings = Settings { starts: arguments.count("starts"), ..Settings::default() };
     let mut watch = |now: &identify::Progress<'_>| {
-        if now.iteration % 10 == 0 {
+        if now.iteration.is_multiple_of(10) {
             eprintln!("start {}, iteration {}: rmse {:.5}", now.start, now.iteration, now.rmse);
         }
         ControlFlow::Continue(())

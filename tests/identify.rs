@@ -250,6 +250,8 @@ fn a_fit_predicts_what_it_has_not_seen() {
     assert!((prediction.work / prediction.measured_work - 1.0).abs() < 0.01);
 }
 
+type Spoil = fn(&mut Columns);
+
 /// Columns of 100 good rows.
 struct Columns {
     time: Vec<f64>,
@@ -285,7 +287,7 @@ impl Columns {
 #[test]
 fn bad_rows_are_refused_with_row_value_and_rule() {
     assert!(Columns::good().read().is_ok());
-    let cases: [(fn(&mut Columns), &str); 9] = [
+    let cases: [(Spoil, &str); 9] = [
         (|c| c.time[7] = f64::NAN, "row 7: time is NaN, but must be finite"),
         (|c| c.velocity[0] = f64::INFINITY, "row 0: velocity is inf, but must be finite"),
         (|c| c.friction[99] = f64::NAN, "row 99: friction is NaN, but must be finite"),
