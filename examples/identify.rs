@@ -35,14 +35,9 @@ fn main() -> ExitCode {
                     "lumped",
                     "lumped, relaxing (a second spring) or yielding (elasto-plastic)",
                 )
-                .number("from", f64::MIN, "s", "first time to fit")
-                .number("to", f64::MAX, "s", "last time to fit")
-                .number(
-                    "predict",
-                    f64::MAX,
-                    "s",
-                    "last time to predict, from the last one fitted on",
-                )
+                .number("from", -1e9, "s", "first time to fit")
+                .number("to", 1e9, "s", "last time to fit")
+                .number("predict", 1e9, "s", "last time to predict, from the last one fitted on")
                 .number("settle", 0.0, "s", "time at the beginning that does not count")
                 .must_be(Rule::AtLeast(0.0))
                 .count("substeps", 1, "steps per row")

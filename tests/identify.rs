@@ -86,6 +86,7 @@ fn without_noise_every_parameter_comes_back() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn a_richer_bristle_comes_back_too() {
     let truth = [0.2, 0.1, 0.01, 0.8, 6e3, 4.0, 4e3, 0.02, 0.01];
     let log = log_of(&Relaxing, &truth, rich, 1000, || 0.0);
@@ -136,6 +137,7 @@ fn estimates_lie_within_three_standard_errors() {
 }
 
 #[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn correlated_noise_widens_the_standard_errors() {
     // Standard errors that took the rows for independent would be too small by √((1 + ρ)/(1 − ρ)) = 3.
     assert!(covered(4, 0.8) >= 3);
