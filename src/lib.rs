@@ -69,6 +69,8 @@ mod eigenvalues;
 pub mod exponential;
 #[cfg(feature = "alloc")]
 pub mod fidelity;
+#[cfg(feature = "identify")]
+pub mod identify;
 pub mod ledger;
 pub mod linear;
 mod model;

@@ -20,6 +20,7 @@ pub struct Arguments {
     program: &'static str,
     about: &'static str,
     options: Vec<Opt>,
+    takes_file: bool,
 }
 
 /// One declared option, with its default value or, after parsing, the value given.
@@ -32,10 +33,11 @@ struct Opt {
     value: Value,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 enum Value {
     Number(f64),
     Count(usize),
+    Text(String),
 }
 
 /// What a value must obey. Numbers must be finite in any case.
@@ -56,6 +58,7 @@ pub enum Rule {
 #[derive(Debug, Clone)]
 pub struct Values {
     options: Vec<Opt>,
+    file: Option<PathBuf>,
     out_dir: PathBuf,
 }
 
@@ -126,9 +129,13 @@ impl Opt {
         let value = match self.value {
             Value::Number(_) => text.parse().ok().map(Value::Number),
             Value::Count(_) => text.parse().ok().map(Value::Count),
+            Value::Text(_) => Some(Value::Text(text.to_owned())),
         };
-        value.filter(|&value| self.rule.allows(value.as_f64())).ok_or_else(|| {
-            ArgumentError::Refused { name: self.name, given: text.to_owned(), rule: self.rule() }
+        let allowed = |value: &Value| value.as_f64().is_none_or(|value| self.rule.allows(value));
+        value.filter(allowed).ok_or_else(|| ArgumentError::Refused {
+            name: self.name,
+            given: text.to_owned(),
+            rule: self.rule(),
         })
     }
 
@@ -137,19 +144,21 @@ impl Opt {
         let kind = match self.value {
             Value::Number(_) => "a number",
             Value::Count(_) => "a whole number",
+            Value::Text(_) => "a text",
         };
-        match (self.value, self.rule) {
-            (Value::Count(_), Rule::Finite) => kind.to_owned(),
+        match (&self.value, self.rule) {
+            (Value::Count(_) | Value::Text(_), Rule::Finite) => kind.to_owned(),
             (_, rule) => format!("{kind}, {rule}"),
         }
     }
 }
 
 impl Value {
-    fn as_f64(self) -> f64 {
+    fn as_f64(&self) -> Option<f64> {
         match self {
-            Value::Number(number) => number,
-            Value::Count(count) => count as f64,
+            Value::Number(number) => Some(*number),
+            Value::Count(count) => Some(*count as f64),
+            Value::Text(_) => None,
         }
     }
 }
@@ -157,7 +166,7 @@ impl Value {
 impl Arguments {
     /// An example without options of its own; `about` is one sentence for `--help`.
     pub fn new(program: &'static str, about: &'static str) -> Arguments {
-        Arguments { program, about, options: Vec::new() }
+        Arguments { program, about, options: Vec::new(), takes_file: false }
     }
 
     /// Declares `--name NUMBER`; `unit` may be empty.
@@ -174,6 +183,18 @@ impl Arguments {
     /// Declares `--name COUNT`, a whole number.
     pub fn count(self, name: &'static str, default: usize, help: &'static str) -> Arguments {
         self.with(Opt { name, unit: "", help, rule: Rule::Finite, value: Value::Count(default) })
+    }
+
+    /// Declares `--name TEXT`.
+    pub fn text(self, name: &'static str, default: &str, help: &'static str) -> Arguments {
+        let value = Value::Text(default.to_owned());
+        self.with(Opt { name, unit: "", help, rule: Rule::Finite, value })
+    }
+
+    /// Takes a file, the one word without dashes that follows no option; see [`Values::file`].
+    pub fn file(mut self) -> Arguments {
+        self.takes_file = true;
+        self
     }
 
     /// Sets the rule of the option declared last.
@@ -199,8 +220,13 @@ impl Arguments {
         words: impl IntoIterator<Item = OsString>,
     ) -> Result<Values, ArgumentError> {
         let mut out_dir = PathBuf::from(DEFAULT_OUT);
+        let mut file = None;
         let mut words = words.into_iter().peekable();
         while let Some(word) = words.next() {
+            if self.takes_file && file.is_none() && !word.to_string_lossy().starts_with('-') {
+                file = Some(PathBuf::from(word));
+                continue;
+            }
             let word = word.to_string_lossy().into_owned();
             let (name, attached) = match word.split_once('=') {
                 Some((name, value)) => (name, Some(OsString::from(value))),
@@ -234,7 +260,7 @@ impl Arguments {
             option.value = option.read(&text)?;
         }
         create_folder(&out_dir)?;
-        Ok(Values { options: self.options, out_dir })
+        Ok(Values { options: self.options, file, out_dir })
     }
 
     fn known(&self) -> String {
@@ -247,9 +273,10 @@ impl Arguments {
             .options
             .iter()
             .map(|option| {
-                let (kind, default) = match option.value {
-                    Value::Number(number) => ("NUMBER", shortest(number)),
+                let (kind, default) = match &option.value {
+                    Value::Number(number) => ("NUMBER", shortest(*number)),
                     Value::Count(count) => ("COUNT", count.to_string()),
+                    Value::Text(text) => ("TEXT", text.clone()),
                 };
                 let unit = if option.unit.is_empty() {
                     String::new()
@@ -271,7 +298,8 @@ impl Arguments {
         ));
         rows.push(("--help".to_owned(), "this text".to_owned()));
         let width = rows.iter().map(|(left, _)| left.len()).max().unwrap_or(0);
-        let head = format!("{}: {}\n\nOptions:\n", self.program, self.about);
+        let file = if self.takes_file { " [FILE]" } else { "" };
+        let head = format!("{}{file}: {}\n\nOptions:\n", self.program, self.about);
         rows.iter().fold(head, |text, (left, right)| format!("{text}  {left:width$}  {right}\n"))
     }
 }
@@ -283,7 +311,7 @@ impl Values {
     /// If no number of that name was declared: a slip of the example, not of its user.
     pub fn number(&self, name: &str) -> f64 {
         match self.declared(name) {
-            Some(Value::Number(number)) => number,
+            Some(Value::Number(number)) => *number,
             _ => undeclared("number", name),
         }
     }
@@ -294,9 +322,25 @@ impl Values {
     /// If no count of that name was declared: a slip of the example, not of its user.
     pub fn count(&self, name: &str) -> usize {
         match self.declared(name) {
-            Some(Value::Count(count)) => count,
+            Some(Value::Count(count)) => *count,
             _ => undeclared("count", name),
         }
+    }
+
+    /// The value of a declared text.
+    ///
+    /// # Panics
+    /// If no text of that name was declared: a slip of the example, not of its user.
+    pub fn text(&self, name: &str) -> &str {
+        match self.declared(name) {
+            Some(Value::Text(text)) => text,
+            _ => undeclared("text", name),
+        }
+    }
+
+    /// The file given, if the example takes one.
+    pub fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
     }
 
     /// The folder for figures and tables; it exists.
@@ -304,8 +348,8 @@ impl Values {
         &self.out_dir
     }
 
-    fn declared(&self, name: &str) -> Option<Value> {
-        self.options.iter().find(|option| option.name == name).map(|option| option.value)
+    fn declared(&self, name: &str) -> Option<&Value> {
+        self.options.iter().find(|option| option.name == name).map(|option| &option.value)
     }
 }
 
@@ -384,6 +428,18 @@ mod tests {
             "{usage}"
         );
         assert!(usage.contains("--out DIR"), "{usage}");
+    }
+
+    #[test]
+    fn a_file_and_a_text_are_taken_where_they_are_declared() {
+        let arguments = Arguments::new("test", "A test").text("columns", "t=1", "which").file();
+        let words = ["--out", "/tmp", "data.csv", "--columns", "t=2"].map(OsString::from);
+        let values = arguments.clone().parse_from(words).unwrap();
+        assert_eq!((values.file(), values.text("columns")), (Some(Path::new("data.csv")), "t=2"));
+        let values = arguments.clone().parse_from(["--out", "/tmp"].map(OsString::from)).unwrap();
+        assert_eq!((values.file(), values.text("columns")), (None, "t=1"));
+        let twice = arguments.parse_from(["a", "b"].map(OsString::from)).unwrap_err().to_string();
+        assert!(twice.starts_with("unknown option \"b\""), "{twice}");
     }
 
     #[test]

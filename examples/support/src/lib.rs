@@ -36,6 +36,7 @@ mod csv;
 mod file;
 mod number;
 mod run;
+mod table;
 
 pub use arguments::{ArgumentError, Arguments, Rule, Values};
 pub use chart::{
@@ -44,3 +45,4 @@ pub use chart::{
 pub use csv::{Csv, CsvError};
 pub use file::FileError;
 pub use run::run;
+pub use table::{TableError, read_columns};

@@ -1,0 +1,273 @@
+//! The simulation error: a model that sees only the motion, beside the measured friction.
+
+use alloc::vec::Vec;
+use core::ops::ControlFlow;
+
+use super::residuals::{Candidate, Parameter, Residuals};
+use super::{Fit, IdentifyError, Log, Progress, Rough, Settings, least_squares};
+use crate::parameter::ParameterError;
+use crate::scalar::lit;
+use crate::{Bristle, Scalar};
+
+/// How a model is run along a log.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Simulation {
+    /// Time \[s\] at the beginning that does not count: until the bristle has forgotten how it began.
+    pub settle: f64,
+    /// Exact steps per row: one is enough unless the model freezes something over a step, as the elasto-plastic one does.
+    pub substeps: usize,
+}
+
+impl Default for Simulation {
+    /// Every row counts, one step each.
+    fn default() -> Self {
+        Self { settle: 0.0, substeps: 1 }
+    }
+}
+
+/// The residuals of a candidate along a log.
+struct Along<'a, C, const N: usize> {
+    candidate: &'a C,
+    parameters: [Parameter; N],
+    log: &'a Log,
+    simulation: Simulation,
+}
+
+impl<C: Candidate<N>, const N: usize> Along<'_, C, N> {
+    /// The friction coefficient at every row: row, model.
+    fn run<T: Scalar>(
+        &self,
+        values: &[T; N],
+        mut each: impl FnMut(usize, T),
+    ) -> Result<(), ParameterError> {
+        let model = self.candidate.model(values)?;
+        let offset = self.candidate.offset(values);
+        let Log { time, held, velocity, coefficient, .. } = self.log;
+        let substeps = self.simulation.substeps.max(1);
+        let count = 1.0 / substeps as f64;
+        // The bristle that gives the first measured friction, as if it had got there by slow sliding.
+        let first: T = lit(coefficient.first().copied().unwrap_or(0.0));
+        let rest = T::zero();
+        let forward = crate::Branch::Forward.of(rest);
+        let full = model.stationary(forward);
+        let carried = model.coefficient(forward, full);
+        let mut deflection = full * ((first - offset) / carried);
+        let mut before: Option<f64> = None;
+        let rows = time.iter().zip(held).zip(velocity).enumerate();
+        for (row, ((&time, &held), &velocity)) in rows {
+            if let Some(before) = before {
+                let duration = lit((time - before) * count);
+                for _ in 0..substeps {
+                    deflection = model.hold(lit(held), deflection, duration).deflection;
+                }
+            }
+            before = Some(time);
+            each(row, model.coefficient(lit::<T>(velocity), deflection) + offset);
+        }
+        Ok(())
+    }
+}
+
+impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C, N> {
+    fn parameters(&self) -> [Parameter; N] {
+        self.parameters
+    }
+
+    fn evaluate<T: Scalar>(
+        &self,
+        values: &[T; N],
+        each: &mut impl FnMut(T),
+    ) -> Result<(), ParameterError> {
+        let Log { time, coefficient, .. } = self.log;
+        let counts_from = time.first().copied().unwrap_or(0.0) + self.simulation.settle;
+        self.run(values, |row, model| {
+            if let (Some(&time), Some(&measured)) = (time.get(row), coefficient.get(row))
+                && time >= counts_from
+            {
+                each(model - lit(measured));
+            }
+        })
+    }
+}
+
+/// Finds the parameters of a candidate with the least simulation error along a log: starting values from
+/// [`Rough::of`], then [`least_squares`].
+///
+/// ```
+/// use bristle::identify::{self, Log, LogParameters, Lumped, Motion, Settings, Simulation};
+/// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+/// use core::ops::ControlFlow;
+///
+/// // A measurement: to and fro with speeds around the Stribeck velocity, 0.5 ms apart.
+/// let friction = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?);
+/// let (mut time, mut velocity, mut force, mut z) = (vec![], vec![], vec![], 0.0);
+/// for i in 0..4000 {
+///     let t = 5e-4 * f64::from(i);
+///     let v = 0.04 * (6.0 * t).sin() * (1.0 + 0.5 * (2.0 * t).cos());
+///     if let Some(&before) = velocity.last() {
+///         z = friction.hold(0.5 * (v + before), z, 5e-4).deflection;
+///     }
+///     time.push(t);
+///     velocity.push(v);
+///     force.push(10.0 * friction.coefficient(v, z));
+/// }
+/// let log = Log::new(LogParameters {
+///     time: &time,
+///     motion: Motion::Velocity(&velocity),
+///     friction: &force,
+///     normal_force: Some(&vec![10.0; time.len()]),
+/// })?;
+///
+/// let fit = identify::fit(&Lumped, &log, Simulation::default(), &Settings::default(), &mut |_| ControlFlow::Continue(()))?;
+/// println!("{fit}");
+/// let stiffness = fit.estimate("micro_stiffness").unwrap();
+/// assert!((stiffness.value - 1e4).abs() < 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+///
+/// A log that never reverses or never slides; bounds that do not hold the start.
+pub fn fit<C: Candidate<N>, const N: usize>(
+    candidate: &C,
+    log: &Log,
+    simulation: Simulation,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<Fit<N>, IdentifyError> {
+    let parameters = candidate.parameters(&Rough::of(log)?);
+    fit_from(candidate, parameters, log, simulation, settings, progress)
+}
+
+/// As [`fit`], with starts and bounds of one's own.
+///
+/// # Errors
+///
+/// Bounds that do not hold the start, or a start that the model refuses.
+pub fn fit_from<C: Candidate<N>, const N: usize>(
+    candidate: &C,
+    parameters: [Parameter; N],
+    log: &Log,
+    simulation: Simulation,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<Fit<N>, IdentifyError> {
+    let along = Along { candidate, parameters, log, simulation };
+    least_squares(&along, settings, progress)
+}
+
+/// A simulation beside the data it did not see.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prediction {
+    /// The model's friction coefficient \[–\] at every row.
+    pub coefficients: Vec<f64>,
+    /// Root mean square of model minus data over the rows that count.
+    pub rmse: f64,
+    /// Work of friction along the log over the normal force \[m\], by the model.
+    pub work: f64,
+    /// The same as measured.
+    pub measured_work: f64,
+}
+
+/// Runs a candidate along a log, and compares: how well a fit predicts data that it has not seen.
+///
+/// # Errors
+///
+/// Values that the model refuses.
+pub fn predict<C: Candidate<N>, const N: usize>(
+    candidate: &C,
+    values: &[f64; N],
+    log: &Log,
+    simulation: Simulation,
+) -> Result<Prediction, ParameterError> {
+    let parameters = values.map(|start| Parameter::positive("", "", start, 1.0));
+    let along = Along { candidate, parameters, log, simulation };
+    let mut coefficients = Vec::with_capacity(log.len());
+    along.run(values, |_, model: f64| coefficients.push(model))?;
+    let (mut squares, mut rows) = (0.0, 0);
+    along.evaluate(values, &mut |r: f64| {
+        squares += r * r;
+        rows += 1;
+    })?;
+    let work = |of: &[f64]| {
+        let ways = log.positions();
+        let steps = ways.windows(2).zip(of.windows(2));
+        let step = |(x, mu): (&[f64], &[f64])| match (x, mu) {
+            (&[from, to], &[before, after]) => (to - from) * 0.5 * (before + after),
+            _ => 0.0,
+        };
+        steps.map(step).sum::<f64>()
+    };
+    let (work, measured_work) = (work(&coefficients), work(&log.coefficient));
+    Ok(Prediction {
+        coefficients,
+        rmse: (squares / f64::from(rows.max(1))).sqrt(),
+        work,
+        measured_work,
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::identify::{LogParameters, Lumped, Motion, Relaxing, Yielding};
+    use num_dual::DualSVec64;
+
+    /// Dual numbers against central differences, row by row.
+    fn sensitivities<C: Candidate<N>, const N: usize>(candidate: &C, values: [f64; N]) {
+        let time: Vec<f64> = (0..400).map(|i| 2e-3 * f64::from(i)).collect();
+        let velocity: Vec<f64> =
+            time.iter().map(|t| 0.03 * (9.0 * t).sin() + 0.004 * (70.0 * t).sin()).collect();
+        let friction: Vec<f64> = velocity.iter().map(|v| 0.25 * (v / 1e-3).tanh()).collect();
+        let motion = Motion::Velocity(&velocity);
+        let log = Log::new(LogParameters {
+            time: &time,
+            motion,
+            friction: &friction,
+            normal_force: None,
+        })
+        .unwrap();
+        let parameters = values.map(|start| Parameter::positive("", "", start, 2.0));
+        let along = Along {
+            candidate,
+            parameters,
+            log: &log,
+            simulation: Simulation { settle: 0.0, substeps: 2 },
+        };
+        let duals: [DualSVec64<N>; N] =
+            core::array::from_fn(|i| DualSVec64::from_re(values[i]).derivative(i));
+        let mut exact = Vec::new();
+        along
+            .evaluate(&duals, &mut |r: DualSVec64<N>| {
+                exact.push(r.eps.unwrap_generic(nalgebra::Const::<N>, nalgebra::U1));
+            })
+            .unwrap();
+        for i in 0..N {
+            let run = |factor: f64| {
+                let mut moved = values;
+                moved[i] *= factor;
+                let mut residuals = Vec::new();
+                along.evaluate(&moved, &mut |r: f64| residuals.push(r)).unwrap();
+                residuals
+            };
+            // The error of differences is about h² and ε/h, both 10⁻¹⁰ or so of the sensitivity to ln p, which is
+            // up to one; corners of the elasto-plastic α and roots of modes add to it.
+            let (up, down) = (run(1.0 + 1e-5), run(1.0 - 1e-5));
+            for (row, (up, down)) in up.iter().zip(&down).enumerate() {
+                let (difference, dual) = ((up - down) / 2e-5, exact[row][i] * values[i]);
+                assert!(
+                    (difference - dual).abs() < 1e-6,
+                    "{candidate:?}, parameter {i}, row {row}: {difference} {dual}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn sensitivities_are_those_of_the_residuals() {
+        sensitivities(&Lumped, [0.2, 0.1, 0.01, 0.8, 6e3, 8.0]);
+        sensitivities(&Relaxing, [0.2, 0.1, 0.01, 0.8, 6e3, 4.0, 4e3, 0.02, 0.01]);
+        sensitivities(&Yielding, [0.2, 0.1, 0.01, 0.8, 6e3, 8.0, 0.7, 0.01]);
+    }
+}

@@ -1,0 +1,153 @@
+//! Least squares a row at a time: the triangular factor of all rows so far, by Givens rotations.
+
+use alloc::vec::Vec;
+
+use nalgebra::{DMatrix, SMatrix, SVector};
+
+/// R and Qᵀb of a tall least-squares problem A x ≈ b of which no row is kept.
+///
+/// Unlike the normal equations AᵀA it does not square the condition number.
+#[derive(Debug, Clone)]
+pub(super) struct Triangle<const N: usize> {
+    factor: SMatrix<f64, N, N>,
+    right: SVector<f64, N>,
+    /// Σ b².
+    pub(super) squares: f64,
+    pub(super) rows: usize,
+}
+
+impl<const N: usize> Triangle<N> {
+    pub(super) fn new() -> Self {
+        Self { factor: SMatrix::zeros(), right: SVector::zeros(), squares: 0.0, rows: 0 }
+    }
+
+    /// Adds the row aᵀx ≈ b.
+    pub(super) fn push(&mut self, mut row: SVector<f64, N>, mut right: f64) {
+        self.squares += right * right;
+        self.rows += 1;
+        for i in 0..N {
+            if row[i] == 0.0 {
+                continue;
+            }
+            let length = (self.factor[(i, i)].powi(2) + row[i].powi(2)).sqrt();
+            let (cos, sin) = (self.factor[(i, i)] / length, row[i] / length);
+            self.factor[(i, i)] = length;
+            for j in i + 1..N {
+                let (above, below) = (self.factor[(i, j)], row[j]);
+                self.factor[(i, j)] = cos * above + sin * below;
+                row[j] = cos * below - sin * above;
+            }
+            let (above, below) = (self.right[i], right);
+            self.right[i] = cos * above + sin * below;
+            right = cos * below - sin * above;
+        }
+    }
+
+    /// Aᵀb.
+    pub(super) fn gradient(&self) -> SVector<f64, N> {
+        self.factor.tr_mul(&self.right)
+    }
+
+    /// The length of each column of A.
+    pub(super) fn column_norms(&self) -> SVector<f64, N> {
+        SVector::from_fn(|j, _| self.factor.column(j).norm())
+    }
+
+    /// |A x|².
+    pub(super) fn image_squared(&self, x: &SVector<f64, N>) -> f64 {
+        (self.factor * x).norm_squared()
+    }
+
+    /// The x of least |A x − b|² + |D x|² with D diagonal, where x is zero in every component that
+    /// is not `free`.
+    pub(super) fn damped(&self, diagonal: &SVector<f64, N>, free: &[bool; N]) -> SVector<f64, N> {
+        let mut both = Self::new();
+        let masked =
+            |row: SVector<f64, N>| SVector::from_fn(|j, _| if free[j] { row[j] } else { 0.0 });
+        for i in 0..N {
+            both.push(masked(self.factor.row(i).transpose()), self.right[i]);
+        }
+        for i in 0..N {
+            let entry = |j: usize, _| if j == i { diagonal[i] } else { 0.0 };
+            both.push(masked(SVector::from_fn(entry)), 0.0);
+        }
+        let mut x = SVector::zeros();
+        for i in (0..N).rev() {
+            let known: f64 = (i + 1..N).map(|j| both.factor[(i, j)] * x[j]).sum();
+            let pivot = both.factor[(i, i)];
+            x[i] = if pivot == 0.0 { 0.0 } else { (both.right[i] - known) / pivot };
+        }
+        x
+    }
+
+    /// Singular values, largest first, and right singular vectors of A with its free columns scaled to
+    /// length one. Columns that are not free, or zero, are left out: their entries are zero.
+    pub(super) fn directions(&self, free: &[bool; N]) -> Vec<(f64, SVector<f64, N>)> {
+        let norms = self.column_norms();
+        let kept: Vec<usize> = (0..N).filter(|&j| free[j] && norms[j] > 0.0).collect();
+        let scaled =
+            DMatrix::from_fn(N, kept.len(), |i, j| self.factor[(i, kept[j])] / norms[kept[j]]);
+        if kept.is_empty() || scaled.iter().any(|x| !x.is_finite()) {
+            return Vec::new();
+        }
+        let svd = scaled.svd(false, true);
+        let mut directions: Vec<_> =
+            (svd.singular_values.iter().zip(svd.v_t.iter().flat_map(|v| v.row_iter())))
+                .map(|(&value, row)| {
+                    let mut direction = SVector::zeros();
+                    for (entry, &j) in row.iter().zip(&kept) {
+                        direction[j] = *entry;
+                    }
+                    (value, direction)
+                })
+                .collect();
+        directions.sort_by(|a, b| b.0.total_cmp(&a.0));
+        directions
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Triangle;
+    use nalgebra::Vector2;
+
+    /// The rows (1, x) ≈ y of four points: the line through them is y = 0.9 + 1.4 x by hand.
+    fn line() -> Triangle<2> {
+        let mut triangle = Triangle::new();
+        for (x, y) in [(0.0, 1.0), (1.0, 2.0), (2.0, 4.0), (3.0, 5.0)] {
+            triangle.push(Vector2::new(1.0, x), y);
+        }
+        triangle
+    }
+
+    #[test]
+    fn rows_pushed_one_by_one_give_the_line_through_the_points() {
+        let x = line().damped(&Vector2::zeros(), &[true, true]);
+        assert!((x - Vector2::new(0.9, 1.4)).amax() < 1e-14, "{x}");
+        // Without the slope, the mean.
+        let x = line().damped(&Vector2::zeros(), &[true, false]);
+        assert!((x - Vector2::new(3.0, 0.0)).amax() < 1e-14, "{x}");
+    }
+
+    #[test]
+    fn damping_adds_to_the_normal_equations() {
+        // (AᵀA + D²) x = Aᵀb with AᵀA = (4, 6; 6, 14), Aᵀb = (12, 25) and D² = (1, 4): det = 5·18 − 36 = 54.
+        let x = line().damped(&Vector2::new(1.0, 2.0), &[true, true]);
+        let want =
+            Vector2::new((12.0 * 18.0 - 6.0 * 25.0) / 54.0, (5.0 * 25.0 - 6.0 * 12.0) / 54.0);
+        assert!((x - want).amax() < 1e-14, "{x}");
+        assert!((line().gradient() - Vector2::new(12.0, 25.0)).amax() < 1e-13);
+        assert!((line().image_squared(&Vector2::new(1.0, 1.0)) - 30.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn a_combination_without_effect_is_found() {
+        let mut triangle = Triangle::<2>::new();
+        for x in [1.0, 2.0, 3.0] {
+            triangle.push(Vector2::new(x, 10.0 * x), 1.0);
+        }
+        let directions = triangle.directions(&[true, true]);
+        let (weakest, direction) = (directions[1].0, directions[1].1);
+        assert!(weakest < 1e-14 && (direction[0] + direction[1]).abs() < 1e-14, "{directions:?}");
+    }
+}
