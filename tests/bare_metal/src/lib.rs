@@ -1,0 +1,1 @@
+//! What a microcontroller runs, without std: for the tests and the program beside this file.
