@@ -43,7 +43,9 @@ impl Calls {
         let mut calls = Self::default();
         for (number, member) in ArchiveFile::parse(&*data).unwrap().members().enumerate() {
             // What is no object (an index, metadata) calls nothing.
-            let Ok(file) = object::File::parse(member.unwrap().data(&*data).unwrap()) else { continue };
+            let Ok(file) = object::File::parse(member.unwrap().data(&*data).unwrap()) else {
+                continue;
+            };
             calls.add(number, &file);
         }
         calls
@@ -51,7 +53,8 @@ impl Calls {
 
     fn add(&mut self, number: usize, file: &object::File<'_>) {
         for symbol in file.symbols() {
-            let (Ok(name), SymbolSection::Section(section)) = (symbol.name(), symbol.section()) else {
+            let (Ok(name), SymbolSection::Section(section)) = (symbol.name(), symbol.section())
+            else {
                 continue;
             };
             if !name.is_empty() {
@@ -66,7 +69,9 @@ impl Calls {
             let from = self.edges.entry((number, section.index().0)).or_default();
             for (_, relocation) in section.relocations() {
                 match relocation.target() {
-                    RelocationTarget::Section(index) => from.push(Target::Section((number, index.0))),
+                    RelocationTarget::Section(index) => {
+                        from.push(Target::Section((number, index.0)))
+                    }
                     RelocationTarget::Symbol(index) => {
                         let symbol = file.symbol_by_index(index).unwrap();
                         from.push(match symbol.section() {
@@ -107,10 +112,12 @@ impl Calls {
                     Target::Name(name) if is_forbidden(name) => {
                         return (Some(format!("{name} from {}", self.way(&came, place))), foreign);
                     }
-                    Target::Name(name) => self.definitions.get(name).cloned().unwrap_or_else(|| {
-                        foreign.insert(name.clone());
-                        Vec::new()
-                    }),
+                    Target::Name(name) => {
+                        self.definitions.get(name).cloned().unwrap_or_else(|| {
+                            foreign.insert(name.clone());
+                            Vec::new()
+                        })
+                    }
                 };
                 for next in next {
                     came.entry(next).or_insert_with(|| {
@@ -138,9 +145,15 @@ impl Calls {
 
 /// Panics, and the ways to an allocator.
 fn is_forbidden(name: &str) -> bool {
-    ["bristle_firmware_panicked", "rust_begin_unwind", "panicking", "__rust_alloc", "__rust_realloc"]
-        .iter()
-        .any(|bad| name.contains(bad))
+    [
+        "bristle_firmware_panicked",
+        "rust_begin_unwind",
+        "panicking",
+        "__rust_alloc",
+        "__rust_realloc",
+    ]
+    .iter()
+    .any(|bad| name.contains(bad))
         || ["malloc", "abort"].contains(&name)
 }
 

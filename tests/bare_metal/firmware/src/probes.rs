@@ -18,10 +18,8 @@ pub extern "C" fn probe_divides(number: usize, by: usize) -> usize {
 /// A panic behind a pointer that only a table of functions holds.
 #[unsafe(no_mangle)]
 pub extern "C" fn probe_panics_indirectly(index: usize) -> f64 {
-    static TABLE: [fn(usize) -> f64; 2] = [
-        |index| if index > 3 { 1.0 } else { 2.0 },
-        |index| [1.0, 2.0, 3.0][index],
-    ];
+    static TABLE: [fn(usize) -> f64; 2] =
+        [|index| if index > 3 { 1.0 } else { 2.0 }, |index| [1.0, 2.0, 3.0][index]];
     TABLE[index & 1](index)
 }
 

@@ -1,8 +1,6 @@
 //! Rolling contact without a grid, in memory that the caller owns.
 
-use bristle::rolling::{
-    ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Slot,
-};
+use bristle::rolling::{ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Slot};
 use bristle::{FrBd, KelvinVoigt, ParameterError, Scalar, Stribeck};
 
 use crate::Input;

@@ -3,12 +3,12 @@
 use bristle::exponential::{Exponential, Ramp};
 use bristle::{
     Asymmetric, Bounds, Bristle, Contact, Coulomb, CoulombParameters, Dahl, DahlParameters,
-    Deflection, ElastoPlastic, ElastoPlasticParameters, FoldRule, FrBd, FrictionCurve, FunctionCurve,
-    GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, GeneralisedMaxwell,
+    Deflection, ElastoPlastic, ElastoPlasticParameters, FoldRule, FrBd, FrictionCurve,
+    FunctionCurve, GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, GeneralisedMaxwell,
     GeneralisedMaxwellParameters, HyperbolicTangent, ImplicitBristle, ImplicitBristleParameters,
     KelvinVoigt, KelvinVoigtElement, KelvinVoigtParameters, Knot, LuGre, Maxwell, MaxwellArm,
-    MaxwellParameters, ParameterError, RationalStribeck, RationalStribeckParameters, Rheology, Scalar,
-    Spring, SpringParameters, SquareRoot, Stribeck, StribeckParameters, Tabulated, Varying,
+    MaxwellParameters, ParameterError, RationalStribeck, RationalStribeckParameters, Rheology,
+    Scalar, Spring, SpringParameters, SquareRoot, Stribeck, StribeckParameters, Tabulated, Varying,
     VelocityHistory, Zener, ZenerParameters,
 };
 use nalgebra::SVector;
