@@ -157,10 +157,9 @@ where
 {
     let (single, double) = (single.under_load(8.0)?, double.under_load(8.0)?);
     let both = (single.clone(), single.companion(1e3)?);
-    let wide_both = (double.clone(), double.companion(1e3)?);
+    let wide_both = (double.clone(), double.clone().companion(1e3)?);
     let bins = 18;
-    let mut by_step: Vec<_> =
-        (0..bins).map(|bin| (10f64.powi(bin - 12), [0.0; 7])).collect();
+    let mut by_step: Vec<_> = (0..bins).map(|bin| (10f64.powi(bin - 12), [0.0; 7])).collect();
     let mut by_speed = Vec::new();
     for number in 0..=48 * density {
         // From the smallest subnormal, 1.4e-45 m/s, to 1e3 m/s.
@@ -191,7 +190,11 @@ where
 
 /// A million steps of 1 ms: the largest error of the force in parts of p μ_s, in the first and in
 /// the last tenth of the run.
-fn run<M32, M64>(models: (M32, M64), stribeck: f64, steps: usize) -> Result<[f64; 4], ParameterError>
+fn run<M32, M64>(
+    models: (M32, M64),
+    stribeck: f64,
+    steps: usize,
+) -> Result<[f64; 4], ParameterError>
 where
     M32: Bristle<f32, Deflection = f32>,
     M64: Bristle<f64, Deflection = f64>,
@@ -239,7 +242,9 @@ fn main() -> ExitCode {
         for set in SETS {
             macro_rules! both {
                 ($name:literal, $of:expr) => {{
-                    fn of<T: Scalar>(set: &Set) -> Result<impl Bristle<T, Deflection = T>, ParameterError> {
+                    fn of<T: Scalar>(
+                        set: &Set,
+                    ) -> Result<impl Bristle<T, Deflection = T>, ParameterError> {
                         let build: fn(&Set) -> _ = $of;
                         build(set)
                     }
@@ -251,7 +256,10 @@ fn main() -> ExitCode {
             }
             both!("FrBD", |set| Ok(FrBd::new(set.stribeck::<T>()?, set.bristle::<T>()?)));
             both!("FrBD rational", |set| Ok(FrBd::new(set.rational::<T>()?, set.bristle::<T>()?)));
-            both!("FrBD tabulated", |set| Ok(FrBd::new(set.tabulated::<T>()?, set.bristle::<T>()?)));
+            both!("FrBD tabulated", |set| Ok(FrBd::new(
+                set.tabulated::<T>()?,
+                set.bristle::<T>()?
+            )));
             both!("LuGre", |set| Ok(LuGre::classical(set.stribeck::<T>()?, set.bristle::<T>()?)));
             both!("Dahl", |set| set.dahl::<T>());
         }
@@ -259,9 +267,14 @@ fn main() -> ExitCode {
         let mut columns = vec!["model", "over", "at"];
         columns.extend(RESULTS);
         let mut table = Csv::create(arguments.out_dir(), "precision", &columns)?;
-        println!("Largest errors in roundings (2⁻²⁴ = 6e-8) of the result; of forces in those of p μ.");
+        println!(
+            "Largest errors in roundings (2⁻²⁴ = 6e-8) of the result; of forces in those of p μ."
+        );
         println!();
-        println!("| | {} |", scans.iter().map(|scan| scan.name.as_str()).collect::<Vec<_>>().join(" | "));
+        println!(
+            "| | {} |",
+            scans.iter().map(|scan| scan.name.as_str()).collect::<Vec<_>>().join(" | ")
+        );
         println!("|---|{}", "---|".repeat(scans.len()));
         for (place, result) in RESULTS.into_iter().enumerate() {
             print!("| {result} |");

@@ -14,8 +14,8 @@ use super::frbd::{inverse_resistance, least_slope, unlimited};
 use super::{Affine, Anatomy, Hold, Law, Limits, finite, searchable};
 use crate::scalar::lit;
 use crate::{
-    Bristle, Elements, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding,
-    VelocityLaw,
+    Bristle, Elements, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar,
+    Sliding, VelocityLaw,
 };
 
 /// The LuGre model of a friction curve C, a Kelvin–Voigt bristle of damping law D and a
@@ -186,8 +186,7 @@ where
     fn hold(&self, velocity: T, deflection: T, duration: T) -> Hold<T> {
         let affine = self.affine(Sliding::from(velocity), deflection);
         let weights = affine.weights(duration);
-        let (end, mean) =
-            (weights.end(deflection, velocity), weights.mean(deflection, velocity));
+        let (end, mean) = (weights.end(deflection, velocity), weights.mean(deflection, velocity));
         let Elements { stiffness, damping, .. } = self.rheology.elements(Sliding::from(velocity));
         let rate = damping * affine.rate(velocity, deflection);
         let viscous = self.viscous * velocity;

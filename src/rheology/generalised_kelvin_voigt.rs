@@ -116,7 +116,8 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
         // 1/K = Σ (1/η)/(a − p) with the spring alone, 0 = Σ … without: scaled to rates up to one.
         let mut poles = [Pole { rate: zero, weight: zero }; N];
         for (pole, element) in poles.iter_mut().zip(elements.iter().rev()).take(damped) {
-            *pole = Pole { rate: element.stiffness / element.damping, weight: one / element.damping };
+            *pole =
+                Pole { rate: element.stiffness / element.damping, weight: one / element.damping };
         }
         let instant = elements.iter().find(|element| is_zero(element.damping));
         let most = |of: fn(&Pole<T>) -> T| poles.iter().fold(zero, |most, p| larger(most, of(p)));
@@ -125,8 +126,7 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
             Some(spring) => (spring.stiffness / unit, one),
             None => (one / most(|pole| pole.weight), zero),
         };
-        let scaled =
-            poles.map(|pole| Pole { rate: pole.rate / unit, weight: pole.weight * scale });
+        let scaled = poles.map(|pole| Pole { rate: pole.rate / unit, weight: pole.weight * scale });
 
         let compliances = elements.iter().fold(zero, |sum, element| sum + one / element.stiffness);
         let mut arms = [MaxwellArm { stiffness: one / compliances, series_damping: None }; N];

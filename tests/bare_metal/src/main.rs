@@ -17,7 +17,8 @@ struct Hash(u64);
 impl Hash {
     fn add<T: Scalar>(&mut self, value: T) {
         // Exact: every f32 is an f64.
-        for byte in value.to_subset_unchecked().to_bits().to_le_bytes() {
+        let value: f64 = value.to_subset_unchecked();
+        for byte in value.to_bits().to_le_bytes() {
             self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
         }
     }

@@ -185,7 +185,7 @@ fn a_loop_without_exponentials_has_none() {
     };
     let quick = frbd(rational()).under_load(Counted(1.0)).unwrap();
     let table = frbd(tabulated()).under_load(Counted(1.0)).unwrap();
-    for index in -200..=200 {
+    for index in -200_i32..=200 {
         let velocity = Counted(1e-7 * 1.12_f64.powi(index.abs()) * f64::from(index.signum()));
         // λ never exceeds σ0/(σ1 + σ2), nor does σ0/σ1: h of less than σ1/(2 σ0) keeps λh below ½.
         let step = Counted(0.49 * 64.5 / 1e4);
