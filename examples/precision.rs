@@ -114,6 +114,7 @@ where
     let size = |value: f64| value.abs().max(scale);
     let (force, at_state) = (single.0.force(v, z), double.0.force(wv, wz));
     let steady = double.0.stationary_force(wv);
+    let energy = double.0.stored_energy(wz).max(done.dissipated.abs()).max(done.work.abs());
     [
         off(single.0.stationary_force(v), steady, steady),
         off(force, at_state, size(at_state)),
@@ -121,7 +122,7 @@ where
         off(held.mean, wanted.mean, size(wanted.mean)),
         off(held.deflection, wanted.deflection, wanted.deflection.abs().max(wz.abs())),
         off(passive.force, done.force, size(done.force)),
-        off(passive.dissipated, done.dissipated, done.dissipated.abs().max(done.work.abs())),
+        off(passive.dissipated, done.dissipated, energy),
     ]
 }
 
@@ -135,7 +136,7 @@ struct Scan {
 impl Scan {
     fn worst(&self) -> [f64; 7] {
         let rows = self.by_speed.iter().map(|row| row.1);
-        rows.fold([0.0; 7], |worst, row| larger(worst, row))
+        rows.fold([0.0; 7], larger)
     }
 }
 
@@ -268,20 +269,14 @@ fn main() -> ExitCode {
         columns.extend(RESULTS);
         let mut table = Csv::create(arguments.out_dir(), "precision", &columns)?;
         println!(
-            "Largest errors in roundings (2⁻²⁴ = 6e-8) of the result; of forces in those of p μ."
+            "Largest errors in roundings (2⁻²⁴ = 6e-8): of forces, those of p μ; of energies, those of W."
         );
         println!();
-        println!(
-            "| | {} |",
-            scans.iter().map(|scan| scan.name.as_str()).collect::<Vec<_>>().join(" | ")
-        );
-        println!("|---|{}", "---|".repeat(scans.len()));
-        for (place, result) in RESULTS.into_iter().enumerate() {
-            print!("| {result} |");
-            for scan in &scans {
-                print!(" {:.1} |", scan.worst()[place]);
-            }
-            println!();
+        println!("| | {} |", RESULTS.join(" | "));
+        println!("|---|{}", "---|".repeat(RESULTS.len()));
+        for scan in &scans {
+            let cells = scan.worst().map(|worst| format!("{worst:.1}"));
+            println!("| {} | {} |", scan.name, cells.join(" | "));
         }
         for scan in &scans {
             for (over, rows) in [("λh", &scan.by_step), ("|v|", &scan.by_speed)] {
@@ -323,8 +318,8 @@ fn chart(scans: &[Scan]) -> Figure {
     let mut by_step = Panel::new("log10 of λh", label).title("(a) FrBD, Table 2, over the step");
     let mut by_speed = Panel::new("log10 of |v| / (m/s)", label).title("(b) over the speed");
     for (place, name, stroke) in lines {
-        by_step = by_step.line(name, stroke, &points(&scans[0].by_step, place));
-        by_speed = by_speed.line(name, stroke, &points(&scans[0].by_speed, place));
+        by_step = by_step.line(name, stroke, points(&scans[0].by_step, place));
+        by_speed = by_speed.line(name, stroke, points(&scans[0].by_speed, place));
     }
     figure = figure.panel(by_step).panel(by_speed);
     figure

@@ -81,7 +81,8 @@ fn lugre_keeps_its_digits_in_fast_sliding() {
 
     let (curve, bristle) = parts::<f32>(SETS[0]);
     let (wide_curve, wide_bristle) = parts::<f64>(SETS[0]);
-    let (single, double) = (LuGre::classical(curve, bristle), LuGre::classical(wide_curve, wide_bristle));
+    let (single, double) =
+        (LuGre::classical(curve, bristle), LuGre::classical(wide_curve, wide_bristle));
     for speed in [1.0_f32, 10.0, 100.0, 1000.0] {
         let (got, want) = (
             single.hold(speed, 1e-4, 1e-3),
