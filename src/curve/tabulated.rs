@@ -12,7 +12,7 @@
 
 use crate::bounds::{larger, smaller};
 use crate::parameter::{self, ParameterError, Rule};
-use crate::scalar::lit;
+use crate::scalar::{lit, nan};
 use crate::{Bounds, FrictionCurve, Scalar, Sliding};
 
 /// One measured point of a [`Tabulated`] curve.
@@ -100,51 +100,47 @@ impl<T: Scalar, const N: usize> Tabulated<T, N> {
             }
             previous = Some(*knot);
         }
-        Ok(Self { pieces: core::array::from_fn(|i| piece(&knots, i)) })
+        let mut i = 0;
+        let pieces = knots.map(|knot| {
+            let piece = piece(&knots, knot, i);
+            i += 1;
+            piece
+        });
+        Ok(Self { pieces })
     }
 
-    /// The cubic that holds at a speed.
+    /// The cubic that holds at a speed: the last one that does not start beyond it, or the first. At most
+    /// log2 N comparisons.
     #[inline]
-    fn piece(&self, speed: T) -> &Piece<T> {
-        let (mut low, mut high) = (0, N);
-        // At most log2 N comparisons; ends at the last knot that is not beyond the speed, or at 0.
-        while high - low > 1 {
-            let middle = (low + high) / 2;
-            if self.pieces[middle].start <= speed {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        &self.pieces[low]
+    fn piece(&self, speed: T) -> Piece<T> {
+        let started = self.pieces.partition_point(|piece| piece.start <= speed);
+        // There are two at least.
+        let nowhere = Piece { start: T::zero(), coefficients: [nan(); 4] };
+        self.pieces.get(started.saturating_sub(1)).copied().unwrap_or(nowhere)
     }
 }
 
-/// The secant of interval i (from knot i to knot i + 1) and its width.
-fn secant<T: Scalar>(knots: &[Knot<T>], i: usize) -> (T, T) {
-    let width = knots[i + 1].speed - knots[i].speed;
-    ((knots[i + 1].coefficient - knots[i].coefficient) / width, width)
+/// The secant of interval i (from knot i to knot i + 1) and its width; `None` from the last knot on.
+fn secant<T: Scalar>(knots: &[Knot<T>], i: usize) -> Option<(T, T)> {
+    let [from, to] = knots.get(i..)?.first_chunk()?;
+    let width = to.speed - from.speed;
+    Some(((to.coefficient - from.coefficient) / width, width))
 }
 
 /// The slope of the curve at knot i.
 fn slope<T: Scalar>(knots: &[Knot<T>], i: usize) -> T {
-    let last = knots.len() - 1;
     let two: T = lit(2.0);
-    if last == 1 {
-        secant(knots, 0).0
-    } else if i == 0 {
-        end_slope(secant(knots, 0), secant(knots, 1))
-    } else if i == last {
+    let before = i.checked_sub(1).and_then(|before| secant(knots, before));
+    match (before, secant(knots, i)) {
+        (None, None) => T::zero(),
+        (None, Some(near)) => secant(knots, 1).map_or(near.0, |next| end_slope(near, next)),
         // The curve goes on beyond with this slope: the secant, which a reader of the table expects.
-        secant(knots, last - 1).0
-    } else {
-        let ((before, h0), (after, h1)) = (secant(knots, i - 1), secant(knots, i));
-        if before * after > T::zero() {
+        (Some((last, _)), None) => last,
+        (Some((before, h0)), Some((after, h1))) if before * after > T::zero() => {
             let (w0, w1) = (two * h1 + h0, h1 + two * h0);
             (w0 + w1) / (w0 / before + w1 / after)
-        } else {
-            T::zero()
         }
+        _ => T::zero(),
     }
 }
 
@@ -164,19 +160,18 @@ fn end_slope<T: Scalar>((near, h0): (T, T), (next, h1): (T, T)) -> T {
 }
 
 /// The cubic from knot i to the next, or the straight line beyond the last.
-fn piece<T: Scalar>(knots: &[Knot<T>], i: usize) -> Piece<T> {
-    let last = knots.len() - 1;
-    let Knot { speed: start, coefficient } = knots[i];
+fn piece<T: Scalar>(knots: &[Knot<T>], knot: Knot<T>, i: usize) -> Piece<T> {
+    let Knot { speed: start, coefficient } = knot;
     // Beyond the last knot a falling curve is continued level, so it must arrive level.
     let slope_at = |i: usize| {
         let slope = slope(knots, i);
-        if i == last && slope < T::zero() { T::zero() } else { slope }
+        let last = secant(knots, i).is_none();
+        if last && slope < T::zero() { T::zero() } else { slope }
     };
     let d0 = slope_at(i);
-    if i == last {
+    let Some((secant, width)) = secant(knots, i) else {
         return Piece { start, coefficients: [coefficient, d0, T::zero(), T::zero()] };
-    }
-    let (secant, width) = secant(knots, i);
+    };
     let d1 = slope_at(i + 1);
     let c2 = (lit::<T>(3.0) * secant - lit::<T>(2.0) * d0 - d1) / width;
     let c3 = (d0 + d1 - lit::<T>(2.0) * secant) / (width * width);
@@ -196,7 +191,7 @@ impl<T: Scalar, const N: usize> FrictionCurve<T> for Tabulated<T, N> {
     }
 
     fn bounds(&self, fastest: T) -> Bounds<T> {
-        let mut bounds = Bounds::constant(self.pieces[0].coefficients[0]);
+        let mut bounds = Bounds::constant(self.piece(T::zero()).coefficients[0]);
         for piece in &self.pieces {
             if piece.start <= fastest {
                 let value = piece.coefficients[0];
@@ -221,9 +216,9 @@ impl<T: Scalar, const N: usize> FrictionCurve<T> for Tabulated<T, N> {
 
     fn least_slope(&self) -> Option<T> {
         // Of each parabola: at its ends, which are knots, and at its lowest point.
-        let mut least = self.pieces[N - 1].coefficients[1];
-        for pair in self.pieces.windows(2) {
-            let (piece, end) = (&pair[0], pair[1].start);
+        let mut least = self.pieces.last()?.coefficients[1];
+        for (piece, next) in self.pieces.iter().zip(self.pieces.iter().skip(1)) {
+            let end = next.start;
             least = smaller(least, smaller(piece.slope(piece.start), piece.slope(end)));
             let [_, _, c2, c3] = piece.coefficients;
             let lowest = piece.start - c2 / (lit::<T>(3.0) * c3);

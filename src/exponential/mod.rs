@@ -56,6 +56,9 @@ use piece::Sample;
 /// Pieces into which the reversals of one velocity may split a step.
 const MOST_PIECES: usize = 1000;
 
+/// Looks for a reversal before the one found: each sees a shorter step.
+const MOST_SIGHTS: usize = 64;
+
 /// Exponential collocation with S nodes a step, of order 2S − 1.
 ///
 /// Each node costs one evaluation of the friction model. Three serve a control loop, five a
@@ -161,11 +164,11 @@ impl<const S: usize> Exponential<S> {
                 Reversal::At(place) => (end, turns) = (place, true),
             }
             // A shorter step sees more.
-            while turns && let Reversal::At(place) = sights(branch, end) {
-                if !(place < end) {
-                    break;
+            for _ in 0..if turns { MOST_SIGHTS } else { 0 } {
+                match sights(branch, end) {
+                    Reversal::At(place) if place < end => end = place,
+                    _ => break,
                 }
-                end = place;
             }
             let piece = smooth::<T, M, _, S>(
                 contact,

@@ -11,11 +11,11 @@
 //! systems with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425.
 
 use super::frbd::{inverse_resistance, least_slope, unlimited};
-use super::{Affine, Anatomy, Law, Limits, finite, searchable};
+use super::{Affine, Anatomy, Hold, Law, Limits, finite, searchable};
 use crate::scalar::lit;
 use crate::{
-    Bristle, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding,
-    VelocityLaw,
+    Bristle, Elements, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar,
+    Sliding, VelocityLaw,
 };
 
 /// The LuGre model of a friction curve C, a Kelvin–Voigt bristle of damping law D and a
@@ -178,6 +178,25 @@ where
                 damping: elements_slope.damping,
             },
         )
+    }
+
+    /// The exact step, with σ1 ż from the rate at its start, which decays: in c₀ z + c₂ v the σ1 v of fast sliding
+    /// would be taken away from itself, and with it half the digits of an `f32`.
+    #[inline]
+    fn hold(&self, velocity: T, deflection: T, duration: T) -> Hold<T> {
+        let affine = self.affine(Sliding::from(velocity), deflection);
+        let weights = affine.weights(duration);
+        let (end, mean) = (weights.end(deflection, velocity), weights.mean(deflection, velocity));
+        let Elements { stiffness, damping, .. } = self.rheology.elements(Sliding::from(velocity));
+        let rate = damping * affine.rate(velocity, deflection);
+        let viscous = self.viscous * velocity;
+        // e⁻ˣ and φ1 of the rate are its value at the end and its mean.
+        let (one, zero) = (T::one(), T::zero());
+        Hold {
+            deflection: end,
+            end: stiffness * end + weights.end(one, zero) * rate + viscous,
+            mean: stiffness * mean + weights.mean(one, zero) * rate + viscous,
+        }
     }
 
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {

@@ -34,7 +34,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::modes::root;
+use super::modes::{Pole, root};
 use super::{Elements, GeneralisedMaxwell, MaxwellArm};
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
@@ -113,48 +113,50 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
         let springs = elements.iter().take_while(|element| is_zero(element.damping)).count();
         // Retardation rates pⱼ, increasing, of the elements with a dashpot, from the last to the first.
         let damped = N - springs;
-        let mut rates = SVector::<T, N>::zeros();
-        let mut fluidities = SVector::<T, N>::zeros();
-        for (k, element) in elements.iter().rev().take(damped).enumerate() {
-            rates[k] = element.stiffness / element.damping;
-            fluidities[k] = one / element.damping;
-        }
         // 1/K = Σ (1/η)/(a − p) with the spring alone, 0 = Σ … without: scaled to rates up to one.
+        let mut poles = [Pole { rate: zero, weight: zero }; N];
+        for (pole, element) in poles.iter_mut().zip(elements.iter().rev()).take(damped) {
+            *pole =
+                Pole { rate: element.stiffness / element.damping, weight: one / element.damping };
+        }
         let instant = elements.iter().find(|element| is_zero(element.damping));
-        let unit = rates.iter().fold(zero, |most, &rate| larger(most, rate));
+        let most = |of: fn(&Pole<T>) -> T| poles.iter().fold(zero, |most, p| larger(most, of(p)));
+        let unit = most(|pole| pole.rate);
         let (scale, constant) = match instant {
             Some(spring) => (spring.stiffness / unit, one),
-            None => (one / fluidities.iter().fold(zero, |most, &f| larger(most, f)), zero),
+            None => (one / most(|pole| pole.weight), zero),
         };
-        let poles = rates / unit;
-        let weights = fluidities * scale;
-        let (poles, weights) = (&poles.as_slice()[..damped], &weights.as_slice()[..damped]);
+        let scaled = poles.map(|pole| Pole { rate: pole.rate / unit, weight: pole.weight * scale });
 
         let compliances = elements.iter().fold(zero, |sum, element| sum + one / element.stiffness);
         let mut arms = [MaxwellArm { stiffness: one / compliances, series_damping: None }; N];
-        let mut compliance = SMatrix::zeros();
-        for (j, element) in elements.iter().enumerate() {
-            compliance[(j, 0)] = one / element.stiffness;
+        let mut compliance = SMatrix::<T, N, N>::zeros();
+        // Element by element, in one column for each arm.
+        let mut columns = compliance.column_iter_mut();
+        if let Some(mut column) = columns.next() {
+            for (compliance, element) in column.iter_mut().zip(&elements) {
+                *compliance = one / element.stiffness;
+            }
         }
         // One root for each arm but the static one.
-        for (root_index, arm) in arms.iter_mut().skip(1).enumerate() {
-            let (nearest, side, distance) = root(poles, weights, constant, root_index);
-            let decay = (poles[nearest] + side * distance) * unit;
+        let relaxing = arms.iter_mut().skip(1).zip(columns);
+        for (index, (arm, mut column)) in relaxing.enumerate() {
+            let root = root(scaled.get(..damped).unwrap_or_default(), constant, index);
+            let decay = root.value() * unit;
             let mut slope = zero;
-            for (k, &pole) in poles.iter().enumerate() {
-                let offset = if k == nearest { zero } else { poles[nearest] - pole };
-                let gap = (offset + side * distance) * unit;
+            if let (Some(spring), Some(first)) = (instant, column.iter_mut().next()) {
+                *first = one / spring.stiffness;
+            }
+            let of_poles = scaled.iter().zip(&poles).zip(column.iter_mut().rev());
+            for ((scaled, pole), compliance) in of_poles.take(damped) {
+                let gap = root.above(scaled.rate) * unit;
                 // Kⱼ − aᵢηⱼ = ηⱼ (pⱼ − aᵢ).
-                let softness = fluidities[k] / gap;
+                let softness = pole.weight / gap;
                 slope += softness / gap;
-                compliance[(N - 1 - k, root_index + 1)] = -softness;
+                *compliance = -softness;
             }
-            if let Some(spring) = instant {
-                compliance[(0, root_index + 1)] = one / spring.stiffness;
-            }
-            let checked = |name, value| {
-                parameter::component(root_index + 1, parameter::positive(name, value))
-            };
+            let checked =
+                |name, value| parameter::component(index + 1, parameter::positive(name, value));
             arm.stiffness = checked("equivalent stiffness", one / (decay * slope))?;
             arm.series_damping = Some(checked("equivalent damping", arm.stiffness / decay)?);
         }

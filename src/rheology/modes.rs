@@ -156,72 +156,119 @@ fn coupled<T: Scalar, const N: usize>(
     let tiny: T = if single { lit(1e-17) } else { lit(1e-60) };
     let rounding = T::default_epsilon() * lit(4.0);
 
-    let mut order: SVector<usize, N> = SVector::from_fn(|i, _| i);
-    for i in 1..N {
-        let mut k = i;
-        while k > 0 && decay[order[k]] < decay[order[k - 1]] {
-            order.swap_rows(k, k - 1);
-            k -= 1;
-        }
+    let mut springs: [Spring<T>; N] = core::array::from_fn(|index| {
+        let pole = Pole { rate: decay[index] / unit, weight: larger(row[index] / unit, tiny) };
+        Spring { pole, index, root: Root::nowhere() }
+    });
+    sort(&mut springs, |before, after| before.pole.rate <= after.pole.rate);
+    let mut least = zero;
+    for Spring { pole, .. } in &mut springs {
+        pole.rate = larger(pole.rate, least);
+        least = pole.rate + larger(rounding * pole.rate, tiny);
     }
-    let mut a: SVector<T, N> = order.map(|i| decay[i] / unit);
-    for i in 1..N {
-        let least = a[i - 1] + larger(rounding * a[i - 1], tiny);
-        a[i] = larger(a[i], least);
+    let poles = springs.map(|spring| spring.pole);
+    for (j, spring) in springs.iter_mut().enumerate() {
+        spring.root = root(&poles, one, j);
     }
-    let w: SVector<T, N> = order.map(|i| larger(row[i] / unit, tiny));
+    // Each spring with the root above it, back where it came from.
+    sort(&mut springs, |before, after| before.index < after.index);
 
-    // λⱼ − aᵢ in row i, column j, and the distance of each root from the aᵢ next to it.
-    let mut gaps = SMatrix::<T, N, N>::zeros();
-    let mut distances = SVector::<T, N>::zeros();
-    let mut rates = SVector::<T, N>::zeros();
-    for j in 0..N {
-        let (nearest, side, distance) = root(a.as_slice(), w.as_slice(), one, j);
-        distances[j] = distance;
-        rates[j] = (a[nearest] + side * distance) * unit;
-        for i in 0..N {
-            let offset = if i == nearest { zero } else { a[nearest] - a[i] };
-            gaps[(i, j)] = offset + side * distance;
-        }
-    }
+    let rates = SVector::from_fn(|j, _| springs[j].root.value() * unit);
+    let driven = |j: usize| springs[j].root.distance;
+    // λⱼ − aᵢ in row i, column j.
+    let gaps = SMatrix::<T, N, N>::from_fn(|i, j| springs[j].root.above(springs[i].pole.rate));
     // Löwner's formula: the row of which these are the exact roots.
     let w = SVector::<T, N>::from_fn(|i, _| {
-        (0..N)
-            .filter(|&l| l != i)
-            .fold(gaps[(i, i)], |product, l| product * (gaps[(i, l)] / (a[l] - a[i])))
+        (0..N).filter(|&l| l != i).fold(gaps[(i, i)], |product, l| {
+            product * (gaps[(i, l)] / (springs[l].pole.rate - springs[i].pole.rate))
+        })
     });
 
-    let (mut shapes, mut coordinates) = (SMatrix::zeros(), SMatrix::zeros());
-    let mut driven = SVector::zeros();
-    for j in 0..N {
-        // Each mode is scaled to one where its root lies.
-        let shape = SVector::<T, N>::from_fn(|i, _| distances[j] / gaps[(i, j)]);
-        let norm = w.dot(&shape.component_mul(&shape));
-        let inverse = one / norm;
-        for i in 0..N {
-            shapes[(order[i], j)] = shape[i];
-            coordinates[(j, order[i])] = w[i] * shape[i] * inverse;
-        }
-        // Σ wᵢ/(λⱼ − aᵢ) = 1.
-        driven[j] = distances[j] * inverse;
-    }
+    // Each mode is scaled to one where its root lies.
+    let shapes = SMatrix::<T, N, N>::from_fn(|i, j| driven(j) / gaps[(i, j)]);
+    let inverse = SVector::<T, N>::from_fn(|j, _| {
+        let norm = (0..N).fold(zero, |sum, i| sum + w[i] * (shapes[(i, j)] * shapes[(i, j)]));
+        one / norm
+    });
+    let coordinates = SMatrix::from_fn(|j, i| w[i] * shapes[(i, j)] * inverse[j]);
+    // Σ wᵢ/(λⱼ − aᵢ) = 1.
+    let driven = SVector::from_fn(|j, _| driven(j) * inverse[j]);
     (rates, shapes, coordinates, driven)
 }
 
+/// A term of the secular equation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Pole<T> {
+    /// aᵢ
+    pub(super) rate: T,
+    /// wᵢ
+    pub(super) weight: T,
+}
+
+/// A root of the secular equation, as a distance from the nearer of the two aᵢ around it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Root<T> {
+    nearest: T,
+    /// ±1
+    side: T,
+    distance: T,
+}
+
+impl<T: Scalar> Root<T> {
+    fn nowhere() -> Self {
+        Self { nearest: nan(), side: nan(), distance: nan() }
+    }
+
+    /// λ
+    pub(super) fn value(&self) -> T {
+        self.nearest + self.side * self.distance
+    }
+
+    /// λ − a
+    pub(super) fn above(&self, rate: T) -> T {
+        (self.nearest - rate) + self.side * self.distance
+    }
+}
+
+/// A spring, its place among the others and the root above its pole.
+#[derive(Debug, Clone, Copy)]
+struct Spring<T> {
+    pole: Pole<T>,
+    index: usize,
+    root: Root<T>,
+}
+
+/// Sorts a few things, those that are in order already at no cost.
+fn sort<S, const N: usize>(items: &mut [S; N], in_order: impl Fn(&S, &S) -> bool) {
+    for end in 1..N {
+        for k in (0..end).rev() {
+            match items.get_mut(k..).and_then(|rest| rest.first_chunk_mut()) {
+                Some([before, after]) if !in_order(before, after) => {
+                    core::mem::swap(before, after);
+                }
+                _ => break,
+            }
+        }
+    }
+}
+
 /// The j-th root of c = Σ wᵢ/(λ − aᵢ) for increasing aᵢ, positive wᵢ, and c positive, or zero (then
-/// there is none above all aᵢ): the index of the nearer of the two aᵢ around it, on which side of that
-/// it lies, and how far from it.
-pub(super) fn root<T: Scalar>(a: &[T], w: &[T], constant: T, j: usize) -> (usize, T, T) {
+/// there is none above all aᵢ).
+pub(super) fn root<T: Scalar>(poles: &[Pole<T>], constant: T, j: usize) -> Root<T> {
     let (zero, half) = (T::zero(), lit::<T>(0.5));
-    let n = a.len();
-    let last = j + 1 == n;
-    let width = if last { zero } else { a[j + 1] - a[j] };
+    let Some(&Pole { rate: before, .. }) = poles.get(j) else { return Root::nowhere() };
+    let next = poles.get(j + 1).map(|pole| pole.rate);
+    let (last, after) = (next.is_none(), next.unwrap_or(before));
+    let width = after - before;
     let (nearest, side, reach) = if last {
-        (j, T::one(), w.iter().fold(zero, |sum, &w| sum + w) / constant)
+        let total = poles.iter().fold(zero, |sum, pole| sum + pole.weight);
+        (before, T::one(), total / constant)
     } else {
         let reach = width * half;
-        let at_middle = (0..n).fold(constant, |sum, i| sum - w[i] / (a[j] - a[i] + reach));
-        if at_middle >= zero { (j, T::one(), reach) } else { (j + 1, -T::one(), reach) }
+        let at_middle = poles
+            .iter()
+            .fold(constant, |sum, pole| sum - pole.weight / (before - pole.rate + reach));
+        if at_middle >= zero { (before, T::one(), reach) } else { (after, -T::one(), reach) }
     };
     let (mut low, mut high, mut distance) = (zero, reach, reach);
     for _ in 0..ITERATIONS {
@@ -231,20 +278,19 @@ pub(super) fn root<T: Scalar>(a: &[T], w: &[T], constant: T, j: usize) -> (usize
         // The terms with poles at and below aⱼ are like l₀ + l₁/(λ − aⱼ), those above like
         // r₀ + r₁/(aⱼ₊₁ − λ), in value and slope. All sums are of positive numbers.
         let (mut below, mut above, mut l1, mut r1, mut rest) = (zero, zero, zero, zero, constant);
-        for i in 0..n {
-            let offset = if i == nearest { zero } else { a[nearest] - a[i] };
-            let inverse = T::one() / (offset + side * distance);
-            let term = w[i] * inverse;
+        for (i, pole) in poles.iter().enumerate() {
+            let inverse = T::one() / Root { nearest, side, distance }.above(pole.rate);
+            let term = pole.weight * inverse;
             if i <= j {
                 below += term;
                 let near = from * inverse;
-                l1 += w[i] * near * near;
-                rest -= term * inverse * (a[j] - a[i]);
+                l1 += pole.weight * near * near;
+                rest -= term * inverse * (before - pole.rate);
             } else {
                 above -= term;
                 let near = to * inverse;
-                r1 += w[i] * near * near;
-                rest += term * inverse * (a[i] - a[j + 1]);
+                r1 += pole.weight * near * near;
+                rest += term * inverse * (pole.rate - after);
             }
         }
         let excess = (constant - below) + above;
@@ -282,5 +328,5 @@ pub(super) fn root<T: Scalar>(a: &[T], w: &[T], constant: T, j: usize) -> (usize
             break;
         }
     }
-    (nearest, side, distance)
+    Root { nearest, side, distance }
 }

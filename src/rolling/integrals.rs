@@ -59,20 +59,25 @@ pub(super) fn decaying_with<T: Scalar, const N: usize>(x: T, decay: T) -> [T; N]
             }
             last = next;
         }
-        psi[N - 1] = last;
         // Downwards errors grow by |x|/k, upwards they shrink by k/|x|.
-        let mut k = N - 1;
-        while k > 0 && lit::<T>(k as f64) >= -x {
-            last = (x * last + decay) / lit(k as f64);
-            psi[k - 1] = last;
-            k -= 1;
+        let mut open = 0;
+        for (k, psi) in psi.iter_mut().enumerate().rev() {
+            if k + 1 < N {
+                let above: T = lit((k + 1) as f64);
+                if !(above >= -x) {
+                    open = k + 1;
+                    break;
+                }
+                last = (x * last + decay) / above;
+            }
+            *psi = last;
         }
-        if k > 0 {
+        if open > 0 {
             // Here x < −1.
             let inverse = T::one() / x;
             last = (T::one() - decay) * inverse;
             psi[0] = last;
-            for (j, psi) in psi.iter_mut().enumerate().take(k).skip(1) {
+            for (j, psi) in psi.iter_mut().enumerate().take(open).skip(1) {
                 last = (lit::<T>(j as f64) * last - decay) * inverse;
                 *psi = last;
             }
@@ -91,10 +96,11 @@ pub(super) fn decaying_with<T: Scalar, const N: usize>(x: T, decay: T) -> [T; N]
         sum = next;
     }
     let mut last = decay * sum;
-    psi[N - 1] = last;
-    for k in (1..N).rev() {
-        last = (x * last + decay) / lit(k as f64);
-        psi[k - 1] = last;
+    for (k, psi) in psi.iter_mut().enumerate().rev() {
+        if k + 1 < N {
+            last = (x * last + decay) / lit((k + 1) as f64);
+        }
+        *psi = last;
     }
     psi
 }
@@ -132,7 +138,7 @@ pub(super) fn rising<T: Scalar, const N: usize>(alpha: T, x: T) -> [T; N] {
                 *chi += term * lit(RECIPROCALS[(k + n + 1).min(RECIPROCALS.len() - 1)]);
             }
             // In this order the next term waits for the last one as little as can be.
-            let inverse = lit::<T>(-RECIPROCALS[n + 1]);
+            let inverse = lit::<T>(-RECIPROCALS[(n + 1).min(RECIPROCALS.len() - 1)]);
             power *= inverse;
             term = term * (both * inverse) + power;
             power *= alpha;

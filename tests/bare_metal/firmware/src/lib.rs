@@ -1,0 +1,103 @@
+//! All that a real-time loop calls of bristle, as functions for C: `no_panic.rs` builds this archive and
+//! follows every call from them.
+//!
+//! Everything is known at run time only, so that the compiler cannot work anything out beforehand. A panic
+//! would end in a function that exists nowhere; the probes at the end do panic and allocate, to
+//! show that it is seen.
+#![no_std]
+// Names that C can call.
+#![allow(unsafe_code, reason = "exporting a name is `unsafe`; nothing else here is")]
+
+extern crate alloc;
+
+mod probes;
+mod rolling;
+mod steps;
+
+use bristle::{ParameterError, Scalar};
+use nalgebra::RealField;
+
+unsafe extern "C" {
+    /// Defined nowhere.
+    fn bristle_firmware_panicked() -> !;
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    // SAFETY: never linked.
+    unsafe { bristle_firmware_panicked() }
+}
+
+/// Every number of an entry: parameters, state and input.
+#[repr(C)]
+pub struct Input<T> {
+    pub static_coefficient: T,
+    pub dynamic_coefficient: T,
+    pub stribeck_velocity: T,
+    pub stribeck_exponent: T,
+    pub viscous_friction: T,
+    /// Speed and coefficient of each.
+    pub knots: [[T; 2]; 8],
+    pub micro_stiffness: T,
+    pub micro_damping: T,
+    pub stick_limit: T,
+    /// Stiffness and damping of each.
+    pub elements: [[T; 2]; 5],
+    pub threshold_velocity: T,
+    pub normal_force: T,
+    pub fastest: T,
+    pub velocity: T,
+    pub next_velocity: T,
+    pub deflections: [T; 5],
+    pub duration: T,
+    pub rolling: [T; 4],
+}
+
+/// An answer that hangs on all results, or on the value that was refused.
+fn answer<T: Scalar>(result: Result<T, ParameterError>) -> T {
+    result.unwrap_or_else(|error| nalgebra::convert(error.value))
+}
+
+macro_rules! entries {
+    ($($function:path => $single:ident, $double:ident;)*) => {$(
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $single(input: &Input<f32>) -> f32 {
+            answer($function(input))
+        }
+
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $double(input: &Input<f64>) -> f64 {
+            answer($function(input))
+        }
+    )*};
+}
+
+entries! {
+    steps::frbd_stribeck => entry_frbd_stribeck_f32, entry_frbd_stribeck_f64;
+    steps::frbd_rational => entry_frbd_rational_f32, entry_frbd_rational_f64;
+    steps::frbd_tabulated => entry_frbd_tabulated_f32, entry_frbd_tabulated_f64;
+    steps::frbd_coulomb => entry_frbd_coulomb_f32, entry_frbd_coulomb_f64;
+    steps::frbd_asymmetric => entry_frbd_asymmetric_f32, entry_frbd_asymmetric_f64;
+    steps::frbd_function => entry_frbd_function_f32, entry_frbd_function_f64;
+    steps::frbd_spring => entry_frbd_spring_f32, entry_frbd_spring_f64;
+    steps::frbd_varying => entry_frbd_varying_f32, entry_frbd_varying_f64;
+    steps::frbd_square_root => entry_frbd_square_root_f32, entry_frbd_square_root_f64;
+    steps::frbd_tanh => entry_frbd_tanh_f32, entry_frbd_tanh_f64;
+    steps::frbd_maxwell => entry_frbd_maxwell_f32, entry_frbd_maxwell_f64;
+    steps::frbd_zener => entry_frbd_zener_f32, entry_frbd_zener_f64;
+    steps::frbd_maxwell_arms => entry_frbd_maxwell_arms_f32, entry_frbd_maxwell_arms_f64;
+    steps::frbd_kelvin_voigt_elements =>
+        entry_frbd_kelvin_voigt_elements_f32, entry_frbd_kelvin_voigt_elements_f64;
+    steps::lugre => entry_lugre_f32, entry_lugre_f64;
+    steps::lugre_inside => entry_lugre_inside_f32, entry_lugre_inside_f64;
+    steps::dahl => entry_dahl_f32, entry_dahl_f64;
+    steps::elasto_plastic => entry_elasto_plastic_f32, entry_elasto_plastic_f64;
+    steps::implicit => entry_implicit_f32, entry_implicit_f64;
+    rolling::step => entry_rolling_step_f32, entry_rolling_step_f64;
+    rolling::passive => entry_rolling_passive_f32, entry_rolling_passive_f64;
+}
+
+/// A literal.
+fn lit<T: RealField>(value: f64) -> T {
+    nalgebra::convert(value)
+}

@@ -1,0 +1,43 @@
+//! Rolling contact without a grid, in memory that the caller owns.
+
+use bristle::rolling::{ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Slot};
+use bristle::{FrBd, KelvinVoigt, ParameterError, Scalar, Stribeck};
+
+use crate::Input;
+use crate::steps::{bristle, stribeck};
+
+type Rolling<T> = ExactPatch<T, FrBd<Stribeck<T>, KelvinVoigt<T>>, 3, [Slot<T, 3>; 64]>;
+
+fn rolling<T: Scalar>(input: &Input<T>) -> Result<Rolling<T>, ParameterError> {
+    Patch::new(PatchParameters {
+        model: FrBd::new(stribeck(input)?, bristle(input)?),
+        length: input.threshold_velocity,
+        pressure: PolynomialExponential::parabolic(),
+    })?
+    .carrying(input.normal_force)?
+    .exact([Slot::default(); 64])
+}
+
+fn motion<T: Scalar>(input: &Input<T>) -> Motion<T> {
+    Motion { slip_velocity: input.velocity, transport_velocity: input.rolling[0] }
+}
+
+/// Steps with velocities held.
+pub(crate) fn step<T: Scalar>(input: &Input<T>) -> Result<T, ParameterError> {
+    let mut rolling = rolling(input)?;
+    rolling.settle(motion(input))?;
+    let mut force = rolling.step(motion(input), input.duration)?;
+    for slip_velocity in input.rolling {
+        force += rolling.step(Motion { slip_velocity, ..motion(input) }, input.duration)?;
+    }
+    Ok(force + rolling.force(input.velocity))
+}
+
+/// A passive step.
+pub(crate) fn passive<T: Scalar>(input: &Input<T>) -> Result<T, ParameterError> {
+    let mut rolling = rolling(input)?;
+    let step = rolling.companion_step(motion(input), input.duration)?;
+    let sum = step.bias() + step.damping();
+    let done = step.commit(input.next_velocity)?;
+    Ok(sum + done.force + done.work)
+}

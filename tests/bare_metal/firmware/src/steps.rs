@@ -1,0 +1,241 @@
+//! Lumped friction: every curve, bristle and model, built from parameters of run time and stepped.
+
+use bristle::exponential::{Exponential, Ramp};
+use bristle::{
+    Asymmetric, Bounds, Bristle, Contact, Coulomb, CoulombParameters, Dahl, DahlParameters,
+    Deflection, ElastoPlastic, ElastoPlasticParameters, FoldRule, FrBd, FrictionCurve,
+    FunctionCurve, GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, GeneralisedMaxwell,
+    GeneralisedMaxwellParameters, HyperbolicTangent, ImplicitBristle, ImplicitBristleParameters,
+    KelvinVoigt, KelvinVoigtElement, KelvinVoigtParameters, Knot, LuGre, Maxwell, MaxwellArm,
+    MaxwellParameters, ParameterError, RationalStribeck, RationalStribeckParameters, Rheology,
+    Scalar, Spring, SpringParameters, SquareRoot, Stribeck, StribeckParameters, Tabulated, Varying,
+    VelocityHistory, Zener, ZenerParameters,
+};
+use nalgebra::SVector;
+
+use crate::{Input, lit};
+
+type Answer<T> = Result<T, ParameterError>;
+
+/// One step of each kind for any state, and the answers beside them.
+fn steps<T: Scalar, M: Bristle<T>>(
+    model: M,
+    deflection: M::Deflection,
+    input: &Input<T>,
+) -> Answer<(Contact<T, M>, T)> {
+    let &Input { velocity, next_velocity, duration, normal_force, fastest, .. } = input;
+    let one = M::Deflection::fill(T::one());
+    let contact = model.under_load(normal_force)?.with_normal_force(normal_force * lit(0.5))?;
+    let hold = contact.hold(velocity, deflection, duration);
+    let response = contact.response(velocity, deflection);
+    let linear = contact.linearised(velocity, deflection);
+    let mut sum = hold.end + hold.mean + hold.deflection.dot(one);
+    sum += response.force + response.rate.dot(one);
+    sum += linear.force_by_velocity + linear.force_by_deflection.dot(one);
+    sum += contact.stationary_force(velocity) + contact.stationary(velocity).dot(one);
+    sum += contact.stored_energy(deflection) + contact.dissipated_power(velocity, deflection);
+    let limits = contact.limits(fastest);
+    sum += limits.coefficient.unwrap_or(T::zero()) + limits.deflection.unwrap_or(T::zero());
+
+    let mut history = VelocityHistory::new(velocity);
+    history.push(next_velocity);
+    let companion = contact.clone().companion(fastest)?;
+    let step = companion.step(history.predict(), hold.deflection, duration);
+    let done = step.commit(next_velocity);
+    sum += step.bias() + step.damping() + done.deflection.dot(one) + done.force + done.work;
+    sum += done.stored + done.dissipated;
+    if step.is_passive() {
+        sum += T::one();
+    }
+    Ok((contact, sum))
+}
+
+/// The same with the exponential steps, for a bristle of one spring.
+fn scalar<T: Scalar, M: Bristle<T, Deflection = T>>(model: M, input: &Input<T>) -> Answer<T> {
+    let [deflection, ..] = input.deflections;
+    let &Input { velocity: from, next_velocity: to, duration, .. } = input;
+    let (contact, mut sum) = steps(model, deflection, input)?;
+    let ramp = Exponential::<3>.ramp(&contact, Ramp { from, to }, deflection, duration);
+    sum += ramp.deflection + ramp.end + ramp.mean + ramp.work;
+    let smooth = |part: T| from + (to - from) * part * part;
+    let step = Exponential::<3>.step(&contact, smooth, deflection, duration);
+    Ok(sum + step.deflection + step.end + step.mean + step.work)
+}
+
+fn springs<T: Scalar, const N: usize, M: Bristle<T, Deflection = SVector<T, N>>>(
+    model: M,
+    input: &Input<T>,
+) -> Answer<T> {
+    let deflection = SVector::from_iterator(input.deflections.iter().copied().cycle().take(N));
+    Ok(steps(model, deflection, input)?.1)
+}
+
+pub(crate) fn stribeck<T: Scalar>(input: &Input<T>) -> Answer<Stribeck<T>> {
+    Stribeck::new(StribeckParameters {
+        static_coefficient: input.static_coefficient,
+        dynamic_coefficient: input.dynamic_coefficient,
+        stribeck_velocity: input.stribeck_velocity,
+        stribeck_exponent: input.stribeck_exponent,
+        viscous_friction: input.viscous_friction,
+    })
+}
+
+fn coulomb<T: Scalar>(input: &Input<T>) -> Answer<Coulomb<T>> {
+    Coulomb::new(CoulombParameters {
+        dynamic_coefficient: input.dynamic_coefficient,
+        viscous_friction: input.viscous_friction,
+    })
+}
+
+pub(crate) fn bristle<T: Scalar>(input: &Input<T>) -> Answer<KelvinVoigt<T>> {
+    KelvinVoigt::new(KelvinVoigtParameters {
+        micro_stiffness: input.micro_stiffness,
+        micro_damping: input.micro_damping,
+    })
+}
+
+fn frbd<T: Scalar, C: FrictionCurve<T>>(curve: C, input: &Input<T>) -> Answer<T> {
+    scalar(FrBd::new(curve, bristle(input)?), input)
+}
+
+fn on<T: Scalar, R: Rheology<T>>(bristle: R, input: &Input<T>) -> Answer<FrBd<Stribeck<T>, R>> {
+    Ok(FrBd::new(stribeck(input)?, bristle))
+}
+
+pub(crate) fn frbd_stribeck<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    frbd(stribeck(input)?, input)
+}
+
+pub(crate) fn frbd_rational<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let curve = RationalStribeck::new(RationalStribeckParameters {
+        static_coefficient: input.static_coefficient,
+        dynamic_coefficient: input.dynamic_coefficient,
+        stribeck_velocity: input.stribeck_velocity,
+        viscous_friction: input.viscous_friction,
+    })?;
+    frbd(curve, input)
+}
+
+pub(crate) fn frbd_tabulated<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let knots = input.knots.map(|[speed, coefficient]| Knot { speed, coefficient });
+    let curve = Tabulated::new(knots)?;
+    Ok(frbd(curve, input)? + curve.least_slope().unwrap_or(T::zero()))
+}
+
+pub(crate) fn frbd_coulomb<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    frbd(coulomb(input)?, input)
+}
+
+pub(crate) fn frbd_asymmetric<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    frbd(Asymmetric { forward: stribeck(input)?, backward: coulomb(input)? }, input)
+}
+
+pub(crate) fn frbd_function<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let (level, fall) = (input.dynamic_coefficient, input.viscous_friction);
+    let bounds = Bounds { min: level, max: input.static_coefficient };
+    let function = move |speed: T| {
+        let part = T::one() / (T::one() + speed * speed);
+        (level + fall * part, -fall * speed * part * part)
+    };
+    frbd(FunctionCurve::new(function, bounds)?, input)
+}
+
+pub(crate) fn frbd_spring<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let spring = Spring::new(SpringParameters { micro_stiffness: input.micro_stiffness })?;
+    scalar(on(spring, input)?, input)
+}
+
+pub(crate) fn frbd_varying<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let (most, scale) = (input.micro_damping, input.stribeck_velocity);
+    let law = Varying::of_speed(
+        move |speed: T| {
+            let part = (-speed / scale).exp();
+            (most * part, -most * part / scale)
+        },
+        Bounds { min: T::zero(), max: most },
+    );
+    let bristle = KelvinVoigt::new(KelvinVoigtParameters {
+        micro_stiffness: input.micro_stiffness,
+        micro_damping: law,
+    })?;
+    scalar(on(bristle, input)?, input)
+}
+
+pub(crate) fn frbd_square_root<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let regularisation = SquareRoot::new(input.threshold_velocity)?;
+    scalar(on(bristle(input)?, input)?.regularised(regularisation), input)
+}
+
+pub(crate) fn frbd_tanh<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let regularisation = HyperbolicTangent::new(input.threshold_velocity)?;
+    scalar(on(bristle(input)?, input)?.regularised(regularisation), input)
+}
+
+pub(crate) fn frbd_maxwell<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let [[micro_stiffness, series_damping], ..] = input.elements;
+    scalar(on(Maxwell::new(MaxwellParameters { micro_stiffness, series_damping })?, input)?, input)
+}
+
+pub(crate) fn frbd_zener<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let [[relaxing_stiffness, series_damping], ..] = input.elements;
+    let bristle = Zener::new(ZenerParameters {
+        static_stiffness: input.micro_stiffness,
+        relaxing_stiffness,
+        series_damping,
+    })?;
+    springs(on(bristle, input)?, input)
+}
+
+pub(crate) fn frbd_maxwell_arms<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let arms = input.elements.map(|[stiffness, damping]| MaxwellArm {
+        stiffness,
+        series_damping: (damping > T::zero()).then_some(damping),
+    });
+    let bristle = GeneralisedMaxwell::new(GeneralisedMaxwellParameters {
+        arms,
+        micro_damping: input.micro_damping,
+    })?;
+    springs(on(bristle, input)?, input)
+}
+
+pub(crate) fn frbd_kelvin_voigt_elements<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let elements =
+        input.elements.map(|[stiffness, damping]| KelvinVoigtElement { stiffness, damping });
+    let parameters = GeneralisedKelvinVoigtParameters { elements };
+    let bristle = GeneralisedKelvinVoigt::new(parameters)?;
+    springs(on(bristle, input)?, input)
+}
+
+pub(crate) fn lugre<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    scalar(LuGre::classical(stribeck(input)?, bristle(input)?), input)
+}
+
+pub(crate) fn lugre_inside<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    scalar(LuGre::with_viscous_part_inside(stribeck(input)?, bristle(input)?), input)
+}
+
+pub(crate) fn dahl<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let model = Dahl::new(DahlParameters {
+        dynamic_coefficient: input.dynamic_coefficient,
+        micro_stiffness: input.micro_stiffness,
+    })?;
+    scalar(model, input)
+}
+
+pub(crate) fn elasto_plastic<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let model = ElastoPlastic::new(ElastoPlasticParameters {
+        curve: stribeck(input)?,
+        rheology: bristle(input)?,
+        stick_limit: input.stick_limit,
+    })?;
+    scalar(model, input)
+}
+
+pub(crate) fn implicit<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let model = ImplicitBristle::new(ImplicitBristleParameters {
+        curve: stribeck(input)?,
+        rheology: bristle(input)?,
+        fold_rule: Some(FoldRule::Slowest),
+    })?;
+    scalar(model, input)
+}
