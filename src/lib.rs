@@ -14,7 +14,8 @@
 //! | 5a | in a loop | [`Contact::hold`] steps exactly over a sample, [`exponential`] along a known velocity |
 //! | 5b | in your own mechanism, any step | [`Contact::companion`] |
 //! | 5c | in a mechanism | [`scene`], or your own [`ode::System`] |
-//! | 5d | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
+//! | 5d | of many bristles at once | [`batch`] |
+//! | 5e | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
 //! | 6 | a simulation | [`ode::solve`], or [`ode::Solver`] with a method of your choice |
 //!
 //! [`audit`] tells what a set of parameters promises, [`stability`] how long a step may be, [`linear`] how
@@ -59,6 +60,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod audit;
+pub mod batch;
 mod bounds;
 mod companion;
 mod contact;
