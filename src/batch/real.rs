@@ -198,12 +198,13 @@ pub(super) fn decay<T: Real>(x: T) -> Decay<T> {
 #[cfg(test)]
 mod tests {
     use super::{Decay, Real, decay};
+    use crate::scalar::{lit, to_f64};
 
     /// Units in the last place of `want` between it and `got`, both normal.
     fn ulps<T: Real>(got: T, want: f64) -> f64 {
-        let epsilon: f64 = T::default_epsilon().to_subset_unchecked();
+        let epsilon = to_f64(T::default_epsilon());
         let unit = epsilon * 2f64.powi(want.abs().log2().floor() as i32);
-        (got.to_subset_unchecked() - want).abs() / unit
+        (to_f64(got) - want).abs() / unit
     }
 
     /// x, eˣ, 1 − eˣ and (eˣ − 1 − x)/x² by mpmath with 40 digits, of the doubles x.
@@ -289,32 +290,20 @@ mod tests {
     }
 
     fn special_values_are_exact<T: Real>(below: f64) {
-        let t = |x: f64| crate::scalar::lit::<T>(x);
+        let t = |x: f64| lit::<T>(x);
         let of = |x: T| decay(x).decay;
         assert!(of(t(0.0)) == T::one() && of(t(-0.0)) == T::one());
         assert!(decay(t(0.0)).loss == T::zero() && decay(t(0.0)).curvature == t(0.5));
         assert!(of(t(f64::NEG_INFINITY)) == T::zero() && of(t(-1e30)) == T::zero());
         assert!(decay(t(f64::NEG_INFINITY)).loss == T::one());
         let nan = decay(t(f64::NAN));
-        assert!(nan.decay.is_nan() && nan.loss.is_nan());
+        assert!(to_f64(nan.decay).is_nan() && to_f64(nan.loss).is_nan());
         // A normal number, and nothing beyond.
-        let least: f64 = of(T::LEAST).to_subset_unchecked();
-        let smallest: f64 = T::min_positive();
+        let least = to_f64(of(T::LEAST));
+        let smallest =
+            if size_of::<T>() == 8 { f64::MIN_POSITIVE } else { f32::MIN_POSITIVE.into() };
         assert!(least >= smallest && least < 1.00001 * smallest, "{least:e}");
         assert!(of(t(below)) == T::zero());
-    }
-
-    trait Smallest {
-        fn min_positive() -> f64;
-    }
-    impl<T: Real> Smallest for T {
-        fn min_positive() -> f64 {
-            if core::mem::size_of::<T>() == 8 {
-                f64::MIN_POSITIVE
-            } else {
-                f32::MIN_POSITIVE.into()
-            }
-        }
     }
 
     #[test]
