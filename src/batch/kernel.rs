@@ -78,7 +78,8 @@ impl<T: Real> Operation<T, 2, 1> for Commit<T> {
         };
         let after = before + (self.duration * share * velocity - loss * (one - share) * before);
         let (size, most) = (before.size(), material.most(speed(velocity)) * material.compliance());
-        let limit = if most > size { most } else { size };
+        // An infinite velocity has no limit, and is not cut to a finite deflection.
+        let limit = if size > most { size } else { most };
         [if after > limit {
             limit
         } else if after < -limit {

@@ -86,7 +86,7 @@
 //!
 //! | of a bristle | gives |
 //! |---|---|
-//! | a velocity that is NaN or infinite | NaN everywhere |
+//! | a velocity that is NaN or infinite | NaN everywhere, or the same in the deflection that ends a passive step |
 //! | a deflection that is NaN or infinite | the same in force and deflection |
 //! | a normal force that is NaN or infinite | the same in the force; the deflection goes on |
 //! | a negative normal force | NaN in the force, for surfaces do not pull; the deflection goes on |
@@ -112,7 +112,20 @@
 //! (NEON on ARM) and the processor is asked at run time; without, for what the build's target has (SSE2, on x86-64). The feature
 //! `rayon` adds `Batch::in_parallel`.
 //!
-//! MEASURED
+//! One thread, 4096 bristles, FrBD with δ = 2, on a Xeon with AVX-512 and other work to do; times over that of the
+//! platform's `exp` on as many numbers (3.9 ns in `f64`, 1.9 ns in `f32`), and the scalar steps' over the batch's:
+//!
+//! | | AVX2, `f64` | `f32` | AVX-512, `f64` | `f32` |
+//! |---|---|---|---|---|
+//! | passive step, both halves, over `exp` | 0.97 | 0.87 | 0.67 | 0.62 |
+//! | exact step over `exp` | 1.8 | 1.5 | 1.4 | 1.0 |
+//! | scalar passive step over it | 4.9 | 10 | 7.3 | 14 |
+//! | scalar exact step over it | 2.4 | 5.3 | 3.0 | 7.7 |
+//!
+//! ```sh
+//! RUSTFLAGS="-C target-feature=+avx2" cargo bench --bench batch
+//! cargo bench --bench batch --features simd,rayon # the widest vectors there are, and threads
+//! ```
 
 mod drive;
 mod kernel;
