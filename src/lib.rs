@@ -15,7 +15,8 @@
 //! | 5a | in a controller, against friction | [`control`] |
 //! | 5b | in your own mechanism, any step | [`Contact::companion`] |
 //! | 5c | in a mechanism | [`scene`], or your own [`ode::System`] |
-//! | 5d | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
+//! | 5d | of many bristles at once | [`batch`] |
+//! | 5e | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
 //! | 6 | a simulation | [`ode::solve`], or [`ode::Solver`] with a method of your choice |
 //!
 //! [`audit`] tells what a set of parameters promises, [`stability`] how long a step may be, [`linear`] how
@@ -60,6 +61,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod audit;
+pub mod batch;
 mod bounds;
 mod companion;
 mod contact;

@@ -98,6 +98,13 @@ pub enum Rule {
         /// The only admissible value.
         value: f64,
     },
+    /// One of two values.
+    Either {
+        /// The first.
+        first: f64,
+        /// The second.
+        second: f64,
+    },
     /// Strictly larger than the component before it.
     Increasing {
         /// The component before.
@@ -139,6 +146,9 @@ impl fmt::Display for Rule {
             Rule::Below { other, limit } => write!(f, "be below {other} = {}", Short(limit)),
             Rule::PositiveUnless { instead } => write!(f, "be positive unless {instead}"),
             Rule::Exactly { value } => write!(f, "be exactly {}", Short(value)),
+            Rule::Either { first, second } => {
+                write!(f, "be {} or {} here", Short(first), Short(second))
+            }
             Rule::Increasing { previous } => {
                 write!(f, "be larger than its predecessor {}", Short(previous))
             }

@@ -30,8 +30,8 @@ pub struct CoulombParameters<T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coulomb<T> {
-    dynamic: T,
-    viscous: T,
+    pub(crate) dynamic: T,
+    pub(crate) viscous: T,
 }
 
 impl<T: Scalar> Coulomb<T> {

@@ -46,12 +46,12 @@ pub struct RationalStribeckParameters<T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RationalStribeck<T> {
-    dynamic: T,
+    pub(crate) dynamic: T,
     /// μ_s − μ_d
-    drop: T,
+    pub(crate) drop: T,
     /// 1/v_S
-    inverse_velocity: T,
-    viscous: T,
+    pub(crate) inverse_velocity: T,
+    pub(crate) viscous: T,
 }
 
 impl<T: Scalar> RationalStribeck<T> {

@@ -61,13 +61,13 @@ pub struct StribeckParameters<T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stribeck<T> {
-    dynamic: T,
+    pub(crate) dynamic: T,
     /// μ_s − μ_d
-    drop: T,
+    pub(crate) drop: T,
     /// 1/v_S
-    inverse_velocity: T,
+    pub(crate) inverse_velocity: T,
     exponent: Exponent<T>,
-    viscous: T,
+    pub(crate) viscous: T,
     /// Power w beyond which (μ_s − μ_d) exp(−w) is less than a rounding of μ_d.
     negligible: T,
 }
@@ -109,6 +109,15 @@ impl<T: Scalar> Stribeck<T> {
             // Without a drop this is −∞, and the exponential is never needed.
             negligible: (lit::<T>(4.0) * drop / (T::default_epsilon() * dynamic)).ln(),
         })
+    }
+
+    /// The exponent δ.
+    pub(crate) fn exponent(&self) -> T {
+        match self.exponent {
+            Exponent::One => T::one(),
+            Exponent::Two => lit(2.0),
+            Exponent::Other(exponent) => exponent,
+        }
     }
 
     /// exp(−w), without the exponential where the curve cannot tell: most of a stick-slip run lies

@@ -34,8 +34,8 @@ pub struct DahlParameters<T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dahl<T> {
-    dynamic: T,
-    stiffness: T,
+    pub(crate) dynamic: T,
+    pub(crate) stiffness: T,
     /// σ0/μ_d
     relaxation_per_speed: T,
 }

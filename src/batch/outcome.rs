@@ -1,0 +1,81 @@
+//! What a step says of its batch, and why it refuses one.
+
+use core::fmt;
+
+use super::real::{BLOCK, Real};
+use crate::ParameterError;
+
+/// How many bristles a step has left with a number that is none: NaN, or infinite.
+///
+/// They spoil no neighbour. The step is done for all; what such a bristle gets is told where the step is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[must_use = "bristles with NaN are reported here and nowhere else"]
+pub struct Outcome {
+    /// Bristles with a result that is not finite.
+    pub not_finite: usize,
+    /// Index of the first of them.
+    pub first: Option<usize>,
+}
+
+impl Outcome {
+    /// Whether every bristle has finite results.
+    pub fn is_finite(&self) -> bool {
+        self.not_finite == 0
+    }
+
+    /// Takes in the first `used` bristles of a block that begins at an index.
+    #[cold]
+    pub(super) fn count<T: Real, const N: usize>(
+        &mut self,
+        block: &[[T; BLOCK]; N],
+        start: usize,
+        used: usize,
+    ) {
+        for k in 0..used {
+            let finite = block.iter().all(|column| column.get(k).is_some_and(|x| x.is_number()));
+            if !finite {
+                self.not_finite += 1;
+                self.first = self.first.or(Some(start + k));
+            }
+        }
+    }
+
+    /// This part of a batch and the next one, which begins at an index.
+    #[cfg(feature = "rayon")]
+    pub(super) fn and(self, next: Self, start: usize) -> Self {
+        Self {
+            not_finite: self.not_finite + next.not_finite,
+            first: self.first.or(next.first.map(|first| start + first)),
+        }
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.first {
+            None => f.write_str("all finite"),
+            Some(first) => write!(f, "{} not finite, the first at {first}", self.not_finite),
+        }
+    }
+}
+
+/// Why a batch, or a step of it, was refused. Nothing has been changed.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BatchError {
+    /// A parameter is out of its range; of a slice, its component is named.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// Two slices differ in length.
+    #[error("{name} has length {length}, but {other} has {expected}")]
+    Length {
+        /// Name of the slice.
+        name: &'static str,
+        /// Its length.
+        length: usize,
+        /// Name of the slice that it has to match.
+        other: &'static str,
+        /// The length of that one.
+        expected: usize,
+    },
+}
