@@ -28,7 +28,7 @@ use nalgebra::SVector;
 use crate::bounds::larger;
 use crate::ode::{Observer, Step};
 use crate::scalar::lit;
-use crate::{Bristle, Committed, Contact, Hold, Scalar};
+use crate::{Bristle, Committed, Contact, Deflection, Hold, Scalar};
 
 /// Energy over a stretch of time \[J\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -200,12 +200,12 @@ impl<T: Scalar> EnergyLedger<T> {
     }
 
     /// Enters a step of an integration. `motion` tells the sliding velocity [m/s] and the deflection \[m\]
-    /// of the contact at a time and state. By five points on the curve through the step.
-    pub fn integrate<M: Bristle<T, Deflection = T>, const N: usize>(
+    /// of the contact, of one spring or several, at a time and state. By five points on the curve through the step.
+    pub fn integrate<M: Bristle<T>, const N: usize>(
         &mut self,
         contact: &Contact<T, M>,
         step: &Step<T, N>,
-        motion: impl Fn(T, &SVector<T, N>) -> (T, T),
+        motion: impl Fn(T, &SVector<T, N>) -> (T, M::Deflection),
     ) {
         let duration = step.end_time() - step.start_time();
         let (mut supplied, mut dissipated) = (T::zero(), T::zero());
@@ -219,8 +219,10 @@ impl<T: Scalar> EnergyLedger<T> {
         }
         let (_, before) = motion(step.start_time(), step.start());
         let (_, after) = motion(step.end_time(), step.end());
-        let half = lit::<T>(0.5) * contact.normal_force() * contact.model().storage_stiffness();
-        let stored = half * (after - before) * (after + before);
+        // Σ ½ K (z₁ − z₀)(z₁ + z₀)
+        let half = lit::<T>(0.5) * contact.normal_force();
+        let (rise, sum) = (after - before, after + before);
+        let stored = half * contact.model().storage_stiffness().scaled_by(rise).dot(sum);
         self.enter(EnergyBalance { supplied, stored, dissipated });
     }
 
@@ -297,8 +299,8 @@ pub struct LedgerObserver<'a, T, M, F> {
 impl<T, M, F, const N: usize> Observer<T, N> for LedgerObserver<'_, T, M, F>
 where
     T: Scalar,
-    M: Bristle<T, Deflection = T>,
-    F: Fn(T, &SVector<T, N>) -> (T, T),
+    M: Bristle<T>,
+    F: Fn(T, &SVector<T, N>) -> (T, M::Deflection),
 {
     fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()> {
         self.ledger.integrate(self.contact, step, &self.motion);

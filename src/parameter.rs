@@ -122,6 +122,11 @@ pub enum Rule {
         /// Largest admissible count.
         most: usize,
     },
+    /// The same as a period before.
+    Periodic {
+        /// What it was then.
+        before: f64,
+    },
     /// Zero or positive everywhere, which it is not at one place.
     NonNegativeAt {
         /// The place where it is negative.
@@ -154,6 +159,9 @@ impl fmt::Display for Rule {
             }
             Rule::Count { least } => write!(f, "be at least {least}"),
             Rule::CountBetween { least, most } => write!(f, "lie between {least} and {most}"),
+            Rule::Periodic { before } => {
+                write!(f, "be as a period before, when it was {}", Short(before))
+            }
             Rule::NonNegativeAt { place } => {
                 write!(f, "not be negative, and it is at {}", Short(place))
             }

@@ -314,7 +314,7 @@ fn the_table_says_the_same_in_words() {
         "force               no bound",
         "one solution: σ1 = 64.5, least dμ/d|v| = -42.848 s/m",
         "ζ = 0.32267; after a reversal ζ = 0.4562 ",
-        "steady above 0.029863 m/s, STICK-SLIP just below",
+        "small motions die out above 0.029863 m/s, GROW just below",
         "at 0.02 s",
         "  Euler             2e-4        0.0064527   0.0064514     TOO LONG\n",
         "  Passive           no promise: the contact is not passive",

@@ -453,6 +453,24 @@ fn a_tolerance_that_nothing_meets_is_named_with_what_can_be_had() {
 }
 
 #[test]
+fn a_period_that_is_none_is_refused_where_it_shows() {
+    use bristle::signal::Function;
+    let scene = |period| {
+        History::new(HistoryParameters {
+            contact: sets()[0].under_load(1.0).unwrap(),
+            velocity: Function::new(|t: f64| 0.05 + 0.002 * t * t * (TAU * t).sin(), []),
+            interval: 0.02,
+            answers: 1000,
+            period,
+            start: Start::Steady,
+        })
+    };
+    assert!(scene(None).is_ok());
+    let refused = scene(Some(50)).unwrap_err().to_string();
+    assert!(refused.contains("velocity[") && refused.contains("a period before"), "{refused}");
+}
+
+#[test]
 fn senseless_input_is_refused_by_name() {
     for share in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let refused = scene(0.1, 0.05, 1.0).choose(Tolerance { norm: Norm::Greatest, share });

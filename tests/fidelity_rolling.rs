@@ -345,8 +345,11 @@ fn verdict(outcomes: &[Outcome]) {
 #[ignore = "a study, for a release build: SEED chooses the scenes"]
 fn three_hundred_scenes_drawn_by_chance() {
     let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(2611);
-    verdict(&polylines(seed, 128));
-    verdict(&sines(seed, 192, 60.0));
+    // What is missed of the cost lies with motions that never repeat themselves: of these one in six is refused, for
+    // want of means for the reference.
+    let mut outcomes = sines(seed, 192, 60.0);
+    outcomes.extend(polylines(seed, 128));
+    verdict(&outcomes);
 }
 
 #[test]

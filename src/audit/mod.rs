@@ -175,7 +175,7 @@ pub struct StuckMass<T> {
 /// drift               4.3152e-5 m per slow cycle 0 ↔ 0.75 N                              Dupont et al. 2002
 /// creep               none under 0.75 N                                                  F_ss(v) = F
 /// stuck mass          ω = 100.01 rad/s, ζ = 0.32267; after a reversal ζ = 0.4562         module stability
-/// sliding on spring   steady above 0.029863 m/s, STICK-SLIP just below                   Routh–Hurwitz, module linear
+/// sliding on spring   small motions die out above 0.029863 m/s, GROW just below          Routh–Hurwitz, module linear
 /// largest step [s]    bristle     stuck       reversed      at 0.001 s                   module stability
 ///   Euler             2e-4        0.0064527   0.0064514     TOO LONG
 ///   SemiImplicitEuler 2e-4        0.014561    0.0090921     TOO LONG

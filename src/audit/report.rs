@@ -234,24 +234,31 @@ impl<T: Scalar> Audit<T> {
             let reference = "Routh–Hurwitz, module linear";
             match threshold {
                 Threshold::AlwaysStable => {
-                    line(f, "sliding on spring", format_args!("steady at every speed"), reference)?;
+                    line(
+                        f,
+                        "sliding on spring",
+                        format_args!("small motions die out at every speed"),
+                        reference,
+                    )?;
                 }
                 Threshold::NeverStable => {
                     line(
                         f,
                         "sliding on spring",
-                        format_args!("STICK-SLIP at every speed"),
+                        format_args!("small motions GROW at every speed: stick-slip"),
                         reference,
                     )?;
                 }
                 Threshold::StableAbove(speed) => {
                     let speed = number(speed);
-                    let finding = format_args!("steady above {speed} m/s, STICK-SLIP just below");
+                    let finding =
+                        format_args!("small motions die out above {speed} m/s, GROW just below");
                     line(f, "sliding on spring", finding, reference)?;
                 }
                 Threshold::StableBelow(speed) => {
                     let speed = number(speed);
-                    let finding = format_args!("STICK-SLIP above {speed} m/s, steady just below");
+                    let finding =
+                        format_args!("small motions GROW above {speed} m/s, die out just below");
                     line(f, "sliding on spring", finding, reference)?;
                 }
             }

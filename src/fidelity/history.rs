@@ -35,7 +35,7 @@ pub struct HistoryParameters<T, M, V> {
     /// Number of answers, at least 8.
     pub answers: usize,
     /// Answers in one period, at least 8, if the velocity repeats itself: v(t + period·Δ) = v(t). The pilot then looks
-    /// at two periods only. It is taken at your word.
+    /// at two periods only. These two are compared; for the rest it is taken at your word.
     pub period: Option<usize>,
     /// How the bristle begins.
     pub start: Start,
@@ -93,7 +93,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     /// # Errors
     ///
     /// Refuses an interval or a normal force that is not positive, fewer than 8 answers in all or in a period, a velocity that is
-    /// not finite at the answers of the first two periods, and a model whose lumped one is out of range.
+    /// not finite at the answers of the first two periods or not the same in both, and a model whose lumped one is out of range.
     pub fn new(parameters: HistoryParameters<T, M, V>) -> Result<Self, ParameterError> {
         let HistoryParameters { contact, velocity, interval, answers, period, start } = parameters;
         let interval = parameter::positive("interval", interval)?;
@@ -115,6 +115,19 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
             squares += now * now;
             fastest = crate::bounds::larger(fastest, now.abs());
             last = now;
+        }
+        if let Some(period) = period.filter(|period| window == 2 * period) {
+            // What roundings of the time make of a velocity, and no more.
+            let rounding = crate::bounds::larger(lit(1e-6), T::default_epsilon() * lit(4096.0));
+            for index in 0..=period {
+                let at = |index: usize| velocity.value(interval * lit(index as f64));
+                let (before, now) = (at(index), at(index + period));
+                if !((now - before).abs() <= rounding * fastest) {
+                    let (component, value) = (Some(index + period), to_f64(now));
+                    let rule = Rule::Periodic { before: to_f64(before) };
+                    return Err(ParameterError { name: "velocity", component, value, rule });
+                }
+            }
         }
         let slowest = T::one() / (interval * lit(answers as f64));
         let frequency = if squares > T::zero() {

@@ -455,6 +455,8 @@ pub(super) fn choose<S: Climb>(
             pilot_budget: budget,
             seen: window as f64 / instants.count as f64,
         };
+    // A run of the reference beside what was spent.
+    let at_least = || budget + top * count as f64;
     let hidden = hides(between(bound.fastest_rate, stride));
     let margin = if window >= instants.count && stride == 1 { SEEN_MARGIN } else { MARGIN };
     let errors = Errors {
@@ -496,7 +498,7 @@ pub(super) fn choose<S: Climb>(
     spent += trace.run.evaluations;
     // Nothing can be measured with a reference that is not known any better.
     if !(trace.uncertainty <= 0.5 * margin * allowed) {
-        return Err(FidelityError::PilotTooShort { needed: 2.0 * budget, allowed: budget });
+        return Err(FidelityError::PilotTooShort { needed: at_least(), allowed: budget });
     }
     // While the reference itself still wanders from period to period it comes to states that the pilot has not
     // seen, and another model errs there by its share of the way: as far as coefficients and drives differ.
@@ -504,6 +506,7 @@ pub(super) fn choose<S: Climb>(
         trace.run.outputs.get(index).map_or(f64::NAN, |output| output.memory)
     });
     let away = wander * if trace.known.is_some() { difference(&bound.cache) } else { 1.0 };
+    let farthest = 2.0 * scene.scale();
     let measure = |run: &Run, pace: Pace, top: bool| {
         // Instants that both have.
         let (own, theirs) = if pace.stride >= stride {
@@ -531,6 +534,8 @@ pub(super) fn choose<S: Climb>(
             .drift(wide, |index| pairs.get(index).map_or(f64::NAN, |(a, b)| a.memory - b.memory));
         // NaN is no error to be content with.
         let error = errors.norm(wide, &off) + drift + if top { 0.0 } else { away };
+        // No two forces are farther apart than both ends of their range.
+        let error = if error > farthest { farthest } else { error };
         let missed = run.outputs.is_empty() || off.is_empty() || off.iter().any(|e| e.is_nan());
         if missed { f64::INFINITY } else { error }
     };
@@ -721,7 +726,7 @@ pub(super) fn choose<S: Climb>(
         return Ok(finish(plan, error, verdict, trials, spent));
     }
     if cut {
-        return Err(FidelityError::PilotTooShort { needed: 2.0 * budget, allowed: budget });
+        return Err(FidelityError::PilotTooShort { needed: at_least(), allowed: budget });
     }
     let (plan, error) =
         best.ok_or(FidelityError::PilotTooShort { needed: window as f64 * top, allowed: budget })?;

@@ -385,7 +385,7 @@ pub enum FidelityError {
     },
     /// The part of the scene that a pilot would have to see is too long for it.
     #[error(
-        "a pilot would take some {needed:e} evaluations and may take {allowed:e}: allow it more (choose_within), or say with what period the scene repeats itself"
+        "a pilot would take {needed:e} evaluations or more and may take {allowed:e}: allow it more (choose_within), or, if the scene repeats itself and its period was not given, give it"
     )]
     PilotTooShort {
         /// Evaluations needed.

@@ -4,6 +4,7 @@ use nalgebra::{RowSVector, SMatrix, SVector};
 
 use super::{LinearisationError, StateSpace};
 use crate::bounds::larger;
+use crate::parameter;
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Branch, Bristle, Contact, Deflection, LinearisedContact, Scalar, Sliding};
 
@@ -121,6 +122,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         M::Deflection: Coordinates<T, N>,
     {
         let sliding = sliding.into();
+        parameter::finite("velocity", sliding.velocity())?;
         let deflection = self.equilibrium(sliding)?;
         self.state_space(sliding, deflection)
     }

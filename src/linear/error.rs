@@ -44,8 +44,10 @@ pub enum LinearisationError {
     /// The static gain is infinite: a pole lies at zero.
     #[error("the linearisation is singular: it has a pole at zero and no static gain")]
     Singular,
-    /// Small motions grow.
-    #[error("the linearisation is unstable: a small motion grows as exp({abscissa} t)")]
+    /// Small motions do not die out.
+    #[error(
+        "small motions do not die out, they go as exp({abscissa} t): there is no steady response (`transfer` has G at any s)"
+    )]
     Unstable {
         /// Largest real part of the poles [1/s].
         abscissa: f64,

@@ -22,7 +22,8 @@
 //! [`Contact::state_space`](crate::Contact::state_space) and
 //! [`Contact::steady_state_space`](crate::Contact::steady_state_space) make it.
 //!
-//! **A mass on a spring** whose end moves steadily ([`MassOnSpring`]) slides with it, or stick-slips.
+//! **A mass on a spring** whose end moves steadily ([`MassOnSpring`]) slides with it, or stick-slips; both can be had at one
+//! speed, the one from small disturbances, the other from rest. What follows is about the small ones.
 //! Its small motions about steady sliding at v obey
 //!
 //! m s³ + (mλ + D) s² + (k + λ D + C B) s + λ k = 0,  D = d + ∂F/∂v,

@@ -46,8 +46,10 @@
 //! 1 − ha + h²b/2, trace 2 − ha − h²b/2, stable for h ≤ 2a/b and h ≤ 2/a. The hold makes the bristle
 //! exact, not the mass: without damping no step at all is stable.
 //!
-//! These are limits for small motions about steady ones: below them a disturbance dies out, and nothing
-//! is said about accuracy. Beyond the limit of the bristle a run diverges as soon as it slides for a
+//! These are limits for two small motions, that of the bristle in steady sliding and that of the stuck mass: below them
+//! both die out, and nothing is said about accuracy, nor of a mass that slides on a soft spring: explicit steps add
+//! hω²/2 and held ones hω²/4 to the rate at which its swing at ω = √(k/m) decays, which near the threshold of stick-slip is more
+//! than there is. Beyond the limit of the bristle a run diverges as soon as it slides for a
 //! while. Beyond that of the stuck mechanism alone it chatters, slides under forces far below breakaway, and
 //! gives numbers that look like friction.
 //!
