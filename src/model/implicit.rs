@@ -54,7 +54,9 @@
 //! Source: the implicit force balance of Romano et al. (arXiv 2602.09429), section II-A, from which
 //! their models follow by one step of linearisation; its solution and laws are derived here.
 
-use super::{Affine, Law, Limits, Linearised, finite, unlimited};
+mod hold;
+
+use super::{Affine, Hold, Law, Limits, Linearised, finite, unlimited};
 use crate::bounds::smaller;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{is_zero, lit, nan, to_f64};
@@ -161,6 +163,9 @@ struct Fold<T> {
     summit: (T, T),
     /// Speed of the (last) valley [m/s] and Φ there.
     valley: (T, T),
+    /// Speed [m/s] on the branch beyond that carries as much as the summit, with [`FoldRule::Slowest`]; on the branch
+    /// before that carries as much as the valley, or zero, with [`FoldRule::Fastest`].
+    other: T,
 }
 
 impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<T, C> {
@@ -369,7 +374,7 @@ where
         let fold = self.folds.get(usize::from(branch == Branch::Backward)).and_then(|fold| *fold);
         // From where on, what Φ is there, and how far.
         let ((low, carried), high) = match (fold, self.fold_rule) {
-            (Some(Fold { summit, valley }), Some(rule)) => {
+            (Some(Fold { summit, valley, .. }), Some(rule)) => {
                 let (slow, fast) = (((zero, rest.carried), Some(summit.0)), (valley, None));
                 let between = (summit, Some(valley.0));
                 match (rule, size <= summit.1, size >= valley.1) {
@@ -510,7 +515,27 @@ where
         } else {
             turn(summit, true)
         };
-        Some(Fold { summit, valley: turn(valley, false) })
+        let valley = turn(valley, false);
+        let other = match self.fold_rule {
+            Some(FoldRule::Fastest) => {
+                let rest = self.surface(branch, T::zero());
+                if rest.carried >= valley.1 {
+                    T::zero()
+                } else {
+                    let ends = (T::zero(), summit.0);
+                    self.root(branch, valley.1, ends, middle(ends.0, ends.1)).speed
+                }
+            }
+            _ => {
+                // As in the solution of the balance.
+                let viscous = self.curve.viscous_friction();
+                let rise = damping + viscous;
+                let farthest = (summit.1 + viscous * self.regularisation.speed_at_rest()) / rise;
+                let ends = (valley.0, farthest * (T::one() + T::default_epsilon() * lit(8.0)));
+                self.root(branch, summit.1, ends, valley.0 + (summit.1 - valley.1) / rise).speed
+            }
+        };
+        Some(Fold { summit, valley, other })
     }
 }
 
@@ -610,6 +635,10 @@ where
     fn relaxation_rate(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> T {
         let tip = self.tip(sliding.into().velocity(), deflection);
         self.rheology.storage_stiffness() * self.shares(&tip).0
+    }
+
+    fn hold(&self, velocity: T, deflection: T, duration: T) -> Hold<T> {
+        self.step(velocity, deflection, duration)
     }
 
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
