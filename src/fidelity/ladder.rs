@@ -29,6 +29,8 @@ const FORGOTTEN: f64 = 14.0;
 const MOST_HIDDEN: f64 = 3.0;
 /// Steps, in place of one, that tell whether a model does at all.
 const FINE: usize = 32;
+/// Steps between two answers up to which the reference may stall: until they tell where within them a tip breaks away.
+const SETTLING: usize = 8;
 /// Most steps between two answers.
 const MOST_SUBSTEPS: usize = 1 << 12;
 
@@ -669,7 +671,7 @@ pub(super) fn choose<S: Climb>(
         // only taken where it matters, going on is cheap.
         let cheap = scene.price(&way.candidate, way.pace).is_some();
         let hopeless = way.candidate.rung.is_memoryless()
-            || (stalled && !cheap && (!way.candidate.top || way.pace.substeps > 1));
+            || (stalled && !cheap && (!way.candidate.top || way.pace.substeps > SETTLING));
         if hopeless {
             ways.remove(index);
             continue;

@@ -412,6 +412,7 @@ where
         let (mut low, mut high) = bracket;
         let damping = damping(&self.rheology);
         let epsilon = T::default_epsilon();
+        let least_rise = epsilon.sqrt() * (damping + self.curve.viscous_friction());
         let mut speed = if guess > low && guess < high { guess } else { middle(low, high) };
         let mut round = 0;
         loop {
@@ -427,7 +428,9 @@ where
                 high = speed;
             }
             let newton = speed - correction;
-            let admissible = newton >= low && newton <= high;
+            // Next to a fold, where Φ is flat, roundings over its slope are no small step.
+            let steep = damping + here.carried_slope > least_rise;
+            let admissible = newton >= low && newton <= high && steep;
             let rounding = epsilon * lit(2.0) * (damping * speed + here.carried + size);
             let arrived = excess.abs() <= rounding || correction.abs() <= epsilon * speed;
             let inside = newton > low && newton < high;

@@ -16,8 +16,8 @@
 //! t = (1/σ0) ∫ Φ'(u) dΛ,  ∫ F dt = (p/σ0) ∫ f(u) Φ'(u) dΛ,
 //!
 //! integrals of known functions, with an integrand that is finite at a fold (Φ' = 0) and constant near steady sliding. They
-//! are taken over pieces of Λ by Gauss's rule with three nodes. The same rule must return the change of f that the
-//! ends of a piece tell, which is the estimate of its error. What is linear in u is integrated in closed form.
+//! are taken over pieces of Λ by Gauss's rule with three nodes. The same rule must return the change of f,
+//! ∫ f' g dΛ, that the ends of a piece tell: an estimate of its error at no cost. What is linear in u is integrated in closed form.
 //!
 //! Where the load comes to E*, the tip goes over from u⁻ to u⁺ or back. With u⁻ < w < u⁺ both sides lead to
 //! E*: there the load stays, the tip changes back and forth without end, w on average, and the bristle
@@ -29,10 +29,10 @@ use crate::scalar::{is_zero, lit, nan, to_f64};
 use crate::{Branch, Bristle, FoldRule, FrictionCurve, Hold, Regularisation, Rheology, Scalar};
 
 /// Most pieces of Λ, tried or kept, in one step. What is left then is done with the coefficients frozen.
-const PIECES: u32 = 192;
+const PIECES: u32 = 288;
 
 /// Pieces after which the accuracy is let go by a factor of a hundred, and again after as many, so that the step comes to its end.
-const PATIENCE: u32 = 48;
+const PATIENCE: u32 = 96;
 
 /// Most changes between sticking and sliding, branches and directions: back from fast sliding to fast sliding the
 /// other way takes five.
@@ -84,6 +84,8 @@ struct Piece<T> {
     gap: T,
     end: Surface<T>,
     time: T,
+    /// ∫ g dt = (1/σ0) ∫ Φ' g dΛ.
+    travel: T,
     impulse: T,
     error: T,
 }
@@ -186,7 +188,8 @@ where
     }
 
     fn switch(&self, branch: Branch) -> Option<Switch<T>> {
-        let fold = self.folds.get(usize::from(branch == Branch::Backward)).and_then(|fold| *fold)?;
+        let fold =
+            self.folds.get(usize::from(branch == Branch::Backward)).and_then(|fold| *fold)?;
         let Fold { summit, valley, other } = fold;
         Some(match self.fold_rule? {
             FoldRule::Slowest => Switch { load: summit.1, slow: summit.0, fast: other },
@@ -276,9 +279,8 @@ where
                 return End::Time;
             }
             // ln(g/(w − limit)).
-            let edge = limit.map(|limit| {
-                ((limit - path.here.speed) / (path.velocity - limit)).ln_1p()
-            });
+            let edge =
+                limit.map(|limit| ((limit - path.here.speed) / (path.velocity - limit)).ln_1p());
             if edge.is_some_and(|edge| !(edge > T::zero())) {
                 return End::Edge;
             }
@@ -322,8 +324,8 @@ where
                     let carried = piece.end.carried + piece.end.carried_slope * way;
                     path.here = Surface { carried, ..piece.end };
                     path.impulse += path.direction * (piece.impulse - late * carried);
-                    path.deflection =
-                        path.direction * (carried - damping * (piece.gap - way)) / stiffness;
+                    let travel = piece.travel - late * piece.gap;
+                    self.settle(path, travel, (carried, piece.gap - way));
                     return End::Time;
                 }
                 if late > T::zero() {
@@ -335,9 +337,8 @@ where
                 }
                 path.left = -late;
                 path.impulse += path.direction * piece.impulse;
+                self.settle(path, piece.travel, (piece.end.carried, piece.gap));
                 (path.gap, path.here) = (piece.gap, piece.end);
-                path.deflection =
-                    path.direction * (path.here.carried - damping * path.gap) / stiffness;
                 if at_edge {
                     return End::Edge;
                 }
@@ -369,28 +370,51 @@ where
             }
         };
         let end = self.surface(path.branch, there);
-        let chord = if is_zero(way) { here.carried_slope } else { (end.carried - here.carried) / way };
-        let (mut slopes, mut change, mut rest) = (T::zero(), T::zero(), T::zero());
-        for (node, weight) in NODES {
+        let surfaces = NODES.map(|(node, weight)| {
             let (_, gap, speed) = at(length * lit(node));
-            let surface = self.surface(path.branch, speed);
-            let weight: T = lit(weight);
-            let bend = surface.carried_slope - chord;
-            let line = end.carried + chord * (gap_there - gap);
-            slopes += weight * bend;
-            change += weight * bend * gap;
-            rest += weight
-                * (surface.carried * (damping + surface.carried_slope) - line * (damping + chord));
-        }
+            (lit::<T>(weight), gap, self.surface(path.branch, speed))
+        });
+        let sum = |term: &dyn Fn(&(T, T, Surface<T>)) -> T| {
+            surfaces.iter().fold(T::zero(), |sum, node| sum + node.0 * term(node))
+        };
+        // A line through the end; what bends away from it is left to the rule.
+        let chord = sum(&|(_, _, surface)| surface.carried_slope);
+        let bend = sum(&|(_, gap, surface)| (surface.carried_slope - chord) * *gap);
+        let rest = sum(&|(_, gap, surface)| {
+            let line = end.carried + chord * (gap_there - *gap);
+            surface.carried * (damping + surface.carried_slope) - line * (damping + chord)
+        });
+        let square = sum(&|(_, gap, surface)| {
+            let line = end.carried + chord * (gap_there - *gap);
+            (surface.carried * surface.carried_slope - line * chord) * *gap
+        });
         let stiffness = self.rheology.storage_stiffness();
+        let rise = chord * way + length * bend;
+        // Of f, and of ½ f², beside that of the line.
+        let start = end.carried - chord * way;
+        let off = (rise - (end.carried - here.carried)).abs();
+        let half: T = lit(0.5);
+        let off_square =
+            (length * square - half * (start - here.carried) * (start + here.carried)).abs();
         // ∫ (u − u_end) dΛ = g_end Λ − (u_end − u₀).
         let line = end.carried * length + chord * (gap_there * length - way);
         Piece {
             gap: gap_there,
             end,
-            time: length * (damping + chord + slopes) / stiffness,
+            time: length * (damping + chord) / stiffness,
+            travel: (damping * way + rise) / stiffness,
             impulse: (line * (damping + chord) + length * rest) / stiffness,
-            error: (length * change).abs(),
+            error: off + off_square / end.mu,
+        }
+    }
+
+    /// The deflection at the end of a piece: as the balance has it, unless it is so small that it would lose its digits.
+    fn settle(&self, path: &mut Path<T>, travel: T, (carried, gap): (T, T)) {
+        let damped = damping(&self.rheology) * gap;
+        let balance = carried - damped;
+        path.deflection += path.direction * travel;
+        if balance.abs() * lit(16.0) >= carried.abs() + damped.abs() {
+            path.deflection = path.direction * balance / self.rheology.storage_stiffness();
         }
     }
 }
