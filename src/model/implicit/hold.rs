@@ -22,10 +22,14 @@
 //! Where the load comes to E*, the tip goes over from u⁻ to u⁺ or back. With u⁻ < w < u⁺ both sides lead to
 //! E*: there the load stays, the tip changes back and forth without end, w on average, and the bristle
 //! carries σ0 z = E* − σ1 w.
+//!
+//! In one step a tip that has passed the fold can come back, stick, be turned round and pass the other fold: at most five
+//! changes. A curve whose last valley is higher than its first summit has more folds than one E* tells; there the
+//! coefficients are frozen over the step.
 
 use super::{Fold, ImplicitBristle, Surface, damping};
 use crate::bounds::{larger, smaller};
-use crate::scalar::{is_zero, lit, nan, to_f64};
+use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Branch, Bristle, FoldRule, FrictionCurve, Hold, Regularisation, Rheology, Scalar};
 
 /// Most pieces of Λ, tried or kept, in one step. What is left then is done with the coefficients frozen.
@@ -162,12 +166,7 @@ where
             let limit = self.limit(&path);
             match self.slide(&mut path, limit) {
                 End::Time => return answer(&path, path.direction * path.here.carried),
-                End::Frozen => {
-                    let rest = frozen(path.deflection, path.left);
-                    path.impulse += rest.mean * path.left;
-                    path.deflection = rest.deflection;
-                    return answer(&path, rest.end);
-                }
+                End::Frozen => break,
                 End::Edge => {}
             }
             let down = path.velocity < limit.unwrap_or(path.velocity);
@@ -184,7 +183,10 @@ where
                 None => self.turn(&mut path, velocity),
             }
         }
-        Hold { deflection: nan(), end: nan(), mean: nan() }
+        let rest = frozen(path.deflection, path.left);
+        path.impulse += rest.mean * path.left;
+        path.deflection = rest.deflection;
+        answer(&path, rest.end)
     }
 
     fn switch(&self, branch: Branch) -> Option<Switch<T>> {
@@ -272,7 +274,9 @@ where
         }
         loop {
             let slope = larger(damping + path.here.carried_slope, T::zero());
-            if path.gap.abs() <= T::default_epsilon() * path.velocity.abs() {
+            // Nothing left to come: as the balance weighs it, and not beside the velocity.
+            let steepest = damping + self.curve.viscous_friction() + path.here.carried_slope.abs();
+            if path.gap.abs() * steepest <= T::default_epsilon() * path.here.mu {
                 let carried = path.direction * path.here.carried;
                 path.deflection = (carried - damping * path.direction * path.gap) / stiffness;
                 path.impulse += carried * path.left;
@@ -356,18 +360,15 @@ where
     fn piece(&self, path: &Path<T>, length: T, speed: Option<T>) -> Piece<T> {
         let damping = damping(&self.rheology);
         let (gap, here, w) = (path.gap, path.here, path.velocity);
-        // u − u₀ = g₀ (1 − e^−Λ).
+        // u − u₀ = g₀ (1 − e^−Λ), and u from the end that it keeps its digits by.
+        let falls = w.abs() < here.speed;
         let at = |length: T| {
-            let way = -gap * (-length).exp_m1();
-            (way, gap - way, here.speed + way)
+            let (way, kept) = (-gap * (-length).exp_m1(), gap * (-length).exp());
+            (way, kept, if falls { w - kept } else { here.speed + way })
         };
         let (way, gap_there, there) = match speed {
             Some(speed) => (speed - here.speed, w - speed, speed),
-            None => {
-                let kept = (-length).exp();
-                let (way, _, there) = at(length);
-                (way, gap * kept, there)
-            }
+            None => at(length),
         };
         let end = self.surface(path.branch, there);
         let surfaces = NODES.map(|(node, weight)| {
