@@ -73,7 +73,7 @@ where
     type Lumped = FrBd<C, KelvinVoigt<T>, E>;
 
     fn lumped(&self, _: T) -> Result<Self::Lumped, ParameterError> {
-        let lumped = FrBd::new(self.curve().clone(), self.rheology().clone());
+        let lumped = FrBd::new(self.curve().clone(), *self.rheology());
         Ok(lumped.regularised(self.regularisation().clone()))
     }
 

@@ -142,14 +142,14 @@ pub struct ImplicitBristleParameters<T, C> {
 /// # At a held velocity
 ///
 /// [`Bristle::hold`] follows the tip through the step, however long: it sticks for exactly as long as the surface holds, goes over
-/// from branch to branch by the [`FoldRule`], and slides with an error of some 1e-9 of μ/σ0 (of 2e-6 in `f32`). Where the rule
+/// from branch to branch by the [`FoldRule`], and slides with an error of some 1e-9 of μ/σ0 (of 2e-6 in `f32`, 1e-4 with a regularisation). Where the rule
 /// has both branches lead to the fold, it stays there, at the load of the summit or the valley: the tip changes
 /// back and forth without end. Work is what is stored and dissipated, and two half steps make a whole one, within
 /// that error.
 ///
 /// Besides the first tip a step looks at the curve four times for each piece that it tries; in Table 2 that is 7 times on average for
 /// 10 µs and 23 for steps of up to 1000 s, from anywhere. A regularised tip that creeps for a while and then slides takes
-/// some hundred and at most 480 were met; 1500 is the most that can happen. From 96 pieces on the accuracy is let go
+/// some hundred, and fewer than 500 were met in thousands; 1500 is the most that can happen. From 96 pieces on the accuracy is let go
 /// step by step, and after 288 what is left is done with the coefficients frozen, as it is altogether where several folds are met
 /// by one load (see [`FoldRule`]).
 ///

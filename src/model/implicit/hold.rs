@@ -371,23 +371,19 @@ where
             None => at(length),
         };
         let end = self.surface(path.branch, there);
-        let surfaces = NODES.map(|(node, weight)| {
+        let nodes = NODES.map(|(node, weight)| {
             let (_, gap, speed) = at(length * lit(node));
-            (lit::<T>(weight), gap, self.surface(path.branch, speed))
+            Node { weight: lit(weight), gap, surface: self.surface(path.branch, speed) }
         });
-        let sum = |term: &dyn Fn(&(T, T, Surface<T>)) -> T| {
-            surfaces.iter().fold(T::zero(), |sum, node| sum + node.0 * term(node))
-        };
         // A line through the end; what bends away from it is left to the rule.
-        let chord = sum(&|(_, _, surface)| surface.carried_slope);
-        let bend = sum(&|(_, gap, surface)| (surface.carried_slope - chord) * *gap);
-        let rest = sum(&|(_, gap, surface)| {
-            let line = end.carried + chord * (gap_there - *gap);
-            surface.carried * (damping + surface.carried_slope) - line * (damping + chord)
+        let chord = weighted(&nodes, |node| node.surface.carried_slope);
+        let line = |gap: T| end.carried + chord * (gap_there - gap);
+        let bend = weighted(&nodes, |node| (node.surface.carried_slope - chord) * node.gap);
+        let rest = weighted(&nodes, |Node { gap, surface, .. }| {
+            surface.carried * (damping + surface.carried_slope) - line(*gap) * (damping + chord)
         });
-        let square = sum(&|(_, gap, surface)| {
-            let line = end.carried + chord * (gap_there - *gap);
-            (surface.carried * surface.carried_slope - line * chord) * *gap
+        let square = weighted(&nodes, |Node { gap, surface, .. }| {
+            (surface.carried * surface.carried_slope - line(*gap) * chord) * *gap
         });
         let stiffness = self.rheology.storage_stiffness();
         let rise = chord * way + length * bend;
@@ -418,6 +414,17 @@ where
             path.deflection = path.direction * balance / self.rheology.storage_stiffness();
         }
     }
+}
+
+/// A node of Gauss's rule on a piece.
+struct Node<T> {
+    weight: T,
+    gap: T,
+    surface: Surface<T>,
+}
+
+fn weighted<T: Scalar>(nodes: &[Node<T>], term: impl Fn(&Node<T>) -> T) -> T {
+    nodes.iter().fold(T::zero(), |sum, node| sum + node.weight * term(node))
 }
 
 /// Whether Φ has several folds between its first summit and its last valley, which the rules do not order.
