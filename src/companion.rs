@@ -218,7 +218,6 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         duration: T,
     ) -> CompanionStep<T, M::Deflection> {
         let predicted_velocity = prediction.velocity;
-        let zero = M::Deflection::fill(T::zero());
         let model = self.contact.model();
         // Nothing goes back in time.
         let duration = if duration >= T::zero() { duration } else { nan() };
@@ -227,8 +226,8 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         let weights = affine.weights(duration);
         let storage_stiffness = model.storage_stiffness();
         // The mean deflection for z₀ = 0, v̄ = 1, and that for v̄ = 0.
-        let driven = M::Deflection::mean(&weights, zero, affine.drive);
-        let undriven = M::Deflection::mean(&weights, deflection, T::zero());
+        let driven = M::Deflection::driven_mean(&weights, affine.drive);
+        let undriven = M::Deflection::undriven_mean(&weights, deflection);
         // c₀ z̄ + c₂ v̄ = K r z̄ + rest. For FrBD c₀ − K r is the difference of two equal numbers.
         let springs = storage_stiffness * affine.drive;
         let excess = affine.stiffness - springs;

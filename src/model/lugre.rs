@@ -203,7 +203,7 @@ where
     #[inline]
     fn mean_damping(&self, sliding: Sliding<T>, weights: &Weights<T>) -> Option<T> {
         let Elements { damping, .. } = self.rheology.elements(sliding);
-        Some(damping * weights.mean(T::one(), T::zero()) + self.viscous)
+        Some(damping * weights.undriven_mean(T::one()) + self.viscous)
     }
 
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
