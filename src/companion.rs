@@ -40,7 +40,9 @@
 //! squares, one of each mode, and all of the above holds.
 //!
 //! Damping is never negative: φ2 h and c₂ are not, and neither is c₀, except LuGre's at high speed.
-//! There r = 1 and c₀ = σ0 − σ1λ, and because of x φ2 = 1 − φ1 the sum is p (σ0φ2 h + σ1φ1 + σ2).
+//! There r = 1 and c₀ = σ0 − σ1λ, and because of x φ2 = 1 − φ1 the sum is p (σ0φ2 h + σ1φ1 + σ2). So it is worked out:
+//! the spring apart, and the rest (c₀ − K r) r φ2 h + c₂, where σ1 would be taken from itself, by
+//! [`Bristle::mean_damping`].
 //!
 //! LuGre has no such balance: c₀ − K r = −σ1λ, and D is certain not to be negative only where
 //! σ1²λ(v\*) ≤ 4σ0(σ1 + σ2); in the classical model that fails for every v\* that is fast enough.
@@ -216,19 +218,26 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         duration: T,
     ) -> CompanionStep<T, M::Deflection> {
         let predicted_velocity = prediction.velocity;
-        let zero = M::Deflection::fill(T::zero());
         let model = self.contact.model();
         // Nothing goes back in time.
         let duration = if duration >= T::zero() { duration } else { nan() };
-        let mut affine = model.affine(predicted_velocity.into(), prediction.deflection);
+        let sliding = predicted_velocity.into();
+        let affine = model.affine(sliding, prediction.deflection);
         let weights = affine.weights(duration);
-        // c₀ z̄ + c₂ v̄ for z₀ = 0, v̄ = 1.
-        let driven = M::Deflection::mean(&weights, zero, affine.drive);
-        let mut damping = affine.stiffness.dot(driven) + affine.damping;
+        let storage_stiffness = model.storage_stiffness();
+        // The mean deflection for z₀ = 0, v̄ = 1, and that for v̄ = 0.
+        let driven = M::Deflection::driven_mean(&weights, affine.drive);
+        let undriven = M::Deflection::undriven_mean(&weights, deflection);
+        // c₀ z̄ + c₂ v̄ = K r z̄ + rest. For FrBD c₀ − K r is the difference of two equal numbers.
+        let springs = storage_stiffness * affine.drive;
+        let excess = affine.stiffness - springs;
+        let mut rest_damping = model
+            .mean_damping(sliding, &weights)
+            .unwrap_or_else(|| excess.dot(driven) + affine.damping);
+        let mut damping = springs.dot(driven) + rest_damping;
         if damping < T::zero() {
-            // LuGre at such speed that σ1 − σ1 leaves a rounding. It goes to c₂, so that force and
-            // dissipation keep to the same four coefficients.
-            affine.damping -= damping;
+            // A rounding, where a stiffness varies. Force and dissipation keep to the same numbers.
+            rest_damping -= damping;
             damping = T::zero();
         }
         let mut limit = larger(self.limit, deflection.largest());
@@ -237,13 +246,14 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         }
         let normal_force = self.contact.normal_force();
         CompanionStep {
-            bias: normal_force
-                * affine.stiffness.dot(M::Deflection::mean(&weights, deflection, T::zero())),
+            bias: normal_force * affine.stiffness.dot(undriven),
             damping: normal_force * damping,
+            rest_bias: excess.dot(undriven),
+            rest_damping,
             affine,
             weights,
             normal_force,
-            storage_stiffness: model.storage_stiffness(),
+            storage_stiffness,
             deflection,
             duration,
             limit,
@@ -294,6 +304,9 @@ pub struct PointMass<T> {
 pub struct CompanionStep<T: Scalar, D: Deflection<T> = T> {
     bias: T,
     damping: T,
+    /// Bias and damping, per unit normal force, beyond K r z̄.
+    rest_bias: T,
+    rest_damping: T,
     affine: Affine<T, D>,
     weights: D::Weights,
     normal_force: T,
@@ -379,7 +392,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     pub fn commit(&self, mean_velocity: T) -> Committed<T, D> {
         let Self { affine, weights, deflection: before, duration, .. } = *self;
         let drive = affine.drive * mean_velocity;
-        let (free, mean) = (D::end(&weights, before, drive), D::mean(&weights, before, drive));
+        let free = D::end(&weights, before, drive);
         let after = free.within(self.limit);
 
         let force = self.force(mean_velocity);
@@ -387,11 +400,10 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
             let half = self.storage_stiffness * (lit::<T>(0.5) * self.normal_force);
             half.scaled_by(to - from).dot(to + from)
         };
-        // For FrBD c₀ − K r is the difference of two equal numbers, and the rest are squares.
-        let excess = affine.stiffness - self.storage_stiffness * affine.drive;
+        // For FrBD the rest is c₂ v̄, and all are squares.
+        let rest = self.rest_bias + self.rest_damping * mean_velocity;
         let dissipated = D::relaxed_energy(&weights, self.storage_stiffness, before, drive)
-            + excess.dot(mean) * (duration * mean_velocity)
-            + affine.damping * (duration * mean_velocity) * mean_velocity;
+            + rest * (duration * mean_velocity);
         Committed {
             deflection: after,
             force,

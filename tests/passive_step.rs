@@ -312,15 +312,18 @@ fn the_damping_of_lugre_is_a_sum_of_what_is_not_negative() {
             assert_within(2e-6, want, got, want, || format!("{v:e} m/s, {h:e} s"));
         }
     }
-    // Without σ2 nothing is left of it but roundings of σ1, in an f32 from 1e5 m/s on.
+    // The same in an f32, with its digits though σ1 − σ1φ1λh leaves none; x = λh is far above one here.
     let r = Recipe { viscous: 0.0, ..r };
     let bristle = kelvin_voigt(1e4_f32, 64.5);
     let model = LuGre::classical(stribeck::<f32>(&r, 2.0), bristle);
     let companion = model.under_load(3.0).unwrap().companion(1.0).unwrap();
     for v in (0..400).map(|n| 1e3 * 1.05_f64.powi(n)) {
         for h in [1e-2, 1.0, 1e2] {
-            let damping = companion.step(v as f32, 1e-4, h).damping();
-            assert!(damping >= 0.0, "{damping:e} at {v:e} m/s for {h:e} s");
+            let damping = f64::from(companion.step(v as f32, 1e-4, h).damping());
+            let phi1 = 1.0 / (f64::from(h) * r.stiffness * v);
+            let want = r.load * (1.0 - phi1 + r.damping / f64::from(h) / r.stiffness) / v;
+            // A dozen roundings of 6e-8; v is rounded, too.
+            assert_within(1e-6, want, damping, want, || format!("{v:e} m/s, {h:e} s"));
         }
     }
 }

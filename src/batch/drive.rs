@@ -66,15 +66,18 @@ impl<F, S, O> Kernel<F, S, O> {
     {
         let mut alarm = T::Alarm::default();
         for k in 0..BLOCK {
-            let material = self.source.material(parameters.map(|column| column[k]));
-            let before = outputs.each_ref().map(|column| column[k]);
-            let after =
-                self.operation.apply::<F>(&material, inputs.map(|column| column[k]), before);
+            // There are so many; an index would be checked where the optimiser minds the size of the code.
+            let at = |column: &[T; BLOCK]| column.get(k).copied().unwrap_or_else(T::one);
+            let material = self.source.material(parameters.map(at));
+            let before = outputs.each_ref().map(at);
+            let after = self.operation.apply::<F>(&material, inputs.map(at), before);
             // Finite only if all are: ∞ − ∞ is NaN.
             let sum = after.into_iter().reduce(|sum, value| sum + value);
             alarm = alarm | sum.unwrap_or_else(T::zero).alarm();
             for (column, value) in outputs.iter_mut().zip(after) {
-                column[k] = value;
+                if let Some(to) = column.get_mut(k) {
+                    *to = value;
+                }
             }
         }
         !T::is_raised(alarm)

@@ -15,7 +15,7 @@ use super::{Affine, Anatomy, Hold, Law, Limits, finite, searchable};
 use crate::scalar::lit;
 use crate::{
     Bristle, Elements, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar,
-    Sliding, VelocityLaw,
+    Sliding, VelocityLaw, Weights,
 };
 
 /// The LuGre model of a friction curve C, a Kelvin–Voigt bristle of damping law D and a
@@ -197,6 +197,13 @@ where
             end: stiffness * end + weights.end(one, zero) * rate + viscous,
             mean: stiffness * mean + weights.mean(one, zero) * rate + viscous,
         }
+    }
+
+    /// σ1φ1 + σ2, because x φ2 = 1 − φ1.
+    #[inline]
+    fn mean_damping(&self, sliding: Sliding<T>, weights: &Weights<T>) -> Option<T> {
+        let Elements { damping, .. } = self.rheology.elements(sliding);
+        Some(damping * weights.undriven_mean(T::one()) + self.viscous)
     }
 
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {

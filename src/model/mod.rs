@@ -150,6 +150,21 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         self.affine(Sliding::from(velocity), deflection).hold(velocity, deflection, duration)
     }
 
+    /// The part (c₀ − K r) r φ2 h + c₂ [s/m] of a companion step's damping, from the weights of the step: by how much the
+    /// friction coefficient averaged over a step rises with the mean velocity beyond what the springs of the stored
+    /// energy, of stiffness K, give. `None`: it is added up like this.
+    ///
+    /// For a model whose c₀ falls with the speed, as LuGre's, that sum loses digits, and another form may not.
+    #[inline]
+    fn mean_damping(
+        &self,
+        sliding: Sliding<T>,
+        weights: &<Self::Deflection as Deflection<T>>::Weights,
+    ) -> Option<T> {
+        let _ = (sliding, weights);
+        None
+    }
+
     /// Puts the model under a normal force p \[N\], zero or positive.
     ///
     /// # Errors

@@ -43,6 +43,18 @@ pub trait Deflection<T: Scalar>:
     /// The state averaged over the step, under a drive u [m/s].
     fn mean(weights: &Self::Weights, state: Self, drive: T) -> Self;
 
+    /// The same of a state that nothing drives.
+    #[inline]
+    fn undriven_mean(weights: &Self::Weights, state: Self) -> Self {
+        Self::mean(weights, state, T::zero())
+    }
+
+    /// The same from zero, under a drive u [m/s].
+    #[inline]
+    fn driven_mean(weights: &Self::Weights, drive: T) -> Self {
+        Self::mean(weights, Self::fill(T::zero()), drive)
+    }
+
     /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step \[m\] for springs of stiffness K whose matrix is that of a
     /// bristle, diag(decay) + 1·(share K)ᵀ: what they dissipate per unit normal force. A sum of
     /// squares, so that no rounding makes it negative.
@@ -104,6 +116,17 @@ impl<T: Scalar> Deflection<T> for T {
     #[inline(always)]
     fn mean(weights: &Weights<T>, state: T, drive: T) -> T {
         weights.mean(state, drive)
+    }
+
+    // Neither waits for a product with zero.
+    #[inline(always)]
+    fn undriven_mean(weights: &Weights<T>, state: T) -> T {
+        weights.undriven_mean(state)
+    }
+
+    #[inline(always)]
+    fn driven_mean(weights: &Weights<T>, drive: T) -> T {
+        weights.driven_mean(drive)
     }
 
     #[inline(always)]

@@ -48,7 +48,19 @@ impl<T: Scalar> Weights<T> {
     /// Deflection averaged over the step.
     #[inline(always)]
     pub(crate) fn mean(&self, deflection: T, drive: T) -> T {
-        self.phi1 * deflection + self.mean_by_drive * drive
+        self.undriven_mean(deflection) + self.driven_mean(drive)
+    }
+
+    /// The same if nothing drives it.
+    #[inline(always)]
+    pub(crate) fn undriven_mean(&self, deflection: T) -> T {
+        self.phi1 * deflection
+    }
+
+    /// The same from zero.
+    #[inline(always)]
+    pub(crate) fn driven_mean(&self, drive: T) -> T {
+        self.mean_by_drive * drive
     }
 
     /// λ ∫ z² dt over the step \[m²\], from the deflection's mean and its change Δz: both terms of

@@ -2,8 +2,14 @@
 
 mod counted;
 
-use std::mem::size_of;
+use std::mem::{size_of, size_of_val};
 
+use bristle::control::{
+    Damping, DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
+    FeedbackParameters, FrictionObserver, Injection, Observable, ObserverParameters,
+    OutputParameters, SecantVelocity, SecantVelocityParameters, StaticCompensator,
+    StaticParameters,
+};
 use bristle::exponential::{Exponential, Ramp};
 use bristle::{
     Bristle, CompanionStep, Contact, Coulomb, CoulombParameters, Dahl, DahlParameters,
@@ -226,4 +232,146 @@ fn the_document_tells_the_memory_of_every_model() {
         line!("implicit, Stribeck", implicit()),
         line!("FrBD, Zener, Stribeck", zener()),
     ]);
+}
+
+fn filter<T: Scalar>() -> SecantVelocityParameters<T> {
+    SecantVelocityParameters { sample_time: lit(1e-3), time_constant: lit(4e-3), fastest: lit(1.0) }
+}
+
+fn output<T: Scalar>() -> OutputParameters<T> {
+    OutputParameters { share: lit(1.0), largest_force: lit(3.0) }
+}
+
+fn feed_forward<T: Scalar, M: Bristle<T, Deflection = T>>(
+    model: M,
+) -> FeedForwardCompensator<T, M> {
+    FeedForwardCompensator::new(FeedForwardParameters {
+        contact: model.under_load(lit(1.0)).unwrap(),
+        sample_time: lit(1e-3),
+        fastest: lit(1.0),
+        output: output(),
+    })
+    .unwrap()
+}
+
+fn feedback<T: Scalar, M: Bristle<T, Deflection = T>>(
+    model: M,
+    damping: Damping,
+) -> FeedbackCompensator<T, M> {
+    FeedbackCompensator::new(FeedbackParameters {
+        contact: model.under_load(lit(1.0)).unwrap(),
+        velocity: filter(),
+        damping,
+        output: output(),
+    })
+    .unwrap()
+}
+
+fn observer<T: Scalar, M: Observable<T>>(
+    model: M,
+    injection: Injection<T>,
+) -> FrictionObserver<T, M> {
+    FrictionObserver::new(ObserverParameters {
+        contact: model.under_load(lit(1.0)).unwrap(),
+        mass: lit(1.0),
+        proportional_gain: lit(400.0),
+        // More than m σ0/σ1.
+        derivative_gain: lit(200.0),
+        integral_gain: lit(1000.0),
+        injection,
+        velocity: filter(),
+        output: output(),
+    })
+    .unwrap()
+}
+
+fn by_velocity<T: Scalar>() -> Injection<T> {
+    Injection::Velocity { gain: lit(0.1), corner: lit(10.0) }
+}
+
+fn by_position<T: Scalar>() -> Injection<T> {
+    Injection::Position { gain: lit(0.1) }
+}
+
+fn fixed<T: Scalar, C: FrictionCurve<T>>(
+    curve: C,
+    direction: DirectionLaw<T>,
+) -> StaticCompensator<T, C> {
+    let parameters =
+        StaticParameters { curve, normal_force: lit(1.0), direction, output: output() };
+    StaticCompensator::new(parameters).unwrap()
+}
+
+/// One sample in the Stribeck range, after many that have brought the bristle there.
+fn sample(mut step: impl FnMut(Counted)) -> String {
+    let mut position = 0.0;
+    let mut next = || {
+        position += 1e-3 * VELOCITY.0;
+        step(Counted(position));
+    };
+    (0..50).for_each(|_| next());
+    // What is neither of the others is the smooth sign's.
+    cell(counts(next)).replace("sin, cos", "tanh")
+}
+
+#[test]
+fn the_document_tells_operations_and_memory_of_every_compensator() {
+    macro_rules! line {
+        ($name:expr, $build:expr, |$it:ident, $position:ident| $step:expr) => {{
+            let mut a = $build(stribeck::<Counted>(2.0));
+            let mut b = $build(rational::<Counted>());
+            let first = sample(|$position| {
+                let $it = &mut a;
+                std::hint::black_box($step);
+            });
+            let quick = sample(|$position| {
+                let $it = &mut b;
+                std::hint::black_box($step);
+            });
+            let single = size_of_val(&$build(stribeck::<f32>(2.0)));
+            let double = size_of_val(&$build(stribeck::<f64>(2.0)));
+            format!("| {} | {first} | {quick} | {single}, {double} |", $name)
+        }};
+    }
+    check(&[
+        line!("`FeedForwardCompensator`", |curve| feed_forward(frbd(curve)), |it, _position| {
+            it.step(VELOCITY)
+        }),
+        line!(
+            "`FeedbackCompensator`",
+            |curve| feedback(frbd(curve), Damping::LeftOut),
+            |it, position| it.step(position)
+        ),
+        line!(
+            "the same with its damping",
+            |curve| feedback(frbd(curve), Damping::Filtered),
+            |it, position| it.step(position)
+        ),
+        line!(
+            "`FrictionObserver`, by velocity",
+            |curve| observer(frbd(curve), by_velocity()),
+            |it, position| it.step(position, position)
+        ),
+        line!(
+            "`FrictionObserver`, by position",
+            |curve| observer(frbd(curve), by_position()),
+            |it, position| it.step(position, position)
+        ),
+        line!(
+            "`StaticCompensator`, dead band",
+            |curve| fixed(curve, DirectionLaw::DeadBand(lit(1e-4))),
+            |it, _position| it.step(VELOCITY)
+        ),
+        line!(
+            "`StaticCompensator`, smooth",
+            |curve| fixed(curve, DirectionLaw::Smooth(lit(1e-4))),
+            |it, _position| it.step(VELOCITY)
+        ),
+    ]);
+    let mut encoder = SecantVelocity::new(filter()).unwrap();
+    let operations = sample(|position| {
+        encoder.push(position);
+    });
+    let [single, double] = [size_of::<SecantVelocity<f32>>(), size_of::<SecantVelocity<f64>>()];
+    check(&[format!("| `SecantVelocity` | {operations} | the same | {single}, {double} |")]);
 }

@@ -10,10 +10,13 @@
 
 extern crate alloc;
 
+mod control;
+mod many;
 mod probes;
 mod rolling;
 mod steps;
 
+use bristle::batch::BatchError;
 use bristle::{ParameterError, Scalar};
 use nalgebra::RealField;
 
@@ -51,11 +54,50 @@ pub struct Input<T> {
     pub deflections: [T; 5],
     pub duration: T,
     pub rolling: [T; 4],
+    /// Mass of a free body, and of the one under control.
+    pub mass: T,
+    pub end_weight: T,
+    /// Share and largest force of a compensator.
+    pub output: [T; 2],
+    /// Of a velocity's filter.
+    pub time_constant: T,
+    /// K_p, K_d, K_i; gain and corner of an observer.
+    pub gains: [T; 5],
+    /// Samples, or inputs of many bristles.
+    pub many: [[T; MANY]; 4],
+    /// Parameters of many bristles.
+    pub columns: [[T; MANY]; 6],
+    /// How many bristles there are.
+    pub count: usize,
+}
+
+/// More than a batch's block, and not a multiple of one.
+const MANY: usize = 40;
+
+/// A number out of what was refused.
+trait Refusal {
+    fn value(&self) -> f64;
+}
+
+impl Refusal for ParameterError {
+    fn value(&self) -> f64 {
+        self.value
+    }
+}
+
+impl Refusal for BatchError {
+    fn value(&self) -> f64 {
+        match self {
+            Self::Parameter(error) => error.value,
+            Self::Length { length, .. } => *length as f64,
+            _ => 0.0,
+        }
+    }
 }
 
 /// An answer that hangs on all results, or on the value that was refused.
-fn answer<T: Scalar>(result: Result<T, ParameterError>) -> T {
-    result.unwrap_or_else(|error| nalgebra::convert(error.value))
+fn answer<T: Scalar, E: Refusal>(result: Result<T, E>) -> T {
+    result.unwrap_or_else(|error| nalgebra::convert(error.value()))
 }
 
 macro_rules! entries {
@@ -93,6 +135,20 @@ entries! {
     steps::dahl => entry_dahl_f32, entry_dahl_f64;
     steps::elasto_plastic => entry_elasto_plastic_f32, entry_elasto_plastic_f64;
     steps::implicit => entry_implicit_f32, entry_implicit_f64;
+    control::secant => entry_control_secant_f32, entry_control_secant_f64;
+    control::static_curve => entry_control_static_curve_f32, entry_control_static_curve_f64;
+    control::feed_forward => entry_control_feed_forward_f32, entry_control_feed_forward_f64;
+    control::feedback => entry_control_feedback_f32, entry_control_feedback_f64;
+    control::observer => entry_control_observer_f32, entry_control_observer_f64;
+    control::lugre => entry_control_lugre_f32, entry_control_lugre_f64;
+    control::dahl => entry_control_dahl_f32, entry_control_dahl_f64;
+    control::elasto_plastic => entry_control_elasto_plastic_f32, entry_control_elasto_plastic_f64;
+    control::implicit => entry_control_implicit_f32, entry_control_implicit_f64;
+    many::stribeck_curve => entry_many_stribeck_f32, entry_many_stribeck_f64;
+    many::rational => entry_many_rational_f32, entry_many_rational_f64;
+    many::spring => entry_many_spring_f32, entry_many_spring_f64;
+    many::dahl => entry_many_dahl_f32, entry_many_dahl_f64;
+    many::each => entry_many_each_f32, entry_many_each_f64;
     rolling::step => entry_rolling_step_f32, entry_rolling_step_f64;
     rolling::passive => entry_rolling_passive_f32, entry_rolling_passive_f64;
 }

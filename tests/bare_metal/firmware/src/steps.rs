@@ -7,15 +7,15 @@ use bristle::{
     FunctionCurve, GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, GeneralisedMaxwell,
     GeneralisedMaxwellParameters, HyperbolicTangent, ImplicitBristle, ImplicitBristleParameters,
     KelvinVoigt, KelvinVoigtElement, KelvinVoigtParameters, Knot, LuGre, Maxwell, MaxwellArm,
-    MaxwellParameters, ParameterError, RationalStribeck, RationalStribeckParameters, Rheology,
-    Scalar, Spring, SpringParameters, SquareRoot, Stribeck, StribeckParameters, Tabulated, Varying,
-    VelocityHistory, Zener, ZenerParameters,
+    MaxwellParameters, ParameterError, PointMass, Prediction, RationalStribeck,
+    RationalStribeckParameters, Rheology, Scalar, Spring, SpringParameters, SquareRoot, Stribeck,
+    StribeckParameters, Tabulated, Varying, VelocityHistory, Zener, ZenerParameters,
 };
 use nalgebra::SVector;
 
 use crate::{Input, lit};
 
-type Answer<T> = Result<T, ParameterError>;
+pub(crate) type Answer<T> = Result<T, ParameterError>;
 
 /// One step of each kind for any state, and the answers beside them.
 fn steps<T: Scalar, M: Bristle<T>>(
@@ -47,6 +47,19 @@ fn steps<T: Scalar, M: Bristle<T>>(
     if step.is_passive() {
         sum += T::one();
     }
+    // A free mass, with the coefficients frozen in the middle.
+    let middle = hold.deflection + (one * velocity) * (duration * lit(0.5));
+    let step = companion.step_about(
+        Prediction { velocity: next_velocity, deflection: middle },
+        hold.deflection,
+        duration,
+    );
+    let &Input { mass, end_weight, .. } = input;
+    let body = PointMass { mass, velocity, force: normal_force, end_weight };
+    let mean = step.point_mass(body);
+    sum += step.commit(mean).dissipated + step.target_velocity().unwrap_or(T::zero());
+    let lighter = companion.with_normal_force(input.output[1])?;
+    sum += lighter.loading_work(normal_force, deflection);
     Ok((contact, sum))
 }
 
@@ -80,7 +93,7 @@ pub(crate) fn stribeck<T: Scalar>(input: &Input<T>) -> Answer<Stribeck<T>> {
     })
 }
 
-fn coulomb<T: Scalar>(input: &Input<T>) -> Answer<Coulomb<T>> {
+pub(crate) fn coulomb<T: Scalar>(input: &Input<T>) -> Answer<Coulomb<T>> {
     Coulomb::new(CoulombParameters {
         dynamic_coefficient: input.dynamic_coefficient,
         viscous_friction: input.viscous_friction,
@@ -214,28 +227,41 @@ pub(crate) fn lugre_inside<T: Scalar>(input: &Input<T>) -> Answer<T> {
     scalar(LuGre::with_viscous_part_inside(stribeck(input)?, bristle(input)?), input)
 }
 
-pub(crate) fn dahl<T: Scalar>(input: &Input<T>) -> Answer<T> {
-    let model = Dahl::new(DahlParameters {
+pub(crate) fn dahl_model<T: Scalar>(input: &Input<T>) -> Answer<Dahl<T>> {
+    Dahl::new(DahlParameters {
         dynamic_coefficient: input.dynamic_coefficient,
         micro_stiffness: input.micro_stiffness,
-    })?;
-    scalar(model, input)
+    })
 }
 
-pub(crate) fn elasto_plastic<T: Scalar>(input: &Input<T>) -> Answer<T> {
-    let model = ElastoPlastic::new(ElastoPlasticParameters {
+pub(crate) fn dahl<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    scalar(dahl_model(input)?, input)
+}
+
+pub(crate) fn elasto_plastic_model<T: Scalar>(
+    input: &Input<T>,
+) -> Answer<ElastoPlastic<T, Stribeck<T>>> {
+    ElastoPlastic::new(ElastoPlasticParameters {
         curve: stribeck(input)?,
         rheology: bristle(input)?,
         stick_limit: input.stick_limit,
-    })?;
-    scalar(model, input)
+    })
 }
 
-pub(crate) fn implicit<T: Scalar>(input: &Input<T>) -> Answer<T> {
-    let model = ImplicitBristle::new(ImplicitBristleParameters {
+pub(crate) fn elasto_plastic<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    scalar(elasto_plastic_model(input)?, input)
+}
+
+pub(crate) fn implicit_model<T: Scalar>(
+    input: &Input<T>,
+) -> Answer<ImplicitBristle<T, Stribeck<T>>> {
+    ImplicitBristle::new(ImplicitBristleParameters {
         curve: stribeck(input)?,
         rheology: bristle(input)?,
         fold_rule: Some(FoldRule::Slowest),
-    })?;
-    scalar(model, input)
+    })
+}
+
+pub(crate) fn implicit<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    scalar(implicit_model(input)?, input)
 }

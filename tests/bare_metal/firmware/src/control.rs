@@ -1,0 +1,160 @@
+//! Friction compensation: every compensator, built from parameters of run time and stepped over many samples.
+
+use bristle::control::{
+    Damping, DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
+    FeedbackParameters, FrictionObserver, Injection, Measured, Observable, ObserverParameters,
+    OutputParameters, SecantVelocity, SecantVelocityParameters, StaticCompensator,
+    StaticParameters,
+};
+use bristle::{Bristle, FrBd, LuGre, Scalar};
+
+use crate::Input;
+use crate::steps::{Answer, bristle, dahl_model, elasto_plastic_model, implicit_model, stribeck};
+
+fn output<T: Scalar>(input: &Input<T>) -> OutputParameters<T> {
+    let [share, largest_force] = input.output;
+    OutputParameters { share, largest_force }
+}
+
+fn filter<T: Scalar>(input: &Input<T>) -> SecantVelocityParameters<T> {
+    SecantVelocityParameters {
+        sample_time: input.duration,
+        time_constant: input.time_constant,
+        fastest: input.fastest,
+    }
+}
+
+/// The velocity of an encoder, by positions and by displacements.
+pub(crate) fn secant<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let [positions, displacements, ..] = &input.many;
+    let mut encoder = SecantVelocity::new(filter(input))?;
+    let mut sum = T::zero();
+    for (&position, &displacement) in positions.iter().zip(displacements) {
+        sum += encoder.push(position).unwrap_or(T::one()) + encoder.secant();
+        sum += encoder.advance(displacement).unwrap_or(T::one()) + encoder.filtered();
+    }
+    encoder.reset();
+    Ok(sum + encoder.filtered())
+}
+
+/// A curve and a sign, sharp and smooth.
+pub(crate) fn static_curve<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let mut sum = T::zero();
+    let width = input.threshold_velocity;
+    for direction in [DirectionLaw::DeadBand(width), DirectionLaw::Smooth(width)] {
+        let mut compensator = StaticCompensator::new(StaticParameters {
+            curve: stribeck(input)?,
+            normal_force: input.normal_force,
+            direction,
+            output: output(input),
+        })?;
+        for &velocity in &input.many[0] {
+            sum += compensator.step(velocity).force;
+        }
+        if compensator.last().saturated {
+            sum += T::one();
+        }
+    }
+    Ok(sum)
+}
+
+fn forward_of<T: Scalar, M: Bristle<T, Deflection = T>>(model: M, input: &Input<T>) -> Answer<T> {
+    let mut compensator = FeedForwardCompensator::new(FeedForwardParameters {
+        contact: model.under_load(input.normal_force)?,
+        sample_time: input.duration,
+        fastest: input.fastest,
+        output: output(input),
+    })?;
+    let mut sum = T::zero();
+    for &velocity in &input.many[0] {
+        let answer = compensator.step(velocity);
+        sum += answer.force + answer.deflection;
+    }
+    compensator.reset();
+    Ok(sum + compensator.step(input.velocity).force)
+}
+
+fn feedback_of<T: Scalar, M: Bristle<T, Deflection = T>>(model: M, input: &Input<T>) -> Answer<T> {
+    let [positions, displacements, ..] = &input.many;
+    let contact = model.under_load(input.normal_force)?;
+    let mut sum = T::zero();
+    for damping in [Damping::LeftOut, Damping::Filtered] {
+        let mut compensator = FeedbackCompensator::new(FeedbackParameters {
+            contact: contact.clone(),
+            velocity: filter(input),
+            damping,
+            output: output(input),
+        })?;
+        for (&position, &displacement) in positions.iter().zip(displacements) {
+            sum += compensator.step(position).force + compensator.advance(displacement).force;
+        }
+        sum += compensator.step_per_count(input.velocity).unwrap_or(T::zero());
+        sum += compensator.velocity();
+        compensator.reset();
+    }
+    Ok(sum)
+}
+
+fn observer_of<T: Scalar, M: Observable<T>>(model: M, input: &Input<T>) -> Answer<T> {
+    let [positions, references, error_rates, ..] = &input.many;
+    let [proportional_gain, derivative_gain, integral_gain, gain, corner] = input.gains;
+    let contact = model.under_load(input.normal_force)?;
+    let mut sum = T::zero();
+    for injection in [Injection::Velocity { gain, corner }, Injection::Position { gain }] {
+        let mut observer = FrictionObserver::new(ObserverParameters {
+            contact: contact.clone(),
+            mass: input.mass,
+            proportional_gain,
+            derivative_gain,
+            integral_gain,
+            injection,
+            velocity: filter(input),
+            output: output(input),
+        })?;
+        for ((&position, &reference), &error_rate) in
+            positions.iter().zip(references).zip(error_rates)
+        {
+            sum += observer.step(position, reference).force;
+            let measured = Measured { velocity: position, error: reference, error_rate };
+            sum += observer.step_measured(measured).force + observer.deflection();
+        }
+        observer.reset();
+    }
+    Ok(sum)
+}
+
+/// A model whose estimate's error obeys the theorems: all three.
+fn all<T: Scalar, M: Observable<T>>(model: M, input: &Input<T>) -> Answer<T> {
+    let two = forward_of(model.clone(), input)? + feedback_of(model.clone(), input)?;
+    Ok(two + observer_of(model, input)?)
+}
+
+pub(crate) fn feed_forward<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    forward_of(FrBd::new(stribeck(input)?, bristle(input)?), input)
+}
+
+pub(crate) fn feedback<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    feedback_of(FrBd::new(stribeck(input)?, bristle(input)?), input)
+}
+
+pub(crate) fn observer<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    observer_of(FrBd::new(stribeck(input)?, bristle(input)?), input)
+}
+
+pub(crate) fn lugre<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    all(LuGre::classical(stribeck(input)?, bristle(input)?), input)
+}
+
+pub(crate) fn dahl<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    all(dahl_model(input)?, input)
+}
+
+pub(crate) fn elasto_plastic<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let model = elasto_plastic_model(input)?;
+    Ok(forward_of(model, input)? + feedback_of(model, input)?)
+}
+
+pub(crate) fn implicit<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let model = implicit_model(input)?;
+    Ok(forward_of(model, input)? + feedback_of(model, input)?)
+}
