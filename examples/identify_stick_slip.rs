@@ -7,6 +7,8 @@
 //! the autocorrelation after its first minimum), the mean of F/p. `identify::least_squares` finds one set of parameters for all speeds.
 //! Sensitivities are exact, by dual numbers through mechanism and statistics.
 //!
+//! A simulation repeats one cycle, a real contact does not: the threshold is where the mean time between falls and the period agree in the data.
+//!
 //! Without files it takes the statistics of a known model at four speeds and finds it again. With `--runs FILE:V,FILE:V` each file has one column,
 //! F/p, at even times (`--rate`), and V is in m/s. `--model lugre` or `implicit` takes another model; `--mass-factor 3` lets the moving mass
 //! differ from the weight over g by that factor; `--mean-weight 0` leaves the mean friction out.
@@ -201,7 +203,7 @@ fn period<T: Scalar>(force: &[T], mean: T) -> T {
 }
 
 impl Rig {
-    /// F/p of a simulated run, row by row, after half a second of settling.
+    /// F/p of a simulated run, row by row, after a second of settling.
     fn simulate<T: Scalar>(
         &self,
         &[dynamic, excess, velocity, viscous, s0, s1, share]: &[T; COUNT],
@@ -241,7 +243,7 @@ impl Rig {
         let number = |x: f64| -> T { nalgebra::convert(x) };
         let load = self.mass * GRAVITY;
         let step = self.row / self.substeps as f64;
-        let (settle, rows) = ((0.5 / self.row) as usize, (duration / self.row) as usize);
+        let (settle, rows) = ((1.0 / self.row) as usize, (duration / self.row) as usize);
         let contact = friction.under_load(number(load))?.companion(number(10.0 * speed))?;
         let (h, stiffness, end) = (number(step), number(self.stiffness), number(speed));
         let half = number(0.5 * step * self.stiffness);
@@ -393,14 +395,12 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
     for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {
         let Parameter { name, unit, least, most, .. } = estimate.parameter;
         let truth = if synthetic { format!("{truth:10.3e}") } else { String::new() };
-        let verdict = match estimate.verdict {
+        let remark = match estimate.verdict {
             _ if least == most => "given".to_owned(),
             verdict @ (Verdict::AtLowerBound | Verdict::AtUpperBound) => verdict.to_string(),
-            // With fewer numbers than parameters there is nothing to judge by.
-            _ if fit.residuals.rows <= COUNT => String::new(),
-            verdict => verdict.to_string(),
+            _ => String::new(),
         };
-        println!("{name:20} {:10.3e} {truth} {unit:7}  {verdict}", estimate.value);
+        println!("{name:20} {:10.3e} {truth} {unit:7}  {remark}", estimate.value);
     }
     if fit.residuals.rows <= COUNT {
         println!(
