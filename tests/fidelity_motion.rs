@@ -174,16 +174,22 @@ fn draw(dice: &mut Draw, set: usize, kind: usize) -> Drawn {
 }
 
 fn exact<M: Bristle<f64, Deflection = f64>>(parameters: &Parameters<M>) -> Vec<f64> {
+    exact_within(parameters, 1e-10)
+}
+
+fn exact_within<M: Bristle<f64, Deflection = f64>>(
+    parameters: &Parameters<M>,
+    relative: f64,
+) -> Vec<f64> {
     let MotionParameters { contact, mechanism, drive, force, interval, answers, quantity, .. } =
         parameters;
     let truth = Truth { contact, mechanism: *mechanism, drive: *drive, force: *force };
     let deflection = contact.limits(0.0).deflection.unwrap();
     let load = contact.model().storage_stiffness() * deflection * contact.normal_force();
     let speed = (load * deflection / mechanism.mass).sqrt();
-    // Absolute tolerances of a millionth of a millionth of pre-sliding.
     let tolerances = Tolerances::new(TolerancesParameters {
-        relative: Vector3::repeat(1e-10),
-        absolute: Vector3::new(deflection, speed, deflection) * 1e-10,
+        relative: Vector3::repeat(relative),
+        absolute: Vector3::new(deflection, speed, deflection) * relative,
     });
     let solver = Solver::adaptive(Rodas5P, tolerances.unwrap());
     // Between the ends of steps the curve has an error of its own: no step is longer than an interval.
@@ -213,6 +219,8 @@ fn norm(norm: Norm, a: &[f64], b: &[f64]) -> f64 {
 /// What a scene came to.
 struct Outcome {
     refused: bool,
+    /// Roundings decide: two tight runs differ, and nothing but a refusal is right.
+    unknown: bool,
     met: bool,
     ratio: f64,
     line: String,
@@ -220,16 +228,27 @@ struct Outcome {
 
 fn judge(drawn: Drawn) -> Outcome {
     let Drawn { parameters, tolerance, what } = drawn;
-    let truth = exact(&parameters);
+    let (truth, other) = (exact_within(&parameters, 1e-11), exact_within(&parameters, 1e-10));
+    let allowed = tolerance.share * parameters.scale;
+    let unknown = norm(tolerance.norm, &truth, &other) > 0.05 * allowed;
     let scene = Motion::new(parameters).unwrap();
     let choice = match scene.choose(tolerance) {
         Ok(choice) => choice,
-        Err(error @ (FidelityError::PilotTooShort { .. } | FidelityError::OutOfReach { .. })) => {
+        Err(
+            error @ (FidelityError::PilotTooShort { .. }
+            | FidelityError::OutOfReach { .. }
+            | FidelityError::Undetermined { .. }),
+        ) => {
+            let what = if unknown { format!("UNKNOWN {what}") } else { what };
             let line = format!("{what}: {error}");
-            return Outcome { refused: true, met: true, ratio: 1.0, line };
+            return Outcome { refused: true, unknown, met: true, ratio: 1.0, line };
         }
         Err(error) => panic!("{what}: {error}"),
     };
+    if unknown {
+        let line = format!("UNKNOWN {what}: {choice}");
+        return Outcome { refused: false, unknown, met: false, ratio: 1.0, line };
+    }
     let off = |plan: Plan| {
         let carried = scene.carry_out(plan).unwrap();
         (norm(tolerance.norm, &carried.answers, &truth), carried.cost)
@@ -272,6 +291,7 @@ fn judge(drawn: Drawn) -> Outcome {
     let ratio = cost / least;
     Outcome {
         refused: false,
+        unknown,
         met: error <= choice.allowed,
         ratio,
         line: format!(
@@ -317,13 +337,19 @@ fn study(seed: u64, scenes: usize) -> Vec<Outcome> {
     outcomes
 }
 
-/// The figures of a study. How dear the answers are is told, not asserted: error control is safe, not cheap.
-fn verdict(outcomes: &[Outcome]) {
+/// The figures of a study: no answer is wrong; how many are dear or refused. Where roundings decide a refusal is right.
+fn verdict(outcomes: &[Outcome]) -> usize {
     let wrong: Vec<_> = outcomes.iter().filter(|o| !o.met).map(|o| &o.line).collect();
     let dear = outcomes.iter().filter(|o| !(o.ratio <= 2.0)).count();
-    let refused = outcomes.iter().filter(|o| o.refused).count();
-    println!("{} scenes, {} wrong, {dear} dear, {refused} refused", outcomes.len(), wrong.len());
+    let refused = outcomes.iter().filter(|o| o.refused && !o.unknown).count();
+    let unknown = outcomes.iter().filter(|o| o.unknown).count();
+    println!(
+        "{} scenes, {} wrong, {dear} dear, {refused} refused, {unknown} undetermined",
+        outcomes.len(),
+        wrong.len()
+    );
     assert!(wrong.is_empty(), "{wrong:#?}");
+    dear + refused
 }
 
 #[test]
@@ -579,5 +605,85 @@ fn lugre_can_be_the_reference_too() {
 fn scenes_drawn_by_chance_are_answered_within_tolerance_or_refused() {
     for outcome in study(2602, 12) {
         assert!(outcome.met, "{}", outcome.line);
+    }
+}
+
+#[test]
+#[ignore = "temporary"]
+fn zz_scene6() {
+    let seed: u64 = std::env::var("SEED").unwrap().parse().unwrap();
+    let index: usize = std::env::var("INDEX").unwrap().parse().unwrap();
+    let mut dice = Draw(seed);
+    let mut drawn = None;
+    for i in 0..=index { drawn = Some(draw(&mut dice, i % 2, (i / 2) % 3)); }
+    let Drawn { parameters, tolerance: _, what } = drawn.unwrap();
+    println!("{what}");
+    let MotionParameters { contact, mechanism, drive, force, interval, answers, .. } = &parameters;
+    println!("m {:.17e} k {:.17e} d {:.17e} interval {:.17e} speed {:.17e}", mechanism.mass, mechanism.spring_stiffness, mechanism.viscous_damping, interval, drive.value_and_rate(0.0).1);
+    let truth = Truth { contact, mechanism: *mechanism, drive: *drive, force: *force };
+    let deflection = contact.limits(0.0).deflection.unwrap();
+    let load = contact.model().storage_stiffness() * deflection;
+    let speed = (load * deflection / mechanism.mass).sqrt();
+    let times: Vec<f64> = (1..=*answers).map(|i| interval * i as f64).collect();
+    let span = 0.0..interval * *answers as f64;
+    let slip = |xs: &[Vector3<f64>], evals: usize, name: &str| {
+        let peak = xs.iter().enumerate().fold((0, 0.0), |b, (i, s)| if s[1] > b.1 { (i, s[1]) } else { b });
+        let slips: Vec<usize> = (1..xs.len()).filter(|&i| xs[i-1][1] < 0.2*peak.1 && xs[i][1] >= 0.2*peak.1).collect();
+        println!("{name:34} evals {evals:9} peak v {:.4e} at {} slips {:?} end x {:.10e}", peak.1, peak.0, &slips[..slips.len().min(12)], xs[xs.len()-1][0]);
+    };
+    let tol = |r: f64| Tolerances::new(TolerancesParameters { relative: Vector3::repeat(r), absolute: Vector3::new(deflection, speed, deflection) * r }).unwrap();
+    if mechanism.spring_stiffness > 0.0 {
+        use bristle::linear::{MassOnSpring, MassOnSpringParameters};
+        let rig = MassOnSpring::new(MassOnSpringParameters { contact: *contact, mechanism: *mechanism }).unwrap();
+        let drive_speed = drive.value_and_rate(0.0).1;
+        for v in [drive_speed * 0.25, drive_speed * 0.5, drive_speed, drive_speed*1.01] {
+            if v > 0.0 {
+            let s = rig.steady_sliding(v).unwrap();
+            println!("v {v:.4e} abscissa {:?} force {:.6}", s.state_space.abscissa(), s.friction_force);
+            }
+        }
+        println!("horizon {:.4e}", *interval * *answers as f64);
+    }
+    for r in [1e-8, 1e-10, 1e-12] {
+        for limited in [false, true] {
+            let s = Solver::adaptive(Rodas5P, tol(r));
+            let s = if limited { s.with_largest_step(*interval).unwrap() } else { s };
+            match s.solve(&truth, span.clone(), Vector3::zeros(), Output::Times(&times)) {
+                Ok(run) => slip(run.states(), run.statistics().evaluations as usize, &format!("rodas5p {r:e} {limited}")),
+                Err(e) => println!("rodas {r:e} {e}"),
+            }
+        }
+    }
+    for r in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-12] {
+        for limited in [false, true] {
+            let scene = Motion::new(parameters.clone()).unwrap();
+            let _ = scene;
+            // Scales as the ladder has them.
+            let stretch = load / mechanism.spring_stiffness;
+            let fast = stretch * (mechanism.spring_stiffness / mechanism.mass).sqrt();
+            let scales = Vector3::new(stretch.max(deflection), fast.max(speed), deflection);
+            let s = Solver::automatic(r, scales).unwrap();
+            let s = if limited { s.with_largest_step(*interval).unwrap() } else { s };
+            match s.solve(&truth, span.clone(), Vector3::zeros(), Output::Times(&times)) {
+                Ok(run) => slip(run.states(), run.statistics().evaluations as usize, &format!("automatic {r:e} {limited}")),
+                Err(e) => println!("automatic {r:e} {e}"),
+            }
+        }
+    }
+    for n in [1, 4, 16, 64, 256, 1024] {
+        let h = interval / n as f64;
+        let (k, m, d) = (mechanism.spring_stiffness, mechanism.mass, mechanism.viscous_damping);
+        let companion = contact.clone().companion(0.0).unwrap();
+        let (mut x, mut v, mut z) = (0.0, 0.0, 0.0);
+        let mut history = bristle::VelocityHistory::new(0.0);
+        let (inertia, mut xs) = (2.0 * m / h, vec![]);
+        for i in 0..*answers { for j in 0..n {
+            let t = (i as f64 + (j as f64 + 0.5) / n as f64) * interval;
+            let push = inertia * v + k * (drive.value_and_rate(t).0 - x);
+            let f = companion.step(history.predict(), z, h);
+            let mean = (push - f.bias()) / (inertia + k * h * 0.5 + d + f.damping());
+            x += h * mean; v = 2.0 * mean - v; z = f.commit(mean).deflection; history.push(v);
+        } xs.push(Vector3::new(x, v, z)); }
+        slip(&xs, n * answers, &format!("companion x{n}"));
     }
 }

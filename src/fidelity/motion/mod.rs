@@ -2,6 +2,7 @@
 
 mod climb;
 mod machine;
+mod survey;
 
 use alloc::vec::Vec;
 
@@ -331,10 +332,20 @@ where
                 let z = from(self.contact.stationary(velocity));
                 let tolerance =
                     lit::<T>(nalgebra::ComplexField::powi(10.0_f64, -i32::from(digits)));
-                machine.adaptive(&self.contact, z, (tolerance, self.scales), grid, most)
+                machine.adaptive(&self.contact, z, (tolerance, self.scales, self.longest_step()), grid, most)
             }
             _ => Err(unknown.into()),
         }
+    }
+
+    /// The longest step that error control may take: an eighth of a period, a sixteenth of a scene without, never less than the
+    /// time between two answers.
+    fn longest_step(&self) -> T {
+        let answers = match self.period {
+            Some(period) => period as f64 / 8.0,
+            None => self.answers as f64 / 16.0,
+        };
+        self.interval * lit(larger(answers, 1.0))
     }
 
     /// Tolerances tighter than this are roundings.
