@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use super::super::report::{
     Choice, Evidence, FidelityError, Integrator, Norm, Plan, Rung, Tolerance, Trial, Verdict,
 };
-use super::machine::{Run, Sample};
+use super::machine::{NO_LIMIT, Run, Sample};
 use super::{Motion, Quantity, Way};
 use crate::scalar::to_f64;
 use crate::signal::Signal;
@@ -21,8 +21,9 @@ const MARGIN: f64 = 0.8;
 const AGREED: f64 = 0.3;
 /// The same of error control and passive steps, which have nothing in common but the model.
 const CONCORD: f64 = 0.25;
-/// Share of its means that the pilot spends on the first run of the reference, at most.
-const FIRST: f64 = 0.5;
+/// Share of its means after which the pilot gives the first run of the reference up, unless it looks like being done by the second.
+const FIRST: f64 = 0.3;
+const FIRST_AT_MOST: f64 = 0.85;
 /// What the next digit of error control costs, in the last: a third more at most.
 const NEXT_DIGIT: f64 = 1.35;
 /// Share of that difference that is taken for the error of the tighter one, whose tolerance is a tenth.
@@ -35,14 +36,20 @@ const SAFETY_OF_FAST: f64 = 1000.0;
 const STALLED: f64 = 0.6;
 /// The same where the reference itself is not known but to converge.
 const CAUTIOUS: f64 = 0.5;
+/// Differences of steps of several lengths, and of them and the static curve, that pass.
+const AGREE: f64 = 0.1;
 /// A difference this small, as a share of the tolerance, has converged.
 const SMALL: f64 = 0.02;
 /// Share of the window that error control has to have seen to vouch for longer steps.
 const LEAST_SEEN: f64 = 0.02;
 /// What an error that has grown must stay below, as a share of the tolerance.
 const GROWN: f64 = 0.1;
-/// Looser error control loses whole slips, and two such runs may agree on that.
-const LEAST_DIGITS: u8 = 4;
+/// Share of the tolerance that may be used where a periodic scene does not yet repeat itself.
+const UNSETTLED: f64 = 0.25;
+/// Looser error control loses whole slips: something else has to agree with it.
+const LEAST_DIGITS: u8 = 5;
+/// Where it begins.
+const FIRST_DIGITS: u8 = 3;
 /// Periods that the pilot looks at.
 const PERIODS: usize = 3;
 /// By how much drifts of later periods may exceed those seen.
@@ -62,8 +69,13 @@ impl Purse {
     }
 }
 
-/// Runs over the whole window with passive steps, by their number between two answers.
-type Passive = Vec<(usize, Run)>;
+/// Runs over the whole window with steps of fixed length, and how many between two answers.
+type Others = Vec<(Way, usize, Run)>;
+
+/// Evaluations after which the first run of the reference is given up, unless it goes on so well as to be done before the second.
+fn first(purse: &Purse) -> (f64, f64) {
+    (FIRST * purse.rest(), FIRST_AT_MOST * purse.rest())
+}
 
 pub(super) fn root(value: f64) -> f64 {
     nalgebra::ComplexField::sqrt(value)
@@ -125,15 +137,14 @@ where
                 return Ok(self.finish(plan, error, Verdict::Proved, none, trials, &purse, 0));
             }
         }
-        let window = match scene.period {
+        let mut window = match scene.period {
             Some(period) if PERIODS * period < scene.answers => PERIODS * period,
             _ => scene.answers,
         };
 
-        // The reference under error control, until a tighter tolerance or passive steps agree with it.
+        // The reference under error control, until a tighter tolerance or steps of another method agree with it.
         let mut digits = self.first_digits();
-        let most_digits = scene.most_digits();
-        let mut last = self.adaptive(digits, window, FIRST * purse.rest())?;
+        let mut last = self.adaptive(digits, window, first(&purse))?;
         purse.spent += last.evaluations;
         self.check_energy(&last, digits, &survey)?;
         if most_evaluations.is_none() {
@@ -141,49 +152,62 @@ where
             let all = last.evaluations * scene.answers as f64 / last.samples.len().max(1) as f64;
             purse.budget = larger(purse.budget, PILOT_SHARE * all);
             if last.samples.len() < window && FIRST * purse.rest() > 1.5 * last.evaluations {
-                last = self.adaptive(digits, window, FIRST * purse.rest())?;
+                last = self.adaptive(digits, window, first(&purse))?;
                 purse.spent += last.evaluations;
                 self.check_energy(&last, digits, &survey)?;
             }
         }
-        let mut passive = Passive::new();
+        if window < scene.answers && last.samples.len() == window && !self.is_settled(&last) {
+            // All of the scene, if there are means.
+            let whole = last.evaluations * scene.answers as f64 / window as f64;
+            if whole + scene.answers as f64 <= purse.rest() {
+                window = scene.answers;
+                last = self.adaptive(digits, window, (purse.rest(), purse.rest()))?;
+                purse.spent += last.evaluations;
+                self.check_energy(&last, digits, &survey)?;
+            }
+        }
+        let mut runs = Others::new();
         if last.samples.len() < window {
-            let found = self.by_agreement(&last, window, &mut passive, &mut trials, &mut purse)?;
+            let found = self.by_agreement(&last, window, &mut runs, &mut trials, &mut purse)?;
             if let Some(choice) = found {
                 return Ok(choice);
             }
             return self.rest_on_error_control(digits, &last, trials, purse);
         }
-        let folds = self.growth(&last);
-        let grows = nalgebra::ComplexField::exp(folds);
+        let grows = nalgebra::ComplexField::exp(self.growth(&last));
         let relative = self.relative(0.0);
         if !(grows * to_f64(T::default_epsilon()) <= GROWN * relative) {
             return Err(FidelityError::Undetermined { factor: grows });
         }
         // Fewer digits say nothing of when it slips.
         let least = digits_of(GROWN * relative / grows);
-        let mut next = 1_usize;
+        let mut substeps = 1_usize;
+        let [still, _, passive] = Motion::<T, M, D, F>::ways();
         let (uncertainty, mut best) = loop {
             let tight = digits >= least;
-            let each = if scene.quantity == Quantity::Force { 1.0 } else { 0.0 };
-            let by_steps = window as f64 * (next as f64 + each);
             let by_digits = NEXT_DIGIT * last.evaluations;
-            if tight && by_steps <= purse.rest() && (by_steps <= by_digits || by_digits > purse.rest()) {
-                let way = Way { rung: Rung::Reference, integrator: Integrator::Companion };
-                let run = scene.run(way, next, window, f64::INFINITY)?;
+            let next = if runs.is_empty() { (still, 1) } else { (passive, substeps) };
+            let by_steps = window as f64 * (next.1 as f64 + self.of_an_answer());
+            let sooner = next.1 == 1 || by_steps <= by_digits || by_digits > purse.rest();
+            if tight && sooner && by_steps <= purse.rest() {
+                let (way, n) = next;
+                let run = scene.run(way, n, window, NO_LIMIT)?;
                 purse.spent += run.evaluations;
                 let off = self.error(&run, &last);
-                passive.push((next, run));
+                runs.push((way, n, run));
                 if off <= CONCORD * self.allowed {
                     let plan = self.adaptive_plan(digits, &last);
                     trials.push(Trial { plan, error: off, verdict: Verdict::Measured, met: true });
                     break (0.5 * off, (plan, off));
                 }
-                next *= jump(off / (CONCORD * self.allowed));
+                if way.rung == Rung::Reference {
+                    substeps *= jump(off / (CONCORD * self.allowed));
+                }
                 continue;
             }
-            let tighter = larger_digits(digits + 1, least);
-            if tighter > most_digits {
+            let tighter = most_of(most_of(digits + 1, least), LEAST_DIGITS);
+            if tighter > scene.most_digits() {
                 let plan = self.adaptive_plan(digits, &last);
                 return Err(FidelityError::OutOfReach {
                     quantity: scene.quantity,
@@ -194,14 +218,13 @@ where
                 });
             }
             if by_digits > purse.rest() {
-                let found =
-                    self.by_agreement(&last, window, &mut passive, &mut trials, &mut purse)?;
+                let found = self.by_agreement(&last, window, &mut runs, &mut trials, &mut purse)?;
                 if let Some(choice) = found {
                     return Ok(choice);
                 }
                 return self.rest_on_error_control(digits, &last, trials, purse);
             }
-            let run = self.adaptive(tighter, window, purse.rest())?;
+            let run = self.adaptive(tighter, window, (purse.rest(), purse.rest()))?;
             purse.spent += run.evaluations;
             if run.samples.len() < window {
                 return self.rest_on_error_control(digits, &last, trials, purse);
@@ -215,38 +238,46 @@ where
             if met {
                 break (TIGHTER * error, (plan, error));
             }
-            let off = |(_, run): &(usize, Run)| self.error(run, &last);
-            let least_off = passive.iter().map(off).fold(f64::INFINITY, |a, b| if b < a { b } else { a });
-            if digits >= least && least_off <= CONCORD * self.allowed {
+            let mut error = f64::INFINITY;
+            for (_, _, run) in &runs {
+                let off = self.error(run, &last);
+                error = if off < error { off } else { error };
+            }
+            if digits >= least && error <= CONCORD * self.allowed {
                 let plan = self.adaptive_plan(digits, &last);
-                let error = least_off;
                 trials.push(Trial { plan, error, verdict: Verdict::Measured, met: true });
                 break (0.5 * error, (plan, error));
             }
         };
         let truth = last;
         self.check_energy(&truth, digits, &survey)?;
+        let mut strict = 1.0;
         if window < scene.answers && !self.is_settled(&truth) {
-            return self.rest_on_error_control(digits, &truth, trials, purse);
+            strict = UNSETTLED;
+            if best.1 > strict * self.allowed {
+                return self.rest_on_error_control(digits, &truth, trials, purse);
+            }
         }
 
         // What is cheaper than that.
-        let ways = Motion::<T, M, D, F>::ways();
-        for way in ways.into_iter().rev() {
-            self.try_steps(way, &truth, &passive, uncertainty, &mut purse, &mut trials, &mut best)?;
+        for way in Motion::<T, M, D, F>::ways().into_iter().rev() {
+            let known = (&truth, runs.as_slice(), uncertainty, strict);
+            self.try_steps(way, known, &mut purse, &mut trials, &mut best)?;
         }
         let evidence = self.evidence(&truth);
         Ok(self.finish(best.0, best.1, Verdict::Measured, evidence, trials, &purse, window))
     }
 
-    #[allow(clippy::too_many_arguments, reason = "the pilot's state")]
+    /// Evaluations that the friction force takes at an answer.
+    fn of_an_answer(&self) -> f64 {
+        if self.scene.quantity == Quantity::Force { 1.0 } else { 0.0 }
+    }
+
     /// Tries a rung with shorter and shorter steps, until it will do or costs more than what is known to do.
     fn try_steps(
         &self,
         way: Way,
-        truth: &Run,
-        passive: &[(usize, Run)],
-        uncertainty: f64,
+        (truth, runs, uncertainty, strict): (&Run, &[(Way, usize, Run)], f64, f64),
         purse: &mut Purse,
         trials: &mut Vec<Trial>,
         best: &mut (Plan, f64),
@@ -264,24 +295,23 @@ where
             } else {
                 expected
             };
-            let forces = if scene.quantity == Quantity::Force { window } else { 0 };
-            let seen = passive.iter().find(|(n, _)| *n == substeps && way.rung == Rung::Reference);
-            let dear = (window * substeps + forces) as f64 > purse.rest();
+            let seen = runs.iter().find(|(other, n, _)| *n == substeps && *other == way);
+            let dear = window as f64 * (substeps as f64 + self.of_an_answer()) > purse.rest();
             if least >= best.0.cost_rate || (seen.is_none() && dear) {
                 break;
             }
             let fresh;
             let run = match seen {
-                Some((_, run)) => run,
+                Some((_, _, run)) => run,
                 None => {
-                    fresh = scene.run(way, substeps, window, f64::INFINITY)?;
+                    fresh = scene.run(way, substeps, window, NO_LIMIT)?;
                     purse.spent += fresh.evaluations;
                     &fresh
                 }
             };
             let error = self.error(run, truth) + uncertainty;
             let plan = scene.plan(way, substeps, run.cost / window as f64);
-            let met = error <= MARGIN * self.allowed;
+            let met = error <= strict * MARGIN * self.allowed;
             trials.push(Trial { plan, error, verdict: Verdict::Measured, met });
             if met {
                 if plan.cost_rate < best.0.cost_rate {
@@ -330,7 +360,12 @@ where
         }
     }
 
-    fn adaptive(&self, digits: u8, answers: usize, most: f64) -> Result<Run, FidelityError> {
+    fn adaptive(
+        &self,
+        digits: u8,
+        answers: usize,
+        most: (f64, f64),
+    ) -> Result<Run, FidelityError> {
         let way = Way { rung: Rung::Reference, integrator: Integrator::Adaptive { digits } };
         self.scene.run(way, 1, answers, most)
     }
@@ -355,75 +390,70 @@ where
 
     fn first_digits(&self) -> u8 {
         let relative = self.relative(0.0);
-        digits_of(relative).clamp(LEAST_DIGITS, self.scene.most_digits() - 1)
+        digits_of(relative).clamp(FIRST_DIGITS, self.scene.most_digits() - 1)
     }
 
-    /// Where error control cannot see all of the window: passive steps of three lengths that converge over all of it, and to
-    /// what error control has seen. Cheaper rungs are compared with the finest.
+    /// Where error control cannot see all of the window, or not twice: passive steps of two or three lengths that converge over all
+    /// of it, or agree with the static curve, and with what error control has seen. Cheaper rungs are compared with the finest.
     fn by_agreement(
         &self,
         prefix: &Run,
         window: usize,
-        runs: &mut Passive,
+        runs: &mut Others,
         trials: &mut Vec<Trial>,
         purse: &mut Purse,
     ) -> Result<Option<Choice>, FidelityError> {
         let scene = self.scene;
-        let part = prefix.samples.len();
-        let way = Way { rung: Rung::Reference, integrator: Integrator::Companion };
-        let answer = if scene.quantity == Quantity::Force { 2.0 } else { 1.0 };
+        let [still, _, passive] = Motion::<T, M, D, F>::ways();
         let size = window as f64;
-        if (part as f64) < LEAST_SEEN * size {
+        if (prefix.samples.len() as f64) < LEAST_SEEN * size {
             return Ok(None);
         }
-        let (mut substeps, mut agreed) = (1_usize, None);
-        let mut before = f64::INFINITY;
-        let mut coarser: Option<usize> = None;
-        loop {
-            if !runs.iter().any(|(n, _)| *n == substeps) {
-                if size * (substeps as f64 + answer - 1.0) > purse.rest() {
-                    break;
-                }
-                let run = scene.run(way, substeps, window, f64::INFINITY)?;
-                purse.spent += run.evaluations;
-                runs.push((substeps, run));
-                runs.sort_by_key(|(n, _)| *n);
+        let (mut substeps, mut before) = (1_usize, f64::INFINITY);
+        let off = loop {
+            if !self.is_run(passive, substeps, window, runs, purse)? {
+                return Ok(None);
             }
-            let of = |n: usize| runs.iter().find(|(m, _)| *m == n).map(|(_, run)| run);
-            if let (Some(coarse), Some(fine)) = (coarser.and_then(of), of(substeps)) {
+            let of = |way: Way, n: usize| {
+                runs.iter().find(|(other, m, _)| *other == way && *m == n).map(|(_, _, run)| run)
+            };
+            if let (Some(coarse), Some(fine)) = (of(passive, substeps / 2), of(passive, substeps)) {
                 let off = self.error(coarse, fine);
                 let converges = off <= 0.5 * before || off <= SMALL * self.allowed;
-                let enough = substeps >= 4 || off <= SMALL * self.allowed;
                 before = off;
-                if off <= 0.1 * self.allowed && converges && enough {
-                    agreed = Some(off);
-                    break;
+                if off <= AGREE * self.allowed && converges {
+                    if substeps >= 4 || off <= SMALL * self.allowed {
+                        break off;
+                    }
+                    if self.is_run(still, 1, window, runs, purse)? {
+                        let by_curve = runs
+                            .iter()
+                            .find(|(way, n, _)| *way == still && *n == 1)
+                            .and_then(|(_, _, curve)| {
+                                let fine = runs.iter().find(|(w, n, _)| *w == passive && *n == substeps)?;
+                                Some(self.error(curve, &fine.2))
+                            });
+                        if by_curve.is_some_and(|other| other <= AGREE * self.allowed) {
+                            break off;
+                        }
+                    }
                 }
             }
-            coarser = Some(substeps);
             substeps *= 2;
-        }
-        runs.retain(|(n, _)| *n <= substeps);
-        let (Some(off), Some((_, finest))) = (agreed, runs.last()) else { return Ok(None) };
+        };
+        self.is_run(still, 1, window, runs, purse)?;
+        let finest = runs.iter().find(|(way, n, _)| *way == passive && *n == substeps);
+        let Some((_, _, finest)) = finest else { return Ok(None) };
         let seen = self.error_of(&finest.samples, &prefix.samples);
         if !(seen <= 0.2 * self.allowed) || (window < scene.answers && !self.is_settled(finest)) {
             return Ok(None);
         }
         // What the finest may still be off by.
         let uncertainty = larger(2.0 * off, seen);
-        let still = Way { rung: Rung::StaticCurve, integrator: Integrator::Implicit };
-        let mut all: Vec<(Way, usize, &Run)> =
-            runs.iter().map(|(substeps, run)| (way, *substeps, run)).collect();
-        let rest;
-        if size * answer <= purse.rest() {
-            rest = scene.run(still, 1, window, f64::INFINITY)?;
-            purse.spent += rest.evaluations;
-            all.push((still, 1, &rest));
-        }
         let mut best: Option<(Plan, f64)> = None;
-        for (way, substeps, run) in all {
+        for (way, n, run) in runs.iter() {
             let error = self.error(run, finest) + uncertainty;
-            let plan = scene.plan(way, substeps, run.cost / size);
+            let plan = scene.plan(*way, *n, run.cost / size);
             let met = error <= CAUTIOUS * self.allowed;
             trials.push(Trial { plan, error, verdict: Verdict::Extrapolated, met });
             if met && best.is_none_or(|(other, _)| plan.cost_rate < other.cost_rate) {
@@ -434,6 +464,27 @@ where
         let evidence = self.evidence(finest);
         let trials = core::mem::take(trials);
         Ok(Some(self.finish(plan, error, Verdict::Extrapolated, evidence, trials, purse, window)))
+    }
+
+    /// Runs steps of a fixed length over the window, unless they are known or cost too much: whether they are known now.
+    fn is_run(
+        &self,
+        way: Way,
+        substeps: usize,
+        window: usize,
+        runs: &mut Others,
+        purse: &mut Purse,
+    ) -> Result<bool, FidelityError> {
+        if runs.iter().any(|(other, n, _)| *other == way && *n == substeps) {
+            return Ok(true);
+        }
+        if window as f64 * (substeps as f64 + self.of_an_answer()) > purse.rest() {
+            return Ok(false);
+        }
+        let run = self.scene.run(way, substeps, window, NO_LIMIT)?;
+        purse.spent += run.evaluations;
+        runs.push((way, substeps, run));
+        Ok(true)
     }
 
     /// Where no pilot is long enough: the reference, with a tolerance tighter by a factor, and by what two runs over the
@@ -453,13 +504,13 @@ where
         let furthest = run.samples.iter().fold(0.0, |most, s| larger(most, seen(s).abs_value()));
         let safety =
             if scene.quantity == Quantity::Position { SAFETY } else { SAFETY_OF_FAST };
-        let mut tight = digits_of(self.relative(furthest) / safety).max(LEAST_DIGITS + 1);
+        let mut tight = digits_of(self.relative(furthest) / safety).max(LEAST_DIGITS);
         let part = run.samples.len();
         let own = trials.iter().rev().find(|trial| trial.verdict == Verdict::Measured);
         let mut measured = own.map(|trial| trial.error);
         if measured.is_none() && part > 0 && 1.1 * run.evaluations < purse.rest() {
             let tighter = (digits + 1).min(scene.most_digits());
-            let other = self.adaptive(tighter, part, purse.rest())?;
+            let other = self.adaptive(tighter, part, (purse.rest(), purse.rest()))?;
             purse.spent += other.evaluations;
             let short = Run { samples: run.samples.clone(), evaluations: 0.0, cost: 0.0 };
             measured = Some(self.error(&short, &other));
@@ -565,7 +616,7 @@ where
 }
 
 /// The larger number of digits.
-fn larger_digits(a: u8, b: u8) -> u8 {
+fn most_of(a: u8, b: u8) -> u8 {
     if a > b { a } else { b }
 }
 

@@ -81,6 +81,9 @@ pub(super) struct Run {
     pub(super) cost: f64,
 }
 
+/// Evaluations that a run may take where they do not count.
+pub(super) const NO_LIMIT: (f64, f64) = (f64::INFINITY, f64::INFINITY);
+
 /// When answers are wanted.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Grid<T> {
@@ -218,14 +221,14 @@ impl<T: Scalar, D: Signal<T>, F: Signal<T>> Machine<T, D, F> {
         Ok(Run { samples, evaluations, cost: steps * step_weight + forces * weight::FORCE })
     }
 
-    /// The reference under error control, until it has cost so many evaluations.
+    /// The reference under error control, until it has cost so many evaluations; up to the second number if it looks like ending there.
     pub(super) fn adaptive<M: Bristle<T, Deflection = T>>(
         &self,
         contact: &Contact<T, M>,
         deflection: T,
         (tolerance, scales, longest): (T, Vector3<T>, T),
         grid: Grid<T>,
-        most: f64,
+        (most, at_most): (f64, f64),
     ) -> Result<Run, FidelityError> {
         let rig = Rig { machine: self, contact };
         let stopped = |failure: &Failure<T, 3>| FidelityError::Stopped {
@@ -241,7 +244,12 @@ impl<T: Scalar, D: Signal<T>, F: Signal<T>> Machine<T, D, F> {
         let mut samples: Vec<Sample> = Vec::with_capacity(grid.answers.min(1 << 16));
         let mut forces = 0.0;
         let mut spent = 0.0;
-        while samples.len() < grid.answers && spent <= most {
+        loop {
+            let foreseen = spent * grid.answers as f64 / samples.len() as f64;
+            let given_up = spent > at_most || (spent > most && !(foreseen <= at_most));
+            if samples.len() >= grid.answers || given_up {
+                break;
+            }
             let next = grid.time(samples.len() + 1);
             let Some(step) =
                 run.advance_seen(|_, end| next < end).map_err(|failure| stopped(&failure))?

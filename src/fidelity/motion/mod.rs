@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 
 use nalgebra::Vector3;
 
-use self::machine::{Dry, Grid, Machine, Run, Sample};
+use self::machine::{Dry, Grid, Machine, NO_LIMIT, Run, Sample};
 use super::history::count;
 use super::report::{Choice, FidelityError, Integrator, Plan, Quantity, Rung, Tolerance};
 use super::{Start, weight};
@@ -245,7 +245,7 @@ where
     /// Refuses a plan that is not one of this scene's; says why a run stopped.
     pub fn carry_out(&self, plan: Plan) -> Result<Carried<T>, FidelityError> {
         let way = Way { rung: plan.rung, integrator: plan.integrator };
-        let run = self.run(way, plan.substeps.max(1), self.answers, f64::INFINITY)?;
+        let run = self.run(way, plan.substeps.max(1), self.answers, NO_LIMIT)?;
         let answers = run.samples.iter().map(|sample| lit(self.value(sample))).collect();
         Ok(Carried { answers, cost: run.cost })
     }
@@ -303,7 +303,7 @@ where
         way: Way,
         substeps: usize,
         answers: usize,
-        most: f64,
+        most: (f64, f64),
     ) -> Result<Run, FidelityError> {
         let with_force = self.quantity == Quantity::Force;
         let grid = Grid { interval: self.interval, answers, substeps, with_force };
