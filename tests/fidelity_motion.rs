@@ -226,13 +226,17 @@ struct Outcome {
     line: String,
 }
 
-fn judge(drawn: Drawn) -> Outcome {
+fn judge(drawn: Drawn, budget: Option<f64>) -> Outcome {
     let Drawn { parameters, tolerance, what } = drawn;
     let (truth, other) = (exact_within(&parameters, 1e-11), exact_within(&parameters, 1e-10));
     let allowed = tolerance.share * parameters.scale;
     let unknown = norm(tolerance.norm, &truth, &other) > 0.05 * allowed;
     let scene = Motion::new(parameters).unwrap();
-    let choice = match scene.choose(tolerance) {
+    let chosen = match budget {
+        Some(most) => scene.choose_within(tolerance, most),
+        None => scene.choose(tolerance),
+    };
+    let choice = match chosen {
         Ok(choice) => choice,
         Err(
             error @ (FidelityError::PilotTooShort { .. }
@@ -317,13 +321,13 @@ fn scene_time(scene: &Motion<f64, Lumped, Polyline<f64, 2>, Sine<f64>>, choice: 
     interval * scene.answers() as f64
 }
 
-fn study(seed: u64, scenes: usize) -> Vec<Outcome> {
+fn study(seed: u64, scenes: usize, budget: Option<f64>) -> Vec<Outcome> {
     let mut dice = Draw(seed);
     let mut outcomes = Vec::new();
     for index in 0..scenes {
         let drawn = draw(&mut dice, index % 2, (index / 2) % 3);
         let what = format!("{index:3} {}", drawn.what);
-        outcomes.push(judge(Drawn { what, ..drawn }));
+        outcomes.push(judge(Drawn { what, ..drawn }, budget));
         if std::env::var("SEED").is_ok() {
             let o = outcomes.last().unwrap();
             println!(
@@ -353,27 +357,29 @@ fn verdict(outcomes: &[Outcome]) -> usize {
 }
 
 #[test]
-#[ignore = "a study: SEED chooses the scenes"]
+#[ignore = "a study: SEED chooses the scenes, BUDGET what the pilot may cost"]
 fn tuning() {
     let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1);
-    verdict(&study(seed, 60));
+    let budget = std::env::var("BUDGET").ok().and_then(|s| s.parse().ok());
+    verdict(&study(seed, 60, budget));
 }
 
 /// Where the last seeds missed, before the thresholds were what they are.
 #[test]
 #[ignore = "minutes, in release: a million evaluations"]
 fn a_force_between_the_steps_of_a_slow_scene_is_not_missed() {
-    let outcomes = study(2602, 36);
+    let outcomes = study(2602, 36, None);
     assert!(outcomes[35].met, "{}", outcomes[35].line);
 }
 
 #[test]
 #[ignore = "minutes, in release"]
-fn a_hundred_and_twenty_scenes_drawn_by_chance_are_answered_within_tolerance_or_refused() {
+fn of_a_hundred_and_twenty_scenes_drawn_by_chance_none_is_answered_wrongly_and_half_are_cheap() {
     // Seeds that were drawn after the last change of a threshold; others served to find those.
-    for outcome in study(7701, 60).into_iter().chain(study(7702, 60)) {
-        assert!(outcome.met, "{}", outcome.line);
-    }
+    let mut outcomes = study(7705, 60, None);
+    outcomes.extend(study(7706, 60, None));
+    let missed = verdict(&outcomes);
+    assert!(missed <= 66, "{missed} of {}", outcomes.len());
 }
 
 /// The stick-slip rig of the paper's section V-A: base at `speed`, so many answers in so many seconds.
@@ -601,89 +607,33 @@ fn lugre_can_be_the_reference_too() {
     assert!(norm(Norm::Greatest, &carried.answers, &truth) <= choice.allowed, "{choice}");
 }
 
+/// A mass that is pulled so slowly that it waits on the falling part of its curve. Its steady sliding is unstable, σ = 8.668/s
+/// by [`MassOnSpring`](bristle::linear::MassOnSpring); it comes there at 22 s and slips at 24.37 s (multiple precision of 30 and of 40 digits, by
+/// extrapolated midpoint steps of order 16 and 1 and 1.5 ms): so long because it starts exactly on its way. Roundings have grown as
+/// large as the motion by then, and each tolerance has its own slip.
 #[test]
-fn scenes_drawn_by_chance_are_answered_within_tolerance_or_refused() {
-    for outcome in study(2602, 12) {
-        assert!(outcome.met, "{}", outcome.line);
-    }
+fn a_slip_whose_time_roundings_decide_is_refused_with_the_growth_of_errors() {
+    let base = rig(7.519_596e-4, 1476, 1476.0 * 1.893_790_26e-2, Quantity::Position, 0.0152);
+    let parameters = Parameters {
+        mechanism: Mechanism {
+            mass: 1.581_093_576e-2,
+            spring_stiffness: 98.600_011,
+            viscous_damping: 0.0,
+        },
+        ..base
+    };
+    let (one, other) = (exact_within(&parameters, 1e-9), exact_within(&parameters, 1e-10));
+    // No less than 4 mm of a slip of 15 mm.
+    assert!(norm(Norm::Greatest, &one, &other) > 4e-3);
+    let error = Motion::new(parameters).unwrap().choose_within(within(0.09), 1e5).unwrap_err();
+    let FidelityError::Undetermined { factor } = error else { panic!("{error}") };
+    assert!(factor > 1e12, "{factor:e}");
+    assert!(error.to_string().contains("roundings decide"));
 }
 
 #[test]
-#[ignore = "temporary"]
-fn zz_scene6() {
-    let seed: u64 = std::env::var("SEED").unwrap().parse().unwrap();
-    let index: usize = std::env::var("INDEX").unwrap().parse().unwrap();
-    let mut dice = Draw(seed);
-    let mut drawn = None;
-    for i in 0..=index { drawn = Some(draw(&mut dice, i % 2, (i / 2) % 3)); }
-    let Drawn { parameters, tolerance: _, what } = drawn.unwrap();
-    println!("{what}");
-    let MotionParameters { contact, mechanism, drive, force, interval, answers, .. } = &parameters;
-    println!("m {:.17e} k {:.17e} d {:.17e} interval {:.17e} speed {:.17e}", mechanism.mass, mechanism.spring_stiffness, mechanism.viscous_damping, interval, drive.value_and_rate(0.0).1);
-    let truth = Truth { contact, mechanism: *mechanism, drive: *drive, force: *force };
-    let deflection = contact.limits(0.0).deflection.unwrap();
-    let load = contact.model().storage_stiffness() * deflection;
-    let speed = (load * deflection / mechanism.mass).sqrt();
-    let times: Vec<f64> = (1..=*answers).map(|i| interval * i as f64).collect();
-    let span = 0.0..interval * *answers as f64;
-    let slip = |xs: &[Vector3<f64>], evals: usize, name: &str| {
-        let peak = xs.iter().enumerate().fold((0, 0.0), |b, (i, s)| if s[1] > b.1 { (i, s[1]) } else { b });
-        let slips: Vec<usize> = (1..xs.len()).filter(|&i| xs[i-1][1] < 0.2*peak.1 && xs[i][1] >= 0.2*peak.1).collect();
-        println!("{name:34} evals {evals:9} peak v {:.4e} at {} slips {:?} end x {:.10e}", peak.1, peak.0, &slips[..slips.len().min(12)], xs[xs.len()-1][0]);
-    };
-    let tol = |r: f64| Tolerances::new(TolerancesParameters { relative: Vector3::repeat(r), absolute: Vector3::new(deflection, speed, deflection) * r }).unwrap();
-    if mechanism.spring_stiffness > 0.0 {
-        use bristle::linear::{MassOnSpring, MassOnSpringParameters};
-        let rig = MassOnSpring::new(MassOnSpringParameters { contact: *contact, mechanism: *mechanism }).unwrap();
-        let drive_speed = drive.value_and_rate(0.0).1;
-        for v in [drive_speed * 0.25, drive_speed * 0.5, drive_speed, drive_speed*1.01] {
-            if v > 0.0 {
-            let s = rig.steady_sliding(v).unwrap();
-            println!("v {v:.4e} abscissa {:?} force {:.6}", s.state_space.abscissa(), s.friction_force);
-            }
-        }
-        println!("horizon {:.4e}", *interval * *answers as f64);
-    }
-    for r in [1e-8, 1e-10, 1e-12] {
-        for limited in [false, true] {
-            let s = Solver::adaptive(Rodas5P, tol(r));
-            let s = if limited { s.with_largest_step(*interval).unwrap() } else { s };
-            match s.solve(&truth, span.clone(), Vector3::zeros(), Output::Times(&times)) {
-                Ok(run) => slip(run.states(), run.statistics().evaluations as usize, &format!("rodas5p {r:e} {limited}")),
-                Err(e) => println!("rodas {r:e} {e}"),
-            }
-        }
-    }
-    for r in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-12] {
-        for limited in [false, true] {
-            let scene = Motion::new(parameters.clone()).unwrap();
-            let _ = scene;
-            // Scales as the ladder has them.
-            let stretch = load / mechanism.spring_stiffness;
-            let fast = stretch * (mechanism.spring_stiffness / mechanism.mass).sqrt();
-            let scales = Vector3::new(stretch.max(deflection), fast.max(speed), deflection);
-            let s = Solver::automatic(r, scales).unwrap();
-            let s = if limited { s.with_largest_step(*interval).unwrap() } else { s };
-            match s.solve(&truth, span.clone(), Vector3::zeros(), Output::Times(&times)) {
-                Ok(run) => slip(run.states(), run.statistics().evaluations as usize, &format!("automatic {r:e} {limited}")),
-                Err(e) => println!("automatic {r:e} {e}"),
-            }
-        }
-    }
-    for n in [1, 4, 16, 64, 256, 1024] {
-        let h = interval / n as f64;
-        let (k, m, d) = (mechanism.spring_stiffness, mechanism.mass, mechanism.viscous_damping);
-        let companion = contact.clone().companion(0.0).unwrap();
-        let (mut x, mut v, mut z) = (0.0, 0.0, 0.0);
-        let mut history = bristle::VelocityHistory::new(0.0);
-        let (inertia, mut xs) = (2.0 * m / h, vec![]);
-        for i in 0..*answers { for j in 0..n {
-            let t = (i as f64 + (j as f64 + 0.5) / n as f64) * interval;
-            let push = inertia * v + k * (drive.value_and_rate(t).0 - x);
-            let f = companion.step(history.predict(), z, h);
-            let mean = (push - f.bias()) / (inertia + k * h * 0.5 + d + f.damping());
-            x += h * mean; v = 2.0 * mean - v; z = f.commit(mean).deflection; history.push(v);
-        } xs.push(Vector3::new(x, v, z)); }
-        slip(&xs, n * answers, &format!("companion x{n}"));
-    }
+fn scenes_drawn_by_chance_are_answered_within_tolerance_or_refused_and_half_of_them_cheaply() {
+    let outcomes = study(2602, 12, None);
+    let missed = verdict(&outcomes);
+    assert!(missed <= 6, "{missed} of {}", outcomes.len());
 }

@@ -23,7 +23,9 @@ const AGREED: f64 = 0.3;
 const CONCORD: f64 = 0.25;
 /// Share of its means after which the pilot gives the first run of the reference up, unless it looks like being done by the second.
 const FIRST: f64 = 0.3;
-const FIRST_AT_MOST: f64 = 0.85;
+const FIRST_AT_MOST: f64 = 0.97;
+/// Share of its means that the static curve may take before all else: at rest it takes none.
+const STILL_AT_MOST: f64 = 0.3;
 /// What the next digit of error control costs, in the last: a third more at most.
 const NEXT_DIGIT: f64 = 1.35;
 /// Share of that difference that is taken for the error of the tighter one, whose tolerance is a tenth.
@@ -42,6 +44,8 @@ const AGREE: f64 = 0.1;
 const SMALL: f64 = 0.02;
 /// Share of the window that error control has to have seen to vouch for longer steps.
 const LEAST_SEEN: f64 = 0.02;
+/// Growth of errors by this factor is within what is measured anyway.
+const MUCH: f64 = 10.0;
 /// What an error that has grown must stay below, as a share of the tolerance.
 const GROWN: f64 = 0.1;
 /// Share of the tolerance that may be used where a periodic scene does not yet repeat itself.
@@ -49,7 +53,7 @@ const UNSETTLED: f64 = 0.25;
 /// Looser error control loses whole slips: something else has to agree with it.
 const LEAST_DIGITS: u8 = 5;
 /// Where it begins.
-const FIRST_DIGITS: u8 = 3;
+const FIRST_DIGITS: u8 = 2;
 /// Periods that the pilot looks at.
 const PERIODS: usize = 3;
 /// By how much drifts of later periods may exceed those seen.
@@ -143,6 +147,11 @@ where
         };
 
         // The reference under error control, until a tighter tolerance or steps of another method agree with it.
+        let mut runs = Others::new();
+        let [still, _, passive] = Motion::<T, M, D, F>::ways();
+        if window as f64 * (1.0 + self.of_an_answer()) <= STILL_AT_MOST * purse.rest() {
+            self.is_run(still, 1, window, &mut runs, &mut purse)?;
+        }
         let mut digits = self.first_digits();
         let mut last = self.adaptive(digits, window, first(&purse))?;
         purse.spent += last.evaluations;
@@ -162,12 +171,12 @@ where
             let whole = last.evaluations * scene.answers as f64 / window as f64;
             if whole + scene.answers as f64 <= purse.rest() {
                 window = scene.answers;
+                runs.clear();
                 last = self.adaptive(digits, window, (purse.rest(), purse.rest()))?;
                 purse.spent += last.evaluations;
                 self.check_energy(&last, digits, &survey)?;
             }
         }
-        let mut runs = Others::new();
         if last.samples.len() < window {
             let found = self.by_agreement(&last, window, &mut runs, &mut trials, &mut purse)?;
             if let Some(choice) = found {
@@ -175,35 +184,46 @@ where
             }
             return self.rest_on_error_control(digits, &last, trials, purse);
         }
-        let grows = nalgebra::ComplexField::exp(self.growth(&last));
-        let relative = self.relative(0.0);
-        if !(grows * to_f64(T::default_epsilon()) <= GROWN * relative) {
-            return Err(FidelityError::Undetermined { factor: grows });
+        let grows = self.growth(&last);
+        let relative = self.relative(0.0).min(1.0);
+        let mut least = 0;
+        if grows > MUCH {
+            if !(grows * to_f64(T::default_epsilon()) <= GROWN * relative) {
+                return Err(FidelityError::Undetermined { factor: grows });
+            }
+            // Fewer digits say nothing of when it slips.
+            least = digits_of(GROWN * relative / grows);
         }
-        // Fewer digits say nothing of when it slips.
-        let least = digits_of(GROWN * relative / grows);
         let mut substeps = 1_usize;
-        let [still, _, passive] = Motion::<T, M, D, F>::ways();
+        let mut looked = 0;
         let (uncertainty, mut best) = loop {
             let tight = digits >= least;
             let by_digits = NEXT_DIGIT * last.evaluations;
-            let next = if runs.is_empty() { (still, 1) } else { (passive, substeps) };
-            let by_steps = window as f64 * (next.1 as f64 + self.of_an_answer());
-            let sooner = next.1 == 1 || by_steps <= by_digits || by_digits > purse.rest();
-            if tight && sooner && by_steps <= purse.rest() {
-                let (way, n) = next;
-                let run = scene.run(way, n, window, NO_LIMIT)?;
-                purse.spent += run.evaluations;
-                let off = self.error(&run, &last);
-                runs.push((way, n, run));
-                if off <= CONCORD * self.allowed {
+            // Those that were run before.
+            if tight && looked < runs.len() {
+                let mut least_off = f64::INFINITY;
+                for (way, n, run) in runs.iter().skip(looked) {
+                    let off = self.error(run, &last);
+                    least_off = if off < least_off { off } else { least_off };
+                    if way.rung == Rung::Reference && off > CONCORD * self.allowed {
+                        substeps = n * jump(off / (CONCORD * self.allowed));
+                    }
+                }
+                looked = runs.len();
+                if least_off <= CONCORD * self.allowed {
                     let plan = self.adaptive_plan(digits, &last);
-                    trials.push(Trial { plan, error: off, verdict: Verdict::Measured, met: true });
-                    break (0.5 * off, (plan, off));
+                    let error = least_off;
+                    trials.push(Trial { plan, error, verdict: Verdict::Measured, met: true });
+                    break (0.5 * error, (plan, error));
                 }
-                if way.rung == Rung::Reference {
-                    substeps *= jump(off / (CONCORD * self.allowed));
-                }
+            }
+            let (way, n) = if runs.is_empty() { (still, 1) } else { (passive, substeps) };
+            let by_steps = window as f64 * (n as f64 + self.of_an_answer());
+            // What is left must do for another digit, if it does now.
+            let reserve = if by_digits > purse.rest() { 0.0 } else { by_digits };
+            let sooner = n == 1 || by_steps <= by_digits || reserve == 0.0;
+            if tight && sooner && by_steps + reserve <= purse.rest() {
+                self.is_run(way, n, window, &mut runs, &mut purse)?;
                 continue;
             }
             let tighter = most_of(most_of(digits + 1, least), LEAST_DIGITS);
@@ -238,16 +258,7 @@ where
             if met {
                 break (TIGHTER * error, (plan, error));
             }
-            let mut error = f64::INFINITY;
-            for (_, _, run) in &runs {
-                let off = self.error(run, &last);
-                error = if off < error { off } else { error };
-            }
-            if digits >= least && error <= CONCORD * self.allowed {
-                let plan = self.adaptive_plan(digits, &last);
-                trials.push(Trial { plan, error, verdict: Verdict::Measured, met: true });
-                break (0.5 * error, (plan, error));
-            }
+            looked = 0;
         };
         let truth = last;
         self.check_energy(&truth, digits, &survey)?;
@@ -360,12 +371,7 @@ where
         }
     }
 
-    fn adaptive(
-        &self,
-        digits: u8,
-        answers: usize,
-        most: (f64, f64),
-    ) -> Result<Run, FidelityError> {
+    fn adaptive(&self, digits: u8, answers: usize, most: (f64, f64)) -> Result<Run, FidelityError> {
         let way = Way { rung: Rung::Reference, integrator: Integrator::Adaptive { digits } };
         self.scene.run(way, 1, answers, most)
     }
@@ -430,7 +436,9 @@ where
                             .iter()
                             .find(|(way, n, _)| *way == still && *n == 1)
                             .and_then(|(_, _, curve)| {
-                                let fine = runs.iter().find(|(w, n, _)| *w == passive && *n == substeps)?;
+                                let fine = runs
+                                    .iter()
+                                    .find(|(w, n, _)| *w == passive && *n == substeps)?;
                                 Some(self.error(curve, &fine.2))
                             });
                         if by_curve.is_some_and(|other| other <= AGREE * self.allowed) {
@@ -502,8 +510,7 @@ where
             _ => sample.position,
         };
         let furthest = run.samples.iter().fold(0.0, |most, s| larger(most, seen(s).abs_value()));
-        let safety =
-            if scene.quantity == Quantity::Position { SAFETY } else { SAFETY_OF_FAST };
+        let safety = if scene.quantity == Quantity::Position { SAFETY } else { SAFETY_OF_FAST };
         let mut tight = digits_of(self.relative(furthest) / safety).max(LEAST_DIGITS);
         let part = run.samples.len();
         let own = trials.iter().rev().find(|trial| trial.verdict == Verdict::Measured);

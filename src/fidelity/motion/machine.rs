@@ -47,7 +47,9 @@ impl<T: Scalar, D: Signal<T>, F: Signal<T>> Machine<T, D, F> {
         );
         let poles = crate::eigenvalues::eigenvalues(&jacobian.map(to_f64));
         // Not a number: nothing decays for certain.
-        poles.map_or(0.0, |all| all.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, |a, b| if b > a { b } else { a }))
+        poles.map_or(0.0, |all| {
+            all.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, |a, b| if b > a { b } else { a })
+        })
     }
 
     fn applied_and_rate(&self, time: T) -> (T, T) {

@@ -332,7 +332,13 @@ where
                 let z = from(self.contact.stationary(velocity));
                 let tolerance =
                     lit::<T>(nalgebra::ComplexField::powi(10.0_f64, -i32::from(digits)));
-                machine.adaptive(&self.contact, z, (tolerance, self.scales, self.longest_step()), grid, most)
+                machine.adaptive(
+                    &self.contact,
+                    z,
+                    (tolerance, self.scales, self.longest_step()),
+                    grid,
+                    most,
+                )
             }
             _ => Err(unknown.into()),
         }

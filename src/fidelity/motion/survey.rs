@@ -15,6 +15,8 @@ const LOOSE: f64 = 30.0;
 const LOOKS: usize = 32;
 /// Instants at which it is asked how fast errors grow.
 const GROWTH_LOOKS: usize = 64;
+/// e-foldings that are no waiting.
+const FEW_FOLDS: f64 = 2.0;
 /// A velocity that changes by less than this part of itself while an error grows by a factor e (or in an interval) is even.
 const EVEN: f64 = 0.3;
 
@@ -99,7 +101,12 @@ where
     }
 
     /// Whether the mass holds more energy than it can have got.
-    pub(super) fn check_energy(&self, run: &Run, digits: u8, survey: &Survey) -> Result<(), FidelityError> {
+    pub(super) fn check_energy(
+        &self,
+        run: &Run,
+        digits: u8,
+        survey: &Survey,
+    ) -> Result<(), FidelityError> {
         let scene = self.scene;
         let mechanism = &scene.machine.mechanism;
         let springs = to_f64(scene.contact.model().storage_stiffness())
@@ -121,32 +128,32 @@ where
         Ok(())
     }
 
-    /// ln of the factor by which an error has grown where a run slides evenly although that is unstable:
+    /// By how much a relative error of the forces has grown, beside the velocity, where a run slides evenly although that is unstable:
     ///
-    /// S = ∫ σ dt over the intervals in which σ > 0 and |Δv| < 0.3 |v| min(1, σ Δt),
+    /// e^S p μ_s/(m σ |v|),  S = ∫ σ dt over the intervals in which σ > 0 and |Δv| < 0.3 |v| min(1, σ Δt),
     ///
     /// σ \[1/s\] the largest real part of the eigenvalues of the Jacobian at an answer. Where the velocity grows as fast as an error does, the
     /// motion is only early or late; here it waits, and what it waits for is the error.
     pub(super) fn growth(&self, run: &Run) -> f64 {
         let scene = self.scene;
         let interval = to_f64(scene.interval);
+        let shake = to_f64(scene.dry.breakaway) / to_f64(scene.machine.mechanism.mass);
         let stride = run.samples.len().div_ceil(GROWTH_LOOKS).max(1);
-        let mut all = 0.0;
-        for (before, now) in
-            run.samples.iter().zip(run.samples.iter().skip(1)).step_by(stride)
-        {
+        let (mut all, mut worst) = (0.0, 1.0);
+        for (before, now) in run.samples.iter().zip(run.samples.iter().skip(1)).step_by(stride) {
             let change = (now.velocity - before.velocity).abs_value();
             let speed = now.velocity.abs_value();
             if !(change < EVEN * speed) {
                 continue;
             }
             let rate = scene.machine.growth_rate(&scene.contact, now);
-            let folds = larger(rate * interval, 0.0);
+            let folds = rate * interval;
             if change < EVEN * speed * folds {
                 all += folds * stride as f64;
+                worst = larger(worst, shake / (rate * speed));
             }
         }
-        all
+        if all > FEW_FOLDS { worst * nalgebra::ComplexField::exp(all) } else { 1.0 }
     }
 
     /// What kind of a scene the reference found.
