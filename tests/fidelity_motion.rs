@@ -376,8 +376,8 @@ fn a_force_between_the_steps_of_a_slow_scene_is_not_missed() {
 #[ignore = "minutes, in release"]
 fn of_a_hundred_and_twenty_scenes_drawn_by_chance_none_is_answered_wrongly_and_half_are_cheap() {
     // Seeds that were drawn after the last change of a threshold; others served to find those.
-    let mut outcomes = study(7705, 60, None);
-    outcomes.extend(study(7706, 60, None));
+    let mut outcomes = study(7707, 60, None);
+    outcomes.extend(study(7708, 60, None));
     let missed = verdict(&outcomes);
     assert!(missed <= 66, "{missed} of {}", outcomes.len());
 }
@@ -632,8 +632,23 @@ fn a_slip_whose_time_roundings_decide_is_refused_with_the_growth_of_errors() {
 }
 
 #[test]
-fn scenes_drawn_by_chance_are_answered_within_tolerance_or_refused_and_half_of_them_cheaply() {
-    let outcomes = study(2602, 12, None);
+fn twelve_short_scenes_drawn_by_chance_are_answered_within_tolerance_and_half_of_them_cheaply() {
+    let mut dice = Draw(2602);
+    let mut outcomes = Vec::new();
+    for index in 0.. {
+        let drawn = draw(&mut dice, index % 2, (index / 2) % 3);
+        let p = &drawn.parameters;
+        let swings = (p.contact.model().storage_stiffness() / p.mechanism.mass).sqrt()
+            * p.interval
+            * p.answers as f64;
+        // Without optimisation the truth of a longer one takes seconds.
+        if p.answers <= 250 && swings < 3e3 {
+            outcomes.push(judge(drawn, None));
+        }
+        if outcomes.len() == 12 {
+            break;
+        }
+    }
     let missed = verdict(&outcomes);
     assert!(missed <= 6, "{missed} of {}", outcomes.len());
 }

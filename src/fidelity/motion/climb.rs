@@ -1,4 +1,5 @@
-//! The climb of a mechanism: what costs nothing first, then a pilot, and else the reference under error control.
+//! The climb of a mechanism: what costs nothing first, then a pilot and a second opinion, and else the reference under
+//! tightened error control.
 
 use alloc::vec::Vec;
 
@@ -192,7 +193,7 @@ where
                 return Err(FidelityError::Undetermined { factor: grows });
             }
             // Fewer digits say nothing of when it slips.
-            least = digits_of(GROWN * relative / grows);
+            least = digits_of(GROWN * relative / grows).min(scene.most_digits() - 1);
         }
         let mut substeps = 1_usize;
         let mut looked = 0;
@@ -589,14 +590,22 @@ where
             let before = off.iter().skip((nth - 1) * period);
             now.zip(before).fold(0.0, |most, (a, b)| larger(most, (a - b).abs_value()))
         };
-        let drift = larger(change(1), change(2));
+        let (first, second) = (change(1), change(2));
         let rest = scene.answers as f64 / period as f64 - PERIODS as f64;
+        // What dies out from period to period adds no more than a geometric series; all else goes on as it is.
+        let ratio = if first > 0.0 { larger(second / first, 0.5) } else { 1.0 };
+        let geometric = if ratio < 0.9 { ratio / (1.0 - ratio) } else { f64::INFINITY };
+        let further =
+            if geometric < rest { second * geometric } else { larger(first, second) * rest };
         let worst = match self.tolerance.norm {
             Norm::Greatest => norm,
             // The mean of a period may hide in that of three.
-            Norm::RootMeanSquare => norm * root(PERIODS as f64),
+            Norm::RootMeanSquare => off
+                .chunks(period)
+                .map(|part| root(part.iter().map(|e| e * e).sum::<f64>() / part.len() as f64))
+                .fold(0.0, larger),
         };
-        worst + LATER * drift * rest
+        worst + LATER * further
     }
 
     /// Whether a periodic scene has come to repeat itself: what its velocity and its deflection still
