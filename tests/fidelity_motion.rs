@@ -174,16 +174,22 @@ fn draw(dice: &mut Draw, set: usize, kind: usize) -> Drawn {
 }
 
 fn exact<M: Bristle<f64, Deflection = f64>>(parameters: &Parameters<M>) -> Vec<f64> {
+    exact_within(parameters, 1e-10)
+}
+
+fn exact_within<M: Bristle<f64, Deflection = f64>>(
+    parameters: &Parameters<M>,
+    relative: f64,
+) -> Vec<f64> {
     let MotionParameters { contact, mechanism, drive, force, interval, answers, quantity, .. } =
         parameters;
     let truth = Truth { contact, mechanism: *mechanism, drive: *drive, force: *force };
     let deflection = contact.limits(0.0).deflection.unwrap();
     let load = contact.model().storage_stiffness() * deflection * contact.normal_force();
     let speed = (load * deflection / mechanism.mass).sqrt();
-    // Absolute tolerances of a millionth of a millionth of pre-sliding.
     let tolerances = Tolerances::new(TolerancesParameters {
-        relative: Vector3::repeat(1e-10),
-        absolute: Vector3::new(deflection, speed, deflection) * 1e-10,
+        relative: Vector3::repeat(relative),
+        absolute: Vector3::new(deflection, speed, deflection) * relative,
     });
     let solver = Solver::adaptive(Rodas5P, tolerances.unwrap());
     // Between the ends of steps the curve has an error of its own: no step is longer than an interval.
@@ -213,23 +219,40 @@ fn norm(norm: Norm, a: &[f64], b: &[f64]) -> f64 {
 /// What a scene came to.
 struct Outcome {
     refused: bool,
+    /// Roundings decide: two tight runs differ, and nothing but a refusal is right.
+    unknown: bool,
     met: bool,
     ratio: f64,
     line: String,
 }
 
-fn judge(drawn: Drawn) -> Outcome {
+fn judge(drawn: Drawn, budget: Option<f64>) -> Outcome {
     let Drawn { parameters, tolerance, what } = drawn;
-    let truth = exact(&parameters);
+    let (truth, other) = (exact_within(&parameters, 1e-11), exact_within(&parameters, 1e-10));
+    let allowed = tolerance.share * parameters.scale;
+    let unknown = norm(tolerance.norm, &truth, &other) > 0.05 * allowed;
     let scene = Motion::new(parameters).unwrap();
-    let choice = match scene.choose(tolerance) {
+    let chosen = match budget {
+        Some(most) => scene.choose_within(tolerance, most),
+        None => scene.choose(tolerance),
+    };
+    let choice = match chosen {
         Ok(choice) => choice,
-        Err(error @ (FidelityError::PilotTooShort { .. } | FidelityError::OutOfReach { .. })) => {
+        Err(
+            error @ (FidelityError::PilotTooShort { .. }
+            | FidelityError::OutOfReach { .. }
+            | FidelityError::Undetermined { .. }),
+        ) => {
+            let what = if unknown { format!("UNKNOWN {what}") } else { what };
             let line = format!("{what}: {error}");
-            return Outcome { refused: true, met: true, ratio: 1.0, line };
+            return Outcome { refused: true, unknown, met: true, ratio: 1.0, line };
         }
         Err(error) => panic!("{what}: {error}"),
     };
+    if unknown {
+        let line = format!("UNKNOWN {what}: {choice}");
+        return Outcome { refused: false, unknown, met: false, ratio: 1.0, line };
+    }
     let off = |plan: Plan| {
         let carried = scene.carry_out(plan).unwrap();
         (norm(tolerance.norm, &carried.answers, &truth), carried.cost)
@@ -272,6 +295,7 @@ fn judge(drawn: Drawn) -> Outcome {
     let ratio = cost / least;
     Outcome {
         refused: false,
+        unknown,
         met: error <= choice.allowed,
         ratio,
         line: format!(
@@ -297,13 +321,13 @@ fn scene_time(scene: &Motion<f64, Lumped, Polyline<f64, 2>, Sine<f64>>, choice: 
     interval * scene.answers() as f64
 }
 
-fn study(seed: u64, scenes: usize) -> Vec<Outcome> {
+fn study(seed: u64, scenes: usize, budget: Option<f64>) -> Vec<Outcome> {
     let mut dice = Draw(seed);
     let mut outcomes = Vec::new();
     for index in 0..scenes {
         let drawn = draw(&mut dice, index % 2, (index / 2) % 3);
         let what = format!("{index:3} {}", drawn.what);
-        outcomes.push(judge(Drawn { what, ..drawn }));
+        outcomes.push(judge(Drawn { what, ..drawn }, budget));
         if std::env::var("SEED").is_ok() {
             let o = outcomes.last().unwrap();
             println!(
@@ -317,37 +341,45 @@ fn study(seed: u64, scenes: usize) -> Vec<Outcome> {
     outcomes
 }
 
-/// The figures of a study. How dear the answers are is told, not asserted: error control is safe, not cheap.
-fn verdict(outcomes: &[Outcome]) {
+/// The figures of a study: no answer is wrong; how many are dear or refused. Where roundings decide a refusal is right.
+fn verdict(outcomes: &[Outcome]) -> usize {
     let wrong: Vec<_> = outcomes.iter().filter(|o| !o.met).map(|o| &o.line).collect();
     let dear = outcomes.iter().filter(|o| !(o.ratio <= 2.0)).count();
-    let refused = outcomes.iter().filter(|o| o.refused).count();
-    println!("{} scenes, {} wrong, {dear} dear, {refused} refused", outcomes.len(), wrong.len());
+    let refused = outcomes.iter().filter(|o| o.refused && !o.unknown).count();
+    let unknown = outcomes.iter().filter(|o| o.unknown).count();
+    println!(
+        "{} scenes, {} wrong, {dear} dear, {refused} refused, {unknown} undetermined",
+        outcomes.len(),
+        wrong.len()
+    );
     assert!(wrong.is_empty(), "{wrong:#?}");
+    dear + refused
 }
 
 #[test]
-#[ignore = "a study: SEED chooses the scenes"]
+#[ignore = "a study: SEED chooses the scenes, BUDGET what the pilot may cost"]
 fn tuning() {
     let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1);
-    verdict(&study(seed, 60));
+    let budget = std::env::var("BUDGET").ok().and_then(|s| s.parse().ok());
+    verdict(&study(seed, 60, budget));
 }
 
 /// Where the last seeds missed, before the thresholds were what they are.
 #[test]
 #[ignore = "minutes, in release: a million evaluations"]
 fn a_force_between_the_steps_of_a_slow_scene_is_not_missed() {
-    let outcomes = study(2602, 36);
+    let outcomes = study(2602, 36, None);
     assert!(outcomes[35].met, "{}", outcomes[35].line);
 }
 
 #[test]
 #[ignore = "minutes, in release"]
-fn a_hundred_and_twenty_scenes_drawn_by_chance_are_answered_within_tolerance_or_refused() {
+fn of_a_hundred_and_twenty_scenes_drawn_by_chance_none_is_answered_wrongly_and_half_are_cheap() {
     // Seeds that were drawn after the last change of a threshold; others served to find those.
-    for outcome in study(7701, 60).into_iter().chain(study(7702, 60)) {
-        assert!(outcome.met, "{}", outcome.line);
-    }
+    let mut outcomes = study(7707, 60, None);
+    outcomes.extend(study(7708, 60, None));
+    let missed = verdict(&outcomes);
+    assert!(missed <= 66, "{missed} of {}", outcomes.len());
 }
 
 /// The stick-slip rig of the paper's section V-A: base at `speed`, so many answers in so many seconds.
@@ -575,9 +607,48 @@ fn lugre_can_be_the_reference_too() {
     assert!(norm(Norm::Greatest, &carried.answers, &truth) <= choice.allowed, "{choice}");
 }
 
+/// A mass that is pulled so slowly that it waits on the falling part of its curve. Its steady sliding is unstable, σ = 8.668/s
+/// by [`MassOnSpring`](bristle::linear::MassOnSpring); it comes there at 22 s and slips at 24.37 s (multiple precision of 30 and of 40 digits, by
+/// extrapolated midpoint steps of order 16 and 1 and 1.5 ms): so long because it starts exactly on its way. Roundings have grown as
+/// large as the motion by then, and each tolerance has its own slip.
 #[test]
-fn scenes_drawn_by_chance_are_answered_within_tolerance_or_refused() {
-    for outcome in study(2602, 12) {
-        assert!(outcome.met, "{}", outcome.line);
+fn a_slip_whose_time_roundings_decide_is_refused_with_the_growth_of_errors() {
+    let base = rig(7.519_596e-4, 1476, 1476.0 * 1.893_790_26e-2, Quantity::Position, 0.0152);
+    let parameters = Parameters {
+        mechanism: Mechanism {
+            mass: 1.581_093_576e-2,
+            spring_stiffness: 98.600_011,
+            viscous_damping: 0.0,
+        },
+        ..base
+    };
+    let (one, other) = (exact_within(&parameters, 1e-9), exact_within(&parameters, 1e-10));
+    // No less than 4 mm of a slip of 15 mm.
+    assert!(norm(Norm::Greatest, &one, &other) > 4e-3);
+    let error = Motion::new(parameters).unwrap().choose_within(within(0.09), 1e5).unwrap_err();
+    let FidelityError::Undetermined { factor } = error else { panic!("{error}") };
+    assert!(factor > 1e12, "{factor:e}");
+    assert!(error.to_string().contains("roundings decide"));
+}
+
+#[test]
+fn twelve_short_scenes_drawn_by_chance_are_answered_within_tolerance_and_half_of_them_cheaply() {
+    let mut dice = Draw(2602);
+    let mut outcomes = Vec::new();
+    for index in 0.. {
+        let drawn = draw(&mut dice, index % 2, (index / 2) % 3);
+        let p = &drawn.parameters;
+        let swings = (p.contact.model().storage_stiffness() / p.mechanism.mass).sqrt()
+            * p.interval
+            * p.answers as f64;
+        // Without optimisation the truth of a longer one takes seconds.
+        if p.answers <= 250 && swings < 3e3 {
+            outcomes.push(judge(drawn, None));
+        }
+        if outcomes.len() == 12 {
+            break;
+        }
     }
+    let missed = verdict(&outcomes);
+    assert!(missed <= 6, "{missed} of {}", outcomes.len());
 }

@@ -106,20 +106,36 @@
 //! as far as g is monotone between an answer and the middle to the next. A reference that holds more energy than ½ (√(2E₀) + G)²
 //! is refused: its friction drives it ([`FidelityError::GainsEnergy`]).
 //!
-//! *A pilot* else: the reference under error control at two tolerances, until both agree within 30 % of the tolerance, over all of
-//! the scene or three of its periods, and the rungs with fixed steps beside it. What a difference grows by from period to period is
-//! followed to the end with half as much again, if velocity and deflection of the reference repeat themselves by then.
-//! If error control sees a part only, passive steps of two or three lengths may stand for it, if they converge over
+//! *A pilot* else, over all of the scene or three of its periods: the reference under error control, and a second opinion. That is the
+//! static curve, or passive steps, within 25 % of the tolerance of it; or error control at five digits or more, within 30 % of looser one.
+//! Then the rungs with fixed steps are compared with it. What a difference grows by from period to period is followed to the end with half as much again;
+//! where velocity and deflection do not yet repeat themselves all of the scene is looked at, or a quarter of the tolerance has to do.
+//! If error control sees a part only, passive steps of three lengths (or two, and the static curve) may stand for it, if they converge over
 //! all of the window and agree with it on its part ([`Verdict::Extrapolated`]). If not even that is within its means, the reference under
 //! tightened error control is the answer ([`Verdict::Estimated`]): often far dearer than need be, and refused
 //! ([`FidelityError::PilotTooShort`]) where a spring can lead the mass along unstable sliding.
 //!
+//! *Conditioning.* Steady sliding on the falling part of the curve is an unstable equilibrium: errors grow there by e^σt, σ the abscissa of
+//! [`linear::MassOnSpring`](crate::linear::MassOnSpring). A mass that comes there quietly waits until its errors are as large as its
+//! motion. Along the run of the reference the factor
+//!
+//! e^S p μ_s/(m σ |v|),  S = ∫ σ dt while the velocity stays nearly as it is,
+//!
+//! tells how many digits error control needs; if roundings grow to a tenth of the tolerance, no run in this arithmetic knows
+//! when the mass slips, and the scene is refused ([`FidelityError::Undetermined`]). An example: 16 g on 99 N/m, pulled at 0.75 mm/s over the curve
+//! of the paper's stick-slip rig, σ = 8.7/s. With 30 or 40 digits it slips after 24.37 s; two good integrators put the slip up to half a second away
+//! at a tolerance of 10⁻¹⁰, each tolerance elsewhere.
+//!
 //! # Limits
 //!
-//! Error control takes no step longer than the time between two answers: longer ones can hold a mass on unstable
-//! steady sliding. Limit cycles that nobody announced by a period are not looked for.
+//! Error control takes no step longer than an eighth of a period, a sixteenth of a scene without.
+//! Limit cycles that nobody announced by a period are not looked for.
 //! A velocity that does much between two answers, unseen at all of them, is not noticed.
 //!
+//! Of 120 scenes drawn by chance (a base that moves, periodic forces of 10 mHz to 1 kHz, with and without a spring) after the last threshold was
+//! set, none was answered wrongly, 15 were refused, and 39 plans cost more than twice the cheapest that would have done: 66 were answered cheaply.
+//! What decides is what the pilot sees: the reference over three periods may take more than its 2000 evaluations, whatever
+//! the cheapest plan takes. With 20 000 it is two scenes in three.
 //! Source: the bound follows from the linear equation of Romano et al. (arXiv 2602.09429), section III-A, by
 //! variation of constants; the ladder is of this crate.
 

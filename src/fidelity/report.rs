@@ -407,6 +407,14 @@ pub enum FidelityError {
         /// The most that start, base and applied force can have left there \[J\].
         limit: f64,
     },
+    /// The motion waits where it is unstable, and leaves by what the errors have grown to: no run in this arithmetic tells when.
+    #[error(
+        "the mass slides steadily where that is unstable, and errors grow there by a factor of {factor:e}: roundings decide when it slips"
+    )]
+    Undetermined {
+        /// By which errors grow.
+        factor: f64,
+    },
     /// A run stopped.
     #[error("{rung} stopped at t = {time} s: {reason}")]
     Stopped {

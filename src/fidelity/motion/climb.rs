@@ -1,15 +1,16 @@
-//! The climb of a mechanism: what costs nothing first, then a pilot, and else the reference under error control.
+//! The climb of a mechanism: what costs nothing first, then a pilot and a second opinion, and else the reference under
+//! tightened error control.
 
 use alloc::vec::Vec;
 
 use super::super::report::{
     Choice, Evidence, FidelityError, Integrator, Norm, Plan, Rung, Tolerance, Trial, Verdict,
 };
-use super::machine::{Run, Sample};
-use super::{Motion, Way};
+use super::machine::{NO_LIMIT, Run, Sample};
+use super::{Motion, Quantity, Way};
 use crate::scalar::to_f64;
 use crate::signal::Signal;
-use crate::{Bristle, Law, Scalar};
+use crate::{Bristle, Scalar};
 
 /// Evaluations that a pilot may always spend.
 const FREE_EVALUATIONS: f64 = 2000.0;
@@ -19,8 +20,15 @@ const PILOT_SHARE: f64 = 0.05;
 const MARGIN: f64 = 0.8;
 /// Share of the tolerance within which two runs of the reference have to agree before the tighter one counts as true.
 const AGREED: f64 = 0.3;
-/// Share of its means that the pilot spends on the first run of the reference: the second takes a third more.
+/// The same of error control and passive steps, which have nothing in common but the model.
+const CONCORD: f64 = 0.25;
+/// Share of its means after which the pilot gives the first run of the reference up, unless it looks like being done by the second.
 const FIRST: f64 = 0.3;
+const FIRST_AT_MOST: f64 = 0.97;
+/// Share of its means that the static curve may take before all else: at rest it takes none.
+const STILL_AT_MOST: f64 = 0.3;
+/// What the next digit of error control costs, in the last: a third more at most.
+const NEXT_DIGIT: f64 = 1.35;
 /// Share of that difference that is taken for the error of the tighter one, whose tolerance is a tenth.
 const TIGHTER: f64 = 0.5;
 /// How much tighter error control is asked for than the error allowed where no pilot can tell. Positions: some four times the worst
@@ -31,14 +39,22 @@ const SAFETY_OF_FAST: f64 = 1000.0;
 const STALLED: f64 = 0.6;
 /// The same where the reference itself is not known but to converge.
 const CAUTIOUS: f64 = 0.5;
+/// Differences of steps of several lengths, and of them and the static curve, that pass.
+const AGREE: f64 = 0.1;
 /// A difference this small, as a share of the tolerance, has converged.
 const SMALL: f64 = 0.02;
 /// Share of the window that error control has to have seen to vouch for longer steps.
 const LEAST_SEEN: f64 = 0.02;
-/// Error of a run in times its tolerance that is not held against a friction model's energy balance.
-const LOOSE: f64 = 30.0;
-/// Looser error control loses whole slips, and two such runs may agree on that.
-const LEAST_DIGITS: u8 = 4;
+/// Growth of errors by this factor is within what is measured anyway.
+const MUCH: f64 = 10.0;
+/// What an error that has grown must stay below, as a share of the tolerance.
+const GROWN: f64 = 0.1;
+/// Share of the tolerance that may be used where a periodic scene does not yet repeat itself.
+const UNSETTLED: f64 = 0.25;
+/// Looser error control loses whole slips: something else has to agree with it.
+const LEAST_DIGITS: u8 = 5;
+/// Where it begins.
+const FIRST_DIGITS: u8 = 2;
 /// Periods that the pilot looks at.
 const PERIODS: usize = 3;
 /// By how much drifts of later periods may exceed those seen.
@@ -58,19 +74,19 @@ impl Purse {
     }
 }
 
-/// What the applied force says before anything is run.
-struct Survey {
-    /// The largest of it \[N\].
-    largest: f64,
-    /// √(2E) that it can have given the mass by each answer \[√J\]: of a passive contact no more.
-    gained: Vec<f64>,
+/// Runs over the whole window with steps of fixed length, and how many between two answers.
+type Others = Vec<(Way, usize, Run)>;
+
+/// Evaluations after which the first run of the reference is given up, unless it goes on so well as to be done before the second.
+fn first(purse: &Purse) -> (f64, f64) {
+    (FIRST * purse.rest(), FIRST_AT_MOST * purse.rest())
 }
 
-fn root(value: f64) -> f64 {
+pub(super) fn root(value: f64) -> f64 {
     nalgebra::ComplexField::sqrt(value)
 }
 
-fn larger(a: f64, b: f64) -> f64 {
+pub(super) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
@@ -89,10 +105,10 @@ where
     climb.choose(most_evaluations)
 }
 
-struct Climb<'a, T: Scalar, M, D, F> {
-    scene: &'a Motion<T, M, D, F>,
-    tolerance: Tolerance,
-    allowed: f64,
+pub(super) struct Climb<'a, T: Scalar, M, D, F> {
+    pub(super) scene: &'a Motion<T, M, D, F>,
+    pub(super) tolerance: Tolerance,
+    pub(super) allowed: f64,
 }
 
 impl<T, M, D, F> Climb<'_, T, M, D, F>
@@ -126,15 +142,19 @@ where
                 return Ok(self.finish(plan, error, Verdict::Proved, none, trials, &purse, 0));
             }
         }
-        let window = match scene.period {
+        let mut window = match scene.period {
             Some(period) if PERIODS * period < scene.answers => PERIODS * period,
             _ => scene.answers,
         };
 
-        // The reference at two tolerances, until they agree.
+        // The reference under error control, until a tighter tolerance or steps of another method agree with it.
+        let mut runs = Others::new();
+        let [still, _, passive] = Motion::<T, M, D, F>::ways();
+        if window as f64 * (1.0 + self.of_an_answer()) <= STILL_AT_MOST * purse.rest() {
+            self.is_run(still, 1, window, &mut runs, &mut purse)?;
+        }
         let mut digits = self.first_digits();
-        let most_digits = scene.most_digits();
-        let mut last = self.adaptive(digits, window, FIRST * purse.rest())?;
+        let mut last = self.adaptive(digits, window, first(&purse))?;
         purse.spent += last.evaluations;
         self.check_energy(&last, digits, &survey)?;
         if most_evaluations.is_none() {
@@ -142,20 +162,73 @@ where
             let all = last.evaluations * scene.answers as f64 / last.samples.len().max(1) as f64;
             purse.budget = larger(purse.budget, PILOT_SHARE * all);
             if last.samples.len() < window && FIRST * purse.rest() > 1.5 * last.evaluations {
-                last = self.adaptive(digits, window, FIRST * purse.rest())?;
+                last = self.adaptive(digits, window, first(&purse))?;
+                purse.spent += last.evaluations;
+                self.check_energy(&last, digits, &survey)?;
+            }
+        }
+        if window < scene.answers && last.samples.len() == window && !self.is_settled(&last) {
+            // All of the scene, if there are means.
+            let whole = last.evaluations * scene.answers as f64 / window as f64;
+            if whole + scene.answers as f64 <= purse.rest() {
+                window = scene.answers;
+                runs.clear();
+                last = self.adaptive(digits, window, (purse.rest(), purse.rest()))?;
                 purse.spent += last.evaluations;
                 self.check_energy(&last, digits, &survey)?;
             }
         }
         if last.samples.len() < window {
-            if let Some(choice) = self.by_agreement(&last, window, &mut trials, &mut purse)? {
+            let found = self.by_agreement(&last, window, &mut runs, &mut trials, &mut purse)?;
+            if let Some(choice) = found {
                 return Ok(choice);
             }
             return self.rest_on_error_control(digits, &last, trials, purse);
         }
-        let (truth, uncertainty, mut best) = loop {
-            let tighter = digits + 1;
-            if tighter > most_digits {
+        let grows = self.growth(&last);
+        let relative = self.relative(0.0).min(1.0);
+        let mut least = 0;
+        if grows > MUCH {
+            if !(grows * to_f64(T::default_epsilon()) <= GROWN * relative) {
+                return Err(FidelityError::Undetermined { factor: grows });
+            }
+            // Fewer digits say nothing of when it slips.
+            least = digits_of(GROWN * relative / grows).min(scene.most_digits() - 1);
+        }
+        let mut substeps = 1_usize;
+        let mut looked = 0;
+        let (uncertainty, mut best) = loop {
+            let tight = digits >= least;
+            let by_digits = NEXT_DIGIT * last.evaluations;
+            // Those that were run before.
+            if tight && looked < runs.len() {
+                let mut least_off = f64::INFINITY;
+                for (way, n, run) in runs.iter().skip(looked) {
+                    let off = self.error(run, &last);
+                    least_off = if off < least_off { off } else { least_off };
+                    if way.rung == Rung::Reference && off > CONCORD * self.allowed {
+                        substeps = n * jump(off / (CONCORD * self.allowed));
+                    }
+                }
+                looked = runs.len();
+                if least_off <= CONCORD * self.allowed {
+                    let plan = self.adaptive_plan(digits, &last);
+                    let error = least_off;
+                    trials.push(Trial { plan, error, verdict: Verdict::Measured, met: true });
+                    break (0.5 * error, (plan, error));
+                }
+            }
+            let (way, n) = if runs.is_empty() { (still, 1) } else { (passive, substeps) };
+            let by_steps = window as f64 * (n as f64 + self.of_an_answer());
+            // What is left must do for another digit, if it does now.
+            let reserve = if by_digits > purse.rest() { 0.0 } else { by_digits };
+            let sooner = n == 1 || by_steps <= by_digits || reserve == 0.0;
+            if tight && sooner && by_steps + reserve <= purse.rest() {
+                self.is_run(way, n, window, &mut runs, &mut purse)?;
+                continue;
+            }
+            let tighter = most_of(most_of(digits + 1, least), LEAST_DIGITS);
+            if tighter > scene.most_digits() {
                 let plan = self.adaptive_plan(digits, &last);
                 return Err(FidelityError::OutOfReach {
                     quantity: scene.quantity,
@@ -165,53 +238,58 @@ where
                     evaluations: purse.spent,
                 });
             }
-            if 1.2 * last.evaluations > purse.rest() {
-                if let Some(choice) = self.by_agreement(&last, window, &mut trials, &mut purse)? {
+            if by_digits > purse.rest() {
+                let found = self.by_agreement(&last, window, &mut runs, &mut trials, &mut purse)?;
+                if let Some(choice) = found {
                     return Ok(choice);
                 }
                 return self.rest_on_error_control(digits, &last, trials, purse);
             }
-            let run = self.adaptive(tighter, window, purse.rest())?;
+            let run = self.adaptive(tighter, window, (purse.rest(), purse.rest()))?;
             purse.spent += run.evaluations;
             if run.samples.len() < window {
                 return self.rest_on_error_control(digits, &last, trials, purse);
             }
             let error = self.error(&last, &run);
             let plan = self.adaptive_plan(digits, &last);
-            let met = error <= AGREED * self.allowed;
+            let met = error <= AGREED * self.allowed && tight;
             trials.push(Trial { plan, error, verdict: Verdict::Measured, met });
-            if met {
-                break (run, TIGHTER * error, (plan, error));
-            }
             digits = tighter;
             last = run;
+            if met {
+                break (TIGHTER * error, (plan, error));
+            }
+            looked = 0;
         };
+        let truth = last;
         self.check_energy(&truth, digits, &survey)?;
-        if self.balances(&truth) {
-            // Error control would have to be told to shake it.
-            return Err(FidelityError::PilotTooShort {
-                needed: 10.0 * purse.spent,
-                allowed: purse.budget,
-            });
-        }
+        let mut strict = 1.0;
         if window < scene.answers && !self.is_settled(&truth) {
-            return self.rest_on_error_control(digits, &last, trials, purse);
+            strict = UNSETTLED;
+            if best.1 > strict * self.allowed {
+                return self.rest_on_error_control(digits, &truth, trials, purse);
+            }
         }
 
         // What is cheaper than that.
-        for way in Motion::<T, M, D, F>::ways() {
-            self.try_steps(way, &truth, uncertainty, &mut purse, &mut trials, &mut best)?;
+        for way in Motion::<T, M, D, F>::ways().into_iter().rev() {
+            let known = (&truth, runs.as_slice(), uncertainty, strict);
+            self.try_steps(way, known, &mut purse, &mut trials, &mut best)?;
         }
         let evidence = self.evidence(&truth);
         Ok(self.finish(best.0, best.1, Verdict::Measured, evidence, trials, &purse, window))
+    }
+
+    /// Evaluations that the friction force takes at an answer.
+    fn of_an_answer(&self) -> f64 {
+        if self.scene.quantity == Quantity::Force { 1.0 } else { 0.0 }
     }
 
     /// Tries a rung with shorter and shorter steps, until it will do or costs more than what is known to do.
     fn try_steps(
         &self,
         way: Way,
-        truth: &Run,
-        uncertainty: f64,
+        (truth, runs, uncertainty, strict): (&Run, &[(Way, usize, Run)], f64, f64),
         purse: &mut Purse,
         trials: &mut Vec<Trial>,
         best: &mut (Plan, f64),
@@ -229,15 +307,23 @@ where
             } else {
                 expected
             };
-            let forces = if scene.quantity == super::Quantity::Force { window } else { 0 };
-            if least >= best.0.cost_rate || (window * substeps + forces) as f64 > purse.rest() {
+            let seen = runs.iter().find(|(other, n, _)| *n == substeps && *other == way);
+            let dear = window as f64 * (substeps as f64 + self.of_an_answer()) > purse.rest();
+            if least >= best.0.cost_rate || (seen.is_none() && dear) {
                 break;
             }
-            let run = scene.run(way, substeps, window, f64::INFINITY)?;
-            purse.spent += run.evaluations;
-            let error = self.error(&run, truth) + uncertainty;
+            let fresh;
+            let run = match seen {
+                Some((_, _, run)) => run,
+                None => {
+                    fresh = scene.run(way, substeps, window, NO_LIMIT)?;
+                    purse.spent += fresh.evaluations;
+                    &fresh
+                }
+            };
+            let error = self.error(run, truth) + uncertainty;
             let plan = scene.plan(way, substeps, run.cost / window as f64);
-            let met = error <= MARGIN * self.allowed;
+            let met = error <= strict * MARGIN * self.allowed;
             trials.push(Trial { plan, error, verdict: Verdict::Measured, met });
             if met {
                 if plan.cost_rate < best.0.cost_rate {
@@ -255,9 +341,7 @@ where
             } else {
                 before = Some((substeps, error));
             }
-            // No method here is better than second order.
-            let ratio = root(error / self.allowed);
-            substeps *= if ratio >= 8.0 { 4 } else { 2 };
+            substeps *= jump(error / (MARGIN * self.allowed));
         }
         Ok(())
     }
@@ -288,7 +372,7 @@ where
         }
     }
 
-    fn adaptive(&self, digits: u8, answers: usize, most: f64) -> Result<Run, FidelityError> {
+    fn adaptive(&self, digits: u8, answers: usize, most: (f64, f64)) -> Result<Run, FidelityError> {
         let way = Way { rung: Rung::Reference, integrator: Integrator::Adaptive { digits } };
         self.scene.run(way, 1, answers, most)
     }
@@ -313,67 +397,72 @@ where
 
     fn first_digits(&self) -> u8 {
         let relative = self.relative(0.0);
-        digits_of(relative).clamp(LEAST_DIGITS, self.scene.most_digits() - 1)
+        digits_of(relative).clamp(FIRST_DIGITS, self.scene.most_digits() - 1)
     }
 
-    /// Where error control cannot see all of the window: passive steps of three lengths that converge over all of it, and to
-    /// what error control has seen. Cheaper rungs are compared with the finest.
+    /// Where error control cannot see all of the window, or not twice: passive steps of two or three lengths that converge over all
+    /// of it, or agree with the static curve, and with what error control has seen. Cheaper rungs are compared with the finest.
     fn by_agreement(
         &self,
         prefix: &Run,
         window: usize,
+        runs: &mut Others,
         trials: &mut Vec<Trial>,
         purse: &mut Purse,
     ) -> Result<Option<Choice>, FidelityError> {
         let scene = self.scene;
-        let part = prefix.samples.len();
-        let way = Way { rung: Rung::Reference, integrator: Integrator::Companion };
-        let answer = if scene.quantity == super::Quantity::Force { 2.0 } else { 1.0 };
+        let [still, _, passive] = Motion::<T, M, D, F>::ways();
         let size = window as f64;
-        if (part as f64) < LEAST_SEEN * size || size * (1.0 + 2.0 * answer) > purse.rest() {
+        if (prefix.samples.len() as f64) < LEAST_SEEN * size {
             return Ok(None);
         }
-        let mut runs: Vec<(usize, Run)> = Vec::new();
-        let (mut substeps, mut agreed) = (1_usize, None);
-        let mut before = f64::INFINITY;
-        while size * (substeps as f64 + answer - 1.0) <= purse.rest() {
-            let run = scene.run(way, substeps, window, f64::INFINITY)?;
-            purse.spent += run.evaluations;
-            if let Some((_, coarser)) = runs.last() {
-                let off = self.error(coarser, &run);
-                let converges = off <= 0.5 * before || off <= SMALL * self.allowed;
-                let enough = runs.len() >= 2 || off <= SMALL * self.allowed;
-                if off <= 0.1 * self.allowed && converges && enough {
-                    agreed = Some(off);
-                }
-                before = off;
+        let (mut substeps, mut before) = (1_usize, f64::INFINITY);
+        let off = loop {
+            if !self.is_run(passive, substeps, window, runs, purse)? {
+                return Ok(None);
             }
-            runs.push((substeps, run));
-            if agreed.is_some() {
-                break;
+            let of = |way: Way, n: usize| {
+                runs.iter().find(|(other, m, _)| *other == way && *m == n).map(|(_, _, run)| run)
+            };
+            if let (Some(coarse), Some(fine)) = (of(passive, substeps / 2), of(passive, substeps)) {
+                let off = self.error(coarse, fine);
+                let converges = off <= 0.5 * before || off <= SMALL * self.allowed;
+                before = off;
+                if off <= AGREE * self.allowed && converges {
+                    if substeps >= 4 || off <= SMALL * self.allowed {
+                        break off;
+                    }
+                    if self.is_run(still, 1, window, runs, purse)? {
+                        let by_curve = runs
+                            .iter()
+                            .find(|(way, n, _)| *way == still && *n == 1)
+                            .and_then(|(_, _, curve)| {
+                                let fine = runs
+                                    .iter()
+                                    .find(|(w, n, _)| *w == passive && *n == substeps)?;
+                                Some(self.error(curve, &fine.2))
+                            });
+                        if by_curve.is_some_and(|other| other <= AGREE * self.allowed) {
+                            break off;
+                        }
+                    }
+                }
             }
             substeps *= 2;
-        }
-        let (Some(off), Some((_, finest))) = (agreed, runs.last()) else { return Ok(None) };
+        };
+        self.is_run(still, 1, window, runs, purse)?;
+        let finest = runs.iter().find(|(way, n, _)| *way == passive && *n == substeps);
+        let Some((_, _, finest)) = finest else { return Ok(None) };
         let seen = self.error_of(&finest.samples, &prefix.samples);
         if !(seen <= 0.2 * self.allowed) || (window < scene.answers && !self.is_settled(finest)) {
             return Ok(None);
         }
         // What the finest may still be off by.
         let uncertainty = larger(2.0 * off, seen);
-        let still = Way { rung: Rung::StaticCurve, integrator: Integrator::Implicit };
-        let mut all: Vec<(Way, usize, &Run)> =
-            runs.iter().map(|(substeps, run)| (way, *substeps, run)).collect();
-        let rest;
-        if size * answer <= purse.rest() {
-            rest = scene.run(still, 1, window, f64::INFINITY)?;
-            purse.spent += rest.evaluations;
-            all.push((still, 1, &rest));
-        }
         let mut best: Option<(Plan, f64)> = None;
-        for (way, substeps, run) in all {
+        for (way, n, run) in runs.iter() {
             let error = self.error(run, finest) + uncertainty;
-            let plan = scene.plan(way, substeps, run.cost / size);
+            let plan = scene.plan(*way, *n, run.cost / size);
             let met = error <= CAUTIOUS * self.allowed;
             trials.push(Trial { plan, error, verdict: Verdict::Extrapolated, met });
             if met && best.is_none_or(|(other, _)| plan.cost_rate < other.cost_rate) {
@@ -384,6 +473,27 @@ where
         let evidence = self.evidence(finest);
         let trials = core::mem::take(trials);
         Ok(Some(self.finish(plan, error, Verdict::Extrapolated, evidence, trials, purse, window)))
+    }
+
+    /// Runs steps of a fixed length over the window, unless they are known or cost too much: whether they are known now.
+    fn is_run(
+        &self,
+        way: Way,
+        substeps: usize,
+        window: usize,
+        runs: &mut Others,
+        purse: &mut Purse,
+    ) -> Result<bool, FidelityError> {
+        if runs.iter().any(|(other, n, _)| *other == way && *n == substeps) {
+            return Ok(true);
+        }
+        if window as f64 * (substeps as f64 + self.of_an_answer()) > purse.rest() {
+            return Ok(false);
+        }
+        let run = self.scene.run(way, substeps, window, NO_LIMIT)?;
+        purse.spent += run.evaluations;
+        runs.push((way, substeps, run));
+        Ok(true)
     }
 
     /// Where no pilot is long enough: the reference, with a tolerance tighter by a factor, and by what two runs over the
@@ -397,19 +507,18 @@ where
     ) -> Result<Choice, FidelityError> {
         let scene = self.scene;
         let seen = |sample: &Sample| match scene.quantity {
-            super::Quantity::Velocity => sample.velocity,
+            Quantity::Velocity => sample.velocity,
             _ => sample.position,
         };
         let furthest = run.samples.iter().fold(0.0, |most, s| larger(most, seen(s).abs_value()));
-        let safety =
-            if scene.quantity == super::Quantity::Position { SAFETY } else { SAFETY_OF_FAST };
-        let mut tight = digits_of(self.relative(furthest) / safety).max(LEAST_DIGITS + 1);
+        let safety = if scene.quantity == Quantity::Position { SAFETY } else { SAFETY_OF_FAST };
+        let mut tight = digits_of(self.relative(furthest) / safety).max(LEAST_DIGITS);
         let part = run.samples.len();
         let own = trials.iter().rev().find(|trial| trial.verdict == Verdict::Measured);
         let mut measured = own.map(|trial| trial.error);
         if measured.is_none() && part > 0 && 1.1 * run.evaluations < purse.rest() {
             let tighter = (digits + 1).min(scene.most_digits());
-            let other = self.adaptive(tighter, part, purse.rest())?;
+            let other = self.adaptive(tighter, part, (purse.rest(), purse.rest()))?;
             purse.spent += other.evaluations;
             let short = Run { samples: run.samples.clone(), evaluations: 0.0, cost: 0.0 };
             measured = Some(self.error(&short, &other));
@@ -481,14 +590,22 @@ where
             let before = off.iter().skip((nth - 1) * period);
             now.zip(before).fold(0.0, |most, (a, b)| larger(most, (a - b).abs_value()))
         };
-        let drift = larger(change(1), change(2));
+        let (first, second) = (change(1), change(2));
         let rest = scene.answers as f64 / period as f64 - PERIODS as f64;
+        // What dies out from period to period adds no more than a geometric series; all else goes on as it is.
+        let ratio = if first > 0.0 { larger(second / first, 0.5) } else { 1.0 };
+        let geometric = if ratio < 0.9 { ratio / (1.0 - ratio) } else { f64::INFINITY };
+        let further =
+            if geometric < rest { second * geometric } else { larger(first, second) * rest };
         let worst = match self.tolerance.norm {
             Norm::Greatest => norm,
             // The mean of a period may hide in that of three.
-            Norm::RootMeanSquare => norm * root(PERIODS as f64),
+            Norm::RootMeanSquare => off
+                .chunks(period)
+                .map(|part| root(part.iter().map(|e| e * e).sum::<f64>() / part.len() as f64))
+                .fold(0.0, larger),
         };
-        worst + LATER * drift * rest
+        worst + LATER * further
     }
 
     /// Whether a periodic scene has come to repeat itself: what its velocity and its deflection still
@@ -512,181 +629,23 @@ where
         };
         settles(&|s| s.velocity, 0.0) && settles(&|s| s.deflection, 0.0)
     }
-
-    /// What the applied force can have done by each answer. d√(2E)/dt ≤ |f + k (y − x₀)|/√m for a passive contact,
-    /// E = ½ m v² + ½ k (x − x₀)² + W.
-    fn survey(&self) -> Survey {
-        let scene = self.scene;
-        let machine = &scene.machine;
-        let mass = to_f64(machine.mechanism.mass);
-        let interval = to_f64(scene.interval);
-        let z = match scene.start {
-            super::Start::Undeflected => 0.0,
-            super::Start::Steady => to_f64(scene.contact.stationary(machine.velocity)),
-        };
-        let springs = to_f64(scene.contact.model().storage_stiffness())
-            * to_f64(scene.contact.normal_force());
-        let start = to_f64(machine.velocity);
-        let mut gained = root(mass * start * start + springs * z * z);
-        let mut all = Vec::with_capacity(scene.answers);
-        let at = |place: f64| {
-            to_f64(machine.applied(scene.interval * crate::scalar::lit(place))).abs_value()
-        };
-        let mut before = at(0.0);
-        let mut largest = before;
-        for index in 0..scene.answers {
-            let (middle, end) = (at(index as f64 + 0.5), at(index as f64 + 1.0));
-            // The larger end of each half.
-            let (first, second) = (larger(before, middle), larger(middle, end));
-            gained += 0.5 * interval * (first + second) / root(mass);
-            largest = larger(largest, larger(first, second));
-            all.push(gained);
-            before = end;
-        }
-        Survey { largest, gained: all }
-    }
-
-    /// A bound on the error of true rest, where the static curve cannot but rest.
-    fn stuck_bound(&self, survey: &Survey) -> Option<f64> {
-        let scene = self.scene;
-        let machine = &scene.machine;
-        let at_rest = crate::scalar::is_zero(machine.velocity)
-            && survey.largest <= to_f64(scene.dry.breakaway)
-            && scene.contact.model().obeys(Law::Passivity);
-        if !at_rest || scene.quantity == super::Quantity::Force {
-            return None;
-        }
-        let mass = to_f64(machine.mechanism.mass);
-        let stiffness = to_f64(machine.mechanism.spring_stiffness);
-        let interval = to_f64(scene.interval);
-        let (mut way, mut error, mut squares) = (0.0, 0.0_f64, 0.0);
-        for gained in &survey.gained {
-            let speed = gained / root(mass);
-            way += interval * speed;
-            let spring = gained / root(stiffness);
-            let off = match scene.quantity {
-                super::Quantity::Velocity => speed,
-                _ if spring < way => spring,
-                _ => way,
-            };
-            error = larger(error, off);
-            squares += off * off;
-        }
-        Some(match self.tolerance.norm {
-            Norm::Greatest => error,
-            Norm::RootMeanSquare => root(squares / survey.gained.len() as f64),
-        })
-    }
-
-    /// Whether the mass holds more energy than it can have got.
-    fn check_energy(&self, run: &Run, digits: u8, survey: &Survey) -> Result<(), FidelityError> {
-        let scene = self.scene;
-        let mechanism = &scene.machine.mechanism;
-        let springs = to_f64(scene.contact.model().storage_stiffness())
-            * to_f64(scene.contact.normal_force());
-        let (mass, stiffness) = (to_f64(mechanism.mass), to_f64(mechanism.spring_stiffness));
-        let tolerance = nalgebra::ComplexField::powi(10.0_f64, -i32::from(digits));
-        let slack = LOOSE * tolerance * root(mass) * to_f64(scene.scales[1]) + 1e-150;
-        for (index, (sample, gained)) in run.samples.iter().zip(&survey.gained).enumerate() {
-            let Sample { position: x, velocity: v, deflection: z, .. } = *sample;
-            let energy = 0.5 * (mass * v * v + stiffness * x * x + springs * z * z);
-            // A hundredth for what lies between answers, and what errors of the run may seem to add.
-            let most = 1.01 * gained + slack;
-            let limit = 0.5 * most * most;
-            if !(energy <= limit) {
-                let time = to_f64(scene.interval) * (index + 1) as f64;
-                return Err(FidelityError::GainsEnergy { time, energy, limit });
-            }
-        }
-        Ok(())
-    }
-
-    /// Whether a run slides steadily where that is unstable: on the falling part of the curve, for longer than the motion takes to
-    /// leave. Long steps of an L-stable method hold it there.
-    fn balances(&self, run: &Run) -> bool {
-        let scene = self.scene;
-        let contact = &scene.contact;
-        let mechanism = &scene.machine.mechanism;
-        let (mass, damping) = (to_f64(mechanism.mass), to_f64(mechanism.viscous_damping));
-        let breakaway = to_f64(scene.scales[2]);
-        let mut in_a_row = 0;
-        let mut looks = 0;
-        for (before, now) in run.samples.iter().zip(run.samples.iter().skip(1)) {
-            let even =
-                (now.velocity - before.velocity).abs_value() <= 0.02 * now.velocity.abs_value();
-            let still = (now.deflection - before.deflection).abs_value() <= 0.02 * breakaway;
-            if !(even && still && now.velocity != 0.0) || looks > LOOKS {
-                in_a_row = 0;
-                continue;
-            }
-            looks += 1;
-            let at = |v: f64| to_f64(contact.stationary_force(crate::scalar::lit::<T>(v)));
-            let v = now.velocity;
-            let slope = (at(1.01 * v) - at(0.99 * v)) / (0.02 * v) + damping;
-            // Some e-foldings between two answers: nothing stays there that long.
-            in_a_row = if -slope / mass * to_f64(scene.interval) > 1.0 { in_a_row + 1 } else { 0 };
-            if in_a_row >= 2 {
-                return true;
-            }
-        }
-        false
-    }
-
-    /// What kind of a scene the reference found.
-    fn evidence(&self, run: &Run) -> Evidence {
-        let scene = self.scene;
-        let model = scene.contact.model();
-        let breakaway = to_f64(scene.scales[2]);
-        let (mut slowest, mut fastest) = (f64::INFINITY, 0.0);
-        let (mut reversals, mut stuck) = (0, 0_usize);
-        let (mut way, mut longest, mut from) = (0.0, 0.0, 0.0);
-        let (mut lag, mut relaxation) = (0.0, 0.0);
-        let mut direction = 0.0;
-        let interval = to_f64(scene.interval);
-        let stride = run.samples.len().div_ceil(LOOKS).max(1);
-        for (index, sample) in run.samples.iter().enumerate() {
-            let speed = sample.velocity.abs_value();
-            slowest = if speed < slowest { speed } else { slowest };
-            fastest = larger(fastest, speed);
-            if sample.velocity * direction < 0.0 {
-                reversals += 1;
-                way = 0.0;
-            }
-            if sample.velocity != 0.0 {
-                direction = sample.velocity;
-            }
-            way += (sample.position - from).abs_value();
-            from = sample.position;
-            longest = larger(longest, way);
-            if way < breakaway {
-                stuck += 1;
-            }
-            if index % stride == 0 {
-                let v: T = crate::scalar::lit(sample.velocity);
-                let z = to_f64(model.stationary(v));
-                lag = larger(lag, (sample.deflection - z).abs_value() / breakaway);
-                relaxation += stride as f64
-                    * interval
-                    * to_f64(
-                        model.affine(v.into(), crate::scalar::lit(sample.deflection)).relaxation,
-                    );
-            }
-        }
-        Evidence {
-            slowest,
-            fastest,
-            reversals,
-            lag,
-            presliding: breakaway / longest,
-            stuck_share: stuck as f64 / run.samples.len().max(1) as f64,
-            relaxation,
-            transits: None,
-        }
-    }
 }
 
-/// Instants at which the evidence looks at the curve.
-const LOOKS: usize = 32;
+/// The larger number of digits.
+fn most_of(a: u8, b: u8) -> u8 {
+    if a > b { a } else { b }
+}
+
+/// By how much more steps an error of so many times what is allowed asks for: no method here is better than second order.
+fn jump(ratio: f64) -> usize {
+    if ratio > 100.0 {
+        8
+    } else if ratio > 8.0 {
+        4
+    } else {
+        2
+    }
+}
 
 /// Decimals of a relative tolerance.
 fn digits_of(relative: f64) -> u8 {
@@ -701,7 +660,7 @@ fn digits_of(relative: f64) -> u8 {
 }
 
 /// |x|, which has no name without the standard library.
-trait AbsoluteValue {
+pub(super) trait AbsoluteValue {
     fn abs_value(self) -> f64;
 }
 

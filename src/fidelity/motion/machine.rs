@@ -11,7 +11,7 @@ use crate::ode::{Failure, Solver, System, Tangent};
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
 use crate::stability::Mechanism;
-use crate::{Branch, Bristle, Contact, Scalar, VelocityHistory};
+use crate::{Branch, Bristle, Contact, LinearisedContact, Scalar, VelocityHistory};
 
 /// What moves the mass, and where it begins. Positions count from there.
 #[derive(Debug, Clone)]
@@ -32,6 +32,24 @@ impl<T: Scalar, D: Signal<T>, F: Signal<T>> Machine<T, D, F> {
             return force;
         }
         force + self.mechanism.spring_stiffness * (self.drive.value(time) - self.position)
+    }
+
+    /// How fast the fastest small motion about a state grows \[1/s\]; negative if all decay.
+    pub(super) fn growth_rate<M: Bristle<T, Deflection = T>>(
+        &self,
+        contact: &Contact<T, M>,
+        at: &Sample,
+    ) -> f64 {
+        let Mechanism { mass, spring_stiffness, viscous_damping } = self.mechanism;
+        let jacobian = jacobian(
+            &contact.linearised(lit::<T>(at.velocity), lit(at.deflection)),
+            (mass, spring_stiffness, viscous_damping),
+        );
+        let poles = crate::eigenvalues::eigenvalues(&jacobian.map(to_f64));
+        // Not a number: nothing decays for certain.
+        poles.map_or(0.0, |all| {
+            all.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, |a, b| if b > a { b } else { a })
+        })
     }
 
     fn applied_and_rate(&self, time: T) -> (T, T) {
@@ -64,6 +82,9 @@ pub(super) struct Run {
     /// Weighted right-hand sides.
     pub(super) cost: f64,
 }
+
+/// Evaluations that a run may take where they do not count.
+pub(super) const NO_LIMIT: (f64, f64) = (f64::INFINITY, f64::INFINITY);
 
 /// When answers are wanted.
 #[derive(Debug, Clone, Copy)]
@@ -202,14 +223,14 @@ impl<T: Scalar, D: Signal<T>, F: Signal<T>> Machine<T, D, F> {
         Ok(Run { samples, evaluations, cost: steps * step_weight + forces * weight::FORCE })
     }
 
-    /// The reference under error control, until it has cost so many evaluations.
+    /// The reference under error control, until it has cost so many evaluations; up to the second number if it looks like ending there.
     pub(super) fn adaptive<M: Bristle<T, Deflection = T>>(
         &self,
         contact: &Contact<T, M>,
         deflection: T,
-        (tolerance, scales): (T, Vector3<T>),
+        (tolerance, scales, longest): (T, Vector3<T>, T),
         grid: Grid<T>,
-        most: f64,
+        (most, at_most): (f64, f64),
     ) -> Result<Run, FidelityError> {
         let rig = Rig { machine: self, contact };
         let stopped = |failure: &Failure<T, 3>| FidelityError::Stopped {
@@ -218,15 +239,19 @@ impl<T: Scalar, D: Signal<T>, F: Signal<T>> Machine<T, D, F> {
             reason: failure.reason,
         };
         let start = Vector3::new(T::zero(), self.velocity, deflection);
-        // Steady sliding on the falling part of a curve is unstable, and long steps of an L-stable method hold it there
-        // whatever the tolerance: whole slips are lost.
-        let solver = Solver::automatic(tolerance, scales)?.with_largest_step(grid.interval)?;
+        // What happens within a step goes unseen, and so must not be long beside the scene.
+        let solver = Solver::automatic(tolerance, scales)?.with_largest_step(longest)?;
         let span = T::zero()..grid.time(grid.answers);
         let mut run = solver.begin(&rig, span, start).map_err(|f| stopped(&f))?;
         let mut samples: Vec<Sample> = Vec::with_capacity(grid.answers.min(1 << 16));
         let mut forces = 0.0;
         let mut spent = 0.0;
-        while samples.len() < grid.answers && spent <= most {
+        loop {
+            let foreseen = spent * grid.answers as f64 / samples.len() as f64;
+            let given_up = spent > at_most || (spent > most && !(foreseen <= at_most));
+            if samples.len() >= grid.answers || given_up {
+                break;
+            }
             let next = grid.time(samples.len() + 1);
             let Some(step) =
                 run.advance_seen(|_, end| next < end).map_err(|failure| stopped(&failure))?
@@ -264,6 +289,22 @@ impl<T: Scalar, D: Signal<T>, F: Signal<T>> Machine<T, D, F> {
     }
 }
 
+/// Slopes of the rates of position, velocity and deflection by these.
+fn jacobian<T: Scalar>(friction: &LinearisedContact<T, T>, (m, k, d): (T, T, T)) -> Matrix3<T> {
+    let zero = T::zero();
+    Matrix3::new(
+        zero,
+        T::one(),
+        zero,
+        -k / m,
+        -(d + friction.force_by_velocity) / m,
+        -friction.force_by_deflection / m,
+        zero,
+        friction.rate_by_velocity,
+        friction.rate_by_deflection,
+    )
+}
+
 /// The machine with its friction, for the integrators. States: position from the start, velocity, deflection.
 struct Rig<'a, T, M, D, F> {
     machine: &'a Machine<T, D, F>,
@@ -299,17 +340,7 @@ where
         let zero = T::zero();
         Some(Tangent {
             rate: Vector3::new(state[1], (applied - own - friction.force) / mass, friction.rate),
-            by_state: Matrix3::new(
-                zero,
-                T::one(),
-                zero,
-                -spring_stiffness / mass,
-                -(viscous_damping + friction.force_by_velocity) / mass,
-                -friction.force_by_deflection / mass,
-                zero,
-                friction.rate_by_velocity,
-                friction.rate_by_deflection,
-            ),
+            by_state: jacobian(&friction, (mass, spring_stiffness, viscous_damping)),
             by_time: Vector3::new(zero, applied_rate / mass, zero),
         })
     }

@@ -2,12 +2,13 @@
 
 mod climb;
 mod machine;
+mod survey;
 
 use alloc::vec::Vec;
 
 use nalgebra::Vector3;
 
-use self::machine::{Dry, Grid, Machine, Run, Sample};
+use self::machine::{Dry, Grid, Machine, NO_LIMIT, Run, Sample};
 use super::history::count;
 use super::report::{Choice, FidelityError, Integrator, Plan, Quantity, Rung, Tolerance};
 use super::{Start, weight};
@@ -210,13 +211,13 @@ where
     /// of a full run of the reference under error control if that is more. Where it cannot see enough, the answer is the reference with a
     /// tolerance 300 times tighter than asked for (1000 times for velocities and forces), and tighter still where two runs over the part that was seen say so:
     /// [`Verdict::Estimated`](super::Verdict::Estimated). Where a spring can lead the mass along
-    /// unstable sliding it is refused, for errors grow there without limit before the slip. It may cost many times what would have done:
-    /// allow the pilot more ([`Motion::choose_within`]).
+    /// unstable sliding it is refused, for errors grow there without limit before the slip. It may cost many times what would have done,
+    /// and does in a third of all scenes: allow the pilot more ([`Motion::choose_within`]).
     ///
     /// # Errors
     ///
-    /// Refuses a share that is not positive, says what the best is if no rung meets the tolerance, and where
-    /// friction puts energy into the mechanism.
+    /// Refuses a share that is not positive, says what the best is if no rung meets the tolerance, where
+    /// friction puts energy into the mechanism, and where roundings decide when it slips.
     pub fn choose(&self, tolerance: Tolerance) -> Result<Choice, FidelityError> {
         parameter::positive("share", tolerance.share)?;
         climb::choose(self, tolerance, None)
@@ -244,7 +245,7 @@ where
     /// Refuses a plan that is not one of this scene's; says why a run stopped.
     pub fn carry_out(&self, plan: Plan) -> Result<Carried<T>, FidelityError> {
         let way = Way { rung: plan.rung, integrator: plan.integrator };
-        let run = self.run(way, plan.substeps.max(1), self.answers, f64::INFINITY)?;
+        let run = self.run(way, plan.substeps.max(1), self.answers, NO_LIMIT)?;
         let answers = run.samples.iter().map(|sample| lit(self.value(sample))).collect();
         Ok(Carried { answers, cost: run.cost })
     }
@@ -302,7 +303,7 @@ where
         way: Way,
         substeps: usize,
         answers: usize,
-        most: f64,
+        most: (f64, f64),
     ) -> Result<Run, FidelityError> {
         let with_force = self.quantity == Quantity::Force;
         let grid = Grid { interval: self.interval, answers, substeps, with_force };
@@ -331,10 +332,26 @@ where
                 let z = from(self.contact.stationary(velocity));
                 let tolerance =
                     lit::<T>(nalgebra::ComplexField::powi(10.0_f64, -i32::from(digits)));
-                machine.adaptive(&self.contact, z, (tolerance, self.scales), grid, most)
+                machine.adaptive(
+                    &self.contact,
+                    z,
+                    (tolerance, self.scales, self.longest_step()),
+                    grid,
+                    most,
+                )
             }
             _ => Err(unknown.into()),
         }
+    }
+
+    /// The longest step that error control may take: an eighth of a period, a sixteenth of a scene without, never less than the
+    /// time between two answers.
+    fn longest_step(&self) -> T {
+        let answers = match self.period {
+            Some(period) => period as f64 / 8.0,
+            None => self.answers as f64 / 16.0,
+        };
+        self.interval * lit(larger(answers, 1.0))
     }
 
     /// Tolerances tighter than this are roundings.
