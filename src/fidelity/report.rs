@@ -145,7 +145,7 @@ pub struct Tolerance {
     pub norm: Norm,
     /// The error allowed, as a share \[–\] of the largest steady force in the scene,
     /// [`History::force_scale`](super::History::force_scale),
-    /// [`RollingHistory::force_scale`](super::RollingHistory::force_scale); of a [`Motion`](super::Motion), of the
+    /// [`RollingHistory::force_scale`](super::RollingHistory::force_scale); of a [`MechanismHistory`](super::MechanismHistory), of the
     /// scale it was given.
     pub share: f64,
 }
@@ -176,7 +176,7 @@ pub enum Verdict {
     /// On pilot runs with longer steps, whose error is taken to fall with the first power of the step.
     Extrapolated,
     /// On the integrator's own error control, at a tolerance tightened by a stated factor
-    /// ([`Motion::choose`](super::Motion::choose)): no pilot was long enough.
+    /// ([`MechanismHistory::choose`](super::MechanismHistory::choose)): no pilot was long enough.
     Estimated,
 }
 

@@ -14,7 +14,7 @@ use bristle::{
 use nalgebra::{Matrix3, Vector3};
 
 type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
-type Parameters<M> = MotionParameters<f64, M, Polyline<f64, 2>, Sine<f64>>;
+type Parameters<M> = MechanismHistoryParameters<f64, M, Polyline<f64, 2>, Sine<f64>>;
 
 /// Uniform numbers in [0, 1) by the 64-bit linear congruential generator of Knuth (MMIX), upper 53 bits.
 struct Draw(u64);
@@ -150,7 +150,7 @@ fn draw(dice: &mut Draw, set: usize, kind: usize) -> Drawn {
     let mean = if kind == 0 { 0.0 } else { bias * breakaway };
     let force = SineParameters { mean, amplitude, frequency, phase: 0.0 };
     Drawn {
-        parameters: MotionParameters {
+        parameters: MechanismHistoryParameters {
             contact,
             mechanism: Mechanism { mass, spring_stiffness, viscous_damping: damping },
             drive,
@@ -181,8 +181,16 @@ fn exact_within<M: Bristle<f64, Deflection = f64>>(
     parameters: &Parameters<M>,
     relative: f64,
 ) -> Vec<f64> {
-    let MotionParameters { contact, mechanism, drive, force, interval, answers, quantity, .. } =
-        parameters;
+    let MechanismHistoryParameters {
+        contact,
+        mechanism,
+        drive,
+        force,
+        interval,
+        answers,
+        quantity,
+        ..
+    } = parameters;
     let truth = Truth { contact, mechanism: *mechanism, drive: *drive, force: *force };
     let deflection = contact.limits(0.0).deflection.unwrap();
     let load = contact.model().storage_stiffness() * deflection * contact.normal_force();
@@ -231,7 +239,7 @@ fn judge(drawn: Drawn, budget: Option<f64>) -> Outcome {
     let (truth, other) = (exact_within(&parameters, 1e-11), exact_within(&parameters, 1e-10));
     let allowed = tolerance.share * parameters.scale;
     let unknown = norm(tolerance.norm, &truth, &other) > 0.05 * allowed;
-    let scene = Motion::new(parameters).unwrap();
+    let scene = MechanismHistory::new(parameters).unwrap();
     let chosen = match budget {
         Some(most) => scene.choose_within(tolerance, most),
         None => scene.choose(tolerance),
@@ -316,7 +324,10 @@ fn judge(drawn: Drawn, budget: Option<f64>) -> Outcome {
 }
 
 /// Length of a scene [s].
-fn scene_time(scene: &Motion<f64, Lumped, Polyline<f64, 2>, Sine<f64>>, choice: &Choice) -> f64 {
+fn scene_time(
+    scene: &MechanismHistory<f64, Lumped, Polyline<f64, 2>, Sine<f64>>,
+    choice: &Choice,
+) -> f64 {
     let interval = choice.plan.step * choice.plan.substeps as f64;
     interval * scene.answers() as f64
 }
@@ -387,7 +398,7 @@ fn rig(speed: f64, answers: usize, end: f64, quantity: Quantity, scale: f64) -> 
     let drive =
         [(0.0, 0.0), (2.0 * end, 2.0 * end * speed)].map(|(time, value)| Vertex { time, value });
     let force = SineParameters { mean: 0.0, amplitude: 0.0, frequency: 1.0, phase: 0.0 };
-    MotionParameters {
+    MechanismHistoryParameters {
         contact: sets()[0].under_load(1.0).unwrap(),
         mechanism: Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 },
         drive: Polyline::new(drive).unwrap(),
@@ -416,7 +427,7 @@ fn stick_slip_is_answered_within_tolerance_in_each_quantity() {
         for share in [0.1, 0.01] {
             let parameters = rig(0.1, 200, 20.0, quantity, scale);
             let truth = exact(&parameters);
-            let scene = Motion::new(parameters).unwrap();
+            let scene = MechanismHistory::new(parameters).unwrap();
             let choice = scene.choose_within(within(share), 5e4).unwrap();
             let carried = scene.carry_out(choice.plan).unwrap();
             let error = norm(Norm::Greatest, &carried.answers, &truth);
@@ -434,7 +445,7 @@ fn what_never_comes_near_breakaway_rests_by_a_bound() {
     let force = SineParameters { mean: 1e-3, amplitude: 0.0, frequency: 1.0, phase: 0.0 };
     parameters.force = Sine::new(force).unwrap();
     let truth = exact(&parameters);
-    let choice = Motion::new(parameters).unwrap().choose(within(0.01)).unwrap();
+    let choice = MechanismHistory::new(parameters).unwrap().choose(within(0.01)).unwrap();
     assert_eq!((choice.plan.rung, choice.verdict), (Rung::StaticCurve, Verdict::Proved));
     assert_eq!(choice.pilot_evaluations, 0.0);
     // ½ f t²/m, by the sum of ends of intervals a hundredth more.
@@ -452,7 +463,7 @@ fn the_static_rung_rests_truly_and_slides_by_the_closed_form() {
     let model = FrBd::new(curve.unwrap(), KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap());
     let scene = |quantity| {
         let base = rig(0.0, 100, 1.0, quantity, 1.0);
-        Motion::new(MotionParameters {
+        MechanismHistory::new(MechanismHistoryParameters {
             contact: model.under_load(1.0).unwrap(),
             mechanism: Mechanism { spring_stiffness: 0.0, ..base.mechanism },
             drive: base.drive,
@@ -489,7 +500,7 @@ fn numbers_out_of_range_are_refused_by_name() {
     let refused = |change: &dyn Fn(&mut Parameters<Lumped>), says: &str| {
         let mut parameters = rig(0.1, 100, 10.0, Quantity::Position, 1.0);
         change(&mut parameters);
-        let error = Motion::new(parameters).unwrap_err().to_string();
+        let error = MechanismHistory::new(parameters).unwrap_err().to_string();
         assert!(error.starts_with(says), "{error}");
     };
     refused(&|p| p.mechanism.mass = 0.0, "mass is 0");
@@ -502,7 +513,7 @@ fn numbers_out_of_range_are_refused_by_name() {
     refused(&|p| p.velocity = f64::NAN, "velocity is NaN");
     refused(&|p| p.answers = 7, "answers is 7");
     refused(&|p| p.period = Some(3), "period is 3");
-    let scene = Motion::new(rig(0.1, 100, 10.0, Quantity::Position, 1.0)).unwrap();
+    let scene = MechanismHistory::new(rig(0.1, 100, 10.0, Quantity::Position, 1.0)).unwrap();
     assert!(scene.choose(within(0.0)).unwrap_err().to_string().starts_with("share is 0"));
     assert!(scene.choose(within(f64::NAN)).unwrap_err().to_string().starts_with("share is NaN"));
     let plan = Plan { integrator: Integrator::Hold, ..scene.plans()[0] };
@@ -511,7 +522,7 @@ fn numbers_out_of_range_are_refused_by_name() {
 
 #[test]
 fn a_tolerance_below_all_roundings_is_refused_with_numbers() {
-    let scene = Motion::new(rig(0.1, 100, 2.0, Quantity::Position, 1.0)).unwrap();
+    let scene = MechanismHistory::new(rig(0.1, 100, 2.0, Quantity::Position, 1.0)).unwrap();
     let error = scene.choose_within(within(1e-19), 1e6).unwrap_err();
     let named = matches!(
         error,
@@ -559,7 +570,7 @@ impl Bristle<f64> for Motor {
 #[test]
 fn a_friction_that_drives_its_mass_is_named_with_its_energy() {
     let base = rig(0.1, 100, 10.0, Quantity::Position, 1.0);
-    let scene = Motion::new(MotionParameters {
+    let scene = MechanismHistory::new(MechanismHistoryParameters {
         contact: Motor(sets()[0]).under_load(1.0).unwrap(),
         mechanism: base.mechanism,
         drive: base.drive,
@@ -586,7 +597,7 @@ fn lugre_can_be_the_reference_too() {
         Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(),
         KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap(),
     );
-    let parameters = MotionParameters {
+    let parameters = MechanismHistoryParameters {
         contact: model.under_load(1.0).unwrap(),
         mechanism: base.mechanism,
         drive: base.drive,
@@ -601,7 +612,7 @@ fn lugre_can_be_the_reference_too() {
         scale: 0.75,
     };
     let truth = exact(&parameters);
-    let scene = Motion::new(parameters).unwrap();
+    let scene = MechanismHistory::new(parameters).unwrap();
     let choice = scene.choose_within(within(0.01), 5e4).unwrap();
     let carried = scene.carry_out(choice.plan).unwrap();
     assert!(norm(Norm::Greatest, &carried.answers, &truth) <= choice.allowed, "{choice}");
@@ -625,7 +636,8 @@ fn a_slip_whose_time_roundings_decide_is_refused_with_the_growth_of_errors() {
     let (one, other) = (exact_within(&parameters, 1e-9), exact_within(&parameters, 1e-10));
     // No less than 4 mm of a slip of 15 mm.
     assert!(norm(Norm::Greatest, &one, &other) > 4e-3);
-    let error = Motion::new(parameters).unwrap().choose_within(within(0.09), 1e5).unwrap_err();
+    let error =
+        MechanismHistory::new(parameters).unwrap().choose_within(within(0.09), 1e5).unwrap_err();
     let FidelityError::Undetermined { factor } = error else { panic!("{error}") };
     assert!(factor > 1e12, "{factor:e}");
     assert!(error.to_string().contains("roundings decide"));

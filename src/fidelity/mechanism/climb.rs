@@ -7,7 +7,7 @@ use super::super::report::{
     Choice, Evidence, FidelityError, Integrator, Norm, Plan, Rung, Tolerance, Trial, Verdict,
 };
 use super::machine::{NO_LIMIT, Run, Sample};
-use super::{Motion, Quantity, Way};
+use super::{MechanismHistory, Quantity, Way};
 use crate::scalar::to_f64;
 use crate::signal::Signal;
 use crate::{Bristle, Scalar};
@@ -91,7 +91,7 @@ pub(super) fn larger(a: f64, b: f64) -> f64 {
 }
 
 pub(super) fn choose<T, M, D, F>(
-    scene: &Motion<T, M, D, F>,
+    scene: &MechanismHistory<T, M, D, F>,
     tolerance: Tolerance,
     most_evaluations: Option<f64>,
 ) -> Result<Choice, FidelityError>
@@ -106,7 +106,7 @@ where
 }
 
 pub(super) struct Climb<'a, T: Scalar, M, D, F> {
-    pub(super) scene: &'a Motion<T, M, D, F>,
+    pub(super) scene: &'a MechanismHistory<T, M, D, F>,
     pub(super) tolerance: Tolerance,
     pub(super) allowed: f64,
 }
@@ -149,7 +149,7 @@ where
 
         // The reference under error control, until a tighter tolerance or steps of another method agree with it.
         let mut runs = Others::new();
-        let [still, _, passive] = Motion::<T, M, D, F>::ways();
+        let [still, _, passive] = MechanismHistory::<T, M, D, F>::ways();
         if window as f64 * (1.0 + self.of_an_answer()) <= STILL_AT_MOST * purse.rest() {
             self.is_run(still, 1, window, &mut runs, &mut purse)?;
         }
@@ -272,7 +272,7 @@ where
         }
 
         // What is cheaper than that.
-        for way in Motion::<T, M, D, F>::ways().into_iter().rev() {
+        for way in MechanismHistory::<T, M, D, F>::ways().into_iter().rev() {
             let known = (&truth, runs.as_slice(), uncertainty, strict);
             self.try_steps(way, known, &mut purse, &mut trials, &mut best)?;
         }
@@ -300,7 +300,8 @@ where
         let mut substeps = 1_usize;
         let mut before: Option<(usize, f64)> = None;
         while substeps <= MOST_SUBSTEPS {
-            let expected = Motion::<T, M, D, F>::step_cost(way) * substeps as f64 / interval;
+            let expected =
+                MechanismHistory::<T, M, D, F>::step_cost(way) * substeps as f64 / interval;
             // Sliding less than all the time the static curve is cheaper than that.
             let least = if way.rung == Rung::StaticCurve {
                 super::weight::SLIDE * substeps as f64 / interval
@@ -411,7 +412,7 @@ where
         purse: &mut Purse,
     ) -> Result<Option<Choice>, FidelityError> {
         let scene = self.scene;
-        let [still, _, passive] = Motion::<T, M, D, F>::ways();
+        let [still, _, passive] = MechanismHistory::<T, M, D, F>::ways();
         let size = window as f64;
         if (prefix.samples.len() as f64) < LEAST_SEEN * size {
             return Ok(None);

@@ -19,9 +19,9 @@ use crate::signal::Signal;
 use crate::stability::Mechanism;
 use crate::{Bristle, Contact, Dahl, DahlParameters, Scalar};
 
-/// Parameters of [`Motion`].
+/// Parameters of [`MechanismHistory`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct MotionParameters<T, M, D, F> {
+pub struct MechanismHistoryParameters<T, M, D, F> {
     /// The model to be replaced by a cheaper one, under its normal force.
     pub contact: Contact<T, M>,
     /// Mass, spring to the base (zero for a free joint) and damping.
@@ -63,7 +63,7 @@ pub struct MotionParameters<T, M, D, F> {
 /// position within 1 % of the spring's stretch at breakaway:
 ///
 /// ```
-/// use bristle::fidelity::{Motion, MotionParameters, Norm, Quantity, Rung, Start, Tolerance};
+/// use bristle::fidelity::{MechanismHistory, MechanismHistoryParameters, Norm, Quantity, Rung, Start, Tolerance};
 /// use bristle::signal::{Constant, Polyline, Vertex};
 /// use bristle::stability::Mechanism;
 /// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
@@ -72,7 +72,7 @@ pub struct MotionParameters<T, M, D, F> {
 ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
 ///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
 /// );
-/// let rig = Motion::new(MotionParameters {
+/// let rig = MechanismHistory::new(MechanismHistoryParameters {
 ///     contact: friction.under_load(1.0)?,
 ///     mechanism: Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 },
 ///     drive: Polyline::new([
@@ -98,7 +98,7 @@ pub struct MotionParameters<T, M, D, F> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Motion<T: Scalar, M, D, F> {
+pub struct MechanismHistory<T: Scalar, M, D, F> {
     contact: Contact<T, M>,
     dahl: Contact<T, Dahl<T>>,
     machine: Machine<T, D, F>,
@@ -122,7 +122,7 @@ pub struct Carried<T> {
     pub cost: f64,
 }
 
-impl<T, M, D, F> Motion<T, M, D, F>
+impl<T, M, D, F> MechanismHistory<T, M, D, F>
 where
     T: Scalar,
     M: Bristle<T, Deflection = T>,
@@ -135,8 +135,8 @@ where
     ///
     /// Refuses a mass, an interval, a scale or a normal force that is not positive, a spring or a damping that is
     /// negative, fewer than 8 answers in all or in a period, and signals that are not finite at the answers.
-    pub fn new(parameters: MotionParameters<T, M, D, F>) -> Result<Self, ParameterError> {
-        let MotionParameters {
+    pub fn new(parameters: MechanismHistoryParameters<T, M, D, F>) -> Result<Self, ParameterError> {
+        let MechanismHistoryParameters {
             contact,
             mechanism,
             drive,
@@ -212,7 +212,7 @@ where
     /// tolerance 300 times tighter than asked for (1000 times for velocities and forces), and tighter still where two runs over the part that was seen say so:
     /// [`Verdict::Estimated`](super::Verdict::Estimated). Where a spring can lead the mass along
     /// unstable sliding it is refused, for errors grow there without limit before the slip. It may cost many times what would have done,
-    /// and does in a third of all scenes: allow the pilot more ([`Motion::choose_within`]).
+    /// and does in a third of all scenes: allow the pilot more ([`MechanismHistory::choose_within`]).
     ///
     /// # Errors
     ///
@@ -227,7 +227,7 @@ where
     ///
     /// # Errors
     ///
-    /// As [`Motion::choose`].
+    /// As [`MechanismHistory::choose`].
     pub fn choose_within(
         &self,
         tolerance: Tolerance,
