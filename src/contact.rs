@@ -177,7 +177,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         Limits { coefficient: limits.coefficient.map(|mu| mu * self.normal_force), ..limits }
     }
 
-    /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s], with forces in newtons.
+    /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s], with forces in newtons; NaN for a
+    /// negative length.
     ///
     /// Exact is the bristle under that velocity. A mass m that takes its velocity from this force is
     /// coupled to it explicitly, and a stuck one goes unstable for steps longer than about 2σ1/σ0

@@ -10,6 +10,7 @@
 //! | leak | λ(0): what its bristles lose at rest | |
 //! | drift | Δx = (μ_s/σ0) ln[(F_b² − F₁²)/(F_b² − F₂²)] per slow load cycle F₁ ↔ F₂ | closed form |
 //! | stuck mass | ω² = (σ0 c p + k)/m, 2ζω = (σ1 c p + d)/m, c = 1 virgin, about 2 after a reversal | [`stability`] |
+//! | | of a bristle that creeps (Maxwell) (s + λ)(m s² + d s + k) + σ0 c p s = 0 with λ(0), its slow root left out | |
 //! | stick-slip | speeds at which steady sliding on the spring is stable | [`linear`](crate::linear) |
 //! | steps | largest stable step of each method | [`stability`] |
 //!

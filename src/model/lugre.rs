@@ -10,6 +10,7 @@
 //! Source: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of
 //! systems with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425.
 
+use super::affine::forwards;
 use super::frbd::{inverse_resistance, least_slope, unlimited};
 use super::{Affine, Anatomy, Hold, Law, Limits, Linearised, finite, searchable};
 use crate::scalar::lit;
@@ -185,7 +186,7 @@ where
     #[inline]
     fn hold(&self, velocity: T, deflection: T, duration: T) -> Hold<T> {
         let affine = self.affine(Sliding::from(velocity), deflection);
-        let weights = affine.weights(duration);
+        let weights = affine.weights(forwards(duration));
         let (end, mean) = (weights.end(deflection, velocity), weights.mean(deflection, velocity));
         let Elements { stiffness, damping, .. } = self.rheology.elements(Sliding::from(velocity));
         let rate = damping * affine.rate(velocity, deflection);

@@ -5,7 +5,7 @@
 //! z(h) = e⁻ˣ z + φ1 h u,  mean of z over the step = φ1 z + φ2 h u.
 
 use crate::Scalar;
-use crate::scalar::{lit, nan};
+use crate::scalar::lit;
 
 /// A step of ż = −λz + u with λ and u = r v held: both its end and its mean are linear in the
 /// deflection z at its start and in u.
@@ -27,8 +27,6 @@ impl<T: Scalar> Weights<T> {
     /// The step of length h \[s\] at a relaxation rate λ [1/s].
     #[inline]
     pub(crate) fn new(relaxation: T, duration: T) -> Self {
-        // Backwards there is no step.
-        let duration = if duration >= T::zero() { duration } else { nan() };
         let exponent = relaxation * duration;
         let (decay, phi1, phi2) = relaxed(exponent);
         let (end_by_drive, mean_by_drive) = if exponent < T::one() {
