@@ -86,8 +86,9 @@ fn curve_fault<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> Option<
     let bounds = curve.bounds(fastest);
     // The bounds are sums of the parameters, the values of a few functions.
     let rounding = T::one() + lit::<T>(1e2) * T::default_epsilon();
+    let count = if is_zero(fastest) { 0 } else { PER_DECADE * DECADES };
     let looked_at = core::iter::successors(Some(fastest), |&speed| Some(speed * lit::<T>(NEXT)))
-        .take(PER_DECADE * DECADES)
+        .take(count)
         .chain(core::iter::once(T::zero()));
     for speed in looked_at {
         for branch in [Branch::Forward, Branch::Backward] {
