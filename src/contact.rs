@@ -10,7 +10,7 @@
 
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
-use crate::{Bristle, Deflection, Hold, Limits, Scalar, Sliding};
+use crate::{Bristle, Deflection, Hold, Limits, Linearised, Scalar, Sliding};
 
 /// A friction model M under a normal force: the friction element of a mechanism.
 ///
@@ -119,7 +119,23 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         sliding: impl Into<Sliding<T>>,
         deflection: M::Deflection,
     ) -> LinearisedContact<T, M::Deflection> {
-        let linearised = self.model.linearised(sliding, deflection);
+        self.loaded(self.model.linearised(sliding, deflection))
+    }
+
+    /// The same in steady sliding, see [`Bristle::steady_linearised`].
+    pub fn steady_linearised(
+        &self,
+        sliding: impl Into<Sliding<T>>,
+    ) -> LinearisedContact<T, M::Deflection> {
+        self.loaded(self.model.steady_linearised(sliding))
+    }
+
+    /// Under the normal force.
+    #[inline]
+    fn loaded(
+        &self,
+        linearised: Linearised<T, M::Deflection>,
+    ) -> LinearisedContact<T, M::Deflection> {
         LinearisedContact {
             rate: linearised.rate,
             force: self.normal_force * linearised.coefficient,
@@ -161,7 +177,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         Limits { coefficient: limits.coefficient.map(|mu| mu * self.normal_force), ..limits }
     }
 
-    /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s], with forces in newtons.
+    /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s], with forces in newtons; NaN for a
+    /// negative length.
     ///
     /// Exact is the bristle under that velocity. A mass m that takes its velocity from this force is
     /// coupled to it explicitly, and a stuck one goes unstable for steps longer than about 2σ1/σ0

@@ -127,6 +127,20 @@ pub enum Rule {
         /// What it was then.
         before: f64,
     },
+    /// Between two limits everywhere, which it is not at one velocity.
+    BetweenAt {
+        /// Smallest admissible value.
+        least: f64,
+        /// Largest admissible value.
+        most: f64,
+        /// The velocity [m/s] where it is outside.
+        place: f64,
+    },
+    /// Finite everywhere, which it is not at one velocity.
+    FiniteAt {
+        /// The velocity [m/s] where it is not finite.
+        place: f64,
+    },
     /// Zero or positive everywhere, which it is not at one place.
     NonNegativeAt {
         /// The place where it is negative.
@@ -162,6 +176,11 @@ impl fmt::Display for Rule {
             Rule::Periodic { before } => {
                 write!(f, "be as a period before, when it was {}", Short(before))
             }
+            Rule::BetweenAt { least, most, place } => {
+                let (least, most) = (Short(least), Short(most));
+                write!(f, "lie between {least} and {most} at {} m/s", Short(place))
+            }
+            Rule::FiniteAt { place } => write!(f, "be finite at {} m/s", Short(place)),
             Rule::NonNegativeAt { place } => {
                 write!(f, "not be negative, and it is at {}", Short(place))
             }

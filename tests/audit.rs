@@ -10,9 +10,10 @@ use bristle::audit::{Audit, AuditParameters, LoadCycle, Verdict};
 use bristle::linear::Threshold;
 use bristle::stability::{Mechanism, Scheme};
 use bristle::{
-    Asymmetric, Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic,
-    ElastoPlasticParameters, FrBd, FrictionCurve, KelvinVoigt, KelvinVoigtParameters, LuGre,
-    Sliding, SquareRoot, Stribeck, StribeckParameters, Varying, paper,
+    Asymmetric, Bounds, Bristle, Contact, Coulomb, CoulombParameters, Dahl, DahlParameters,
+    ElastoPlastic, ElastoPlasticParameters, FrBd, FrictionCurve, FunctionCurve, KelvinVoigt,
+    KelvinVoigtParameters, LuGre, Maxwell, MaxwellParameters, Sliding, SquareRoot, Stribeck,
+    StribeckParameters, Varying, paper,
 };
 use common::recipe::recipe;
 use common::specimens::{kelvin_voigt, stribeck};
@@ -423,4 +424,93 @@ fn what_is_out_of_range_is_refused_by_name() {
     // No load: nothing to break away, and still an answer.
     let free = table_2().under_load(0.0).unwrap().audit(good).unwrap();
     assert_eq!(free.yielding.unwrap().breakaway, 0.0);
+}
+
+#[test]
+fn a_bristle_that_creeps_is_audited_as_one() {
+    let bristle = MaxwellParameters { micro_stiffness: 1e4, series_damping: 200.0 };
+    let model = FrBd::new(table_2_curve(), Maxwell::new(bristle).unwrap());
+    let contact = model.under_load(1.0).unwrap();
+    let mechanism = Some(Mechanism { spring_stiffness: 0.0, ..RIG });
+    let parameters = AuditParameters { mechanism, ..AuditParameters::up_to(1.0) };
+    let audit = contact.audit(parameters).unwrap();
+    let yielding = audit.yielding.unwrap();
+    // F_ss = v/(v/μ + 1/200) = 0.75 N.
+    let creep = yielding.creep.unwrap();
+    let mu = table_2_curve().coefficient(creep.into());
+    assert_within(1e-12, 0.75, creep / (creep / mu + 5e-3), 0.75, || "creep".to_owned());
+    assert!((creep - 0.010_508).abs() < 1e-6);
+    assert_eq!((yielding.drift, yielding.leak), (None, 50.0));
+    // m s² + λ s + σ0 p with λ = 1e4/200.
+    let stuck = audit.stuck.unwrap();
+    assert_within(1e-13, 100.0, stuck.frequency, 100.0, || "ω".to_owned());
+    assert_within(1e-13, 0.25, stuck.damping_ratio, 0.25, || "ζ".to_owned());
+    for step in &audit.steps {
+        let stuck = step.limits.and_then(|limits| limits.stuck_virgin);
+        assert!(stuck.is_none_or(|step| step > 1e-3), "{step:?}");
+    }
+    let table = audit.to_string();
+    assert!(table.contains("no end: the bristle creeps under any force"), "{table}");
+    assert!(table.contains("m/s under 0.75 N; bristles leak at 50 1/s"), "{table}");
+    assert!(table.contains("ω = 100 rad/s, ζ = 0.25;"), "{table}");
+}
+
+#[test]
+fn a_curve_that_is_none_is_refused_with_the_speed_and_the_value() {
+    let refused = |curve: fn(f64) -> (f64, f64)| {
+        let curve = FunctionCurve::new(curve, Bounds { min: 0.5, max: 1.5 }).unwrap();
+        let contact = FrBd::new(curve, table_2_bristle()).under_load(1.0).unwrap();
+        contact.audit(AuditParameters::up_to(1.0)).map_err(|error| error.to_string())
+    };
+    let outside = |value: &str| {
+        format!("friction curve is {value}, but must lie between 0.5 and 1.5 at 1 m/s")
+    };
+    assert_eq!(refused(|v| (if v > 0.05 { -1.0 } else { 1.0 }, 0.0)), Err(outside("-1")));
+    assert_eq!(refused(|v| (if v > 0.05 { f64::NAN } else { 1.0 }, 0.0)), Err(outside("NaN")));
+    assert_eq!(refused(|_| (0.0, 0.0)), Err(outside("0")));
+    assert_eq!(refused(|_| (5.0, 0.0)), Err(outside("5")));
+    let slope = "slope of the friction curve is NaN, but must be finite at 1 m/s";
+    assert_eq!(refused(|_| (1.0, f64::NAN)), Err(slope.to_owned()));
+    // At rest alone.
+    let at_rest = "friction curve is 2, but must lie between 0.5 and 1.5 at 0 m/s";
+    assert_eq!(refused(|v| (if v > 0.0 { 1.0 } else { 2.0 }, 0.0)), Err(at_rest.to_owned()));
+    assert!(refused(|v| (0.5 + 1.0 / (1.0 + v), -1.0 / ((1.0 + v) * (1.0 + v)))).is_ok());
+    // What the crate has of its own stays within its bounds.
+    check(256, recipe(), |r| {
+        let model = FrBd::new(stribeck::<f64>(&r, 2.0), kelvin_voigt(r.stiffness, r.damping));
+        assert_eq!(model.anatomy(1e3 * r.stribeck_velocity).unwrap().curve_fault, None);
+    });
+}
+
+#[test]
+fn constant_friction_no_friction_and_backward_cycles_are_told_as_what_they_are() {
+    let coulomb = CoulombParameters { dynamic_coefficient: 0.7, viscous_friction: 0.0 };
+    let constant = FrBd::new(Coulomb::new(coulomb).unwrap(), table_2_bristle());
+    let parameters = AuditParameters { mechanism: Some(RIG), ..AuditParameters::up_to(1.0) };
+    let table = |load| constant.under_load(load).unwrap().audit(parameters).unwrap().to_string();
+    let loaded = table(1.0);
+    assert!(loaded.contains("small motions neither grow nor die out at any speed"), "{loaded}");
+    assert!(loaded.contains("Routh–Hurwitz, 1e-6 … 1 m/s"), "{loaded}");
+    assert!(table(0.0).contains("sliding on spring   no friction"), "{}", table(0.0));
+
+    // Under the force of larger magnitude: √ε r/√(1 − r²) with r = ½, backward.
+    let model = table_2().regularised(SquareRoot::new(1e-14).unwrap());
+    let load_cycle = Some(LoadCycle { from: -0.75, to: 0.0 });
+    let parameters = AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) };
+    let audit = model.under_load(1.0).unwrap().audit(parameters).unwrap();
+    let want = -1e-7 * 0.5 / 0.75_f64.sqrt();
+    assert_within(1e-5, -want, audit.yielding.unwrap().creep.unwrap(), want, || "creep".to_owned());
+    assert!(audit.to_string().contains("m/s under -0.75 N"), "{audit}");
+}
+
+#[test]
+fn rounding_makes_no_threshold_in_single_precision() {
+    let coulomb = CoulombParameters { dynamic_coefficient: 1.0_f32, viscous_friction: 0.04 };
+    let bristle =
+        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4_f32, micro_damping: 64.5 });
+    let model = FrBd::new(Coulomb::new(coulomb).unwrap(), bristle.unwrap());
+    let mechanism = Some(Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 });
+    let parameters = AuditParameters { mechanism, ..AuditParameters::up_to(1.0) };
+    let audit = model.under_load(1.0).unwrap().audit(parameters).unwrap();
+    assert_eq!(audit.steady_sliding, Some(Threshold::AlwaysStable));
 }

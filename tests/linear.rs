@@ -18,9 +18,11 @@ use bristle::scene::{
 use bristle::signal::{Constant, Sine, SineParameters};
 use bristle::stability::Mechanism;
 use bristle::{
-    Bounds, Branch, Bristle, Contact, Elements, Exact, FrBd, FrictionCurve, FunctionCurve,
-    HyperbolicTangent, KelvinVoigt, KelvinVoigtParameters, LuGre, Regularisation, Rheology, Scalar,
-    Sliding, SquareRoot, Stribeck, StribeckParameters, Varying, paper,
+    Bounds, Branch, Bristle, Contact, Coulomb, CoulombParameters, Dahl, DahlParameters, Deflection,
+    Elements, Exact, FrBd, FrictionCurve, FunctionCurve, GeneralisedMaxwell,
+    GeneralisedMaxwellParameters, HyperbolicTangent, KelvinVoigt, KelvinVoigtParameters, LuGre,
+    Maxwell, MaxwellArm, MaxwellParameters, Regularisation, Rheology, Scalar, Sliding, SquareRoot,
+    Stribeck, StribeckParameters, Varying, paper,
 };
 use common::recipe::{decades, nonzero_velocity, recipe};
 use common::specimens::{coulomb, elasto_plastic, kelvin_voigt, rational, stribeck};
@@ -610,6 +612,12 @@ fn the_critical_stiffness_parts_stable_from_unstable_for_every_model() {
                 assert_side(critical * 0.9, true);
                 assert_side(critical * 1.1, false);
             }
+            // Far beyond the Stribeck velocity its curve is flat.
+            Threshold::Marginal => {
+                for stiffness in [1e-2, 1.0, 1e4] {
+                    assert_eq!(stable(stiffness), None);
+                }
+            }
         }
         seen.set(counts);
     });
@@ -760,4 +768,224 @@ fn what_has_no_answer_is_refused_by_name() {
     let refused = StateSpace::of_system(&Bare, 0.0, &one, [Branch::Free], one, one).unwrap_err();
     assert_eq!(refused, LinearisationError::NoTangent);
     let _: Option<Tangent<f64, 1>> = Bare.tangent(0.0, &one, [Branch::Free]);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Where differences cancel, and where numbers end
+// ---------------------------------------------------------------------------------------------
+
+fn rising<T: Scalar>(mu: f64, viscous: f64) -> Coulomb<T> {
+    let (dynamic_coefficient, viscous_friction) = (lit(mu), lit(viscous));
+    Coulomb::new(CoulombParameters { dynamic_coefficient, viscous_friction }).unwrap()
+}
+
+#[test]
+fn friction_that_does_not_depend_on_the_speed_is_marginal_at_every_speed() {
+    for mu in [0.3, 0.5, 0.7, 1.0, 1.1] {
+        for (stiffness, damping) in
+            [(1e4, 64.5), (1e4, 1.0), (1e5, 0.0), (3e5, 100.0), (252.0, 0.0)]
+        {
+            let bristle = kelvin_voigt::<f64, _, _>(stiffness, damping);
+            fn assert_marginal(model: impl Bristle<f64, Deflection = f64>) {
+                let rig = on_spring(model.under_load(1.0).unwrap(), 1.0, 2.0, 0.0);
+                assert_eq!(rig.critical_speed(1e-3..1.0).unwrap(), Threshold::Marginal);
+                for v in [1e-9, 0.1, -0.13, 7.0] {
+                    assert_eq!(rig.critical_stiffness(v).unwrap(), Threshold::Marginal, "{v}");
+                }
+            }
+            assert_marginal(FrBd::new(rising(mu, 0.0), bristle));
+            assert_marginal(LuGre::classical(rising(mu, 0.0), bristle));
+            assert_marginal(elasto_plastic(rising(mu, 0.0), bristle, 0.5 * mu / stiffness));
+            let (dynamic_coefficient, micro_stiffness) = (mu, stiffness);
+            let dahl = DahlParameters { dynamic_coefficient, micro_stiffness };
+            assert_marginal(Dahl::new(dahl).unwrap());
+        }
+    }
+    // Damping beside it makes it stable; and without a load there is nothing but the damping.
+    let coulomb = FrBd::new(rising(0.7, 0.0), table_2_bristle());
+    let rig = |load, damping| on_spring(coulomb.under_load(load).unwrap(), 1.0, 2.0, damping);
+    assert_eq!(rig(1.0, 0.1).critical_speed(1e-3..1.0).unwrap(), Threshold::AlwaysStable);
+    assert_eq!(rig(0.0, 0.1).critical_speed(1e-3..1.0).unwrap(), Threshold::AlwaysStable);
+    assert_eq!(rig(0.0, 0.0).critical_speed(1e-3..1.0).unwrap(), Threshold::Marginal);
+}
+
+#[test]
+fn the_steady_slope_keeps_its_digits_however_slow_the_sliding() {
+    fn assert_rising<T: Scalar>(decades: i32, tolerance: f64) {
+        let bristle = || kelvin_voigt::<T, _, _>(lit::<T>(1e4), lit::<T>(64.5));
+        let contact = FrBd::new(rising::<T>(1.0, 0.04), bristle()).under_load(T::one()).unwrap();
+        for decade in 0..decades {
+            let v: T = lit(1.3 * 10_f64.powi(-decade));
+            let gain = contact.steady_state_space::<1>(v).unwrap().static_gain().unwrap();
+            let gain: f64 = gain.to_subset_unchecked();
+            assert_within(tolerance, 0.04, gain, 0.04, || format!("{v}"));
+            let mechanism = Mechanism {
+                mass: T::one(),
+                spring_stiffness: lit(2.0),
+                viscous_damping: T::zero(),
+            };
+            let rig = MassOnSpring::new(MassOnSpringParameters { contact, mechanism }).unwrap();
+            assert_eq!(rig.critical_stiffness(v).unwrap(), Threshold::AlwaysStable, "{v}");
+        }
+    }
+    // A few roundings.
+    assert_rising::<f32>(12, 1e-6);
+    assert_rising::<f64>(90, 1e-14);
+    // Table 2 far below its Stribeck velocity: the viscous part alone.
+    let gain = table_2().steady_state_space::<1>(1e-100).unwrap().static_gain().unwrap();
+    assert_within(1e-14, 0.04, gain, 0.04, || "Table 2".to_owned());
+}
+
+#[test]
+fn small_motions_about_steady_sliding_are_the_derivatives_there() {
+    fn assert_same<M: Bristle<f64>>(model: &M, v: f64) {
+        let near = |a: f64, b: f64, size: f64, what: &str| {
+            assert_within(1e-11, size.max(1.0), a, b, || format!("{what} at {v}: {model:?}"));
+        };
+        let z = model.stationary(v);
+        let (steady, plain) = (model.steady_linearised(v), model.linearised(v, z));
+        let (affine, slopes) = model.affine_and_slopes(v.into(), z);
+        // Of the terms that cancel.
+        let size = M::Deflection::relax(slopes.relaxation, z).largest() + affine.drive;
+        let off = steady.rate_by_velocity - plain.rate_by_velocity;
+        near(off.largest(), 0.0, size, "∂ż/∂v");
+        let size = size * (1.0 + affine.damping) + slopes.stiffness.dot(z).abs();
+        near(steady.coefficient_by_velocity, plain.coefficient_by_velocity, size, "∂μ_b/∂v");
+        assert_eq!(steady.rate, plain.rate);
+        assert_eq!(steady.rate_by_deflection, plain.rate_by_deflection);
+        assert_eq!(steady.coefficient_by_deflection, plain.coefficient_by_deflection);
+    }
+    check(256, (recipe(), nonzero_velocity()), |(r, v)| {
+        let v = v.signum() * v.abs().clamp(1e-5, 1e1);
+        let curve = stribeck::<f64>(&r, 2.0);
+        let root = SquareRoot::new(r.epsilon).unwrap();
+        let bristle = || kelvin_voigt::<f64, _, _>(r.stiffness, r.damping);
+        assert_same(&FrBd::new(curve, bristle()), v);
+        assert_same(&FrBd::new(curve, bristle()).regularised(root), v);
+        assert_same(&LuGre::classical(curve, bristle()), v);
+        assert_same(&LuGre::classical(curve, bristle()).regularised(root), v);
+        let maxwell =
+            MaxwellParameters { micro_stiffness: r.stiffness, series_damping: r.damping.max(1e-2) };
+        assert_same(&FrBd::new(curve, Maxwell::new(maxwell).unwrap()), v);
+        assert_same(&FrBd::new(curve, Maxwell::new(maxwell).unwrap()).regularised(root), v);
+    });
+    for v in [-3.0, -0.2, 0.7] {
+        assert_same(&all_varying(), v);
+        assert_same(&FrBd::new(table_2_curve(), three_arms(2.0)), v);
+    }
+}
+
+/// A static spring, and two behind dashpots that relax with 1000/s and 1/s.
+fn three_arms(micro_damping: f64) -> GeneralisedMaxwell<f64, 3> {
+    let arm = |stiffness, series_damping| MaxwellArm { stiffness, series_damping };
+    let arms = [arm(1e4, None), arm(2e4, Some(20.0)), arm(5e3, Some(5e3))];
+    GeneralisedMaxwell::new(GeneralisedMaxwellParameters { arms, micro_damping }).unwrap()
+}
+
+#[test]
+fn a_tiny_dashpot_beside_leaves_the_zeros_where_they_are() {
+    // Σ Kᵢ/(s + aᵢ) = 0 is 35 000 s² + 15 030 000 s + 10⁷ = 0; d adds a zero near −ΣK/d.
+    let (a, b, c) = (3.5e4, 1.503e7_f64, 1e7);
+    let fast = -0.5 * (b + (b * b - 4.0 * a * c).sqrt()) / a;
+    let want = [fast, c / (a * fast)];
+    for d in [0.0, 1e-300, 1e-20, 1e-15, 1e-12, 1e-10, 1e-9, 1e-8, 1e-6, 1e-4] {
+        let contact = FrBd::new(table_2_curve(), three_arms(d)).under_load(1.0).unwrap();
+        let zeros = contact.steady_state_space::<3>(5.5e-3).unwrap().zeros().unwrap();
+        assert_eq!(zeros.as_slice().len(), if d > 0.0 { 3 } else { 2 }, "{d:e}");
+        for want in want {
+            // The dashpot moves them by d s/ΣK, 1e-6 at most.
+            let off = |zero: &Complex<f64>| ((zero.re - want) / want).abs();
+            let off = zeros.as_slice().iter().map(off).fold(f64::INFINITY, f64::min);
+            assert!(off < 3e-6, "{d:e}: {zeros:?}, {want}");
+        }
+        if d > 0.0 {
+            let far = zeros.as_slice().iter().map(|zero| zero.re).fold(0.0, f64::min);
+            assert_within(1e-4, 1.0, far * d / -3.5e4, 1.0, || format!("{d:e}"));
+        }
+    }
+}
+
+#[test]
+fn a_linear_system_that_is_not_finite_is_refused_and_one_far_out_is_not() {
+    fn lag<T: Scalar>(rate: f64) -> StateSpace<T, 1> {
+        StateSpace {
+            dynamics: Matrix1::new(lit(-rate)),
+            input: Matrix1::new(lit(rate)),
+            output: Matrix1::new(lit(2.0)),
+            feedthrough: T::one(),
+        }
+    }
+    fn assert_lag<T: Scalar>(rate: f64) {
+        let lag = lag::<T>(rate);
+        let at_corner = lag.frequency_response(lit(rate)).unwrap();
+        let (re, im) = (at_corner.re - lit(2.0), at_corner.im + T::one());
+        let rounding = T::default_epsilon() * lit(8.0);
+        assert!(re.abs() < rounding && im.abs() < rounding, "{rate:e}: {at_corner}");
+        assert!((lag.static_gain().unwrap() - lit(3.0)).abs() < rounding);
+        assert!((lag.corner_frequency().unwrap() / lit(rate) - T::one()).abs() < rounding);
+    }
+    [1e-25, 1e-20, 1e-3, 1e18, 1e20, 1e25].into_iter().for_each(assert_lag::<f32>);
+    [1e-200, 1e-160, 1.0, 1e160, 1e200].into_iter().for_each(assert_lag::<f64>);
+    let one = lag::<f64>(1.0);
+    for infinite in [f64::INFINITY, f64::NEG_INFINITY] {
+        assert_eq!(one.frequency_response(infinite).unwrap(), Complex::new(1.0, 0.0));
+    }
+    let refused = one.frequency_response(f64::NAN).unwrap_err();
+    assert_eq!(refused.to_string(), "angular_frequency is NaN, but must be a number");
+    let nan = Matrix1::new(f64::NAN);
+    for bad in [
+        StateSpace { dynamics: nan, ..one },
+        StateSpace { input: nan, ..one },
+        StateSpace { output: nan, ..one },
+        StateSpace { feedthrough: f64::NAN, ..one },
+        StateSpace { input: Matrix1::new(f64::INFINITY), ..one },
+    ] {
+        assert_eq!(bad.zeros().unwrap_err(), LinearisationError::NotFinite);
+        assert_eq!(bad.static_gain().unwrap_err(), LinearisationError::NotFinite);
+        assert_eq!(bad.frequency_response(1.0).unwrap_err(), LinearisationError::NotFinite);
+    }
+}
+
+#[test]
+fn the_roots_of_a_real_matrix_are_real_or_exact_pairs() {
+    check(256, prop::array::uniform16(-1.0..1.0), |entries: [f64; 16]| {
+        let system = StateSpace::<f64, 4> {
+            dynamics: SMatrix::from_row_slice(&entries),
+            input: Vector4::zeros(),
+            output: RowVector4::zeros(),
+            feedthrough: 1.0,
+        };
+        let poles = system.poles().unwrap();
+        for pole in poles.as_slice() {
+            assert!(pole.im == 0.0 || poles.as_slice().contains(&pole.conj()), "{poles:?}");
+        }
+        assert_eq!(poles.as_slice().iter().filter(|pole| pole.im == 0.0).count() % 2, 0);
+        // Some roundings of a matrix of order one, but for roots that nearly meet: of sums none.
+        let trace: f64 = poles.as_slice().iter().map(|pole| pole.re).sum();
+        assert_within(1e-12, 1.0, trace, system.dynamics.trace(), || "trace".to_owned());
+    });
+    // (s + 3)(s² + 2 s + 25) = s³ + 5 s² + 31 s + 75.
+    let printed = canonical([1.0, 0.0, 0.0], [75.0, 31.0, 5.0], 0.0).poles().unwrap().to_string();
+    let mut lines: Vec<&str> = printed.lines().collect();
+    lines.sort_unstable();
+    assert_eq!(lines, ["-1 ± 4.899i 1/s (ω = 5 rad/s, ζ = 0.2)", "-3 1/s"]);
+}
+
+#[test]
+fn errors_are_short_and_name_what_is_not_finite() {
+    let refused = LinearisationError::NoEquilibrium { velocity: 1e-100, rate: -1e-90 };
+    assert_eq!(
+        refused.to_string(),
+        "no equilibrium at v = 1e-100 m/s: the deflection there changes at -1e-90 m/s"
+    );
+    assert!(
+        LinearisationError::Unstable { abscissa: 1e-100 }.to_string().contains("exp(1e-100 t)")
+    );
+    let curve = FunctionCurve::new(
+        |speed: f64| (if speed > 0.05 { f64::NAN } else { 1.0 }, 0.0),
+        Bounds { min: 0.5, max: 1.5 },
+    );
+    let contact = FrBd::new(curve.unwrap(), table_2_bristle()).under_load(1.0).unwrap();
+    let refused = contact.steady_velocity(2.0, 0.0, 1.0).unwrap_err();
+    assert_eq!(refused.to_string(), "steady friction force is NaN, but must be finite at 1 m/s");
 }

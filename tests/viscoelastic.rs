@@ -6,9 +6,9 @@
 mod common;
 
 use bristle::{
-    Bounds, Bristle, Contact, Deflection, FrBd, GeneralisedKelvinVoigt,
+    Bounds, Bristle, Contact, Coulomb, CoulombParameters, Deflection, FrBd, GeneralisedKelvinVoigt,
     GeneralisedKelvinVoigtParameters, GeneralisedMaxwell, GeneralisedMaxwellParameters, Hold,
-    KelvinVoigtElement, Law, Limits, Maxwell, MaxwellArm, MaxwellParameters, ParameterError,
+    KelvinVoigtElement, Law, Limits, LuGre, Maxwell, MaxwellArm, MaxwellParameters, ParameterError,
     Rheology, Rule, Scalar, Sliding, Varying, VelocityLaw, Zener, ZenerParameters,
 };
 use common::recipe::{Recipe, decades, nonzero_velocity, recipe, velocity};
@@ -1344,4 +1344,59 @@ fn what_makes_no_bristle_is_refused_by_name() {
     };
     let row = GeneralisedKelvinVoigt::new(close).unwrap();
     assert!(row.storage_stiffness()[1] < 1e-30 && row.storage_stiffness()[0] == 0.5);
+}
+
+/// μ = 1 at every speed.
+fn of_one<T: Scalar>() -> Coulomb<T> {
+    let parameters =
+        CoulombParameters { dynamic_coefficient: T::one(), viscous_friction: T::zero() };
+    Coulomb::new(parameters).unwrap()
+}
+
+#[test]
+fn an_arm_that_lets_go_faster_than_a_step_can_tell_is_refused() {
+    let zener = |series_damping: f32| {
+        Zener::new(ZenerParameters {
+            static_stiffness: 1e4_f32,
+            relaxing_stiffness: 1e4,
+            series_damping,
+        })
+    };
+    let refused = zener(1e-7).unwrap_err();
+    let Rule::AtMost { limit, .. } = refused.rule else { panic!("{refused}") };
+    assert_eq!((refused.name, limit), ("stiffness over series_damping", 1e10));
+    // One just within holds its static spring: 1 − e^(−σ0 v t/μ) after 1 s.
+    let contact = FrBd::new(of_one::<f32>(), zener(1e-6).unwrap()).under_load(1.0_f32).unwrap();
+    let want = -(-1e-2_f64).exp_m1();
+    let got = f64::from(contact.hold(1e-6, Vector2::zeros(), 1.0).end);
+    assert_within(1e-5, want, got, want, || "static spring".to_owned());
+
+    let arms = |damping| {
+        let arm = |series_damping| MaxwellArm { stiffness: 1e4, series_damping };
+        GeneralisedMaxwell::new(GeneralisedMaxwellParameters {
+            arms: [arm(None), arm(Some(damping))],
+            micro_damping: 0.0,
+        })
+    };
+    let refused = arms(1e-58).unwrap_err();
+    assert_eq!((refused.component, refused.value), (Some(1), 1e4 / 1e-58));
+    let contact = FrBd::new(of_one::<f64>(), arms(1e-45).unwrap()).under_load(1.0).unwrap();
+    let got = contact.hold(1e-3, SVector::from([0.0, 0.0]), 1.0).end;
+    assert_within(1e-12, 1.0, got, -(-10.0_f64).exp_m1(), || "f64".to_owned());
+}
+
+#[test]
+fn a_step_backwards_is_none() {
+    let curve = of_one::<f64>();
+    let one = FrBd::new(curve, kelvin_voigt::<f64, _, _>(1e4, 10.0)).under_load(1.0).unwrap();
+    let held = one.hold(0.1, 1e-5, -1e-3);
+    assert!(held.end.is_nan() && held.mean.is_nan() && held.deflection.is_nan());
+    let mut ledger = bristle::ledger::EnergyLedger::new();
+    assert!(ledger.hold(&one, 0.1, 1e-5, -1e-3).end.is_nan());
+    let lugre = LuGre::classical(curve, kelvin_voigt::<f64, _, _>(1e4, 10.0));
+    assert!(lugre.hold(0.1, 1e-5, -1e-3).end.is_nan());
+    let parameters =
+        ZenerParameters { static_stiffness: 1e4, relaxing_stiffness: 1e4, series_damping: 10.0 };
+    let two = FrBd::new(curve, Zener::new(parameters).unwrap()).under_load(1.0).unwrap();
+    assert!(two.hold(0.1, Vector2::new(1e-5, 1e-5), -1e-3).end.is_nan());
 }

@@ -6,10 +6,11 @@
 //! | deflection, force, relaxation | bounds of \|z\|, \|F\|, λ | [`Bristle::limits`] |
 //! | inversion | σ0 z + σ1 ż = μ(v − ż) has one root ż: σ1 + dμ/d\|v\| ≥ 0 at every speed | a search for the least slope |
 //! | smoothness | dμ/d\|v\| = 0 at rest | [`FrictionCurve::slope_at_rest`](crate::FrictionCurve::slope_at_rest) |
-//! | creep | of a regularised contact under a force below breakaway: F_ss(v) = F | a search for the velocity |
+//! | creep | of a regularised contact, or of a bristle that creeps (Maxwell), under a force below breakaway: F_ss(v) = F | a search for the velocity |
 //! | leak | λ(0): what its bristles lose at rest | |
 //! | drift | Δx = (μ_s/σ0) ln[(F_b² − F₁²)/(F_b² − F₂²)] per slow load cycle F₁ ↔ F₂ | closed form |
 //! | stuck mass | ω² = (σ0 c p + k)/m, 2ζω = (σ1 c p + d)/m, c = 1 virgin, about 2 after a reversal | [`stability`] |
+//! | | of a bristle that creeps (Maxwell) (s + λ)(m s² + d s + k) + σ0 c p s = 0 with λ(0), its slow root left out | |
 //! | stick-slip | speeds at which steady sliding on the spring is stable | [`linear`](crate::linear) |
 //! | steps | largest stable step of each method | [`stability`] |
 //!
@@ -27,6 +28,8 @@
 //! elastoplastic friction models", IEEE Transactions on Automatic Control 47 (2002), 787–792, for drift.
 
 mod report;
+
+pub(crate) use report::Number;
 
 use crate::bounds::{larger, smaller};
 use crate::linear::{MassOnSpring, MassOnSpringParameters, Threshold};
@@ -115,9 +118,10 @@ pub struct Yielding<T> {
     /// The load cycle.
     pub cycle: LoadCycle<T>,
     /// Displacement \[m\] left by each slow cycle, at an exact modulus; `None` where no closed form is
-    /// known.
+    /// known, and for a bristle that creeps without end.
     pub drift: Option<T>,
-    /// Steady velocity [m/s] under the larger force: zero if the contact sticks; `None` if it slides.
+    /// Steady velocity [m/s] under the force of larger magnitude: zero if the contact sticks; `None` if
+    /// it slides.
     pub creep: Option<T>,
     /// Relaxation rate λ(0) [1/s] of bristles at rest.
     pub leak: T,
@@ -175,7 +179,7 @@ pub struct StuckMass<T> {
 /// drift               4.3152e-5 m per slow cycle 0 ↔ 0.75 N                              Dupont et al. 2002
 /// creep               none under 0.75 N                                                  F_ss(v) = F
 /// stuck mass          ω = 100.01 rad/s, ζ = 0.32267; after a reversal ζ = 0.4562         module stability
-/// sliding on spring   small motions die out above 0.029863 m/s, GROW just below          Routh–Hurwitz, module linear
+/// sliding on spring   small motions die out above 0.029863 m/s, GROW just below          Routh–Hurwitz, 1e-6 … 1 m/s
 /// largest step [s]    bristle     stuck       reversed      at 0.001 s                   module stability
 ///   Euler             2e-4        0.0064527   0.0064514     TOO LONG
 ///   SemiImplicitEuler 2e-4        0.014561    0.0090921     TOO LONG
@@ -228,10 +232,15 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     /// Audits the parameters: which laws hold, what is bounded, how long a step may be. Nothing is
     /// simulated; it costs about as much as a few thousand evaluations of the model.
     ///
+    /// Only for bristles of one deflection: most of what it tells is known of those alone. Of a bristle
+    /// of several springs [`Contact::limits`] and [`Bristle::obeys`] tell what is.
+    ///
     /// # Errors
     ///
     /// Names the parameter that is out of its range: the fastest speed, the mechanism, the sample time,
-    /// or a load cycle that is not below breakaway.
+    /// or a load cycle that is not below breakaway. Names a friction curve that is not finite or leaves
+    /// the bounds it states, with the velocity and the value: 32 speeds a decade are looked at over
+    /// twelve decades, and rest.
     pub fn audit(&self, parameters: AuditParameters<T>) -> Result<Audit<T>, ParameterError> {
         let AuditParameters { fastest, mechanism, sample_time, load_cycle } = parameters;
         parameter::positive("fastest", fastest)?;
@@ -244,6 +253,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             parameter::non_negative("viscous_damping", viscous_damping)?;
         }
         let anatomy = self.model().anatomy(fastest);
+        if let Some(fault) = anatomy.and_then(|anatomy| anatomy.curve_fault) {
+            return Err(fault);
+        }
         let yielding = match &anatomy {
             Some(anatomy) => Some(self.yielding(anatomy, load_cycle, fastest)?),
             None => None,
@@ -268,7 +280,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             steady_sliding: mechanism.and_then(|mechanism| {
                 let contact = self.clone();
                 let rig = MassOnSpring::new(MassOnSpringParameters { contact, mechanism }).ok()?;
-                rig.critical_speed(fastest * lit(1e-6)..fastest).ok()
+                rig.critical_speed(slowest_on_spring(fastest)..fastest).ok()
             }),
             anatomy,
             steps,
@@ -368,6 +380,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         let gain = (cycle.to - cycle.from) * (cycle.to + cycle.from)
             / ((breakaway - cycle.to) * (breakaway + cycle.to));
         let drift = match elastic {
+            _ if anatomy.creeps => None,
             Some(true) => Some(zero),
             Some(false) => None,
             None if anatomy.micro_stiffness.is_constant() && breakaway > zero => {
@@ -378,7 +391,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         let creep = match elastic {
             Some(true) => Some(zero),
             Some(false) => None,
-            None => self.creep(anatomy, cycle.to, fastest),
+            None => {
+                let backward = -cycle.from > cycle.to;
+                self.creep(anatomy, if backward { cycle.from } else { cycle.to }, fastest)
+            }
         };
         let leak = self.model().relaxation_rate(zero, zero);
         Ok(Yielding { breakaway, cycle, drift, creep, leak })
@@ -387,12 +403,14 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     /// The velocity at which steady friction first reaches a force.
     fn creep(&self, anatomy: &Anatomy<T>, force: T, fastest: T) -> Option<T> {
         let zero = T::zero();
-        if is_zero(anatomy.speed_at_rest) || is_zero(force) {
+        let smooth = !is_zero(anatomy.speed_at_rest);
+        if !(smooth || anatomy.creeps) || is_zero(force) {
             return Some(zero);
         }
         let signed = |speed: T| if force < zero { -speed } else { speed };
         let excess = |speed: T| self.stationary_force(signed(speed)).abs() - force.abs();
-        let (mut below, mut above) = (zero, anatomy.speed_at_rest * lit(1e-6));
+        let (mut below, mut above) =
+            (zero, if smooth { anatomy.speed_at_rest } else { fastest } * lit(1e-6));
         while above < fastest {
             let at = excess(above);
             if at >= zero {
@@ -420,6 +438,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             reversed_damping_ratio: reversed.1,
         }
     }
+}
+
+/// The slowest steady sliding on the spring that is looked at [m/s].
+fn slowest_on_spring<T: Scalar>(fastest: T) -> T {
+    fastest * lit(1e-6)
 }
 
 /// Speeds from the fastest down over twelve decades, 32 each.

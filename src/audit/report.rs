@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Write};
 
-use super::{Audit, MethodLimit, Passivity, Verdict};
+use super::{Audit, MethodLimit, Passivity, Verdict, slowest_on_spring};
 use crate::Scalar;
 use crate::linear::Threshold;
 use crate::scalar::to_f64;
@@ -44,7 +44,7 @@ impl Write for Cell {
 }
 
 /// A number to five digits, with an exponent where it is long without.
-struct Number(f64);
+pub(crate) struct Number(pub(crate) f64);
 
 impl fmt::Display for Number {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -192,6 +192,7 @@ impl<T: Scalar> Audit<T> {
         let force = number(yielding.breakaway);
         line(f, "breakaway", format_args!("F_b = p μ_s = {force} N"), "Romano et al., II-B")?;
         let (from, to) = (number(yielding.cycle.from), number(yielding.cycle.to));
+        let creeps = self.anatomy.is_some_and(|anatomy| anatomy.creeps);
         match yielding.drift.map(number) {
             Some(Number(0.0)) => {
                 let finding = format_args!("none in slow cycles {from} ↔ {to} N");
@@ -201,12 +202,18 @@ impl<T: Scalar> Audit<T> {
                 let finding = format_args!("{drift} m per slow cycle {from} ↔ {to} N");
                 line(f, "drift", finding, "Dupont et al. 2002")?;
             }
+            None if creeps => {
+                let finding = format_args!("no end: the bristle creeps under any force");
+                line(f, "drift", finding, "its dashpot")?;
+            }
             None => {
                 let finding = format_args!("not known for {from} ↔ {to} N");
                 line(f, "drift", finding, "Dupont et al. 2002")?;
             }
         }
         let leak = number(yielding.leak);
+        let backward = -yielding.cycle.from > yielding.cycle.to;
+        let to = if backward { from } else { to };
         match yielding.creep {
             Some(creep) if creep == T::zero() => {
                 line(f, "creep", format_args!("none under {to} N"), "F_ss(v) = F")?;
@@ -230,40 +237,33 @@ impl<T: Scalar> Audit<T> {
                 format_args!("ω = {rate} rad/s, ζ = {ratio}; after a reversal ζ = {later}");
             line(f, "stuck mass", finding, "module stability")?;
         }
-        if let Some(threshold) = self.steady_sliding {
-            let reference = "Routh–Hurwitz, module linear";
-            match threshold {
-                Threshold::AlwaysStable => {
-                    line(
-                        f,
-                        "sliding on spring",
-                        format_args!("small motions die out at every speed"),
-                        reference,
-                    )?;
-                }
-                Threshold::NeverStable => {
-                    line(
-                        f,
-                        "sliding on spring",
-                        format_args!("small motions GROW at every speed: stick-slip"),
-                        reference,
-                    )?;
-                }
-                Threshold::StableAbove(speed) => {
-                    let speed = number(speed);
-                    let finding =
-                        format_args!("small motions die out above {speed} m/s, GROW just below");
-                    line(f, "sliding on spring", finding, reference)?;
-                }
-                Threshold::StableBelow(speed) => {
-                    let speed = number(speed);
-                    let finding =
-                        format_args!("small motions GROW above {speed} m/s, die out just below");
-                    line(f, "sliding on spring", finding, reference)?;
-                }
+        let Some(threshold) = self.steady_sliding else { return Ok(()) };
+        let fastest = self.parameters.fastest;
+        let (slowest, fastest) = (number(slowest_on_spring(fastest)), number(fastest));
+        let mut reference = Cell::new();
+        write!(reference, "Routh–Hurwitz, {slowest} … {fastest} m/s")?;
+        let mut finding =
+            |text: fmt::Arguments<'_>| line(f, "sliding on spring", text, reference.as_str());
+        match threshold {
+            _ if self.normal_force == T::zero() => finding(format_args!("no friction, no load")),
+            Threshold::AlwaysStable => {
+                finding(format_args!("small motions die out at every speed"))
+            }
+            Threshold::NeverStable => {
+                finding(format_args!("small motions die out at no speed: stick-slip"))
+            }
+            Threshold::Marginal => {
+                finding(format_args!("small motions neither grow nor die out at any speed"))
+            }
+            Threshold::StableAbove(speed) => {
+                let speed = number(speed);
+                finding(format_args!("small motions die out above {speed} m/s, GROW just below"))
+            }
+            Threshold::StableBelow(speed) => {
+                let speed = number(speed);
+                finding(format_args!("small motions GROW above {speed} m/s, die out just below"))
             }
         }
-        Ok(())
     }
 
     fn write_steps(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -124,7 +124,10 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         let sliding = sliding.into();
         parameter::finite("velocity", sliding.velocity())?;
         let deflection = self.equilibrium(sliding)?;
-        self.state_space(sliding, deflection)
+        if undecided(sliding) {
+            return self.state_space(sliding, deflection);
+        }
+        self.steady_linearised(sliding).matrices().finite()
     }
 
     /// The deflection of steady sliding, if it is one equilibrium.

@@ -1,6 +1,6 @@
 //! Why there is no linearisation, or none of the kind that was asked for.
 
-use crate::parameter::ParameterError;
+use crate::parameter::{ParameterError, Short};
 
 /// Why there is no linearisation, or none of the kind that was asked for.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -17,7 +17,10 @@ pub enum LinearisationError {
     Kink,
     /// The deflection that the model gives for steady sliding does not stay: an elasto-plastic model
     /// that is regularised, say.
-    #[error("no equilibrium at v = {velocity} m/s: the deflection there changes at {rate} m/s")]
+    #[error(
+        "no equilibrium at v = {} m/s: the deflection there changes at {} m/s",
+        Short(*velocity), Short(*rate)
+    )]
     NoEquilibrium {
         /// Velocity [m/s].
         velocity: f64,
@@ -26,7 +29,8 @@ pub enum LinearisationError {
     },
     /// No steady velocity in the range balances the force.
     #[error(
-        "no speed up to {fastest} m/s balances {force} N: steady sliding takes {least} to {most} N"
+        "no speed up to {} m/s balances {} N: steady sliding takes {} to {} N",
+        Short(*fastest), Short(*force), Short(*least), Short(*most)
     )]
     NoForceBalance {
         /// Applied force \[N\].
@@ -46,7 +50,8 @@ pub enum LinearisationError {
     Singular,
     /// Small motions do not die out.
     #[error(
-        "small motions do not die out, they go as exp({abscissa} t): there is no steady response (`transfer` has G at any s)"
+        "small motions do not die out, they go as exp({} t): there is no steady response (`transfer` has G at any s)",
+        Short(*abscissa)
     )]
     Unstable {
         /// Largest real part of the poles [1/s].

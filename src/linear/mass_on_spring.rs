@@ -18,7 +18,7 @@ use nalgebra::{RowVector3, Vector3};
 
 use super::{LinearisationError, StateSpace};
 use crate::bounds::{larger, smaller};
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{self, ParameterError, Rule};
 use crate::root::enclose;
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::stability::Mechanism;
@@ -34,6 +34,9 @@ pub struct MassOnSpringParameters<T, M> {
 }
 
 /// A mass that slides on its contact, pulled by a spring whose end moves steadily.
+///
+/// Its bristle has one deflection. With a bristle of several springs, write the mechanism as a
+/// [`System`](crate::ode::System) and linearise that by [`StateSpace::of_system`].
 ///
 /// ```
 /// use bristle::linear::{MassOnSpring, MassOnSpringParameters, Threshold};
@@ -93,6 +96,17 @@ pub enum Threshold<T> {
     StableAbove(T),
     /// Below this one.
     StableBelow(T),
+    /// For none; but nowhere is a condition broken by more than equality: small motions neither grow
+    /// nor die out. So it is where friction does not depend on the speed, and where there is none.
+    Marginal,
+}
+
+/// What becomes of small motions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Fate {
+    DieOut,
+    Stay,
+    Grow,
 }
 
 /// What the Routh–Hurwitz conditions are made of.
@@ -113,11 +127,16 @@ impl<T: Scalar> Conditions<T> {
         self.shifted * self.relaxation * self.slope
     }
 
-    fn hold(&self, stiffness: T) -> bool {
+    fn fate(&self, stiffness: T) -> Fate {
         let zero = T::zero();
-        self.relaxation > zero
-            && self.shifted > zero
-            && self.without_spring() + self.quick * stiffness > zero
+        let last = self.without_spring() + self.quick * stiffness;
+        if !(self.relaxation > zero && self.shifted > zero) || last < zero {
+            Fate::Grow
+        } else if last > zero {
+            Fate::DieOut
+        } else {
+            Fate::Stay
+        }
     }
 }
 
@@ -199,6 +218,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> MassOnSpring<T, M> {
             (true, _, _, false) | (false, false, true, _) => Threshold::AlwaysStable,
             (true, _, _, true) => Threshold::StableBelow(without / -quick),
             (_, true, true, _) => Threshold::StableAbove(-without / quick),
+            (false, false, false, false) => Threshold::Marginal,
             _ => Threshold::NeverStable,
         })
     }
@@ -221,8 +241,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> MassOnSpring<T, M> {
         let end = parameter::positive("speeds.end", speeds.end)?;
         parameter::at_least("speeds.end", end, "speeds.start", start)?;
         let stiffness = self.mechanism.spring_stiffness;
-        let stable = |speed: T| -> Result<bool, LinearisationError> {
-            Ok(self.conditions(Sliding::from(speed))?.hold(stiffness))
+        let mut marginal = true;
+        let mut stable = |speed: T| -> Result<bool, LinearisationError> {
+            let fate = self.conditions(Sliding::from(speed))?.fate(stiffness);
+            marginal &= fate == Fate::Stay;
+            Ok(fate == Fate::DieOut)
         };
         let at_top = stable(end)?;
         let ratio: T = lit(DOWN);
@@ -251,7 +274,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> MassOnSpring<T, M> {
                 Threshold::StableBelow(speed)
             });
         }
-        Ok(if at_top { Threshold::AlwaysStable } else { Threshold::NeverStable })
+        Ok(match (at_top, marginal) {
+            (true, _) => Threshold::AlwaysStable,
+            (false, true) => Threshold::Marginal,
+            (false, false) => Threshold::NeverStable,
+        })
     }
 
     fn conditions(&self, sliding: Sliding<T>) -> Result<Conditions<T>, LinearisationError> {
@@ -292,7 +319,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses parameters out of range, and a force below or above what steady sliding takes.
+    /// Refuses parameters out of range, a force below or above what steady sliding takes, and a curve
+    /// that is not finite at one of the speeds looked at.
     pub fn steady_velocity(
         &self,
         force: T,
@@ -308,7 +336,14 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             signed(self.stationary_force(velocity) + viscous_damping * velocity)
         };
         let excess = |speed: T| needed(speed) - force.abs();
+        let known = |speed: T, excess: T| {
+            let rule = Rule::FiniteAt { place: to_f64(signed(speed)) };
+            let (name, value) = ("steady friction force", to_f64(excess));
+            let refused = ParameterError { name, component: None, value, rule };
+            if excess.is_finite() { Ok(()) } else { Err(refused) }
+        };
         let (mut above, mut at_above) = (fastest, excess(fastest));
+        known(above, at_above)?;
         if is_zero(at_above) {
             return Ok(signed(above));
         }
@@ -317,6 +352,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         while above > slowest {
             let below = larger(above * lit(DOWN), slowest);
             let at_below = excess(below);
+            known(below, at_below)?;
             if at_above > T::zero() && at_below <= T::zero() {
                 let (speed, _) = enclose(excess, (below, at_below), (above, at_above), T::zero());
                 return Ok(signed(speed));

@@ -38,6 +38,10 @@
 //! friction, separates them: where S < 0 < D the spring must be stiffer than
 //! k_c = −(mλ + D) λ S/D ([`MassOnSpring::critical_stiffness`]).
 //!
+//! Where friction does not depend on the speed both vanish, and small motions neither grow nor die out
+//! ([`Threshold::Marginal`]). ∂ż/∂v as such is a difference of ones; the slope of steady sliding is
+//! therefore taken from the curve itself ([`Bristle::steady_linearised`](crate::Bristle::steady_linearised)).
+//!
 //! **Any mechanism** that knows its derivatives: [`StateSpace::of_system`].
 //!
 //! Sources: Romano et al. (arXiv 2602.09429), section III-C; the Routh–Hurwitz conditions as in

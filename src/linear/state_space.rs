@@ -8,11 +8,15 @@
 //!
 //! Source: T. Kailath, "Linear Systems" (Prentice-Hall, 1980), section 2.5, for zeros by inversion.
 
-use nalgebra::{Complex, RowSVector, SMatrix, SVector};
+use core::fmt;
+
+use nalgebra::{Complex, ComplexField, RowSVector, SMatrix, SVector};
 
 use super::LinearisationError;
+use crate::audit::Number;
 use crate::eigenvalues::eigenvalues;
 use crate::ode::System;
+use crate::parameter::{ParameterError, Rule};
 use crate::scalar::{lit, to_f64};
 use crate::{Branch, Scalar};
 
@@ -59,10 +63,15 @@ pub struct Roots<T, const N: usize> {
 
 impl<T: Scalar, const N: usize> Roots<T, N> {
     fn new(values: [Complex<f64>; N], count: usize) -> Self {
+        let mut values = values;
+        if let Some(values) = values.get_mut(..count) {
+            pair(values);
+        }
         Self { values: values.map(|root| Complex::new(lit(root.re), lit(root.im))), count }
     }
 
-    /// The roots, in no order.
+    /// The roots, in no order. Real ones have an imaginary part of exactly zero, the others come in
+    /// exact conjugates.
     pub fn as_slice(&self) -> &[Complex<T>] {
         self.values.get(..self.count).unwrap_or(&self.values)
     }
@@ -70,6 +79,79 @@ impl<T: Scalar, const N: usize> Roots<T, N> {
     /// The largest real part; `None` for an empty list.
     pub fn abscissa(&self) -> Option<T> {
         self.as_slice().iter().map(|root| root.re).reduce(|a, b| if b > a { b } else { a })
+    }
+}
+
+/// A line for each real root, and one for each pair with its undamped frequency and damping ratio.
+///
+/// ```
+/// use bristle::linear::StateSpace;
+/// use nalgebra::{Matrix2, RowVector2, Vector2};
+///
+/// // s² + 2 s + 25 = 0
+/// let swing = StateSpace {
+///     dynamics: Matrix2::new(0.0, 1.0, -25.0, -2.0),
+///     input: Vector2::new(0.0, 1.0),
+///     output: RowVector2::new(1.0, 0.0),
+///     feedthrough: 0.0,
+/// };
+/// assert_eq!(swing.poles()?.to_string(), "-1 ± 4.899i 1/s (ω = 5 rad/s, ζ = 0.2)");
+/// # Ok::<(), bristle::linear::LinearisationError>(())
+/// ```
+impl<T: Scalar, const N: usize> fmt::Display for Roots<T, N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Of a pair the upper one speaks.
+        let upper = self.as_slice().iter().filter(|root| !(root.im < T::zero()));
+        for (i, root) in upper.enumerate() {
+            if i > 0 {
+                writeln!(f)?;
+            }
+            let (re, im) = (to_f64(root.re), to_f64(root.im));
+            if im > 0.0 {
+                let frequency = ComplexField::hypot(re, im);
+                let (ratio, omega) = (Number(-re / frequency), Number(frequency));
+                write!(f, "{} ± {}i 1/s (ω = {omega} rad/s, ζ = {ratio})", Number(re), Number(im))?;
+            } else {
+                write!(f, "{} 1/s", Number(re))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Makes the roots of a real matrix what they are, real or one of a pair of conjugates, from the
+/// largest imaginary part down: a root nearer to its own mirror image than to another root's is real.
+fn pair(mut roots: &mut [Complex<f64>]) {
+    let length = |z: Complex<f64>| ComplexField::hypot(z.re, z.im);
+    loop {
+        // The highest first.
+        let mut height = 0.0;
+        for i in 0..roots.len() {
+            let here = roots.get(i).map_or(0.0, |root| root.im.abs());
+            if here > height {
+                height = here;
+                roots.swap(0, i);
+            }
+        }
+        let Some((one, others)) = roots.split_first_mut() else { return };
+        let mirrored = one.conj();
+        let away = |others: &[Complex<f64>], i: usize| {
+            others.get(i).map_or(f64::INFINITY, |&other| length(other - mirrored))
+        };
+        let nearest =
+            (0..others.len()).reduce(|a, b| if away(others, b) < away(others, a) { b } else { a });
+        let near = nearest.map_or(f64::INFINITY, |i| away(others, i));
+        let rounding = 8.0 * f64::EPSILON * length(*one);
+        if !(2.0 * one.im.abs() > rounding && near < 2.0 * one.im.abs()) {
+            one.im = 0.0;
+            roots = others;
+            continue;
+        }
+        others.swap(0, nearest.unwrap_or(0));
+        let Some((other, rest)) = others.split_first_mut() else { return };
+        *one = (*one + other.conj()) * 0.5;
+        *other = one.conj();
+        roots = rest;
     }
 }
 
@@ -122,8 +204,12 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
         }
     }
 
-    /// The transfer function G(s) = C (sI − A)⁻¹ B + D; not finite at a pole.
+    /// The transfer function G(s) = C (sI − A)⁻¹ B + D; not finite at a pole, D at infinity.
     pub fn transfer(&self, s: Complex<T>) -> Complex<T> {
+        let infinite = |x: T| x.abs() >= T::one() / T::zero();
+        if infinite(s.re) || infinite(s.im) {
+            return Complex::new(self.feedthrough, T::zero());
+        }
         let shifted = SMatrix::<Complex<T>, N, N>::from_fn(|i, j| {
             let entry = Complex::new(-self.dynamics[(i, j)], T::zero());
             if i == j { entry + s } else { entry }
@@ -142,12 +228,17 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     ///
     /// # Errors
     ///
-    /// Refuses a system whose transients do not die out.
+    /// Refuses a system whose transients do not die out, one that is not finite, and a frequency that
+    /// is not a number. (At infinity the answer is D.)
     pub fn frequency_response(
         &self,
         angular_frequency: T,
     ) -> Result<Complex<T>, LinearisationError> {
-        self.stable()?;
+        if !(angular_frequency >= T::zero() || angular_frequency < T::zero()) {
+            let (name, value) = ("angular_frequency", to_f64(angular_frequency));
+            return Err(ParameterError { name, component: None, value, rule: Rule::Number }.into());
+        }
+        self.finite()?.stable()?;
         Ok(self.transfer(Complex::new(T::zero(), angular_frequency)))
     }
 
@@ -156,8 +247,10 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     ///
     /// # Errors
     ///
-    /// Refuses a system with a pole at zero, and one whose transients do not die out.
+    /// Refuses a system with a pole at zero, one whose transients do not die out, and one that is not
+    /// finite.
     pub fn static_gain(&self) -> Result<T, LinearisationError> {
+        self.finite()?;
         let gain = self.transfer(Complex::new(T::zero(), T::zero())).re;
         if !gain.is_finite() {
             return Err(LinearisationError::Singular);
@@ -178,12 +271,41 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// The zeros [1/s], of which there are fewer than poles if D = 0. None for a system whose output
     /// no input reaches.
     ///
+    /// A small D adds a zero far out, near −C B/D, beside which all others are small. They are then
+    /// those of the system without D, and the far one is left out where it exceeds the scalar type.
+    ///
     /// # Errors
     ///
-    /// Refuses a matrix that is not finite.
+    /// Refuses a system that is not finite.
     pub fn zeros(&self) -> Result<Roots<T, N>, LinearisationError> {
+        self.finite()?;
+        if self.feedthrough == T::zero() {
+            return self.zeros_with(T::zero());
+        }
+        let near = self.zeros_with(T::zero())?;
+        let Ok(all) = self.zeros_with(self.feedthrough) else { return Ok(near) };
+        let length = |root: &Complex<T>| ComplexField::hypot(root.re, root.im);
+        let far = all.as_slice().iter().reduce(|a, b| if length(b) > length(a) { b } else { a });
+        let Some(far) = far.filter(|_| near.count + 1 == N) else { return Ok(all) };
+        // With half the digits either way where the two meet.
+        let limit = length(far) * T::default_epsilon().sqrt();
+        let poles = self.poles()?;
+        let small = |roots: &Roots<T, N>| roots.as_slice().iter().all(|root| length(root) < limit);
+        if !(small(&near) && small(&poles)) {
+            return Ok(all);
+        }
+        let mut values = near.values;
+        match values.get_mut(near.count) {
+            Some(last) if far.re.is_finite() => *last = Complex::new(far.re, T::zero()),
+            _ => return Ok(near),
+        }
+        Ok(Roots { values, count: N })
+    }
+
+    /// The zeros with another D.
+    fn zeros_with(&self, feedthrough: T) -> Result<Roots<T, N>, LinearisationError> {
         let (mut a, mut b, mut c, mut d, mut order) =
-            (self.dynamics, self.input, self.output, self.feedthrough, N);
+            (self.dynamics, self.input, self.output, feedthrough, N);
         while d == T::zero() {
             // By the state that weighs most in the output.
             let weights = (0..order).map(|i| (i, c[i].abs()));
@@ -242,7 +364,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// Refuses a matrix that is not finite.
     pub fn corner_frequency(&self) -> Result<T, LinearisationError> {
         let poles = self.poles()?;
-        let sizes = poles.as_slice().iter().map(|pole| pole.norm_sqr().sqrt());
+        let sizes = poles.as_slice().iter().map(|pole| ComplexField::hypot(pole.re, pole.im));
         Ok(sizes.reduce(|a, b| if b < a { b } else { a }).unwrap_or_else(T::zero))
     }
 
@@ -276,6 +398,16 @@ fn size<T: Scalar>(z: Complex<T>) -> T {
     z.re.abs() + z.im.abs()
 }
 
+/// a/b, with b scaled to one so that its square neither overflows nor vanishes.
+fn quotient<T: Scalar>(a: Complex<T>, b: Complex<T>) -> Complex<T> {
+    let (re, im) = (b.re.abs(), b.im.abs());
+    let scale = if im > re { im } else { re };
+    let b = Complex::new(b.re / scale, b.im / scale);
+    let square = b.re * b.re + b.im * b.im;
+    let a = Complex::new(a.re / scale, a.im / scale);
+    Complex::new((a.re * b.re + a.im * b.im) / square, (a.im * b.re - a.re * b.im) / square)
+}
+
 /// The solution of M x = b by elimination; `None` if M is singular to rounding.
 ///
 /// The pivot is the entry that is largest in its row, so that units do not matter; one that is the rounding
@@ -302,7 +434,7 @@ fn solve<T: Scalar, const N: usize>(
             return None;
         }
         for i in k + 1..N {
-            let factor = matrix[(i, k)] / pivot;
+            let factor = quotient(matrix[(i, k)], pivot);
             for j in k..N {
                 let row = matrix[(k, j)];
                 matrix[(i, j)] -= factor * row;
@@ -318,7 +450,7 @@ fn solve<T: Scalar, const N: usize>(
             let later = right[j];
             right[i] -= matrix[(i, j)] * later;
         }
-        right[i] /= matrix[(i, i)];
+        right[i] = quotient(right[i], matrix[(i, i)]);
     }
     Some(right)
 }

@@ -16,6 +16,7 @@
 //!
 //! exact for every h ≥ 0, and for λ = 0 where z grows as r v t.
 
+use crate::scalar::nan;
 use crate::{Deflection, Scalar};
 
 /// The four coefficients of a model at one velocity, or their derivatives with respect to it.
@@ -59,6 +60,13 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
     }
 }
 
+/// A length of a step; NaN for a negative one: a bristle cannot be run backwards, what it has forgotten
+/// would grow.
+#[inline(always)]
+pub(super) fn forwards<T: Scalar>(duration: T) -> T {
+    if duration >= T::zero() { duration } else { nan() }
+}
+
 /// What happens over a step during which the velocity is held.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hold<T, D = T> {
@@ -71,10 +79,11 @@ pub struct Hold<T, D = T> {
 }
 
 impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
-    /// The exact step of length h ≥ 0 \[s\] at a held velocity, with these coefficients frozen.
+    /// The exact step of length h ≥ 0 \[s\] at a held velocity, with these coefficients frozen. NaN for a
+    /// negative length.
     #[inline]
     pub fn hold(&self, velocity: T, deflection: D, duration: T) -> Hold<T, D> {
-        let (weights, drive) = (self.weights(duration), self.drive * velocity);
+        let (weights, drive) = (self.weights(forwards(duration)), self.drive * velocity);
         let end = D::end(&weights, deflection, drive);
         let mean = D::mean(&weights, deflection, drive);
         Hold {

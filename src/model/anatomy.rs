@@ -1,7 +1,8 @@
 //! What a model is made of: the numbers that stand in its theorems.
 
 use crate::bounds::smaller;
-use crate::scalar::{is_zero, lit};
+use crate::parameter::{ParameterError, Rule};
+use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Bounds, Branch, FrictionCurve, Scalar};
 
 /// What a model is made of, as far as the laws of friction speak of it. From
@@ -39,6 +40,12 @@ pub struct Anatomy<T> {
     pub speed_at_rest: T,
     /// Deflection \[m\] up to which the bristle is elastic, for a model that has such a limit.
     pub stick_limit: Option<T>,
+    /// Whether the bristle yields for ever under a steady force, see
+    /// [`Rheology::creeps`](crate::Rheology::creeps).
+    pub creeps: bool,
+    /// A speed, of those the search for the least slope looks at, at which the friction curve is not
+    /// what it says it is: not finite, or outside its own bounds.
+    pub curve_fault: Option<ParameterError>,
 }
 
 /// Speeds per decade, and decades, of the search for the least slope.
@@ -68,8 +75,44 @@ impl<T: Scalar> Anatomy<T> {
             needed_viscous_friction: None,
             speed_at_rest: T::zero(),
             stick_limit: None,
+            creeps: false,
+            curve_fault: curve_fault(curve, fastest),
         }
     }
+}
+
+/// The first speed of the search at which the curve is not finite or leaves its bounds.
+fn curve_fault<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> Option<ParameterError> {
+    let bounds = curve.bounds(fastest);
+    // The bounds are sums of the parameters, the values of a few functions.
+    let rounding = T::one() + lit::<T>(1e2) * T::default_epsilon();
+    let count = if is_zero(fastest) { 0 } else { PER_DECADE * DECADES };
+    let looked_at = core::iter::successors(Some(fastest), |&speed| Some(speed * lit::<T>(NEXT)))
+        .take(count)
+        .chain(core::iter::once(T::zero()));
+    for speed in looked_at {
+        for branch in [Branch::Forward, Branch::Backward] {
+            let velocity = if branch == Branch::Backward { -speed } else { speed };
+            let (mu, slope) = curve.coefficient_and_slope(branch.of(velocity));
+            let at = to_f64(velocity);
+            let inside = mu * rounding >= bounds.min && mu <= bounds.max * rounding;
+            if !(inside && mu > T::zero() && mu.is_finite()) {
+                let (least, most) = (to_f64(bounds.min), to_f64(bounds.max));
+                let rule = Rule::BetweenAt { least, most, place: at };
+                return Some(refused("friction curve", mu, rule));
+            }
+            // Infinitely steep it may be at rest.
+            if !slope.is_finite() && !is_zero(speed) {
+                let rule = Rule::FiniteAt { place: at };
+                return Some(refused("slope of the friction curve", slope, rule));
+            }
+        }
+    }
+    None
+}
+
+fn refused<T: Scalar>(name: &'static str, value: T, rule: Rule) -> ParameterError {
+    ParameterError { name, component: None, value: to_f64(value), rule }
 }
 
 /// The least dμ/d|v| at speeds up to `fastest`, by search.

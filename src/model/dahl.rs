@@ -110,6 +110,8 @@ impl<T: Scalar> Bristle<T> for Dahl<T> {
             needed_viscous_friction: None,
             speed_at_rest: T::zero(),
             stick_limit: None,
+            creeps: false,
+            curve_fault: None,
         })
     }
 

@@ -18,9 +18,9 @@
 //!
 //! Source: Romano et al. (arXiv 2602.09429), sections II-B and III-A, equations for ż and g(v).
 
-use super::{Affine, Anatomy, Law, Limits, finite, searchable};
+use super::{Affine, Anatomy, Law, Limits, Linearised, finite, searchable};
 use crate::bounds::larger;
-use crate::scalar::nan;
+use crate::scalar::{is_zero, nan};
 use crate::{Bristle, Deflection, Exact, FrictionCurve, Regularisation, Rheology, Scalar, Sliding};
 
 /// An FrBD model of a friction curve C, a bristle R and a regularisation E.
@@ -195,6 +195,44 @@ where
         self.rheology.stationary(sliding, coefficient)
     }
 
+    /// With N = μ v − |v|_ε Σ Kᵢxᵢ = g ż: of N' the terms that cancel in steady sliding are taken out.
+    fn steady_linearised(&self, sliding: impl Into<Sliding<T>>) -> Linearised<T, Self::Deflection> {
+        let sliding = sliding.into();
+        let deflection = self.stationary(sliding);
+        let (elements, elements_slope) = self.rheology.elements_and_slopes(sliding);
+        let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
+        let (sign, sign_slope) = self.regularisation.sign_and_slope(sliding);
+        let (mu, mu_slope) = self.curve.coefficient_and_slope(sliding);
+        let resistance = elements.damping * speed + mu;
+        let inverse = inverse_resistance(sliding, resistance, |other| self.resistance(other));
+        let share = speed * inverse;
+        // ż/|v|_ε: zero unless the bristle creeps.
+        let fluidity = self.rheology.fluidity(sliding);
+        let creep = if is_zero(fluidity) {
+            T::zero()
+        } else {
+            fluidity * mu * sign / (speed + mu * fluidity)
+        };
+        let stiffening = elements_slope.stiffness.dot(deflection);
+        let by_velocity = share * (mu_slope * sign + mu * sign_slope - stiffening)
+            + creep
+                * inverse
+                * (speed_slope * mu - speed * (elements_slope.damping * speed + mu_slope));
+        let affine = self.affine(sliding, deflection);
+        let velocity = sliding.velocity();
+        Linearised {
+            rate: affine.rate(velocity, deflection),
+            coefficient: affine.coefficient(velocity, deflection),
+            rate_by_deflection: R::Deflection::negative(affine.relaxation),
+            rate_by_velocity: R::Deflection::fill(by_velocity)
+                - elements_slope.decay.scaled_by(deflection),
+            coefficient_by_deflection: affine.stiffness,
+            coefficient_by_velocity: elements.damping * by_velocity
+                + elements_slope.damping * (creep * speed)
+                + stiffening,
+        }
+    }
+
     fn storage_stiffness(&self) -> Self::Deflection {
         self.rheology.storage_stiffness()
     }
@@ -219,6 +257,7 @@ where
         let speed_at_rest = self.regularisation.speed_at_rest();
         searchable(fastest).then(|| Anatomy {
             speed_at_rest,
+            creeps: self.rheology.creeps(),
             ..Anatomy::new("FrBD", &self.curve, elements, fastest)
         })
     }

@@ -10,8 +10,9 @@
 //! Source: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of
 //! systems with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425.
 
+use super::affine::forwards;
 use super::frbd::{inverse_resistance, least_slope, unlimited};
-use super::{Affine, Anatomy, Hold, Law, Limits, finite, searchable};
+use super::{Affine, Anatomy, Hold, Law, Limits, Linearised, finite, searchable};
 use crate::scalar::lit;
 use crate::{
     Bristle, Elements, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar,
@@ -185,7 +186,7 @@ where
     #[inline]
     fn hold(&self, velocity: T, deflection: T, duration: T) -> Hold<T> {
         let affine = self.affine(Sliding::from(velocity), deflection);
-        let weights = affine.weights(duration);
+        let weights = affine.weights(forwards(duration));
         let (end, mean) = (weights.end(deflection, velocity), weights.mean(deflection, velocity));
         let Elements { stiffness, damping, .. } = self.rheology.elements(Sliding::from(velocity));
         let rate = damping * affine.rate(velocity, deflection);
@@ -210,6 +211,26 @@ where
         let sliding = sliding.into();
         let coefficient = self.regularisation.sign(sliding) * self.curve.coefficient(sliding);
         self.rheology.stationary(sliding, coefficient)
+    }
+
+    /// ∂ż/∂v = (|v|_ε/g)(g sgn_ε)', ∂μ_b/∂v = σ1 ∂ż/∂v + σ2, with the terms that cancel in steady sliding taken out.
+    fn steady_linearised(&self, sliding: impl Into<Sliding<T>>) -> Linearised<T> {
+        let sliding = sliding.into();
+        let deflection = self.stationary(sliding);
+        let affine = self.affine(sliding, deflection);
+        let velocity = sliding.velocity();
+        let (sign, sign_slope) = self.regularisation.sign_and_slope(sliding);
+        let (g, g_slope) = self.curve.coefficient_and_slope(sliding);
+        let Elements { stiffness, damping, .. } = self.rheology.elements(sliding);
+        let by_velocity = affine.relaxation / stiffness * (g_slope * sign + g * sign_slope);
+        Linearised {
+            rate: affine.rate(velocity, deflection),
+            coefficient: affine.coefficient(velocity, deflection),
+            rate_by_deflection: -affine.relaxation,
+            rate_by_velocity: by_velocity,
+            coefficient_by_deflection: affine.stiffness,
+            coefficient_by_velocity: damping * by_velocity + self.viscous,
+        }
     }
 
     fn stationary_coefficient(&self, sliding: impl Into<Sliding<T>>) -> T {

@@ -22,6 +22,7 @@ pub use law::Law;
 pub use lugre::LuGre;
 
 use crate::parameter::ParameterError;
+use crate::scalar::lit;
 use crate::{Contact, Deflection, Scalar, Sliding};
 
 /// A dynamic friction model per unit normal force: the bristle deflection z \[m\] as state, the
@@ -124,6 +125,29 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         let sliding = sliding.into();
         let (affine, slopes) = self.affine_and_slopes(sliding, deflection);
         Linearised::new(&affine, &slopes, sliding.velocity(), deflection)
+    }
+
+    /// Rate and coefficient of steady sliding with all their partial derivatives.
+    ///
+    /// There ∂ż/∂v = −λ' z + r' v + r is a difference of terms of order one, of which
+    /// (|v|_ε/g)(μ sgn_ε)' is left, and its sign decides whether small motions grow. A model that can
+    /// write that down does; else a difference of a few roundings of its terms counts as zero.
+    fn steady_linearised(&self, sliding: impl Into<Sliding<T>>) -> Linearised<T, Self::Deflection> {
+        let sliding = sliding.into();
+        let velocity = sliding.velocity();
+        let deflection = self.stationary(sliding);
+        let linearised = self.linearised(sliding, deflection);
+        let (affine, slopes) = self.affine_and_slopes(sliding, deflection);
+        let relaxed = <Self::Deflection as Deflection<T>>::relax(slopes.relaxation, deflection);
+        let rate_terms = relaxed.largest() + (slopes.drive * velocity).abs() + affine.drive.abs();
+        let coefficient_terms = slopes.stiffness.dot(deflection).abs()
+            + (slopes.damping * velocity).abs()
+            + affine.damping.abs();
+        Linearised {
+            rate_by_velocity: linearised.rate_by_velocity.each(|x| cleared(x, rate_terms)),
+            coefficient_by_velocity: cleared(linearised.coefficient_by_velocity, coefficient_terms),
+            ..linearised
+        }
     }
 
     /// The relaxation rate λ(v) [1/s]: at a held velocity, e^(−λt) of a disturbance is left after t.
@@ -241,6 +265,12 @@ impl<T> Limits<T> {
     pub(crate) fn none() -> Self {
         Self { deflection: None, coefficient: None, relaxation_rate: None }
     }
+}
+
+/// A difference, unless it is a few roundings of the terms it is made of: then zero.
+fn cleared<T: Scalar>(difference: T, terms: T) -> T {
+    let rounding = lit::<T>(16.0) * T::default_epsilon() * terms;
+    if rounding.is_finite() && difference.abs() <= rounding { T::zero() } else { difference }
 }
 
 /// Whether a velocity range can be searched.

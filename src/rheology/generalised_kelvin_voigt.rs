@@ -35,7 +35,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::modes::{Pole, root};
-use super::{Elements, GeneralisedMaxwell, MaxwellArm};
+use super::{Elements, GeneralisedMaxwell, MaxwellArm, maxwell};
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::is_zero;
@@ -159,6 +159,7 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
                 |name, value| parameter::component(index + 1, parameter::positive(name, value));
             arm.stiffness = checked("equivalent stiffness", one / (decay * slope))?;
             arm.series_damping = Some(checked("equivalent damping", arm.stiffness / decay)?);
+            parameter::component(index + 1, maxwell::check_decay(decay))?;
         }
         let damping = if instant.is_some() {
             zero

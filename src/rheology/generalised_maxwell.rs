@@ -14,6 +14,17 @@
 //! arm it slides on the friction curve, F_ss = p μ sgn_ε; without one it creeps,
 //! F_ss = p v/(|v|_ε/μ + 1/(Σηᵢ + d)).
 //!
+//! # Arms from measured moduli
+//!
+//! A table of storage and loss moduli G'(ωₖ), G''(ωₖ) gives the arms without iteration: choose
+//! relaxation times τᵢ = ηᵢ/Kᵢ, one or two a decade over 1/ωₖ, and with these
+//!
+//! G'(ω) = K₀ + Σ Kᵢ (ωτᵢ)²/(1 + (ωτᵢ)²),  G''(ω) = Σ Kᵢ ωτᵢ/(1 + (ωτᵢ)²) + d ω
+//!
+//! is linear in K₀, Kᵢ and d: least squares of both, each row divided by the modulus it should meet.
+//! Leave out an arm whose Kᵢ comes out negative and solve again; then ηᵢ = Kᵢτᵢ. Two times closer than
+//! a factor of three or so cannot be told apart by noisy data.
+//!
 //! # Energy and force
 //!
 //! F v − Ẇ = F v_s + p d ż² + p Σ (Kᵢ²/ηᵢ) xᵢ²,  W = ½ p Σ Kᵢ xᵢ²,
@@ -91,7 +102,9 @@ impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>
     ///
     /// # Errors
     ///
-    /// Names the parameter that is out of its range, and the arm; refuses a bristle without arms.
+    /// Names the parameter that is out of its range, and the arm; refuses a bristle without arms, and an
+    /// arm that decays faster than a step can tell from at once, Kᵢ/ηᵢ > 10⁵⁰ 1/s (of an `f32` 10¹⁰ 1/s):
+    /// leave it out.
     pub fn new(
         parameters: GeneralisedMaxwellParameters<T, N, S, D>,
     ) -> Result<Self, ParameterError> {
@@ -101,6 +114,8 @@ impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>
             parameter::component(i, parameter::positive("arms.stiffness", arm.stiffness))?;
             if let Some(damping) = &arm.series_damping {
                 parameter::component(i, damping.check_positive("arms.series_damping"))?;
+                let fastest = maxwell::decay_bounds(arm.stiffness, damping).max;
+                parameter::component(i, maxwell::check_decay(fastest))?;
             }
         }
         micro_damping.check_non_negative("micro_damping")?;

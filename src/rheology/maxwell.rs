@@ -24,6 +24,7 @@
 
 use super::{Elements, VelocityLaw};
 use crate::parameter::{self, ParameterError};
+use crate::scalar::lit;
 use crate::{Bounds, Rheology, Scalar, Sliding};
 
 /// Parameters of [`Maxwell`].
@@ -78,6 +79,15 @@ pub(super) fn decay<T: Scalar>(
     sliding: Sliding<T>,
 ) -> T {
     stiffness / dashpot.value(sliding)
+}
+
+/// Checks the fastest decay rate K/η of a spring beside others: the modes of the step part coinciding
+/// springs by 1e-17 of the fastest rate (1e-60 of an f64), which then must not be felt within any run.
+pub(super) fn check_decay<T: Scalar>(decay: T) -> Result<(), ParameterError> {
+    let single = T::default_epsilon() > lit(1e-10);
+    let limit: T = lit(if single { 1e10 } else { 1e50 });
+    let name = "stiffness over series_damping";
+    parameter::at_most(name, decay, "the fastest decay of an arm [1/s]", limit).map(drop)
 }
 
 /// The decay rate, and its derivative with respect to the signed velocity.

@@ -107,12 +107,14 @@ impl<T: Scalar, S: VelocityLaw<T>> Zener<T, S> {
     ///
     /// # Errors
     ///
-    /// Names the parameter that is out of its range.
+    /// Names the parameter that is out of its range; refuses a second spring that decays faster than a
+    /// step can tell from at once, K/η > 10⁵⁰ 1/s (of an `f32` 10¹⁰ 1/s).
     pub fn new(parameters: ZenerParameters<T, S>) -> Result<Self, ParameterError> {
         let ZenerParameters { static_stiffness, relaxing_stiffness, series_damping } = parameters;
         let static_stiffness = parameter::positive("static_stiffness", static_stiffness)?;
         let relaxing_stiffness = parameter::positive("relaxing_stiffness", relaxing_stiffness)?;
         series_damping.check_positive("series_damping")?;
+        maxwell::check_decay(maxwell::decay_bounds(relaxing_stiffness, &series_damping).max)?;
         Ok(Self { static_stiffness, relaxing_stiffness, series_damping })
     }
 }

@@ -274,10 +274,17 @@ impl Swing {
         let mass = to_f64(mechanism.mass);
         let bristle = to_f64(friction.force_by_deflection) * to_f64(friction.rate_by_velocity);
         let damping = to_f64(friction.force_by_velocity) + to_f64(mechanism.viscous_damping);
-        Self {
-            damping: damping / mass,
-            stiffness: (bristle + to_f64(mechanism.spring_stiffness)) / mass,
-        }
+        // A bristle that creeps (Maxwell) lets go of the mass: (s + λ)(m s² + D s + k) + C B s = 0 has a
+        // slow root near −λ k/(C B + k + λ D), and the swing is what is left of sum and product. The
+        // limits of the two methods with a formula of their own are then on the safe side.
+        let creeps = contact.model().anatomy(T::zero()).is_some_and(|anatomy| anatomy.creeps);
+        let rest = branch.of(T::zero());
+        let leak =
+            if creeps { to_f64(contact.model().relaxation_rate(rest, T::zero())) } else { 0.0 };
+        let spring = to_f64(mechanism.spring_stiffness);
+        let stiffness = bristle + spring + leak * damping;
+        let slow = if leak > 0.0 { leak * spring / stiffness } else { 0.0 };
+        Self { damping: damping / mass + (leak - slow), stiffness: stiffness / mass }
     }
 
     /// The roots s of s² + a s + b.
