@@ -161,6 +161,12 @@ fn report<C: Candidate<N>, const N: usize>(
     let last = seen.times().last().copied().unwrap_or(to);
     let unseen = log.between(last.next_up(), arguments.number("predict")).ok();
     let parts = [("fitted", Some(seen), Colour::Blue), ("predicted", unseen, Colour::Vermilion)];
+    // Positions of all parts from one zero, that of the first row of all.
+    let whole = log.positions();
+    let begin = |part: &Log| {
+        let first = part.times().first().copied().unwrap_or(0.0);
+        whole.get(log.times().partition_point(|&t| t < first)).copied().unwrap_or(0.0)
+    };
     println!("                 rmse   work of friction over p: model, data");
     for (name, log, colour) in parts {
         let Some(log) = log else { continue };
@@ -169,7 +175,9 @@ fn report<C: Candidate<N>, const N: usize>(
             "{name:9}  {:10.5}   {:.6e} m, {:.6e} m",
             model.rmse, model.work, model.measured_work
         );
-        let columns = [log.times().to_vec(), log.positions(), log.velocities().to_vec()];
+        let zero = begin(&log);
+        let positions = log.positions().into_iter().map(|x| zero + x).collect();
+        let columns = [log.times().to_vec(), positions, log.velocities().to_vec()];
         let [t, x, v] = &columns;
         let data = log.coefficients();
         for row in 0..log.len() {
