@@ -14,6 +14,8 @@ use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 const FREQUENCIES: [f64; 3] = [25.0, 50.0, 100.0];
 const PERIODS: usize = 10;
+/// Until then [s] the loops settle: a disturbance fades with about 32 1/s. Whole periods of every frequency.
+const SETTLED: f64 = 1.0;
 const MEAN: f64 = 0.0055;
 const AMPLITUDE: f64 = 0.005;
 
@@ -40,9 +42,9 @@ fn main() -> ExitCode {
         let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
         let columns = ["model", "frequency", "t", "v", "z", "force"];
         let mut table = Csv::create(arguments.out_dir(), "frictional_lag", &columns)?;
-        println!("v = {MEAN} + {AMPLITUDE} sin(2πft) m/s, ten periods, Table 2, rtol {rtol:e}");
+        println!("v = {MEAN} + {AMPLITUDE} sin(2πft) m/s, settled, Table 2, rtol {rtol:e}");
         println!();
-        println!("model  frequency  least force  greatest force  loop in the last period");
+        println!("model  frequency  least force  greatest force  width at {MEAN} m/s  loop");
         let steady: Vec<_> = (0..=200)
             .map(|i| MEAN + AMPLITUDE * (f64::from(i) / 100.0 - 1.0))
             .map(|v| (v * 1e3, curve.coefficient(v.into())))
@@ -94,20 +96,31 @@ fn run<M: Bristle<f64, Deflection = f64>>(
         velocity: Sine::new(velocity)?,
     });
     let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(rtol, scene.scales())?);
-    let span = 0.0..PERIODS as f64 / frequency;
-    let trajectory = solver.solve(&scene, span, scene.stationary(0.0), Output::Uniform(samples))?;
+    let before = solver.solve(&scene, 0.0..SETTLED, scene.stationary(0.0), Output::Uniform(2))?;
+    let span = SETTLED..SETTLED + PERIODS as f64 / frequency;
+    let trajectory = solver.solve(&scene, span, before.states()[1], Output::Uniform(samples))?;
     let row = |(t, state): (f64, &nalgebra::Vector1<f64>)| {
         [t, scene.velocity(t), state.x, scene.friction_force(t, state)]
     };
     Ok(trajectory.iter().map(row).collect())
 }
 
-/// What the last period did.
+/// What the last period did: how high, how wide, which way round.
 fn report(label: &str, frequency: f64, last: &[Row]) {
     let least = last.iter().map(|row| row[3]).fold(f64::INFINITY, f64::min);
     let most = last.iter().map(|row| row[3]).fold(f64::NEG_INFINITY, f64::max);
     // ∮ F dv > 0: more force while the velocity rises than while it falls.
     let area: f64 = last.windows(2).map(|w| 0.5 * (w[0][3] + w[1][3]) * (w[1][1] - w[0][1])).sum();
     let direction = if area > 0.0 { "normal (clockwise)" } else { "reversed (counter-clockwise)" };
-    println!("{label:5}  {frequency:6} Hz  {least:9.4} N  {most:12.4} N  {direction}");
+    // Once while the velocity rises, once while it falls.
+    let crossings = last.windows(2).filter(|w| (w[0][1] - MEAN) * (w[1][1] - MEAN) <= 0.0);
+    let forces =
+        crossings.map(|w| w[0][3] + (w[1][3] - w[0][3]) * (MEAN - w[0][1]) / (w[1][1] - w[0][1]));
+    let (low, high) = forces.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), force| {
+        (low.min(force), high.max(force))
+    });
+    let width = 1e3 * (high - low);
+    println!(
+        "{label:5}  {frequency:6} Hz  {least:9.4} N  {most:12.4} N  {width:16.1} mN  {direction}"
+    );
 }

@@ -169,7 +169,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// plausible numbers. [`Contact::companion`] couples them for any step. For the impulse on a mass
     /// use the mean force, F̄ h; the force at the end is what a sensor would read.
     ///
-    /// An elasto-plastic model's α is frozen at the beginning of the step.
+    /// An elasto-plastic model's α is frozen at the beginning of the step. The implicit bristle's tip is followed, see
+    /// [`ImplicitBristle`](crate::ImplicitBristle).
     #[inline]
     pub fn hold(
         &self,

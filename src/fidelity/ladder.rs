@@ -30,6 +30,8 @@ const FORGOTTEN: f64 = 14.0;
 const MOST_HIDDEN: f64 = 3.0;
 /// Steps, in place of one, that tell whether a model does at all.
 const FINE: usize = 32;
+/// Steps between two answers up to which a reference above FrBD may stall: until they tell when a tip breaks away.
+const SETTLING: usize = 8;
 /// Most steps between two answers.
 const MOST_SUBSTEPS: usize = 1 << 12;
 /// The same of a plan that is carried out: a look with shorter steps tells whether a model does at all, and is
@@ -735,8 +737,9 @@ pub(super) fn choose<S: Climb>(
         // The reference is only ever held up by roundings, or by what a coarse step skips: where a look is
         // only taken where it matters, going on is cheap.
         let cheap = scene.price(&way.candidate, way.pace).is_some();
-        let hopeless = way.candidate.rung.is_memoryless()
-            || (stalled && !cheap && (!way.candidate.top || way.pace.substeps > 1));
+        let patience = if way.candidate.rung == Rung::Reference { SETTLING } else { 1 };
+        let settling = way.candidate.top && way.pace.substeps <= patience;
+        let hopeless = way.candidate.rung.is_memoryless() || (stalled && !cheap && !settling);
         if hopeless {
             ways.remove(index);
             continue;

@@ -8,11 +8,12 @@
 //! | FrBD | one spring, one dashpot, the friction curve; held velocity | 1.7 | 0.8 |
 //! | | the same by collocation with three nodes | 9 | 0.8 |
 //! | reference | a bristle of several springs; held velocity | 43 | 0.8 |
+//! | | the implicit bristle; held velocity | 24 | 5 |
 //!
 //! Weights are times over that of one right-hand side of FrBD, as measured. A plan answers at equal intervals Δ,
 //! with n = 1, 2, 4 … steps from one answer to the next. If the model of a scene has one spring and one dashpot,
-//! FrBD is the reference. Else FrBD is the bristle of one spring and one dashpot with the same complex modulus at the
-//! frequency ω of the scene (its root-mean-square acceleration over its root-mean-square velocity):
+//! FrBD is the reference; below the [implicit bristle](crate::ImplicitBristle) it has the same spring and dashpot. Else
+//! FrBD is the bristle of one spring and one dashpot with the same complex modulus at the frequency ω of the scene (its root-mean-square acceleration over its root-mean-square velocity):
 //! σ0 = G'(ω), σ1 = G''(ω)/ω.
 //!
 //! # Evidence

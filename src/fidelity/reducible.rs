@@ -3,8 +3,8 @@
 use crate::parameter::ParameterError;
 use crate::scalar::is_zero;
 use crate::{
-    Bristle, FrBd, FrictionCurve, KelvinVoigt, KelvinVoigtParameters, Regularisation, Rheology,
-    Scalar,
+    Bristle, FrBd, FrictionCurve, ImplicitBristle, KelvinVoigt, KelvinVoigtParameters,
+    Regularisation, Rheology, Scalar,
 };
 
 /// A model that can stand at the top of the ladder of a [`History`](super::History): it knows the lumped FrBD
@@ -60,5 +60,28 @@ where
         } else {
             (super::weight::MATRIX_HOLD, super::weight::FORCE)
         }
+    }
+}
+
+/// FrBD on the same spring and dashpot, which is one step of linearisation away.
+impl<T, C, E> Reducible<T> for ImplicitBristle<T, C, E>
+where
+    T: Scalar,
+    C: FrictionCurve<T>,
+    E: Regularisation<T>,
+{
+    type Lumped = FrBd<C, KelvinVoigt<T>, E>;
+
+    fn lumped(&self, _: T) -> Result<Self::Lumped, ParameterError> {
+        let lumped = FrBd::new(self.curve().clone(), *self.rheology());
+        Ok(lumped.regularised(self.regularisation().clone()))
+    }
+
+    fn is_lumped(&self) -> bool {
+        false
+    }
+
+    fn weights(&self) -> (f64, f64) {
+        (super::weight::SOLVED_HOLD, super::weight::SOLVED_FORCE)
     }
 }

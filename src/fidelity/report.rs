@@ -295,18 +295,17 @@ impl fmt::Display for Choice {
             1 => String::from("1 reversal"),
             many => format!("{many} reversals"),
         };
-        writeln!(
-            f,
-            "{} to {} m/s, {reversals}, lag {}, pre-sliding {}, stuck {:.0} % of the time",
-            Three(slowest),
-            Three(fastest),
-            Three(lag),
-            Three(presliding),
-            100.0 * stuck_share
-        )?;
-        if let Some(transits) = self.evidence.transits {
-            let period = "transits of the patch in a period, or in all";
-            writeln!(f, "{transits:.3e} {period}")?;
+        write!(f, "{} to {} m/s, {reversals}, ", Three(slowest), Three(fastest))?;
+        let (lag, presliding, stuck) = (Three(lag), Three(presliding), 100.0 * stuck_share);
+        match self.evidence.transits {
+            None => {
+                writeln!(f, "lag {lag}, pre-sliding {presliding}, stuck {stuck:.0} % of the time")?;
+            }
+            Some(transits) => {
+                writeln!(f, "{} transits in a period or in all", Three(transits))?;
+                write!(f, "steady force changes by up to {lag} of its scale in a transit, ")?;
+                writeln!(f, "{stuck:.0} % of the time V > λ")?;
+            }
         }
         writeln!(f)?;
         writeln!(
@@ -341,6 +340,9 @@ impl fmt::Display for Choice {
                 verdict,
                 if *met { "enough" } else { "no" }
             )?;
+        }
+        if self.trials.iter().any(|trial| !trial.met && trial.error <= self.allowed) {
+            writeln!(f, "(what is measured must stay below 85 to 97 % of what is allowed)")?;
         }
         let Plan { rung, integrator, step, .. } = self.plan;
         writeln!(f)?;

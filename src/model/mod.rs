@@ -138,7 +138,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
 
     /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s].
     ///
-    /// An elasto-plastic model's α is frozen at the beginning of the step.
+    /// An elasto-plastic model's α is frozen at the beginning of the step. The implicit bristle's tip is followed, see
+    /// [`ImplicitBristle`](crate::ImplicitBristle).
     #[inline]
     fn hold(
         &self,

@@ -89,7 +89,7 @@ impl<T: Scalar> Specimen<T> {
         format!("{family:?}<{curve:?}, σ0 {stiffness:?}, σ1 {damping:?}, {modulus:?}>")
     }
 
-    /// Whether a step freezes what depends on the deflection (α, the tip velocity).
+    /// Whether a step freezes what depends on the deflection (α), or follows it (the tip velocity).
     pub fn freezes(&self) -> bool {
         self.form.family == Family::ElastoPlastic || self.is_implicit()
     }
