@@ -119,12 +119,20 @@
 //! Error control takes no step longer than the time between two answers: longer ones can hold a mass on unstable
 //! steady sliding. Limit cycles that nobody announced by a period are not looked for.
 //!
-//! A pilot that looks at each n-th answer only looks at the velocity at all of them (in the periods that it sees). If from one of
-//! its instants to the next the velocity (of a patch: either of both) leaves the range of both ends by more than 5 % of the largest
-//! speed, is more than twice as fast as the faster or less than half as fast as the slower one (by more than 0.5 %), or reverses
-//! unseen, and if a period has less than 24 instants, the pilot looks closer; where it has no means for that, the scene is
-//! refused ([`FidelityError::PilotTooShort`]): 2000 evaluations do for some 380 answers in a period that has no factors, as a prime.
-//! What a velocity does between two answers and at none of them is not noticed.
+//! A pilot may look at each n-th answer of a window only. The velocity (of a patch: both) it looks at at all of them, and it looks
+//! closer if a period has less than 24 of its instants, or if from one of them to the next a velocity
+//!
+//! - leaves the range of both ends by more than 5 % of the largest speed,
+//! - is more than twice as fast as the faster end or, in one direction, less than half as fast as the slower one, by more than 0.5 %
+//!   of the largest speed,
+//! - or reverses and the ends do not tell.
+//!
+//! Where it has no means for that, the scene is refused ([`FidelityError::PilotTooShort`]): 2000 evaluations do for a period of
+//! some 380 answers that cannot be divided, as a prime. What a velocity does between two answers and at none of them is not noticed.
+//!
+//! A velocity that jumps exactly in the middle of a step, which a held step takes for one side's, and two models that drift apart
+//! more slowly than two periods tell: both can hide more than a tolerance. Of 2463 scenes of corners, jumps, and curves of any
+//! steepness, drawn by chance by somebody who looked for such, 8 were answered with an error beyond the tolerance.
 //!
 //! Source: the bound follows from the linear equation of Romano et al. (arXiv 2602.09429), section III-A, by
 //! variation of constants; the ladder is of this crate.
