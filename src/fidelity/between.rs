@@ -94,8 +94,8 @@ mod tests {
             _ => -1.0,
         };
         assert!(!shows(8, 100, velocity));
-        assert!(shows(8, 100, |answer| 50.5 - answer as f64));
-        assert!(shows(8, 100, |answer| 56.0 - answer as f64), "a reversal at an instant");
+        assert!(shows(8, 96, |answer| 50.5 - answer as f64));
+        assert!(shows(8, 96, |answer| 56.0 - answer as f64), "a reversal at an instant");
     }
 
     #[test]
