@@ -5,8 +5,11 @@
 
 use bristle::exponential::Exponential;
 use bristle::fidelity::*;
-use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
-use bristle::{Bristle, Contact, FrBd, KelvinVoigt, Stribeck, Zener, ZenerParameters, paper};
+use bristle::signal::{Function, Polyline, Signal, Sine, SineParameters, Vertex};
+use bristle::{
+    Bristle, Contact, FrBd, KelvinVoigt, ParameterError, Rule, Stribeck, Zener, ZenerParameters,
+    paper,
+};
 
 type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
 
@@ -454,7 +457,6 @@ fn a_tolerance_that_nothing_meets_is_named_with_what_can_be_had() {
 
 #[test]
 fn a_period_that_is_none_is_refused_where_it_shows() {
-    use bristle::signal::Function;
     let scene = |period| {
         History::new(HistoryParameters {
             contact: sets()[0].under_load(1.0).unwrap(),
@@ -551,5 +553,153 @@ fn a_sampled_velocity_with_a_kink_at_every_answer_stays_within_the_budget() {
             Err(FidelityError::PilotTooShort { .. }) => assert!(amplitude == 1.0 || shift > 0.0),
             Err(error) => panic!("{error}"),
         }
+    }
+}
+
+/// A scene of the paper's stick–slip set under 1 N that starts in steady sliding.
+fn dragged<V: Signal<f64>>(
+    velocity: V,
+    interval: f64,
+    answers: usize,
+    period: Option<usize>,
+) -> Result<History<f64, Lumped, V>, ParameterError> {
+    let contact = sets()[0].under_load(1.0).unwrap();
+    let start = Start::Steady;
+    History::new(HistoryParameters { contact, velocity, interval, answers, period, start })
+}
+
+/// A velocity without kinks. (Its rate is not asked for.)
+fn function<F: Fn(f64) -> f64 + Clone>(
+    velocity: F,
+) -> Function<f64, impl Fn(f64) -> (f64, f64) + Clone, 0> {
+    Function::new(move |time| (velocity(time), 0.0), [])
+}
+
+const PERCENT: Tolerance = Tolerance { norm: Norm::Greatest, share: 0.01 };
+
+/// Whether there is an answer. One that is must be true, and a refusal must name what a pilot would need.
+#[track_caller]
+fn answered<V: Signal<f64>>(scene: &History<f64, Lumped, V>) -> bool {
+    match scene.choose(PERCENT) {
+        Err(FidelityError::PilotTooShort { needed, allowed }) => {
+            assert!(allowed > 0.0 && needed > allowed, "{needed} of {allowed}");
+            false
+        }
+        Err(other) => panic!("{other}"),
+        Ok(choice) => {
+            // Held steps of a 32nd of an interval: of second order, some 1e-5 off.
+            let fine = scene.with_substeps(scene.plans()[2], 32);
+            let truth = scene.forces(fine).unwrap();
+            let error = norm(Norm::Greatest, &scene.forces(choice.plan).unwrap(), &truth);
+            assert!(error <= choice.allowed, "{error} of {}\n{choice}", choice.allowed);
+            true
+        }
+    }
+}
+
+#[test]
+fn a_period_of_few_factors_is_seen_at_many_phases_or_refused() {
+    for (period, seen) in
+        [(251, true), (257, true), (503, false), (509, false), (1009, false), (1018, false)]
+    {
+        let interval = 1e-4;
+        let frequency = 1.0 / (period as f64 * interval);
+        let velocity = SineParameters { mean: 0.0, amplitude: 1e-3, frequency, phase: 0.0 };
+        let velocity = Sine::new(velocity).unwrap();
+        let scene = dragged(velocity, interval, 10 * period, Some(period)).unwrap();
+        assert_eq!(answered(&scene), seen, "{period}");
+    }
+}
+
+#[test]
+fn what_happens_between_the_instants_of_a_pilot_is_seen_or_refused() {
+    let turn = |answers: f64| core::f64::consts::TAU / answers;
+    // A moment of sliding in a log of creep, dips, and a vibration of eight answers that nobody announced.
+    let bump = function(|t: f64| {
+        let x: f64 = t / 1e-3 - 4100.0;
+        1e-4 + 0.1 * (-x * x).exp()
+    });
+    assert!(!answered(&dragged(bump, 1e-3, 8000, None).unwrap()));
+    let dips = function(|t: f64| {
+        let answer = (t / 1e-4).round() as usize % 1024;
+        if (509..512).contains(&answer) { -0.3 } else { 0.05 }
+    });
+    assert!(!answered(&dragged(dips, 1e-4, 8192, None).unwrap()));
+    let vibration = |t: f64| 0.05 + 0.06 * (turn(8.0) * t / 1e-4).sin();
+    assert!(!answered(&dragged(function(vibration), 1e-4, 8000, None).unwrap()));
+    // With the period told, or few enough answers, all is seen.
+    assert!(answered(&dragged(function(vibration), 1e-4, 8000, Some(8)).unwrap()));
+    assert!(answered(&dragged(function(vibration), 1e-4, 400, None).unwrap()));
+    // What moves slowly enough is answered as before.
+    let slow = function(|t: f64| 1e-4 * (turn(4000.0) * t / 1e-3).sin());
+    assert!(answered(&dragged(slow, 1e-3, 8000, None).unwrap()));
+}
+
+#[test]
+fn a_starved_pilot_is_refused_and_spends_nothing_beyond_its_means() {
+    let slow = |t: f64| 0.05 + 0.01 * t.sin();
+    let scene = dragged(function(slow), 4e-4, 100_000, None).unwrap();
+    for means in [1.0, 10.0, 50.0, 100.0, 200.0, 500.0, 1e4] {
+        match scene.choose_within(PERCENT, means) {
+            Ok(choice) => assert!(choice.pilot_evaluations <= means, "{choice}"),
+            Err(FidelityError::PilotTooShort { needed, allowed }) => {
+                assert!(needed > allowed && allowed == means, "{needed} of {allowed}");
+            }
+            Err(other) => panic!("{other}"),
+        }
+    }
+    assert!(scene.choose_within(PERCENT, 1.0).is_err());
+}
+
+#[test]
+fn a_velocity_that_stops_being_a_number_later_on_is_named() {
+    let turn = core::f64::consts::TAU;
+    let broken = |t: f64| if t < 0.11 { 0.01 * (25.0 * turn * t).sin() } else { f64::NAN };
+    let scene = dragged(function(broken), 4e-4, 1000, Some(100)).unwrap();
+    for plan in scene.plans() {
+        match scene.forces(plan) {
+            // Collocation finds it by itself.
+            Err(FidelityError::Stopped { rung: Rung::FrBd, .. })
+                if plan.integrator == Integrator::Collocation => {}
+            Err(FidelityError::Parameter(error)) => {
+                assert_eq!((error.name, error.component), ("velocity", Some(275)), "{plan:?}");
+            }
+            other => panic!("{plan:?}: {other:?}"),
+        }
+    }
+    // Between two answers only.
+    let broken = |t: f64| {
+        let answers = t / 4e-4;
+        let between: f64 = answers - answers.round();
+        if between.abs() < 0.3 { 0.01 } else { f64::NAN }
+    };
+    let scene = dragged(function(broken), 4e-4, 1000, Some(100)).unwrap();
+    for plan in scene.plans().into_iter().filter(|plan| plan.integrator == Integrator::Hold) {
+        let stopped = scene.forces(plan);
+        assert!(matches!(stopped, Err(FidelityError::Stopped { .. })), "{stopped:?}");
+    }
+}
+
+#[test]
+fn counts_beyond_all_means_are_refused_by_name() {
+    let name = |answers, period| {
+        let error = dragged(function(|_| 0.1), 1e-3, answers, period).unwrap_err();
+        assert!(matches!(error.rule, Rule::CountBetween { .. }), "{error}");
+        error.name
+    };
+    for many in [1_000_000_001, usize::MAX / 2, usize::MAX / 2 + 1, usize::MAX] {
+        assert_eq!(name(many, None), "answers");
+        assert_eq!(name(many, Some(100)), "answers");
+        assert_eq!(name(1000, Some(many)), "period");
+    }
+    let scene = dragged(function(|_| 0.1), 1e-3, 1000, Some(1_000_000_000)).unwrap();
+    assert!(answered(&scene));
+    let plan = scene.plans()[2];
+    assert_eq!(scene.with_substeps(plan, usize::MAX).substeps, 1 << 20);
+    for substeps in [0, (1 << 20) + 1, usize::MAX] {
+        let refused = scene.forces(Plan { substeps, ..plan });
+        let named =
+            matches!(&refused, Err(FidelityError::Parameter(e)) if e.name == "plan.substeps");
+        assert!(named, "{refused:?}");
     }
 }

@@ -476,3 +476,131 @@ fn a_tolerance_that_nothing_meets_is_named_and_a_starved_pilot_says_what_it_need
         "{starved:?}"
     );
 }
+
+/// The tyre along any motion, from steady rolling on.
+fn rolled<S: Signal<f64>, W: Signal<f64>>(
+    slip_velocity: S,
+    transport_velocity: W,
+    interval: f64,
+    answers: usize,
+    period: Option<usize>,
+) -> Result<RollingHistory<f64, Model, PolynomialExponential<f64, 3>, S, W>, bristle::ParameterError>
+{
+    RollingHistory::new(RollingHistoryParameters {
+        patch: patch(0, PolynomialExponential::parabolic()),
+        motion: MotionOverTime { slip_velocity, transport_velocity },
+        interval,
+        answers,
+        period,
+        start: Start::Steady,
+    })
+}
+
+/// Whether there is an answer. One that is must be true, and a refusal must name what a pilot would need.
+#[track_caller]
+fn answered<S: Signal<f64>, W: Signal<f64>>(
+    scene: &RollingHistory<f64, Model, PolynomialExponential<f64, 3>, S, W>,
+) -> bool {
+    match scene.choose(Tolerance { norm: Norm::Greatest, share: 0.01 }) {
+        Err(FidelityError::PilotTooShort { needed, allowed }) => {
+            assert!(allowed > 0.0 && needed > allowed, "{needed} of {allowed}");
+            false
+        }
+        Err(other) => panic!("{other}"),
+        Ok(choice) => {
+            let truth = scene.forces(scene.with_substeps(scene.plans()[2], 16)).unwrap();
+            let error = norm(Norm::Greatest, &scene.forces(choice.plan).unwrap(), &truth);
+            assert!(error <= choice.allowed, "{error} of {}\n{choice}", choice.allowed);
+            true
+        }
+    }
+}
+
+#[test]
+fn a_period_of_few_factors_is_seen_at_many_phases_or_refused() {
+    for period in [240, 251, 509] {
+        let interval = 1e-5;
+        let frequency = 1.0 / (period as f64 * interval);
+        let slip = SineParameters { mean: 0.0, amplitude: 0.3, frequency, phase: 0.0 };
+        let transport = Constant::new(160.0).unwrap();
+        let slip = Sine::new(slip).unwrap();
+        let scene = rolled(slip, transport, interval, 10 * period, Some(period)).unwrap();
+        assert_eq!(answered(&scene), period == 240, "{period}");
+    }
+}
+
+#[test]
+fn what_happens_between_the_instants_of_a_pilot_is_seen_or_refused() {
+    let interval = 1e-4;
+    let steady = || Constant::new(160.0).unwrap();
+    let value = |answer: f64, value| Vertex { time: answer * interval, value };
+    let reversal = Polyline::new([
+        value(2049.0, 0.3),
+        value(2049.5, -0.3),
+        value(2054.0, -0.3),
+        value(2054.5, 0.3),
+    ])
+    .unwrap();
+    assert!(!answered(&rolled(reversal, steady(), interval, 4000, None).unwrap()));
+    let frequency = 1.0 / (8.0 * interval);
+    let slip = SineParameters { mean: 0.3, amplitude: 0.3, frequency, phase: 0.0 };
+    let slip = Sine::new(slip).unwrap();
+    assert!(!answered(&rolled(slip, steady(), interval, 4000, None).unwrap()));
+    assert!(answered(&rolled(slip, steady(), interval, 4000, Some(8)).unwrap()));
+    // Brakes that lock for a moment.
+    let locked = Polyline::new([
+        value(2049.0, 160.0),
+        value(2050.0, 0.0),
+        value(2054.0, 0.0),
+        value(2055.0, 160.0),
+    ])
+    .unwrap();
+    let slip = Constant::new(0.3).unwrap();
+    assert!(!answered(&rolled(slip, locked, interval, 4000, None).unwrap()));
+    assert!(answered(&rolled(slip, steady(), interval, 4000, None).unwrap()));
+}
+
+#[test]
+fn counts_and_speeds_beyond_all_means_are_refused_by_name() {
+    let slip = Constant::new(0.3).unwrap();
+    let name = |transport: f64, answers, period| {
+        let transport = Constant::new(transport).unwrap();
+        rolled(slip, transport, 1e-2, answers, period).unwrap_err().name
+    };
+    for many in [1_000_000_001, usize::MAX / 2, usize::MAX / 2 + 1, usize::MAX] {
+        assert_eq!(name(160.0, 1000, Some(many)), "period");
+        assert_eq!(name(0.0, many, None), "answers");
+    }
+    // Long after what the pilot looks at.
+    for speed in [1e12, f64::INFINITY, f64::NAN] {
+        let jump = bristle::signal::Function::new(
+            move |time: f64| (if time < 0.505 { 100.0 } else { speed }, 0.0),
+            [0.505],
+        );
+        let scene = rolled(slip, jump, 1e-2, 100, Some(25)).unwrap();
+        for plan in scene.plans() {
+            let refused = scene.forces(plan).map(|forces| forces.iter().all(|f| f.is_finite()));
+            let named = matches!(&refused, Err(FidelityError::Parameter(e)) if e.name == "transport_velocity");
+            // However fast, the last transit is rolled through.
+            assert!(named || speed == 1e12 && matches!(refused, Ok(true)), "{plan:?} {refused:?}");
+        }
+        // A moment at that speed between two answers, and not at the second.
+        let moment = bristle::signal::Function::new(
+            move |time: f64| (if (0.501..0.509).contains(&time) { speed } else { 100.0 }, 0.0),
+            [0.501, 0.509],
+        );
+        let scene = rolled(slip, moment, 1e-2, 100, Some(25)).unwrap();
+        let gauss = scene.plans()[3];
+        assert_eq!(gauss.integrator, Integrator::Gauss);
+        let refused = scene.forces(gauss);
+        let named =
+            matches!(&refused, Err(FidelityError::Parameter(e)) if e.name == "transport_velocity");
+        assert!(named, "{refused:?}");
+        let plan = scene.plans()[2];
+        assert_eq!(scene.with_substeps(plan, usize::MAX).substeps, 1 << 20);
+        let refused = scene.forces(Plan { substeps: usize::MAX, ..plan });
+        let named =
+            matches!(&refused, Err(FidelityError::Parameter(e)) if e.name == "plan.substeps");
+        assert!(named, "{refused:?}");
+    }
+}

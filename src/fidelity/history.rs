@@ -2,12 +2,14 @@
 
 use alloc::vec::Vec;
 
-use super::ladder::{self, Cache, Cached, Candidate, Instants, Output, Pace, Run, Trace};
+use super::ladder::{
+    self, Cache, Cached, Candidate, Instants, MOST_STEPS, Output, Pace, Run, Trace,
+};
 use super::pilot::Pilot;
 use super::report::{Choice, FidelityError, Integrator, Norm, Plan, Rung, Tolerance};
 use super::{Reducible, weight};
 use crate::exponential::Exponential;
-use crate::ode::Failure;
+use crate::ode::{Failure, StopReason};
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
@@ -32,9 +34,9 @@ pub struct HistoryParameters<T, M, V> {
     pub velocity: V,
     /// Time between two answers Δ \[s\]: the friction force is wanted at Δ, 2Δ, …
     pub interval: T,
-    /// Number of answers, at least 8.
+    /// Number of answers, 8 to 10⁹.
     pub answers: usize,
-    /// Answers in one period, at least 8, if the velocity repeats itself: v(t + period·Δ) = v(t). The pilot then looks
+    /// Answers in one period, 8 to 10⁹, if the velocity repeats itself: v(t + period·Δ) = v(t). The pilot then looks
     /// at two periods only. These two are compared; for the rest it is taken at your word.
     pub period: Option<usize>,
     /// How the bristle begins.
@@ -92,7 +94,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     ///
     /// # Errors
     ///
-    /// Refuses an interval or a normal force that is not positive, fewer than 8 answers in all or in a period, a velocity that is
+    /// Refuses an interval or a normal force that is not positive, fewer than 8 answers or more than 10⁹ in all or in a period, a velocity that is
     /// not finite at the answers of the first two periods or not the same in both, and a model whose lumped one is out of range.
     pub fn new(parameters: HistoryParameters<T, M, V>) -> Result<Self, ParameterError> {
         let HistoryParameters { contact, velocity, interval, answers, period, start } = parameters;
@@ -221,10 +223,10 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
         candidates.iter().map(|candidate| self.plan(candidate, 1)).collect()
     }
 
-    /// A plan with so many steps between two answers.
+    /// A plan with so many steps between two answers, 1 to 2²⁰.
     #[must_use]
     pub fn with_substeps(&self, plan: Plan, substeps: usize) -> Plan {
-        let substeps = substeps.max(1);
+        let substeps = substeps.clamp(1, MOST_STEPS);
         let candidates = self.candidates();
         let same = |c: &&Candidate| (c.rung, c.integrator) == (plan.rung, plan.integrator);
         candidates.iter().find(same).map_or(plan, |candidate| self.plan(candidate, substeps))
@@ -244,7 +246,8 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     ///
     /// # Errors
     ///
-    /// Refuses a plan that is not one of this scene's; says why a run stopped.
+    /// Refuses a plan that is not one of this scene's or takes no step or more than 2²⁰ from one answer to the next, and a
+    /// velocity that leads to a force that is not finite; says why a run stopped.
     pub fn forces(&self, plan: Plan) -> Result<Vec<T>, FidelityError> {
         let count = self.instants.count;
         let candidates = self.candidates();
@@ -255,9 +258,11 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
             value: plan.substeps as f64,
             rule: Rule::AtMost { other: "the number of rungs of this scene", limit: 0.0 },
         })?;
-        let pace = Pace { stride: 1, substeps: plan.substeps.max(1) };
+        let pace = Pace { stride: 1, substeps: steps(plan)? };
         let run = self.run(candidate, pace, count, &Cache::default())?;
-        Ok(run.outputs.iter().map(|output| lit(output.value)).collect())
+        finite(plan.rung, &run, self.instants, |answer| {
+            parameter::finite("velocity", self.velocity.value(self.time(answer, 1)))
+        })
     }
 
     pub(super) fn time(&self, index: usize, stride: usize) -> T {
@@ -484,17 +489,49 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
     }
 }
 
-/// At least 8.
+/// Most answers, of a scene or of a period: eleven days at 1 kHz. Sums of two are in range everywhere.
+const MOST_ANSWERS: usize = 1_000_000_000;
+
+/// A number of answers.
 pub(super) fn count(name: &'static str, value: usize) -> Result<(), ParameterError> {
-    if value >= 8 {
-        return Ok(());
+    between(name, value, 8, MOST_ANSWERS).map(drop)
+}
+
+fn between(
+    name: &'static str,
+    value: usize,
+    least: usize,
+    most: usize,
+) -> Result<usize, ParameterError> {
+    if (least..=most).contains(&value) {
+        return Ok(value);
     }
-    Err(ParameterError {
-        name,
-        component: None,
-        value: value as f64,
-        rule: Rule::Count { least: 8 },
-    })
+    let rule = Rule::CountBetween { least, most };
+    Err(ParameterError { name, component: None, value: value as f64, rule })
+}
+
+/// The steps of a plan that is carried out.
+pub(super) fn steps(plan: Plan) -> Result<usize, ParameterError> {
+    between("plan.substeps", plan.substeps, 1, MOST_STEPS)
+}
+
+/// The answers of a run, all finite; else why not, where a look at the velocity of an answer tells.
+pub(super) fn finite<T: Scalar, U>(
+    rung: Rung,
+    run: &Run,
+    instants: Instants,
+    velocity: impl Fn(usize) -> Result<U, ParameterError>,
+) -> Result<Vec<T>, FidelityError> {
+    let answer = |(index, output): (usize, &Output)| {
+        if output.value.is_finite() {
+            return Ok(lit(output.value));
+        }
+        velocity(index + 1)
+            .map_err(|error| ParameterError { component: Some(index + 1), ..error })?;
+        let time = instants.interval * (index + 1) as f64;
+        Err(FidelityError::Stopped { rung, time, reason: StopReason::NotFinite { component: 0 } })
+    };
+    run.outputs.iter().enumerate().map(answer).collect()
 }
 
 /// A part of the pilot's grid: from after so many strides until after so many.

@@ -34,6 +34,9 @@ const FINE: usize = 32;
 const SETTLING: usize = 8;
 /// Most steps between two answers.
 const MOST_SUBSTEPS: usize = 1 << 12;
+/// The same of a plan that is carried out: a look with shorter steps tells whether a model does at all, and is
+/// among the trials.
+pub(super) const MOST_STEPS: usize = 256 * MOST_SUBSTEPS;
 
 /// When a scene wants answers.
 #[derive(Debug, Clone, Copy)]
@@ -186,6 +189,8 @@ pub(super) trait Climb {
     fn most_looks(&self) -> f64 {
         self.looks()
     }
+    /// Whether instants after each so many answers tell what the velocity does up to the last of so many answers.
+    fn shows(&self, stride: usize, answers: usize) -> bool;
     /// What a run would take, if that is known: what the pilot has looked at already costs nothing.
     fn price(&self, plan: &Candidate, pace: Pace) -> Option<f64> {
         let _ = (plan, pace);
@@ -234,6 +239,8 @@ fn strides(instants: &Instants, window: usize) -> Vec<usize> {
         if rest.is_multiple_of(prime) {
             rest /= prime;
             factors.push(prime);
+        } else if prime * prime > rest {
+            prime = rest;
         } else {
             prime += 1;
         }
@@ -384,22 +391,25 @@ pub(super) fn choose<S: Climb>(
     let repeats = instants.period.filter(|period| *period < window && instants.settled.is_none());
     if let Some(period) = repeats {
         let chain = strides(&instants, window);
-        let stride = chain.iter().find(|stride| period / **stride >= COARSE).copied().unwrap_or(1);
-        let bound = scene.bound(stride, period / stride)?;
-        spent += bound.evaluations;
-        let forgotten = bound.relaxation.iter().position(|relaxation| *relaxation >= FORGOTTEN);
-        let all = bound.relaxation.last().copied().unwrap_or(0.0);
-        if let Some(index) = forgotten.filter(|_| all >= 2.0 * FORGOTTEN) {
-            let answers = (index + 2) * stride;
-            if period + answers < window {
-                tail = Some(answers);
-                window = period + answers;
+        let coarse = chain.iter().find(|stride| {
+            **stride == 1 || period / **stride >= COARSE && scene.shows(**stride, period)
+        });
+        let affordable = |stride: &usize| (period / stride) as f64 <= scene.most_looks() * budget;
+        if let Some(stride) = coarse.copied().filter(affordable) {
+            let bound = scene.bound(stride, period / stride)?;
+            spent += bound.evaluations;
+            let forgotten = bound.relaxation.iter().position(|relaxation| *relaxation >= FORGOTTEN);
+            let all = bound.relaxation.last().copied().unwrap_or(0.0);
+            if let Some(index) = forgotten.filter(|_| all >= 2.0 * FORGOTTEN) {
+                let answers = (index + 2) * stride;
+                if period + answers < window {
+                    tail = Some(answers);
+                    window = period + answers;
+                }
             }
         }
     }
     let chain = strides(&instants, window);
-    let fits = |stride: &&usize| (window / **stride) as f64 <= looks * budget;
-    let mut stride = chain.iter().rev().find(fits).copied().unwrap_or(1);
     let within = |stride: usize| match instants.settled {
         // The last period whole.
         Some(_) => window.div_ceil(stride).min(instants.count / stride),
@@ -414,6 +424,22 @@ pub(super) fn choose<S: Climb>(
         substeps: pace.substeps,
         cost_rate: candidate.weight(pace.substeps) / seconds,
     };
+    // The finest stride that fits, or finer: phases of a period are compared with each other, so that one of many
+    // answers and few factors has few strides; and what happens between two instants of a pilot must show.
+    let fits = |stride: usize, looks: f64| (window / stride) as f64 <= looks * budget;
+    let cycle = instants.period.map_or(window, |period| period.min(window));
+    let shows = |stride: usize| {
+        let answers = window.max(within(stride) * stride);
+        stride == 1 || cycle / stride >= COARSE && scene.shows(stride, answers)
+    };
+    let finest = chain.partition_point(|stride| fits(*stride, looks)).saturating_sub(1);
+    let mut stride = chain.iter().skip(finest).copied().find(|s| shows(*s)).unwrap_or(1);
+    if !fits(stride, scene.most_looks()) {
+        return Err(FidelityError::PilotTooShort {
+            needed: spent + (window / stride) as f64 / looks,
+            allowed: budget,
+        });
+    }
     let finest = scene.roundings();
     if let Some(top) = candidates.last().filter(|_| ACCURACY * allowed < finest) {
         let plan = plan(top, Pace { stride: 1, substeps: 1 });
@@ -433,10 +459,8 @@ pub(super) fn choose<S: Climb>(
     spent += bound.evaluations;
     let between = |rate: f64, stride: usize| rate * instants.interval * (stride - 1) as f64;
     while hides(between(bound.fastest_rate, stride)) > MOST_HIDDEN {
-        let finer = chain.iter().find(|finer| **finer < stride).copied().unwrap_or(stride);
-        if finer == stride || (window / finer) as f64 > scene.most_looks() * budget {
-            break;
-        }
+        let finer = chain.iter().copied().find(|finer| *finer < stride && shows(*finer));
+        let Some(finer) = finer.filter(|finer| fits(*finer, scene.most_looks())) else { break };
         stride = finer;
         bound = scene.bound(stride, within(stride))?;
         spent += bound.evaluations;
@@ -489,14 +513,19 @@ pub(super) fn choose<S: Climb>(
     }
 
     // The reference, once.
-    let trace = scene.trace(
-        stride,
-        count,
-        tolerance.norm,
-        ACCURACY * allowed,
-        0.9 * (budget - spent),
-        &bound.cache,
-    )?;
+    let rest = 0.9 * (budget - spent);
+    if !(rest > 0.0) {
+        return Err(FidelityError::PilotTooShort { needed: at_least(), allowed: budget });
+    }
+    let trace = scene
+        .trace(stride, count, tolerance.norm, ACCURACY * allowed, rest, &bound.cache)
+        .map_err(|error| match error {
+            // Of its own part.
+            FidelityError::PilotTooShort { needed, .. } => {
+                FidelityError::PilotTooShort { needed: spent + needed / 0.9, allowed: budget }
+            }
+            other => other,
+        })?;
     spent += trace.run.evaluations;
     // Nothing can be measured with a reference that is not known any better.
     if !(trace.uncertainty <= 0.5 * margin * allowed) {

@@ -11,7 +11,7 @@ use super::ladder::{
 };
 use super::panel::{Look, Map, Panel, Passage};
 use super::report::{Evidence, FidelityError, Integrator, Norm, Rung};
-use super::{Reducible, exp, norm_of, size, weight};
+use super::{Reducible, between, exp, norm_of, size, weight};
 use crate::root::enclose;
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
@@ -513,6 +513,12 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Climb for Pilot<'_, T, M, V> {
 
     fn most_looks(&self) -> f64 {
         if self.scene.is_lumped { 0.38 } else { self.looks() }
+    }
+
+    fn shows(&self, stride: usize, answers: usize) -> bool {
+        between::shows(stride, answers, |answer| {
+            to_f64(self.scene.velocity.value(self.scene.time(answer, 1)))
+        })
     }
 
     fn candidates(&self) -> Vec<Candidate> {

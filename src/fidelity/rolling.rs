@@ -3,14 +3,14 @@
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use super::history::{Start, count};
+use super::history::{Start, count, finite, steps};
 use super::ladder::{
-    self, Bound, Cache, Candidate, Climb, Instants, Known, Output, Pace, Run, Trace,
+    self, Bound, Cache, Candidate, Climb, Instants, Known, MOST_STEPS, Output, Pace, Run, Trace,
 };
 use super::look::{Look, Looks};
 use super::report::{Choice, FidelityError, Integrator, Norm, Plan, Rung, Tolerance};
 use super::walk::{self, Build, Roll, Scheme, Walk, Walked};
-use super::weight;
+use super::{between, weight};
 use crate::Scalar;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::rolling::{
@@ -39,9 +39,9 @@ pub struct RollingHistoryParameters<T, M, P, S, W> {
     pub motion: MotionOverTime<S, W>,
     /// Time between two answers Δ \[s\]: the friction force is wanted at Δ, 2Δ, …
     pub interval: T,
-    /// Number of answers, at least 8.
+    /// Number of answers, 8 to 10⁹.
     pub answers: usize,
-    /// Answers in one period, at least 8, if both velocities repeat themselves. The pilot then looks at the first transit of
+    /// Answers in one period, 8 to 10⁹, if both velocities repeat themselves. The pilot then looks at the first transit of
     /// the patch and one period. It is taken at your word.
     pub period: Option<usize>,
     /// How the bristles begin.
@@ -113,7 +113,7 @@ where
     ///
     /// # Errors
     ///
-    /// Refuses an interval or a normal force that is not positive, fewer than 8 answers in all or in a period, and at the
+    /// Refuses an interval or a normal force that is not positive, fewer than 8 answers or more than 10⁹ in all or in a period, and at the
     /// answers that the pilot looks at, a velocity that is not finite and a transport velocity below zero.
     pub fn new(
         parameters: RollingHistoryParameters<T, M, PolynomialExponential<T, N>, S, W>,
@@ -264,11 +264,11 @@ where
         self.candidates().iter().map(|candidate| self.plan(candidate, 1)).collect()
     }
 
-    /// A plan with so many steps between two answers (or within the last transit before an answer, if that is shorter).
+    /// A plan with so many steps between two answers (or within the last transit before an answer, if that is shorter), 1 to 2²⁰.
     #[must_use]
     pub fn with_substeps(&self, plan: Plan, substeps: usize) -> Plan {
         let found = self.candidate(plan);
-        found.map_or(plan, |candidate| self.plan(&candidate, substeps.max(1)))
+        found.map_or(plan, |candidate| self.plan(&candidate, substeps.clamp(1, MOST_STEPS)))
     }
 
     fn candidate(&self, plan: Plan) -> Option<Candidate> {
@@ -321,7 +321,8 @@ where
     ///
     /// # Errors
     ///
-    /// Refuses a plan that is not one of this scene's, and a motion that is not finite or rolls backwards at any of its steps.
+    /// Refuses a plan that is not one of this scene's or takes no step or more than 2²⁰ from one answer to the next, and a
+    /// motion that is not finite, rolls backwards or crosses the patch many thousand times at any of its steps.
     pub fn forces(&self, plan: Plan) -> Result<Vec<T>, FidelityError> {
         let candidate = self.candidate(plan).ok_or(ParameterError {
             name: "plan.rung",
@@ -329,9 +330,11 @@ where
             value: plan.substeps as f64,
             rule: Rule::AtMost { other: "the number of rungs of this scene", limit: 0.0 },
         })?;
-        let pace = Pace { stride: 1, substeps: plan.substeps.max(1) };
+        let pace = Pace { stride: 1, substeps: steps(plan)? };
         let run = self.run(&candidate, pace, self.instants.count, &Cache::default())?;
-        Ok(run.outputs.iter().map(|output| lit(output.value)).collect())
+        finite(plan.rung, &run, self.instants, |answer| {
+            walk::at(&self.motion, self.time(answer)).forward()
+        })
     }
 
     fn looks_at(&self, time: T) -> Result<Look<T>, ParameterError> {
@@ -505,6 +508,12 @@ where
         // One or two evaluations for the slip curve, one for held steps, two for the fourth order or shorter held ones; and
         // some to spare.
         0.16
+    }
+
+    fn shows(&self, stride: usize, answers: usize) -> bool {
+        let at = |answer: usize| walk::at(&self.motion, self.time(answer));
+        between::shows(stride, answers, |answer| to_f64(at(answer).slip_velocity))
+            && between::shows(stride, answers, |answer| to_f64(at(answer).transport_velocity))
     }
 
     fn candidates(&self) -> Vec<Candidate> {

@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 use core::fmt::Debug;
 use core::ops::Range;
 
-use crate::parameter::ParameterError;
+use crate::parameter::{self, ParameterError, Rule};
 use crate::rolling::{
     ExactPatch, Grid, GridParameters, Motion, MotionOverTime, Order, Patch, PatchParameters,
     PolynomialExponential, Pressure, RateDependent, Slot, Transport,
@@ -20,6 +20,8 @@ use crate::{Affine, Scalar};
 /// What a step of [`Scheme::Gauss`] crosses at most of the patch: more would be divided by
 /// [`ExactPatch::follow`] itself, unseen.
 const LONGEST: f64 = 0.25;
+/// Transits in one step that are rolled through where the last one was not found, for a jump of the transport velocity.
+const MOST_TRANSITS: f64 = 1e4;
 /// Most segments that a patch is given memory for; beyond it narrow ones are merged.
 const MOST_SEGMENTS: f64 = 20_000.0;
 
@@ -257,7 +259,7 @@ impl<T: Scalar, S: Signal<T>, W: Signal<T>> Walk<'_, T, S, W> {
         for answer in answers {
             let end = self.interval * lit(answer as f64);
             let start = self.transit(end, now, roll.beyond()).unwrap_or(now);
-            let steps = self.substeps * self.parts(start..end);
+            let steps = self.substeps.saturating_mul(self.parts(start..end)?);
             let step = (end - start) / lit(steps as f64);
             for index in 0..steps {
                 let from = start + step * lit(index as f64);
@@ -280,12 +282,26 @@ impl<T: Scalar, S: Signal<T>, W: Signal<T>> Walk<'_, T, S, W> {
     }
 
     /// Into how many parts a step is divided that crosses much of the patch.
-    fn parts(&self, span: Range<T>) -> usize {
+    fn parts(&self, span: Range<T>) -> Result<usize, ParameterError> {
         if self.scheme == Scheme::Held {
-            return 1;
+            return Ok(1);
         }
-        let distance = to_f64(self.distance(&span, 4) / lit(self.substeps as f64));
-        parts(distance)
+        let distance = self.distance(&span, 4) / lit(self.substeps as f64);
+        let duration = (span.end - span.start) / lit(self.substeps as f64);
+        let distance = parameter::non_negative("transport_velocity", distance)?;
+        let most = lit(MOST_TRANSITS);
+        if distance > most {
+            let value = to_f64(distance / duration);
+            let other = "what crosses the patch ten thousand times in a step";
+            let rule = Rule::AtMost { other, limit: to_f64(most / duration) };
+            return Err(ParameterError {
+                name: "transport_velocity",
+                component: None,
+                value,
+                rule,
+            });
+        }
+        Ok(parts(to_f64(distance)))
     }
 
     /// ∫V dt by so many midpoints.

@@ -38,9 +38,9 @@ pub struct MechanismHistoryParameters<T, M, D, F> {
     pub start: Start,
     /// Time between two answers Δ \[s\]: they are wanted at Δ, 2Δ, …
     pub interval: T,
-    /// Number of answers, at least 8.
+    /// Number of answers, 8 to 10⁹.
     pub answers: usize,
-    /// Answers in one period of drive and force, at least 8, if they repeat themselves. It is taken at your word.
+    /// Answers in one period of drive and force, 8 to 10⁹, if they repeat themselves. It is taken at your word.
     pub period: Option<usize>,
     /// What is wanted.
     pub quantity: Quantity,
