@@ -668,7 +668,7 @@ fn the_pilot_counts_every_look_at_the_curve() {
         let choice = scene.choose(Tolerance { norm: Norm::Greatest, share }).unwrap();
         let (counted, said) = (f64::from(looks.get()), choice.pilot_evaluations);
         println!("{mean} + {amplitude} sin, {frequency} Hz: {counted} looks, {said} said");
-        // A look at an instant that is known costs nothing, a step of Dahl's counts its part; the scale takes a few.
-        assert!(counted <= 1.05 * said + 20.0, "{counted} looks, {said} said");
+        // What is said is more by the steps of plans, which have a price without a look at the curve.
+        assert!(counted <= said, "{counted} looks, {said} said");
     }
 }
