@@ -588,7 +588,8 @@ fn the_lumped_bristle_answers_an_oscillation_as_the_other_does() {
     // Two springs beside each other make one, with a dashpot of their own.
     let arm = |stiffness| MaxwellArm::<f64> { stiffness, series_damping: None };
     let arms = [arm(3e3), arm(7e3)];
-    let both: Result<GeneralisedMaxwell<f64, 2>, _> = GeneralisedMaxwell::new(GeneralisedMaxwellParameters { arms, micro_damping: 5.0 });
+    let both: Result<GeneralisedMaxwell<f64, 2>, _> =
+        GeneralisedMaxwell::new(GeneralisedMaxwellParameters { arms, micro_damping: 5.0 });
     let both = FrBd::new(curve, both.unwrap());
     let lumped = Reducible::lumped(&both, 7.0).unwrap();
     same(lumped.rheology().storage_stiffness(), 1e4);

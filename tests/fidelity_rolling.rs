@@ -562,8 +562,7 @@ fn the_bound_of_a_step_of_the_slip_is_attained_where_only_the_deflection_changes
     };
     // Steps of the truth of a tenth of the jump.
     let drawn = any_error(1e-5, 20, Start::Steady, 2e8);
-    let (error, bound) =
-        error_and_bound(patch.unwrap().carrying(1000.0).unwrap(), &motion, &drawn);
+    let (error, bound) = error_and_bound(patch.unwrap().carrying(1000.0).unwrap(), &motion, &drawn);
     assert!(error <= bound && bound < 1.05 * error, "{error} N, bound {bound} N");
 }
 

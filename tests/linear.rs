@@ -827,8 +827,7 @@ fn a_spring_can_be_too_stiff_for_a_bristle_of_much_damping() {
     // Classical LuGre at σ1 v/μ > 1: the curve rises with its viscous part, and yet falls at first.
     let curve = StribeckParameters { viscous_friction: 60.0, ..paper::STICK_SLIP_CURVE };
     let bristle = kelvin_voigt(1e4, 1e3);
-    let contact =
-        LuGre::classical(Stribeck::new(curve).unwrap(), bristle).under_load(1.0).unwrap();
+    let contact = LuGre::classical(Stribeck::new(curve).unwrap(), bristle).under_load(1.0).unwrap();
     let (v, mass): (f64, f64) = (5.5e-3, 10.0);
     let rig = on_spring(contact, mass, 1.0, 0.0);
     let x = v / 0.01;
