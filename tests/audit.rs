@@ -514,3 +514,108 @@ fn rounding_makes_no_threshold_in_single_precision() {
     let audit = model.under_load(1.0).unwrap().audit(parameters).unwrap();
     assert_eq!(audit.steady_sliding, Some(Threshold::AlwaysStable));
 }
+
+#[test]
+fn a_cycle_is_as_large_as_the_larger_of_its_two_forces() {
+    // Elastic up to 8e-5 m · 1e4 N/m = 0.8 N: the pull of 1.2 N is beyond it, whatever the push.
+    let model = ElastoPlastic::new(ElastoPlasticParameters {
+        curve: table_2_curve(),
+        rheology: table_2_bristle(),
+        stick_limit: 8e-5,
+    });
+    let contact = model.unwrap().under_load(1.0).unwrap();
+    let yielding = |from, to| {
+        let load_cycle = Some(LoadCycle { from, to });
+        let audit = contact.audit(AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) });
+        let yielding = audit.unwrap().yielding.unwrap();
+        (yielding.drift, yielding.creep)
+    };
+    assert_eq!(yielding(-0.7, 0.1), (Some(0.0), Some(0.0)));
+    assert_eq!(yielding(-0.1, 0.7), (Some(0.0), Some(0.0)));
+    for beyond in [yielding(-1.2, 0.1), yielding(-0.1, 1.2)] {
+        assert!(beyond.0 != Some(0.0) && beyond.1 != Some(0.0), "{beyond:?}");
+    }
+}
+
+#[test]
+fn under_a_pull_a_regularised_contact_creeps_backward() {
+    let epsilon: f64 = 1e-14;
+    let model = table_2().regularised(SquareRoot::new(epsilon).unwrap());
+    let load_cycle = Some(LoadCycle { from: -1.2, to: -0.3 });
+    let contact = model.under_load(1.0).unwrap();
+    let audit = contact.audit(AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) });
+    // r = −0.3/1.5: √ε r/√(1 − r²).
+    let want = -epsilon.sqrt() * 0.2 / (1.0_f64 - 0.04).sqrt();
+    let creep = audit.unwrap().yielding.unwrap().creep.unwrap();
+    assert_within(1e-5, 1e-7, creep, want, || "creep".to_owned());
+}
+
+#[test]
+fn the_table_says_that_the_undamped_bristle_of_the_tyre_folds() {
+    let curve = Stribeck::new(paper::TYRE_CURVE).unwrap();
+    let tyre = FrBd::new(curve, KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap());
+    let audit = tyre.under_load(1.0).unwrap().audit(AuditParameters::up_to(20.0)).unwrap();
+    // σ1 = 0: σ2 − (μ_s − μ_d) √(2/e)/v_S.
+    let want = 0.0018 - 0.4 * (2.0 / 1f64.exp()).sqrt() / 10.0;
+    assert_within(1e-13, 1.0, audit.inversion_margin.unwrap(), want, || "margin".to_owned());
+    assert!(audit.to_string().contains("FOLDS: σ1 = 0, least dμ/d|v| = -0.032511 s/m"), "{audit}");
+    let firm = self::audit(table_2());
+    assert!(firm.to_string().contains("one solution"), "{firm}");
+}
+
+#[test]
+fn of_a_dashpot_that_varies_the_least_damping_counts() {
+    let micro_damping = Varying::new(
+        |sliding: Sliding<f64>| {
+            let t = sliding.velocity().tanh();
+            (60.0 - 20.0 * t * t, -40.0 * t * (1.0 - t * t))
+        },
+        Bounds { min: 40.0, max: 60.0 },
+    );
+    let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping });
+    let audit = audit(FrBd::new(table_2_curve(), bristle.unwrap()));
+    // 40 + σ2 − (μ_s − μ_d) √(2/e)/v_S < 0 < 60 + …
+    let want = 40.04 - 50.0 * (2.0 / 1f64.exp()).sqrt();
+    assert_within(1e-13, 40.0, audit.inversion_margin.unwrap(), want, || "margin".to_owned());
+}
+
+#[test]
+fn of_a_spring_that_varies_the_least_stiffness_bounds_the_deflection() {
+    let micro_stiffness = Varying::new(
+        |sliding: Sliding<f64>| {
+            let t = sliding.velocity().tanh();
+            (1e4 * (1.0 + 0.3 * t), 3e3 * (1.0 - t * t))
+        },
+        Bounds { min: 7e3, max: 1.3e4 },
+    );
+    let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping: 64.5 });
+    let limits = audit(FrBd::new(table_2_curve(), bristle.unwrap())).limits;
+    // The most that the curve takes up to 1 m/s is μ_s; and stretched at 7e3, it pulls at 1.3e4.
+    let most = table_2_curve().bounds(1.0).max;
+    assert_within(1e-15, 1e-4, limits.deflection.unwrap(), most / 7e3, || "deflection".into());
+    assert_within(1e-15, 1.0, limits.coefficient.unwrap(), most * 13.0 / 7.0, || "force".into());
+}
+
+#[test]
+fn no_passive_step_is_promised_to_a_contact_that_is_not_passive_at_every_deflection() {
+    let with = |micro_damping| {
+        let micro_stiffness = Varying::new(
+            |sliding: Sliding<f64>| {
+                let t = sliding.velocity().tanh();
+                (1e4 * (1.0 + 0.3 * t), 3e3 * (1.0 - t * t))
+            },
+            Bounds { min: 7e3, max: 1.3e4 },
+        );
+        let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping });
+        let audit = audit(FrBd::new(table_2_curve(), bristle.unwrap()));
+        let step = audit.steps.iter().find(|step| step.scheme == Scheme::Passive).unwrap();
+        (audit.passivity.excess, step.limits.is_some())
+    };
+    // The excess goes with 1/σ1.
+    let needed = 64.5 * with(64.5).0;
+    for (excess, promised) in [(0.5, true), (0.9, true), (1.1, false), (2.0, false), (3.9, false)] {
+        let got = with(needed / excess);
+        assert_within(1e-12, excess, got.0, excess, || "excess".to_owned());
+        assert_eq!(got.1, promised, "excess {excess}");
+    }
+}

@@ -358,9 +358,12 @@ fn a_dozen_scenes_drawn_by_chance_are_answered_within_tolerance() {
     // judged over more scenes.
     let mut outcomes = sines(2611, 8, 2.0);
     outcomes.extend(polylines(2611, 4));
-    for outcome in outcomes {
+    for outcome in &outcomes {
         assert!(outcome.met, "{}", outcome.line);
     }
+    let refused = outcomes.iter().filter(|outcome| outcome.refused).count();
+    println!("{refused} refused of {}", outcomes.len());
+    assert!(refused <= 2, "{refused} of {} are not answered", outcomes.len());
 }
 
 /// A tyre of Table 1 under a parabola, rolling at 16 m/s.
@@ -602,5 +605,162 @@ fn counts_and_speeds_beyond_all_means_are_refused_by_name() {
         let named =
             matches!(&refused, Err(FidelityError::Parameter(e)) if e.name == "plan.substeps");
         assert!(named, "{refused:?}");
+    }
+}
+
+/// What the slip curve alone errs by \[N\], and the bound on it.
+fn error_and_bound<S: Signal<f64>, W: Signal<f64>, const N: usize>(
+    patch: Patch<f64, Model, PolynomialExponential<f64, N>>,
+    motion: &MotionOverTime<S, W>,
+    drawn: &Drawn,
+) -> (f64, f64) {
+    let scene = RollingHistory::new(parameters(patch, motion, drawn)).unwrap();
+    let choice = scene.choose(drawn.tolerance).unwrap();
+    assert_eq!((choice.plan.rung, choice.verdict), (Rung::SlipCurve, Verdict::Proved));
+    let times = (1..=drawn.answers).map(|index| drawn.interval * index as f64);
+    let truth: Vec<f64> =
+        times.map(|time| truth(&patch, motion, drawn.start, time, drawn.finesse)).collect();
+    (norm(Norm::Greatest, &scene.forces(choice.plan).unwrap(), &truth), choice.error)
+}
+
+/// So many answers at so long an interval, with a tolerance that the slip curve always meets.
+fn any_error(interval: f64, answers: usize, start: Start, finesse: f64) -> Drawn {
+    let tolerance = Tolerance { norm: Norm::Greatest, share: 1e3 };
+    Drawn { interval, answers, period: None, start, tolerance, finesse }
+}
+
+#[test]
+fn no_bound_is_below_the_error_of_a_start_a_swing_or_a_reversal() {
+    let tyre = patch(0, PolynomialExponential::parabolic());
+    // A start from nothing; κ from one to eighty; reversals that fall between answers, at little and at much κ.
+    for (mean, amplitude, frequency, transport, interval, answers, start) in [
+        (0.3, 0.0, 1.0, 160.0, 6.25e-6, 400, Start::Undeflected),
+        (2.0, 1.9, 50.0, 20.0, 2e-4, 400, Start::Steady),
+        (0.0, 1.0, 20.0, 160.0, 1.0 / 720.0, 72, Start::Steady),
+        (0.3, 1.0, 1.0, 40.0, 1.0 / 36.0, 72, Start::Steady),
+        (0.0, 3.0, 300.0, 20.0, 1e-4, 100, Start::Steady),
+    ] {
+        let slip = SineParameters { mean, amplitude, frequency, phase: 0.0 };
+        let motion = MotionOverTime {
+            slip_velocity: Sine::new(slip).unwrap(),
+            transport_velocity: Constant::new(transport).unwrap(),
+        };
+        // A step of the truth is a thousandth of a transit or of a period.
+        let finesse = 1000.0_f64.max(1000.0 * frequency / transport);
+        let drawn = any_error(interval, answers, start, finesse);
+        let (error, bound) = error_and_bound(tyre, &motion, &drawn);
+        println!("{mean} + {amplitude} sin, {frequency} Hz: {error} {bound} {}", bound / error);
+        assert!(error <= bound, "{mean} + {amplitude} sin: {error} N above {bound} N");
+    }
+}
+
+#[test]
+fn the_bound_of_a_start_from_nothing_is_attained_where_all_bristles_slide() {
+    // κ = 3450: at the first answer, 0.7 % of a relaxation later, z_ss is still missing almost everywhere.
+    let motion = MotionOverTime {
+        slip_velocity: Constant::new(10.0).unwrap(),
+        transport_velocity: Constant::new(2.0).unwrap(),
+    };
+    let drawn = any_error(1e-6, 20, Start::Undeflected, 1e5);
+    let even = patch(0, PolynomialExponential::constant());
+    let (error, bound) = error_and_bound(even, &motion, &drawn);
+    assert!(error <= bound && bound < 1.02 * error, "{error} N, bound {bound} N");
+}
+
+#[test]
+fn the_bound_of_a_step_of_the_slip_is_attained_where_only_the_deflection_changes() {
+    // μ = 0.01 + v: λ = σ0 v/μ is nearly that of any v, κ = 500, and z_ss goes with v.
+    let curve = StribeckParameters {
+        static_coefficient: 0.01,
+        dynamic_coefficient: 0.01,
+        viscous_friction: 1.0,
+        ..paper::TYRE_CURVE
+    };
+    let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap();
+    let patch = Patch::new(PatchParameters {
+        model: FrBd::new(Stribeck::new(curve).unwrap(), bristle),
+        length: paper::TYRE_LENGTH,
+        pressure: PolynomialExponential::constant(),
+    });
+    let [at, jump] = [4.99e-5, 5e-5];
+    let vertices = [(0.0, 1.0), (at, 1.0), (jump, 2.0), (1.0, 2.0)];
+    let motion = MotionOverTime {
+        slip_velocity: Polyline::new(vertices.map(|(time, value)| Vertex { time, value })).unwrap(),
+        transport_velocity: Constant::new(0.5).unwrap(),
+    };
+    // Steps of the truth of a tenth of the jump.
+    let drawn = any_error(1e-5, 20, Start::Steady, 2e8);
+    let (error, bound) = error_and_bound(patch.unwrap().carrying(1000.0).unwrap(), &motion, &drawn);
+    assert!(error <= bound && bound < 1.05 * error, "{error} N, bound {bound} N");
+}
+
+#[test]
+fn the_pilot_counts_every_look_at_the_curve_of_a_patch() {
+    use bristle::{Bounds, FunctionCurve};
+    use std::{cell::Cell, rc::Rc};
+    // A thousand transits in a period, thirty, one and a half, a half.
+    for (mean, amplitude, frequency, share) in [
+        (0.2, 0.2, 0.16, 0.05),
+        (0.2, 0.2, 5.0, 0.03),
+        (0.1, 0.3, 100.0, 0.01),
+        (0.2, 0.2, 320.0, 0.01),
+    ] {
+        let looks = Rc::new(Cell::new(0_u32));
+        let counter = looks.clone();
+        let curve = FunctionCurve::new(
+            move |speed: f64| {
+                counter.set(counter.get() + 1);
+                let falling = 0.4 * (-0.01 * speed * speed).exp();
+                (0.2 + falling + 0.0018 * speed, 0.0018 - 0.02 * speed * falling)
+            },
+            Bounds { min: 0.2, max: 0.7 },
+        );
+        let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap();
+        let patch = Patch::new(PatchParameters {
+            model: FrBd::new(curve.unwrap(), bristle),
+            length: paper::TYRE_LENGTH,
+            pressure: PolynomialExponential::parabolic(),
+        });
+        let slip = SineParameters { mean, amplitude, frequency, phase: 0.0 };
+        let scene = RollingHistory::new(RollingHistoryParameters {
+            patch: patch.unwrap().carrying(1000.0).unwrap(),
+            motion: MotionOverTime {
+                slip_velocity: Sine::new(slip).unwrap(),
+                transport_velocity: Constant::new(160.0).unwrap(),
+            },
+            interval: 0.01 / frequency,
+            answers: 1000,
+            period: Some(100),
+            start: Start::Steady,
+        })
+        .unwrap();
+        looks.set(0);
+        let choice = scene.choose(Tolerance { norm: Norm::Greatest, share }).unwrap();
+        let (counted, said) = (f64::from(looks.get()), choice.pilot_evaluations);
+        println!("{frequency} Hz: {counted} looks, {said} said");
+        // A few looks at the ends are not counted, and what is kept may be looked at again.
+        assert!(counted <= 1.05 * said + 20.0, "{frequency} Hz: {counted} looks, {said} said");
+    }
+}
+
+#[test]
+fn the_bound_of_a_reversal_between_two_answers_passes_through_rest() {
+    // From 30 m/s, where μ = 0.25, down to rest, where μ_s = 0.6 (the bristles follow), and up to −30 m/s within a
+    // microsecond: that both ends have |z_ss| = 0.25/σ0 says nothing of the way. And in a jump alone, all is in one leg.
+    for from in [0.01, 30.0] {
+        let [before, after] = [0.01 - 2e-6, 0.01 - 1e-6];
+        let vertices = [(0.0, 30.0), (before, from), (after, -30.0), (1.0, -30.0)];
+        let vertices = vertices.map(|(time, value)| Vertex { time, value });
+        let motion = MotionOverTime {
+            slip_velocity: Polyline::new(vertices).unwrap(),
+            transport_velocity: Constant::new(0.5).unwrap(),
+        };
+        // Steps of the truth as long as the jump.
+        let drawn = any_error(0.01, 8, Start::Steady, 2e6);
+        let even = patch(0, PolynomialExponential::constant());
+        let (error, bound) = error_and_bound(even, &motion, &drawn);
+        println!("by {from} m/s: {error} N, bound {bound} N");
+        assert!(error > if from < 1.0 { 700.0 } else { 450.0 }, "{error} N");
+        assert!(error <= bound, "by {from} m/s: {error} N above {bound} N");
     }
 }

@@ -221,3 +221,25 @@ fn a_ledger_that_met_a_nan_vouches_for_nothing() {
     ledger.enter(EnergyBalance { supplied: 1.0, stored: 0.0, dissipated: 1.0 });
     assert!(!ledger.is_passive(1e9));
 }
+
+#[test]
+fn the_gain_is_what_has_been_given_since_the_peak() {
+    let mut ledger = EnergyLedger::new();
+    for (supplied, gain) in [(1.0, 0.0), (-0.5, 0.5), (-0.25, 0.75), (0.5, 0.75), (-0.75, 1.0)] {
+        // The sums are exact: 1, 0.5, 0.25, 0.75, 0.
+        ledger.enter(EnergyBalance { supplied, stored: 0.0, dissipated: supplied });
+        assert_eq!(ledger.gain(), gain);
+    }
+    assert!(ledger.is_passive(1.0) && !ledger.is_passive(0.99));
+}
+
+#[test]
+fn what_is_small_is_not_lost_beside_what_is_large() {
+    let mut ledger = EnergyLedger::new();
+    // Spacing of doubles at 1e16: two. The sum of the first three alone would be 1e16 and that of all 0.
+    for joule in [1.0, 1e16, 1.0, -1e16] {
+        ledger.enter(EnergyBalance { supplied: joule, stored: 2.0 * joule, dissipated: -joule });
+    }
+    let two = EnergyBalance { supplied: 2.0, stored: 4.0, dissipated: -2.0 };
+    assert_eq!((ledger.total(), ledger.cycle()), (two, two));
+}

@@ -633,13 +633,13 @@ fn the_critical_speed_is_where_the_curve_turns_up() {
     let Threshold::StableAbove(speed) = rig.critical_speed(1e-6..10.0).unwrap() else {
         panic!("the rig stick-slips below some speed");
     };
-    // H1 is a difference of ones that crosses zero at a slope of 1e2/m/s.
-    assert_within(1e-10, 1.0, speed, 0.029_863_165_817_389_6, || "upper".to_owned());
+    // H1 = v μ'/(σ1 v + μ) is a difference of ones that crosses zero at 0.23 per m/s: its rounding is 1e-15 m/s.
+    assert_within(1e-14, 1.0, speed, 0.029_863_165_817_389_6, || "upper".to_owned());
     let Threshold::StableBelow(speed) = rig.critical_speed(1e-6..0.02).unwrap() else {
         panic!("the viscous part wins at last");
     };
-    // There it crosses at 1e-4 per m/s.
-    assert_within(1e-6, 1e-6, speed, 4.000_000_64e-6, || "lower".to_owned());
+    // There it crosses at 0.027 per m/s: 8e-15 m/s.
+    assert_within(3e-14, 1.0, speed, 4.000_000_640_000_256e-6, || "lower".to_owned());
     assert_eq!(rig.critical_speed(0.05..10.0).unwrap(), Threshold::AlwaysStable);
     assert_eq!(rig.critical_speed(1e-3..0.02).unwrap(), Threshold::NeverStable);
     // So light on so soft a spring that mλ + D < 0, and the other two conditions alone would hold.
@@ -988,4 +988,134 @@ fn errors_are_short_and_name_what_is_not_finite() {
     let contact = FrBd::new(curve.unwrap(), table_2_bristle()).under_load(1.0).unwrap();
     let refused = contact.steady_velocity(2.0, 0.0, 1.0).unwrap_err();
     assert_eq!(refused.to_string(), "steady friction force is NaN, but must be finite at 1 m/s");
+}
+
+#[test]
+fn the_corner_of_a_swinging_system_is_the_modulus_of_its_poles() {
+    use nalgebra::{Matrix2, RowVector2};
+    // 1/(s² + 2 s + 100): poles −1 ± 9.95i.
+    let swing = StateSpace {
+        dynamics: Matrix2::new(0.0, 1.0, -100.0, -2.0),
+        input: Vector2::new(0.0, 1.0),
+        output: RowVector2::new(1.0, 0.0),
+        feedthrough: 0.0,
+    };
+    assert_within(1e-14, 10.0, swing.corner_frequency().unwrap(), 10.0, || "corner".to_owned());
+    assert_within(1e-14, 1.0, swing.abscissa().unwrap(), -1.0, || "abscissa".to_owned());
+}
+
+#[test]
+fn steady_sliding_stretches_the_spring_by_friction_and_damping() {
+    let rig = on_spring(table_2(), 1.0, 2.0, 0.3);
+    for v in [-0.7, -0.004, 0.0055, 0.2] {
+        let sliding = rig.steady_sliding(v).unwrap();
+        // p (μ_d + (μ_s − μ_d) e^(−(v/v_S)²) + σ2 |v|) sgn v.
+        let x: f64 = v / 0.01;
+        let friction = (1.0 + 0.5 * (-x * x).exp() + 0.04 * v.abs()) * v.signum();
+        let at = || format!("v = {v}");
+        assert_within(1e-14, 1.5, sliding.friction_force, friction, at);
+        assert_within(1e-14, 1.0, sliding.stretch, (friction + 0.3 * v) / 2.0, at);
+        // σ0 z = μ sgn v, less σ1 ż = 0.
+        assert_within(1e-14, 1e-4, sliding.deflection, friction / 1e4, at);
+        assert_eq!(sliding.velocity, v);
+    }
+}
+
+#[test]
+fn two_changes_of_stability_a_twentieth_apart_are_not_missed() {
+    // μ' = 0.1 (v − v₁)(v − v₂) is negative between the two only.
+    let (low, high) = (1.0, 1.05);
+    for scale in [0.97, 1.0, 1.013, 1.1, 1.37] {
+        let (low, high) = (low * scale, high * scale);
+        let curve = FunctionCurve::new(
+            move |s: f64| {
+                let cubic = s * s * s / 3.0 - (low + high) * s * s / 2.0 + low * high * s;
+                (1.0 + 0.1 * cubic, 0.1 * (s - low) * (s - high))
+            },
+            Bounds { min: 1.0, max: f64::INFINITY },
+        )
+        .unwrap();
+        let contact = FrBd::new(curve, table_2_bristle()).under_load(1.0).unwrap();
+        let rig = on_spring(contact, 1.0, 2.0, 0.0);
+        let Threshold::StableAbove(speed) = rig.critical_speed(0.1..10.0).unwrap() else {
+            panic!("{low} to {high} m/s is missed")
+        };
+        // A slope of 0.005 s/m per m/s, from terms of 0.1 s/m.
+        assert_within(1e-12, 1.0, speed, high, || format!("upper of {low}, {high}"));
+        let middle = 0.5 * (low + high);
+        let Threshold::StableBelow(speed) = rig.critical_speed(0.1..middle).unwrap() else {
+            panic!("{low} m/s is missed")
+        };
+        assert_within(1e-12, 1.0, speed, low, || format!("lower of {low}, {high}"));
+    }
+}
+
+#[test]
+fn a_spring_can_be_too_stiff_for_a_bristle_of_much_damping() {
+    // Classical LuGre at σ1 v/μ > 1: the curve rises with its viscous part, and yet falls at first.
+    let curve = StribeckParameters { viscous_friction: 60.0, ..paper::STICK_SLIP_CURVE };
+    let bristle = kelvin_voigt(1e4, 1e3);
+    let contact = LuGre::classical(Stribeck::new(curve).unwrap(), bristle).under_load(1.0).unwrap();
+    let (v, mass): (f64, f64) = (5.5e-3, 10.0);
+    let rig = on_spring(contact, mass, 1.0, 0.0);
+    let x = v / 0.01;
+    let (dry, fall) = (1.0 + 0.5 * (-x * x).exp(), -(x / 0.01) * (-x * x).exp());
+    // ż = v − σ0 |v| z/g: λ = σ0 v/g, D = σ1 v g'/g + σ2, S = g' + σ2; (mλ + D) λ S + D k = 0.
+    let (rate, quick, slope) = (1e4 * v / dry, 1e3 * v * fall / dry + 60.0, fall + 60.0);
+    assert!(slope > 0.0 && quick < 0.0 && mass * rate + quick > 0.0);
+    let want = (mass * rate + quick) * rate * slope / -quick;
+    let Threshold::StableBelow(stiffness) = rig.critical_stiffness(v).unwrap() else {
+        panic!("{:?}", rig.critical_stiffness(v))
+    };
+    assert_within(1e-13, want, stiffness, want, || "stiffness".to_owned());
+    let abscissa = |stiffness| {
+        let sliding = on_spring(contact, mass, stiffness, 0.0).steady_sliding(v).unwrap();
+        sliding.state_space.abscissa().unwrap()
+    };
+    assert!(abscissa(0.99 * want) < 0.0 && abscissa(1.01 * want) > 0.0);
+}
+
+#[test]
+fn a_direct_part_that_is_infinite_and_a_pivot_of_rounding_are_refused() {
+    use nalgebra::{Matrix2, RowVector2};
+    /// Coulomb friction beside a viscous one whose force is beyond the range of numbers at a load of 10 N.
+    #[derive(Debug, Clone)]
+    struct Viscous;
+    impl FrictionCurve<f64> for Viscous {
+        fn coefficient(&self, _: Sliding<f64>) -> f64 {
+            1.0
+        }
+        fn coefficient_and_slope(&self, _: Sliding<f64>) -> (f64, f64) {
+            (1.0, 0.0)
+        }
+        fn bounds(&self, _: f64) -> Bounds<f64> {
+            Bounds::constant(1.0)
+        }
+        fn viscous_friction(&self) -> f64 {
+            f64::MAX
+        }
+        fn without_viscous_friction(&self) -> Self {
+            Self
+        }
+    }
+    let contact = LuGre::classical(Viscous, table_2_bristle()).under_load(10.0).unwrap();
+    let refused = contact.state_space(Branch::Forward.of(0.0), 0.0).unwrap_err();
+    assert_eq!(refused, LinearisationError::NotFinite);
+    // The second row is minus the first one; in binary, to a rounding only.
+    let singular = StateSpace {
+        dynamics: Matrix2::new(-0.1, 0.3, 0.1, -0.3),
+        input: Vector2::new(1.0, 0.0),
+        output: RowVector2::new(1.0, 0.0),
+        feedthrough: 0.0,
+    };
+    assert_eq!(singular.static_gain().unwrap_err(), LinearisationError::Singular);
+    // The third row is three times the first one less the second, 3 · 0.1 − 0.3 = 6e-17 as numbers, and the entry
+    // that this is subtracted from is zero.
+    let difference = StateSpace {
+        dynamics: -Matrix3::new(1.0, 0.0, 0.1, 0.0, 1.0, 0.3, 3.0, -1.0, 0.0),
+        input: Vector3::new(1.0, 0.0, 0.0),
+        output: RowVector3::new(1.0, 0.0, 0.0),
+        feedthrough: 0.0,
+    };
+    assert_eq!(difference.static_gain().unwrap_err(), LinearisationError::Singular);
 }

@@ -1400,3 +1400,57 @@ fn a_step_backwards_is_none() {
     let two = FrBd::new(curve, Zener::new(parameters).unwrap()).under_load(1.0).unwrap();
     assert!(two.hold(0.1, Vector2::new(1e-5, 1e-5), -1e-3).end.is_nan());
 }
+
+#[test]
+fn springs_of_unlike_stiffness_keep_their_modes_apart() {
+    // By mpmath with 90 digits, as above. A spring of a millionth between two whose terms in the secular equation
+    // cancel to a millionth: roots alone would leave modes that are orthogonal to ten digits.
+    golden(
+        [0.0, 1.0, 2.0],
+        [1e6, 1e-6, 1e6],
+        1.0,
+        0.02,
+        [1e-5, -20.0, 3e-5],
+        [-3.66246585404677742e-6, -7.35759249486842749, 3.68246952917158068e-6],
+        [-6.30750600350379928e-6, -12.6424211675974266, 6.32753230839082092e-6],
+    );
+    golden(
+        [0.0, 1.0, 2.0],
+        [1e9, 1e-9, 1e9],
+        2.0,
+        0.0,
+        [1e-5, -2e4, 3e-5],
+        [-1.35335282898274483e-6, -2706.70566473225384, 1.35335283033609766e-6],
+        [-4.32332357084696577e-6, -8646.64717331054949, 4.32332358517028936e-6],
+    );
+}
+
+#[test]
+fn a_dashpot_that_varies_bounds_its_decay_from_both_sides() {
+    // Between 5 and 10 N s/m: of 100 N/m it takes 10 to 20 per second.
+    let law = || {
+        Varying::new(
+            |sliding: Sliding<f64>| {
+                let t = sliding.velocity().tanh();
+                (10.0 - 5.0 * t * t, -10.0 * t * (1.0 - t * t))
+            },
+            Bounds { min: 5.0, max: 10.0 },
+        )
+    };
+    let from = |min| Bounds { min, max: 20.0 };
+    assert_eq!(maxwell(100.0, law()).decay_bounds(), from(10.0));
+    // The static spring of a Zener bristle does not decay.
+    assert_eq!(zener(50.0, 100.0, law()).decay_bounds(), from(0.0));
+    assert_eq!(arms([(100.0, Some(law()))], 1.0).decay_bounds(), from(10.0));
+    assert_eq!(arms([(100.0, Some(law())), (50.0, None)], 1.0).decay_bounds(), from(0.0));
+}
+
+#[test]
+fn arms_are_even_if_every_dashpot_is() {
+    let law = || Varying::new(|_: Sliding<f64>| (10.0, 0.0), Bounds { min: 5.0, max: 10.0 });
+    assert!(!VelocityLaw::<f64>::is_even(&law()));
+    assert!(arms::<f64, 2, f64, f64>([(1.0, Some(2.0)), (3.0, None)], 4.0).is_even());
+    assert!(!arms::<f64, 2, _, f64>([(1.0, None), (3.0, Some(law()))], 4.0).is_even());
+    assert!(!arms::<f64, 2, f64, _>([(1.0, Some(2.0)), (3.0, None)], law()).is_even());
+    assert!(arms::<f64, 2, _, f64>([(1.0, None), (3.0, None::<f64>)], 4.0).is_even());
+}
