@@ -544,8 +544,8 @@ fn under_a_pull_a_regularised_contact_creeps_backward() {
     let load_cycle = Some(LoadCycle { from: -1.2, to: -0.3 });
     let contact = model.under_load(1.0).unwrap();
     let audit = contact.audit(AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) });
-    // r = −0.3/1.5: √ε r/√(1 − r²).
-    let want = -epsilon.sqrt() * 0.2 / (1.0_f64 - 0.04).sqrt();
+    // Of the two forces the one of larger magnitude, r = −1.2/1.5: √ε r/√(1 − r²).
+    let want = -epsilon.sqrt() * 0.8 / (1.0_f64 - 0.64).sqrt();
     let creep = audit.unwrap().yielding.unwrap().creep.unwrap();
     assert_within(1e-5, 1e-7, creep, want, || "creep".to_owned());
 }
