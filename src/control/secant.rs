@@ -58,8 +58,8 @@ pub struct SecantVelocity<T> {
     elsewhere: Option<T>,
     /// Samples since the last good one, this one included.
     elapsed: T,
-    /// What those leave of the filtered velocity, (1 − weight)^elapsed.
-    kept: T,
+    /// The weight of as many samples at once, 1 − (1 − weight)^elapsed.
+    news: T,
     secant: T,
     filtered: T,
 }
@@ -102,7 +102,7 @@ impl<T: Scalar> SecantVelocity<T> {
             position: None,
             elsewhere: None,
             elapsed: T::one(),
-            kept: T::one() - weight,
+            news: weight,
             secant: T::zero(),
             filtered: T::zero(),
         })
@@ -147,7 +147,7 @@ impl<T: Scalar> SecantVelocity<T> {
     #[inline]
     pub(super) fn miss(&mut self) {
         self.elapsed += T::one();
-        self.kept *= T::one() - self.weight;
+        self.news += self.weight * (T::one() - self.news);
     }
 
     /// Goes a way \[m\] from where the last good sample was, if it can be.
@@ -156,8 +156,7 @@ impl<T: Scalar> SecantVelocity<T> {
         let farthest = self.fastest * self.sample_time;
         if way.abs() <= farthest * self.elapsed {
             self.secant = way / self.sample_time;
-            let mean = self.secant / self.elapsed;
-            self.filtered = mean + self.kept * (self.filtered - mean);
+            self.filtered += self.news * (self.secant / self.elapsed - self.filtered);
             self.settle();
             return Reading::Way(way);
         }
@@ -174,8 +173,7 @@ impl<T: Scalar> SecantVelocity<T> {
     /// After a good sample.
     #[inline]
     fn settle(&mut self) {
-        (self.elapsed, self.elsewhere) = (T::one(), None);
-        self.kept = T::one() - self.weight;
+        (self.elapsed, self.news, self.elsewhere) = (T::one(), self.weight, None);
     }
 
     /// The displacement of the last good sample over one sample time: the secant velocity w [m/s], unless samples before it were
