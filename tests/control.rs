@@ -555,8 +555,10 @@ proptest! {
         let settled = (40.0 * (tau / 1e-3 + 1.0)) as usize;
         let at = |n: usize| speed * 1e-3 * n as f64;
         for n in 0..settled {
-            (clean.step(at(n), at(n)), faulty.step(at(n), at(n)));
-            (fed.step(at(n)), fed_faulty.step(at(n)));
+            clean.step(at(n), at(n));
+            faulty.step(at(n), at(n));
+            fed.step(at(n));
+            fed_faulty.step(at(n));
         }
         for (n, fault) in faults.iter().chain(&[7, 7]).enumerate() {
             let x = at(settled + n);
@@ -718,11 +720,13 @@ fn an_outage_counts_as_so_many_samples_of_the_filter() {
     let mut encoder = SecantVelocity::new(parameters).unwrap();
     let mut twin = encoder;
     for n in 0..100 {
-        (encoder.push(5e-5 * f64::from(n)), twin.push(5e-5 * f64::from(n)));
+        encoder.push(5e-5 * f64::from(n));
+        twin.push(5e-5 * f64::from(n));
     }
     // Stopped at once: three samples at rest, two of them not seen.
     for position in [f64::NAN, 77.0, 5e-5 * 99.0] {
-        (encoder.push(position), twin.push(5e-5 * 99.0));
+        encoder.push(position);
+        twin.push(5e-5 * 99.0);
     }
     assert!((encoder.filtered() - 0.05 * 0.8f64.powi(3)).abs() < 1e-10);
     assert!((encoder.filtered() - twin.filtered()).abs() < 1e-15);
