@@ -11,7 +11,7 @@
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | Δx | measured displacement since the last sample | m |
+//! | Δx | measured displacement since the last good sample | m |
 //! | v_f, s | filtered velocity, and its modulus | m/s |
 //! | z | deflection | m |
 //! | λ, r, c₀, c₂ | coefficients of the model, see [`Affine`](crate::Affine) | 1/s, –, 1/m, s/m |

@@ -42,7 +42,7 @@ pub struct SecantVelocityParameters<T> {
 /// encoder.push(0.0);
 /// assert_eq!(encoder.push(2e-6), Some(2e-6)); // the way since the last good sample
 /// assert!((encoder.filtered() - 0.2 * 2e-3).abs() < 1e-15);
-/// assert_eq!(encoder.push(f64::NAN), None); // refused, and nothing has changed
+/// assert_eq!(encoder.push(f64::NAN), None); // refused: only time has passed
 /// assert_eq!(encoder.push(0.5), None); // half a metre in two milliseconds
 /// assert_eq!(encoder.push(5e-6), Some(5e-6 - 2e-6));
 /// # Ok::<(), bristle::ParameterError>(())
@@ -109,7 +109,7 @@ impl<T: Scalar> SecantVelocity<T> {
     }
 
     /// Takes a position \[m\]. Answers with the displacement since the last good sample \[m\], zero for the first; `None`, with
-    /// nothing changed, for a position that is no finite number, or farther away than the fastest speed allows.
+    /// nothing changed but the time since then, for a position that is no finite number, or farther away than the fastest speed allows.
     ///
     /// After samples that were refused the displacement covers them too. A second position beside one that was too far away is
     /// believed: the mechanism was moved, or its encoder set anew, and it goes on from there with no displacement.
