@@ -340,7 +340,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     /// m (v₁ − v₀) = h (f − bias − damping v̄),  v̄ = v₀ + θ (v₁ − v₀)
     ///
     /// Give it to [`CompanionStep::force`] for the force on the mass, −F̄, and to [`CompanionStep::commit`].
-    /// The kinetic energy changes by h (f − F̄) v̄ − (θ − ½) m (v₁ − v₀)².
+    /// The kinetic energy changes by h (f − F̄) v̄ − (θ − ½) m (v₁ − v₀)². NaN for m < 0.
     ///
     /// ```
     /// use bristle::{Bristle, FrBd, KelvinVoigt, PointMass, Stribeck, paper};
@@ -360,6 +360,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     #[inline]
     pub fn point_mass(&self, body: PointMass<T>) -> T {
         let PointMass { mass, velocity, force, end_weight } = body;
+        let mass = if mass >= T::zero() { mass } else { nan() };
         let pace = end_weight * self.duration;
         (mass * velocity + pace * (force - self.bias)) / (mass + pace * self.damping)
     }

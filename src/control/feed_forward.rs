@@ -85,6 +85,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
         self.outlet.give(hold.mean, hold.deflection)
     }
 
+    /// The answer to the last sample.
+    pub fn last(&self) -> Compensation<T> {
+        self.outlet.last()
+    }
+
     /// The contact.
     pub fn contact(&self) -> &Contact<T, M> {
         &self.contact

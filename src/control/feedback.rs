@@ -11,7 +11,7 @@
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | Δx | measured displacement since the last sample | m |
+//! | Δx | measured displacement since the last good sample | m |
 //! | v_f, s | filtered velocity, and its modulus | m/s |
 //! | z | deflection | m |
 //! | λ, r, c₀, c₂ | coefficients of the model, see [`Affine`](crate::Affine) | 1/s, –, 1/m, s/m |
@@ -21,7 +21,7 @@
 //!
 //! At rest Δx is zero, and z and the elastic force stay as they are, to the last bit. An encoder that flickers by a count moves z
 //! by no more than q (r + K|z|/g) ≤ q (1 + max μ/min μ), at any sample time, where a sign would switch the whole friction:
-//! see [`FeedbackCompensator::step_per_count`]. The micro-damping force σ1 ż has no such limit but its own
+//! see [`FeedbackCompensator::step_per_count`]. That takes an exact modulus: a regularised model creeps, and has no such bound. The micro-damping force σ1 ż has no such limit but its own
 //! size, for it follows the velocity; so it is left out unless asked for, and then takes the filtered velocity. In steady
 //! sliding it is zero anyway.
 //!
@@ -34,6 +34,7 @@ use super::output::{Compensation, Outlet, OutputParameters};
 use super::path::along;
 use super::secant::{SecantVelocity, SecantVelocityParameters};
 use crate::parameter::ParameterError;
+use crate::scalar::is_zero;
 use crate::{Bristle, Contact, Scalar};
 
 /// What becomes of the micro-damping force σ1 ż.
@@ -126,8 +127,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
         self.follow(good)
     }
 
-    /// The force for the coming sample, from a displacement \[m\] since the last one: for `f32`, a difference of counts times
-    /// the size of one.
+    /// The force for the coming sample, from a displacement \[m\] since the last call: for `f32`, a difference of counts times the
+    /// size of one. The compensator itself remembers displacements that it refused, see [`SecantVelocity::advance`]: after a glitch
+    /// and the way back from it the bristle has followed the mechanism.
     #[inline]
     pub fn advance(&mut self, displacement: T) -> Compensation<T> {
         let good = self.encoder.advance(displacement).is_some();
@@ -157,9 +159,14 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
         self.outlet.give(force, deflection)
     }
 
-    /// The most that one encoder count q \[m\] can move the elastic force \[N\], for velocities up to the fastest:
-    /// s p K q (1 + max μ/min μ). `None` for a model that does not tell what it is made of, or whose damping is
-    /// compensated too.
+    /// The most that an encoder which flickers by one count q \[m\] at rest moves the force \[N\] from one sample to the next:
+    /// s p q (K (1 + max μ/min μ) + 2 σ2 w/h), with the weight w = h/(τ + h) of a new velocity in the filter. The first
+    /// part is the elastic force's, at any velocity up to the fastest; the second, of classical LuGre only, that of the filtered velocity, which
+    /// one count up and one down move by 2 w q/h at most.
+    ///
+    /// `None` where there is no such bound: for a model that does not tell what it is made of, whose damping is compensated
+    /// too, or that is regularised, for its relaxation rate does not vanish with the velocity: per distance it has no limit; and for a
+    /// count that is no finite number.
     ///
     /// Choose the encoder, or a share of the stiffness, so that the actuator bears it.
     pub fn step_per_count(&self, count: T) -> Option<T> {
@@ -170,9 +177,15 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
         let most = model.limits(fastest).deflection? * stiffness;
         let ratio = most / anatomy.dry_coefficient.min;
         let viscous = self.viscous * self.encoder.weight() / self.encoder.sample_time();
-        let per_metre = stiffness * (T::one() + ratio) + viscous;
-        (self.damping == Damping::LeftOut)
-            .then(|| self.outlet.share() * self.contact.normal_force() * per_metre * count.abs())
+        let per_metre = stiffness * (T::one() + ratio) + viscous + viscous;
+        let step = self.outlet.share() * self.contact.normal_force() * per_metre * count.abs();
+        let bounded = self.damping == Damping::LeftOut && is_zero(anatomy.speed_at_rest);
+        (bounded && step.is_finite()).then_some(step)
+    }
+
+    /// The answer to the last sample.
+    pub fn last(&self) -> Compensation<T> {
+        self.outlet.last()
     }
 
     /// The contact.

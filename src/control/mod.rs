@@ -20,11 +20,13 @@
 //! | [`StaticCompensator`] | a velocity | a curve: the baseline of the literature | know what a stuck contact carries |
 //!
 //! All have a fixed number of operations per sample, allocate nothing, and are stable by themselves at any
-//! sample time, for their bristle takes the exact step of a held velocity. That does not make the *loop*
+//! sample time, for their bristle, where there is one, takes the exact step of a held velocity. That does not make the *loop*
 //! stable: a controller whose gains are too high for its sample time stays one.
 //!
-//! A sample that is no finite number, or faster than the mechanism can be, is refused: the state stays as it was, the last
-//! force is given again, and [`Compensation::refused`] counts how many there were in a row. One bad sample leaves nothing behind.
+//! A sample that is no finite number, or faster than the mechanism can be, is refused: the last force is given again, and
+//! [`Compensation::refused`] counts how many there were in a row. The bristle stays where it was, and the next good position or displacement
+//! makes up for the way that was missed; only the clocks of the filters run on. Under a bad reference alone the observer's bristle goes on with
+//! the measured way. The static compensator has no memory and knows no fastest speed: it refuses what is no finite number, no more.
 //!
 //! The page `docs/control-loop.md` goes from a datasheet to a running compensator.
 //!

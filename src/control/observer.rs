@@ -59,14 +59,15 @@
 //! implicitly) the sum above carries over to every sample time; else keep its bandwidth a tenth of the sample rate or less.
 //!
 //! The theorems are about a share of one, an actuator within its limit, and a model that fits. A friction force that differs
-//! from the model's is a disturbance: the estimate stays within its limit, so that F̃ is bounded, and with it the tracking error.
+//! from the model's is a disturbance: the estimate stays within its limit, so that F̃ is bounded but for the part c₂ k y, which acts like more
+//! K_d and K_p; and with it the tracking error.
 //!
 //! Source: Canudas de Wit et al., IEEE TAC 40 (1995), 419–425, section on observer-based compensation, for the injection by
 //! position with LuGre. Injection by velocity, and both with FrBD: from the affine form, as above.
 
 use super::output::{Compensation, Outlet, OutputParameters};
 use super::path::along;
-use super::secant::{SecantVelocity, SecantVelocityParameters};
+use super::secant::{Reading, SecantVelocity, SecantVelocityParameters};
 use crate::model::unlimited;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
@@ -147,6 +148,10 @@ impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> Observable<T>
 impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> Observable<T> for FrBd<C, Spring<T>, E> {}
 impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> Observable<T> for LuGre<T, C, T, E> {}
 impl<T: Scalar> Observable<T> for Dahl<T> {}
+
+/// What the reference may jump by in one sample, over the way of the fastest speed: what a planner a thousand times slower than
+/// the loop asks for. More is a fault, until it is seen twice.
+const JUMP: f64 = 1e3;
 
 /// An observer of the deflection, and the compensation by its force.
 ///
@@ -239,9 +244,9 @@ impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
         Ok(Self {
             limit: model.limits(fastest).deflection.unwrap_or_else(unlimited),
             position: SecantVelocity::new(velocity)?,
-            // The reference may jump.
+            // The reference may jump, and a slow planner gives stairs.
             error: SecantVelocity::new(SecantVelocityParameters {
-                fastest: lit(1e15),
+                fastest: fastest * lit(JUMP),
                 ..velocity
             })?,
             outlet: Outlet::new(output)?,
@@ -256,19 +261,35 @@ impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
     ///
     /// The bristle follows the measured displacement, the curve is read at the filtered velocity, and ė is the filtered
     /// secant of e.
+    ///
+    /// After positions that were refused ė is the mean rate since the last good one. Where a position is believed to be elsewhere (see
+    /// [`SecantVelocity::push`]) ė begins anew at zero. A reference that is no finite number, or for the first time farther off than a thousand
+    /// times what the fastest speed allows, is refused, too; then the bristle follows the measured displacement without a correction.
+    /// A jump of the reference by d that is not refused moves the estimate by up to k d, within its limit: give it smooth ones.
     #[inline]
     pub fn step(&mut self, position: T, reference: T) -> Compensation<T> {
-        let error = position - reference;
-        if !error.is_finite() || self.position.push(position).is_none() {
+        let reading = self.position.read(position);
+        if reading == Reading::Refused {
+            self.error.miss();
             return self.outlet.refuse();
         }
-        self.error.push(error);
-        let measured = Measured {
-            velocity: self.position.filtered(),
-            error,
-            error_rate: self.error.filtered(),
-        };
-        self.advance(self.position.secant(), measured)
+        if reading == Reading::Anew {
+            self.error.reset();
+        }
+        let error = position - reference;
+        let tracked = self.error.push(error).is_some();
+        let (secant, velocity) = (self.position.secant(), self.position.filtered());
+        if !tracked {
+            // The displacement is known, and would be lost.
+            let still = Measured { velocity, error: T::zero(), error_rate: T::zero() };
+            if let Some((deflection, _)) = self.estimate(secant, still) {
+                self.deflection = deflection;
+                self.outlet.moved(deflection);
+            }
+            return self.outlet.refuse();
+        }
+        let error_rate = self.error.filtered();
+        self.advance(secant, Measured { velocity, error, error_rate })
     }
 
     /// The force for the coming sample, where the velocity is known too: the exact step over the sample that has
@@ -286,6 +307,11 @@ impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
         self.deflection
     }
 
+    /// The answer to the last sample.
+    pub fn last(&self) -> Compensation<T> {
+        self.outlet.last()
+    }
+
     /// The contact.
     pub fn contact(&self) -> &Contact<T, M> {
         &self.contact
@@ -301,6 +327,16 @@ impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
 
     #[inline]
     fn advance(&mut self, secant: T, measured: Measured<T>) -> Compensation<T> {
+        let Some((deflection, force)) = self.estimate(secant, measured) else {
+            return self.outlet.refuse();
+        };
+        self.deflection = deflection;
+        self.outlet.give(force, deflection)
+    }
+
+    /// Deflection \[m\] and force \[N\] after the sample, where they are finite.
+    #[inline]
+    fn estimate(&self, secant: T, measured: Measured<T>) -> Option<(T, T)> {
         let Measured { velocity, error, error_rate } = measured;
         let affine: Affine<T> = along(self.contact.model(), secant, velocity, self.deflection);
         let weights = affine.weights(self.position.sample_time());
@@ -316,10 +352,6 @@ impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
         let deflection = T::end(&weights, self.deflection, drive).within(self.limit);
         let force =
             self.contact.normal_force() * (affine.coefficient(velocity, deflection) - coefficient);
-        if !(deflection.is_finite() && force.is_finite()) {
-            return self.outlet.refuse();
-        }
-        self.deflection = deflection;
-        self.outlet.give(force, deflection)
+        (deflection.is_finite() && force.is_finite()).then_some((deflection, force))
     }
 }

@@ -52,6 +52,11 @@ impl<T: Scalar> Outlet<T> {
         self.share
     }
 
+    /// Says where the bristle is after a sample that is refused though it moved.
+    pub(super) fn moved(&mut self, deflection: T) {
+        self.last.deflection = deflection;
+    }
+
     pub(super) fn last(&self) -> Compensation<T> {
         self.last
     }

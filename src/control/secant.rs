@@ -11,7 +11,8 @@
 //! | v_f | filtered velocity | m/s |
 //!
 //! The sum of all w h is the distance gone, however coarse the encoder. Each w is a multiple of q/h: 10 mm/s for
-//! counts of 1 µm at 10 kHz. The filter is the backward Euler step of τ v̇_f = w − v_f, stable for every h.
+//! counts of 1 µm at 10 kHz. The filter is the backward Euler step of τ v̇_f = w − v_f, stable for every h. After n − 1 samples that
+//! were refused it takes n such steps at once, towards the mean velocity of all n: with the weight 1 − (τ/(τ + h))ⁿ.
 
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};
@@ -41,7 +42,7 @@ pub struct SecantVelocityParameters<T> {
 /// encoder.push(0.0);
 /// assert_eq!(encoder.push(2e-6), Some(2e-6)); // the way since the last good sample
 /// assert!((encoder.filtered() - 0.2 * 2e-3).abs() < 1e-15);
-/// assert_eq!(encoder.push(f64::NAN), None); // refused, and nothing has changed
+/// assert_eq!(encoder.push(f64::NAN), None); // refused: only time has passed
 /// assert_eq!(encoder.push(0.5), None); // half a metre in two milliseconds
 /// assert_eq!(encoder.push(5e-6), Some(5e-6 - 2e-6));
 /// # Ok::<(), bristle::ParameterError>(())
@@ -53,12 +54,35 @@ pub struct SecantVelocity<T> {
     weight: T,
     fastest: T,
     position: Option<T>,
-    /// The last position, if it was refused for being too far away.
+    /// The last way since the good sample, if it was refused for being too far.
     elsewhere: Option<T>,
     /// Samples since the last good one, this one included.
     elapsed: T,
+    /// The weight of as many samples at once, 1 − (1 − weight)^elapsed.
+    news: T,
     secant: T,
     filtered: T,
+}
+
+/// What a sample has told.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Reading<T> {
+    /// The way since the last good sample \[m\].
+    Way(T),
+    /// The mechanism is elsewhere, and goes on from there.
+    Anew,
+    /// Nothing that can be believed.
+    Refused,
+}
+
+impl<T: Scalar> Reading<T> {
+    fn way(self) -> Option<T> {
+        match self {
+            Self::Way(way) => Some(way),
+            Self::Anew => Some(T::zero()),
+            Self::Refused => None,
+        }
+    }
 }
 
 impl<T: Scalar> SecantVelocity<T> {
@@ -70,52 +94,86 @@ impl<T: Scalar> SecantVelocity<T> {
     pub fn new(parameters: SecantVelocityParameters<T>) -> Result<Self, ParameterError> {
         let sample_time = parameter::positive("sample_time", parameters.sample_time)?;
         let time_constant = parameter::non_negative("time_constant", parameters.time_constant)?;
+        let weight = sample_time / (time_constant + sample_time);
         Ok(Self {
             sample_time,
-            weight: sample_time / (time_constant + sample_time),
+            weight,
             fastest: parameter::positive("fastest", parameters.fastest)?,
             position: None,
             elsewhere: None,
             elapsed: T::one(),
+            news: weight,
             secant: T::zero(),
             filtered: T::zero(),
         })
     }
 
     /// Takes a position \[m\]. Answers with the displacement since the last good sample \[m\], zero for the first; `None`, with
-    /// nothing changed, for a position that is no finite number, or farther away than the fastest speed allows.
+    /// nothing changed but the time since then, for a position that is no finite number, or farther away than the fastest speed allows.
     ///
     /// After samples that were refused the displacement covers them too. A second position beside one that was too far away is
     /// believed: the mechanism was moved, or its encoder set anew, and it goes on from there with no displacement.
     #[inline]
     pub fn push(&mut self, position: T) -> Option<T> {
-        let from = self.position.unwrap_or(position);
-        if let Some(displacement) = self.advance(position - from) {
-            self.position = Some(position);
-            return Some(displacement);
-        }
-        let near = |other: T| (position - other).abs() <= self.fastest * self.sample_time;
-        if self.elsewhere.is_some_and(near) {
-            self.elapsed = T::one();
-            (self.position, self.elsewhere, self.secant) = (Some(position), None, T::zero());
-            return Some(T::zero());
-        }
-        self.elsewhere = position.is_finite().then_some(position);
-        None
+        self.read(position).way()
     }
 
-    /// The same for a displacement \[m\] since the last good sample, such as a difference of counts times the size of one:
-    /// in `f32` the difference of two positions far from zero has lost its digits.
+    /// [`SecantVelocity::push`], which also tells whether the mechanism was found elsewhere.
+    #[inline]
+    pub(super) fn read(&mut self, position: T) -> Reading<T> {
+        let from = self.position.unwrap_or(position);
+        let reading = self.arrive(position - from);
+        if reading != Reading::Refused {
+            self.position = Some(position);
+        }
+        reading
+    }
+
+    /// The same for a displacement \[m\] since the last call, such as a difference of counts times the size of one: in `f32` the
+    /// difference of two positions far from zero has lost its digits. Take one of the two, not both by turns.
+    ///
+    /// Displacements that were refused for being too large are remembered, so that a glitch and the way back from it come to nothing.
+    /// One that is no finite number tells nothing: the next is taken for the displacement since the call before it.
     #[inline]
     pub fn advance(&mut self, displacement: T) -> Option<T> {
-        if !(displacement.abs() <= self.fastest * self.sample_time * self.elapsed) {
-            self.elapsed += T::one();
+        if !displacement.is_finite() {
+            self.miss();
             return None;
         }
-        self.secant = displacement / self.sample_time;
-        self.filtered += self.weight * (self.secant / self.elapsed - self.filtered);
-        (self.elapsed, self.elsewhere) = (T::one(), None);
-        Some(displacement)
+        self.arrive(self.elsewhere.unwrap_or_else(T::zero) + displacement).way()
+    }
+
+    /// A sample time goes by without a sample.
+    #[inline]
+    pub(super) fn miss(&mut self) {
+        self.elapsed += T::one();
+        self.news += self.weight * (T::one() - self.news);
+    }
+
+    /// Goes a way \[m\] from where the last good sample was, if it can be.
+    #[inline]
+    fn arrive(&mut self, way: T) -> Reading<T> {
+        let farthest = self.fastest * self.sample_time;
+        if way.abs() <= farthest * self.elapsed {
+            self.secant = way / self.sample_time;
+            self.filtered += self.news * (self.secant / self.elapsed - self.filtered);
+            self.settle();
+            return Reading::Way(way);
+        }
+        if self.elsewhere.is_some_and(|other| (way - other).abs() <= farthest) {
+            self.secant = T::zero();
+            self.settle();
+            return Reading::Anew;
+        }
+        self.elsewhere = way.is_finite().then_some(way);
+        self.miss();
+        Reading::Refused
+    }
+
+    /// After a good sample.
+    #[inline]
+    fn settle(&mut self) {
+        (self.elapsed, self.news, self.elsewhere) = (T::one(), self.weight, None);
     }
 
     /// The displacement of the last good sample over one sample time: the secant velocity w [m/s], unless samples before it were
@@ -144,7 +202,8 @@ impl<T: Scalar> SecantVelocity<T> {
 
     /// Forgets the position and stands still.
     pub fn reset(&mut self) {
-        (self.position, self.elsewhere, self.elapsed) = (None, None, T::one());
+        self.settle();
+        self.position = None;
         (self.secant, self.filtered) = (T::zero(), T::zero());
     }
 }

@@ -76,10 +76,10 @@ impl<T: Scalar, C: FrictionCurve<T>> StaticCompensator<T, C> {
         let StaticParameters { curve, normal_force, direction, output } = parameters;
         let direction = match direction {
             DirectionLaw::DeadBand(width) => {
-                DirectionLaw::DeadBand(parameter::non_negative("dead_band", width)?)
+                DirectionLaw::DeadBand(parameter::non_negative("dead band width", width)?)
             }
             DirectionLaw::Smooth(width) => {
-                DirectionLaw::Smooth(parameter::positive("smooth", width)?)
+                DirectionLaw::Smooth(parameter::positive("smooth width", width)?)
             }
         };
         Ok(Self {
@@ -112,5 +112,10 @@ impl<T: Scalar, C: FrictionCurve<T>> StaticCompensator<T, C> {
     /// The answer to the last sample.
     pub fn last(&self) -> Compensation<T> {
         self.outlet.last()
+    }
+
+    /// Begins anew: only the last answer is forgotten, there is nothing else.
+    pub fn reset(&mut self) {
+        self.outlet.reset(T::zero());
     }
 }
