@@ -177,6 +177,7 @@ fn compensator(setting: &Setting) -> Result<Ask, ParameterError> {
         sample_time: setting.rate.recip(),
         time_constant: FILTER,
         fastest: FASTEST,
+        count: COUNT,
     };
     let output = OutputParameters { share: setting.share, largest_force: MOTOR };
     let damping = Damping::Filtered;
@@ -266,8 +267,12 @@ fn simulate<M: Bristle<f64, Deflection = f64>>(
     let mut compensate = compensator(&setting)?;
     let gains = Gains::of(setting.bandwidth);
     let h = setting.rate.recip();
-    let velocity =
-        SecantVelocityParameters { sample_time: h, time_constant: FILTER, fastest: FASTEST };
+    let velocity = SecantVelocityParameters {
+        sample_time: h,
+        time_constant: FILTER,
+        fastest: FASTEST,
+        count: COUNT,
+    };
     let (mut encoder, mut desired) =
         (SecantVelocity::new(velocity)?, SecantVelocity::new(velocity)?);
     let fine = (h / FINE).round() as usize * setting.refinement;

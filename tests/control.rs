@@ -59,7 +59,7 @@ fn output(share: f64) -> OutputParameters<f64> {
 }
 
 fn sampled(sample_time: f64) -> SecantVelocityParameters<f64> {
-    SecantVelocityParameters { sample_time, time_constant: 0.0, fastest: 1.0 }
+    SecantVelocityParameters { sample_time, time_constant: 0.0, fastest: 1.0, count: 0.0 }
 }
 
 fn observer_parameters<M>(
@@ -85,7 +85,7 @@ fn feedback(
 ) -> FeedbackCompensator<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>> {
     FeedbackCompensator::new(FeedbackParameters {
         contact: friction(),
-        velocity: SecantVelocityParameters { sample_time, time_constant, fastest: 1.0 },
+        velocity: SecantVelocityParameters { sample_time, time_constant, fastest: 1.0, count: 0.0 },
         damping: Damping::LeftOut,
         output: output(1.0),
     })
@@ -190,7 +190,8 @@ fn compensators_refuse_what_is_no_parameter() {
             SecantVelocity::new(SecantVelocityParameters {
                 sample_time: bad,
                 time_constant: 0.0,
-                fastest: 1.0
+                fastest: 1.0,
+                count: 0.0,
             })
             .is_err()
         );
@@ -198,7 +199,8 @@ fn compensators_refuse_what_is_no_parameter() {
             SecantVelocity::new(SecantVelocityParameters {
                 sample_time: 1.0,
                 time_constant: bad,
-                fastest: 1.0
+                fastest: 1.0,
+                count: 0.0,
             })
             .is_err()
         );
@@ -442,7 +444,12 @@ fn laws() -> [Box<dyn FnMut(f64) -> Compensation<f64>>; 6] {
     let mut back = feedback(1e-3, 2e-3);
     let mut damped = FeedbackCompensator::new(FeedbackParameters {
         contact: lugre(),
-        velocity: SecantVelocityParameters { sample_time: 1e-3, time_constant: 2e-3, fastest: 1.0 },
+        velocity: SecantVelocityParameters {
+            sample_time: 1e-3,
+            time_constant: 2e-3,
+            fastest: 1.0,
+            count: 0.0,
+        },
         damping: Damping::Filtered,
         output: output(1.0),
     })
@@ -658,6 +665,7 @@ fn a_glitch_of_the_counter_and_the_way_back_come_to_nothing() {
                 sample_time: 1e-3,
                 time_constant: 2e-3,
                 fastest: 0.1,
+                count: 0.0,
             },
             damping: Damping::LeftOut,
             output: output(1.0),
@@ -715,8 +723,12 @@ fn a_glitch_of_the_counter_and_the_way_back_come_to_nothing() {
 #[test]
 fn an_outage_counts_as_so_many_samples_of_the_filter() {
     // τ = 4 h: 0.8 is left each sample.
-    let parameters =
-        SecantVelocityParameters { sample_time: 1e-3, time_constant: 4e-3, fastest: 1.0 };
+    let parameters = SecantVelocityParameters {
+        sample_time: 1e-3,
+        time_constant: 4e-3,
+        fastest: 1.0,
+        count: 0.0,
+    };
     let mut encoder = SecantVelocity::new(parameters).unwrap();
     let mut twin = encoder;
     for n in 0..100 {
@@ -746,7 +758,12 @@ fn the_bound_per_count_tells_of_the_viscous_part_and_of_no_regularised_model() {
     let of = |h, time_constant| {
         FeedbackCompensator::new(FeedbackParameters {
             contact: lugre(),
-            velocity: SecantVelocityParameters { sample_time: h, time_constant, fastest: 1.0 },
+            velocity: SecantVelocityParameters {
+                sample_time: h,
+                time_constant,
+                fastest: 1.0,
+                count: 0.0,
+            },
             damping: Damping::LeftOut,
             output: output(0.5),
         })
@@ -985,6 +1002,7 @@ fn single_precision_follows_double_over_half_a_million_counts() {
             sample_time: 1e-3f32,
             time_constant: 5e-3,
             fastest: 1.0,
+            count: 0.0,
         },
         damping: Damping::LeftOut,
         output: OutputParameters { share: 1.0, largest_force: 10.0 },
@@ -1081,4 +1099,26 @@ mod servo {
         assert_eq!(guessed.sign_changes, 0);
         assert!(coulomb.sign_changes > 50);
     }
+}
+
+#[test]
+fn a_count_that_is_coarse_for_the_sample_time_is_no_speed() {
+    // 4096 counts a turn at 4 kHz: one count is 6.1 rad/s, three times what the joint can do.
+    let (h, count) = (0.25e-3, std::f64::consts::TAU / 4096.0);
+    let coarse =
+        SecantVelocityParameters { sample_time: h, time_constant: 2e-3, fastest: 2.0, count };
+    let mut encoder = SecantVelocity::new(coarse).unwrap();
+    // 0.77 rad/s, as counts.
+    let (mut gone, mut last) = (0.0, 0.0);
+    for sample in 0..4000 {
+        let position = (0.77 * h * f64::from(sample) / count).floor() * count;
+        let way = encoder.push(position);
+        gone += way.unwrap_or_else(|| panic!("refused at sample {sample}"));
+        last = position;
+    }
+    assert!((gone - last).abs() < 1e-12 && (encoder.filtered() - 0.77).abs() < 0.77);
+    // A jump is one still.
+    assert_eq!(encoder.push(last + 4.0 * count), None);
+    let bad = SecantVelocityParameters { count: -1.0, ..coarse };
+    assert!(SecantVelocity::new(bad).unwrap_err().to_string().contains("count"));
 }

@@ -71,7 +71,7 @@ pub struct FeedbackParameters<T, M> {
 /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
 /// let mut compensator = FeedbackCompensator::new(FeedbackParameters {
 ///     contact: friction.under_load(20.0)?,
-///     velocity: SecantVelocityParameters { sample_time: 1e-3, time_constant: 5e-3, fastest: 1.0 },
+///     velocity: SecantVelocityParameters { sample_time: 1e-3, time_constant: 5e-3, fastest: 1.0, count: 0.0 },
 ///     damping: Damping::LeftOut,
 ///     output: OutputParameters { share: 1.0, largest_force: 15.0 },
 /// })?;

@@ -170,7 +170,7 @@ const JUMP: f64 = 1e3;
 ///     derivative_gain: 30.0,
 ///     integral_gain: 1000.0,
 ///     injection: Injection::Velocity { gain: 0.1, corner: 10.0 },
-///     velocity: SecantVelocityParameters { sample_time: 1e-3, time_constant: 2e-3, fastest: 0.5 },
+///     velocity: SecantVelocityParameters { sample_time: 1e-3, time_constant: 2e-3, fastest: 0.5, count: 0.0 },
 ///     output: OutputParameters { share: 1.0, largest_force: 3.0 },
 /// };
 /// let mut observer = FrictionObserver::new(parameters)?;

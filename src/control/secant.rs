@@ -16,6 +16,7 @@
 
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};
+use crate::scalar::lit;
 
 /// Parameters of a [`SecantVelocity`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,6 +28,9 @@ pub struct SecantVelocityParameters<T> {
     pub time_constant: T,
     /// Speed \[m/s\] that the mechanism cannot exceed, positive: a sample that asks for more is refused as a fault.
     pub fastest: T,
+    /// Size of one encoder count q \[m\], zero or positive: two counts more than the fastest speed takes are quantisation, not
+    /// speed. A coarse encoder sampled quickly needs it: with q > fastest·h every single count would be refused.
+    pub count: T,
 }
 
 /// Velocity from sampled positions.
@@ -38,6 +42,7 @@ pub struct SecantVelocityParameters<T> {
 ///     sample_time: 1e-3_f64,
 ///     time_constant: 4e-3,
 ///     fastest: 1.0,
+///     count: 0.0,
 /// })?;
 /// encoder.push(0.0);
 /// assert_eq!(encoder.push(2e-6), Some(2e-6)); // the way since the last good sample
@@ -53,6 +58,8 @@ pub struct SecantVelocity<T> {
     /// h/(τ + h)
     weight: T,
     fastest: T,
+    /// Two counts.
+    slack: T,
     position: Option<T>,
     /// The last way since the good sample, if it was refused for being too far.
     elsewhere: Option<T>,
@@ -90,7 +97,7 @@ impl<T: Scalar> SecantVelocity<T> {
     ///
     /// # Errors
     ///
-    /// Refuses a sample time or a fastest speed that is not positive, and a time constant that is negative or not finite.
+    /// Refuses a sample time or a fastest speed that is not positive, and a time constant or a count that is negative or not finite.
     pub fn new(parameters: SecantVelocityParameters<T>) -> Result<Self, ParameterError> {
         let sample_time = parameter::positive("sample_time", parameters.sample_time)?;
         let time_constant = parameter::non_negative("time_constant", parameters.time_constant)?;
@@ -99,6 +106,7 @@ impl<T: Scalar> SecantVelocity<T> {
             sample_time,
             weight,
             fastest: parameter::positive("fastest", parameters.fastest)?,
+            slack: lit::<T>(2.0) * parameter::non_negative("count", parameters.count)?,
             position: None,
             elsewhere: None,
             elapsed: T::one(),
@@ -154,13 +162,13 @@ impl<T: Scalar> SecantVelocity<T> {
     #[inline]
     fn arrive(&mut self, way: T) -> Reading<T> {
         let farthest = self.fastest * self.sample_time;
-        if way.abs() <= farthest * self.elapsed {
+        if way.abs() <= farthest * self.elapsed + self.slack {
             self.secant = way / self.sample_time;
             self.filtered += self.news * (self.secant / self.elapsed - self.filtered);
             self.settle();
             return Reading::Way(way);
         }
-        if self.elsewhere.is_some_and(|other| (way - other).abs() <= farthest) {
+        if self.elsewhere.is_some_and(|other| (way - other).abs() <= farthest + self.slack) {
             self.secant = T::zero();
             self.settle();
             return Reading::Anew;

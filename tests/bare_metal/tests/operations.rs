@@ -235,7 +235,12 @@ fn the_document_tells_the_memory_of_every_model() {
 }
 
 fn filter<T: Scalar>() -> SecantVelocityParameters<T> {
-    SecantVelocityParameters { sample_time: lit(1e-3), time_constant: lit(4e-3), fastest: lit(1.0) }
+    SecantVelocityParameters {
+        sample_time: lit(1e-3),
+        time_constant: lit(4e-3),
+        fastest: lit(1.0),
+        count: lit(1e-6),
+    }
 }
 
 fn output<T: Scalar>() -> OutputParameters<T> {

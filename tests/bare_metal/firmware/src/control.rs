@@ -21,6 +21,7 @@ fn filter<T: Scalar>(input: &Input<T>) -> SecantVelocityParameters<T> {
         sample_time: input.duration,
         time_constant: input.time_constant,
         fastest: input.fastest,
+        count: input.duration,
     }
 }
 
