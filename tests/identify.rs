@@ -514,16 +514,18 @@ fn a_bad_first_row_does_not_stretch_the_bristle() {
 
     let mut draw = Draw(8);
     let mut first = true;
-    // Out of a force of at most 0.35.
+    // Out of a force of at most 0.35: the search must not bend the model to reach it.
     let log = log_of(&Lumped, &TRUTH, rich, 3000, || {
-        0.002 * draw.gauss() + if std::mem::take(&mut first) { 1.0 } else { 0.0 }
+        0.002 * draw.gauss() + if std::mem::take(&mut first) { 10.0 } else { 0.0 }
     });
     let found =
         fit(&Lumped, &log, Simulation::default(), &Settings::default(), &mut go_on).unwrap();
-    // It is still a row that is wrong, with a weight of its own on σ1; but it leaves the stiffness and the level alone.
-    for (name, truth) in [("micro_stiffness", TRUTH[4]), ("dynamic_coefficient", TRUTH[0])] {
-        assert!((found.estimate(name).unwrap().value / truth - 1.0).abs() < 0.1, "{found}");
+    // It is still a row that is wrong, and its residual widens the standard errors; but those are honest.
+    for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
+        assert!((estimate.value - truth).abs() < 3.0 * estimate.standard_error, "{found}");
     }
+    let stiffness = found.estimate("micro_stiffness").unwrap().value;
+    assert!((stiffness / TRUTH[4] - 1.0).abs() < 0.05, "{found}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
-use super::log::FEWEST;
+use super::log::{FEWEST, quantile};
 use super::residuals::{Candidate, Parameter, Residuals, within};
 use super::{Fit, IdentifyError, Log, Progress, Rough, Settings, least_squares};
 use crate::parameter::ParameterError;
@@ -33,6 +33,9 @@ struct Along<'a, C, const N: usize> {
     parameters: [Parameter; N],
     log: &'a Log,
     simulation: Simulation,
+    /// The friction coefficient to begin with: the first, within the range of nearly all rows. Were it further out, the
+    /// search would bend the whole curve to reach one bad row.
+    first: f64,
 }
 
 impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
@@ -52,7 +55,10 @@ impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
             let rule = "be at least 1";
             return Err(IdentifyError::Setting { name: "substeps", value: 0.0, rule });
         }
-        let along = Self { candidate, parameters, log, simulation };
+        let mut sorted = log.coefficient.clone();
+        let (low, high) = (quantile(&mut sorted, 0.02), quantile(&mut sorted, 0.98));
+        let first = within(log.coefficient.first().copied().unwrap_or(0.0), low, high);
+        let along = Self { candidate, parameters, log, simulation, first };
         let counts_from = along.counts_from();
         let rows = log.time.iter().filter(|&&time| time >= counts_from).count();
         let least = FEWEST.max(N + 1);
@@ -75,12 +81,12 @@ impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
     ) -> Result<(), ParameterError> {
         let model = self.candidate.model(values)?;
         let offset = self.candidate.offset(values);
-        let Log { time, held, velocity, coefficient, .. } = self.log;
+        let Log { time, held, velocity, .. } = self.log;
         let substeps = self.simulation.substeps;
         let count = 1.0 / substeps as f64;
         // The bristle that gives the first measured friction, as if it had got there by slow sliding; a first row beyond
         // what slow sliding carries is an error of the sensor, and no reason to stretch the bristle further.
-        let first: T = lit(coefficient.first().copied().unwrap_or(0.0));
+        let first: T = lit(self.first);
         let rest = T::zero();
         let forward = crate::Branch::Forward.of(rest);
         let full = model.stationary(forward);
@@ -268,6 +274,7 @@ mod tests {
             parameters,
             log: &log,
             simulation: Simulation { settle: 0.0, substeps: 2 },
+            first: log.coefficient[0],
         };
         let duals: [DualSVec64<N>; N] =
             core::array::from_fn(|i| DualSVec64::from_re(values[i]).derivative(i));
