@@ -46,11 +46,23 @@ pub enum IdentifyError {
         /// What it must be.
         rule: &'static str,
     },
+    /// A setting of the search, the simulation or a window that cannot be.
+    #[error("{name} is {value}, but must {rule}")]
+    Setting {
+        /// Its name.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        rule: &'static str,
+    },
     /// The body never turns round, so that nothing tells the bristle from the curve.
     #[error(
-        "the velocity never reverses: at least one reversal must be there (it stays between {least} and {most} m/s)"
+        "the body never turns back by more than {threshold} m (six deviations of the position's noise, at least a thousandth of the travel), but must do so once; its velocity lies between {least} and {most} m/s"
     )]
     NoReversal {
+        /// Way back \[m\] that would count.
+        threshold: f64,
         /// Least velocity [m/s].
         least: f64,
         /// Largest velocity [m/s].
@@ -66,6 +78,22 @@ pub enum IdentifyError {
         /// What it takes \[m\].
         least: f64,
     },
+    /// The force sensor tells nothing.
+    #[error("friction stays at {value} (over the normal force): does the sensor work?")]
+    NoChange {
+        /// Where it stays: F/p \[–\].
+        value: f64,
+    },
+    /// Friction that gives energy to the motion, over the whole log.
+    #[error(
+        "friction drives the motion: is the sign right? Its work over the normal force is {work} m along a path of {path} m, but must be positive"
+    )]
+    DrivesMotion {
+        /// Work of friction over the normal force \[m\], without the offset.
+        work: f64,
+        /// Length of the path \[m\].
+        path: f64,
+    },
     /// A parameter of the candidate without a start between its bounds.
     #[error(
         "parameter {name}: start {start} must lie between {least} and {most}, both finite, and above 0 on a logarithmic scale"
@@ -80,10 +108,10 @@ pub enum IdentifyError {
         /// Upper bound.
         most: f64,
     },
-    /// The candidate refuses its starting values.
-    #[error("the model refuses its starting values: {0}")]
+    /// The candidate refuses its values: those to start from, or to predict with.
+    #[error("the model refuses its values: {0}")]
     Model(#[from] ParameterError),
-    /// The model's answer at the starting values is not a number.
-    #[error("at the starting values the residuals are not finite")]
+    /// The model's answer at the values to start from, or to predict with, is not a number.
+    #[error("at the given values the model's friction is not finite")]
     NotFinite,
 }

@@ -15,9 +15,10 @@ use super::{Fit, IdentifyError, Outcome};
 pub struct Settings {
     /// Most iterations of one search.
     pub iterations: usize,
-    /// Relative change of the sum of squares below which a search has converged.
+    /// Relative change of the sum of squares below which a search has converged: finite, not negative.
     pub tolerance: f64,
-    /// How many searches: the first from the given start, the others from places drawn around it, always the same.
+    /// How many searches: the first from the given start, the others from places drawn around it, always the same. None counts
+    /// as one.
     pub starts: usize,
 }
 
@@ -160,16 +161,21 @@ struct Search<const N: usize> {
 /// Finds the parameters that make Σ r² least within their bounds.
 ///
 /// Always answers with the best found; [`Fit::outcome`] says why the search ended there. The method is in the module's
-/// documentation.
+/// documentation. As many rows as parameters or fewer are fitted too, but have no standard errors: those are infinite.
 ///
 /// # Errors
 ///
-/// Refuses bounds that do not hold the start, and a start at which the model has no answer.
+/// Refuses a [`Settings::tolerance`] that is negative or not finite, bounds that do not hold the start, and a start at which the model has no answer.
 pub fn least_squares<R: Residuals<N>, const N: usize>(
     residuals: &R,
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Fit<N>, IdentifyError> {
+    let value = settings.tolerance;
+    if !(value.is_finite() && value >= 0.0) {
+        let rule = "be finite and not negative";
+        return Err(IdentifyError::Setting { name: "tolerance", value, rule });
+    }
     let problem = Problem::new(residuals)?;
     let start = Point::from_fn(|i, _| problem.axes[i].coordinate(problem.parameters[i].start));
     // The model's own words, where it refuses.

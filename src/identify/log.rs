@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use super::IdentifyError;
 
 /// Fewest rows of a log.
-const FEWEST: usize = 20;
+pub(super) const FEWEST: usize = 20;
 
 /// What was measured of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,7 +64,7 @@ impl Log {
     ///
     /// # Errors
     ///
-    /// Names the row, the column, the value and the rule: columns of one length and at least 20 rows, every number finite,
+    /// Names the row, the column, the value and the rule: columns of one length and at least 20 rows, every number finite and F/p too,
     /// time increasing, normal force positive, and magnitudes that friction can have (no speed above 10⁴ m/s, no median
     /// |F|/p outside 10⁻⁴ … 100 where the normal force is given, a travel of at least a nanometre), which a slip of units has not.
     pub fn new(parameters: LogParameters<'_>) -> Result<Self, IdentifyError> {
@@ -97,9 +97,9 @@ impl Log {
         }
         for (row, pair) in time.windows(2).enumerate() {
             if let [before, after] = *pair
-                && !(after > before)
+                && !(after > before && (after - before).is_finite())
             {
-                let rule = "be later than the row before";
+                let rule = "be later than the row before, by a finite time";
                 return Err(IdentifyError::Row {
                     row: row + 1,
                     column: "time",
@@ -140,10 +140,17 @@ impl Log {
                 core::iter::once(ends.0).chain(middle).chain([ends.1]).collect()
             }
         };
-        let coefficient = match normal_force {
+        let coefficient: Vec<f64> = match normal_force {
             Some(normal) => friction.iter().zip(normal).map(|(f, p)| f / p).collect(),
             None => friction.to_vec(),
         };
+        // A quotient of two finite numbers can be infinite.
+        if let Some((row, &value)) =
+            coefficient.iter().enumerate().find(|&(_, mu): &(_, &f64)| !mu.is_finite())
+        {
+            let column = "friction/normal_force";
+            return Err(IdentifyError::Row { row, column, value, rule: "be finite" });
+        }
         let log = Self {
             time: time.to_vec(),
             held,
@@ -159,7 +166,7 @@ impl Log {
     fn plausible(&self) -> Result<(), IdentifyError> {
         let refuse =
             |row, column, value, rule| Err(IdentifyError::Row { row, column, value, rule });
-        if let Some((row, &value)) = self.held.iter().enumerate().find(|(_, v)| v.abs() > 1e4) {
+        if let Some((row, &value)) = self.held.iter().enumerate().find(|(_, v)| !(v.abs() <= 1e4)) {
             return refuse(row, "velocity", value, "lie between -10000 and 10000 m/s (units?)");
         }
         if self.normalised {
@@ -195,8 +202,13 @@ impl Log {
     ///
     /// # Errors
     ///
-    /// Refuses a window of fewer than 20 rows.
+    /// Refuses a window of fewer than 20 rows, and an end that is NaN; both may be infinite.
     pub fn between(&self, from: f64, to: f64) -> Result<Self, IdentifyError> {
+        for (name, value) in [("from", from), ("to", to)] {
+            if value.is_nan() {
+                return Err(IdentifyError::Setting { name, value, rule: "be a number" });
+            }
+        }
         let first = self.time.partition_point(|&t| t < from);
         let end = self.time.partition_point(|&t| t <= to).max(first);
         if end - first < FEWEST {

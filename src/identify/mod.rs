@@ -37,7 +37,8 @@
 //!
 //! A direction of parameters whose singular value, with the columns of J scaled to length one, is below √ε of the largest has no
 //! effect, and every parameter in it is [`Verdict::Undetermined`]. A standard error above the value is
-//! [`Verdict::Uncertain`]. To and fro at one speed, for instance, tells σ0 and one value of μ, but not μ_s, v_S and σ2.
+//! [`Verdict::Uncertain`]. Both speak of the minimum that was found: in a local one a parameter can be called determined and be wrong.
+//! To and fro at one speed, for instance, tells σ0 and one value of μ, but not μ_s, v_S and σ2.
 //!
 //! # Limits
 //!

@@ -9,7 +9,7 @@ use nalgebra::SMatrix;
 
 use super::Parameter;
 
-/// What the data tell about a parameter.
+/// What the data tell about a parameter, near the minimum that was found: of another, lower one it knows nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Verdict {
@@ -17,12 +17,14 @@ pub enum Verdict {
     Determined,
     /// Its standard error is larger than its value: it cannot be told from zero, or not to a factor of some three.
     Uncertain,
-    /// It can change, alone or together with others, without any effect on the residuals.
+    /// It can change, alone or together with others, without any effect on the residuals that finite sensitivities show.
     Undetermined,
     /// The data would have it lower than its bound.
     AtLowerBound,
     /// The data would have it higher than its bound.
     AtUpperBound,
+    /// Both its bounds are one: it was not looked for.
+    Fixed,
 }
 
 impl fmt::Display for Verdict {
@@ -33,6 +35,7 @@ impl fmt::Display for Verdict {
             Verdict::Undetermined => "UNDETERMINED by these data",
             Verdict::AtLowerBound => "AT ITS LOWER BOUND",
             Verdict::AtUpperBound => "AT ITS UPPER BOUND",
+            Verdict::Fixed => "fixed",
         })
     }
 }
@@ -44,8 +47,8 @@ pub struct Estimate {
     pub parameter: Parameter,
     /// The best value.
     pub value: f64,
-    /// Standard error in the unit of the parameter. Infinite if it is undetermined, NaN if it is at a bound; those of the
-    /// others then hold for that bound.
+    /// Standard error in the unit of the parameter. Infinite if it is undetermined, or if there are no more rows than
+    /// parameters; NaN if it is fixed or at a bound: those of the others then hold for that bound.
     pub standard_error: f64,
     /// What the data tell about it.
     pub verdict: Verdict,
@@ -132,9 +135,10 @@ impl<const N: usize> Fit<N> {
         self.estimates.iter().find(|estimate| estimate.parameter.name == name)
     }
 
-    /// Whether every parameter is determined.
+    /// Whether every parameter is determined, or fixed.
     pub fn is_determined(&self) -> bool {
-        self.estimates.iter().all(|estimate| estimate.verdict == Verdict::Determined)
+        let known = |verdict| matches!(verdict, Verdict::Determined | Verdict::Fixed);
+        self.estimates.iter().all(|estimate| known(estimate.verdict))
     }
 }
 

@@ -43,6 +43,18 @@ impl Parameter {
     }
 }
 
+/// A value within bounds. Unlike `clamp` it lets what is not a number through, for the search to refuse by name, and does
+/// not panic at bounds that are none.
+pub(super) fn within<T: Scalar>(value: T, least: T, most: T) -> T {
+    if value < least {
+        least
+    } else if value > most {
+        most
+    } else {
+        value
+    }
+}
+
 /// Residuals of a model with N parameters, generic over the scalar so that dual numbers differentiate them.
 ///
 /// [`least_squares`](super::least_squares) makes Σ r² least. For friction along a log implement [`Candidate`] instead.

@@ -20,7 +20,7 @@ pub struct Rough {
     pub static_coefficient: f64,
     /// μ_d \[–\].
     pub dynamic_coefficient: f64,
-    /// v_S [m/s].
+    /// v_S [m/s], not above the largest speed.
     pub stribeck_velocity: f64,
     /// σ2 [s/m].
     pub viscous_friction: f64,
@@ -28,6 +28,10 @@ pub struct Rough {
     pub micro_stiffness: f64,
     /// σ1 [s/m]: a tenth of μ over the fastest speed, a guess; the fit looks for it.
     pub micro_damping: f64,
+    /// What the sensor seems to add to the friction coefficient \[–\]: the middle between both directions. A candidate without
+    /// an offset, such as [`Lumped`](super::Lumped), cannot follow it: then take it off the data, or take
+    /// [`Relaxing`](super::Relaxing) or [`Yielding`](super::Yielding).
+    pub offset: f64,
     /// Largest speed in the log [m/s].
     pub fastest: f64,
     /// Reversals found.
@@ -45,7 +49,8 @@ impl Rough {
     ///
     /// # Errors
     ///
-    /// A log without a reversal, or in which no stroke is long enough to slide.
+    /// A log without a reversal, or in which no stroke is long enough to slide; friction that never changes, or that drives
+    /// the motion (less its offset, over the whole log).
     pub fn of(log: &Log) -> Result<Self, IdentifyError> {
         let (rough, points) = Self::with_points(log)?;
         // One speed tells nothing of how friction depends on it.
@@ -61,7 +66,8 @@ impl Rough {
         Ok(Self {
             static_coefficient,
             dynamic_coefficient,
-            stribeck_velocity,
+            // What the curve does beyond the largest speed nothing tells.
+            stribeck_velocity: stribeck_velocity.min(rough.fastest),
             viscous_friction,
             ..rough
         })
@@ -75,18 +81,22 @@ impl Rough {
     pub fn with_points(log: &Log) -> Result<(Self, Vec<SlidingPoint>), IdentifyError> {
         let position = log.positions();
         let noise = noise(&position);
-        let strokes = strokes(&position, noise);
+        let threshold = threshold(&position, noise);
+        let strokes = strokes(&position, threshold);
         let range = log
             .held
             .iter()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));
         if strokes.len() < 2 {
-            return Err(IdentifyError::NoReversal { least: range.0, most: range.1 });
+            return Err(IdentifyError::NoReversal { threshold, least: range.0, most: range.1 });
         }
         let mut sorted = log.coefficient.clone();
         let (low, high) = (quantile(&mut sorted, 0.02), quantile(&mut sorted, 0.98));
         let (swing, middle) = (high - low, 0.5 * (high + low));
         let level = 0.5 * swing;
+        if !(swing > 0.0) {
+            return Err(IdentifyError::NoChange { value: middle });
+        }
 
         // The way to half of the swing, after each reversal.
         let mut halves = Vec::new();
@@ -115,6 +125,17 @@ impl Rough {
         // A bristle that only stretches would turn the whole swing over 2 x₅₀.
         if !(half > 0.0) || longest < 2.5 * half {
             return Err(IdentifyError::NoSliding { longest, least: 2.5 * half });
+        }
+        // Work of friction without its offset, and the way along which it acts.
+        let steps = position.windows(2).zip(log.coefficient.windows(2));
+        let (work, path) = steps.fold((0.0, 0.0), |(work, path), pair| match pair {
+            (&[from, to], &[before, after]) => {
+                (work + (to - from) * (0.5 * (before + after) - middle), path + (to - from).abs())
+            }
+            _ => (work, path),
+        });
+        if !(work >= 0.0) {
+            return Err(IdentifyError::DrivesMotion { work, path });
         }
         let breakaway = half / core::f64::consts::LN_2;
         let needed = f64::min(5.0 * breakaway, 0.6 * longest);
@@ -159,6 +180,7 @@ impl Rough {
             viscous_friction: 0.01 * size / fastest,
             micro_stiffness: size / breakaway,
             micro_damping: 0.1 * size / fastest,
+            offset: middle,
             fastest,
             reversals: strokes.len() - 1,
         };
@@ -176,11 +198,15 @@ fn noise(position: &[f64]) -> f64 {
     6.0 * quantile(&mut bends.collect::<Vec<f64>>(), 0.75) / 2.82
 }
 
-/// Strokes between reversals that are more than noise.
-fn strokes(position: &[f64], noise: f64) -> Vec<Stroke> {
+/// The way back that is more than noise, and than a thousandth of the travel.
+fn threshold(position: &[f64], noise: f64) -> f64 {
     let (least, most) =
         position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (a.min(x), b.max(x)));
-    let threshold = f64::max(noise, 1e-3 * (most - least));
+    f64::max(noise, 1e-3 * (most - least))
+}
+
+/// Strokes between reversals that go further than a threshold.
+fn strokes(position: &[f64], threshold: f64) -> Vec<Stroke> {
     let mut strokes = Vec::new();
     let (mut first, mut extreme, mut direction) =
         (0, (0, position.first().copied().unwrap_or(0.0)), 0.0_f64);

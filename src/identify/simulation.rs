@@ -3,7 +3,8 @@
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
-use super::residuals::{Candidate, Parameter, Residuals};
+use super::log::{FEWEST, quantile};
+use super::residuals::{Candidate, Parameter, Residuals, within};
 use super::{Fit, IdentifyError, Log, Progress, Rough, Settings, least_squares};
 use crate::parameter::ParameterError;
 use crate::scalar::lit;
@@ -12,9 +13,10 @@ use crate::{Bristle, Scalar};
 /// How a model is run along a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Simulation {
-    /// Time \[s\] at the beginning that does not count: until the bristle has forgotten how it began.
+    /// Time \[s\] at the beginning that does not count: until the bristle has forgotten how it began. Not negative.
     pub settle: f64,
-    /// Exact steps per row: one is enough unless the model freezes something over a step, as the elasto-plastic one does.
+    /// Exact steps per row: one is enough unless the model freezes something over a step, as the elasto-plastic one does. At
+    /// least one.
     pub substeps: usize,
 }
 
@@ -31,9 +33,46 @@ struct Along<'a, C, const N: usize> {
     parameters: [Parameter; N],
     log: &'a Log,
     simulation: Simulation,
+    /// The friction coefficient to begin with: the first, within the range of nearly all rows. Were it further out, the
+    /// search would bend the whole curve to reach one bad row.
+    first: f64,
 }
 
-impl<C: Candidate<N>, const N: usize> Along<'_, C, N> {
+impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
+    /// Asks whether enough rows are left to judge by.
+    fn new(
+        candidate: &'a C,
+        parameters: [Parameter; N],
+        log: &'a Log,
+        simulation: Simulation,
+    ) -> Result<Self, IdentifyError> {
+        let Simulation { settle, substeps } = simulation;
+        if !(settle.is_finite() && settle >= 0.0) {
+            let rule = "be finite and not negative";
+            return Err(IdentifyError::Setting { name: "settle", value: settle, rule });
+        }
+        if substeps == 0 {
+            let rule = "be at least 1";
+            return Err(IdentifyError::Setting { name: "substeps", value: 0.0, rule });
+        }
+        let mut sorted = log.coefficient.clone();
+        let (low, high) = (quantile(&mut sorted, 0.02), quantile(&mut sorted, 0.98));
+        let first = within(log.coefficient.first().copied().unwrap_or(0.0), low, high);
+        let along = Self { candidate, parameters, log, simulation, first };
+        let counts_from = along.counts_from();
+        let rows = log.time.iter().filter(|&&time| time >= counts_from).count();
+        let least = FEWEST.max(N + 1);
+        if rows < least {
+            return Err(IdentifyError::TooFewRows { rows, least });
+        }
+        Ok(along)
+    }
+
+    /// The time \[s\] from which on rows count.
+    fn counts_from(&self) -> f64 {
+        self.log.time.first().copied().unwrap_or(0.0) + self.simulation.settle
+    }
+
     /// The friction coefficient at every row: row, model.
     fn run<T: Scalar>(
         &self,
@@ -42,16 +81,18 @@ impl<C: Candidate<N>, const N: usize> Along<'_, C, N> {
     ) -> Result<(), ParameterError> {
         let model = self.candidate.model(values)?;
         let offset = self.candidate.offset(values);
-        let Log { time, held, velocity, coefficient, .. } = self.log;
-        let substeps = self.simulation.substeps.max(1);
+        let Log { time, held, velocity, .. } = self.log;
+        let substeps = self.simulation.substeps;
         let count = 1.0 / substeps as f64;
-        // The bristle that gives the first measured friction, as if it had got there by slow sliding.
-        let first: T = lit(coefficient.first().copied().unwrap_or(0.0));
+        // The bristle that gives the first measured friction, as if it had got there by slow sliding; a first row beyond
+        // what slow sliding carries is an error of the sensor, and no reason to stretch the bristle further.
+        let first: T = lit(self.first);
         let rest = T::zero();
         let forward = crate::Branch::Forward.of(rest);
         let full = model.stationary(forward);
         let carried = model.coefficient(forward, full);
-        let mut deflection = full * ((first - offset) / carried);
+        let one = T::one();
+        let mut deflection = full * within((first - offset) / carried, -one, one);
         let mut before: Option<f64> = None;
         let rows = time.iter().zip(held).zip(velocity).enumerate();
         for (row, ((&time, &held), &velocity)) in rows {
@@ -79,7 +120,7 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C, N> {
         each: &mut impl FnMut(T),
     ) -> Result<(), ParameterError> {
         let Log { time, coefficient, .. } = self.log;
-        let counts_from = time.first().copied().unwrap_or(0.0) + self.simulation.settle;
+        let counts_from = self.counts_from();
         self.run(values, |row, model| {
             if let (Some(&time), Some(&measured)) = (time.get(row), coefficient.get(row))
                 && time >= counts_from
@@ -127,7 +168,7 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C, N> {
 ///
 /// # Errors
 ///
-/// A log that never reverses or never slides; bounds that do not hold the start.
+/// What [`Rough::of`] and [`fit_from`] refuse.
 pub fn fit<C: Candidate<N>, const N: usize>(
     candidate: &C,
     log: &Log,
@@ -143,7 +184,8 @@ pub fn fit<C: Candidate<N>, const N: usize>(
 ///
 /// # Errors
 ///
-/// Bounds that do not hold the start, or a start that the model refuses.
+/// Bounds that do not hold the start, or a start that the model refuses; a [`Simulation::settle`] that is negative or not
+/// finite, or leaves fewer than 20 rows or no more than parameters; no [`Simulation::substeps`]; what [`least_squares`] refuses.
 pub fn fit_from<C: Candidate<N>, const N: usize>(
     candidate: &C,
     parameters: [Parameter; N],
@@ -152,7 +194,7 @@ pub fn fit_from<C: Candidate<N>, const N: usize>(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Fit<N>, IdentifyError> {
-    let along = Along { candidate, parameters, log, simulation };
+    let along = Along::new(candidate, parameters, log, simulation)?;
     least_squares(&along, settings, progress)
 }
 
@@ -173,21 +215,24 @@ pub struct Prediction {
 ///
 /// # Errors
 ///
-/// Values that the model refuses.
+/// Values that the model refuses or answers without a finite number; a simulation that [`fit_from`] refuses.
 pub fn predict<C: Candidate<N>, const N: usize>(
     candidate: &C,
     values: &[f64; N],
     log: &Log,
     simulation: Simulation,
-) -> Result<Prediction, ParameterError> {
+) -> Result<Prediction, IdentifyError> {
     let parameters = values.map(|start| Parameter::positive("", "", start, 1.0));
-    let along = Along { candidate, parameters, log, simulation };
+    let along = Along::new(candidate, parameters, log, simulation)?;
     let mut coefficients = Vec::with_capacity(log.len());
     along.run(values, |_, model: f64| coefficients.push(model))?;
-    let (mut squares, mut rows) = (0.0, 0);
+    if !coefficients.iter().all(|mu| mu.is_finite()) {
+        return Err(IdentifyError::NotFinite);
+    }
+    let (mut squares, mut rows) = (0.0, 0.0);
     along.evaluate(values, &mut |r: f64| {
         squares += r * r;
-        rows += 1;
+        rows += 1.0;
     })?;
     let work = |of: &[f64]| {
         let ways = log.positions();
@@ -199,12 +244,7 @@ pub fn predict<C: Candidate<N>, const N: usize>(
         steps.map(step).sum::<f64>()
     };
     let (work, measured_work) = (work(&coefficients), work(&log.coefficient));
-    Ok(Prediction {
-        coefficients,
-        rmse: (squares / f64::from(rows.max(1))).sqrt(),
-        work,
-        measured_work,
-    })
+    Ok(Prediction { coefficients, rmse: f64::sqrt(squares / rows), work, measured_work })
 }
 
 #[cfg(test)]
@@ -234,6 +274,7 @@ mod tests {
             parameters,
             log: &log,
             simulation: Simulation { settle: 0.0, substeps: 2 },
+            first: log.coefficient[0],
         };
         let duals: [DualSVec64<N>; N] =
             core::array::from_fn(|i| DualSVec64::from_re(values[i]).derivative(i));

@@ -14,7 +14,7 @@ use core::fmt::Debug;
 use core::ops::ControlFlow;
 
 use super::log::median;
-use super::residuals::{Parameter, Residuals, Scaling};
+use super::residuals::{Parameter, Residuals, Scaling, within};
 use super::{Fit, IdentifyError, Rough, Settings, least_squares};
 use crate::parameter::ParameterError;
 use crate::scalar::lit;
@@ -60,9 +60,9 @@ pub(super) fn stribeck_parameters(rough: &Rough) -> [Parameter; 4] {
     } = *rough;
     let size = dynamic_coefficient;
     // Less than a thousandth of μ_d is no drop.
-    let excess = (static_coefficient - size).clamp(2e-3 * size, 20.0 * size);
-    let viscous = viscous_friction.clamp(0.0, 9.0 * size / fastest);
-    let velocity = stribeck_velocity.clamp(1.1e-4 * fastest, 90.0 * fastest);
+    let excess = within(static_coefficient - size, 2e-3 * size, 20.0 * size);
+    let viscous = within(viscous_friction, 0.0, 9.0 * size / fastest);
+    let velocity = within(stribeck_velocity, 1.1e-4 * fastest, 90.0 * fastest);
     [
         Parameter::positive("dynamic_coefficient", "", size, 30.0),
         Parameter {
@@ -204,6 +204,7 @@ const MOST_POINTS: usize = 4000;
 ///     viscous_friction: 0.1,
 ///     micro_stiffness: 1e4,
 ///     micro_damping: 1.0,
+///     offset: 0.0,
 ///     fastest: 0.1,
 ///     reversals: 1,
 /// };

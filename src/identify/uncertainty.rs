@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use nalgebra::{SMatrix, SVector};
 
 use super::least_squares::{Point, Problem};
-use super::residuals::Residuals;
+use super::residuals::{Residuals, within};
 use super::triangle::Triangle;
 use super::{Estimate, Fit, Outcome, ResidualStatistics, Verdict, WeakDirection};
 
@@ -34,16 +34,19 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
     let statistics = statistics(&residuals);
     let axes = &problem.axes;
     let pushed = triangle.gradient();
+    let fixed: [bool; N] = core::array::from_fn(|i| axes[i].least >= axes[i].most);
     let low: [bool; N] = core::array::from_fn(|i| point[i] <= axes[i].least && pushed[i] <= 0.0);
     let high: [bool; N] = core::array::from_fn(|i| point[i] >= axes[i].most && pushed[i] >= 0.0);
-    let free: [bool; N] = core::array::from_fn(|i| !(low[i] || high[i]));
+    let free: [bool; N] = core::array::from_fn(|i| !(fixed[i] || low[i] || high[i]));
 
     // The pseudo-inverse of JᵀJ over the free parameters, and what it leaves out.
     let norms = triangle.column_norms();
     let directions = if smooth { triangle.directions(&free) } else { Vec::new() };
     let largest = directions.first().map_or(0.0, |d| d.0);
     let mut inverse = SMatrix::<f64, N, N>::zeros();
-    let mut undetermined: [bool; N] = core::array::from_fn(|i| free[i] && !(norms[i] > 0.0));
+    // Without directions the sensitivities are not finite or all zero, and tell nothing of any parameter.
+    let mut undetermined: [bool; N] =
+        core::array::from_fn(|i| free[i] && (directions.is_empty() || !(norms[i] > 0.0)));
     let mut weak = Vec::new();
     for (value, direction) in &directions {
         let unscaled =
@@ -67,20 +70,27 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
     let meat = scores(problem, point, statistics.window);
     let rows = residuals.len() as f64;
     let spare = rows - N as f64;
-    let correction = if spare > 0.0 { rows / spare } else { f64::INFINITY };
+    let known = smooth && spare > 0.0;
+    let correction = if known { rows / spare } else { 1.0 };
     let covariance = inverse * meat * inverse * correction;
+    // A product of three symmetric matrices is one only up to rounding.
+    let covariance = (covariance + covariance.transpose()) * 0.5;
     // Where few rows tell a parameter, the sum over scores is itself uncertain, and too small on the average.
     let variance = statistics.rmse.powi(2) * rows
         / statistics.effective_rows.max(f64::MIN_POSITIVE)
         * correction;
-    let spread = |i: usize| covariance[(i, i)].max(0.0).sqrt();
-    let deviation = |i: usize| spread(i).max((variance * inverse[(i, i)].max(0.0)).sqrt());
+    // Ask for what is finite: `max` would make a zero of what is not a number.
+    let root =
+        |square: f64| if square.is_finite() { square.max(0.0).sqrt() } else { f64::INFINITY };
+    let spread = |i: usize| root(covariance[(i, i)]);
+    let deviation = |i: usize| spread(i).max(root(variance * inverse[(i, i)]));
     let correlation = SMatrix::from_fn(|i, j| {
         let scale = spread(i) * spread(j);
         if i == j {
             1.0
-        } else if scale > 0.0 && !undetermined[i] && !undetermined[j] {
-            covariance[(i, j)] / scale
+        } else if known && scale > 0.0 && scale.is_finite() && !undetermined[i] && !undetermined[j]
+        {
+            within(covariance[(i, j)] / scale, -1.0, 1.0)
         } else {
             f64::NAN
         }
@@ -90,12 +100,14 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
         let value = axes[i].value(point[i]);
         let standard_error = if !free[i] {
             f64::NAN
-        } else if undetermined[i] || !smooth {
+        } else if undetermined[i] || !known {
             f64::INFINITY
         } else {
             deviation(i) * axes[i].slope(point[i])
         };
-        let verdict = if low[i] {
+        let verdict = if fixed[i] {
+            Verdict::Fixed
+        } else if low[i] {
             Verdict::AtLowerBound
         } else if high[i] {
             Verdict::AtUpperBound
@@ -117,28 +129,55 @@ fn statistics(residuals: &[f64]) -> ResidualStatistics {
     let mean = residuals.iter().sum::<f64>() / count;
     let squares: f64 = residuals.iter().map(|r| r * r).sum();
     let variance: f64 = residuals.iter().map(|r| (r - mean) * (r - mean)).sum();
-    let correlation = |lag: usize| {
-        let pairs = residuals.iter().zip(residuals.iter().skip(lag));
-        let product: f64 = pairs.map(|(a, b)| (a - mean) * (b - mean)).sum();
-        if variance > 0.0 { product / variance } else { 0.0 }
-    };
-    // Sokal's window: the sum ends where it is five correlation times long.
+    let pairs = residuals.iter().zip(residuals.iter().skip(1));
+    let next: f64 = pairs.map(|(a, b)| (a - mean) * (b - mean)).sum();
     let longest = (rows / 10).max(1);
-    let (mut time, mut lag) = (1.0_f64, 0);
-    while lag < longest && (lag as f64) < 5.0 * time {
-        lag += 1;
-        time += 2.0 * correlation(lag);
-    }
-    let time = time.max(1.0);
+    let time = correlation_time(residuals.iter().map(|r| r - mean).collect()).max(1.0);
     ResidualStatistics {
         rows,
         rmse: (squares / count).sqrt(),
         mean,
         largest: residuals.iter().fold(0.0, |most, r| f64::max(most, r.abs())),
-        correlation: correlation(1),
+        correlation: if variance > 0.0 { next / variance } else { 0.0 },
         effective_rows: count / time,
         // Bartlett's weights lose a share of about (correlation time)/window of the variance.
         window: ((10.0 * time) as usize).clamp(1, longest),
+    }
+}
+
+/// Lags that are summed row by row: enough for a correlation time of 400 rows, and for every log of 20 000 rows.
+const LAGS: usize = 2000;
+
+/// Rows in a block, where more lags are needed.
+const BLOCK: usize = 10;
+
+/// τ = 1 + 2 Σ ρ of deviations from their mean, summed to five τ (Sokal's window), at most over a tenth of the rows.
+///
+/// Where 2000 lags do not reach, the deviations are averaged in blocks of ten, whose mean has the same variance:
+/// τ σ²/n = τ_b σ_b²/(n/10). So the time it takes grows with the number of rows, not with its square.
+fn correlation_time(mut deviations: Vec<f64>) -> f64 {
+    let mut factor = 1.0;
+    loop {
+        let variance: f64 = deviations.iter().map(|d| d * d).sum();
+        if !(variance > 0.0) {
+            return factor;
+        }
+        let longest = (deviations.len() / 10).max(1);
+        let (mut time, mut lag) = (1.0_f64, 0);
+        while lag < longest.min(LAGS) && (lag as f64) < 5.0 * time {
+            lag += 1;
+            let pairs = deviations.iter().zip(deviations.iter().skip(lag));
+            time += 2.0 * pairs.map(|(a, b)| a * b).sum::<f64>() / variance;
+        }
+        if lag == longest || !((lag as f64) < 5.0 * time) {
+            return factor * time;
+        }
+        let rows = deviations.len() as f64;
+        let mean = |block: &[f64]| block.iter().sum::<f64>() / BLOCK as f64;
+        deviations = deviations.chunks_exact(BLOCK).map(mean).collect();
+        let of_blocks: f64 = deviations.iter().map(|d| d * d).sum();
+        // Sums of squares over their numbers are the variances.
+        factor *= BLOCK as f64 * (of_blocks / deviations.len() as f64) / (variance / rows);
     }
 }
 
