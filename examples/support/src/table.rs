@@ -100,9 +100,9 @@ mod tests {
     fn columns_are_chosen_scaled_and_turned() -> std::io::Result<()> {
         let read =
             with_table("tabs", "Time [s]\tForce [uN]\n# by hand\n0\t5\n0.5\t-6\n", |path| {
-                read_columns(path, "t=1,f=2*-1e-6").map_err(|error| error.to_string())
+                read_columns(path, "t=1,f=2*-0.25").map_err(|error| error.to_string())
             })?;
-        let expected = vec![("t".to_owned(), vec![0.0, 0.5]), ("f".to_owned(), vec![-5e-6, 6e-6])];
+        let expected = vec![("t".to_owned(), vec![0.0, 0.5]), ("f".to_owned(), vec![-1.25, 1.5])];
         assert_eq!(read, Ok(expected));
         Ok(())
     }
