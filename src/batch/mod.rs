@@ -112,15 +112,15 @@
 //! (NEON on ARM) and the processor is asked at run time; without, for what the build's target has (SSE2, on x86-64). The feature
 //! `rayon` adds `Batch::in_parallel`.
 //!
-//! One thread, 4096 bristles, FrBD with δ = 2, on a Xeon with AVX-512 and other work to do; times over that of the
+//! One thread, 4096 bristles, FrBD with δ = 2, on a Xeon with AVX-512; times over that of the
 //! platform's `exp` on as many numbers (3.9 ns in `f64`, 1.9 ns in `f32`), and the scalar steps' over the batch's:
 //!
 //! | | AVX2, `f64` | `f32` | AVX-512, `f64` | `f32` |
 //! |---|---|---|---|---|
-//! | passive step, both halves, over `exp` | 0.97 | 0.87 | 0.67 | 0.62 |
+//! | passive step, both halves, over `exp` | 0.97 | 0.86 | 0.67 | 0.67 |
 //! | exact step over `exp` | 1.8 | 1.5 | 1.4 | 1.0 |
-//! | scalar passive step over it | 4.9 | 10 | 7.3 | 14 |
-//! | scalar exact step over it | 2.4 | 5.3 | 3.0 | 7.7 |
+//! | scalar passive step over it | 4.6 | 9.0 | 7.2 | 11 |
+//! | scalar exact step over it | 2.3 | 4.7 | 3.1 | 6.8 |
 //!
 //! ```sh
 //! RUSTFLAGS="-C target-feature=+avx2" cargo bench --bench batch
