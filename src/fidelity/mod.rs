@@ -1,5 +1,8 @@
-//! How much model a scene needs: the cheapest rung of a ladder of models, with integrator and step, that keeps
-//! the friction force within a tolerance, and the evidence for it.
+//! How much model a scene needs: the cheapest rung of a ladder of models, with integrator and step, that keeps the friction force (of a
+//! mechanism also position or velocity) within a tolerance, and the evidence for it.
+//!
+//! [`History`] is for a velocity that is known, as in this table; [`RollingHistory`] for the known motion of a contact patch, and
+//! [`MechanismHistory`] for a mass whose motion follows from the friction, both below.
 //!
 //! | rung | what | weight of a step | of an answer |
 //! |---|---|---|---|
