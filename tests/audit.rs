@@ -619,3 +619,26 @@ fn no_passive_step_is_promised_to_a_contact_that_is_not_passive_at_every_deflect
         assert_eq!(got.1, promised, "excess {excess}");
     }
 }
+
+#[test]
+fn no_drift_is_told_of_friction_that_is_not_the_same_both_ways() {
+    let curve = |static_coefficient| {
+        Stribeck::new(StribeckParameters {
+            static_coefficient,
+            dynamic_coefficient: 0.7,
+            ..paper::STICK_SLIP_CURVE
+        })
+        .unwrap()
+    };
+    let drift = |backward| {
+        let curve = Asymmetric { forward: curve(1.5), backward: curve(backward) };
+        let contact = FrBd::new(curve, table_2_bristle()).under_load(1.0).unwrap();
+        let load_cycle = Some(LoadCycle { from: 0.0, to: 0.5 });
+        let parameters = AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) };
+        contact.audit(parameters).unwrap().yielding.unwrap().drift
+    };
+    assert_eq!(drift(0.8), None);
+    // The closed form, (μ_s/σ0) ln[F_b²/(F_b² − F²)].
+    let want = 1.5e-4 * (2.25_f64 / 2.0).ln();
+    assert_within(1e-12, want, drift(1.5).unwrap(), want, || "drift".to_owned());
+}

@@ -113,12 +113,12 @@ pub struct Witness<T> {
 /// How a contact yields to a force below breakaway.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Yielding<T> {
-    /// The breakaway force p μ_s \[N\].
+    /// The breakaway force p μ_s \[N\], of a curve that differs both ways the forward one.
     pub breakaway: T,
     /// The load cycle.
     pub cycle: LoadCycle<T>,
     /// Displacement \[m\] left by each slow cycle, at an exact modulus; `None` where no closed form is
-    /// known, and for a bristle that creeps without end.
+    /// known, as for a curve that differs both ways, and for a bristle that creeps without end.
     pub drift: Option<T>,
     /// Steady velocity [m/s] under the force of larger magnitude: zero if the contact sticks; `None` if
     /// it slides.
@@ -379,8 +379,14 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         // (F_b² − F₁²)/(F_b² − F₂²), as one plus what the cycle makes of it.
         let gain = (cycle.to - cycle.from) * (cycle.to + cycle.from)
             / ((breakaway - cycle.to) * (breakaway + cycle.to));
+        // The formula is for friction that is the same both ways.
+        let even = [lit(1e-6), lit(1e-3), T::one()].into_iter().all(|part: T| {
+            let speed = fastest * part;
+            let (one, other) = (self.stationary_force(speed), self.stationary_force(-speed));
+            (one + other).abs() <= lit::<T>(1e3) * T::default_epsilon() * one.abs()
+        });
         let drift = match elastic {
-            _ if anatomy.creeps => None,
+            _ if anatomy.creeps || !even => None,
             Some(true) => Some(zero),
             Some(false) => None,
             None if anatomy.micro_stiffness.is_constant() && breakaway > zero => {
