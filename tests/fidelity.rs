@@ -823,3 +823,11 @@ fn the_pilot_counts_every_look_at_the_curve() {
         assert!(counted <= said, "{counted} looks, {said} said");
     }
 }
+
+#[test]
+fn a_plan_of_another_scene_is_refused_by_its_name() {
+    let scene = scene(0.1, 0.05, 1.0);
+    let plan = Plan { rung: Rung::Patch, integrator: Integrator::Gauss, ..scene.plans()[0] };
+    let refused = scene.forces(plan).unwrap_err().to_string();
+    assert_eq!(refused, "this scene has no plan of patch by Gauss points");
+}

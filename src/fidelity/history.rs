@@ -189,8 +189,8 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
 
     /// Finds the cheapest plan that meets a tolerance.
     ///
-    /// The pilot costs no more than 2000 weighted right-hand sides, or a twentieth of a full run of the
-    /// reference if that is more.
+    /// The pilot costs no more than 2000 evaluations of the friction model, as [`Choice::pilot_evaluations`] counts them, or a
+    /// twentieth of a full run of the reference if that is more.
     ///
     /// # Errors
     ///
@@ -201,7 +201,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
         ladder::choose(&Pilot::new(self), tolerance, None)
     }
 
-    /// The same with another limit on what the pilot may cost [weighted right-hand sides].
+    /// The same with another limit on what the pilot may cost [evaluations of the friction model].
     ///
     /// # Errors
     ///
@@ -252,12 +252,10 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> History<T, M, V> {
         let count = self.instants.count;
         let candidates = self.candidates();
         let same = |c: &&Candidate| (c.rung, c.integrator) == (plan.rung, plan.integrator);
-        let candidate = candidates.iter().find(same).ok_or(ParameterError {
-            name: "plan.rung",
-            component: None,
-            value: plan.substeps as f64,
-            rule: Rule::AtMost { other: "the number of rungs of this scene", limit: 0.0 },
-        })?;
+        let candidate = candidates
+            .iter()
+            .find(same)
+            .ok_or(FidelityError::NoSuchPlan { rung: plan.rung, integrator: plan.integrator })?;
         let pace = Pace { stride: 1, substeps: steps(plan)? };
         let run = self.run(candidate, pace, count, &Cache::default())?;
         finite(plan.rung, &run, self.instants, |answer| {

@@ -368,6 +368,14 @@ pub enum FidelityError {
     /// A number that is out of its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// A plan that belongs to another scene.
+    #[error("this scene has no plan of {rung} by {integrator}")]
+    NoSuchPlan {
+        /// The model of the plan.
+        rung: Rung,
+        /// How it is stepped.
+        integrator: Integrator,
+    },
     /// No rung meets the tolerance with any step that was tried.
     #[error(
         "an error of {allowed:e} {unit} is out of reach: the best is {error:e} {unit}, by {} with steps of {:e} s ({evaluations} evaluations spent)",

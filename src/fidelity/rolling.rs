@@ -12,7 +12,7 @@ use super::report::{Choice, FidelityError, Integrator, Norm, Plan, Rung, Toleran
 use super::walk::{self, Build, Roll, Scheme, Walk, Walked};
 use super::{between, weight};
 use crate::Scalar;
-use crate::parameter::{self, ParameterError, Rule};
+use crate::parameter::{self, ParameterError};
 use crate::rolling::{
     Motion, MotionOverTime, Patch, PolynomialExponential, Pressure, RateDependent,
 };
@@ -324,12 +324,9 @@ where
     /// Refuses a plan that is not one of this scene's or takes no step or more than 2²⁰ from one answer to the next, and a
     /// motion that is not finite, rolls backwards or crosses the patch many thousand times at any of its steps.
     pub fn forces(&self, plan: Plan) -> Result<Vec<T>, FidelityError> {
-        let candidate = self.candidate(plan).ok_or(ParameterError {
-            name: "plan.rung",
-            component: None,
-            value: plan.substeps as f64,
-            rule: Rule::AtMost { other: "the number of rungs of this scene", limit: 0.0 },
-        })?;
+        let candidate = self
+            .candidate(plan)
+            .ok_or(FidelityError::NoSuchPlan { rung: plan.rung, integrator: plan.integrator })?;
         let pace = Pace { stride: 1, substeps: steps(plan)? };
         let run = self.run(&candidate, pace, self.instants.count, &Cache::default())?;
         finite(plan.rung, &run, self.instants, |answer| {

@@ -13,7 +13,7 @@ use super::history::count;
 use super::report::{Choice, FidelityError, Integrator, Plan, Quantity, Rung, Tolerance};
 use super::{Start, weight};
 use crate::bounds::larger;
-use crate::parameter::{self, ParameterError, Rule};
+use crate::parameter::{self, ParameterError};
 use crate::scalar::{lit, to_f64};
 use crate::signal::Signal;
 use crate::stability::Mechanism;
@@ -310,12 +310,6 @@ where
         let (velocity, machine) = (self.machine.velocity, &self.machine);
         let steady = self.start == Start::Steady;
         let from = |stationary: T| if steady { stationary } else { T::zero() };
-        let unknown = ParameterError {
-            name: "plan.rung",
-            component: None,
-            value: substeps as f64,
-            rule: Rule::AtMost { other: "the number of rungs of this scene", limit: 0.0 },
-        };
         match (way.rung, way.integrator) {
             (Rung::StaticCurve, Integrator::Implicit) => {
                 Ok(machine.slide(&self.contact, self.dry, grid))
@@ -340,7 +334,7 @@ where
                     most,
                 )
             }
-            _ => Err(unknown.into()),
+            _ => Err(FidelityError::NoSuchPlan { rung: way.rung, integrator: way.integrator }),
         }
     }
 
