@@ -13,7 +13,9 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use bristle::batch::{Batch, BatchError, Dampers, Found, Held, Moved, Predicted, Real};
+use bristle::batch::{
+    Batch, BatchError, CommitInput, HeldInput, HeldOutput, PassiveInput, PassiveOutput, Real,
+};
 use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters};
 use nalgebra::convert;
 
@@ -74,22 +76,22 @@ fn compare<T: Real>(name: &str) -> Result<(), BatchError> {
             black_box(&mut biases);
         });
         begin.time(COUNT, || {
-            let predicted = Predicted {
+            let predicted = PassiveInput {
                 velocities: &velocities,
                 normal_forces: &normal_forces,
                 deflections: &deflections,
             };
             let dampers =
-                Dampers { shares: &mut shares, biases: &mut biases, dampings: &mut dampings };
+                PassiveOutput { shares: &mut shares, biases: &mut biases, dampings: &mut dampings };
             let _ = black_box(batch.companions(predicted, h, dampers));
         });
         commit.time(COUNT, || {
-            let found = Found { shares: &shares, velocities: &velocities };
+            let found = CommitInput { shares: &shares, velocities: &velocities };
             let _ = black_box(batch.commit(found, h, &mut deflections));
         });
         hold.time(COUNT, || {
-            let held = Held { velocities: &velocities, normal_forces: &normal_forces };
-            let moved = Moved { deflections: &mut deflections, mean_forces: &mut biases };
+            let held = HeldInput { velocities: &velocities, normal_forces: &normal_forces };
+            let moved = HeldOutput { deflections: &mut deflections, mean_forces: &mut biases };
             let _ = black_box(batch.hold(held, h, moved));
         });
         scalar_passive.time(COUNT, || {
@@ -146,8 +148,9 @@ fn threads() -> Result<(), BatchError> {
     for _ in 0..ROUNDS / 10 {
         for (best, batch) in best.iter_mut().zip([one, one.in_parallel()]) {
             best.time(MANY, || {
-                let held = Held { velocities: &velocities, normal_forces: &normal_forces };
-                let moved = Moved { deflections: &mut deflections, mean_forces: &mut mean_forces };
+                let held = HeldInput { velocities: &velocities, normal_forces: &normal_forces };
+                let moved =
+                    HeldOutput { deflections: &mut deflections, mean_forces: &mut mean_forces };
                 let _ = black_box(batch.hold(held, 1e-3, moved));
             });
         }

@@ -201,7 +201,7 @@ fn integrators<T: Scalar>(c: &mut Criterion, scalar: &str) {
         rig.rate(t(14.0), &state(v), [Branch::Forward]).sum()
     });
     measure(c, &name("right-hand side with Jacobian"), SPEED, |v: T| {
-        let tangent = rig.tangent(t(14.0), &state(v), [Branch::Forward]);
+        let tangent = rig.linearised(t(14.0), &state(v), [Branch::Forward]);
         tangent.map_or(T::zero(), |tangent| tangent.rate.sum() + tangent.by_state.sum())
     });
     measure(c, &name("bare RK4 step"), SPEED, |v: T| {

@@ -16,9 +16,10 @@ use std::f64::consts::TAU;
 use std::process::ExitCode;
 
 use bristle::control::{
-    Damping, DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
-    FeedbackParameters, FrictionObserver, Injection, ObserverParameters, OutputParameters,
-    SecantVelocity, SecantVelocityParameters, StaticCompensator, StaticParameters,
+    DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
+    FeedbackParameters, FrictionObserver, Injection, MicroDamping, ObserverParameters,
+    OutputParameters, StaticCompensator, StaticParameters, VelocityFromPosition,
+    VelocityFromPositionParameters,
 };
 use bristle::{
     Bristle, Companion, Coulomb, CoulombParameters, FrBd, ImplicitBristle,
@@ -173,14 +174,14 @@ fn compensator(setting: &Setting) -> Result<Ask, ParameterError> {
         if setting.informed { (TRUE_CURVE, TRUE_BRISTLE) } else { (CURVE, BRISTLE) };
     let model = FrBd::new(Stribeck::new(curve)?, KelvinVoigt::new(bristle)?);
     let lugre = LuGre::classical(Stribeck::new(curve)?, KelvinVoigt::new(bristle)?);
-    let velocity = SecantVelocityParameters {
+    let velocity = VelocityFromPositionParameters {
         sample_time: setting.rate.recip(),
         time_constant: FILTER,
         fastest: FASTEST,
         count: COUNT,
     };
     let output = OutputParameters { share: setting.share, largest_force: MOTOR };
-    let damping = Damping::Filtered;
+    let damping = MicroDamping::Filtered;
     Ok(match setting.way {
         Way::None => Box::new(|_| 0.0),
         Way::Coulomb(direction) => {
@@ -267,14 +268,14 @@ fn simulate<M: Bristle<f64, Deflection = f64>>(
     let mut compensate = compensator(&setting)?;
     let gains = Gains::of(setting.bandwidth);
     let h = setting.rate.recip();
-    let velocity = SecantVelocityParameters {
+    let velocity = VelocityFromPositionParameters {
         sample_time: h,
         time_constant: FILTER,
         fastest: FASTEST,
         count: COUNT,
     };
     let (mut encoder, mut desired) =
-        (SecantVelocity::new(velocity)?, SecantVelocity::new(velocity)?);
+        (VelocityFromPosition::new(velocity)?, VelocityFromPosition::new(velocity)?);
     let fine = (h / FINE).round() as usize * setting.refinement;
     let step = h / fine as f64;
     let inertia = 2.0 * MASS / step;

@@ -5,9 +5,9 @@
 use std::process::ExitCode;
 
 use bristle::{
-    Asymmetric, Coulomb, CoulombParameters, Exact, FrictionCurve, HyperbolicTangent, Knot,
+    Asymmetric, Coulomb, CoulombParameters, FrictionCurve, HyperbolicTangent, Knot,
     RationalStribeck, RationalStribeckParameters, Regularisation, SquareRoot, Stribeck,
-    StribeckParameters, Tabulated,
+    StribeckParameters, Tabulated, Unregularised,
 };
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
@@ -152,7 +152,7 @@ fn chart(curves: &[Curve], dry: &Curve) -> Result<Figure, bristle::ParameterErro
     let grid = || (-500..=500).map(|i| f64::from(i) * 1e-5);
     let signs = Panel::new("sliding velocity v / (mm/s)", "regularised sign / –")
         .title("(c) regularisations, |0|_ε = 1 mm/s")
-        .line("exact", Colour::Black.width(1.0), sign(grid(), &Exact))
+        .line("exact", Colour::Black.width(1.0), sign(grid(), &Unregularised))
         .line("square root", Colour::Vermilion, sign(grid(), &root))
         .line("hyperbolic tangent", Colour::Black.dashed(), sign(grid(), &tangent));
     Ok(Figure::new(1200, 460).columns(3).panel(signed).panel(shapes).panel(signs))

@@ -12,7 +12,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use bristle::identify::{
-    self, Candidate, Log, LogParameters, Lumped, Motion, Relaxing, Settings, Simulation, Yielding,
+    self, Candidate, ElastoPlasticFit, FrBdFit, Log, LogParameters, MaxwellFit, Motion, Settings,
+    Simulation,
 };
 use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Values};
@@ -53,9 +54,9 @@ fn main() -> ExitCode {
             None => synthetic()?,
         };
         match arguments.text("model") {
-            "lumped" => report(&Lumped, &log, &arguments),
-            "relaxing" => report(&Relaxing, &log, &arguments),
-            "yielding" => report(&Yielding, &log, &arguments),
+            "lumped" => report(&FrBdFit, &log, &arguments),
+            "relaxing" => report(&MaxwellFit, &log, &arguments),
+            "yielding" => report(&ElastoPlasticFit, &log, &arguments),
             other => Err(format!(
                 "--model must be lumped, relaxing or yielding, but {other:?} was given"
             )

@@ -21,7 +21,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::ExitCode;
 
-use bristle::identify::{self, Parameter, Residuals, Scaling, Settings, Verdict};
+use bristle::identify::{self, Identifiability, Parameter, Residuals, Scaling, Settings};
 use bristle::{
     Bristle, Deflection, FoldRule, FrBd, ImplicitBristle, ImplicitBristleParameters, KelvinVoigt,
     KelvinVoigtParameters, LuGre, ParameterError, Scalar, Stribeck, StribeckParameters,
@@ -397,7 +397,9 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         let truth = if synthetic { format!("{truth:10.3e}") } else { String::new() };
         let remark = match estimate.verdict {
             _ if least == most => "given".to_owned(),
-            verdict @ (Verdict::AtLowerBound | Verdict::AtUpperBound) => verdict.to_string(),
+            verdict @ (Identifiability::AtLowerBound | Identifiability::AtUpperBound) => {
+                verdict.to_string()
+            }
             _ => String::new(),
         };
         println!("{name:20} {:10.3e} {truth} {unit:7}  {remark}", estimate.value);

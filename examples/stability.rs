@@ -410,7 +410,7 @@ fn study<M: Bristle<f64, Deflection = f64>>(
             });
             Critical { predicted, measured }
         });
-        let stuck = limits.stuck_virgin.map(|predicted| {
+        let stuck = limits.stuck_from_rest.map(|predicted| {
             let measured = onset(predicted, |h, count| {
                 let kick = 1e-9; // m/s; no more than a thousand times that is small
                 let mut state = Vector3::new(0.0, kick, 0.0);

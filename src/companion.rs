@@ -390,7 +390,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     /// The deflection is cut to its limit (see [`Companion::new`]) or to its size before the step,
     /// whichever is larger.
     #[inline]
-    pub fn commit(&self, mean_velocity: T) -> Committed<T, D> {
+    pub fn commit(&self, mean_velocity: T) -> CompletedStep<T, D> {
         let Self { affine, weights, deflection: before, duration, .. } = *self;
         let drive = affine.drive * mean_velocity;
         let free = D::end(&weights, before, drive);
@@ -405,7 +405,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
         let rest = self.rest_bias + self.rest_damping * mean_velocity;
         let dissipated = D::relaxed_energy(&weights, self.storage_stiffness, before, drive)
             + rest * (duration * mean_velocity);
-        Committed {
+        CompletedStep {
             deflection: after,
             force,
             work: duration * force * mean_velocity,
@@ -417,7 +417,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
 
 /// A step that is done. Its ledger balances up to rounding: work = stored + dissipated.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Committed<T, D = T> {
+pub struct CompletedStep<T, D = T> {
     /// Deflection at the end of the step \[m\].
     pub deflection: D,
     /// Friction force averaged over the step \[N\]: its impulse on the mechanism is −F̄ h.

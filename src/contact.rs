@@ -10,7 +10,7 @@
 
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
-use crate::{Bristle, Deflection, Hold, Limits, Linearised, Scalar, Sliding};
+use crate::{Bristle, Deflection, HeldStep, Limits, Linearised, Scalar, Sliding};
 
 /// A friction model M under a normal force: the friction element of a mechanism.
 ///
@@ -194,9 +194,9 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         velocity: T,
         deflection: M::Deflection,
         duration: T,
-    ) -> Hold<T, M::Deflection> {
+    ) -> HeldStep<T, M::Deflection> {
         let hold = self.model.hold(velocity, deflection, duration);
-        Hold {
+        HeldStep {
             deflection: hold.deflection,
             end: self.normal_force * hold.end,
             mean: self.normal_force * hold.mean,

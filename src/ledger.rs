@@ -28,7 +28,7 @@ use nalgebra::SVector;
 use crate::bounds::larger;
 use crate::ode::{Observer, Step};
 use crate::scalar::lit;
-use crate::{Bristle, Committed, Contact, Deflection, Hold, Scalar};
+use crate::{Bristle, CompletedStep, Contact, Deflection, HeldStep, Scalar};
 
 /// Energy over a stretch of time \[J\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,8 +48,8 @@ impl<T: Scalar> EnergyBalance<T> {
     }
 }
 
-impl<T: Scalar> From<Committed<T>> for EnergyBalance<T> {
-    fn from(step: Committed<T>) -> Self {
+impl<T: Scalar> From<CompletedStep<T>> for EnergyBalance<T> {
+    fn from(step: CompletedStep<T>) -> Self {
         Self { supplied: step.work, stored: step.stored, dissipated: step.dissipated }
     }
 }
@@ -159,7 +159,7 @@ impl<T: Scalar> EnergyLedger<T> {
         }
     }
 
-    /// Enters the energies of one step: a [`Committed`] one, or any other.
+    /// Enters the energies of one step: a [`CompletedStep`] one, or any other.
     pub fn enter(&mut self, step: impl Into<EnergyBalance<T>>) {
         let step = step.into();
         self.total.add(step);
@@ -179,7 +179,7 @@ impl<T: Scalar> EnergyLedger<T> {
         velocity: T,
         deflection: T,
         duration: T,
-    ) -> Hold<T> {
+    ) -> HeldStep<T> {
         let hold = contact.hold(velocity, deflection, duration);
         let affine = contact.model().affine(velocity.into(), deflection);
         let (weights, drive) = (affine.weights(duration), affine.drive * velocity);

@@ -90,25 +90,27 @@ mod sliding;
 pub mod stability;
 
 pub use bounds::Bounds;
-pub use companion::{Committed, Companion, CompanionStep, PointMass, Prediction, VelocityHistory};
+pub use companion::{
+    Companion, CompanionStep, CompletedStep, PointMass, Prediction, VelocityHistory,
+};
 pub use contact::{Contact, ContactResponse, LinearisedContact};
 pub use curve::{
     Asymmetric, Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Knot, RationalStribeck,
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 pub use model::{
-    Affine, Anatomy, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters,
-    FoldRule, FrBd, Hold, ImplicitBristle, ImplicitBristleParameters, Law, Limits, Linearised,
+    Affine, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters,
+    FoldRule, FrBd, HeldStep, ImplicitBristle, ImplicitBristleParameters, Law, Limits, Linearised,
     LuGre, Response,
 };
 pub use parameter::{ParameterError, Rule};
-pub use regularisation::{Exact, HyperbolicTangent, Regularisation, SquareRoot};
+pub use regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
 pub use rheology::{
-    ComplexModulus, Decaying, Deflection, Elements, GeneralisedKelvinVoigt,
+    ComplexModulus, Deflection, DiagonalPlusRankOne, Elements, GeneralisedKelvinVoigt,
     GeneralisedKelvinVoigtParameters, GeneralisedMaxwell, GeneralisedMaxwellParameters,
     KelvinVoigt, KelvinVoigtElement, KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters,
-    Modes, Rheology, Spring, SpringParameters, States, Varying, VelocityLaw, Weights, Zener,
-    ZenerParameters,
+    Modes, Rheology, Spring, SpringParameters, States, VelocityDependent, VelocityLaw, Weights,
+    Zener, ZenerParameters,
 };
 pub use scalar::Scalar;
 pub use sliding::{Branch, Sliding};

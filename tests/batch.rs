@@ -6,8 +6,8 @@ mod common;
 use std::fmt::Debug;
 
 use bristle::batch::{
-    Batch, BatchError, Columns, Dampers, Fall, Found, Held, Moved, Outcome, Predicted, Real,
-    Uniform,
+    Batch, BatchError, Columns, CommitInput, Fall, HeldInput, HeldOutput, Outcome, PassiveInput,
+    PassiveOutput, Real, Uniform,
 };
 use bristle::{
     Bristle, Coulomb, CoulombParameters, Dahl, DahlParameters, FrBd, KelvinVoigt,
@@ -96,23 +96,23 @@ impl<T: Real> Run<T> {
 
     /// Both kinds of step: what the beginning and the end of the passive one report, and the exact one.
     fn step(&mut self, batch: &Batch<'_, T>, duration: T) -> [Outcome; 3] {
-        let predicted = Predicted {
+        let predicted = PassiveInput {
             velocities: &self.predicted,
             normal_forces: &self.load,
             deflections: &self.before,
         };
-        let dampers = Dampers {
+        let dampers = PassiveOutput {
             shares: &mut self.share,
             biases: &mut self.bias,
             dampings: &mut self.damping,
         };
         let begun = batch.companions(predicted, duration, dampers).unwrap();
         self.after.copy_from_slice(&self.before);
-        let found = Found { shares: &self.share, velocities: &self.mean };
+        let found = CommitInput { shares: &self.share, velocities: &self.mean };
         let ended = batch.commit(found, duration, &mut self.after).unwrap();
         self.held.copy_from_slice(&self.before);
-        let held = Held { velocities: &self.predicted, normal_forces: &self.load };
-        let moved = Moved { deflections: &mut self.held, mean_forces: &mut self.held_force };
+        let held = HeldInput { velocities: &self.predicted, normal_forces: &self.load };
+        let moved = HeldOutput { deflections: &mut self.held, mean_forces: &mut self.held_force };
         [begun, ended, batch.hold(held, duration, moved).unwrap()]
     }
 
@@ -288,7 +288,7 @@ fn a_passive_step_approaches_the_companion_with_the_cube_of_its_length() {
                 let (force, after) = (step.force(v), step.commit(v).deflection);
                 let rough = run.bias[i] + run.damping[i] * v;
                 let mut deflection = [run.before[i]];
-                let found = Found { shares: &run.share[i..=i], velocities: &[v] };
+                let found = CommitInput { shares: &run.share[i..=i], velocities: &[v] };
                 let _ = batch.commit(found, h, &mut deflection).unwrap();
                 // In metres and, over p σ0, in metres too.
                 (deflection[0] - after).abs() + (force - rough).abs() / (run.load[i] * 1e4) * h
@@ -445,9 +445,9 @@ fn every_bristle_obeys_its_own_parameters() {
 #[test]
 fn the_deflection_is_cut_to_its_limit_only_when_the_velocity_was_mispredicted() {
     let batch = Batch::of(&friction::<f64>()).unwrap();
-    // Predicted at rest, then 1 m/s for 1 s: the bristle would follow by 1 m.
+    // PassiveInput at rest, then 1 m/s for 1 s: the bristle would follow by 1 m.
     let mut deflections = [0.0, 0.0, 4e-4];
-    let found = Found { shares: &[1.0; 3], velocities: &[1.0, -1.0, 1.0] };
+    let found = CommitInput { shares: &[1.0; 3], velocities: &[1.0, -1.0, 1.0] };
     assert!(batch.commit(found, 1.0, &mut deflections).unwrap().is_finite());
     // (μ_s + σ2|v̄|)/σ0, and what was beyond it stays.
     assert_eq!(deflections, [1.54e-4, -1.54e-4, 4e-4]);
@@ -521,26 +521,28 @@ fn slices_of_other_lengths_are_refused_by_name_and_nothing_is_written() {
         let mut out = [2, 3, 4].map(|k| vec![7.0; length(k)]);
         let [shares, biases, dampings] = &mut out;
         let refused = batch.companions(
-            Predicted { velocities: &[0.1; 5], normal_forces: &load, deflections: &z },
+            PassiveInput { velocities: &[0.1; 5], normal_forces: &load, deflections: &z },
             1e-3,
-            Dampers { shares, biases, dampings },
+            PassiveOutput { shares, biases, dampings },
         );
         let want = BatchError::Length { name, length: 4, other: "velocities", expected: 5 };
         assert_eq!(refused, Err(want));
         assert!(out.iter().flatten().all(|&number| number == 7.0));
     }
     let mut z = [0.0; 3];
-    let refused = batch.commit(Found { shares: &[1.0; 2], velocities: &[0.1; 3] }, 1e-3, &mut z);
+    let refused =
+        batch.commit(CommitInput { shares: &[1.0; 2], velocities: &[0.1; 3] }, 1e-3, &mut z);
     assert_eq!(refused.unwrap_err().to_string(), "shares has length 2, but velocities has 3");
-    let refused = batch.commit(Found { shares: &[1.0; 2], velocities: &[0.1; 2] }, 1e-3, &mut z);
+    let refused =
+        batch.commit(CommitInput { shares: &[1.0; 2], velocities: &[0.1; 2] }, 1e-3, &mut z);
     assert_eq!(refused.unwrap_err().to_string(), "deflections has length 3, but velocities has 2");
     for (name, lengths) in
         [("normal_forces", [2, 3, 3]), ("deflections", [3, 2, 3]), ("mean_forces", [3, 3, 2])]
     {
         let [load, mut z, mut force] = lengths.map(|length| vec![1.0; length]);
-        let held = Held { velocities: &[0.1; 3], normal_forces: &load };
+        let held = HeldInput { velocities: &[0.1; 3], normal_forces: &load };
         let refused =
-            batch.hold(held, 1e-3, Moved { deflections: &mut z, mean_forces: &mut force });
+            batch.hold(held, 1e-3, HeldOutput { deflections: &mut z, mean_forces: &mut force });
         let want = BatchError::Length { name, length: 2, other: "velocities", expected: 3 };
         assert_eq!(refused, Err(want));
     }
@@ -551,7 +553,7 @@ fn a_duration_that_is_none_is_refused() {
     let batch = Batch::of(&friction::<f64>()).unwrap();
     for duration in [-1e-3, f64::NAN, f64::INFINITY] {
         let refused =
-            batch.commit(Found { shares: &[1.0], velocities: &[0.1] }, duration, &mut [0.0]);
+            batch.commit(CommitInput { shares: &[1.0], velocities: &[0.1] }, duration, &mut [0.0]);
         assert!(matches!(refused, Err(BatchError::Parameter(error)) if error.name == "duration"));
     }
 }
@@ -580,11 +582,11 @@ fn parameters_out_of_range_are_refused_by_name_and_index() {
         };
         let mut out = [[0.0; 3]; 2];
         let [deflections, mean_forces] = &mut out;
-        let held = Held { velocities: &[0.1; 3], normal_forces: &[1.0; 3] };
+        let held = HeldInput { velocities: &[0.1; 3], normal_forces: &[1.0; 3] };
         Batch::of_each(Fall::Rational, columns)?.hold(
             held,
             1e-3,
-            Moved { deflections, mean_forces },
+            HeldOutput { deflections, mean_forces },
         )
     };
     let columns = [1.5, 1.0, 0.01, 0.04, 1e4, 64.5].map(|value| vec![value; 3]);

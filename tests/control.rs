@@ -3,14 +3,15 @@
 #![allow(clippy::unwrap_used, reason = "a test panics to fail")]
 
 use bristle::control::{
-    Compensation, Damping, DirectionLaw, FeedForwardCompensator, FeedForwardParameters,
-    FeedbackCompensator, FeedbackParameters, FrictionObserver, Injection, Measured,
-    ObserverParameters, OutputParameters, SecantVelocity, SecantVelocityParameters,
-    StaticCompensator, StaticParameters,
+    Compensation, DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
+    FeedbackParameters, FrictionObserver, Injection, Measured, MicroDamping, ObserverParameters,
+    OutputParameters, StaticCompensator, StaticParameters, VelocityFromPosition,
+    VelocityFromPositionParameters,
 };
 use bristle::{
-    Bristle, Contact, Coulomb, CoulombParameters, Exact, FrBd, HyperbolicTangent, KelvinVoigt,
+    Bristle, Contact, Coulomb, CoulombParameters, FrBd, HyperbolicTangent, KelvinVoigt,
     KelvinVoigtParameters, LuGre, Regularisation, SquareRoot, Stribeck, StribeckParameters,
+    Unregularised,
 };
 use proptest::prelude::*;
 
@@ -58,8 +59,8 @@ fn output(share: f64) -> OutputParameters<f64> {
     OutputParameters { share, largest_force: 1e6 }
 }
 
-fn sampled(sample_time: f64) -> SecantVelocityParameters<f64> {
-    SecantVelocityParameters { sample_time, time_constant: 0.0, fastest: 1.0, count: 0.0 }
+fn sampled(sample_time: f64) -> VelocityFromPositionParameters<f64> {
+    VelocityFromPositionParameters { sample_time, time_constant: 0.0, fastest: 1.0, count: 0.0 }
 }
 
 fn observer_parameters<M>(
@@ -85,8 +86,13 @@ fn feedback(
 ) -> FeedbackCompensator<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>> {
     FeedbackCompensator::new(FeedbackParameters {
         contact: friction(),
-        velocity: SecantVelocityParameters { sample_time, time_constant, fastest: 1.0, count: 0.0 },
-        damping: Damping::LeftOut,
+        velocity: VelocityFromPositionParameters {
+            sample_time,
+            time_constant,
+            fastest: 1.0,
+            count: 0.0,
+        },
+        damping: MicroDamping::Uncompensated,
         output: output(1.0),
     })
     .unwrap()
@@ -151,7 +157,7 @@ fn an_observer_of_lugre_is_refused_beyond_the_speed_at_which_its_error_gives_ene
     // σ1² λ ≤ 4 σ0 (σ1 + σ2) with λ ≤ σ0 v/μ_d: v ≤ 4 (60 + 0.4) · 1/3600 = 67.1 mm/s for the least g.
     let injection = Injection::Velocity { gain: 0.2, corner: 20.0 };
     let upto = |fastest| ObserverParameters {
-        velocity: SecantVelocityParameters { fastest, ..sampled(1e-3) },
+        velocity: VelocityFromPositionParameters { fastest, ..sampled(1e-3) },
         ..observer_parameters(lugre(), injection, 1e-3)
     };
     assert!(FrictionObserver::new(upto(0.067)).is_ok());
@@ -160,7 +166,7 @@ fn an_observer_of_lugre_is_refused_beyond_the_speed_at_which_its_error_gives_ene
     assert!(refused.contains("at most 4 σ0 (σ1 + σ2)/σ1² = 671.1"), "{refused}");
     // FrBD has no such limit.
     let fast = observer_parameters(friction(), injection, 1e-3);
-    let velocity = SecantVelocityParameters { fastest: 1e3, ..sampled(1e-3) };
+    let velocity = VelocityFromPositionParameters { fastest: 1e3, ..sampled(1e-3) };
     assert!(FrictionObserver::new(ObserverParameters { velocity, ..fast }).is_ok());
 }
 
@@ -187,7 +193,7 @@ fn compensators_refuse_what_is_no_parameter() {
             }));
         }
         assert!(
-            SecantVelocity::new(SecantVelocityParameters {
+            VelocityFromPosition::new(VelocityFromPositionParameters {
                 sample_time: bad,
                 time_constant: 0.0,
                 fastest: 1.0,
@@ -196,7 +202,7 @@ fn compensators_refuse_what_is_no_parameter() {
             .is_err()
         );
         assert!(
-            SecantVelocity::new(SecantVelocityParameters {
+            VelocityFromPosition::new(VelocityFromPositionParameters {
                 sample_time: 1.0,
                 time_constant: bad,
                 fastest: 1.0,
@@ -444,13 +450,13 @@ fn laws() -> [Box<dyn FnMut(f64) -> Compensation<f64>>; 6] {
     let mut back = feedback(1e-3, 2e-3);
     let mut damped = FeedbackCompensator::new(FeedbackParameters {
         contact: lugre(),
-        velocity: SecantVelocityParameters {
+        velocity: VelocityFromPositionParameters {
             sample_time: 1e-3,
             time_constant: 2e-3,
             fastest: 1.0,
             count: 0.0,
         },
-        damping: Damping::Filtered,
+        damping: MicroDamping::Filtered,
         output: output(1.0),
     })
     .unwrap();
@@ -505,7 +511,7 @@ fn what_is_faster_than_the_mechanism_can_be_is_refused() {
     .unwrap();
     assert_eq!(forward.step(1.0).refused, 0);
     assert_eq!(forward.step(-1.1).refused, 1);
-    let mut encoder = SecantVelocity::new(sampled(1e-3)).unwrap();
+    let mut encoder = VelocityFromPosition::new(sampled(1e-3)).unwrap();
     assert_eq!(encoder.push(0.0), Some(0.0));
     assert_eq!(encoder.push(1.5e-3), None);
     assert_eq!(encoder.push(f64::NAN), None);
@@ -540,7 +546,7 @@ fn observed(
         derivative_gain: 400.0,
         ..observer_parameters(friction(), injection, 1e-3)
     };
-    let velocity = SecantVelocityParameters { time_constant, ..parameters.velocity };
+    let velocity = VelocityFromPositionParameters { time_constant, ..parameters.velocity };
     FrictionObserver::new(ObserverParameters { velocity, ..parameters }).unwrap()
 }
 
@@ -661,13 +667,13 @@ fn a_glitch_of_the_counter_and_the_way_back_come_to_nothing() {
     let make = || {
         FeedbackCompensator::new(FeedbackParameters {
             contact: friction(),
-            velocity: SecantVelocityParameters {
+            velocity: VelocityFromPositionParameters {
                 sample_time: 1e-3,
                 time_constant: 2e-3,
                 fastest: 0.1,
                 count: 0.0,
             },
-            damping: Damping::LeftOut,
+            damping: MicroDamping::Uncompensated,
             output: output(1.0),
         })
         .unwrap()
@@ -723,13 +729,13 @@ fn a_glitch_of_the_counter_and_the_way_back_come_to_nothing() {
 #[test]
 fn an_outage_counts_as_so_many_samples_of_the_filter() {
     // τ = 4 h: 0.8 is left each sample.
-    let parameters = SecantVelocityParameters {
+    let parameters = VelocityFromPositionParameters {
         sample_time: 1e-3,
         time_constant: 4e-3,
         fastest: 1.0,
         count: 0.0,
     };
-    let mut encoder = SecantVelocity::new(parameters).unwrap();
+    let mut encoder = VelocityFromPosition::new(parameters).unwrap();
     let mut twin = encoder;
     for n in 0..100 {
         encoder.push(5e-5 * f64::from(n));
@@ -758,13 +764,13 @@ fn the_bound_per_count_tells_of_the_viscous_part_and_of_no_regularised_model() {
     let of = |h, time_constant| {
         FeedbackCompensator::new(FeedbackParameters {
             contact: lugre(),
-            velocity: SecantVelocityParameters {
+            velocity: VelocityFromPositionParameters {
                 sample_time: h,
                 time_constant,
                 fastest: 1.0,
                 count: 0.0,
             },
-            damping: Damping::LeftOut,
+            damping: MicroDamping::Uncompensated,
             output: output(0.5),
         })
         .unwrap()
@@ -797,7 +803,7 @@ fn the_bound_per_count_tells_of_the_viscous_part_and_of_no_regularised_model() {
         FeedbackCompensator::new(FeedbackParameters {
             contact: model.under_load(LOAD).unwrap(),
             velocity: sampled(1e-3),
-            damping: Damping::LeftOut,
+            damping: MicroDamping::Uncompensated,
             output: output(1.0),
         })
         .unwrap()
@@ -805,7 +811,7 @@ fn the_bound_per_count_tells_of_the_viscous_part_and_of_no_regularised_model() {
     }
     assert_eq!(regularised(SquareRoot::new(1e-8).unwrap()), None);
     assert_eq!(regularised(HyperbolicTangent::new(1e-4).unwrap()), None);
-    assert!(regularised(Exact).is_some());
+    assert!(regularised(Unregularised).is_some());
 }
 
 #[test]
@@ -910,7 +916,7 @@ fn steady_motion_gives_the_curve_at_any_sample_time() {
             let mut classical = FeedbackCompensator::new(FeedbackParameters {
                 contact: lugre(),
                 velocity: sampled(h),
-                damping: Damping::LeftOut,
+                damping: MicroDamping::Uncompensated,
                 output: output(1.0),
             })
             .unwrap();
@@ -998,13 +1004,13 @@ fn single_precision_follows_double_over_half_a_million_counts() {
         .unwrap();
     let mut single = FeedbackCompensator::new(FeedbackParameters {
         contact,
-        velocity: SecantVelocityParameters {
+        velocity: VelocityFromPositionParameters {
             sample_time: 1e-3f32,
             time_constant: 5e-3,
             fastest: 1.0,
             count: 0.0,
         },
-        damping: Damping::LeftOut,
+        damping: MicroDamping::Uncompensated,
         output: OutputParameters { share: 1.0, largest_force: 10.0 },
     })
     .unwrap();
@@ -1106,8 +1112,8 @@ fn a_count_that_is_coarse_for_the_sample_time_is_no_speed() {
     // 4096 counts a turn at 4 kHz: one count is 6.1 rad/s, three times what the joint can do.
     let (h, count) = (0.25e-3, std::f64::consts::TAU / 4096.0);
     let coarse =
-        SecantVelocityParameters { sample_time: h, time_constant: 2e-3, fastest: 2.0, count };
-    let mut encoder = SecantVelocity::new(coarse).unwrap();
+        VelocityFromPositionParameters { sample_time: h, time_constant: 2e-3, fastest: 2.0, count };
+    let mut encoder = VelocityFromPosition::new(coarse).unwrap();
     // 0.77 rad/s, as counts.
     let (mut gone, mut last) = (0.0, 0.0);
     for sample in 0..4000 {
@@ -1120,6 +1126,6 @@ fn a_count_that_is_coarse_for_the_sample_time_is_no_speed() {
     assert!((gone - last).abs() < 1e-12 && (encoder.filtered() - 0.77).abs() < 0.77);
     // A jump is one still.
     assert_eq!(encoder.push(last + 4.0 * count), None);
-    let bad = SecantVelocityParameters { count: -1.0, ..coarse };
-    assert!(SecantVelocity::new(bad).unwrap_err().to_string().contains("count"));
+    let bad = VelocityFromPositionParameters { count: -1.0, ..coarse };
+    assert!(VelocityFromPosition::new(bad).unwrap_err().to_string().contains("count"));
 }

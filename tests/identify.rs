@@ -76,8 +76,8 @@ fn fitted<C: Candidate<N>, const N: usize>(candidate: &C, log: &Log) -> Fit<N> {
 
 #[test]
 fn without_noise_every_parameter_comes_back() {
-    let log = log_of(&Lumped, &TRUTH, rich, 3000, || 0.0);
-    let found = fitted(&Lumped, &log);
+    let log = log_of(&FrBdFit, &TRUTH, rich, 3000, || 0.0);
+    let found = fitted(&FrBdFit, &log);
     assert_eq!(found.outcome, Outcome::Converged, "{found}");
     for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
         // The rate of convergence is quadratic with no residual left; the start is forgotten to some 10⁻⁶.
@@ -89,8 +89,8 @@ fn without_noise_every_parameter_comes_back() {
 #[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn a_richer_bristle_comes_back_too() {
     let truth = [0.2, 0.1, 0.01, 0.8, 6e3, 4.0, 4e3, 0.02, 0.01];
-    let log = log_of(&Relaxing, &truth, rich, 1000, || 0.0);
-    let found = fitted(&Relaxing, &log);
+    let log = log_of(&MaxwellFit, &truth, rich, 1000, || 0.0);
+    let found = fitted(&MaxwellFit, &log);
     for (estimate, truth) in found.estimates.iter().zip(truth) {
         assert!((estimate.value / truth - 1.0).abs() < 1e-3, "{found}");
     }
@@ -99,8 +99,8 @@ fn a_richer_bristle_comes_back_too() {
 #[test]
 fn an_elasto_plastic_bristle_comes_back_too() {
     let truth = [0.2, 0.1, 0.01, 0.8, 6e3, 8.0, 0.7, 0.01];
-    let log = log_of(&Yielding, &truth, rich, 3000, || 0.0);
-    let found = fitted(&Yielding, &log);
+    let log = log_of(&ElastoPlasticFit, &truth, rich, 3000, || 0.0);
+    let found = fitted(&ElastoPlasticFit, &log);
     for (estimate, truth) in found.estimates.iter().zip(truth) {
         assert!((estimate.value / truth - 1.0).abs() < 1e-3, "{found}");
     }
@@ -113,12 +113,12 @@ fn covered(seeds: u64, correlation: f64) -> u64 {
             let mut draw = Draw(1000 + 77 * seed);
             (0..10).for_each(|_| _ = draw.next());
             let mut state = draw.gauss();
-            let log = log_of(&Lumped, &TRUTH, rich, 4000, || {
+            let log = log_of(&FrBdFit, &TRUTH, rich, 4000, || {
                 state =
                     correlation * state + (1.0 - correlation * correlation).sqrt() * draw.gauss();
                 0.005 * state
             });
-            let found = fitted(&Lumped, &log);
+            let found = fitted(&FrBdFit, &log);
             assert!(found.is_determined(), "{found}");
             found
                 .estimates
@@ -192,13 +192,16 @@ fn the_standard_error_of_a_mean_is_that_of_the_closed_form() {
 #[test]
 fn one_sliding_speed_does_not_tell_the_stribeck_part() {
     let mut draw = Draw(3);
-    let log = log_of(&Lumped, &TRUTH, one_speed, 3000, || 0.004 * draw.gauss());
-    let found = fitted(&Lumped, &log);
+    let log = log_of(&FrBdFit, &TRUTH, one_speed, 3000, || 0.004 * draw.gauss());
+    let found = fitted(&FrBdFit, &log);
     for name in ["static_excess", "stribeck_velocity"] {
         let verdict = found.estimate(name).unwrap().verdict;
-        assert!(matches!(verdict, Verdict::Undetermined | Verdict::Uncertain), "{found}");
+        assert!(
+            matches!(verdict, Identifiability::Undetermined | Identifiability::Uncertain),
+            "{found}"
+        );
         let words = match verdict {
-            Verdict::Undetermined => "UNDETERMINED by these data",
+            Identifiability::Undetermined => "UNDETERMINED by these data",
             _ => "UNCERTAIN: standard error above value",
         };
         let text = found.to_string();
@@ -206,39 +209,47 @@ fn one_sliding_speed_does_not_tell_the_stribeck_part() {
         assert!(line.ends_with(words), "{found}");
     }
     let stiffness = found.estimate("micro_stiffness").unwrap();
-    assert_eq!(stiffness.verdict, Verdict::Determined, "{found}");
+    assert_eq!(stiffness.verdict, Identifiability::Determined, "{found}");
     assert!((stiffness.value - TRUTH[4]).abs() < 4.0 * stiffness.standard_error, "{found}");
 }
 
 #[test]
 fn what_the_data_want_beyond_a_bound_is_said() {
-    let log = log_of(&Lumped, &TRUTH, rich, 2000, || 0.0);
-    let mut parameters = Lumped.parameters(&Rough::of(&log).unwrap());
+    let log = log_of(&FrBdFit, &TRUTH, rich, 2000, || 0.0);
+    let mut parameters = FrBdFit.parameters(&InitialGuess::of(&log).unwrap());
     parameters[4] = Parameter { start: 3e3, least: 1e3, most: 4e3, ..parameters[4] };
     let simulation = Simulation::default();
     let found =
-        fit_from(&Lumped, parameters, &log, simulation, &Settings::default(), &mut go_on).unwrap();
+        fit_from(&FrBdFit, parameters, &log, simulation, &Settings::default(), &mut go_on).unwrap();
     let stiffness = found.estimate("micro_stiffness").unwrap();
-    assert_eq!((stiffness.verdict, stiffness.value), (Verdict::AtUpperBound, 4e3), "{found}");
+    assert_eq!(
+        (stiffness.verdict, stiffness.value),
+        (Identifiability::AtUpperBound, 4e3),
+        "{found}"
+    );
     assert!(stiffness.standard_error.is_nan() && found.to_string().contains("AT ITS UPPER BOUND"));
 
     parameters[4] = Parameter { start: 1e4, least: 8e3, most: 2e4, ..parameters[4] };
     let found =
-        fit_from(&Lumped, parameters, &log, simulation, &Settings::default(), &mut go_on).unwrap();
+        fit_from(&FrBdFit, parameters, &log, simulation, &Settings::default(), &mut go_on).unwrap();
     let stiffness = found.estimate("micro_stiffness").unwrap();
-    assert_eq!((stiffness.verdict, stiffness.value), (Verdict::AtLowerBound, 8e3), "{found}");
+    assert_eq!(
+        (stiffness.verdict, stiffness.value),
+        (Identifiability::AtLowerBound, 8e3),
+        "{found}"
+    );
     assert!(stiffness.standard_error.is_nan() && found.to_string().contains("AT ITS LOWER BOUND"));
 }
 
 #[test]
 fn a_parameter_with_one_bound_twice_is_fixed() {
-    let log = log_of(&Lumped, &TRUTH, rich, 2000, || 0.0);
-    let mut parameters = Lumped.parameters(&Rough::of(&log).unwrap());
+    let log = log_of(&FrBdFit, &TRUTH, rich, 2000, || 0.0);
+    let mut parameters = FrBdFit.parameters(&InitialGuess::of(&log).unwrap());
     // On either side of the truth, or on it: no data push a fixed parameter to a bound.
     for value in [3e3, 6e3, 2e4] {
         parameters[4] = Parameter { start: value, least: value, most: value, ..parameters[4] };
         let found = fit_from(
-            &Lumped,
+            &FrBdFit,
             parameters,
             &log,
             Simulation::default(),
@@ -247,7 +258,11 @@ fn a_parameter_with_one_bound_twice_is_fixed() {
         )
         .unwrap();
         let stiffness = found.estimate("micro_stiffness").unwrap();
-        assert_eq!((stiffness.verdict, stiffness.value), (Verdict::Fixed, value), "{found}");
+        assert_eq!(
+            (stiffness.verdict, stiffness.value),
+            (Identifiability::Fixed, value),
+            "{found}"
+        );
         let text = found.to_string();
         let line = text.lines().find(|line| line.starts_with("micro_stiffness")).unwrap();
         assert!(stiffness.standard_error.is_nan() && line.ends_with("fixed"), "{found}");
@@ -256,30 +271,31 @@ fn a_parameter_with_one_bound_twice_is_fixed() {
 
 #[test]
 fn a_search_that_is_broken_off_answers_with_the_best_so_far() {
-    let log = log_of(&Lumped, &TRUTH, rich, 2000, || 0.0);
+    let log = log_of(&FrBdFit, &TRUTH, rich, 2000, || 0.0);
     let mut seen = vec![];
     let mut stop_at_three = |now: &Progress<'_>| {
         seen.push(now.rmse);
         if now.iteration == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let found = fit(&Lumped, &log, Simulation::default(), &Settings::default(), &mut stop_at_three)
-        .unwrap();
+    let found =
+        fit(&FrBdFit, &log, Simulation::default(), &Settings::default(), &mut stop_at_three)
+            .unwrap();
     assert_eq!((found.outcome, found.iterations), (Outcome::Stopped, 3));
     // The same numbers, added up once with and once without their derivatives.
     assert!((found.residuals.rmse / seen.last().unwrap() - 1.0).abs() < 1e-9);
     assert!(seen.windows(2).all(|pair| pair[1] <= pair[0]), "{seen:?}");
     let short = Settings { iterations: 2, ..Settings::default() };
-    let found = fit(&Lumped, &log, Simulation::default(), &short, &mut go_on).unwrap();
+    let found = fit(&FrBdFit, &log, Simulation::default(), &short, &mut go_on).unwrap();
     assert_eq!(found.outcome, Outcome::IterationLimit);
 }
 
 #[test]
 fn a_fit_predicts_what_it_has_not_seen() {
     let mut draw = Draw(9);
-    let log = log_of(&Lumped, &TRUTH, rich, 5000, || 0.005 * draw.gauss());
-    let found = fitted(&Lumped, &log.between(0.0, 6.0).unwrap());
+    let log = log_of(&FrBdFit, &TRUTH, rich, 5000, || 0.005 * draw.gauss());
+    let found = fitted(&FrBdFit, &log.between(0.0, 6.0).unwrap());
     let prediction = predict(
-        &Lumped,
+        &FrBdFit,
         &found.values(),
         &log.between(6.0, 10.0).unwrap(),
         Simulation { settle: 0.2, substeps: 1 },
@@ -354,8 +370,8 @@ fn bad_rows_are_refused_with_row_value_and_rule() {
 #[test]
 fn motions_that_tell_nothing_are_refused() {
     let refusal = |velocity: fn(f64) -> f64| {
-        let log = log_of(&Lumped, &TRUTH, velocity, 500, || 0.0);
-        fit(&Lumped, &log, Simulation::default(), &Settings::default(), &mut go_on).unwrap_err()
+        let log = log_of(&FrBdFit, &TRUTH, velocity, 500, || 0.0);
+        fit(&FrBdFit, &log, Simulation::default(), &Settings::default(), &mut go_on).unwrap_err()
     };
     let one_way = refusal(|_| 0.01);
     assert!(
@@ -371,13 +387,13 @@ fn motions_that_tell_nothing_are_refused() {
 
 #[test]
 fn a_bad_bound_or_start_is_refused_by_name() {
-    let log = log_of(&Lumped, &TRUTH, rich, 500, || 0.0);
-    let parameters = Lumped.parameters(&Rough::of(&log).unwrap());
+    let log = log_of(&FrBdFit, &TRUTH, rich, 500, || 0.0);
+    let parameters = FrBdFit.parameters(&InitialGuess::of(&log).unwrap());
     for bad in [f64::NAN, -1.0, f64::INFINITY] {
         let mut spoilt = parameters;
         spoilt[2].start = bad;
         let refused = fit_from(
-            &Lumped,
+            &FrBdFit,
             spoilt,
             &log,
             Simulation::default(),
@@ -396,28 +412,28 @@ fn the_curve_alone_comes_from_the_sliding_rows() {
     let mut draw = Draw(4);
     // Slow enough for the bristle to follow, and one row in twenty far off.
     let slow = |t: f64| 0.03 * (1.3 * t).sin();
-    let log = log_of(&Lumped, &TRUTH, slow, 10_000, || {
+    let log = log_of(&FrBdFit, &TRUTH, slow, 10_000, || {
         0.002 * draw.gauss() + if draw.next() < 0.05 { 0.5 * draw.next() } else { 0.0 }
     });
-    let (rough, points) = Rough::with_points(&log).unwrap();
+    let (rough, points) = InitialGuess::with_points(&log).unwrap();
     let found = static_curve(&StribeckCurve { rough, exponent: 2.0 }, &points).unwrap();
     for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
         // Rows near a reversal see the curve with the bristle's lag, which is part of the standard errors.
         assert!((estimate.value - truth).abs() < 3.0 * estimate.standard_error, "{found}");
-        assert_eq!(estimate.verdict, Verdict::Determined, "{found}");
+        assert_eq!(estimate.verdict, Identifiability::Determined, "{found}");
         assert!((estimate.value / truth - 1.0).abs() < 0.2, "{found}");
     }
 }
 
 #[test]
 fn a_simulation_that_leaves_nothing_to_judge_by_is_refused() {
-    let log = log_of(&Lumped, &TRUTH, rich, 1000, || 0.0);
+    let log = log_of(&FrBdFit, &TRUTH, rich, 1000, || 0.0);
     let refusal = |settle: f64, substeps: usize| {
         let simulation = Simulation { settle, substeps };
         let settings = Settings::default();
-        let refused = fit(&Lumped, &log, simulation, &settings, &mut go_on).unwrap_err();
+        let refused = fit(&FrBdFit, &log, simulation, &settings, &mut go_on).unwrap_err();
         let words = refused.to_string();
-        assert_eq!(predict(&Lumped, &TRUTH, &log, simulation).unwrap_err().to_string(), words);
+        assert_eq!(predict(&FrBdFit, &TRUTH, &log, simulation).unwrap_err().to_string(), words);
         words
     };
     for settle in [f64::NAN, f64::INFINITY, -1.0] {
@@ -429,10 +445,11 @@ fn a_simulation_that_leaves_nothing_to_judge_by_is_refused() {
     assert_eq!(refusal(980.5 * STEP, 1), "19 rows are too few, there must be at least 20");
     assert_eq!(refusal(0.0, 0), "substeps is 0, but must be at least 1");
     let enough = Simulation { settle: 979.5 * STEP, substeps: 1 };
-    assert!(predict(&Lumped, &TRUTH, &log, enough).is_ok());
+    assert!(predict(&FrBdFit, &TRUTH, &log, enough).is_ok());
     for tolerance in [f64::NAN, f64::INFINITY, -1.0] {
         let settings = Settings { tolerance, ..Settings::default() };
-        let refused = fit(&Lumped, &log, Simulation::default(), &settings, &mut go_on).unwrap_err();
+        let refused =
+            fit(&FrBdFit, &log, Simulation::default(), &settings, &mut go_on).unwrap_err();
         let want = format!("tolerance is {tolerance}, but must be finite and not negative");
         assert_eq!(refused.to_string(), want);
     }
@@ -443,11 +460,11 @@ fn what_settles_does_not_count() {
     let mut draw = Draw(6);
     let mut row = 0;
     // 0.5 in each of the first 100 rows, noise then.
-    let log = log_of(&Lumped, &TRUTH, rich, 2000, || {
+    let log = log_of(&FrBdFit, &TRUTH, rich, 2000, || {
         row += 1;
         if row <= 100 { 0.5 } else { 0.005 * draw.gauss() }
     });
-    let run = |settle| predict(&Lumped, &TRUTH, &log, Simulation { settle, substeps: 1 }).unwrap();
+    let run = |settle| predict(&FrBdFit, &TRUTH, &log, Simulation { settle, substeps: 1 }).unwrap();
     let settle = 99.5 * STEP;
     for (settle, skipped) in [(0.0, 0), (settle, 100)] {
         let prediction = run(settle);
@@ -459,7 +476,7 @@ fn what_settles_does_not_count() {
     // √(100 · 0.5²/2000) = 0.11 with the beginning.
     assert!(run(0.0).rmse > 0.1 && run(settle).rmse < 0.01);
     let found =
-        fit(&Lumped, &log, Simulation { settle, substeps: 1 }, &Settings::default(), &mut go_on)
+        fit(&FrBdFit, &log, Simulation { settle, substeps: 1 }, &Settings::default(), &mut go_on)
             .unwrap();
     assert_eq!(found.residuals.rows, 1900);
 }
@@ -467,9 +484,11 @@ fn what_settles_does_not_count() {
 #[test]
 fn substeps_bring_the_elasto_plastic_model_nearer_to_its_flow() {
     let truth = [0.2, 0.1, 0.01, 0.8, 6e3, 8.0, 0.7, 0.01];
-    let log = log_of(&Yielding, &truth, rich, 1000, || 0.0);
+    let log = log_of(&ElastoPlasticFit, &truth, rich, 1000, || 0.0);
     let run = |substeps| {
-        predict(&Yielding, &truth, &log, Simulation { settle: 0.2, substeps }).unwrap().coefficients
+        predict(&ElastoPlasticFit, &truth, &log, Simulation { settle: 0.2, substeps })
+            .unwrap()
+            .coefficients
     };
     let fine = run(256);
     let error = |substeps| {
@@ -483,8 +502,8 @@ fn substeps_bring_the_elasto_plastic_model_nearer_to_its_flow() {
 #[test]
 fn the_works_of_a_prediction_are_sums_of_force_times_way() {
     let mut draw = Draw(2);
-    let log = log_of(&Lumped, &TRUTH, rich, 1000, || 0.005 * draw.gauss());
-    let prediction = predict(&Lumped, &TRUTH, &log, Simulation::default()).unwrap();
+    let log = log_of(&FrBdFit, &TRUTH, rich, 1000, || 0.005 * draw.gauss());
+    let prediction = predict(&FrBdFit, &TRUTH, &log, Simulation::default()).unwrap();
     let (t, v) = (log.times(), log.velocities());
     // Trapezia of the force over the way, which is a trapezium of the velocity over time.
     let work = |mu: &[f64]| -> f64 {
@@ -508,18 +527,18 @@ fn a_bad_first_row_does_not_stretch_the_bristle() {
     columns.friction[0] = 1e3;
     let log = columns.read().unwrap();
     // At once at the steady deflection μ_s/σ0, not a hundred times beyond: nothing exceeds μ_s but the damping, (σ1 + σ2) v.
-    let prediction = predict(&Lumped, &TRUTH, &log, Simulation::default()).unwrap();
+    let prediction = predict(&FrBdFit, &TRUTH, &log, Simulation::default()).unwrap();
     let most = prediction.coefficients.iter().fold(0.0, |most: f64, mu| most.max(mu.abs()));
     assert!(most < 0.3 + 8.8 * 0.01, "{most}");
 
     let mut draw = Draw(8);
     let mut first = true;
     // Out of a force of at most 0.35: the search must not bend the model to reach it.
-    let log = log_of(&Lumped, &TRUTH, rich, 3000, || {
+    let log = log_of(&FrBdFit, &TRUTH, rich, 3000, || {
         0.002 * draw.gauss() + if std::mem::take(&mut first) { 10.0 } else { 0.0 }
     });
     let found =
-        fit(&Lumped, &log, Simulation::default(), &Settings::default(), &mut go_on).unwrap();
+        fit(&FrBdFit, &log, Simulation::default(), &Settings::default(), &mut go_on).unwrap();
     // It is still a row that is wrong, and its residual widens the standard errors; but those are honest.
     for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
         assert!((estimate.value - truth).abs() < 3.0 * estimate.standard_error, "{found}");
@@ -531,7 +550,7 @@ fn a_bad_first_row_does_not_stretch_the_bristle() {
 #[test]
 fn friction_with_the_wrong_sign_or_without_a_change_is_refused() {
     let refusal = |change: fn(f64) -> f64| {
-        let log = log_of(&Lumped, &TRUTH, rich, 2000, || 0.0);
+        let log = log_of(&FrBdFit, &TRUTH, rich, 2000, || 0.0);
         let friction: Vec<f64> = log.coefficients().iter().map(|&mu| change(mu)).collect();
         let changed = Log::new(LogParameters {
             time: log.times(),
@@ -539,7 +558,7 @@ fn friction_with_the_wrong_sign_or_without_a_change_is_refused() {
             friction: &friction,
             normal_force: None,
         });
-        Rough::of(&changed.unwrap())
+        InitialGuess::of(&changed.unwrap())
     };
     let Err(IdentifyError::DrivesMotion { work, path }) = refusal(|mu| -mu) else {
         panic!("the wrong sign went unseen")
@@ -560,8 +579,8 @@ fn friction_with_the_wrong_sign_or_without_a_change_is_refused() {
 
 #[test]
 fn positions_with_noise_have_the_reversals_of_those_without() {
-    let rich = log_of(&Lumped, &TRUTH, rich, 3000, || 0.0);
-    let slow = log_of(&Lumped, &TRUTH, |t| 0.03 * (2.6 * t).sin(), 3000, || 0.0);
+    let rich = log_of(&FrBdFit, &TRUTH, rich, 3000, || 0.0);
+    let slow = log_of(&FrBdFit, &TRUTH, |t| 0.03 * (2.6 * t).sin(), 3000, || 0.0);
     let mut draw = Draw(11);
     let read = |clean: &Log, deviation: f64, draw: &mut Draw| {
         let position: Vec<f64> =
@@ -577,7 +596,7 @@ fn positions_with_noise_have_the_reversals_of_those_without() {
     };
     let (position, exact) = read(&rich, 0.0, &mut draw);
     // From positions the held velocities come back as they were, so that the model runs the same way.
-    let found = fitted(&Lumped, &exact);
+    let found = fitted(&FrBdFit, &exact);
     for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
         // But for the velocity at a row, a mean of two: σ1 + σ2 act on it.
         assert!((estimate.value / truth - 1.0).abs() < 0.02, "{found}");
@@ -592,7 +611,7 @@ fn positions_with_noise_have_the_reversals_of_those_without() {
     // of the travel is 23 µm. The body turns where 2.6 t is a multiple of π, four times in 6 s.
     let (_, noisy) = read(&slow, 1e-4, &mut draw);
     let turns = noisy.velocities().windows(2).filter(|v| v[0] * v[1] < 0.0).count();
-    let rough = Rough::of(&noisy).unwrap();
+    let rough = InitialGuess::of(&noisy).unwrap();
     assert!(turns > 300 && rough.reversals == 4, "{turns} {rough:?}");
 }
 
@@ -600,8 +619,8 @@ fn positions_with_noise_have_the_reversals_of_those_without() {
 fn the_stiffness_at_a_glance_is_ln_2_over_the_way_to_half_of_the_swing() {
     // Little damping and no drop, as the estimate assumes; at one speed.
     let truth = [0.2, 1e-6, 0.01, 1e-3, 6e3, 1e-3];
-    let log = log_of(&Lumped, &truth, |t| 0.1 * one_speed(t), 4000, || 0.0);
-    let rough = Rough::of(&log).unwrap();
+    let log = log_of(&FrBdFit, &truth, |t| 0.1 * one_speed(t), 4000, || 0.0);
+    let rough = InitialGuess::of(&log).unwrap();
     // A row is 2 µm of the 23 µm to half of the swing, and the velocity turns over one row.
     assert!((rough.micro_stiffness / 6e3 - 1.0).abs() < 0.06, "{rough:?}");
 }
@@ -614,13 +633,13 @@ fn no_rough_guess_makes_a_panic_or_a_fit_of_nothing() {
             coefficient: 0.2 + 0.01 / f64::from(i),
         })
         .collect();
-    let log = log_of(&Lumped, &TRUTH, rich, 500, || 0.0);
-    let good = Rough::of(&log).unwrap();
+    let log = log_of(&FrBdFit, &TRUTH, rich, 500, || 0.0);
+    let good = InitialGuess::of(&log).unwrap();
     // A curve that falls all the way to the largest speed, and beyond.
-    let falling = log_of(&Lumped, &[0.2, 0.1, 0.2, 1e-6, 6e3, 8.0], rich, 3000, || 0.0);
-    let rough = Rough::of(&falling).unwrap();
+    let falling = log_of(&FrBdFit, &[0.2, 0.1, 0.2, 1e-6, 6e3, 8.0], rich, 3000, || 0.0);
+    let rough = InitialGuess::of(&falling).unwrap();
     assert!(rough.stribeck_velocity <= rough.fastest, "{rough:?}");
-    let fields: [fn(&mut Rough, f64); 7] = [
+    let fields: [fn(&mut InitialGuess, f64); 7] = [
         |r, x| r.static_coefficient = x,
         |r, x| r.dynamic_coefficient = x,
         |r, x| r.stribeck_velocity = x,
@@ -642,10 +661,10 @@ fn no_rough_guess_makes_a_panic_or_a_fit_of_nothing() {
             for values in fits.into_iter().flatten() {
                 assert!(values.iter().all(|x| x.is_finite()), "{field} {bad}: {values:?}");
             }
-            let parameters = Lumped.parameters(&rough);
-            let found = fit_from(&Lumped, parameters, &log, simulation, &short, &mut go_on);
+            let parameters = FrBdFit.parameters(&rough);
+            let found = fit_from(&FrBdFit, parameters, &log, simulation, &short, &mut go_on);
             assert!(!bad.is_nan() || found.is_err(), "{field}: {found:?}");
-            let _ = (Relaxing.parameters(&rough), Yielding.parameters(&rough));
+            let _ = (MaxwellFit.parameters(&rough), ElastoPlasticFit.parameters(&rough));
         }
     }
 }
@@ -685,10 +704,10 @@ fn without_spare_rows_there_are_no_standard_errors() {
     };
     // Nothing, a point (which tells a, but not b), two points, three.
     for (rows, verdict) in [
-        (&[][..], Verdict::Undetermined),
-        (&[1.0], Verdict::Undetermined),
-        (&[1.0, 3.0], Verdict::Uncertain),
-        (&[1.0, 3.0, 5.1], Verdict::Determined),
+        (&[][..], Identifiability::Undetermined),
+        (&[1.0], Identifiability::Undetermined),
+        (&[1.0, 3.0], Identifiability::Uncertain),
+        (&[1.0, 3.0, 5.1], Identifiability::Determined),
     ] {
         let found = fit(rows);
         assert_eq!(found.estimates[1].verdict, verdict, "{found}");
@@ -738,7 +757,7 @@ impl Residuals<1> for Steep {
 fn what_cannot_be_worked_out_is_not_called_determined() {
     let found = least_squares(&Steep, &Settings::default(), &mut go_on).unwrap();
     let estimate = found.estimates[0];
-    assert_eq!(estimate.verdict, Verdict::Undetermined, "{found}");
+    assert_eq!(estimate.verdict, Identifiability::Undetermined, "{found}");
     assert!(estimate.standard_error.is_infinite(), "{found}");
 }
 

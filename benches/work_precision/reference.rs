@@ -316,7 +316,7 @@ impl<S: System<f64, N> + Clone, const N: usize> Run<'_, S, N> {
         let scales = &self.scene.scales;
         let tangent = |time: f64, gain: &SVector<f64, N>| {
             let state = self.state + (self.rounding + gain);
-            self.scene.system.tangent(time, &state, [self.branch])
+            self.scene.system.linearised(time, &state, [self.branch])
         };
         let first = tangent(self.time, &SVector::zeros()).ok_or(ReferenceError::NoTangent)?;
         // h kᵢ over the scales.

@@ -37,7 +37,7 @@ use crate::parameter::{self, ParameterError};
 use crate::root::enclose;
 use crate::scalar::{is_zero, lit};
 use crate::stability::{self, Mechanism, Scheme, StepLimits, Swing};
-use crate::{Anatomy, Branch, Bristle, Contact, Law, Limits, Scalar};
+use crate::{Branch, Bristle, Characteristics, Contact, Law, Limits, Scalar};
 
 /// What an audit looks at.
 ///
@@ -76,7 +76,7 @@ pub struct LoadCycle<T> {
 
 /// Whether a law holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
+pub enum LawStatus {
     /// It holds, by a theorem.
     Holds,
     /// No case against it was found at the velocities looked at.
@@ -89,7 +89,7 @@ pub enum Verdict {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passivity<T> {
     /// F v ≥ Ẇ at every velocity and admissible deflection.
-    pub verdict: Verdict,
+    pub verdict: LawStatus,
     /// For classical LuGre the viscous friction σ2 [s/m] it needs.
     pub needed_viscous_friction: Option<T>,
     /// The largest (c₀ − K r)²/(4 K λ c₂) \[–\] over the velocities looked at: up to one the model is passive
@@ -144,7 +144,7 @@ pub struct StuckMass<T> {
 /// What a set of parameters promises. Printed, a table; its fields for programs.
 ///
 /// ```
-/// use bristle::audit::{AuditParameters, Verdict};
+/// use bristle::audit::{AuditParameters, LawStatus};
 /// use bristle::stability::Mechanism;
 /// use bristle::{Bristle, KelvinVoigt, LuGre, Stribeck, paper};
 ///
@@ -156,7 +156,7 @@ pub struct StuckMass<T> {
 ///     sample_time: Some(1e-3),
 ///     ..AuditParameters::up_to(1.0)
 /// })?;
-/// assert_eq!(audit.passivity.verdict, Verdict::Fails);
+/// assert_eq!(audit.passivity.verdict, LawStatus::Fails);
 /// assert_eq!(audit.passivity.needed_viscous_friction, Some(32.25));
 /// let table = audit.to_string();
 /// assert!(table.contains("FAILS: needs σ2 ≥ 32.25 s/m, has 0.04"));
@@ -197,7 +197,7 @@ pub struct Audit<T> {
     /// Normal force p \[N\].
     pub normal_force: T,
     /// What the model is made of, if it tells.
-    pub anatomy: Option<Anatomy<T>>,
+    pub characteristics: Option<Characteristics<T>>,
     /// Passivity.
     pub passivity: Passivity<T>,
     /// Bounds of deflection \[m\], force \[N\] and relaxation rate [1/s].
@@ -252,15 +252,16 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             parameter::non_negative("spring_stiffness", spring_stiffness)?;
             parameter::non_negative("viscous_damping", viscous_damping)?;
         }
-        let anatomy = self.model().anatomy(fastest);
-        if let Some(fault) = anatomy.and_then(|anatomy| anatomy.curve_fault) {
+        let characteristics = self.model().characteristics(fastest);
+        if let Some(fault) = characteristics.and_then(|characteristics| characteristics.curve_fault)
+        {
             return Err(fault);
         }
-        let yielding = match &anatomy {
-            Some(anatomy) => Some(self.yielding(anatomy, load_cycle, fastest)?),
+        let yielding = match &characteristics {
+            Some(characteristics) => Some(self.yielding(characteristics, load_cycle, fastest)?),
             None => None,
         };
-        let passivity = self.passivity(anatomy.as_ref(), fastest);
+        let passivity = self.passivity(characteristics.as_ref(), fastest);
         let steps = Scheme::ALL.map(|scheme| {
             // A passive step needs a contact that is passive at every deflection.
             let promised = scheme != Scheme::Passive || passivity.excess <= T::one();
@@ -273,7 +274,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             normal_force: self.normal_force(),
             passivity,
             limits: self.limits(fastest),
-            inversion_margin: anatomy
+            inversion_margin: characteristics
                 .map(|a| a.micro_damping.min + a.viscous_friction + a.least_slope),
             yielding,
             stuck: mechanism.map(|mechanism| self.stuck_mass(mechanism, fastest)),
@@ -282,7 +283,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
                 let rig = MassOnSpring::new(MassOnSpringParameters { contact, mechanism }).ok()?;
                 rig.critical_speed(slowest_on_spring(fastest)..fastest).ok()
             }),
-            anatomy,
+            characteristics,
             steps,
         })
     }
@@ -299,12 +300,12 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         let all = stability::largest_step(self, mechanism.unwrap_or(some), fastest, scheme).ok()?;
         Some(match mechanism {
             Some(_) => all,
-            None => StepLimits { stuck_virgin: None, stuck_reversed: None, ..all },
+            None => StepLimits { stuck_from_rest: None, stuck_reversed: None, ..all },
         })
     }
 
     /// The model's own theorem, or a search for a case against it.
-    fn passivity(&self, anatomy: Option<&Anatomy<T>>, fastest: T) -> Passivity<T> {
+    fn passivity(&self, characteristics: Option<&Characteristics<T>>, fastest: T) -> Passivity<T> {
         let (zero, two, four): (T, T, T) = (T::zero(), lit(2.0), lit(4.0));
         let theorem = self.model().obeys(Law::Passivity);
         let stiffness = self.model().storage_stiffness();
@@ -344,26 +345,27 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         }
         // What is then left of a difference is rounding.
         let worst = worst.filter(|_| !theorem);
-        let needed_viscous_friction = anatomy.and_then(|anatomy| anatomy.needed_viscous_friction);
-        let short = anatomy.is_some_and(|a| {
+        let needed_viscous_friction =
+            characteristics.and_then(|characteristics| characteristics.needed_viscous_friction);
+        let short = characteristics.is_some_and(|a| {
             a.needed_viscous_friction.is_some_and(|needed| !(a.viscous_friction >= needed))
         });
         let verdict = match (theorem, worst.is_some() || short) {
-            (true, _) => Verdict::Holds,
-            (false, true) => Verdict::Fails,
-            (false, false) => Verdict::Unrefuted,
+            (true, _) => LawStatus::Holds,
+            (false, true) => LawStatus::Fails,
+            (false, false) => LawStatus::Unrefuted,
         };
         Passivity { verdict, needed_viscous_friction, excess, witness: worst }
     }
 
     fn yielding(
         &self,
-        anatomy: &Anatomy<T>,
+        characteristics: &Characteristics<T>,
         cycle: Option<LoadCycle<T>>,
         fastest: T,
     ) -> Result<Yielding<T>, ParameterError> {
         let (zero, half): (T, T) = (T::zero(), lit(0.5));
-        let breakaway = self.normal_force() * anatomy.static_coefficient;
+        let breakaway = self.normal_force() * characteristics.static_coefficient;
         let cycle = cycle.unwrap_or(LoadCycle { from: zero, to: half * breakaway });
         parameter::finite("load_cycle.from", cycle.from)?;
         parameter::finite("load_cycle.to", cycle.to)?;
@@ -374,8 +376,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         }
         let stiffness = self.model().storage_stiffness();
         let largest = larger(cycle.to, -cycle.from);
-        let elastic =
-            anatomy.stick_limit.map(|limit| largest <= self.normal_force() * stiffness * limit);
+        let elastic = characteristics
+            .stick_limit
+            .map(|limit| largest <= self.normal_force() * stiffness * limit);
         // (F_b² − F₁²)/(F_b² − F₂²), as one plus what the cycle makes of it.
         let gain = (cycle.to - cycle.from) * (cycle.to + cycle.from)
             / ((breakaway - cycle.to) * (breakaway + cycle.to));
@@ -386,11 +389,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             (one + other).abs() <= lit::<T>(1e3) * T::default_epsilon() * one.abs()
         });
         let drift = match elastic {
-            _ if anatomy.creeps || !even => None,
+            _ if characteristics.creeps || !even => None,
             Some(true) => Some(zero),
             Some(false) => None,
-            None if anatomy.micro_stiffness.is_constant() && breakaway > zero => {
-                Some(anatomy.static_coefficient / stiffness * gain.ln_1p())
+            None if characteristics.micro_stiffness.is_constant() && breakaway > zero => {
+                Some(characteristics.static_coefficient / stiffness * gain.ln_1p())
             }
             None => None,
         };
@@ -399,7 +402,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             Some(false) => None,
             None => {
                 let backward = -cycle.from > cycle.to;
-                self.creep(anatomy, if backward { cycle.from } else { cycle.to }, fastest)
+                self.creep(characteristics, if backward { cycle.from } else { cycle.to }, fastest)
             }
         };
         let leak = self.model().relaxation_rate(zero, zero);
@@ -407,16 +410,16 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     }
 
     /// The velocity at which steady friction first reaches a force.
-    fn creep(&self, anatomy: &Anatomy<T>, force: T, fastest: T) -> Option<T> {
+    fn creep(&self, characteristics: &Characteristics<T>, force: T, fastest: T) -> Option<T> {
         let zero = T::zero();
-        let smooth = !is_zero(anatomy.speed_at_rest);
-        if !(smooth || anatomy.creeps) || is_zero(force) {
+        let smooth = !is_zero(characteristics.speed_at_rest);
+        if !(smooth || characteristics.creeps) || is_zero(force) {
             return Some(zero);
         }
         let signed = |speed: T| if force < zero { -speed } else { speed };
         let excess = |speed: T| self.stationary_force(signed(speed)).abs() - force.abs();
         let (mut below, mut above) =
-            (zero, if smooth { anatomy.speed_at_rest } else { fastest } * lit(1e-6));
+            (zero, if smooth { characteristics.speed_at_rest } else { fastest } * lit(1e-6));
         while above < fastest {
             let at = excess(above);
             if at >= zero {

@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Write};
 
-use super::{Audit, MethodLimit, Passivity, Verdict, slowest_on_spring};
+use super::{Audit, LawStatus, MethodLimit, Passivity, slowest_on_spring};
 use crate::Scalar;
 use crate::linear::Threshold;
 use crate::scalar::to_f64;
@@ -93,7 +93,8 @@ fn line(
 
 impl<T: Scalar> fmt::Display for Audit<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = self.anatomy.map_or("a friction model", |anatomy| anatomy.name);
+        let name =
+            self.characteristics.map_or("a friction model", |characteristics| characteristics.name);
         let (load, fastest) = (number(self.normal_force), number(self.parameters.fastest));
         writeln!(f, "audit of {name} under {load} N, |v| ≤ {fastest} m/s")?;
         self.write_passivity(f)?;
@@ -108,33 +109,35 @@ impl<T: Scalar> fmt::Display for Audit<T> {
 impl<T: Scalar> Audit<T> {
     fn write_passivity(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Passivity { verdict, needed_viscous_friction, excess, witness } = self.passivity;
-        let outside = self.anatomy.map_or(T::zero(), |anatomy| anatomy.viscous_friction);
+        let outside = self
+            .characteristics
+            .map_or(T::zero(), |characteristics| characteristics.viscous_friction);
         let (has, ratio) = (number(outside), number(excess));
         let ortega = "Barabanov, Ortega 2000";
         match (verdict, needed_viscous_friction, witness) {
-            (Verdict::Holds, Some(needed), _) => {
+            (LawStatus::Holds, Some(needed), _) => {
                 let needed = number(needed);
                 let finding = format_args!("holds: needs σ2 ≥ {needed} s/m, has {has}");
                 line(f, "passivity", finding, ortega)?;
             }
-            (Verdict::Holds, None, _) if excess == T::zero() => {
+            (LawStatus::Holds, None, _) if excess == T::zero() => {
                 let finding = format_args!("holds: F v − Ẇ is a sum of squares in every state");
                 line(f, "passivity", finding, "Romano et al., Lemma III.2")?;
             }
-            (Verdict::Holds, None, _) => {
+            (LawStatus::Holds, None, _) => {
                 let finding = format_args!("holds: (c₀ − K r)²/(4 K λ c₂) ≤ {ratio}");
                 line(f, "passivity", finding, ortega)?;
             }
-            (Verdict::Fails, Some(needed), _) => {
+            (LawStatus::Fails, Some(needed), _) => {
                 let needed = number(needed);
                 let finding = format_args!("FAILS: needs σ2 ≥ {needed} s/m, has {has}");
                 line(f, "passivity", finding, ortega)?;
             }
-            (Verdict::Fails, None, _) => {
+            (LawStatus::Fails, None, _) => {
                 let finding = format_args!("FAILS: (c₀ − K r)²/(4 K λ c₂) up to {ratio}, not ≤ 1");
                 line(f, "passivity", finding, "Romano et al., III-B; by search")?;
             }
-            (Verdict::Unrefuted, ..) => {
+            (LawStatus::Unrefuted, ..) => {
                 let finding = format_args!("no case against it: (c₀ − K r)²/(4 K λ c₂) ≤ {ratio}");
                 line(f, "passivity", finding, "Romano et al., III-B; by search")?;
             }
@@ -160,29 +163,29 @@ impl<T: Scalar> Audit<T> {
     }
 
     fn write_curve(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some(anatomy) = self.anatomy else { return Ok(()) };
+        let Some(characteristics) = self.characteristics else { return Ok(()) };
         if let Some(margin) = self.inversion_margin {
-            let least = number(anatomy.least_slope + anatomy.viscous_friction);
-            let damping = number(anatomy.micro_damping.min);
+            let least = number(characteristics.least_slope + characteristics.viscous_friction);
+            let damping = number(characteristics.micro_damping.min);
             let verdict = if margin >= T::zero() { "one solution" } else { "FOLDS" };
             let finding = format_args!("{verdict}: σ1 = {damping}, least dμ/d|v| = {least} s/m");
             line(f, "inversion", finding, "Romano et al., II-B; by search")?;
         }
-        let slope = number(anatomy.slope_at_rest);
+        let slope = number(characteristics.slope_at_rest);
         let reference = "Romano et al., II-B";
-        if anatomy.slope_at_rest == T::zero() {
+        if characteristics.slope_at_rest == T::zero() {
             line(f, "curve at rest", format_args!("differentiable"), reference)?;
-        } else if anatomy.slope_at_rest.is_finite() {
+        } else if characteristics.slope_at_rest.is_finite() {
             let finding = format_args!("kink, dμ/d|v| = {slope} s/m: split steps at reversals");
             line(f, "curve at rest", finding, reference)?;
         } else {
             let finding = format_args!("infinitely steep: no method keeps its order there");
             line(f, "curve at rest", finding, reference)?;
         }
-        if anatomy.speed_at_rest == T::zero() {
+        if characteristics.speed_at_rest == T::zero() {
             line(f, "modulus |v|", format_args!("exact, with its kink"), reference)
         } else {
-            let speed = number(anatomy.speed_at_rest);
+            let speed = number(characteristics.speed_at_rest);
             line(f, "modulus |v|", format_args!("smooth, |0|_ε = {speed} m/s"), reference)
         }
     }
@@ -192,7 +195,7 @@ impl<T: Scalar> Audit<T> {
         let force = number(yielding.breakaway);
         line(f, "breakaway", format_args!("F_b = p μ_s = {force} N"), "Romano et al., II-B")?;
         let (from, to) = (number(yielding.cycle.from), number(yielding.cycle.to));
-        let creeps = self.anatomy.is_some_and(|anatomy| anatomy.creeps);
+        let creeps = self.characteristics.is_some_and(|characteristics| characteristics.creeps);
         match yielding.drift.map(number) {
             Some(Number(0.0)) => {
                 let finding = format_args!("none in slow cycles {from} ↔ {to} N");
@@ -297,7 +300,7 @@ fn write_step<T: Scalar>(
         None => cells.write_str("none is known: the relaxation rate has no bound")?,
         Some(limits) => {
             let columns =
-                [(limits.bristle, 12), (limits.stuck_virgin, 12), (limits.stuck_reversed, 14)];
+                [(limits.bristle, 12), (limits.stuck_from_rest, 12), (limits.stuck_reversed, 14)];
             let columns = columns.into_iter().take(if mechanism { 3 } else { 1 });
             for (limit, width) in columns {
                 let mut cell = Cell::new();

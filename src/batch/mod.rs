@@ -53,7 +53,7 @@
 //! x = λh, φ1 = (1 − e⁻ˣ)/x, z_ss = sgn(v) μ(v)/σ0: two exponentials a step. See there for what such a step is good for.
 //!
 //! ```
-//! use bristle::batch::{Batch, Dampers, Found, Predicted};
+//! use bristle::batch::{Batch, PassiveOutput, CommitInput, PassiveInput};
 //! use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
 //!
 //! let model = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?);
@@ -64,8 +64,8 @@
 //! let (mut shares, mut biases, mut dampings) = ([0.0; 3], [0.0; 3], [0.0; 3]);
 //! for _ in 0..100 {
 //!     let slip = v.map(|v| v - belt); // predicted by the velocity before the step
-//!     let predicted = Predicted { velocities: &slip, normal_forces: &normal_forces, deflections: &z };
-//!     let dampers = Dampers { shares: &mut shares, biases: &mut biases, dampings: &mut dampings };
+//!     let predicted = PassiveInput { velocities: &slip, normal_forces: &normal_forces, deflections: &z };
+//!     let dampers = PassiveOutput { shares: &mut shares, biases: &mut biases, dampings: &mut dampings };
 //!     let begun = grains.companions(predicted, h, dampers)?;
 //!     // m (v₁ − v)/h = −F̄ with v₁ = 2 v̄ − v
 //!     let mut mean = [0.0; 3];
@@ -73,7 +73,7 @@
 //!         mean[i] = (2.0 * mass / h * slip[i] - biases[i]) / (2.0 * mass / h + dampings[i]);
 //!         v[i] = 2.0 * (mean[i] + belt) - v[i];
 //!     }
-//!     let ended = grains.commit(Found { shares: &shares, velocities: &mean }, h, &mut z)?;
+//!     let ended = grains.commit(CommitInput { shares: &shares, velocities: &mean }, h, &mut z)?;
 //!     assert!(begun.is_finite() && ended.is_finite());
 //! }
 //! assert!(v.iter().all(|v| (v - belt).abs() < 1e-3)); // all carried along
@@ -161,14 +161,14 @@ enum Bristles<'a, T> {
 /// for), and any number of steps.
 ///
 /// ```
-/// use bristle::batch::{Batch, Held, Moved};
+/// use bristle::batch::{Batch, HeldInput, HeldOutput};
 /// use bristle::{Dahl, DahlParameters};
 ///
 /// let model = Dahl::new(DahlParameters { dynamic_coefficient: 0.5_f32, micro_stiffness: 1e4 })?;
 /// let batch = Batch::of(&model)?;
 /// let (mut deflections, mut mean_forces) = ([0.0; 2], [0.0; 2]);
-/// let held = Held { velocities: &[0.1, f32::NAN], normal_forces: &[20.0, 20.0] };
-/// let moved = Moved { deflections: &mut deflections, mean_forces: &mut mean_forces };
+/// let held = HeldInput { velocities: &[0.1, f32::NAN], normal_forces: &[20.0, 20.0] };
+/// let moved = HeldOutput { deflections: &mut deflections, mean_forces: &mut mean_forces };
 /// let outcome = batch.hold(held, 1e-3, moved)?; // s
 /// assert!(mean_forces[0] > 0.0 && mean_forces[0] < 10.0);
 /// assert_eq!((outcome.not_finite, outcome.first), (1, Some(1)));
@@ -184,7 +184,7 @@ pub struct Batch<'a, T> {
 
 /// What a passive step has to know of every bristle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Predicted<'a, T> {
+pub struct PassiveInput<'a, T> {
     /// Velocities v\* predicted for the middle of the step [m/s].
     pub velocities: &'a [T],
     /// Normal forces p \[N\].
@@ -195,7 +195,7 @@ pub struct Predicted<'a, T> {
 
 /// What a passive step makes of every bristle: F̄ = bias + damping·v̄.
 #[derive(Debug, PartialEq)]
-pub struct Dampers<'a, T> {
+pub struct PassiveOutput<'a, T> {
     /// Shares c \[–\] of the velocity that deflect the bristles, for [`Batch::commit`].
     pub shares: &'a mut [T],
     /// Mean friction forces at v̄ = 0 \[N\].
@@ -206,7 +206,7 @@ pub struct Dampers<'a, T> {
 
 /// What ends a passive step of every bristle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found<'a, T> {
+pub struct CommitInput<'a, T> {
     /// Shares c \[–\], as the beginning of the step left them.
     pub shares: &'a [T],
     /// Mean velocities v̄ over the step [m/s].
@@ -215,7 +215,7 @@ pub struct Found<'a, T> {
 
 /// What an exact step has to know of every bristle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Held<'a, T> {
+pub struct HeldInput<'a, T> {
     /// Velocities v, held over the step [m/s].
     pub velocities: &'a [T],
     /// Normal forces p \[N\].
@@ -224,7 +224,7 @@ pub struct Held<'a, T> {
 
 /// What an exact step changes of every bristle.
 #[derive(Debug, PartialEq)]
-pub struct Moved<'a, T> {
+pub struct HeldOutput<'a, T> {
     /// Deflections \[m\]: before the step, and then after it.
     pub deflections: &'a mut [T],
     /// Friction forces averaged over the step \[N\].
@@ -312,13 +312,13 @@ impl<'a, T: Real> Batch<'a, T> {
     /// Names a slice whose length is not that of the velocities, or a duration that is negative or not finite.
     pub fn companions(
         &self,
-        predicted: Predicted<'_, T>,
+        predicted: PassiveInput<'_, T>,
         duration: T,
-        dampers: Dampers<'_, T>,
+        dampers: PassiveOutput<'_, T>,
     ) -> Result<Outcome, BatchError> {
         let duration = parameter::non_negative("duration", duration)?;
-        let Predicted { velocities, normal_forces, deflections } = predicted;
-        let Dampers { shares, biases, dampings } = dampers;
+        let PassiveInput { velocities, normal_forces, deflections } = predicted;
+        let PassiveOutput { shares, biases, dampings } = dampers;
         let reference = ("velocities", velocities.len());
         same_length(reference, "normal_forces", normal_forces)?;
         same_length(reference, "deflections", deflections)?;
@@ -337,12 +337,12 @@ impl<'a, T: Real> Batch<'a, T> {
     /// Names a slice whose length is not that of the velocities, or a duration that is negative or not finite.
     pub fn commit(
         &self,
-        found: Found<'_, T>,
+        found: CommitInput<'_, T>,
         duration: T,
         deflections: &mut [T],
     ) -> Result<Outcome, BatchError> {
         let duration = parameter::non_negative("duration", duration)?;
-        let Found { shares, velocities } = found;
+        let CommitInput { shares, velocities } = found;
         let reference = ("velocities", velocities.len());
         same_length(reference, "shares", shares)?;
         same_length(reference, "deflections", deflections)?;
@@ -358,13 +358,13 @@ impl<'a, T: Real> Batch<'a, T> {
     /// Names a slice whose length is not that of the velocities, or a duration that is negative or not finite.
     pub fn hold(
         &self,
-        held: Held<'_, T>,
+        held: HeldInput<'_, T>,
         duration: T,
-        moved: Moved<'_, T>,
+        moved: HeldOutput<'_, T>,
     ) -> Result<Outcome, BatchError> {
         let duration = parameter::non_negative("duration", duration)?;
-        let Held { velocities, normal_forces } = held;
-        let Moved { deflections, mean_forces } = moved;
+        let HeldInput { velocities, normal_forces } = held;
+        let HeldOutput { deflections, mean_forces } = moved;
         let reference = ("velocities", velocities.len());
         same_length(reference, "normal_forces", normal_forces)?;
         same_length(reference, "deflections", deflections)?;

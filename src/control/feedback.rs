@@ -32,17 +32,17 @@
 
 use super::output::{Compensation, Outlet, OutputParameters};
 use super::path::along;
-use super::secant::{SecantVelocity, SecantVelocityParameters};
+use super::velocity_from_position::{VelocityFromPosition, VelocityFromPositionParameters};
 use crate::parameter::ParameterError;
 use crate::scalar::is_zero;
 use crate::{Bristle, Contact, Scalar};
 
 /// What becomes of the micro-damping force σ1 ż.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Damping {
+pub enum MicroDamping {
     /// It is left out, and stays in the mechanism, where it damps.
     #[default]
-    LeftOut,
+    Uncompensated,
     /// It is compensated with the filtered velocity.
     Filtered,
 }
@@ -53,9 +53,9 @@ pub struct FeedbackParameters<T, M> {
     /// Friction under its normal force.
     pub contact: Contact<T, M>,
     /// Sample time h and time constant τ \[s\] of the velocity's filter, and the fastest speed \[m/s\].
-    pub velocity: SecantVelocityParameters<T>,
+    pub velocity: VelocityFromPositionParameters<T>,
     /// Whether the micro-damping force is compensated too.
-    pub damping: Damping,
+    pub damping: MicroDamping,
     /// Share and limit.
     pub output: OutputParameters<T>,
 }
@@ -64,15 +64,15 @@ pub struct FeedbackParameters<T, M> {
 ///
 /// ```
 /// use bristle::control::{
-///     Damping, FeedbackCompensator, FeedbackParameters, OutputParameters, SecantVelocityParameters,
+///     MicroDamping, FeedbackCompensator, FeedbackParameters, OutputParameters, VelocityFromPositionParameters,
 /// };
 /// use bristle::{Bristle, Dahl, DahlParameters};
 ///
 /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
 /// let mut compensator = FeedbackCompensator::new(FeedbackParameters {
 ///     contact: friction.under_load(20.0)?,
-///     velocity: SecantVelocityParameters { sample_time: 1e-3, time_constant: 5e-3, fastest: 1.0, count: 0.0 },
-///     damping: Damping::LeftOut,
+///     velocity: VelocityFromPositionParameters { sample_time: 1e-3, time_constant: 5e-3, fastest: 1.0, count: 0.0 },
+///     damping: MicroDamping::Uncompensated,
 ///     output: OutputParameters { share: 1.0, largest_force: 15.0 },
 /// })?;
 /// // Ten counts of 1 µm, then a flicker of one count at rest: at most 0.4 N instead of twice 10 N.
@@ -90,8 +90,8 @@ pub struct FeedbackParameters<T, M> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FeedbackCompensator<T, M> {
     contact: Contact<T, M>,
-    encoder: SecantVelocity<T>,
-    damping: Damping,
+    encoder: VelocityFromPosition<T>,
+    damping: MicroDamping,
     /// σ2 of the term outside the bristle
     viscous: T,
     deflection: T,
@@ -107,9 +107,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
     /// or not finite.
     pub fn new(parameters: FeedbackParameters<T, M>) -> Result<Self, ParameterError> {
         let FeedbackParameters { contact, velocity, damping, output } = parameters;
-        let viscous = contact.model().anatomy(T::one()).map_or(T::zero(), |a| a.viscous_friction);
+        let viscous =
+            contact.model().characteristics(T::one()).map_or(T::zero(), |a| a.viscous_friction);
         Ok(Self {
-            encoder: SecantVelocity::new(velocity)?,
+            encoder: VelocityFromPosition::new(velocity)?,
             outlet: Outlet::new(output)?,
             contact,
             damping,
@@ -128,7 +129,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
     }
 
     /// The force for the coming sample, from a displacement \[m\] since the last call: for `f32`, a difference of counts times the
-    /// size of one. The compensator itself remembers displacements that it refused, see [`SecantVelocity::advance`]: after a glitch
+    /// size of one. The compensator itself remembers displacements that it refused, see [`VelocityFromPosition::advance`]: after a glitch
     /// and the way back from it the bristle has followed the mechanism.
     #[inline]
     pub fn advance(&mut self, displacement: T) -> Compensation<T> {
@@ -148,8 +149,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
             .hold(secant, self.deflection, self.encoder.sample_time())
             .deflection;
         let coefficient = match self.damping {
-            Damping::LeftOut => model.storage_stiffness() * deflection + self.viscous * velocity,
-            Damping::Filtered => model.coefficient(velocity, deflection),
+            MicroDamping::Uncompensated => {
+                model.storage_stiffness() * deflection + self.viscous * velocity
+            }
+            MicroDamping::Filtered => model.coefficient(velocity, deflection),
         };
         let force = self.contact.normal_force() * coefficient;
         if !(deflection.is_finite() && force.is_finite()) {
@@ -172,14 +175,15 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
     pub fn step_per_count(&self, count: T) -> Option<T> {
         let model = self.contact.model();
         let fastest = self.encoder.fastest();
-        let anatomy = model.anatomy(fastest)?;
+        let characteristics = model.characteristics(fastest)?;
         let stiffness = model.storage_stiffness();
         let most = model.limits(fastest).deflection? * stiffness;
-        let ratio = most / anatomy.dry_coefficient.min;
+        let ratio = most / characteristics.dry_coefficient.min;
         let viscous = self.viscous * self.encoder.weight() / self.encoder.sample_time();
         let per_metre = stiffness * (T::one() + ratio) + viscous + viscous;
         let step = self.outlet.share() * self.contact.normal_force() * per_metre * count.abs();
-        let bounded = self.damping == Damping::LeftOut && is_zero(anatomy.speed_at_rest);
+        let bounded =
+            self.damping == MicroDamping::Uncompensated && is_zero(characteristics.speed_at_rest);
         (bounded && step.is_finite()).then_some(step)
     }
 

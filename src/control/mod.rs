@@ -41,12 +41,12 @@ mod feedback;
 mod observer;
 mod output;
 mod path;
-mod secant;
 mod static_curve;
+mod velocity_from_position;
 
 pub use feed_forward::{FeedForwardCompensator, FeedForwardParameters};
-pub use feedback::{Damping, FeedbackCompensator, FeedbackParameters};
-pub use observer::{FrictionObserver, Injection, Measured, Observable, ObserverParameters};
+pub use feedback::{FeedbackCompensator, FeedbackParameters, MicroDamping};
+pub use observer::{FrictionObserver, Injection, Measured, ObserverModel, ObserverParameters};
 pub use output::{Compensation, OutputParameters};
-pub use secant::{SecantVelocity, SecantVelocityParameters};
 pub use static_curve::{DirectionLaw, StaticCompensator, StaticParameters};
+pub use velocity_from_position::{VelocityFromPosition, VelocityFromPositionParameters};

@@ -67,7 +67,9 @@
 
 use super::output::{Compensation, Outlet, OutputParameters};
 use super::path::along;
-use super::secant::{Reading, SecantVelocity, SecantVelocityParameters};
+use super::velocity_from_position::{
+    Reading, VelocityFromPosition, VelocityFromPositionParameters,
+};
 use crate::model::unlimited;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
@@ -110,7 +112,7 @@ pub struct ObserverParameters<T, M> {
     pub injection: Injection<T>,
     /// Sample time h and time constant τ \[s\] of the velocities' filter for [`FrictionObserver::step`], and the fastest speed
     /// \[m/s\]: LuGre's condition depends on it, and the limit of the deflection.
-    pub velocity: SecantVelocityParameters<T>,
+    pub velocity: VelocityFromPositionParameters<T>,
     /// Share and limit; the theorems are about a share of one.
     pub output: OutputParameters<T>,
 }
@@ -130,7 +132,7 @@ pub struct Measured<T> {
 /// constant σ0 and σ1, and [`Dahl`].
 ///
 /// Not elasto-plastic friction and the implicit bristle, whose coefficients depend on the deflection itself.
-pub trait Observable<T: Scalar>: Bristle<T, Deflection = T> + sealed::Sealed {}
+pub trait ObserverModel<T: Scalar>: Bristle<T, Deflection = T> + sealed::Sealed {}
 
 mod sealed {
     pub trait Sealed {}
@@ -141,13 +143,16 @@ impl<T, C, E> sealed::Sealed for FrBd<C, Spring<T>, E> {}
 impl<T, C, E> sealed::Sealed for LuGre<T, C, T, E> {}
 impl<T> sealed::Sealed for Dahl<T> {}
 
-impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> Observable<T>
+impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> ObserverModel<T>
     for FrBd<C, KelvinVoigt<T>, E>
 {
 }
-impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> Observable<T> for FrBd<C, Spring<T>, E> {}
-impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> Observable<T> for LuGre<T, C, T, E> {}
-impl<T: Scalar> Observable<T> for Dahl<T> {}
+impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> ObserverModel<T>
+    for FrBd<C, Spring<T>, E>
+{
+}
+impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> ObserverModel<T> for LuGre<T, C, T, E> {}
+impl<T: Scalar> ObserverModel<T> for Dahl<T> {}
 
 /// What the reference may jump by in one sample, over the way of the fastest speed: what a planner a thousand times slower than
 /// the loop asks for. More is a fault, until it is seen twice.
@@ -157,7 +162,7 @@ const JUMP: f64 = 1e3;
 ///
 /// ```
 /// use bristle::control::{
-///     FrictionObserver, Injection, ObserverParameters, OutputParameters, SecantVelocityParameters,
+///     FrictionObserver, Injection, ObserverParameters, OutputParameters, VelocityFromPositionParameters,
 /// };
 /// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
 ///
@@ -170,7 +175,7 @@ const JUMP: f64 = 1e3;
 ///     derivative_gain: 30.0,
 ///     integral_gain: 1000.0,
 ///     injection: Injection::Velocity { gain: 0.1, corner: 10.0 },
-///     velocity: SecantVelocityParameters { sample_time: 1e-3, time_constant: 2e-3, fastest: 0.5, count: 0.0 },
+///     velocity: VelocityFromPositionParameters { sample_time: 1e-3, time_constant: 2e-3, fastest: 0.5, count: 0.0 },
 ///     output: OutputParameters { share: 1.0, largest_force: 3.0 },
 /// };
 /// let mut observer = FrictionObserver::new(parameters)?;
@@ -190,13 +195,13 @@ pub struct FrictionObserver<T, M> {
     /// σ1
     micro_damping: T,
     limit: T,
-    position: SecantVelocity<T>,
-    error: SecantVelocity<T>,
+    position: VelocityFromPosition<T>,
+    error: VelocityFromPosition<T>,
     deflection: T,
     outlet: Outlet<T>,
 }
 
-impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
+impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
     /// Checks the parameters, and the conditions under which the closed loop converges; the bristle is undeflected.
     ///
     /// # Errors
@@ -213,7 +218,7 @@ impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
         let model = contact.model();
         let stiffness = model.storage_stiffness();
         let (micro_damping, viscous) = model
-            .anatomy(fastest)
+            .characteristics(fastest)
             .map_or((T::zero(), T::zero()), |a| (a.micro_damping.max, a.viscous_friction));
         let corner = match injection {
             Injection::Velocity { gain, corner } => {
@@ -243,9 +248,9 @@ impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
         parameter::below("integral_gain", integral, "corner × proportional_gain", most)?;
         Ok(Self {
             limit: model.limits(fastest).deflection.unwrap_or_else(unlimited),
-            position: SecantVelocity::new(velocity)?,
+            position: VelocityFromPosition::new(velocity)?,
             // The reference may jump, and a slow planner gives stairs.
-            error: SecantVelocity::new(SecantVelocityParameters {
+            error: VelocityFromPosition::new(VelocityFromPositionParameters {
                 fastest: fastest * lit(JUMP),
                 ..velocity
             })?,
@@ -263,7 +268,7 @@ impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
     /// secant of e.
     ///
     /// After positions that were refused ė is the mean rate since the last good one. Where a position is believed to be elsewhere (see
-    /// [`SecantVelocity::push`]) ė begins anew at zero. A reference that is no finite number, or for the first time farther off than a thousand
+    /// [`VelocityFromPosition::push`]) ė begins anew at zero. A reference that is no finite number, or for the first time farther off than a thousand
     /// times what the fastest speed allows, is refused, too; then the bristle follows the measured displacement without a correction.
     /// A jump of the reference by d that is not refused moves the estimate by up to k d, within its limit: give it smooth ones.
     #[inline]
@@ -273,7 +278,7 @@ impl<T: Scalar, M: Observable<T>> FrictionObserver<T, M> {
             self.error.miss();
             return self.outlet.refuse();
         }
-        if reading == Reading::Anew {
+        if reading == Reading::Restarted {
             self.error.reset();
         }
         let error = position - reference;

@@ -1,6 +1,6 @@
 //! Ready candidates: FrBD with a Stribeck curve and bristles of growing richness.
 
-use super::Rough;
+use super::InitialGuess;
 use super::residuals::{Candidate, Parameter, Scaling};
 use super::static_curve::{stribeck, stribeck_parameters};
 use crate::parameter::ParameterError;
@@ -13,11 +13,11 @@ use crate::{
 /// Stribeck exponent of the ready candidates.
 const EXPONENT: f64 = 2.0;
 
-fn micro_stiffness(rough: &Rough) -> Parameter {
+fn micro_stiffness(rough: &InitialGuess) -> Parameter {
     Parameter::positive("micro_stiffness", "1/m", rough.micro_stiffness, 100.0)
 }
 
-fn micro_damping(rough: &Rough) -> Parameter {
+fn micro_damping(rough: &InitialGuess) -> Parameter {
     let typical = rough.micro_damping;
     Parameter {
         name: "micro_damping",
@@ -29,7 +29,7 @@ fn micro_damping(rough: &Rough) -> Parameter {
     }
 }
 
-fn offset(rough: &Rough) -> Parameter {
+fn offset(rough: &InitialGuess) -> Parameter {
     let size = rough.dynamic_coefficient;
     Parameter {
         name: "offset",
@@ -50,12 +50,12 @@ fn kelvin_voigt<T: Scalar>(
 
 /// [`FrBd`] with a [`Stribeck`] curve (δ = 2) and a [`KelvinVoigt`] bristle: μ_d, μ_s − μ_d, v_S, σ2, σ0, σ1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Lumped;
+pub struct FrBdFit;
 
-impl Candidate<6> for Lumped {
+impl Candidate<6> for FrBdFit {
     type Model<T: Scalar> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
 
-    fn parameters(&self, rough: &Rough) -> [Parameter; 6] {
+    fn parameters(&self, rough: &InitialGuess) -> [Parameter; 6] {
         let [dynamic, excess, velocity, viscous] = stribeck_parameters(rough);
         [dynamic, excess, velocity, viscous, micro_stiffness(rough), micro_damping(rough)]
     }
@@ -73,15 +73,15 @@ impl Candidate<6> for Lumped {
 
 /// FrBD whose bristle has a second spring that relaxes: a [`GeneralisedMaxwell`] bristle of a spring σ0, an arm of
 /// stiffness K₁ and relaxation time τ, and σ1 beside them; and an offset of the force sensor. The nine parameters are
-/// those of [`Lumped`], then K₁, τ and the offset. With σ1 at its lower bound, zero, it is [`Zener`](crate::Zener)'s.
+/// those of [`FrBdFit`], then K₁, τ and the offset. With σ1 at its lower bound, zero, it is [`Zener`](crate::Zener)'s.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Relaxing;
+pub struct MaxwellFit;
 
-impl Candidate<9> for Relaxing {
+impl Candidate<9> for MaxwellFit {
     type Model<T: Scalar> = FrBd<Stribeck<T>, GeneralisedMaxwell<T, 2>>;
 
-    fn parameters(&self, rough: &Rough) -> [Parameter; 9] {
-        let [a, b, c, d, e, f] = Lumped.parameters(rough);
+    fn parameters(&self, rough: &InitialGuess) -> [Parameter; 9] {
+        let [a, b, c, d, e, f] = FrBdFit.parameters(rough);
         // The time in which the breakaway distance is slid: faster it is a spring, slower it is gone.
         let time = rough.dynamic_coefficient / (rough.micro_stiffness * rough.fastest);
         let stiffness =
@@ -117,16 +117,16 @@ impl Candidate<9> for Relaxing {
 }
 
 /// [`ElastoPlastic`] FrBD: a bristle that is elastic up to a stick limit z_b, for loops with straight flanks and a sharp
-/// knee; and an offset of the force sensor. The eight parameters are those of [`Lumped`], then the stick share
+/// knee; and an offset of the force sensor. The eight parameters are those of [`FrBdFit`], then the stick share
 /// z_b σ0/μ_d, below one, and the offset. Give it [`Simulation::substeps`](super::Simulation) where rows lie far apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Yielding;
+pub struct ElastoPlasticFit;
 
-impl Candidate<8> for Yielding {
+impl Candidate<8> for ElastoPlasticFit {
     type Model<T: Scalar> = ElastoPlastic<T, Stribeck<T>>;
 
-    fn parameters(&self, rough: &Rough) -> [Parameter; 8] {
-        let [a, b, c, d, e, f] = Lumped.parameters(rough);
+    fn parameters(&self, rough: &InitialGuess) -> [Parameter; 8] {
+        let [a, b, c, d, e, f] = FrBdFit.parameters(rough);
         let share = Parameter {
             name: "stick_share",
             unit: "",

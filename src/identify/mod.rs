@@ -11,8 +11,8 @@
 //! | step | what | where |
 //! |---|---|---|
 //! | 1 | columns, checked row by row | [`Log`] |
-//! | 2 | stiffness and curve at a glance | [`Rough`], [`static_curve`] |
-//! | 3 | a model with free parameters | [`Lumped`], [`Relaxing`], [`Yielding`], or a [`Candidate`] of your own |
+//! | 2 | stiffness and curve at a glance | [`InitialGuess`], [`static_curve`] |
+//! | 3 | a model with free parameters | [`FrBdFit`], [`MaxwellFit`], [`ElastoPlasticFit`], or a [`Candidate`] of your own |
 //! | 4 | the best parameters, with standard errors | [`fit`] gives a [`Fit`], which prints as a table |
 //! | 5 | data it has not seen | [`predict`] |
 //!
@@ -36,8 +36,8 @@
 //! # What the data do not tell
 //!
 //! A direction of parameters whose singular value, with the columns of J scaled to length one, is below √ε of the largest has no
-//! effect, and every parameter in it is [`Verdict::Undetermined`]. A standard error above the value is
-//! [`Verdict::Uncertain`]. Both speak of the minimum that was found: in a local one a parameter can be called determined and be wrong.
+//! effect, and every parameter in it is [`Identifiability::Undetermined`]. A standard error above the value is
+//! [`Identifiability::Uncertain`]. Both speak of the minimum that was found: in a local one a parameter can be called determined and be wrong.
 //! To and fro at one speed, for instance, tells σ0 and one value of μ, but not μ_s, v_S and σ2.
 //!
 //! # Limits
@@ -52,22 +52,22 @@
 
 mod candidates;
 mod error;
+mod initial_guess;
 mod least_squares;
 mod log;
 mod report;
 mod residuals;
-mod rough;
 mod simulation;
 mod static_curve;
 mod triangle;
 mod uncertainty;
 
-pub use candidates::{Lumped, Relaxing, Yielding};
+pub use candidates::{ElastoPlasticFit, FrBdFit, MaxwellFit};
 pub use error::IdentifyError;
+pub use initial_guess::InitialGuess;
 pub use least_squares::{Progress, Settings, least_squares};
 pub use log::{Log, LogParameters, Motion};
-pub use report::{Estimate, Fit, Outcome, ResidualStatistics, Verdict, WeakDirection};
+pub use report::{Estimate, Fit, Identifiability, Outcome, ResidualStatistics, WeakDirection};
 pub use residuals::{Candidate, Parameter, Residuals, Scaling};
-pub use rough::Rough;
 pub use simulation::{Prediction, Simulation, fit, fit_from, predict};
 pub use static_curve::{CurveCandidate, RationalCurve, SlidingPoint, StribeckCurve, static_curve};

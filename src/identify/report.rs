@@ -12,7 +12,7 @@ use super::Parameter;
 /// What the data tell about a parameter, near the minimum that was found: of another, lower one it knows nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Verdict {
+pub enum Identifiability {
     /// Its standard error is smaller than its value.
     Determined,
     /// Its standard error is larger than its value: it cannot be told from zero, or not to a factor of some three.
@@ -27,15 +27,15 @@ pub enum Verdict {
     Fixed,
 }
 
-impl fmt::Display for Verdict {
+impl fmt::Display for Identifiability {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
-            Verdict::Determined => "determined",
-            Verdict::Uncertain => "UNCERTAIN: standard error above value",
-            Verdict::Undetermined => "UNDETERMINED by these data",
-            Verdict::AtLowerBound => "AT ITS LOWER BOUND",
-            Verdict::AtUpperBound => "AT ITS UPPER BOUND",
-            Verdict::Fixed => "fixed",
+            Identifiability::Determined => "determined",
+            Identifiability::Uncertain => "UNCERTAIN: standard error above value",
+            Identifiability::Undetermined => "UNDETERMINED by these data",
+            Identifiability::AtLowerBound => "AT ITS LOWER BOUND",
+            Identifiability::AtUpperBound => "AT ITS UPPER BOUND",
+            Identifiability::Fixed => "fixed",
         })
     }
 }
@@ -51,7 +51,7 @@ pub struct Estimate {
     /// parameters; NaN if it is fixed or at a bound: those of the others then hold for that bound.
     pub standard_error: f64,
     /// What the data tell about it.
-    pub verdict: Verdict,
+    pub verdict: Identifiability,
 }
 
 /// The differences between model and data.
@@ -137,7 +137,8 @@ impl<const N: usize> Fit<N> {
 
     /// Whether every parameter is determined, or fixed.
     pub fn is_determined(&self) -> bool {
-        let known = |verdict| matches!(verdict, Verdict::Determined | Verdict::Fixed);
+        let known =
+            |verdict| matches!(verdict, Identifiability::Determined | Identifiability::Fixed);
         self.estimates.iter().all(|estimate| known(estimate.verdict))
     }
 }

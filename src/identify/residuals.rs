@@ -4,7 +4,7 @@ use core::fmt::Debug;
 
 use crate::{Bristle, ParameterError, Scalar};
 
-use super::Rough;
+use super::InitialGuess;
 
 /// How a parameter is searched.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,7 +104,7 @@ pub trait Residuals<const N: usize> {
 /// A friction model with N parameters to be found: write one for a model of your own.
 ///
 /// ```
-/// use bristle::identify::{Candidate, Parameter, Rough};
+/// use bristle::identify::{Candidate, Parameter, InitialGuess};
 /// use bristle::{Dahl, DahlParameters, ParameterError, Scalar};
 ///
 /// /// Dahl's model.
@@ -114,7 +114,7 @@ pub trait Residuals<const N: usize> {
 /// impl Candidate<2> for JustDahl {
 ///     type Model<T: Scalar> = Dahl<T>;
 ///
-///     fn parameters(&self, rough: &Rough) -> [Parameter; 2] {
+///     fn parameters(&self, rough: &InitialGuess) -> [Parameter; 2] {
 ///         [
 ///             Parameter::positive("dynamic_coefficient", "", rough.dynamic_coefficient, 10.0),
 ///             Parameter::positive("micro_stiffness", "1/m", rough.micro_stiffness, 100.0),
@@ -131,7 +131,7 @@ pub trait Candidate<const N: usize>: Debug {
     type Model<T: Scalar>: Bristle<T>;
 
     /// The parameters, with starts and bounds from what the data tell at a glance.
-    fn parameters(&self, rough: &Rough) -> [Parameter; N];
+    fn parameters(&self, rough: &InitialGuess) -> [Parameter; N];
 
     /// The model with these parameters.
     ///

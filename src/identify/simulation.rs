@@ -5,7 +5,7 @@ use core::ops::ControlFlow;
 
 use super::log::{FEWEST, quantile};
 use super::residuals::{Candidate, Parameter, Residuals, within};
-use super::{Fit, IdentifyError, Log, Progress, Rough, Settings, least_squares};
+use super::{Fit, IdentifyError, InitialGuess, Log, Progress, Settings, least_squares};
 use crate::parameter::ParameterError;
 use crate::scalar::lit;
 use crate::{Bristle, Scalar};
@@ -132,10 +132,10 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C, N> {
 }
 
 /// Finds the parameters of a candidate with the least simulation error along a log: starting values from
-/// [`Rough::of`], then [`least_squares`].
+/// [`InitialGuess::of`], then [`least_squares`].
 ///
 /// ```
-/// use bristle::identify::{self, Log, LogParameters, Lumped, Motion, Settings, Simulation};
+/// use bristle::identify::{self, Log, LogParameters, FrBdFit, Motion, Settings, Simulation};
 /// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
 /// use core::ops::ControlFlow;
 ///
@@ -159,7 +159,7 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C, N> {
 ///     normal_force: Some(&vec![10.0; time.len()]),
 /// })?;
 ///
-/// let fit = identify::fit(&Lumped, &log, Simulation::default(), &Settings::default(), &mut |_| ControlFlow::Continue(()))?;
+/// let fit = identify::fit(&FrBdFit, &log, Simulation::default(), &Settings::default(), &mut |_| ControlFlow::Continue(()))?;
 /// println!("{fit}");
 /// let stiffness = fit.estimate("micro_stiffness").unwrap();
 /// assert!((stiffness.value - 1e4).abs() < 1.0);
@@ -168,7 +168,7 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C, N> {
 ///
 /// # Errors
 ///
-/// What [`Rough::of`] and [`fit_from`] refuse.
+/// What [`InitialGuess::of`] and [`fit_from`] refuse.
 pub fn fit<C: Candidate<N>, const N: usize>(
     candidate: &C,
     log: &Log,
@@ -176,7 +176,7 @@ pub fn fit<C: Candidate<N>, const N: usize>(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Fit<N>, IdentifyError> {
-    let parameters = candidate.parameters(&Rough::of(log)?);
+    let parameters = candidate.parameters(&InitialGuess::of(log)?);
     fit_from(candidate, parameters, log, simulation, settings, progress)
 }
 
@@ -251,7 +251,7 @@ pub fn predict<C: Candidate<N>, const N: usize>(
 #[allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::identify::{LogParameters, Lumped, Motion, Relaxing, Yielding};
+    use crate::identify::{ElastoPlasticFit, FrBdFit, LogParameters, MaxwellFit, Motion};
     use num_dual::DualSVec64;
 
     /// Dual numbers against central differences, row by row.
@@ -307,8 +307,8 @@ mod tests {
 
     #[test]
     fn sensitivities_are_those_of_the_residuals() {
-        sensitivities(&Lumped, [0.2, 0.1, 0.01, 0.8, 6e3, 8.0]);
-        sensitivities(&Relaxing, [0.2, 0.1, 0.01, 0.8, 6e3, 4.0, 4e3, 0.02, 0.01]);
-        sensitivities(&Yielding, [0.2, 0.1, 0.01, 0.8, 6e3, 8.0, 0.7, 0.01]);
+        sensitivities(&FrBdFit, [0.2, 0.1, 0.01, 0.8, 6e3, 8.0]);
+        sensitivities(&MaxwellFit, [0.2, 0.1, 0.01, 0.8, 6e3, 4.0, 4e3, 0.02, 0.01]);
+        sensitivities(&ElastoPlasticFit, [0.2, 0.1, 0.01, 0.8, 6e3, 8.0, 0.7, 0.01]);
     }
 }

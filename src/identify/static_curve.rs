@@ -15,7 +15,7 @@ use core::ops::ControlFlow;
 
 use super::log::median;
 use super::residuals::{Parameter, Residuals, Scaling, within};
-use super::{Fit, IdentifyError, Rough, Settings, least_squares};
+use super::{Fit, IdentifyError, InitialGuess, Settings, least_squares};
 use crate::parameter::ParameterError;
 use crate::scalar::lit;
 use crate::{
@@ -49,8 +49,8 @@ pub trait CurveCandidate<const N: usize>: Debug {
 }
 
 /// The parameters that all Stribeck curves share: μ_d, μ_s − μ_d, v_S, σ2.
-pub(super) fn stribeck_parameters(rough: &Rough) -> [Parameter; 4] {
-    let Rough {
+pub(super) fn stribeck_parameters(rough: &InitialGuess) -> [Parameter; 4] {
+    let InitialGuess {
         static_coefficient,
         dynamic_coefficient,
         stribeck_velocity,
@@ -97,7 +97,7 @@ pub(super) fn stribeck_parameters(rough: &Rough) -> [Parameter; 4] {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StribeckCurve {
     /// Where to begin.
-    pub rough: Rough,
+    pub rough: InitialGuess,
     /// Stribeck exponent δ \[–\].
     pub exponent: f64,
 }
@@ -131,7 +131,7 @@ pub(super) fn stribeck<T: Scalar>(
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RationalCurve {
     /// Where to begin.
-    pub rough: Rough,
+    pub rough: InitialGuess,
 }
 
 impl CurveCandidate<4> for RationalCurve {
@@ -187,7 +187,7 @@ const MOST_POINTS: usize = 4000;
 /// A friction curve through sliding data that may have outliers.
 ///
 /// ```
-/// use bristle::identify::{Rough, SlidingPoint, StribeckCurve, static_curve};
+/// use bristle::identify::{InitialGuess, SlidingPoint, StribeckCurve, static_curve};
 ///
 /// // μ = 0.2 + 0.1 exp(−(v/v_S)²) + 2 v with v_S = 10 mm/s, and every tenth point wrong.
 /// let points: Vec<SlidingPoint> = (1..200)
@@ -197,7 +197,7 @@ const MOST_POINTS: usize = 4000;
 ///         SlidingPoint { speed, coefficient: 0.2 + 0.1 * (-(speed / 0.01).powi(2)).exp() + 2.0 * speed + wrong }
 ///     })
 ///     .collect();
-/// let rough = Rough {
+/// let rough = InitialGuess {
 ///     static_coefficient: 0.4,
 ///     dynamic_coefficient: 0.25,
 ///     stribeck_velocity: 0.03,

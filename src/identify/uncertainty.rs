@@ -8,7 +8,7 @@ use nalgebra::{SMatrix, SVector};
 use super::least_squares::{Point, Problem};
 use super::residuals::{Residuals, within};
 use super::triangle::Triangle;
-use super::{Estimate, Fit, Outcome, ResidualStatistics, Verdict, WeakDirection};
+use super::{Estimate, Fit, Identifiability, Outcome, ResidualStatistics, WeakDirection};
 
 /// Share of the largest singular value of the scaled sensitivities below which a direction has no effect: the
 /// square root of a rounding leaves half of the digits.
@@ -106,17 +106,17 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
             deviation(i) * axes[i].slope(point[i])
         };
         let verdict = if fixed[i] {
-            Verdict::Fixed
+            Identifiability::Fixed
         } else if low[i] {
-            Verdict::AtLowerBound
+            Identifiability::AtLowerBound
         } else if high[i] {
-            Verdict::AtUpperBound
+            Identifiability::AtUpperBound
         } else if undetermined[i] || !smooth {
-            Verdict::Undetermined
+            Identifiability::Undetermined
         } else if standard_error <= value.abs() {
-            Verdict::Determined
+            Identifiability::Determined
         } else {
-            Verdict::Uncertain
+            Identifiability::Uncertain
         };
         Estimate { parameter, value, standard_error, verdict }
     });

@@ -190,7 +190,8 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
         input: SVector<T, N>,
         output: RowSVector<T, N>,
     ) -> Result<Self, LinearisationError> {
-        let tangent = system.tangent(time, state, branches).ok_or(LinearisationError::NoTangent)?;
+        let tangent =
+            system.linearised(time, state, branches).ok_or(LinearisationError::NoTangent)?;
         Self { dynamics: tangent.by_state, input, output, feedthrough: T::zero() }.finite()
     }
 

@@ -69,7 +69,7 @@ pub(super) fn forwards<T: Scalar>(duration: T) -> T {
 
 /// What happens over a step during which the velocity is held.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hold<T, D = T> {
+pub struct HeldStep<T, D = T> {
     /// Deflection at the end of the step \[m\].
     pub deflection: D,
     /// Friction coefficient (or force, from a [`Contact`](crate::Contact)) at the end of the step.
@@ -82,11 +82,11 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
     /// The exact step of length h ≥ 0 \[s\] at a held velocity, with these coefficients frozen. NaN for a
     /// negative length.
     #[inline]
-    pub fn hold(&self, velocity: T, deflection: D, duration: T) -> Hold<T, D> {
+    pub fn hold(&self, velocity: T, deflection: D, duration: T) -> HeldStep<T, D> {
         let (weights, drive) = (self.weights(forwards(duration)), self.drive * velocity);
         let end = D::end(&weights, deflection, drive);
         let mean = D::mean(&weights, deflection, drive);
-        Hold {
+        HeldStep {
             deflection: end,
             end: self.coefficient(velocity, end),
             mean: self.coefficient(velocity, mean),

@@ -8,7 +8,7 @@
 //! Source: P. R. Dahl, "A solid friction model", The Aerospace Corporation, report
 //! TOR-0158(3107-18)-1 (1968), with exponent 1.
 
-use super::{Affine, Anatomy, Law, Limits, finite, searchable};
+use super::{Affine, Characteristics, Law, Limits, finite, searchable};
 use crate::parameter::{self, ParameterError};
 use crate::{Bounds, Bristle, Scalar, Sliding};
 
@@ -97,8 +97,8 @@ impl<T: Scalar> Bristle<T> for Dahl<T> {
         }
     }
 
-    fn anatomy(&self, fastest: T) -> Option<Anatomy<T>> {
-        searchable(fastest).then(|| Anatomy {
+    fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
+        searchable(fastest).then(|| Characteristics {
             name: "Dahl",
             micro_stiffness: Bounds::constant(self.stiffness),
             micro_damping: Bounds::constant(T::zero()),

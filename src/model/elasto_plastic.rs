@@ -18,10 +18,10 @@
 //! of Romano et al. (arXiv 2602.09429), section III-A.
 
 use super::frbd::{inverse_resistance, least_slope, unlimited};
-use super::{Affine, Anatomy, Law, Limits, Linearised, finite, searchable};
+use super::{Affine, Characteristics, Law, Limits, Linearised, finite, searchable};
 use crate::parameter::{self, ParameterError};
 use crate::{
-    Bristle, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding,
+    Bristle, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding, Unregularised,
     VelocityLaw,
 };
 
@@ -59,7 +59,7 @@ pub struct ElastoPlasticParameters<T, C, D = T> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ElastoPlastic<T, C, D = T, E = Exact> {
+pub struct ElastoPlastic<T, C, D = T, E = Unregularised> {
     curve: C,
     rheology: KelvinVoigt<T, T, D>,
     regularisation: E,
@@ -77,7 +77,7 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>> ElastoPlastic<T, C, D> {
         parameter::positive("stick_limit", stick_limit)?;
         let least = curve.bounds(unlimited()).min / rheology.storage_stiffness();
         parameter::below("stick_limit", stick_limit, "min μ/σ0", least)?;
-        Ok(Self { curve, rheology, regularisation: Exact, stick_limit })
+        Ok(Self { curve, rheology, regularisation: Unregularised, stick_limit })
     }
 }
 
@@ -323,12 +323,12 @@ where
         }
     }
 
-    fn anatomy(&self, fastest: T) -> Option<Anatomy<T>> {
+    fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
         let elements = (self.rheology.stiffness_bounds(), self.rheology.damping_bounds());
-        searchable(fastest).then(|| Anatomy {
+        searchable(fastest).then(|| Characteristics {
             speed_at_rest: self.regularisation.speed_at_rest(),
             stick_limit: Some(self.stick_limit),
-            ..Anatomy::new("elasto-plastic FrBD", &self.curve, elements, fastest)
+            ..Characteristics::new("elasto-plastic FrBD", &self.curve, elements, fastest)
         })
     }
 

@@ -18,10 +18,12 @@
 //!
 //! Source: Romano et al. (arXiv 2602.09429), sections II-B and III-A, equations for ż and g(v).
 
-use super::{Affine, Anatomy, Law, Limits, Linearised, finite, searchable};
+use super::{Affine, Characteristics, Law, Limits, Linearised, finite, searchable};
 use crate::bounds::larger;
 use crate::scalar::{is_zero, nan};
-use crate::{Bristle, Deflection, Exact, FrictionCurve, Regularisation, Rheology, Scalar, Sliding};
+use crate::{
+    Bristle, Deflection, FrictionCurve, Regularisation, Rheology, Scalar, Sliding, Unregularised,
+};
 
 /// An FrBD model of a friction curve C, a bristle R and a regularisation E.
 ///
@@ -57,7 +59,7 @@ use crate::{Bristle, Deflection, Exact, FrictionCurve, Regularisation, Rheology,
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FrBd<C, R, E = Exact> {
+pub struct FrBd<C, R, E = Unregularised> {
     curve: C,
     rheology: R,
     regularisation: E,
@@ -70,7 +72,7 @@ impl<C, R> FrBd<C, R> {
         C: FrictionCurve<T>,
         R: Rheology<T>,
     {
-        Self { curve, rheology, regularisation: Exact }
+        Self { curve, rheology, regularisation: Unregularised }
     }
 }
 
@@ -252,13 +254,13 @@ where
         }
     }
 
-    fn anatomy(&self, fastest: T) -> Option<Anatomy<T>> {
+    fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
         let elements = (self.rheology.stiffness_bounds(), self.rheology.damping_bounds());
         let speed_at_rest = self.regularisation.speed_at_rest();
-        searchable(fastest).then(|| Anatomy {
+        searchable(fastest).then(|| Characteristics {
             speed_at_rest,
             creeps: self.rheology.creeps(),
-            ..Anatomy::new("FrBD", &self.curve, elements, fastest)
+            ..Characteristics::new("FrBD", &self.curve, elements, fastest)
         })
     }
 

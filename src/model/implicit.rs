@@ -57,12 +57,13 @@
 
 mod hold;
 
-use super::{Affine, Hold, Law, Limits, Linearised, finite, unlimited};
+use super::{Affine, HeldStep, Law, Limits, Linearised, finite, unlimited};
 use crate::bounds::smaller;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{is_zero, lit, nan, to_f64};
 use crate::{
-    Branch, Bristle, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding,
+    Branch, Bristle, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding,
+    Unregularised,
 };
 
 /// Which branch of a folded inversion to follow, told by the state alone.
@@ -160,7 +161,7 @@ pub struct ImplicitBristleParameters<T, C> {
 /// 100 Hz are 0.20 to 0.21 apart in μ_b, the period of stick-slip is 7.7558 s against 7.6393 s. At high
 /// speed the forces agree but for σ1σ2μ_d/(σ1 + σ2)².
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ImplicitBristle<T, C, E = Exact> {
+pub struct ImplicitBristle<T, C, E = Unregularised> {
     curve: C,
     rheology: KelvinVoigt<T>,
     regularisation: E,
@@ -214,12 +215,12 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<T, C> {
         let implicit = Self {
             curve,
             rheology,
-            regularisation: Exact,
+            regularisation: Unregularised,
             fold_rule,
             least_slope,
             folds: [None; 2],
         };
-        Ok(implicit.regularised(Exact))
+        Ok(implicit.regularised(Unregularised))
     }
 
     /// σ1 + min dμ/d|v| [s/m]: the inversion is single-valued iff it is positive. `None` if the curve
@@ -655,7 +656,7 @@ where
         self.rheology.storage_stiffness() * self.shares(&tip).0
     }
 
-    fn hold(&self, velocity: T, deflection: T, duration: T) -> Hold<T> {
+    fn hold(&self, velocity: T, deflection: T, duration: T) -> HeldStep<T> {
         self.step(velocity, deflection, duration)
     }
 

@@ -12,11 +12,11 @@
 
 use super::affine::forwards;
 use super::frbd::{inverse_resistance, least_slope, unlimited};
-use super::{Affine, Anatomy, Hold, Law, Limits, Linearised, finite, searchable};
+use super::{Affine, Characteristics, HeldStep, Law, Limits, Linearised, finite, searchable};
 use crate::scalar::lit;
 use crate::{
-    Bristle, Elements, Exact, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar,
-    Sliding, VelocityLaw, Weights,
+    Bristle, Elements, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding,
+    Unregularised, VelocityLaw, Weights,
 };
 
 /// The LuGre model of a friction curve C, a Kelvin–Voigt bristle of damping law D and a
@@ -45,7 +45,7 @@ use crate::{
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LuGre<T, C, D = T, E = Exact> {
+pub struct LuGre<T, C, D = T, E = Unregularised> {
     /// g(v)
     curve: C,
     rheology: KelvinVoigt<T, T, D>,
@@ -62,13 +62,13 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>> LuGre<T, C, D> {
             viscous: curve.viscous_friction(),
             curve: curve.without_viscous_friction(),
             rheology,
-            regularisation: Exact,
+            regularisation: Unregularised,
         }
     }
 
     /// The variant whose g(v) is the whole curve, viscous part included.
     pub fn with_viscous_part_inside(curve: C, rheology: KelvinVoigt<T, T, D>) -> Self {
-        Self { viscous: T::zero(), curve, rheology, regularisation: Exact }
+        Self { viscous: T::zero(), curve, rheology, regularisation: Unregularised }
     }
 }
 
@@ -184,7 +184,7 @@ where
     /// The exact step, with σ1 ż from the rate at its start, which decays: in c₀ z + c₂ v the σ1 v of fast sliding
     /// would be taken away from itself, and with it half the digits of an `f32`.
     #[inline]
-    fn hold(&self, velocity: T, deflection: T, duration: T) -> Hold<T> {
+    fn hold(&self, velocity: T, deflection: T, duration: T) -> HeldStep<T> {
         let affine = self.affine(Sliding::from(velocity), deflection);
         let weights = affine.weights(forwards(duration));
         let (end, mean) = (weights.end(deflection, velocity), weights.mean(deflection, velocity));
@@ -193,7 +193,7 @@ where
         let viscous = self.viscous * velocity;
         // e⁻ˣ and φ1 of the rate are its value at the end and its mean.
         let (one, zero) = (T::one(), T::zero());
-        Hold {
+        HeldStep {
             deflection: end,
             end: stiffness * end + weights.end(one, zero) * rate + viscous,
             mean: stiffness * mean + weights.mean(one, zero) * rate + viscous,
@@ -256,7 +256,7 @@ where
         }
     }
 
-    fn anatomy(&self, fastest: T) -> Option<Anatomy<T>> {
+    fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
         let damping = self.rheology.damping_bounds();
         let elements = (self.rheology.stiffness_bounds(), damping);
         let inside = self.curve.viscous_friction() > T::zero();
@@ -266,11 +266,11 @@ where
         // Necessary and sufficient for a constant σ1 and an exact modulus, where g is bounded.
         let applies = damping.is_constant() && speed_at_rest == T::zero();
         let needed = finite(damping.max * (g.max - g.min) / g.min).filter(|_| applies);
-        searchable(fastest).then(|| Anatomy {
+        searchable(fastest).then(|| Characteristics {
             viscous_friction: self.viscous,
             needed_viscous_friction: needed,
             speed_at_rest,
-            ..Anatomy::new(name, &self.curve, elements, fastest)
+            ..Characteristics::new(name, &self.curve, elements, fastest)
         })
     }
 

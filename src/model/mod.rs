@@ -1,7 +1,7 @@
 //! Friction models: how the deflection of a bristle evolves and what force it gives.
 
 mod affine;
-mod anatomy;
+mod characteristics;
 mod dahl;
 mod elasto_plastic;
 mod frbd;
@@ -11,8 +11,8 @@ mod lugre;
 
 use core::fmt::Debug;
 
-pub use affine::{Affine, Hold};
-pub use anatomy::Anatomy;
+pub use affine::{Affine, HeldStep};
+pub use characteristics::Characteristics;
 pub use dahl::{Dahl, DahlParameters};
 pub use elasto_plastic::{ElastoPlastic, ElastoPlasticParameters};
 pub use frbd::FrBd;
@@ -77,7 +77,7 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
 
     /// What the model is made of, for speeds up to `fastest` [m/s]; `None` for a model that does not
     /// tell, or a speed that is negative or not finite. It is what an [audit](crate::audit) reads.
-    fn anatomy(&self, fastest: T) -> Option<Anatomy<T>> {
+    fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
         let _ = fastest;
         None
     }
@@ -170,7 +170,7 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         velocity: T,
         deflection: Self::Deflection,
         duration: T,
-    ) -> Hold<T, Self::Deflection> {
+    ) -> HeldStep<T, Self::Deflection> {
         self.affine(Sliding::from(velocity), deflection).hold(velocity, deflection, duration)
     }
 

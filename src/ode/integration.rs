@@ -592,7 +592,7 @@ where
             let (time, state) = (self.point.time, self.point.state);
             let window = (smaller(time, self.end_time), larger(time, self.end_time));
             let (_, _, mut field, _) = self.parts(window);
-            let tangent = field.tangent(time, &state);
+            let tangent = field.linearised(time, &state);
             check_finite(&tangent.by_time)?;
             for column in tangent.by_state.column_iter() {
                 check_finite(&column.into_owned())?;

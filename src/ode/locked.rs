@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::method::Field;
-use super::{Statistics, System, Tangent};
+use super::{Linearisation, Statistics, System};
 use crate::bounds::{larger, smaller};
 use crate::scalar::lit;
 use crate::{Branch, Scalar};
@@ -38,9 +38,9 @@ impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> Field<T, N>
     }
 
     #[inline(always)]
-    fn tangent(&mut self, time: T, state: &SVector<T, N>) -> Tangent<T, N> {
+    fn linearised(&mut self, time: T, state: &SVector<T, N>) -> Linearisation<T, N> {
         self.statistics.jacobians += 1;
-        match self.system.tangent(self.within(time), state, self.branches) {
+        match self.system.linearised(self.within(time), state, self.branches) {
             Some(tangent) => tangent,
             None => self.differences(time, state),
         }
@@ -51,7 +51,7 @@ impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
     /// The derivatives by one-sided differences of √ε ≈ 10⁻⁸ of each state's magnitude: half of the
     /// digits are lost.
     #[cold]
-    fn differences<const N: usize>(&mut self, time: T, state: &SVector<T, N>) -> Tangent<T, N>
+    fn differences<const N: usize>(&mut self, time: T, state: &SVector<T, N>) -> Linearisation<T, N>
     where
         S: System<T, N, K>,
     {
@@ -83,6 +83,6 @@ impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
         let later = time + apart;
         let by_time = (self.rate(later, state) - rate) / (later - time);
         let known = by_time.iter().all(|change| change.is_finite());
-        Tangent { rate, by_state, by_time: if known { by_time } else { SVector::zeros() } }
+        Linearisation { rate, by_state, by_time: if known { by_time } else { SVector::zeros() } }
     }
 }

@@ -5,7 +5,7 @@ use core::fmt::Debug;
 use nalgebra::SVector;
 
 use super::curve::Curve;
-use super::system::Tangent;
+use super::system::Linearisation;
 use crate::Scalar;
 use crate::scalar::lit;
 use crate::stability::Scheme;
@@ -17,7 +17,7 @@ pub trait Field<T: Scalar, const N: usize> {
 
     /// f(t, x) with its partial derivatives: the system's own, or by finite differences where it
     /// has none.
-    fn tangent(&mut self, time: T, state: &SVector<T, N>) -> Tangent<T, N>;
+    fn linearised(&mut self, time: T, state: &SVector<T, N>) -> Linearisation<T, N>;
 }
 
 /// Where a step starts or ends.

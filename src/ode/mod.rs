@@ -14,7 +14,7 @@
 //! | [`RungeKutta4`] | fixed steps, split at reversals; or [`plain`](Solver::plain) at a fixed cost |
 //!
 //! All but the last choose their steps by an error estimate and have a dense output of their own. A
-//! Rosenbrock method needs the Jacobian: give [`System::tangent`]. Without it finite differences
+//! Rosenbrock method needs the Jacobian: give [`System::linearised`]. Without it finite differences
 //! stand in, at √ε of the larger of each state and its [scale](System::scales); they cost N + 2
 //! evaluations a step and half of the digits of the Jacobian, and where a state's scale is badly off
 //! they may ruin the result.
@@ -66,7 +66,7 @@ pub use runge_kutta4::RungeKutta4;
 pub use solver::{Observer, Outcome, Solver, Summary};
 pub use statistics::Statistics;
 pub use step::Step;
-pub use system::{System, Tangent};
+pub use system::{Linearisation, System};
 pub use tolerance::{Tolerances, TolerancesParameters};
 #[cfg(feature = "alloc")]
 pub use trajectory::{Interrupted, Output, Reversal, Trajectory, solve};

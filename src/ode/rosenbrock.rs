@@ -10,7 +10,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::method::{Attempt, Field, Point};
-use super::system::Tangent;
+use super::system::Linearisation;
 use crate::Scalar;
 use crate::scalar::{lit, nan};
 
@@ -35,14 +35,14 @@ pub(super) struct Tableau<const S: usize> {
 pub struct Stages<T: Scalar, const N: usize, const S: usize> {
     pub(super) u: [SVector<T, N>; S],
     /// The derivatives where the next step starts.
-    pub(super) tangent: Tangent<T, N>,
+    pub(super) tangent: Linearisation<T, N>,
     /// The derivatives where the last trial ends.
-    pub(super) at_end: Tangent<T, N>,
+    pub(super) at_end: Linearisation<T, N>,
 }
 
 impl<T: Scalar, const N: usize, const S: usize> Stages<T, N, S> {
     pub(super) fn new() -> Self {
-        let tangent = Tangent {
+        let tangent = Linearisation {
             rate: SVector::zeros(),
             by_state: SMatrix::zeros(),
             by_time: SVector::zeros(),
@@ -51,13 +51,13 @@ impl<T: Scalar, const N: usize, const S: usize> Stages<T, N, S> {
     }
 
     pub(super) fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
-        self.tangent = field.tangent(point.time, &point.state);
+        self.tangent = field.linearised(point.time, &point.state);
         point.rate = self.tangent.rate;
     }
 
     #[inline]
     pub(super) fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
-        self.at_end = field.tangent(end.time, &end.state);
+        self.at_end = field.linearised(end.time, &end.state);
         end.rate = self.at_end.rate;
     }
 

@@ -54,12 +54,12 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
     fn sliding_velocities(&self, time: T, state: &SVector<T, N>) -> [T; K];
 
     /// The right-hand side with its partial derivatives, if they are known.
-    fn tangent(
+    fn linearised(
         &self,
         time: T,
         state: &SVector<T, N>,
         branches: [Branch; K],
-    ) -> Option<Tangent<T, N>> {
+    ) -> Option<Linearisation<T, N>> {
         let _ = (time, state, branches);
         None
     }
@@ -83,7 +83,7 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
 
 /// A right-hand side and its partial derivatives at one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tangent<T, const N: usize> {
+pub struct Linearisation<T, const N: usize> {
     /// f(t, x).
     pub rate: SVector<T, N>,
     /// The Jacobian ∂f/∂x: entry (i, j) is ∂fᵢ/∂xⱼ.

@@ -1,21 +1,21 @@
 //! Regularisation: smooth stand-ins for |v| and sgn v.
 
-mod exact;
 mod hyperbolic_tangent;
 mod square_root;
+mod unregularised;
 
 use core::fmt::Debug;
 
-pub use exact::Exact;
 pub use hyperbolic_tangent::HyperbolicTangent;
 pub use square_root::SquareRoot;
+pub use unregularised::Unregularised;
 
 use crate::{Scalar, Sliding};
 
 /// A regularised modulus |v|_ε ≥ |v| [m/s] and the sign sgn_ε(v) = v/|v|_ε that goes with it.
 ///
 /// It enters where the bristle meets the sliding surface (Romano et al., section II-B). With any
-/// regularisation but [`Exact`] nothing ever sticks: under a force F below the breakaway force F_b
+/// regularisation but [`Unregularised`] nothing ever sticks: under a force F below the breakaway force F_b
 /// the body creeps, for the square root at v ≈ √ε r/√(1 − r²) with r = F/F_b.
 pub trait Regularisation<T: Scalar>: Debug + Clone {
     /// The regularised speed |v|_ε [m/s].

@@ -21,7 +21,7 @@ pub struct SquareRoot<T> {
 
 impl<T: Scalar> SquareRoot<T> {
     /// Takes the regularisation parameter ε > 0 [m²/s²]; for ε = 0 there is
-    /// [`Exact`](crate::Exact).
+    /// [`Unregularised`](crate::Unregularised).
     ///
     /// # Errors
     ///

@@ -179,14 +179,14 @@ impl<T: Scalar> Deflection<T> for T {
 
 /// The matrix diag(decay) + 1·rowᵀ [1/s] between the stretches of several springs and their rates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Decaying<D> {
+pub struct DiagonalPlusRankOne<D> {
     /// Diagonal: the decay rate of each spring's own stretch.
     pub decay: D,
     /// The row repeated in every line: how each stretch slows the common rate.
     pub row: D,
 }
 
-impl<T: Scalar, const N: usize> Decaying<SVector<T, N>> {
+impl<T: Scalar, const N: usize> DiagonalPlusRankOne<SVector<T, N>> {
     /// All entries, for a Jacobian: row i holds how the rate of stretch i depends on every stretch.
     pub fn matrix(&self) -> SMatrix<T, N, N> {
         SMatrix::from_fn(|i, j| self.row[j] + if i == j { self.decay[i] } else { T::zero() })
@@ -194,28 +194,28 @@ impl<T: Scalar, const N: usize> Decaying<SVector<T, N>> {
 }
 
 impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
-    type Relaxation = Decaying<Self>;
+    type Relaxation = DiagonalPlusRankOne<Self>;
 
     #[inline]
-    fn relaxation(decay: Self, row: Self) -> Decaying<Self> {
-        Decaying { decay, row }
+    fn relaxation(decay: Self, row: Self) -> DiagonalPlusRankOne<Self> {
+        DiagonalPlusRankOne { decay, row }
     }
 
     #[inline]
-    fn relax(relaxation: Decaying<Self>, state: Self) -> Self {
+    fn relax(relaxation: DiagonalPlusRankOne<Self>, state: Self) -> Self {
         let common = Deflection::dot(relaxation.row, state);
         relaxation.decay.component_mul(&state).add_scalar(common)
     }
 
     #[inline]
-    fn negative(relaxation: Decaying<Self>) -> Decaying<Self> {
-        Decaying { decay: -relaxation.decay, row: -relaxation.row }
+    fn negative(relaxation: DiagonalPlusRankOne<Self>) -> DiagonalPlusRankOne<Self> {
+        DiagonalPlusRankOne { decay: -relaxation.decay, row: -relaxation.row }
     }
 
     type Weights = Modes<T, N>;
 
     #[inline]
-    fn weights(relaxation: Decaying<Self>, duration: T) -> Modes<T, N> {
+    fn weights(relaxation: DiagonalPlusRankOne<Self>, duration: T) -> Modes<T, N> {
         Modes::new(relaxation, duration)
     }
 
@@ -235,7 +235,12 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
     }
 
     #[inline]
-    fn outweighs(_relaxation: Decaying<Self>, _stiffness: Self, damping: T, excess: Self) -> bool {
+    fn outweighs(
+        _relaxation: DiagonalPlusRankOne<Self>,
+        _stiffness: Self,
+        damping: T,
+        excess: Self,
+    ) -> bool {
         // Bristles of constant stiffness have none; of others nothing is promised.
         damping >= T::zero() && excess.iter().all(|&excess| is_zero(excess))
     }
@@ -312,7 +317,7 @@ impl<T: Scalar, const N: usize> States<T, N> for SVector<T, N> {
     }
 
     #[inline]
-    fn matrix(relaxation: Decaying<Self>) -> SMatrix<T, N, N> {
+    fn matrix(relaxation: DiagonalPlusRankOne<Self>) -> SMatrix<T, N, N> {
         relaxation.matrix()
     }
 }

@@ -13,7 +13,7 @@ mod zener;
 
 use core::fmt::Debug;
 
-pub use deflection::{Decaying, Deflection, States};
+pub use deflection::{Deflection, DiagonalPlusRankOne, States};
 pub use generalised_kelvin_voigt::{
     GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, KelvinVoigtElement,
 };
@@ -22,7 +22,7 @@ pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtParameters};
 pub use maxwell::{Maxwell, MaxwellParameters};
 pub use modes::Modes;
 pub use spring::{Spring, SpringParameters};
-pub use velocity_law::{Varying, VelocityLaw};
+pub use velocity_law::{VelocityDependent, VelocityLaw};
 pub use weights::Weights;
 pub(crate) use weights::relaxed;
 pub use zener::{Zener, ZenerParameters};

@@ -31,7 +31,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::{Decaying, Weights};
+use super::{DiagonalPlusRankOne, Weights};
 use crate::Scalar;
 use crate::bounds::larger;
 use crate::scalar::{is_zero, lit, nan};
@@ -60,7 +60,7 @@ pub struct Modes<T: Scalar, const N: usize> {
 
 impl<T: Scalar, const N: usize> Modes<T, N> {
     /// The step of length h ≥ 0 \[s\]. NaN for a matrix that is not one of a passive bristle.
-    pub(crate) fn new(relaxation: Decaying<SVector<T, N>>, duration: T) -> Self {
+    pub(crate) fn new(relaxation: DiagonalPlusRankOne<SVector<T, N>>, duration: T) -> Self {
         let total = relaxation.row.sum();
         let passive = |x: &T| *x >= T::zero() && x.is_finite();
         let admissible = relaxation.decay.iter().all(passive)
@@ -144,11 +144,11 @@ impl<T: Scalar, const N: usize> Modes<T, N> {
 
 /// Eigenvalues, modes, coordinates, and the coordinates of 1, for Σw > 0.
 fn coupled<T: Scalar, const N: usize>(
-    relaxation: &Decaying<SVector<T, N>>,
+    relaxation: &DiagonalPlusRankOne<SVector<T, N>>,
     total: T,
 ) -> (SVector<T, N>, SMatrix<T, N, N>, SMatrix<T, N, N>, SVector<T, N>) {
     let (one, zero) = (T::one(), T::zero());
-    let Decaying { decay, row } = relaxation;
+    let DiagonalPlusRankOne { decay, row } = relaxation;
     // In units of the fastest rate no square or reciprocal leaves the range of the scalar type.
     let unit = decay.iter().fold(total, |most, &a| larger(most, a));
     // What is negligible beside that unit over any step, and has a square with a reciprocal.

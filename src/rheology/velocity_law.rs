@@ -6,7 +6,7 @@ use crate::parameter::{self, ParameterError};
 use crate::{Bounds, Scalar, Sliding};
 
 /// A stiffness or damping as a function of the sliding velocity. A plain number is a constant;
-/// [`Varying`] wraps a function.
+/// [`VelocityDependent`] wraps a function.
 pub trait VelocityLaw<T: Scalar>: Debug + Clone {
     /// The value at a velocity.
     fn value(&self, sliding: Sliding<T>) -> T;
@@ -65,14 +65,14 @@ impl<T: Scalar> VelocityLaw<T> for T {
 
 /// A stiffness or damping given by a function of the sliding velocity.
 ///
-/// A function of the speed goes into [`Varying::of_speed`]; one that tells the directions apart into
-/// [`Varying::new`]. The bounds are taken on trust; the theorems on deflection and force use them.
+/// A function of the speed goes into [`VelocityDependent::of_speed`]; one that tells the directions apart into
+/// [`VelocityDependent::new`]. The bounds are taken on trust; the theorems on deflection and force use them.
 ///
 /// ```
-/// use bristle::{Bounds, KelvinVoigt, KelvinVoigtParameters, Varying};
+/// use bristle::{Bounds, KelvinVoigt, KelvinVoigtParameters, VelocityDependent};
 ///
 /// // Micro-damping that vanishes in fast sliding, σ1(v) = 60 exp(−(v/v_d)²), v_d = 0.1 m/s.
-/// let micro_damping = Varying::of_speed(
+/// let micro_damping = VelocityDependent::of_speed(
 ///     |speed: f64| {
 ///         let u = speed / 0.1;
 ///         let damping = 60.0 * (-u * u).exp();
@@ -84,13 +84,13 @@ impl<T: Scalar> VelocityLaw<T> for T {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Clone, Copy)]
-pub struct Varying<T, F> {
+pub struct VelocityDependent<T, F> {
     function: F,
     bounds: Bounds<T>,
     even: bool,
 }
 
-impl<T: Scalar, F: Fn(Sliding<T>) -> (T, T)> Varying<T, F> {
+impl<T: Scalar, F: Fn(Sliding<T>) -> (T, T)> VelocityDependent<T, F> {
     /// A law from a function of the sliding velocity, which answers the value and its derivative
     /// with respect to the signed velocity, and the range of its values.
     pub fn new(function: F, bounds: Bounds<T>) -> Self {
@@ -98,7 +98,7 @@ impl<T: Scalar, F: Fn(Sliding<T>) -> (T, T)> Varying<T, F> {
     }
 }
 
-impl Varying<(), ()> {
+impl VelocityDependent<(), ()> {
     /// A law from a function of the speed |v|, which answers the value and its derivative with
     /// respect to the speed, and the range of its values.
     ///
@@ -107,22 +107,22 @@ impl Varying<(), ()> {
     pub fn of_speed<T: Scalar>(
         function: impl Fn(T) -> (T, T) + Clone,
         bounds: Bounds<T>,
-    ) -> Varying<T, impl Fn(Sliding<T>) -> (T, T) + Clone> {
+    ) -> VelocityDependent<T, impl Fn(Sliding<T>) -> (T, T) + Clone> {
         let function = move |sliding: Sliding<T>| {
             let (value, slope) = function(sliding.speed());
             (value, slope * sliding.direction())
         };
-        Varying { function, bounds, even: true }
+        VelocityDependent { function, bounds, even: true }
     }
 }
 
-impl<T: Debug, F> Debug for Varying<T, F> {
+impl<T: Debug, F> Debug for VelocityDependent<T, F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Varying").field("bounds", &self.bounds).finish_non_exhaustive()
+        f.debug_struct("VelocityDependent").field("bounds", &self.bounds).finish_non_exhaustive()
     }
 }
 
-impl<T: Scalar, F: Fn(Sliding<T>) -> (T, T) + Clone> VelocityLaw<T> for Varying<T, F> {
+impl<T: Scalar, F: Fn(Sliding<T>) -> (T, T) + Clone> VelocityLaw<T> for VelocityDependent<T, F> {
     #[inline]
     fn value(&self, sliding: Sliding<T>) -> T {
         (self.function)(sliding).0

@@ -30,7 +30,7 @@
 
 use nalgebra::Complex;
 
-use super::steady::Tangent;
+use super::steady::Linearisation;
 use super::{Motion, Patch, Pressure, RateDependent};
 use crate::Scalar;
 use crate::parameter::ParameterError;
@@ -42,7 +42,7 @@ pub struct LinearisedPatch<T, P> {
     /// L, and what multiplies the pressure.
     weight: T,
     transport_velocity: T,
-    tangent: Tangent<T>,
+    tangent: Linearisation<T>,
 }
 
 impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
@@ -85,7 +85,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
             pressure: self.pressure().clone(),
             weight: self.length() * self.load(),
             transport_velocity: motion.transport_velocity,
-            tangent: Tangent::new(self.model(), motion)?,
+            tangent: Linearisation::new(self.model(), motion)?,
         })
     }
 }

@@ -102,7 +102,7 @@ pub struct Aligning<T> {
 
 /// A patch about a steady motion, and what a change of v does there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Tangent<T> {
+pub(super) struct Linearisation<T> {
     /// c₀
     pub(super) stiffness: T,
     /// κ
@@ -119,7 +119,7 @@ pub(super) struct Tangent<T> {
     pub(super) rising_direct: T,
 }
 
-impl<T: Scalar> Tangent<T> {
+impl<T: Scalar> Linearisation<T> {
     /// Refuses a motion at which a coefficient of the model is not finite.
     pub(super) fn new<M: RateDependent<T>>(
         model: &M,
@@ -211,7 +211,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// Refuses a motion that is not finite, and a transport velocity that is not positive.
     pub fn steady_slopes(&self, motion: Motion<T>) -> Result<SteadySlopes<T>, ParameterError> {
         let motion = motion.rolling()?;
-        let tangent = Tangent::new(self.model(), motion)?;
+        let tangent = Linearisation::new(self.model(), motion)?;
         let (pressure, decay) = (self.pressure(), tangent.decay);
         let (rise, lever) = (pressure.rise(decay), pressure.lever(decay));
         let rise_per_decay = if is_zero(decay) { lever } else { rise / decay };

@@ -40,7 +40,7 @@ use crate::rolling::{
     ExactPatch, Motion, PatchCommitted, PatchLedger, PatchStep, RateDependent, Slot,
 };
 use crate::scalar::{is_zero, lit, to_f64};
-use crate::{Bristle, Committed, Companion, CompanionStep, Contact, Scalar};
+use crate::{Bristle, Companion, CompanionStep, CompletedStep, Contact, Scalar};
 
 /// How far a wheel may rock back, in lengths of its patch: its bristles stay where they are meanwhile,
 /// an error of that part of the patch.
@@ -405,7 +405,7 @@ where
         })
     }
 
-    fn told(means: Means<T>, force: T, brake: &Committed<T>) -> WheelStep<T> {
+    fn told(means: Means<T>, force: T, brake: &CompletedStep<T>) -> WheelStep<T> {
         let Means { speed, angular_velocity, slip_velocity } = means;
         WheelStep { force, brake_torque: brake.force, speed, angular_velocity, slip_velocity }
     }
@@ -416,7 +416,7 @@ where
         loads: WheelLoads<T>,
         duration: T,
         commit: impl FnOnce(PatchStep<'_, T, M, N, B>, T) -> Result<R, ParameterError>,
-    ) -> Result<(Means<T>, R, Committed<T>, T), WheelError> {
+    ) -> Result<(Means<T>, R, CompletedStep<T>, T), WheelError> {
         let loads = loads.checked()?;
         let duration = parameter::non_negative("duration", duration)?;
         let half = lit::<T>(0.5) * duration;

@@ -17,7 +17,7 @@
 use nalgebra::Vector4;
 
 use super::{DEFLECTION, Moving, POSITION, VELOCITY, typical_deflection, typical_force};
-use crate::ode::{System, Tangent};
+use crate::ode::{Linearisation, System};
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
 use crate::signal::Signal;
@@ -150,7 +150,12 @@ where
     }
 
     #[inline]
-    fn tangent(&self, time: T, state: &Vector4<T>, [branch]: [Branch; 1]) -> Option<Tangent<T, 4>> {
+    fn linearised(
+        &self,
+        time: T,
+        state: &Vector4<T>,
+        [branch]: [Branch; 1],
+    ) -> Option<Linearisation<T, 4>> {
         let sliding = branch.of(state[VELOCITY]);
         let Moving { mut rate, mut by_state } =
             Moving::new(&self.contact, sliding, state[DEFLECTION], self.inverse_mass);
@@ -162,7 +167,7 @@ where
         let (_, opening_rate) = self.opening.value_and_rate(time);
         let pressure_rate = self.pressure_gain * opening_rate * self.lag_rate;
         let by_time = Vector4::new(T::zero(), T::zero(), T::zero(), pressure_rate);
-        Some(Tangent { rate, by_state, by_time })
+        Some(Linearisation { rate, by_state, by_time })
     }
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {

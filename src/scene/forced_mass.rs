@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{DEFLECTION, Moving, VELOCITY, typical_deflection, typical_force};
-use crate::ode::{System, Tangent};
+use crate::ode::{Linearisation, System};
 use crate::parameter::{self, ParameterError};
 use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Scalar};
@@ -83,14 +83,19 @@ where
     }
 
     #[inline]
-    fn tangent(&self, time: T, state: &Vector3<T>, [branch]: [Branch; 1]) -> Option<Tangent<T, 3>> {
+    fn linearised(
+        &self,
+        time: T,
+        state: &Vector3<T>,
+        [branch]: [Branch; 1],
+    ) -> Option<Linearisation<T, 3>> {
         let sliding = branch.of(state[VELOCITY]);
         let Moving { mut rate, by_state } =
             Moving::new(&self.contact, sliding, state[DEFLECTION], self.inverse_mass);
         let (force, force_rate) = self.force.value_and_rate(time);
         rate[VELOCITY] += force * self.inverse_mass;
         let by_time = Vector3::new(T::zero(), force_rate * self.inverse_mass, T::zero());
-        Some(Tangent { rate, by_state, by_time })
+        Some(Linearisation { rate, by_state, by_time })
     }
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {

@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use crate::ode::{System, Tangent};
+use crate::ode::{Linearisation, System};
 use crate::scalar::lit;
 use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Deflection, Scalar, States};
@@ -105,16 +105,16 @@ where
         [self.velocity.value(time)]
     }
 
-    fn tangent(
+    fn linearised(
         &self,
         time: T,
         state: &SVector<T, N>,
         [branch]: [Branch; 1],
-    ) -> Option<Tangent<T, N>> {
+    ) -> Option<Linearisation<T, N>> {
         let (velocity, acceleration) = self.velocity.value_and_rate(time);
         let deflection = M::Deflection::from_states(state);
         let friction = self.contact.linearised(branch.of(velocity), deflection);
-        Some(Tangent {
+        Some(Linearisation {
             rate: friction.rate.states(),
             by_state: M::Deflection::matrix(friction.rate_by_deflection),
             by_time: (friction.rate_by_velocity * acceleration).states(),

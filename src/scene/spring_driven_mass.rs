@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::{DEFLECTION, Moving, POSITION, VELOCITY, typical_deflection, typical_force};
 use crate::bounds::larger;
 use crate::linear::{LinearisationError, MassOnSpring, MassOnSpringParameters, SteadySliding};
-use crate::ode::{System, Tangent};
+use crate::ode::{Linearisation, System};
 use crate::parameter::{self, ParameterError};
 use crate::stability::Mechanism;
 use crate::{Branch, Bristle, Contact, Scalar};
@@ -115,7 +115,12 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> System<T, 3> for SpringDrivenMass
     }
 
     #[inline]
-    fn tangent(&self, time: T, state: &Vector3<T>, [branch]: [Branch; 1]) -> Option<Tangent<T, 3>> {
+    fn linearised(
+        &self,
+        time: T,
+        state: &Vector3<T>,
+        [branch]: [Branch; 1],
+    ) -> Option<Linearisation<T, 3>> {
         let sliding = branch.of(state[VELOCITY]);
         let Moving { mut rate, mut by_state } =
             Moving::new(&self.contact, sliding, state[DEFLECTION], self.inverse_mass);
@@ -123,7 +128,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> System<T, 3> for SpringDrivenMass
         rate[VELOCITY] += self.spring_force(time, state) * self.inverse_mass;
         by_state[(VELOCITY, POSITION)] = -stiffness;
         let by_time = Vector3::new(T::zero(), stiffness * self.drive_velocity, T::zero());
-        Some(Tangent { rate, by_state, by_time })
+        Some(Linearisation { rate, by_state, by_time })
     }
 
     fn scales(&self) -> Vector3<T> {

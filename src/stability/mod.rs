@@ -117,7 +117,7 @@ pub struct StepLimits<T> {
     /// Largest step \[s\] at which the bristle relaxes, whatever the velocity in its range.
     pub bristle: Option<T>,
     /// Largest step \[s\] at which the stuck mechanism calms down, its bristle undeflected (c = 1).
-    pub stuck_virgin: Option<T>,
+    pub stuck_from_rest: Option<T>,
     /// The same just after a reversal of steady sliding (c = 2 for most models).
     pub stuck_reversed: Option<T>,
 }
@@ -189,7 +189,7 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
     Ok(StepLimits {
         scheme,
         bristle: in_type(bristle),
-        stuck_virgin: in_type(stuck(false)),
+        stuck_from_rest: in_type(stuck(false)),
         stuck_reversed: in_type(stuck(true)),
     })
 }
@@ -198,7 +198,7 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
 /// Rosenbrock method too; `None` if no step is too long.
 ///
 /// J is the Jacobian of any mechanism at one state, such as
-/// [`System::tangent`](crate::ode::System::tangent) gives: [`largest_step`] knows what to expect of a contact at rest
+/// [`System::linearised`](crate::ode::System::tangent) gives: [`largest_step`] knows what to expect of a contact at rest
 /// and in sliding, this one looks at a single state of whatever is there. A mode that grows by itself is left
 /// out, for no step makes it decay.
 ///
@@ -216,7 +216,7 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
 ///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
 /// );
 /// let rig = SpringDrivenMass::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
-/// let tangent = rig.tangent(0.0, &rig.at_rest(), [Branch::Forward]).unwrap();
+/// let tangent = rig.linearised(0.0, &rig.at_rest(), [Branch::Forward]).unwrap();
 /// let step = stability::largest_step_of(&tangent.by_state, Scheme::RungeKutta4).unwrap();
 /// assert!((step - 2.8040e-2).abs() < 1e-6);
 /// # Ok::<(), bristle::ParameterError>(())
@@ -277,7 +277,10 @@ impl Swing {
         // A bristle that creeps (Maxwell) lets go of the mass: (s + λ)(m s² + D s + k) + C B s = 0 has a
         // slow root near −λ k/(C B + k + λ D), and the swing is what is left of sum and product. The
         // limits of the two methods with a formula of their own are then on the safe side.
-        let creeps = contact.model().anatomy(T::zero()).is_some_and(|anatomy| anatomy.creeps);
+        let creeps = contact
+            .model()
+            .characteristics(T::zero())
+            .is_some_and(|characteristics| characteristics.creeps);
         let rest = branch.of(T::zero());
         let leak =
             if creeps { to_f64(contact.model().relaxation_rate(rest, T::zero())) } else { 0.0 };
@@ -353,7 +356,7 @@ impl<T: Scalar> StepLimits<T> {
     fn causes(&self) -> [(&'static str, Option<T>); 3] {
         [
             ("the bristle's critical step", self.bristle),
-            ("the stuck mechanism's critical step", self.stuck_virgin),
+            ("the stuck mechanism's critical step", self.stuck_from_rest),
             ("the stuck mechanism's critical step after a reversal", self.stuck_reversed),
         ]
     }

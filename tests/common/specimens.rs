@@ -2,11 +2,12 @@
 
 use bristle::{
     Affine, Asymmetric, Bounds, Bristle, Contact, Coulomb, CoulombParameters, Dahl, DahlParameters,
-    ElastoPlastic, ElastoPlasticParameters, Exact, FoldRule, FrBd, FrictionCurve, FunctionCurve,
-    Hold, HyperbolicTangent, ImplicitBristle, ImplicitBristleParameters, KelvinVoigt,
+    ElastoPlastic, ElastoPlasticParameters, FoldRule, FrBd, FrictionCurve, FunctionCurve, HeldStep,
+    HyperbolicTangent, ImplicitBristle, ImplicitBristleParameters, KelvinVoigt,
     KelvinVoigtParameters, Knot, Law, Limits, LinearisedContact, LuGre, RationalStribeck,
     RationalStribeckParameters, Regularisation, Scalar, Sliding, Spring, SpringParameters,
-    SquareRoot, Stribeck, StribeckParameters, Tabulated, Varying, VelocityLaw,
+    SquareRoot, Stribeck, StribeckParameters, Tabulated, Unregularised, VelocityDependent,
+    VelocityLaw,
 };
 
 use super::closed_form::{
@@ -29,7 +30,7 @@ pub trait Subject<T: Scalar> {
     fn dissipated_power(&self, sliding: Sliding<T>, z: T) -> T;
     /// With the force in newtons in place of the coefficient.
     fn limits(&self, fastest: T) -> Limits<T>;
-    fn hold(&self, velocity: T, z: T, duration: T) -> Hold<T>;
+    fn hold(&self, velocity: T, z: T, duration: T) -> HeldStep<T>;
     fn obeys(&self, law: Law) -> bool;
 }
 
@@ -68,7 +69,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Subject<T> for Contact<T, M> {
     fn limits(&self, fastest: T) -> Limits<T> {
         Contact::limits(self, fastest)
     }
-    fn hold(&self, velocity: T, z: T, duration: T) -> Hold<T> {
+    fn hold(&self, velocity: T, z: T, duration: T) -> HeldStep<T> {
         Contact::hold(self, velocity, z, duration)
     }
     fn obeys(&self, law: Law) -> bool {
@@ -235,7 +236,7 @@ fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
         let bristle = kelvin_voigt(k, lit(r.damping));
         in_each_regularisation!(list, form, implicit(c.clone(), bristle, Option::None));
     }
-    // … and folded, unless by chance it is not. (A table may have several folds, see tests/implicit.rs.)
+    // … and folded, unless by chance it is not. (A table may have several folds, see tests/models/implicit.rs.)
     if !matches!(curve, Curve::Coulomb | Curve::Tabulated) {
         let r = Recipe { damping: r.damping + 1e-2, ..*r };
         // Both rules where the fold is of a kind of its own, one where it is like another.
@@ -327,9 +328,9 @@ fn varying<T: Scalar>(
     constant: f64,
     variation: f64,
     r: &Recipe,
-) -> Varying<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
+) -> VelocityDependent<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
     let (c, a, v_d): (T, T, T) = (lit(constant), lit(variation), lit(r.varying_velocity));
-    Varying::new(
+    VelocityDependent::new(
         move |sliding: Sliding<T>| {
             let u = sliding.velocity() / v_d;
             let root = (T::one() + u * u).sqrt();
@@ -341,22 +342,22 @@ fn varying<T: Scalar>(
 
 pub fn varying_stiffness<T: Scalar>(
     r: &Recipe,
-) -> Varying<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
+) -> VelocityDependent<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
     varying(r.stiffness, STIFFNESS_VARIATION, r)
 }
 
 pub fn varying_damping<T: Scalar>(
     r: &Recipe,
-) -> Varying<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
+) -> VelocityDependent<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
     varying(r.damping, DAMPING_VARIATION, r)
 }
 
 /// c (1 + a/(1 + u²)) with u = |v|/v_d.
 pub fn even_damping<T: Scalar>(
     r: &Recipe,
-) -> Varying<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
+) -> VelocityDependent<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
     let (c, a, v_d): (T, T, T) = (lit(r.damping), lit(DAMPING_VARIATION), lit(r.varying_velocity));
-    Varying::of_speed(
+    VelocityDependent::of_speed(
         move |speed: T| {
             let u = speed / v_d;
             let share = a / (T::one() + u * u);
@@ -497,7 +498,7 @@ impl<T: Scalar, E: Regularisation<T>> ModulusSubject<T> for E {
 /// Every regularisation.
 pub fn regularisations<T: Scalar>(r: &Recipe) -> Vec<(Modulus, Box<dyn ModulusSubject<T>>)> {
     vec![
-        (Modulus::Exact, Box::new(Exact)),
+        (Modulus::Exact, Box::new(Unregularised)),
         (Modulus::SquareRoot, Box::new(square_root(r))),
         (Modulus::HyperbolicTangent, Box::new(hyperbolic_tangent(r))),
     ]

@@ -76,7 +76,7 @@ impl<'a, S: System<f64, N>, const N: usize> Field<'a, S, N> {
     pub(crate) fn jacobian(&self, time: f64, state: &SVector<f64, N>) -> SMatrix<f64, N, N> {
         self.jacobians.set(self.jacobians.get() + 1);
         self.watch();
-        let tangent = self.scene.system.tangent(time, state, [Branch::Free]);
+        let tangent = self.scene.system.linearised(time, state, [Branch::Free]);
         // Every scene of the list has one.
         tangent.map_or_else(|| SMatrix::repeat(f64::NAN), |tangent| tangent.by_state)
     }

@@ -559,7 +559,7 @@ where
         let falls = scene
             .contact
             .model()
-            .anatomy(T::one())
+            .characteristics(T::one())
             .is_none_or(|made| to_f64(made.least_slope) * normal_force + damping < 0.0);
         let pulled = scene.machine.mechanism.spring_stiffness > T::zero();
         pulled && falls && self.survey().largest > 0.9 * breakaway

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::super::report::FidelityError;
 use super::super::{Rung, weight};
 use crate::bounds::{larger, smaller};
-use crate::ode::{Failure, Solver, System, Tangent};
+use crate::ode::{Failure, Linearisation, Solver, System};
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
 use crate::stability::Mechanism;
@@ -332,13 +332,18 @@ where
         [state[1]]
     }
 
-    fn tangent(&self, time: T, state: &Vector3<T>, [branch]: [Branch; 1]) -> Option<Tangent<T, 3>> {
+    fn linearised(
+        &self,
+        time: T,
+        state: &Vector3<T>,
+        [branch]: [Branch; 1],
+    ) -> Option<Linearisation<T, 3>> {
         let Mechanism { mass, spring_stiffness, viscous_damping } = self.machine.mechanism;
         let friction = self.contact.linearised(branch.of(state[1]), state[2]);
         let own = spring_stiffness * state[0] + viscous_damping * state[1];
         let (applied, applied_rate) = self.machine.applied_and_rate(time);
         let zero = T::zero();
-        Some(Tangent {
+        Some(Linearisation {
             rate: Vector3::new(state[1], (applied - own - friction.force) / mass, friction.rate),
             by_state: jacobian(&friction, (mass, spring_stiffness, viscous_damping)),
             by_time: Vector3::new(zero, applied_rate / mass, zero),

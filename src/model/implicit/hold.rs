@@ -30,7 +30,7 @@
 use super::{Fold, ImplicitBristle, Surface, damping};
 use crate::bounds::{larger, smaller};
 use crate::scalar::{is_zero, lit, to_f64};
-use crate::{Branch, Bristle, FoldRule, FrictionCurve, Hold, Regularisation, Rheology, Scalar};
+use crate::{Branch, Bristle, FoldRule, FrictionCurve, HeldStep, Regularisation, Rheology, Scalar};
 
 /// Most pieces of Λ, tried or kept, in one step. What is left then is done with the coefficients frozen.
 const PIECES: u32 = 288;
@@ -108,7 +108,7 @@ where
     C: FrictionCurve<T>,
     E: Regularisation<T>,
 {
-    pub(super) fn step(&self, velocity: T, deflection: T, duration: T) -> Hold<T> {
+    pub(super) fn step(&self, velocity: T, deflection: T, duration: T) -> HeldStep<T> {
         let frozen = |deflection: T, duration: T| {
             self.affine(velocity.into(), deflection).hold(velocity, deflection, duration)
         };
@@ -142,7 +142,7 @@ where
         };
         let exact = is_zero(self.regularisation.speed_at_rest());
         let mut sticks = tip.sticks;
-        let answer = |path: &Path<T>, end: T| Hold {
+        let answer = |path: &Path<T>, end: T| HeldStep {
             deflection: path.deflection,
             end,
             mean: path.impulse / duration,

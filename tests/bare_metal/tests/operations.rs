@@ -5,10 +5,10 @@ mod counted;
 use std::mem::{size_of, size_of_val};
 
 use bristle::control::{
-    Damping, DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
-    FeedbackParameters, FrictionObserver, Injection, Observable, ObserverParameters,
-    OutputParameters, SecantVelocity, SecantVelocityParameters, StaticCompensator,
-    StaticParameters,
+    DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
+    FeedbackParameters, FrictionObserver, Injection, MicroDamping, ObserverModel,
+    ObserverParameters, OutputParameters, StaticCompensator, StaticParameters,
+    VelocityFromPosition, VelocityFromPositionParameters,
 };
 use bristle::exponential::{Exponential, Ramp};
 use bristle::{
@@ -234,8 +234,8 @@ fn the_document_tells_the_memory_of_every_model() {
     ]);
 }
 
-fn filter<T: Scalar>() -> SecantVelocityParameters<T> {
-    SecantVelocityParameters {
+fn filter<T: Scalar>() -> VelocityFromPositionParameters<T> {
+    VelocityFromPositionParameters {
         sample_time: lit(1e-3),
         time_constant: lit(4e-3),
         fastest: lit(1.0),
@@ -261,7 +261,7 @@ fn feed_forward<T: Scalar, M: Bristle<T, Deflection = T>>(
 
 fn feedback<T: Scalar, M: Bristle<T, Deflection = T>>(
     model: M,
-    damping: Damping,
+    damping: MicroDamping,
 ) -> FeedbackCompensator<T, M> {
     FeedbackCompensator::new(FeedbackParameters {
         contact: model.under_load(lit(1.0)).unwrap(),
@@ -272,7 +272,7 @@ fn feedback<T: Scalar, M: Bristle<T, Deflection = T>>(
     .unwrap()
 }
 
-fn observer<T: Scalar, M: Observable<T>>(
+fn observer<T: Scalar, M: ObserverModel<T>>(
     model: M,
     injection: Injection<T>,
 ) -> FrictionObserver<T, M> {
@@ -344,12 +344,12 @@ fn the_document_tells_operations_and_memory_of_every_compensator() {
         }),
         line!(
             "`FeedbackCompensator`",
-            |curve| feedback(frbd(curve), Damping::LeftOut),
+            |curve| feedback(frbd(curve), MicroDamping::Uncompensated),
             |it, position| it.step(position)
         ),
         line!(
             "the same with its damping",
-            |curve| feedback(frbd(curve), Damping::Filtered),
+            |curve| feedback(frbd(curve), MicroDamping::Filtered),
             |it, position| it.step(position)
         ),
         line!(
@@ -373,10 +373,11 @@ fn the_document_tells_operations_and_memory_of_every_compensator() {
             |it, _position| it.step(VELOCITY)
         ),
     ]);
-    let mut encoder = SecantVelocity::new(filter()).unwrap();
+    let mut encoder = VelocityFromPosition::new(filter()).unwrap();
     let operations = sample(|position| {
         encoder.push(position);
     });
-    let [single, double] = [size_of::<SecantVelocity<f32>>(), size_of::<SecantVelocity<f64>>()];
-    check(&[format!("| `SecantVelocity` | {operations} | the same | {single}, {double} |")]);
+    let [single, double] =
+        [size_of::<VelocityFromPosition<f32>>(), size_of::<VelocityFromPosition<f64>>()];
+    check(&[format!("| `VelocityFromPosition` | {operations} | the same | {single}, {double} |")]);
 }

@@ -1,10 +1,10 @@
 //! Friction compensation: every compensator, built from parameters of run time and stepped over many samples.
 
 use bristle::control::{
-    Damping, DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
-    FeedbackParameters, FrictionObserver, Injection, Measured, Observable, ObserverParameters,
-    OutputParameters, SecantVelocity, SecantVelocityParameters, StaticCompensator,
-    StaticParameters,
+    DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
+    FeedbackParameters, FrictionObserver, Injection, Measured, MicroDamping, ObserverModel,
+    ObserverParameters, OutputParameters, StaticCompensator, StaticParameters,
+    VelocityFromPosition, VelocityFromPositionParameters,
 };
 use bristle::{Bristle, FrBd, LuGre, Scalar};
 
@@ -16,8 +16,8 @@ fn output<T: Scalar>(input: &Input<T>) -> OutputParameters<T> {
     OutputParameters { share, largest_force }
 }
 
-fn filter<T: Scalar>(input: &Input<T>) -> SecantVelocityParameters<T> {
-    SecantVelocityParameters {
+fn filter<T: Scalar>(input: &Input<T>) -> VelocityFromPositionParameters<T> {
+    VelocityFromPositionParameters {
         sample_time: input.duration,
         time_constant: input.time_constant,
         fastest: input.fastest,
@@ -28,7 +28,7 @@ fn filter<T: Scalar>(input: &Input<T>) -> SecantVelocityParameters<T> {
 /// The velocity of an encoder, by positions and by displacements.
 pub(crate) fn secant<T: Scalar>(input: &Input<T>) -> Answer<T> {
     let [positions, displacements, ..] = &input.many;
-    let mut encoder = SecantVelocity::new(filter(input))?;
+    let mut encoder = VelocityFromPosition::new(filter(input))?;
     let mut sum = T::zero();
     for (&position, &displacement) in positions.iter().zip(displacements) {
         sum += encoder.push(position).unwrap_or(T::one()) + encoder.secant();
@@ -79,7 +79,7 @@ fn feedback_of<T: Scalar, M: Bristle<T, Deflection = T>>(model: M, input: &Input
     let [positions, displacements, ..] = &input.many;
     let contact = model.under_load(input.normal_force)?;
     let mut sum = T::zero();
-    for damping in [Damping::LeftOut, Damping::Filtered] {
+    for damping in [MicroDamping::Uncompensated, MicroDamping::Filtered] {
         let mut compensator = FeedbackCompensator::new(FeedbackParameters {
             contact: contact.clone(),
             velocity: filter(input),
@@ -96,7 +96,7 @@ fn feedback_of<T: Scalar, M: Bristle<T, Deflection = T>>(model: M, input: &Input
     Ok(sum)
 }
 
-fn observer_of<T: Scalar, M: Observable<T>>(model: M, input: &Input<T>) -> Answer<T> {
+fn observer_of<T: Scalar, M: ObserverModel<T>>(model: M, input: &Input<T>) -> Answer<T> {
     let [positions, references, error_rates, ..] = &input.many;
     let [proportional_gain, derivative_gain, integral_gain, gain, corner] = input.gains;
     let contact = model.under_load(input.normal_force)?;
@@ -125,7 +125,7 @@ fn observer_of<T: Scalar, M: Observable<T>>(model: M, input: &Input<T>) -> Answe
 }
 
 /// A model whose estimate's error obeys the theorems: all three.
-fn all<T: Scalar, M: Observable<T>>(model: M, input: &Input<T>) -> Answer<T> {
+fn all<T: Scalar, M: ObserverModel<T>>(model: M, input: &Input<T>) -> Answer<T> {
     let two = forward_of(model.clone(), input)? + feedback_of(model.clone(), input)?;
     Ok(two + observer_of(model, input)?)
 }

@@ -1,7 +1,8 @@
 //! Batches of many bristles, in slices of a length known at run time.
 
 use bristle::batch::{
-    Batch, BatchError, Columns, Dampers, Fall, Found, Held, Moved, Predicted, Real, Uniform,
+    Batch, BatchError, Columns, CommitInput, Fall, HeldInput, HeldOutput, PassiveInput,
+    PassiveOutput, Real, Uniform,
 };
 use bristle::{FrBd, RationalStribeck, RationalStribeckParameters, Spring, SpringParameters};
 
@@ -21,15 +22,15 @@ fn steps<T: Real>(batch: Batch<'_, T>, input: &Input<T>) -> Answer<T> {
     let [shares, biases, dampings, after, mean_forces] =
         room.each_mut().map(|values| values.get_mut(..length).unwrap_or_default());
     let begun = batch.companions(
-        Predicted { velocities, normal_forces, deflections },
+        PassiveInput { velocities, normal_forces, deflections },
         input.duration,
-        Dampers { shares: &mut *shares, biases: &mut *biases, dampings: &mut *dampings },
+        PassiveOutput { shares: &mut *shares, biases: &mut *biases, dampings: &mut *dampings },
     )?;
     after.iter_mut().zip(deflections).for_each(|(to, from)| *to = *from);
-    let found = Found { shares: &*shares, velocities: part(3) };
+    let found = CommitInput { shares: &*shares, velocities: part(3) };
     let ended = batch.commit(found, input.duration, after)?;
-    let moved = Moved { deflections: after, mean_forces };
-    let held = batch.hold(Held { velocities, normal_forces }, input.duration, moved)?;
+    let moved = HeldOutput { deflections: after, mean_forces };
+    let held = batch.hold(HeldInput { velocities, normal_forces }, input.duration, moved)?;
     let mut sum = T::zero();
     for outcome in [begun, ended, held] {
         if outcome.is_finite() && outcome.first.is_none() {

@@ -9,7 +9,7 @@ use bristle::{
     KelvinVoigt, KelvinVoigtElement, KelvinVoigtParameters, Knot, LuGre, Maxwell, MaxwellArm,
     MaxwellParameters, ParameterError, PointMass, Prediction, RationalStribeck,
     RationalStribeckParameters, Rheology, Scalar, Spring, SpringParameters, SquareRoot, Stribeck,
-    StribeckParameters, Tabulated, Varying, VelocityHistory, Zener, ZenerParameters,
+    StribeckParameters, Tabulated, VelocityDependent, VelocityHistory, Zener, ZenerParameters,
 };
 use nalgebra::SVector;
 
@@ -160,7 +160,7 @@ pub(crate) fn frbd_spring<T: Scalar>(input: &Input<T>) -> Answer<T> {
 
 pub(crate) fn frbd_varying<T: Scalar>(input: &Input<T>) -> Answer<T> {
     let (most, scale) = (input.micro_damping, input.stribeck_velocity);
-    let law = Varying::of_speed(
+    let law = VelocityDependent::of_speed(
         move |speed: T| {
             let part = (-speed / scale).exp();
             (most * part, -most * part / scale)

@@ -1,0 +1,153 @@
+//! What a model is made of: the numbers that stand in its theorems.
+
+use crate::bounds::smaller;
+use crate::parameter::{ParameterError, Rule};
+use crate::scalar::{is_zero, lit, to_f64};
+use crate::{Bounds, Branch, FrictionCurve, Scalar};
+
+/// What a model is made of, as far as the laws of friction speak of it. From
+/// [`Bristle::characteristics`](crate::Bristle::characteristics).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Characteristics<T> {
+    /// Name of the model.
+    pub name: &'static str,
+    /// Micro-stiffness σ0 [1/m] over all velocities.
+    #[doc(alias = "sigma0")]
+    pub micro_stiffness: Bounds<T>,
+    /// Micro-damping σ1 [s/m] over all velocities.
+    #[doc(alias = "sigma1")]
+    pub micro_damping: Bounds<T>,
+    /// Friction coefficient at rest, μ_s \[–\].
+    #[doc(alias = "mu_s")]
+    pub static_coefficient: T,
+    /// Friction coefficient of steady sliding over all velocities, without a viscous part: its least
+    /// value is μ_d \[–\].
+    #[doc(alias = "mu_d")]
+    pub dry_coefficient: Bounds<T>,
+    /// Slope dμ/d|v| [s/m] just above rest: μ is differentiable at v = 0 only where it is zero. Minus
+    /// infinity for a Stribeck exponent below one.
+    pub slope_at_rest: T,
+    /// Least slope dμ/d|v| [s/m] over the speeds asked about, viscous part included. By a search over
+    /// the decades below the fastest, narrowed down around the least value found.
+    pub least_slope: T,
+    /// Viscous friction σ2 [s/m] outside the bristle: the term σ2 v of classical LuGre.
+    #[doc(alias = "sigma2")]
+    pub viscous_friction: T,
+    /// The viscous friction [s/m] without which the model is not passive, where there is such a
+    /// threshold: σ1 (μ_s − μ_d)/μ_d for classical LuGre.
+    pub needed_viscous_friction: Option<T>,
+    /// Regularised speed at rest |0|_ε [m/s]: √ε, or zero for an exact modulus.
+    pub speed_at_rest: T,
+    /// Deflection \[m\] up to which the bristle is elastic, for a model that has such a limit.
+    pub stick_limit: Option<T>,
+    /// Whether the bristle yields for ever under a steady force, see
+    /// [`Rheology::creeps`](crate::Rheology::creeps).
+    pub creeps: bool,
+    /// A speed, of those the search for the least slope looks at, at which the friction curve is not
+    /// what it says it is: not finite, or outside its own bounds.
+    pub curve_fault: Option<ParameterError>,
+}
+
+/// Speeds per decade, and decades, of the search for the least slope.
+const PER_DECADE: usize = 32;
+const DECADES: usize = 12;
+/// 10^(−1/32).
+const NEXT: f64 = 0.930_572_040_929_699_2;
+
+impl<T: Scalar> Characteristics<T> {
+    /// Of a curve for speeds up to `fastest` (finite) and a bristle; the rest is added by the model.
+    pub(super) fn new<C: FrictionCurve<T>>(
+        name: &'static str,
+        curve: &C,
+        (micro_stiffness, micro_damping): (Bounds<T>, Bounds<T>),
+        fastest: T,
+    ) -> Self {
+        let slope_at_rest = curve.slope_at_rest();
+        Self {
+            name,
+            micro_stiffness,
+            micro_damping,
+            static_coefficient: curve.at(T::zero()),
+            dry_coefficient: curve.without_viscous_friction().bounds(super::unlimited()),
+            slope_at_rest,
+            least_slope: smaller(slope_at_rest, least_slope(curve, fastest)),
+            viscous_friction: T::zero(),
+            needed_viscous_friction: None,
+            speed_at_rest: T::zero(),
+            stick_limit: None,
+            creeps: false,
+            curve_fault: curve_fault(curve, fastest),
+        }
+    }
+}
+
+/// The first speed of the search at which the curve is not finite or leaves its bounds.
+fn curve_fault<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> Option<ParameterError> {
+    let bounds = curve.bounds(fastest);
+    // The bounds are sums of the parameters, the values of a few functions.
+    let rounding = T::one() + lit::<T>(1e2) * T::default_epsilon();
+    let count = if is_zero(fastest) { 0 } else { PER_DECADE * DECADES };
+    let looked_at = core::iter::successors(Some(fastest), |&speed| Some(speed * lit::<T>(NEXT)))
+        .take(count)
+        .chain(core::iter::once(T::zero()));
+    for speed in looked_at {
+        for branch in [Branch::Forward, Branch::Backward] {
+            let velocity = if branch == Branch::Backward { -speed } else { speed };
+            let (mu, slope) = curve.coefficient_and_slope(branch.of(velocity));
+            let at = to_f64(velocity);
+            let inside = mu * rounding >= bounds.min && mu <= bounds.max * rounding;
+            if !(inside && mu > T::zero() && mu.is_finite()) {
+                let (least, most) = (to_f64(bounds.min), to_f64(bounds.max));
+                let rule = Rule::BetweenAt { least, most, place: at };
+                return Some(refused("friction curve", mu, rule));
+            }
+            // Infinitely steep it may be at rest.
+            if !slope.is_finite() && !is_zero(speed) {
+                let rule = Rule::FiniteAt { place: at };
+                return Some(refused("slope of the friction curve", slope, rule));
+            }
+        }
+    }
+    None
+}
+
+fn refused<T: Scalar>(name: &'static str, value: T, rule: Rule) -> ParameterError {
+    ParameterError { name, component: None, value: to_f64(value), rule }
+}
+
+/// The least dμ/d|v| at speeds up to `fastest`, by search.
+fn least_slope<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> T {
+    let side = |branch: Branch| {
+        let backward = branch == Branch::Backward;
+        let slope = |speed: T| {
+            let velocity = if backward { -speed } else { speed };
+            let (_, slope) = curve.coefficient_and_slope(branch.of(velocity));
+            if backward { -slope } else { slope }
+        };
+        let ratio: T = lit(NEXT);
+        let mut speed = fastest;
+        let (mut at, mut least) = (speed, slope(speed));
+        for _ in 0..PER_DECADE * DECADES {
+            speed *= ratio;
+            let here = slope(speed);
+            if here < least {
+                (at, least) = (speed, here);
+            }
+        }
+        // Thirds of the interval around it; flat at the bottom, so that half the digits are all of them.
+        let (mut low, mut high) = (at * ratio, smaller(at / ratio, fastest));
+        for _ in 0..80 {
+            let third = (high - low) / lit(3.0);
+            if slope(low + third) < slope(high - third) {
+                high -= third;
+            } else {
+                low += third;
+            }
+        }
+        smaller(least, slope((low + high) * lit(0.5)))
+    };
+    if is_zero(fastest) {
+        return curve.slope_at_rest();
+    }
+    smaller(side(Branch::Forward), side(Branch::Backward))
+}

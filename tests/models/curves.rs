@@ -1,0 +1,684 @@
+//! Friction curves and regularisations: limits, bounds, switches and branches.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
+
+use crate::common::closed_form::{Curve, Modulus, Table};
+use crate::common::recipe::{Recipe, decades, recipe, velocity};
+use crate::common::specimens::{coulomb, curves, rational, regularisations, stribeck, table};
+use crate::common::{assert_within, check, root};
+use bristle::{
+    Asymmetric, Bounds, Branch, Coulomb, FrictionCurve, HyperbolicTangent, Regularisation, Scalar,
+    Sliding, SquareRoot, Unregularised,
+};
+use proptest::prelude::*;
+
+/// Some ten roundings; an exponent w has its own multiplied by w e^−w < 1.
+const ROUNDING: f64 = 1e-14;
+
+const INFINITY: f64 = f64::INFINITY;
+
+// ---------------------------------------------------------------------------------------------
+// Values
+// ---------------------------------------------------------------------------------------------
+
+#[test]
+fn every_curve_is_its_closed_form() {
+    check(1024, (recipe(), velocity()), |(r, v)| {
+        for (curve, subject) in curves::<f64>(&r) {
+            let want = curve.mu(&r, v);
+            // The cubics of a table add up coefficients of either sign, as large as the knots'.
+            let scale = if curve == Curve::Tabulated { want + 10.0 * r.dynamic } else { want };
+            assert_within(ROUNDING, scale, subject.coefficient(v.into()), want, || {
+                format!("{curve:?} at v = {v:e}")
+            });
+            assert!(subject.coefficient(v.into()) > 0.0);
+            assert_eq!(subject.at(v), subject.coefficient(v.into()));
+        }
+    });
+}
+
+#[test]
+fn curves_start_at_static_friction_and_end_at_dynamic_and_viscous() {
+    check(256, recipe(), |r| {
+        for (curve, subject) in curves::<f64>(&r) {
+            let at_rest = match curve {
+                Curve::Coulomb => r.dynamic,
+                Curve::Tabulated => r.table[0] * r.dynamic,
+                Curve::Function => 1.5 * r.dynamic,
+                _ => r.static_,
+            };
+            // μ_d + (μ_s − μ_d) is μ_s up to two roundings.
+            let got = subject.coefficient(0.0.into());
+            assert_within(4.0 * f64::EPSILON, at_rest, got, at_rest, || format!("{curve:?}"));
+            let v = 1e9 * r.stribeck_velocity;
+            let far = match curve {
+                // What is left of the drop: 1e-18 of it; of a half for the function, 1e-9.
+                Curve::Rational | Curve::Coulomb | Curve::Stribeck(_) | Curve::Asymmetric => {
+                    r.dynamic + r.viscous * v
+                }
+                Curve::Function => r.dynamic * (1.0 + 0.5e-9),
+                Curve::Tabulated => continue,
+            };
+            let got = subject.coefficient(v.into());
+            assert_within(1e-14, far, got, far, || format!("{curve:?} at {v:e}"));
+        }
+    });
+}
+
+#[test]
+fn an_exponential_that_no_longer_counts_leaves_exactly_the_rest() {
+    let r = Recipe { viscous: 0.0, ..Recipe::TABLE_2 };
+    for exponent in [0.7, 1.0, 2.0, 3.3] {
+        let curve = stribeck::<f64>(&r, exponent);
+        // (|v|/v_S)^δ = 40, and e^−40 = 4e-18.
+        let v = r.stribeck_velocity * 40_f64.powf(1.0 / exponent);
+        assert_eq!(curve.coefficient(v.into()), r.dynamic);
+        assert_eq!(curve.coefficient_and_slope((-v).into()), (r.dynamic, 0.0));
+    }
+}
+
+#[test]
+fn the_stribeck_curve_has_no_seams_where_it_changes_method() {
+    // Below w = 1e-3 a series, above an exponential, and nothing beyond a rounding of μ_d: a few
+    // hundred neighbouring numbers on either side of both places.
+    for (static_, dynamic) in [(1.5, 1.0), (1.001, 1.0), (20.0, 0.01)] {
+        let r = Recipe { static_, dynamic, ..Recipe::TABLE_2 };
+        let drop = static_ - dynamic;
+        let negligible = (4.0 * drop / (f64::EPSILON * dynamic)).ln();
+        for exponent in [0.7, 1.0, 2.0, 3.3] {
+            let curve = stribeck::<f64>(&r, exponent);
+            for w in [1e-3, negligible] {
+                let middle = r.stribeck_velocity * w.powf(1.0 / exponent);
+                let mut previous = f64::NAN;
+                for i in -400..=400 {
+                    let v = middle * (1.0 + f64::from(i) * f64::EPSILON);
+                    let want = Curve::Stribeck(exponent).mu(&r, v);
+                    let (mu, slope) = curve.coefficient_and_slope(v.into());
+                    let name = || format!("δ = {exponent}, w = {w}, neighbour {i}");
+                    // A quarter of a rounding is cut off, and a few are made.
+                    assert_within(4.0 * f64::EPSILON, want, mu, want, name);
+                    assert!(!((mu - previous).abs() > 8.0 * f64::EPSILON * want), "{}", name());
+                    previous = mu;
+                    let u = v / r.stribeck_velocity;
+                    let steepness = exponent * u.powf(exponent - 1.0) / r.stribeck_velocity;
+                    let want_slope = r.viscous - drop * (-u.powf(exponent)).exp() * steepness;
+                    // The slope of what is cut off, besides roundings.
+                    let cut = f64::EPSILON * dynamic * steepness;
+                    let scale = r.viscous + drop * (-w).exp() * steepness;
+                    assert!(
+                        (slope - want_slope).abs() <= ROUNDING * scale + cut,
+                        "{}: {slope:e} {want_slope:e}",
+                        name()
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_curve_without_its_viscous_part_lacks_only_that() {
+    check(256, (recipe(), velocity()), |(r, v)| {
+        for (curve, subject) in curves::<f64>(&r) {
+            let viscous = subject.viscous_friction();
+            assert_eq!(viscous, if r.viscous == 0.0 { 0.0 } else { curve.viscous(&r) });
+            let dry = subject.without_viscous_friction();
+            assert_eq!(dry.viscous_friction(), 0.0, "{curve:?}");
+            let (whole, rest) = (subject.coefficient(v.into()), dry.coefficient(v.into()));
+            assert_within(ROUNDING, whole, rest + viscous * v.abs(), whole, || {
+                format!("{curve:?}")
+            });
+            assert!(dry.bounds(INFINITY).min > 0.0);
+        }
+    });
+}
+
+#[test]
+fn two_curves_in_one_share_only_a_viscous_part_they_both_have() {
+    let r = Recipe::TABLE_2;
+    let of = |viscous| Recipe { viscous, ..r };
+    let same = Asymmetric { forward: stribeck::<f64>(&r, 2.0), backward: coulomb(&r) };
+    assert_eq!(FrictionCurve::<f64>::viscous_friction(&same), r.viscous);
+    let dry = FrictionCurve::<f64>::without_viscous_friction(&same);
+    assert_eq!(dry, Asymmetric { forward: stribeck(&of(0.0), 2.0), backward: coulomb(&of(0.0)) });
+    let different = Asymmetric { forward: stribeck::<f64>(&r, 2.0), backward: coulomb(&of(0.3)) };
+    assert_eq!(FrictionCurve::<f64>::viscous_friction(&different), 0.0);
+    assert_eq!(FrictionCurve::<f64>::without_viscous_friction(&different), different);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Branches
+// ---------------------------------------------------------------------------------------------
+
+#[test]
+fn a_branch_gives_speed_and_direction() {
+    let parts = |branch: Branch, v: f64| {
+        let sliding = branch.of(v);
+        assert_eq!(sliding.velocity().to_bits(), v.to_bits());
+        (sliding.speed(), sliding.direction())
+    };
+    for (branch, v, want) in [
+        (Branch::Free, 0.3, (0.3, 1.0)),
+        (Branch::Free, -0.3, (0.3, -1.0)),
+        (Branch::Free, 0.0, (0.0, 0.0)),
+        (Branch::Free, -0.0, (0.0, 0.0)),
+        // So small that its square is zero.
+        (Branch::Free, 1e-300, (1e-300, 1.0)),
+        (Branch::Free, -f64::MIN_POSITIVE, (f64::MIN_POSITIVE, -1.0)),
+        (Branch::Free, -INFINITY, (INFINITY, -1.0)),
+        (Branch::Forward, 0.3, (0.3, 1.0)),
+        (Branch::Forward, -0.3, (-0.3, 1.0)),
+        (Branch::Forward, 0.0, (0.0, 1.0)),
+        (Branch::Backward, -0.3, (0.3, -1.0)),
+        (Branch::Backward, 0.3, (-0.3, -1.0)),
+        (Branch::Backward, 0.0, (0.0, -1.0)),
+    ] {
+        assert_eq!(parts(branch, v), want, "{branch:?} {v}");
+    }
+    assert_eq!(Sliding::from(-0.3), Branch::Free.of(-0.3));
+    assert_eq!(Branch::default(), Branch::Free);
+    for branch in [Branch::Free, Branch::Forward, Branch::Backward] {
+        assert!(branch.of(f64::NAN).speed().is_nan(), "{branch:?}");
+    }
+    assert!(Branch::Free.of(f64::NAN).direction().is_nan());
+}
+
+#[test]
+fn a_branch_follows_the_sign_of_the_velocity() {
+    for (v, branch) in [
+        (1e-300, Branch::Forward),
+        (-1e-300, Branch::Backward),
+        (0.0, Branch::Free),
+        (-0.0, Branch::Free),
+        (f64::NAN, Branch::Free),
+    ] {
+        assert_eq!(Branch::towards(v), branch, "{v}");
+        assert_eq!(Branch::towards(-v), branch.reversed(), "{v}");
+    }
+}
+
+#[test]
+fn even_curves_do_not_know_the_direction_and_others_say_so() {
+    check(256, (recipe(), velocity()), |(r, v)| {
+        for (curve, subject) in curves::<f64>(&r) {
+            assert_eq!(subject.is_even(), curve != Curve::Asymmetric);
+            if subject.is_even() {
+                let ((mu, slope), mirrored) = (
+                    subject.coefficient_and_slope(v.into()),
+                    subject.coefficient_and_slope((-v).into()),
+                );
+                assert_eq!(mirrored, (mu, -slope), "{curve:?} at {v:e}");
+            }
+        }
+    });
+}
+
+#[test]
+fn an_asymmetric_curve_asks_the_curve_of_the_direction() {
+    let r = Recipe::TABLE_2;
+    let (forward, backward) = (stribeck::<f64>(&r, 2.0), rational::<f64>(&r));
+    let curve = Asymmetric { forward, backward };
+    for v in [0.0, 1e-9, 4e-3, 2.0] {
+        for (sliding, of_direction) in [
+            (Branch::Forward.of(v), forward.coefficient_and_slope(Branch::Forward.of(v))),
+            (Branch::Forward.of(-v), forward.coefficient_and_slope(Branch::Forward.of(-v))),
+            (Branch::Backward.of(v), backward.coefficient_and_slope(Branch::Backward.of(v))),
+            (Branch::Backward.of(-v), backward.coefficient_and_slope(Branch::Backward.of(-v))),
+        ] {
+            assert_eq!(curve.coefficient_and_slope(sliding), of_direction);
+            assert_eq!(curve.coefficient(sliding), of_direction.0);
+        }
+        if v > 0.0 {
+            assert_eq!(curve.coefficient(v.into()), forward.coefficient(v.into()));
+            assert_eq!(curve.coefficient((-v).into()), backward.coefficient((-v).into()));
+        }
+    }
+    assert_eq!(curve.coefficient(0.0.into()), forward.coefficient(0.0.into()));
+}
+
+#[test]
+fn curves_continue_smoothly_to_speeds_of_the_wrong_sign() {
+    check(256, (recipe(), 0.0..0.2_f64), |(r, u)| {
+        // On the forward branch at v = −u v_S, by the formula of the positive speeds; evenly
+        // where |v|^δ has no other continuation.
+        let s = -u * r.stribeck_velocity;
+        let drop = r.static_ - r.dynamic;
+        for (curve, subject) in curves::<f64>(&r) {
+            let decay = match curve {
+                Curve::Stribeck(1.0) => u.exp(),
+                Curve::Stribeck(exponent) => (-u.powf(exponent)).exp(),
+                Curve::Asymmetric => (-u * u).exp(),
+                Curve::Rational => 1.0 / (1.0 + u * u),
+                Curve::Coulomb => 0.0,
+                Curve::Tabulated | Curve::Function => continue,
+            };
+            let want = r.dynamic + drop * decay + r.viscous * s;
+            let scale = r.dynamic + drop * decay + r.viscous * s.abs();
+            let got = subject.coefficient(Branch::Forward.of(s));
+            assert_within(ROUNDING, scale, got, want, || format!("{curve:?} at {s:e}"));
+            if curve != Curve::Asymmetric {
+                assert_eq!(subject.coefficient(Branch::Backward.of(-s)), got, "{curve:?}");
+            }
+        }
+    });
+}
+
+#[test]
+fn a_table_continues_its_first_cubic_to_speeds_of_the_wrong_sign() {
+    let knots = [(0.0, 0.42), (0.01, 0.35), (0.1, 0.30), (1.0, 0.33)];
+    let curve = table::<f64, 4>(knots);
+    // Lagrange extrapolation through four points of the first interval is that cubic itself.
+    let at = [0.0, 0.003, 0.006, 0.009];
+    for s in [-0.001, -0.004] {
+        let want: f64 = at
+            .iter()
+            .map(|&a| {
+                let weight: f64 =
+                    at.iter().filter(|&&b| b != a).map(|b| (s - b) / (a - b)).product();
+                weight * curve.coefficient(a.into())
+            })
+            .sum();
+        // Weights up to 25 multiply the roundings.
+        assert_within(1e-14, 25.0, curve.coefficient(Branch::Forward.of(s)), want, || {
+            format!("{s}")
+        });
+        assert_eq!(
+            curve.coefficient(Branch::Backward.of(-s)),
+            curve.coefficient(Branch::Forward.of(s))
+        );
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Bounds
+// ---------------------------------------------------------------------------------------------
+
+/// Extreme of a function of the speed by sampling and golden-section refinement about the best
+/// sample; `sign` +1 for the largest, −1 for the smallest value. Kinks can be as close together
+/// as they like and are sampled by themselves.
+fn extreme(f: impl Fn(f64) -> f64, fastest: f64, kinks: &[f64], sign: f64) -> f64 {
+    let smallest = 1e-12 * fastest;
+    let n = 600;
+    let ratio = (fastest / smallest).powf(1.0 / f64::from(n));
+    let mut speeds: Vec<f64> = (0..=n).map(|i| smallest * ratio.powi(i)).collect();
+    speeds.insert(0, 0.0);
+    *speeds.last_mut().unwrap() = fastest;
+    speeds.extend(kinks.iter().filter(|&&kink| kink < fastest));
+    speeds.sort_by(f64::total_cmp);
+    let value = |s: f64| sign * f(s);
+    let best =
+        (0..speeds.len()).max_by(|&a, &b| value(speeds[a]).total_cmp(&value(speeds[b]))).unwrap();
+    let mut low = speeds[best.saturating_sub(1)];
+    let mut high = speeds[(best + 1).min(speeds.len() - 1)];
+    let golden = 0.618_033_988_749_894_9;
+    for _ in 0..80 {
+        let (a, b) = (high - golden * (high - low), low + golden * (high - low));
+        if value(a) > value(b) {
+            high = b;
+        } else {
+            low = a;
+        }
+    }
+    sign * value(0.5 * (low + high)).max(value(speeds[best]))
+}
+
+#[test]
+fn bounds_are_valid_and_tight() {
+    check(64, (recipe(), decades(1e-3, 1e4)), |(r, reach)| {
+        let fastest = reach * r.stribeck_velocity;
+        for (curve, subject) in curves::<f64>(&r) {
+            // Those of a closure are taken on trust.
+            if curve == Curve::Function {
+                continue;
+            }
+            let bounds = subject.bounds(fastest);
+            let both = |v: f64| [v, -v].map(|v| curve.mu(&r, v));
+            let largest = |s: f64| both(s).into_iter().fold(0.0, f64::max);
+            let smallest = |s: f64| both(s).into_iter().fold(INFINITY, f64::min);
+            let kinks = r.knots().map(|(speed, _)| speed);
+            let name = || format!("{curve:?} up to {fastest:e}");
+            // A flat extreme is found to all digits of its value from half of those of its place.
+            let found = extreme(smallest, fastest, &kinks, -1.0);
+            assert_within(1e-12, found, bounds.min, found, || format!("min of {}", name()));
+            let found = extreme(largest, fastest, &kinks, 1.0);
+            assert_within(1e-12, found, bounds.max, found, || format!("max of {}", name()));
+        }
+    });
+}
+
+#[test]
+fn bounds_over_every_velocity_are_the_limits() {
+    check(128, recipe(), |r| {
+        for (curve, subject) in curves::<f64>(&r) {
+            let bounds = subject.bounds(INFINITY);
+            let rises = match curve {
+                Curve::Tabulated => Table(r.knots()).slope(4) > 0.0,
+                Curve::Function => false,
+                _ => r.viscous > 0.0,
+            };
+            // Fast enough to be past every turn, which lies where e^−(v/v_S)^δ still counts.
+            let fast = subject.bounds(1e7 * r.stribeck_velocity);
+            assert_eq!(bounds.max == INFINITY, rises, "{curve:?}: {bounds:?}");
+            if !rises {
+                assert_eq!(bounds.max, fast.max, "{curve:?}");
+            }
+            // The rational curve still has 1e-14 of its drop there.
+            let scale = bounds.min + 1e-2 * (r.static_ - r.dynamic);
+            assert_within(1e-12, scale, bounds.min, fast.min, || format!("{curve:?}"));
+        }
+    });
+}
+
+#[test]
+fn a_flat_start_with_viscosity_has_its_maximum_just_above_rest() {
+    // The slope is zero where the decay is as steep as σ2 v_S/(μ_s − μ_d): once before the place
+    // where it is steepest (u^δ = (δ−1)/δ, and 1/√3 for the rational curve), and once after.
+    let stribeck_steepness = |d: f64| {
+        move |u: f64| if u == 0.0 { 0.0 } else { d * u.powf(d - 1.0) * (-u.powf(d)).exp() }
+    };
+    let rational_steepness = |u: f64| 2.0 * u / (1.0 + u * u).powi(2);
+    let of = |d: f64| ((d - 1.0) / d).powf(1.0 / d);
+    type Steepness<'a> = Box<dyn Fn(f64) -> f64 + 'a>;
+    let curves: [(Curve, f64, Steepness<'_>); 5] = [
+        (Curve::Stribeck(2.0), of(2.0), Box::new(stribeck_steepness(2.0))),
+        (Curve::Stribeck(1.5), of(1.5), Box::new(stribeck_steepness(1.5))),
+        (Curve::Stribeck(3.3), of(3.3), Box::new(stribeck_steepness(3.3))),
+        (Curve::Stribeck(8.0), of(8.0), Box::new(stribeck_steepness(8.0))),
+        (Curve::Rational, 3.0_f64.sqrt().recip(), Box::new(rational_steepness)),
+    ];
+    for (curve, steepest, steepness) in curves {
+        // Far below the steepest fall, and hardly below it.
+        for share in [0.1, 0.6, 0.98] {
+            let balance = share * steepness(steepest);
+            let drop = Recipe::TABLE_2.static_ - Recipe::TABLE_2.dynamic;
+            let viscous = balance * drop / Recipe::TABLE_2.stribeck_velocity;
+            let r = Recipe { viscous, ..Recipe::TABLE_2 };
+            let bounds = |fastest: f64| match curve {
+                Curve::Stribeck(exponent) => stribeck::<f64>(&r, exponent).bounds(fastest),
+                _ => rational::<f64>(&r).bounds(fastest),
+            };
+            let summit = root(0.0, steepest, |u| steepness(u) - balance) * r.stribeck_velocity;
+            let valley = root(steepest, 20.0, |u| balance - steepness(u)) * r.stribeck_velocity;
+            let mu = |v: f64| curve.mu(&r, v);
+            assert!(mu(summit) > r.static_ && mu(valley) < mu(summit));
+            let lowest = mu(valley).min(r.static_);
+            for (fastest, min, max) in [
+                (0.5 * summit, r.static_, mu(0.5 * summit)),
+                (summit * 1.001, r.static_, mu(summit)),
+                (valley * 1.001, lowest, mu(summit)),
+                (100.0, lowest, mu(100.0)),
+            ] {
+                let got = bounds(fastest);
+                let name = |end| move || format!("{end} of {curve:?}, {share}, up to {fastest}");
+                assert_within(ROUNDING, min, got.min, min, name("min"));
+                assert_within(ROUNDING, max, got.max, max, name("max"));
+            }
+        }
+    }
+}
+
+#[test]
+fn ranges_unite_and_know_a_constant() {
+    let a = Bounds { min: 1.0, max: 2.0 };
+    assert_eq!(a.union(Bounds { min: 0.5, max: 1.5 }), Bounds { min: 0.5, max: 2.0 });
+    assert_eq!(a.union(Bounds::constant(3.0)), Bounds { min: 1.0, max: 3.0 });
+    assert!(Bounds::constant(0.3).is_constant() && !a.is_constant());
+}
+
+// ---------------------------------------------------------------------------------------------
+// Tables
+// ---------------------------------------------------------------------------------------------
+
+/// Tables of five to many knots at random distances and heights.
+fn knots() -> impl Strategy<Value = [(f64, f64); 6]> {
+    (prop::array::uniform6(decades(1e-4, 1e1)), prop::array::uniform6(0.1..2.0)).prop_map(
+        |(widths, coefficients)| {
+            let mut speed = 0.0;
+            std::array::from_fn(|i| {
+                speed += if i == 0 { 0.0 } else { widths[i] };
+                (speed, coefficients[i])
+            })
+        },
+    )
+}
+
+#[test]
+fn a_table_passes_through_its_knots_and_is_monotone_between_them() {
+    check(256, knots(), |knots| {
+        let curve = table::<f64, 6>(knots);
+        for (i, &(speed, mu)) in knots.iter().enumerate() {
+            assert_eq!(curve.coefficient(speed.into()), mu);
+            assert_eq!(curve.coefficient((-speed).into()), mu);
+            let Some(&(next, to)) = knots.get(i + 1) else { continue };
+            let mut previous = mu;
+            for k in 1..=50 {
+                let s = speed + (next - speed) * f64::from(k) / 50.0;
+                let value = curve.coefficient(s.into());
+                // A cubic that is level somewhere rounds about its level there.
+                let slack = 16.0 * f64::EPSILON * (mu + to);
+                assert!((value - previous) * (to - mu).signum() >= -slack, "at {s}");
+                assert!(value >= mu.min(to) - slack && value <= mu.max(to) + slack);
+                previous = value;
+                // The sign of the slope agrees, up to roundings of the steepest slope, which is
+                // three secants, and of the place.
+                let slope = curve.coefficient_and_slope(s.into()).1;
+                let width = next - speed;
+                let secant = (to - mu).abs() / width;
+                let slack = (1e-13 + 20.0 * f64::EPSILON * next / width) * secant;
+                assert!(k == 50 || slope * (to - mu).signum() >= -slack, "at {s}");
+            }
+        }
+    });
+}
+
+#[test]
+fn a_table_is_continuously_differentiable_at_its_knots_and_beyond() {
+    check(256, knots(), |knots| {
+        let curve = table::<f64, 6>(knots);
+        for (i, &(speed, _)) in knots.iter().enumerate().skip(1) {
+            let (below, above) = (speed * (1.0 - f64::EPSILON), speed);
+            let (left, right) = (
+                curve.coefficient_and_slope(below.into()),
+                curve.coefficient_and_slope(above.into()),
+            );
+            let steepest = Table(knots).slope_terms(below) + Table(knots).slope_terms(above);
+            // Half a rounding of the speed away, the value differs by that times the slope and
+            // by a few roundings, and the slope by the curvature, at most ten slopes per width.
+            let width = speed - knots[i - 1].0;
+            let step = speed * f64::EPSILON;
+            let name = || format!("knot {i} at {speed:e}");
+            assert_within(1.0, 16.0 * f64::EPSILON + 2.0 * step * steepest, left.0, right.0, name);
+            let slack = (1e-13 + 10.0 * step / width) * steepest;
+            assert_within(1.0, slack, left.1, right.1, name);
+            assert_within(1e-12, steepest, right.1, Table(knots).slope(i), name);
+        }
+        // Straight on, rising or level.
+        let (last, mu) = knots[5];
+        let slope = curve.coefficient_and_slope(last.into()).1;
+        assert!(slope >= 0.0);
+        for s in [last, 2.0 * last, 1e6 * last] {
+            let (value, there) = curve.coefficient_and_slope(s.into());
+            assert_eq!(there, slope);
+            let want = mu + slope * (s - last);
+            assert_within(4.0 * f64::EPSILON, want, value, want, || format!("beyond at {s:e}"));
+        }
+    });
+}
+
+#[test]
+fn a_table_has_its_extremes_at_knots() {
+    let curve = table::<f64, 4>([(0.0, 0.42), (0.01, 0.35), (0.1, 0.30), (1.0, 0.33)]);
+    let of = |fastest| curve.bounds(fastest);
+    assert_eq!(of(0.0), Bounds::constant(0.42));
+    assert_eq!(of(0.01), Bounds { min: 0.35, max: 0.42 });
+    assert_eq!(of(0.1), Bounds { min: 0.30, max: 0.42 });
+    assert_eq!(of(0.05), Bounds { min: curve.coefficient(0.05.into()), max: 0.42 });
+    assert_eq!(of(1.0), Bounds { min: 0.30, max: 0.42 });
+    assert_eq!(of(100.0), Bounds { min: 0.30, max: curve.coefficient(100.0.into()) });
+    // It rises at its end, so it rises for ever.
+    assert_eq!(of(INFINITY), Bounds { min: 0.30, max: INFINITY });
+}
+
+#[test]
+fn two_knots_make_a_line_or_an_arc_that_ends_level() {
+    let rising = table::<f64, 2>([(0.0, 0.2), (2.0, 0.4)]);
+    for s in [0.0, 0.5, 1.0, 2.0, 7.0] {
+        assert_within(ROUNDING, 1.0, rising.coefficient(s.into()), 0.2 + 0.1 * s, || {
+            format!("{s}")
+        });
+    }
+    // Falling: slope −0.1 at rest, zero at the end, t = s/2:
+    // 0.4 − 0.2t at first order, and the Hermite cubic 0.4 − 0.2 (t + t² − t³).
+    let falling = table::<f64, 2>([(0.0, 0.4), (2.0, 0.2)]);
+    for t in [0.0_f64, 0.25, 0.5, 1.0] {
+        let want = 0.4 - 0.2 * (t + t * t - t * t * t);
+        assert_within(ROUNDING, 1.0, falling.coefficient((2.0 * t).into()), want, || {
+            format!("{t}")
+        });
+    }
+    assert_eq!(falling.coefficient_and_slope(9.0.into()), (0.2, 0.0));
+    assert_eq!(falling.bounds(INFINITY), Bounds { min: 0.2, max: 0.4 });
+}
+
+// ---------------------------------------------------------------------------------------------
+// Regularisations
+// ---------------------------------------------------------------------------------------------
+
+#[test]
+fn every_regularisation_is_its_closed_form() {
+    check(1024, (recipe(), velocity()), |(r, v)| {
+        for (modulus, subject) in regularisations::<f64>(&r) {
+            let name = || format!("{modulus:?} at v = {v:e}");
+            let (speed, sign) = (modulus.speed(&r, v), modulus.sign(&r, v));
+            assert_within(ROUNDING, speed, subject.speed(v.into()), speed, name);
+            assert_within(ROUNDING, sign.abs(), subject.sign(v.into()), sign, name);
+            let at_rest = match modulus {
+                Modulus::Exact => 0.0,
+                Modulus::SquareRoot => r.epsilon.sqrt(),
+                Modulus::HyperbolicTangent => r.threshold,
+            };
+            assert_within(ROUNDING, at_rest, subject.speed_at_rest(), at_rest, name);
+            assert_within(ROUNDING, at_rest, subject.speed(0.0.into()), at_rest, name);
+        }
+    });
+}
+
+#[test]
+fn a_regularised_speed_is_larger_and_its_sign_smaller() {
+    check(1024, (recipe(), velocity()), |(r, v)| {
+        for (modulus, subject) in regularisations::<f64>(&r) {
+            let name = || format!("{modulus:?} at v = {v:e}");
+            let (speed, sign) = (subject.speed(v.into()), subject.sign(v.into()));
+            // Half a rounding of a root, a quotient, a tanh.
+            let up = 1.0 + 2.0 * f64::EPSILON;
+            assert!(speed * up >= v.abs(), "{}", name());
+            assert!(speed <= (v.abs() + subject.speed_at_rest()) * up, "{}", name());
+            assert!(sign.abs() <= up, "{}", name());
+            assert_within(ROUNDING, v.abs(), sign * speed, v, name);
+            // Even and odd, to the last bit.
+            assert_eq!(subject.speed((-v).into()), speed, "{}", name());
+            assert_eq!(subject.sign((-v).into()), -sign, "{}", name());
+            let ((a, b), (c, d)) =
+                (subject.speed_and_slope((-v).into()), subject.sign_and_slope((-v).into()));
+            let (slope, sign_slope) =
+                (subject.speed_and_slope(v.into()).1, subject.sign_and_slope(v.into()).1);
+            assert_eq!((a, b, c, d), (speed, -slope, -sign, sign_slope), "{}", name());
+            assert!(slope.abs() <= up && sign_slope >= 0.0, "{}", name());
+        }
+    });
+}
+
+#[test]
+fn only_the_exact_modulus_knows_a_branch() {
+    let r = Recipe::TABLE_2;
+    for (modulus, subject) in regularisations::<f64>(&r) {
+        let (locked, free) = (Branch::Forward.of(-1e-6), Branch::Free.of(-1e-6));
+        if modulus == Modulus::Exact {
+            assert_eq!((subject.speed(locked), subject.sign(locked)), (-1e-6, 1.0));
+            assert_eq!(subject.speed_and_slope(locked), (-1e-6, 1.0));
+            assert_eq!(subject.sign_and_slope(Branch::Free.of(0.0)), (0.0, 0.0));
+        } else {
+            // Smooth as they are.
+            assert_eq!(subject.speed_and_slope(locked), subject.speed_and_slope(free));
+            assert_eq!(subject.sign_and_slope(locked), subject.sign_and_slope(free));
+        }
+    }
+    assert_eq!(Regularisation::<f64>::speed_at_rest(&Unregularised), 0.0);
+}
+
+#[test]
+fn the_hyperbolic_tangent_has_no_seams_where_its_series_ends() {
+    let tangent = HyperbolicTangent::new(1.0).unwrap();
+    // u² = 1e-8 for the speed, 0.1225 for its slope.
+    let mut previous = f64::NAN;
+    for i in -400..=400 {
+        let u = 1e-4 * (1.0 + f64::from(i) * f64::EPSILON);
+        let speed = tangent.speed(u.into());
+        // 1 + u²/3 − u⁴/45, next term u⁶ 2/945 = 2e-27.
+        let want = 1.0 + u * u / 3.0 - u.powi(4) / 45.0;
+        assert_within(4.0 * f64::EPSILON, 1.0, speed, want, || format!("speed, {i}"));
+        assert!(!((speed - previous).abs() > 4.0 * f64::EPSILON));
+        previous = speed;
+    }
+    let mut previous = f64::NAN;
+    for i in -400..=400 {
+        let u = 0.35 * (1.0 + f64::from(i) * f64::EPSILON);
+        let slope = tangent.speed_and_slope(u.into()).1;
+        // coth u − u/sinh² u cancels 2.9 and 2.7 to 0.23 here: thirty roundings.
+        let want = 1.0 / u.tanh() - u / u.sinh().powi(2);
+        assert_within(60.0 * f64::EPSILON, want, slope, want, || format!("slope, {i}"));
+        assert!(!((slope - previous).abs() > 60.0 * f64::EPSILON * want));
+        previous = slope;
+    }
+}
+
+#[test]
+fn a_regularisation_of_ones_own_needs_three_methods() {
+    /// √(v² + ε) by the required methods alone.
+    #[derive(Debug, Clone)]
+    struct Bare(f64);
+    impl Regularisation<f64> for Bare {
+        fn speed(&self, sliding: Sliding<f64>) -> f64 {
+            (sliding.velocity().powi(2) + self.0).sqrt()
+        }
+        fn speed_and_slope(&self, sliding: Sliding<f64>) -> (f64, f64) {
+            let speed = self.speed(sliding);
+            (speed, sliding.velocity() / speed)
+        }
+        fn speed_at_rest(&self) -> f64 {
+            self.0.sqrt()
+        }
+    }
+    let (bare, own) = (Bare(1e-4), SquareRoot::new(1e-4).unwrap());
+    for v in [-3.0, -1e-2, 0.0, 1e-5, 2e-3, 0.7] {
+        let ((sign, slope), want) = (bare.sign_and_slope(v.into()), own.sign_and_slope(v.into()));
+        assert_within(ROUNDING, 1.0, sign, want.0, || format!("{v}"));
+        assert_within(ROUNDING, 1.0, bare.sign(v.into()), own.sign(v.into()), || format!("{v}"));
+        // (1 − sgn²)/|v|_ε cancels.
+        assert_within(ROUNDING, 1.0 / own.speed(v.into()), slope, want.1, || format!("{v}"));
+    }
+}
+
+#[test]
+fn a_curve_of_ones_own_needs_three_methods() {
+    /// μ = 0.1 + |v|, which the library does not know to have a viscous part.
+    #[derive(Debug, Clone)]
+    struct Own;
+    impl<T: Scalar> FrictionCurve<T> for Own {
+        fn coefficient(&self, sliding: Sliding<T>) -> T {
+            crate::common::lit::<T>(0.1) + sliding.speed()
+        }
+        fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
+            (self.coefficient(sliding), sliding.direction())
+        }
+        fn bounds(&self, fastest: T) -> Bounds<T> {
+            Bounds { min: crate::common::lit(0.1), max: crate::common::lit::<T>(0.1) + fastest }
+        }
+    }
+    assert_eq!(FrictionCurve::<f64>::viscous_friction(&Own), 0.0);
+    assert!(FrictionCurve::<f64>::is_even(&Own));
+    let dry = FrictionCurve::<f64>::without_viscous_friction(&Own);
+    assert_eq!(dry.coefficient(Sliding::from(-2.0)), 2.1);
+    let both = Asymmetric { forward: Own, backward: coulomb::<f64>(&Recipe::TABLE_2) };
+    assert_eq!(both.bounds(2.0), Bounds { min: 0.1, max: 2.1 });
+    let _: Coulomb<f64> = both.backward;
+}

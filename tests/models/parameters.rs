@@ -1,0 +1,743 @@
+//! The gate: what every constructor refuses, in which words, and that what it lets through gives
+//! finite answers.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
+
+use crate::common::lit;
+use crate::common::recipe::Recipe;
+use crate::common::specimens::{coulomb, kelvin_voigt, spring, stribeck};
+use bristle::{
+    Bounds, Branch, Bristle, Coulomb, CoulombParameters, Dahl, DahlParameters, Deflection,
+    ElastoPlastic, ElastoPlasticParameters, FrBd, FrictionCurve, FunctionCurve, HyperbolicTangent,
+    KelvinVoigt, KelvinVoigtParameters, Knot, LuGre, ParameterError, RationalStribeck,
+    RationalStribeckParameters, Regularisation, Rule, Scalar, Sliding, Spring, SpringParameters,
+    SquareRoot, Stribeck, StribeckParameters, Tabulated, VelocityDependent,
+};
+
+// ---------------------------------------------------------------------------------------------
+// One parameter at a time
+// ---------------------------------------------------------------------------------------------
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    Positive,
+    NonNegative,
+}
+
+/// One parameter of one constructor: everything else is harmless.
+struct Gate<T> {
+    what: &'static str,
+    name: &'static str,
+    kind: Kind,
+    build: Box<dyn Fn(T) -> Result<(), ParameterError>>,
+}
+
+/// A parameter struct with one field replaced, and its constructor.
+macro_rules! gate {
+    ($list:ident, $kind:ident, $type:ident, $parameters:expr, $field:ident) => {
+        $list.push(Gate {
+            what: stringify!($type),
+            name: stringify!($field),
+            kind: Kind::$kind,
+            build: Box::new(move |value| {
+                let mut parameters = $parameters;
+                parameters.$field = value;
+                $type::new(parameters).map(drop)
+            }),
+        })
+    };
+}
+
+/// A constructor that takes the number itself.
+fn plain<T: Scalar>(
+    what: &'static str,
+    name: &'static str,
+    kind: Kind,
+    build: impl Fn(T) -> Result<(), ParameterError> + 'static,
+) -> Gate<T> {
+    Gate { what, name, kind, build: Box::new(build) }
+}
+
+fn stribeck_parameters<T: Scalar>() -> StribeckParameters<T> {
+    StribeckParameters {
+        // As large as can be, so that it does not stand in the way of the dynamic coefficient.
+        static_coefficient: lit(1e15),
+        dynamic_coefficient: lit(1e-18),
+        stribeck_velocity: lit(0.01),
+        stribeck_exponent: lit(2.0),
+        viscous_friction: lit(0.04),
+    }
+}
+
+fn rational_parameters<T: Scalar>() -> RationalStribeckParameters<T> {
+    let StribeckParameters {
+        static_coefficient,
+        dynamic_coefficient,
+        stribeck_velocity,
+        viscous_friction,
+        ..
+    } = stribeck_parameters();
+    RationalStribeckParameters {
+        static_coefficient,
+        dynamic_coefficient,
+        stribeck_velocity,
+        viscous_friction,
+    }
+}
+
+/// Every parameter of every constructor that is a number with a range of its own.
+fn gates<T: Scalar>() -> Vec<Gate<T>> {
+    let mut list = Vec::new();
+    let c = CoulombParameters { dynamic_coefficient: lit::<T>(0.3), viscous_friction: lit(0.1) };
+    gate!(list, Positive, Coulomb, c, dynamic_coefficient);
+    gate!(list, NonNegative, Coulomb, c, viscous_friction);
+    let s = stribeck_parameters::<T>();
+    gate!(list, Positive, Stribeck, s, static_coefficient);
+    gate!(list, Positive, Stribeck, s, dynamic_coefficient);
+    gate!(list, Positive, Stribeck, s, stribeck_velocity);
+    gate!(list, Positive, Stribeck, s, stribeck_exponent);
+    gate!(list, NonNegative, Stribeck, s, viscous_friction);
+    let r = rational_parameters::<T>();
+    gate!(list, Positive, RationalStribeck, r, static_coefficient);
+    gate!(list, Positive, RationalStribeck, r, dynamic_coefficient);
+    gate!(list, Positive, RationalStribeck, r, stribeck_velocity);
+    gate!(list, NonNegative, RationalStribeck, r, viscous_friction);
+    let d = DahlParameters { dynamic_coefficient: lit::<T>(0.3), micro_stiffness: lit(1e4) };
+    gate!(list, Positive, Dahl, d, dynamic_coefficient);
+    gate!(list, Positive, Dahl, d, micro_stiffness);
+    gate!(
+        list,
+        Positive,
+        Spring,
+        SpringParameters { micro_stiffness: lit::<T>(1e4) },
+        micro_stiffness
+    );
+    let kv =
+        KelvinVoigtParameters { micro_stiffness: lit::<T>(1e4), micro_damping: lit::<T>(60.0) };
+    gate!(list, Positive, KelvinVoigt, kv, micro_stiffness);
+    gate!(list, NonNegative, KelvinVoigt, kv, micro_damping);
+    list.push(plain("SquareRoot", "regularisation", Kind::Positive, |e: T| {
+        SquareRoot::new(e).map(drop)
+    }));
+    list.push(plain("HyperbolicTangent", "threshold_velocity", Kind::Positive, |v: T| {
+        HyperbolicTangent::new(v).map(drop)
+    }));
+    list.push(plain("Contact", "normal_force", Kind::NonNegative, |p: T| {
+        Dahl::new(DahlParameters { dynamic_coefficient: lit(0.3), micro_stiffness: lit(1e4) })
+            .unwrap()
+            .under_load(p)
+            .map(drop)
+    }));
+    list.push(plain("Contact", "normal_force", Kind::NonNegative, |p: T| {
+        Dahl::new(DahlParameters { dynamic_coefficient: lit(0.3), micro_stiffness: lit(1e4) })
+            .unwrap()
+            .under_load(T::one())
+            .unwrap()
+            .with_normal_force(p)
+            .map(drop)
+    }));
+    list.push(plain("FunctionCurve", "bounds.min", Kind::Positive, |min: T| {
+        let bounds = Bounds { min, max: lit(1e15) };
+        FunctionCurve::new(|speed: T| (speed, T::one()), bounds).map(drop)
+    }));
+    let constant = |_: Sliding<T>| (T::one(), T::zero());
+    list.push(plain("Varying", "micro_stiffness", Kind::Positive, move |min: T| {
+        let micro_stiffness = VelocityDependent::new(constant, Bounds { min, max: lit(1e15) });
+        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping: T::zero() })
+            .map(drop)
+    }));
+    list.push(plain("Varying", "micro_damping", Kind::NonNegative, move |min: T| {
+        let micro_damping = VelocityDependent::new(constant, Bounds { min, max: lit(1e15) });
+        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: T::one(), micro_damping })
+            .map(drop)
+    }));
+    list.push(plain("ElastoPlastic", "stick_limit", Kind::Positive, |stick_limit: T| {
+        ElastoPlastic::new(ElastoPlasticParameters {
+            // So that min μ/σ0 is as large as it can be.
+            curve: Coulomb::new(CoulombParameters {
+                dynamic_coefficient: lit(1e15),
+                viscous_friction: T::zero(),
+            })
+            .unwrap(),
+            rheology: kelvin_voigt(lit::<T>(1e-18), T::zero()),
+            stick_limit,
+        })
+        .map(drop)
+    }));
+    list
+}
+
+/// Asserts a refusal that names parameter, value and rule. NaN is the value it was given.
+#[track_caller]
+fn assert_refused(
+    result: Result<(), ParameterError>,
+    (name, component, value, rule): (&str, Option<usize>, f64, Rule),
+    what: &str,
+) {
+    let error = result.expect_err(what);
+    assert_eq!((error.name, error.component, error.rule), (name, component, rule), "{what}");
+    assert!(
+        error.value == value || (error.value.is_nan() && value.is_nan()),
+        "{what}: says {:e}",
+        error.value
+    );
+}
+
+/// Puts every bad number into every parameter. `least` and `most` are the documented limits of
+/// the scalar type, `subnormal` one of its subnormal numbers.
+fn every_parameter_refuses<T: Scalar>(least: f64, most: f64, subnormal: T, largest: T) {
+    // As this type rounds them.
+    let wide = |value: T| value.to_subset_unchecked();
+    for gate in gates::<T>() {
+        let rule = match gate.kind {
+            Kind::Positive => Rule::Positive { least, most },
+            Kind::NonNegative => Rule::NonNegative { most },
+        };
+        let infinity = T::one() / T::zero();
+        let always = [
+            infinity * T::zero(),
+            infinity,
+            -infinity,
+            -T::one(),
+            -lit::<T>(least),
+            -subnormal,
+            lit(most * 1.001),
+            largest,
+        ];
+        let never_zero = [T::zero(), -T::zero(), subnormal, lit(least * 0.999)];
+        let what = |value: T| format!("{}::{} = {value}", gate.what, gate.name);
+        for value in always {
+            let expected = (gate.name, None, wide(value), rule);
+            assert_refused((gate.build)(value), expected, &what(value));
+        }
+        for value in never_zero {
+            if gate.kind == Kind::Positive {
+                let expected = (gate.name, None, wide(value), rule);
+                assert_refused((gate.build)(value), expected, &what(value));
+            } else {
+                assert_eq!((gate.build)(value), Ok(()), "{}", what(value));
+            }
+        }
+        // The limits themselves belong to the range. (The extremes of a static coefficient and of
+        // a stick limit have another rule to keep, tested below.)
+        if !["static_coefficient", "dynamic_coefficient", "stick_limit"].contains(&gate.name) {
+            for value in [lit(least), T::one()] {
+                assert_eq!((gate.build)(value), Ok(()), "{}", what(value));
+            }
+            if gate.name != "bounds.min" && gate.what != "Varying" {
+                assert_eq!((gate.build)(lit(most)), Ok(()), "{}", what(lit(most)));
+            }
+        }
+    }
+}
+
+#[test]
+fn every_parameter_refuses_what_is_out_of_its_range() {
+    every_parameter_refuses::<f64>(1e-100, 1e100, 5e-324, f64::MAX);
+}
+
+#[test]
+fn every_parameter_refuses_what_is_out_of_its_range_in_single_precision() {
+    every_parameter_refuses::<f32>(1e-18, 1e15, 1e-45, f32::MAX);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Rules between parameters
+// ---------------------------------------------------------------------------------------------
+
+#[test]
+fn static_friction_is_at_least_dynamic_friction() {
+    let s = StribeckParameters { dynamic_coefficient: 0.5, ..stribeck_parameters() };
+    let r = RationalStribeckParameters { dynamic_coefficient: 0.5, ..rational_parameters() };
+    let just_below = 0.5_f64.next_down();
+    let rule = Rule::AtLeast { other: "dynamic_coefficient", limit: 0.5 };
+    let expected = ("static_coefficient", None, just_below, rule);
+    let with = |static_coefficient| {
+        (
+            Stribeck::new(StribeckParameters { static_coefficient, ..s }).map(drop),
+            RationalStribeck::new(RationalStribeckParameters { static_coefficient, ..r }).map(drop),
+        )
+    };
+    assert_refused(with(just_below).0, expected, "Stribeck");
+    assert_refused(with(just_below).1, expected, "RationalStribeck");
+    assert_eq!(with(0.5), (Ok(()), Ok(())));
+}
+
+#[test]
+fn the_stick_limit_lies_below_the_least_full_deflection() {
+    // The least coefficient of a curve is not always μ_d: here 0.2 at the middle knot.
+    let curve = Tabulated::new(
+        [(0.0, 0.4), (0.1, 0.2), (1.0, 0.3)]
+            .map(|(speed, coefficient)| Knot { speed, coefficient }),
+    )
+    .unwrap();
+    let with = |stick_limit| {
+        ElastoPlastic::new(ElastoPlasticParameters {
+            curve,
+            rheology: kelvin_voigt(1e4, 60.0),
+            stick_limit,
+        })
+        .map(drop)
+    };
+    let limit = 0.2 / 1e4;
+    let rule = Rule::Below { other: "min μ/σ0", limit };
+    assert_refused(with(limit), ("stick_limit", None, limit, rule), "equal");
+    assert_refused(with(1e-3), ("stick_limit", None, 1e-3, rule), "above");
+    assert_eq!(with(limit.next_down()), Ok(()));
+}
+
+#[test]
+fn bounds_are_in_order() {
+    let curve = |min, max| {
+        FunctionCurve::new(|speed: f64| (1.0 + speed, 1.0), Bounds { min, max }).map(drop)
+    };
+    let law = |min, max| VelocityDependent::new(|_: Sliding<f64>| (1.0, 0.0), Bounds { min, max });
+    let damped = |min, max| {
+        let micro_damping = law(min, max);
+        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping }).map(drop)
+    };
+    let stiff = |min, max| {
+        let micro_stiffness = law(min, max);
+        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping: 1.0 }).map(drop)
+    };
+    let own = |name| ("its lower bound", name);
+    for (build, (other, name)) in [
+        (&curve as &dyn Fn(f64, f64) -> Result<(), ParameterError>, ("bounds.min", "bounds.max")),
+        (&damped, own("micro_damping")),
+        (&stiff, own("micro_stiffness")),
+    ] {
+        for max in [0.5_f64.next_down(), -1.0, 0.0, f64::NAN, f64::NEG_INFINITY] {
+            let rule = Rule::AtLeast { other, limit: 0.5 };
+            assert_refused(build(0.5, max), (name, None, max, rule), name);
+        }
+        assert_eq!(build(0.5, 0.5), Ok(()));
+        assert_eq!(build(0.5, f64::INFINITY), Ok(()));
+    }
+    assert_eq!(damped(0.0, 0.0), Ok(()));
+}
+
+#[test]
+fn a_table_starts_at_rest_and_goes_on() {
+    fn with<const N: usize>(knots: [(f64, f64); N]) -> Result<(), ParameterError> {
+        Tabulated::new(knots.map(|(speed, coefficient)| Knot { speed, coefficient })).map(drop)
+    }
+    let nan = f64::NAN;
+    let range = Rule::Positive { least: 1e-100, most: 1e100 };
+    let magnitude = Rule::Magnitude { most: 1e100 };
+    let count = Rule::Count { least: 2 };
+    assert_refused(with([]), ("knots", None, 0.0, count), "none");
+    assert_refused(with([(0.0, 1.0)]), ("knots", None, 1.0, count), "one");
+    for first in [1e-3, -1e-3, nan, f64::INFINITY, 5e-324] {
+        let expected = ("speed", Some(0), first, Rule::Exactly { value: 0.0 });
+        assert_refused(with([(first, 1.0), (1.0, 1.0)]), expected, "first");
+    }
+    for (speed, rule) in [
+        (1.0, Rule::Increasing { previous: 1.0 }),
+        (0.5, Rule::Increasing { previous: 1.0 }),
+        (-2.0, Rule::Increasing { previous: 1.0 }),
+        (nan, magnitude),
+        (f64::INFINITY, magnitude),
+        (1.1e100, magnitude),
+    ] {
+        let knots = [(0.0, 1.0), (1.0, 1.0), (speed, 1.0), (3.0, 1.0)];
+        assert_refused(with(knots), ("speed", Some(2), speed, rule), "speed");
+    }
+    for coefficient in [0.0, -0.1, nan, f64::INFINITY, 1e-101, 1.1e100] {
+        for component in 0..3 {
+            let mut knots = [(0.0, 0.4), (0.1, 0.3), (0.2, 0.35)];
+            knots[component].1 = coefficient;
+            let expected = ("coefficient", Some(component), coefficient, range);
+            assert_refused(with(knots), expected, "coefficient");
+        }
+    }
+    // A slope between two knots that no curve of the crate could have.
+    for (knots, component, slope) in [
+        ([(0.0, 1.0), (1e-150, 2.0), (1.0, 1.5)], 1, 1e150),
+        ([(0.0, 1.0), (1.0, 1e100), (1.0_f64.next_up(), 1.0)], 2, -1e100 / f64::EPSILON),
+        ([(0.0, 1.0), (5e-324, 2.0), (1.0, 1.5)], 1, f64::INFINITY),
+    ] {
+        assert_refused(with(knots), ("slope", Some(component), slope, magnitude), "slope");
+    }
+    // Two knots so close that the cubic between them overflows, however gentle its slope.
+    for spacing in [5e-324, 3e-116] {
+        let knots = [(0.0, 1.0), (spacing, 1.0), (1.0, 1.5)];
+        assert_refused(with(knots), ("spacing", Some(1), spacing, range), "spacing");
+    }
+    assert_eq!(with([(0.0, 1e-100), (1e100, 1e100)]), Ok(()));
+    assert_eq!(with([(-0.0, 0.4), (0.1, 0.4)]), Ok(()));
+}
+
+#[test]
+fn refusals_read_well() {
+    let message = |refused: Result<(), ParameterError>| refused.unwrap_err().to_string();
+    let spring = |micro_stiffness: f64| Spring::new(SpringParameters { micro_stiffness }).map(drop);
+    assert_eq!(
+        message(spring(f64::NAN)),
+        "micro_stiffness is NaN, but must lie between 1e-100 and 1e100"
+    );
+    assert_eq!(
+        message(Spring::new(SpringParameters { micro_stiffness: f32::INFINITY }).map(drop)),
+        "micro_stiffness is inf, but must lie between 1e-18 and 1e15"
+    );
+    assert_eq!(
+        message(spring(1.5e200)),
+        "micro_stiffness is 1.5e200, but must lie between 1e-100 and 1e100"
+    );
+    let coulomb = CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: -0.25 };
+    assert_eq!(
+        message(Coulomb::new(coulomb).map(drop)),
+        "viscous_friction is -0.25, but must lie between 0 and 1e100"
+    );
+    let curve = StribeckParameters {
+        static_coefficient: 0.4,
+        dynamic_coefficient: 0.5,
+        ..stribeck_parameters()
+    };
+    assert_eq!(
+        message(Stribeck::new(curve).map(drop)),
+        "static_coefficient is 0.4, but must be at least dynamic_coefficient = 0.5"
+    );
+    let table = |knots: [(f64, f64); 3]| {
+        message(
+            Tabulated::new(knots.map(|(speed, coefficient)| Knot { speed, coefficient })).map(drop),
+        )
+    };
+    assert_eq!(
+        table([(0.0, 0.4), (0.2, 0.3), (0.1, 0.3)]),
+        "speed[2] is 0.1, but must be larger than its predecessor 0.2"
+    );
+    assert_eq!(
+        table([(0.5, 0.4), (0.2, 0.3), (0.1, 0.3)]),
+        "speed[0] is 0.5, but must be exactly 0"
+    );
+    assert_eq!(
+        table([(0.0, 0.4), (0.2, -3e-7), (0.3, 0.3)]),
+        "coefficient[1] is -3e-7, but must lie between 1e-100 and 1e100"
+    );
+    assert_eq!(
+        table([(0.0, 0.4), (1e300, 0.4), (0.3, 0.3)]),
+        "speed[1] is 1e300, but must lie between -1e100 and 1e100"
+    );
+    assert_eq!(
+        message(Tabulated::<f64, 0>::new([]).map(drop)),
+        "knots is 0, but must be at least 2"
+    );
+    let plastic = ElastoPlasticParameters {
+        curve: Coulomb::new(CoulombParameters { viscous_friction: 0.0, ..coulomb }).unwrap(),
+        rheology: kelvin_voigt(1e4, 60.0),
+        stick_limit: 6.25e-5,
+    };
+    assert_eq!(
+        message(ElastoPlastic::new(plastic).map(drop)),
+        "stick_limit is 6.25e-5, but must be below min μ/σ0 = 5e-5"
+    );
+    let error: Box<dyn std::error::Error> = Box::new(spring(-3.0).unwrap_err());
+    assert_eq!(error.to_string(), "micro_stiffness is -3, but must lie between 1e-100 and 1e100");
+}
+
+// ---------------------------------------------------------------------------------------------
+// What is let through works
+// ---------------------------------------------------------------------------------------------
+
+/// Parameters of the curves and bristles, to be set to their extremes.
+#[derive(Debug, Clone, Copy)]
+struct Extremes {
+    dynamic: f64,
+    static_: f64,
+    stribeck_velocity: f64,
+    exponent: f64,
+    viscous: f64,
+    stiffness: f64,
+    damping: f64,
+    modulus: f64,
+    load: f64,
+}
+
+const MODERATE: Extremes = Extremes {
+    dynamic: 1.0,
+    static_: 1.5,
+    stribeck_velocity: 0.01,
+    exponent: 2.0,
+    viscous: 0.04,
+    stiffness: 1e4,
+    damping: 64.5,
+    modulus: 1e-6,
+    load: 1.0,
+};
+
+/// Moderate parameters with one at a limit, and again with other Stribeck exponents.
+fn single_extremes(least: f64, most: f64) -> Vec<Extremes> {
+    let moderate = MODERATE;
+    let mut list = vec![moderate];
+    for limit in [least, most] {
+        list.extend([
+            Extremes { dynamic: limit, static_: limit.max(1.5), ..MODERATE },
+            Extremes { dynamic: limit, static_: limit, ..MODERATE },
+            Extremes { static_: limit.max(1.0), ..MODERATE },
+            Extremes { stribeck_velocity: limit, ..MODERATE },
+            Extremes { exponent: limit, ..MODERATE },
+            Extremes { viscous: limit, ..MODERATE },
+            Extremes { stiffness: limit, ..MODERATE },
+            Extremes { damping: limit, ..MODERATE },
+            Extremes { modulus: limit, ..MODERATE },
+            Extremes { load: limit, ..MODERATE },
+        ]);
+    }
+    list.extend([
+        Extremes { viscous: 0.0, ..MODERATE },
+        Extremes { damping: 0.0, ..MODERATE },
+        Extremes { load: 0.0, ..MODERATE },
+    ]);
+    let exponents = [0.7, 1.0, 2.0, 3.3, 10.0, 100.0];
+    let with_exponents: Vec<_> = list
+        .iter()
+        .filter(|e| e.exponent == moderate.exponent)
+        .flat_map(|e| exponents.map(|exponent| Extremes { exponent, ..*e }))
+        .collect();
+    list.extend(with_exponents);
+    list
+}
+
+fn velocities() -> [f64; 9] {
+    [0.0, 1e-300, -1e-300, 1e-9, -1e-9, 1.0, -1.0, 1e3, -1e3]
+}
+
+/// Values and slopes of a curve and of a regularisation: finite, and positive where they must be.
+fn assert_parts_finite<T: Scalar>(
+    curve: &impl FrictionCurve<T>,
+    regularisation: &impl Regularisation<T>,
+    what: &dyn Fn() -> String,
+) {
+    for v in velocities() {
+        for branch in [Branch::Free, Branch::towards(v)] {
+            let sliding = branch.of(lit::<T>(v));
+            let (mu, slope) = curve.coefficient_and_slope(sliding);
+            assert!(mu.is_finite() && mu > T::zero(), "μ({v:e}) = {mu} of {}", what());
+            assert!(slope.is_finite(), "μ'({v:e}) = {slope} of {}", what());
+            let (speed, slope) = regularisation.speed_and_slope(sliding);
+            assert!(speed.is_finite() && slope.is_finite(), "|v|_ε({v:e}) of {}", what());
+            let (sign, slope) = regularisation.sign_and_slope(sliding);
+            assert!(sign.is_finite() && slope.is_finite(), "sgn_ε({v:e}) of {}", what());
+        }
+        let bounds = curve.bounds(lit(v.abs()));
+        assert!(bounds.min > T::zero() && bounds.max.is_finite(), "bounds({v:e}) of {}", what());
+    }
+    assert!(curve.bounds(T::one() / T::zero()).min > T::zero(), "bounds of {}", what());
+}
+
+/// Rate, force and a step of a model: finite. (Derivatives of the force are products of three or
+/// four parameters.)
+fn assert_model_finite<T: Scalar, M: Bristle<T, Deflection = T>>(
+    model: M,
+    load: T,
+    what: &dyn Fn() -> String,
+) {
+    let contact = model.under_load(load).unwrap();
+    for v in velocities().map(lit::<T>) {
+        for z in [T::zero(), contact.stationary(v)] {
+            let name = || format!("{} at v = {v}, z = {z}", what());
+            let response = contact.response(v, z);
+            assert!(response.rate.is_finite(), "ż = {} of {}", response.rate, name());
+            assert!(response.force.is_finite(), "F = {} of {}", response.force, name());
+            let held = contact.hold(v, z, lit(1e-3));
+            assert!(held.deflection.is_finite(), "z(h) = {} of {}", held.deflection, name());
+            assert!(held.mean.is_finite() && held.end.is_finite(), "F̄ of {}", name());
+            let at = contact.linearised(v, z);
+            assert!(at.rate_by_deflection.is_finite(), "∂ż/∂z of {}", name());
+            assert!(at.rate_by_velocity.is_finite(), "∂ż/∂v of {}", name());
+            assert!(at.force_by_deflection.is_finite(), "∂F/∂z of {}", name());
+            assert!(at.force_by_velocity.is_finite(), "∂F/∂v of {}", name());
+        }
+    }
+}
+
+/// Every curve, regularisation and model at one set of parameters.
+fn assert_everything_finite<T: Scalar>(e: &Extremes) {
+    let name = |part: &str| format!("{part} with {e:?} in {}", std::any::type_name::<T>());
+    let coulomb = Coulomb::<T>::new(CoulombParameters {
+        dynamic_coefficient: lit(e.dynamic),
+        viscous_friction: lit(e.viscous),
+    })
+    .unwrap();
+    let stribeck = Stribeck::<T>::new(StribeckParameters {
+        static_coefficient: lit(e.static_),
+        dynamic_coefficient: lit(e.dynamic),
+        stribeck_velocity: lit(e.stribeck_velocity),
+        stribeck_exponent: lit(e.exponent),
+        viscous_friction: lit(e.viscous),
+    })
+    .unwrap();
+    let rational = RationalStribeck::<T>::new(RationalStribeckParameters {
+        static_coefficient: lit(e.static_),
+        dynamic_coefficient: lit(e.dynamic),
+        stribeck_velocity: lit(e.stribeck_velocity),
+        viscous_friction: lit(e.viscous),
+    })
+    .unwrap();
+    let square_root = SquareRoot::<T>::new(lit(e.modulus)).unwrap();
+    let tangent = HyperbolicTangent::<T>::new(lit(e.modulus)).unwrap();
+    assert_parts_finite(&coulomb, &square_root, &|| name("Coulomb, SquareRoot"));
+    assert_parts_finite(&stribeck, &tangent, &|| name("Stribeck, HyperbolicTangent"));
+    assert_parts_finite(&rational, &tangent, &|| name("RationalStribeck"));
+
+    let spring = spring::<T>(lit(e.stiffness));
+    let damped = || kelvin_voigt(lit::<T>(e.stiffness), lit::<T>(e.damping));
+    let load = lit(e.load);
+    assert_model_finite(FrBd::new(stribeck, spring), load, &|| name("FrBd on a spring"));
+    assert_model_finite(FrBd::new(stribeck, damped()), load, &|| name("FrBd"));
+    assert_model_finite(FrBd::new(rational, damped()), load, &|| name("FrBd, rational"));
+    let model = FrBd::new(coulomb, damped()).regularised(square_root);
+    assert_model_finite(model, load, &|| name("FrBd, square root"));
+    let model = FrBd::new(stribeck, damped()).regularised(tangent);
+    assert_model_finite(model, load, &|| name("FrBd, hyperbolic tangent"));
+    assert_model_finite(LuGre::classical(stribeck, damped()), load, &|| name("LuGre"));
+    let model = LuGre::with_viscous_part_inside(stribeck, damped());
+    assert_model_finite(model, load, &|| name("LuGre, viscous part inside"));
+    let model = Dahl::new(DahlParameters {
+        dynamic_coefficient: lit::<T>(e.dynamic),
+        micro_stiffness: lit(e.stiffness),
+    });
+    assert_model_finite(model.unwrap(), load, &|| name("Dahl"));
+    let half: T = lit(0.5);
+    let stick_limit = half * lit::<T>(e.dynamic) / lit(e.stiffness);
+    let plastic = ElastoPlastic::new(ElastoPlasticParameters {
+        curve: stribeck,
+        rheology: damped(),
+        stick_limit,
+    });
+    // The least μ over the largest σ0 is no admissible length.
+    if let Ok(model) = plastic {
+        assert_model_finite(model, load, &|| name("ElastoPlastic"));
+    }
+}
+
+#[test]
+fn one_parameter_at_its_limit_leaves_every_answer_finite() {
+    for extremes in single_extremes(1e-100, 1e100) {
+        assert_everything_finite::<f64>(&extremes);
+    }
+}
+
+#[test]
+fn one_parameter_at_its_limit_leaves_every_answer_finite_in_single_precision() {
+    for extremes in single_extremes(1e-18, 1e15) {
+        assert_everything_finite::<f32>(&extremes);
+    }
+}
+
+#[test]
+fn a_table_of_extreme_numbers_gives_finite_answers() {
+    for knots in [
+        [(0.0, 1e-100), (1e-100, 1e-50), (1e100, 1e-100)],
+        [(0.0, 1e100), (1.5, 1e-100), (3.0, 1e100)],
+        [(0.0, 1.0), (1e-100, 1.5), (2e-100, 1.0)],
+    ] {
+        let curve = crate::common::specimens::table::<f64, 3>(knots);
+        for v in velocities() {
+            let (mu, slope) = curve.coefficient_and_slope(v.into());
+            assert!(mu.is_finite() && slope.is_finite(), "{knots:?} at {v:e}: {mu} {slope}");
+            assert!(mu >= 1e-100, "{knots:?} at {v:e}: {mu:e}");
+        }
+        assert!(curve.bounds(f64::INFINITY).min >= 1e-100);
+    }
+}
+
+#[test]
+fn no_answer_is_a_number_where_the_velocity_is_not() {
+    let r = Recipe::TABLE_2;
+    let contact =
+        FrBd::new(stribeck::<f64>(&r, 2.0), kelvin_voigt(1e4, 64.5)).under_load(1.0).unwrap();
+    for branch in [Branch::Free, Branch::Forward, Branch::Backward] {
+        let response = contact.response(branch.of(f64::NAN), 1e-5);
+        assert!(response.rate.is_nan() && response.force.is_nan(), "{branch:?}");
+    }
+    let response = contact.response(0.1, f64::NAN);
+    assert!(response.rate.is_nan() && response.force.is_nan());
+    let limits = contact.limits(f64::NAN);
+    assert_eq!((limits.deflection, limits.coefficient, limits.relaxation_rate), (None, None, None));
+    assert_eq!(contact.limits(-0.3), contact.limits(0.3));
+}
+
+// ---------------------------------------------------------------------------------------------
+// Rest, load and pole
+// ---------------------------------------------------------------------------------------------
+
+#[test]
+fn at_rest_the_free_branch_holds_the_bristle() {
+    let r = Recipe::TABLE_2;
+    let contact =
+        FrBd::new(stribeck::<f64>(&r, 2.0), kelvin_voigt(1e4, 64.5)).under_load(2.0).unwrap();
+    for z in [-1.4e-4, 0.0, 3e-5] {
+        for v in [0.0, -0.0] {
+            let response = contact.response(v, z);
+            // λ = 0 and r = 1: ż = 0, F = p σ0 z, up to μ (1/μ).
+            assert_eq!(response.rate, 0.0);
+            assert!((response.force - 2e4 * z).abs() <= 4.0 * f64::EPSILON * 2e4 * z.abs());
+            assert_eq!(contact.hold(v, z, 1e6).deflection, z);
+        }
+    }
+    assert_eq!(contact.stationary(0.0), 0.0, "the middle of both sides");
+    assert_eq!(contact.stationary(Branch::Forward.of(0.0)), 1.5e-4);
+    assert_eq!(contact.stationary(Branch::Backward.of(0.0)), -1.5e-4);
+}
+
+#[test]
+fn a_lifted_contact_has_no_force_but_still_a_bristle() {
+    let r = Recipe::TABLE_2;
+    let contact =
+        FrBd::new(stribeck::<f64>(&r, 2.0), kelvin_voigt(1e4, 64.5)).under_load(0.0).unwrap();
+    assert_eq!(contact.force(0.3, 1e-4), 0.0);
+    assert_eq!(contact.stored_energy(1e-4), 0.0);
+    assert!(contact.rate(0.3, 1e-5) > 0.0);
+    let pressed = contact.with_normal_force(5.0).unwrap();
+    assert_eq!(pressed.normal_force(), 5.0);
+    assert_eq!(pressed.force(0.3, 1e-4), 5.0 * pressed.model().coefficient(0.3, 1e-4));
+}
+
+/// Rate and force on a locked branch are finite at one velocity and NaN at another.
+fn assert_pole<M>(model: &M, branch: Branch, before: f64, beyond: f64, z: f64)
+where
+    M: Bristle<f64>,
+    M::Deflection: Deflection<f64>,
+{
+    let z = M::Deflection::fill(z);
+    let at = |v| model.coefficient(branch.of(v), z);
+    assert!(at(before).is_finite(), "before {before}");
+    assert!(at(beyond).is_nan(), "beyond {beyond}: {}", at(beyond));
+    assert!(at(10.0 * beyond).is_nan());
+    // The free branch has none.
+    assert!(model.coefficient(beyond, z).is_finite());
+}
+
+#[test]
+fn a_locked_branch_ends_a_third_of_the_way_to_its_pole_and_not_before() {
+    let r = Recipe { viscous: 0.5, ..Recipe::TABLE_2 };
+    for (branch, d) in [(Branch::Forward, -1.0), (Branch::Backward, 1.0)] {
+        for damping in [0.0, 2.0, 64.5] {
+            // σ1 s + μ_d + σ2 s is half of what it is at −s: a third of the way to its zero.
+            let pole = d * r.dynamic / (damping + r.viscous) / 3.0;
+            let (before, beyond) = (pole * (1.0 - 1e-9), pole * (1.0 + 1e-9));
+            let bristle = || kelvin_voigt(r.stiffness, damping);
+            let frbd = FrBd::new(coulomb::<f64>(&r), bristle());
+            assert_pole(&frbd, branch, before, beyond, -d * 5e-5);
+            // Beyond the full deflection, where α = 1.
+            let plastic = ElastoPlastic::new(ElastoPlasticParameters {
+                curve: coulomb::<f64>(&r),
+                rheology: bristle(),
+                stick_limit: 5e-5,
+            });
+            assert_pole(&plastic.unwrap(), branch, before, beyond, -d * 1.0);
+            // LuGre's g knows no damping.
+            let pole = d * r.dynamic / r.viscous / 3.0;
+            let inside = LuGre::with_viscous_part_inside(coulomb::<f64>(&r), bristle());
+            assert_pole(&inside, branch, pole * (1.0 - 1e-9), pole * (1.0 + 1e-9), 5e-5);
+            let classical = LuGre::classical(coulomb::<f64>(&r), bristle());
+            assert!(classical.coefficient(branch.of(10.0 * pole), 5e-5).is_finite());
+        }
+        // Derivatives, too.
+        let frbd = FrBd::new(coulomb::<f64>(&r), kelvin_voigt(r.stiffness, 2.0));
+        let beyond = frbd.linearised(branch.of(d * 0.14), 5e-5);
+        assert!(beyond.rate_by_velocity.is_nan() && beyond.coefficient_by_velocity.is_nan());
+        let before = frbd.linearised(branch.of(d * 0.13), 5e-5);
+        assert!(before.rate_by_velocity.is_finite() && before.coefficient_by_velocity.is_finite());
+    }
+}

@@ -1,0 +1,1455 @@
+//! Viscoelastic bristles: each law written once and run over every one of them, the exact step
+//! against eigenvectors of ninety digits and brute force, and the limits in which one bristle becomes
+//! another.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
+
+use crate::common::recipe::{Recipe, decades, nonzero_velocity, recipe, velocity};
+use crate::common::specimens::{kelvin_voigt, spring, square_root, stribeck};
+use crate::common::{assert_within, check, lit};
+use bristle::{
+    Bounds, Bristle, Contact, Coulomb, CoulombParameters, Deflection, FrBd, GeneralisedKelvinVoigt,
+    GeneralisedKelvinVoigtParameters, GeneralisedMaxwell, GeneralisedMaxwellParameters, HeldStep,
+    KelvinVoigtElement, Law, Limits, LuGre, Maxwell, MaxwellArm, MaxwellParameters, ParameterError,
+    Rheology, Rule, Scalar, Sliding, VelocityDependent, VelocityLaw, Zener, ZenerParameters,
+};
+use nalgebra::{DMatrix, SVector, Vector2};
+use num_dual::Dual64;
+use proptest::prelude::*;
+
+/// A few dozen roundings relative to the sum of the absolute terms.
+const ROUNDING: f64 = 1e-12;
+
+// ---------------------------------------------------------------------------------------------
+// Every bristle, built from one recipe, beside its formula
+// ---------------------------------------------------------------------------------------------
+
+/// Springs and dashpots of up to five arms.
+#[derive(Debug, Clone, Copy)]
+struct Parts {
+    stiffness: [f64; 5],
+    series: [f64; 5],
+    beside: f64,
+}
+
+fn parts() -> impl Strategy<Value = Parts> {
+    (
+        prop::array::uniform5(decades(1e1, 1e8)),
+        prop::array::uniform5(decades(1e-2, 1e6)),
+        decades(1e-2, 1e4),
+    )
+        .prop_map(|(stiffness, series, beside)| Parts { stiffness, series, beside })
+}
+
+/// Damping c (1 + ½ u/√(1 + u²)), u = v/v_d: larger forward than backward.
+fn varying<T: Scalar>(
+    r: &Recipe,
+    c: f64,
+) -> VelocityDependent<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
+    let (c, v_d, half, one) = (lit::<T>(c), lit::<T>(r.varying_velocity), lit::<T>(0.5), T::one());
+    VelocityDependent::new(
+        move |sliding: Sliding<T>| {
+            let u = sliding.velocity() / v_d;
+            let root = (one + u * u).sqrt();
+            (c * (one + half * u / root), c * half / (v_d * root * root * root))
+        },
+        Bounds { min: c * half, max: c * lit(1.5) },
+    )
+}
+
+/// How a damping depends on the velocity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Change {
+    Constant,
+    Varying,
+}
+
+/// What a bristle is made of, in plain numbers: arms (Kᵢ, ηᵢ) and the dashpot beside them.
+#[derive(Debug, Clone)]
+struct Form {
+    arms: Vec<(f64, Option<f64>)>,
+    series: Change,
+    beside: f64,
+    beside_law: Change,
+    name: &'static str,
+    regularised: bool,
+    recipe: Recipe,
+}
+
+impl Form {
+    fn factor(&self, law: Change, v: f64) -> f64 {
+        let u = v / self.recipe.varying_velocity;
+        if law == Change::Constant { 1.0 } else { 1.0 + 0.5 * u / 1.0_f64.hypot(u) }
+    }
+    fn decay(&self, v: f64) -> Vec<f64> {
+        let series = |eta: f64| eta * self.factor(self.series, v);
+        self.arms.iter().map(|(k, eta)| eta.map_or(0.0, |eta| k / series(eta))).collect()
+    }
+    fn damping(&self, v: f64) -> f64 {
+        self.beside * self.factor(self.beside_law, v)
+    }
+    fn speed(&self, v: f64) -> f64 {
+        if self.regularised { v.hypot(self.recipe.epsilon.sqrt()) } else { v.abs() }
+    }
+    fn mu(&self, v: f64) -> f64 {
+        crate::common::closed_form::Curve::Stribeck(2.0).mu(&self.recipe, v)
+    }
+    fn creeps(&self) -> bool {
+        self.arms.iter().all(|arm| arm.1.is_some())
+    }
+    fn is_linear(&self) -> bool {
+        self.series == Change::Constant
+    }
+    /// Σ Kᵢ|xᵢ| and Σ Kᵢxᵢ.
+    fn carried(&self, x: &[f64]) -> (f64, f64) {
+        let terms = self.arms.iter().zip(x).map(|(arm, x)| arm.0 * x);
+        terms.fold((0.0, 0.0), |(size, sum), term| (size + term.abs(), sum + term))
+    }
+}
+
+/// A contact of any bristle behind one pointer, with its state as a slice.
+trait Subject<T: Scalar> {
+    fn rate(&self, v: T, x: &[T]) -> Vec<T>;
+    fn force(&self, v: T, x: &[T]) -> T;
+    fn dissipated_power(&self, v: T, x: &[T]) -> T;
+    fn stored_energy(&self, x: &[T]) -> T;
+    fn stationary(&self, v: T) -> Vec<T>;
+    fn stationary_force(&self, v: T) -> T;
+    /// End state, end force, mean force.
+    fn hold(&self, v: T, x: &[T], h: T) -> (Vec<T>, T, T);
+    fn limits(&self, fastest: T) -> Limits<T>;
+    fn obeys(&self, law: Law) -> bool;
+    /// ∂ẋ/∂v, ∂F/∂v, and ∂ẋ/∂x applied to a direction, ∂F/∂x along it.
+    fn derivatives(&self, v: T, x: &[T], along: &[T]) -> (Vec<T>, T, Vec<T>, T);
+}
+
+/// A state as a slice and back.
+trait Slice<T: Scalar>: Deflection<T> {
+    fn of(slice: &[T]) -> Self;
+    fn vec(self) -> Vec<T>;
+}
+impl Slice<f64> for f64 {
+    fn of(slice: &[f64]) -> Self {
+        slice[0]
+    }
+    fn vec(self) -> Vec<f64> {
+        vec![self]
+    }
+}
+impl Slice<f32> for f32 {
+    fn of(slice: &[f32]) -> Self {
+        slice[0]
+    }
+    fn vec(self) -> Vec<f32> {
+        vec![self]
+    }
+}
+impl Slice<Dual64> for Dual64 {
+    fn of(slice: &[Dual64]) -> Self {
+        slice[0]
+    }
+    fn vec(self) -> Vec<Dual64> {
+        vec![self]
+    }
+}
+impl<T: Scalar, const N: usize> Slice<T> for SVector<T, N> {
+    fn of(slice: &[T]) -> Self {
+        Self::from_column_slice(slice)
+    }
+    fn vec(self) -> Vec<T> {
+        self.as_slice().to_vec()
+    }
+}
+
+impl<T: Scalar, M: Bristle<T>> Subject<T> for Contact<T, M>
+where
+    M::Deflection: Slice<T>,
+{
+    fn rate(&self, v: T, x: &[T]) -> Vec<T> {
+        Contact::rate(self, v, M::Deflection::of(x)).vec()
+    }
+    fn force(&self, v: T, x: &[T]) -> T {
+        Contact::force(self, v, M::Deflection::of(x))
+    }
+    fn dissipated_power(&self, v: T, x: &[T]) -> T {
+        Contact::dissipated_power(self, v, M::Deflection::of(x))
+    }
+    fn stored_energy(&self, x: &[T]) -> T {
+        Contact::stored_energy(self, M::Deflection::of(x))
+    }
+    fn stationary(&self, v: T) -> Vec<T> {
+        Contact::stationary(self, v).vec()
+    }
+    fn stationary_force(&self, v: T) -> T {
+        Contact::stationary_force(self, v)
+    }
+    fn hold(&self, v: T, x: &[T], h: T) -> (Vec<T>, T, T) {
+        let HeldStep { deflection, end, mean } = Contact::hold(self, v, M::Deflection::of(x), h);
+        (deflection.vec(), end, mean)
+    }
+    fn limits(&self, fastest: T) -> Limits<T> {
+        Contact::limits(self, fastest)
+    }
+    fn obeys(&self, law: Law) -> bool {
+        self.model().obeys(law)
+    }
+    fn derivatives(&self, v: T, x: &[T], along: &[T]) -> (Vec<T>, T, Vec<T>, T) {
+        let linear = self.linearised(v, M::Deflection::of(x));
+        let along = M::Deflection::of(along);
+        (
+            linear.rate_by_velocity.vec(),
+            linear.force_by_velocity,
+            M::Deflection::relax(linear.rate_by_deflection, along).vec(),
+            linear.force_by_deflection.dot(along),
+        )
+    }
+}
+
+struct Specimen<T: Scalar> {
+    subject: Box<dyn Subject<T>>,
+    form: Form,
+}
+
+impl<T: Scalar> Specimen<T> {
+    fn name(&self) -> String {
+        let law = (self.form.series, self.form.beside_law, self.form.regularised);
+        format!("{} {law:?}", self.form.name)
+    }
+}
+
+fn maxwell<T: Scalar, S: VelocityLaw<T>>(k: f64, eta: S) -> Maxwell<T, S> {
+    Maxwell::new(MaxwellParameters { micro_stiffness: lit(k), series_damping: eta }).unwrap()
+}
+
+fn zener<T: Scalar, S: VelocityLaw<T>>(k0: f64, k1: f64, eta: S) -> Zener<T, S> {
+    let parameters = ZenerParameters {
+        static_stiffness: lit(k0),
+        relaxing_stiffness: lit(k1),
+        series_damping: eta,
+    };
+    Zener::new(parameters).unwrap()
+}
+
+fn arms<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>(
+    arms: [(f64, Option<S>); N],
+    micro_damping: D,
+) -> GeneralisedMaxwell<T, N, S, D> {
+    let arms = arms.map(|(k, series_damping)| MaxwellArm { stiffness: lit(k), series_damping });
+    GeneralisedMaxwell::new(GeneralisedMaxwellParameters { arms, micro_damping }).unwrap()
+}
+
+fn row<T: Scalar, const N: usize>(elements: [(f64, f64); N]) -> GeneralisedKelvinVoigt<T, N> {
+    let elements = elements.map(|(stiffness, damping)| KelvinVoigtElement {
+        stiffness: lit(stiffness),
+        damping: lit(damping),
+    });
+    GeneralisedKelvinVoigt::new(GeneralisedKelvinVoigtParameters { elements }).unwrap()
+}
+
+/// Elements with increasing retardation times, from any stiffnesses and times.
+fn sorted<const N: usize>(p: &Parts) -> [(f64, f64); N] {
+    let mut times = p.series.map(|eta| eta * 1e-4);
+    times.sort_by(f64::total_cmp);
+    std::array::from_fn(|j| (p.stiffness[j], p.stiffness[j] * times[j] * 1.5_f64.powi(j as i32)))
+}
+
+/// Every bristle. One line each.
+fn specimens<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts) -> Vec<Specimen<T>> {
+    use Change::{Constant, Varying};
+    let (k, e, d) = (p.stiffness, p.series, p.beside);
+    let eta = |i: usize| lit::<T>(e[i]);
+    let arm = |i: usize| (k[i], Some(e[i]));
+    let mut list = Vec::new();
+    let l = &mut list;
+    let form = |name, arms: &[(f64, Option<f64>)], series, beside, beside_law| Form {
+        arms: arms.to_vec(),
+        series,
+        beside,
+        beside_law,
+        name,
+        regularised: false,
+        recipe: *r,
+    };
+    push(l, form("Maxwell", &[arm(0)], Constant, 0.0, Constant), maxwell(k[0], eta(0)));
+    push(l, form("Maxwell", &[arm(0)], Varying, 0.0, Constant), maxwell(k[0], varying(r, e[0])));
+    let two = [(k[0], None), arm(1)];
+    push(l, form("Zener", &two, Constant, 0.0, Constant), zener(k[0], k[1], eta(1)));
+    push(l, form("Zener", &two, Varying, 0.0, Constant), zener(k[0], k[1], varying(r, e[1])));
+    let t = |x: f64| lit::<T>(x);
+    push(l, form("static arm", &two[..1], Constant, d, Constant), arms([(k[0], None::<T>)], t(d)));
+    push(
+        l,
+        form("two arms", &[arm(0), (k[1], None)], Constant, d, Constant),
+        arms([(k[0], Some(eta(0))), (k[1], None)], t(d)),
+    );
+    push(
+        l,
+        form("three arms", &[(k[0], None), arm(1), arm(2)], Varying, d, Varying),
+        arms(
+            [(k[0], None), (k[1], Some(varying(r, e[1]))), (k[2], Some(varying(r, e[2])))],
+            varying(r, d),
+        ),
+    );
+    push(
+        l,
+        form("two static arms", &[(k[0], None), arm(1), (k[2], None)], Constant, 0.0, Constant),
+        arms([(k[0], None), (k[1], Some(eta(1))), (k[2], None)], T::zero()),
+    );
+    push(
+        l,
+        form("three arms that creep", &[arm(0), arm(1), arm(2)], Constant, d, Varying),
+        arms([(k[0], Some(eta(0))), (k[1], Some(eta(1))), (k[2], Some(eta(2)))], varying(r, d)),
+    );
+    push(
+        l,
+        form("five arms", &[arm(0), arm(1), (k[2], None), arm(3), arm(4)], Constant, 0.0, Constant),
+        arms(
+            [
+                (k[0], Some(eta(0))),
+                (k[1], Some(eta(1))),
+                (k[2], None),
+                (k[3], Some(eta(3))),
+                (k[4], Some(eta(4))),
+            ],
+            T::zero(),
+        ),
+    );
+    let mut elements = sorted::<4>(p);
+    in_a_row(l, r, "row", elements);
+    elements[0].1 = 0.0;
+    in_a_row(l, r, "row with a spring alone", elements);
+    list
+}
+
+/// A row of elements, with the springs side by side that the library says it is equal to.
+fn in_a_row<T: Scalar + Slice<T>, const N: usize>(
+    list: &mut Vec<Specimen<T>>,
+    r: &Recipe,
+    name: &'static str,
+    elements: [(f64, f64); N],
+) {
+    let equivalent = row::<f64, N>(elements);
+    let side_by_side =
+        equivalent.equivalent().arms().map(|arm| (arm.stiffness, arm.series_damping));
+    let form = Form {
+        arms: side_by_side.to_vec(),
+        series: Change::Constant,
+        beside: equivalent.damping_bounds().min,
+        beside_law: Change::Constant,
+        name,
+        regularised: false,
+        recipe: *r,
+    };
+    push(list, form, row::<T, N>(elements));
+}
+
+fn push<T: Scalar, R: Rheology<T> + 'static>(list: &mut Vec<Specimen<T>>, form: Form, bristle: R)
+where
+    R::Deflection: Slice<T>,
+{
+    let load = lit(form.recipe.load);
+    let model = FrBd::new(stribeck(&form.recipe, 2.0), bristle);
+    let regularised = model.clone().regularised(square_root(&form.recipe));
+    let subject = Box::new(model.under_load(load).unwrap());
+    list.push(Specimen { subject, form: form.clone() });
+    let subject = Box::new(regularised.under_load(load).unwrap());
+    list.push(Specimen { subject, form: Form { regularised: true, ..form } });
+}
+
+/// A recipe, springs and dashpots, a velocity, and a state: Kᵢxᵢ/μ_s of each spring.
+fn case() -> impl Strategy<Value = (Recipe, Parts, f64, [f64; 5])> {
+    (recipe(), parts(), velocity(), prop::array::uniform5(-3.0..3.0))
+}
+
+fn every(cases: u32, test: impl Fn(&Specimen<f64>, f64, &[f64])) {
+    check(cases, case(), |(r, p, v, forces)| {
+        for specimen in specimens::<f64>(&r, &p) {
+            let x = stretches(&specimen.form, &forces);
+            test(&specimen, v, &x);
+        }
+    });
+}
+
+fn stretches(form: &Form, forces: &[f64; 5]) -> Vec<f64> {
+    form.arms.iter().zip(forces).map(|(arm, f)| f * form.recipe.static_ / arm.0).collect()
+}
+
+// ---------------------------------------------------------------------------------------------
+// Laws
+// ---------------------------------------------------------------------------------------------
+
+/// ż by the formula, and the sum of its absolute terms.
+fn common_rate(form: &Form, v: f64, x: &[f64]) -> (f64, f64) {
+    let (size, sum) = form.carried(x);
+    let (mu, speed) = (form.mu(v), form.speed(v));
+    let g = mu + form.damping(v) * speed;
+    ((mu * v - speed * sum) / g, (mu * v.abs() + speed * size) / g)
+}
+
+#[test]
+fn every_spring_follows_the_common_rate_and_decays_on_its_own() {
+    every(64, |specimen, v, x| {
+        let form = &specimen.form;
+        let (rate, terms) = common_rate(form, v, x);
+        let decay = form.decay(v);
+        for ((got, a), x) in specimen.subject.rate(v, x).iter().zip(&decay).zip(x) {
+            let scale = terms + a * x.abs();
+            assert_within(ROUNDING, scale, *got, rate - a * x, || specimen.name());
+        }
+        let (p, (size, sum)) = (form.recipe.load, form.carried(x));
+        let scale = p * (size + form.damping(v) * terms);
+        let force = specimen.subject.force(v, x);
+        let want = p * (sum + form.damping(v) * rate);
+        assert_within(ROUNDING, scale, force, want, || specimen.name());
+        // The secant law, v_s = (|v|_ε/μ) F/p.
+        let compliance = form.speed(v) / form.mu(v);
+        let scale = v.abs() + terms + compliance * scale / p;
+        assert_within(ROUNDING, scale, v - rate, compliance * force / p, || specimen.name());
+    });
+}
+
+#[test]
+fn surface_and_dashpots_dissipate_each_for_itself_in_every_state() {
+    every(64, |specimen, v, x| {
+        let (form, subject) = (&specimen.form, &specimen.subject);
+        let p = form.recipe.load;
+        let (common, terms) = common_rate(form, v, x);
+        let force = subject.force(v, x);
+        let decay = form.decay(v);
+        let inner: f64 =
+            form.arms.iter().zip(&decay).zip(x).map(|((arm, a), x)| p * a * arm.0 * x * x).sum();
+        let beside = p * form.damping(v) * common * common;
+        let surface = force * (v - common);
+        let released: f64 = form
+            .arms
+            .iter()
+            .zip(subject.rate(v, x))
+            .zip(x)
+            .map(|((arm, rate), x)| p * arm.0 * x * rate)
+            .sum();
+        let force_terms = p * (form.carried(x).0 + form.damping(v) * terms);
+        let scale =
+            force_terms * (v.abs() + 2.0 * terms) + inner + p * form.damping(v) * terms * terms;
+        let want = surface + beside + inner;
+        assert_within(ROUNDING, scale, force * v - released, want, || specimen.name());
+        assert_within(ROUNDING, scale, subject.dissipated_power(v, x), want, || specimen.name());
+        assert!(surface >= -ROUNDING * scale && inner >= 0.0 && beside >= 0.0);
+        assert!(subject.dissipated_power(v, x) >= -ROUNDING * scale, "{}", specimen.name());
+        let energy: f64 = form.arms.iter().zip(x).map(|(arm, x)| 0.5 * p * arm.0 * x * x).sum();
+        assert_within(ROUNDING, energy, subject.stored_energy(x), energy, || specimen.name());
+    });
+}
+
+#[test]
+fn a_bristle_claims_what_its_kind_can_keep() {
+    every(8, |specimen, _, x| {
+        let (form, subject) = (&specimen.form, &specimen.subject);
+        let single = x.len() == 1;
+        for (law, claim) in [
+            (Law::Secant, true),
+            (Law::Passivity, true),
+            (Law::SteadySliding, !form.creeps()),
+            (Law::BoundedForce, single),
+            (Law::BoundedDeflection, single && form.recipe.viscous >= 0.0),
+            (Law::NoDrift, false),
+            (
+                Law::OddSymmetry,
+                form.series == Change::Constant && form.beside_law == Change::Constant,
+            ),
+        ] {
+            assert_eq!(subject.obeys(law), claim, "{} {law}", specimen.name());
+        }
+        let limits = subject.limits(1.0);
+        assert_eq!(limits.deflection.is_some(), single);
+        assert_eq!(limits.coefficient.is_some(), single || form.is_linear());
+    });
+}
+
+#[test]
+fn steady_sliding_is_on_the_curve_with_a_static_spring_and_creeps_without() {
+    every(64, |specimen, v, _| {
+        let (form, subject) = (&specimen.form, &specimen.subject);
+        let (p, mu, speed) = (form.recipe.load, form.mu(v), form.speed(v));
+        let dashpots: f64 = form.damping(v)
+            + form.arms.iter().zip(form.decay(v)).map(|(arm, a)| arm.0 / a).sum::<f64>();
+        let resistance = speed / mu + if form.creeps() { 1.0 / dashpots } else { 0.0 };
+        let want = if v == 0.0 { 0.0 } else { p * v / resistance };
+        let name = || format!("{} at {v:e}", specimen.name());
+        let x = subject.stationary(v);
+        let scale = want.abs() + p * form.carried(&x).0;
+        assert_within(ROUNDING, scale, subject.stationary_force(v), want, name);
+        for (rate, (x, a)) in subject.rate(v, &x).iter().zip(x.iter().zip(form.decay(v))) {
+            let scale = common_rate(form, v, &subject.stationary(v)).1 + a * x.abs();
+            assert_within(ROUNDING, scale, *rate, 0.0, name);
+        }
+    });
+}
+
+#[test]
+fn the_derivatives_are_those_of_dual_numbers() {
+    let strategy = (recipe(), parts(), nonzero_velocity(), prop::array::uniform5(-3.0..3.0));
+    check(48, strategy, |(r, p, v, forces)| {
+        let duals = specimens::<Dual64>(&r, &p);
+        for (exact, dual) in specimens::<f64>(&r, &p).iter().zip(&duals) {
+            let x = stretches(&exact.form, &forces);
+            let along: Vec<f64> = x.iter().rev().map(|x| 1e-6 + x).collect();
+            let constant: Vec<Dual64> = x.iter().map(|x| Dual64::from(*x)).collect();
+            let moved: Vec<Dual64> =
+                x.iter().zip(&along).map(|(x, a)| Dual64::new(*x, *a)).collect();
+            let (rate_v, force_v, rate_x, force_x) = exact.subject.derivatives(v, &x, &along);
+            let want = dual.subject.rate(Dual64::new(v, 1.0), &constant);
+            let form = &exact.form;
+            let (rate, terms) = common_rate(form, v, &x);
+            // Slopes over the velocities on which the curve, the dashpots and |v| change.
+            let least = v.abs().min(r.stribeck_velocity).min(r.varying_velocity);
+            let decay = form.decay(v);
+            for (i, (got, want)) in rate_v.iter().zip(&want).enumerate() {
+                let scale = 10.0 * (terms + decay[i] * x[i].abs()) / least + rate.abs() / least;
+                assert_within(ROUNDING, scale, *got, want.eps, || {
+                    format!("{} ∂ẋ/∂v", exact.name())
+                });
+            }
+            let want = dual.subject.force(Dual64::new(v, 1.0), &constant).eps;
+            let scale = 10.0 * r.load * (form.carried(&x).0 + form.damping(v) * terms) / least;
+            assert_within(ROUNDING, scale, force_v, want, || format!("{} ∂F/∂v", exact.name()));
+            let want = dual.subject.rate(Dual64::from(v), &moved);
+            for (i, (got, want)) in rate_x.iter().zip(&want).enumerate() {
+                let scale = common_rate(form, v, &along).1 + decay[i] * along[i].abs();
+                assert_within(ROUNDING, scale, *got, want.eps, || {
+                    format!("{} ∂ẋ/∂x", exact.name())
+                });
+            }
+            let want = dual.subject.force(Dual64::from(v), &moved).eps;
+            let scale = r.load * form.carried(&along).0;
+            assert_within(ROUNDING, scale, force_x, want, || format!("{} ∂F/∂x", exact.name()));
+        }
+    });
+}
+
+#[test]
+fn no_eigenvalue_exceeds_the_relaxation_limit() {
+    every(32, |specimen, v, x| {
+        let form = &specimen.form;
+        let share = form.speed(v) / (form.mu(v) + form.damping(v) * form.speed(v));
+        // The matrix scaled by the roots of the stiffnesses is symmetric.
+        let decay = form.decay(v);
+        let n = x.len();
+        let matrix = DMatrix::from_fn(n, n, |i, j| {
+            let coupling = share * (form.arms[i].0 * form.arms[j].0).sqrt();
+            coupling + if i == j { decay[i] } else { 0.0 }
+        });
+        let fastest = matrix.symmetric_eigenvalues().max();
+        for limits in [specimen.subject.limits(v), specimen.subject.limits(f64::INFINITY)] {
+            let holds = limits.relaxation_rate.is_none_or(|limit| fastest <= limit * (1.0 + 1e-9));
+            assert!(holds, "{}: {fastest:e} beyond {limits:?}", specimen.name());
+        }
+        let limit = specimen.subject.limits(v).relaxation_rate;
+        assert!(limit.is_some(), "{}: no limit at {v:e}", specimen.name());
+    });
+}
+
+#[test]
+fn a_run_from_rest_keeps_its_force_within_the_curve() {
+    let chain = prop::collection::vec((-1.0..=1.0_f64, decades(1e-4, 1e2)), 12);
+    check(64, (recipe(), parts(), decades(1e-6, 1e1), chain), |(r, p, fastest, chain)| {
+        for specimen in specimens::<f64>(&r, &p) {
+            let Some(limit) = specimen.subject.limits(fastest).coefficient else { continue };
+            let form = &specimen.form;
+            // Lengths of step about the time in which the stiffest spring breaks away.
+            let unit = r.static_ / form.arms.iter().map(|arm| arm.0).fold(0.0, f64::max) / fastest;
+            let mut x = vec![0.0; form.arms.len()];
+            for (fraction, length) in &chain {
+                let v = fraction * fastest;
+                let (next, end, mean) = specimen.subject.hold(v, &x, length * unit);
+                let start = specimen.subject.force(v, &x);
+                for force in [start, end, mean] {
+                    assert!(
+                        force.abs() <= limit * (1.0 + ROUNDING),
+                        "{}: {force:e} beyond {limit:e}",
+                        specimen.name()
+                    );
+                }
+                x = next;
+            }
+        }
+    });
+}
+
+#[test]
+fn from_a_prepared_state_the_force_relaxes_above_the_curve() {
+    // Two springs stretched against each other carry nothing together; at rest the one behind the
+    // dashpot lets go, and the other is left with 3 max μ. It is passive all the same.
+    let r = Recipe::TABLE_2;
+    let bristle = zener(1e4, 1e4, 100.0);
+    let contact = FrBd::new(stribeck(&r, 2.0), bristle).under_load(1.0).unwrap();
+    let prepared = Vector2::new(4.5e-4, -4.5e-4);
+    let limit = contact.limits(0.0).coefficient.unwrap();
+    assert_eq!(contact.force(0.0, prepared), 0.0);
+    let relaxed = contact.hold(0.0, prepared, 1.0);
+    assert!(relaxed.end > 2.99 * limit, "{} and {limit}", relaxed.end);
+    assert!(contact.stored_energy(relaxed.deflection) < contact.stored_energy(prepared));
+    // That the model does not claim.
+    assert!(!contact.model().obeys(Law::BoundedForce));
+}
+
+// ---------------------------------------------------------------------------------------------
+// The exact step
+// ---------------------------------------------------------------------------------------------
+
+/// Λ, u as data: asserts the state after and the mean over a step, in the norm of the energy.
+#[track_caller]
+fn golden<const N: usize>(
+    decay: [f64; N],
+    row: [f64; N],
+    h: f64,
+    u: f64,
+    x: [f64; N],
+    end: [f64; N],
+    mean: [f64; N],
+) {
+    type State<const N: usize> = SVector<f64, N>;
+    let relaxation = <State<N> as Deflection<f64>>::relaxation(decay.into(), row.into());
+    let weights = <State<N> as Deflection<f64>>::weights(relaxation, h);
+    let norm = |x: State<N>| State::<N>::from(row).component_mul(&x).dot(x).sqrt();
+    let (x, end, mean): (State<N>, State<N>, State<N>) = (x.into(), end.into(), mean.into());
+    // Four thousand random matrices with rates from 1e-12 to 1e12 1/s came within 2e-15.
+    let tolerance = 4e-15 * norm(x).max(norm(end)).max(norm(mean));
+    let off = norm(Deflection::end(&weights, x, u) - end);
+    assert!(off <= tolerance, "end off by {off:e} of {:e}", norm(end));
+    let off = norm(Deflection::mean(&weights, x, u) - mean);
+    assert!(off <= tolerance, "mean off by {off:e} of {:e}", norm(mean));
+}
+
+#[test]
+fn the_exact_step_is_that_of_ninety_digits() {
+    // By mpmath: eigenvectors of the symmetric matrix (`eigsy`) with 90 digits, then φ functions.
+    // Decay rates, row, length, drive, state; end, mean.
+    golden(
+        [0.0, 5.0],
+        [20.0, 40.0],
+        0.001,
+        0.02,
+        [1e-05, -2e-05],
+        [2.99928850592341467e-5, 4.22371035359031867e-8],
+        [2.00965647589967692e-5, -9.87040886035198616e-6],
+    );
+    golden(
+        [0.0, 5.0],
+        [20.0, 40.0],
+        0.3,
+        0.02,
+        [1e-05, -2e-05],
+        [5.74932918254616337e-4, 1.95778373610515214e-4],
+        [4.40305120765429117e-4, 2.32769696429400768e-4],
+    );
+    golden(
+        [0.0, 5.0],
+        [20.0, 40.0],
+        10000000000.0,
+        0.02,
+        [1e-05, -2e-05],
+        [1.00000000000000002e-3, -4.19478201380420970e-94],
+        [9.99999999956250078e-4, 1.94000000000000013e-14],
+    );
+    golden(
+        [0.0, 5.0],
+        [20.0, 40.0],
+        1e-14,
+        0.02,
+        [1e-05, -2e-05],
+        [1.00000000002060009e-5, -1.99999999997930003e-5],
+        [1.00000000001030000e-5, -1.99999999998965010e-5],
+    );
+    golden(
+        [0.0, 1000000.0],
+        [1e-06, 2e-06],
+        3.0,
+        1e-06,
+        [1e-05, 3e-06],
+        [1.29999655000375014e-5, 9.99987000033499955e-13],
+        [1.14999835000071251e-5, 1.99998816668349987e-12],
+    );
+    golden(
+        [0.0, 1e-06],
+        [100000.0, 100000.0],
+        10.0,
+        0.5,
+        [1e-05, -1e-05],
+        [1.24999625001062515e-5, -7.49996250006875123e-6],
+        [1.24999800000437501e-5, -7.49998250000625092e-6],
+    );
+    golden(
+        [0.0, 1e-06],
+        [100000.0, 100000.0],
+        1000000.0,
+        0.0,
+        [1e-05, -1e-05],
+        [6.06530659714907979e-6, -6.06530659711875347e-6],
+        [7.86938680577151560e-6, -7.86938680573216923e-6],
+    );
+    golden(
+        [0.0, 0.0, 3.0],
+        [1.0, 2.0, 4.0],
+        0.7,
+        0.1,
+        [0.001, -0.002, 0.003],
+        [2.17883766461801354e-2, 1.87883766461801362e-2, 6.74646402590202334e-3],
+        [1.46138443778328787e-2, 1.16138443778328795e-2, 8.11519648584672036e-3],
+    );
+    golden(
+        [2.0, 2.0, 3.0],
+        [1.0, 2.0, 4.0],
+        0.7,
+        0.1,
+        [0.001, -0.002, 0.003],
+        [1.24397577340235356e-2, 1.16999668421987162e-2, 9.39232921323101926e-3],
+        [1.00789838533717323e-2, 8.46454877610374606e-3, 9.12285995976806763e-3],
+    );
+    golden(
+        [0.0, 0.001, 1.0, 1000.0, 1000000.0],
+        [1000.0, 0.001, 1000000.0, 1.0, 1e-06],
+        1.0,
+        1.0,
+        [0.001, 0.001, -0.001, 0.001, -0.001],
+        [
+            1.99800249434601814e-3,
+            1.99600499318204833e-3,
+            -9.98003492347519809e-7,
+            -9.97007479881108706e-10,
+            -9.97006484863661692e-13,
+        ],
+        [
+            1.99850016363549085e-3,
+            1.99750116396960617e-3,
+            -9.99502161634492079e-7,
+            1.99800349135349801e-6,
+            -1.99750465697552704e-12,
+        ],
+    );
+    golden(
+        [1000000.0, 0.0, 0.001, 1000.0, 1.0],
+        [1e-06, 1000.0, 0.001, 1.0, 1000000.0],
+        1000.0,
+        1.0,
+        [-0.001, 0.001, 0.001, 0.001, -0.001],
+        [
+            -3.67511194769623696e-13,
+            1.36787870578057558e-3,
+            3.68063074892880705e-4,
+            -3.67511561547263335e-10,
+            -3.67878705964944430e-7,
+        ],
+        [
+            -6.32121293851913333e-13,
+            1.63175204645124388e-3,
+            9.99815630887694769e-4,
+            1.36787907329213710e-9,
+            -6.31753415513459543e-7,
+        ],
+    );
+}
+
+/// Rates and states apart by many decades, and a step in units of any of the rates.
+#[test]
+fn the_exact_step_is_the_step_of_many_small_ones() {
+    let pick = (0..5_usize, decades(1e-12, 1e12));
+    check(96, (case(), pick), |((r, p, v, forces), (which, length))| {
+        for specimen in specimens::<f64>(&r, &p) {
+            let (form, subject) = (&specimen.form, &specimen.subject);
+            let x = stretches(form, &forces);
+            let share = form.speed(v) / (form.mu(v) + form.damping(v) * form.speed(v));
+            let i = which % x.len();
+            let rate = form.decay(v)[i] + share * form.arms[i].0;
+            let h = length / if rate > 0.0 { rate } else { 1.0 };
+            let (whole, _, mean) = subject.hold(v, &x, h);
+            let (half, _, first) = subject.hold(v, &x, 0.5 * h);
+            let (twice, _, second) = subject.hold(v, &half, 0.5 * h);
+            let energy = |x: &[f64]| subject.stored_energy(x);
+            let size = energy(&x).max(energy(&whole)).max(energy(&half));
+            let apart: Vec<f64> = whole.iter().zip(&twice).map(|(a, b)| a - b).collect();
+            // In the norm of the energy: a few roundings of each of three steps.
+            let off = (energy(&apart) / size).sqrt();
+            assert!(size == 0.0 || off < 1e-13, "{}: {off:e}", specimen.name());
+            let scale = r.load * (form.carried(&x).0 + form.carried(&whole).0 + form.mu(v));
+            assert_within(1e-12, scale, 0.5 * (first + second), mean, || specimen.name());
+            // h F̄ v = ΔW + what is dissipated.
+            let stored = energy(&whole) - energy(&x);
+            let work = h * mean * v;
+            let scale = work.abs() + size + h * scale * v.abs();
+            assert!(work - stored >= -1e-12 * scale, "{}: {work:e}, {stored:e}", specimen.name());
+        }
+    });
+}
+
+#[test]
+fn the_exact_step_is_that_of_brute_force() {
+    // Table 2 with three arms; 20 000 steps of RK4 with λh = 0.01 or less: errors (λh)⁴/120 of 1e-10,
+    // and no more of the mean, which is integrated along.
+    let r = Recipe::TABLE_2;
+    let bristle = arms([(1e4, None), (2e4, Some(50.0)), (5e3, Some(500.0))], 20.0);
+    let contact = FrBd::new(stribeck(&r, 2.0), bristle).under_load(3.0).unwrap();
+    for (v, x) in
+        [(0.004, [1e-4, -2e-5, 3e-5]), (-0.3, [1e-4, 1e-4, 1e-4]), (0.0, [2e-5, -1e-5, 4e-5])]
+    {
+        let (start, duration) = (SVector::<f64, 3>::from(x), 0.1);
+        let n = 20_000;
+        let h = duration / f64::from(n);
+        let (mut state, mut impulse) = (start, 0.0);
+        for _ in 0..n {
+            let rate = |x| contact.rate(v, x);
+            let (k1, f1) = (rate(state), contact.force(v, state));
+            let (x2, x3);
+            x2 = state + k1 * (0.5 * h);
+            let (k2, f2) = (rate(x2), contact.force(v, x2));
+            x3 = state + k2 * (0.5 * h);
+            let (k3, f3) = (rate(x3), contact.force(v, x3));
+            let x4 = state + k3 * h;
+            let (k4, f4) = (rate(x4), contact.force(v, x4));
+            state += (k1 + (k2 + k3) * 2.0 + k4) * (h / 6.0);
+            impulse += (f1 + 2.0 * (f2 + f3) + f4) * (h / 6.0);
+        }
+        let hold = contact.hold(v, start, duration);
+        assert!((hold.deflection - state).amax() < 1e-9 * start.amax());
+        assert_within(1e-9, 3.0, hold.mean, impulse / duration, || "mean".into());
+        assert_within(1e-9, 3.0, hold.end, contact.force(v, state), || "end".into());
+    }
+}
+
+#[test]
+fn a_held_step_in_single_precision_is_the_rounded_one() {
+    // Parameters and states as they are in f32, the reference in f64 from the same numbers.
+    check(64, (0.1..10.0_f64, -1.0..1.0_f64, decades(1e-6, 1e6)), |(scale, v, h)| {
+        let (k, e) = ([1e4 * scale, 2e4, 3e3], [50.0, 4e3]);
+        let round = |x: f64| f64::from(x as f32);
+        let r = Recipe::TABLE_2;
+        let wide = FrBd::new(
+            stribeck::<f64>(&r, 2.0),
+            arms([(round(k[0]), None), (k[1], Some(e[0])), (k[2], Some(e[1]))], 1.0),
+        );
+        let single = FrBd::new(
+            stribeck::<f32>(&r, 2.0),
+            arms([(k[0], None), (k[1], Some(e[0] as f32)), (k[2], Some(e[1] as f32))], 1.0_f32),
+        );
+        let x = SVector::<f64, 3>::new(1e-4, -2e-5, 3e-5).map(round);
+        let got = single.hold(v as f32, x.map(|x| x as f32), h as f32);
+        let want = wide.hold(round(v), x, round(h));
+        // The matrix is rounded to f32 first, which an eigenvalue times h up to 1e9 would see, were
+        // the slow springs not gone by then: 1e-5 is fifty roundings.
+        assert_within(1e-5, 2.0, f64::from(got.end), want.end, || format!("end, h = {h:e}"));
+        assert_within(1e-5, 2.0, f64::from(got.mean), want.mean, || format!("mean, h = {h:e}"));
+    });
+}
+
+#[test]
+fn what_is_no_number_stays_none() {
+    let r = Recipe::TABLE_2;
+    let contact = FrBd::new(stribeck(&r, 2.0), zener(1e4, 1e4, 100.0)).under_load(1.0).unwrap();
+    let x = Vector2::new(1e-5, 2e-5);
+    for (v, x, h) in [
+        (f64::NAN, x, 1e-3),
+        (0.1, Vector2::new(f64::NAN, 0.0), 1e-3),
+        (0.0, Vector2::new(0.0, f64::NAN), 1e-3),
+        (0.1, x, f64::NAN),
+        (f64::INFINITY, x, 1e-3),
+    ] {
+        let hold = contact.hold(v, x, h);
+        assert!(hold.end.is_nan() && hold.mean.is_nan(), "v = {v}, x = {x}, h = {h}: {hold:?}");
+    }
+    // A row with the wrong sign belongs to no passive bristle.
+    let relaxation = <Vector2<f64> as Deflection<f64>>::relaxation(x, Vector2::new(1.0, -1.0));
+    let weights = <Vector2<f64> as Deflection<f64>>::weights(relaxation, 1.0);
+    assert!(Deflection::end(&weights, x, 0.0)[0].is_nan());
+}
+
+#[test]
+fn nothing_happens_in_no_time() {
+    every(16, |specimen, v, x| {
+        let (end, force, mean) = specimen.subject.hold(v, x, 0.0);
+        assert_eq!(end, x, "{}", specimen.name());
+        let scale = specimen.form.recipe.load * specimen.form.carried(x).0 + force.abs();
+        assert_within(ROUNDING, scale, mean, force, || specimen.name());
+    });
+}
+
+// ---------------------------------------------------------------------------------------------
+// Passive steps in a mechanism
+// ---------------------------------------------------------------------------------------------
+
+/// What a passive step says, for any prediction and any mean velocity.
+fn assert_passive_step<R: Rheology<f64>>(
+    r: &Recipe,
+    bristle: R,
+    (predicted, mean, h): (f64, f64, f64),
+    x: R::Deflection,
+) {
+    let contact = FrBd::new(stribeck(r, 2.0), bristle).under_load(r.load).unwrap();
+    let companion = contact.clone().companion(predicted.abs()).unwrap();
+    let step = companion.step(predicted, x, h);
+    assert!(step.damping() >= 0.0 && step.is_passive());
+    let done = step.commit(mean);
+    // Each mode gives squares only.
+    assert!(done.dissipated >= 0.0, "{:e}", done.dissipated);
+    let (before, after) = (contact.stored_energy(x), contact.stored_energy(done.deflection));
+    let scale = done.work.abs() + before + after + done.dissipated;
+    // The force is bias + damping v̄: two numbers that may cancel, times the distance.
+    let scale = scale + h * mean.abs() * (step.bias().abs() + step.damping() * mean.abs());
+    assert_within(1e-12, scale, done.work, done.stored + done.dissipated, || "balance".into());
+    assert_within(1e-12, before + after, done.stored, after - before, || "ΔW".into());
+    if !contact.model().obeys(Law::BoundedDeflection) {
+        // With a prediction that comes true it is the exact step.
+        let (done, hold) = (step.commit(predicted), contact.hold(predicted, x, h));
+        assert_eq!(done.deflection, hold.deflection);
+        let scale = step.bias().abs() + step.damping() * predicted.abs() + hold.mean.abs();
+        let weighted = contact.model().storage_stiffness().scaled_by(x);
+        let scale = scale + r.load * weighted.largest() * 5.0;
+        assert_within(1e-12, scale, done.force, hold.mean, || "F̄".into());
+    }
+}
+
+#[test]
+fn a_passive_step_balances_its_energy_for_any_prediction() {
+    let steps = (velocity(), velocity(), decades(1e-9, 1e6));
+    check(256, (case(), steps), |((r, p, _, forces), step)| {
+        let (k, e) = (p.stiffness, p.series);
+        let x = |i: usize, k: f64| forces[i] * r.static_ / k;
+        assert_passive_step(
+            &r,
+            maxwell(k[0], e[0]),
+            step,
+            forces[0].clamp(-1.0, 1.0) * r.static_ / k[0],
+        );
+        let two = Vector2::new(x(0, k[0]), x(1, k[1]));
+        assert_passive_step(&r, zener(k[0], k[1], e[1]), step, two);
+        let three = SVector::<f64, 3>::from_fn(|i, _| x(i, k[i]));
+        let bristle = arms([(k[0], None), (k[1], Some(e[1])), (k[2], Some(e[2]))], p.beside);
+        assert_passive_step(&r, bristle, step, three);
+        let bristle = arms(
+            [(k[0], Some(e[0])), (k[1], Some(e[1])), (k[2], Some(e[2]))],
+            varying(&r, p.beside),
+        );
+        assert_passive_step(&r, bristle, step, three);
+        let bristle = row::<f64, 3>(sorted(&p));
+        let stiffness = bristle.storage_stiffness();
+        let three = SVector::<f64, 3>::from_fn(|i, _| x(i, stiffness[i]));
+        assert_passive_step(&r, bristle, step, three);
+    });
+}
+
+#[test]
+fn a_mass_on_viscoelastic_bristles_never_gains_energy_however_long_the_step() {
+    // Struck at 0.3 m/s, no spring but the bristles: kinetic and stored energy together only fall.
+    let bristle = arms([(1e4, None), (2e4, Some(200.0)), (5e4, Some(20.0))], 3.0);
+    let contact = FrBd::new(stribeck(&Recipe::TABLE_2, 2.0), bristle).under_load(1.0).unwrap();
+    let companion = contact.companion(0.3).unwrap();
+    for h in [1e-4, 1e-2, 0.3] {
+        let (mut v, mut x) = (0.3, SVector::<f64, 3>::zeros());
+        let energy = |v: f64, x| 0.5 * v * v + contact.stored_energy(x);
+        for _ in 0..300 {
+            let step = companion.step(v, x, h);
+            let mean = (2.0 / h * v - step.bias()) / (2.0 / h + step.damping());
+            let (next, done) = (2.0 * mean - v, step.commit(mean));
+            let (before, after) = (energy(v, x), energy(next, done.deflection));
+            assert!(after <= before * (1.0 + 1e-13), "h = {h}: {after:e} after {before:e}");
+            (v, x) = (next, done.deflection);
+        }
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Limits
+// ---------------------------------------------------------------------------------------------
+
+#[test]
+fn one_static_arm_is_a_kelvin_voigt_bristle() {
+    check(64, case(), |(r, p, v, forces)| {
+        let (k, d, x) = (p.stiffness[0], p.beside, forces[0] * r.static_ / p.stiffness[0]);
+        let one = FrBd::new(stribeck(&r, 2.0), arms([(k, None::<f64>)], d));
+        let same = FrBd::new(stribeck(&r, 2.0), kelvin_voigt(k, d));
+        let row = FrBd::new(stribeck(&r, 2.0), row([(k, d)]));
+        for (got, got_row, want) in [
+            (one.rate(v, [x].into())[0], row.rate(v, [x].into())[0], same.rate(v, x)),
+            (
+                one.coefficient(v, [x].into()),
+                row.coefficient(v, [x].into()),
+                same.coefficient(v, x),
+            ),
+            (
+                one.hold(v, [x].into(), 1e-3).mean,
+                row.hold(v, [x].into(), 1e-3).mean,
+                same.hold(v, x, 1e-3).mean,
+            ),
+            (one.stationary(v)[0], row.stationary(v)[0], same.stationary(v)),
+        ] {
+            // Differences of the terms K x and d v.
+            let scale = want.abs() + r.static_ * 3.0 * (1.0 + v.abs() + (v / d).abs()) + v.abs();
+            let scale = scale + r.static_ * v.abs() + forces[0].abs() / d * r.static_;
+            assert_within(ROUNDING, scale, got, want, || "arm".into());
+            assert_within(ROUNDING, scale, got_row, want, || "row".into());
+        }
+        assert_eq!(one.limits(1.0), same.limits(1.0));
+        let undamped = FrBd::new(stribeck(&r, 2.0), arms([(k, None::<f64>)], 0.0));
+        assert_eq!(
+            undamped.rate(v, [x].into())[0],
+            FrBd::new(stribeck(&r, 2.0), spring(k)).rate(v, x)
+        );
+    });
+}
+
+#[test]
+fn a_zener_bristle_is_one_of_two_arms_and_a_maxwell_bristle_one_of_one() {
+    check(64, case(), |(r, p, v, forces)| {
+        let (k, e) = (p.stiffness, p.series);
+        let x = Vector2::new(forces[0] * r.static_ / k[0], forces[1] * r.static_ / k[1]);
+        let curve = || stribeck(&r, 2.0);
+        let one = FrBd::new(curve(), zener(k[0], k[1], e[1]));
+        let two = FrBd::new(curve(), arms([(k[0], None), (k[1], Some(e[1]))], 0.0));
+        assert_eq!(one.rate(v, x), two.rate(v, x));
+        assert_eq!(one.coefficient(v, x), two.coefficient(v, x));
+        assert_eq!(one.hold(v, x, 1e-2), two.hold(v, x, 1e-2));
+        assert_eq!(one.stationary(v), two.stationary(v));
+        assert_eq!(one.limits(1.0), two.limits(1.0));
+        let one = FrBd::new(curve(), maxwell(k[0], e[0]));
+        let two = FrBd::new(curve(), arms([(k[0], Some(e[0]))], 0.0));
+        // (a + K|v|/g) x in one product, or in two.
+        let (got, want) = (two.rate(v, [x[0]].into())[0], one.rate(v, x[0]));
+        let scale = v.abs() * (1.0 + forces[0].abs()) + k[0] / e[0] * x[0].abs();
+        assert_within(ROUNDING, scale, got, want, || "rate".into());
+        let (got, want) = (two.coefficient(v, [x[0]].into()), one.coefficient(v, x[0]));
+        assert_within(ROUNDING, want.abs(), got, want, || "force".into());
+        assert_eq!(one.limits(1.0), two.limits(1.0));
+        let (got, want) = (two.stationary(v)[0], one.stationary(v));
+        assert_within(ROUNDING, want.abs(), got, want, || "creep".into());
+    });
+}
+
+/// The force at the end of a pull at 4 mm/s over 20 ms and a rest of 20 ms, with Table 2.
+fn pulled<R: Rheology<f64>>(bristle: R) -> (f64, f64) {
+    let model = FrBd::new(stribeck(&Recipe::TABLE_2, 2.0), bristle);
+    let rest = R::Deflection::fill(0.0);
+    let pull = model.hold(0.004, rest, 0.02);
+    (pull.end, model.hold(0.0, pull.deflection, 0.02).end)
+}
+
+#[test]
+fn a_fast_arm_is_a_dashpot_and_a_slow_one_a_spring() {
+    // A stiff arm relaxes in η/K: what differs is of that order of the 20 ms. A dashpot of 64.5 s/m
+    // and more is a spring for (η/K)⁻¹ · 20 ms.
+    let damped = pulled(kelvin_voigt(1e4, 64.5));
+    for stiffness in [1e8, 1e10, 1e12] {
+        let fast = pulled(zener(1e4, stiffness, 64.5));
+        let tolerance = 10.0 * 64.5 / stiffness / 0.02;
+        assert_within(tolerance, 1.0, fast.0, damped.0, || format!("pull, K = {stiffness:e}"));
+        assert_within(tolerance, 1.0, fast.1, damped.1, || format!("rest, K = {stiffness:e}"));
+    }
+    let stiff = pulled(spring(3e4));
+    for damping in [1e6, 1e9, 1e12] {
+        let slow = pulled(zener(1e4, 2e4, damping));
+        let tolerance = 10.0 * 0.02 * 2e4 / damping + 1e-14;
+        assert_within(tolerance, 1.0, slow.0, stiff.0, || format!("pull, η = {damping:e}"));
+        assert_within(tolerance, 1.0, slow.1, stiff.1, || format!("rest, η = {damping:e}"));
+        // Without the static spring: Maxwell to a spring.
+        let (slow, stiff) = (pulled(maxwell(3e4, damping)), pulled(spring(3e4)));
+        assert_within(1.5 * tolerance, 1.0, slow.0, stiff.0, || format!("η = {damping:e}"));
+    }
+    // And with no damping to speak of the arm is not there.
+    let soft = pulled(spring(1e4));
+    let gone = pulled(zener(1e4, 2e4, 1e-9));
+    assert_within(1e-8, 1.0, gone.0, soft.0, || "η → 0".into());
+}
+
+#[test]
+fn a_row_stores_in_its_own_springs_what_its_equivalent_says() {
+    let alone = any::<bool>();
+    check(128, (parts(), alone, prop::array::uniform4(-3.0..3.0)), |(p, alone, forces)| {
+        let mut elements = sorted::<4>(&p);
+        if alone {
+            elements[0].1 = 0.0;
+        }
+        let bristle = row::<f64, 4>(elements);
+        let k = bristle.storage_stiffness();
+        // The deflection is the sum of the elongations, at any state: Σ eⱼ; and for the equivalent
+        // it is the stretch of the static arm.
+        let x = SVector::<f64, 4>::from_fn(|i, _| forces[i] / k[i].sqrt());
+        let e = bristle.elongations(x);
+        let row_energy: f64 = elements.iter().zip(e.iter()).map(|((k, _), e)| k * e * e).sum();
+        let energy = k.component_mul(&x).dot(x);
+        assert_within(1e-11, energy, row_energy, energy, || format!("{elements:?}"));
+        let terms: f64 = e.iter().map(|e| e.abs()).sum();
+        let scale = terms + x[0].abs();
+        // Through compliances of up to 1/√K of each, however different.
+        let worst = elements.iter().map(|(k, _)| 1.0 / k.sqrt()).sum::<f64>() * energy.sqrt();
+        assert_within(1e-11, scale + worst, e.sum(), x[0], || format!("z of {elements:?}"));
+    });
+}
+
+#[test]
+fn a_row_answers_with_the_sum_of_its_compliances() {
+    let strategy = (parts(), any::<bool>(), decades(1e-6, 1e8));
+    check(256, strategy, |(p, alone, omega)| {
+        let mut elements = sorted::<5>(&p);
+        if alone {
+            elements[0].1 = 0.0;
+        }
+        let got = row::<f64, 5>(elements).complex_modulus(omega);
+        // 1/Σ 1/(K + iωη).
+        let (mut re, mut im) = (0.0, 0.0);
+        for (k, eta) in elements {
+            let size = k * k + (omega * eta).powi(2);
+            re += k / size;
+            im -= omega * eta / size;
+        }
+        let size = re * re + im * im;
+        let (storage, loss) = (re / size, -im / size);
+        // Each part accurate in itself: all terms are positive on either side. Retardation times may be
+        // as close as 1.5 to each other; further apart is easier.
+        assert_within(1e-11, storage, got.storage, storage, || format!("G' at {omega:e}"));
+        assert_within(1e-11, loss, got.loss, loss, || format!("G'' at {omega:e}"));
+    });
+}
+
+#[test]
+fn two_elements_in_a_row_are_a_zener_bristle_in_closed_form() {
+    check(128, (decades(1e1, 1e8), decades(1e1, 1e8), decades(1e-2, 1e6)), |(spring, k, eta)| {
+        let bristle = row::<f64, 2>([(spring, 0.0), (k, eta)]);
+        let [soft, relaxing] = *bristle.equivalent().arms();
+        let share = spring / (spring + k);
+        assert_within(ROUNDING, 1.0, soft.stiffness / (share * k), 1.0, || "K₀".into());
+        assert_within(ROUNDING, 1.0, relaxing.stiffness / (share * spring), 1.0, || "K₁".into());
+        let damping = relaxing.series_damping.unwrap();
+        assert_within(ROUNDING, 1.0, damping / (eta * share * share), 1.0, || "η".into());
+        assert_eq!(soft.series_damping, None);
+    });
+}
+
+#[test]
+fn a_row_elongates_as_its_elements_do() {
+    // F/p = Kⱼeⱼ + ηⱼėⱼ for every element, with ėⱼ from the rate of the state.
+    check(128, (recipe(), parts(), any::<bool>(), velocity()), |(r, p, alone, v)| {
+        let mut elements = sorted::<3>(&p);
+        if alone {
+            elements[0].1 = 0.0;
+        }
+        let bristle = row::<f64, 3>(elements);
+        let model = FrBd::new(stribeck(&r, 2.0), bristle);
+        let k = bristle.storage_stiffness();
+        let x = SVector::<f64, 3>::from_fn(|i, _| r.static_ * [0.7, -0.4, 0.2][i] / k[i]);
+        let (e, rate) = (bristle.elongations(x), bristle.elongations(model.rate(v, x)));
+        let force = model.coefficient(v, x);
+        // The rate goes through Σ Kᵢẋᵢ/(Kⱼ − aᵢηⱼ), terms that cancel.
+        let size = model.rate(v, x).component_mul(&k).abs();
+        for (j, (stiffness, damping)) in elements.iter().enumerate() {
+            let terms: f64 = (0..3)
+                .map(|i| {
+                    let mut unit = SVector::<f64, 3>::zeros();
+                    unit[i] = size[i] / k[i];
+                    bristle.elongations(unit)[j].abs()
+                })
+                .sum();
+            let scale = r.static_ + (stiffness * e[j]).abs() + damping * terms + force.abs();
+            let got = stiffness * e[j] + damping * rate[j];
+            assert_within(1e-11, scale, got, force, || format!("element {j} of {elements:?}"));
+        }
+    });
+}
+
+// ---------------------------------------------------------------------------------------------
+// The complex modulus
+// ---------------------------------------------------------------------------------------------
+
+#[test]
+fn the_complex_modulus_is_the_sum_of_its_arms() {
+    check(128, (parts(), decades(1e-12, 1e12)), |(p, omega)| {
+        let (k, e) = (p.stiffness, p.series);
+        let bristle = arms([(k[0], None), (k[1], Some(e[1])), (k[2], Some(e[2]))], p.beside);
+        let got = bristle.complex_modulus(omega);
+        // K₀ + Σ iωηᵢKᵢ/(Kᵢ + iωηᵢ), multiplied out: (ωη)²K/(K² + (ωη)²), ωηK²/(K² + (ωη)²).
+        let (mut storage, mut loss) = (k[0], omega * p.beside);
+        for i in 1..3 {
+            let c = omega * e[i];
+            storage += c * c * k[i] / (k[i] * k[i] + c * c);
+            loss += c * k[i] * k[i] / (k[i] * k[i] + c * c);
+        }
+        assert_within(ROUNDING, storage, got.storage, storage, || format!("G' at {omega:e}"));
+        assert_within(ROUNDING, loss, got.loss, loss, || format!("G'' at {omega:e}"));
+    });
+    let still = zener(1e4, 2e4, 50.0).complex_modulus(0.0);
+    assert_eq!((still.storage, still.loss), (1e4, 0.0));
+    let flowing = maxwell(1e4, 50.0).complex_modulus(0.0);
+    assert_eq!((flowing.storage, flowing.loss), (0.0, 0.0));
+    let fast = zener(1e4, 2e4, 50.0).complex_modulus(1e300);
+    assert_within(ROUNDING, 3e4, fast.storage, 3e4, || "G'(∞)".into());
+}
+
+#[test]
+fn a_small_oscillation_is_answered_by_the_complex_modulus() {
+    // Stuck, ẑ = 1 nm against a breakaway of 100 µm: what slides meanwhile is 1e-5 of it. The
+    // velocity is held at its value in the middle of 500 parts of a period, (π/500)²/6 = 7e-6 off.
+    fn answer<R: Rheology<f64>>(bristle: R, omega: f64) -> (f64, f64) {
+        let model = FrBd::new(stribeck(&Recipe::TABLE_2, 2.0), bristle);
+        let (amplitude, parts) = (1e-9, 500);
+        let h = std::f64::consts::TAU / omega / f64::from(parts);
+        let mut x = R::Deflection::fill(0.0);
+        let mut moduli = (0.0, 0.0);
+        // Until what does not oscillate has gone, ten times the slowest relaxation of 10 ms.
+        let periods = 2 + (0.1 * omega) as i32;
+        for n in 0..periods * parts {
+            let angle = omega * h * (f64::from(n) + 0.5);
+            let hold = model.hold(amplitude * omega * angle.cos(), x, h);
+            x = hold.deflection;
+            if n >= (periods - 1) * parts {
+                // z = ẑ sin ωt: storage in phase with sin, loss with cos.
+                moduli.0 += hold.mean * angle.sin() * 2.0 / f64::from(parts) / amplitude;
+                moduli.1 += hold.mean * angle.cos() * 2.0 / f64::from(parts) / amplitude;
+            }
+        }
+        moduli
+    }
+    for omega in [20.0, 300.0, 4e3] {
+        let zener = zener(1e4, 2e4, 200.0);
+        let (got, want) = (answer(zener, omega), zener.complex_modulus(omega));
+        let size = want.storage + want.loss;
+        assert_within(1e-4, size, got.0, want.storage, || format!("G' at {omega}"));
+        assert_within(1e-4, size, got.1, want.loss, || format!("G'' at {omega}"));
+        let three = arms([(1e4, None), (2e4, Some(200.0)), (5e4, Some(20.0))], 3.0);
+        let (got, want) = (answer(three, omega), three.complex_modulus(omega));
+        let size = want.storage + want.loss;
+        assert_within(1e-4, size, got.0, want.storage, || format!("G' at {omega}"));
+        assert_within(1e-4, size, got.1, want.loss, || format!("G'' at {omega}"));
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// A scene
+// ---------------------------------------------------------------------------------------------
+
+#[cfg(feature = "alloc")]
+#[test]
+fn a_scene_of_several_springs_has_the_exact_steps_and_its_own_jacobian() {
+    use bristle::Branch;
+    use bristle::ode::{self, Output, System};
+    use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
+    use bristle::signal::{Constant, Sine, SineParameters};
+
+    let contact =
+        FrBd::new(stribeck(&Recipe::TABLE_2, 2.0), zener(1e4, 2e4, 100.0)).under_load(2.0).unwrap();
+    let held = PrescribedVelocity::new(PrescribedVelocityParameters {
+        contact,
+        velocity: Constant::new(0.02).unwrap(),
+    });
+    let start = Vector2::new(1e-5, -2e-5);
+    let run = ode::solve(&held, 0.0..0.05, start, 1e-9, Output::Steps).unwrap();
+    let exact = contact.hold(0.02, start, 0.05);
+    let (time, state) = run.last().unwrap();
+    // The tolerance, over a few relaxations.
+    assert!((state - exact.deflection).amax() < 1e-7 * 1e-4, "{state} and {}", exact.deflection);
+    assert_within(1e-7, 3.0, held.friction_force(time, state), exact.end, || "F".into());
+    let scales = System::scales(&held);
+    assert_eq!(scales, Vector2::repeat(1.5 / 3e4));
+
+    let sine = PrescribedVelocity::new(PrescribedVelocityParameters {
+        contact,
+        velocity: Sine::new(SineParameters {
+            mean: 0.0,
+            amplitude: 0.01,
+            frequency: 1.0,
+            phase: 0.0,
+        })
+        .unwrap(),
+    });
+    let (time, branch) = (0.05, [Branch::Forward]);
+    let tangent = sine.linearised(time, &start, branch).unwrap();
+    assert_eq!(tangent.rate, sine.rate(time, &start, branch));
+    for j in 0..2 {
+        let mut unit = Vector2::zeros();
+        unit[j] = 1.0;
+        // Affine in the state.
+        let column = sine.rate(time, &(start + unit), branch) - tangent.rate;
+        let got = tangent.by_state.column(j).into_owned();
+        assert!((column - got).amax() <= ROUNDING * got.amax(), "{got} and {column}");
+    }
+    // Central differences over 1e-6 s: (2π 1e-6)² of it, and roundings of 1e-16/1e-6.
+    let h = 1e-6;
+    let slope =
+        (sine.rate(time + h, &start, branch) - sine.rate(time - h, &start, branch)) / (2.0 * h);
+    assert!((slope - tangent.by_time).amax() < 1e-7 * slope.amax(), "{slope} {}", tangent.by_time);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Bad input
+// ---------------------------------------------------------------------------------------------
+
+#[track_caller]
+fn refused<T>(result: Result<T, ParameterError>, name: &str, component: Option<usize>) {
+    let error = result.err().expect("must be refused");
+    assert_eq!((error.name, error.component), (name, component), "{error}");
+}
+
+#[test]
+fn what_makes_no_bristle_is_refused_by_name() {
+    for bad in [f64::NAN, f64::INFINITY, -1.0, 0.0] {
+        let maxwell = |k, eta| {
+            Maxwell::<f64>::new(MaxwellParameters { micro_stiffness: k, series_damping: eta })
+        };
+        refused(maxwell(bad, 1.0), "micro_stiffness", None);
+        refused(maxwell(1.0, bad), "series_damping", None);
+        let zener = |k0, k1, eta| {
+            Zener::<f64>::new(ZenerParameters {
+                static_stiffness: k0,
+                relaxing_stiffness: k1,
+                series_damping: eta,
+            })
+        };
+        refused(zener(bad, 1.0, 1.0), "static_stiffness", None);
+        refused(zener(1.0, bad, 1.0), "relaxing_stiffness", None);
+        refused(zener(1.0, 1.0, bad), "series_damping", None);
+        let arms = |k, eta, micro_damping| {
+            GeneralisedMaxwell::<f64, 2>::new(GeneralisedMaxwellParameters {
+                arms: [
+                    MaxwellArm { stiffness: 1.0, series_damping: None },
+                    MaxwellArm { stiffness: k, series_damping: Some(eta) },
+                ],
+                micro_damping,
+            })
+        };
+        refused(arms(bad, 1.0, 0.0), "arms.stiffness", Some(1));
+        refused(arms(1.0, bad, 0.0), "arms.series_damping", Some(1));
+        if bad != 0.0 {
+            refused(arms(1.0, 1.0, bad), "micro_damping", None);
+        }
+        let row = |k, eta| {
+            GeneralisedKelvinVoigt::<f64, 2>::new(GeneralisedKelvinVoigtParameters {
+                elements: [
+                    KelvinVoigtElement { stiffness: 1.0, damping: 0.0 },
+                    KelvinVoigtElement { stiffness: k, damping: eta },
+                ],
+            })
+        };
+        refused(row(bad, 1.0), "elements.stiffness", Some(1));
+        let name = if bad == 0.0 { "elements' retardation time" } else { "elements.damping" };
+        refused(row(1.0, bad), name, Some(1));
+    }
+    let none = GeneralisedMaxwellParameters::<f64, 0> { arms: [], micro_damping: 1.0 };
+    refused(GeneralisedMaxwell::new(none), "arms", None);
+    let none = GeneralisedKelvinVoigtParameters::<f64, 0> { elements: [] };
+    refused(GeneralisedKelvinVoigt::new(none), "elements", None);
+    let element = |stiffness, damping| KelvinVoigtElement { stiffness, damping };
+    let wrong =
+        GeneralisedKelvinVoigtParameters { elements: [element(1.0, 2.0), element(2.0, 4.0)] };
+    let error = GeneralisedKelvinVoigt::new(wrong).unwrap_err();
+    assert_eq!(error.rule, Rule::Increasing { previous: 2.0 });
+    // Retardation times one rounding apart are still two elements; what is left of one is tiny.
+    let close = GeneralisedKelvinVoigtParameters {
+        elements: [element(1.0, 1.0), element(1.0, 1.0 + f64::EPSILON)],
+    };
+    let row = GeneralisedKelvinVoigt::new(close).unwrap();
+    assert!(row.storage_stiffness()[1] < 1e-30 && row.storage_stiffness()[0] == 0.5);
+}
+
+/// μ = 1 at every speed.
+fn of_one<T: Scalar>() -> Coulomb<T> {
+    let parameters =
+        CoulombParameters { dynamic_coefficient: T::one(), viscous_friction: T::zero() };
+    Coulomb::new(parameters).unwrap()
+}
+
+#[test]
+fn an_arm_that_lets_go_faster_than_a_step_can_tell_is_refused() {
+    let zener = |series_damping: f32| {
+        Zener::new(ZenerParameters {
+            static_stiffness: 1e4_f32,
+            relaxing_stiffness: 1e4,
+            series_damping,
+        })
+    };
+    let refused = zener(1e-7).unwrap_err();
+    let Rule::AtMost { limit, .. } = refused.rule else { panic!("{refused}") };
+    assert_eq!((refused.name, limit), ("stiffness over series_damping", 1e10));
+    // One just within holds its static spring: 1 − e^(−σ0 v t/μ) after 1 s.
+    let contact = FrBd::new(of_one::<f32>(), zener(1e-6).unwrap()).under_load(1.0_f32).unwrap();
+    let want = -(-1e-2_f64).exp_m1();
+    let got = f64::from(contact.hold(1e-6, Vector2::zeros(), 1.0).end);
+    assert_within(1e-5, want, got, want, || "static spring".to_owned());
+
+    let arms = |damping| {
+        let arm = |series_damping| MaxwellArm { stiffness: 1e4, series_damping };
+        GeneralisedMaxwell::new(GeneralisedMaxwellParameters {
+            arms: [arm(None), arm(Some(damping))],
+            micro_damping: 0.0,
+        })
+    };
+    let refused = arms(1e-58).unwrap_err();
+    assert_eq!((refused.component, refused.value), (Some(1), 1e4 / 1e-58));
+    let contact = FrBd::new(of_one::<f64>(), arms(1e-45).unwrap()).under_load(1.0).unwrap();
+    let got = contact.hold(1e-3, SVector::from([0.0, 0.0]), 1.0).end;
+    assert_within(1e-12, 1.0, got, -(-10.0_f64).exp_m1(), || "f64".to_owned());
+}
+
+#[test]
+fn a_step_backwards_is_none() {
+    let curve = of_one::<f64>();
+    let one = FrBd::new(curve, kelvin_voigt::<f64, _, _>(1e4, 10.0)).under_load(1.0).unwrap();
+    let held = one.hold(0.1, 1e-5, -1e-3);
+    assert!(held.end.is_nan() && held.mean.is_nan() && held.deflection.is_nan());
+    let mut ledger = bristle::ledger::EnergyLedger::new();
+    assert!(ledger.hold(&one, 0.1, 1e-5, -1e-3).end.is_nan());
+    let lugre = LuGre::classical(curve, kelvin_voigt::<f64, _, _>(1e4, 10.0));
+    assert!(lugre.hold(0.1, 1e-5, -1e-3).end.is_nan());
+    let parameters =
+        ZenerParameters { static_stiffness: 1e4, relaxing_stiffness: 1e4, series_damping: 10.0 };
+    let two = FrBd::new(curve, Zener::new(parameters).unwrap()).under_load(1.0).unwrap();
+    assert!(two.hold(0.1, Vector2::new(1e-5, 1e-5), -1e-3).end.is_nan());
+}
+
+#[test]
+fn springs_of_unlike_stiffness_keep_their_modes_apart() {
+    // By mpmath with 90 digits, as above. A spring of a millionth between two whose terms in the secular equation
+    // cancel to a millionth: roots alone would leave modes that are orthogonal to ten digits.
+    golden(
+        [0.0, 1.0, 2.0],
+        [1e6, 1e-6, 1e6],
+        1.0,
+        0.02,
+        [1e-5, -20.0, 3e-5],
+        [-3.66246585404677742e-6, -7.35759249486842749, 3.68246952917158068e-6],
+        [-6.30750600350379928e-6, -12.6424211675974266, 6.32753230839082092e-6],
+    );
+    golden(
+        [0.0, 1.0, 2.0],
+        [1e9, 1e-9, 1e9],
+        2.0,
+        0.0,
+        [1e-5, -2e4, 3e-5],
+        [-1.35335282898274483e-6, -2706.70566473225384, 1.35335283033609766e-6],
+        [-4.32332357084696577e-6, -8646.64717331054949, 4.32332358517028936e-6],
+    );
+}
+
+#[test]
+fn a_dashpot_that_varies_bounds_its_decay_from_both_sides() {
+    // Between 5 and 10 N s/m: of 100 N/m it takes 10 to 20 per second.
+    let law = || {
+        VelocityDependent::new(
+            |sliding: Sliding<f64>| {
+                let t = sliding.velocity().tanh();
+                (10.0 - 5.0 * t * t, -10.0 * t * (1.0 - t * t))
+            },
+            Bounds { min: 5.0, max: 10.0 },
+        )
+    };
+    let from = |min| Bounds { min, max: 20.0 };
+    assert_eq!(maxwell(100.0, law()).decay_bounds(), from(10.0));
+    // The static spring of a Zener bristle does not decay.
+    assert_eq!(zener(50.0, 100.0, law()).decay_bounds(), from(0.0));
+    assert_eq!(arms([(100.0, Some(law()))], 1.0).decay_bounds(), from(10.0));
+    assert_eq!(arms([(100.0, Some(law())), (50.0, None)], 1.0).decay_bounds(), from(0.0));
+}
+
+#[test]
+fn arms_are_even_if_every_dashpot_is() {
+    let law =
+        || VelocityDependent::new(|_: Sliding<f64>| (10.0, 0.0), Bounds { min: 5.0, max: 10.0 });
+    assert!(!VelocityLaw::<f64>::is_even(&law()));
+    assert!(arms::<f64, 2, f64, f64>([(1.0, Some(2.0)), (3.0, None)], 4.0).is_even());
+    assert!(!arms::<f64, 2, _, f64>([(1.0, None), (3.0, Some(law()))], 4.0).is_even());
+    assert!(!arms::<f64, 2, f64, _>([(1.0, Some(2.0)), (3.0, None)], law()).is_even());
+    assert!(arms::<f64, 2, _, f64>([(1.0, None), (3.0, None::<f64>)], 4.0).is_even());
+}

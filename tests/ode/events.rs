@@ -1,0 +1,411 @@
+//! Events: zeros of a function along the solution.
+#![cfg(feature = "alloc")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
+
+use std::cell::RefCell;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::ops::ControlFlow;
+
+use crate::ode_common::{Oscillator, every_solver, tolerance};
+use bristle::ode::{Action, Direction, Event, Observer, Occurrence, Outcome, Output, Step, System};
+use nalgebra::Vector2;
+
+/// Times are as good as the solution: RK4 with steps of 0.05 is off by h⁴/120 = 5e-8 per radian
+/// after up to 13 of them, and a cubic by h⁴/384; the adaptive run meets a tolerance of 1e-10.
+const TIMES: f64 = 1e-6;
+const STEP: f64 = 0.05;
+const TOLERANCE: f64 = 1e-10;
+
+fn start() -> Vector2<f64> {
+    Oscillator::exact(0.0)
+}
+
+type Function<'a> = &'a dyn Fn(f64, &Vector2<f64>) -> f64;
+
+fn event(function: Function<'_>, direction: Direction, action: Action) -> Event<'_, f64, 2> {
+    Event { function, direction, action }
+}
+
+#[track_caller]
+fn assert_times(name: &str, events: &[Occurrence<f64, 2>], times: &[f64]) {
+    let found: Vec<f64> = events.iter().map(|event| event.time).collect();
+    assert_eq!(found.len(), times.len(), "{name}: {found:?} instead of {times:?}");
+    for (found, time) in found.iter().zip(times) {
+        assert!((found - time).abs() < TIMES, "{name}: {found} instead of {time}");
+    }
+}
+
+#[test]
+fn events_happen_where_the_function_passes_zero_in_the_direction_asked_for() {
+    // x = cos t falls through zero at π/2, rises at 3π/2, …
+    let position: Function<'_> = &|_, x| x[0];
+    for (direction, times) in [
+        (Direction::Falling, vec![FRAC_PI_2, 5.0 * FRAC_PI_2]),
+        (Direction::Rising, vec![3.0 * FRAC_PI_2]),
+        (Direction::Either, vec![FRAC_PI_2, 3.0 * FRAC_PI_2, 5.0 * FRAC_PI_2]),
+    ] {
+        every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
+            let events = [event(position, direction, Action::Continue)];
+            let run =
+                solver.solve_with_events(&Oscillator, 0.0..9.0, start(), &events, Output::Steps);
+            let run = run.unwrap();
+            assert_times(name, run.events(), &times);
+            assert_eq!(run.outcome(), Outcome::End, "{name}");
+            assert_eq!(run.last().unwrap().0, 9.0, "{name}");
+            for occurrence in run.events() {
+                assert_eq!(occurrence.event, 0);
+                let exact = Oscillator::exact(occurrence.time);
+                assert!((occurrence.state - exact).norm() < TIMES, "{name}: {occurrence:?}");
+            }
+        });
+    }
+}
+
+#[test]
+fn backward_in_time_the_direction_is_that_of_the_run() {
+    // From t = 0 to −3: cos t falls, as the run goes, at −π/2.
+    let position: Function<'_> = &|_, x| x[0];
+    for (direction, times) in [
+        (Direction::Falling, vec![-FRAC_PI_2]),
+        (Direction::Rising, vec![]),
+        (Direction::Either, vec![-FRAC_PI_2]),
+    ] {
+        every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
+            let events = [event(position, direction, Action::Continue)];
+            let run =
+                solver.solve_with_events(&Oscillator, 0.0..-3.0, start(), &events, Output::Steps);
+            assert_times(name, run.unwrap().events(), &times);
+        });
+    }
+}
+
+#[test]
+fn a_stop_ends_the_run_there() {
+    let velocity: Function<'_> = &|_, x| x[1] + 0.5;
+    for i in 0..50 {
+        // Various places within a step; −sin t + 0.5 rises through zero at π − π/6 + shift.
+        let shift = 0.013 * f64::from(i);
+        let from = Oscillator::exact(shift);
+        every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
+            let events = [event(velocity, Direction::Rising, Action::Stop)];
+            let run = solver.solve_with_events(&Oscillator, 0.0..9.0, from, &events, Output::Steps);
+            let run = run.unwrap();
+            assert_eq!(run.outcome(), Outcome::Event(0), "{name}");
+            assert_times(name, run.events(), &[PI - PI / 6.0 - shift]);
+            let (time, state) = run.last().unwrap();
+            let occurrence = run.events()[0];
+            // The very same point, to rounding, ends the trajectory and is reported.
+            assert!((time - occurrence.time).abs() < 1e-14, "{name}");
+            assert!((state - occurrence.state).norm() < 1e-14, "{name}");
+            assert!((state - Oscillator::exact(time + shift)).norm() < TIMES, "{name}");
+        });
+    }
+}
+
+#[test]
+fn a_run_that_stopped_goes_on_without_stopping_at_once() {
+    let position: Function<'_> = &|_, x| x[0] - 0.3;
+    let first = f64::acos(0.3);
+    every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
+        for direction in [Direction::Falling, Direction::Either] {
+            let events = [event(position, direction, Action::Stop)];
+            let (mut time, mut state) = (0.0, start());
+            let mut stops = Vec::new();
+            while time < 12.0 {
+                let run = solver.solve_with_events(
+                    &Oscillator,
+                    time..12.0,
+                    state,
+                    &events,
+                    Output::Steps,
+                );
+                let run = run.unwrap();
+                (time, state) = (run.last().unwrap().0, *run.last().unwrap().1);
+                stops.extend(run.events().iter().map(|event| event.time));
+            }
+            let times = match direction {
+                Direction::Falling => vec![first, 2.0 * PI + first],
+                _ => vec![first, 2.0 * PI - first, 2.0 * PI + first, 4.0 * PI - first],
+            };
+            assert_eq!(stops.len(), times.len(), "{name}: {stops:?}");
+            for (stop, time) in stops.iter().zip(times) {
+                // The interpolant's error stays in the state at each stop.
+                assert!((stop - time).abs() < 4.0 * TIMES, "{name}: {stop} {time}");
+            }
+        }
+    });
+}
+
+#[test]
+fn samples_end_at_a_stop() {
+    let position: Function<'_> = &|_, x| x[0];
+    every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
+        let events = [event(position, Direction::Either, Action::Stop)];
+        let run = solver.solve_with_events(
+            &Oscillator,
+            0.0..10.0,
+            start(),
+            &events,
+            Output::Uniform(101),
+        );
+        let run = run.unwrap();
+        // 0, 0.1, … 1.5 lie before π/2.
+        assert_eq!(run.times().len(), 16, "{name}");
+        assert!(run.times().iter().all(|&time| time <= FRAC_PI_2), "{name}");
+        for (time, state) in run.iter() {
+            assert!((state - Oscillator::exact(time)).norm() < TIMES, "{name}: {time}");
+        }
+    });
+}
+
+#[test]
+fn two_events_in_a_step_are_reported_in_the_order_of_time() {
+    // One step of length 3 at most; the events are listed in the other order, and again twice at
+    // the same time.
+    let late: Function<'_> = &|t, _| t - 0.8;
+    let early: Function<'_> = &|t, _| t - 0.2;
+    for (sign, span) in [(1.0, 0.0..1.0), (-1.0, 1.0..0.0)] {
+        every_solver!(3.0, tolerance(1e-2), |name, solver| {
+            let events = [
+                event(late, Direction::Either, Action::Continue),
+                event(early, Direction::Either, Action::Continue),
+                event(early, Direction::Either, Action::Continue),
+            ];
+            let solver = solver.with_first_step(1.0).unwrap();
+            let run = solver.solve_with_events(
+                &Oscillator,
+                span.clone(),
+                start(),
+                &events,
+                Output::Steps,
+            );
+            let run = run.unwrap();
+            let order: Vec<usize> = run.events().iter().map(|event| event.event).collect();
+            let expected = if sign > 0.0 { [1, 2, 0] } else { [0, 1, 2] };
+            assert_eq!(order, expected, "{name}");
+        });
+    }
+}
+
+#[test]
+fn an_event_after_a_stop_is_not_reported() {
+    let first: Function<'_> = &|t, _| t - 0.2;
+    let second: Function<'_> = &|t, _| t - 0.3;
+    every_solver!(3.0, tolerance(1e-2), |name, solver| {
+        let events = [
+            event(second, Direction::Either, Action::Continue),
+            event(first, Direction::Either, Action::Stop),
+            event(second, Direction::Either, Action::Stop),
+        ];
+        let run = solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
+        let run = run.unwrap();
+        assert_eq!(run.outcome(), Outcome::Event(1), "{name}");
+        assert_eq!(run.events().len(), 1, "{name}: {:?}", run.events());
+        assert!((run.last().unwrap().0 - 0.2).abs() < 1e-14, "{name}");
+    });
+}
+
+#[test]
+fn a_function_that_passes_zero_twice_in_a_step_is_seen_in_both_halves() {
+    let window: Function<'_> = &|t, _| (t - 0.2) * (t - 0.8);
+    every_solver!(3.0, tolerance(1e-2), |name, solver| {
+        let events = [event(window, Direction::Either, Action::Continue)];
+        let solver = solver.with_first_step(1.0).unwrap();
+        let run = solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
+        assert_times(name, run.unwrap().events(), &[0.2, 0.8]);
+    });
+}
+
+#[test]
+fn a_limit_on_the_step_finds_what_is_shorter_than_a_step() {
+    // Both zeros lie in the first half of a step of length 1; the first step is limited too.
+    let window: Function<'_> = &|t, _| (t - 0.1) * (t - 0.3);
+    let solver = bristle::ode::Solver::adaptive(bristle::ode::DormandPrince, tolerance(1e-2));
+    let solver = solver.with_largest_step(0.15).unwrap();
+    for solver in [solver, solver.with_first_step(1.0).unwrap()] {
+        let events = [event(window, Direction::Either, Action::Continue)];
+        let run = solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
+        let run = run.unwrap();
+        assert_times("limited", run.events(), &[0.1, 0.3]);
+        for times in run.times().windows(2) {
+            // A step that nearly reaches the end may be stretched to it, by a thousandth.
+            assert!(times[1] - times[0] <= 0.15 * 1.001, "{times:?}");
+        }
+    }
+}
+
+#[test]
+fn an_event_at_an_end_of_the_span_counts_at_the_end_and_not_at_the_start() {
+    let both: Function<'_> = &|t, _| t * (t - 1.0);
+    every_solver!(0.25, tolerance(1e-6), |name, solver| {
+        for action in [Action::Continue, Action::Stop] {
+            let events = [event(both, Direction::Either, action)];
+            let run =
+                solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
+            let run = run.unwrap();
+            assert_times(name, run.events(), &[1.0]);
+            let outcome = match action {
+                Action::Continue => Outcome::End,
+                Action::Stop => Outcome::Event(0),
+            };
+            assert_eq!(run.outcome(), outcome, "{name}");
+            assert_eq!(run.last().unwrap().0, 1.0, "{name}");
+        }
+    });
+}
+
+#[test]
+fn an_event_at_the_end_of_a_step_is_reported_once() {
+    // 0.5 and 0.75 are points of the grid, 0.5 in the middle of an adaptive step as well.
+    let grid: Function<'_> = &|t, _| t - 0.5;
+    let middle: Function<'_> = &|t, _| t - 0.125;
+    every_solver!(0.25, tolerance(1e-6), |name, solver| {
+        let events = [
+            event(grid, Direction::Rising, Action::Continue),
+            event(middle, Direction::Either, Action::Continue),
+        ];
+        let run = solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
+        assert_times(name, run.unwrap().events(), &[0.125, 0.5]);
+    });
+}
+
+/// An observer that keeps what it is told, and breaks off where asked.
+#[derive(Default)]
+struct Listener {
+    steps: Vec<(f64, f64)>,
+    events: Vec<f64>,
+    break_at_step: Option<usize>,
+    break_at_event: bool,
+}
+
+impl Observer<f64, 2> for Listener {
+    fn step(&mut self, step: &Step<f64, 2>) -> ControlFlow<()> {
+        self.steps.push((step.start_time(), step.end_time()));
+        if self.break_at_step == Some(self.steps.len()) {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn event(&mut self, occurrence: &Occurrence<f64, 2>) -> ControlFlow<()> {
+        self.events.push(occurrence.time);
+        if self.break_at_event { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+#[test]
+fn an_observer_sees_every_step_and_every_event() {
+    let position: Function<'_> = &|_, x| x[0];
+    every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
+        let mut listener = Listener::default();
+        let events = [event(position, Direction::Either, Action::Continue)];
+        let summary =
+            solver.stream(&Oscillator, 0.0..3.0, start(), &events, &mut listener).unwrap();
+        assert_eq!(summary.outcome, Outcome::End, "{name}");
+        assert_eq!((summary.time, listener.events.len()), (3.0, 1), "{name}");
+        assert_eq!(summary.statistics.steps, listener.steps.len() as u64, "{name}");
+        // One step begins where the one before ends.
+        assert_eq!(listener.steps[0].0, 0.0, "{name}");
+        for pair in listener.steps.windows(2) {
+            assert_eq!(pair[0].1, pair[1].0, "{name}");
+        }
+        assert_eq!(listener.steps.last().unwrap().1, 3.0, "{name}");
+    });
+}
+
+#[test]
+fn an_observer_can_break_off() {
+    let position: Function<'_> = &|_, x| x[0];
+    every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
+        let events = [event(position, Direction::Either, Action::Continue)];
+        let mut listener = Listener { break_at_step: Some(3), ..Listener::default() };
+        let summary =
+            solver.stream(&Oscillator, 0.0..3.0, start(), &events, &mut listener).unwrap();
+        assert_eq!(summary.outcome, Outcome::Observer, "{name}");
+        assert_eq!((listener.steps.len(), summary.statistics.steps), (3, 3), "{name}");
+        assert_eq!(summary.time, listener.steps[2].1, "{name}");
+
+        // At an event: the run ends at the end of its step.
+        let mut listener = Listener { break_at_event: true, ..Listener::default() };
+        let summary =
+            solver.stream(&Oscillator, 0.0..3.0, start(), &events, &mut listener).unwrap();
+        assert_eq!(summary.outcome, Outcome::Observer, "{name}");
+        let (from, to) = *listener.steps.last().unwrap();
+        assert_eq!(summary.time, to, "{name}");
+        assert!(from <= listener.events[0] && listener.events[0] <= to, "{name}");
+        assert!((summary.state - Oscillator::exact(to)).norm() < TIMES, "{name}");
+
+        // An event that stops wins over an observer that breaks off at it.
+        let events = [event(position, Direction::Either, Action::Stop)];
+        let mut listener = Listener { break_at_event: true, ..Listener::default() };
+        let summary =
+            solver.stream(&Oscillator, 0.0..3.0, start(), &events, &mut listener).unwrap();
+        assert_eq!(summary.outcome, Outcome::Event(0), "{name}");
+    });
+}
+
+#[test]
+fn events_are_found_on_the_solution_and_not_on_trial_steps() {
+    // Rejected steps are looked at by nobody: the function is only asked about the solution.
+    every_solver!(0.5, tolerance(1e-8), |name, solver| {
+        let worst = RefCell::new(0.0_f64);
+        let function = |t: f64, x: &Vector2<f64>| {
+            let error = (x - Oscillator::exact(t)).norm();
+            worst.replace_with(|&mut worst| worst.max(error));
+            x[0]
+        };
+        let events = [event(&function, Direction::Either, Action::Continue)];
+        let solver = solver.with_first_step(5.0).unwrap();
+        let mut listener = Listener::default();
+        solver.stream(&Oscillator, 0.0..5.0, start(), &events, &mut listener).unwrap();
+        // RK4 at half a radian: 0.5⁵/120 per step, ten of them. A trial of 5 is off by 1 or more.
+        assert!(*worst.borrow() < 5e-3, "{name}: {worst:?}");
+    });
+}
+
+#[test]
+fn a_stop_is_a_place_to_switch_the_system() {
+    // The bouncing ball, ẍ = −1, restitution 1/2: it hits the ground at √2, 2√2, 2.5√2, …
+    struct Ball;
+    impl System<f64, 2, 0> for Ball {
+        fn rate(&self, _: f64, x: &Vector2<f64>, _: [bristle::Branch; 0]) -> Vector2<f64> {
+            Vector2::new(x[1], -1.0)
+        }
+        fn sliding_velocities(&self, _: f64, _: &Vector2<f64>) -> [f64; 0] {
+            []
+        }
+    }
+    let height: Function<'_> = &|_, x| x[0];
+    every_solver!(0.1, tolerance(1e-9), |name, solver| {
+        let hits = [event(height, Direction::Falling, Action::Stop)];
+        let (mut time, mut state) = (0.0, Vector2::new(1.0, 0.0));
+        let root = f64::sqrt(2.0);
+        for expected in [root, 2.0 * root, 2.5 * root, 2.75 * root] {
+            let run =
+                solver.solve_with_events(&Ball, time..10.0, state, &hits, Output::Steps).unwrap();
+            assert_eq!(run.outcome(), Outcome::Event(0), "{name}");
+            time = run.last().unwrap().0;
+            // Parabolas are exact for both interpolants; what is left is the place of the zero.
+            assert!((time - expected).abs() < 1e-12, "{name}: {time} {expected}");
+            state = Vector2::new(0.0, -0.5 * run.last().unwrap().1[1]);
+        }
+    });
+}
+
+#[test]
+fn a_function_that_is_zero_at_the_end_of_a_step_has_its_event_there() {
+    // Exactly zero, rising and falling: the search must not run to the other end.
+    for sign in [1.0, -1.0] {
+        let function = move |t: f64, _: &Vector2<f64>| sign * (t - 0.5);
+        every_solver!(0.5, tolerance(1e-2), |name, solver| {
+            let events = [event(&function, Direction::Either, Action::Stop)];
+            let solver = solver.with_first_step(0.5).unwrap();
+            let run =
+                solver.solve_with_events(&Oscillator, 0.0..2.0, start(), &events, Output::Steps);
+            let run = run.unwrap();
+            assert_eq!(run.events().len(), 1, "{name}, {sign}");
+            assert_eq!(run.events()[0].time, 0.5, "{name}, {sign}");
+            assert_eq!(run.last().unwrap().0, 0.5, "{name}, {sign}");
+        });
+    }
+}

@@ -1,0 +1,362 @@
+//! What is refused at the door, and how a run that goes bad ends: with a reason, a time, a place,
+//! and everything stored until then.
+#![cfg(feature = "alloc")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
+
+use std::error::Error;
+
+use crate::ode_common::{Counted, Oscillator, every_method, every_solver, tolerance};
+use bristle::ode::{
+    DormandPrince, Interrupted, Output, RungeKutta4, Solver, StopReason, System, Tolerances,
+    TolerancesParameters,
+};
+use bristle::{Branch, ParameterError, Rule};
+use nalgebra::{Vector1, Vector2};
+
+/// The second component is not a number from some time on, or beyond some state.
+#[derive(Debug, Clone, Copy)]
+struct Breaks {
+    time: f64,
+    position: f64,
+}
+
+impl System<f64, 2, 0> for Breaks {
+    fn rate(&self, time: f64, x: &Vector2<f64>, _: [Branch; 0]) -> Vector2<f64> {
+        if time > self.time || x[0] > self.position {
+            Vector2::new(1.0, f64::NAN)
+        } else {
+            Vector2::new(1.0, 2.0)
+        }
+    }
+
+    fn sliding_velocities(&self, _: f64, _: &Vector2<f64>) -> [f64; 0] {
+        []
+    }
+}
+
+const LATE: Breaks = Breaks { time: 1.0, position: f64::INFINITY };
+const FAR: Breaks = Breaks { time: f64::INFINITY, position: 1.0 };
+
+type Stopped = Box<Interrupted<f64, 2>>;
+
+#[test]
+fn a_right_hand_side_that_breaks_ends_the_run_where_it_breaks() {
+    for system in [LATE, FAR] {
+        every_solver!(0.3, tolerance(1e-6), |name, solver| {
+            let system = Counted::new(system);
+            let run = solver.solve(&system, 0.0..2.0, Vector2::new(0.0, 1.0), Output::Steps);
+            let stopped: Stopped = run.unwrap_err();
+            let failure = stopped.failure;
+            assert_eq!(failure.reason, StopReason::NotFinite { component: 1 }, "{name}");
+            // Shortened until a step no longer advances the time.
+            assert!((failure.time - 1.0).abs() < 1e-12, "{name}: {}", failure.time);
+            // A position of 1 may be reached a few roundings of the stages late.
+            assert!(failure.time <= 1.0 + 1e-14, "{name}: {}", failure.time);
+            assert!(system.calls.get() < 2000, "{name}: {} calls", system.calls.get());
+            // What was stored until then is there, finite, and right.
+            let (time, state) = stopped.trajectory.last().unwrap();
+            assert_eq!((time, *state), (failure.time, failure.state), "{name}");
+            for (time, state) in stopped.trajectory.iter() {
+                let exact = Vector2::new(time, 1.0 + 2.0 * time);
+                assert!((state - exact).norm() < 1e-12, "{name}: {state} at {time}");
+            }
+            assert_eq!(stopped.trajectory.statistics(), failure.statistics, "{name}");
+        });
+    }
+}
+
+#[test]
+fn a_plain_fixed_step_does_not_try_again() {
+    every_method!(|name, method, order, dense| {
+        let solver = Solver::fixed(method, 0.3).unwrap().plain();
+        let run = solver.solve(&LATE, 0.0..2.0, Vector2::new(0.0, 1.0), Output::Steps);
+        let stopped = run.unwrap_err();
+        assert_eq!(stopped.failure.reason, StopReason::NotFinite { component: 1 }, "{name}");
+        // 0.9 is the last point of the grid before 1.
+        assert!((stopped.failure.time - 0.9).abs() < 1e-15, "{name}: {}", stopped.failure.time);
+        assert_eq!(stopped.failure.statistics.rejected, 1, "{name}");
+        assert_eq!(stopped.trajectory.times().len(), 4, "{name}");
+    });
+}
+
+#[test]
+fn a_run_that_failed_stays_where_it_stands() {
+    every_solver!(0.3, tolerance(1e-6), |name, solver| {
+        let mut run = solver.begin(&LATE, 0.0..2.0, Vector2::new(0.0, 1.0)).unwrap();
+        let failure = loop {
+            match run.advance() {
+                Ok(step) => assert!(step.is_some(), "{name}"),
+                Err(failure) => break failure,
+            }
+        };
+        assert_eq!((run.time(), *run.state()), (failure.time, failure.state), "{name}");
+        let again = run.advance().unwrap_err();
+        assert_eq!((again.time, again.state), (failure.time, failure.state), "{name}");
+    });
+}
+
+#[test]
+fn a_right_hand_side_that_is_broken_from_the_start_is_refused_there() {
+    let broken = Breaks { time: -1.0, position: f64::INFINITY };
+    every_solver!(0.3, tolerance(1e-6), |name, solver| {
+        let failure = solver.begin(&broken, 0.0..2.0, Vector2::zeros()).unwrap_err();
+        assert_eq!(failure.reason, StopReason::NotFinite { component: 1 }, "{name}");
+        assert_eq!((failure.time, failure.state), (0.0, Vector2::zeros()), "{name}");
+        let stopped = solver.solve(&broken, 0.0..2.0, Vector2::zeros(), Output::Steps);
+        assert_eq!(stopped.unwrap_err().failure.reason, failure.reason, "{name}");
+    });
+}
+
+#[test]
+fn a_state_that_overflows_is_never_a_solution() {
+    /// x = 1/(1 − t): infinite at t = 1.
+    #[derive(Debug)]
+    struct Explosion;
+    impl System<f64, 1, 0> for Explosion {
+        fn rate(&self, _: f64, x: &Vector1<f64>, _: [Branch; 0]) -> Vector1<f64> {
+            Vector1::new(x[0] * x[0])
+        }
+        fn sliding_velocities(&self, _: f64, _: &Vector1<f64>) -> [f64; 0] {
+            []
+        }
+    }
+    let solver = Solver::adaptive(DormandPrince, tolerance(1e-6));
+    let stopped = solver.solve(&Explosion, 0.0..2.0, Vector1::new(1.0), Output::Steps);
+    let stopped = stopped.unwrap_err();
+    let reason = stopped.failure.reason;
+    assert!(matches!(reason, StopReason::StepTooSmall { smallest } if smallest < 1e-14));
+    // The pole is placed to the error of the run so far.
+    assert!((stopped.failure.time - 1.0).abs() < 1e-5, "{}", stopped.failure.time);
+    assert!(stopped.trajectory.states().iter().all(|x| x[0].is_finite()));
+    assert_eq!(
+        stopped.to_string().split(':').next().unwrap(),
+        format!("integration stopped at t = {} s", stopped.failure.time)
+    );
+    // A fixed step walks past the pole, until the numbers end.
+    let solver = Solver::fixed(RungeKutta4, 0.1).unwrap();
+    let stopped = solver.solve(&Explosion, 0.0..2.0, Vector1::new(1.0), Output::Steps);
+    let stopped = stopped.unwrap_err();
+    assert_eq!(stopped.failure.reason, StopReason::NotFinite { component: 0 });
+    assert!(stopped.trajectory.states().iter().all(|x| x[0].is_finite()));
+}
+
+#[test]
+fn the_number_of_steps_is_limited() {
+    every_solver!(0.01, tolerance(1e-9), |name, solver| {
+        let solver = solver.with_most_steps(10);
+        let run = solver.solve(&Oscillator, 0.0..5.0, Vector2::new(1.0, 0.0), Output::Steps);
+        let stopped = run.unwrap_err();
+        let failure = stopped.failure;
+        assert_eq!(failure.reason, StopReason::TooManySteps { limit: 10 }, "{name}");
+        let trials = failure.statistics.steps + failure.statistics.rejected;
+        assert_eq!(trials, 10, "{name}: {}", failure.statistics);
+        let (time, state) = stopped.trajectory.last().unwrap();
+        assert_eq!((time, *state), (failure.time, failure.state), "{name}");
+        assert_eq!(stopped.trajectory.times().len() as u64, failure.statistics.steps + 1);
+        assert_eq!(
+            stopped.to_string(),
+            format!("integration stopped at t = {time} s: the limit of 10 steps is used up")
+        );
+    });
+}
+
+#[test]
+fn a_limit_that_is_just_enough_is_enough() {
+    let solver = Solver::fixed(RungeKutta4, 0.125).unwrap().with_most_steps(8);
+    assert!(solver.solve(&Oscillator, 0.0..1.0, Vector2::zeros(), Output::Steps).is_ok());
+    let solver = solver.with_most_steps(7);
+    assert!(solver.solve(&Oscillator, 0.0..1.0, Vector2::zeros(), Output::Steps).is_err());
+}
+
+#[test]
+fn a_step_below_the_rounding_of_the_time_is_refused() {
+    every_method!(|name, method, order, dense| {
+        // At t = 1 the next number is 2e-16 away.
+        let solver = Solver::fixed(method, 1e-20).unwrap().with_most_steps(1000);
+        let run = solver.solve(&Oscillator, 1.0..2.0, Vector2::zeros(), Output::Steps);
+        let reason = run.unwrap_err().failure.reason;
+        assert!(matches!(reason, StopReason::StepTooSmall { .. }), "{name}: {reason:?}");
+    });
+}
+
+#[test]
+fn failures_are_errors_with_a_cause() {
+    let solver = Solver::fixed(RungeKutta4, 0.3).unwrap();
+    let stopped: Stopped =
+        solver.solve(&LATE, 0.0..2.0, Vector2::zeros(), Output::Steps).unwrap_err();
+    let failure = stopped.failure;
+    let message = format!(
+        "integration stopped at t = {} s: component 1 of the right-hand side or of the state is \
+         not finite",
+        failure.time
+    );
+    assert_eq!(stopped.to_string(), message);
+    assert_eq!(failure.to_string(), message);
+    for error in [&failure as &dyn Error, &*stopped as &dyn Error] {
+        let source = error.source().and_then(|source| source.downcast_ref::<StopReason>());
+        assert_eq!(source, Some(&failure.reason));
+    }
+    // A question mark in a main function takes it.
+    let boxed: Box<dyn Error> = stopped;
+    assert_eq!(boxed.to_string(), message);
+}
+
+#[test]
+fn every_reason_says_what_happened() {
+    let texts = [
+        (StopReason::NotFinite { component: 2 }, "component 2"),
+        (StopReason::StepTooSmall { smallest: 1e-16 }, "1e-16 s"),
+        (StopReason::EndlessReversals { contact: 1 }, "contact 1"),
+        (StopReason::TooManySteps { limit: 12 }, "12 steps"),
+    ];
+    for (reason, part) in texts {
+        assert!(reason.to_string().contains(part), "{reason}");
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// What is refused at the door
+
+/// The parameter error for which a run was refused.
+#[track_caller]
+fn refusal<const N: usize>(stopped: &Interrupted<f64, N>) -> ParameterError {
+    assert_eq!(stopped.trajectory.times().len(), 0);
+    assert_eq!(stopped.failure.statistics.evaluations, 0);
+    match stopped.failure.reason {
+        StopReason::Refused(error) => error,
+        other => panic!("refused for {other}"),
+    }
+}
+
+const NOT_NUMBERS: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+
+#[test]
+fn a_span_that_is_not_finite_is_refused() {
+    for bad in NOT_NUMBERS {
+        every_solver!(0.1, tolerance(1e-6), |name, solver| {
+            for (span, parameter) in [(bad..1.0, "span.start"), (0.0..bad, "span.end")] {
+                for output in [Output::Steps, Output::Uniform(3)] {
+                    let run = solver.solve(&Oscillator, span.clone(), Vector2::zeros(), output);
+                    let error = refusal(&run.unwrap_err());
+                    assert_eq!(error.name, parameter, "{name}");
+                    assert_eq!(error.value.to_bits(), bad.to_bits(), "{name}");
+                }
+            }
+        });
+    }
+}
+
+#[test]
+fn an_initial_state_that_is_not_finite_is_refused_by_component() {
+    for bad in NOT_NUMBERS {
+        for component in 0..2 {
+            let mut state = Vector2::new(1.0, 2.0);
+            state[component] = bad;
+            every_solver!(0.1, tolerance(1e-6), |name, solver| {
+                let failure = solver.begin(&Oscillator, 0.0..1.0, state).unwrap_err();
+                let StopReason::Refused(error) = failure.reason else {
+                    panic!("{name}: {failure}")
+                };
+                assert_eq!(error.name, "initial_state", "{name}");
+                assert_eq!(error.component, Some(component), "{name}");
+                // The span of no length is no exception.
+                assert!(solver.begin(&Oscillator, 1.0..1.0, state).is_err(), "{name}");
+            });
+        }
+    }
+}
+
+#[test]
+fn fewer_than_two_samples_are_refused() {
+    for samples in [0, 1] {
+        every_solver!(0.1, tolerance(1e-6), |name, solver| {
+            let output = Output::Uniform(samples);
+            let run = solver.solve(&Oscillator, 0.0..1.0, Vector2::zeros(), output);
+            let error = refusal(&run.unwrap_err());
+            assert_eq!((error.name, error.value), ("samples", samples as f64), "{name}");
+            assert_eq!(error.rule, Rule::Count { least: 2 }, "{name}");
+            assert_eq!(
+                error.to_string(),
+                format!("samples is {samples}, but must be at least 2"),
+                "{name}"
+            );
+        });
+    }
+}
+
+#[test]
+fn times_out_of_order_or_out_of_the_span_are_refused_by_component() {
+    // Span, times, the component that is wrong.
+    let cases: [((f64, f64), &[f64], usize); 9] = [
+        ((0.0, 1.0), &[0.2, 0.7, 0.6], 2),
+        ((0.0, 1.0), &[-0.1, 0.6], 0),
+        ((0.0, 1.0), &[0.1, 1.1], 1),
+        ((0.0, 1.0), &[0.1, f64::NAN], 1),
+        ((0.0, 1.0), &[f64::INFINITY], 0),
+        ((1.0, 0.0), &[0.6, 0.7], 1),
+        ((1.0, 0.0), &[1.1], 0),
+        ((1.0, 0.0), &[0.5, -0.1], 1),
+        ((1.0, 1.0), &[1.0, 1.1], 1),
+    ];
+    for ((from, to), times, component) in cases {
+        every_solver!(0.1, tolerance(1e-6), |name, solver| {
+            let run = solver.solve(&Oscillator, from..to, Vector2::zeros(), Output::Times(times));
+            let error = refusal(&run.unwrap_err());
+            assert_eq!(error.component, Some(component), "{name}: {error} for {times:?}");
+        });
+    }
+}
+
+#[test]
+fn tolerances_that_are_not_positive_are_refused_by_component() {
+    for bad in [0.0, -1e-6, f64::NAN, f64::INFINITY, 1e200] {
+        for component in 0..2 {
+            let good = Vector2::repeat(1e-6);
+            let mut wrong = good;
+            wrong[component] = bad;
+            for (relative, absolute, parameter) in
+                [(wrong, good, "relative"), (good, wrong, "absolute")]
+            {
+                let parameters = TolerancesParameters { relative, absolute };
+                let error = Tolerances::new(parameters).unwrap_err();
+                assert_eq!((error.name, error.component), (parameter, Some(component)));
+                assert_eq!(error.value.to_bits(), bad.to_bits());
+            }
+            let error = Tolerances::scaled(1e-6, wrong).unwrap_err();
+            assert_eq!((error.name, error.component), ("scales", Some(component)));
+        }
+        let error = Tolerances::scaled(bad, Vector2::repeat(1.0)).unwrap_err();
+        assert_eq!((error.name, error.component), ("relative", None));
+    }
+}
+
+#[test]
+fn scaled_tolerances_are_parts_of_the_scales() {
+    let tolerances = Tolerances::scaled(1e-6, Vector2::new(3.0, 1e5)).unwrap();
+    assert_eq!(*tolerances.relative(), Vector2::repeat(1e-6));
+    assert_eq!(*tolerances.absolute(), Vector2::new(3.0, 1e5) * 1e-6);
+    let parameters = TolerancesParameters {
+        relative: Vector2::new(1e-3, 1e-4),
+        absolute: Vector2::new(1e-5, 1e-6),
+    };
+    let tolerances = Tolerances::new(parameters).unwrap();
+    assert_eq!(*tolerances.relative(), parameters.relative);
+    assert_eq!(*tolerances.absolute(), parameters.absolute);
+}
+
+#[test]
+fn steps_that_are_not_positive_are_refused_by_name() {
+    let adaptive = Solver::adaptive(DormandPrince, tolerance::<2>(1e-6));
+    for bad in [0.0, -0.1, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        every_method!(|name, method, order, dense| {
+            let error = Solver::<f64, _, 2>::fixed(method, bad).unwrap_err();
+            assert_eq!((error.name, error.value.to_bits()), ("step", bad.to_bits()), "{name}");
+            // Also where it would not be used.
+            let fixed = Solver::<f64, _, 2>::fixed(method, 0.1).unwrap();
+            assert_eq!(fixed.with_largest_step(bad).unwrap_err().name, "largest_step");
+            assert_eq!(fixed.with_first_step(bad).unwrap_err().name, "first_step");
+        });
+        assert_eq!(adaptive.with_largest_step(bad).unwrap_err().name, "largest_step");
+        assert_eq!(adaptive.with_first_step(bad).unwrap_err().name, "first_step");
+    }
+}

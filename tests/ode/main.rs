@@ -1,0 +1,17 @@
+//! The integrators, and the scenes and signals that they run.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod accuracy;
+mod dense;
+mod events;
+mod failures;
+mod kinks;
+mod ode_common;
+mod output;
+mod reversals;
+mod scenes;
+mod signals;
+mod statistics;
+mod stiff;

@@ -1,0 +1,321 @@
+//! What the integrator tests share: the methods, small systems with closed forms, the paper's rig.
+//!
+//! A new method is added by one line in [`every_method`]; a new way to choose steps by one line in
+//! [`every_solver`]. Every law in `tests/ode_*.rs` then runs over it.
+
+#![allow(
+    dead_code,
+    unused_macros,
+    unused_imports,
+    unreachable_pub,
+    reason = "each test binary uses its own part of this module"
+)]
+
+use std::cell::Cell;
+
+use bristle::ode::{Linearisation, Observer, Solver, Statistics, Step, System, Tolerances};
+use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
+use bristle::signal::Signal;
+use bristle::{
+    Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, KelvinVoigt, KelvinVoigtParameters,
+    LuGre, Scalar, Stribeck, StribeckParameters,
+};
+use nalgebra::{Matrix1, SVector, Vector1, Vector2};
+
+/// The literal in a scalar type.
+pub fn lit<T: Scalar>(value: f64) -> T {
+    nalgebra::convert(value)
+}
+
+/// No run here needs as many steps: with this limit a test ends even if its run does not.
+pub const MOST_STEPS: u64 = 100_000;
+
+/// Runs a block with every method: its name, its value, the order of its steps and the order of
+/// its dense output (of the error of the interpolant: a cubic is 4, a quartic 5).
+macro_rules! every_method {
+    (|$name:ident, $method:ident, $order:ident, $dense:ident| $body:block) => {
+        every_method!(@one |$name, $method, $order, $dense| $body, RungeKutta4, 4.0, 4.0);
+        every_method!(@one |$name, $method, $order, $dense| $body, DormandPrince, 5.0, 5.0);
+        every_method!(@one |$name, $method, $order, $dense| $body, DormandPrince8, 8.0, 8.0);
+        every_method!(@one |$name, $method, $order, $dense| $body, Rodas4, 4.0, 4.0);
+        every_method!(@one |$name, $method, $order, $dense| $body, Rodas5P, 5.0, 5.0);
+    };
+    (@one |$name:ident, $method:ident, $order:ident, $dense:ident| $body:block, $type:ident, $o:expr, $d:expr) => {
+        #[allow(unused_variables, reason = "not every law asks for every fact")]
+        {
+            let ($name, $method, $order, $dense): (&str, _, f64, f64) =
+                (stringify!($type), bristle::ode::$type, $o, $d);
+            $body
+        }
+    };
+}
+pub(crate) use every_method;
+
+/// Runs a block with every method and every way to choose its steps. `$step` is the length of the
+/// fixed steps and `$tolerances` what the adaptive ones use.
+macro_rules! every_solver {
+    ($step:expr, $tolerances:expr, |$name:ident, $solver:ident| $body:block) => {
+        every_solver!(@fixed $step, |$name, $solver| $body, RungeKutta4);
+        every_solver!(@fixed $step, |$name, $solver| $body, DormandPrince);
+        every_solver!(@fixed $step, |$name, $solver| $body, DormandPrince8);
+        every_solver!(@fixed $step, |$name, $solver| $body, Rodas4);
+        every_solver!(@fixed $step, |$name, $solver| $body, Rodas5P);
+        every_solver!(@fixed $step, |$name, $solver| $body, Automatic::HIGH_ORDER);
+        every_solver!(@adaptive $tolerances, |$name, $solver| $body, DormandPrince);
+        every_solver!(@adaptive $tolerances, |$name, $solver| $body, DormandPrince8);
+        every_solver!(@adaptive $tolerances, |$name, $solver| $body, Rodas4);
+        every_solver!(@adaptive $tolerances, |$name, $solver| $body, Rodas5P);
+        every_solver!(@adaptive $tolerances, |$name, $solver| $body, Automatic::LOW_ORDER);
+        every_solver!(@adaptive $tolerances, |$name, $solver| $body, Automatic::HIGH_ORDER);
+    };
+    (@fixed $step:expr, |$name:ident, $solver:ident| $body:block, $($method:ident)::+) => {{
+        let $name = concat!(stringify!($($method)::+), ", fixed steps");
+        let $solver = bristle::ode::Solver::fixed(bristle::ode::$($method)::+, $step).unwrap();
+        let $solver = $solver.with_most_steps(crate::ode_common::MOST_STEPS);
+        $body
+    }};
+    (@adaptive $tolerances:expr, |$name:ident, $solver:ident| $body:block, $($method:ident)::+) => {{
+        let $name = concat!(stringify!($($method)::+), ", adaptive steps");
+        let $solver = bristle::ode::Solver::adaptive(bristle::ode::$($method)::+, $tolerances);
+        let $solver = $solver.with_most_steps(crate::ode_common::MOST_STEPS);
+        $body
+    }};
+}
+pub(crate) use every_solver;
+
+/// The same relative tolerance for every state, and as absolute one: for states of order one.
+pub fn tolerance<const N: usize>(relative: f64) -> Tolerances<f64, N> {
+    Tolerances::scaled(relative, SVector::repeat(1.0)).unwrap()
+}
+
+/// The cost of a run but for its evaluations, of which a dense output may need some more.
+pub fn but_evaluations(statistics: Statistics) -> Statistics {
+    Statistics { evaluations: 0, ..statistics }
+}
+
+/// Slope of ln y over ln x by least squares: the observed order of a method over a range of steps.
+pub fn observed_order(points: &[(f64, f64)]) -> f64 {
+    let n = points.len() as f64;
+    let logs = points.iter().map(|(x, y)| (x.ln(), y.ln()));
+    let (mx, my) = logs.clone().fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
+    let (num, den) = logs.fold((0.0, 0.0), |(num, den), (x, y)| {
+        (num + (x - mx) * (y - my), den + (x - mx) * (x - mx))
+    });
+    num / den
+}
+
+// ---------------------------------------------------------------------------------------------
+// Friction
+
+/// Table 2 of the paper: curve and bristle.
+pub fn table_2<T: Scalar>() -> (Stribeck<T>, KelvinVoigt<T>) {
+    let curve = Stribeck::new(StribeckParameters {
+        static_coefficient: lit(1.5),
+        dynamic_coefficient: lit(1.0),
+        stribeck_velocity: lit(0.01),
+        stribeck_exponent: lit(2.0),
+        viscous_friction: lit(0.04),
+    })
+    .unwrap();
+    let bristle = KelvinVoigt::new(KelvinVoigtParameters {
+        micro_stiffness: lit(1e4),
+        micro_damping: lit(64.5),
+    })
+    .unwrap();
+    (curve, bristle)
+}
+
+pub fn table_2_frbd<T: Scalar>() -> FrBd<Stribeck<T>, KelvinVoigt<T>> {
+    let (curve, bristle) = table_2();
+    FrBd::new(curve, bristle)
+}
+
+pub fn table_2_lugre<T: Scalar>() -> LuGre<T, Stribeck<T>> {
+    let (curve, bristle) = table_2();
+    LuGre::classical(curve, bristle)
+}
+
+/// The stick-slip rig of the paper: p = 1 N, m = 1 kg, k = 2 N/m, pulled at a given velocity.
+pub fn rig<T: Scalar, M: Bristle<T, Deflection = T>>(
+    friction: M,
+    drive_velocity: T,
+) -> SpringDrivenMass<T, M> {
+    SpringDrivenMass::new(SpringDrivenMassParameters {
+        contact: friction.under_load(T::one()).unwrap(),
+        mass: T::one(),
+        spring_stiffness: lit(2.0),
+        drive_velocity,
+    })
+    .unwrap()
+}
+
+pub fn stick_slip<T: Scalar>() -> SpringDrivenMass<T, FrBd<Stribeck<T>, KelvinVoigt<T>>> {
+    rig(table_2_frbd(), lit(0.1))
+}
+
+// ---------------------------------------------------------------------------------------------
+// Systems with closed forms
+
+/// Friction coefficient and micro-stiffness of [`dahl`]: a breakaway deflection of 0.1 m.
+pub const DAHL: (f64, f64) = (0.5, 5.0);
+
+pub fn dahl() -> Contact<f64, Dahl<f64>> {
+    let (dynamic_coefficient, micro_stiffness) = DAHL;
+    let dahl = Dahl::new(DahlParameters { dynamic_coefficient, micro_stiffness }).unwrap();
+    dahl.under_load(1.0).unwrap()
+}
+
+/// The deflection of [`dahl`] after a path whose turning points and last point are given, from
+/// z = 0 at the first: dz/dx = 1 − sgn(ẋ) z σ0/μ, so that over every stretch
+/// z = s μ/σ0 + (z₀ − s μ/σ0) exp(−(σ0/μ)|x − x₀|).
+pub fn dahl_deflection(path: &[f64]) -> f64 {
+    let limit = DAHL.0 / DAHL.1;
+    path.windows(2).fold(0.0, |z, ends| {
+        let way = ends[1] - ends[0];
+        let steady = limit * way.signum();
+        steady + (z - steady) * (-way.abs() / limit).exp()
+    })
+}
+
+/// The velocity V sin(ωt + φ) and the path along it.
+#[derive(Debug, Clone, Copy)]
+pub struct Swing {
+    pub amplitude: f64,
+    pub angular: f64,
+    pub phase: f64,
+}
+
+impl Swing {
+    pub fn position(&self, time: f64) -> f64 {
+        -self.amplitude / self.angular * (self.angular * time + self.phase).cos()
+    }
+
+    /// The times in (0, end) at which the velocity is zero.
+    pub fn reversals(&self, end: f64) -> Vec<f64> {
+        let first = (self.phase / std::f64::consts::PI).floor() as i64 + 1;
+        (first..)
+            .map(|k| (k as f64 * std::f64::consts::PI - self.phase) / self.angular)
+            .take_while(|&time| time < end)
+            .collect()
+    }
+
+    /// The deflection of [`dahl`] along the swing, from z = 0 at t = 0.
+    pub fn deflection(&self, time: f64) -> f64 {
+        let mut path = vec![self.position(0.0)];
+        path.extend(self.reversals(time).into_iter().map(|t| self.position(t)));
+        path.push(self.position(time));
+        dahl_deflection(&path)
+    }
+}
+
+impl Signal<f64> for Swing {
+    fn value(&self, time: f64) -> f64 {
+        self.value_and_rate(time).0
+    }
+
+    fn value_and_rate(&self, time: f64) -> (f64, f64) {
+        let (sin, cos) = (self.angular * time + self.phase).sin_cos();
+        (self.amplitude * sin, self.amplitude * self.angular * cos)
+    }
+}
+
+/// A mass on a spring without friction, ẍ = −x: position and velocity are cosine and −sine.
+#[derive(Debug, Clone, Copy)]
+pub struct Oscillator;
+
+impl Oscillator {
+    /// From x = 1, v = 0 at t = 0.
+    pub fn exact(time: f64) -> Vector2<f64> {
+        Vector2::new(time.cos(), -time.sin())
+    }
+}
+
+impl System<f64, 2, 0> for Oscillator {
+    fn rate(&self, _: f64, x: &Vector2<f64>, _: [Branch; 0]) -> Vector2<f64> {
+        Vector2::new(x[1], -x[0])
+    }
+
+    fn sliding_velocities(&self, _: f64, _: &Vector2<f64>) -> [f64; 0] {
+        []
+    }
+}
+
+/// ẋ = u(t): the integral of a signal.
+#[derive(Debug, Clone)]
+pub struct Integral<U>(pub U);
+
+impl<U: Signal<f64>> System<f64, 1, 0> for Integral<U> {
+    fn rate(&self, time: f64, _: &Vector1<f64>, _: [Branch; 0]) -> Vector1<f64> {
+        Vector1::new(self.0.value(time))
+    }
+
+    fn linearised(
+        &self,
+        time: f64,
+        _: &Vector1<f64>,
+        _: [Branch; 0],
+    ) -> Option<Linearisation<f64, 1>> {
+        let (value, rate) = self.0.value_and_rate(time);
+        let by_state = Matrix1::zeros();
+        Some(Linearisation { rate: Vector1::new(value), by_state, by_time: Vector1::new(rate) })
+    }
+
+    fn sliding_velocities(&self, _: f64, _: &Vector1<f64>) -> [f64; 0] {
+        []
+    }
+
+    fn next_kink(&self, time: f64, towards: f64) -> Option<f64> {
+        self.0.next_kink(time, towards)
+    }
+}
+
+/// ẋ = sgn v(t): the bare kink. x is the time spent sliding forward less that spent sliding
+/// backward, and every method is exact on a locked branch, however long its steps.
+#[derive(Debug, Clone)]
+pub struct Sided<V>(pub V);
+
+impl<V: Signal<f64>> System<f64, 1> for Sided<V> {
+    fn rate(&self, time: f64, _: &Vector1<f64>, [branch]: [Branch; 1]) -> Vector1<f64> {
+        Vector1::new(branch.of(self.0.value(time)).direction())
+    }
+
+    fn sliding_velocities(&self, time: f64, _: &Vector1<f64>) -> [f64; 1] {
+        [self.0.value(time)]
+    }
+
+    fn next_kink(&self, time: f64, towards: f64) -> Option<f64> {
+        self.0.next_kink(time, towards)
+    }
+}
+
+/// A system that counts the calls of its right-hand side.
+#[derive(Debug)]
+pub struct Counted<S> {
+    pub system: S,
+    pub calls: Cell<u64>,
+}
+
+impl<S> Counted<S> {
+    pub fn new(system: S) -> Self {
+        Self { system, calls: Cell::new(0) }
+    }
+}
+
+impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> System<T, N, K> for Counted<S> {
+    fn rate(&self, time: T, state: &SVector<T, N>, branches: [Branch; K]) -> SVector<T, N> {
+        self.calls.set(self.calls.get() + 1);
+        self.system.rate(time, state, branches)
+    }
+
+    fn sliding_velocities(&self, time: T, state: &SVector<T, N>) -> [T; K] {
+        self.system.sliding_velocities(time, state)
+    }
+
+    fn next_kink(&self, time: T, towards: T) -> Option<T> {
+        self.system.next_kink(time, towards)
+    }
+
+    fn scales(&self) -> SVector<T, N> {
+        self.system.scales()
+    }
+}

@@ -1,0 +1,14 @@
+//! Rolling contact: steady, exact, on a grid, and in a braked wheel.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod exact;
+mod exact_limits;
+mod grid;
+mod passive;
+mod refusals;
+mod smooth;
+mod steady;
+mod theory;
+mod wheel;

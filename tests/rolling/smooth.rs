@@ -1,0 +1,367 @@
+//! The exact reduction of a rolling patch under velocities that vary over time.
+#![cfg(feature = "alloc")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
+
+use crate::common::characteristics::{SmoothHistory, gauss};
+use crate::common::tyre::{bristle, curve, frbd};
+use bristle::rolling::{
+    Motion, MotionOverTime, Order, Patch, PatchParameters, PolynomialExponential, Pressure,
+    RateDependent, Slot,
+};
+use bristle::signal::{Constant, Function, Polyline, Signal, Vertex};
+use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, LuGre, Stribeck};
+
+const LENGTH: f64 = 0.1;
+
+fn tyre() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
+    frbd(0.0)
+}
+
+fn patch<M: RateDependent<f64>, const N: usize>(
+    model: M,
+    pressure: PolynomialExponential<f64, N>,
+) -> Patch<f64, M, PolynomialExponential<f64, N>> {
+    Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap()
+}
+
+const END: f64 = 0.1;
+const SAMPLES: usize = 25;
+
+/// The greatest error of the force over some samples, over the normal force.
+fn error<M, S, W, const N: usize>(
+    model: M,
+    pressure: PolynomialExponential<f64, N>,
+    motion: &MotionOverTime<S, W>,
+    reference: &[f64],
+    (parts, order): (usize, Order),
+) -> f64
+where
+    M: RateDependent<f64>,
+    S: Signal<f64>,
+    W: Signal<f64>,
+{
+    let mut rolling = patch(model, pressure).exact_in(20_000).unwrap();
+    let steps = SAMPLES * parts;
+    let time = |number: usize| END * number as f64 / steps as f64;
+    let mut worst = 0.0_f64;
+    for number in 0..steps {
+        let force = rolling.follow(motion, time(number)..time(number + 1), order).unwrap();
+        if (number + 1) % parts == 0 {
+            worst = worst.max((force - reference[number / parts]).abs() / LENGTH);
+        }
+    }
+    worst
+}
+
+fn reference<M, S, W, const N: usize>(
+    model: M,
+    pressure: PolynomialExponential<f64, N>,
+    motion: &MotionOverTime<S, W>,
+    kinks: &[f64],
+) -> Vec<f64>
+where
+    M: RateDependent<f64>,
+    S: Signal<f64>,
+    W: Signal<f64>,
+{
+    let v = |t: f64| motion.slip_velocity.value(t);
+    let history = SmoothHistory {
+        coefficients: &|t| {
+            let affine = model.at_velocity(v(t));
+            (affine.relaxation, affine.drive * v(t))
+        },
+        transport: &|t| motion.transport_velocity.value(t),
+        kinks,
+        panel: 2e-4,
+    };
+    let gauss = gauss();
+    // ∫ p from a place to the outlet.
+    let rest = |place: f64| {
+        gauss
+            .iter()
+            .map(|(node, weight)| {
+                (1.0 - place) * weight * pressure.at(place + (1.0 - place) * node)
+            })
+            .sum()
+    };
+    (1..=SAMPLES)
+        .map(|number| {
+            let time = END * number as f64 / SAMPLES as f64;
+            let affine = model.at_velocity(v(time));
+            let deflections = history.weighted(0.0, time, &rest);
+            LENGTH * (affine.stiffness * deflections + pressure.total() * affine.damping * v(time))
+        })
+        .collect()
+}
+
+/// The slopes of the error over halved steps.
+fn orders<M, S, W, const N: usize>(
+    name: &str,
+    model: M,
+    pressure: PolynomialExponential<f64, N>,
+    motion: &MotionOverTime<S, W>,
+    kinks: &[f64],
+) where
+    M: RateDependent<f64> + Copy,
+    S: Signal<f64>,
+    W: Signal<f64>,
+{
+    let reference = reference(model, pressure, motion, kinks);
+    for (order, wanted, parts) in
+        [(Order::Second, 2.0, [8, 16, 32, 64]), (Order::Fourth, 4.0, [8, 16, 32, 64])]
+    {
+        let errors = parts.map(|parts| error(model, pressure, motion, &reference, (parts, order)));
+        let mean = (errors[0] / errors[3]).log2() / 3.0;
+        // The steps cut the patch differently every time, which scatters an error.
+        assert!(mean > wanted - 0.35, "{name}, {order:?}: {errors:?}");
+    }
+}
+
+fn swing(t: f64) -> (f64, f64) {
+    let w = 2.0 * std::f64::consts::PI * 23.0;
+    (0.3 * (w * t + 0.4).sin() + 0.1, 0.3 * w * (w * t + 0.4).cos())
+}
+
+fn pulse(t: f64) -> (f64, f64) {
+    (70.0 + 45.0 * (61.0 * t).sin(), 45.0 * 61.0 * (61.0 * t).cos())
+}
+
+/// The zeros of the swing.
+fn reversals() -> Vec<f64> {
+    let mut found = Vec::new();
+    let steps = 10_000;
+    for number in 0..steps {
+        let (a, b) = (END * f64::from(number) / 1e4, END * f64::from(number + 1) / 1e4);
+        let (at_a, at_b) = (swing(a).0, swing(b).0);
+        if at_a * at_b < 0.0 {
+            let sign = at_b.signum();
+            found.push(crate::common::root(a, b, |t| sign * swing(t).0));
+        }
+    }
+    found
+}
+
+#[test]
+fn the_force_converges_to_that_of_the_characteristics_with_its_order() {
+    let constant = Constant::new(61.7).unwrap();
+    let swing = Function::new(swing, []);
+    let steady = MotionOverTime { slip_velocity: swing, transport_velocity: constant };
+    let pulsing =
+        MotionOverTime { slip_velocity: swing, transport_velocity: Function::new(pulse, []) };
+    let kinks = reversals();
+    assert!(kinks.len() >= 4);
+    let exponential = PolynomialExponential::exponential(0.7).unwrap();
+    let uniform = PolynomialExponential::constant();
+    let parabola = PolynomialExponential::parabolic();
+    orders("FrBD, constant", tyre(), uniform, &steady, &kinks);
+    orders("FrBD, exponential", tyre(), exponential, &steady, &kinks);
+    orders("FrBD, parabola", tyre(), parabola, &steady, &kinks);
+    orders("V(t), constant", tyre(), uniform, &pulsing, &kinks);
+    orders("V(t), exponential", tyre(), exponential, &pulsing, &kinks);
+    orders("V(t), parabola", tyre(), parabola, &pulsing, &kinks);
+    orders("damped", FrBd::new(curve(), bristle(0.5)), uniform, &pulsing, &kinks);
+    orders("LuGre", LuGre::classical(curve(), bristle(0.5)), uniform, &pulsing, &kinks);
+}
+
+#[test]
+fn kinks_and_jumps_of_the_signals_do_not_spoil_the_order() {
+    let vertex = |time, value| Vertex { time, value };
+    let slip = Polyline::new([
+        vertex(0.0, 0.0),
+        vertex(0.0113, 0.4),
+        vertex(0.0517, -0.3),
+        vertex(0.1, 0.2),
+    ]);
+    // V jumps.
+    let transport = |t: f64| if t < 0.0319 { (50.0 + 900.0 * t, 900.0) } else { (90.0, 0.0) };
+    let motion = MotionOverTime {
+        slip_velocity: slip.unwrap(),
+        transport_velocity: Function::new(transport, [0.0319]),
+    };
+    let v = |t: f64| motion.slip_velocity.value(t);
+    let mut kinks = vec![0.0113, 0.0319, 0.0517];
+    kinks.push(crate::common::root(0.02, 0.05, |t| -v(t)));
+    kinks.push(crate::common::root(0.06, 0.099, v));
+    orders("polyline", tyre(), PolynomialExponential::constant(), &motion, &kinks);
+}
+
+#[test]
+fn halving_the_step_converges_to_itself() {
+    // Nothing but the method: errors against a run of an eighth of the finest step.
+    let slip = Function::new(|t: f64| (0.2 + 0.1 * (80.0 * t).sin(), 8.0 * (80.0 * t).cos()), []);
+    let motion =
+        MotionOverTime { slip_velocity: slip, transport_velocity: Function::new(pulse, []) };
+    let run = |parts: usize| {
+        let mut rolling =
+            patch(tyre(), PolynomialExponential::constant()).exact_in(20_000).unwrap();
+        let steps = 20 * parts;
+        let time = |number: usize| END * number as f64 / steps as f64;
+        let mut forces = Vec::new();
+        for number in 0..steps {
+            let span = time(number)..time(number + 1);
+            let force = rolling.follow(&motion, span, Order::Fourth).unwrap();
+            if (number + 1) % parts == 0 {
+                forces.push(force);
+            }
+        }
+        forces
+    };
+    let fine = run(256);
+    let errors = [8, 32].map(|parts| {
+        let apart = run(parts).into_iter().zip(&fine).map(|(a, b)| (a - b).abs());
+        apart.fold(0.0, f64::max)
+    });
+    // 4⁴ = 256, less some scatter.
+    assert!(errors[0] / errors[1] > 150.0 && errors[1] < 1e-10, "{errors:?}");
+}
+
+#[test]
+fn constant_signals_make_a_held_step() {
+    for order in [Order::Second, Order::Fourth] {
+        let new = || patch(tyre(), PolynomialExponential::parabolic()).exact_in(200).unwrap();
+        let (mut held, mut followed) = (new(), new());
+        for number in 0..300 {
+            let v = 0.3 * (f64::from(number % 7) - 3.0);
+            let transport = 20.0 * f64::from(number % 4);
+            let h = 1e-3 * f64::from(1 + number % 5);
+            let motion = MotionOverTime {
+                slip_velocity: Constant::new(v).unwrap(),
+                transport_velocity: Constant::new(transport).unwrap(),
+            };
+            let got = followed.follow(&motion, 5.0..5.0 + h, order).unwrap();
+            let h = (5.0 + h) - 5.0;
+            let want =
+                held.step(Motion { slip_velocity: v, transport_velocity: transport }, h).unwrap();
+            assert!((got - want).abs() < 1e-14 * LENGTH, "{number}: {got:e} {want:e}");
+        }
+    }
+}
+
+#[test]
+fn a_stiff_bristle_follows_its_stationary_deflection() {
+    // λh from 2e4 to 2e5 while V h = 0.01: the force is that of full sliding at the end of the step,
+    // except near the inlet.
+    let curve = curve();
+    let stiff =
+        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e7, micro_damping: 0.0 });
+    let model = FrBd::new(curve, stiff.unwrap());
+    let slip = Function::new(|t: f64| (5.0 + 4.0 * (30.0 * t).sin(), 120.0 * (30.0 * t).cos()), []);
+    let motion =
+        MotionOverTime { slip_velocity: slip, transport_velocity: Constant::new(10.0).unwrap() };
+    let mut rolling = patch(model, PolynomialExponential::parabolic()).exact_in(400).unwrap();
+    for number in 0..400 {
+        let time = 1e-3 * f64::from(number);
+        let force = rolling.follow(&motion, time..time + 1e-3, Order::Fourth).unwrap();
+        let want = LENGTH * model.stationary_coefficient(slip.value(time + 1e-3));
+        // What the method misses of a velocity that changes by up to 3 % in a step: measured 2.6e-5.
+        assert!(number < 100 || (force / want - 1.0).abs() < 5e-5, "{number}: {force:e} {want:e}");
+        assert!(force.abs() <= 0.6 * LENGTH);
+    }
+}
+
+#[test]
+fn a_patch_comes_to_rest_and_starts_again() {
+    // V(t) falls to zero, stays there, and rises.
+    let transport = |t: f64| {
+        if t < 0.04 {
+            (2500.0 * (0.04 - t), -2500.0)
+        } else if t < 0.06 {
+            (0.0, 0.0)
+        } else {
+            (2500.0 * (t - 0.06), 2500.0)
+        }
+    };
+    let motion = MotionOverTime {
+        slip_velocity: Function::new(swing, []),
+        transport_velocity: Function::new(transport, [0.04, 0.06]),
+    };
+    let mut kinks = reversals();
+    kinks.extend([0.04, 0.06]);
+    let reference = reference(tyre(), PolynomialExponential::constant(), &motion, &kinks);
+    let error = |parts| {
+        let run = (parts, Order::Fourth);
+        error(tyre(), PolynomialExponential::constant(), &motion, &reference, run)
+    };
+    let errors = [error(16), error(64)];
+    // Bristles that come in at V → 0 have a profile like √ξ, which costs orders, not sense.
+    assert!(errors[0] < 1e-8 && errors[1] < 1e-10, "{errors:?}");
+}
+
+#[test]
+fn bad_signals_are_refused_by_name_and_change_nothing() {
+    let mut rolling =
+        patch(tyre(), PolynomialExponential::parabolic()).exact([Slot::default(); 50]).unwrap();
+    let good = MotionOverTime {
+        slip_velocity: Function::new(swing, []),
+        transport_velocity: Function::new(pulse, []),
+    };
+    for number in 0..20 {
+        let time = 1e-3 * f64::from(number);
+        rolling.follow(&good, time..time + 1e-3, Order::Fourth).unwrap();
+    }
+    let before = format!("{rolling:?}");
+    let function = |f: fn(f64) -> f64| Function::new(move |t| (f(t), 0.0), [0.5]);
+    // The last is fine for the first part of its span.
+    let bad_slips: [fn(f64) -> f64; 4] = [
+        |_| f64::NAN,
+        |_| f64::INFINITY,
+        |t| 1.0 / (t - t),
+        |t| if t > 0.6 { f64::NAN } else { 1.0 },
+    ];
+    for order in [Order::Second, Order::Fourth] {
+        for slip in bad_slips {
+            let motion = MotionOverTime {
+                slip_velocity: function(slip),
+                transport_velocity: good_transport(),
+            };
+            let refused = rolling.follow(&motion, 0.0..1.0, order).unwrap_err();
+            assert_eq!(refused.name, "slip_velocity");
+        }
+        let bad_transports: [fn(f64) -> f64; 4] =
+            [|_| f64::NAN, |_| -1.0, |_| f64::INFINITY, |t| if t > 0.6 { -1e-9 } else { 1.0 }];
+        for transport in bad_transports {
+            let motion = MotionOverTime {
+                slip_velocity: Constant::new(1.0).unwrap(),
+                transport_velocity: function(transport),
+            };
+            let refused = rolling.follow(&motion, 0.0..1.0, order).unwrap_err();
+            assert_eq!(refused.name, "transport_velocity");
+        }
+        for span in [1.0..0.5, f64::NAN..1.0, 0.0..f64::NAN, 0.0..f64::INFINITY] {
+            assert!(rolling.follow(&good, span, order).is_err());
+        }
+        let fast = MotionOverTime {
+            slip_velocity: Constant::new(1.0).unwrap(),
+            transport_velocity: Constant::new(1e6).unwrap(),
+        };
+        let refused = rolling.follow(&fast, 0.0..1.0, order).unwrap_err();
+        assert_eq!((refused.name, refused.value), ("transport_velocity · duration", 1e6));
+    }
+    assert_eq!(format!("{rolling:?}"), before);
+    // A span of no length changes nothing either.
+    let force = rolling.follow(&good, 0.02..0.02, Order::Fourth).unwrap();
+    assert_eq!(force, rolling.force(swing(0.02).0));
+    assert_eq!(format!("{rolling:?}"), before);
+}
+
+fn good_transport() -> Constant<f64> {
+    Constant::new(1.0).unwrap()
+}
+
+#[test]
+fn following_allocates_nothing() {
+    let mut slots = [Slot::default(); 100];
+    let motion = MotionOverTime {
+        slip_velocity: Function::new(swing, []),
+        transport_velocity: Function::new(pulse, []),
+    };
+    let counted = allocation_counter::measure(|| {
+        let mut rolling =
+            patch(tyre(), PolynomialExponential::parabolic()).exact(&mut slots[..]).unwrap();
+        for number in 0..100 {
+            let time = 1e-3 * f64::from(number);
+            rolling.follow(&motion, time..time + 1e-3, Order::Fourth).unwrap();
+        }
+    });
+    assert_eq!(counted.count_total, 0);
+}
