@@ -16,7 +16,9 @@ use std::time::Instant;
 use bristle::batch::{
     Batch, BatchError, CommitInput, HeldInput, HeldOutput, PassiveInput, PassiveOutput, Real,
 };
-use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters};
+use bristle::curve::{Stribeck, StribeckParameters};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::{Bristle, FrBd};
 use nalgebra::convert;
 
 /// Bristles of a batch: everything stays in the second cache.

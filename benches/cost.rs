@@ -11,16 +11,19 @@
 
 use std::hint::black_box;
 
+use bristle::curve::{RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters};
 use bristle::exponential::{Exponential, Ramp};
 use bristle::ode::{
     DormandPrince, DormandPrince8, Method, Rodas4, Rodas5P, RungeKutta4, Solver, System,
 };
+use bristle::rheology::{
+    GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters,
+    MaxwellArm, Zener, ZenerParameters,
+};
 use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
 use bristle::{
-    Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
-    GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters, LuGre,
-    MaxwellArm, ParameterError, RationalStribeck, RationalStribeckParameters, Scalar, Stribeck,
-    StribeckParameters, Zener, ZenerParameters, paper,
+    Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd, LuGre,
+    ParameterError, Scalar, paper,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{SVector, Vector2, Vector3, convert};

@@ -8,10 +8,12 @@
 
 use std::process::ExitCode;
 
+use bristle::curve::Stribeck;
+use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{
     Grid, GridParameters, Motion, Patch, PatchParameters, PolynomialExponential, Transport,
 };
-use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+use bristle::{FrBd, paper};
 use support::{Arguments, Colour, ColourMap, Csv, Figure, HeatMap, Panel, Rule};
 
 /// Transport velocity / 1/s.

@@ -6,11 +6,13 @@
 
 use std::process::ExitCode;
 
+use bristle::curve::Stribeck;
 use bristle::fidelity::{
     FidelityError, History, HistoryParameters, Integrator, Norm, Rung, Start, Tolerance,
 };
+use bristle::rheology::KelvinVoigt;
 use bristle::signal::{Sine, SineParameters};
-use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+use bristle::{Bristle, FrBd, paper};
 use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Rule};
 
 /// Answers in a period.

@@ -15,17 +15,16 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::process::ExitCode;
 
+use bristle::companion::{Companion, VelocityHistory};
 use bristle::control::{
     DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
     FeedbackParameters, FrictionObserver, Injection, MicroDamping, ObserverParameters,
     OutputParameters, StaticCompensator, StaticParameters, VelocityFromPosition,
     VelocityFromPositionParameters,
 };
-use bristle::{
-    Bristle, Companion, Coulomb, CoulombParameters, FrBd, ImplicitBristle,
-    ImplicitBristleParameters, KelvinVoigt, KelvinVoigtParameters, LuGre, ParameterError, Stribeck,
-    StribeckParameters, VelocityHistory,
-};
+use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::{Bristle, FrBd, ImplicitBristle, ImplicitBristleParameters, LuGre, ParameterError};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 /// What the axis is: mass [kg], encoder count [m], limit of the motor [N].

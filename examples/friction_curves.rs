@@ -4,11 +4,11 @@
 
 use std::process::ExitCode;
 
-use bristle::{
-    Asymmetric, Coulomb, CoulombParameters, FrictionCurve, HyperbolicTangent, Knot,
-    RationalStribeck, RationalStribeckParameters, Regularisation, SquareRoot, Stribeck,
-    StribeckParameters, Tabulated, Unregularised,
+use bristle::curve::{
+    Asymmetric, Coulomb, CoulombParameters, FrictionCurve, Knot, RationalStribeck,
+    RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
+use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 const STATIC: f64 = 0.6;

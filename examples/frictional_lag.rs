@@ -6,10 +6,12 @@
 use std::error::Error;
 use std::process::ExitCode;
 
+use bristle::curve::{FrictionCurve, Stribeck};
 use bristle::ode::{DormandPrince, Output, Solver, Tolerances};
+use bristle::rheology::KelvinVoigt;
 use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
 use bristle::signal::{Sine, SineParameters};
-use bristle::{Bristle, FrBd, FrictionCurve, KelvinVoigt, LuGre, Stribeck, paper};
+use bristle::{Bristle, FrBd, LuGre, paper};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 const FREQUENCIES: [f64; 3] = [25.0, 50.0, 100.0];

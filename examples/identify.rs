@@ -11,11 +11,13 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::ExitCode;
 
+use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::identify::{
     self, Candidate, ElastoPlasticFit, FrBdFit, Log, LogParameters, MaxwellFit, Motion, Settings,
     Simulation,
 };
-use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::{Bristle, FrBd};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Values};
 
 /// Bars in the sum that stands for a Gaussian number.

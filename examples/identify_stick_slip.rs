@@ -21,11 +21,13 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::ExitCode;
 
+use bristle::companion::VelocityHistory;
+use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::identify::{self, Identifiability, Parameter, Residuals, Scaling, Settings};
+use bristle::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters};
 use bristle::{
-    Bristle, Deflection, FoldRule, FrBd, ImplicitBristle, ImplicitBristleParameters, KelvinVoigt,
-    KelvinVoigtParameters, LuGre, ParameterError, Scalar, Stribeck, StribeckParameters,
-    VelocityHistory,
+    Bristle, FoldRule, FrBd, ImplicitBristle, ImplicitBristleParameters, LuGre, ParameterError,
+    Scalar,
 };
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Values};
 

@@ -8,16 +8,15 @@ use std::error::Error;
 use std::f64::consts::PI;
 use std::process::ExitCode;
 
+use bristle::curve::{FrictionCurve, Stribeck};
 use bristle::ode::{Action, Direction, DormandPrince8, Event, Output, Solver, Tolerances};
+use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
     ForcedMass, ForcedMassParameters, PrescribedVelocity, PrescribedVelocityParameters,
     SpringDrivenMass,
 };
 use bristle::signal::{Sine, SineParameters};
-use bristle::{
-    Bristle, FrBd, FrictionCurve, ImplicitBristle, ImplicitBristleParameters, KelvinVoigt,
-    Stribeck, paper,
-};
+use bristle::{Bristle, FrBd, ImplicitBristle, ImplicitBristleParameters, paper};
 use nalgebra::Vector3;
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 

@@ -8,8 +8,10 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use bristle::audit::AuditParameters;
+use bristle::curve::Stribeck;
 use bristle::ledger::{EnergyBalance, EnergyLedger};
-use bristle::{Bristle, Contact, FrBd, KelvinVoigt, LuGre, Stribeck, paper};
+use bristle::rheology::KelvinVoigt;
+use bristle::{Bristle, Contact, FrBd, LuGre, paper};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 const SLOW: f64 = 1e-3;

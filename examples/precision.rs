@@ -6,11 +6,13 @@
 
 use std::process::ExitCode;
 
-use bristle::{
-    Bristle, Companion, Contact, Dahl, DahlParameters, FrBd, FrictionCurve, KelvinVoigt,
-    KelvinVoigtParameters, Knot, LuGre, ParameterError, RationalStribeck,
-    RationalStribeckParameters, Scalar, Stribeck, StribeckParameters, Tabulated, paper,
+use bristle::companion::Companion;
+use bristle::curve::{
+    FrictionCurve, Knot, RationalStribeck, RationalStribeckParameters, Stribeck,
+    StribeckParameters, Tabulated,
 };
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::{Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, ParameterError, Scalar, paper};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 /// Rounded to single precision, in either type.

@@ -7,10 +7,12 @@
 use std::error::Error;
 use std::process::ExitCode;
 
+use bristle::curve::Stribeck;
 use bristle::ode::{DormandPrince, Output, Solver, Tolerances};
+use bristle::rheology::KelvinVoigt;
 use bristle::scene::{ForcedMass, ForcedMassParameters};
 use bristle::signal::{Sine, SineParameters};
-use bristle::{Bristle, FrBd, KelvinVoigt, LuGre, Stribeck, paper};
+use bristle::{Bristle, FrBd, LuGre, paper};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 const FREQUENCIES: [f64; 3] = [1.0, 5.0, 10.0];

@@ -10,13 +10,16 @@
 use std::error::Error;
 use std::process::ExitCode;
 
+use bristle::companion::Companion;
+use bristle::curve::Stribeck;
 use bristle::ode::{DormandPrince, Output, RungeKutta4, Solver, System, Tolerances, Trajectory};
+use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
     PrescribedVelocity, PrescribedVelocityParameters, SpringDrivenMass, SpringDrivenMassParameters,
 };
 use bristle::signal::Constant;
 use bristle::stability::{self, Mechanism, Scheme};
-use bristle::{Branch, Bristle, Companion, FrBd, KelvinVoigt, LuGre, Stribeck, paper};
+use bristle::{Branch, Bristle, FrBd, LuGre, paper};
 use nalgebra::{Vector1, Vector3};
 use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Rule, Stroke, Symbol};
 

@@ -6,11 +6,13 @@
 use std::error::Error;
 use std::process::ExitCode;
 
+use bristle::curve::Stribeck;
 use bristle::ode::{
     Action, Direction, DormandPrince, Event, Output, Solver, Tolerances, Trajectory,
 };
+use bristle::rheology::KelvinVoigt;
 use bristle::scene::SpringDrivenMass;
-use bristle::{Bristle, FrBd, KelvinVoigt, LuGre, Stribeck, paper};
+use bristle::{Bristle, FrBd, LuGre, paper};
 use nalgebra::Vector3;
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 

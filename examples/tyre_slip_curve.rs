@@ -6,8 +6,10 @@
 use std::error::Error;
 use std::process::ExitCode;
 
+use bristle::curve::Stribeck;
+use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Pressure, Slip};
-use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+use bristle::{FrBd, paper};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 /// Carries the tyre \[N\]; force ratios do not depend on it.

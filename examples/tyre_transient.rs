@@ -12,11 +12,13 @@
 use std::error::Error;
 use std::process::ExitCode;
 
+use bristle::curve::Stribeck;
+use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{
     MotionOverTime, Order, Patch, PatchParameters, PolynomialExponential, RateDependent,
 };
 use bristle::signal::{Constant, Function, Signal};
-use bristle::{FrBd, KelvinVoigt, LuGre, Stribeck, paper};
+use bristle::{FrBd, LuGre, paper};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 /// The normal force / N: forces are then ratios.

@@ -11,10 +11,12 @@ use std::error::Error;
 use std::ops::RangeInclusive;
 use std::process::ExitCode;
 
+use bristle::curve::Stribeck;
 use bristle::ode::{Action, Direction, Event, Output, Solver, Trajectory};
+use bristle::rheology::KelvinVoigt;
 use bristle::scene::DiaphragmValve;
 use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
-use bristle::{Bristle, FrBd, KelvinVoigt, LuGre, Stribeck, paper};
+use bristle::{Bristle, FrBd, LuGre, paper};
 use nalgebra::Vector4;
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 

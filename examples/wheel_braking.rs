@@ -11,12 +11,11 @@
 use std::error::Error;
 use std::process::ExitCode;
 
+use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Slot};
 use bristle::scene::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState, WheelStep};
-use bristle::{
-    Bristle, Coulomb, CoulombParameters, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck,
-    StribeckParameters,
-};
+use bristle::{Bristle, FrBd};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule};
 
 const MASS: f64 = 400.0; // kg

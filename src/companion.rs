@@ -56,8 +56,9 @@
 use crate::bounds::larger;
 use crate::model::unlimited;
 use crate::parameter::{self, ParameterError};
+use crate::rheology::Deflection;
 use crate::scalar::{lit, nan};
-use crate::{Affine, Bristle, Contact, Deflection, Scalar};
+use crate::{Affine, Bristle, Contact, Scalar};
 
 /// A contact made ready for passive steps inside a mechanism.
 ///
@@ -65,7 +66,10 @@ use crate::{Affine, Bristle, Contact, Deflection, Scalar};
 /// loses the stuck mass at 28 ms:
 ///
 /// ```
-/// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, VelocityHistory, paper};
+/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::companion::VelocityHistory;
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
@@ -190,10 +194,10 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
     /// z\* = z₀ + (h/2) v\* or nearer, it has yielded by then, and the step is of second order:
     ///
     /// ```
-    /// use bristle::{
-    ///     Bristle, Coulomb, CoulombParameters, ElastoPlastic, ElastoPlasticParameters, KelvinVoigt,
-    ///     KelvinVoigtParameters, Prediction,
-    /// };
+    /// use bristle::{Bristle, ElastoPlastic, ElastoPlasticParameters};
+    /// use bristle::companion::Prediction;
+    /// use bristle::curve::{Coulomb, CoulombParameters};
+    /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
     ///
     /// let friction = ElastoPlastic::new(ElastoPlasticParameters {
     ///     curve: Coulomb::new(CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 })?,
@@ -343,7 +347,10 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     /// The kinetic energy changes by h (f − F̄) v̄ − (θ − ½) m (v₁ − v₀)². NaN for m < 0.
     ///
     /// ```
-    /// use bristle::{Bristle, FrBd, KelvinVoigt, PointMass, Stribeck, paper};
+    /// use bristle::{Bristle, FrBd, paper};
+    /// use bristle::companion::PointMass;
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::KelvinVoigt;
     ///
     /// let friction = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?);
     /// let contact = friction.under_load(1.0)?.companion(1.0)?;
@@ -435,7 +442,7 @@ pub struct CompletedStep<T, D = T> {
 /// middle of the next step is extrapolated.
 ///
 /// ```
-/// use bristle::VelocityHistory;
+/// use bristle::companion::VelocityHistory;
 ///
 /// let mut history = VelocityHistory::new(0.0);
 /// history.push(0.2);

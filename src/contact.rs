@@ -9,8 +9,9 @@
 //! | W | energy stored in the bristles | J |
 
 use crate::parameter::{self, ParameterError};
+use crate::rheology::Deflection;
 use crate::scalar::lit;
-use crate::{Bristle, Deflection, HeldStep, Limits, Linearised, Scalar, Sliding};
+use crate::{Bristle, HeldStep, Limits, Linearised, Scalar, Sliding};
 
 /// A friction model M under a normal force: the friction element of a mechanism.
 ///

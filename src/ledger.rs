@@ -11,7 +11,7 @@
 //! The three are added up apart: the work from force and velocity, the stored energy from the deflection at
 //! the ends, the dissipated one from D of the model. What is left of their balance
 //! ([`EnergyBalance::residual`]) is the error of the run: rounding for steps that are exact or passive
-//! ([`Contact::hold`], [`Companion`](crate::Companion)), about the tolerance for an integrator.
+//! ([`Contact::hold`], [`Companion`](crate::companion::Companion)), about the tolerance for an integrator.
 //!
 //! A passive contact never gives more than it had stored: supplied − stored never falls. By how much it
 //! has fallen from its highest value is [`EnergyLedger::gain`]. Round a closed cycle nothing is stored
@@ -26,9 +26,11 @@ use core::ops::ControlFlow;
 use nalgebra::SVector;
 
 use crate::bounds::larger;
+use crate::companion::CompletedStep;
 use crate::ode::{Observer, Step};
+use crate::rheology::Deflection;
 use crate::scalar::lit;
-use crate::{Bristle, CompletedStep, Contact, Deflection, HeldStep, Scalar};
+use crate::{Bristle, Contact, HeldStep, Scalar};
 
 /// Energy over a stretch of time \[J\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -116,7 +118,9 @@ impl<T: Scalar> Account<T> {
 ///
 /// ```
 /// use bristle::ledger::EnergyLedger;
-/// use bristle::{Bristle, KelvinVoigt, LuGre, Stribeck, paper};
+/// use bristle::{Bristle, LuGre, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
@@ -233,7 +237,9 @@ impl<T: Scalar> EnergyLedger<T> {
     /// use bristle::ledger::EnergyLedger;
     /// use bristle::ode::{DormandPrince, Solver, Tolerances};
     /// use bristle::scene::SpringDrivenMass;
-    /// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+    /// use bristle::{Bristle, FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::KelvinVoigt;
     /// use nalgebra::Vector3;
     ///
     /// let friction = FrBd::new(

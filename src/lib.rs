@@ -7,8 +7,8 @@
 //!
 //! | step | what | where |
 //! |---|---|---|
-//! | 1 | a friction curve μ(v) | [`Stribeck`] and others, trait [`FrictionCurve`] |
-//! | 2 | a bristle | [`KelvinVoigt`] and others, trait [`Rheology`] |
+//! | 1 | a friction curve μ(v) | [`curve::Stribeck`] and others, trait [`curve::FrictionCurve`] |
+//! | 2 | a bristle | [`rheology::KelvinVoigt`] and others, trait [`rheology::Rheology`] |
 //! | 3 | a model of both | [`FrBd`] and others, trait [`Bristle`] |
 //! | 4 | a normal force | [`Bristle::under_load`] makes a [`Contact`] |
 //! | 5a | in a loop | [`Contact::hold`] steps exactly over a sample, [`exponential`] along a known velocity |
@@ -23,7 +23,7 @@
 //! small motions go and where stick-slip begins, and a [`ledger`] where the energy of a run went.
 //!
 //! ```
-//! use bristle::{Bristle, FrBd, KelvinVoigt, Law, Stribeck, paper};
+//! use bristle::{Bristle, FrBd, Law, curve::Stribeck, paper, rheology::KelvinVoigt};
 //!
 //! let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 //! let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
@@ -63,10 +63,10 @@ extern crate std;
 pub mod audit;
 pub mod batch;
 mod bounds;
-mod companion;
+pub mod companion;
 mod contact;
 pub mod control;
-mod curve;
+pub mod curve;
 mod eigenvalues;
 pub mod exponential;
 #[cfg(feature = "alloc")]
@@ -79,8 +79,8 @@ mod model;
 pub mod ode;
 pub mod paper;
 mod parameter;
-mod regularisation;
-mod rheology;
+pub mod regularisation;
+pub mod rheology;
 pub mod rolling;
 mod root;
 mod scalar;
@@ -90,28 +90,13 @@ mod sliding;
 pub mod stability;
 
 pub use bounds::Bounds;
-pub use companion::{
-    Companion, CompanionStep, CompletedStep, PointMass, Prediction, VelocityHistory,
-};
 pub use contact::{Contact, ContactResponse, LinearisedContact};
-pub use curve::{
-    Asymmetric, Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Knot, RationalStribeck,
-    RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
-};
 pub use model::{
     Affine, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters,
     FoldRule, FrBd, HeldStep, ImplicitBristle, ImplicitBristleParameters, Law, Limits, Linearised,
     LuGre, Response,
 };
 pub use parameter::{ParameterError, Rule};
-pub use regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
-pub use rheology::{
-    ComplexModulus, Deflection, DiagonalPlusRankOne, Elements, GeneralisedKelvinVoigt,
-    GeneralisedKelvinVoigtParameters, GeneralisedMaxwell, GeneralisedMaxwellParameters,
-    KelvinVoigt, KelvinVoigtElement, KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters,
-    Modes, Rheology, Spring, SpringParameters, States, VelocityDependent, VelocityLaw, Weights,
-    Zener, ZenerParameters,
-};
 pub use scalar::Scalar;
 pub use sliding::{Branch, Sliding};
 

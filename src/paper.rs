@@ -4,7 +4,9 @@
 //! spring's stiffness in N, the pressure gain in Pa and no unit for the valve's damping).
 //!
 //! ```
-//! use bristle::{Bristle, FrBd, KelvinVoigt, Law, LuGre, Stribeck, paper};
+//! use bristle::{Bristle, FrBd, Law, LuGre, paper};
+//! use bristle::curve::Stribeck;
+//! use bristle::rheology::KelvinVoigt;
 //!
 //! let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 //! let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
@@ -13,8 +15,10 @@
 //! # Ok::<(), bristle::ParameterError>(())
 //! ```
 
+use crate::Contact;
+use crate::curve::StribeckParameters;
+use crate::rheology::KelvinVoigtParameters;
 use crate::scene::{DiaphragmValveParameters, SpringDrivenMassParameters};
-use crate::{Contact, KelvinVoigtParameters, StribeckParameters};
 
 /// Table 2: the friction curve of the pre-sliding, lag and stick-slip experiments (section V-A).
 pub const STICK_SLIP_CURVE: StribeckParameters<f64> = StribeckParameters {

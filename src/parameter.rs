@@ -12,7 +12,7 @@ use crate::scalar::{Scalar, lit, to_f64};
 /// Why a parameter was refused: its name, its value and the rule it breaks.
 ///
 /// ```
-/// use bristle::{Spring, SpringParameters};
+/// use bristle::rheology::{Spring, SpringParameters};
 ///
 /// let refused = Spring::new(SpringParameters { micro_stiffness: -3.0 }).unwrap_err();
 /// assert_eq!(

@@ -9,11 +9,12 @@ use bristle::batch::{
     Batch, BatchError, Columns, CommitInput, Fall, HeldInput, HeldOutput, Outcome, PassiveInput,
     PassiveOutput, Real, Uniform,
 };
-use bristle::{
-    Bristle, Coulomb, CoulombParameters, Dahl, DahlParameters, FrBd, KelvinVoigt,
-    KelvinVoigtParameters, RationalStribeck, RationalStribeckParameters, Scalar, Spring,
-    SpringParameters, Stribeck, StribeckParameters,
+use bristle::curve::{
+    Coulomb, CoulombParameters, RationalStribeck, RationalStribeckParameters, Stribeck,
+    StribeckParameters,
 };
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Spring, SpringParameters};
+use bristle::{Bristle, Dahl, DahlParameters, FrBd, Scalar};
 use common::lit;
 
 /// A stream of numbers in [0, 1) that is the same in every run: a linear congruence (Knuth's MMIX).

@@ -8,11 +8,10 @@ use bristle::control::{
     OutputParameters, StaticCompensator, StaticParameters, VelocityFromPosition,
     VelocityFromPositionParameters,
 };
-use bristle::{
-    Bristle, Contact, Coulomb, CoulombParameters, FrBd, HyperbolicTangent, KelvinVoigt,
-    KelvinVoigtParameters, LuGre, Regularisation, SquareRoot, Stribeck, StribeckParameters,
-    Unregularised,
-};
+use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
+use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::{Bristle, Contact, FrBd, LuGre};
 use proptest::prelude::*;
 
 #[allow(dead_code, reason = "its `main` and its chart are not needed here")]

@@ -3,12 +3,14 @@
 
 use core::ops::ControlFlow;
 
+use bristle::curve::Stribeck;
 use bristle::ode::{
     Action, Direction, DormandPrince, DormandPrince8, Event, Method, Rodas4, Rodas5P, RungeKutta4,
     Solver, Statistics, Step, Tolerances,
 };
+use bristle::rheology::KelvinVoigt;
 use bristle::scene::SpringDrivenMass;
-use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+use bristle::{Bristle, FrBd, paper};
 use nalgebra::Vector3;
 
 type Rig = SpringDrivenMass<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>;

@@ -5,8 +5,10 @@ use std::error::Error;
 use std::hint::black_box;
 use std::time::Instant;
 
+use bristle::curve::Stribeck;
+use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential, RateDependent};
-use bristle::{FrBd, KelvinVoigt, LuGre, Stribeck, paper};
+use bristle::{FrBd, LuGre, paper};
 
 /// Runs of each, in turns; the shortest counts.
 const RUNS: usize = 7;

@@ -5,12 +5,14 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use bristle::curve::Stribeck;
+use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{
     Grid, GridParameters, Motion, MotionField, MotionOverTime, Order, Patch, PatchParameters,
     PolynomialExponential, Pressure, RateDependent, Transport,
 };
 use bristle::signal::{Constant, Function};
-use bristle::{FrBd, KelvinVoigt, LuGre, Stribeck, paper};
+use bristle::{FrBd, LuGre, paper};
 use support::Csv;
 
 use crate::characteristics::{SmoothHistory, gauss};

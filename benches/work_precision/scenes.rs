@@ -11,14 +11,16 @@
 use std::fmt;
 use std::rc::Rc;
 
+use bristle::curve::Stribeck;
 use bristle::exponential::Exponential;
 use bristle::ode::{Statistics, System};
+use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
     DiaphragmValve, ForcedMass, ForcedMassParameters, PrescribedVelocity,
     PrescribedVelocityParameters, SpringDrivenMass,
 };
 use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
-use bristle::{Bristle, FrBd, KelvinVoigt, LuGre, ParameterError, Stribeck, paper};
+use bristle::{Bristle, FrBd, LuGre, ParameterError, paper};
 use nalgebra::{SVector, Vector1};
 
 /// A system over a time span from t = 0, and how solutions of it are judged.
@@ -98,7 +100,8 @@ pub fn each(visitor: &mut impl Visitor) -> Result<(), ParameterError> {
     Ok(())
 }
 
-type Parameters = (bristle::StribeckParameters<f64>, bristle::KelvinVoigtParameters<f64, f64>);
+type Parameters =
+    (bristle::curve::StribeckParameters<f64>, bristle::rheology::KelvinVoigtParameters<f64, f64>);
 
 /// Stick-slip, pre-sliding and lag.
 const TABLE_2: Parameters = (paper::STICK_SLIP_CURVE, paper::STICK_SLIP_BRISTLE);

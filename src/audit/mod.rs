@@ -5,7 +5,7 @@
 //! | passivity | F v ≥ Ẇ, W = ½ p K z² | the model's theorem; for classical LuGre σ2 ≥ σ1 (μ_s − μ_d)/μ_d; else a search for (c₀ − K r)² > 4 K λ c₂ |
 //! | deflection, force, relaxation | bounds of \|z\|, \|F\|, λ | [`Bristle::limits`] |
 //! | inversion | σ0 z + σ1 ż = μ(v − ż) has one root ż: σ1 + dμ/d\|v\| ≥ 0 at every speed | a search for the least slope |
-//! | smoothness | dμ/d\|v\| = 0 at rest | [`FrictionCurve::slope_at_rest`](crate::FrictionCurve::slope_at_rest) |
+//! | smoothness | dμ/d\|v\| = 0 at rest | [`FrictionCurve::slope_at_rest`](crate::curve::FrictionCurve::slope_at_rest) |
 //! | creep | of a regularised contact, or of a bristle that creeps (Maxwell), under a force below breakaway: F_ss(v) = F | a search for the velocity |
 //! | leak | λ(0): what its bristles lose at rest | |
 //! | drift | Δx = (μ_s/σ0) ln[(F_b² − F₁²)/(F_b² − F₂²)] per slow load cycle F₁ ↔ F₂ | closed form |
@@ -146,7 +146,9 @@ pub struct StuckMass<T> {
 /// ```
 /// use bristle::audit::{AuditParameters, LawStatus};
 /// use bristle::stability::Mechanism;
-/// use bristle::{Bristle, KelvinVoigt, LuGre, Stribeck, paper};
+/// use bristle::{Bristle, LuGre, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;

@@ -1,11 +1,11 @@
 //! What the bristles of a batch are made of: one model for all, or parameters of each.
 
 use super::real::Real;
+use crate::curve::{Coulomb, RationalStribeck, Stribeck};
 use crate::parameter::{self, ParameterError, Rule};
+use crate::rheology::{KelvinVoigt, Rheology, Spring};
 use crate::scalar::{lit, to_f64};
-use crate::{
-    Coulomb, Dahl, FrBd, KelvinVoigt, RationalStribeck, Rheology, Sliding, Spring, Stribeck,
-};
+use crate::{Dahl, FrBd, Sliding};
 
 /// How friction falls from its static to its dynamic coefficient, over u = |v|/v_S.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,7 +8,7 @@
 //! # The passive step
 //!
 //! [`Batch::companions`] makes every bristle a source and a damper over a step, as
-//! [`Companion`](crate::Companion) does, here by the implicit midpoint rule with the coefficients frozen at a
+//! [`Companion`](crate::companion::Companion) does, here by the implicit midpoint rule with the coefficients frozen at a
 //! predicted velocity v\*. A bristle of stiffness σ0 and damping σ1 is then a damper κ in series
 //! with the surface's μ/|v\*|, and one share c does for everything:
 //!
@@ -37,7 +37,7 @@
 //!
 //! for every h, z₀, v\* and v̄: no step gives energy that was not stored. Positions, velocities and
 //! deflections are of second order in h if v\* is that of the middle up to O(h²) (see
-//! [`VelocityHistory`](crate::VelocityHistory)); the difference to [`Companion`](crate::Companion)'s exponential step is of third.
+//! [`VelocityHistory`](crate::companion::VelocityHistory)); the difference to [`Companion`](crate::companion::Companion)'s exponential step is of third.
 //! Where λh > 2 the deflection swings about its stationary value and decays slowly, by (2 − λh)/(2 + λh) a step, though it stays within
 //! its limit; there take [`Batch::hold`], a shorter step, or the scalar one. With damping λ is at most σ0/(σ1 + σ2).
 //!
@@ -54,7 +54,9 @@
 //!
 //! ```
 //! use bristle::batch::{Batch, PassiveOutput, CommitInput, PassiveInput};
-//! use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+//! use bristle::{FrBd, paper};
+//! use bristle::curve::Stribeck;
+//! use bristle::rheology::KelvinVoigt;
 //!
 //! let model = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?);
 //! let grains = Batch::of(&model)?;

@@ -70,13 +70,13 @@ use super::path::along;
 use super::velocity_from_position::{
     Reading, VelocityFromPosition, VelocityFromPositionParameters,
 };
+use crate::curve::FrictionCurve;
 use crate::model::unlimited;
 use crate::parameter::{self, ParameterError};
+use crate::regularisation::Regularisation;
+use crate::rheology::{Deflection, KelvinVoigt, Spring};
 use crate::scalar::lit;
-use crate::{
-    Affine, Bristle, Contact, Dahl, Deflection, FrBd, FrictionCurve, KelvinVoigt, Law, LuGre,
-    Regularisation, Scalar, Spring,
-};
+use crate::{Affine, Bristle, Contact, Dahl, FrBd, Law, LuGre, Scalar};
 
 /// How the tracking error corrects the estimate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -164,7 +164,9 @@ const JUMP: f64 = 1e3;
 /// use bristle::control::{
 ///     FrictionObserver, Injection, ObserverParameters, OutputParameters, VelocityFromPositionParameters,
 /// };
-/// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;

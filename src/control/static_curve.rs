@@ -16,8 +16,9 @@
 //! Source: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994), 1083–1138.
 
 use super::output::{Compensation, Outlet, OutputParameters};
+use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError};
-use crate::{FrictionCurve, Scalar, Sliding};
+use crate::{Scalar, Sliding};
 
 /// What stands for the sign of the velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,7 +46,7 @@ pub struct StaticParameters<T, C> {
 ///
 /// ```
 /// use bristle::control::{DirectionLaw, OutputParameters, StaticCompensator, StaticParameters};
-/// use bristle::{Coulomb, CoulombParameters};
+/// use bristle::curve::{Coulomb, CoulombParameters};
 ///
 /// let mut compensator = StaticCompensator::new(StaticParameters {
 ///     curve: Coulomb::new(CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 })?,

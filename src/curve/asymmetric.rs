@@ -1,7 +1,8 @@
 //! A separate friction curve for each direction of motion, as gearboxes and seals need.
 
 use crate::bounds::smaller;
-use crate::{Bounds, FrictionCurve, Scalar, Sliding};
+use crate::curve::FrictionCurve;
+use crate::{Bounds, Scalar, Sliding};
 
 /// A friction curve made of two, one for each direction of sliding.
 ///
@@ -10,7 +11,7 @@ use crate::{Bounds, FrictionCurve, Scalar, Sliding};
 /// (for an exact modulus of the velocity, ε = 0).
 ///
 /// ```
-/// use bristle::{Asymmetric, Coulomb, CoulombParameters, FrictionCurve};
+/// use bristle::curve::{Asymmetric, Coulomb, CoulombParameters, FrictionCurve};
 ///
 /// let coulomb = |dynamic_coefficient| {
 ///     Coulomb::new(CoulombParameters { dynamic_coefficient, viscous_friction: 0.0 })

@@ -5,8 +5,9 @@
 //! | μ_d | dynamic friction coefficient | – |
 //! | σ2 | viscous friction | s/m |
 
+use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError};
-use crate::{Bounds, FrictionCurve, Scalar, Sliding};
+use crate::{Bounds, Scalar, Sliding};
 
 /// Parameters of [`Coulomb`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +23,7 @@ pub struct CoulombParameters<T> {
 /// Coulomb friction with a viscous part, μ(v) = μ_d + σ2|v|.
 ///
 /// ```
-/// use bristle::{Coulomb, CoulombParameters, FrictionCurve};
+/// use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve};
 ///
 /// let curve = Coulomb::new(CoulombParameters { dynamic_coefficient: 0.3, viscous_friction: 0.1 })?;
 /// assert_eq!(curve.coefficient((-2.0).into()), 0.5);

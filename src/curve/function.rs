@@ -2,8 +2,9 @@
 
 use core::fmt;
 
+use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError};
-use crate::{Bounds, FrictionCurve, Scalar, Sliding};
+use crate::{Bounds, Scalar, Sliding};
 
 /// A friction curve given by a closure that answers μ and dμ/d|v| at a speed |v|.
 ///
@@ -12,7 +13,8 @@ use crate::{Bounds, FrictionCurve, Scalar, Sliding};
 /// (deflection, force) and the checks of other parameters use, for every speed.
 ///
 /// ```
-/// use bristle::{Bounds, FrictionCurve, FunctionCurve};
+/// use bristle::Bounds;
+/// use bristle::curve::{FrictionCurve, FunctionCurve};
 ///
 /// let curve = FunctionCurve::new(
 ///     |speed: f64| {

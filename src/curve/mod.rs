@@ -21,13 +21,14 @@ use crate::{Bounds, Branch, Scalar, Sliding};
 
 /// The friction coefficient of steady sliding, μ(v) > 0 \[–\].
 ///
-/// A curve answers on any [`Branch`](crate::Branch), also for a slightly negative speed on a
+/// A curve answers on any [`Branch`], also for a slightly negative speed on a
 /// locked one: there it continues smoothly, or evenly where |v|^δ has no smooth continuation.
 ///
 /// A curve of your own takes two methods and its bounds:
 ///
 /// ```
-/// use bristle::{Bounds, FrictionCurve, Sliding};
+/// use bristle::{Bounds, Sliding};
+/// use bristle::curve::FrictionCurve;
 ///
 /// /// μ = 0.1 + 0.02 ln(1 + |v|/v₀): rises with the logarithm of the speed.
 /// #[derive(Debug, Clone)]

@@ -2,16 +2,17 @@
 //!
 //! μ(v) = μ_d + (μ_s − μ_d)/(1 + (v/v_S)²) + σ2|v|
 //!
-//! with the symbols of [`Stribeck`](crate::Stribeck). It falls like the one with δ = 2 at first
+//! with the symbols of [`Stribeck`](crate::curve::Stribeck). It falls like the one with δ = 2 at first
 //! and approaches the dynamic coefficient more slowly.
 //!
 //! Source: D. P. Hess, A. Soom, "Friction at a lubricated line contact operating at oscillating
 //! sliding velocities", Journal of Tribology 112 (1990), 147–152.
 
 use super::valley::Valley;
+use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
-use crate::{Bounds, FrictionCurve, Scalar, Sliding};
+use crate::{Bounds, Scalar, Sliding};
 
 /// Parameters of [`RationalStribeck`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +34,7 @@ pub struct RationalStribeckParameters<T> {
 /// A Stribeck curve without an exponential, μ(v) = μ_d + (μ_s − μ_d)/(1 + (v/v_S)²) + σ2|v|.
 ///
 /// ```
-/// use bristle::{FrictionCurve, RationalStribeck, RationalStribeckParameters};
+/// use bristle::curve::{FrictionCurve, RationalStribeck, RationalStribeckParameters};
 ///
 /// let curve = RationalStribeck::new(RationalStribeckParameters {
 ///     static_coefficient: 0.6_f32,

@@ -15,10 +15,11 @@
 //! v = 0.
 
 use super::valley::Valley;
+use crate::curve::FrictionCurve;
 use crate::model::unlimited;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{is_zero, lit};
-use crate::{Bounds, Branch, FrictionCurve, Scalar, Sliding};
+use crate::{Bounds, Branch, Scalar, Sliding};
 
 /// Parameters of [`Stribeck`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +47,7 @@ pub struct StribeckParameters<T> {
 /// of the viscous part alone.
 ///
 /// ```
-/// use bristle::{FrictionCurve, Stribeck, StribeckParameters};
+/// use bristle::curve::{FrictionCurve, Stribeck, StribeckParameters};
 ///
 /// let curve = Stribeck::new(StribeckParameters {
 ///     static_coefficient: 1.5,

@@ -11,9 +11,10 @@
 //! falls.
 
 use crate::bounds::{larger, smaller};
+use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{lit, nan};
-use crate::{Bounds, FrictionCurve, Scalar, Sliding};
+use crate::{Bounds, Scalar, Sliding};
 
 /// One measured point of a [`Tabulated`] curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +32,7 @@ pub struct Knot<T> {
 /// step has overshot a reversal, the first cubic is continued.
 ///
 /// ```
-/// use bristle::{FrictionCurve, Knot, Tabulated};
+/// use bristle::curve::{FrictionCurve, Knot, Tabulated};
 ///
 /// let measured = [(0.0, 0.42), (0.01, 0.35), (0.1, 0.30), (1.0, 0.33)];
 /// let curve = Tabulated::new(measured.map(|(speed, coefficient)| Knot { speed, coefficient }))?;

@@ -33,7 +33,9 @@ const MOST_LOOKS: u32 = 20;
 /// ```
 /// use bristle::exponential::Exponential;
 /// use bristle::signal::{Sine, SineParameters};
-/// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;

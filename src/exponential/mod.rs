@@ -66,7 +66,9 @@ const MOST_SIGHTS: usize = 64;
 ///
 /// ```
 /// use bristle::exponential::{Exponential, Ramp};
-/// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;

@@ -11,9 +11,10 @@ use super::{Reducible, weight};
 use crate::exponential::Exponential;
 use crate::ode::{Failure, StopReason};
 use crate::parameter::{self, ParameterError, Rule};
+use crate::rheology::Deflection;
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
-use crate::{Bristle, Contact, Dahl, DahlParameters, Deflection, Scalar};
+use crate::{Bristle, Contact, Dahl, DahlParameters, Scalar};
 
 /// How the bristle begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -48,7 +49,9 @@ pub struct HistoryParameters<T, M, V> {
 /// ```
 /// use bristle::fidelity::{History, HistoryParameters, Norm, Rung, Start, Tolerance};
 /// use bristle::signal::{Sine, SineParameters};
-/// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let friction = FrBd::new(
 ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,

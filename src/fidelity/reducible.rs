@@ -1,11 +1,11 @@
 //! Which simpler models stand below a model.
 
+use crate::curve::FrictionCurve;
 use crate::parameter::ParameterError;
+use crate::regularisation::Regularisation;
+use crate::rheology::{KelvinVoigt, KelvinVoigtParameters, Rheology};
 use crate::scalar::is_zero;
-use crate::{
-    Bristle, FrBd, FrictionCurve, ImplicitBristle, KelvinVoigt, KelvinVoigtParameters,
-    Regularisation, Rheology, Scalar,
-};
+use crate::{Bristle, FrBd, ImplicitBristle, Scalar};
 
 /// A model that can stand at the top of the ladder of a [`History`](super::History): it knows the lumped FrBD
 /// model below it.

@@ -54,7 +54,9 @@ pub struct RollingHistoryParameters<T, M, P, S, W> {
 /// use bristle::fidelity::{Norm, RollingHistory, RollingHistoryParameters, Rung, Start, Tolerance};
 /// use bristle::rolling::{MotionOverTime, Patch, PatchParameters, PolynomialExponential};
 /// use bristle::signal::{Constant, Sine, SineParameters};
-/// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+/// use bristle::{FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let tyre = Patch::new(PatchParameters {
 ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),

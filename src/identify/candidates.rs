@@ -3,12 +3,14 @@
 use super::InitialGuess;
 use super::residuals::{Candidate, Parameter, Scaling};
 use super::static_curve::{stribeck, stribeck_parameters};
+use crate::curve::Stribeck;
 use crate::parameter::ParameterError;
-use crate::scalar::lit;
-use crate::{
-    ElastoPlastic, ElastoPlasticParameters, FrBd, GeneralisedMaxwell, GeneralisedMaxwellParameters,
-    KelvinVoigt, KelvinVoigtParameters, MaxwellArm, Scalar, Stribeck,
+use crate::rheology::{
+    GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters,
+    MaxwellArm,
 };
+use crate::scalar::lit;
+use crate::{ElastoPlastic, ElastoPlasticParameters, FrBd, Scalar};
 
 /// Stribeck exponent of the ready candidates.
 const EXPONENT: f64 = 2.0;
@@ -73,7 +75,7 @@ impl Candidate<6> for FrBdFit {
 
 /// FrBD whose bristle has a second spring that relaxes: a [`GeneralisedMaxwell`] bristle of a spring σ0, an arm of
 /// stiffness K₁ and relaxation time τ, and σ1 beside them; and an offset of the force sensor. The nine parameters are
-/// those of [`FrBdFit`], then K₁, τ and the offset. With σ1 at its lower bound, zero, it is [`Zener`](crate::Zener)'s.
+/// those of [`FrBdFit`], then K₁, τ and the offset. With σ1 at its lower bound, zero, it is [`Zener`](crate::rheology::Zener)'s.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MaxwellFit;
 

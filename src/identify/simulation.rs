@@ -136,7 +136,9 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C, N> {
 ///
 /// ```
 /// use bristle::identify::{self, Log, LogParameters, FrBdFit, Motion, Settings, Simulation};
-/// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 /// use core::ops::ControlFlow;
 ///
 /// // A measurement: to and fro with speeds around the Stribeck velocity, 0.5 ms apart.

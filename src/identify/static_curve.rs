@@ -16,12 +16,12 @@ use core::ops::ControlFlow;
 use super::log::median;
 use super::residuals::{Parameter, Residuals, Scaling, within};
 use super::{Fit, IdentifyError, InitialGuess, Settings, least_squares};
+use crate::Scalar;
+use crate::curve::{
+    FrictionCurve, RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters,
+};
 use crate::parameter::ParameterError;
 use crate::scalar::lit;
-use crate::{
-    FrictionCurve, RationalStribeck, RationalStribeckParameters, Scalar, Stribeck,
-    StribeckParameters,
-};
 
 /// Friction in sliding, far enough from the last reversal.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,8 +5,9 @@ use nalgebra::{RowSVector, SMatrix, SVector};
 use super::{LinearisationError, StateSpace};
 use crate::bounds::larger;
 use crate::parameter;
+use crate::rheology::Deflection;
 use crate::scalar::{is_zero, lit, to_f64};
-use crate::{Branch, Bristle, Contact, Deflection, LinearisedContact, Scalar, Sliding};
+use crate::{Branch, Bristle, Contact, LinearisedContact, Scalar, Sliding};
 
 /// The state of a bristle as N coordinates: one for a single deflection, a vector as it is.
 pub trait Coordinates<T: Scalar, const N: usize>: Deflection<T> {
@@ -93,7 +94,9 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// Small motions about steady sliding at a velocity: from the velocity [m/s] to the force \[N\].
     ///
     /// ```
-    /// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+    /// use bristle::{Bristle, FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::KelvinVoigt;
     ///
     /// let friction = FrBd::new(
     ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,

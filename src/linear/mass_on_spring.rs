@@ -41,7 +41,9 @@ pub struct MassOnSpringParameters<T, M> {
 /// ```
 /// use bristle::linear::{MassOnSpring, MassOnSpringParameters, Threshold};
 /// use bristle::stability::Mechanism;
-/// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let friction = FrBd::new(
 ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
@@ -304,7 +306,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     /// The speeds are looked at from above, 64 a decade over fifteen decades.
     ///
     /// ```
-    /// use bristle::{Bristle, Coulomb, CoulombParameters, FrBd, KelvinVoigt, paper};
+    /// use bristle::{Bristle, FrBd, paper};
+    /// use bristle::curve::{Coulomb, CoulombParameters};
+    /// use bristle::rheology::KelvinVoigt;
     ///
     /// let curve = Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 2.0 })?;
     /// let friction = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?).under_load(1.0)?;

@@ -162,7 +162,9 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// ```
     /// use bristle::linear::StateSpace;
     /// use bristle::scene::SpringDrivenMass;
-    /// use bristle::{Branch, Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+    /// use bristle::{Branch, Bristle, FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::KelvinVoigt;
     /// use nalgebra::{RowVector3, Vector3};
     ///
     /// let friction = FrBd::new(

@@ -16,8 +16,9 @@
 //!
 //! exact for every h ≥ 0, and for λ = 0 where z grows as r v t.
 
+use crate::Scalar;
+use crate::rheology::Deflection;
 use crate::scalar::nan;
-use crate::{Deflection, Scalar};
 
 /// The four coefficients of a model at one velocity, or their derivatives with respect to it.
 #[derive(Debug, Clone, Copy, PartialEq)]

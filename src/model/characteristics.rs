@@ -1,9 +1,10 @@
 //! What a model is made of: the numbers that stand in its theorems.
 
 use crate::bounds::smaller;
+use crate::curve::FrictionCurve;
 use crate::parameter::{ParameterError, Rule};
 use crate::scalar::{is_zero, lit, to_f64};
-use crate::{Bounds, Branch, FrictionCurve, Scalar};
+use crate::{Bounds, Branch, Scalar};
 
 /// What a model is made of, as far as the laws of friction speak of it. From
 /// [`Bristle::characteristics`](crate::Bristle::characteristics).
@@ -41,7 +42,7 @@ pub struct Characteristics<T> {
     /// Deflection \[m\] up to which the bristle is elastic, for a model that has such a limit.
     pub stick_limit: Option<T>,
     /// Whether the bristle yields for ever under a steady force, see
-    /// [`Rheology::creeps`](crate::Rheology::creeps).
+    /// [`Rheology::creeps`](crate::rheology::Rheology::creeps).
     pub creeps: bool,
     /// A speed, of those the search for the least slope looks at, at which the friction curve is not
     /// what it says it is: not finite, or outside its own bounds.

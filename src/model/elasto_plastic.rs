@@ -19,11 +19,11 @@
 
 use super::frbd::{inverse_resistance, least_slope, unlimited};
 use super::{Affine, Characteristics, Law, Limits, Linearised, finite, searchable};
+use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError};
-use crate::{
-    Bristle, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding, Unregularised,
-    VelocityLaw,
-};
+use crate::regularisation::{Regularisation, Unregularised};
+use crate::rheology::{KelvinVoigt, Rheology, VelocityLaw};
+use crate::{Bristle, Scalar, Sliding};
 
 /// Parameters of [`ElastoPlastic`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,10 +41,9 @@ pub struct ElastoPlasticParameters<T, C, D = T> {
 /// and a regularisation E.
 ///
 /// ```
-/// use bristle::{
-///     Bristle, Coulomb, CoulombParameters, ElastoPlastic, ElastoPlasticParameters, KelvinVoigt,
-///     KelvinVoigtParameters,
-/// };
+/// use bristle::{Bristle, ElastoPlastic, ElastoPlasticParameters};
+/// use bristle::curve::{Coulomb, CoulombParameters};
+/// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 ///
 /// let friction = ElastoPlastic::new(ElastoPlasticParameters {
 ///     curve: Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 })?,

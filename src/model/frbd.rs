@@ -20,10 +20,11 @@
 
 use super::{Affine, Characteristics, Law, Limits, Linearised, finite, searchable};
 use crate::bounds::larger;
+use crate::curve::FrictionCurve;
+use crate::regularisation::{Regularisation, Unregularised};
+use crate::rheology::{Deflection, Rheology};
 use crate::scalar::{is_zero, nan};
-use crate::{
-    Bristle, Deflection, FrictionCurve, Regularisation, Rheology, Scalar, Sliding, Unregularised,
-};
+use crate::{Bristle, Scalar, Sliding};
 
 /// An FrBD model of a friction curve C, a bristle R and a regularisation E.
 ///
@@ -35,7 +36,9 @@ use crate::{
 /// together.
 ///
 /// ```
-/// use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters};
+/// use bristle::{Bristle, FrBd};
+/// use bristle::curve::{Stribeck, StribeckParameters};
+/// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 ///
 /// let curve = Stribeck::new(StribeckParameters {
 ///     static_coefficient: 1.5,

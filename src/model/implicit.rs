@@ -21,7 +21,7 @@
 //!
 //! Without regularisation the bristle sticks, v_s = 0 and ż = v, if |e| ≤ μ(0); otherwise the tip slides
 //! the way of e. Φ rises, and there is one answer, iff σ1 + dμ/d|v| > 0 at every speed: for the
-//! [`Stribeck`](crate::Stribeck) curve with δ = 2 iff σ1 + σ2 > (μ_s − μ_d)√(2/e)/v_S. Otherwise Φ is folded and the caller says
+//! [`Stribeck`](crate::curve::Stribeck) curve with δ = 2 iff σ1 + σ2 > (μ_s − μ_d)√(2/e)/v_S. Otherwise Φ is folded and the caller says
 //! by a [`FoldRule`] which of its branches to follow.
 //!
 //! # The affine form
@@ -59,12 +59,12 @@ mod hold;
 
 use super::{Affine, HeldStep, Law, Limits, Linearised, finite, unlimited};
 use crate::bounds::smaller;
+use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError, Rule};
+use crate::regularisation::{Regularisation, Unregularised};
+use crate::rheology::{KelvinVoigt, Rheology};
 use crate::scalar::{is_zero, lit, nan, to_f64};
-use crate::{
-    Branch, Bristle, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding,
-    Unregularised,
-};
+use crate::{Branch, Bristle, Scalar, Sliding};
 
 /// Which branch of a folded inversion to follow, told by the state alone.
 ///
@@ -101,7 +101,9 @@ pub struct ImplicitBristleParameters<T, C> {
 /// Without regularisation it sticks exactly and leaves no drift under loads below breakaway.
 ///
 /// ```
-/// use bristle::{Bristle, ImplicitBristle, ImplicitBristleParameters, KelvinVoigt, Stribeck, paper};
+/// use bristle::{Bristle, ImplicitBristle, ImplicitBristleParameters, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let friction = ImplicitBristle::new(ImplicitBristleParameters {
 ///     curve: Stribeck::new(paper::STICK_SLIP_CURVE)?,

@@ -13,11 +13,11 @@
 use super::affine::forwards;
 use super::frbd::{inverse_resistance, least_slope, unlimited};
 use super::{Affine, Characteristics, HeldStep, Law, Limits, Linearised, finite, searchable};
+use crate::curve::FrictionCurve;
+use crate::regularisation::{Regularisation, Unregularised};
+use crate::rheology::{Elements, KelvinVoigt, Rheology, VelocityLaw, Weights};
 use crate::scalar::lit;
-use crate::{
-    Bristle, Elements, FrictionCurve, KelvinVoigt, Regularisation, Rheology, Scalar, Sliding,
-    Unregularised, VelocityLaw, Weights,
-};
+use crate::{Bristle, Scalar, Sliding};
 
 /// The LuGre model of a friction curve C, a Kelvin–Voigt bristle of damping law D and a
 /// regularisation E.
@@ -26,7 +26,9 @@ use crate::{
 /// with constant σ1, and its force has no limit: at z = 0 it is σ1 + σ2 times the velocity.
 ///
 /// ```
-/// use bristle::{Bristle, Law, LuGre, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters};
+/// use bristle::{Bristle, Law, LuGre};
+/// use bristle::curve::{Stribeck, StribeckParameters};
+/// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 ///
 /// let curve = Stribeck::new(StribeckParameters {
 ///     static_coefficient: 1.5,

@@ -22,8 +22,9 @@ pub use law::Law;
 pub use lugre::LuGre;
 
 use crate::parameter::ParameterError;
+use crate::rheology::Deflection;
 use crate::scalar::lit;
-use crate::{Contact, Deflection, Scalar, Sliding};
+use crate::{Contact, Scalar, Sliding};
 
 /// A dynamic friction model per unit normal force: the bristle deflection z \[m\] as state, the
 /// sliding velocity v as input, the virtual friction coefficient μ_b = F/p \[–\] as output.

@@ -60,7 +60,9 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// ```
     /// use bristle::ode::{RungeKutta4, Solver};
     /// use bristle::stability::Mechanism;
-    /// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+    /// use bristle::{Bristle, FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::KelvinVoigt;
     ///
     /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
     /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;

@@ -95,7 +95,9 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
     /// ```
     /// use bristle::ode::{DormandPrince, Output, Solver, Tolerances};
     /// use bristle::scene::SpringDrivenMass;
-    /// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+    /// use bristle::{Bristle, FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::KelvinVoigt;
     ///
     /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
     /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
@@ -236,7 +238,9 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
 /// ```
 /// use bristle::ode::{self, Output};
 /// use bristle::scene::SpringDrivenMass;
-/// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;

@@ -6,13 +6,14 @@
 //! Dynamics 83 (2016), 1785–1801.
 
 use crate::parameter::{self, ParameterError};
+use crate::regularisation::Regularisation;
 use crate::scalar::lit;
-use crate::{Regularisation, Scalar, Sliding};
+use crate::{Scalar, Sliding};
 
 /// The hyperbolic-tangent regularisation, sgn_ε(v) = tanh(v/v_t), |v|_ε = v coth(v/v_t).
 ///
 /// ```
-/// use bristle::{HyperbolicTangent, Regularisation};
+/// use bristle::regularisation::{HyperbolicTangent, Regularisation};
 ///
 /// let regularisation = HyperbolicTangent::new(1e-3)?;
 /// assert_eq!(regularisation.speed(0.0.into()), 1e-3);

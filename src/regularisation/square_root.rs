@@ -3,12 +3,13 @@
 //! Source: Romano et al. (arXiv 2602.09429), section II-B.
 
 use crate::parameter::{self, ParameterError};
-use crate::{Regularisation, Scalar, Sliding};
+use crate::regularisation::Regularisation;
+use crate::{Scalar, Sliding};
 
 /// The square-root regularisation, |v|_ε = √(v² + ε).
 ///
 /// ```
-/// use bristle::{Regularisation, SquareRoot};
+/// use bristle::regularisation::{Regularisation, SquareRoot};
 ///
 /// let regularisation = SquareRoot::new(1e-4)?;
 /// assert_eq!(regularisation.speed(0.0.into()), 1e-2);
@@ -21,7 +22,7 @@ pub struct SquareRoot<T> {
 
 impl<T: Scalar> SquareRoot<T> {
     /// Takes the regularisation parameter ε > 0 [m²/s²]; for ε = 0 there is
-    /// [`Unregularised`](crate::Unregularised).
+    /// [`Unregularised`](crate::regularisation::Unregularised).
     ///
     /// # Errors
     ///

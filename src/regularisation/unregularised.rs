@@ -1,11 +1,12 @@
 //! No regularisation: |v| and sgn v themselves (ε = 0).
 
-use crate::{Regularisation, Scalar, Sliding};
+use crate::regularisation::Regularisation;
+use crate::{Scalar, Sliding};
 
 /// No regularisation: |v| and sgn v as they are, with sgn 0 = 0 on the free branch.
 ///
 /// ```
-/// use bristle::{Unregularised, Regularisation};
+/// use bristle::regularisation::{Regularisation, Unregularised};
 ///
 /// assert_eq!(Unregularised.speed((-0.3).into()), 0.3);
 /// assert_eq!(Unregularised.sign(0.0.into()), 0.0);

@@ -38,8 +38,9 @@ use super::modes::{Pole, root};
 use super::{Elements, GeneralisedMaxwell, MaxwellArm, maxwell};
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
+use crate::rheology::Rheology;
 use crate::scalar::is_zero;
-use crate::{Bounds, Rheology, Scalar, Sliding};
+use crate::{Bounds, Scalar, Sliding};
 
 /// One element of a [`GeneralisedKelvinVoigt`] bristle: a spring, and a dashpot beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,7 +63,7 @@ pub struct GeneralisedKelvinVoigtParameters<T, const N: usize> {
 /// Springs in a row, each with a dashpot beside it; the first may be a spring alone.
 ///
 /// ```
-/// use bristle::{
+/// use bristle::rheology::{
 ///     GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, KelvinVoigtElement, Rheology,
 /// };
 ///

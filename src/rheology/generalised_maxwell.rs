@@ -46,7 +46,8 @@ use nalgebra::SVector;
 
 use super::{Elements, VelocityLaw, maxwell};
 use crate::parameter::{self, ParameterError};
-use crate::{Bounds, Rheology, Scalar, Sliding};
+use crate::rheology::Rheology;
+use crate::{Bounds, Scalar, Sliding};
 
 /// One arm of a [`GeneralisedMaxwell`] bristle: a spring, alone or behind a dashpot.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,7 +74,7 @@ pub struct GeneralisedMaxwellParameters<T, const N: usize, S = T, D = T> {
 /// Springs side by side, each alone or behind a dashpot, and one dashpot beside them all.
 ///
 /// ```
-/// use bristle::{GeneralisedMaxwell, GeneralisedMaxwellParameters, MaxwellArm, Rheology};
+/// use bristle::rheology::{GeneralisedMaxwell, GeneralisedMaxwellParameters, MaxwellArm, Rheology};
 ///
 /// // A static spring and two that relax within 1 ms and 1 s.
 /// let bristle = GeneralisedMaxwell::new(GeneralisedMaxwellParameters {

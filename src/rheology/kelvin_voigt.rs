@@ -12,7 +12,8 @@
 
 use super::{Elements, VelocityLaw};
 use crate::parameter::{self, ParameterError};
-use crate::{Bounds, Rheology, Scalar, Sliding};
+use crate::rheology::Rheology;
+use crate::{Bounds, Scalar, Sliding};
 
 /// Parameters of [`KelvinVoigt`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +29,7 @@ pub struct KelvinVoigtParameters<K, D> {
 /// A spring and a dashpot side by side, F/p = σ0 z + σ1 ż.
 ///
 /// ```
-/// use bristle::{KelvinVoigt, KelvinVoigtParameters};
+/// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 ///
 /// let bristle = KelvinVoigt::new(KelvinVoigtParameters {
 ///     micro_stiffness: 1e4,

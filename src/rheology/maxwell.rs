@@ -24,8 +24,9 @@
 
 use super::{Elements, VelocityLaw};
 use crate::parameter::{self, ParameterError};
+use crate::rheology::Rheology;
 use crate::scalar::lit;
-use crate::{Bounds, Rheology, Scalar, Sliding};
+use crate::{Bounds, Scalar, Sliding};
 
 /// Parameters of [`Maxwell`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,7 +42,9 @@ pub struct MaxwellParameters<T, S = T> {
 /// A spring and a dashpot in series: a bristle that creeps.
 ///
 /// ```
-/// use bristle::{Bristle, FrBd, Law, Maxwell, MaxwellParameters, Stribeck, paper};
+/// use bristle::{Bristle, FrBd, Law, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::{Maxwell, MaxwellParameters};
 ///
 /// let bristle = Maxwell::new(MaxwellParameters { micro_stiffness: 1e4, series_damping: 200.0 })?;
 /// let friction = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle);

@@ -6,7 +6,8 @@
 
 use super::Elements;
 use crate::parameter::{self, ParameterError};
-use crate::{Bounds, Rheology, Scalar, Sliding};
+use crate::rheology::Rheology;
+use crate::{Bounds, Scalar, Sliding};
 
 /// Parameters of [`Spring`].
 #[derive(Debug, Clone, Copy, PartialEq)]

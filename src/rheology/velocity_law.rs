@@ -69,7 +69,8 @@ impl<T: Scalar> VelocityLaw<T> for T {
 /// [`VelocityDependent::new`]. The bounds are taken on trust; the theorems on deflection and force use them.
 ///
 /// ```
-/// use bristle::{Bounds, KelvinVoigt, KelvinVoigtParameters, VelocityDependent};
+/// use bristle::Bounds;
+/// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, VelocityDependent};
 ///
 /// // Micro-damping that vanishes in fast sliding, σ1(v) = 60 exp(−(v/v_d)²), v_d = 0.1 m/s.
 /// let micro_damping = VelocityDependent::of_speed(

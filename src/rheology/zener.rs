@@ -22,7 +22,8 @@ use nalgebra::{SVector, Vector2};
 
 use super::{Elements, VelocityLaw, maxwell};
 use crate::parameter::{self, ParameterError};
-use crate::{Bounds, Rheology, Scalar, Sliding};
+use crate::rheology::Rheology;
+use crate::{Bounds, Scalar, Sliding};
 
 /// Parameters of [`Zener`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,7 +40,9 @@ pub struct ZenerParameters<T, S = T> {
 /// A spring beside a spring with a dashpot: the standard linear solid.
 ///
 /// ```
-/// use bristle::{Bristle, FrBd, Stribeck, Zener, ZenerParameters, paper};
+/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::{Zener, ZenerParameters};
 /// use nalgebra::Vector2;
 ///
 /// let bristle = Zener::new(ZenerParameters {
@@ -61,7 +64,9 @@ pub struct ZenerParameters<T, S = T> {
 ///
 /// ```
 /// use bristle::ode::{self, Output, System};
-/// use bristle::{Branch, Bristle, Contact, FrBd, Stribeck, Zener, ZenerParameters, paper};
+/// use bristle::{Branch, Bristle, Contact, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::{Zener, ZenerParameters};
 /// use nalgebra::Vector4;
 ///
 /// /// A mass of 1 kg pulled at 0.1 m/s by a spring of 2 N/m: position, velocity, two stretches.

@@ -80,7 +80,9 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// ```
     /// use bristle::rolling::{Excitation, Origin, Patch, PatchParameters, PolynomialExponential};
-    /// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+    /// use bristle::{FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::KelvinVoigt;
     ///
     /// let tyre = Patch::new(PatchParameters {
     ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),

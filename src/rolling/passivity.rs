@@ -148,7 +148,9 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// ```
     /// use bristle::rolling::{Passivity, Patch, PatchParameters, PolynomialExponential};
-    /// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+    /// use bristle::{FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::KelvinVoigt;
     ///
     /// let friction =
     ///     FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?);
@@ -179,7 +181,9 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// ```
     /// use bristle::rolling::{Patch, PatchParameters, PolynomialExponential};
-    /// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+    /// use bristle::{FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::KelvinVoigt;
     ///
     /// let friction =
     ///     FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?);

@@ -2,12 +2,12 @@
 
 use super::Pressure;
 use crate::bounds::larger;
+use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError, Rule};
+use crate::regularisation::Regularisation;
+use crate::rheology::{Rheology, VelocityLaw};
 use crate::scalar::{is_zero, to_f64};
-use crate::{
-    Affine, Bristle, Dahl, FrBd, FrictionCurve, LuGre, Regularisation, Rheology, Scalar, Sliding,
-    VelocityLaw,
-};
+use crate::{Affine, Bristle, Dahl, FrBd, LuGre, Scalar, Sliding};
 
 /// A friction model with one deflection whose coefficients depend on the velocity alone, so that all
 /// bristles of a patch share them. Every model of this crate but the elasto-plastic one, which
@@ -133,7 +133,9 @@ pub struct PatchParameters<T, M, P> {
 ///
 /// ```
 /// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
-/// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+/// use bristle::{FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let friction = FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?);
 /// let tyre = Patch::new(PatchParameters {

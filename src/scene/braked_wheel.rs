@@ -35,12 +35,13 @@
 //! "Dynamic friction models for road/tire longitudinal interaction", Vehicle System Dynamics 39 (2003);
 //! the step is of this crate.
 
+use crate::companion::{Companion, CompanionStep, CompletedStep};
 use crate::parameter::{self, ParameterError};
 use crate::rolling::{
     ExactPatch, Motion, PatchCommitted, PatchLedger, PatchStep, RateDependent, Slot,
 };
 use crate::scalar::{is_zero, lit, to_f64};
-use crate::{Bristle, Companion, CompanionStep, CompletedStep, Contact, Scalar};
+use crate::{Bristle, Contact, Scalar};
 
 /// How far a wheel may rock back, in lengths of its patch: its bristles stay where they are meanwhile,
 /// an error of that part of the patch.
@@ -188,9 +189,9 @@ impl<T: Scalar> WheelLedger<T> {
 /// ```
 /// use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Slot};
 /// use bristle::scene::{BrakedWheel, BrakedWheelParameters, WheelLoads};
-/// use bristle::{
-///     Bristle, Coulomb, CoulombParameters, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, paper,
-/// };
+/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
+/// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 ///
 /// let tyre = Patch::new(PatchParameters {
 ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),

@@ -3,9 +3,10 @@
 use nalgebra::SVector;
 
 use crate::ode::{Linearisation, System};
+use crate::rheology::{Deflection, States};
 use crate::scalar::lit;
 use crate::signal::Signal;
-use crate::{Branch, Bristle, Contact, Deflection, Scalar, States};
+use crate::{Branch, Bristle, Contact, Scalar};
 
 /// Parameters of [`PrescribedVelocity`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +23,9 @@ pub struct PrescribedVelocityParameters<T, M, V> {
 /// use bristle::ode::{self, Output};
 /// use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
 /// use bristle::signal::{Sine, SineParameters};
-/// use bristle::{Bristle, FrBd, Stribeck, Zener, ZenerParameters, paper};
+/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::{Zener, ZenerParameters};
 /// use nalgebra::Vector2;
 ///
 /// let bristle = Zener::new(ZenerParameters {

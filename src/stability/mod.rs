@@ -129,7 +129,9 @@ pub struct StepLimits<T> {
 ///
 /// ```
 /// use bristle::stability::{self, Mechanism, Scheme};
-/// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let friction = FrBd::new(
 ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
@@ -198,7 +200,7 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
 /// Rosenbrock method too; `None` if no step is too long.
 ///
 /// J is the Jacobian of any mechanism at one state, such as
-/// [`System::linearised`](crate::ode::System::tangent) gives: [`largest_step`] knows what to expect of a contact at rest
+/// [`System::linearised`](crate::ode::System::linearised) gives: [`largest_step`] knows what to expect of a contact at rest
 /// and in sliding, this one looks at a single state of whatever is there. A mode that grows by itself is left
 /// out, for no step makes it decay.
 ///
@@ -209,7 +211,9 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
 /// use bristle::ode::System;
 /// use bristle::scene::SpringDrivenMass;
 /// use bristle::stability::{self, Scheme};
-/// use bristle::{Branch, Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+/// use bristle::{Branch, Bristle, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let friction = FrBd::new(
 ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,

@@ -8,13 +8,19 @@ use crate::common::recipe::recipe;
 use crate::common::specimens::{kelvin_voigt, stribeck};
 use crate::common::{assert_within, check};
 use bristle::audit::{Audit, AuditParameters, LawStatus, LoadCycle};
+use bristle::curve::{
+    Asymmetric, Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Stribeck,
+    StribeckParameters,
+};
 use bristle::linear::Threshold;
+use bristle::regularisation::SquareRoot;
+use bristle::rheology::{
+    KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellParameters, VelocityDependent,
+};
 use bristle::stability::{Mechanism, Scheme};
 use bristle::{
-    Asymmetric, Bounds, Bristle, Contact, Coulomb, CoulombParameters, Dahl, DahlParameters,
-    ElastoPlastic, ElastoPlasticParameters, FrBd, FrictionCurve, FunctionCurve, KelvinVoigt,
-    KelvinVoigtParameters, LuGre, Maxwell, MaxwellParameters, Sliding, SquareRoot, Stribeck,
-    StribeckParameters, VelocityDependent, paper,
+    Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
+    LuGre, Sliding, paper,
 };
 
 const RIG: Mechanism<f64> = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };

@@ -7,13 +7,15 @@ use std::ops::ControlFlow;
 use crate::common::recipe::{recipe, state};
 use crate::common::specimens::{kelvin_voigt, stribeck};
 use crate::common::{assert_within, check};
+use bristle::curve::Stribeck;
 use bristle::ledger::{EnergyBalance, EnergyLedger};
 use bristle::ode::{
     DormandPrince, DormandPrince8, Method, Rodas4, Rodas5P, RungeKutta4, Solver, Step, Tolerances,
 };
+use bristle::rheology::KelvinVoigt;
 use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters, SpringDrivenMass};
 use bristle::signal::Constant;
-use bristle::{Bristle, Contact, FrBd, KelvinVoigt, LuGre, Stribeck, paper};
+use bristle::{Bristle, Contact, FrBd, LuGre, paper};
 use nalgebra::Vector1;
 
 fn curve() -> Stribeck<f64> {

@@ -8,10 +8,18 @@ use std::ops::ControlFlow;
 use crate::common::recipe::{decades, nonzero_velocity, recipe};
 use crate::common::specimens::{coulomb, elasto_plastic, kelvin_voigt, rational, stribeck};
 use crate::common::{assert_within, check, lit};
+use bristle::curve::{
+    Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Stribeck, StribeckParameters,
+};
 use bristle::linear::{
     LinearisationError, MassOnSpring, MassOnSpringParameters, StateSpace, Threshold,
 };
 use bristle::ode::{DormandPrince8, Linearisation, Solver, Step, System, Tolerances};
+use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
+use bristle::rheology::{
+    Deflection, Elements, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt,
+    KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters, Rheology, VelocityDependent,
+};
 use bristle::scene::{
     DiaphragmValve, PrescribedVelocity, PrescribedVelocityParameters, SpringDrivenMass,
     SpringDrivenMassParameters,
@@ -19,11 +27,7 @@ use bristle::scene::{
 use bristle::signal::{Constant, Sine, SineParameters};
 use bristle::stability::Mechanism;
 use bristle::{
-    Bounds, Branch, Bristle, Contact, Coulomb, CoulombParameters, Dahl, DahlParameters, Deflection,
-    Elements, FrBd, FrictionCurve, FunctionCurve, GeneralisedMaxwell, GeneralisedMaxwellParameters,
-    HyperbolicTangent, KelvinVoigt, KelvinVoigtParameters, LuGre, Maxwell, MaxwellArm,
-    MaxwellParameters, Regularisation, Rheology, Scalar, Sliding, SquareRoot, Stribeck,
-    StribeckParameters, Unregularised, VelocityDependent, paper,
+    Bounds, Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Scalar, Sliding, paper,
 };
 use nalgebra::{
     Complex, ComplexField, Matrix1, Matrix3, RowVector3, RowVector4, SMatrix, SVector, Vector2,

@@ -1,13 +1,17 @@
 //! Every implementor, built from one recipe in any scalar type, beside its closed form.
 
+use bristle::curve::{
+    Asymmetric, Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Knot, RationalStribeck,
+    RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
+};
+use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
+use bristle::rheology::{
+    KelvinVoigt, KelvinVoigtParameters, Spring, SpringParameters, VelocityDependent, VelocityLaw,
+};
 use bristle::{
-    Affine, Asymmetric, Bounds, Bristle, Contact, Coulomb, CoulombParameters, Dahl, DahlParameters,
-    ElastoPlastic, ElastoPlasticParameters, FoldRule, FrBd, FrictionCurve, FunctionCurve, HeldStep,
-    HyperbolicTangent, ImplicitBristle, ImplicitBristleParameters, KelvinVoigt,
-    KelvinVoigtParameters, Knot, Law, Limits, LinearisedContact, LuGre, RationalStribeck,
-    RationalStribeckParameters, Regularisation, Scalar, Sliding, Spring, SpringParameters,
-    SquareRoot, Stribeck, StribeckParameters, Tabulated, Unregularised, VelocityDependent,
-    VelocityLaw,
+    Affine, Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters,
+    FoldRule, FrBd, HeldStep, ImplicitBristle, ImplicitBristleParameters, Law, Limits,
+    LinearisedContact, LuGre, Scalar, Sliding,
 };
 
 use super::closed_form::{

@@ -1,6 +1,8 @@
 //! The tyre of Romano et al. (arXiv 2602.09429, table 1), with and without dashpots.
 
-use bristle::{FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, paper};
+use bristle::curve::Stribeck;
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::{FrBd, paper};
 
 /// Its friction curve.
 pub fn curve() -> Stribeck<f64> {

@@ -3,13 +3,12 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
+use bristle::curve::Stribeck;
 use bristle::exponential::Exponential;
 use bristle::fidelity::*;
+use bristle::rheology::{KelvinVoigt, Zener, ZenerParameters};
 use bristle::signal::{Function, Polyline, Signal, Sine, SineParameters, Vertex};
-use bristle::{
-    Bristle, Contact, FrBd, KelvinVoigt, ParameterError, Rule, Stribeck, Zener, ZenerParameters,
-    paper,
-};
+use bristle::{Bristle, Contact, FrBd, ParameterError, Rule, paper};
 
 type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
 
@@ -711,7 +710,9 @@ fn counts_beyond_all_means_are_refused_by_name() {
 
 #[test]
 fn the_lumped_bristle_answers_an_oscillation_as_the_other_does() {
-    use bristle::{GeneralisedMaxwell, GeneralisedMaxwellParameters, MaxwellArm, Rheology};
+    use bristle::rheology::{
+        GeneralisedMaxwell, GeneralisedMaxwellParameters, MaxwellArm, Rheology,
+    };
     let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
     let same = |a: f64, b: f64| assert!((a - b).abs() <= 1e-14 * b, "{a} {b}");
     for (omega, damping) in [(1e-3, 100.0), (10.0, 2e3), (200.0, 100.0), (1e5, 3.0)] {
@@ -749,15 +750,16 @@ fn the_lumped_bristle_answers_an_oscillation_as_the_other_does() {
 
 #[test]
 fn only_one_constant_spring_with_one_constant_dashpot_is_lumped_already() {
-    use bristle::{
-        Bounds, KelvinVoigtParameters, Maxwell, MaxwellParameters, Rheology, Sliding, Varying,
+    use bristle::rheology::{
+        KelvinVoigtParameters, Maxwell, MaxwellParameters, Rheology, VelocityDependent,
     };
+    use bristle::{Bounds, Sliding};
     fn is_lumped<R: Rheology<f64>>(bristle: R) -> bool {
         FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(), bristle).is_lumped()
     }
     // Twice as much at rest as at full speed.
     let law = |most: f64| {
-        Varying::new(
+        VelocityDependent::new(
             move |sliding: Sliding<f64>| {
                 let t = sliding.velocity().tanh();
                 (most * (1.0 - 0.5 * t * t), -most * t * (1.0 - t * t))
@@ -784,7 +786,8 @@ fn only_one_constant_spring_with_one_constant_dashpot_is_lumped_already() {
 
 #[test]
 fn the_pilot_counts_every_look_at_the_curve() {
-    use bristle::{Bounds, FunctionCurve};
+    use bristle::Bounds;
+    use bristle::curve::FunctionCurve;
     use std::{cell::Cell, rc::Rc};
     // Lag, pre-sliding far below and about breakaway, reversals, and a creep.
     for (mean, amplitude, frequency, share, answers) in [

@@ -3,16 +3,15 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
+use bristle::curve::Stribeck;
 use bristle::fidelity::*;
 use bristle::ode::{
     Linearisation, Output, Rodas5P, Solver, System, Tolerances, TolerancesParameters,
 };
+use bristle::rheology::KelvinVoigt;
 use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
 use bristle::stability::Mechanism;
-use bristle::{
-    Affine, Branch, Bristle, Contact, FrBd, KelvinVoigt, Law, Limits, LuGre, Sliding, Stribeck,
-    paper,
-};
+use bristle::{Affine, Branch, Bristle, Contact, FrBd, Law, Limits, LuGre, Sliding, paper};
 use nalgebra::{Matrix3, Vector3};
 
 type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
@@ -463,7 +462,7 @@ fn what_never_comes_near_breakaway_rests_by_a_bound() {
 #[test]
 fn the_static_rung_rests_truly_and_slides_by_the_closed_form() {
     // Coulomb friction: 1 kg thrown at 1 m/s under 2 N stops after v/a = 0.5 s and v²/(2a) = 0.25 m, and stays.
-    let curve = bristle::Coulomb::new(bristle::CoulombParameters {
+    let curve = bristle::curve::Coulomb::new(bristle::curve::CoulombParameters {
         dynamic_coefficient: 2.0,
         viscous_friction: 0.0,
     });

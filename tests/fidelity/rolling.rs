@@ -4,11 +4,13 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 #![allow(dead_code, unreachable_pub, reason = "the study is also run by itself")]
 
+use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::fidelity::*;
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::Motion;
 use bristle::rolling::*;
 use bristle::signal::{Constant, Polyline, Signal, Sine, SineParameters, Vertex};
-use bristle::{FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters, paper};
+use bristle::{FrBd, paper};
 
 type Model = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
 
@@ -696,7 +698,8 @@ fn the_bound_of_a_step_of_the_slip_is_attained_where_only_the_deflection_changes
 
 #[test]
 fn the_pilot_counts_every_look_at_the_curve_of_a_patch() {
-    use bristle::{Bounds, FunctionCurve};
+    use bristle::Bounds;
+    use bristle::curve::FunctionCurve;
     use std::{cell::Cell, rc::Rc};
     // A thousand transits in a period, thirty, one and a half, a half.
     for (mean, amplitude, frequency, share) in [

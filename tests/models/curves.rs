@@ -5,10 +5,9 @@ use crate::common::closed_form::{Curve, Modulus, Table};
 use crate::common::recipe::{Recipe, decades, recipe, velocity};
 use crate::common::specimens::{coulomb, curves, rational, regularisations, stribeck, table};
 use crate::common::{assert_within, check, root};
-use bristle::{
-    Asymmetric, Bounds, Branch, Coulomb, FrictionCurve, HyperbolicTangent, Regularisation, Scalar,
-    Sliding, SquareRoot, Unregularised,
-};
+use bristle::curve::{Asymmetric, Coulomb, FrictionCurve};
+use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
+use bristle::{Bounds, Branch, Scalar, Sliding};
 use proptest::prelude::*;
 
 /// Some ten roundings; an exponent w has its own multiplied by w e^−w < 1.

@@ -17,10 +17,8 @@ use crate::common::specimens::{
     varying_stiffness,
 };
 use crate::common::{assert_within, check, lit};
-use bristle::{
-    Affine, Branch, Elements, KelvinVoigt, Law, Rheology, Scalar, Sliding, Spring,
-    VelocityDependent,
-};
+use bristle::rheology::{Elements, KelvinVoigt, Rheology, Spring, VelocityDependent};
+use bristle::{Affine, Branch, Law, Scalar, Sliding};
 use num_dual::Dual64;
 use proptest::prelude::*;
 

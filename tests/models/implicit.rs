@@ -11,10 +11,11 @@ use crate::common::specimens::{
     stribeck, table, tabulated,
 };
 use crate::common::{assert_within, check};
+use bristle::companion::VelocityHistory;
+use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Stribeck};
+use bristle::rheology::KelvinVoigt;
 use bristle::{
-    Bounds, Bristle, Coulomb, CoulombParameters, FoldRule, FrBd, FrictionCurve, FunctionCurve,
-    ImplicitBristle, ImplicitBristleParameters, KelvinVoigt, Law, Rule, Stribeck, VelocityHistory,
-    paper,
+    Bounds, Bristle, FoldRule, FrBd, ImplicitBristle, ImplicitBristleParameters, Law, Rule, paper,
 };
 use num_dual::{Dual2_64, Dual64};
 
@@ -325,7 +326,7 @@ fn the_derivatives_of_dual_numbers_are_of_first_order() {
     let by_hand = model.linearised(5.5e-3, z).rate_by_deflection;
     assert_within(1e-12, by_hand.abs(), by_dual, by_hand, || "∂ż/∂z".into());
     // Parameters can carry the derivative, too: ∂v_s/∂μ_d at a fixed load is −∂f/∂μ_d / Φ'.
-    let curve = Stribeck::new(bristle::StribeckParameters {
+    let curve = Stribeck::new(bristle::curve::StribeckParameters {
         static_coefficient: Dual64::new(1.5, 0.0),
         dynamic_coefficient: Dual64::new(1.0, 1.0),
         stribeck_velocity: Dual64::from(0.01),

@@ -4,10 +4,11 @@
 
 use std::cell::Cell;
 
+use bristle::curve::{FrictionCurve, Stribeck, StribeckParameters};
+use bristle::regularisation::{SquareRoot, Unregularised};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{
-    Bounds, Bristle, FoldRule, FrictionCurve, HeldStep, ImplicitBristle, ImplicitBristleParameters,
-    KelvinVoigt, KelvinVoigtParameters, Sliding, SquareRoot, Stribeck, StribeckParameters,
-    Unregularised, paper,
+    Bounds, Bristle, FoldRule, HeldStep, ImplicitBristle, ImplicitBristleParameters, Sliding, paper,
 };
 
 type Model<E> = ImplicitBristle<f64, Stribeck<f64>, E>;

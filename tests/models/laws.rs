@@ -8,11 +8,10 @@ use crate::common::specimens::{
     spring, square_root, stribeck, varying_damping, varying_stiffness,
 };
 use crate::common::{assert_within, check, integral, root};
-use bristle::{
-    Affine, Bounds, Bristle, Contact, Coulomb, CoulombParameters, Deflection, Elements, FrBd,
-    FrictionCurve, FunctionCurve, Law, LuGre, Rheology, Scalar, Sliding, SquareRoot,
-    VelocityDependent,
-};
+use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve, FunctionCurve};
+use bristle::regularisation::SquareRoot;
+use bristle::rheology::{Deflection, Elements, Rheology, VelocityDependent};
+use bristle::{Affine, Bounds, Bristle, Contact, FrBd, Law, LuGre, Scalar, Sliding};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use proptest::prelude::*;
 

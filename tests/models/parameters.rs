@@ -5,12 +5,17 @@
 use crate::common::lit;
 use crate::common::recipe::Recipe;
 use crate::common::specimens::{coulomb, kelvin_voigt, spring, stribeck};
+use bristle::curve::{
+    Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Knot, RationalStribeck,
+    RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
+};
+use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot};
+use bristle::rheology::{
+    Deflection, KelvinVoigt, KelvinVoigtParameters, Spring, SpringParameters, VelocityDependent,
+};
 use bristle::{
-    Bounds, Branch, Bristle, Coulomb, CoulombParameters, Dahl, DahlParameters, Deflection,
-    ElastoPlastic, ElastoPlasticParameters, FrBd, FrictionCurve, FunctionCurve, HyperbolicTangent,
-    KelvinVoigt, KelvinVoigtParameters, Knot, LuGre, ParameterError, RationalStribeck,
-    RationalStribeckParameters, Regularisation, Rule, Scalar, Sliding, Spring, SpringParameters,
-    SquareRoot, Stribeck, StribeckParameters, Tabulated, VelocityDependent,
+    Bounds, Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
+    LuGre, ParameterError, Rule, Scalar, Sliding,
 };
 
 // ---------------------------------------------------------------------------------------------

@@ -6,11 +6,15 @@
 use crate::common::recipe::{Recipe, decades, nonzero_velocity, recipe, velocity};
 use crate::common::specimens::{kelvin_voigt, spring, square_root, stribeck};
 use crate::common::{assert_within, check, lit};
+use bristle::curve::{Coulomb, CoulombParameters};
+use bristle::rheology::{
+    Deflection, GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, GeneralisedMaxwell,
+    GeneralisedMaxwellParameters, KelvinVoigtElement, Maxwell, MaxwellArm, MaxwellParameters,
+    Rheology, VelocityDependent, VelocityLaw, Zener, ZenerParameters,
+};
 use bristle::{
-    Bounds, Bristle, Contact, Coulomb, CoulombParameters, Deflection, FrBd, GeneralisedKelvinVoigt,
-    GeneralisedKelvinVoigtParameters, GeneralisedMaxwell, GeneralisedMaxwellParameters, HeldStep,
-    KelvinVoigtElement, Law, Limits, LuGre, Maxwell, MaxwellArm, MaxwellParameters, ParameterError,
-    Rheology, Rule, Scalar, Sliding, VelocityDependent, VelocityLaw, Zener, ZenerParameters,
+    Bounds, Bristle, Contact, FrBd, HeldStep, Law, Limits, LuGre, ParameterError, Rule, Scalar,
+    Sliding,
 };
 use nalgebra::{DMatrix, SVector, Vector2};
 use num_dual::Dual64;

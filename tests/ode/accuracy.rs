@@ -7,15 +7,15 @@ use crate::ode_common::{
     MOST_STEPS, Oscillator, Swing, dahl, every_method, every_solver, observed_order, rig,
     stick_slip, table_2_frbd, table_2_lugre, tolerance,
 };
+use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{DormandPrince, Output, RungeKutta4, Solver, System, Tolerances};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{
     DiaphragmValve, DiaphragmValveParameters, PrescribedVelocity, PrescribedVelocityParameters,
     SpringDrivenMass,
 };
 use bristle::signal::{Polyline, Vertex};
-use bristle::{
-    Branch, Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, StribeckParameters,
-};
+use bristle::{Branch, Bristle, FrBd};
 use nalgebra::{SVector, Vector1, Vector3};
 use num_dual::Dual64;
 

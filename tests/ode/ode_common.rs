@@ -13,13 +13,12 @@
 
 use std::cell::Cell;
 
+use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{Linearisation, Observer, Solver, Statistics, Step, System, Tolerances};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
 use bristle::signal::Signal;
-use bristle::{
-    Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, KelvinVoigt, KelvinVoigtParameters,
-    LuGre, Scalar, Stribeck, StribeckParameters,
-};
+use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Scalar};
 use nalgebra::{Matrix1, SVector, Vector1, Vector2};
 
 /// The literal in a scalar type.

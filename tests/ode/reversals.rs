@@ -8,12 +8,14 @@ use crate::ode_common::{
     tolerance,
 };
 use bristle::Branch;
+use bristle::curve::Stribeck;
 use bristle::ode::{Linearisation, Output, Statistics, StopReason, System, Tolerances};
+use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
     ForcedMass, ForcedMassParameters, PrescribedVelocity, PrescribedVelocityParameters,
 };
 use bristle::signal::{Constant, Function, Signal, Sine, SineParameters};
-use bristle::{Bristle, Contact, FrBd, KelvinVoigt, Stribeck};
+use bristle::{Bristle, Contact, FrBd};
 use nalgebra::{Matrix1, Vector1, Vector2, Vector3};
 
 /// A smooth velocity.

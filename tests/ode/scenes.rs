@@ -5,16 +5,15 @@
 
 use crate::common::{assert_within, check};
 use crate::ode_common::{lit, table_2_frbd, table_2_lugre};
+use bristle::curve::Stribeck;
 use bristle::ode::{DormandPrince, Output, Solver, System, Tolerances};
+use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
     DiaphragmValve, DiaphragmValveParameters, ForcedMass, ForcedMassParameters, PrescribedVelocity,
     PrescribedVelocityParameters, SpringDrivenMass, SpringDrivenMassParameters,
 };
 use bristle::signal::{Constant, Polyline, Signal, Sine, SineParameters, Vertex};
-use bristle::{
-    Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, KelvinVoigt, ParameterError, Scalar,
-    Stribeck,
-};
+use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, ParameterError, Scalar};
 use nalgebra::{SVector, Vector1, Vector2, Vector3, Vector4};
 use num_dual::Dual64;
 use proptest::prelude::*;

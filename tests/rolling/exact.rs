@@ -6,13 +6,14 @@
 
 use crate::common::characteristics::{History, Random, Step};
 use crate::common::tyre::{bristle, curve, frbd};
+use bristle::curve::Stribeck;
+use bristle::regularisation::{HyperbolicTangent, SquareRoot};
+use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{
     Motion, Patch, PatchParameters, PolynomialExponential, PolynomialExponentialParameters,
     Pressure, RateDependent,
 };
-use bristle::{
-    Dahl, DahlParameters, FrBd, HyperbolicTangent, KelvinVoigt, LuGre, SquareRoot, Stribeck,
-};
+use bristle::{Dahl, DahlParameters, FrBd, LuGre};
 
 const LENGTH: f64 = 0.1;
 /// μ_s/σ0 of the tyre [m].

@@ -4,11 +4,13 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use crate::common::characteristics::{History, Random, Step};
+use bristle::curve::Stribeck;
+use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{
     ExactPatch, Motion, MotionOverTime, Order, Patch, PatchParameters, PolynomialExponential,
     Pressure, RateDependent, Slot,
 };
-use bristle::{FrBd, KelvinVoigt, Rule, Stribeck, paper};
+use bristle::{FrBd, Rule, paper};
 
 type Tyre = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
 
@@ -391,7 +393,7 @@ fn a_patch_allocates_nothing_in_slots_of_its_caller() {
 
 #[test]
 fn single_precision_follows_double() {
-    let curve = Stribeck::new(bristle::StribeckParameters {
+    let curve = Stribeck::new(bristle::curve::StribeckParameters {
         static_coefficient: 0.6_f32,
         dynamic_coefficient: 0.2,
         stribeck_velocity: 10.0,
@@ -399,7 +401,8 @@ fn single_precision_follows_double() {
         viscous_friction: 0.0018,
     })
     .unwrap();
-    let bristle = bristle::KelvinVoigtParameters { micro_stiffness: 252.0_f32, micro_damping: 0.0 };
+    let bristle =
+        bristle::rheology::KelvinVoigtParameters { micro_stiffness: 252.0_f32, micro_damping: 0.0 };
     let model = FrBd::new(curve, KelvinVoigt::new(bristle).unwrap());
     let parameters = PatchParameters {
         model,
@@ -428,7 +431,7 @@ fn a_curve_that_has_no_answer_does_not_stay_in_the_patch() {
     const NAMED: &str = "relaxation rate of the friction model";
     let bounds = bristle::Bounds { min: 0.6, max: 0.6 };
     let coefficient = |speed: f64| (if speed > 2.0 { f64::NAN } else { 0.6 }, 0.0);
-    let curve = bristle::FunctionCurve::new(coefficient, bounds).unwrap();
+    let curve = bristle::curve::FunctionCurve::new(coefficient, bounds).unwrap();
     let model = FrBd::new(curve, KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap());
     let pressure = PolynomialExponential::constant();
     let patch = Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap();

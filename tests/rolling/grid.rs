@@ -3,13 +3,14 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use crate::common::{assert_within, check, integral, lit};
+use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     Grid, GridParameters, Motion, MotionField, Patch, PatchParameters, PolynomialExponential,
     PolynomialExponentialParameters, Pressure, Transport,
 };
 use bristle::{
-    Bristle, Coulomb, CoulombParameters, ElastoPlastic, ElastoPlasticParameters, FrBd, KelvinVoigt,
-    KelvinVoigtParameters, LuGre, ParameterError, Scalar, Sliding, Stribeck, StribeckParameters,
+    Bristle, ElastoPlastic, ElastoPlasticParameters, FrBd, LuGre, ParameterError, Scalar, Sliding,
     paper,
 };
 use proptest::prelude::*;

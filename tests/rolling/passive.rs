@@ -6,13 +6,13 @@
 use std::f64::consts::PI;
 
 use crate::common::{assert_within, check, integral, lit};
+use bristle::curve::{Stribeck, StribeckParameters};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     Motion, Patch, PatchParameters, PolynomialExponential, PolynomialExponentialParameters,
     Pressure, RateDependent,
 };
-use bristle::{
-    FrBd, KelvinVoigt, KelvinVoigtParameters, LuGre, Scalar, Stribeck, StribeckParameters, paper,
-};
+use bristle::{FrBd, LuGre, Scalar, paper};
 use proptest::prelude::*;
 
 type Tyre = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;

@@ -2,13 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test panics to fail")]
 
+use bristle::curve::{FunctionCurve, Stribeck};
+use bristle::regularisation::SquareRoot;
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, RateDependent, Slip, Slot,
 };
-use bristle::{
-    Bounds, FrBd, FunctionCurve, KelvinVoigt, KelvinVoigtParameters, LuGre, SquareRoot, Stribeck,
-    paper,
-};
+use bristle::{Bounds, FrBd, LuGre, paper};
 
 fn patch<M: RateDependent<f64>>(model: M) -> Patch<f64, M, PolynomialExponential<f64, 1>> {
     let pressure = PolynomialExponential::constant();

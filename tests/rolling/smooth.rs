@@ -4,12 +4,14 @@
 
 use crate::common::characteristics::{SmoothHistory, gauss};
 use crate::common::tyre::{bristle, curve, frbd};
+use bristle::curve::Stribeck;
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     Motion, MotionOverTime, Order, Patch, PatchParameters, PolynomialExponential, Pressure,
     RateDependent, Slot,
 };
 use bristle::signal::{Constant, Function, Polyline, Signal, Vertex};
-use bristle::{Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, LuGre, Stribeck};
+use bristle::{Bristle, FrBd, LuGre};
 
 const LENGTH: f64 = 0.1;
 

@@ -3,15 +3,15 @@
 
 use crate::common::tyre::{bristle, curve as tyre_curve, frbd};
 use crate::common::{assert_within, check};
+use bristle::curve::{Coulomb, CoulombParameters, Knot, Stribeck, Tabulated};
+use bristle::regularisation::SquareRoot;
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     FunctionPressure, Motion, Patch, PatchParameters, PolynomialExponential,
     PolynomialExponentialParameters, Pressure, PressureKnot, RateDependent, Slip,
     TabulatedPressure, Trapezoidal, TrapezoidalParameters,
 };
-use bristle::{
-    Bristle, Coulomb, CoulombParameters, Dahl, DahlParameters, FrBd, KelvinVoigt,
-    KelvinVoigtParameters, Knot, LuGre, Rule, SquareRoot, Stribeck, Tabulated, paper,
-};
+use bristle::{Bristle, Dahl, DahlParameters, FrBd, LuGre, Rule, paper};
 
 const ROLLING_SPEED: f64 = 16.0;
 const DAMPING: f64 = 0.3;

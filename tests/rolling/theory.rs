@@ -5,15 +5,15 @@ use std::f64::consts::{PI, TAU};
 
 use crate::common::tyre::{bristle, curve as tyre_curve, frbd};
 use crate::common::{assert_within, check};
+use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
+use bristle::regularisation::SquareRoot;
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     Excitation, FunctionPressure, Motion, Origin, Passivity, Patch, PatchParameters,
     PolynomialExponential, Pressure, PressureKnot, RateDependent, Slip, TabulatedPressure,
     Trapezoidal, TrapezoidalParameters, Wave, passivity,
 };
-use bristle::{
-    Coulomb, CoulombParameters, Dahl, DahlParameters, FrBd, KelvinVoigt, KelvinVoigtParameters,
-    LuGre, SquareRoot, Stribeck, StribeckParameters, paper,
-};
+use bristle::{Dahl, DahlParameters, FrBd, LuGre, paper};
 use nalgebra::Complex;
 use proptest::collection::vec;
 

@@ -6,16 +6,15 @@ use std::f64::consts::PI;
 
 use crate::common::recipe::decades;
 use crate::common::{assert_within, check, lit};
+use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     ExactPatch, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent, Slot,
 };
 use bristle::scene::{
     BrakedWheel, BrakedWheelParameters, WheelError, WheelLoads, WheelState, WheelStep,
 };
-use bristle::{
-    Bristle, Coulomb, CoulombParameters, FrBd, KelvinVoigt, KelvinVoigtParameters, Scalar,
-    Stribeck, StribeckParameters,
-};
+use bristle::{Bristle, FrBd, Scalar};
 use proptest::prelude::*;
 
 type Tyre<T> = FrBd<Stribeck<T>, KelvinVoigt<T>>;

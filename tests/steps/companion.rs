@@ -8,10 +8,10 @@ use crate::common::closed_form::{Element, Family};
 use crate::common::recipe::{Recipe, State, decades, recipe, state, velocity};
 use crate::common::specimens::{Specimen, Subject, kelvin_voigt, specimens, stribeck};
 use crate::common::{assert_within, check, lit};
-use bristle::{
-    Affine, Bristle, Companion, CompanionStep, CompletedStep, Contact, FrBd, KelvinVoigt, Law,
-    Limits, LuGre, Scalar, Sliding, Stribeck, VelocityHistory, paper,
-};
+use bristle::companion::{Companion, CompanionStep, CompletedStep, VelocityHistory};
+use bristle::curve::Stribeck;
+use bristle::rheology::KelvinVoigt;
+use bristle::{Affine, Bristle, Contact, FrBd, Law, Limits, LuGre, Scalar, Sliding, paper};
 use proptest::prelude::*;
 
 /// Relative to the sum of the absolute terms: about forty roundings of 1.1e-16, a few of which φ2

@@ -6,12 +6,13 @@ use std::f64::consts::TAU;
 use crate::common::check;
 use crate::common::recipe::{Recipe, decades, recipe};
 use crate::common::specimens::{Specimen, specimens};
+use bristle::curve::Stribeck;
 use bristle::exponential::{Exponential, Passage, Ramp};
 use bristle::ode::StopReason;
+use bristle::rheology::KelvinVoigt;
 use bristle::signal::{Constant, Function, Polyline, Signal, Sine, SineParameters, Vertex};
 use bristle::{
-    Affine, Bristle, Contact, Dahl, DahlParameters, FrBd, KelvinVoigt, Law, Limits, LuGre, Sliding,
-    Stribeck, paper,
+    Affine, Bristle, Contact, Dahl, DahlParameters, FrBd, Law, Limits, LuGre, Sliding, paper,
 };
 use proptest::prelude::*;
 
@@ -564,14 +565,15 @@ fn single_precision_loses_nothing_but_digits() {
     let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
     let wide = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap());
     let wide = wide.under_load(1.0).unwrap();
-    let narrow = bristle::StribeckParameters {
+    let narrow = bristle::curve::StribeckParameters {
         static_coefficient: 1.5_f32,
         dynamic_coefficient: 1.0,
         stribeck_velocity: 0.01,
         stribeck_exponent: 2.0,
         viscous_friction: 0.04,
     };
-    let bristle = bristle::KelvinVoigtParameters { micro_stiffness: 1e4_f32, micro_damping: 64.5 };
+    let bristle =
+        bristle::rheology::KelvinVoigtParameters { micro_stiffness: 1e4_f32, micro_damping: 64.5 };
     let narrow = FrBd::new(Stribeck::new(narrow).unwrap(), KelvinVoigt::new(bristle).unwrap());
     let narrow = narrow.under_load(1.0).unwrap();
     let (mut a, mut b) = (0.0_f64, 0.0_f32);

@@ -3,14 +3,16 @@
 
 use crate::common::check;
 use crate::common::recipe::{decades, velocity};
+use bristle::companion::{PointMass, Prediction};
+use bristle::curve::{Stribeck, StribeckParameters};
 #[cfg(feature = "alloc")]
 use bristle::ode::{DormandPrince, Output, Solver, Tolerances};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Spring, SpringParameters};
 #[cfg(feature = "alloc")]
 use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
 use bristle::{
     Bristle, ElastoPlastic, ElastoPlasticParameters, FrBd, ImplicitBristle,
-    ImplicitBristleParameters, KelvinVoigt, KelvinVoigtParameters, PointMass, Prediction, Spring,
-    SpringParameters, Stribeck, StribeckParameters,
+    ImplicitBristleParameters,
 };
 use proptest::prelude::*;
 

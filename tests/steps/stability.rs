@@ -5,13 +5,16 @@
 
 use std::ops::ControlFlow;
 
+use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{DormandPrince, DormandPrince8, Method, RungeKutta4, Solver, Step, System};
+use bristle::regularisation::SquareRoot;
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{DiaphragmValve, SpringDrivenMass};
 use bristle::signal::Constant;
 use bristle::stability::{Mechanism, Scheme, StepLimits, largest_step, largest_step_of};
 use bristle::{
     Branch, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
-    KelvinVoigt, KelvinVoigtParameters, LuGre, SquareRoot, Stribeck, StribeckParameters, paper,
+    LuGre, paper,
 };
 use nalgebra::{Matrix2, Matrix3, Vector1, Vector2, Vector3, Vector4};
 

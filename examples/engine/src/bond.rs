@@ -14,7 +14,8 @@
 //! that the displacement is h v̄ with v̄ = v₀ + (n + 1)/(2n) (v₁ − v₀). An impulse before the step is not
 //! spread, and the weight is: a body that ought to stand walks.
 
-use bristle::{ParameterError, PointMass};
+use bristle::ParameterError;
+use bristle::companion::PointMass;
 use rapier3d_f64::prelude::*;
 
 use crate::law::Law;

@@ -3,10 +3,9 @@
 use std::fmt::Debug;
 
 use bristle::ledger::{EnergyBalance, EnergyLedger};
-use bristle::{
-    Bristle, Companion, CompanionStep, FrictionCurve, ParameterError, PointMass, Prediction,
-    Stribeck, VelocityHistory,
-};
+use bristle::{Bristle, ParameterError};
+use bristle::companion::{Companion, CompanionStep, PointMass, Prediction, VelocityHistory};
+use bristle::curve::{FrictionCurve, Stribeck};
 
 /// Friction along one direction of one contact.
 pub trait Law: Debug {

@@ -4,7 +4,8 @@ use std::error::Error;
 
 use bristle::ode::{self, Output};
 use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
-use bristle::{Bristle, KelvinVoigtParameters};
+use bristle::Bristle;
+use bristle::rheology::KelvinVoigtParameters;
 
 use crate::scene::{BELT, BRISTLE, CURVE, Friction, GRAVITY, MASS, SPRING, Scene, frbd};
 

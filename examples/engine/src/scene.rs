@@ -2,10 +2,9 @@
 
 use std::error::Error;
 
-use bristle::{
-    Bristle, ElastoPlastic, ElastoPlasticParameters, FrBd, KelvinVoigt, KelvinVoigtParameters,
-    Stribeck, StribeckParameters,
-};
+use bristle::{Bristle, ElastoPlastic, ElastoPlasticParameters, FrBd};
+use bristle::curve::{Stribeck, StribeckParameters};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use rapier3d_f64::prelude::*;
 
 use crate::bond::{Bond, Coupling, Part};

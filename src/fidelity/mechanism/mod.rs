@@ -66,7 +66,9 @@ pub struct MechanismHistoryParameters<T, M, D, F> {
 /// use bristle::fidelity::{MechanismHistory, MechanismHistoryParameters, Norm, Quantity, Rung, Start, Tolerance};
 /// use bristle::signal::{Constant, Polyline, Vertex};
 /// use bristle::stability::Mechanism;
-/// use bristle::{Bristle, FrBd, KelvinVoigt, Stribeck, paper};
+/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let friction = FrBd::new(
 ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,

@@ -29,8 +29,11 @@
 
 use super::{Fold, ImplicitBristle, Surface, damping};
 use crate::bounds::{larger, smaller};
+use crate::curve::FrictionCurve;
+use crate::regularisation::Regularisation;
+use crate::rheology::Rheology;
 use crate::scalar::{is_zero, lit, to_f64};
-use crate::{Branch, Bristle, FoldRule, FrictionCurve, HeldStep, Regularisation, Rheology, Scalar};
+use crate::{Branch, Bristle, FoldRule, HeldStep, Scalar};
 
 /// Most pieces of Λ, tried or kept, in one step. What is left then is done with the coefficients frozen.
 const PIECES: u32 = 288;

@@ -96,7 +96,9 @@ where
     ///
     /// ```
     /// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
-    /// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+    /// use bristle::{FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::KelvinVoigt;
     ///
     /// let tyre = Patch::new(PatchParameters {
     ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),

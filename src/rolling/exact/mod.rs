@@ -39,7 +39,9 @@ use segment::Segment;
 ///
 /// ```
 /// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Slot};
-/// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+/// use bristle::{FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let tyre = Patch::new(PatchParameters {
 ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),

@@ -84,7 +84,9 @@ where
     /// ```
     /// use bristle::rolling::{MotionOverTime, Order, Patch, PatchParameters, PolynomialExponential};
     /// use bristle::signal::{Constant, Sine, SineParameters};
-    /// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+    /// use bristle::{FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::KelvinVoigt;
     ///
     /// let tyre = Patch::new(PatchParameters {
     ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),

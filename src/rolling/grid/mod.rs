@@ -107,7 +107,9 @@ impl<M> Bristles<M> {
 ///
 /// ```
 /// use bristle::rolling::{Grid, GridParameters, Motion, Patch, PatchParameters, PolynomialExponential, Transport};
-/// use bristle::{FrBd, KelvinVoigt, Stribeck, paper};
+/// use bristle::{FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
 ///
 /// let patch = Patch::new(PatchParameters {
 ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
@@ -162,7 +164,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     ///
     /// ```
     /// use bristle::rolling::{Grid, GridParameters, MotionField, Patch, PatchParameters, PolynomialExponential, Transport};
-    /// use bristle::{FrBd, KelvinVoigt, KelvinVoigtParameters, Stribeck, paper};
+    /// use bristle::{FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
     ///
     /// // Softer towards the outlet.
     /// let model = |place: f64| {

@@ -8,10 +8,9 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use bristle::{
-    Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, ParameterError, Scalar, Stribeck,
-    StribeckParameters, paper,
-};
+use bristle::curve::{Stribeck, StribeckParameters};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::{Bristle, FrBd, ParameterError, Scalar, paper};
 use nalgebra::convert;
 
 const ROUNDS: u32 = 400;

@@ -3,12 +3,11 @@
 //! `.ci/run` runs it without optimisation and twice with it, on libm and (`--features std`) on the platform's
 //! mathematics, and compares. On libm the hash is that of every machine with IEEE arithmetic.
 
+use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::exponential::{Exponential, Ramp};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Slot};
-use bristle::{
-    Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, LuGre, ParameterError, Scalar, Stribeck,
-    StribeckParameters, paper,
-};
+use bristle::{Bristle, FrBd, LuGre, ParameterError, Scalar, paper};
 use nalgebra::convert;
 
 /// FNV-1a.

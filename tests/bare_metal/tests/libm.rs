@@ -19,10 +19,10 @@
 //! print(step(v, z, mpf(2)**-10, 2), step(-3*v, z, mpf(2)**-5, 2), step(v, z, mpf(2)**-10, mpf(3)/4))
 //! ```
 
-use bristle::{
-    Bristle, Contact, FrBd, FrictionCurve, HyperbolicTangent, KelvinVoigt, KelvinVoigtParameters,
-    Regularisation, Scalar, Stribeck, StribeckParameters,
-};
+use bristle::curve::{FrictionCurve, Stribeck, StribeckParameters};
+use bristle::regularisation::{HyperbolicTangent, Regularisation};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::{Bristle, Contact, FrBd, Scalar};
 use nalgebra::{ComplexField, convert};
 
 const STRIBECK_VELOCITY: f64 = 0.007_812_5;

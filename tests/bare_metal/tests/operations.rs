@@ -4,18 +4,22 @@ mod counted;
 
 use std::mem::{size_of, size_of_val};
 
+use bristle::companion::CompanionStep;
 use bristle::control::{
     DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
     FeedbackParameters, FrictionObserver, Injection, MicroDamping, ObserverModel,
     ObserverParameters, OutputParameters, StaticCompensator, StaticParameters,
     VelocityFromPosition, VelocityFromPositionParameters,
 };
+use bristle::curve::{
+    Coulomb, CoulombParameters, FrictionCurve, Knot, RationalStribeck, RationalStribeckParameters,
+    Stribeck, StribeckParameters, Tabulated,
+};
 use bristle::exponential::{Exponential, Ramp};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Zener};
 use bristle::{
-    Bristle, CompanionStep, Contact, Coulomb, CoulombParameters, Dahl, DahlParameters,
-    ElastoPlastic, ElastoPlasticParameters, FrBd, FrictionCurve, ImplicitBristle,
-    ImplicitBristleParameters, KelvinVoigt, KelvinVoigtParameters, Knot, LuGre, RationalStribeck,
-    RationalStribeckParameters, Scalar, Stribeck, StribeckParameters, Tabulated, Zener, paper,
+    Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
+    ImplicitBristle, ImplicitBristleParameters, LuGre, Scalar, paper,
 };
 use counted::{Counted, Counts, counts};
 use nalgebra::{Vector2, convert};
@@ -93,7 +97,7 @@ fn implicit<T: Scalar>() -> ImplicitBristle<T, Stribeck<T>> {
 }
 
 fn zener<T: Scalar>() -> FrBd<Stribeck<T>, Zener<T>> {
-    let parameters = bristle::ZenerParameters {
+    let parameters = bristle::rheology::ZenerParameters {
         static_stiffness: lit(1e4),
         relaxing_stiffness: lit(2e4),
         series_damping: lit(100.0),

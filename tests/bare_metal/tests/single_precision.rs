@@ -1,9 +1,9 @@
 //! Single precision in the long run, beside double precision from the same numbers.
 
-use bristle::{
-    Bristle, FrBd, KelvinVoigt, KelvinVoigtParameters, LuGre, Scalar, Stribeck, StribeckParameters,
-    VelocityHistory, paper,
-};
+use bristle::companion::VelocityHistory;
+use bristle::curve::{Stribeck, StribeckParameters};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::{Bristle, FrBd, LuGre, Scalar, paper};
 use nalgebra::convert;
 
 /// Steps of a tenth of the long run: a swing of ten seconds and as long a creep.

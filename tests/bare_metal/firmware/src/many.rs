@@ -1,10 +1,12 @@
 //! Batches of many bristles, in slices of a length known at run time.
 
+use bristle::FrBd;
 use bristle::batch::{
     Batch, BatchError, Columns, CommitInput, Fall, HeldInput, HeldOutput, PassiveInput,
     PassiveOutput, Real, Uniform,
 };
-use bristle::{FrBd, RationalStribeck, RationalStribeckParameters, Spring, SpringParameters};
+use bristle::curve::{RationalStribeck, RationalStribeckParameters};
+use bristle::rheology::{Spring, SpringParameters};
 
 use crate::steps::{bristle, coulomb, dahl_model, stribeck};
 use crate::{Input, MANY};

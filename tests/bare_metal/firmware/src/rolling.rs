@@ -1,7 +1,9 @@
 //! Rolling contact without a grid, in memory that the caller owns.
 
+use bristle::curve::Stribeck;
+use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Slot};
-use bristle::{FrBd, KelvinVoigt, ParameterError, Scalar, Stribeck};
+use bristle::{FrBd, ParameterError, Scalar};
 
 use crate::Input;
 use crate::steps::{bristle, stribeck};

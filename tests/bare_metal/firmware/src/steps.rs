@@ -1,15 +1,21 @@
 //! Lumped friction: every curve, bristle and model, built from parameters of run time and stepped.
 
+use bristle::companion::{PointMass, Prediction, VelocityHistory};
+use bristle::curve::{
+    Asymmetric, Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Knot, RationalStribeck,
+    RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
+};
 use bristle::exponential::{Exponential, Ramp};
+use bristle::regularisation::{HyperbolicTangent, SquareRoot};
+use bristle::rheology::{
+    Deflection, GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, GeneralisedMaxwell,
+    GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtElement, KelvinVoigtParameters, Maxwell,
+    MaxwellArm, MaxwellParameters, Rheology, Spring, SpringParameters, VelocityDependent, Zener,
+    ZenerParameters,
+};
 use bristle::{
-    Asymmetric, Bounds, Bristle, Contact, Coulomb, CoulombParameters, Dahl, DahlParameters,
-    Deflection, ElastoPlastic, ElastoPlasticParameters, FoldRule, FrBd, FrictionCurve,
-    FunctionCurve, GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, GeneralisedMaxwell,
-    GeneralisedMaxwellParameters, HyperbolicTangent, ImplicitBristle, ImplicitBristleParameters,
-    KelvinVoigt, KelvinVoigtElement, KelvinVoigtParameters, Knot, LuGre, Maxwell, MaxwellArm,
-    MaxwellParameters, ParameterError, PointMass, Prediction, RationalStribeck,
-    RationalStribeckParameters, Rheology, Scalar, Spring, SpringParameters, SquareRoot, Stribeck,
-    StribeckParameters, Tabulated, VelocityDependent, VelocityHistory, Zener, ZenerParameters,
+    Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters,
+    FoldRule, FrBd, ImplicitBristle, ImplicitBristleParameters, LuGre, ParameterError, Scalar,
 };
 use nalgebra::SVector;
 
