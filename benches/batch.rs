@@ -111,7 +111,7 @@ fn compare<T: Real>(name: &str) -> Result<(), BatchError> {
                 deflections.iter_mut().zip(&velocities).zip(&mut biases).zip(&normal_forces)
             {
                 let step = model.hold(v, *z, h);
-                (*z, *force) = (step.deflection, p * step.mean);
+                (*z, *force) = (step.deflection, p * step.mean_coefficient);
             }
             black_box((&mut deflections, &mut biases));
         });

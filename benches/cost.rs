@@ -109,7 +109,7 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
         let linear = frbd.linearised(v, z);
         linear.rate_by_velocity + linear.coefficient_by_velocity
     });
-    one(c, "exact step, FrBD", &|v| frbd.affine(v.into(), z).hold(v, z, h).mean);
+    one(c, "exact step, FrBD", &|v| frbd.affine(v.into(), z).hold(v, z, h).mean_coefficient);
     if let Ok(bristle) = Zener::new(ZenerParameters {
         static_stiffness: t(1e4),
         relaxing_stiffness: t(2e4),
@@ -121,7 +121,7 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
             let response = zener.response(v, x);
             response.rate[0] + response.rate[1] + response.coefficient
         });
-        one(c, "exact step, FrBD with Zener bristle", &|v| zener.hold(v, x, h).mean);
+        one(c, "exact step, FrBD with Zener bristle", &|v| zener.hold(v, x, h).mean_coefficient);
     }
     let arm = |stiffness, dashpot: Option<f64>| MaxwellArm {
         stiffness: t(stiffness),
@@ -143,7 +143,7 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
             let response = five.response(v, x);
             response.rate.sum() + response.coefficient
         });
-        one(c, "exact step, FrBD with five arms", &|v| five.hold(v, x, h).mean);
+        one(c, "exact step, FrBD with five arms", &|v| five.hold(v, x, h).mean_coefficient);
     }
     if let Ok(companion) = frbd.under_load(t(1.0)).and_then(|contact| contact.companion(t(1.0))) {
         // A unit mass under the force that keeps it sliding at about this speed.
@@ -166,7 +166,7 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
         });
     }
     one(c, "exact step, FrBD with rational curve", &|v| {
-        quick.affine(v.into(), z).hold(v, z, h).mean
+        quick.affine(v.into(), z).hold(v, z, h).mean_coefficient
     });
 }
 

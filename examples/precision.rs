@@ -120,8 +120,8 @@ where
     [
         off(single.0.stationary_force(v), steady, steady),
         off(force, at_state, size(at_state)),
-        off(held.end, wanted.end, size(wanted.end)),
-        off(held.mean, wanted.mean, size(wanted.mean)),
+        off(held.end_force, wanted.end_force, size(wanted.end_force)),
+        off(held.mean_force, wanted.mean_force, size(wanted.mean_force)),
         off(held.deflection, wanted.deflection, wanted.deflection.abs().max(wz.abs())),
         off(passive.force, done.force, size(done.force)),
         off(passive.dissipated, done.dissipated, energy),
@@ -220,7 +220,7 @@ where
         (y, wy) = (done.deflection, wide_done.deflection);
         let late = if number < steps / 10 { 0 } else { 1 };
         if number < steps / 10 || number >= steps - steps / 10 {
-            let off = [(held.mean, wanted.mean), (done.force, wide_done.force)];
+            let off = [(held.mean_force, wanted.mean_force), (done.force, wide_done.force)];
             for (place, (got, want)) in off.into_iter().enumerate() {
                 let slot = &mut worst[2 * place + late];
                 *slot = slot.max((wide(got) - want).abs() / most);

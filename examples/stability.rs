@@ -187,7 +187,7 @@ impl<M: Bristle<f64, Deflection = f64>> Rig<M> {
             }
             Scheme::ExactHold => {
                 let hold = contact.hold(v, z, h);
-                let force = spring(time + 0.5 * h, x + 0.5 * v * h) - hold.mean;
+                let force = spring(time + 0.5 * h, x + 0.5 * v * h) - hold.mean_force;
                 Vector3::new(x + v * h, v + force * h / mass, hold.deflection)
             }
             Scheme::Passive => {

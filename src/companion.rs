@@ -304,6 +304,7 @@ pub struct PointMass<T> {
 /// Friction over one step: F̄ = bias + damping·v̄, and what becomes of the deflection once v̄ is known.
 ///
 /// Made by [`Companion::step`]; plain numbers, so that a step can be solved, discarded or repeated.
+#[must_use]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompanionStep<T: Scalar, D: Deflection<T> = T> {
     bias: T,
@@ -423,6 +424,8 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
 }
 
 /// A step that is done. Its ledger balances up to rounding: work = stored + dissipated.
+#[must_use]
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompletedStep<T, D = T> {
     /// Deflection at the end of the step \[m\].

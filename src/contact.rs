@@ -11,7 +11,7 @@
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Deflection;
 use crate::scalar::lit;
-use crate::{Bristle, HeldStep, Limits, Linearised, Scalar, Sliding};
+use crate::{Bristle, Linearised, Scalar, Sliding};
 
 /// A friction model M under a normal force: the friction element of a mechanism.
 ///
@@ -22,7 +22,7 @@ use crate::{Bristle, HeldStep, Limits, Linearised, Scalar, Sliding};
 /// let contact = friction.under_load(20.0)?;
 /// // One step of a control loop at 1 kHz: 0.1 m/s for 1 ms, from rest.
 /// let step = contact.hold(0.1, 0.0, 1e-3);
-/// assert!(step.end < 10.0 && step.mean < step.end);
+/// assert!(step.end_force < 10.0 && step.mean_force < step.end_force);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,6 +32,7 @@ pub struct Contact<T, M> {
 }
 
 /// Deflection rate and friction force at one instant.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactResponse<T, D = T> {
     /// Deflection rate ż [m/s].
@@ -41,6 +42,7 @@ pub struct ContactResponse<T, D = T> {
 }
 
 /// A [`ContactResponse`] with its partial derivatives.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearisedContact<T: Scalar, D: Deflection<T> = T> {
     /// Deflection rate ż [m/s].
@@ -55,6 +57,32 @@ pub struct LinearisedContact<T: Scalar, D: Deflection<T> = T> {
     pub force_by_deflection: D,
     /// ∂F/∂v [N s/m].
     pub force_by_velocity: T,
+}
+
+/// The result of an exact step at a held velocity, from [`Contact::hold`].
+#[must_use]
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeldContact<T, D = T> {
+    /// Deflection at the end of the step \[m\].
+    pub deflection: D,
+    /// Friction force at the end of the step \[N\]: what a sensor would read.
+    pub end_force: T,
+    /// Friction force averaged over the step \[N\]: h times it is the impulse, v h times it the work.
+    pub mean_force: T,
+}
+
+/// What the theorems promise of a contact for a range of velocities, from [`Contact::limits`].
+/// `None` where the model has no such theorem, or only an infinite limit.
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactLimits<T> {
+    /// Upper bound of |z| \[m\], see [`Limits::deflection`](crate::Limits::deflection).
+    pub deflection: Option<T>,
+    /// Upper bound of |F| \[N\], see [`Limits::coefficient`](crate::Limits::coefficient).
+    pub force: Option<T>,
+    /// Upper bound of the relaxation rate λ [1/s].
+    pub relaxation_rate: Option<T>,
 }
 
 impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
@@ -171,11 +199,14 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         self.normal_force * affine.dissipation(stiffness, sliding.velocity(), deflection)
     }
 
-    /// The limits that the model's theorems give for |v| ≤ `fastest`, with the coefficient's
-    /// limit multiplied by the normal force \[N\].
-    pub fn limits(&self, fastest: T) -> Limits<T> {
+    /// The limits that the model's theorems give for velocities with |v| ≤ `fastest` [m/s].
+    pub fn limits(&self, fastest: T) -> ContactLimits<T> {
         let limits = self.model.limits(fastest);
-        Limits { coefficient: limits.coefficient.map(|mu| mu * self.normal_force), ..limits }
+        ContactLimits {
+            deflection: limits.deflection,
+            force: limits.coefficient.map(|mu| mu * self.normal_force),
+            relaxation_rate: limits.relaxation_rate,
+        }
     }
 
     /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s], with forces in newtons; NaN for a
@@ -195,12 +226,12 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         velocity: T,
         deflection: M::Deflection,
         duration: T,
-    ) -> HeldStep<T, M::Deflection> {
+    ) -> HeldContact<T, M::Deflection> {
         let hold = self.model.hold(velocity, deflection, duration);
-        HeldStep {
+        HeldContact {
             deflection: hold.deflection,
-            end: self.normal_force * hold.end,
-            mean: self.normal_force * hold.mean,
+            end_force: self.normal_force * hold.end_coefficient,
+            mean_force: self.normal_force * hold.mean_coefficient,
         }
     }
 }

@@ -30,7 +30,7 @@ use crate::companion::CompletedStep;
 use crate::ode::{Observer, Step};
 use crate::rheology::Deflection;
 use crate::scalar::lit;
-use crate::{Bristle, Contact, HeldStep, Scalar};
+use crate::{Bristle, Contact, HeldContact, Scalar};
 
 /// Energy over a stretch of time \[J\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -177,27 +177,28 @@ impl<T: Scalar> EnergyLedger<T> {
     }
 
     /// Takes an exact step of a contact at a held velocity ([`Contact::hold`]) and enters it.
-    pub fn hold<M: Bristle<T, Deflection = T>>(
+    pub fn hold<M: Bristle<T>>(
         &mut self,
         contact: &Contact<T, M>,
         velocity: T,
-        deflection: T,
+        deflection: M::Deflection,
         duration: T,
-    ) -> HeldStep<T> {
+    ) -> HeldContact<T, M::Deflection> {
         let hold = contact.hold(velocity, deflection, duration);
         let affine = contact.model().affine(velocity.into(), deflection);
         let (weights, drive) = (affine.weights(duration), affine.drive * velocity);
-        let mean = weights.mean(deflection, drive);
-        let change = weights.end(deflection, drive) - deflection;
+        let mean = M::Deflection::mean(&weights, deflection, drive);
+        let change = M::Deflection::end(&weights, deflection, drive) - deflection;
         let stiffness = contact.model().storage_stiffness();
-        // K λ∫z² dt + (c₀ − K r) h z̄ v + c₂ h v²
-        let dissipated = stiffness * weights.relaxed_square(mean, change)
-            + (affine.stiffness - stiffness * affine.drive) * (duration * velocity) * mean
-            + affine.damping * (duration * velocity) * velocity;
-        let half = lit::<T>(0.5) * contact.normal_force() * stiffness;
+        let path = duration * velocity;
+        // Σ K x·(Λx) integrated over the step, + (c₀ − K r) h z̄ v + c₂ h v²
+        let dissipated = M::Deflection::relaxed_energy(&weights, stiffness, deflection, drive)
+            + (affine.stiffness - stiffness * affine.drive).dot(mean) * path
+            + affine.damping * path * velocity;
+        let half = stiffness * (lit::<T>(0.5) * contact.normal_force());
         self.enter(EnergyBalance {
-            supplied: duration * hold.mean * velocity,
-            stored: half * change * (hold.deflection + deflection),
+            supplied: duration * hold.mean_force * velocity,
+            stored: half.scaled_by(change).dot(hold.deflection + deflection),
             dissipated: contact.normal_force() * dissipated,
         });
         hold

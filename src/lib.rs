@@ -33,7 +33,7 @@
 //! assert!((contact.stationary_force(1e-6) - 15.0).abs() < 1e-6);
 //! // What the theorems promise up to 1 m/s: deflection [m], force [N], relaxation rate [1/s].
 //! let limits = contact.limits(1.0);
-//! assert!(limits.deflection.unwrap() < 1.51e-4 && limits.coefficient.unwrap() < 15.1);
+//! assert!(limits.deflection.unwrap() < 1.51e-4 && limits.force.unwrap() < 15.1);
 //! assert!(contact.model().obeys(Law::Passivity));
 //! # Ok::<(), bristle::ParameterError>(())
 //! ```
@@ -89,8 +89,11 @@ pub mod signal;
 mod sliding;
 pub mod stability;
 
+/// The linear algebra of states and matrices, in the version that this crate uses.
+pub use nalgebra;
+
 pub use bounds::Bounds;
-pub use contact::{Contact, ContactResponse, LinearisedContact};
+pub use contact::{Contact, ContactLimits, ContactResponse, HeldContact, LinearisedContact};
 pub use model::{
     Affine, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters,
     FoldRule, FrBd, HeldStep, ImplicitBristle, ImplicitBristleParameters, Law, Limits, Linearised,

@@ -259,9 +259,13 @@ impl<T: Real> Task<T> for Exact {
                 common::assert_within(rounding, size, f(run.held[i]), f(want.deflection), || {
                     what("deflection")
                 });
-                common::assert_within(rounding, force, f(run.held_force[i]), f(want.mean), || {
-                    what("force")
-                });
+                common::assert_within(
+                    rounding,
+                    force,
+                    f(run.held_force[i]),
+                    f(want.mean_force),
+                    || what("force"),
+                );
             }
         }
     }

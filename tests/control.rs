@@ -19,7 +19,7 @@ use proptest::prelude::*;
 mod example;
 
 type Friction = Contact<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>;
-type LuGreFriction = Contact<f64, LuGre<f64, Stribeck<f64>>>;
+type LuGreFriction = Contact<f64, LuGre<Stribeck<f64>, KelvinVoigt<f64>>>;
 
 const CURVE: StribeckParameters<f64> = StribeckParameters {
     static_coefficient: 1.5,
@@ -226,7 +226,7 @@ fn error_energy<M: Bristle<f64, Deflection = f64>>(
     let truth = contact.hold(v, z, h);
     let affine = contact.model().affine(v.into(), z);
     let model = affine.hold(v - injected, estimate, h);
-    let error = truth.mean - contact.normal_force() * model.mean;
+    let error = truth.mean_force - contact.normal_force() * model.mean_coefficient;
     let stored =
         contact.stored_energy(truth.deflection - after) - contact.stored_energy(z - estimate);
     (h * error * injected, stored)
@@ -310,7 +310,7 @@ proptest! {
             let affine = contact.model().affine(v.into(), z);
             let before = observer.deflection();
             // Mean error of the force is a + b y; midpoint of the tracking error for y held.
-            let of = |y: f64| truth.mean - LOAD * affine.hold(v - gain * y, before, h).mean;
+            let of = |y: f64| truth.mean_force - LOAD * affine.hold(v - gain * y, before, h).mean_coefficient;
             let (a, b) = (of(0.0), of(1.0) - of(0.0));
             // Unknown: mean rate w of e. e' = e + h w/2, q' = q + h e'/2, acceleration 2(w − rate)/h.
             let midpoint = |w: f64| {
@@ -354,7 +354,7 @@ proptest! {
             let truth = contact.hold(v, z, h);
             z = truth.deflection;
             let answer = frbd.step_measured(Measured { velocity: v, error: e, error_rate: rate });
-            let force = truth.end - answer.force;
+            let force = truth.end_force - answer.force;
             // Semi-implicit Euler of the tracking error.
             rate = (rate - h / 2.0 * (2e4 * e + force)) / (1.0 + h * damping / 2.0);
             e += h * rate;

@@ -71,7 +71,7 @@ fn row<M: RateDependent<f64> + Copy, const N: usize>(
         for n in 0..STEPS {
             let hold = contact.hold(velocities[n % 1024], z, duration);
             z = hold.deflection;
-            sum += hold.end + hold.mean;
+            sum += hold.end_force + hold.mean_force;
         }
         black_box((sum, z));
         lumped_time = lumped_time.min(begin.elapsed().as_secs_f64());

@@ -115,7 +115,9 @@ fn frbd((curve, bristle): Parameters) -> Result<FrBd<FrictionCurve, Spring>, Par
     Ok(FrBd::new(Stribeck::new(curve)?, KelvinVoigt::new(bristle)?))
 }
 
-fn lugre((curve, bristle): Parameters) -> Result<LuGre<f64, FrictionCurve>, ParameterError> {
+fn lugre(
+    (curve, bristle): Parameters,
+) -> Result<LuGre<FrictionCurve, KelvinVoigt<f64>>, ParameterError> {
     Ok(LuGre::classical(Stribeck::new(curve)?, KelvinVoigt::new(bristle)?))
 }
 

@@ -37,7 +37,7 @@ use crate::parameter::{self, ParameterError};
 use crate::root::enclose;
 use crate::scalar::{is_zero, lit};
 use crate::stability::{self, Mechanism, Scheme, StepLimits, Swing};
-use crate::{Branch, Bristle, Characteristics, Contact, Law, Limits, Scalar};
+use crate::{Branch, Bristle, Characteristics, Contact, ContactLimits, Law, Scalar};
 
 /// What an audit looks at.
 ///
@@ -203,7 +203,7 @@ pub struct Audit<T> {
     /// Passivity.
     pub passivity: Passivity<T>,
     /// Bounds of deflection \[m\], force \[N\] and relaxation rate [1/s].
-    pub limits: Limits<T>,
+    pub limits: ContactLimits<T>,
     /// σ1 + the least dμ/d|v| [s/m]: negative where the bristle's own equation, before it is inverted
     /// approximately, has several solutions. `None` for a model that does not tell what it is made of.
     pub inversion_margin: Option<T>,

@@ -158,7 +158,7 @@ impl<T: Scalar> Audit<T> {
         };
         let limits = &self.limits;
         bound("deflection", "|z|", limits.deflection, "m", "Romano et al., Lemma III.1")?;
-        bound("force", "|F|", limits.coefficient, "N", "z within its bound")?;
+        bound("force", "|F|", limits.force, "N", "z within its bound")?;
         bound("relaxation rate", "λ", limits.relaxation_rate, "1/s", "Romano et al., III-B")
     }
 

@@ -78,11 +78,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
     pub fn step(&mut self, reference_velocity: T) -> Compensation<T> {
         let hold = self.contact.hold(reference_velocity, self.deflection, self.sample_time);
         let plausible = reference_velocity.abs() <= self.fastest;
-        if !(plausible && hold.deflection.is_finite() && hold.mean.is_finite()) {
+        if !(plausible && hold.deflection.is_finite() && hold.mean_force.is_finite()) {
             return self.outlet.refuse();
         }
         self.deflection = hold.deflection;
-        self.outlet.give(hold.mean, hold.deflection)
+        self.outlet.give(hold.mean_force, hold.deflection)
     }
 
     /// The answer to the last sample.

@@ -140,7 +140,7 @@ mod sealed {
 
 impl<T, C, E> sealed::Sealed for FrBd<C, KelvinVoigt<T>, E> {}
 impl<T, C, E> sealed::Sealed for FrBd<C, Spring<T>, E> {}
-impl<T, C, E> sealed::Sealed for LuGre<T, C, T, E> {}
+impl<T, C, E> sealed::Sealed for LuGre<C, KelvinVoigt<T>, E, T> {}
 impl<T> sealed::Sealed for Dahl<T> {}
 
 impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> ObserverModel<T>
@@ -151,7 +151,10 @@ impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> ObserverModel<T>
     for FrBd<C, Spring<T>, E>
 {
 }
-impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> ObserverModel<T> for LuGre<T, C, T, E> {}
+impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> ObserverModel<T>
+    for LuGre<C, KelvinVoigt<T>, E, T>
+{
+}
 impl<T: Scalar> ObserverModel<T> for Dahl<T> {}
 
 /// What the reference may jump by in one sample, over the way of the fastest speed: what a planner a thousand times slower than

@@ -342,7 +342,8 @@ impl<T: Scalar, const S: usize> Piece<T, S> {
             stiffness: T::one(),
             damping: T::zero(),
         };
-        let wanted = -unit.hold(T::one(), T::zero(), self.relaxation).mean * self.relaxation;
+        let wanted =
+            -unit.hold(T::one(), T::zero(), self.relaxation).mean_coefficient * self.relaxation;
         // Both vanish as Λ²/2.
         let slight = self.relaxation < T::default_epsilon();
         let scale = if slight { T::one() } else { wanted / integral };

@@ -64,7 +64,7 @@ where
 }
 
 /// FrBD on the same spring and dashpot, which is one step of linearisation away.
-impl<T, C, E> Reducible<T> for ImplicitBristle<T, C, E>
+impl<T, C, E> Reducible<T> for ImplicitBristle<C, E, T>
 where
     T: Scalar,
     C: FrictionCurve<T>,

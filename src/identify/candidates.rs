@@ -5,6 +5,7 @@ use super::residuals::{Candidate, Parameter, Scaling};
 use super::static_curve::{stribeck, stribeck_parameters};
 use crate::curve::Stribeck;
 use crate::parameter::ParameterError;
+use crate::regularisation::Unregularised;
 use crate::rheology::{
     GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters,
     MaxwellArm,
@@ -125,7 +126,7 @@ impl Candidate<9> for MaxwellFit {
 pub struct ElastoPlasticFit;
 
 impl Candidate<8> for ElastoPlasticFit {
-    type Model<T: Scalar> = ElastoPlastic<T, Stribeck<T>>;
+    type Model<T: Scalar> = ElastoPlastic<Stribeck<T>, KelvinVoigt<T>, Unregularised, T>;
 
     fn parameters(&self, rough: &InitialGuess) -> [Parameter; 8] {
         let [a, b, c, d, e, f] = FrBdFit.parameters(rough);

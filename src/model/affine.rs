@@ -68,15 +68,16 @@ pub(super) fn forwards<T: Scalar>(duration: T) -> T {
     if duration >= T::zero() { duration } else { nan() }
 }
 
-/// What happens over a step during which the velocity is held.
+/// The result of an exact step at a held velocity, from [`Bristle::hold`](crate::Bristle::hold).
+#[must_use]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldStep<T, D = T> {
     /// Deflection at the end of the step \[m\].
     pub deflection: D,
-    /// Friction coefficient (or force, from a [`Contact`](crate::Contact)) at the end of the step.
-    pub end: T,
-    /// Friction coefficient (or force) averaged over the step: v times its integral is the work.
-    pub mean: T,
+    /// Friction coefficient at the end of the step \[–\].
+    pub end_coefficient: T,
+    /// Friction coefficient averaged over the step \[–\].
+    pub mean_coefficient: T,
 }
 
 impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
@@ -89,8 +90,8 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
         let mean = D::mean(&weights, deflection, drive);
         HeldStep {
             deflection: end,
-            end: self.coefficient(velocity, end),
-            mean: self.coefficient(velocity, mean),
+            end_coefficient: self.coefficient(velocity, end),
+            mean_coefficient: self.coefficient(velocity, mean),
         }
     }
 

@@ -27,11 +27,11 @@ use crate::{Bristle, Scalar, Sliding};
 
 /// Parameters of [`ElastoPlastic`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ElastoPlasticParameters<T, C, D = T> {
+pub struct ElastoPlasticParameters<C, R, T = f64> {
     /// Friction curve.
     pub curve: C,
     /// Kelvin–Voigt bristle of constant stiffness.
-    pub rheology: KelvinVoigt<T, T, D>,
+    pub rheology: R,
     /// Stick limit z_b \[m\], positive and below min μ/σ0: up to it the bristle is elastic.
     #[doc(alias = "breakaway")]
     pub stick_limit: T,
@@ -58,20 +58,24 @@ pub struct ElastoPlasticParameters<T, C, D = T> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ElastoPlastic<T, C, D = T, E = Unregularised> {
+pub struct ElastoPlastic<C, R, E = Unregularised, T = f64> {
     curve: C,
-    rheology: KelvinVoigt<T, T, D>,
+    rheology: R,
     regularisation: E,
     stick_limit: T,
 }
 
-impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>> ElastoPlastic<T, C, D> {
+impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
+    ElastoPlastic<C, KelvinVoigt<T, T, D>, Unregularised, T>
+{
     /// Checks the stick limit against the curve.
     ///
     /// # Errors
     ///
     /// Refuses a stick limit that is not positive or not below min μ/σ0.
-    pub fn new(parameters: ElastoPlasticParameters<T, C, D>) -> Result<Self, ParameterError> {
+    pub fn new(
+        parameters: ElastoPlasticParameters<C, KelvinVoigt<T, T, D>, T>,
+    ) -> Result<Self, ParameterError> {
         let ElastoPlasticParameters { curve, rheology, stick_limit } = parameters;
         parameter::positive("stick_limit", stick_limit)?;
         let least = curve.bounds(unlimited()).min / rheology.storage_stiffness();
@@ -80,9 +84,9 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>> ElastoPlastic<T, C, D> {
     }
 }
 
-impl<T, C, D, E> ElastoPlastic<T, C, D, E> {
+impl<C, R, E, T> ElastoPlastic<C, R, E, T> {
     /// The same model with another regularisation of |v|.
-    pub fn regularised<F>(self, regularisation: F) -> ElastoPlastic<T, C, D, F> {
+    pub fn regularised<F>(self, regularisation: F) -> ElastoPlastic<C, R, F, T> {
         ElastoPlastic {
             curve: self.curve,
             rheology: self.rheology,
@@ -165,7 +169,7 @@ impl<T: Scalar> Ingredients<T> {
     }
 }
 
-impl<T, C, D, E> ElastoPlastic<T, C, D, E>
+impl<T, C, D, E> ElastoPlastic<C, KelvinVoigt<T, T, D>, E, T>
 where
     T: Scalar,
     C: FrictionCurve<T>,
@@ -247,7 +251,7 @@ fn plus<T: Scalar>(a: Affine<T>, b: Affine<T>, factor: T) -> Affine<T> {
     }
 }
 
-impl<T, C, D, E> Bristle<T> for ElastoPlastic<T, C, D, E>
+impl<T, C, D, E> Bristle<T> for ElastoPlastic<C, KelvinVoigt<T, T, D>, E, T>
 where
     T: Scalar,
     C: FrictionCurve<T>,

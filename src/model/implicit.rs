@@ -85,7 +85,7 @@ pub enum FoldRule {
 
 /// Parameters of [`ImplicitBristle`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ImplicitBristleParameters<T, C> {
+pub struct ImplicitBristleParameters<C, T = f64> {
     /// Friction curve.
     pub curve: C,
     /// Kelvin–Voigt bristle of constant stiffness σ0 and damping σ1, with σ1 + σ2 > 0.
@@ -163,7 +163,7 @@ pub struct ImplicitBristleParameters<T, C> {
 /// 100 Hz are 0.20 to 0.21 apart in μ_b, the period of stick-slip is 7.7558 s against 7.6393 s. At high
 /// speed the forces agree but for σ1σ2μ_d/(σ1 + σ2)².
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ImplicitBristle<T, C, E = Unregularised> {
+pub struct ImplicitBristle<C, E = Unregularised, T = f64> {
     curve: C,
     rheology: KelvinVoigt<T>,
     regularisation: E,
@@ -186,7 +186,7 @@ struct Fold<T> {
     other: T,
 }
 
-impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<T, C> {
+impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, Unregularised, T> {
     /// Checks that the equation has an answer at every state, and one only, or a rule which to take.
     ///
     /// # Errors
@@ -194,7 +194,7 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<T, C> {
     /// Refuses σ1 + σ2 = 0, for which fast sliding could carry no more than slow; and without a
     /// fold rule a curve that falls as steeply as σ1 or more (the value is σ1 + min dμ/d|v|), or whose steepest
     /// fall is not known (the value is NaN).
-    pub fn new(parameters: ImplicitBristleParameters<T, C>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: ImplicitBristleParameters<C, T>) -> Result<Self, ParameterError> {
         let ImplicitBristleParameters { curve, rheology, fold_rule } = parameters;
         let damping = damping(&rheology);
         parameter::positive(
@@ -232,11 +232,11 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<T, C> {
     }
 }
 
-impl<T: Scalar, C, E> ImplicitBristle<T, C, E> {
+impl<T: Scalar, C, E> ImplicitBristle<C, E, T> {
     /// The same model with another regularisation of |v_s|: it then creeps where it stuck.
     ///
     /// A regularisation never folds what is not folded without it.
-    pub fn regularised<F: Regularisation<T>>(self, regularisation: F) -> ImplicitBristle<T, C, F>
+    pub fn regularised<F: Regularisation<T>>(self, regularisation: F) -> ImplicitBristle<C, F, T>
     where
         C: FrictionCurve<T>,
     {
@@ -321,7 +321,7 @@ struct Tip<T> {
     sticks: bool,
 }
 
-impl<T, C, E> ImplicitBristle<T, C, E>
+impl<T, C, E> ImplicitBristle<C, E, T>
 where
     T: Scalar,
     C: FrictionCurve<T>,
@@ -571,7 +571,7 @@ fn middle<T: Scalar>(low: T, high: T) -> T {
     }
 }
 
-impl<T, C, E> ImplicitBristle<T, C, E>
+impl<T, C, E> ImplicitBristle<C, E, T>
 where
     T: Scalar,
     C: FrictionCurve<T>,
@@ -600,7 +600,7 @@ where
     }
 }
 
-impl<T, C, E> Bristle<T> for ImplicitBristle<T, C, E>
+impl<T, C, E> Bristle<T> for ImplicitBristle<C, E, T>
 where
     T: Scalar,
     C: FrictionCurve<T>,

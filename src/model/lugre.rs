@@ -47,16 +47,18 @@ use crate::{Bristle, Scalar, Sliding};
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LuGre<T, C, D = T, E = Unregularised> {
+pub struct LuGre<C, R, E = Unregularised, T = f64> {
     /// g(v)
     curve: C,
-    rheology: KelvinVoigt<T, T, D>,
+    rheology: R,
     regularisation: E,
     /// σ2 of the term outside g
     viscous: T,
 }
 
-impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>> LuGre<T, C, D> {
+impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
+    LuGre<C, KelvinVoigt<T, T, D>, Unregularised, T>
+{
     /// The classical model: the viscous part of the curve, if it has one, stands outside g as
     /// σ2 v.
     pub fn classical(curve: C, rheology: KelvinVoigt<T, T, D>) -> Self {
@@ -74,9 +76,9 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>> LuGre<T, C, D> {
     }
 }
 
-impl<T, C, D, E> LuGre<T, C, D, E> {
+impl<C, R, E, T> LuGre<C, R, E, T> {
     /// The same model with another regularisation of |v|.
-    pub fn regularised<F>(self, regularisation: F) -> LuGre<T, C, D, F> {
+    pub fn regularised<F>(self, regularisation: F) -> LuGre<C, R, F, T> {
         LuGre { curve: self.curve, rheology: self.rheology, regularisation, viscous: self.viscous }
     }
 
@@ -86,7 +88,7 @@ impl<T, C, D, E> LuGre<T, C, D, E> {
     }
 
     /// The bristle.
-    pub fn rheology(&self) -> &KelvinVoigt<T, T, D> {
+    pub fn rheology(&self) -> &R {
         &self.rheology
     }
 
@@ -96,7 +98,7 @@ impl<T, C, D, E> LuGre<T, C, D, E> {
     }
 }
 
-impl<T: Scalar, C, D, E> LuGre<T, C, D, E>
+impl<T: Scalar, C, D, E> LuGre<C, KelvinVoigt<T, T, D>, E, T>
 where
     C: FrictionCurve<T>,
     D: VelocityLaw<T>,
@@ -133,7 +135,7 @@ where
     }
 }
 
-impl<T, C, D, E> Bristle<T> for LuGre<T, C, D, E>
+impl<T, C, D, E> Bristle<T> for LuGre<C, KelvinVoigt<T, T, D>, E, T>
 where
     T: Scalar,
     C: FrictionCurve<T>,
@@ -197,8 +199,8 @@ where
         let (one, zero) = (T::one(), T::zero());
         HeldStep {
             deflection: end,
-            end: stiffness * end + weights.end(one, zero) * rate + viscous,
-            mean: stiffness * mean + weights.mean(one, zero) * rate + viscous,
+            end_coefficient: stiffness * end + weights.end(one, zero) * rate + viscous,
+            mean_coefficient: stiffness * mean + weights.mean(one, zero) * rate + viscous,
         }
     }
 

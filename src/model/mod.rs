@@ -201,6 +201,7 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
 }
 
 /// Deflection rate and virtual friction coefficient at one instant.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response<T, D = T> {
     /// Deflection rate ż [m/s].
@@ -253,11 +254,11 @@ pub struct Limits<T> {
     /// A bristle that starts with |z| ≤ this \[m\] stays there. (An elasto-plastic one whose α is
     /// frozen over a step can overshoot by |v| h; to cut it back only lowers the stored energy.)
     pub deflection: Option<T>,
-    /// Within the deflection limit, |F|/p never exceeds this \[–\]; from a [`Contact`], |F| \[N\]. With
+    /// Within the deflection limit, |F|/p never exceeds this \[–\]. With
     /// a bristle of several springs, which has no deflection limit: in every run from rest, all
     /// stretches zero.
     pub coefficient: Option<T>,
-    /// Largest relaxation rate λ [1/s]; of several springs, the largest eigenvalue.
+    /// An upper bound of the relaxation rate λ [1/s]; of several springs, of every eigenvalue.
     pub relaxation_rate: Option<T>,
 }
 

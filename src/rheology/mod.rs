@@ -169,6 +169,7 @@ pub trait Rheology<T: Scalar>: Debug + Clone {
 }
 
 /// The complex modulus of a bristle at one frequency, see [`Rheology::complex_modulus`].
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ComplexModulus<T> {
     /// Storage modulus G' [1/m]: what is in phase with the deflection.

@@ -56,7 +56,7 @@ pub struct ZenerParameters<T, S = T> {
 /// let pulled = contact.hold(0.02, Vector2::zeros(), 1e-3);
 /// let held = contact.hold(0.0, pulled.deflection, 1.0);
 /// let carried = contact.stored_energy(held.deflection);
-/// assert!(held.end < 0.45 * pulled.end && carried < contact.stored_energy(pulled.deflection));
+/// assert!(held.end_force < 0.45 * pulled.end_force && carried < contact.stored_energy(pulled.deflection));
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 ///

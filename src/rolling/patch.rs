@@ -5,7 +5,7 @@ use crate::bounds::larger;
 use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::regularisation::Regularisation;
-use crate::rheology::{Rheology, VelocityLaw};
+use crate::rheology::{KelvinVoigt, Rheology, VelocityLaw};
 use crate::scalar::{is_zero, to_f64};
 use crate::{Affine, Bristle, Dahl, FrBd, LuGre, Scalar, Sliding};
 
@@ -54,7 +54,7 @@ where
     }
 }
 
-impl<T, C, D, E> RateDependent<T> for LuGre<T, C, D, E>
+impl<T, C, D, E> RateDependent<T> for LuGre<C, KelvinVoigt<T, T, D>, E, T>
 where
     T: Scalar,
     C: FrictionCurve<T>,

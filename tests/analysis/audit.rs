@@ -195,7 +195,7 @@ fn drag(contact: &Contact<f64, impl Bristle<f64, Deflection = f64>>, z: &mut f64
     // Slow enough for the viscous forces, 65 s/m, to vanish.
     let sign = (to - contact.force(0.0, *z)).signum();
     let velocity = sign * 1e-12;
-    let excess = |time: f64| sign * (contact.hold(velocity, *z, time).end - to);
+    let excess = |time: f64| sign * (contact.hold(velocity, *z, time).end_force - to);
     let time = crate::common::root(0.0, 1e-3 / velocity.abs(), excess);
     *z = contact.hold(velocity, *z, time).deflection;
     velocity * time
@@ -602,7 +602,7 @@ fn of_a_spring_that_varies_the_least_stiffness_bounds_the_deflection() {
     // The most that the curve takes up to 1 m/s is μ_s; and stretched at 7e3, it pulls at 1.3e4.
     let most = table_2_curve().bounds(1.0).max;
     assert_within(1e-15, 1e-4, limits.deflection.unwrap(), most / 7e3, || "deflection".into());
-    assert_within(1e-15, 1.0, limits.coefficient.unwrap(), most * 13.0 / 7.0, || "force".into());
+    assert_within(1e-15, 1.0, limits.force.unwrap(), most * 13.0 / 7.0, || "force".into());
 }
 
 #[test]

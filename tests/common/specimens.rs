@@ -9,9 +9,9 @@ use bristle::rheology::{
     KelvinVoigt, KelvinVoigtParameters, Spring, SpringParameters, VelocityDependent, VelocityLaw,
 };
 use bristle::{
-    Affine, Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters,
-    FoldRule, FrBd, HeldStep, ImplicitBristle, ImplicitBristleParameters, Law, Limits,
-    LinearisedContact, LuGre, Scalar, Sliding,
+    Affine, Bounds, Bristle, Contact, ContactLimits, Dahl, DahlParameters, ElastoPlastic,
+    ElastoPlasticParameters, FoldRule, FrBd, HeldContact, ImplicitBristle,
+    ImplicitBristleParameters, Law, LinearisedContact, LuGre, Scalar, Sliding,
 };
 
 use super::closed_form::{
@@ -32,9 +32,8 @@ pub trait Subject<T: Scalar> {
     fn stationary_force(&self, sliding: Sliding<T>) -> T;
     fn stored_energy(&self, z: T) -> T;
     fn dissipated_power(&self, sliding: Sliding<T>, z: T) -> T;
-    /// With the force in newtons in place of the coefficient.
-    fn limits(&self, fastest: T) -> Limits<T>;
-    fn hold(&self, velocity: T, z: T, duration: T) -> HeldStep<T>;
+    fn limits(&self, fastest: T) -> ContactLimits<T>;
+    fn hold(&self, velocity: T, z: T, duration: T) -> HeldContact<T>;
     fn obeys(&self, law: Law) -> bool;
 }
 
@@ -70,10 +69,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Subject<T> for Contact<T, M> {
     fn dissipated_power(&self, sliding: Sliding<T>, z: T) -> T {
         Contact::dissipated_power(self, sliding, z)
     }
-    fn limits(&self, fastest: T) -> Limits<T> {
+    fn limits(&self, fastest: T) -> ContactLimits<T> {
         Contact::limits(self, fastest)
     }
-    fn hold(&self, velocity: T, z: T, duration: T) -> HeldStep<T> {
+    fn hold(&self, velocity: T, z: T, duration: T) -> HeldContact<T> {
         Contact::hold(self, velocity, z, duration)
     }
     fn obeys(&self, law: Law) -> bool {
@@ -386,7 +385,7 @@ pub fn elasto_plastic<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>(
     curve: C,
     rheology: KelvinVoigt<T, T, D>,
     stick_limit: T,
-) -> ElastoPlastic<T, C, D> {
+) -> ElastoPlastic<C, KelvinVoigt<T, T, D>, Unregularised, T> {
     ElastoPlastic::new(ElastoPlasticParameters { curve, rheology, stick_limit }).unwrap()
 }
 
@@ -394,7 +393,7 @@ pub fn implicit<T: Scalar, C: FrictionCurve<T>>(
     curve: C,
     rheology: KelvinVoigt<T>,
     fold_rule: Option<FoldRule>,
-) -> ImplicitBristle<T, C> {
+) -> ImplicitBristle<C, Unregularised, T> {
     ImplicitBristle::new(ImplicitBristleParameters { curve, rheology, fold_rule }).unwrap()
 }
 

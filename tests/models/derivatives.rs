@@ -513,7 +513,7 @@ fn everything_runs_in_single_precision() {
                 (twin.subject.limits(v.abs() as f32), double.subject.limits(v.abs()));
             for (got, want) in [
                 (limits.deflection, want.deflection),
-                (limits.coefficient, want.coefficient),
+                (limits.force, want.force),
                 (limits.relaxation_rate, want.relaxation_rate),
             ] {
                 assert_eq!(got.is_some(), want.is_some(), "{}", name());

@@ -22,7 +22,7 @@ use num_dual::{Dual2_64, Dual64};
 /// Some twenty roundings.
 const ROUNDING: f64 = 1e-14;
 
-type Table2 = ImplicitBristle<f64, Stribeck<f64>>;
+type Table2 = ImplicitBristle<Stribeck<f64>>;
 
 fn table_2() -> (Table2, FrBd<Stribeck<f64>, KelvinVoigt<f64>>) {
     let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();

@@ -402,7 +402,7 @@ fn the_force_stays_within_the_curve() {
         for fastest in [v.abs(), 10.0 * v.abs(), f64::INFINITY] {
             let limits = specimen.subject.limits(fastest);
             let Some(z) = limits.deflection.map(|limit| state.fraction * limit) else { continue };
-            let limit = limits.coefficient.expect("a bounded deflection bounds the force");
+            let limit = limits.force.expect("a bounded deflection bounds the force");
             let force = specimen.subject.force(v.into(), z);
             assert!(
                 force.abs() <= limit * (1.0 + ROUNDING),
@@ -433,7 +433,7 @@ fn every_limit_that_is_given_holds() {
                 let Some(z) = limits.deflection.map(|limit| state.fraction * limit) else {
                     continue;
                 };
-                if let Some(limit) = limits.coefficient {
+                if let Some(limit) = limits.force {
                     let force = specimen.subject.force(v.into(), z);
                     assert!(force.abs() <= limit * (1.0 + ROUNDING), "{}", specimen.name());
                 }
@@ -631,7 +631,7 @@ fn the_energy_machine_draws_energy_from_lugre_and_none_from_frbd() {
             let before = z;
             let slow = contact.hold(1e-3, z, 1.5e-3 / 1e-3);
             let fast = contact.hold(10.0, slow.deflection, 1e-4 / 10.0);
-            work = 1.5e-3 * slow.mean + 1e-4 * fast.mean;
+            work = 1.5e-3 * slow.mean_force + 1e-4 * fast.mean_force;
             z = fast.deflection;
             if z == before {
                 return work;
@@ -813,8 +813,8 @@ fn a_held_velocity_is_stepped_exactly() {
             let terms = specimen.form.terms(v, z);
             let sum = p * (terms.stiffness * reach + terms.damping * v.abs());
             let force = |z: f64| p * (held.c.stiffness * z + held.c.damping * v);
-            assert_within(ROUNDING, sum, got.end, force(end), name);
-            assert_within(ROUNDING, sum, got.mean, force(mean), name);
+            assert_within(ROUNDING, sum, got.end_force, force(end), name);
+            assert_within(ROUNDING, sum, got.mean_force, force(mean), name);
         }
     });
 }
@@ -835,7 +835,7 @@ fn a_step_of_any_length_ends_in_steady_sliding() {
         let terms = specimen.form.terms(v, want);
         let p = specimen.form.recipe.load;
         let sum = p * (terms.stiffness * reach + terms.damping * v.abs());
-        for force in [held.end, held.mean] {
+        for force in [held.end_force, held.mean_force] {
             assert_within(ROUNDING, sum, force, subject.force(v.into(), want), name);
         }
     });
@@ -858,8 +858,14 @@ fn two_half_steps_make_a_whole_one() {
         let terms = specimen.form.terms(v, z);
         let sum = p * (terms.stiffness * reach + terms.damping * v.abs());
         assert_within(ROUNDING, reach, second.deflection, whole.deflection, name);
-        assert_within(ROUNDING, sum, second.end, whole.end, name);
-        assert_within(ROUNDING, sum, 0.5 * (first.mean + second.mean), whole.mean, name);
+        assert_within(ROUNDING, sum, second.end_force, whole.end_force, name);
+        assert_within(
+            ROUNDING,
+            sum,
+            0.5 * (first.mean_force + second.mean_force),
+            whole.mean_force,
+            name,
+        );
     });
 }
 
@@ -907,7 +913,7 @@ fn the_work_of_a_step_is_stored_or_dissipated() {
         let dissipated = integral(0.0, h, 64, |t| power(held.deflection(t)));
         let stored =
             specimen.subject.stored_energy(got.deflection) - specimen.subject.stored_energy(z);
-        let work = h * got.mean * v;
+        let work = h * got.mean_force * v;
         let reach = z.abs().max(got.deflection.abs());
         let terms = form.terms(v, z);
         let sum = p * s * reach * reach
@@ -995,8 +1001,9 @@ fn drift(specimen: &Specimen<f64>, speed: f64, low: f64, high: f64, cycles: usiz
     // No force between these is further apart than a few full deflections.
     let longest = 100.0 * specimen.form.mu(0.0) / specimen.form.recipe.stiffness / speed;
     let go = |z: f64, v: f64, force: f64| {
-        let duration =
-            root(0.0, longest, |h| (subject.hold(v, z, h).end - force * breakaway) * v.signum());
+        let duration = root(0.0, longest, |h| {
+            (subject.hold(v, z, h).end_force - force * breakaway) * v.signum()
+        });
         (subject.hold(v, z, duration).deflection, v * duration)
     };
     // From zero up and down once, so that the cycle starts where it will end.
@@ -1115,7 +1122,7 @@ fn the_settled_loop_of_dahl_is_the_closed_form() {
         }
         for fraction in [-1.0, -0.7, 0.0, 0.4, 1.0] {
             let at = fraction * x;
-            let got = contact.hold(speed, z, (at + x) / speed).end;
+            let got = contact.hold(speed, z, (at + x) / speed).end_force;
             // F = F_c (1 − e^{−σ0x/μ_d}/cosh(σ0X/μ_d)), written without its overflow.
             let decay = 2.0 * (-(at + x) / full).exp() / (1.0 + (-2.0 * x / full).exp());
             let want = r.load * r.dynamic * (1.0 - decay);
@@ -1780,11 +1787,11 @@ fn a_contact_scales_forces_and_energies_with_its_load() {
     close(many.force(v, z), 250.0 * one.force(v, z));
     close(many.stored_energy(z), 250.0 * one.stored_energy(z));
     close(many.dissipated_power(v, z), 250.0 * one.dissipated_power(v, z));
-    close(many.hold(v, z, 0.1).mean, 250.0 * one.hold(v, z, 0.1).mean);
-    close(many.hold(v, z, 0.1).end, 250.0 * one.hold(v, z, 0.1).end);
+    close(many.hold(v, z, 0.1).mean_force, 250.0 * one.hold(v, z, 0.1).mean_force);
+    close(many.hold(v, z, 0.1).end_force, 250.0 * one.hold(v, z, 0.1).end_force);
     assert_eq!(many.hold(v, z, 0.1).deflection, one.hold(v, z, 0.1).deflection);
-    close(many.hold(v, z, 0.1).mean, 250.0 * many.model().hold(v, z, 0.1).mean);
-    close(many.limits(1.0).coefficient.unwrap(), 250.0 * one.limits(1.0).coefficient.unwrap());
+    close(many.hold(v, z, 0.1).mean_force, 250.0 * many.model().hold(v, z, 0.1).mean_coefficient);
+    close(many.limits(1.0).force.unwrap(), 250.0 * one.limits(1.0).force.unwrap());
     assert_eq!(many.limits(1.0).deflection, one.limits(1.0).deflection);
     // And it is generic over the scalar as everything else.
     fn generic<T: Scalar>(contact: &Contact<T, impl Bristle<T, Deflection = T>>) -> T {

@@ -545,7 +545,7 @@ fn assert_model_finite<T: Scalar, M: Bristle<T, Deflection = T>>(
             assert!(response.force.is_finite(), "F = {} of {}", response.force, name());
             let held = contact.hold(v, z, lit(1e-3));
             assert!(held.deflection.is_finite(), "z(h) = {} of {}", held.deflection, name());
-            assert!(held.mean.is_finite() && held.end.is_finite(), "F̄ of {}", name());
+            assert!(held.mean_force.is_finite() && held.end_force.is_finite(), "F̄ of {}", name());
             let at = contact.linearised(v, z);
             assert!(at.rate_by_deflection.is_finite(), "∂ż/∂z of {}", name());
             assert!(at.rate_by_velocity.is_finite(), "∂ż/∂v of {}", name());
@@ -658,7 +658,7 @@ fn no_answer_is_a_number_where_the_velocity_is_not() {
     let response = contact.response(0.1, f64::NAN);
     assert!(response.rate.is_nan() && response.force.is_nan());
     let limits = contact.limits(f64::NAN);
-    assert_eq!((limits.deflection, limits.coefficient, limits.relaxation_rate), (None, None, None));
+    assert_eq!((limits.deflection, limits.force, limits.relaxation_rate), (None, None, None));
     assert_eq!(contact.limits(-0.3), contact.limits(0.3));
 }
 

@@ -13,7 +13,7 @@ use bristle::rheology::{
     Rheology, VelocityDependent, VelocityLaw, Zener, ZenerParameters,
 };
 use bristle::{
-    Bounds, Bristle, Contact, FrBd, HeldStep, Law, Limits, LuGre, ParameterError, Rule, Scalar,
+    Bounds, Bristle, Contact, ContactLimits, FrBd, Law, LuGre, ParameterError, Rule, Scalar,
     Sliding,
 };
 use nalgebra::{DMatrix, SVector, Vector2};
@@ -120,7 +120,7 @@ trait Subject<T: Scalar> {
     fn stationary_force(&self, v: T) -> T;
     /// End state, end force, mean force.
     fn hold(&self, v: T, x: &[T], h: T) -> (Vec<T>, T, T);
-    fn limits(&self, fastest: T) -> Limits<T>;
+    fn limits(&self, fastest: T) -> ContactLimits<T>;
     fn obeys(&self, law: Law) -> bool;
     /// ∂ẋ/∂v, ∂F/∂v, and ∂ẋ/∂x applied to a direction, ∂F/∂x along it.
     fn derivatives(&self, v: T, x: &[T], along: &[T]) -> (Vec<T>, T, Vec<T>, T);
@@ -187,10 +187,10 @@ where
         Contact::stationary_force(self, v)
     }
     fn hold(&self, v: T, x: &[T], h: T) -> (Vec<T>, T, T) {
-        let HeldStep { deflection, end, mean } = Contact::hold(self, v, M::Deflection::of(x), h);
-        (deflection.vec(), end, mean)
+        let held = Contact::hold(self, v, M::Deflection::of(x), h);
+        (held.deflection.vec(), held.end_force, held.mean_force)
     }
-    fn limits(&self, fastest: T) -> Limits<T> {
+    fn limits(&self, fastest: T) -> ContactLimits<T> {
         Contact::limits(self, fastest)
     }
     fn obeys(&self, law: Law) -> bool {
@@ -464,7 +464,7 @@ fn a_bristle_claims_what_its_kind_can_keep() {
         }
         let limits = subject.limits(1.0);
         assert_eq!(limits.deflection.is_some(), single);
-        assert_eq!(limits.coefficient.is_some(), single || form.is_linear());
+        assert_eq!(limits.force.is_some(), single || form.is_linear());
     });
 }
 
@@ -556,7 +556,7 @@ fn a_run_from_rest_keeps_its_force_within_the_curve() {
     let chain = prop::collection::vec((-1.0..=1.0_f64, decades(1e-4, 1e2)), 12);
     check(64, (recipe(), parts(), decades(1e-6, 1e1), chain), |(r, p, fastest, chain)| {
         for specimen in specimens::<f64>(&r, &p) {
-            let Some(limit) = specimen.subject.limits(fastest).coefficient else { continue };
+            let Some(limit) = specimen.subject.limits(fastest).force else { continue };
             let form = &specimen.form;
             // Lengths of step about the time in which the stiffest spring breaks away.
             let unit = r.static_ / form.arms.iter().map(|arm| arm.0).fold(0.0, f64::max) / fastest;
@@ -586,10 +586,10 @@ fn from_a_prepared_state_the_force_relaxes_above_the_curve() {
     let bristle = zener(1e4, 1e4, 100.0);
     let contact = FrBd::new(stribeck(&r, 2.0), bristle).under_load(1.0).unwrap();
     let prepared = Vector2::new(4.5e-4, -4.5e-4);
-    let limit = contact.limits(0.0).coefficient.unwrap();
+    let limit = contact.limits(0.0).force.unwrap();
     assert_eq!(contact.force(0.0, prepared), 0.0);
     let relaxed = contact.hold(0.0, prepared, 1.0);
-    assert!(relaxed.end > 2.99 * limit, "{} and {limit}", relaxed.end);
+    assert!(relaxed.end_force > 2.99 * limit, "{} and {limit}", relaxed.end_force);
     assert!(contact.stored_energy(relaxed.deflection) < contact.stored_energy(prepared));
     // That the model does not claim.
     assert!(!contact.model().obeys(Law::BoundedForce));
@@ -813,8 +813,8 @@ fn the_exact_step_is_that_of_brute_force() {
         }
         let hold = contact.hold(v, start, duration);
         assert!((hold.deflection - state).amax() < 1e-9 * start.amax());
-        assert_within(1e-9, 3.0, hold.mean, impulse / duration, || "mean".into());
-        assert_within(1e-9, 3.0, hold.end, contact.force(v, state), || "end".into());
+        assert_within(1e-9, 3.0, hold.mean_force, impulse / duration, || "mean".into());
+        assert_within(1e-9, 3.0, hold.end_force, contact.force(v, state), || "end".into());
     }
 }
 
@@ -838,8 +838,12 @@ fn a_held_step_in_single_precision_is_the_rounded_one() {
         let want = wide.hold(round(v), x, round(h));
         // The matrix is rounded to f32 first, which an eigenvalue times h up to 1e9 would see, were
         // the slow springs not gone by then: 1e-5 is fifty roundings.
-        assert_within(1e-5, 2.0, f64::from(got.end), want.end, || format!("end, h = {h:e}"));
-        assert_within(1e-5, 2.0, f64::from(got.mean), want.mean, || format!("mean, h = {h:e}"));
+        assert_within(1e-5, 2.0, f64::from(got.end_coefficient), want.end_coefficient, || {
+            format!("end, h = {h:e}")
+        });
+        assert_within(1e-5, 2.0, f64::from(got.mean_coefficient), want.mean_coefficient, || {
+            format!("mean, h = {h:e}")
+        });
     });
 }
 
@@ -856,7 +860,10 @@ fn what_is_no_number_stays_none() {
         (f64::INFINITY, x, 1e-3),
     ] {
         let hold = contact.hold(v, x, h);
-        assert!(hold.end.is_nan() && hold.mean.is_nan(), "v = {v}, x = {x}, h = {h}: {hold:?}");
+        assert!(
+            hold.end_force.is_nan() && hold.mean_force.is_nan(),
+            "v = {v}, x = {x}, h = {h}: {hold:?}"
+        );
     }
     // A row with the wrong sign belongs to no passive bristle.
     let relaxation = <Vector2<f64> as Deflection<f64>>::relaxation(x, Vector2::new(1.0, -1.0));
@@ -902,10 +909,10 @@ fn assert_passive_step<R: Rheology<f64>>(
         // With a prediction that comes true it is the exact step.
         let (done, hold) = (step.commit(predicted), contact.hold(predicted, x, h));
         assert_eq!(done.deflection, hold.deflection);
-        let scale = step.bias().abs() + step.damping() * predicted.abs() + hold.mean.abs();
+        let scale = step.bias().abs() + step.damping() * predicted.abs() + hold.mean_force.abs();
         let weighted = contact.model().storage_stiffness().scaled_by(x);
         let scale = scale + r.load * weighted.largest() * 5.0;
-        assert_within(1e-12, scale, done.force, hold.mean, || "F̄".into());
+        assert_within(1e-12, scale, done.force, hold.mean_force, || "F̄".into());
     }
 }
 
@@ -977,9 +984,9 @@ fn one_static_arm_is_a_kelvin_voigt_bristle() {
                 same.coefficient(v, x),
             ),
             (
-                one.hold(v, [x].into(), 1e-3).mean,
-                row.hold(v, [x].into(), 1e-3).mean,
-                same.hold(v, x, 1e-3).mean,
+                one.hold(v, [x].into(), 1e-3).mean_coefficient,
+                row.hold(v, [x].into(), 1e-3).mean_coefficient,
+                same.hold(v, x, 1e-3).mean_coefficient,
             ),
             (one.stationary(v)[0], row.stationary(v)[0], same.stationary(v)),
         ] {
@@ -1030,7 +1037,7 @@ fn pulled<R: Rheology<f64>>(bristle: R) -> (f64, f64) {
     let model = FrBd::new(stribeck(&Recipe::TABLE_2, 2.0), bristle);
     let rest = R::Deflection::fill(0.0);
     let pull = model.hold(0.004, rest, 0.02);
-    (pull.end, model.hold(0.0, pull.deflection, 0.02).end)
+    (pull.end_coefficient, model.hold(0.0, pull.deflection, 0.02).end_coefficient)
 }
 
 #[test]
@@ -1201,8 +1208,10 @@ fn a_small_oscillation_is_answered_by_the_complex_modulus() {
             x = hold.deflection;
             if n >= (periods - 1) * parts {
                 // z = ẑ sin ωt: storage in phase with sin, loss with cos.
-                moduli.0 += hold.mean * angle.sin() * 2.0 / f64::from(parts) / amplitude;
-                moduli.1 += hold.mean * angle.cos() * 2.0 / f64::from(parts) / amplitude;
+                moduli.0 +=
+                    hold.mean_coefficient * angle.sin() * 2.0 / f64::from(parts) / amplitude;
+                moduli.1 +=
+                    hold.mean_coefficient * angle.cos() * 2.0 / f64::from(parts) / amplitude;
             }
         }
         moduli
@@ -1245,7 +1254,7 @@ fn a_scene_of_several_springs_has_the_exact_steps_and_its_own_jacobian() {
     let (time, state) = run.last().unwrap();
     // The tolerance, over a few relaxations.
     assert!((state - exact.deflection).amax() < 1e-7 * 1e-4, "{state} and {}", exact.deflection);
-    assert_within(1e-7, 3.0, held.friction_force(time, state), exact.end, || "F".into());
+    assert_within(1e-7, 3.0, held.friction_force(time, state), exact.end_force, || "F".into());
     let scales = System::scales(&held);
     assert_eq!(scales, Vector2::repeat(1.5 / 3e4));
 
@@ -1370,7 +1379,7 @@ fn an_arm_that_lets_go_faster_than_a_step_can_tell_is_refused() {
     // One just within holds its static spring: 1 − e^(−σ0 v t/μ) after 1 s.
     let contact = FrBd::new(of_one::<f32>(), zener(1e-6).unwrap()).under_load(1.0_f32).unwrap();
     let want = -(-1e-2_f64).exp_m1();
-    let got = f64::from(contact.hold(1e-6, Vector2::zeros(), 1.0).end);
+    let got = f64::from(contact.hold(1e-6, Vector2::zeros(), 1.0).end_force);
     assert_within(1e-5, want, got, want, || "static spring".to_owned());
 
     let arms = |damping| {
@@ -1383,7 +1392,7 @@ fn an_arm_that_lets_go_faster_than_a_step_can_tell_is_refused() {
     let refused = arms(1e-58).unwrap_err();
     assert_eq!((refused.component, refused.value), (Some(1), 1e4 / 1e-58));
     let contact = FrBd::new(of_one::<f64>(), arms(1e-45).unwrap()).under_load(1.0).unwrap();
-    let got = contact.hold(1e-3, SVector::from([0.0, 0.0]), 1.0).end;
+    let got = contact.hold(1e-3, SVector::from([0.0, 0.0]), 1.0).end_force;
     assert_within(1e-12, 1.0, got, -(-10.0_f64).exp_m1(), || "f64".to_owned());
 }
 
@@ -1392,15 +1401,15 @@ fn a_step_backwards_is_none() {
     let curve = of_one::<f64>();
     let one = FrBd::new(curve, kelvin_voigt::<f64, _, _>(1e4, 10.0)).under_load(1.0).unwrap();
     let held = one.hold(0.1, 1e-5, -1e-3);
-    assert!(held.end.is_nan() && held.mean.is_nan() && held.deflection.is_nan());
+    assert!(held.end_force.is_nan() && held.mean_force.is_nan() && held.deflection.is_nan());
     let mut ledger = bristle::ledger::EnergyLedger::new();
-    assert!(ledger.hold(&one, 0.1, 1e-5, -1e-3).end.is_nan());
+    assert!(ledger.hold(&one, 0.1, 1e-5, -1e-3).end_force.is_nan());
     let lugre = LuGre::classical(curve, kelvin_voigt::<f64, _, _>(1e4, 10.0));
-    assert!(lugre.hold(0.1, 1e-5, -1e-3).end.is_nan());
+    assert!(lugre.hold(0.1, 1e-5, -1e-3).end_coefficient.is_nan());
     let parameters =
         ZenerParameters { static_stiffness: 1e4, relaxing_stiffness: 1e4, series_damping: 10.0 };
     let two = FrBd::new(curve, Zener::new(parameters).unwrap()).under_load(1.0).unwrap();
-    assert!(two.hold(0.1, Vector2::new(1e-5, 1e-5), -1e-3).end.is_nan());
+    assert!(two.hold(0.1, Vector2::new(1e-5, 1e-5), -1e-3).end_force.is_nan());
 }
 
 #[test]

@@ -15,6 +15,7 @@ use std::cell::Cell;
 
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{Linearisation, Observer, Solver, Statistics, Step, System, Tolerances};
+use bristle::regularisation::Unregularised;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
 use bristle::signal::Signal;
@@ -129,7 +130,7 @@ pub fn table_2_frbd<T: Scalar>() -> FrBd<Stribeck<T>, KelvinVoigt<T>> {
     FrBd::new(curve, bristle)
 }
 
-pub fn table_2_lugre<T: Scalar>() -> LuGre<T, Stribeck<T>> {
+pub fn table_2_lugre<T: Scalar>() -> LuGre<Stribeck<T>, KelvinVoigt<T>, Unregularised, T> {
     let (curve, bristle) = table_2();
     LuGre::classical(curve, bristle)
 }

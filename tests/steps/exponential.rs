@@ -407,7 +407,11 @@ impl Bristle<f64> for Wrapped<'_> {
     fn limits(&self, fastest: f64) -> Limits<f64> {
         let limits = self.0.subject.limits(fastest);
         let load = self.0.form.recipe.load;
-        Limits { coefficient: limits.coefficient.map(|force| force / load), ..limits }
+        Limits {
+            deflection: limits.deflection,
+            coefficient: limits.force.map(|force| force / load),
+            relaxation_rate: limits.relaxation_rate,
+        }
     }
 }
 
@@ -430,9 +434,9 @@ fn a_constant_velocity_gives_the_exact_hold() {
                     close(found.deflection, wanted.deflection, size, &what);
                     let affine = contact.model().affine(v.into(), z);
                     let force = affine.stiffness.abs() * size + 1e-14 * (affine.damping * v).abs();
-                    close(found.end, wanted.end, force, &what);
-                    close(found.mean, wanted.mean, force, &what);
-                    close(found.work, wanted.mean * v * h, force * (v * h).abs(), &what);
+                    close(found.end, wanted.end_force, force, &what);
+                    close(found.mean, wanted.mean_force, force, &what);
+                    close(found.work, wanted.mean_force * v * h, force * (v * h).abs(), &what);
                     let ramp = Exponential::<3>.ramp(&contact, Ramp { from: v, to: v }, z, h);
                     close(ramp.deflection, wanted.deflection, size, &what);
                 }
@@ -535,7 +539,7 @@ fn no_step_of_any_length_leaves_the_bound() {
                         assert!(step.deflection.abs() <= bound(z), "{name} {h} {z:e} {step:?}");
                         // The law of the bounded force holds for the mean too.
                         if z.abs() <= limit && specimen.subject.obeys(Law::BoundedForce) {
-                            let most = contact.limits(fastest).coefficient.unwrap();
+                            let most = contact.limits(fastest).force.unwrap();
                             let most = most * (1.0 + 1e-12);
                             assert!(step.mean.abs() <= most, "{name} {h} {z:e} {step:?} {most:e}");
                         }

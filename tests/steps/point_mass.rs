@@ -31,12 +31,12 @@ fn bristle() -> KelvinVoigt<f64> {
     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 3e3, micro_damping: 20.0 }).unwrap()
 }
 
-fn elasto_plastic() -> ElastoPlastic<f64, Stribeck<f64>> {
+fn elasto_plastic() -> ElastoPlastic<Stribeck<f64>, KelvinVoigt<f64>> {
     let (curve, rheology) = (curve(), bristle());
     ElastoPlastic::new(ElastoPlasticParameters { curve, rheology, stick_limit: 1e-4 }).unwrap()
 }
 
-fn implicit() -> ImplicitBristle<f64, Stribeck<f64>> {
+fn implicit() -> ImplicitBristle<Stribeck<f64>> {
     let (curve, rheology) = (curve(), bristle());
     let parameters = ImplicitBristleParameters { curve, rheology, fold_rule: None };
     ImplicitBristle::new(parameters).unwrap()

@@ -39,7 +39,7 @@ fn table_2() -> FrBdContact {
     frbd(paper::STICK_SLIP_CURVE, paper::STICK_SLIP_BRISTLE)
 }
 
-fn table_2_lugre() -> Contact<f64, LuGre<f64, Stribeck<f64>>> {
+fn table_2_lugre() -> Contact<f64, LuGre<Stribeck<f64>, KelvinVoigt<f64>>> {
     let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
     let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
     LuGre::classical(curve, bristle).under_load(1.0).unwrap()
@@ -391,7 +391,7 @@ impl<M: Bristle<f64, Deflection = f64>> Stuck<M> {
                 let model = self.contact.model();
                 let hold = model.affine(branch.of(v), z).hold(v, z, h);
                 let middle = Vector3::new(x + 0.5 * v * h, v, z);
-                let mean = self.contact.normal_force() * hold.mean;
+                let mean = self.contact.normal_force() * hold.mean_coefficient;
                 let force = self.others(&middle) - self.friction(mean);
                 Vector3::new(x + v * h, v + force * h / mass, hold.deflection - self.deflection)
             }

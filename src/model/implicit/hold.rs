@@ -105,7 +105,7 @@ enum End {
     Frozen,
 }
 
-impl<T, C, E> ImplicitBristle<T, C, E>
+impl<T, C, E> ImplicitBristle<C, E, T>
 where
     T: Scalar,
     C: FrictionCurve<T>,
@@ -147,8 +147,8 @@ where
         let mut sticks = tip.sticks;
         let answer = |path: &Path<T>, end: T| HeldStep {
             deflection: path.deflection,
-            end,
-            mean: path.impulse / duration,
+            end_coefficient: end,
+            mean_coefficient: path.impulse / duration,
         };
         for _ in 0..PHASES {
             if sticks {
@@ -187,9 +187,9 @@ where
             }
         }
         let rest = frozen(path.deflection, path.left);
-        path.impulse += rest.mean * path.left;
+        path.impulse += rest.mean_coefficient * path.left;
         path.deflection = rest.deflection;
-        answer(&path, rest.end)
+        answer(&path, rest.end_coefficient)
     }
 
     fn switch(&self, branch: Branch) -> Option<Switch<T>> {

@@ -54,7 +54,7 @@ fn measure<T: Scalar>(scalar: &str) -> Result<(), ParameterError> {
     for _ in 0..ROUNDS {
         let times = [
             time(-0.64, |x: T| x.exp()),
-            time(0.008, |v| contact.hold(v, z, h).mean),
+            time(0.008, |v| contact.hold(v, z, h).mean_force),
             time(0.008, |v| passive(v).deflection),
             time(0.008, |v| {
                 let done = passive(v);

@@ -83,10 +83,10 @@ fn run<T: Scalar>() -> Result<u64, ParameterError> {
         let duration = if number % 16 == 0 { lit(0.015_625) } else { lit(0.001) };
         let step = frbd.hold(velocity, held, duration);
         held = step.deflection;
-        hash.add(step.mean);
+        hash.add(step.mean_force);
         let step = lugre.hold(velocity, lagged, duration);
         lagged = step.deflection;
-        hash.add(step.end);
+        hash.add(step.end_force);
         let done = companion.step(before, passive, duration).commit(velocity);
         passive = done.deflection;
         hash.add(done.force);

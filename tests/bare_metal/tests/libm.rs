@@ -116,8 +116,8 @@ fn steps<T: Scalar>(most: f64) {
     for ((exponent, velocity, duration), [deflection, end, mean]) in cases {
         let step = contact(exponent).hold(lit(velocity), lit(DEFLECTION), lit(duration));
         assert_ulps("z", step.deflection, deflection, most);
-        assert_ulps("F", step.end, end, most);
-        assert_ulps("mean F", step.mean, mean, most);
+        assert_ulps("F", step.end_force, end, most);
+        assert_ulps("mean F", step.mean_force, mean, most);
     }
     let companion = contact(2.0).companion(lit(1.0)).unwrap();
     for (velocity, duration, bias, damping) in [
@@ -164,7 +164,10 @@ fn inputs_that_are_no_numbers_come_out_of_a_fixed_number_of_operations() {
                     let drag = Exponential::<3>.ramp(&contact, Ramp { from: v, to: z }, z, h);
                     // NaN does not turn into a plausible number.
                     if nan(v) || nan(z) || nan(h) {
-                        assert!(nan(hold.end) && nan(done.force) && nan(drag.end), "{v} {z} {h}");
+                        assert!(
+                            nan(hold.end_force) && nan(done.force) && nan(drag.end),
+                            "{v} {z} {h}"
+                        );
                     }
                     let smooth = |part: T| v + (z - v) * part;
                     let _ = Exponential::<3>.step(&contact, smooth, z, h);

@@ -16,6 +16,7 @@ use bristle::curve::{
     Stribeck, StribeckParameters, Tabulated,
 };
 use bristle::exponential::{Exponential, Ramp};
+use bristle::regularisation::Unregularised;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Zener};
 use bristle::{
     Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
@@ -78,7 +79,7 @@ fn dahl<T: Scalar>() -> Dahl<T> {
     Dahl::new(DahlParameters { dynamic_coefficient: lit(1.0), micro_stiffness: lit(1e4) }).unwrap()
 }
 
-fn elasto_plastic<T: Scalar>() -> ElastoPlastic<T, Stribeck<T>> {
+fn elasto_plastic<T: Scalar>() -> ElastoPlastic<Stribeck<T>, KelvinVoigt<T>, Unregularised, T> {
     ElastoPlastic::new(ElastoPlasticParameters {
         curve: stribeck(2.0),
         rheology: bristle(),
@@ -87,7 +88,7 @@ fn elasto_plastic<T: Scalar>() -> ElastoPlastic<T, Stribeck<T>> {
     .unwrap()
 }
 
-fn implicit<T: Scalar>() -> ImplicitBristle<T, Stribeck<T>> {
+fn implicit<T: Scalar>() -> ImplicitBristle<Stribeck<T>, Unregularised, T> {
     ImplicitBristle::new(ImplicitBristleParameters {
         curve: stribeck(2.0),
         rheology: bristle(),

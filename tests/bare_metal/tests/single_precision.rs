@@ -51,7 +51,7 @@ fn forces<T: Scalar>(set: Set) -> impl Iterator<Item = [f64; 2]> {
         held = step.deflection;
         let done = companion.step(velocity, passive, lit(1e-3)).commit(velocity);
         passive = done.deflection;
-        [step.mean, done.force].map(|force| force.to_subset_unchecked())
+        [step.mean_force, done.force].map(|force| force.to_subset_unchecked())
     })
 }
 
@@ -91,7 +91,10 @@ fn lugre_keeps_its_digits_in_fast_sliding() {
             single.hold(speed, 1e-4, 1e-3),
             double.hold(f64::from(speed), f64::from(1e-4_f32), f64::from(1e-3_f32)),
         );
-        for (got, want) in [(got.end, want.end), (got.mean, want.mean)] {
+        for (got, want) in [
+            (got.end_coefficient, want.end_coefficient),
+            (got.mean_coefficient, want.mean_coefficient),
+        ] {
             // A dozen roundings, and at 1 m/s those of a rate of which e⁻¹⁰ is left.
             assert!((f64::from(got) / want - 1.0).abs() < 1e-6, "{speed}: {got} {want}");
         }

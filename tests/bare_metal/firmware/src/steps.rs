@@ -6,7 +6,7 @@ use bristle::curve::{
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 use bristle::exponential::{Exponential, Ramp};
-use bristle::regularisation::{HyperbolicTangent, SquareRoot};
+use bristle::regularisation::{HyperbolicTangent, SquareRoot, Unregularised};
 use bristle::rheology::{
     Deflection, GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, GeneralisedMaxwell,
     GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtElement, KelvinVoigtParameters, Maxwell,
@@ -35,7 +35,7 @@ fn steps<T: Scalar, M: Bristle<T>>(
     let hold = contact.hold(velocity, deflection, duration);
     let response = contact.response(velocity, deflection);
     let linear = contact.linearised(velocity, deflection);
-    let mut sum = hold.end + hold.mean + hold.deflection.dot(one);
+    let mut sum = hold.end_force + hold.mean_force + hold.deflection.dot(one);
     sum += response.force + response.rate.dot(one);
     sum += linear.force_by_velocity + linear.force_by_deflection.dot(one);
     sum += contact.stationary_force(velocity) + contact.stationary(velocity).dot(one);
@@ -246,7 +246,7 @@ pub(crate) fn dahl<T: Scalar>(input: &Input<T>) -> Answer<T> {
 
 pub(crate) fn elasto_plastic_model<T: Scalar>(
     input: &Input<T>,
-) -> Answer<ElastoPlastic<T, Stribeck<T>>> {
+) -> Answer<ElastoPlastic<Stribeck<T>, KelvinVoigt<T>, Unregularised, T>> {
     ElastoPlastic::new(ElastoPlasticParameters {
         curve: stribeck(input)?,
         rheology: bristle(input)?,
@@ -260,7 +260,7 @@ pub(crate) fn elasto_plastic<T: Scalar>(input: &Input<T>) -> Answer<T> {
 
 pub(crate) fn implicit_model<T: Scalar>(
     input: &Input<T>,
-) -> Answer<ImplicitBristle<T, Stribeck<T>>> {
+) -> Answer<ImplicitBristle<Stribeck<T>, Unregularised, T>> {
     ImplicitBristle::new(ImplicitBristleParameters {
         curve: stribeck(input)?,
         rheology: bristle(input)?,
