@@ -20,10 +20,11 @@ use bristle::rheology::{
     GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters,
     MaxwellArm, Zener, ZenerParameters,
 };
-use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
+use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
+use bristle::signal::Constant;
 use bristle::{
     Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd, LuGre,
-    ParameterError, Scalar, paper,
+    Mechanism, ParameterError, Scalar, paper,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{SVector, Vector2, Vector3, convert};
@@ -173,7 +174,7 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
 type Friction<T> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
 
 /// The stick-slip rig in a scalar type.
-fn rig<T: Scalar>() -> Result<SpringDrivenMass<T, Friction<T>>, ParameterError> {
+fn rig<T: Scalar>() -> Result<MassSpringDamper<T, Friction<T>>, ParameterError> {
     let t = |value: f64| convert::<f64, T>(value);
     let (curve, bristle) = (paper::STICK_SLIP_CURVE, paper::STICK_SLIP_BRISTLE);
     let curve = Stribeck::new(StribeckParameters {
@@ -187,11 +188,11 @@ fn rig<T: Scalar>() -> Result<SpringDrivenMass<T, Friction<T>>, ParameterError> 
         micro_stiffness: t(bristle.micro_stiffness),
         micro_damping: t(bristle.micro_damping),
     })?;
-    SpringDrivenMass::new(SpringDrivenMassParameters {
+    MassSpringDamper::new(MassSpringDamperParameters {
         contact: FrBd::new(curve, bristle).under_load(t(1.0))?,
-        mass: t(1.0),
-        spring_stiffness: t(2.0),
+        mechanism: Mechanism { mass: t(1.0), spring_stiffness: t(2.0), viscous_damping: t(0.0) },
         drive_velocity: t(SPEED),
+        force: Constant::zero(),
     })
 }
 

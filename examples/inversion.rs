@@ -12,11 +12,10 @@ use bristle::curve::{FrictionCurve, Stribeck};
 use bristle::ode::{Action, Direction, DormandPrince8, Event, Output, Solver, Tolerances};
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
-    ForcedMass, ForcedMassParameters, PrescribedVelocity, PrescribedVelocityParameters,
-    SpringDrivenMass,
+    MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity, PrescribedVelocityParameters,
 };
 use bristle::signal::{Sine, SineParameters};
-use bristle::{Bristle, FrBd, ImplicitBristle, ImplicitBristleParameters, paper};
+use bristle::{Bristle, FrBd, ImplicitBristle, ImplicitBristleParameters, Mechanism, paper};
 use nalgebra::Vector3;
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
@@ -139,7 +138,7 @@ fn run<M: Bristle<f64, Deflection = f64>>(
         lag.push(last.iter().map(point).collect());
     }
 
-    let rig = SpringDrivenMass::new(paper::stick_slip_rig(contact()?))?;
+    let rig = MassSpringDamper::new(paper::stick_slip_rig(contact()?))?;
     let solver = Solver::adaptive(DormandPrince8, Tolerances::scaled(rtol, rig.scales())?);
     let slips = |_: f64, state: &Vector3<f64>| state[1] - paper::STICK_SLIP_CURVE.stribeck_velocity;
     let events =
@@ -158,7 +157,12 @@ fn run<M: Bristle<f64, Deflection = f64>>(
     // A unit mass under a force between 0 and 0.8 of breakaway, once a second; from 0, so that nothing swings.
     let force =
         Sine::new(SineParameters { mean: 0.6, amplitude: 0.6, frequency: 1.0, phase: -0.5 * PI })?;
-    let scene = ForcedMass::new(ForcedMassParameters { contact: contact()?, mass: 1.0, force })?;
+    let scene = MassSpringDamper::new(MassSpringDamperParameters {
+        contact: contact()?,
+        mechanism: Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 },
+        drive_velocity: 0.0,
+        force,
+    })?;
     let solver = Solver::adaptive(DormandPrince8, Tolerances::scaled(rtol, scene.scales())?);
     let trajectory =
         solver.solve(&scene, 0.0..LOAD_CYCLES, scene.at_rest(), Output::Uniform(samples))?;

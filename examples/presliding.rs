@@ -10,9 +10,9 @@ use std::process::ExitCode;
 use bristle::curve::Stribeck;
 use bristle::ode::{DormandPrince, Output, Solver, Tolerances};
 use bristle::rheology::KelvinVoigt;
-use bristle::scene::{ForcedMass, ForcedMassParameters};
+use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::{Sine, SineParameters};
-use bristle::{Bristle, FrBd, LuGre, paper};
+use bristle::{Bristle, FrBd, LuGre, Mechanism, paper};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 const FREQUENCIES: [f64; 3] = [1.0, 5.0, 10.0];
@@ -86,9 +86,10 @@ fn run<M: Bristle<f64, Deflection = f64>>(
 ) -> Result<Vec<Row>, Box<dyn Error>> {
     let breakaway = paper::STICK_SLIP_CURVE.static_coefficient * NORMAL_FORCE;
     let force = SineParameters { mean: 0.0, amplitude: 0.9 * breakaway, frequency, phase: 0.0 };
-    let scene = ForcedMass::new(ForcedMassParameters {
+    let scene = MassSpringDamper::new(MassSpringDamperParameters {
         contact: model.under_load(NORMAL_FORCE)?,
-        mass: 1.0,
+        mechanism: Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 },
+        drive_velocity: 0.0,
         force: Sine::new(force)?,
     })?;
     let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(rtol, scene.scales())?);

@@ -15,11 +15,11 @@ use bristle::curve::Stribeck;
 use bristle::ode::{DormandPrince, Output, RungeKutta4, Solver, System, Tolerances, Trajectory};
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
-    PrescribedVelocity, PrescribedVelocityParameters, SpringDrivenMass, SpringDrivenMassParameters,
+    MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity, PrescribedVelocityParameters,
 };
 use bristle::signal::Constant;
-use bristle::stability::{self, Mechanism, Scheme};
-use bristle::{Branch, Bristle, FrBd, LuGre, paper};
+use bristle::stability::{self, Scheme};
+use bristle::{Branch, Bristle, FrBd, LuGre, Mechanism, paper};
 use nalgebra::{Vector1, Vector3};
 use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Rule, Stroke, Symbol};
 
@@ -153,14 +153,14 @@ fn main() -> ExitCode {
 // The rig, stepped by hand
 
 struct Rig<M> {
-    parameters: SpringDrivenMassParameters<f64, M>,
-    system: SpringDrivenMass<f64, M>,
+    parameters: MassSpringDamperParameters<f64, M>,
+    system: MassSpringDamper<f64, M>,
     companion: Companion<f64, M>,
 }
 
 impl<M: Bristle<f64, Deflection = f64>> Rig<M> {
-    fn new(parameters: SpringDrivenMassParameters<f64, M>) -> Result<Self, Box<dyn Error>> {
-        let system = SpringDrivenMass::new(parameters.clone())?;
+    fn new(parameters: MassSpringDamperParameters<f64, M>) -> Result<Self, Box<dyn Error>> {
+        let system = MassSpringDamper::new(parameters.clone())?;
         // Its deflection's limit is that of slow sliding, where friction is greatest.
         let companion = parameters.contact.clone().companion(0.0)?;
         Ok(Self { parameters, system, companion })
@@ -175,8 +175,9 @@ impl<M: Bristle<f64, Deflection = f64>> Rig<M> {
         velocity_before: f64,
         h: f64,
     ) -> Vector3<f64> {
-        let SpringDrivenMassParameters { contact, mass, spring_stiffness, drive_velocity } =
+        let MassSpringDamperParameters { contact, mechanism, drive_velocity, .. } =
             &self.parameters;
+        let Mechanism { mass, spring_stiffness, .. } = mechanism;
         let [x, v, z] = [state[0], state[1], state[2]];
         let spring = |time: f64, x: f64| spring_stiffness * (drive_velocity * time - x);
         match scheme {
@@ -386,9 +387,8 @@ fn study<M: Bristle<f64, Deflection = f64>>(
         .map(|(&time, _)| time)
         .collect();
 
-    let SpringDrivenMassParameters { mass, spring_stiffness, .. } = rig.parameters;
-    let mechanism = Mechanism { mass, spring_stiffness, viscous_damping: 0.0 };
-    let still = Rig::new(SpringDrivenMassParameters {
+    let mechanism = rig.system.mechanism();
+    let still = Rig::new(MassSpringDamperParameters {
         drive_velocity: 0.0,
         ..paper::stick_slip_rig(contact.clone())
     })?;

@@ -11,7 +11,7 @@ use bristle::ode::{
     Action, Direction, DormandPrince, Event, Output, Solver, Tolerances, Trajectory,
 };
 use bristle::rheology::KelvinVoigt;
-use bristle::scene::SpringDrivenMass;
+use bristle::scene::MassSpringDamper;
 use bristle::{Bristle, FrBd, LuGre, paper};
 use nalgebra::Vector3;
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
@@ -94,7 +94,7 @@ fn run<M: Bristle<f64, Deflection = f64>>(
     samples: usize,
     rtol: f64,
 ) -> Result<Run, Box<dyn Error>> {
-    let rig = SpringDrivenMass::new(paper::stick_slip_rig(model.under_load(1.0)?))?;
+    let rig = MassSpringDamper::new(paper::stick_slip_rig(model.under_load(1.0)?))?;
     let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(rtol, rig.scales())?);
     // A slip begins where the speed passes the Stribeck velocity.
     let slips = |_: f64, state: &Vector3<f64>| state[1] - paper::STICK_SLIP_CURVE.stribeck_velocity;

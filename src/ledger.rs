@@ -237,7 +237,7 @@ impl<T: Scalar> EnergyLedger<T> {
     /// ```
     /// use bristle::ledger::EnergyLedger;
     /// use bristle::ode::{DormandPrince, Solver, Tolerances};
-    /// use bristle::scene::SpringDrivenMass;
+    /// use bristle::scene::MassSpringDamper;
     /// use bristle::{Bristle, FrBd, paper};
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
@@ -248,7 +248,7 @@ impl<T: Scalar> EnergyLedger<T> {
     ///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
     /// );
     /// let contact = friction.under_load(1.0)?;
-    /// let rig = SpringDrivenMass::new(paper::stick_slip_rig(contact))?;
+    /// let rig = MassSpringDamper::new(paper::stick_slip_rig(contact))?;
     /// let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-8, rig.scales())?);
     /// let mut ledger = EnergyLedger::new();
     /// let mut meter = ledger.observe(&contact, |_, state: &Vector3<f64>| (state[1], state[2]));

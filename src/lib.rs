@@ -75,6 +75,7 @@ pub mod fidelity;
 pub mod identify;
 pub mod ledger;
 pub mod linear;
+mod mechanism;
 mod model;
 pub mod ode;
 pub mod paper;
@@ -94,6 +95,7 @@ pub use nalgebra;
 
 pub use bounds::Bounds;
 pub use contact::{Contact, ContactLimits, ContactResponse, HeldContact, LinearisedContact};
+pub use mechanism::Mechanism;
 pub use model::{
     Affine, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters,
     FoldRule, FrBd, HeldStep, ImplicitBristle, ImplicitBristleParameters, Law, Limits, Linearised,

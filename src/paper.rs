@@ -15,10 +15,11 @@
 //! # Ok::<(), bristle::ParameterError>(())
 //! ```
 
-use crate::Contact;
 use crate::curve::StribeckParameters;
 use crate::rheology::KelvinVoigtParameters;
-use crate::scene::{DiaphragmValveParameters, SpringDrivenMassParameters};
+use crate::scene::{DiaphragmValveParameters, MassSpringDamperParameters};
+use crate::signal::Constant;
+use crate::{Contact, Mechanism};
 
 /// Table 2: the friction curve of the pre-sliding, lag and stick-slip experiments (section V-A).
 pub const STICK_SLIP_CURVE: StribeckParameters<f64> = StribeckParameters {
@@ -33,9 +34,18 @@ pub const STICK_SLIP_CURVE: StribeckParameters<f64> = StribeckParameters {
 pub const STICK_SLIP_BRISTLE: KelvinVoigtParameters<f64, f64> =
     KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 64.5 };
 
-/// The stick-slip rig of section V-A: m = 1 kg, k = 2 N/m, v_ref = 0.1 m/s.
-pub fn stick_slip_rig<M>(contact: Contact<f64, M>) -> SpringDrivenMassParameters<f64, M> {
-    SpringDrivenMassParameters { contact, mass: 1.0, spring_stiffness: 2.0, drive_velocity: 0.1 }
+/// The mass and the spring of the stick-slip rig of section V-A: m = 1 kg, k = 2 N/m.
+pub const STICK_SLIP_MECHANISM: Mechanism<f64> =
+    Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
+
+/// The stick-slip rig of section V-A: its mechanism, pulled by the spring at v_ref = 0.1 m/s.
+pub fn stick_slip_rig<M>(contact: Contact<f64, M>) -> MassSpringDamperParameters<f64, M> {
+    MassSpringDamperParameters {
+        contact,
+        mechanism: STICK_SLIP_MECHANISM,
+        drive_velocity: 0.1,
+        force: Constant::zero(),
+    }
 }
 
 /// Table 3: the friction curve of the diaphragm valve's packing (section V-B), for a normal force

@@ -9,17 +9,17 @@ use bristle::ode::{
     Solver, Statistics, Step, Tolerances,
 };
 use bristle::rheology::KelvinVoigt;
-use bristle::scene::SpringDrivenMass;
+use bristle::scene::MassSpringDamper;
 use bristle::{Bristle, FrBd, paper};
 use nalgebra::Vector3;
 
-type Rig = SpringDrivenMass<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>;
+type Rig = MassSpringDamper<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>;
 
 fn rig() -> Rig {
     let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
     let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
     let contact = FrBd::new(curve, bristle).under_load(1.0).unwrap();
-    SpringDrivenMass::new(paper::stick_slip_rig(contact)).unwrap()
+    MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap()
 }
 
 /// Runs over two slips and counts what was allocated.

@@ -16,11 +16,11 @@ use bristle::exponential::Exponential;
 use bristle::ode::{Statistics, System};
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
-    DiaphragmValve, ForcedMass, ForcedMassParameters, PrescribedVelocity,
-    PrescribedVelocityParameters, SpringDrivenMass,
+    DiaphragmValve, MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity,
+    PrescribedVelocityParameters,
 };
 use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
-use bristle::{Bristle, FrBd, LuGre, ParameterError, paper};
+use bristle::{Bristle, FrBd, LuGre, Mechanism, ParameterError, paper};
 use nalgebra::{SVector, Vector1};
 
 /// A system over a time span from t = 0, and how solutions of it are judged.
@@ -131,7 +131,7 @@ fn stick_slip<M: Bristle<f64, Deflection = f64>>(
     friction: M,
     visitor: &mut impl Visitor,
 ) -> Result<(), ParameterError> {
-    let rig = SpringDrivenMass::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
+    let rig = MassSpringDamper::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
     visitor.visit(&Scene {
         name: "S1",
         model,
@@ -192,9 +192,10 @@ fn presliding<M: Bristle<f64, Deflection = f64>>(
     visitor: &mut impl Visitor,
 ) -> Result<(), ParameterError> {
     let amplitude = 0.9 * paper::STICK_SLIP_CURVE.static_coefficient;
-    let scene = ForcedMass::new(ForcedMassParameters {
+    let scene = MassSpringDamper::new(MassSpringDamperParameters {
         contact: friction.under_load(1.0)?,
-        mass: 1.0,
+        mechanism: Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 },
+        drive_velocity: 0.0,
         force: Sine::new(SineParameters { mean: 0.0, amplitude, frequency, phase: 0.0 })?,
     })?;
     visitor.visit(&Scene {

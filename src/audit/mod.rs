@@ -32,12 +32,12 @@ mod report;
 pub(crate) use report::Number;
 
 use crate::bounds::{larger, smaller};
-use crate::linear::{MassOnSpring, MassOnSpringParameters, Threshold};
+use crate::linear::Threshold;
 use crate::parameter::{self, ParameterError};
 use crate::root::enclose;
 use crate::scalar::{is_zero, lit};
-use crate::stability::{self, Mechanism, Scheme, StepLimits, Swing};
-use crate::{Branch, Bristle, Characteristics, Contact, ContactLimits, Law, Scalar};
+use crate::stability::{self, Scheme, StepLimits, Swing};
+use crate::{Branch, Bristle, Characteristics, Contact, ContactLimits, Law, Mechanism, Scalar};
 
 /// What an audit looks at.
 ///
@@ -145,8 +145,7 @@ pub struct StuckMass<T> {
 ///
 /// ```
 /// use bristle::audit::{AuditParameters, LawStatus};
-/// use bristle::stability::Mechanism;
-/// use bristle::{Bristle, LuGre, paper};
+/// use bristle::{Bristle, LuGre, Mechanism, paper};
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;
 ///
@@ -249,11 +248,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         if let Some(step) = sample_time {
             parameter::positive("sample_time", step)?;
         }
-        if let Some(Mechanism { mass, spring_stiffness, viscous_damping }) = mechanism {
-            parameter::positive("mass", mass)?;
-            parameter::non_negative("spring_stiffness", spring_stiffness)?;
-            parameter::non_negative("viscous_damping", viscous_damping)?;
-        }
+        mechanism.map(Mechanism::checked).transpose()?;
         let characteristics = self.model().characteristics(fastest);
         if let Some(fault) = characteristics.and_then(|characteristics| characteristics.curve_fault)
         {
@@ -281,9 +276,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             yielding,
             stuck: mechanism.map(|mechanism| self.stuck_mass(mechanism, fastest)),
             steady_sliding: mechanism.and_then(|mechanism| {
-                let contact = self.clone();
-                let rig = MassOnSpring::new(MassOnSpringParameters { contact, mechanism }).ok()?;
-                rig.critical_speed(slowest_on_spring(fastest)..fastest).ok()
+                self.critical_speed(mechanism, slowest_on_spring(fastest)..fastest).ok()
             }),
             characteristics,
             steps,

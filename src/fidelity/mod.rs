@@ -119,7 +119,7 @@
 //! ([`FidelityError::PilotTooShort`]) where a spring can lead the mass along unstable sliding.
 //!
 //! *Conditioning.* Steady sliding on the falling part of the curve is an unstable equilibrium: errors grow there by e^σt, σ the abscissa of
-//! [`linear::MassOnSpring`](crate::linear::MassOnSpring). A mass that comes there quietly waits until its errors are as large as its
+//! [`Contact::critical_speed`](crate::Contact::critical_speed). A mass that comes there quietly waits until its errors are as large as its
 //! motion. Along the run of the reference the factor
 //!
 //! e^S p μ_s/(m σ |v|),  S = ∫ σ dt while the velocity stays nearly as it is,

@@ -42,9 +42,6 @@ pub enum LinearisationError {
         /// Largest force of steady sliding in the range \[N\].
         most: f64,
     },
-    /// The system does not give its derivatives.
-    #[error("the system gives no derivatives: write `System::linearised`")]
-    NoTangent,
     /// The static gain is infinite: a pole lies at zero.
     #[error("the linearisation is singular: it has a pole at zero and no static gain")]
     Singular,

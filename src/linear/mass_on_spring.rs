@@ -21,57 +21,10 @@ use crate::bounds::{larger, smaller};
 use crate::parameter::{self, ParameterError, Rule};
 use crate::root::enclose;
 use crate::scalar::{is_zero, lit, to_f64};
-use crate::stability::Mechanism;
-use crate::{Bristle, Contact, Scalar, Sliding};
+use crate::{Bristle, Contact, Mechanism, Scalar, Sliding};
 
-/// Parameters of [`MassOnSpring`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MassOnSpringParameters<T, M> {
-    /// Friction under its normal force.
-    pub contact: Contact<T, M>,
-    /// Mass, stiffness of the spring that pulls it (positive) and damping beside the friction.
-    pub mechanism: Mechanism<T>,
-}
-
-/// A mass that slides on its contact, pulled by a spring whose end moves steadily.
-///
-/// Its bristle has one deflection. With a bristle of several springs, write the mechanism as a
-/// [`System`](crate::ode::System) and linearise that by [`StateSpace::of_system`].
-///
-/// ```
-/// use bristle::linear::{MassOnSpring, MassOnSpringParameters, Threshold};
-/// use bristle::stability::Mechanism;
-/// use bristle::{Bristle, FrBd, paper};
-/// use bristle::curve::Stribeck;
-/// use bristle::rheology::KelvinVoigt;
-///
-/// let friction = FrBd::new(
-///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
-///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
-/// );
-/// let rig = MassOnSpring::new(MassOnSpringParameters {
-///     contact: friction.under_load(1.0)?,
-///     mechanism: Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 },
-/// })?;
-/// // The curve of Table 2 falls up to 30 mm/s: so far no small disturbance dies out.
-/// let Threshold::StableAbove(speed) = rig.critical_speed(1e-3..1.0)? else { unreachable!() };
-/// assert!((speed - 0.029863).abs() < 1e-6);
-/// // No spring is stiff enough to prevent it at 5 mm/s …
-/// assert_eq!(rig.critical_stiffness(5e-3)?, Threshold::NeverStable);
-/// // … and at 0.1 m/s small motions die out, on any spring. (From rest the rig of the paper stick-slips there, too.)
-/// assert_eq!(rig.critical_stiffness(0.1)?, Threshold::AlwaysStable);
-/// let sliding = rig.steady_sliding(0.1)?;
-/// assert!(sliding.state_space.abscissa()? < 0.0);
-/// assert!((sliding.stretch - 0.502).abs() < 1e-12); // 1.004 N on 2 N/m
-/// # Ok::<(), bristle::linear::LinearisationError>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MassOnSpring<T, M> {
-    contact: Contact<T, M>,
-    mechanism: Mechanism<T>,
-}
-
-/// Steady sliding of a [`MassOnSpring`], and the small motions about it.
+/// Steady sliding of a mass on a driven spring, and the small motions about it. Made by
+/// [`Contact::steady_sliding`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SteadySliding<T: Scalar> {
     /// Velocity of the mass and of the spring's far end [m/s].
@@ -101,6 +54,15 @@ pub enum Threshold<T> {
     /// For none; but nowhere is a condition broken by more than equality: small motions neither grow
     /// nor die out. So it is where friction does not depend on the speed, and where there is none.
     Marginal,
+}
+
+/// The ratio of neighbouring speeds in a search: 64 a decade.
+const DOWN: f64 = 0.964_661_619_911_199;
+
+/// A mechanism in range that has a spring.
+fn on_spring<T: Scalar>(mechanism: Mechanism<T>) -> Result<Mechanism<T>, ParameterError> {
+    parameter::positive("spring_stiffness", mechanism.checked()?.spring_stiffness)?;
+    Ok(mechanism)
 }
 
 /// What becomes of small motions.
@@ -142,36 +104,53 @@ impl<T: Scalar> Conditions<T> {
     }
 }
 
-impl<T: Scalar, M: Bristle<T, Deflection = T>> MassOnSpring<T, M> {
-    /// Checks the parameters.
+impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
+    /// Steady sliding of a mass on a spring whose far end moves at a velocity, and the small motions
+    /// about it: stick-slip if they grow.
+    ///
+    /// For a bristle of several springs, linearise the whole mechanism as a
+    /// [`System`](crate::ode::System): [`StateSpace`] shows how.
+    ///
+    /// ```
+    /// use bristle::linear::Threshold;
+    /// use bristle::{Bristle, FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::KelvinVoigt;
+    ///
+    /// let friction = FrBd::new(
+    ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
+    ///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
+    /// );
+    /// let (contact, rig) = (friction.under_load(1.0)?, paper::STICK_SLIP_MECHANISM);
+    /// // The curve of Table 2 falls up to 30 mm/s: no small disturbance dies out below.
+    /// let threshold = contact.critical_speed(rig, 1e-3..1.0)?;
+    /// let Threshold::StableAbove(speed) = threshold else { unreachable!() };
+    /// assert!((speed - 0.029863).abs() < 1e-6);
+    /// // No spring is stiff enough to prevent that at 5 mm/s …
+    /// assert_eq!(contact.critical_stiffness(rig, 5e-3)?, Threshold::NeverStable);
+    /// // … and at 0.1 m/s small motions die out on any spring. (From rest the rig of the paper
+    /// // sticks and slips there, too.)
+    /// assert_eq!(contact.critical_stiffness(rig, 0.1)?, Threshold::AlwaysStable);
+    /// let sliding = contact.steady_sliding(rig, 0.1)?;
+    /// assert!(sliding.state_space.abscissa()? < 0.0);
+    /// assert!((sliding.stretch - 0.502).abs() < 1e-12); // 1.004 N on 2 N/m
+    /// # Ok::<(), bristle::linear::LinearisationError>(())
+    /// ```
     ///
     /// # Errors
     ///
-    /// Names the parameter that is out of its range.
-    pub fn new(parameters: MassOnSpringParameters<T, M>) -> Result<Self, ParameterError> {
-        let MassOnSpringParameters { contact, mechanism } = parameters;
-        parameter::positive("mass", mechanism.mass)?;
-        parameter::positive("spring_stiffness", mechanism.spring_stiffness)?;
-        parameter::non_negative("viscous_damping", mechanism.viscous_damping)?;
-        Ok(Self { contact, mechanism })
-    }
-
-    /// Steady sliding at a velocity, and the small motions about it.
-    ///
-    /// # Errors
-    ///
-    /// Refuses rest where friction has a kink, a model without an equilibrium there, and derivatives
+    /// Refuses a mechanism without a spring or out of range, rest where friction has a kink, a model without an equilibrium there, and derivatives
     /// that are not finite.
     pub fn steady_sliding(
         &self,
+        mechanism: Mechanism<T>,
         sliding: impl Into<Sliding<T>>,
     ) -> Result<SteadySliding<T>, LinearisationError> {
+        let Mechanism { mass, spring_stiffness, viscous_damping } = on_spring(mechanism)?;
         let sliding = sliding.into();
-        parameter::finite("velocity", sliding.velocity())?;
-        let Mechanism { mass, spring_stiffness, viscous_damping } = self.mechanism;
-        let friction = self.contact.steady_state_space::<1>(sliding)?;
+        let friction = self.steady_state_space::<1>(sliding)?;
         let velocity = sliding.velocity();
-        let friction_force = self.contact.stationary_force(sliding);
+        let friction_force = self.stationary_force(sliding);
         let (zero, one) = (T::zero(), T::one());
         let (by_velocity, by_deflection) = (friction.feedthrough, friction.output.x);
         let dynamics = nalgebra::Matrix3::new(
@@ -194,7 +173,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> MassOnSpring<T, M> {
         Ok(SteadySliding {
             velocity,
             stretch: (friction_force + viscous_damping * velocity) / spring_stiffness,
-            deflection: self.contact.stationary(sliding),
+            deflection: self.stationary(sliding),
             friction_force,
             state_space: state_space.finite()?,
         })
@@ -205,12 +184,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> MassOnSpring<T, M> {
     ///
     /// # Errors
     ///
-    /// As for [`MassOnSpring::steady_sliding`].
+    /// As for [`Contact::steady_sliding`].
     pub fn critical_stiffness(
         &self,
+        mechanism: Mechanism<T>,
         sliding: impl Into<Sliding<T>>,
     ) -> Result<Threshold<T>, LinearisationError> {
-        let conditions = self.conditions(sliding.into())?;
+        let conditions = self.conditions(on_spring(mechanism)?, sliding.into())?;
         let zero = T::zero();
         if !(conditions.relaxation > zero && conditions.shifted > zero) {
             return Ok(Threshold::NeverStable);
@@ -234,18 +214,20 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> MassOnSpring<T, M> {
     /// # Errors
     ///
     /// Refuses a range that does not start above zero or ends before it starts, and what
-    /// [`MassOnSpring::steady_sliding`] refuses.
+    /// [`Contact::steady_sliding`] refuses.
     pub fn critical_speed(
         &self,
+        mechanism: Mechanism<T>,
         speeds: core::ops::Range<T>,
     ) -> Result<Threshold<T>, LinearisationError> {
+        let mechanism = on_spring(mechanism)?;
         let start = parameter::positive("speeds.start", speeds.start)?;
         let end = parameter::positive("speeds.end", speeds.end)?;
         parameter::at_least("speeds.end", end, "speeds.start", start)?;
-        let stiffness = self.mechanism.spring_stiffness;
         let mut marginal = true;
         let mut stable = |speed: T| -> Result<bool, LinearisationError> {
-            let fate = self.conditions(Sliding::from(speed))?.fate(stiffness);
+            let conditions = self.conditions(mechanism, Sliding::from(speed))?;
+            let fate = conditions.fate(mechanism.spring_stiffness);
             marginal &= fate == Fate::Stay;
             Ok(fate == Fate::DieOut)
         };
@@ -283,22 +265,18 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> MassOnSpring<T, M> {
         })
     }
 
-    fn conditions(&self, sliding: Sliding<T>) -> Result<Conditions<T>, LinearisationError> {
-        let Mechanism { mass, viscous_damping, .. } = self.mechanism;
-        parameter::finite("velocity", sliding.velocity())?;
-        let friction = self.contact.steady_state_space::<1>(sliding)?;
+    fn conditions(
+        &self,
+        Mechanism { mass, viscous_damping, .. }: Mechanism<T>,
+        sliding: Sliding<T>,
+    ) -> Result<Conditions<T>, LinearisationError> {
+        let friction = self.steady_state_space::<1>(sliding)?;
         let relaxation = -friction.dynamics.x;
         let quick = viscous_damping + friction.feedthrough;
         // λ S = λ D + C B.
         let slope = quick + friction.output.x * friction.input.x / relaxation;
         Ok(Conditions { relaxation, shifted: mass * relaxation + quick, quick, slope })
     }
-}
-
-/// The factor between neighbouring speeds that are looked at: 64 a decade.
-const DOWN: f64 = 0.964_661_619_911_199;
-
-impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     /// The velocity [m/s] at which steady sliding balances an applied force \[N\], F_ss(v) + d v = f, with a
     /// damping d [N s/m] beside the friction. Of several the fastest up to `fastest` [m/s] at which the
     /// friction rises with the speed: at the others a mass under a given force does not stay.

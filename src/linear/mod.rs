@@ -22,7 +22,8 @@
 //! [`Contact::state_space`](crate::Contact::state_space) and
 //! [`Contact::steady_state_space`](crate::Contact::steady_state_space) make it.
 //!
-//! **A mass on a spring** whose end moves steadily ([`MassOnSpring`]) slides with it, or stick-slips; both can be had at one
+//! **A mass on a spring** whose end moves steadily
+//! ([`Contact::steady_sliding`](crate::Contact::steady_sliding)) slides with it, or stick-slips; both can be had at one
 //! speed, the one from small disturbances, the other from rest. What follows is about the small ones.
 //! Its small motions about steady sliding at v obey
 //!
@@ -36,13 +37,13 @@
 //! For FrBD with constant σ0, σ1 and d = 0 both D and S have the sign of (μ sgn_ε)', so that nothing
 //! but that slope decides, whatever k and m. Damping beside the friction, or a LuGre model with viscous
 //! friction, separates them: where S < 0 < D the spring must be stiffer than
-//! k_c = −(mλ + D) λ S/D ([`MassOnSpring::critical_stiffness`]).
+//! k_c = −(mλ + D) λ S/D ([`Contact::critical_stiffness`](crate::Contact::critical_stiffness)).
 //!
 //! Where friction does not depend on the speed both vanish, and small motions neither grow nor die out
 //! ([`Threshold::Marginal`]). ∂ż/∂v as such is a difference of ones; the slope of steady sliding is
 //! therefore taken from the curve itself ([`Bristle::steady_linearised`](crate::Bristle::steady_linearised)).
 //!
-//! **Any mechanism** that knows its derivatives: [`StateSpace::of_system`].
+//! **Any mechanism** that knows its derivatives: its Jacobian is the matrix A of a [`StateSpace`].
 //!
 //! Sources: Romano et al. (arXiv 2602.09429), section III-C; the Routh–Hurwitz conditions as in
 //! F. R. Gantmacher, "The Theory of Matrices", volume 2 (Chelsea, 1959), chapter XV.
@@ -54,5 +55,5 @@ mod state_space;
 
 pub use contact::Coordinates;
 pub use error::LinearisationError;
-pub use mass_on_spring::{MassOnSpring, MassOnSpringParameters, SteadySliding, Threshold};
+pub use mass_on_spring::{SteadySliding, Threshold};
 pub use state_space::{Roots, StateSpace};

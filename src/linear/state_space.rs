@@ -13,12 +13,11 @@ use core::fmt;
 use nalgebra::{Complex, ComplexField, RowSVector, SMatrix, SVector};
 
 use super::LinearisationError;
+use crate::Scalar;
 use crate::audit::Number;
 use crate::eigenvalues::eigenvalues;
-use crate::ode::System;
 use crate::parameter::{ParameterError, Rule};
 use crate::scalar::{lit, to_f64};
-use crate::{Branch, Scalar};
 
 /// A linear system with N states, one input u and one output y: ẋ = A x + B u, y = C x + D u.
 ///
@@ -36,6 +35,36 @@ use crate::{Branch, Scalar};
 /// assert_eq!(lead.static_gain()?, 2.0);
 /// assert_eq!(lead.frequency_response(1.0)?, Complex::new(1.5, -0.5));
 /// assert_eq!(lead.zeros()?.as_slice(), [Complex::new(-2.0, 0.0)]);
+/// # Ok::<(), bristle::linear::LinearisationError>(())
+/// ```
+///
+/// The small motions of a whole mechanism have its Jacobian as A:
+///
+/// ```
+/// use bristle::linear::StateSpace;
+/// use bristle::ode::System;
+/// use bristle::scene::MassSpringDamper;
+/// use bristle::{Branch, Bristle, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
+/// use nalgebra::{RowVector3, Vector3};
+///
+/// let friction = FrBd::new(
+///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
+///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
+/// );
+/// let rig = MassSpringDamper::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
+/// let derivatives = rig.linearised(0.0, &rig.at_rest(), [Branch::Forward]).unwrap();
+/// let stuck = StateSpace {
+///     dynamics: derivatives.by_state,
+///     input: Vector3::new(0.0, 1.0, 0.0),     // force on the mass of 1 kg
+///     output: RowVector3::new(0.0, 1.0, 0.0), // its velocity
+///     feedthrough: 0.0,
+/// };
+/// // The stuck mass swings on its bristles and its spring: ω² = (σ0 p + k)/m.
+/// let poles = stuck.poles()?;
+/// let moduli = poles.as_slice().iter().map(|pole| pole.norm_sqr().sqrt());
+/// assert!((moduli.fold(0.0, f64::max) - 10002f64.sqrt()).abs() < 1e-9);
 /// # Ok::<(), bristle::linear::LinearisationError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -156,47 +185,6 @@ fn pair(mut roots: &mut [Complex<f64>]) {
 }
 
 impl<T: Scalar, const N: usize> StateSpace<T, N> {
-    /// A mechanism at one state, each contact on its branch: A is its Jacobian; the input enters its
-    /// rates by B and the output is C x.
-    ///
-    /// ```
-    /// use bristle::linear::StateSpace;
-    /// use bristle::scene::SpringDrivenMass;
-    /// use bristle::{Branch, Bristle, FrBd, paper};
-    /// use bristle::curve::Stribeck;
-    /// use bristle::rheology::KelvinVoigt;
-    /// use nalgebra::{RowVector3, Vector3};
-    ///
-    /// let friction = FrBd::new(
-    ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
-    ///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
-    /// );
-    /// let rig = SpringDrivenMass::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
-    /// // From a force on the stuck mass of 1 kg to its velocity.
-    /// let (force, velocity) = (Vector3::new(0.0, 1.0, 0.0), RowVector3::new(0.0, 1.0, 0.0));
-    /// let stuck = StateSpace::of_system(&rig, 0.0, &rig.at_rest(), [Branch::Forward], force, velocity)?;
-    /// // It swings on its bristles at √(σ0 p/m) = 100 rad/s.
-    /// let fastest = stuck.poles()?.as_slice().iter().map(|pole| pole.norm_sqr().sqrt()).fold(0.0, f64::max);
-    /// assert!((fastest - 10002f64.sqrt()).abs() < 1e-9);
-    /// # Ok::<(), bristle::linear::LinearisationError>(())
-    /// ```
-    ///
-    /// # Errors
-    ///
-    /// Refuses a system without derivatives, and derivatives that are not finite.
-    pub fn of_system<S: System<T, N, K>, const K: usize>(
-        system: &S,
-        time: T,
-        state: &SVector<T, N>,
-        branches: [Branch; K],
-        input: SVector<T, N>,
-        output: RowSVector<T, N>,
-    ) -> Result<Self, LinearisationError> {
-        let tangent =
-            system.linearised(time, state, branches).ok_or(LinearisationError::NoTangent)?;
-        Self { dynamics: tangent.by_state, input, output, feedthrough: T::zero() }.finite()
-    }
-
     /// The same, if every entry is finite.
     pub(super) fn finite(self) -> Result<Self, LinearisationError> {
         let mut entries = self.dynamics.iter().chain(&self.input).chain(&self.output);

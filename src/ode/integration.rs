@@ -30,16 +30,11 @@ const ENDLESS: (u32, f64) = (100, 1e-2);
 ///
 /// ```
 /// use bristle::ode::{RungeKutta4, Solver};
-/// use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
-/// use bristle::{Bristle, Dahl, DahlParameters};
+/// use bristle::scene::MassSpringDamper;
+/// use bristle::{Bristle, Dahl, DahlParameters, paper};
 ///
 /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
-/// let rig = SpringDrivenMass::new(SpringDrivenMassParameters {
-///     contact: friction.under_load(1.0)?,
-///     mass: 1.0,
-///     spring_stiffness: 2.0,
-///     drive_velocity: 0.1,
-/// })?;
+/// let rig = MassSpringDamper::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
 /// let solver = Solver::fixed(RungeKutta4, 1e-3)?;
 /// let mut run = solver.begin(&rig, 0.0..1.0, rig.at_rest())?;
 /// while let Some(step) = run.advance()? {

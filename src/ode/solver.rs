@@ -14,8 +14,8 @@ use super::step::Step;
 use super::{Automatic, Statistics, System, Tolerances};
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{lit, to_f64};
-use crate::stability::{self, Mechanism};
-use crate::{Bristle, Contact, Scalar};
+use crate::stability;
+use crate::{Bristle, Contact, Mechanism, Scalar};
 
 /// A method with its step control.
 ///
@@ -59,8 +59,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// ```
     /// use bristle::ode::{RungeKutta4, Solver};
-    /// use bristle::stability::Mechanism;
-    /// use bristle::{Bristle, FrBd, paper};
+    /// use bristle::{Mechanism, Bristle, FrBd, paper};
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
     ///
@@ -176,16 +175,11 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// use core::ops::ControlFlow;
     ///
     /// use bristle::ode::{DormandPrince, Solver, Step, Tolerances};
-    /// use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
-    /// use bristle::{Bristle, Dahl, DahlParameters};
+    /// use bristle::scene::MassSpringDamper;
+    /// use bristle::{Bristle, Dahl, DahlParameters, paper};
     ///
     /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
-    /// let rig = SpringDrivenMass::new(SpringDrivenMassParameters {
-    ///     contact: friction.under_load(1.0)?,
-    ///     mass: 1.0,
-    ///     spring_stiffness: 2.0,
-    ///     drive_velocity: 0.1,
-    /// })?;
+    /// let rig = MassSpringDamper::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
     /// let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-6, rig.scales())?);
     /// let mut fastest = 0.0;
     /// let summary = solver.stream(&rig, 0.0..10.0, rig.at_rest(), &[], &mut |step: &Step<f64, 3>| {

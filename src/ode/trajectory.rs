@@ -94,7 +94,7 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
     ///
     /// ```
     /// use bristle::ode::{DormandPrince, Output, Solver, Tolerances};
-    /// use bristle::scene::SpringDrivenMass;
+    /// use bristle::scene::MassSpringDamper;
     /// use bristle::{Bristle, FrBd, paper};
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
@@ -102,7 +102,7 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
     /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
     /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
     /// let contact = FrBd::new(curve, bristle).under_load(1.0)?;
-    /// let rig = SpringDrivenMass::new(paper::stick_slip_rig(contact))?;
+    /// let rig = MassSpringDamper::new(paper::stick_slip_rig(contact))?;
     /// let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-6, rig.scales())?);
     /// let motion = solver.solve(&rig, 0.0..9.0, rig.at_rest(), Output::Dense)?;
     /// let sticking = motion.at(1.0).unwrap();
@@ -237,7 +237,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
 ///
 /// ```
 /// use bristle::ode::{self, Output};
-/// use bristle::scene::SpringDrivenMass;
+/// use bristle::scene::MassSpringDamper;
 /// use bristle::{Bristle, FrBd, paper};
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;
@@ -245,7 +245,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
 /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
 /// let contact = FrBd::new(curve, bristle).under_load(1.0)?;
-/// let rig = SpringDrivenMass::new(paper::stick_slip_rig(contact))?;
+/// let rig = MassSpringDamper::new(paper::stick_slip_rig(contact))?;
 /// let motion = ode::solve(&rig, 0.0..20.0, rig.at_rest(), 1e-6, Output::Uniform(201))?;
 /// assert!(motion.statistics().reversals > 5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -3,8 +3,7 @@
 //! | scene | states |
 //! |---|---|
 //! | [`PrescribedVelocity`] | deflection; of a bristle of several springs their stretches |
-//! | [`ForcedMass`] | position, velocity, deflection |
-//! | [`SpringDrivenMass`] | position, velocity, deflection |
+//! | [`MassSpringDamper`] | position, velocity, deflection |
 //! | [`DiaphragmValve`] | position, velocity, deflection, pressure |
 //!
 //! A scene of your own is a [`System`](crate::ode::System): about twenty lines.
@@ -14,17 +13,15 @@
 
 mod braked_wheel;
 mod diaphragm_valve;
-mod forced_mass;
+mod mass_spring_damper;
 mod prescribed_velocity;
-mod spring_driven_mass;
 
 pub use braked_wheel::{
     BrakedWheel, BrakedWheelParameters, WheelError, WheelLedger, WheelLoads, WheelState, WheelStep,
 };
 pub use diaphragm_valve::{DiaphragmValve, DiaphragmValveParameters};
-pub use forced_mass::{ForcedMass, ForcedMassParameters};
+pub use mass_spring_damper::{MassSpringDamper, MassSpringDamperParameters};
 pub use prescribed_velocity::{PrescribedVelocity, PrescribedVelocityParameters};
-pub use spring_driven_mass::{SpringDrivenMass, SpringDrivenMassParameters};
 
 use nalgebra::{SMatrix, SVector};
 

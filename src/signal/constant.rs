@@ -19,6 +19,11 @@ impl<T: Scalar> Constant<T> {
     pub fn new(value: T) -> Result<Self, ParameterError> {
         Ok(Self { value: parameter::finite("value", value)? })
     }
+
+    /// The signal that is always zero: no force.
+    pub fn zero() -> Self {
+        Self { value: T::zero() }
+    }
 }
 
 impl<T: Scalar> Signal<T> for Constant<T> {

@@ -66,7 +66,7 @@ use nalgebra::{Complex, ComplexField, SMatrix};
 use crate::eigenvalues::eigenvalues;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{lit, nan, to_f64};
-use crate::{Branch, Bristle, Contact, Scalar};
+use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 
 /// How a step is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -96,18 +96,6 @@ pub enum Scheme {
     Rosenbrock,
 }
 
-/// What a contact holds or brakes: a mass on a line, without its friction. Moments of inertia, angles
-/// and torques serve as well.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mechanism<T> {
-    /// Mass m \[kg\], positive.
-    pub mass: T,
-    /// Stiffness k [N/m] of the springs to the ground or to a given motion, zero or positive.
-    pub spring_stiffness: T,
-    /// Damping d [N s/m] beside the friction, zero or positive.
-    pub viscous_damping: T,
-}
-
 /// The largest stable steps of one scheme. `None` where no step is too long, zero where every
 /// step is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -128,8 +116,8 @@ pub struct StepLimits<T> {
 /// A regularised contact never quite rests; it is taken where its steady friction breaks away.
 ///
 /// ```
-/// use bristle::stability::{self, Mechanism, Scheme};
-/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::stability::{self, Scheme};
+/// use bristle::{Bristle, FrBd, Mechanism, paper};
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;
 ///
@@ -160,10 +148,7 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
     fastest: T,
     scheme: Scheme,
 ) -> Result<StepLimits<T>, ParameterError> {
-    let Mechanism { mass, spring_stiffness, viscous_damping } = mechanism;
-    parameter::positive("mass", mass)?;
-    parameter::non_negative("spring_stiffness", spring_stiffness)?;
-    parameter::non_negative("viscous_damping", viscous_damping)?;
+    let mechanism = mechanism.checked()?;
     if !(fastest.abs() >= T::zero()) {
         let value = to_f64(fastest);
         return Err(ParameterError { name: "fastest", component: None, value, rule: Rule::Number });
@@ -209,7 +194,7 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
 ///
 /// ```
 /// use bristle::ode::System;
-/// use bristle::scene::SpringDrivenMass;
+/// use bristle::scene::MassSpringDamper;
 /// use bristle::stability::{self, Scheme};
 /// use bristle::{Branch, Bristle, FrBd, paper};
 /// use bristle::curve::Stribeck;
@@ -219,7 +204,7 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
 ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
 ///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
 /// );
-/// let rig = SpringDrivenMass::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
+/// let rig = MassSpringDamper::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
 /// let tangent = rig.linearised(0.0, &rig.at_rest(), [Branch::Forward]).unwrap();
 /// let step = stability::largest_step_of(&tangent.by_state, Scheme::RungeKutta4).unwrap();
 /// assert!((step - 2.8040e-2).abs() < 1e-6);
@@ -373,8 +358,8 @@ impl<T: Scalar> StepLimits<T> {
     /// Accepts a step \[s\] that is within every limit.
     ///
     /// ```
-    /// use bristle::stability::{self, Mechanism, Scheme};
-    /// use bristle::{Bristle, Dahl, DahlParameters};
+    /// use bristle::stability::{self, Scheme};
+    /// use bristle::{Bristle, Dahl, DahlParameters, Mechanism};
     ///
     /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 5e3 })?;
     /// let mechanism = Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 };

@@ -7,6 +7,7 @@ use std::fmt::Write;
 use crate::common::recipe::recipe;
 use crate::common::specimens::{kelvin_voigt, stribeck};
 use crate::common::{assert_within, check};
+use bristle::Mechanism;
 use bristle::audit::{Audit, AuditParameters, LawStatus, LoadCycle};
 use bristle::curve::{
     Asymmetric, Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Stribeck,
@@ -17,7 +18,7 @@ use bristle::regularisation::SquareRoot;
 use bristle::rheology::{
     KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellParameters, VelocityDependent,
 };
-use bristle::stability::{Mechanism, Scheme};
+use bristle::stability::Scheme;
 use bristle::{
     Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
     LuGre, Sliding, paper,

@@ -13,7 +13,7 @@ use bristle::ode::{
     DormandPrince, DormandPrince8, Method, Rodas4, Rodas5P, RungeKutta4, Solver, Step, Tolerances,
 };
 use bristle::rheology::KelvinVoigt;
-use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters, SpringDrivenMass};
+use bristle::scene::{MassSpringDamper, PrescribedVelocity, PrescribedVelocityParameters};
 use bristle::signal::Constant;
 use bristle::{Bristle, Contact, FrBd, LuGre, paper};
 use nalgebra::Vector1;
@@ -157,7 +157,7 @@ fn exact_and_passive_steps_balance_to_rounding() {
 /// The ledger of a stick-slip run, and the work of the spring's end less what mass and spring keep of it.
 fn stick_slip<T: Method<f64, 3>>(solver: &Solver<f64, T, 3>) -> (EnergyLedger<f64>, f64) {
     let contact = FrBd::new(curve(), bristle()).under_load(1.0).unwrap();
-    let rig = SpringDrivenMass::new(paper::stick_slip_rig(contact)).unwrap();
+    let rig = MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap();
     let (stiffness, drive) = (2.0, 0.1);
     let mut ledger = EnergyLedger::new();
     let mut work = 0.0;
@@ -179,7 +179,7 @@ fn stick_slip<T: Method<f64, 3>>(solver: &Solver<f64, T, 3>) -> (EnergyLedger<f6
 
 #[test]
 fn the_balance_of_an_integration_closes_to_its_tolerance() {
-    let scales = SpringDrivenMass::new(paper::stick_slip_rig(
+    let scales = MassSpringDamper::new(paper::stick_slip_rig(
         FrBd::new(curve(), bristle()).under_load(1.0).unwrap(),
     ))
     .unwrap()

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::f64::consts::TAU;
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
 use crate::common::recipe::{decades, nonzero_velocity, recipe};
 use crate::common::specimens::{coulomb, elasto_plastic, kelvin_voigt, rational, stribeck};
@@ -11,23 +11,21 @@ use crate::common::{assert_within, check, lit};
 use bristle::curve::{
     Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Stribeck, StribeckParameters,
 };
-use bristle::linear::{
-    LinearisationError, MassOnSpring, MassOnSpringParameters, StateSpace, Threshold,
-};
-use bristle::ode::{DormandPrince8, Linearisation, Solver, Step, System, Tolerances};
+use bristle::linear::{LinearisationError, StateSpace, SteadySliding, Threshold};
+use bristle::ode::{DormandPrince8, Solver, Step, System, Tolerances};
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
 use bristle::rheology::{
     Deflection, Elements, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt,
     KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters, Rheology, VelocityDependent,
 };
 use bristle::scene::{
-    DiaphragmValve, PrescribedVelocity, PrescribedVelocityParameters, SpringDrivenMass,
-    SpringDrivenMassParameters,
+    DiaphragmValve, MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity,
+    PrescribedVelocityParameters,
 };
 use bristle::signal::{Constant, Sine, SineParameters};
-use bristle::stability::Mechanism;
 use bristle::{
-    Bounds, Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Scalar, Sliding, paper,
+    Bounds, Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Mechanism, Scalar,
+    Sliding, paper,
 };
 use nalgebra::{
     Complex, ComplexField, Matrix1, Matrix3, RowVector3, RowVector4, SMatrix, SVector, Vector2,
@@ -361,8 +359,7 @@ fn a_small_oscillation_of_the_drive_gives_the_force_of_the_coupled_response() {
     let (mean, frequency) = (5.5e-3, 4.0);
     let amplitude = 1e-3 * mean;
     let mechanism = Mechanism { mass: 1.0, spring_stiffness: 4000.0, viscous_damping: 30.0 };
-    let rig = MassOnSpring::new(MassOnSpringParameters { contact: table_2(), mechanism }).unwrap();
-    let steady = rig.steady_sliding(mean).unwrap();
+    let steady = table_2().steady_sliding(mechanism, mean).unwrap();
     let start = Vector3::new(steady.stretch, steady.velocity, steady.deflection);
     let drive = Sine::new(SineParameters { mean, amplitude, frequency, phase: 0.0 }).unwrap();
     let pulled = Pulled { contact: table_2(), mechanism, drive };
@@ -418,28 +415,34 @@ fn the_eigenvalues_of_a_sliding_mass_are_those_of_a_dual_jacobian() {
         drive: f64,
     ) {
         let (mass, spring_stiffness) = (0.7, 35.0);
-        let rig = SpringDrivenMass::new(SpringDrivenMassParameters {
+        let mechanism = Mechanism { mass, spring_stiffness, viscous_damping: 0.4 };
+        let rig = MassSpringDamper::new(MassSpringDamperParameters {
             contact: model.clone().under_load(1.3).unwrap(),
-            mass,
-            spring_stiffness,
+            mechanism,
             drive_velocity: drive,
+            force: Constant::zero(),
         })
         .unwrap();
-        let twin = SpringDrivenMass::new(SpringDrivenMassParameters {
+        let twin = MassSpringDamper::new(MassSpringDamperParameters {
             contact: dual.under_load(lit(1.3)).unwrap(),
-            mass: lit::<Dual64>(mass),
-            spring_stiffness: lit(spring_stiffness),
+            mechanism: Mechanism {
+                mass: lit::<Dual64>(mass),
+                spring_stiffness: lit(spring_stiffness),
+                viscous_damping: lit(0.4),
+            },
             drive_velocity: lit(drive),
+            force: Constant::zero(),
         })
         .unwrap();
-        let steady = rig.steady_sliding().unwrap();
+        let steady = rig.contact().steady_sliding(mechanism, drive).unwrap();
         let state = Vector3::new(-steady.stretch, drive, steady.deflection);
         // The scene stands still but for its position, which runs with the drive.
         let rate = rig.rate(0.0, &state, [Branch::Free]);
-        // A few roundings of the terms c₀ z and c₂ v, which cancel in LuGre's force.
+        // A few roundings of the terms c₀ z and c₂ v, which cancel in LuGre's force, and of the damping.
         let affine = model.affine(drive.into(), steady.deflection);
         let terms = (affine.stiffness * steady.deflection).abs() + (affine.damping * drive).abs();
-        let (force, drift) = (1e-14 * 1.3 * terms / mass, 1e-14 * drive.abs());
+        let (force, drift) = (1.3 * terms + (0.4 * drive).abs(), 1e-14 * drive.abs());
+        let force = 1e-14 * force / mass;
         assert!(rate.y.abs() <= force && rate.z.abs() <= drift, "{rate}");
         let jacobian = dual_jacobian(&state, |state| twin.rate(lit(0.0), state, [Branch::Free]));
         // nalgebra does not scale: in units of like entries.
@@ -490,10 +493,8 @@ fn the_valve_at_a_state_is_a_state_space_too() {
     let valve = DiaphragmValve::new(valve).unwrap();
     let state = Vector4::new(6e-3, 1e-3, 8e-7, 1.2e5);
     let (input, output) = (Vector4::new(0.0, 1.0, 0.0, 0.0), RowVector4::new(0.0, 1.0, 0.0, 0.0));
-    let small =
-        StateSpace::of_system(&valve, 0.0, &state, [Branch::Forward], input, output).unwrap();
-    let tangent = valve.linearised(0.0, &state, [Branch::Forward]).unwrap();
-    assert_eq!(small.dynamics, tangent.by_state);
+    let derivatives = valve.linearised(0.0, &state, [Branch::Forward]).unwrap();
+    let small = StateSpace { dynamics: derivatives.by_state, input, output, feedthrough: 0.0 };
     // The states differ by eleven orders of magnitude; nalgebra does not scale, so that units in which
     // the matrix is even are given to it.
     let units = SMatrix::from_diagonal(&Vector4::new(1e-4, 1.0, 1e-4, 1e3));
@@ -502,14 +503,33 @@ fn the_valve_at_a_state_is_a_state_space_too() {
     assert_same_roots(small.poles().unwrap().as_slice(), want.as_slice(), 1e-9);
 }
 
+/// A contact that brakes a mass on a driven spring.
+struct OnSpring<M> {
+    contact: Contact<f64, M>,
+    mechanism: Mechanism<f64>,
+}
+
+impl<M: Bristle<f64, Deflection = f64>> OnSpring<M> {
+    fn steady_sliding(&self, velocity: f64) -> Result<SteadySliding<f64>, LinearisationError> {
+        self.contact.steady_sliding(self.mechanism, velocity)
+    }
+
+    fn critical_stiffness(&self, velocity: f64) -> Result<Threshold<f64>, LinearisationError> {
+        self.contact.critical_stiffness(self.mechanism, velocity)
+    }
+
+    fn critical_speed(&self, speeds: Range<f64>) -> Result<Threshold<f64>, LinearisationError> {
+        self.contact.critical_speed(self.mechanism, speeds)
+    }
+}
+
 fn on_spring<M: Bristle<f64, Deflection = f64>>(
     contact: Contact<f64, M>,
     mass: f64,
     spring_stiffness: f64,
     viscous_damping: f64,
-) -> MassOnSpring<f64, M> {
-    let mechanism = Mechanism { mass, spring_stiffness, viscous_damping };
-    MassOnSpring::new(MassOnSpringParameters { contact, mechanism }).unwrap()
+) -> OnSpring<M> {
+    OnSpring { contact, mechanism: Mechanism { mass, spring_stiffness, viscous_damping } }
 }
 
 #[test]
@@ -749,27 +769,14 @@ fn what_has_no_answer_is_refused_by_name() {
     assert!(matches!(refused, LinearisationError::Unstable { abscissa } if abscissa > 0.0));
 
     let mechanism = Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 };
-    assert!(MassOnSpring::new(MassOnSpringParameters { contact, mechanism }).is_err());
+    assert!(contact.steady_sliding(mechanism, 0.1).is_err());
+    assert!(contact.critical_stiffness(mechanism, 0.1).is_err());
+    assert!(contact.critical_speed(mechanism, 1e-3..1.0).is_err());
     let rig = on_spring(contact, 1.0, 2.0, 0.0);
     for range in [0.0..1.0, 1.0..0.5, f64::NAN..1.0, 1.0..f64::NAN] {
         assert!(rig.critical_speed(range).is_err());
     }
     assert!(contact.steady_velocity(f64::NAN, 0.0, 1.0).is_err());
-
-    /// A system without derivatives.
-    struct Bare;
-    impl System<f64, 1> for Bare {
-        fn rate(&self, _: f64, state: &SVector<f64, 1>, _: [Branch; 1]) -> SVector<f64, 1> {
-            -state
-        }
-        fn sliding_velocities(&self, _: f64, _: &SVector<f64, 1>) -> [f64; 1] {
-            [1.0]
-        }
-    }
-    let one = Matrix1::new(1.0);
-    let refused = StateSpace::of_system(&Bare, 0.0, &one, [Branch::Free], one, one).unwrap_err();
-    assert_eq!(refused, LinearisationError::NoTangent);
-    let _: Option<Linearisation<f64, 1>> = Bare.linearised(0.0, &one, [Branch::Free]);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -826,8 +833,8 @@ fn the_steady_slope_keeps_its_digits_however_slow_the_sliding() {
                 spring_stiffness: lit(2.0),
                 viscous_damping: T::zero(),
             };
-            let rig = MassOnSpring::new(MassOnSpringParameters { contact, mechanism }).unwrap();
-            assert_eq!(rig.critical_stiffness(v).unwrap(), Threshold::AlwaysStable, "{v}");
+            let threshold = contact.critical_stiffness(mechanism, v).unwrap();
+            assert_eq!(threshold, Threshold::AlwaysStable, "{v}");
         }
     }
     // A few roundings.

@@ -3,6 +3,7 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
+use bristle::Mechanism;
 use bristle::curve::Stribeck;
 use bristle::fidelity::*;
 use bristle::ode::{
@@ -10,7 +11,6 @@ use bristle::ode::{
 };
 use bristle::rheology::KelvinVoigt;
 use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
-use bristle::stability::Mechanism;
 use bristle::{Affine, Branch, Bristle, Contact, FrBd, Law, Limits, LuGre, Sliding, paper};
 use nalgebra::{Matrix3, Vector3};
 
@@ -625,7 +625,7 @@ fn lugre_can_be_the_reference_too() {
 }
 
 /// A mass that is pulled so slowly that it waits on the falling part of its curve. Its steady sliding is unstable, σ = 8.668/s
-/// by [`MassOnSpring`](bristle::linear::MassOnSpring); it comes there at 22 s and slips at 24.37 s (multiple precision of 30 and of 40 digits, by
+/// by [`Contact::critical_speed`](bristle::Contact::critical_speed); it comes there at 22 s and slips at 24.37 s (multiple precision of 30 and of 40 digits, by
 /// extrapolated midpoint steps of order 16 and 1 and 1.5 ms): so long because it starts exactly on its way. Roundings have grown as
 /// large as the motion by then, and each tolerance has its own slip.
 #[test]

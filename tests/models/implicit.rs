@@ -655,8 +655,8 @@ mod runs {
         Tolerances,
     };
     use bristle::scene::{
-        ForcedMass, ForcedMassParameters, PrescribedVelocity, PrescribedVelocityParameters,
-        SpringDrivenMass,
+        MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity,
+        PrescribedVelocityParameters,
     };
     use bristle::signal::{Sine, SineParameters};
     use nalgebra::Vector3;
@@ -672,7 +672,7 @@ mod runs {
         N: Method<f64, 3> + Embedded,
     {
         let contact = model.under_load(1.0).unwrap();
-        let rig = SpringDrivenMass::new(paper::stick_slip_rig(contact)).unwrap();
+        let rig = MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap();
         let solver = Solver::adaptive(method, Tolerances::scaled(rtol, rig.scales()).unwrap());
         let slips = |_: f64, state: &Vector3<f64>| state[1] - 0.01;
         let events =
@@ -730,9 +730,14 @@ mod runs {
         let (solved, one_step) = table_2();
         // 0 to 0.8 F_b and back, once a second, on a unit mass.
         fn positions<M: Bristle<f64, Deflection = f64>>(model: M) -> [f64; 2] {
-            let scene = ForcedMass::new(ForcedMassParameters {
+            let scene = MassSpringDamper::new(MassSpringDamperParameters {
                 contact: model.under_load(1.0).unwrap(),
-                mass: 1.0,
+                mechanism: bristle::Mechanism {
+                    mass: 1.0,
+                    spring_stiffness: 0.0,
+                    viscous_damping: 0.0,
+                },
+                drive_velocity: 0.0,
                 force: sine(0.6, 0.6, 1.0),
             })
             .unwrap();
@@ -755,7 +760,7 @@ mod runs {
     fn the_beginning_of_sliding_is_an_event() {
         let (model, _) = table_2();
         let rig =
-            SpringDrivenMass::new(paper::stick_slip_rig(model.under_load(1.0).unwrap())).unwrap();
+            MassSpringDamper::new(paper::stick_slip_rig(model.under_load(1.0).unwrap())).unwrap();
         let breaks_away = |_: f64, state: &Vector3<f64>| model.stick_excess(state[1], state[2]);
         let events =
             [Event { function: &breaks_away, direction: Direction::Rising, action: Action::Stop }];

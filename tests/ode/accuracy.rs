@@ -11,8 +11,8 @@ use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{DormandPrince, Output, RungeKutta4, Solver, System, Tolerances};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{
-    DiaphragmValve, DiaphragmValveParameters, PrescribedVelocity, PrescribedVelocityParameters,
-    SpringDrivenMass,
+    DiaphragmValve, DiaphragmValveParameters, MassSpringDamper, PrescribedVelocity,
+    PrescribedVelocityParameters,
 };
 use bristle::signal::{Polyline, Vertex};
 use bristle::{Branch, Bristle, FrBd};
@@ -29,7 +29,7 @@ const FRBD: [f64; 3] = [2.231_433_760_84, 0.245_259_15, 1.009_939_48e-4];
 const LUGRE: [f64; 3] = [2.234_089_300_2, 0.234_890_9, 1.000_0e-4];
 
 fn at_25_seconds<M: Bristle<f64, Deflection = f64>>(
-    rig: &SpringDrivenMass<f64, M>,
+    rig: &MassSpringDamper<f64, M>,
 ) -> Vector3<f64> {
     let tolerances = Tolerances::scaled(1e-10, rig.scales()).unwrap();
     let solver = Solver::adaptive(DormandPrince, tolerances);
@@ -398,7 +398,7 @@ fn dual_numbers_carry_derivatives_through_reversals() {
 // ---------------------------------------------------------------------------------------------
 // Two contacts
 
-type Rig = SpringDrivenMass<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>;
+type Rig = MassSpringDamper<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>;
 
 /// Two rigs that know nothing of each other.
 #[derive(Debug)]

@@ -3,8 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use crate::ode_common::{Integral, every_solver, table_2_frbd, tolerance};
+use bristle::Mechanism;
 use bristle::ode::{Output, System};
-use bristle::scene::{ForcedMass, ForcedMassParameters};
+use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::{Function, Polyline, Signal, Vertex};
 use bristle::{Branch, Bristle};
 use nalgebra::{Vector1, Vector3};
@@ -222,9 +223,10 @@ fn a_scene_meets_the_kinks_of_its_input() {
     // A mass in stick under a force that jumps to a third of the breakaway force: with the stop
     // at the jump a coarse run agrees with a fine one to its own order.
     let scene = |force| {
-        ForcedMass::new(ForcedMassParameters {
+        MassSpringDamper::new(MassSpringDamperParameters {
             contact: table_2_frbd().under_load(1.0).unwrap(),
-            mass: 1.0,
+            mechanism: Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 },
+            drive_velocity: 0.0,
             force,
         })
         .unwrap()

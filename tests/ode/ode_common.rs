@@ -17,9 +17,10 @@ use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{Linearisation, Observer, Solver, Statistics, Step, System, Tolerances};
 use bristle::regularisation::Unregularised;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
+use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
+use bristle::signal::Constant;
 use bristle::signal::Signal;
-use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Scalar};
+use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Mechanism, Scalar};
 use nalgebra::{Matrix1, SVector, Vector1, Vector2};
 
 /// The literal in a scalar type.
@@ -139,17 +140,21 @@ pub fn table_2_lugre<T: Scalar>() -> LuGre<Stribeck<T>, KelvinVoigt<T>, Unregula
 pub fn rig<T: Scalar, M: Bristle<T, Deflection = T>>(
     friction: M,
     drive_velocity: T,
-) -> SpringDrivenMass<T, M> {
-    SpringDrivenMass::new(SpringDrivenMassParameters {
+) -> MassSpringDamper<T, M> {
+    MassSpringDamper::new(MassSpringDamperParameters {
         contact: friction.under_load(T::one()).unwrap(),
-        mass: T::one(),
-        spring_stiffness: lit(2.0),
+        mechanism: Mechanism {
+            mass: T::one(),
+            spring_stiffness: lit(2.0),
+            viscous_damping: T::zero(),
+        },
         drive_velocity,
+        force: Constant::zero(),
     })
     .unwrap()
 }
 
-pub fn stick_slip<T: Scalar>() -> SpringDrivenMass<T, FrBd<Stribeck<T>, KelvinVoigt<T>>> {
+pub fn stick_slip<T: Scalar>() -> MassSpringDamper<T, FrBd<Stribeck<T>, KelvinVoigt<T>>> {
     rig(table_2_frbd(), lit(0.1))
 }
 

@@ -12,10 +12,10 @@ use bristle::curve::Stribeck;
 use bristle::ode::{Linearisation, Output, Statistics, StopReason, System, Tolerances};
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
-    ForcedMass, ForcedMassParameters, PrescribedVelocity, PrescribedVelocityParameters,
+    MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity, PrescribedVelocityParameters,
 };
 use bristle::signal::{Constant, Function, Signal, Sine, SineParameters};
-use bristle::{Bristle, Contact, FrBd};
+use bristle::{Bristle, Contact, FrBd, Mechanism};
 use nalgebra::{Matrix1, Vector1, Vector2, Vector3};
 
 /// A smooth velocity.
@@ -433,10 +433,11 @@ fn a_field_that_jumps_at_rest_is_no_obstacle_while_it_is_passed() {
 // The pole of a locked branch
 
 /// A mass of 1 kg, pushed backward by 20 N against a friction of 1.5 N at most.
-fn pushed() -> ForcedMass<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>, Constant<f64>> {
-    ForcedMass::new(ForcedMassParameters {
+fn pushed() -> MassSpringDamper<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>> {
+    MassSpringDamper::new(MassSpringDamperParameters {
         contact: table_2_frbd().under_load(1.0).unwrap(),
-        mass: 1.0,
+        mechanism: Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 },
+        drive_velocity: 0.0,
         force: Constant::new(-20.0).unwrap(),
     })
     .unwrap()
@@ -511,9 +512,10 @@ fn a_step_near_the_pole_of_a_locked_branch_does_no_harm() {
         frequency: 1.5684,
         phase: 0.0,
     });
-    let mass = ForcedMass::new(ForcedMassParameters {
+    let mass = MassSpringDamper::new(MassSpringDamperParameters {
         contact: table_2_frbd::<f64>().under_load(1.0).unwrap(),
-        mass: 1.0,
+        mechanism: Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 },
+        drive_velocity: 0.0,
         force: force.unwrap(),
     })
     .unwrap();
@@ -554,8 +556,9 @@ fn a_creeping_contact_is_not_kept_on_the_wrong_branch() {
     for (mass, relative) in [(0.1, 1e-3), (0.1, 1e-4), (0.03, 1e-4), (0.01, 1e-5)] {
         let contact = table_2_frbd::<f64>().under_load(1.0).unwrap();
         let parameters = bristle::paper::stick_slip_rig(contact);
-        let parameters = bristle::scene::SpringDrivenMassParameters { mass, ..parameters };
-        let rig = bristle::scene::SpringDrivenMass::new(parameters).unwrap();
+        let mechanism = Mechanism { mass, ..parameters.mechanism };
+        let rig = MassSpringDamper::new(MassSpringDamperParameters { mechanism, ..parameters });
+        let rig = rig.unwrap();
         let tolerances = Tolerances::scaled(relative, rig.scales()).unwrap();
         let solver = bristle::ode::Solver::adaptive(bristle::ode::DormandPrince, tolerances);
         for solver in [solver, solver.with_largest_step(1e-3).unwrap()] {

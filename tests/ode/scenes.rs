@@ -9,11 +9,13 @@ use bristle::curve::Stribeck;
 use bristle::ode::{DormandPrince, Output, Solver, System, Tolerances};
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
-    DiaphragmValve, DiaphragmValveParameters, ForcedMass, ForcedMassParameters, PrescribedVelocity,
-    PrescribedVelocityParameters, SpringDrivenMass, SpringDrivenMassParameters,
+    DiaphragmValve, DiaphragmValveParameters, MassSpringDamper, MassSpringDamperParameters,
+    PrescribedVelocity, PrescribedVelocityParameters,
 };
 use bristle::signal::{Constant, Polyline, Signal, Sine, SineParameters, Vertex};
-use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, ParameterError, Scalar};
+use bristle::{
+    Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, Mechanism, ParameterError, Scalar,
+};
 use nalgebra::{SVector, Vector1, Vector2, Vector3, Vector4};
 use num_dual::Dual64;
 use proptest::prelude::*;
@@ -43,21 +45,47 @@ fn prescribed<T: Scalar, M: Bristle<T, Deflection = T>>(
     })
 }
 
-fn forced<T: Scalar, M: Bristle<T, Deflection = T>>(friction: M) -> ForcedMass<T, M, Sine<T>> {
-    ForcedMass::new(ForcedMassParameters {
-        contact: friction.under_load(lit(LOAD)).unwrap(),
+fn mechanism<T: Scalar>(spring_stiffness: f64, viscous_damping: f64) -> Mechanism<T> {
+    Mechanism {
         mass: lit(MASS),
+        spring_stiffness: lit(spring_stiffness),
+        viscous_damping: lit(viscous_damping),
+    }
+}
+
+/// A mass under a force, without spring and damper.
+fn forced<T: Scalar, M: Bristle<T, Deflection = T>>(
+    friction: M,
+) -> MassSpringDamper<T, M, Sine<T>> {
+    MassSpringDamper::new(MassSpringDamperParameters {
+        contact: friction.under_load(lit(LOAD)).unwrap(),
+        mechanism: mechanism(0.0, 0.0),
+        drive_velocity: T::zero(),
         force: input(),
     })
     .unwrap()
 }
 
-fn driven<T: Scalar, M: Bristle<T, Deflection = T>>(friction: M) -> SpringDrivenMass<T, M> {
-    SpringDrivenMass::new(SpringDrivenMassParameters {
+/// A mass pulled by a spring alone.
+fn driven<T: Scalar, M: Bristle<T, Deflection = T>>(friction: M) -> MassSpringDamper<T, M> {
+    MassSpringDamper::new(MassSpringDamperParameters {
         contact: friction.under_load(lit(LOAD)).unwrap(),
-        mass: lit(MASS),
-        spring_stiffness: lit(SPRING),
+        mechanism: mechanism(SPRING, 0.0),
         drive_velocity: lit(DRIVE),
+        force: Constant::zero(),
+    })
+    .unwrap()
+}
+
+/// A mass under a force and pulled by a spring, with a damper.
+fn shaken<T: Scalar, M: Bristle<T, Deflection = T>>(
+    friction: M,
+) -> MassSpringDamper<T, M, Sine<T>> {
+    MassSpringDamper::new(MassSpringDamperParameters {
+        contact: friction.under_load(lit(LOAD)).unwrap(),
+        mechanism: mechanism(SPRING, 0.7),
+        drive_velocity: lit(DRIVE),
+        force: input(),
     })
     .unwrap()
 }
@@ -109,6 +137,11 @@ macro_rules! every_scene {
                 driven($friction::<f64>()),
                 driven($friction::<Dual64>()),
             );
+            $body
+        }
+        {
+            let ($name, $scene, $dual) =
+                (concat!("all forces, ", $model), shaken($friction::<f64>()), shaken($friction::<Dual64>()));
             $body
         }
         {
@@ -220,8 +253,13 @@ fn a_scene_knows_its_sliding_velocity_and_its_kinks() {
     kinks(&|a, b| dragged.next_kink(a, b));
     assert_eq!(dragged.sliding_velocities(1.5, &Vector1::new(7.0)), [0.25]);
     assert_eq!(dragged.velocity(1.5), 0.25);
-    let parameters = ForcedMassParameters { contact: contact(), mass: 1.0, force: ramp };
-    let forced = ForcedMass::new(parameters).unwrap();
+    let forced = MassSpringDamper::new(MassSpringDamperParameters {
+        contact: contact(),
+        mechanism: mechanism(0.0, 0.0),
+        drive_velocity: 0.0,
+        force: ramp,
+    })
+    .unwrap();
     kinks(&|a, b| forced.next_kink(a, b));
     assert_eq!(forced.sliding_velocities(1.5, &Vector3::new(7.0, 8.0, 9.0)), [8.0]);
     let valve = DiaphragmValve::new(valve_parameters(table_2_frbd(), ramp)).unwrap();
@@ -240,11 +278,11 @@ fn in_steady_sliding_the_spring_carries_the_friction() {
     // v = v_ref, z at its stationary value: every rate is zero where the spring's force is
     // p μ(v_ref), with the sign of the velocity.
     for drive in [0.1, -0.1, 0.003] {
-        let rig = SpringDrivenMass::new(SpringDrivenMassParameters {
+        let rig = MassSpringDamper::new(MassSpringDamperParameters {
             contact: table_2_frbd::<f64>().under_load(LOAD).unwrap(),
-            mass: MASS,
-            spring_stiffness: SPRING,
+            mechanism: mechanism(SPRING, 0.0),
             drive_velocity: drive,
+            force: Constant::zero(),
         })
         .unwrap();
         // Table 2 at the speed |v_ref|, written out.
@@ -359,12 +397,13 @@ fn at_rest_is_an_equilibrium_of_what_is_not_driven() {
     let rig = driven(table_2_frbd::<f64>());
     let rate = rig.rate(0.0, &rig.at_rest(), [Branch::Free]);
     assert_eq!(rate, Vector3::zeros());
-    let parameters = ForcedMassParameters {
+    let mass = MassSpringDamper::new(MassSpringDamperParameters {
         contact: table_2_frbd::<f64>().under_load(LOAD).unwrap(),
-        mass: MASS,
+        mechanism: mechanism(0.0, 0.0),
+        drive_velocity: 0.0,
         force: Constant::new(0.0).unwrap(),
-    };
-    let mass = ForcedMass::new(parameters).unwrap();
+    })
+    .unwrap();
     assert_eq!(mass.rate(0.0, &mass.at_rest(), [Branch::Free]), Vector3::zeros());
 }
 
@@ -409,11 +448,11 @@ fn the_scales_are_those_of_a_breakaway() {
     let close = |got: f64, want: f64| (got / want - 1.0).abs() < 1e-14;
     assert!(rig.scales().iter().zip(&expected).all(|(&a, &b)| close(a, b)), "{}", rig.scales());
     // A drive that is faster than the release sets the scale of the velocity.
-    let fast = SpringDrivenMass::new(SpringDrivenMassParameters {
+    let fast = MassSpringDamper::new(MassSpringDamperParameters {
         contact: table_2_frbd::<f64>().under_load(LOAD).unwrap(),
-        mass: MASS,
-        spring_stiffness: SPRING,
+        mechanism: mechanism(SPRING, 0.0),
         drive_velocity: -50.0,
+        force: Constant::zero(),
     });
     assert_eq!(fast.unwrap().scales()[1], 50.0);
 
@@ -453,33 +492,34 @@ fn assert_refused<S>(result: Result<S, ParameterError>, name: &str, value: f64) 
 #[test]
 fn a_parameter_out_of_its_range_is_refused_by_name() {
     let force = Constant::new(1.0).unwrap();
-    let driven = SpringDrivenMassParameters {
+    let whole = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.5 };
+    let driven = MassSpringDamperParameters {
         contact: dahl(),
-        mass: 1.0,
-        spring_stiffness: 2.0,
+        mechanism: whole,
         drive_velocity: 0.1,
+        force,
     };
-    let forced = ForcedMassParameters { contact: dahl(), mass: 1.0, force };
+    let of = |mechanism| MassSpringDamper::new(MassSpringDamperParameters { mechanism, ..driven });
     let model = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e3 });
     let valve = valve_parameters(model.unwrap(), force);
 
     let not_numbers = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
     for bad in not_numbers {
-        let refused = SpringDrivenMassParameters { drive_velocity: bad, ..driven };
-        assert_refused(SpringDrivenMass::new(refused), "drive_velocity", bad);
+        let refused = MassSpringDamperParameters { drive_velocity: bad, ..driven };
+        assert_refused(MassSpringDamper::new(refused), "drive_velocity", bad);
         let refused = DiaphragmValveParameters { preload: bad, ..valve };
         assert_refused(DiaphragmValve::new(refused), "preload", bad);
     }
     for bad in not_numbers.into_iter().chain([-1.0]) {
         let refused = DiaphragmValveParameters { least_pressure: bad, ..valve };
         assert_refused(DiaphragmValve::new(refused), "least_pressure", bad);
+        let refused = of(Mechanism { spring_stiffness: bad, ..whole });
+        assert_refused(refused, "spring_stiffness", bad);
+        let refused = of(Mechanism { viscous_damping: bad, ..whole });
+        assert_refused(refused, "viscous_damping", bad);
     }
     for bad in not_numbers.into_iter().chain([-1.0, 0.0]) {
-        let refused = SpringDrivenMassParameters { mass: bad, ..driven };
-        assert_refused(SpringDrivenMass::new(refused), "mass", bad);
-        let refused = SpringDrivenMassParameters { spring_stiffness: bad, ..driven };
-        assert_refused(SpringDrivenMass::new(refused), "spring_stiffness", bad);
-        assert_refused(ForcedMass::new(ForcedMassParameters { mass: bad, ..forced }), "mass", bad);
+        assert_refused(of(Mechanism { mass: bad, ..whole }), "mass", bad);
         let refused = [
             ("mass", DiaphragmValveParameters { mass: bad, ..valve }),
             ("diaphragm_area", DiaphragmValveParameters { diaphragm_area: bad, ..valve }),
@@ -492,8 +532,9 @@ fn a_parameter_out_of_its_range_is_refused_by_name() {
         }
     }
     // What may be zero or negative is.
-    let still = SpringDrivenMassParameters { drive_velocity: 0.0, ..driven };
-    assert!(SpringDrivenMass::new(still).is_ok());
+    let still = MassSpringDamperParameters { drive_velocity: 0.0, ..driven };
+    assert!(MassSpringDamper::new(still).is_ok());
+    assert!(of(Mechanism { spring_stiffness: 0.0, viscous_damping: 0.0, ..whole }).is_ok());
     let slack = DiaphragmValveParameters { preload: -3.0, least_pressure: 0.0, ..valve };
     assert!(DiaphragmValve::new(slack).is_ok());
 }

@@ -9,7 +9,7 @@ use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{DormandPrince, Output, Solver, Tolerances};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Spring, SpringParameters};
 #[cfg(feature = "alloc")]
-use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
+use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::{
     Bristle, ElastoPlastic, ElastoPlasticParameters, FrBd, ImplicitBristle,
     ImplicitBristleParameters,
@@ -141,11 +141,11 @@ fn errors<M: Bristle<f64, Deflection = f64>>(model: M, foreseen: bool, steps: u3
     let (span, start) = (2e-3, [0.02, 1.2e-4]);
     let contact = model.under_load(9.81).unwrap();
     let (mass, spring_stiffness, drive_velocity) = (1.0, 5e3, 0.1);
-    let rig = SpringDrivenMass::new(SpringDrivenMassParameters {
+    let rig = MassSpringDamper::new(MassSpringDamperParameters {
         contact: contact.clone(),
-        mass,
-        spring_stiffness,
+        mechanism: bristle::Mechanism { mass, spring_stiffness, viscous_damping: 0.0 },
         drive_velocity,
+        force: bristle::signal::Constant::zero(),
     })
     .unwrap();
     let state = nalgebra::Vector3::new(0.0, start[0], start[1]);

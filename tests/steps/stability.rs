@@ -5,13 +5,14 @@
 
 use std::ops::ControlFlow;
 
+use bristle::Mechanism;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{DormandPrince, DormandPrince8, Method, RungeKutta4, Solver, Step, System};
 use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::scene::{DiaphragmValve, SpringDrivenMass};
+use bristle::scene::{DiaphragmValve, MassSpringDamper};
 use bristle::signal::Constant;
-use bristle::stability::{Mechanism, Scheme, StepLimits, largest_step, largest_step_of};
+use bristle::stability::{Scheme, StepLimits, largest_step, largest_step_of};
 use bristle::{
     Branch, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
     LuGre, paper,
@@ -226,7 +227,7 @@ fn the_stability_functions_are_those_of_the_methods() {
 
 #[test]
 fn a_scenes_jacobian_at_rest_gives_the_stuck_limits() {
-    let rig = SpringDrivenMass::new(paper::stick_slip_rig(table_2())).unwrap();
+    let rig = MassSpringDamper::new(paper::stick_slip_rig(table_2())).unwrap();
     let opening = Constant::new(50.0).unwrap();
     let valve = DiaphragmValve::new(paper::valve(table_3(), 0.425, opening)).unwrap();
     let mechanism = Mechanism { spring_stiffness: 2.0, ..FREE };

@@ -3,8 +3,9 @@
 use std::error::Error;
 
 use bristle::ode::{self, Output};
-use bristle::scene::{SpringDrivenMass, SpringDrivenMassParameters};
-use bristle::Bristle;
+use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
+use bristle::signal::Constant;
+use bristle::{Bristle, Mechanism};
 use bristle::rheology::KelvinVoigtParameters;
 
 use crate::scene::{BELT, BRISTLE, CURVE, Friction, GRAVITY, MASS, SPRING, Scene, frbd};
@@ -119,11 +120,11 @@ pub fn belt(friction: Friction, rate: f64, seconds: f64) -> Outcome<Course> {
 
 /// The same without an engine: the crate's own scene, seen from the belt, at a tolerance of 1e-9.
 pub fn belt_reference(seconds: f64) -> Outcome<Course> {
-    let rig = SpringDrivenMass::new(SpringDrivenMassParameters {
+    let rig = MassSpringDamper::new(MassSpringDamperParameters {
         contact: frbd()?.under_load(MASS * GRAVITY)?,
-        mass: MASS,
-        spring_stiffness: SPRING,
+        mechanism: Mechanism { mass: MASS, spring_stiffness: SPRING, viscous_damping: 0.0 },
         drive_velocity: -BELT,
+        force: Constant::zero(),
     })?;
     let samples = Output::Uniform((200.0 * seconds) as usize + 1);
     let motion = ode::solve(&rig, 0.0..seconds, rig.at_rest(), 1e-9, samples)?;

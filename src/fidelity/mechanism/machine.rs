@@ -6,12 +6,12 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::super::report::FidelityError;
 use super::super::{Rung, weight};
+use crate::Mechanism;
 use crate::bounds::{larger, smaller};
 use crate::companion::VelocityHistory;
 use crate::ode::{Failure, Linearisation, Solver, System};
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
-use crate::stability::Mechanism;
 use crate::{Branch, Bristle, Contact, LinearisedContact, Scalar};
 
 /// What moves the mass, and where it begins. Positions count from there.

@@ -12,11 +12,11 @@ use self::machine::{Dry, Grid, Machine, NO_LIMIT, Run, Sample};
 use super::history::count;
 use super::report::{Choice, FidelityError, Integrator, Plan, Quantity, Rung, Tolerance};
 use super::{Start, weight};
+use crate::Mechanism;
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{lit, to_f64};
 use crate::signal::Signal;
-use crate::stability::Mechanism;
 use crate::{Bristle, Contact, Dahl, DahlParameters, Scalar};
 
 /// Parameters of [`MechanismHistory`].
@@ -65,7 +65,7 @@ pub struct MechanismHistoryParameters<T, M, D, F> {
 /// ```
 /// use bristle::fidelity::{MechanismHistory, MechanismHistoryParameters, Norm, Quantity, Rung, Start, Tolerance};
 /// use bristle::signal::{Constant, Polyline, Vertex};
-/// use bristle::stability::Mechanism;
+/// use bristle::Mechanism;
 /// use bristle::{Bristle, FrBd, paper};
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;

@@ -1,0 +1,33 @@
+//! A mass with a spring and a damper, without its friction.
+
+use crate::parameter::{self, ParameterError};
+use crate::scalar::Scalar;
+
+/// A mass with a spring and a damper, without its friction: what a contact holds or brakes.
+///
+/// m ẍ + c ẋ + k x = other forces. Moments of inertia, angles and torques serve as well.
+/// A spring stiffness of zero is no spring, a damping of zero no damper.
+///
+/// [`MassSpringDamper`](crate::scene::MassSpringDamper) simulates it under friction;
+/// [`stability`](crate::stability), [`linear`](crate::linear) and [`audit`](crate::audit)
+/// analyse it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mechanism<T> {
+    /// Mass m \[kg\], positive.
+    pub mass: T,
+    /// Stiffness k [N/m] of the spring to the ground or to a driven point, zero or positive.
+    pub spring_stiffness: T,
+    /// Viscous damping c [N s/m] in addition to the friction, zero or positive.
+    pub viscous_damping: T,
+}
+
+impl<T: Scalar> Mechanism<T> {
+    /// Returns the mechanism if every parameter is in its range.
+    pub(crate) fn checked(self) -> Result<Self, ParameterError> {
+        Ok(Self {
+            mass: parameter::positive("mass", self.mass)?,
+            spring_stiffness: parameter::non_negative("spring_stiffness", self.spring_stiffness)?,
+            viscous_damping: parameter::non_negative("viscous_damping", self.viscous_damping)?,
+        })
+    }
+}

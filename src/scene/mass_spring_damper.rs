@@ -1,0 +1,192 @@
+//! A mass with a spring, a damper and friction, pulled by the spring and by a force.
+//!
+//! ẋ = v,  m v̇ = f(t) + k (V t − x) − c v − F(v, z),  ż = h(v, z)
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | x, v | position and velocity of the mass | m, m/s |
+//! | z | deflection of the bristle | m |
+//! | m, k, c | mass, spring stiffness, viscous damping | kg, N/m, N s/m |
+//! | V | velocity of the spring's far end, which starts at the origin | m/s |
+//! | f | applied force | N |
+//! | F | friction force | N |
+//!
+//! With f = 0 and c = 0 it is the stick-slip rig of Romano et al. (arXiv 2602.09429), section V-A;
+//! with k = 0 it is a mass under a given force.
+
+use nalgebra::Vector3;
+
+use super::{DEFLECTION, Moving, POSITION, VELOCITY, typical_deflection, typical_force};
+use crate::bounds::larger;
+use crate::ode::{Linearisation, System};
+use crate::parameter::{self, ParameterError};
+use crate::scalar::is_zero;
+use crate::signal::{Constant, Signal};
+use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
+
+/// Parameters of [`MassSpringDamper`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MassSpringDamperParameters<T, M, F = Constant<T>> {
+    /// Friction under its normal force.
+    pub contact: Contact<T, M>,
+    /// Mass, spring and damper; the spring and the damper may be absent (zero).
+    pub mechanism: Mechanism<T>,
+    /// Velocity V [m/s] of the spring's far end; zero for a spring fixed to the ground.
+    pub drive_velocity: T,
+    /// Applied force f(t) \[N\]; [`Constant::zero`] for none.
+    pub force: F,
+}
+
+/// A mass with a spring, a damper and friction, pulled by the spring and by a force.
+///
+/// States: position x \[m\], velocity v [m/s], deflection z \[m\].
+///
+/// ```
+/// use bristle::ode::{self, Output};
+/// use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
+/// use bristle::signal::Constant;
+/// use bristle::{Bristle, Dahl, DahlParameters, Mechanism};
+///
+/// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 5e3 })?;
+/// let block = MassSpringDamper::new(MassSpringDamperParameters {
+///     contact: friction.under_load(10.0)?, // N
+///     mechanism: Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 },
+///     drive_velocity: 0.0,
+///     force: Constant::new(7.0)?, // N
+/// })?;
+/// let run = ode::solve(&block, 0.0..1.0, block.at_rest(), 1e-6, Output::Uniform(11))?;
+/// // Sliding friction is 5 N: the block gains 2 m/s in a second, and a little before it slides.
+/// let (_, state) = run.last().ok_or("an empty run")?;
+/// assert!((state[1] - 2.0_f64).abs() < 2e-2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MassSpringDamper<T, M, F = Constant<T>> {
+    contact: Contact<T, M>,
+    mechanism: Mechanism<T>,
+    inverse_mass: T,
+    drive_velocity: T,
+    force: F,
+}
+
+impl<T, M, F> MassSpringDamper<T, M, F>
+where
+    T: Scalar,
+    M: Bristle<T, Deflection = T>,
+    F: Signal<T>,
+{
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range.
+    pub fn new(parameters: MassSpringDamperParameters<T, M, F>) -> Result<Self, ParameterError> {
+        let MassSpringDamperParameters { contact, mechanism, drive_velocity, force } = parameters;
+        let mechanism = mechanism.checked()?;
+        Ok(Self {
+            contact,
+            mechanism,
+            inverse_mass: T::one() / mechanism.mass,
+            drive_velocity: parameter::finite("drive_velocity", drive_velocity)?,
+            force,
+        })
+    }
+
+    /// The contact.
+    pub fn contact(&self) -> &Contact<T, M> {
+        &self.contact
+    }
+
+    /// Mass, spring and damper.
+    pub fn mechanism(&self) -> Mechanism<T> {
+        self.mechanism
+    }
+
+    /// The state at rest at the origin with an undeflected bristle.
+    pub fn at_rest(&self) -> Vector3<T> {
+        Vector3::zeros()
+    }
+
+    /// The friction force F \[N\] at a state.
+    pub fn friction_force(&self, state: &Vector3<T>) -> T {
+        self.contact.force(state[VELOCITY], state[DEFLECTION])
+    }
+
+    /// The force k (V t − x) \[N\] of the spring on the mass.
+    #[inline]
+    pub fn spring_force(&self, time: T, state: &Vector3<T>) -> T {
+        self.mechanism.spring_stiffness * (self.drive_velocity * time - state[POSITION])
+    }
+
+    /// Spring and damper force \[N\] on the mass.
+    #[inline]
+    fn restoring_force(&self, time: T, state: &Vector3<T>) -> T {
+        self.spring_force(time, state) - self.mechanism.viscous_damping * state[VELOCITY]
+    }
+
+    /// A typical magnitude of each state, for tolerances.
+    ///
+    /// Deflection: at breakaway. Position: the stretch of the spring at breakaway, without a spring
+    /// the deflection. Velocity: what the mass reaches when that stretch is released, or the drive
+    /// velocity if that is larger.
+    pub fn scales(&self) -> Vector3<T> {
+        let deflection = typical_deflection(&self.contact);
+        let breakaway = typical_force(&self.contact);
+        let stiffness = self.mechanism.spring_stiffness;
+        if is_zero(stiffness) {
+            let velocity = (breakaway * self.inverse_mass * deflection).sqrt();
+            return Vector3::new(deflection, velocity, deflection);
+        }
+        let stretch = breakaway / stiffness;
+        let released = stretch * (stiffness * self.inverse_mass).sqrt();
+        Vector3::new(stretch, larger(self.drive_velocity.abs(), released), deflection)
+    }
+}
+
+impl<T, M, F> System<T, 3> for MassSpringDamper<T, M, F>
+where
+    T: Scalar,
+    M: Bristle<T, Deflection = T>,
+    F: Signal<T>,
+{
+    #[inline]
+    fn rate(&self, time: T, state: &Vector3<T>, [branch]: [Branch; 1]) -> Vector3<T> {
+        let velocity = state[VELOCITY];
+        let friction = self.contact.response(branch.of(velocity), state[DEFLECTION]);
+        let force = self.force.value(time) + self.restoring_force(time, state) - friction.force;
+        Vector3::new(velocity, force * self.inverse_mass, friction.rate)
+    }
+
+    #[inline]
+    fn sliding_velocities(&self, _time: T, state: &Vector3<T>) -> [T; 1] {
+        [state[VELOCITY]]
+    }
+
+    #[inline]
+    fn linearised(
+        &self,
+        time: T,
+        state: &Vector3<T>,
+        [branch]: [Branch; 1],
+    ) -> Option<Linearisation<T, 3>> {
+        let sliding = branch.of(state[VELOCITY]);
+        let Moving { mut rate, mut by_state } =
+            Moving::new(&self.contact, sliding, state[DEFLECTION], self.inverse_mass);
+        let stiffness = self.mechanism.spring_stiffness * self.inverse_mass;
+        let (force, force_rate) = self.force.value_and_rate(time);
+        rate[VELOCITY] += (force + self.restoring_force(time, state)) * self.inverse_mass;
+        by_state[(VELOCITY, POSITION)] = -stiffness;
+        by_state[(VELOCITY, VELOCITY)] -= self.mechanism.viscous_damping * self.inverse_mass;
+        let by_time = force_rate * self.inverse_mass + stiffness * self.drive_velocity;
+        let by_time = Vector3::new(T::zero(), by_time, T::zero());
+        Some(Linearisation { rate, by_state, by_time })
+    }
+
+    fn next_kink(&self, time: T, towards: T) -> Option<T> {
+        self.force.next_kink(time, towards)
+    }
+
+    fn scales(&self) -> Vector3<T> {
+        MassSpringDamper::scales(self)
+    }
+}
