@@ -16,8 +16,10 @@ use bristle::rolling::{
 use bristle::{FrBd, paper};
 use support::{Arguments, Colour, ColourMap, Csv, Figure, HeatMap, Panel, Rule};
 
-/// Transport velocity / 1/s.
-const TRANSPORT: f64 = 20.0;
+/// Rolling speed [m/s].
+const SPEED: f64 = 2.0;
+/// Speed over the length of the patch [1/s].
+const TRANSPORT: f64 = SPEED / paper::TYRE_LENGTH;
 
 fn main() -> ExitCode {
     support::run(|| {
@@ -56,7 +58,7 @@ fn main() -> ExitCode {
         let mut forces = vec![(0.0, grid.force(slip(0.0)))];
         for n in 0..steps {
             let slip_velocity = slip((n as f64 + 0.5) * step);
-            grid.step(Motion { slip_velocity, transport_velocity: TRANSPORT }, step)?;
+            grid.step(Motion { slip_velocity, rolling_speed: SPEED }, step)?;
             let time = (n + 1) as f64 * step;
             times.push(time);
             profiles.push(grid.deflections().to_vec());
@@ -72,7 +74,9 @@ fn main() -> ExitCode {
         }
         table.finish()?;
 
-        println!("Table 1, V = {TRANSPORT} 1/s, parabolic pressure, {cells} cells, {steps} steps");
+        println!(
+            "Table 1, rolling at {SPEED} m/s, parabolic pressure, {cells} cells, {steps} steps"
+        );
         println!();
         println!("    t / ms   v / (m/s)   z at outlet / mm   largest |z| / mm   F/F_z");
         for n in (0..=steps).step_by((steps / 12).max(1)) {

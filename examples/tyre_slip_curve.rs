@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
-use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Pressure, Slip};
+use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Pressure, SlipPoint};
 use bristle::{FrBd, paper};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
@@ -83,18 +83,18 @@ impl Scene {
             pressure,
         })?
         .carrying(NORMAL_FORCE)?;
-        let at = |slip| Slip { slip, rolling_speed: self.rolling_speed };
+        let at = |slip_ratio| SlipPoint { slip_ratio, rolling_speed: self.rolling_speed };
         let stiffness = tyre.slip_stiffness(self.rolling_speed)? / 1e3;
         let (small, full) = (tyre.force_ratio(at(0.05))?, tyre.force_ratio(at(1.0))?);
         let peak = match tyre.peak(at(1.0))? {
-            Some(peak) => format!("{:10.4}  {:7.4}", peak.force / NORMAL_FORCE, peak.slip),
+            Some(peak) => format!("{:10.4}  {:7.4}", peak.force / NORMAL_FORCE, peak.slip_ratio),
             None => format!("{:>10}  {:>7}", "–", "–"),
         };
         println!("{name:11}  {stiffness:11.2} kN  {peak}  {small:13.6}  {full:8.6}");
         (0..self.samples)
             .map(|sample| {
                 let slip = (sample as f64 / (self.samples - 1) as f64).powi(2);
-                let trail = tyre.aligning(tyre.motion_at(at(slip)))?.trail;
+                let trail = tyre.aligning(at(slip).motion())?.trail;
                 Ok([slip, tyre.force_ratio(at(slip))?, trail.unwrap_or(f64::NAN)])
             })
             .collect()

@@ -1,4 +1,4 @@
-//! A tyre whose slip velocity rises and swings (Table 1 of the paper, V = 20 1/s,
+//! A tyre whose slip velocity rises and swings (Table 1 of the paper, U = 2 m/s,
 //! v(t) = 1 − exp(−t/5 ms) + 0.5 sin(2π 10 t)): the friction force under three pressures, with FrBD and
 //! LuGre, from undeflected bristles.
 //!
@@ -33,7 +33,7 @@ fn main() -> ExitCode {
             Arguments::new("tyre_transient", "A tyre under a slip velocity that swings")
                 .number("end", 0.5, "s", "end of the simulated time")
                 .must_be(Rule::Between(1e-3, 100.0))
-                .number("transport", 20.0, "1/s", "rolling speed over patch length, V")
+                .number("rolling-speed", 2.0, "m/s", "rolling speed")
                 .must_be(Rule::Between(0.0, 1e4))
                 .count(
                     "samples",
@@ -43,10 +43,10 @@ fn main() -> ExitCode {
                 .must_be(Rule::Between(2.0, 1e6))
                 .parse()?;
         let (end, samples) = (arguments.number("end"), arguments.count("samples"));
-        let transport = arguments.number("transport");
+        let rolling_speed = arguments.number("rolling-speed");
         let slip = Function::new(slip_velocity, []);
         let motion =
-            MotionOverTime { slip_velocity: slip, transport_velocity: Constant::new(transport)? };
+            MotionOverTime { slip_velocity: slip, rolling_speed: Constant::new(rolling_speed)? };
         let times: Vec<f64> =
             (0..samples).map(|number| end * number as f64 / (samples - 1) as f64).collect();
 
@@ -66,7 +66,7 @@ fn main() -> ExitCode {
         }
         table.finish()?;
 
-        println!("Table 1, V = {transport} 1/s, from undeflected bristles, {end} s");
+        println!("Table 1, rolling at {rolling_speed} m/s, from undeflected bristles, {end} s");
         println!();
         println!(
             "pressure      greatest F/F_z: FrBD    LuGre   greatest difference  steady at v = 1 m/s"
@@ -79,7 +79,7 @@ fn main() -> ExitCode {
                 most(&frbd[number]),
                 most(&lugre[number]),
                 apart.fold(0.0, f64::max),
-                steady(number, transport)?,
+                steady(number, rolling_speed)?,
             );
         }
         println!();
@@ -136,15 +136,15 @@ where
 }
 
 /// The steady force ratio of FrBD at v = 1 m/s.
-fn steady(number: usize, transport: f64) -> Result<f64, Box<dyn Error>> {
+fn steady(number: usize, rolling_speed: f64) -> Result<f64, Box<dyn Error>> {
     let model =
         FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?);
     let motion = MotionOverTime {
         slip_velocity: Constant::new(1.0)?,
-        transport_velocity: Constant::new(transport)?,
+        rolling_speed: Constant::new(rolling_speed)?,
     };
     // Two transits, or long enough to slide where the patch stands.
-    let time = 2.0 / transport.max(1.0);
+    let time = 2.0 * paper::TYRE_LENGTH / rolling_speed.max(0.1);
     Ok(forces(model, &motion, &[0.0, time])?[number][1])
 }
 

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Slot};
+use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Segment};
 use bristle::scene::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState, WheelStep};
 use bristle::{Bristle, FrBd};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule};
@@ -27,7 +27,7 @@ const CRAWL: f64 = 0.05;
 
 type Friction<C> = FrBd<C, KelvinVoigt<f64>>;
 type Wheel =
-    BrakedWheel<f64, Friction<Stribeck<f64>>, 3, Vec<Slot<f64, 3>>, Friction<Coulomb<f64>>>;
+    BrakedWheel<f64, Friction<Stribeck<f64>>, 3, Vec<Segment<f64, 3>>, Friction<Coulomb<f64>>>;
 
 /// The brake pedal: torque that the brake can carry, over time.
 #[derive(Debug, Clone, Copy)]

@@ -44,15 +44,14 @@ fn row<M: RateDependent<f64> + Copy, const N: usize>(
     segments: usize,
 ) -> Result<(), Box<dyn Error>> {
     let velocities: Vec<f64> = (0..1024).map(|n| 1.0 + 0.5 * (0.37 * f64::from(n)).sin()).collect();
-    let transport_velocity = 20.0;
-    let duration = 1.0 / (transport_velocity * segments as f64);
+    let rolling_speed = 2.0; // m/s
+    let duration = paper::TYRE_LENGTH / (rolling_speed * segments as f64);
     let contact = model.under_load(1.0)?;
     let patch = Patch::new(PatchParameters { model, length: paper::TYRE_LENGTH, pressure })?;
     let mut rolling = patch.carrying(1.0)?.exact_in(segments)?;
     // A transit, so that the queue is full.
     for n in 0..2 * segments {
-        rolling
-            .step(Motion { slip_velocity: velocities[n % 1024], transport_velocity }, duration)?;
+        rolling.step(Motion { slip_velocity: velocities[n % 1024], rolling_speed }, duration)?;
     }
     let mut coupled = rolling.clone();
     let (mut patch_time, mut lumped_time, mut coupled_time) =
@@ -62,7 +61,7 @@ fn row<M: RateDependent<f64> + Copy, const N: usize>(
         let mut sum = 0.0;
         for n in 0..STEPS {
             let slip_velocity = velocities[n % 1024];
-            sum += rolling.step(Motion { slip_velocity, transport_velocity }, duration)?;
+            sum += rolling.step(Motion { slip_velocity, rolling_speed }, duration)?;
         }
         black_box(sum);
         patch_time = patch_time.min(begin.elapsed().as_secs_f64());
@@ -80,8 +79,7 @@ fn row<M: RateDependent<f64> + Copy, const N: usize>(
         for n in 0..STEPS {
             let slip_velocity = velocities[n % 1024];
             // The prediction is right.
-            let step =
-                coupled.companion_step(Motion { slip_velocity, transport_velocity }, duration)?;
+            let step = coupled.companion_step(Motion { slip_velocity, rolling_speed }, duration)?;
             sum += step.commit(slip_velocity)?.force;
         }
         black_box(sum);

@@ -1,4 +1,4 @@
-//! Work over precision on the transient of a tyre: Table 1, V = 20 1/s,
+//! Work over precision on the transient of a tyre: Table 1, U = 2 m/s,
 //! v(t) = 1 − exp(−t/5 ms) + 0.5 sin(2π 10 t), 0 … 0.5 s, from undeflected bristles.
 
 use std::error::Error;
@@ -17,6 +17,9 @@ use support::Csv;
 
 use crate::characteristics::{SmoothHistory, gauss};
 
+/// Rolling speed [m/s].
+const SPEED: f64 = 2.0;
+/// Transport velocity, speed over length [1/s].
 const TRANSPORT: f64 = 20.0;
 const END: f64 = 0.5;
 const SAMPLES: usize = 100;
@@ -147,8 +150,7 @@ fn run<M: RateDependent<f64> + Copy, const N: usize>(
         let order = if solver.ends_with("4th order") { Order::Fourth } else { Order::Second };
         // The rate is never asked for.
         let slip = Function::new(|t| (slip(t), f64::NAN), []);
-        let motion =
-            MotionOverTime { slip_velocity: slip, transport_velocity: Constant::new(TRANSPORT)? };
+        let motion = MotionOverTime { slip_velocity: slip, rolling_speed: Constant::new(SPEED)? };
         let steps = SAMPLES * setting;
         let mut rolling = (*patch).exact_in((setting as f64 / way) as usize + 10)?;
         for number in 0..steps {
@@ -173,11 +175,11 @@ fn run<M: RateDependent<f64> + Copy, const N: usize>(
         let start = time(number, steps);
         if solver.ends_with("held") {
             let slip_velocity = slip(start + 0.5 * h);
-            grid.step(Motion { slip_velocity, transport_velocity: TRANSPORT }, h)?;
+            grid.step(Motion { slip_velocity, rolling_speed: SPEED }, h)?;
         } else {
             let field = MotionField {
                 slip_velocity: |_, t: f64| slip(start + t),
-                transport_velocity: |_, _| TRANSPORT,
+                rolling_speed: |_, _| SPEED,
             };
             grid.step_field(&field, h)?;
         }

@@ -30,7 +30,7 @@ use super::rolling::RollingHistory;
 use super::walk::{self, Scheme, Walk};
 use crate::bounds::{larger, smaller};
 use crate::parameter::ParameterError;
-use crate::rolling::{Motion, MotionOverTime, Patch, Pressure, RateDependent};
+use crate::rolling::{MotionOverTime, Patch, Pressure, RateDependent};
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
 use crate::{Affine, Scalar};
@@ -73,8 +73,8 @@ where
     }
 
     pub(super) fn at(&self, time: T) -> Result<Look<T>, ParameterError> {
-        let motion = walk::at(self.motion, time).forward()?;
-        let Motion { slip_velocity: slip, transport_velocity: transport } = motion;
+        let crossing = self.patch.forward(walk::at(self.motion, time))?;
+        let crate::rolling::Crossing { slip_velocity: slip, transport } = crossing;
         let patch = self.patch;
         let affine = crate::rolling::coefficients(patch.model(), slip)?;
         let still = is_zero(affine.relaxation);
@@ -151,7 +151,13 @@ where
     let looks = Looks::new(patch, &scene.motion);
     let step = scene.time(stride);
     let after = load_after(patch);
-    let way = Walk { motion: &scene.motion, interval: step, substeps: 8, scheme: Scheme::Held };
+    let way = Walk {
+        motion: &scene.motion,
+        length: scene.patch.length(),
+        interval: step,
+        substeps: 8,
+        scheme: Scheme::Held,
+    };
     let scale = scene.force_scale();
     let mut last = looks.at(T::zero())?;
     let at_start = match scene.start {

@@ -35,7 +35,7 @@ const FINEST: usize = 1 << 10;
 pub struct RollingHistoryParameters<T, M, P, S, W> {
     /// The patch to be replaced by a cheaper model, carrying its normal force.
     pub patch: Patch<T, M, P>,
-    /// Slip velocity v(t) [m/s] and transport velocity V(t) [1/s] from t = 0 on.
+    /// Slip velocity v(t) [m/s] and rolling speed U(t) [m/s] from t = 0 on.
     pub motion: MotionOverTime<S, W>,
     /// Time between two answers Δ \[s\]: the friction force is wanted at Δ, 2Δ, …
     pub interval: T,
@@ -71,7 +71,7 @@ pub struct RollingHistoryParameters<T, M, P, S, W> {
 ///         // Rolling at 16 m/s: 160 transits a second.
 ///         motion: MotionOverTime {
 ///             slip_velocity: Sine::new(slip)?,
-///             transport_velocity: Constant::new(160.0)?,
+///             rolling_speed: Constant::new(16.0)?,
 ///         },
 ///         interval: 0.01 / frequency,
 ///         answers: 1000,
@@ -155,16 +155,16 @@ where
             count("period", period)?;
         }
         parameter::positive("normal_force", patch.normal_force())?;
-        let at = |index: usize| walk::at(&motion, interval * lit(index as f64)).forward();
+        let at = |index: usize| patch.forward(walk::at(&motion, interval * lit(index as f64)));
         // Every answer after a first transit remembers nothing of the start.
-        let mut last = at(0)?.transport_velocity;
+        let mut last = at(0)?.transport;
         let (mut crossed, mut transit) = (T::zero(), None);
         let (mut slowest, mut most, mut sum) = (last, last, T::zero());
         let mut window = answers;
         let mut index = 0;
         while index < window {
             index += 1;
-            let next = at(index)?.transport_velocity;
+            let next = at(index)?.transport;
             let least = crate::bounds::smaller(last, next);
             crossed += least * interval;
             if transit.is_none() && crossed >= lit(1.0 + 4.0e-3) {
@@ -202,7 +202,7 @@ where
         let scale = parameter::positive("largest steady force", scale)?;
         let mean = Motion {
             slip_velocity: speed / lit(terms),
-            transport_velocity: transport / lit(terms),
+            rolling_speed: patch.length() * transport / lit(terms),
         };
         let relaxation = relaxation(&patch, mean);
         let transport = (to_f64(slowest), to_f64(sum) / window as f64, to_f64(most));
@@ -332,7 +332,7 @@ where
         let pace = Pace { stride: 1, substeps: steps(plan)? };
         let run = self.run(&candidate, pace, self.instants.count, &Cache::default())?;
         finite(plan.rung, &run, self.instants, |answer| {
-            walk::at(&self.motion, self.time(answer)).forward()
+            self.patch.forward(walk::at(&self.motion, self.time(answer)))
         })
     }
 
@@ -375,7 +375,13 @@ where
     fn walk(&self, integrator: Integrator, pace: Pace) -> Walk<'_, T, S, W> {
         let scheme = if integrator == Integrator::Gauss { Scheme::Gauss } else { Scheme::Held };
         let interval = self.interval * lit(pace.stride as f64);
-        Walk { motion: &self.motion, interval, substeps: pace.substeps, scheme }
+        Walk {
+            motion: &self.motion,
+            length: self.patch.length(),
+            interval,
+            substeps: pace.substeps,
+            scheme,
+        }
     }
 
     /// The patch itself at some answers, counted in strides.
@@ -450,8 +456,9 @@ where
                         self.looks_at(end)?.force
                     }
                 };
-                let middle = self.motion.transport_velocity.value(end - step * lit(0.5));
-                let middle = parameter::non_negative("transport_velocity", middle)?;
+                let middle = self.motion.rolling_speed.value(end - step * lit(0.5));
+                let middle =
+                    parameter::non_negative("rolling_speed", middle)? / self.patch.length();
                 let (kept, lag, _) = crate::rheology::relaxed(middle * step / self.relaxation);
                 force = next - lag * (next - steady) + kept * (force - steady);
                 steady = next;
@@ -474,7 +481,7 @@ where
     let about = |slip_velocity: T| {
         let motion = Motion { slip_velocity, ..mean };
         // A phase of a thousandth in a transit: slow.
-        let slow = mean.transport_velocity * lit(1e-3);
+        let slow = mean.rolling_speed / patch.length() * lit(1e-3);
         let response = patch.linearised(motion).ok()?.by_slip_velocity(slow);
         let length = -response.im / (lit::<T>(1e-3) * response.re);
         // No bristle remembers more than a transit.
@@ -512,7 +519,7 @@ where
     fn shows(&self, stride: usize, answers: usize) -> bool {
         let at = |answer: usize| walk::at(&self.motion, self.time(answer));
         between::shows(stride, answers, |answer| to_f64(at(answer).slip_velocity))
-            && between::shows(stride, answers, |answer| to_f64(at(answer).transport_velocity))
+            && between::shows(stride, answers, |answer| to_f64(at(answer).rolling_speed))
     }
 
     fn candidates(&self) -> Vec<Candidate> {

@@ -11,7 +11,7 @@ use core::ops::Range;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::rolling::{
     ExactPatch, Grid, GridParameters, Motion, MotionOverTime, Order, Patch, PatchParameters,
-    PolynomialExponential, Pressure, RateDependent, Slot, Transport,
+    PolynomialExponential, Pressure, RateDependent, Segment, Transport,
 };
 use crate::scalar::{lit, to_f64};
 use crate::signal::Signal;
@@ -48,7 +48,7 @@ pub(super) trait Roll<T, S, W> {
     fn beyond(&self) -> f64;
 }
 
-impl<T, M, S, W, const N: usize> Roll<T, S, W> for ExactPatch<T, M, N, Vec<Slot<T, N>>>
+impl<T, M, S, W, const N: usize> Roll<T, S, W> for ExactPatch<T, M, N, Vec<Segment<T, N>>>
 where
     T: Scalar,
     M: RateDependent<T>,
@@ -79,7 +79,7 @@ where
 
 /// The exact reduction under a pressure that it has no moments of: by quadrature over the profile.
 struct Weighed<'a, T: Scalar, M, P> {
-    exact: ExactPatch<T, M, 1, Vec<Slot<T, 1>>>,
+    exact: ExactPatch<T, M, 1, Vec<Segment<T, 1>>>,
     pressure: &'a P,
 }
 
@@ -223,7 +223,7 @@ pub(super) fn at<T: Scalar, S: Signal<T>, W: Signal<T>>(
 ) -> Motion<T> {
     Motion {
         slip_velocity: motion.slip_velocity.value(time),
-        transport_velocity: motion.transport_velocity.value(time),
+        rolling_speed: motion.rolling_speed.value(time),
     }
 }
 
@@ -231,6 +231,8 @@ pub(super) fn at<T: Scalar, S: Signal<T>, W: Signal<T>>(
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Walk<'a, T, S, W> {
     pub(super) motion: &'a MotionOverTime<S, W>,
+    /// L [m]
+    pub(super) length: T,
     /// Time between two answers [s].
     pub(super) interval: T,
     /// Steps between two answers, or in a transit if that is shorter.
@@ -288,18 +290,13 @@ impl<T: Scalar, S: Signal<T>, W: Signal<T>> Walk<'_, T, S, W> {
         }
         let distance = self.distance(&span, 4) / lit(self.substeps as f64);
         let duration = (span.end - span.start) / lit(self.substeps as f64);
-        let distance = parameter::non_negative("transport_velocity", distance)?;
+        let distance = parameter::non_negative("rolling_speed", distance)?;
         let most = lit(MOST_TRANSITS);
         if distance > most {
             let value = to_f64(distance / duration);
             let other = "what crosses the patch ten thousand times in a step";
             let rule = Rule::AtMost { other, limit: to_f64(most / duration) };
-            return Err(ParameterError {
-                name: "transport_velocity",
-                component: None,
-                value,
-                rule,
-            });
+            return Err(ParameterError { name: "rolling_speed", component: None, value, rule });
         }
         Ok(parts(to_f64(distance)))
     }
@@ -309,7 +306,7 @@ impl<T: Scalar, S: Signal<T>, W: Signal<T>> Walk<'_, T, S, W> {
         let step = (span.end - span.start) / lit(points as f64);
         (0..points).fold(T::zero(), |sum, index| {
             let time = span.start + step * lit(index as f64 + 0.5);
-            sum + self.motion.transport_velocity.value(time) * step
+            sum + self.motion.rolling_speed.value(time) / self.length * step
         })
     }
 
@@ -320,7 +317,7 @@ impl<T: Scalar, S: Signal<T>, W: Signal<T>> Walk<'_, T, S, W> {
             Scheme::Gauss => 4 * self.substeps,
         };
         let least = lit::<T>(1.0 + beyond);
-        let mut duration = least / self.motion.transport_velocity.value(end);
+        let mut duration = least * self.length / self.motion.rolling_speed.value(end);
         for _ in 0..8 {
             let start = end - duration;
             if !(duration > T::zero() && start > earliest) {

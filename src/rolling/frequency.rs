@@ -17,7 +17,7 @@
 //! and Q(a, b) = (P(a) − P(b))/(b − a),
 //!
 //! F̃/ṽ = L ((c₀/V*) (b₀ Q(0, s) + b₁ Q(κ, s)) + (c₂ + c₂'v*) P(0) + c₀'z_ss R(κ)),
-//! F̃/Ṽ = −L c₀ z_ss (κ/V*) Q(κ, s).
+//! F̃/Ũ = −c₀ z_ss (κ/V*) Q(κ, s),  V = U/L.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -41,7 +41,8 @@ pub struct LinearisedPatch<T, P> {
     pressure: P,
     /// L, and what multiplies the pressure.
     weight: T,
-    transport_velocity: T,
+    transport: T,
+    length: T,
     tangent: Linearisation<T>,
 }
 
@@ -61,7 +62,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///     pressure: PolynomialExponential::constant(),
     /// })?
     /// .carrying(4000.0)?; // N
-    /// let cruise = Motion { slip_velocity: 0.0, transport_velocity: 160.0 };
+    /// let cruise = Motion { slip_velocity: 0.0, rolling_speed: 16.0 };
     /// let linearised = tyre.linearised(cruise)?;
     /// // A slow change of slip gets the slip stiffness, a fast one less and later.
     /// let slow = linearised.by_slip_velocity(1e-3);
@@ -73,20 +74,21 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// # Relaxation length
     ///
-    /// The way after which the force has followed a small step of slip is −L V Im G/(ω Re G) for ω → 0. About
+    /// The way after which the force has followed a small step of slip is −U Im G/(ω Re G) for ω → 0. About
     /// v = 0 and without damping it is L ∫pξ² dξ/(2 ∫pξ dξ): L/3 for constant pressure, 0.3 L for a
     /// parabola. It is that of the patch alone: what is measured on a tyre, some decimetres, is mostly its
     /// carcass, to first order slip stiffness over lateral (longitudinal) stiffness of the tyre.
     ///
     /// # Errors
     ///
-    /// Refuses a motion that is not finite, and a transport velocity that is not positive.
+    /// Refuses a motion that is not finite, and a rolling speed that is not positive.
     pub fn linearised(&self, motion: Motion<T>) -> Result<LinearisedPatch<T, P>, ParameterError> {
-        let motion = motion.rolling()?;
+        let motion = self.rolling(motion)?;
         Ok(LinearisedPatch {
             pressure: self.pressure().clone(),
             weight: self.length() * self.load(),
-            transport_velocity: motion.transport_velocity,
+            transport: motion.transport,
+            length: self.length(),
             tangent: Linearisation::new(self.model(), motion)?,
         })
     }
@@ -125,9 +127,9 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     pub fn deflection(&self, at: Wave<T>) -> Complex<T> {
         let Wave { place, angular_frequency } = at;
         let tangent = &self.tangent;
-        let wave = Complex::new(T::zero(), angular_frequency / self.transport_velocity);
+        let wave = Complex::new(T::zero(), angular_frequency / self.transport);
         let both = wave + Complex::from(tangent.decay);
-        let age = place / self.transport_velocity;
+        let age = place / self.transport;
         let gathered = super::integrals::complex_phi1(both.scale(place)).scale(tangent.drive);
         let faded = super::integrals::complex_phi1(wave.scale(place))
             .scale(tangent.fading_drive * (-tangent.decay * place).exp());
@@ -145,22 +147,22 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
         // Risen and remaining apart, of which LuGre's first is a small difference.
         let direct = (tangent.rising_direct + tangent.direct) * pressure.rise(tangent.decay)
             + tangent.direct * pressure.remaining(tangent.decay);
-        (gathered.scale(tangent.stiffness / self.transport_velocity) + Complex::from(direct))
+        (gathered.scale(tangent.stiffness / self.transport) + Complex::from(direct))
             .scale(self.weight)
     }
 
-    /// The frequency response from the transport velocity to the force, F̃/Ṽ [N s], at an angular
+    /// The frequency response from the rolling speed to the force, F̃/Ũ [N s/m], at an angular
     /// frequency ω [rad/s] of either sign.
-    pub fn by_transport_velocity(&self, angular_frequency: T) -> Complex<T> {
+    pub fn by_rolling_speed(&self, angular_frequency: T) -> Complex<T> {
         let tangent = &self.tangent;
         let shifted =
             self.pressure.transform_slope(tangent.decay, self.exponent(angular_frequency));
-        let share = tangent.decay / self.transport_velocity;
+        let share = tangent.decay / (self.transport * self.length);
         shifted.scale(-self.weight * tangent.stiffness * tangent.stationary * share)
     }
 
     /// s = κ + iω/V
     fn exponent(&self, angular_frequency: T) -> Complex<T> {
-        Complex::new(self.tangent.decay, angular_frequency / self.transport_velocity)
+        Complex::new(self.tangent.decay, angular_frequency / self.transport)
     }
 }

@@ -46,8 +46,8 @@ use crate::scalar::{is_zero, lit};
 pub struct Excitation<T> {
     /// |v|_∞: the largest |v| [m/s], zero or positive.
     pub fastest: T,
-    /// Transport velocity V [1/s], positive and constant.
-    pub transport_velocity: T,
+    /// Rolling speed U [m/s], positive and constant.
+    pub rolling_speed: T,
 }
 
 /// Where the patch started from and how long ago.
@@ -65,7 +65,9 @@ pub struct PatchLimits<T, P> {
     pressure: P,
     /// L, and what multiplies the pressure.
     weight: T,
-    excitation: Excitation<T>,
+    fastest: T,
+    /// V = U/L
+    transport: T,
     /// Z; infinite if there is none.
     deflection: T,
     /// C₀, C₂
@@ -76,7 +78,7 @@ pub struct PatchLimits<T, P> {
 }
 
 impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
-    /// Limits of deflection and force for every motion with |v| ≤ |v|_∞ at a constant V.
+    /// Limits of deflection and force for every motion with |v| ≤ |v|_∞ at a constant rolling speed.
     ///
     /// ```
     /// use bristle::rolling::{Excitation, Origin, Patch, PatchParameters, PolynomialExponential};
@@ -90,8 +92,8 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///     pressure: PolynomialExponential::constant(),
     /// })?
     /// .carrying(4000.0)?; // N
-    /// let limits = tyre.limits(Excitation { fastest: 0.1, transport_velocity: 160.0 })?;
-    /// // In little slip no bristle comes far enough to slide: σ0 |v| L/(2 L V) of the normal force.
+    /// let limits = tyre.limits(Excitation { fastest: 0.1, rolling_speed: 16.0 })?;
+    /// // In little slip no bristle comes far enough to slide: σ0 |v| L/(2 U) of the normal force.
     /// let settled = Origin { initial_norm: 0.0, elapsed: 1.0 };
     /// assert!((limits.force(settled)? - 4000.0 * 252.0 * 0.1 / 320.0).abs() < 1e-9);
     /// # Ok::<(), bristle::ParameterError>(())
@@ -99,18 +101,20 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// # Errors
     ///
-    /// Refuses a fastest velocity that is negative or not finite, and a transport velocity that is not
+    /// Refuses a fastest velocity that is negative or not finite, and a rolling speed that is not
     /// positive.
     pub fn limits(&self, excitation: Excitation<T>) -> Result<PatchLimits<T, P>, ParameterError> {
-        let Excitation { fastest, transport_velocity } = excitation;
+        let Excitation { fastest, rolling_speed } = excitation;
         let fastest = parameter::non_negative("fastest", fastest)?;
-        parameter::positive("transport_velocity", transport_velocity)?;
+        let rolling_speed = parameter::positive("rolling_speed", rolling_speed)?;
+        let transport = parameter::finite("rolling_speed", rolling_speed / self.length())?;
         let limits = self.model().limits(fastest);
         let output = self.model().output_limits(fastest);
         Ok(PatchLimits {
             pressure: self.pressure().clone(),
             weight: self.length() * self.load(),
-            excitation,
+            fastest,
+            transport,
             deflection: limits.deflection.unwrap_or_else(|| T::one() / T::zero()),
             stiffness: output.stiffness,
             damping: output.damping,
@@ -134,7 +138,7 @@ impl<T: Scalar, P: Pressure<T>> PatchLimits<T, P> {
     pub fn remainder(&self, origin: Origin<T>) -> Result<T, ParameterError> {
         let norm = parameter::non_negative("initial_norm", origin.initial_norm)?;
         let elapsed = parameter::non_negative("elapsed", origin.elapsed)?;
-        let left = self.excitation.transport_velocity * elapsed < T::one();
+        let left = self.transport * elapsed < T::one();
         Ok(if left { norm } else { T::zero() })
     }
 
@@ -174,7 +178,7 @@ impl<T: Scalar, P: Pressure<T>> PatchLimits<T, P> {
         let entered = self.weight
             * self.stiffness
             * self.weighed(self.reach(), |place, p| p * self.deflection(place))
-            + carried * self.damping * self.excitation.fastest;
+            + carried * self.damping * self.fastest;
         let entered = match self.coefficient {
             Some(coefficient) => smaller(entered, carried * coefficient),
             None => entered,
@@ -182,7 +186,7 @@ impl<T: Scalar, P: Pressure<T>> PatchLimits<T, P> {
         if is_zero(remainder) {
             return Ok(entered);
         }
-        let inlet = self.excitation.transport_velocity * origin.elapsed;
+        let inlet = self.transport * origin.elapsed;
         let square =
             self.weighed(Some(inlet), |place, p| if place < inlet { T::zero() } else { p * p });
         Ok(entered + self.weight * self.stiffness * square.sqrt() * remainder)
@@ -190,7 +194,7 @@ impl<T: Scalar, P: Pressure<T>> PatchLimits<T, P> {
 
     /// |v|_∞/V \[m\]
     fn slope(&self) -> T {
-        self.excitation.fastest / self.excitation.transport_velocity
+        self.fastest / self.transport
     }
 
     /// Where the limit of the deflection is reached, if within the patch.

@@ -8,29 +8,29 @@
 //! | ξ | place in the patch, 0 at the inlet and 1 at the outlet | – |
 //! | z(ξ, t) | deflection of the bristle that is at ξ | m |
 //! | L | length of the patch | m |
-//! | V | transport velocity: rolling speed over length | 1/s |
+//! | U | rolling speed | m/s |
+//! | V = U/L | crossings of the patch per second | 1/s |
 //! | v | slip velocity | m/s |
-//! | v/(L V) | slip | – |
+//! | s = v/U | slip ratio | – |
 //! | p(ξ) | pressure: normal force per length | N/m |
 //! | λ, r, c₀, c₂ | coefficients of the friction model, see [`Affine`](crate::Affine) | 1/s, –, 1/m, s/m |
 //!
-//! # Slip
+//! # Slip ratio
 //!
-//! v is the *rigid* slip velocity: that of the body's surface over the ground if neither were elastic. It
-//! is positive where the ground drags the body back, and F opposes it.
+//! v is the *rigid* slip velocity: the velocity of the body's surface over the ground if neither
+//! were elastic. It is positive where the ground drags the body back. F opposes it.
 //!
-//! | motion | v | slip |
+//! | motion | v | s |
 //! |---|---|---|
-//! | any | | v/(L V): slip velocity over rolling speed |
-//! | longitudinal, wheel of radius R | v_x − ωR, with L V = ωR | (v_x − ωR)/(ωR): positive in braking, infinite when locked |
-//! | lateral, wheel at a slip angle α | v_y = v_x tan α, with L V = ωR ≈ v_x | tan α |
+//! | any | | v/U |
+//! | longitudinal, wheel of radius R | v_x − ωR, with U = ωR | (v_x − ωR)/(ωR): positive in braking, infinite when locked |
+//! | lateral, wheel at a slip angle α | v_y = v_x tan α, with U = ωR ≈ v_x | tan α |
 //!
-//! The longitudinal slip of ISO 8855 and SAE J670 is κ_x = (ωR − v_x)/v_x: negative in braking, −1 when locked.
-//! With s = v/(L V) it is κ_x = −s/(1 + s), and s = −κ_x/(1 + κ_x). The two agree, up to their signs, for small
-//! slip. [`Patch::motion_at`] and [`Patch::motion_of`] make a [`Motion`] of a slip or of a wheel's speeds.
+//! The longitudinal slip of ISO 8855 and SAE J670 is κ_x = (ωR − v_x)/v_x: negative in braking, −1
+//! for a locked wheel. κ_x = −s/(1 + s) and s = −κ_x/(1 + κ_x). For small slip s ≈ −κ_x.
 //!
-//! A patch slips in one direction: along or across. Two patches side by side do not share the limit of
-//! friction; combined slip is not modelled.
+//! A patch slips in one direction, along or across. Combined slip is not modelled: two patches side
+//! by side do not share one friction limit.
 //!
 //! # Parameters from measurements
 //!
@@ -58,15 +58,17 @@ mod patch;
 mod pressure;
 mod steady;
 
-pub use exact::{ExactPatch, MotionOverTime, Order, PatchCommitted, PatchLedger, PatchStep, Slot};
+pub use exact::{
+    ExactPatch, MotionOverTime, Order, PatchCommitted, PatchLedger, PatchStep, Segment,
+};
 pub use frequency::{LinearisedPatch, Wave};
 #[cfg(feature = "alloc")]
 pub use grid::{Grid, GridParameters, MotionField, Transport};
 pub use limits::{Excitation, Origin, PatchLimits};
 pub use passivity::{PassiveDamping, Passivity, passivity};
 #[cfg(feature = "alloc")]
-pub(crate) use patch::coefficients;
-pub use patch::{Motion, OutputLimits, Patch, PatchParameters, RateDependent, Slip, WheelMotion};
+pub(crate) use patch::{Crossing, coefficients};
+pub use patch::{Motion, OutputLimits, Patch, PatchParameters, RateDependent, SlipPoint};
 pub use pressure::{
     FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,
     PressureKnot, TabulatedPressure, Trapezoidal, TrapezoidalParameters,

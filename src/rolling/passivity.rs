@@ -49,7 +49,7 @@ pub enum Passivity<T> {
         /// The place ξ \[–\] where Σ0 V rises most steeply of those looked at.
         place: T,
         /// (Σ0 V)' there: [N/m²] from [`Patch::passivity`], which leaves V out, and
-        /// [N/(m² s)] from [`passivity`]. Infinite where the pressure jumps up.
+        /// [N/(m s)] from [`passivity`], (Σ0 U)'. Infinite where the pressure jumps up.
         slope: T,
     },
     /// The friction model itself is not known to be passive.
@@ -59,12 +59,12 @@ pub enum Passivity<T> {
 /// Places looked at from each knot to the next, ends included.
 const PLACES: usize = 257;
 
-/// Checks the sufficient condition (Σ0 V)' ≤ 0 for a stiffness σ0(ξ) [1/m] and a transport velocity V(ξ)
-/// [1/s] that depend on the place: closures that answer the value and its slope. The friction model is taken
+/// Checks the sufficient condition (Σ0 U)' ≤ 0 for a stiffness σ0(ξ) [1/m] and a rolling speed U(ξ)
+/// [m/s] that depend on the place: closures that answer the value and its slope. The friction model is taken
 /// to be passive.
 ///
 /// Looked at are 257 places from each knot of the pressure to the next, and whether Σ0 V has risen from one to
-/// the next; σ0 and V must be smooth on that scale.
+/// the next; σ0 and U must be smooth on that scale.
 ///
 /// ```
 /// use bristle::rolling::{Passivity, PolynomialExponential, passivity};
@@ -79,12 +79,12 @@ const PLACES: usize = 257;
 pub fn passivity<T: Scalar, P: Pressure<T>>(
     pressure: &P,
     stiffness: impl Fn(T) -> (T, T),
-    transport_velocity: impl Fn(T) -> (T, T),
+    rolling_speed: impl Fn(T) -> (T, T),
 ) -> Passivity<T> {
     let at = |place: T| {
         let (p, p_slope) = pressure.at_and_slope(place);
         let (s, s_slope) = stiffness(place);
-        let (v, v_slope) = transport_velocity(place);
+        let (v, v_slope) = rolling_speed(place);
         let terms = (p_slope * s * v, p * s_slope * v, p * s * v_slope);
         let size = terms.0.abs() + terms.1.abs() + terms.2.abs();
         (p * s * v, terms.0 + terms.1 + terms.2, size)
@@ -173,7 +173,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     }
 
     /// The least damping with which the patch takes energy from every small sinusoid about v = 0 at a
-    /// transport velocity V > 0 [1/s]: a *necessary* condition for passivity, and a sufficient one for
+    /// rolling speed U > 0 [m/s]: a *necessary* condition for passivity, and a sufficient one for
     /// small signals, of a model without regularisation.
     ///
     /// The phase θ = ω/V is searched up to 400 rad in steps of a twentieth; pressures that vary within
@@ -189,7 +189,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///     FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?);
     /// let parabola = PolynomialExponential::parabolic();
     /// let tyre = Patch::new(PatchParameters { model: friction, length: 0.1, pressure: parabola })?;
-    /// let least = tyre.least_passive_damping(160.0)?;
+    /// let least = tyre.least_passive_damping(16.0)?;
     /// assert!((least.damping * 160.0 / 252.0 - 0.0111157223).abs() < 1e-10);
     /// assert!((least.phase - 7.31442).abs() < 1e-5);
     /// # Ok::<(), bristle::ParameterError>(())
@@ -197,17 +197,17 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// # Errors
     ///
-    /// Refuses a transport velocity that is not positive and a pressure that carries nothing.
+    /// Refuses a rolling speed that is not positive and a pressure that carries nothing.
     pub fn least_passive_damping(
         &self,
-        transport_velocity: T,
+        rolling_speed: T,
     ) -> Result<PassiveDamping<T>, ParameterError> {
-        let transport_velocity = parameter::positive("transport_velocity", transport_velocity)?;
+        let rolling_speed = parameter::positive("rolling_speed", rolling_speed)?;
         let total = parameter::positive("total pressure", self.pressure().total())?;
         let (phase, damping_number) = most_active(self.pressure(), total);
         let stiffness = coefficients(self.model(), T::zero())?.stiffness;
         Ok(PassiveDamping {
-            damping: damping_number * stiffness / transport_velocity,
+            damping: damping_number * stiffness * self.length() / rolling_speed,
             damping_number,
             phase,
         })

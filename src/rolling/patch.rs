@@ -147,8 +147,8 @@ pub struct PatchParameters<T, M, P> {
 /// assert!((tyre.normal_force() - 4000.0_f64).abs() < 1e-9);
 ///
 /// // Rolling at 16 m/s with 0.8 m/s of slip.
-/// let motion = Motion { slip_velocity: 0.8, transport_velocity: 16.0 / 0.1 };
-/// assert!((tyre.slip(motion) - 0.05).abs() < 1e-15);
+/// let motion = Motion { slip_velocity: 0.8, rolling_speed: 16.0 };
+/// assert!((motion.slip_ratio() - 0.05_f64).abs() < 1e-15);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -222,74 +222,62 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         self.load * self.unloaded
     }
 
-    /// The slip v/(L V) \[–\] of a motion: infinite for a patch that slides without rolling.
-    pub fn slip(&self, motion: Motion<T>) -> T {
-        motion.slip_velocity / (self.length * motion.transport_velocity)
+    /// The motion in the patch's own unit of length, if the patch rolls forward or stands.
+    #[inline]
+    pub(crate) fn forward(&self, motion: Motion<T>) -> Result<Crossing<T>, ParameterError> {
+        let slip_velocity = parameter::finite("slip_velocity", motion.slip_velocity)?;
+        let rolling_speed = parameter::non_negative("rolling_speed", motion.rolling_speed)?;
+        let transport = parameter::finite("rolling_speed", rolling_speed / self.length)?;
+        Ok(Crossing { slip_velocity, transport })
     }
 
-    /// The motion at a slip v/(L V) \[–\] and a rolling speed L V [m/s].
-    pub fn motion_at(&self, slip: Slip<T>) -> Motion<T> {
-        Motion {
-            slip_velocity: slip.slip * slip.rolling_speed,
-            transport_velocity: slip.rolling_speed / self.length,
-        }
-    }
-
-    /// The motion of a wheel's patch: v = v_x − ωR, V = ωR/L.
-    pub fn motion_of(&self, wheel: WheelMotion<T>) -> Motion<T> {
-        let rolling_speed = wheel.angular_velocity * wheel.radius;
-        Motion {
-            slip_velocity: wheel.speed - rolling_speed,
-            transport_velocity: rolling_speed / self.length,
-        }
+    /// The motion in the patch's own unit of length, if the patch rolls forward.
+    pub(super) fn rolling(&self, motion: Motion<T>) -> Result<Crossing<T>, ParameterError> {
+        parameter::positive("rolling_speed", motion.rolling_speed)?;
+        self.forward(motion)
     }
 }
 
-/// How the bodies move on each other: slip velocity and transport velocity.
+/// How two bodies move on each other at a contact patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion<T> {
-    /// Slip velocity v [m/s]: that of the body's surface over the ground, if nothing were elastic
-    /// (the rigid sliding velocity). The force opposes it.
+    /// Slip velocity v [m/s]: velocity of the body's surface over the ground if neither were
+    /// elastic (the rigid sliding velocity). The friction force opposes it.
     pub slip_velocity: T,
-    /// Transport velocity V [1/s]: rolling speed over the length of the patch, at which bristles cross it.
-    pub transport_velocity: T,
-}
-
-/// A slip at a rolling speed, see [`Patch::motion_at`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slip<T> {
-    /// v/(L V) \[–\].
-    pub slip: T,
-    /// L V [m/s].
+    /// Rolling speed U [m/s] at which bristles cross the patch. For a wheel it is ωR.
     pub rolling_speed: T,
 }
 
-/// The motion of a wheel, see [`Patch::motion_of`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WheelMotion<T> {
-    /// Speed v_x of the wheel's centre [m/s].
-    pub speed: T,
-    /// Angular velocity ω [rad/s], positive when the wheel rolls forward.
-    pub angular_velocity: T,
-    /// Effective rolling radius R \[m\].
-    pub radius: T,
+impl<T: Scalar> Motion<T> {
+    /// The slip ratio v/U \[–\]; infinite for a patch that slides without rolling.
+    pub fn slip_ratio(self) -> T {
+        self.slip_velocity / self.rolling_speed
+    }
 }
 
-impl<T: Scalar> Motion<T> {
-    /// Checks what a solver is given that only takes V ≥ 0.
-    pub(crate) fn forward(self) -> Result<Self, ParameterError> {
-        Ok(Self {
-            slip_velocity: parameter::finite("slip_velocity", self.slip_velocity)?,
-            transport_velocity: parameter::non_negative(
-                "transport_velocity",
-                self.transport_velocity,
-            )?,
-        })
-    }
+/// A slip ratio at a rolling speed. [`SlipPoint::motion`] is its [`Motion`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SlipPoint<T> {
+    /// Slip ratio s = v/U \[–\], positive in braking. It is not the κ of ISO 8855, see
+    /// [the module](crate::rolling#slip-ratio).
+    pub slip_ratio: T,
+    /// Rolling speed U [m/s].
+    pub rolling_speed: T,
+}
 
-    /// Checks what only a rolling patch has an answer to.
-    pub(super) fn rolling(self) -> Result<Self, ParameterError> {
-        parameter::positive("transport_velocity", self.transport_velocity)?;
-        self.forward()
+impl<T: Scalar> SlipPoint<T> {
+    /// The motion with the slip velocity v = s U.
+    pub fn motion(self) -> Motion<T> {
+        let Self { slip_ratio, rolling_speed } = self;
+        Motion { slip_velocity: slip_ratio * rolling_speed, rolling_speed }
     }
+}
+
+/// A motion in lengths of the patch.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Crossing<T> {
+    /// Slip velocity v [m/s].
+    pub(crate) slip_velocity: T,
+    /// Transport velocity V = U/L \[1/s\]: crossings of the patch per second.
+    pub(crate) transport: T,
 }

@@ -1,4 +1,4 @@
-//! Steady rolling: held slip velocity v and transport velocity V.
+//! Steady rolling: held slip velocity v and rolling speed U, with V = U/L.
 //!
 //! V dz/dξ = −λ z + r v with z(0) = 0 is solved by z = z_ss (1 − e^(−κξ)), κ = λ/V, z_ss = r v/λ. Since
 //! c₀ z_ss + c₂ v = μ_ss, the friction coefficient of steady sliding,
@@ -19,16 +19,16 @@
 //! Derivatives: with b₀ = r + r'v − λ'z_ss (= λ z_ss') and b₁ = λ'z_ss, primes for d/dv,
 //!
 //! ∂F/∂v = L (c₀ (b₀ R/κ + b₁ R')/V + (c₀'z_ss + c₂ + c₂'v) R + (c₂ + c₂'v)(P − R)),
-//! ∂F/∂V = −L c₀ z_ss R' κ/V,  R' = dR/dκ = ∫₀¹ p ξ e^(−κξ) dξ,
+//! ∂F/∂U = −c₀ z_ss R' κ/V,  R' = dR/dκ = ∫₀¹ p ξ e^(−κξ) dξ,
 //!
 //! in which nothing is divided by λ, so that v = 0 is a velocity like any other.
 //!
 //! Source: Romano et al. (arXiv 2602.09429), section IV-A, where the force is written out for constant,
 //! exponential and parabolic pressure.
 
-use super::patch::{checked, coefficients};
+use super::patch::{Crossing, checked, coefficients};
 use super::pressure::weigh;
-use super::{Motion, Patch, Pressure, RateDependent, Slip};
+use super::{Motion, Patch, Pressure, RateDependent, SlipPoint};
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};
 use crate::root::enclose;
@@ -76,15 +76,15 @@ impl<T: Scalar> Steady<T> {
 pub struct SteadySlopes<T> {
     /// ∂F/∂v [N s/m].
     pub by_slip_velocity: T,
-    /// ∂F/∂V [N s].
-    pub by_transport_velocity: T,
+    /// ∂F/∂U [N s/m].
+    pub by_rolling_speed: T,
 }
 
 /// Where the force over slip has its maximum, see [`Patch::peak`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peak<T> {
-    /// The slip v/(L V) \[–\] of the peak.
-    pub slip: T,
+    /// The slip ratio v/U \[–\] of the peak.
+    pub slip_ratio: T,
     /// The friction force F \[N\] there.
     pub force: T,
 }
@@ -123,7 +123,7 @@ impl<T: Scalar> Linearisation<T> {
     /// Refuses a motion at which a coefficient of the model is not finite.
     pub(super) fn new<M: RateDependent<T>>(
         model: &M,
-        motion: Motion<T>,
+        motion: Crossing<T>,
     ) -> Result<Self, ParameterError> {
         let v = motion.slip_velocity;
         let (affine, slopes) = model.affine_and_slopes(v.into(), T::zero());
@@ -133,7 +133,7 @@ impl<T: Scalar> Linearisation<T> {
         let times = |slope: T, value: T| if is_zero(value) { T::zero() } else { slope * value };
         let fading_drive = times(slopes.relaxation, stationary);
         Ok(Self {
-            decay: affine.relaxation / motion.transport_velocity,
+            decay: affine.relaxation / motion.transport,
             stationary,
             drive: affine.drive + times(slopes.drive, v) - fading_drive,
             fading_drive,
@@ -149,7 +149,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// rolling and F = F_z μ_ss(v); with v = 0 there is no force.
     ///
     /// ```
-    /// use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Slip};
+    /// use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, SlipPoint};
     /// use bristle::{FrBd, paper};
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
@@ -160,7 +160,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///     pressure: PolynomialExponential::constant(),
     /// })?
     /// .carrying(4000.0)?; // N
-    /// let motion = tyre.motion_at(Slip { slip: 0.05, rolling_speed: 16.0 }); // m/s
+    /// let motion = SlipPoint { slip_ratio: 0.05, rolling_speed: 16.0 }.motion(); // m/s
     /// let steady = tyre.steady(motion)?;
     /// assert!((steady.force - 4000.0 * 0.348954).abs() < 4000.0 * 5e-7);
     /// // κ = 2.1: at the outlet bristles have 88 % of the deflection of full sliding.
@@ -170,14 +170,14 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// # Errors
     ///
-    /// Refuses a motion that is not finite, and a negative transport velocity.
+    /// Refuses a motion that is not finite, and a negative rolling speed.
     pub fn steady(&self, motion: Motion<T>) -> Result<Steady<T>, ParameterError> {
-        let Motion { slip_velocity: v, transport_velocity } = motion.forward()?;
+        let Crossing { slip_velocity: v, transport } = self.forward(motion)?;
         let affine = coefficients(self.model(), v)?;
         let still = is_zero(affine.relaxation);
         let steady = Steady {
             force: T::zero(),
-            decay: if still { T::zero() } else { affine.relaxation / transport_velocity },
+            decay: if still { T::zero() } else { affine.relaxation / transport },
             stationary_deflection: self.model().stationary(v),
             stationary_coefficient: self.model().stationary_coefficient(v),
             entry_coefficient: affine.damping * v,
@@ -192,9 +192,9 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a slip that is not finite, a rolling speed that is not positive, and a pressure that
     /// carries nothing.
-    pub fn force_ratio(&self, at: Slip<T>) -> Result<T, ParameterError> {
+    pub fn force_ratio(&self, at: SlipPoint<T>) -> Result<T, ParameterError> {
         let total = parameter::positive("total pressure", self.pressure().total())?;
-        let steady = self.steady(self.checked_motion_at(at)?)?;
+        let steady = self.steady(checked_motion(at)?)?;
         Ok(self.carried(&steady) / total)
     }
 
@@ -204,21 +204,21 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
             + steady.entry_coefficient * self.pressure().remaining(steady.decay)
     }
 
-    /// How the steady force changes with the slip velocity and with the transport velocity, in closed
+    /// How the steady force changes with the slip velocity and with the rolling speed, in closed
     /// form. At v = 0 the two one-sided slopes agree. LuGre's loses the digits by which c₀ z_ss' and c₂
     /// exceed their sum.
     ///
     /// # Errors
     ///
-    /// Refuses a motion that is not finite, and a transport velocity that is not positive.
+    /// Refuses a motion that is not finite, and a rolling speed that is not positive.
     pub fn steady_slopes(&self, motion: Motion<T>) -> Result<SteadySlopes<T>, ParameterError> {
-        let motion = motion.rolling()?;
+        let motion = self.rolling(motion)?;
         let tangent = Linearisation::new(self.model(), motion)?;
         let (pressure, decay) = (self.pressure(), tangent.decay);
         let (rise, lever) = (pressure.rise(decay), pressure.lever(decay));
         let rise_per_decay = if is_zero(decay) { lever } else { rise / decay };
-        let deflection = (tangent.drive * rise_per_decay + tangent.fading_drive * lever)
-            / motion.transport_velocity;
+        let deflection =
+            (tangent.drive * rise_per_decay + tangent.fading_drive * lever) / motion.transport;
         let weight = self.length() * self.load();
         let stiffness = tangent.stiffness;
         Ok(SteadySlopes {
@@ -226,12 +226,12 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
                 * (stiffness * deflection
                     + (tangent.rising_direct + tangent.direct) * rise
                     + tangent.direct * pressure.remaining(decay)),
-            by_transport_velocity: -weight * stiffness * tangent.stationary * lever * decay
-                / motion.transport_velocity,
+            by_rolling_speed: -self.load() * stiffness * tangent.stationary * lever * decay
+                / motion.transport,
         })
     }
 
-    /// Slip stiffness: the slope dF/ds \[N\] of the steady force over the slip s = v/(L V) at s = 0. For a
+    /// Slip stiffness: the slope dF/ds \[N\] of the steady force over the slip ratio s = v/U at s = 0. For a
     /// lateral force it is the cornering stiffness [N/rad].
     ///
     /// dF/ds = L² (σ0 ∫₀¹ p ξ dξ + c₂(0) V P) for a model without regularisation: friction itself is
@@ -241,7 +241,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a rolling speed that is not positive.
     pub fn slip_stiffness(&self, rolling_speed: T) -> Result<T, ParameterError> {
-        let motion = self.checked_motion_at(Slip { slip: T::zero(), rolling_speed })?;
+        let motion = checked_motion(SlipPoint { slip_ratio: T::zero(), rolling_speed })?;
         Ok(self.steady_slopes(motion)?.by_slip_velocity * rolling_speed)
     }
 
@@ -255,16 +255,16 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a slip that is not finite or zero, a rolling speed that is not positive, and a slip on the way at
     /// which a coefficient of the model is not finite.
-    pub fn peak(&self, up_to: Slip<T>) -> Result<Option<Peak<T>>, ParameterError> {
+    pub fn peak(&self, up_to: SlipPoint<T>) -> Result<Option<Peak<T>>, ParameterError> {
         const SLIPS: usize = 600;
         const DECADES: f64 = 6.0;
-        parameter::finite("slip", up_to.slip)?;
-        parameter::positive("magnitude of the slip", up_to.slip.abs())?;
-        self.checked_motion_at(up_to)?.rolling()?;
+        parameter::finite("slip_ratio", up_to.slip_ratio)?;
+        parameter::positive("magnitude of the slip ratio", up_to.slip_ratio.abs())?;
+        self.rolling(checked_motion(up_to)?)?;
         // The magnitude of the force over that of the slip, and its slope: of checked motions, so that
         // neither can fail.
-        let sign = if up_to.slip < T::zero() { -T::one() } else { T::one() };
-        let at = |slip: T| self.motion_at(Slip { slip: sign * slip, ..up_to });
+        let sign = if up_to.slip_ratio < T::zero() { -T::one() } else { T::one() };
+        let at = |slip: T| SlipPoint { slip_ratio: sign * slip, ..up_to }.motion();
         let force = |slip: T| self.steady(at(slip)).map_or(T::zero(), |steady| sign * steady.force);
         let slope = |slip: T| {
             self.steady_slopes(at(slip)).map_or(T::zero(), |slopes| slopes.by_slip_velocity)
@@ -277,7 +277,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         for number in 0..SLIPS {
             let share = (number + 1) as f64 / SLIPS as f64;
             let below: T = lit(DECADES * core::f64::consts::LN_10 * (share - 1.0));
-            let slip = up_to.slip.abs() * below.exp();
+            let slip = up_to.slip_ratio.abs() * below.exp();
             coefficients(self.model(), at(slip).slip_velocity)?;
             let here = (slip, slope(slip));
             if let Some((a, at_a)) = before
@@ -285,7 +285,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
                 && !(here.1 > T::zero())
             {
                 let (found, _) = enclose(slope, (a, at_a), here, T::zero());
-                let found = Peak { slip: found, force: force(found) };
+                let found = Peak { slip_ratio: found, force: force(found) };
                 if candidate.is_none_or(|other| found.force > other.force) {
                     candidate = Some(found);
                 }
@@ -300,7 +300,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
             }
             before = Some(here);
         }
-        Ok(best.map(|peak| Peak { slip: sign * peak.slip, force: sign * peak.force }))
+        Ok(best.map(|peak| Peak { slip_ratio: sign * peak.slip_ratio, force: sign * peak.force }))
     }
 
     /// The moment of the steady force about the middle of the patch, and the trail at which the force
@@ -311,10 +311,10 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// # Errors
     ///
-    /// Refuses a motion that is not finite, and a negative transport velocity.
+    /// Refuses a motion that is not finite, and a negative rolling speed.
     pub fn aligning(&self, motion: Motion<T>) -> Result<Aligning<T>, ParameterError> {
         let steady = self.steady(motion)?;
-        let Motion { slip_velocity, transport_velocity } = motion;
+        let Crossing { slip_velocity, transport } = self.forward(motion)?;
         let half: T = lit(0.5);
         let steepness = if steady.decay.is_finite() { steady.decay } else { T::zero() };
         let (mut force, mut moment) = (T::zero(), T::zero());
@@ -322,7 +322,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         weigh(self.pressure(), steepness, |place, pressure| {
             let coefficient = if is_zero(slip_velocity) {
                 // Per slip velocity, of which the trail takes the limit.
-                affine.drive * affine.stiffness * place / transport_velocity + affine.damping
+                affine.drive * affine.stiffness * place / transport + affine.damping
             } else {
                 steady.coefficient(place)
             };
@@ -337,10 +337,10 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
             trail: trail.is_finite().then_some(trail),
         })
     }
+}
 
-    fn checked_motion_at(&self, at: Slip<T>) -> Result<Motion<T>, ParameterError> {
-        let slip = parameter::finite("slip", at.slip)?;
-        let rolling_speed = parameter::positive("rolling_speed", at.rolling_speed)?;
-        Ok(self.motion_at(Slip { slip, rolling_speed }))
-    }
+fn checked_motion<T: Scalar>(at: SlipPoint<T>) -> Result<Motion<T>, ParameterError> {
+    let slip_ratio = parameter::finite("slip_ratio", at.slip_ratio)?;
+    let rolling_speed = parameter::positive("rolling_speed", at.rolling_speed)?;
+    Ok(SlipPoint { slip_ratio, rolling_speed }.motion())
 }

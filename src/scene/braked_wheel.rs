@@ -1,7 +1,7 @@
 //! A wheel under brake and drive torque that carries its part of a vehicle: from rolling to lock-up and to
 //! standstill.
 //!
-//! m v̇_x = f − F,  J ω̇ = R F − T + τ,  slip velocity v = v_x − ωR,  V = ωR/L
+//! m v̇_x = f − F,  J ω̇ = R F − T + τ,  slip velocity v = v_x − ωR,  rolling speed U = ωR
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -10,7 +10,6 @@
 //! | F | friction force of the tyre, a rolling [`Patch`](crate::rolling::Patch): positive slows the vehicle | N |
 //! | T | torque of the brake, a [`Contact`] in units of torque | N m |
 //! | f, τ | other forward force (grade, wind), drive torque | N, N m |
-//! | L, V | length of the patch, transport velocity | m, 1/s |
 //!
 //! The brake is friction like any other, on bristles that stand for the elasticity of pads, caliper and
 //! suspension: a locked wheel rests on them, and no case distinction tells a locked wheel from a turning one.
@@ -38,7 +37,7 @@
 use crate::companion::{Companion, CompanionStep, CompletedStep};
 use crate::parameter::{self, ParameterError};
 use crate::rolling::{
-    ExactPatch, Motion, PatchCommitted, PatchLedger, PatchStep, RateDependent, Slot,
+    ExactPatch, Motion, PatchCommitted, PatchLedger, PatchStep, RateDependent, Segment,
 };
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Bristle, Contact, Scalar};
@@ -187,7 +186,7 @@ impl<T: Scalar> WheelLedger<T> {
 /// A full brake application at 72 km/h, with steps of 5 ms:
 ///
 /// ```
-/// use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Slot};
+/// use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Segment};
 /// use bristle::scene::{BrakedWheel, BrakedWheelParameters, WheelLoads};
 /// use bristle::{Bristle, FrBd, paper};
 /// use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
@@ -203,7 +202,7 @@ impl<T: Scalar> WheelLedger<T> {
 /// let pads = Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 })?;
 /// let flexible = KelvinVoigtParameters { micro_stiffness: 20.0, micro_damping: 0.1 }; // 1/rad, s/rad
 /// let mut wheel = BrakedWheel::new(BrakedWheelParameters {
-///     tyre: tyre.exact([Slot::default(); 100])?,
+///     tyre: tyre.exact([Segment::default(); 100])?,
 ///     brake: FrBd::new(pads, KelvinVoigt::new(flexible)?).under_load(0.0)?,
 ///     mass: 400.0,
 ///     inertia: 1.0,
@@ -276,7 +275,7 @@ impl<T, M, const N: usize, B, K> BrakedWheel<T, M, N, B, K>
 where
     T: Scalar,
     M: RateDependent<T>,
-    B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
+    B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
     K: Bristle<T, Deflection = T>,
 {
     /// Checks the parameters. The brake's bristle begins with the deflection of a disc that has been
@@ -347,7 +346,7 @@ where
         self.state.speed - self.state.angular_velocity * self.body.radius
     }
 
-    /// Slip of braking (v_x − ωR)/v_x = s/(1 + s) \[–\] with s = v/(L V) of [`Patch::slip`](crate::rolling::Patch::slip): 0 for a wheel that rolls freely, 1 for a locked one. 0 if the
+    /// Slip of braking (v_x − ωR)/v_x = s/(1 + s) \[–\] with s = v/U of [`Motion::slip_ratio`]: 0 for a wheel that rolls freely, 1 for a locked one. 0 if the
     /// vehicle stands; of little use near that.
     pub fn braking_slip(&self) -> T {
         if is_zero(self.state.speed) { T::zero() } else { self.slip_velocity() / self.state.speed }
@@ -428,15 +427,15 @@ where
         let length = self.tyre.patch().length();
         // Forward beyond where it has been.
         let motion = |means: &Means<T>| {
-            let rolling = means.angular_velocity * body.radius / length;
+            let rolling = means.angular_velocity * body.radius;
             let rolling = if before.rolled_back > T::zero() && duration > T::zero() {
-                rolling - before.rolled_back / duration
+                rolling - before.rolled_back * length / duration
             } else {
                 rolling
             };
             Motion {
                 slip_velocity: means.slip_velocity,
-                transport_velocity: if rolling > T::zero() { rolling } else { T::zero() },
+                rolling_speed: if rolling > T::zero() { rolling } else { T::zero() },
             }
         };
         let pads_at = |means: &Means<T>| {
@@ -496,7 +495,7 @@ impl<T: Scalar> Element<T> {
     fn of_tyre<M, const N: usize, B>(step: &PatchStep<'_, T, M, N, B>) -> Self
     where
         M: RateDependent<T>,
-        B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
+        B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
     {
         Self { bias: step.bias(), damping: step.damping() }
     }

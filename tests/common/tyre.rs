@@ -2,7 +2,16 @@
 
 use bristle::curve::Stribeck;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::rolling::Motion;
 use bristle::{FrBd, paper};
+
+/// Length of its contact patch [m].
+pub const LENGTH: f64 = paper::TYRE_LENGTH;
+
+/// A motion whose bristles cross its patch `transport` times a second.
+pub fn motion(slip_velocity: f64, transport: f64) -> Motion<f64> {
+    Motion { slip_velocity, rolling_speed: LENGTH * transport }
+}
 
 /// Its friction curve.
 pub fn curve() -> Stribeck<f64> {

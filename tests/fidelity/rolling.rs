@@ -72,7 +72,7 @@ fn truth<P: Pressure<f64>, S: Signal<f64>, W: Signal<f64>>(
 ) -> f64 {
     let model = patch.model();
     let v_at = |t: f64| motion.slip_velocity.value(t);
-    let w_at = |t: f64| motion.transport_velocity.value(t);
+    let w_at = |t: f64| motion.rolling_speed.value(t) / paper::TYRE_LENGTH;
     // What has become of a bristle of z: kept z + gained.
     let (mut kept, mut gained, mut place, mut now) = (1.0_f64, 0.0_f64, 0.0_f64, time);
     let mut sum = 0.0;
@@ -103,7 +103,8 @@ fn truth<P: Pressure<f64>, S: Signal<f64>, W: Signal<f64>>(
     }
     if place < 1.0 {
         // Those that were there at the start.
-        let at_start = Motion { slip_velocity: v_at(0.0), transport_velocity: w_at(0.0) };
+        let at_start =
+            Motion { slip_velocity: v_at(0.0), rolling_speed: paper::TYRE_LENGTH * w_at(0.0) };
         let steady = patch.steady(at_start).unwrap();
         let (width, parts) = (1.0 - place, 4000);
         let z = |xi: f64| match start {
@@ -283,7 +284,7 @@ fn sines(seed: u64, scenes: usize, most_periods: f64) -> Vec<Outcome> {
         let swing = transport * dice.one_of(&[0.0, 0.0, 0.1, 0.3]);
         let motion = MotionOverTime {
             slip_velocity: sine(mean, amplitude, dice.one_of(&[0.0, 1.0, 2.5])),
-            transport_velocity: sine(transport, swing, 0.5),
+            rolling_speed: sine(paper::TYRE_LENGTH * transport, paper::TYRE_LENGTH * swing, 0.5),
         };
         let (set, pressure) = (index % 4, (index / 4) % 4);
         let what = format!(
@@ -318,7 +319,7 @@ fn polylines(seed: u64, scenes: usize) -> Vec<Outcome> {
         };
         let motion = MotionOverTime {
             slip_velocity: line(-amplitude, amplitude),
-            transport_velocity: line(0.7 * transport, 1.3 * transport),
+            rolling_speed: line(0.07 * transport, 0.13 * transport),
         };
         let (set, pressure) = (index % 4, (index / 4) % 4);
         let what = format!(
@@ -379,7 +380,7 @@ fn tyre(
         patch: patch(0, PolynomialExponential::parabolic()),
         motion: MotionOverTime {
             slip_velocity: Sine::new(slip).unwrap(),
-            transport_velocity: Constant::new(160.0).unwrap(),
+            rolling_speed: Constant::new(16.0).unwrap(),
         },
         interval: 0.01 / frequency,
         answers: 1000,
@@ -413,7 +414,7 @@ fn the_relaxation_length_in_adhesion_is_that_of_the_pressure() {
 fn the_slip_curve_and_the_relaxation_length_are_exact_where_nothing_changes() {
     let scene = tyre(0.3, 0.0, 10.0);
     let steady = patch(0, PolynomialExponential::parabolic())
-        .steady(Motion { slip_velocity: 0.3, transport_velocity: 160.0 })
+        .steady(Motion { slip_velocity: 0.3, rolling_speed: 16.0 })
         .unwrap()
         .force;
     for plan in scene.plans() {
@@ -449,7 +450,7 @@ fn senseless_patches_and_motions_are_refused_by_name() {
         let value = |time, value| Vertex { time, value };
         let motion = MotionOverTime {
             slip_velocity: bristle::signal::Function::new(move |_: f64| (slip, 0.0), []),
-            transport_velocity: Polyline::new([value(0.0, transport[0]), value(1.0, transport[1])])
+            rolling_speed: Polyline::new([value(0.0, transport[0]), value(1.0, transport[1])])
                 .unwrap(),
         };
         let tolerance = Tolerance { norm: Norm::Greatest, share: 0.01 };
@@ -460,7 +461,7 @@ fn senseless_patches_and_motions_are_refused_by_name() {
     };
     assert_eq!(refused(f64::NAN, [100.0; 2], 0.1, 10), "slip_velocity");
     assert_eq!(refused(f64::INFINITY, [100.0; 2], 0.1, 10), "slip_velocity");
-    assert_eq!(refused(1.0, [100.0, -1.0], 0.1, 10), "transport_velocity");
+    assert_eq!(refused(1.0, [100.0, -1.0], 0.1, 10), "rolling_speed");
     assert_eq!(refused(1.0, [100.0; 2], f64::NAN, 10), "interval");
     assert_eq!(refused(1.0, [100.0; 2], 0.1, 7), "answers");
     for share in [0.0, -1.0, f64::NAN] {
@@ -485,7 +486,7 @@ fn a_tolerance_that_nothing_meets_is_named_and_a_starved_pilot_says_what_it_need
 /// The tyre along any motion, from steady rolling on.
 fn rolled<S: Signal<f64>, W: Signal<f64>>(
     slip_velocity: S,
-    transport_velocity: W,
+    rolling_speed: W,
     interval: f64,
     answers: usize,
     period: Option<usize>,
@@ -493,7 +494,7 @@ fn rolled<S: Signal<f64>, W: Signal<f64>>(
 {
     RollingHistory::new(RollingHistoryParameters {
         patch: patch(0, PolynomialExponential::parabolic()),
-        motion: MotionOverTime { slip_velocity, transport_velocity },
+        motion: MotionOverTime { slip_velocity, rolling_speed },
         interval,
         answers,
         period,
@@ -569,7 +570,7 @@ fn what_happens_between_the_instants_of_a_pilot_is_seen_or_refused() {
 fn counts_and_speeds_beyond_all_means_are_refused_by_name() {
     let slip = Constant::new(0.3).unwrap();
     let name = |transport: f64, answers, period| {
-        let transport = Constant::new(transport).unwrap();
+        let transport = Constant::new(paper::TYRE_LENGTH * transport).unwrap();
         rolled(slip, transport, 1e-2, answers, period).unwrap_err().name
     };
     for many in [1_000_000_001, usize::MAX / 2, usize::MAX / 2 + 1, usize::MAX] {
@@ -585,7 +586,8 @@ fn counts_and_speeds_beyond_all_means_are_refused_by_name() {
         let scene = rolled(slip, jump, 1e-2, 100, Some(25)).unwrap();
         for plan in scene.plans() {
             let refused = scene.forces(plan).map(|forces| forces.iter().all(|f| f.is_finite()));
-            let named = matches!(&refused, Err(FidelityError::Parameter(e)) if e.name == "transport_velocity");
+            let named =
+                matches!(&refused, Err(FidelityError::Parameter(e)) if e.name == "rolling_speed");
             // However fast, the last transit is rolled through.
             assert!(named || speed == 1e12 && matches!(refused, Ok(true)), "{plan:?} {refused:?}");
         }
@@ -599,7 +601,7 @@ fn counts_and_speeds_beyond_all_means_are_refused_by_name() {
         assert_eq!(gauss.integrator, Integrator::Gauss);
         let refused = scene.forces(gauss);
         let named =
-            matches!(&refused, Err(FidelityError::Parameter(e)) if e.name == "transport_velocity");
+            matches!(&refused, Err(FidelityError::Parameter(e)) if e.name == "rolling_speed");
         assert!(named, "{refused:?}");
         let plan = scene.plans()[2];
         assert_eq!(scene.with_substeps(plan, usize::MAX).substeps, 1 << 20);
@@ -645,7 +647,7 @@ fn no_bound_is_below_the_error_of_a_start_a_swing_or_a_reversal() {
         let slip = SineParameters { mean, amplitude, frequency, phase: 0.0 };
         let motion = MotionOverTime {
             slip_velocity: Sine::new(slip).unwrap(),
-            transport_velocity: Constant::new(transport).unwrap(),
+            rolling_speed: Constant::new(paper::TYRE_LENGTH * transport).unwrap(),
         };
         // A step of the truth is a thousandth of a transit or of a period.
         let finesse = 1000.0_f64.max(1000.0 * frequency / transport);
@@ -661,7 +663,7 @@ fn the_bound_of_a_start_from_nothing_is_attained_where_all_bristles_slide() {
     // κ = 3450: at the first answer, 0.7 % of a relaxation later, z_ss is still missing almost everywhere.
     let motion = MotionOverTime {
         slip_velocity: Constant::new(10.0).unwrap(),
-        transport_velocity: Constant::new(2.0).unwrap(),
+        rolling_speed: Constant::new(0.2).unwrap(),
     };
     let drawn = any_error(1e-6, 20, Start::Undeflected, 1e5);
     let even = patch(0, PolynomialExponential::constant());
@@ -688,7 +690,7 @@ fn the_bound_of_a_step_of_the_slip_is_attained_where_only_the_deflection_changes
     let vertices = [(0.0, 1.0), (at, 1.0), (jump, 2.0), (1.0, 2.0)];
     let motion = MotionOverTime {
         slip_velocity: Polyline::new(vertices.map(|(time, value)| Vertex { time, value })).unwrap(),
-        transport_velocity: Constant::new(0.5).unwrap(),
+        rolling_speed: Constant::new(0.05).unwrap(),
     };
     // Steps of the truth of a tenth of the jump.
     let drawn = any_error(1e-5, 20, Start::Steady, 2e8);
@@ -729,7 +731,7 @@ fn the_pilot_counts_every_look_at_the_curve_of_a_patch() {
             patch: patch.unwrap().carrying(1000.0).unwrap(),
             motion: MotionOverTime {
                 slip_velocity: Sine::new(slip).unwrap(),
-                transport_velocity: Constant::new(160.0).unwrap(),
+                rolling_speed: Constant::new(16.0).unwrap(),
             },
             interval: 0.01 / frequency,
             answers: 1000,
@@ -756,7 +758,7 @@ fn the_bound_of_a_reversal_between_two_answers_passes_through_rest() {
         let vertices = vertices.map(|(time, value)| Vertex { time, value });
         let motion = MotionOverTime {
             slip_velocity: Polyline::new(vertices).unwrap(),
-            transport_velocity: Constant::new(0.5).unwrap(),
+            rolling_speed: Constant::new(0.05).unwrap(),
         };
         // Steps of the truth as long as the jump.
         let drawn = any_error(0.01, 8, Start::Steady, 2e6);

@@ -5,23 +5,18 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use crate::common::characteristics::{History, Random, Step};
-use crate::common::tyre::{bristle, curve, frbd};
+use crate::common::tyre::{LENGTH, bristle, curve, frbd, motion};
 use bristle::curve::Stribeck;
 use bristle::regularisation::{HyperbolicTangent, SquareRoot};
 use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{
-    Motion, Patch, PatchParameters, PolynomialExponential, PolynomialExponentialParameters,
-    Pressure, RateDependent,
+    Patch, PatchParameters, PolynomialExponential, PolynomialExponentialParameters, Pressure,
+    RateDependent,
 };
 use bristle::{Dahl, DahlParameters, FrBd, LuGre};
 
-const LENGTH: f64 = 0.1;
 /// μ_s/σ0 of the tyre [m].
 const SCALE: f64 = 0.6 / 252.0;
-
-fn motion(slip_velocity: f64, transport_velocity: f64) -> Motion<f64> {
-    Motion { slip_velocity, transport_velocity }
-}
 
 fn tyre() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
     frbd(0.0)

@@ -4,21 +4,16 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use crate::common::characteristics::{History, Random, Step};
+use crate::common::tyre::{LENGTH, motion};
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{
     ExactPatch, Motion, MotionOverTime, Order, Patch, PatchParameters, PolynomialExponential,
-    Pressure, RateDependent, Slot,
+    Pressure, RateDependent, Segment,
 };
 use bristle::{FrBd, Rule, paper};
 
 type Tyre = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
-
-const LENGTH: f64 = 0.1;
-
-fn motion(slip_velocity: f64, transport_velocity: f64) -> Motion<f64> {
-    Motion { slip_velocity, transport_velocity }
-}
 
 fn tyre() -> Tyre {
     FrBd::new(
@@ -45,7 +40,7 @@ fn merged_error<const N: usize>(
     way: f64,
     velocity: &dyn Fn(usize) -> f64,
 ) -> f64 {
-    let mut rolling = patch(pressure).exact(vec![Slot::default(); slots]).unwrap();
+    let mut rolling = patch(pressure).exact(vec![Segment::default(); slots]).unwrap();
     let undeflected = |_: f64| 0.0;
     let mut history = History::new(&undeflected, &[]);
     let transport = 400.0;
@@ -111,7 +106,7 @@ fn merging_keeps_the_force_exact_until_the_front_is_cut() {
     // Constant pressure asks for the integral alone, which merging keeps: while the bristles of a step
     // input are all inside, the force is exact, however few the slots.
     let mut rolling =
-        patch(PolynomialExponential::constant()).exact([Slot::default(); 22]).unwrap();
+        patch(PolynomialExponential::constant()).exact([Segment::default(); 22]).unwrap();
     let undeflected = |_: f64| 0.0;
     let mut history = History::new(&undeflected, &[]);
     for number in 0..990 {
@@ -142,7 +137,7 @@ fn narrow_and_wide(steps: usize) {
     // No narrow step follows another, so none is merged: as many segments as there can be.
     for slots in [22, 23, 41, 206] {
         let rolling = patch(PolynomialExponential::parabolic());
-        let mut rolling = rolling.exact(vec![Slot::default(); slots]).unwrap();
+        let mut rolling = rolling.exact(vec![Segment::default(); slots]).unwrap();
         let narrowest = rolling.narrowest();
         assert_eq!(narrowest, 2.0 / (slots as f64 - 6.0));
         let undeflected = |_: f64| 0.0;
@@ -179,7 +174,7 @@ fn any_pattern_of_steps_fits_the_slots_and_respects_the_bounds() {
     let mut random = Random(2);
     for slots in [22, 27, 100] {
         let rolling = patch(PolynomialExponential::constant());
-        let mut rolling = rolling.exact(vec![Slot::default(); slots]).unwrap();
+        let mut rolling = rolling.exact(vec![Segment::default(); slots]).unwrap();
         let narrowest = rolling.narrowest();
         let (mut low, mut high) = (1.0, 1.0);
         for number in 0..40_000 {
@@ -215,7 +210,7 @@ fn rolling_bound() -> f64 {
 fn a_tiny_deflection_keeps_its_digits_through_merging_and_after_heavy_sliding() {
     for slots in [22, 64, 2006] {
         let rolling = patch(PolynomialExponential::parabolic());
-        let mut rolling = rolling.exact(vec![Slot::default(); slots]).unwrap();
+        let mut rolling = rolling.exact(vec![Segment::default(); slots]).unwrap();
         for _ in 0..3000 {
             rolling.step(motion(50.0, 100.0), 1e-5).unwrap();
         }
@@ -237,7 +232,7 @@ fn a_tiny_deflection_keeps_its_digits_through_merging_and_after_heavy_sliding() 
 #[test]
 fn extreme_numbers_give_no_nan_and_no_wrong_force() {
     let mut rolling =
-        patch(PolynomialExponential::parabolic()).exact([Slot::default(); 40]).unwrap();
+        patch(PolynomialExponential::parabolic()).exact([Segment::default(); 40]).unwrap();
     let steady = |rolling: &mut ExactPatch<_, _, 3, _>| {
         let force = rolling.step(motion(3.0, 100.0), 1.0).unwrap();
         let affine = tyre().at_velocity(3.0);
@@ -311,7 +306,7 @@ fn stationary(v: f64) -> f64 {
 fn random_extremes_stay_finite_and_bounded() {
     let mut random = Random(17);
     let mut rolling =
-        patch(PolynomialExponential::parabolic()).exact([Slot::default(); 30]).unwrap();
+        patch(PolynomialExponential::parabolic()).exact([Segment::default(); 30]).unwrap();
     for number in 0..100_000 {
         let v = [0.0, 1.0, -1.0][number % 3] * random.decades(1e-100, 1e100);
         let transport = if random.unit() < 0.1 { 0.0 } else { random.decades(1e-200, 1e100) };
@@ -334,7 +329,7 @@ fn random_extremes_stay_finite_and_bounded() {
 fn bad_input_is_refused_by_name_and_changes_nothing() {
     let parabola = patch(PolynomialExponential::parabolic());
     for count in [0, 1, 21] {
-        let refused = parabola.exact(vec![Slot::default(); count]).unwrap_err();
+        let refused = parabola.exact(vec![Segment::default(); count]).unwrap_err();
         assert_eq!((refused.name, refused.value), ("slots", count as f64));
         assert_eq!(refused.rule, Rule::Count { least: 22 });
     }
@@ -350,9 +345,9 @@ fn bad_input_is_refused_by_name_and_changes_nothing() {
         ("slip_velocity", motion(nan, 1.0), 1.0),
         ("slip_velocity", motion(infinite, 1.0), 1.0),
         ("slip_velocity", motion(-infinite, 1.0), 1.0),
-        ("transport_velocity", motion(1.0, nan), 1.0),
-        ("transport_velocity", motion(1.0, -1e-300), 1.0),
-        ("transport_velocity", motion(1.0, infinite), 1.0),
+        ("rolling_speed", motion(1.0, nan), 1.0),
+        ("rolling_speed", motion(1.0, -1e-300), 1.0),
+        ("rolling_speed", motion(1.0, infinite), 1.0),
         ("duration", motion(1.0, 1.0), nan),
         ("duration", motion(1.0, 1.0), -1e-300),
         ("duration", motion(1.0, 1.0), infinite),
@@ -377,7 +372,7 @@ fn bad_input_is_refused_by_name_and_changes_nothing() {
 
 #[test]
 fn a_patch_allocates_nothing_in_slots_of_its_caller() {
-    let mut slots = [Slot::default(); 100];
+    let mut slots = [Segment::default(); 100];
     let counted = allocation_counter::measure(|| {
         let mut rolling = patch(PolynomialExponential::parabolic()).exact(&mut slots[..]).unwrap();
         rolling.set_profile(10, |xi| 1e-3 * xi).unwrap();
@@ -409,15 +404,15 @@ fn single_precision_follows_double() {
         length: 0.1_f32,
         pressure: PolynomialExponential::<f32, 3>::parabolic(),
     };
-    let mut single = Patch::new(parameters).unwrap().exact([Slot::default(); 200]).unwrap();
+    let mut single = Patch::new(parameters).unwrap().exact([Segment::default(); 200]).unwrap();
     let mut double =
-        patch(PolynomialExponential::parabolic()).exact([Slot::default(); 200]).unwrap();
+        patch(PolynomialExponential::parabolic()).exact([Segment::default(); 200]).unwrap();
     let mut random = Random(31);
     for number in 0..20_000 {
         let way = if number % 100 == 0 { 0.0 } else { random.decades(1e-3, 0.5) as f32 };
         let v = (4.0 * (random.unit() - 0.5)) as f32;
         let (transport, h) = (100.0_f32, way / 100.0);
-        let got = Motion { slip_velocity: v, transport_velocity: transport };
+        let got = Motion { slip_velocity: v, rolling_speed: 0.1 * transport };
         let got = single.step(got, h).unwrap();
         let want = double.step(motion(v.into(), transport.into()), h.into()).unwrap();
         // Some hundred steps a transit, a rounding of 6e-8 each, which mostly cancel: ten of them were
@@ -435,12 +430,12 @@ fn a_curve_that_has_no_answer_does_not_stay_in_the_patch() {
     let model = FrBd::new(curve, KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap());
     let pressure = PolynomialExponential::constant();
     let patch = Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap();
-    let mut rolling = patch.exact([Slot::default(); 22]).unwrap();
+    let mut rolling = patch.exact([Segment::default(); 22]).unwrap();
     let force = rolling.step(motion(1.0, 10.0), 1e-3).unwrap();
     assert_eq!(rolling.step(motion(3.0, 10.0), 1e-3).unwrap_err().name, NAMED);
     assert_eq!(rolling.settle(motion(3.0, 10.0)).unwrap_err().name, NAMED);
     let slip_velocity = bristle::signal::Constant::new(3.0).unwrap();
-    let over_time = MotionOverTime { slip_velocity, transport_velocity: slip_velocity };
+    let over_time = MotionOverTime { slip_velocity, rolling_speed: slip_velocity };
     let refused = rolling.follow(&over_time, 0.0..1e-3, Order::Fourth).unwrap_err();
     assert_eq!(refused.name, NAMED);
     assert_eq!(rolling.force(1.0), force);

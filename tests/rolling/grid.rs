@@ -2,6 +2,7 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
+use crate::common::tyre::{LENGTH, motion};
 use crate::common::{assert_within, check, integral, lit};
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
@@ -39,8 +40,6 @@ fn tyre() -> Friction {
     bristles(252.0).unwrap()
 }
 
-const LENGTH: f64 = paper::TYRE_LENGTH;
-
 /// A patch that carries 1 N.
 fn patch<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M, P> {
     Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap().carrying(1.0).unwrap()
@@ -68,7 +67,7 @@ fn a_step_input_is_exactly_steady_after_one_transit() {
         [(1, 0.8, 160.0), (7, 3.0, -160.0), (64, -0.01, 20.0), (100, 16.0, -160.0)]
     {
         let mut grid = uniform(cells, SEMI_LAGRANGIAN);
-        let motion = Motion { slip_velocity: slip, transport_velocity: transport };
+        let motion = Motion { slip_velocity: slip, rolling_speed: LENGTH * transport };
         for _ in 0..cells {
             grid.step(motion, 1.0 / (transport.abs() * cells as f64)).unwrap();
         }
@@ -97,7 +96,8 @@ fn whole_courant_numbers_move_any_history_exactly() {
         let duration = courant as f64 / (transport * cells as f64);
         for n in 0..60 {
             let slip_velocity = velocity(n);
-            grid.step(Motion { slip_velocity, transport_velocity: transport }, duration).unwrap();
+            grid.step(Motion { slip_velocity, rolling_speed: LENGTH * transport }, duration)
+                .unwrap();
             for (node, &got) in grid.deflections().iter().enumerate() {
                 // Back along the characteristic, a step at a time: what is left of the initial
                 // deflection or of nothing, plus what each step added.
@@ -140,7 +140,7 @@ fn a_step_longer_than_a_transit_forgets_everything() {
             let mut grid = uniform(33, SEMI_LAGRANGIAN)
                 .with_profile(|place| 2e-3 * (9.0 * place).cos())
                 .unwrap();
-            let motion = Motion { slip_velocity: 1.0, transport_velocity: transport };
+            let motion = Motion { slip_velocity: 1.0, rolling_speed: LENGTH * transport };
             grid.step(motion, courant / f64::abs(transport)).unwrap();
             for (&place, &got) in grid.places().iter().zip(grid.deflections()) {
                 let travelled = if transport > 0.0 { place } else { 1.0 - place };
@@ -157,8 +157,8 @@ fn without_rolling_every_node_is_a_bristle_of_its_own() {
     let initial = |place: f64| 1e-3 * (place - 0.3);
     let mut grid = uniform(20, SEMI_LAGRANGIAN).with_profile(initial).unwrap();
     let mut field = grid.clone();
-    let motion = Motion { slip_velocity: -0.4, transport_velocity: 0.0 };
-    let still = MotionField { slip_velocity: |_, _| -0.4, transport_velocity: |_, _| 0.0 };
+    let motion = Motion { slip_velocity: -0.4, rolling_speed: 0.0 };
+    let still = MotionField { slip_velocity: |_, _| -0.4, rolling_speed: |_, _| 0.0 };
     grid.step(motion, 3e-3).unwrap();
     field.step_field(&still, 3e-3).unwrap();
     for (node, &place) in grid.places().iter().enumerate() {
@@ -188,7 +188,7 @@ fn rolling_backwards_is_the_mirror_image() {
     for n in 0..40 {
         let slip = 2.0 * (0.4 * n as f64).sin();
         let rolling = 20.0 * (0.9 * n as f64).cos();
-        let motion = |transport_velocity| Motion { slip_velocity: slip, transport_velocity };
+        let motion = |transport| motion(slip, transport);
         let one = a.step(motion(rolling), 4e-3).unwrap();
         let other = b.step(motion(-rolling), 4e-3).unwrap();
         // Forces of 1 N at most, some roundings in each of forty steps.
@@ -197,11 +197,11 @@ fn rolling_backwards_is_the_mirror_image() {
         let fields = (
             MotionField {
                 slip_velocity: |place, _| spin(place),
-                transport_velocity: |place: f64, _| rolling * (1.0 + 0.3 * place),
+                rolling_speed: |place: f64, _| LENGTH * rolling * (1.0 + 0.3 * place),
             },
             MotionField {
                 slip_velocity: |place, _| spin(1.0 - place),
-                transport_velocity: |place: f64, _| -rolling * (1.0 + 0.3 * (1.0 - place)),
+                rolling_speed: |place: f64, _| -LENGTH * rolling * (1.0 + 0.3 * (1.0 - place)),
             },
         );
         let one = c.step_field(&fields.0, 4e-3).unwrap();
@@ -219,7 +219,7 @@ fn transient_error(cells: usize, transport: Transport, courant: f64) -> f64 {
     let hump = |place: f64| 1e-3 * (std::f64::consts::PI * place).sin().powi(6);
     let relaxation = tyre().affine(Sliding::from(slip), 0.0).relaxation;
     let mut grid = uniform(cells, transport).with_profile(|x| steady(x) + hump(x)).unwrap();
-    let motion = Motion { slip_velocity: slip, transport_velocity: rolling };
+    let motion = Motion { slip_velocity: slip, rolling_speed: LENGTH * rolling };
     let duration = courant / (rolling * cells as f64);
     let steps = (0.3 / (rolling * duration)).round() as usize;
     for _ in 0..steps {
@@ -263,7 +263,7 @@ fn upwind_is_a_percent_off_on_fifty_cells() {
         Stribeck::new(paper::TYRE_CURVE).unwrap(),
         KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap(),
     );
-    let motion = Motion { slip_velocity: 1.6, transport_velocity: 160.0 };
+    let motion = Motion { slip_velocity: 1.6, rolling_speed: 16.0 };
     let error = |cells: usize| {
         let pressure = PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY).unwrap();
         let patch = patch(model, pressure);
@@ -329,7 +329,7 @@ fn field_errors(cells: usize, slip: impl Fn(f64, f64) -> f64, courant: f64) -> (
         let start = n as f64 * duration;
         let field = MotionField {
             slip_velocity: |place, time| slip(place, start + time),
-            transport_velocity: |place: f64, _| SLOW + FASTER * place,
+            rolling_speed: |place: f64, _| LENGTH * (SLOW + FASTER * place),
         };
         force = grid.step_field(&field, duration).unwrap();
     }
@@ -379,11 +379,11 @@ fn bristles_spread_from_a_place_inside_and_crowd_towards_one() {
     for _ in 0..40 {
         let away = MotionField {
             slip_velocity: |_, _| slip,
-            transport_velocity: |place: f64, _| rate * (place - 0.5),
+            rolling_speed: |place: f64, _| LENGTH * rate * (place - 0.5),
         };
         let towards = MotionField {
             slip_velocity: |_, _| slip,
-            transport_velocity: |place: f64, _| -rate * (place - 0.5),
+            rolling_speed: |place: f64, _| -LENGTH * rate * (place - 0.5),
         };
         spread.step_field(&away, time / 40.0).unwrap();
         crowd.step_field(&towards, time / 40.0).unwrap();
@@ -425,8 +425,8 @@ fn no_motion_drives_a_bristle_beyond_breakaway() {
         let varying = GridParameters { patch, cells, transport: SEMI_LAGRANGIAN };
         let mut varying = Grid::varying(varying).unwrap().with_profile(start).unwrap();
         let mut uniform = uniform(cells, SEMI_LAGRANGIAN).with_profile(start).unwrap();
-        for &(slip_velocity, transport_velocity, duration) in &motions {
-            let motion = Motion { slip_velocity, transport_velocity };
+        for &(slip_velocity, transport, duration) in &motions {
+            let motion = motion(slip_velocity, transport);
             let force = uniform.step(motion, duration).unwrap();
             // A few roundings of the bound.
             let most = breakaway * (1.0 + 1e-14);
@@ -434,8 +434,8 @@ fn no_motion_drives_a_bristle_beyond_breakaway() {
             // V and v of both signs in the patch, V reversing within the step.
             let field = MotionField {
                 slip_velocity: |place: f64, _| slip_velocity + 4.0 * (place - 0.5),
-                transport_velocity: |place: f64, time: f64| {
-                    transport_velocity
+                rolling_speed: |place: f64, time: f64| {
+                    motion.rolling_speed
                         * (1.0 - 1.5 * place)
                         * (1.0 - 1.2 * time / duration.max(1e-9))
                 },
@@ -460,7 +460,7 @@ fn a_jump_moves_without_oscillation() {
         let jump = |place: f64| if place > 0.3 { 1e-3 } else { 0.0 };
         let mut grid = uniform(40, SEMI_LAGRANGIAN).with_profile(jump).unwrap();
         for courant in courants {
-            let motion = Motion { slip_velocity: 0.0, transport_velocity: 20.0 };
+            let motion = Motion { slip_velocity: 0.0, rolling_speed: 2.0 };
             grid.step(motion, courant / (20.0 * 40.0)).unwrap();
             let z = grid.deflections();
             // Rising everywhere, but for a rounding.
@@ -478,7 +478,7 @@ fn a_held_motion_in_time_varying_slip_is_second_order_by_midpoints() {
         let duration = 1.0 / (20.0 * cells as f64);
         for n in 0..cells * 2 {
             let slip_velocity = slip((n as f64 + 0.5) * duration);
-            grid.step(Motion { slip_velocity, transport_velocity: 20.0 }, duration).unwrap();
+            grid.step(Motion { slip_velocity, rolling_speed: 2.0 }, duration).unwrap();
         }
         grid.force(slip(0.1))
     };
@@ -491,7 +491,7 @@ fn a_held_motion_in_time_varying_slip_is_second_order_by_midpoints() {
             let start = n as f64 * duration;
             let field = MotionField {
                 slip_velocity: |_, time| slip(start + time),
-                transport_velocity: |_, _| 20.0,
+                rolling_speed: |_, _| 2.0,
             };
             force = grid.step_field(&field, duration).unwrap();
         }
@@ -512,7 +512,7 @@ fn the_steady_force_of_the_tyre_is_the_one_in_closed_form() {
             Stribeck::new(paper::TYRE_CURVE).unwrap(),
             KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap(),
         );
-        let motion = Motion { slip_velocity: slip * 16.0, transport_velocity: 160.0 };
+        let motion = Motion { slip_velocity: slip * 16.0, rolling_speed: 16.0 };
         let run = |mut grid: Grid<f64, _>| grid.step(motion, 1.0).unwrap();
         let parameters = |pressure| GridParameters {
             patch: patch(model, pressure),
@@ -567,16 +567,14 @@ fn other_models_and_numbers_ride_along() {
     let mut large = Grid::new(parameters).unwrap();
     for n in 0..80 {
         let slip = (0.2 * f64::from(n)).sin();
-        let got = small
-            .step(Motion { slip_velocity: slip as f32, transport_velocity: 20.0 }, 8e-4)
-            .unwrap();
-        let want =
-            large.step(Motion { slip_velocity: slip, transport_velocity: 20.0 }, 8e-4).unwrap();
+        let got =
+            small.step(Motion { slip_velocity: slip as f32, rolling_speed: 2.0 }, 8e-4).unwrap();
+        let want = large.step(Motion { slip_velocity: slip, rolling_speed: 2.0 }, 8e-4).unwrap();
         // The force is 0.06 N at most; eighty steps of a few roundings of f32.
         assert_within(1e-5, 0.06, f64::from(got), want, || format!("step {n}"));
         let field = MotionField {
             slip_velocity: |place: f32, _| slip as f32 + place,
-            transport_velocity: |place: f32, _| 20.0 - place,
+            rolling_speed: |place: f32, _| 2.0 - 0.1 * place,
         };
         small.clone().step_field(&field, 8e-4).unwrap();
     }
@@ -591,7 +589,7 @@ fn other_models_and_numbers_ride_along() {
     let parameters = GridParameters { patch: model, cells: 10, transport: SEMI_LAGRANGIAN };
     let force = Grid::new(parameters)
         .unwrap()
-        .step(Motion { slip_velocity: 1.0, transport_velocity: 1e-9 }, 1.0);
+        .step(Motion { slip_velocity: 1.0, rolling_speed: 1e-10 }, 1.0);
     // Steady sliding, but for what entered in a nanosecond of a transit.
     assert_within(1e-6, 1.0, force.unwrap(), 1.0, || "LuGre".to_owned());
     let switching = ElastoPlastic::new(ElastoPlasticParameters {
@@ -604,7 +602,7 @@ fn other_models_and_numbers_ride_along() {
     let parameters = GridParameters { patch: model, cells: 10, transport: SEMI_LAGRANGIAN };
     let mut grid = Grid::varying(parameters).unwrap();
     for _ in 0..12 {
-        grid.step(Motion { slip_velocity: 0.01, transport_velocity: 20.0 }, 5e-3).unwrap();
+        grid.step(Motion { slip_velocity: 0.01, rolling_speed: 2.0 }, 5e-3).unwrap();
     }
     for (&place, &got) in grid.places().iter().zip(grid.deflections()) {
         // ż = v since the bristle entered.
@@ -622,12 +620,12 @@ fn a_step_allocates_nothing() {
     let counted = allocation_counter::measure(|| {
         for n in 0..20 {
             let slip = f64::from(n).sin();
-            let motion = Motion { slip_velocity: slip, transport_velocity: 20.0 };
+            let motion = Motion { slip_velocity: slip, rolling_speed: 2.0 };
             grid.step(motion, 2e-3).unwrap();
             coarse.step(motion, 1e-3).unwrap();
             let field = MotionField {
                 slip_velocity: |place, _| slip - place,
-                transport_velocity: |place: f64, _| 20.0 - 30.0 * place,
+                rolling_speed: |place: f64, _| 2.0 - 3.0 * place,
             };
             varying.step_field(&field, 2e-3).unwrap();
         }
@@ -678,18 +676,18 @@ fn bad_input_is_named_and_changes_nothing() {
     for transport in [SEMI_LAGRANGIAN, Transport::Upwind] {
         let mut grid = uniform(10, transport).with_profile(|place| 1e-3 * place).unwrap();
         let before = grid.clone();
-        let motion = Motion { slip_velocity: 1.0, transport_velocity: 20.0 };
+        let motion = Motion { slip_velocity: 1.0, rolling_speed: 2.0 };
         for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             for (name, motion, duration) in [
                 ("slip_velocity", Motion { slip_velocity: wrong, ..motion }, 1e-3),
-                ("transport_velocity", Motion { transport_velocity: wrong, ..motion }, 1e-3),
+                ("rolling_speed", Motion { rolling_speed: wrong, ..motion }, 1e-3),
                 ("duration", motion, wrong),
                 ("duration", motion, -1e-9),
             ] {
                 assert_eq!(grid.step(motion, duration).unwrap_err().name, name);
                 let field = MotionField {
                     slip_velocity: |_, _| motion.slip_velocity,
-                    transport_velocity: |_, _| motion.transport_velocity,
+                    rolling_speed: |_, _| motion.rolling_speed,
                 };
                 assert_eq!(grid.step_field(&field, duration).unwrap_err().name, name);
                 assert_eq!(grid.deflections(), before.deflections());
@@ -697,14 +695,14 @@ fn bad_input_is_named_and_changes_nothing() {
             // Somewhere in the patch only.
             let field = MotionField {
                 slip_velocity: |place, _| if place > 0.7 { wrong } else { 1.0 },
-                transport_velocity: |_, _| 20.0,
+                rolling_speed: |_, _| 2.0,
             };
             assert_eq!(grid.step_field(&field, 1e-3).unwrap_err().name, "slip_velocity");
         }
         assert!(grid.deflection_at(1.1).is_err() && grid.deflection_at(f64::NAN).is_err());
     }
     let mut upwind = uniform(10, Transport::Upwind);
-    let fast = Motion { slip_velocity: 1.0, transport_velocity: -20.0 };
+    let fast = Motion { slip_velocity: 1.0, rolling_speed: -2.0 };
     let error = upwind.step(fast, 5.001e-3).unwrap_err();
     assert_eq!(
         error.to_string(),
@@ -715,7 +713,7 @@ fn bad_input_is_named_and_changes_nothing() {
     let mut grid = uniform(10, SEMI_LAGRANGIAN);
     let shaking = MotionField {
         slip_velocity: |_, _| 1.0,
-        transport_velocity: |_, time: f64| 1e7 * (1e8 * time).cos(),
+        rolling_speed: |_, time: f64| 1e6 * (1e8 * time).cos(),
     };
     assert_eq!(grid.step_field(&shaking, 1.0).unwrap_err().name, "panels of a path");
 }
@@ -735,7 +733,7 @@ fn a_reversal_of_the_slip_within_a_step_is_met() {
         integral(from, to, 20, |t| (-relaxation(t, end)).exp() * affine(t).drive * slip(t))
     };
     let want = added(0.0, turn) + added(turn, end);
-    let field = MotionField { slip_velocity: |_, t| slip(t), transport_velocity: |_, _| 0.0 };
+    let field = MotionField { slip_velocity: |_, t| slip(t), rolling_speed: |_, _| 0.0 };
     let mut grid = uniform(4, SEMI_LAGRANGIAN);
     grid.step_field(&field, end).unwrap();
     for &got in grid.deflections() {

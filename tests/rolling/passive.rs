@@ -5,6 +5,7 @@
 
 use std::f64::consts::PI;
 
+use crate::common::tyre::LENGTH;
 use crate::common::{assert_within, check, integral, lit};
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
@@ -68,7 +69,7 @@ fn a_patch_whose_pressure_does_not_rise_never_gives_more_than_it_stored() {
         let mut rolling = patch(damping, pressure).exact_in(100).unwrap();
         for step in run {
             let motion =
-                Motion { slip_velocity: step.predicted, transport_velocity: step.transport };
+                Motion { slip_velocity: step.predicted, rolling_speed: LENGTH * step.transport };
             let companion = rolling.companion_step(motion, step.duration).unwrap();
             assert!(companion.damping() >= 0.0);
             let before = companion.bias().abs() + companion.damping() * step.mean.abs();
@@ -101,7 +102,8 @@ fn the_mean_force_is_the_mean_of_the_force() {
     fn holds<const N: usize>(pressure: PolynomialExponential<f64, N>, run: &[Step]) {
         let mut rolling = patch(1.0, pressure).exact_in(200).unwrap();
         for step in run {
-            let motion = Motion { slip_velocity: step.mean, transport_velocity: step.transport };
+            let motion =
+                Motion { slip_velocity: step.mean, rolling_speed: LENGTH * step.transport };
             // The force at Gauss points of many parts of the step, by plain exact steps.
             let parts = 40;
             let part = step.duration / f64::from(parts);
@@ -247,7 +249,7 @@ fn ledger_is_that_of_quadrature<M: RateDependent<f64>, const N: usize>(
         let Step { predicted, mean, transport, duration } = *step;
         let a = model.at_velocity(predicted);
         let held = Held { relaxation: a.relaxation, drive: a.drive * mean, transport, duration };
-        let motion = Motion { slip_velocity: predicted, transport_velocity: transport };
+        let motion = Motion { slip_velocity: predicted, rolling_speed: LENGTH * transport };
         let done =
             rolling.companion_step(motion, duration).unwrap().commit_with_ledger(mean).unwrap();
 
@@ -329,7 +331,7 @@ fn a_step_that_is_dropped_leaves_no_trace() {
         let mut other = rolling.clone();
         for step in run {
             let motion =
-                Motion { slip_velocity: step.predicted, transport_velocity: step.transport };
+                Motion { slip_velocity: step.predicted, rolling_speed: LENGTH * step.transport };
             let force = rolling.force(step.mean);
             let unit = rolling.patch().normal_force();
             // As long as it may be: it prepares more than the step that follows.
@@ -358,7 +360,7 @@ fn a_step_that_is_dropped_leaves_no_trace() {
 #[test]
 fn bad_input_of_a_step_is_named() {
     let mut rolling = patch(0.0, PolynomialExponential::constant()).exact_in(20).unwrap();
-    let good = Motion { slip_velocity: 0.1, transport_velocity: 100.0 };
+    let good = Motion { slip_velocity: 0.1, rolling_speed: 10.0 };
     rolling.step(good, 1e-3).unwrap();
     let force = rolling.force(0.1);
     let mut refused = |motion: Motion<f64>, duration: f64| {
@@ -366,10 +368,10 @@ fn bad_input_of_a_step_is_named() {
     };
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         assert_eq!(refused(Motion { slip_velocity: bad, ..good }, 1e-3), "slip_velocity");
-        assert_eq!(refused(Motion { transport_velocity: bad, ..good }, 1e-3), "transport_velocity");
+        assert_eq!(refused(Motion { rolling_speed: bad, ..good }, 1e-3), "rolling_speed");
         assert_eq!(refused(good, bad), "duration");
     }
-    assert_eq!(refused(Motion { transport_velocity: -1.0, ..good }, 1e-3), "transport_velocity");
+    assert_eq!(refused(Motion { rolling_speed: -1.0, ..good }, 1e-3), "rolling_speed");
     assert_eq!(refused(good, -1e-3), "duration");
     // What a mechanism has found must be a velocity too, or it would stay in the patch.
     for bad in [f64::NAN, f64::INFINITY] {
@@ -410,7 +412,7 @@ fn work_per_period<const N: usize>(
         for number in 0..STEPS {
             let phase = 2.0 * PI * (f64::from(number) + 0.5) / f64::from(STEPS);
             let v = AMPLITUDE * phase.sin();
-            let motion = Motion { slip_velocity: v, transport_velocity: transport };
+            let motion = Motion { slip_velocity: v, rolling_speed: LENGTH * transport };
             work += rolling.companion_step(motion, duration).unwrap().commit(v).unwrap().work;
         }
     }
@@ -512,7 +514,7 @@ fn no_energy_from_nowhere<T: Scalar, const N: usize>(
     let start = energy;
     for step in run {
         let motion =
-            Motion { slip_velocity: t(step.predicted), transport_velocity: t(step.transport) };
+            Motion { slip_velocity: t(step.predicted), rolling_speed: t(LENGTH * step.transport) };
         let h = t(step.duration);
         let companion = rolling.companion_step(motion, h).unwrap();
         // The slip velocity s = v − ωR has the inertia 1/(1/m + R²/J).
@@ -583,7 +585,7 @@ fn lugre_at_absurd_speeds_has_no_negative_damping() {
         for number in 0..400 {
             // 1e6 to 1e18 m/s.
             let slip_velocity = 10.0_f64.powf(6.0 + 0.03 * f64::from(number));
-            let motion = Motion { slip_velocity, transport_velocity: 100.0 };
+            let motion = Motion { slip_velocity, rolling_speed: 10.0 };
             for duration in [1e-5, 1e-3, 0.1] {
                 let damping = rolling.companion_step(motion, duration).unwrap().damping();
                 assert!(damping >= 0.0, "{damping:e} at {slip_velocity:e}, {duration}");

@@ -6,7 +6,8 @@ use bristle::curve::{FunctionCurve, Stribeck};
 use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
-    ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, RateDependent, Slip, Slot,
+    ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, RateDependent, Segment,
+    SlipPoint,
 };
 use bristle::{Bounds, FrBd, LuGre, paper};
 
@@ -22,14 +23,14 @@ fn tyre() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
 
 #[test]
 fn minus_zero_is_zero() {
-    let motion = |transport_velocity| Motion { slip_velocity: 1.0, transport_velocity };
+    let motion = |rolling_speed| Motion { slip_velocity: 1.0, rolling_speed };
     let force = |transport| patch(tyre()).steady(motion(transport)).unwrap().force;
     assert_eq!(force(-0.0), force(0.0));
     // Regularised bristles relax at rest too.
     let soft = patch(tyre().regularised(SquareRoot::new(1e-4).unwrap()));
-    let still = soft.steady(Motion { slip_velocity: 0.0, transport_velocity: -0.0 }).unwrap();
+    let still = soft.steady(Motion { slip_velocity: 0.0, rolling_speed: -0.0 }).unwrap();
     assert_eq!(still.force, 0.0);
-    let mut rolling = soft.exact([Slot::default(); 30]).unwrap();
+    let mut rolling = soft.exact([Segment::default(); 30]).unwrap();
     assert!(rolling.step(motion(-0.0), 1e-3).unwrap() > 0.0);
 }
 
@@ -39,8 +40,8 @@ fn minus_zero_is_zero() {
 fn steps_that_are_dropped_do_not_fill_the_slots() {
     fn each<const N: usize>(pressure: PolynomialExponential<f64, N>, slots: usize) {
         let plain = Patch::new(PatchParameters { model: tyre(), length: 0.1, pressure }).unwrap();
-        let mut rolling = plain.exact(vec![Slot::default(); slots]).unwrap();
-        let steady = |v| Motion { slip_velocity: v, transport_velocity: 160.0 };
+        let mut rolling = plain.exact(vec![Segment::default(); slots]).unwrap();
+        let steady = |v| Motion { slip_velocity: v, rolling_speed: 16.0 };
         rolling.settle(steady(0.5)).unwrap();
         let expected = rolling.force(0.5);
         let drop_one = |rolling: &mut ExactPatch<f64, _, N, _>, way: f64| {
@@ -70,8 +71,8 @@ fn a_curve_that_is_no_number_is_named_by_every_function() {
         let curve = FunctionCurve::new(move |_| (value, 0.0), bounds).unwrap();
         let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap();
         let patch = patch(FrBd::new(curve, bristle));
-        let motion = Motion { slip_velocity: 1.0, transport_velocity: 100.0 };
-        let slip = Slip { slip: 0.1, rolling_speed: 10.0 };
+        let motion = Motion { slip_velocity: 1.0, rolling_speed: 10.0 };
+        let slip = SlipPoint { slip_ratio: 0.1, rolling_speed: 10.0 };
         let named = |error: bristle::ParameterError| {
             assert!(error.name.contains("friction model"), "{error}");
         };
@@ -81,9 +82,9 @@ fn a_curve_that_is_no_number_is_named_by_every_function() {
         named(patch.peak(slip).unwrap_err());
         named(patch.aligning(motion).unwrap_err());
         named(patch.linearised(motion).unwrap_err());
-        let mut rolling = patch.exact([Slot::default(); 30]).unwrap();
+        let mut rolling = patch.exact([Segment::default(); 30]).unwrap();
         named(rolling.step(motion, 1e-3).unwrap_err());
-        named(rolling.step(Motion { transport_velocity: 0.0, ..motion }, 0.0).unwrap_err());
+        named(rolling.step(Motion { rolling_speed: 0.0, ..motion }, 0.0).unwrap_err());
         named(rolling.companion_step(motion, 1e-3).unwrap_err());
     }
 }
@@ -94,13 +95,13 @@ fn what_is_too_large_for_a_mean_force_is_refused() {
         KelvinVoigt::new(KelvinVoigtParameters { micro_damping: 1.0, ..paper::TYRE_BRISTLE });
     let curve = Stribeck::new(paper::TYRE_CURVE).unwrap();
     let rolling = patch(LuGre::classical(curve, bristle.unwrap()));
-    let mut rolling = rolling.exact([Slot::default(); 30]).unwrap();
+    let mut rolling = rolling.exact([Segment::default(); 30]).unwrap();
     let mut seen = 0;
-    for transport_velocity in [5e-324, 1e-300, 1e-100, 1.0, 1e99] {
+    for rolling_speed in [5e-324, 1e-300, 1e-100, 1.0, 1e99] {
         for duration in [0.0, 5e-324, 1e-100, 1.0, 1e99] {
             for slip_velocity in [0.0, 1e-3, -1e99] {
-                let motion = Motion { slip_velocity, transport_velocity };
-                rolling.step(Motion { slip_velocity: 0.1, transport_velocity: 10.0 }, 0.1).unwrap();
+                let motion = Motion { slip_velocity, rolling_speed };
+                rolling.step(Motion { slip_velocity: 0.1, rolling_speed: 1.0 }, 0.1).unwrap();
                 if let Ok(step) = rolling.companion_step(motion, duration) {
                     assert!(step.bias().is_finite() && step.damping() >= 0.0);
                     seen += 1;

@@ -3,17 +3,15 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use crate::common::characteristics::{SmoothHistory, gauss};
-use crate::common::tyre::{bristle, curve, frbd};
+use crate::common::tyre::{LENGTH, bristle, curve, frbd};
 use bristle::curve::Stribeck;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     Motion, MotionOverTime, Order, Patch, PatchParameters, PolynomialExponential, Pressure,
-    RateDependent, Slot,
+    RateDependent, Segment,
 };
 use bristle::signal::{Constant, Function, Polyline, Signal, Vertex};
 use bristle::{Bristle, FrBd, LuGre};
-
-const LENGTH: f64 = 0.1;
 
 fn tyre() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
     frbd(0.0)
@@ -72,7 +70,7 @@ where
             let affine = model.at_velocity(v(t));
             (affine.relaxation, affine.drive * v(t))
         },
-        transport: &|t| motion.transport_velocity.value(t),
+        transport: &|t| motion.rolling_speed.value(t) / LENGTH,
         kinks,
         panel: 2e-4,
     };
@@ -125,7 +123,7 @@ fn swing(t: f64) -> (f64, f64) {
 }
 
 fn pulse(t: f64) -> (f64, f64) {
-    (70.0 + 45.0 * (61.0 * t).sin(), 45.0 * 61.0 * (61.0 * t).cos())
+    (7.0 + 4.5 * (61.0 * t).sin(), 4.5 * 61.0 * (61.0 * t).cos())
 }
 
 /// The zeros of the swing.
@@ -145,11 +143,10 @@ fn reversals() -> Vec<f64> {
 
 #[test]
 fn the_force_converges_to_that_of_the_characteristics_with_its_order() {
-    let constant = Constant::new(61.7).unwrap();
+    let constant = Constant::new(6.17).unwrap();
     let swing = Function::new(swing, []);
-    let steady = MotionOverTime { slip_velocity: swing, transport_velocity: constant };
-    let pulsing =
-        MotionOverTime { slip_velocity: swing, transport_velocity: Function::new(pulse, []) };
+    let steady = MotionOverTime { slip_velocity: swing, rolling_speed: constant };
+    let pulsing = MotionOverTime { slip_velocity: swing, rolling_speed: Function::new(pulse, []) };
     let kinks = reversals();
     assert!(kinks.len() >= 4);
     let exponential = PolynomialExponential::exponential(0.7).unwrap();
@@ -174,11 +171,11 @@ fn kinks_and_jumps_of_the_signals_do_not_spoil_the_order() {
         vertex(0.0517, -0.3),
         vertex(0.1, 0.2),
     ]);
-    // V jumps.
-    let transport = |t: f64| if t < 0.0319 { (50.0 + 900.0 * t, 900.0) } else { (90.0, 0.0) };
+    // U jumps.
+    let speed = |t: f64| if t < 0.0319 { (5.0 + 90.0 * t, 90.0) } else { (9.0, 0.0) };
     let motion = MotionOverTime {
         slip_velocity: slip.unwrap(),
-        transport_velocity: Function::new(transport, [0.0319]),
+        rolling_speed: Function::new(speed, [0.0319]),
     };
     let v = |t: f64| motion.slip_velocity.value(t);
     let mut kinks = vec![0.0113, 0.0319, 0.0517];
@@ -191,8 +188,7 @@ fn kinks_and_jumps_of_the_signals_do_not_spoil_the_order() {
 fn halving_the_step_converges_to_itself() {
     // Nothing but the method: errors against a run of an eighth of the finest step.
     let slip = Function::new(|t: f64| (0.2 + 0.1 * (80.0 * t).sin(), 8.0 * (80.0 * t).cos()), []);
-    let motion =
-        MotionOverTime { slip_velocity: slip, transport_velocity: Function::new(pulse, []) };
+    let motion = MotionOverTime { slip_velocity: slip, rolling_speed: Function::new(pulse, []) };
     let run = |parts: usize| {
         let mut rolling =
             patch(tyre(), PolynomialExponential::constant()).exact_in(20_000).unwrap();
@@ -228,12 +224,13 @@ fn constant_signals_make_a_held_step() {
             let h = 1e-3 * f64::from(1 + number % 5);
             let motion = MotionOverTime {
                 slip_velocity: Constant::new(v).unwrap(),
-                transport_velocity: Constant::new(transport).unwrap(),
+                rolling_speed: Constant::new(LENGTH * transport).unwrap(),
             };
             let got = followed.follow(&motion, 5.0..5.0 + h, order).unwrap();
             let h = (5.0 + h) - 5.0;
-            let want =
-                held.step(Motion { slip_velocity: v, transport_velocity: transport }, h).unwrap();
+            let want = held
+                .step(Motion { slip_velocity: v, rolling_speed: LENGTH * transport }, h)
+                .unwrap();
             assert!((got - want).abs() < 1e-14 * LENGTH, "{number}: {got:e} {want:e}");
         }
     }
@@ -248,8 +245,7 @@ fn a_stiff_bristle_follows_its_stationary_deflection() {
         KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e7, micro_damping: 0.0 });
     let model = FrBd::new(curve, stiff.unwrap());
     let slip = Function::new(|t: f64| (5.0 + 4.0 * (30.0 * t).sin(), 120.0 * (30.0 * t).cos()), []);
-    let motion =
-        MotionOverTime { slip_velocity: slip, transport_velocity: Constant::new(10.0).unwrap() };
+    let motion = MotionOverTime { slip_velocity: slip, rolling_speed: Constant::new(1.0).unwrap() };
     let mut rolling = patch(model, PolynomialExponential::parabolic()).exact_in(400).unwrap();
     for number in 0..400 {
         let time = 1e-3 * f64::from(number);
@@ -263,19 +259,19 @@ fn a_stiff_bristle_follows_its_stationary_deflection() {
 
 #[test]
 fn a_patch_comes_to_rest_and_starts_again() {
-    // V(t) falls to zero, stays there, and rises.
-    let transport = |t: f64| {
+    // U(t) falls to zero, stays there, and rises.
+    let speed = |t: f64| {
         if t < 0.04 {
-            (2500.0 * (0.04 - t), -2500.0)
+            (250.0 * (0.04 - t), -250.0)
         } else if t < 0.06 {
             (0.0, 0.0)
         } else {
-            (2500.0 * (t - 0.06), 2500.0)
+            (250.0 * (t - 0.06), 250.0)
         }
     };
     let motion = MotionOverTime {
         slip_velocity: Function::new(swing, []),
-        transport_velocity: Function::new(transport, [0.04, 0.06]),
+        rolling_speed: Function::new(speed, [0.04, 0.06]),
     };
     let mut kinks = reversals();
     kinks.extend([0.04, 0.06]);
@@ -292,10 +288,10 @@ fn a_patch_comes_to_rest_and_starts_again() {
 #[test]
 fn bad_signals_are_refused_by_name_and_change_nothing() {
     let mut rolling =
-        patch(tyre(), PolynomialExponential::parabolic()).exact([Slot::default(); 50]).unwrap();
+        patch(tyre(), PolynomialExponential::parabolic()).exact([Segment::default(); 50]).unwrap();
     let good = MotionOverTime {
         slip_velocity: Function::new(swing, []),
-        transport_velocity: Function::new(pulse, []),
+        rolling_speed: Function::new(pulse, []),
     };
     for number in 0..20 {
         let time = 1e-3 * f64::from(number);
@@ -312,32 +308,30 @@ fn bad_signals_are_refused_by_name_and_change_nothing() {
     ];
     for order in [Order::Second, Order::Fourth] {
         for slip in bad_slips {
-            let motion = MotionOverTime {
-                slip_velocity: function(slip),
-                transport_velocity: good_transport(),
-            };
+            let motion =
+                MotionOverTime { slip_velocity: function(slip), rolling_speed: good_speed() };
             let refused = rolling.follow(&motion, 0.0..1.0, order).unwrap_err();
             assert_eq!(refused.name, "slip_velocity");
         }
-        let bad_transports: [fn(f64) -> f64; 4] =
+        let bad_speeds: [fn(f64) -> f64; 4] =
             [|_| f64::NAN, |_| -1.0, |_| f64::INFINITY, |t| if t > 0.6 { -1e-9 } else { 1.0 }];
-        for transport in bad_transports {
+        for speed in bad_speeds {
             let motion = MotionOverTime {
                 slip_velocity: Constant::new(1.0).unwrap(),
-                transport_velocity: function(transport),
+                rolling_speed: function(speed),
             };
             let refused = rolling.follow(&motion, 0.0..1.0, order).unwrap_err();
-            assert_eq!(refused.name, "transport_velocity");
+            assert_eq!(refused.name, "rolling_speed");
         }
         for span in [1.0..0.5, f64::NAN..1.0, 0.0..f64::NAN, 0.0..f64::INFINITY] {
             assert!(rolling.follow(&good, span, order).is_err());
         }
         let fast = MotionOverTime {
             slip_velocity: Constant::new(1.0).unwrap(),
-            transport_velocity: Constant::new(1e6).unwrap(),
+            rolling_speed: Constant::new(100000.0).unwrap(),
         };
         let refused = rolling.follow(&fast, 0.0..1.0, order).unwrap_err();
-        assert_eq!((refused.name, refused.value), ("transport_velocity · duration", 1e6));
+        assert_eq!((refused.name, refused.value), ("crossings of the patch", 1e6));
     }
     assert_eq!(format!("{rolling:?}"), before);
     // A span of no length changes nothing either.
@@ -346,16 +340,16 @@ fn bad_signals_are_refused_by_name_and_change_nothing() {
     assert_eq!(format!("{rolling:?}"), before);
 }
 
-fn good_transport() -> Constant<f64> {
+fn good_speed() -> Constant<f64> {
     Constant::new(1.0).unwrap()
 }
 
 #[test]
 fn following_allocates_nothing() {
-    let mut slots = [Slot::default(); 100];
+    let mut slots = [Segment::default(); 100];
     let motion = MotionOverTime {
         slip_velocity: Function::new(swing, []),
-        transport_velocity: Function::new(pulse, []),
+        rolling_speed: Function::new(pulse, []),
     };
     let counted = allocation_counter::measure(|| {
         let mut rolling =

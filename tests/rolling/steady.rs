@@ -1,14 +1,14 @@
 //! Steady rolling against closed forms, quadrature in another program, and its own derivatives.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::common::tyre::{bristle, curve as tyre_curve, frbd};
+use crate::common::tyre::{LENGTH, bristle, curve as tyre_curve, frbd, motion};
 use crate::common::{assert_within, check};
 use bristle::curve::{Coulomb, CoulombParameters, Knot, Stribeck, Tabulated};
 use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     FunctionPressure, Motion, Patch, PatchParameters, PolynomialExponential,
-    PolynomialExponentialParameters, Pressure, PressureKnot, RateDependent, Slip,
+    PolynomialExponentialParameters, Pressure, PressureKnot, RateDependent, SlipPoint,
     TabulatedPressure, Trapezoidal, TrapezoidalParameters,
 };
 use bristle::{Bristle, Dahl, DahlParameters, FrBd, LuGre, Rule, paper};
@@ -30,8 +30,8 @@ fn trapezoidal() -> Trapezoidal<f64> {
         .unwrap()
 }
 
-fn at(slip: f64) -> Slip<f64> {
-    Slip { slip, rolling_speed: ROLLING_SPEED }
+fn at(slip_ratio: f64) -> SlipPoint<f64> {
+    SlipPoint { slip_ratio, rolling_speed: ROLLING_SPEED }
 }
 
 #[test]
@@ -269,7 +269,7 @@ fn the_closed_form_is_the_quadrature_from_no_slip_to_full_sliding() {
     fn ratio<M: RateDependent<f64>, P: Pressure<f64>>(model: &M, pressure: P, slip: f64) -> f64 {
         let patch = patch(model.clone(), pressure);
         let ratio = patch.force_ratio(at(slip)).unwrap();
-        let force = patch.steady(patch.motion_at(at(slip))).unwrap().force;
+        let force = patch.steady(at(slip).motion()).unwrap().force;
         assert_within(1e-15, force, force, ratio * 4000.0, || format!("force at {slip:e}"));
         let mirrored = patch.force_ratio(at(-slip)).unwrap();
         assert_eq!(mirrored, -ratio, "at the slip −{slip:e}");
@@ -287,10 +287,13 @@ fn check_slopes<M: RateDependent<f64>, P: Pressure<f64>>(model: M, pressure: P, 
     let patch = patch(model, pressure);
     for (v, transport) in [(-3.0, 40.0), (1e-3, 160.0), (0.4, 160.0), (2.0, 160.0), (30.0, 5.0)] {
         let force = |v: f64, transport: f64| {
-            patch.steady(Motion { slip_velocity: v, transport_velocity: transport }).unwrap().force
+            patch
+                .steady(Motion { slip_velocity: v, rolling_speed: LENGTH * transport })
+                .unwrap()
+                .force
         };
         let slopes = patch
-            .steady_slopes(Motion { slip_velocity: v, transport_velocity: transport })
+            .steady_slopes(Motion { slip_velocity: v, rolling_speed: LENGTH * transport })
             .unwrap();
         // Third order in a step of 1e-5, beside a rounding of the force over it.
         let (dv, dt) = (1e-5 * v, 1e-5 * transport);
@@ -299,7 +302,13 @@ fn check_slopes<M: RateDependent<f64>, P: Pressure<f64>>(model: M, pressure: P, 
         let size = force(v, transport).abs();
         let name = |what| move || format!("{name} {what} at v = {v}, V = {transport}");
         assert_within(1e-9, size / v.abs(), slopes.by_slip_velocity, by_v, name("∂F/∂v"));
-        assert_within(1e-9, size / transport, slopes.by_transport_velocity, by_t, name("∂F/∂V"));
+        assert_within(
+            1e-9,
+            size / transport,
+            slopes.by_rolling_speed * LENGTH,
+            by_t,
+            name("∂F/∂V"),
+        );
     }
 }
 
@@ -340,7 +349,7 @@ fn slip_stiffness_is_that_of_the_springs_and_the_dashpots() {
         let got = patch(lugre, PolynomialExponential::constant()).slip_stiffness(speed).unwrap();
         assert_within(1e-14, want, got, want + load * 0.0018 * speed, || "LuGre".into());
         // It is the limit of force over slip.
-        let small = Slip { slip: 1e-9, rolling_speed: speed };
+        let small = SlipPoint { slip_ratio: 1e-9, rolling_speed: speed };
         let secant = parabola.force_ratio(small).unwrap() * load / 1e-9;
         // The curvature σ0 L/(μ) of 40 or so, times the slip.
         assert_within(1e-7, want, secant, want, || format!("secant, σ1 = {damping}"));
@@ -352,7 +361,7 @@ fn one_sided_slopes_meet_at_rest() {
     for damping in [0.0, 0.3] {
         let patch = patch(frbd(damping), exponential());
         let slope = |v| {
-            let motion = Motion { slip_velocity: v, transport_velocity: 160.0 };
+            let motion = Motion { slip_velocity: v, rolling_speed: 16.0 };
             patch.steady_slopes(motion).unwrap().by_slip_velocity
         };
         let want = slope(0.0);
@@ -368,31 +377,31 @@ fn without_rolling_the_patch_slides_and_without_slip_there_is_no_force() {
     for damping in [0.0, 0.3] {
         let patch = patch(frbd(damping), PolynomialExponential::parabolic());
         for v in [1e-9, 0.5, -20.0] {
-            let locked = Motion { slip_velocity: v, transport_velocity: 0.0 };
+            let locked = Motion { slip_velocity: v, rolling_speed: 0.0 };
             let steady = patch.steady(locked).unwrap();
             let want = 4000.0 * frbd(damping).stationary_coefficient(v);
             assert_within(1e-15, want.abs(), steady.force, want, || format!("locked at {v}"));
             assert_eq!(steady.deflection(0.5), frbd(damping).stationary(v));
             assert_eq!(patch.aligning(locked).unwrap().trail.map(|x| x.abs() < 1e-16), Some(true));
             // The limit of slow rolling, which leaves its mark at the inlet: about V μ/(σ0 |v|) = 1e-6.
-            let slow = Motion { slip_velocity: v, transport_velocity: 1e-4 * v.abs() };
+            let slow = Motion { slip_velocity: v, rolling_speed: 1e-5 * v.abs() };
             assert_within(1e-5, want.abs(), patch.steady(slow).unwrap().force, want, || {
                 "slow".into()
             });
-            let barely = Motion { slip_velocity: v, transport_velocity: 1e-99 };
+            let barely = Motion { slip_velocity: v, rolling_speed: 1e-100 };
             assert_within(1e-15, want.abs(), patch.steady(barely).unwrap().force, want, || {
                 "barely".into()
             });
         }
-        for transport_velocity in [0.0, 1e-90, 160.0] {
-            let still = Motion { slip_velocity: 0.0, transport_velocity };
+        for rolling_speed in [0.0, 1e-90, 16.0] {
+            let still = Motion { slip_velocity: 0.0, rolling_speed };
             let steady = patch.steady(still).unwrap();
             assert_eq!(
                 (steady.force, steady.deflection(1.0), steady.coefficient(0.3)),
                 (0.0, 0.0, 0.0)
             );
         }
-        let still = Motion { slip_velocity: 0.0, transport_velocity: 0.0 };
+        let still = Motion { slip_velocity: 0.0, rolling_speed: 0.0 };
         assert_eq!(patch.aligning(still).unwrap().trail, None);
     }
 }
@@ -401,12 +410,12 @@ fn without_rolling_the_patch_slides_and_without_slip_there_is_no_force() {
 fn the_profile_solves_its_equation() {
     // V z' = −λ z + r v, by the difference of neighbours.
     let patch = patch(frbd(0.3), exponential());
-    let motion = patch.motion_at(at(0.05));
+    let motion = at(0.05).motion();
     let (steady, affine) = (patch.steady(motion).unwrap(), frbd(0.3).at_velocity(0.8));
     for place in [0.1, 0.5, 0.9] {
         let (h, z) = (1e-5, steady.deflection(place));
         let slope = (steady.deflection(place + h) - steady.deflection(place - h)) / (2.0 * h);
-        let want = (affine.drive * 0.8 - affine.relaxation * z) / motion.transport_velocity;
+        let want = (affine.drive * 0.8 - affine.relaxation * z) / (motion.rolling_speed / LENGTH);
         assert_within(1e-9, want, slope, want, || format!("z' at {place}"));
         let coefficient = affine.stiffness * z + affine.damping * 0.8;
         assert_within(1e-14, 1.0, steady.coefficient(place), coefficient, || "μ_b".into());
@@ -425,11 +434,11 @@ fn the_peak_is_the_highest_force() {
             let force = 4000.0 * patch.force_ratio(at(slip)).unwrap();
             assert!(force <= peak.force * (1.0 + 1e-14), "{slip}: {force} > {}", peak.force);
         }
-        let slopes = patch.steady_slopes(patch.motion_at(at(peak.slip))).unwrap();
+        let slopes = patch.steady_slopes(at(peak.slip_ratio).motion()).unwrap();
         // F'' is about F/slip²: the place to eleven digits.
-        assert!(slopes.by_slip_velocity.abs() * 16.0 * peak.slip < 1e-11 * peak.force);
+        assert!(slopes.by_slip_velocity.abs() * 16.0 * peak.slip_ratio < 1e-11 * peak.force);
         let mirrored = patch.peak(at(-0.9)).unwrap().unwrap();
-        assert_eq!((mirrored.slip, mirrored.force), (-peak.slip, -peak.force));
+        assert_eq!((mirrored.slip_ratio, mirrored.force), (-peak.slip_ratio, -peak.force));
     }
     peak(frbd(0.0), PolynomialExponential::constant());
     peak(frbd(0.3), PolynomialExponential::parabolic());
@@ -475,14 +484,12 @@ fn the_trail_is_that_of_the_brush_model_and_vanishes_in_sliding() {
     for slip in [0.0, 1e-12] {
         let trail = |motion| constant.aligning(motion).unwrap().trail.unwrap();
         // The terms of ξ − ½ cancel to a sixth.
-        assert_within(1e-10, 0.1, trail(constant.motion_at(at(slip))), 0.1 / 6.0, || {
-            "constant".into()
-        });
-        let trail = parabola.aligning(parabola.motion_at(at(slip))).unwrap().trail.unwrap();
+        assert_within(1e-10, 0.1, trail(at(slip).motion()), 0.1 / 6.0, || "constant".into());
+        let trail = parabola.aligning(at(slip).motion()).unwrap().trail.unwrap();
         assert_within(1e-10, 0.1, trail, 0.01, || "parabola".into());
     }
-    let aligning = parabola.aligning(parabola.motion_at(at(0.05))).unwrap();
-    let force = parabola.steady(parabola.motion_at(at(0.05))).unwrap().force;
+    let aligning = parabola.aligning(at(0.05).motion()).unwrap();
+    let force = parabola.steady(at(0.05).motion()).unwrap().force;
     assert_within(1e-14, force, aligning.moment / aligning.trail.unwrap(), force, || "M/F".into());
     // In between, by quadrature of p and z with the stationary values of the model.
     for slip in [1e-3, 0.05, 0.3] {
@@ -494,7 +501,7 @@ fn the_trail_is_that_of_the_brush_model_and_vanishes_in_sliding() {
             })
         };
         let want = paper::TYRE_LENGTH * part(1) / part(0);
-        let got = parabola.aligning(parabola.motion_at(at(slip))).unwrap().trail.unwrap();
+        let got = parabola.aligning(at(slip).motion()).unwrap().trail.unwrap();
         // Some hundred roundings of a sum that is ten times the moment.
         assert_within(1e-13, 0.01, got, want, || format!("trail at {slip}"));
         assert!(got > 0.0 && got < 0.01, "{slip}: {got}");
@@ -511,7 +518,7 @@ fn the_moment_of_a_sliding_patch_is_that_of_its_boundary_layer() {
     for kappa in [1e3_f64, 1e4, 1e5, 1e6] {
         for v in [-2.0, 7.0] {
             let affine = frbd(0.0).at_velocity(v);
-            let motion = Motion { slip_velocity: v, transport_velocity: affine.relaxation / kappa };
+            let motion = motion(v, affine.relaxation / kappa);
             let coefficient = frbd(0.0).stationary_coefficient(v);
             let unit = paper::TYRE_LENGTH * 4000.0 * coefficient.abs();
             let k = kappa.recip();
@@ -566,7 +573,7 @@ fn of_two_maxima_the_peak_is_the_higher_one() {
             let peak = patch.peak(at(sign * 2.0)).unwrap().unwrap();
             // The scan misses the place by 7e-4 m/s and the force, whose curvature is about 1e4, by half
             // the square of that.
-            let v = peak.slip * ROLLING_SPEED * sign;
+            let v = peak.slip_ratio * ROLLING_SPEED * sign;
             assert!((v - want.1).abs() < 1e-3, "{peak:?} {want:?}");
             let force = peak.force * sign;
             assert!(force >= want.0 && force < want.0 + 5e-3, "{peak:?} {want:?}");
@@ -649,12 +656,12 @@ fn table<const N: usize>(
 fn force_and_slip_are_odd_and_bounded_by_the_curve() {
     check(200, (-12.0..3.0_f64, 0.0..0.5_f64, 0.01..100.0_f64), |(exponent, damping, speed)| {
         let patch = patch(frbd(damping), PolynomialExponential::parabolic());
-        let slip = Slip { slip: 10.0_f64.powf(exponent), rolling_speed: speed };
+        let slip = SlipPoint { slip_ratio: 10.0_f64.powf(exponent), rolling_speed: speed };
         let ratio = patch.force_ratio(slip).unwrap();
-        let v = slip.slip * speed;
+        let v = slip.slip_ratio * speed;
         let most = 0.6 + 0.0018 * v;
         assert!(ratio > 0.0 && ratio <= most, "{ratio} at {slip:?}, {damping}");
-        let other = patch.force_ratio(Slip { slip: -slip.slip, ..slip }).unwrap();
+        let other = patch.force_ratio(SlipPoint { slip_ratio: -slip.slip_ratio, ..slip }).unwrap();
         assert_eq!(other, -ratio);
     });
 }
@@ -668,7 +675,7 @@ fn a_patch_works_in_single_precision() {
     let pressure = PolynomialExponential::parabolic();
     let patch = Patch::new(PatchParameters { model, length: 0.1_f32, pressure }).unwrap();
     for slip in [1e-6_f32, 1e-3, 0.1, 10.0] {
-        let got = patch.force_ratio(Slip { slip, rolling_speed: 16.0 }).unwrap();
+        let got = patch.force_ratio(SlipPoint { slip_ratio: slip, rolling_speed: 16.0 }).unwrap();
         let k = 252.0 * 0.1 * f64::from(slip) / 0.5;
         let want = 0.5 * PolynomialExponential::<f64, 3>::parabolic().rise(k);
         // A few roundings of 6e-8, and the cancellation of ξ and ξ².
@@ -687,10 +694,9 @@ fn bad_input_is_refused_by_name() {
     for force in [-1.0, f64::NAN, f64::INFINITY] {
         assert_eq!(good.carrying(force).unwrap_err().name, "normal_force");
     }
-    let motion = |slip_velocity, transport_velocity| Motion { slip_velocity, transport_velocity };
     for (bad, name) in [
-        (motion(1.0, -1.0), "transport_velocity"),
-        (motion(1.0, f64::NAN), "transport_velocity"),
+        (motion(1.0, -1.0), "rolling_speed"),
+        (motion(1.0, f64::NAN), "rolling_speed"),
         (motion(f64::INFINITY, 1.0), "slip_velocity"),
         (motion(f64::NAN, 1.0), "slip_velocity"),
     ] {
@@ -699,14 +705,14 @@ fn bad_input_is_refused_by_name() {
         assert_eq!(good.aligning(bad).unwrap_err().name, name);
         assert_eq!(good.linearised(bad).unwrap_err().name, name);
     }
-    assert_eq!(good.steady_slopes(motion(1.0, 0.0)).unwrap_err().name, "transport_velocity");
+    assert_eq!(good.steady_slopes(motion(1.0, 0.0)).unwrap_err().name, "rolling_speed");
     for slip in [f64::INFINITY, f64::NAN] {
-        assert_eq!(good.force_ratio(at(slip)).unwrap_err().name, "slip");
-        assert_eq!(good.peak(at(slip)).unwrap_err().name, "slip");
+        assert_eq!(good.force_ratio(at(slip)).unwrap_err().name, "slip_ratio");
+        assert_eq!(good.peak(at(slip)).unwrap_err().name, "slip_ratio");
     }
-    assert_eq!(good.peak(at(0.0)).unwrap_err().name, "magnitude of the slip");
+    assert_eq!(good.peak(at(0.0)).unwrap_err().name, "magnitude of the slip ratio");
     for rolling_speed in [0.0, -1.0, f64::NAN] {
-        let slip = Slip { slip: 0.1, rolling_speed };
+        let slip = SlipPoint { slip_ratio: 0.1, rolling_speed };
         assert_eq!(good.force_ratio(slip).unwrap_err().name, "rolling_speed");
         assert_eq!(good.slip_stiffness(rolling_speed).unwrap_err().name, "rolling_speed");
     }

@@ -3,21 +3,20 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::common::tyre::{bristle, curve as tyre_curve, frbd};
+use crate::common::tyre::{LENGTH, bristle, curve as tyre_curve, frbd, motion};
 use crate::common::{assert_within, check};
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     Excitation, FunctionPressure, Motion, Origin, Passivity, Patch, PatchParameters,
-    PolynomialExponential, Pressure, PressureKnot, RateDependent, Slip, TabulatedPressure,
-    Trapezoidal, TrapezoidalParameters, Wave, passivity,
+    PolynomialExponential, Pressure, PressureKnot, RateDependent, TabulatedPressure, Trapezoidal,
+    TrapezoidalParameters, Wave, passivity,
 };
 use bristle::{Dahl, DahlParameters, FrBd, LuGre, paper};
 use nalgebra::Complex;
 use proptest::collection::vec;
 
-const LENGTH: f64 = paper::TYRE_LENGTH;
 const LOAD: f64 = 4000.0;
 
 fn patch<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M, P> {
@@ -71,7 +70,7 @@ fn falling_pressure_is_passive_and_rising_pressure_is_named_with_its_place() {
 }
 
 #[test]
-fn the_condition_weighs_pressure_stiffness_and_transport_velocity() {
+fn the_condition_weighs_pressure_stiffness_and_rolling_speed() {
     // Σ0 V = e^((b + c − a)ξ): passive iff b + c ≤ a.
     check(100, (0.1..3.0_f64, -3.0..3.0_f64, -3.0..3.0_f64), |(a, b, c)| {
         let growing = |rate: f64| move |x: f64| ((rate * x).exp(), rate * (rate * x).exp());
@@ -110,13 +109,13 @@ const BAND_ENDS: [f64; 2] = [8.986_818_915_82, 15.450_503_673_9];
 
 #[test]
 fn the_parabola_needs_the_damping_of_its_closed_form() {
-    for speed in [1.0, 160.0] {
+    for transport in [1.0, 160.0] {
         let parabola = patch(frbd(0.0), PolynomialExponential::parabolic());
-        let least = parabola.least_passive_damping(speed).unwrap();
+        let least = parabola.least_passive_damping(LENGTH * transport).unwrap();
         // Half of the last printed digit.
         assert!((least.damping_number - LEAST).abs() <= 0.5e-10, "{}", least.damping_number);
         assert!((least.phase - WORST).abs() <= 0.5e-5, "{}", least.phase);
-        let want = LEAST * 252.0 / speed;
+        let want = LEAST * 252.0 / transport;
         assert_within(1e-8, want, least.damping, want, || "σ1".into());
     }
     assert_eq!(
@@ -124,19 +123,19 @@ fn the_parabola_needs_the_damping_of_its_closed_form() {
             .least_passive_damping(0.0)
             .unwrap_err()
             .name,
-        "transport_velocity"
+        "rolling_speed"
     );
 }
 
 #[test]
 fn a_small_sinusoid_gets_energy_from_a_parabola_in_its_bands_only() {
-    let transport_velocity = 160.0;
-    let still = Motion { slip_velocity: 0.0, transport_velocity };
+    let transport = 160.0;
+    let still = motion(0.0, transport);
     let response = |damping: f64, theta: f64| {
         let parabola = patch(frbd(damping), PolynomialExponential::parabolic());
-        parabola.linearised(still).unwrap().by_slip_velocity(theta * transport_velocity).re
+        parabola.linearised(still).unwrap().by_slip_velocity(theta * transport).re
     };
-    let least = LEAST * 252.0 / transport_velocity;
+    let least = LEAST * 252.0 / transport;
     let mut theta = 0.01;
     let size = response(0.0, 1e-3);
     for (n, end) in BAND_ENDS.into_iter().enumerate() {
@@ -184,19 +183,23 @@ impl Wobble {
         self.motion.slip_velocity + self.slip_amplitude * (self.angular_frequency * t).cos()
     }
 
+    /// Mean of V.
+    fn transport(&self) -> f64 {
+        self.motion.rolling_speed / LENGTH
+    }
+
     /// ∫ V dt
     fn travelled(&self, t: f64) -> f64 {
         let phase = self.angular_frequency * t;
-        self.motion.transport_velocity * t
-            + self.transport_amplitude / self.angular_frequency * phase.sin()
+        self.transport() * t + self.transport_amplitude / self.angular_frequency * phase.sin()
     }
 
     /// When the bristle that is at a place now entered.
     fn entry(&self, place: f64, now: f64) -> f64 {
-        let mut t = now - place / self.motion.transport_velocity;
+        let mut t = now - place / self.transport();
         for _ in 0..20 {
-            let speed = self.motion.transport_velocity
-                + self.transport_amplitude * (self.angular_frequency * t).cos();
+            let speed =
+                self.transport() + self.transport_amplitude * (self.angular_frequency * t).cos();
             t -= (self.travelled(t) + place - self.travelled(now)) / speed;
         }
         t
@@ -254,12 +257,12 @@ fn check_response<M: RateDependent<f64>, P: Pressure<f64>>(
     name: &str,
 ) {
     let patch = patch(model, pressure);
-    let transport_velocity = 160.0;
+    let transport = 160.0;
     for &slip_velocity in velocities {
-        let motion = Motion { slip_velocity, transport_velocity };
+        let motion = motion(slip_velocity, transport);
         let linearised = patch.linearised(motion).unwrap();
         for theta in [0.1, 1.0, 4.0, 7.3] {
-            let angular_frequency = theta * transport_velocity;
+            let angular_frequency = theta * transport;
             // Small against v* and v_S, large against rounding of the force.
             let amplitude = 1e-4 * slip_velocity.abs().clamp(1e-2, 1.0);
             let still =
@@ -270,18 +273,18 @@ fn check_response<M: RateDependent<f64>, P: Pressure<f64>>(
                 (linearised.by_slip_velocity(angular_frequency), slip.response(&patch));
             // Second order in 1e-4; about v = 0, where |v| is not smooth, first order in 1e-6 σ0/(μ V).
             assert_within(3e-6, want.norm(), (got - want).norm(), 0.0, name("F̃/ṽ"));
-            let transport = Wobble { transport_amplitude: 1e-4 * transport_velocity, ..still };
+            let rolling = Wobble { transport_amplitude: 1e-4 * transport, ..still };
             let (got, want) =
-                (linearised.by_transport_velocity(angular_frequency), transport.response(&patch));
+                (linearised.by_rolling_speed(angular_frequency), rolling.response(&patch) / LENGTH);
             // Against the size of the static response, from which that of a high frequency falls.
-            let size = linearised.by_transport_velocity(0.0).norm().max(want.norm());
+            let size = linearised.by_rolling_speed(0.0).norm().max(want.norm());
             assert_within(1e-6, size, (got - want).norm(), 0.0, name("F̃/Ṽ"));
             // The profile is that of the bristles.
             let deflection = |place| linearised.deflection(Wave { place, angular_frequency });
             let (place, at) = (0.6, deflection(0.6));
             let affine = patch.model().at_velocity(slip_velocity);
             let spatial = (deflection(place + 1e-4) - deflection(place - 1e-4)) / 2e-4;
-            let rest = spatial * transport_velocity
+            let rest = spatial * transport
                 + at * Complex::new(affine.relaxation, angular_frequency)
                 - linearised.drive(place);
             // The difference of neighbours misses θ²h²/6.
@@ -310,20 +313,18 @@ fn the_frequency_response_is_that_of_followed_bristles() {
 fn the_static_response_is_the_slope_of_the_steady_force() {
     fn same<M: RateDependent<f64>, P: Pressure<f64>>(model: M, pressure: P, v: f64, speed: f64) {
         let patch = patch(model, pressure);
-        let motion = patch.motion_at(Slip { slip: v / speed, rolling_speed: speed });
+        let motion = Motion { slip_velocity: v, rolling_speed: speed };
         let slopes = patch.steady_slopes(motion).unwrap();
         let linearised = patch.linearised(motion).unwrap();
         let size = patch.slip_stiffness(speed).unwrap() / speed;
         for frequency in [0.0, 1e-9, -1e-9] {
-            let (slip, transport) = (
-                linearised.by_slip_velocity(frequency),
-                linearised.by_transport_velocity(frequency),
-            );
+            let (slip, transport) =
+                (linearised.by_slip_velocity(frequency), linearised.by_rolling_speed(frequency));
             let scale = size.max(slopes.by_slip_velocity.abs());
             assert_within(1e-13, scale, slip.re, slopes.by_slip_velocity, || {
                 format!("{v} {speed}")
             });
-            let want = slopes.by_transport_velocity;
+            let want = slopes.by_rolling_speed;
             assert_within(1e-13, want.abs(), transport.re, want, || format!("{v} {speed} by V"));
             // What ω = 1e-9 turns them by.
             assert!(slip.im.abs() <= 1e-7 * scale);
@@ -341,7 +342,7 @@ fn the_static_response_is_the_slope_of_the_steady_force() {
 
 #[test]
 fn the_response_has_the_symmetry_of_a_real_system_and_fades() {
-    let motion = Motion { slip_velocity: 0.6, transport_velocity: 160.0 };
+    let motion = Motion { slip_velocity: 0.6, rolling_speed: 16.0 };
     let parabola = patch(frbd(0.05), PolynomialExponential::parabolic());
     let linearised = parabola.linearised(motion).unwrap();
     for frequency in [1e-3, 10.0, 3e3, 1e6] {
@@ -358,8 +359,7 @@ fn the_response_has_the_symmetry_of_a_real_system_and_fades() {
     assert_within(1e-3, direct, linearised.by_slip_velocity(1e8).re, direct, || "dashpots".into());
     // As 1/θ.
     assert!(
-        linearised.by_transport_velocity(1e8).norm()
-            < 1e-5 * linearised.by_transport_velocity(0.0).norm()
+        linearised.by_rolling_speed(1e8).norm() < 1e-5 * linearised.by_rolling_speed(0.0).norm()
     );
 }
 
@@ -370,8 +370,8 @@ fn the_response_has_the_symmetry_of_a_real_system_and_fades() {
 const BRISTLES: usize = 100;
 
 /// Moves a patch of bristles on by one place of their row at a held velocity.
-fn advance<M: RateDependent<f64>>(model: &M, row: &mut [f64], v: f64, transport_velocity: f64) {
-    let h = 1.0 / (BRISTLES as f64 * transport_velocity);
+fn advance<M: RateDependent<f64>>(model: &M, row: &mut [f64], v: f64, transport: f64) {
+    let h = 1.0 / (BRISTLES as f64 * transport);
     for i in (1..row.len()).rev() {
         row[i] = model.hold(v, row[i - 1], h).deflection;
     }
@@ -392,18 +392,18 @@ fn check_limits<M: RateDependent<f64>, P: Pressure<f64>>(
     initial: f64,
     velocities: &[f64],
 ) {
-    let transport_velocity = 50.0;
+    let transport = 50.0;
     let patch = patch(model, pressure);
     let fastest = velocities.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-    let limits = patch.limits(Excitation { fastest, transport_velocity }).unwrap();
+    let limits = patch.limits(Excitation { fastest, rolling_speed: LENGTH * transport }).unwrap();
     // A rough initial deflection.
     let mut row: Vec<f64> = (0..BRISTLES).map(|i| initial * (7.0 * i as f64).sin()).collect();
     let initial_norm = norm(&row);
     // The row's sums miss the integrals by the square of a place's width.
     let slack = 1.0 + 1e-3;
     for (step, &v) in velocities.iter().flat_map(|v| std::iter::repeat_n(v, 20)).enumerate() {
-        advance(patch.model(), &mut row, v, transport_velocity);
-        let elapsed = (step + 1) as f64 / (BRISTLES as f64 * transport_velocity);
+        advance(patch.model(), &mut row, v, transport);
+        let elapsed = (step + 1) as f64 / (BRISTLES as f64 * transport);
         let origin = Origin { initial_norm, elapsed };
         let got = norm(&row);
         let most = limits.deflection_norm(origin).unwrap();
@@ -448,23 +448,26 @@ fn deflection_and_force_stay_within_their_limits() {
 #[test]
 fn the_gain_is_attained_by_a_step_in_adhesion_and_in_sliding() {
     let patch = patch(frbd(0.0), PolynomialExponential::constant());
-    let transport_velocity = 50.0;
-    let gain = |fastest| patch.limits(Excitation { fastest, transport_velocity }).unwrap().gain();
+    let transport = 50.0;
+    let gain = |fastest| {
+        patch.limits(Excitation { fastest, rolling_speed: LENGTH * transport }).unwrap().gain()
+    };
     // Adhesion: z = v ξ/V up to κ of 1e-6.
     let v = 1e-7;
     let mut row = [0.0; BRISTLES];
     for _ in 0..BRISTLES {
-        advance(patch.model(), &mut row, v, transport_velocity);
+        advance(patch.model(), &mut row, v, transport);
     }
-    let steady = patch.steady(Motion { slip_velocity: v, transport_velocity }).unwrap();
+    let steady = patch.steady(motion(v, transport)).unwrap();
     assert_within(1e-4, gain(v), norm(&row), gain(v), || "adhesion, simulated".into());
     let integral =
         crate::common::integral(0.0, 1.0, 20, |place| steady.deflection(place).powi(2)).sqrt();
     assert_within(1e-5, gain(v), integral, gain(v), || "adhesion".into());
-    assert_within(1e-15, gain(v), gain(v), v / transport_velocity / 3.0_f64.sqrt(), || "γ".into());
+    assert_within(1e-15, gain(v), gain(v), v / transport / 3.0_f64.sqrt(), || "γ".into());
     // The integral of a², where the limit is reached in the middle of the patch.
     for fastest in [1e-3, 0.1, 0.5, 3.0, 1e3] {
-        let limits = patch.limits(Excitation { fastest, transport_velocity }).unwrap();
+        let limits =
+            patch.limits(Excitation { fastest, rolling_speed: LENGTH * transport }).unwrap();
         let want =
             crate::common::integral(0.0, 1.0, 2000, |place| limits.deflection(place).powi(2))
                 .sqrt();
@@ -478,7 +481,7 @@ fn the_gain_is_attained_by_a_step_in_adhesion_and_in_sliding() {
 fn the_limit_of_the_force_is_attained_by_an_initial_deflection_like_the_pressure() {
     // Schwarz' inequality is an equality for z₀ = c p, with v = 0.
     let patch = patch(frbd(0.0), PolynomialExponential::parabolic());
-    let limits = patch.limits(Excitation { fastest: 0.0, transport_velocity: 50.0 }).unwrap();
+    let limits = patch.limits(Excitation { fastest: 0.0, rolling_speed: 5.0 }).unwrap();
     let (c, p) = (1e-6, |place| patch.load() * patch.pressure().at(place));
     let square = crate::common::integral(0.0, 1.0, 10, |place| p(place) * p(place));
     let force = LENGTH * 252.0 * c * square;
@@ -489,7 +492,7 @@ fn the_limit_of_the_force_is_attained_by_an_initial_deflection_like_the_pressure
 #[test]
 fn the_initial_deflection_is_forgotten_after_one_transit() {
     let patch = patch(frbd(0.05), PolynomialExponential::parabolic());
-    let limits = patch.limits(Excitation { fastest: 0.0, transport_velocity: 50.0 }).unwrap();
+    let limits = patch.limits(Excitation { fastest: 0.0, rolling_speed: 5.0 }).unwrap();
     let at = |elapsed| Origin { initial_norm: 1e-3, elapsed };
     assert_eq!(limits.remainder(at(0.0199)).unwrap(), 1e-3);
     assert_eq!(limits.deflection_norm(at(0.0201)).unwrap(), 0.0);
@@ -500,13 +503,14 @@ fn the_initial_deflection_is_forgotten_after_one_transit() {
     {
         assert_eq!(limits.force(Origin { initial_norm, elapsed }).unwrap_err().name, name);
     }
-    for (fastest, transport_velocity, name) in [
+    for (fastest, transport, name) in [
         (-1.0, 1.0, "fastest"),
         (f64::INFINITY, 1.0, "fastest"),
-        (1.0, 0.0, "transport_velocity"),
-        (1.0, -1.0, "transport_velocity"),
+        (1.0, 0.0, "rolling_speed"),
+        (1.0, -1.0, "rolling_speed"),
     ] {
-        let refused = patch.limits(Excitation { fastest, transport_velocity }).unwrap_err();
+        let refused =
+            patch.limits(Excitation { fastest, rolling_speed: LENGTH * transport }).unwrap_err();
         assert_eq!(refused.name, name);
     }
 }
@@ -514,11 +518,11 @@ fn the_initial_deflection_is_forgotten_after_one_transit() {
 #[test]
 fn the_parabola_pays_out_energy_under_a_small_sinusoid_and_not_with_enough_damping() {
     // Work per period ∮ F v dt of v = a cos ωt by followed bristles, and π a² Re G/ω.
-    let transport_velocity = 160.0;
+    let transport = 160.0;
     let work = |damping: f64| {
         let patch = patch(frbd(damping), PolynomialExponential::parabolic());
-        let motion = Motion { slip_velocity: 0.0, transport_velocity };
-        let angular_frequency = WORST * transport_velocity;
+        let motion = motion(0.0, transport);
+        let angular_frequency = WORST * transport;
         let wobble =
             Wobble { motion, slip_amplitude: 1e-6, transport_amplitude: 0.0, angular_frequency };
         let got = wobble.response(&patch).re * PI * 1e-12 / angular_frequency;
@@ -527,7 +531,7 @@ fn the_parabola_pays_out_energy_under_a_small_sinusoid_and_not_with_enough_dampi
                 / angular_frequency;
         (got, want)
     };
-    let least = LEAST * 252.0 / transport_velocity;
+    let least = LEAST * 252.0 / transport;
     let (got, want) = work(0.0);
     assert!(got < 0.0);
     assert_within(1e-4, want.abs(), got, want, || "work".into());
@@ -567,9 +571,10 @@ fn the_limit_of_the_force_is_that_of_the_curve_where_the_bristles_slide() {
     // Dashpots, whose c₂ v exceeds any other limit at such velocities.
     let model = FrBd::new(Coulomb::new(curve).unwrap(), bristle(0.3));
     for fastest in [1e2, 1e6, 1e12] {
-        for transport_velocity in [1.0, 160.0] {
+        for transport in [1.0, 160.0] {
             let patch = patch(model, trapezoidal(0.125));
-            let limits = patch.limits(Excitation { fastest, transport_velocity }).unwrap();
+            let limits =
+                patch.limits(Excitation { fastest, rolling_speed: LENGTH * transport }).unwrap();
             let got = limits.force(Origin { initial_norm: 0.0, elapsed: 2.0 }).unwrap();
             // F_z max μ, up to the rounding of the load.
             assert_within(1e-14, 1.0, got / (LOAD * 0.4), 1.0, || format!("{fastest}"));

@@ -9,7 +9,7 @@ use crate::common::{assert_within, check, lit};
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
-    ExactPatch, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent, Slot,
+    ExactPatch, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent, Segment,
 };
 use bristle::scene::{
     BrakedWheel, BrakedWheelParameters, WheelError, WheelLoads, WheelState, WheelStep,
@@ -19,8 +19,8 @@ use proptest::prelude::*;
 
 type Tyre<T> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
 type Brake<T> = FrBd<Coulomb<T>, KelvinVoigt<T>>;
-type Rolling<T, const N: usize> = ExactPatch<T, Tyre<T>, N, Vec<Slot<T, N>>>;
-type Wheel<T, const N: usize> = BrakedWheel<T, Tyre<T>, N, Vec<Slot<T, N>>, Brake<T>>;
+type Rolling<T, const N: usize> = ExactPatch<T, Tyre<T>, N, Vec<Segment<T, N>>>;
+type Wheel<T, const N: usize> = BrakedWheel<T, Tyre<T>, N, Vec<Segment<T, N>>, Brake<T>>;
 
 const MASS: f64 = 400.0;
 const INERTIA: f64 = 1.0;
@@ -523,7 +523,7 @@ fn a_run_in_an_array_allocates_nothing() {
     let patch = patch.unwrap().carrying(LOAD).unwrap();
     let counted = allocation_counter::measure(|| {
         let mut wheel = BrakedWheel::new(BrakedWheelParameters {
-            tyre: patch.exact([Slot::default(); 100]).unwrap(),
+            tyre: patch.exact([Segment::default(); 100]).unwrap(),
             brake: pads::<f64>().under_load(0.0).unwrap(),
             mass: MASS,
             inertia: INERTIA,

@@ -29,10 +29,11 @@
 //! this crate.
 
 use super::ExactPatch;
-use super::queue::Slot;
-use super::segment::{level_moments, shifted};
+use super::profile::{level_moments, shifted};
+use super::queue::Segment;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::rolling::integrals::{integrate, integrate_gentle, phi1};
+use crate::rolling::patch::Crossing;
 use crate::rolling::{Motion, Pressure, RateDependent};
 use crate::scalar::{lit, to_f64};
 use crate::{Affine, Scalar};
@@ -82,7 +83,7 @@ impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
 where
     T: Scalar,
     M: RateDependent<T>,
-    B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
+    B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
 {
     /// The source and the damper that stand for the patch over a step of length h ≥ 0 \[s\], from a motion
     /// predicted for its middle.
@@ -113,7 +114,7 @@ where
     /// for _ in 0..200 {
     ///     let motion = Motion {
     ///         slip_velocity: drum - expected * radius,
-    ///         transport_velocity: expected * radius / 0.1,
+    ///         rolling_speed: expected * radius,
     ///     };
     ///     let step = patch.companion_step(motion, h)?;
     ///     let mean = (2.0 * inertia / h * spin + torque + radius * (step.bias() + step.damping() * drum))
@@ -140,14 +141,14 @@ where
     ///
     /// # Errors
     ///
-    /// Refuses a velocity that is not finite, a transport velocity or a duration that is negative, and what
+    /// Refuses a velocity that is not finite, a rolling speed or a duration that is negative, and what
     /// gives a bias or a damping that is not finite; the patch is as it was.
     pub fn companion_step(
         &mut self,
         predicted: Motion<T>,
         duration: T,
     ) -> Result<PatchStep<'_, T, M, N, B>, ParameterError> {
-        let Motion { slip_velocity, transport_velocity: transport } = predicted.forward()?;
+        let Crossing { slip_velocity, transport } = self.patch.forward(predicted)?;
         let duration = parameter::non_negative("duration", duration)?;
         let affine = self.coefficients(slip_velocity)?;
         self.queue.look_ahead(transport * duration);
@@ -279,7 +280,7 @@ impl<T, M, const N: usize, B> PatchStep<'_, T, M, N, B>
 where
     T: Scalar,
     M: RateDependent<T>,
-    B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
+    B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
 {
     /// Mean friction force \[N\] if the mean slip velocity is zero.
     pub fn bias(&self) -> T {

@@ -16,21 +16,21 @@
 //! aggregation in worst-case constant time", DEBS 2017.
 
 mod coupling;
+mod profile;
 mod queue;
-mod segment;
 mod smooth;
 
 pub use coupling::{PatchCommitted, PatchLedger, PatchStep};
-pub use queue::Slot;
+pub use queue::Segment;
 pub use smooth::{MotionOverTime, Order};
 
-use super::patch::coefficients;
+use super::patch::{Crossing, coefficients};
 use super::{Motion, Patch, PolynomialExponential, RateDependent};
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::lit;
 use crate::{Affine, Scalar};
+use profile::Profile;
 use queue::{Held, Queue};
-use segment::Segment;
 
 /// A patch in motion, without a grid.
 ///
@@ -38,7 +38,7 @@ use segment::Segment;
 /// history has divided the profile:
 ///
 /// ```
-/// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Slot};
+/// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Segment};
 /// use bristle::{FrBd, paper};
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;
@@ -51,10 +51,10 @@ use segment::Segment;
 /// .carrying(4000.0)?; // N
 ///
 /// // No allocation: the caller gives the memory.
-/// let mut rolling = tyre.exact([Slot::default(); 200])?;
+/// let mut rolling = tyre.exact([Segment::default(); 200])?;
 /// let mut force = 0.0;
 /// for millisecond in 0..100 {
-///     let motion = Motion { slip_velocity: 0.02 * f64::from(millisecond), transport_velocity: 160.0 };
+///     let motion = Motion { slip_velocity: 0.02 * f64::from(millisecond), rolling_speed: 16.0 };
 ///     force = rolling.step(motion, 1e-3)?;
 /// }
 /// assert!(force > 1500.0 && force < 2400.0);
@@ -101,7 +101,7 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExpon
     /// Refuses fewer than 22 slots.
     pub fn exact<B>(self, slots: B) -> Result<ExactPatch<T, M, N, B>, ParameterError>
     where
-        B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
+        B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
     {
         let least = Queue::<T, N, B>::LEAST;
         let count = slots.as_ref().len();
@@ -128,13 +128,13 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExpon
     pub fn exact_in(
         self,
         segments: usize,
-    ) -> Result<ExactPatch<T, M, N, alloc::vec::Vec<Slot<T, N>>>, ParameterError> {
+    ) -> Result<ExactPatch<T, M, N, alloc::vec::Vec<Segment<T, N>>>, ParameterError> {
         if segments < 8 {
             let rule = Rule::Count { least: 8 };
             let value = segments as f64;
             return Err(ParameterError { name: "segments", component: None, value, rule });
         }
-        self.exact(alloc::vec![Slot::default(); segments.saturating_mul(2).saturating_add(8)])
+        self.exact(alloc::vec![Segment::default(); segments.saturating_mul(2).saturating_add(8)])
     }
 }
 
@@ -142,7 +142,7 @@ impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
 where
     T: Scalar,
     M: RateDependent<T>,
-    B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
+    B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
 {
     /// The patch.
     pub fn patch(&self) -> &Patch<T, M, PolynomialExponential<T, N>> {
@@ -174,14 +174,14 @@ where
     ///
     /// Refuses a motion that is not finite or runs backwards.
     pub fn settle(&mut self, motion: Motion<T>) -> Result<(), ParameterError> {
-        let Motion { slip_velocity, transport_velocity } = motion.forward()?;
+        let Crossing { slip_velocity, transport } = self.patch.forward(motion)?;
         let Affine { relaxation, drive, .. } = self.coefficients(slip_velocity)?;
         // A crossing that takes for ever is none.
-        if (T::one() / transport_velocity).is_finite() {
-            self.queue.replace(relaxation, drive * slip_velocity, transport_velocity);
+        if (T::one() / transport).is_finite() {
+            self.queue.replace(relaxation, drive * slip_velocity, transport);
         } else {
             let z = self.patch.model().stationary(slip_velocity);
-            self.queue.fill(Segment::straight(T::one(), z, z));
+            self.queue.fill(Profile::straight(T::one(), z, z));
         }
         Ok(())
     }
@@ -216,7 +216,7 @@ where
         self.queue.begin();
         for number in 0..segments {
             let (from, to) = (place(number), place(number + 1));
-            self.queue.append(Segment::straight(to - from, deflection(from), deflection(to)));
+            self.queue.append(Profile::straight(to - from, deflection(from), deflection(to)));
         }
         self.queue.finish();
         Ok(())
@@ -229,7 +229,7 @@ where
     ///
     /// # Errors
     ///
-    /// Refuses a velocity that is not finite, a transport velocity or duration that is negative, and a
+    /// Refuses a velocity that is not finite, a rolling speed or a duration that is negative, and a
     /// velocity at which a coefficient of the model is not finite; the patch is as it was.
     #[inline]
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
@@ -244,10 +244,10 @@ where
         motion: Motion<T>,
         duration: T,
     ) -> Result<Affine<T>, ParameterError> {
-        let Motion { slip_velocity, transport_velocity } = motion.forward()?;
+        let Crossing { slip_velocity, transport } = self.patch.forward(motion)?;
         let duration = parameter::non_negative("duration", duration)?;
         let affine = self.coefficients(slip_velocity)?;
-        self.roll(affine.relaxation, affine.drive * slip_velocity, transport_velocity, duration);
+        self.roll(affine.relaxation, affine.drive * slip_velocity, transport, duration);
         Ok(affine)
     }
 

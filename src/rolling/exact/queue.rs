@@ -8,7 +8,7 @@
 //! * the *back*: its moments are advanced step by step, for nothing leaves it;
 //! * the *middle*: a back that was frozen; over it runs, a few segments a step, the preparation of …
 //! * the *front*: segments with the moments of all that are newer, in the coordinates of the moment when it
-//!   was frozen, with one map and one shift for all that has happened since. What is left of it inside the
+//!   was frozen, with one map and one shift for all that has happened map_since. What is left of it inside the
 //!   patch is read by cutting one segment.
 //!
 //! When the front has left, the middle becomes the front and the back is frozen. Nothing is ever taken
@@ -17,7 +17,7 @@
 //!
 //! It is the two-stack queue of sliding-window aggregation, with its rebuilding spread over the steps.
 
-use super::segment::{Map, Segment, shifted};
+use super::profile::{Map, Profile, shifted};
 use crate::Scalar;
 use crate::scalar::{is_zero, lit};
 
@@ -31,8 +31,8 @@ const SHORT: f64 = 0.25;
 
 /// Room for one segment of a profile in an [`ExactPatch`](crate::rolling::ExactPatch).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slot<T, const N: usize> {
-    pub(super) segment: Segment<T>,
+pub struct Segment<T, const N: usize> {
+    pub(super) segment: Profile<T>,
     /// What became of older bristles while this segment entered. In the front it is used up.
     map: Map<T>,
     /// Place of the newest bristle, in the front's coordinates.
@@ -42,11 +42,11 @@ pub struct Slot<T, const N: usize> {
     moments: [T; N],
 }
 
-impl<T: Scalar, const N: usize> Default for Slot<T, N> {
+impl<T: Scalar, const N: usize> Default for Segment<T, N> {
     fn default() -> Self {
         let zero = T::zero();
         Self {
-            segment: Segment::straight(zero, zero, zero),
+            segment: Profile::straight(zero, zero, zero),
             map: Map::identity(),
             place: zero,
             moments: [zero; N],
@@ -54,7 +54,7 @@ impl<T: Scalar, const N: usize> Default for Slot<T, N> {
     }
 }
 
-/// A frozen part of the profile and what has happened to it since.
+/// A frozen part of the profile and what has happened to it map_since.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stack<T, const N: usize> {
     count: usize,
@@ -82,7 +82,7 @@ pub(super) struct Held<T> {
     /// For bristles that are there from the beginning to the end.
     pub(super) map: Map<T>,
     /// The bristles that enter.
-    pub(super) newborn: Segment<T>,
+    pub(super) inflow: Profile<T>,
 }
 
 impl<T: Scalar> Held<T> {
@@ -95,7 +95,7 @@ impl<T: Scalar> Held<T> {
         let weights = affine.weights(duration);
         let map =
             Map { decay: weights.end(T::one(), T::zero()), offset: weights.end(T::zero(), drive) };
-        Self { distance, map, newborn: Segment::newborn(distance, relaxation, drive, duration) }
+        Self { distance, map, inflow: Profile::inflow(distance, relaxation, drive, duration) }
     }
 }
 
@@ -111,7 +111,7 @@ pub(super) struct Queue<T, const N: usize, B> {
     ready: usize,
     place: T,
     newer: [T; N],
-    since: Map<T>,
+    map_since: Map<T>,
     back_count: usize,
     back_length: T,
     back: [T; N],
@@ -121,7 +121,7 @@ pub(super) struct Queue<T, const N: usize, B> {
     narrowest: T,
 }
 
-impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Queue<T, N, B> {
+impl<T: Scalar, const N: usize, B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>> Queue<T, N, B> {
     /// Least number of slots: a half of [`LONGEST`], the least part of a step that is split, is then not
     /// merged.
     pub(super) const LEAST: usize = 22;
@@ -139,14 +139,14 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
             ready: 0,
             place: T::zero(),
             newer: [T::zero(); N],
-            since: Map::identity(),
+            map_since: Map::identity(),
             back_count: 0,
             back_length: T::zero(),
             back: [T::zero(); N],
             decay,
             narrowest,
         };
-        queue.fill(Segment::straight(T::one(), T::zero(), T::zero()));
+        queue.fill(Profile::straight(T::one(), T::zero(), T::zero()));
         queue
     }
 
@@ -164,7 +164,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
     }
 
     /// One segment for the whole patch.
-    pub(super) fn fill(&mut self, segment: Segment<T>) {
+    pub(super) fn fill(&mut self, segment: Profile<T>) {
         self.begin();
         self.append(segment);
         self.finish();
@@ -176,11 +176,11 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
         self.front = Stack::empty();
         self.middle = Stack::empty();
         self.clear_back();
-        self.thaw();
+        self.start_rebuild();
     }
 
     /// Adds a segment at the outlet side of those that were appended before.
-    pub(super) fn append(&mut self, segment: Segment<T>) {
+    pub(super) fn append(&mut self, segment: Profile<T>) {
         // The ring grows towards the older side: one before the oldest.
         let capacity = self.capacity();
         self.oldest = (self.oldest + capacity - 1) % capacity;
@@ -191,7 +191,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
     pub(super) fn finish(&mut self) {
         self.front.length = self.place;
         self.front.total = self.newer;
-        self.thaw();
+        self.start_rebuild();
     }
 
     fn clear_back(&mut self) {
@@ -201,11 +201,11 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
     }
 
     /// Begins the preparation of a middle.
-    fn thaw(&mut self) {
+    fn start_rebuild(&mut self) {
         self.ready = 0;
         self.place = T::zero();
         self.newer = [T::zero(); N];
-        self.since = Map::identity();
+        self.map_since = Map::identity();
     }
 
     /// Where the slot of some age is in the ring, counted from the oldest.
@@ -217,7 +217,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
     }
 
     #[inline(always)]
-    fn slot(&self, number: usize) -> Option<&Slot<T, N>> {
+    fn slot(&self, number: usize) -> Option<&Segment<T, N>> {
         self.slots.as_ref().get(self.index(number))
     }
 
@@ -230,7 +230,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
     /// Everything is new: the profile of steady rolling.
     pub(super) fn replace(&mut self, relaxation: T, drive: T, transport: T) {
         let crossing = T::one() / transport;
-        self.fill(Segment::newborn(T::one(), relaxation, drive, crossing));
+        self.fill(Profile::inflow(T::one(), relaxation, drive, crossing));
     }
 
     /// A step of at most a quarter of the patch.
@@ -245,7 +245,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
         self.middle.map = held.map.after(self.middle.map);
         self.front.shift += held.distance;
         self.middle.shift += held.distance;
-        let moments = held.newborn.moments::<N>(T::one(), self.decay);
+        let moments = held.inflow.moments::<N>(T::one(), self.decay);
         self.back = self.back_after(held, &moments);
         self.back_length += held.distance;
         self.enter(held, moments);
@@ -278,13 +278,13 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
     fn prepare_one(&mut self) {
         let number = self.front.count + self.middle.count - 1 - self.ready;
         let (index, decay) = (self.index(number), self.decay);
-        let (place, newer, since) = (self.place, self.newer, self.since);
+        let (place, newer, map_since) = (self.place, self.newer, self.map_since);
         if let Some(slot) = self.slots.as_mut().get_mut(index) {
-            let moments = since.of_moments(slot.moments, slot.segment.width, decay);
-            slot.segment = slot.segment.mapped(since);
+            let moments = map_since.of_moments(slot.moments, slot.segment.width, decay);
+            slot.segment = slot.segment.mapped(map_since);
             slot.place = place;
             slot.moments = newer;
-            self.since = since.after(slot.map);
+            self.map_since = map_since.after(slot.map);
             self.place += slot.segment.width;
             add(&mut self.newer, &shifted(moments, place, decay));
         }
@@ -317,7 +317,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
                     slot.segment = slot.segment.mapped(held.map);
                     slot.map = held.map.after(slot.map);
                     if !nothing_new {
-                        slot.segment = slot.segment.merged_with(&held.newborn, decay);
+                        slot.segment = slot.segment.merged_with(&held.inflow, decay);
                         exact = shifted(exact, held.distance, decay);
                         add(&mut exact, &moments);
                     }
@@ -337,8 +337,8 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
         }
         let free = self.index(self.len());
         if let Some(slot) = self.slots.as_mut().get_mut(free) {
-            let segment = held.newborn;
-            *slot = Slot { segment, map: held.map, place: T::zero(), moments };
+            let segment = held.inflow;
+            *slot = Segment { segment, map: held.map, place: T::zero(), moments };
             self.back_count += 1;
         }
     }
@@ -362,7 +362,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
             self.oldest = self.index(self.front.count);
             self.front = Stack { total: self.newer, ..self.middle };
             self.middle = Stack::empty();
-            self.thaw();
+            self.start_rebuild();
             if self.back_length >= lit(SHORT) {
                 self.freeze();
             }
@@ -381,7 +381,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
             total: self.back,
         };
         self.clear_back();
-        self.thaw();
+        self.start_rebuild();
     }
 
     /// The moments ∫₀¹ ξᵏ e^(−aξ) z dξ of the whole profile.
@@ -424,7 +424,7 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
     }
 }
 
-impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Queue<T, N, B> {
+impl<T: Scalar, const N: usize, B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>> Queue<T, N, B> {
     /// Makes ready for [`Queue::staying`] over a distance, however long.
     pub(super) fn look_ahead(&mut self, distance: T) {
         if distance <= lit(LONGEST) {
@@ -443,10 +443,10 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
         }
         let (front, middle, count) = (self.front, self.middle, self.len());
         let (narrowest, decay) = (self.narrowest, self.decay);
-        self.thaw();
-        let mut since = Map::identity();
+        self.start_rebuild();
+        let mut map_since = Map::identity();
         // From the newest to the oldest; `last` is yet to be written, and never farther than what is read.
-        let (mut last, mut written): (Option<Segment<T>>, usize) = (None, count);
+        let (mut last, mut written): (Option<Profile<T>>, usize) = (None, count);
         for number in (0..count).rev() {
             let Some(slot) = self.slot(number) else { break };
             let mut segment = if number < front.count {
@@ -454,8 +454,8 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
             } else if number < front.count + middle.count {
                 slot.segment.mapped(middle.map)
             } else {
-                let now = since;
-                since = since.after(slot.map);
+                let now = map_since;
+                map_since = map_since.after(slot.map);
                 slot.segment.mapped(now)
             };
             if let Some(newer) = last {
@@ -484,14 +484,14 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
         };
         self.middle = Stack::empty();
         self.clear_back();
-        self.thaw();
+        self.start_rebuild();
     }
 
     /// Writes the segment that follows those before it into a slot, prepared.
-    fn put(&mut self, number: usize, segment: Segment<T>) {
+    fn put(&mut self, number: usize, segment: Profile<T>) {
         let (index, place, newer) = (self.index(number), self.place, self.newer);
         if let Some(slot) = self.slots.as_mut().get_mut(index) {
-            *slot = Slot { segment, map: Map::identity(), place, moments: newer };
+            *slot = Segment { segment, map: Map::identity(), place, moments: newer };
         }
         let moments = segment.moments::<N>(T::one(), self.decay);
         add(&mut self.newer, &shifted(moments, place, self.decay));
@@ -541,8 +541,8 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
 
     /// Calls `visit` for every segment inside, newest first: its profile now, the place of its newest
     /// bristle, and the part of its width that is inside.
-    pub(super) fn profile(&self, mut visit: impl FnMut(&Segment<T>, T, T)) {
-        let (mut place, mut since) = (T::zero(), Map::identity());
+    pub(super) fn profile(&self, mut visit: impl FnMut(&Profile<T>, T, T)) {
+        let (mut place, mut map_since) = (T::zero(), Map::identity());
         let (front, middle) = (&self.front, &self.middle);
         for number in (0..self.len()).rev() {
             let Some(slot) = self.slot(number) else { return };
@@ -554,15 +554,15 @@ impl<T: Scalar, const N: usize, B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>> Qu
                     slot.segment.mapped(middle.map)
                 } else {
                     if in_middle == self.ready {
-                        since = middle.map.after(self.since);
+                        map_since = middle.map.after(self.map_since);
                     }
-                    let now = since;
-                    since = since.after(slot.map);
+                    let now = map_since;
+                    map_since = map_since.after(slot.map);
                     slot.segment.mapped(now)
                 }
             } else {
-                let now = since;
-                since = since.after(slot.map);
+                let now = map_since;
+                map_since = map_since.after(slot.map);
                 slot.segment.mapped(now)
             };
             let room = T::one() - place;
@@ -586,12 +586,12 @@ fn add<T: Scalar, const N: usize>(sum: &mut [T; N], more: &[T; N]) {
 #[cfg(test)]
 mod tests {
     extern crate std;
-    use super::{Held, Queue, Slot};
+    use super::{Held, Queue, Segment};
     use crate::rolling::integrals::integrate;
     use std::vec;
 
     /// A step, and how many segments it prepared.
-    fn prepared(queue: &mut Queue<f64, 1, vec::Vec<Slot<f64, 1>>>, way: f64) -> usize {
+    fn prepared(queue: &mut Queue<f64, 1, vec::Vec<Segment<f64, 1>>>, way: f64) -> usize {
         let (count, ready) = (queue.middle.count, queue.ready);
         queue.advance(&Held::new(0.1, 0.01, 1.0, way));
         // A middle that has become the front was prepared to its end.
@@ -608,7 +608,7 @@ mod tests {
         };
         let mut worst = 0.0_f64;
         for slots in [22, 100, 2000] {
-            let mut queue = Queue::new(vec![Slot::<f64, 1>::default(); slots], 0.0);
+            let mut queue = Queue::new(vec![Segment::<f64, 1>::default(); slots], 0.0);
             let narrowest = queue.narrowest();
             let (mut dense, mut wide, mut left) = (true, 0.1, 0.0);
             for _ in 0..300_000 {
@@ -639,7 +639,7 @@ mod tests {
 
     /// ∫ ξᵏ e^(−aξ) z dξ over the profile that the queue would show.
     fn shown<const N: usize>(
-        queue: &Queue<f64, N, vec::Vec<Slot<f64, N>>>,
+        queue: &Queue<f64, N, vec::Vec<Segment<f64, N>>>,
         decay: f64,
     ) -> [f64; N] {
         let mut sum = [0.0; N];
@@ -666,7 +666,7 @@ mod tests {
             (seed >> 11) as f64 / (1_u64 << 53) as f64
         };
         for (slots, decay) in [(22, 0.0), (22, 0.7), (40, -1.3), (80, 4.0)] {
-            let mut queue = Queue::new(vec![Slot::<f64, 3>::default(); slots], decay);
+            let mut queue = Queue::new(vec![Segment::<f64, 3>::default(); slots], decay);
             let narrowest = queue.narrowest();
             let (mut merged, mut drive) = (0, 0.0);
             for number in 0..3000 {

@@ -20,11 +20,11 @@
 //! | λ, r | relaxation rate, drive of the friction model | 1/s, – |
 //!
 //! Source: S. Blanes, F. Casas, J. A. Oteo, J. Ros, "The Magnus expansion and some of its applications",
-//! Physics Reports 470, 2009, for the expansion; the newborn profile is of this crate.
+//! Physics Reports 470, 2009, for the expansion; the inflow profile is of this crate.
 
 use core::ops::Range;
 
-use super::queue::{Held, LONGEST, Slot};
+use super::queue::{Held, LONGEST, Segment};
 use super::{ExactPatch, RateDependent};
 use crate::parameter::{self, ParameterError, Rule};
 use crate::root::enclose;
@@ -37,8 +37,8 @@ use crate::{Affine, Scalar};
 pub struct MotionOverTime<S, W> {
     /// Slip velocity v(t) [m/s].
     pub slip_velocity: S,
-    /// Transport velocity V(t) [1/s], never negative.
-    pub transport_velocity: W,
+    /// Rolling speed U(t) [m/s], never negative.
+    pub rolling_speed: W,
 }
 
 /// With which power of the step the error falls that [`ExactPatch::follow`] makes.
@@ -71,7 +71,7 @@ impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
 where
     T: Scalar,
     M: RateDependent<T>,
-    B: AsRef<[Slot<T, N>]> + AsMut<[Slot<T, N>]>,
+    B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
 {
     /// Rolls on over a span of time \[s\] with velocities that vary, and returns the friction force F \[N\]
     /// at its end, with the velocity of that time.
@@ -95,7 +95,7 @@ where
     /// })?;
     /// let motion = MotionOverTime {
     ///     slip_velocity: Sine::new(SineParameters { mean: 0.1, amplitude: 0.5, frequency: 10.0, phase: 0.0 })?,
-    ///     transport_velocity: Constant::new(160.0)?,
+    ///     rolling_speed: Constant::new(16.0)?,
     /// };
     /// let mut rolling = tyre.exact_in(100)?;
     /// let mut force = 0.0;
@@ -109,7 +109,7 @@ where
     ///
     /// # Errors
     ///
-    /// Refuses a span that ends before it begins, a signal that is not finite, a transport velocity below
+    /// Refuses a span that ends before it begins, a signal that is not finite, a rolling speed below
     /// zero, a velocity at which the model's relaxation rate or drive is not finite, and a span over more
     /// than about 64 crossings of the patch; the patch is as it was.
     pub fn follow<S: Signal<T>, W: Signal<T>>(
@@ -136,7 +136,7 @@ where
         parameter::non_negative("duration", to - from)?;
         // Look first, so that a refusal leaves the patch as it was.
         let (mut pieces, mut last) = (0_usize, None);
-        each_piece(motion, from, to, order, &mut |piece| {
+        each_piece(motion, self.patch.length(), from, to, order, &mut |piece| {
             pieces = pieces.saturating_add(1);
             last = Some(self.held(&piece, order)?);
             Ok(())
@@ -146,7 +146,7 @@ where
                 self.queue.advance(&held);
             }
         } else {
-            each_piece(motion, from, to, order, &mut |piece| {
+            each_piece(motion, self.patch.length(), from, to, order, &mut |piece| {
                 let held = self.held(&piece, order)?;
                 self.queue.advance(&held);
                 Ok(())
@@ -177,7 +177,7 @@ where
         let mut held = Held::new(relaxation, drive, transport, duration);
         if transport > T::zero() {
             let turn = (drive2 * transport1 - drive1 * transport2) / transport;
-            held.newborn.bulge = root_of_three * half * duration * turn * held.map.decay.sqrt();
+            held.inflow.bulge = root_of_three * half * duration * turn * held.map.decay.sqrt();
         }
         Ok(held)
     }
@@ -193,6 +193,7 @@ fn slip_at<T: Scalar, S: Signal<T>, W>(
 /// Divides a span where a signal is not smooth.
 fn each_piece<T: Scalar, S: Signal<T>, W: Signal<T>>(
     motion: &MotionOverTime<S, W>,
+    length: T,
     from: T,
     to: T,
     order: Order,
@@ -201,10 +202,8 @@ fn each_piece<T: Scalar, S: Signal<T>, W: Signal<T>>(
     let mut time = from;
     while time < to {
         let mut end = to;
-        let kinks = [
-            motion.slip_velocity.next_kink(time, to),
-            motion.transport_velocity.next_kink(time, to),
-        ];
+        let kinks =
+            [motion.slip_velocity.next_kink(time, to), motion.rolling_speed.next_kink(time, to)];
         for kink in kinks.into_iter().flatten() {
             if kink > time && kink < end {
                 end = kink;
@@ -213,7 +212,7 @@ fn each_piece<T: Scalar, S: Signal<T>, W: Signal<T>>(
         if let Some(reversal) = reversal(motion, time, end)? {
             end = reversal;
         }
-        divide(motion, time, end, order, HALVINGS, visit)?;
+        divide(motion, length, time, end, order, HALVINGS, visit)?;
         time = end;
     }
     Ok(())
@@ -247,6 +246,7 @@ fn reversal<T: Scalar, S: Signal<T>, W>(
 /// Halves a piece until it moves by no more than the queue takes.
 fn divide<T: Scalar, S: Signal<T>, W: Signal<T>>(
     motion: &MotionOverTime<S, W>,
+    length: T,
     from: T,
     to: T,
     order: Order,
@@ -260,8 +260,9 @@ fn divide<T: Scalar, S: Signal<T>, W: Signal<T>>(
         Order::Fourth => duration * (lit::<T>(3.0).sqrt() / lit(6.0)),
     };
     let at = |time: T| {
-        let transport = motion.transport_velocity.value(time);
-        let transport = parameter::non_negative("transport_velocity", transport)?;
+        let speed = motion.rolling_speed.value(time);
+        let transport = parameter::non_negative("rolling_speed", speed)? / length;
+        let transport = parameter::finite("rolling_speed", transport)?;
         Ok((slip_at(motion, time)?, transport))
     };
     let (v1, transport1) = at(middle - offset)?;
@@ -273,15 +274,15 @@ fn divide<T: Scalar, S: Signal<T>, W: Signal<T>>(
     }
     if halvings == 0 {
         let limit = LONGEST * f64::from(1 << HALVINGS);
-        let rule = Rule::AtMost { other: "the crossings that a span may have", limit };
+        let rule = Rule::AtMost { other: "the limit for one span", limit };
         let value = to_f64(distance) * f64::from(1 << HALVINGS);
         return Err(ParameterError {
-            name: "transport_velocity · duration",
+            name: "crossings of the patch",
             component: None,
             value,
             rule,
         });
     }
-    divide(motion, from, middle, order, halvings - 1, visit)?;
-    divide(motion, middle, to, order, halvings - 1, visit)
+    divide(motion, length, from, middle, order, halvings - 1, visit)?;
+    divide(motion, length, middle, to, order, halvings - 1, visit)
 }

@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | ξ | place in the patch, from 0 to 1 | – |
 //! | z(ξ, t) | deflection | m |
-//! | V(ξ, t) | transport velocity, of any sign | 1/s |
+//! | V(ξ, t) | rolling speed over the length of the patch, of any sign | 1/s |
 //! | v(ξ, t) | slip velocity | m/s |
 //! | N | cells; nodes at ξᵢ = i/N | – |
 //! | C | Courant number \|V\| h N: cells crossed in a step | – |
@@ -74,8 +74,8 @@ pub struct GridParameters<T, M, P> {
 pub struct MotionField<F, G> {
     /// Slip velocity v(ξ, t) [m/s].
     pub slip_velocity: F,
-    /// Transport velocity V(ξ, t) [1/s], smooth in both.
-    pub transport_velocity: G,
+    /// Rolling speed U(ξ, t) [m/s] of any sign, smooth in both.
+    pub rolling_speed: G,
 }
 
 /// What the bristles are.
@@ -120,10 +120,10 @@ impl<M> Bristles<M> {
 /// let mut grid = Grid::new(GridParameters { patch, cells: 100, transport: Transport::SemiLagrangian })?;
 ///
 /// // A slip of 0.05 at 16 m/s, one cell a step, for one transit.
-/// let motion = Motion { slip_velocity: 0.8, transport_velocity: 160.0 };
+/// let motion = Motion { slip_velocity: 0.8, rolling_speed: 16.0 };
 /// let mut force = 0.0;
 /// for _ in 0..100 {
-///     force = grid.step(motion, 0.01 / 160.0)?;
+///     force = grid.step(motion, 0.01 * 0.1 / 16.0)?;
 /// }
 /// assert!((force - 0.348954).abs() < 1e-6);
 /// # Ok::<(), bristle::ParameterError>(())
@@ -131,6 +131,7 @@ impl<M> Bristles<M> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid<T, M> {
     bristles: Bristles<M>,
+    length: T,
     transport: Transport,
     places: Vec<T>,
     /// Those of the force: the quadrature's times L and the load.
@@ -177,7 +178,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// let mut grid = Grid::varying(GridParameters { patch, cells: 100, transport: Transport::SemiLagrangian })?;
     ///
     /// // Spin: the slip velocity changes its sign inside the patch.
-    /// let spin = MotionField { slip_velocity: |place, _| 0.6 - place, transport_velocity: |_, _| 160.0 };
+    /// let spin = MotionField { slip_velocity: |place, _| 0.6 - place, rolling_speed: |_, _| 16.0 };
     /// let force = grid.step_field(&spin, 1e-4)?;
     /// assert!(force > 0.0);
     /// # Ok::<(), bristle::ParameterError>(())
@@ -222,6 +223,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         let none = vec![T::zero(); cells + 1];
         Ok(Self {
             bristles: bristles(&places)?,
+            length: patch.length(),
             transport: *transport,
             places,
             weights,
@@ -312,7 +314,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         self.force_of(&self.deflections, &slip_velocity)
     }
 
-    /// A step of length h ≥ 0 \[s\] with the motion held, which may also roll backwards (V < 0). Returns
+    /// A step of length h ≥ 0 \[s\] with the motion held, which may also roll backwards (U < 0). Returns
     /// the force F \[N\] at its end.
     ///
     /// For a motion that varies in time take the one at the middle of the step, for the second order, or
@@ -326,16 +328,15 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// above 1 in the upwind scheme (`courant_number`), and a force that is not finite.
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
         let slip = parameter::finite("slip_velocity", motion.slip_velocity)?;
-        let transport = parameter::finite("transport_velocity", motion.transport_velocity)?;
+        let speed = parameter::finite("rolling_speed", motion.rolling_speed)?;
         let Bristles::Uniform(model) = &self.bristles else {
-            let field =
-                MotionField { slip_velocity: |_, _| slip, transport_velocity: |_, _| transport };
+            let field = MotionField { slip_velocity: |_, _| slip, rolling_speed: |_, _| speed };
             return self.step_field(&field, duration);
         };
         let duration = parameter::non_negative("duration", duration)?;
         let affine = model.affine(Sliding::from(slip), T::zero());
         let drive = affine.drive * slip;
-        let courant = transport * duration * lit(self.cells() as f64);
+        let courant = speed / self.length * duration * lit(self.cells() as f64);
         match self.transport {
             Transport::SemiLagrangian => self.shift(&affine, drive, courant, duration),
             Transport::Upwind => {
@@ -343,7 +344,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
                 for next in &mut self.next {
                     *next = implicit(&affine, drive, *next, duration);
                 }
-                self.enter(|_| transport);
+                self.enter(|_| speed);
             }
         }
         let mut reach = Reach::none();
@@ -373,14 +374,15 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         G: Fn(T, T) -> T,
     {
         let duration = parameter::non_negative("duration", duration)?;
-        let MotionField { slip_velocity, transport_velocity } = field;
+        let MotionField { slip_velocity, rolling_speed } = field;
+        let length = self.length;
         let mut reach = Reach::none();
         match self.transport {
             Transport::SemiLagrangian => {
                 let deflections = &self.deflections;
                 let bristles = &self.bristles;
                 let paths =
-                    Paths { bristles, deflections, slip_velocity, transport_velocity, duration };
+                    Paths { bristles, deflections, slip_velocity, rolling_speed, length, duration };
                 for (next, &place) in self.next.iter_mut().zip(&self.places) {
                     let arrival = paths.arrival(place, &mut reach)?;
                     let before = arrival.origin.map_or_else(T::zero, |origin| {
@@ -396,7 +398,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
                 let cells = lit::<T>(self.cells() as f64);
                 let velocity = |node: usize| {
                     let place = self.places.get(node).copied().unwrap_or_else(T::one);
-                    parameter::finite("transport_velocity", transport_velocity(place, middle))
+                    parameter::finite("rolling_speed", rolling_speed(place, middle) / length)
                 };
                 upwind(&self.deflections, &mut self.next, |node| {
                     Ok(velocity(node)? * duration * cells)
@@ -414,7 +416,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
                         reach.include(affine.relaxation, drive);
                     }
                 }
-                self.enter(|place| transport_velocity(place, middle));
+                self.enter(|place| rolling_speed(place, middle));
             }
         }
         for &place in &self.places {

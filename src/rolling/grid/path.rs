@@ -100,9 +100,11 @@ pub(super) struct Paths<'a, T, M, F, G> {
     pub(super) bristles: &'a Bristles<M>,
     /// At the start of the step.
     pub(super) deflections: &'a [T],
-    /// v(ξ, t) and V(ξ, t).
+    /// v(ξ, t) and U(ξ, t) = L V.
     pub(super) slip_velocity: &'a F,
-    pub(super) transport_velocity: &'a G,
+    pub(super) rolling_speed: &'a G,
+    /// L [m]
+    pub(super) length: T,
     pub(super) duration: T,
 }
 
@@ -149,7 +151,8 @@ where
     }
 
     fn transport(&self, place: T, time: T) -> Result<T, ParameterError> {
-        parameter::finite("transport_velocity", (self.transport_velocity)(inside(place), time))
+        let speed = (self.rolling_speed)(inside(place), time);
+        parameter::finite("rolling_speed", speed / self.length)
     }
 
     fn slip(&self, place: T, time: T) -> Result<T, ParameterError> {

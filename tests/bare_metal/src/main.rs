@@ -6,7 +6,7 @@
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::exponential::{Exponential, Ramp};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Slot};
+use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Segment};
 use bristle::{Bristle, FrBd, LuGre, ParameterError, Scalar, paper};
 use nalgebra::convert;
 
@@ -71,7 +71,7 @@ fn run<T: Scalar>() -> Result<u64, ParameterError> {
         length: lit(0.125),
         pressure: PolynomialExponential::parabolic(),
     })?;
-    let mut rolling = patch.carrying(lit(10.0))?.exact([Slot::default(); 64])?;
+    let mut rolling = patch.carrying(lit(10.0))?.exact([Segment::default(); 64])?;
 
     let mut hash = Hash(0xcbf2_9ce4_8422_2325);
     let mut velocities = Velocities { seed: 7, target: 0.0, velocity: 0.0 };
@@ -96,7 +96,7 @@ fn run<T: Scalar>() -> Result<u64, ParameterError> {
             let step = Exponential::<3>.ramp(&frbd, ramp, dragged, duration);
             dragged = step.deflection;
             hash.add(step.work);
-            let motion = Motion { slip_velocity: velocity, transport_velocity: lit(4.0) };
+            let motion = Motion { slip_velocity: velocity, rolling_speed: lit(0.5) };
             hash.add(rolling.step(motion, duration)?);
         }
         before = velocity;

@@ -2,13 +2,13 @@
 
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
-use bristle::rolling::{ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Slot};
+use bristle::rolling::{ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Segment};
 use bristle::{FrBd, ParameterError, Scalar};
 
 use crate::Input;
 use crate::steps::{bristle, stribeck};
 
-type Rolling<T> = ExactPatch<T, FrBd<Stribeck<T>, KelvinVoigt<T>>, 3, [Slot<T, 3>; 64]>;
+type Rolling<T> = ExactPatch<T, FrBd<Stribeck<T>, KelvinVoigt<T>>, 3, [Segment<T, 3>; 64]>;
 
 fn rolling<T: Scalar>(input: &Input<T>) -> Result<Rolling<T>, ParameterError> {
     Patch::new(PatchParameters {
@@ -17,11 +17,11 @@ fn rolling<T: Scalar>(input: &Input<T>) -> Result<Rolling<T>, ParameterError> {
         pressure: PolynomialExponential::parabolic(),
     })?
     .carrying(input.normal_force)?
-    .exact([Slot::default(); 64])
+    .exact([Segment::default(); 64])
 }
 
 fn motion<T: Scalar>(input: &Input<T>) -> Motion<T> {
-    Motion { slip_velocity: input.velocity, transport_velocity: input.rolling[0] }
+    Motion { slip_velocity: input.velocity, rolling_speed: input.rolling[0] }
 }
 
 /// Steps with velocities held.

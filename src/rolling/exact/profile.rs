@@ -49,7 +49,7 @@ impl<T: Scalar> Map<T> {
 /// z = base + rise t φ1(exponent t) + bulge t (1 − t) at the part t of the width, counted from the newest
 /// bristle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Segment<T> {
+pub(super) struct Profile<T> {
     pub(super) width: T,
     pub(super) base: T,
     pub(super) rise: T,
@@ -58,13 +58,13 @@ pub(super) struct Segment<T> {
     pub(super) bulge: T,
 }
 
-/// An exponent of a newborn profile beyond which nothing but its stationary end is left.
+/// An exponent of a inflow profile beyond which nothing but its stationary end is left.
 const STEEP: f64 = 1e20;
 
-impl<T: Scalar> Segment<T> {
+impl<T: Scalar> Profile<T> {
     /// The bristles that entered while λ and u = r v \[m/s\] were held for some time \[s\].
     #[inline(always)]
-    pub(super) fn newborn(width: T, relaxation: T, drive: T, time: T) -> Self {
+    pub(super) fn inflow(width: T, relaxation: T, drive: T, time: T) -> Self {
         let (exponent, zero) = (relaxation * time, T::zero());
         if exponent < lit(STEEP) {
             return Self { width, base: zero, rise: drive * time, exponent, bulge: zero };
@@ -220,7 +220,7 @@ pub(super) fn shifted<T: Scalar, const N: usize>(
 #[cfg(test)]
 mod tests {
     extern crate std;
-    use super::Segment;
+    use super::Profile;
 
     #[test]
     fn merged_segments_keep_their_integral_and_stay_within_their_ends() {
@@ -232,11 +232,11 @@ mod tests {
         let mut tilted = [0; 2];
         for number in 0..20_000 {
             let decay = [0.0, 0.7, -0.4, 5.0][number % 4];
-            let mut draw = || Segment {
+            let mut draw = || Profile {
                 base: random() - 0.5,
                 rise: 10.0 * (random() - 0.5),
                 exponent: 10.0 * random(),
-                ..Segment::straight(random(), 0.0, 0.0)
+                ..Profile::straight(random(), 0.0, 0.0)
             };
             let (old, new) = (draw(), draw());
             let merged = old.merged_with(&new, decay);
@@ -247,14 +247,14 @@ mod tests {
                 // A few roundings of deflections up to 5.
                 assert!(end >= low - 1e-14 && end <= high + 1e-14, "{merged:?} {ends:?}");
             }
-            let integral = |segment: &Segment<f64>| segment.moments::<2>(1.0, decay);
+            let integral = |segment: &Profile<f64>| segment.moments::<2>(1.0, decay);
             // Of all places in the patch the weight differs by a factor only.
             let shift = (-decay * new.width).exp();
             let (new0, old0) = (integral(&new), integral(&old).map(|moment| shift * moment));
             let [zeroth, first] = integral(&merged);
             assert!((zeroth - new0[0] - old0[0]).abs() < 1e-14);
             // The midpoint rule over 256 panels misses less than 1e-4 of these profiles.
-            let energy = |segment: &Segment<f64>| -> f64 {
+            let energy = |segment: &Profile<f64>| -> f64 {
                 let panels = 256;
                 let part = |number: i32| (f64::from(number) + 0.5) / f64::from(panels);
                 let square = |at: f64| {
@@ -289,7 +289,7 @@ mod tests {
             (5e307, 1e100),
         ] {
             let width = 0.25;
-            let segment = Segment::newborn(width, relaxation, 2.0 * relaxation, time);
+            let segment = Profile::inflow(width, relaxation, 2.0 * relaxation, time);
             let name = std::format!("λ = {relaxation:e}, h = {time:e}: {segment:?}");
             assert_eq!((segment.at(0.0), segment.width), (0.0, width), "{name}");
             for part in [1e-3_f64, 0.5, 1.0] {
@@ -307,7 +307,7 @@ mod tests {
             }
         }
         // Nothing drives it.
-        let still = Segment::newborn(0.25, 1e200, 0.0, 1e200);
+        let still = Profile::inflow(0.25, 1e200, 0.0, 1e200);
         assert_eq!((still.at(0.5), still.moments::<2>(1.0, 0.7)), (0.0, [0.0; 2]));
     }
 }
