@@ -6,6 +6,9 @@
 //!
 //! Leaves `bristle_profile.csv` and `bristle_profile.svg`.
 
+#[macro_use]
+mod support;
+
 use std::process::ExitCode;
 
 use bristle::curve::Stribeck;
@@ -14,7 +17,7 @@ use bristle::rolling::{
     Grid, GridParameters, Motion, Patch, PatchParameters, PolynomialExponential, Transport,
 };
 use bristle::{FrBd, paper};
-use support::{Arguments, Colour, ColourMap, Csv, Figure, HeatMap, Panel, Rule};
+use support::{Arguments, Colour, Csv, Figure, HeatMap, Panel, Rule};
 
 /// Rolling speed [m/s].
 const SPEED: f64 = 2.0;
@@ -92,13 +95,9 @@ fn main() -> ExitCode {
             );
         }
 
-        let ground = HeatMap::new(
-            "deflection z / mm",
-            ColourMap::Diverging,
-            times.clone(),
-            grid.places(),
-            |i, j| 1e3 * profiles[i][j],
-        );
+        let ground = HeatMap::new("deflection z / mm", times.clone(), grid.places(), |i, j| {
+            1e3 * profiles[i][j]
+        });
         // The way of a bristle in every transit.
         let ways = (0..).map(|k| f64::from(k) / TRANSPORT).take_while(|&start| start < end);
         let map = ways.fold(

@@ -4,6 +4,9 @@
 //!
 //! Leaves `fidelity_atlas.csv` and `fidelity_atlas.svg`, a map of the rungs.
 
+#[macro_use]
+mod support;
+
 use std::process::ExitCode;
 
 use bristle::curve::Stribeck;

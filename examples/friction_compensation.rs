@@ -11,6 +11,9 @@
 //!
 //! Leaves `friction_compensation.csv` (the tables) and `friction_compensation.svg`.
 
+#[macro_use]
+mod support;
+
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::process::ExitCode;

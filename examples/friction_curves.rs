@@ -2,6 +2,9 @@
 //!
 //! Leaves `friction_curves.csv` and `friction_curves.svg`.
 
+#[macro_use]
+mod support;
+
 use std::process::ExitCode;
 
 use bristle::curve::{

@@ -3,6 +3,9 @@
 //!
 //! Leaves `frictional_lag.csv` and `frictional_lag.svg`, friction force over velocity.
 
+#[macro_use]
+mod support;
+
 use std::error::Error;
 use std::process::ExitCode;
 

@@ -6,6 +6,9 @@
 //!
 //! Leaves `identify.csv` and `identify.svg`: the friction coefficient over time and over position, data and model.
 
+#[macro_use]
+mod support;
+
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::Path;

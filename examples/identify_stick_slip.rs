@@ -15,6 +15,9 @@
 //!
 //! Leaves `identify_stick_slip.csv` and `identify_stick_slip.svg`: F/p over time, measured and simulated.
 
+#[macro_use]
+mod support;
+
 use std::error::Error;
 use std::f64::consts::PI;
 use std::ops::ControlFlow;

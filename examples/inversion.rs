@@ -4,6 +4,9 @@
 //!
 //! Leaves `inversion.csv` and `inversion.svg`.
 
+#[macro_use]
+mod support;
+
 use std::error::Error;
 use std::f64::consts::PI;
 use std::process::ExitCode;

@@ -4,6 +4,9 @@
 //! Leaves `passivity.csv` and `passivity.svg`: the force over a settled cycle, the work over the cycles, and
 //! the work per cycle over the fast velocity.
 
+#[macro_use]
+mod support;
+
 use std::error::Error;
 use std::process::ExitCode;
 

@@ -4,6 +4,9 @@
 //! run from the smallest subnormal to 1 km/s, λh from 1e-12 to 1e6; then a million steps of a
 //! millisecond. Leaves `precision.csv` and `precision.svg`.
 
+#[macro_use]
+mod support;
+
 use std::process::ExitCode;
 
 use bristle::companion::Companion;

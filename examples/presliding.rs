@@ -4,6 +4,9 @@
 //!
 //! Leaves `presliding.csv` and `presliding.svg`, friction force over position.
 
+#[macro_use]
+mod support;
+
 use std::error::Error;
 use std::process::ExitCode;
 

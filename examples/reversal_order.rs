@@ -6,6 +6,9 @@
 //!
 //! Leaves `reversal_order.csv` and `reversal_order.svg`, error over step length.
 
+#[macro_use]
+mod support;
+
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::process::ExitCode;

@@ -7,6 +7,9 @@
 //!
 //! Leaves `stability.csv` and `stability.svg`: error, chatter and slip period over the step.
 
+#[macro_use]
+mod support;
+
 use std::error::Error;
 use std::process::ExitCode;
 

@@ -3,6 +3,9 @@
 //!
 //! Leaves `stick_slip.csv` and `stick_slip.svg`, the paper's four panels.
 
+#[macro_use]
+mod support;
+
 use std::error::Error;
 use std::process::ExitCode;
 

@@ -3,6 +3,9 @@
 //!
 //! Leaves `tyre_slip_curve.csv` and `tyre_slip_curve.svg`.
 
+#[macro_use]
+mod support;
+
 use std::error::Error;
 use std::process::ExitCode;
 

@@ -9,6 +9,9 @@
 //!
 //! Leaves `tyre_transient.csv` and `tyre_transient.svg`.
 
+#[macro_use]
+mod support;
+
 use std::error::Error;
 use std::process::ExitCode;
 

@@ -7,6 +7,9 @@
 //!
 //! Leaves `valve.csv` and `valve.svg`.
 
+#[macro_use]
+mod support;
+
 use std::error::Error;
 use std::ops::RangeInclusive;
 use std::process::ExitCode;

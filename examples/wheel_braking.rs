@@ -8,6 +8,9 @@
 //!
 //! The slip is NaN once the car crawls. Leaves `wheel_braking.csv` and `wheel_braking.svg`.
 
+#[macro_use]
+mod support;
+
 use std::error::Error;
 use std::process::ExitCode;
 

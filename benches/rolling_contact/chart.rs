@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use support::{Figure, FigureError, Marker, Panel, Stroke};
+use crate::support::{Figure, Marker, Panel, Stroke};
 
 use crate::transient::{Row, SOLVERS};
 
-pub(crate) fn draw(folder: &Path, rows: &[Row]) -> Result<PathBuf, FigureError> {
+pub(crate) fn draw(folder: &Path, rows: &[Row]) -> crate::support::Result<PathBuf> {
     let rows: Vec<&Row> = rows.iter().filter(|row| row.pressure == "parabolic").collect();
     let most = rows.iter().map(|row| row.seconds).fold(0.0, f64::max);
     let least = rows.iter().map(|row| row.seconds).fold(f64::INFINITY, f64::min);

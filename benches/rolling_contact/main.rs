@@ -14,6 +14,10 @@
 //! reduction; and the grids get steps that suit them, one cell at a time for the semi-Lagrangian one, a
 //! Courant number of 0.9 upwind.
 
+#[macro_use]
+#[path = "../../examples/support/mod.rs"]
+mod support;
+
 #[path = "../../tests/common/characteristics.rs"]
 mod characteristics;
 mod chart;

@@ -5,6 +5,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use crate::support::Csv;
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{
@@ -13,7 +14,6 @@ use bristle::rolling::{
 };
 use bristle::signal::{Constant, Function};
 use bristle::{FrBd, LuGre, paper};
-use support::Csv;
 
 use crate::characteristics::{SmoothHistory, gauss};
 

@@ -13,6 +13,10 @@
 //! every method here is told where the sliding velocity reverses, save the plain ones.
 #![allow(unreachable_pub, reason = "another package includes these modules")]
 
+#[macro_use]
+#[path = "../../examples/support/mod.rs"]
+mod support;
+
 mod chart;
 mod measure;
 mod methods;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use support::{Csv, CsvError};
+use crate::support::Csv;
 
 use crate::methods::Cost;
 
@@ -48,7 +48,7 @@ impl Row {
 }
 
 /// Writes `folder/name.csv`.
-pub fn write(folder: &Path, name: &str, rows: &[Row]) -> Result<PathBuf, CsvError> {
+pub fn write(folder: &Path, name: &str, rows: &[Row]) -> crate::support::Result<PathBuf> {
     let columns = [
         "scene",
         "model",

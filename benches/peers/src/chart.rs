@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use support::{Figure, FigureError, Marker, Panel, Stroke, Symbol};
+use crate::support::{Figure, Marker, Panel, Stroke, Symbol};
 
 use crate::row::{OK, Row};
 
@@ -19,7 +19,7 @@ pub(crate) fn save(
     everyone: &[String],
     folder: &Path,
     name: &str,
-) -> Result<PathBuf, FigureError> {
+) -> crate::support::Result<PathBuf> {
     let mut panel = Panel::new("largest error over all samples / scale", "CPU time / s")
         .title(name.replace('_', " "))
         .log_x()

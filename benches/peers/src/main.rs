@@ -15,6 +15,10 @@
 //! that happens, or after three failures in a row. Slow methods are run at whole decades of the
 //! tolerance, the others at half ones.
 
+#[macro_use]
+#[path = "../../../examples/support/mod.rs"]
+mod support;
+
 mod chart;
 mod field;
 mod measure;
@@ -126,7 +130,7 @@ impl Visitor for Study {
 fn charts(
     rows: &[Row],
     folder: &std::path::Path,
-) -> Result<Vec<std::path::PathBuf>, support::FigureError> {
+) -> support::Result<Vec<std::path::PathBuf>> {
     let mut everyone: Vec<String> = Vec::new();
     let mut scenes: Vec<(&str, &str)> = Vec::new();
     for row in rows {

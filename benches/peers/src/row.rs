@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use support::{Csv, CsvError};
+use crate::support::{Csv};
 
 /// The status of a run that reached the end.
 pub(crate) const OK: &str = "ok";
@@ -54,7 +54,7 @@ impl Row {
 }
 
 /// Writes `folder/name.csv`.
-pub(crate) fn save(rows: &[Row], folder: &Path, name: &str) -> Result<PathBuf, CsvError> {
+pub(crate) fn save(rows: &[Row], folder: &Path, name: &str) -> crate::support::Result<PathBuf> {
     const COLUMNS: [&str; 11] = [
         "scene",
         "model",

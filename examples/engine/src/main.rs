@@ -3,6 +3,10 @@
 //!
 //! Prints a table, and leaves `engine.csv` (the same) and `engine.svg` in `target/figures`, or `--out DIR`.
 
+#[macro_use]
+#[path = "../../support/mod.rs"]
+mod support;
+
 use std::process::ExitCode;
 
 use bristle_engine::bond::Coupling;

@@ -1,0 +1,144 @@
+//! What the examples and benches need around the physics: command-line [arguments](Arguments),
+//! [tables](Csv), [charts](Figure) and [progress](Progress). Nothing here knows of friction.
+//!
+//! A program includes it as a module and prints through its `println!`, which survives a closed
+//! pipe:
+//!
+//! ```ignore
+//! #[macro_use]
+//! mod support; // in `examples/`; elsewhere with `#[path = "…/examples/support/mod.rs"]`
+//!
+//! fn main() -> std::process::ExitCode {
+//!     support::run(|| {
+//!         let arguments = Arguments::new("decay", "A transient that dies out")
+//!             .number("end", 10.0, "s", "end of the simulated time").must_be(Rule::Positive)
+//!             .parse()?;
+//!         let end = arguments.number("end");
+//!         let curve: Vec<(f64, f64)> =
+//!             (0..=1000).map(|i| 1e-3 * end * f64::from(i)).map(|t| (t, (-t).exp())).collect();
+//!         let mut table = Csv::create(arguments.out_dir(), "decay", &["t", "x"])?;
+//!         for &(t, x) in &curve {
+//!             table.row(&[], &[t, x])?;
+//!         }
+//!         table.finish()?;
+//!         let panel = Panel::new("time t / s", "position x / m").line("", Colour::Blue, &curve);
+//!         let figure = Figure::new(640, 400).title("A transient that dies out").panel(panel);
+//!         println!("{}", figure.save(arguments.out_dir(), "decay")?.display());
+//!         Ok(())
+//!     })
+//! }
+//! ```
+#![allow(
+    dead_code,
+    unused_imports,
+    unused_macros,
+    unreachable_pub,
+    reason = "compiled into every example; none of them uses all of it"
+)]
+
+mod arguments;
+mod axis;
+mod chart;
+mod draw;
+mod lines;
+mod table;
+#[cfg(test)]
+mod tests;
+
+use std::error::Error;
+use std::fmt;
+use std::fs;
+use std::io::{IsTerminal, Write, stderr, stdout};
+use std::path::Path;
+use std::process::ExitCode;
+
+pub use arguments::{Arguments, Rule, Values};
+pub use chart::{Colour, Figure, HeatMap, Marker, Panel, Stroke, Symbol};
+pub use table::{Csv, read_columns};
+
+/// What every function here returns that may fail; errors name the file or option and the reason.
+pub type Result<T> = std::result::Result<T, Box<dyn Error>>;
+
+/// The `main` of every example. Exit code 0 after success and `--help`, 2 after a misused argument,
+/// 1 after any other error, which is reported in one line on the standard error stream.
+pub fn run(example: impl FnOnce() -> Result<()>) -> ExitCode {
+    let Err(error) = example() else { return ExitCode::SUCCESS };
+    match error.downcast_ref::<arguments::Unusable>() {
+        Some(arguments::Unusable::Help(usage)) => {
+            let _ = write!(stdout(), "{usage}");
+            ExitCode::SUCCESS
+        }
+        misuse => {
+            let line = error.to_string().lines().map(str::trim).collect::<Vec<_>>().join(" ");
+            let _ = writeln!(stderr(), "error: {line}");
+            ExitCode::from(if misuse.is_some() { 2 } else { 1 })
+        }
+    }
+}
+
+/// Prints like that of the standard library, but a closed pipe (`example | head -1`) is no error:
+/// the example goes on and leaves its files.
+macro_rules! print {
+    ($($text:tt)*) => {{
+        use std::io::Write;
+        let _ = std::io::stdout().write_fmt(format_args!($($text)*));
+    }};
+}
+
+/// [`print!`] with the end of a line.
+macro_rules! println {
+    () => { print!("\n") };
+    ($($text:tt)*) => { print!("{}\n", format_args!($($text)*)) };
+}
+
+/// Tells on a terminal how many of the parts of a long computation are done.
+#[derive(Debug)]
+pub struct Progress {
+    what: &'static str,
+    parts: usize,
+    done: usize,
+}
+
+impl Progress {
+    /// Begins a computation of `parts` parts.
+    pub fn new(what: &'static str, parts: usize) -> Progress {
+        let progress = Progress { what, parts, done: 0 };
+        progress.show();
+        progress
+    }
+
+    /// Another part is done.
+    pub fn step(&mut self) {
+        self.done += 1;
+        self.show();
+    }
+
+    fn show(&self) {
+        if stderr().is_terminal() {
+            let end = if self.done >= self.parts { "\r\x1b[K" } else { "" };
+            let _ = write!(stderr(), "\r{}: {} of {}{end}", self.what, self.done, self.parts);
+        }
+    }
+}
+
+/// Creates `folder` and the folders above it, unless they exist.
+fn create_folder(folder: &Path) -> Result<()> {
+    match fs::create_dir_all(folder) {
+        Ok(()) => Ok(()),
+        Err(_) if folder.exists() => {
+            Err(format!("cannot create the folder {}: it is a file", folder.display()).into())
+        }
+        Err(error) => Err(at("create the folder", folder)(error)),
+    }
+}
+
+/// Turns an error of the operating system into one that says what was tried and where.
+fn at(task: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Box<dyn Error> {
+    move |reason| format!("cannot {task} {}: {reason}", path.display()).into()
+}
+
+/// The shorter of the plain and the exponent form; both read back to the same bits.
+fn shortest(value: f64) -> String {
+    let (plain, exponent) = (format!("{value}"), format!("{value:e}"));
+    if exponent.len() < plain.len() { exponent } else { plain }
+}
