@@ -56,28 +56,18 @@ impl<T: Scalar, F: FrictionCurve<T>, B: FrictionCurve<T>> FrictionCurve<T> for A
     }
 
     fn viscous_friction(&self) -> T {
-        // What both directions have; without_viscous_friction takes off no more than each has.
-        let (forward, backward) =
-            (self.forward.viscous_friction(), self.backward.viscous_friction());
-        if forward == backward { forward } else { T::zero() }
+        // The part that both directions share.
+        smaller(self.forward.viscous_friction(), self.backward.viscous_friction())
     }
 
-    fn without_viscous_friction(&self) -> Self {
-        if self.forward.viscous_friction() == self.backward.viscous_friction() {
-            Self {
-                forward: self.forward.without_viscous_friction(),
-                backward: self.backward.without_viscous_friction(),
-            }
-        } else {
-            self.clone()
+    fn with_less_viscous_friction(&self, part: T) -> Self {
+        Self {
+            forward: self.forward.with_less_viscous_friction(part),
+            backward: self.backward.with_less_viscous_friction(part),
         }
     }
 
     fn least_slope(&self) -> Option<T> {
         Some(smaller(self.forward.least_slope()?, self.backward.least_slope()?))
-    }
-
-    fn is_even(&self) -> bool {
-        false
     }
 }

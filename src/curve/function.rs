@@ -78,6 +78,10 @@ impl<T: Scalar, F: Fn(T) -> (T, T) + Clone> FrictionCurve<T> for FunctionCurve<T
         self.bounds
     }
 
+    fn is_even(&self) -> bool {
+        true
+    }
+
     fn least_slope(&self) -> Option<T> {
         self.least_slope
     }

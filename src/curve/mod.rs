@@ -21,10 +21,11 @@ use crate::{Bounds, Branch, Scalar, Sliding};
 
 /// The friction coefficient of steady sliding, μ(v) > 0 \[–\].
 ///
-/// A curve answers on any [`Branch`], also for a slightly negative speed on a
-/// locked one: there it continues smoothly, or evenly where |v|^δ has no smooth continuation.
+/// A curve answers on any [`Branch`], also for a slightly negative speed on a locked one: there it
+/// continues smoothly, or evenly where |v|^δ has no smooth continuation.
 ///
-/// A curve of your own takes two methods and its bounds:
+/// A curve of your own takes two methods. The others are claims that unlock theorems and models;
+/// their defaults claim nothing.
 ///
 /// ```
 /// use bristle::{Bounds, Sliding};
@@ -35,57 +36,66 @@ use crate::{Bounds, Branch, Scalar, Sliding};
 /// struct Logarithmic { reference_speed: f64 }
 ///
 /// impl FrictionCurve<f64> for Logarithmic {
-///     fn coefficient(&self, sliding: Sliding<f64>) -> f64 {
-///         0.1 + 0.02 * (sliding.speed() / self.reference_speed).ln_1p()
-///     }
-///
 ///     fn coefficient_and_slope(&self, sliding: Sliding<f64>) -> (f64, f64) {
+///         let coefficient = 0.1 + 0.02 * (sliding.speed() / self.reference_speed).ln_1p();
 ///         let slope = 0.02 / (self.reference_speed + sliding.speed());
-///         (self.coefficient(sliding), slope * sliding.direction())
+///         (coefficient, slope * sliding.direction())
 ///     }
 ///
 ///     fn bounds(&self, fastest: f64) -> Bounds<f64> {
-///         Bounds { min: 0.1, max: self.coefficient(Sliding::from(fastest)) }
+///         Bounds { min: 0.1, max: self.at(fastest) }
 ///     }
 /// }
 ///
 /// let curve = Logarithmic { reference_speed: 1e-3 };
-/// assert_eq!(curve.coefficient(Sliding::from(0.0)), 0.1);
+/// assert_eq!(curve.at(0.0), 0.1);
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a friction curve",
     note = "parameters become a curve by `Stribeck::new(parameters)?`, `Coulomb::new(parameters)?`, …"
 )]
 pub trait FrictionCurve<T: Scalar>: Debug + Clone {
-    /// The friction coefficient μ(v).
-    fn coefficient(&self, sliding: Sliding<T>) -> T;
+    /// The friction coefficient μ(v). Override it where the slope costs extra.
+    #[inline]
+    fn coefficient(&self, sliding: Sliding<T>) -> T {
+        self.coefficient_and_slope(sliding).0
+    }
 
-    /// The friction coefficient and its slope dμ/dv [s/m], sharing what both need.
+    /// The friction coefficient and its slope dμ/dv [s/m].
     ///
-    /// The slope is with respect to the *signed* velocity: for a curve of the speed it is the
+    /// The slope is taken with respect to the *signed* velocity: for a curve of the speed it is the
     /// slope over the speed times [`Sliding::direction`].
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T);
+
+    /// The range of μ over all velocities with |v| ≤ `fastest`, which is zero or positive and may
+    /// be infinite.
+    fn bounds(&self, fastest: T) -> Bounds<T>;
 
     /// The friction coefficient μ at a plain velocity [m/s].
     fn at(&self, velocity: T) -> T {
         self.coefficient(Sliding::from(velocity))
     }
 
-    /// The range of μ over all velocities with |v| ≤ `fastest` (zero or positive, and it may be
-    /// infinite).
-    fn bounds(&self, fastest: T) -> Bounds<T>;
-
     /// σ2 [s/m], the coefficient of a viscous part σ2|v| within μ: the curve without it is still
     /// positive everywhere. Zero if no such part is known.
+    ///
+    /// A curve that overrides it overrides [`FrictionCurve::with_less_viscous_friction`], too.
     #[doc(alias = "sigma2")]
     fn viscous_friction(&self) -> T {
         T::zero()
     }
 
+    /// The curve less a part σ|v| of its viscous friction, 0 ≤ σ ≤ σ2 [s/m].
+    #[must_use]
+    fn with_less_viscous_friction(&self, part: T) -> Self {
+        let _ = part;
+        self.clone()
+    }
+
     /// The curve without its viscous part σ2|v|.
     #[must_use]
     fn without_viscous_friction(&self) -> Self {
-        self.clone()
+        self.with_less_viscous_friction(self.viscous_friction())
     }
 
     /// The slope dμ/d|v| [s/m] just above rest; of two directions, the lesser. The curve is
@@ -94,23 +104,23 @@ pub trait FrictionCurve<T: Scalar>: Debug + Clone {
         self.coefficient_and_slope(Branch::Forward.of(T::zero())).1
     }
 
-    /// A number [s/m] that the slope dμ/d|v| does not fall below at any speed, and comes close to:
-    /// negative for a curve that falls, −∞ if it falls infinitely steeply. `None` if it is not known.
+    /// A lower bound [s/m] of the slope dμ/d|v| at all speeds, and close to its least value:
+    /// negative for a curve that falls, −∞ if it falls infinitely steeply. `None` if not known.
     ///
-    /// The implicit bristle has one answer at every state iff σ1 plus this is positive, see
-    /// [`ImplicitBristle`](crate::ImplicitBristle).
+    /// The implicit bristle has a single answer at every state if and only if σ1 plus this bound is
+    /// positive, see [`ImplicitBristle`](crate::ImplicitBristle).
     fn least_slope(&self) -> Option<T> {
         None
     }
 
-    /// The speed [m/s] of the least slope, for a curve whose slope falls all the way up to that speed and rises all the
-    /// way beyond it. `None` if it is not known, or the curve has more than one dip.
+    /// The speed [m/s] of the least slope, for a curve whose slope falls up to that speed and rises
+    /// beyond it. `None` if it is not known, or if the curve has more than one dip.
     fn steepest_speed(&self) -> Option<T> {
         None
     }
 
-    /// Whether μ(−v) = μ(v) for every v.
+    /// Whether μ(−v) = μ(v) for every v. `false` unless it is known.
     fn is_even(&self) -> bool {
-        true
+        false
     }
 }

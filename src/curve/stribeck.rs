@@ -219,8 +219,12 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
         self.viscous
     }
 
-    fn without_viscous_friction(&self) -> Self {
-        Self { viscous: T::zero(), ..*self }
+    fn with_less_viscous_friction(&self, part: T) -> Self {
+        Self { viscous: self.viscous - part, ..*self }
+    }
+
+    fn is_even(&self) -> bool {
+        true
     }
 
     fn least_slope(&self) -> Option<T> {

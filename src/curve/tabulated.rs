@@ -215,6 +215,10 @@ impl<T: Scalar, const N: usize> FrictionCurve<T> for Tabulated<T, N> {
         bounds
     }
 
+    fn is_even(&self) -> bool {
+        true
+    }
+
     fn least_slope(&self) -> Option<T> {
         // Of each parabola: at its ends, which are knots, and at its lowest point.
         let mut least = self.pieces.last()?.coefficients[1];

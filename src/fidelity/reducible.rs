@@ -3,7 +3,7 @@
 use crate::curve::FrictionCurve;
 use crate::parameter::ParameterError;
 use crate::regularisation::Regularisation;
-use crate::rheology::{KelvinVoigt, KelvinVoigtParameters, Rheology};
+use crate::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters, Rheology};
 use crate::scalar::is_zero;
 use crate::{Bristle, FrBd, ImplicitBristle, Scalar};
 
@@ -47,15 +47,15 @@ where
     }
 
     fn is_lumped(&self) -> bool {
-        let rheology = self.rheology();
-        rheology.is_single_spring()
-            && is_zero(rheology.decay_bounds().max)
-            && rheology.stiffness_bounds().is_constant()
-            && rheology.damping_bounds().is_constant()
+        let bounds = self.rheology().bounds();
+        R::Deflection::SPRINGS == 1
+            && is_zero(bounds.decay.max)
+            && bounds.stiffness.is_constant()
+            && bounds.damping.is_constant()
     }
 
     fn weights(&self) -> (f64, f64) {
-        if self.rheology().is_single_spring() {
+        if R::Deflection::SPRINGS == 1 {
             (super::weight::HOLD, super::weight::FORCE)
         } else {
             (super::weight::MATRIX_HOLD, super::weight::FORCE)

@@ -3,6 +3,7 @@
 use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
 use crate::parameter::{ParameterError, Rule};
+use crate::rheology::ElementBounds;
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Bounds, Branch, Scalar};
 
@@ -41,8 +42,8 @@ pub struct Characteristics<T> {
     pub speed_at_rest: T,
     /// Deflection \[m\] up to which the bristle is elastic, for a model that has such a limit.
     pub stick_limit: Option<T>,
-    /// Whether the bristle yields for ever under a steady force, see
-    /// [`Rheology::creeps`](crate::rheology::Rheology::creeps).
+    /// Whether the bristle yields without end under a steady force, see
+    /// [`Elements::creeps`](crate::rheology::Elements::creeps).
     pub creeps: bool,
     /// A speed, of those the search for the least slope looks at, at which the friction curve is not
     /// what it says it is: not finite, or outside its own bounds.
@@ -60,14 +61,14 @@ impl<T: Scalar> Characteristics<T> {
     pub(super) fn new<C: FrictionCurve<T>>(
         name: &'static str,
         curve: &C,
-        (micro_stiffness, micro_damping): (Bounds<T>, Bounds<T>),
+        elements: &ElementBounds<T>,
         fastest: T,
     ) -> Self {
         let slope_at_rest = curve.slope_at_rest();
         Self {
             name,
-            micro_stiffness,
-            micro_damping,
+            micro_stiffness: elements.stiffness,
+            micro_damping: elements.damping,
             static_coefficient: curve.at(T::zero()),
             dry_coefficient: curve.without_viscous_friction().bounds(super::unlimited()),
             slope_at_rest,

@@ -307,7 +307,7 @@ where
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
         let sliding = sliding.into();
         let coefficient = self.regularisation.sign(sliding) * self.curve.coefficient(sliding);
-        self.rheology.stationary(sliding, coefficient)
+        coefficient / self.rheology.storage_stiffness()
     }
 
     fn storage_stiffness(&self) -> T {
@@ -321,17 +321,17 @@ where
             Law::Passivity | Law::NoDrift => true,
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
             Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
-            Law::OddSymmetry => self.curve.is_even() && self.rheology.is_even(),
+            Law::OddSymmetry => self.curve.is_even() && self.rheology.bounds().even,
             Law::Secant | Law::BoundedForce => false,
         }
     }
 
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
-        let elements = (self.rheology.stiffness_bounds(), self.rheology.damping_bounds());
+        let elements = self.rheology.bounds();
         searchable(fastest).then(|| Characteristics {
             speed_at_rest: self.regularisation.speed_at_rest(),
             stick_limit: Some(self.stick_limit),
-            ..Characteristics::new("elasto-plastic FrBD", &self.curve, elements, fastest)
+            ..Characteristics::new("elasto-plastic FrBD", &self.curve, &elements, fastest)
         })
     }
 
@@ -342,7 +342,7 @@ where
         }
         let mu = self.curve.bounds(fastest);
         let stiffness = self.rheology.storage_stiffness();
-        let damping = self.rheology.damping_bounds();
+        let damping = self.rheology.bounds().damping;
         let slope = least_slope(&self.curve, &self.regularisation, fastest);
         Limits {
             deflection: finite(mu.max / stiffness),

@@ -22,7 +22,7 @@ use super::{Affine, Characteristics, Law, Limits, Linearised, finite, searchable
 use crate::bounds::larger;
 use crate::curve::FrictionCurve;
 use crate::regularisation::{Regularisation, Unregularised};
-use crate::rheology::{Deflection, Rheology};
+use crate::rheology::{Deflection, ElementBounds, Elements, Rheology};
 use crate::scalar::{is_zero, nan};
 use crate::{Bristle, Scalar, Sliding};
 
@@ -114,6 +114,36 @@ impl<C, R, E> FrBd<C, R, E> {
         self.rheology.elements(sliding).damping * self.regularisation.speed(sliding)
             + self.curve.coefficient(sliding)
     }
+
+    /// 1/g and the coefficients, from the elements, |v|_ε and μ at a velocity.
+    #[inline(always)]
+    fn frozen<T>(
+        &self,
+        sliding: Sliding<T>,
+        elements: &Elements<T, R::Deflection>,
+        speed: T,
+        mu: T,
+    ) -> (T, Affine<T, R::Deflection>)
+    where
+        T: Scalar,
+        C: FrictionCurve<T>,
+        R: Rheology<T>,
+        E: Regularisation<T>,
+    {
+        let resistance = elements.damping * speed + mu;
+        let inverse = inverse_resistance(sliding, resistance, |other| self.resistance(other));
+        let drive = mu * inverse;
+        let affine = Affine {
+            relaxation: R::Deflection::relaxation(
+                elements.decay,
+                elements.stiffness * (speed * inverse),
+            ),
+            drive,
+            stiffness: elements.stiffness * drive,
+            damping: elements.damping * drive,
+        };
+        (inverse, affine)
+    }
 }
 
 impl<T, C, R, E> Bristle<T> for FrBd<C, R, E>
@@ -126,40 +156,23 @@ where
     type Deflection = R::Deflection;
 
     #[inline]
-    fn affine(
-        &self,
-        sliding: Sliding<T>,
-        _deflection: Self::Deflection,
-    ) -> Affine<T, Self::Deflection> {
+    fn affine(&self, sliding: Sliding<T>, _deflection: R::Deflection) -> Affine<T, R::Deflection> {
         let elements = self.rheology.elements(sliding);
         let speed = self.regularisation.speed(sliding);
-        let mu = self.curve.coefficient(sliding);
-        let resistance = elements.damping * speed + mu;
-        let inverse = inverse_resistance(sliding, resistance, |other| self.resistance(other));
-        let drive = mu * inverse;
-        Affine {
-            relaxation: R::Deflection::relaxation(
-                elements.decay,
-                elements.stiffness * (speed * inverse),
-            ),
-            drive,
-            stiffness: elements.stiffness * drive,
-            damping: elements.damping * drive,
-        }
+        self.frozen(sliding, &elements, speed, self.curve.coefficient(sliding)).1
     }
 
     #[inline]
     fn affine_and_slopes(
         &self,
         sliding: Sliding<T>,
-        _deflection: Self::Deflection,
-    ) -> (Affine<T, Self::Deflection>, Affine<T, Self::Deflection>) {
+        _deflection: R::Deflection,
+    ) -> (Affine<T, R::Deflection>, Affine<T, R::Deflection>) {
         let (elements, elements_slope) = self.rheology.elements_and_slopes(sliding);
         let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
         let (mu, mu_slope) = self.curve.coefficient_and_slope(sliding);
-        let resistance = elements.damping * speed + mu;
-        let inverse = inverse_resistance(sliding, resistance, |other| self.resistance(other));
-        let drive = mu * inverse;
+        let (inverse, affine) = self.frozen(sliding, &elements, speed, mu);
+        let drive = affine.drive;
         // (μ/g)' and (|v|/g)' with the products that cancel taken out by hand.
         let viscous = elements.damping * speed;
         let viscous_slope = elements_slope.damping * speed + elements.damping * speed_slope;
@@ -168,36 +181,29 @@ where
         let share_slope = (speed_slope * mu - speed * (elements_slope.damping * speed + mu_slope))
             * inverse
             * inverse;
-        (
-            Affine {
-                relaxation: R::Deflection::relaxation(elements.decay, elements.stiffness * share),
-                drive,
-                stiffness: elements.stiffness * drive,
-                damping: elements.damping * drive,
-            },
-            Affine {
-                relaxation: R::Deflection::relaxation(
-                    elements_slope.decay,
-                    elements_slope.stiffness * share + elements.stiffness * share_slope,
-                ),
-                drive: drive_slope,
-                stiffness: elements_slope.stiffness * drive + elements.stiffness * drive_slope,
-                damping: elements_slope.damping * drive + elements.damping * drive_slope,
-            },
-        )
+        let slopes = Affine {
+            relaxation: R::Deflection::relaxation(
+                elements_slope.decay,
+                elements_slope.stiffness * share + elements.stiffness * share_slope,
+            ),
+            drive: drive_slope,
+            stiffness: elements_slope.stiffness * drive + elements.stiffness * drive_slope,
+            damping: elements_slope.damping * drive + elements.damping * drive_slope,
+        };
+        (affine, slopes)
     }
 
-    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> Self::Deflection {
+    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> R::Deflection {
         let sliding = sliding.into();
+        let elements = self.rheology.elements(sliding);
         let mu = self.curve.coefficient(sliding);
-        let coefficient = if self.rheology.creeps() {
-            // v_s/v falls to what the surface is of surface and dashpots in series.
+        elements.stationary(if elements.creeps() {
+            // The surface, μ/|v|_ε, is in series with the dashpots.
             let speed = self.regularisation.speed(sliding);
-            mu * sliding.velocity() / (speed + mu * self.rheology.fluidity(sliding))
+            mu * sliding.velocity() / (speed + mu * elements.fluidity())
         } else {
             self.regularisation.sign(sliding) * mu
-        };
-        self.rheology.stationary(sliding, coefficient)
+        })
     }
 
     /// With N = μ v − |v|_ε Σ Kᵢxᵢ = g ż: of N' the terms that cancel in steady sliding are taken out.
@@ -208,11 +214,10 @@ where
         let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
         let (sign, sign_slope) = self.regularisation.sign_and_slope(sliding);
         let (mu, mu_slope) = self.curve.coefficient_and_slope(sliding);
-        let resistance = elements.damping * speed + mu;
-        let inverse = inverse_resistance(sliding, resistance, |other| self.resistance(other));
+        let (inverse, affine) = self.frozen(sliding, &elements, speed, mu);
         let share = speed * inverse;
         // ż/|v|_ε: zero unless the bristle creeps.
-        let fluidity = self.rheology.fluidity(sliding);
+        let fluidity = elements.fluidity();
         let creep = if is_zero(fluidity) {
             T::zero()
         } else {
@@ -223,12 +228,11 @@ where
             + creep
                 * inverse
                 * (speed_slope * mu - speed * (elements_slope.damping * speed + mu_slope));
-        let affine = self.affine(sliding, deflection);
         let velocity = sliding.velocity();
         Linearised {
             rate: affine.rate(velocity, deflection),
             coefficient: affine.coefficient(velocity, deflection),
-            rate_by_deflection: R::Deflection::negative(affine.relaxation),
+            rate_by_deflection: -affine.relaxation,
             rate_by_velocity: R::Deflection::fill(by_velocity)
                 - elements_slope.decay.scaled_by(deflection),
             coefficient_by_deflection: affine.stiffness,
@@ -243,27 +247,25 @@ where
     }
 
     fn obeys(&self, law: Law) -> bool {
+        let bounds = self.rheology.bounds();
         match law {
             Law::Secant => true,
-            Law::SteadySliding => !self.rheology.creeps(),
-            Law::Passivity => self.rheology.stiffness_bounds().is_constant(),
-            Law::BoundedForce => {
-                self.rheology.stiffness_bounds().is_constant() && self.rheology.is_single_spring()
-            }
+            Law::SteadySliding => !self.rheology.elements(Sliding::from(T::zero())).creeps(),
+            Law::Passivity => bounds.stiffness.is_constant(),
+            Law::BoundedForce => bounds.stiffness.is_constant() && R::Deflection::SPRINGS == 1,
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
             Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
-            Law::OddSymmetry => self.curve.is_even() && self.rheology.is_even(),
+            Law::OddSymmetry => self.curve.is_even() && bounds.even,
             Law::NoDrift => false,
         }
     }
 
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
-        let elements = (self.rheology.stiffness_bounds(), self.rheology.damping_bounds());
         let speed_at_rest = self.regularisation.speed_at_rest();
         searchable(fastest).then(|| Characteristics {
             speed_at_rest,
-            creeps: self.rheology.creeps(),
-            ..Characteristics::new("FrBD", &self.curve, elements, fastest)
+            creeps: self.rheology.elements(Sliding::from(T::zero())).creeps(),
+            ..Characteristics::new("FrBD", &self.curve, &self.rheology.bounds(), fastest)
         })
     }
 
@@ -273,12 +275,12 @@ where
             return Limits::none();
         }
         let mu = self.curve.bounds(fastest);
-        let stiffness = self.rheology.stiffness_bounds();
-        let damping = self.rheology.damping_bounds();
+        let ElementBounds { stiffness, decay, damping, constant_decay, .. } =
+            self.rheology.bounds();
         let resistance = damping.min + least_slope(&self.curve, &self.regularisation, fastest);
         // The largest eigenvalue of diag(a) + (|v|/g) 1·Kᵀ is at most max a + (|v|/g) ΣK.
-        let relaxation_rate = finite(stiffness.max / resistance + self.rheology.decay_bounds().max);
-        if self.rheology.is_single_spring() {
+        let relaxation_rate = finite(stiffness.max / resistance + decay.max);
+        if R::Deflection::SPRINGS == 1 {
             Limits {
                 deflection: finite(mu.max / stiffness.min),
                 coefficient: finite(mu.max * (stiffness.max / stiffness.min)),
@@ -287,12 +289,9 @@ where
         } else {
             // From rest, by complete monotonicity (see `generalised_maxwell`); no box of stretches
             // is kept.
-            let linear = stiffness.is_constant() && self.rheology.has_constant_decay();
-            Limits {
-                deflection: None,
-                coefficient: if linear { finite(mu.max) } else { None },
-                relaxation_rate,
-            }
+            let linear = stiffness.is_constant() && constant_decay;
+            let coefficient = if linear { finite(mu.max) } else { None };
+            Limits { deflection: None, coefficient, relaxation_rate }
         }
     }
 }

@@ -285,7 +285,7 @@ impl<T: Scalar, C, E> ImplicitBristle<C, E, T> {
 
 /// σ1.
 fn damping<T: Scalar>(rheology: &KelvinVoigt<T>) -> T {
-    rheology.damping_bounds().min
+    rheology.bounds().damping.min
 }
 
 /// Newton steps before a bracket that is still open is halved at every other step.
@@ -665,7 +665,7 @@ where
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
         let sliding = sliding.into();
         let coefficient = self.regularisation.sign(sliding) * self.curve.coefficient(sliding);
-        self.rheology.stationary(sliding, coefficient)
+        coefficient / self.rheology.storage_stiffness()
     }
 
     /// On the curve, on any branch.

@@ -62,12 +62,10 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
     /// The classical model: the viscous part of the curve, if it has one, stands outside g as
     /// σ2 v.
     pub fn classical(curve: C, rheology: KelvinVoigt<T, T, D>) -> Self {
-        Self {
-            viscous: curve.viscous_friction(),
-            curve: curve.without_viscous_friction(),
-            rheology,
-            regularisation: Unregularised,
-        }
+        let inside = curve.without_viscous_friction();
+        // What has been taken out of the curve, neither more nor less.
+        let viscous = curve.viscous_friction() - inside.viscous_friction();
+        Self { curve: inside, rheology, regularisation: Unregularised, viscous }
     }
 
     /// The variant whose g(v) is the whole curve, viscous part included.
@@ -114,7 +112,7 @@ where
     /// Whether the bristle damps nothing and nothing viscous stands outside g: then the model is
     /// the undamped FrBD one.
     fn is_undamped(&self) -> bool {
-        self.viscous == T::zero() && self.rheology.damping_bounds().max == T::zero()
+        self.viscous == T::zero() && self.rheology.bounds().damping.max == T::zero()
     }
 
     /// Sufficient conditions for F v ≥ Ẇ at every velocity and admissible deflection.
@@ -122,7 +120,7 @@ where
     /// F v − Ẇ = p (σ0λz² − σ1λ z v + (σ1 + σ2)v²), with λ|z| ≤ |v| max g/min g.
     fn is_passive(&self) -> bool {
         let g = self.curve.bounds(unlimited());
-        let damping = self.rheology.damping_bounds();
+        let damping = self.rheology.bounds().damping;
         let exact = self.regularisation.speed_at_rest() == T::zero();
         // The cross term is covered by the two squares for every z: σ1²λ ≤ 4σ0(σ1 + σ2).
         let slope = least_slope(&self.curve, &self.regularisation, unlimited());
@@ -214,7 +212,7 @@ where
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
         let sliding = sliding.into();
         let coefficient = self.regularisation.sign(sliding) * self.curve.coefficient(sliding);
-        self.rheology.stationary(sliding, coefficient)
+        coefficient / self.rheology.storage_stiffness()
     }
 
     /// ∂ż/∂v = (|v|_ε/g)(g sgn_ε)', ∂μ_b/∂v = σ1 ∂ż/∂v + σ2, with the terms that cancel in steady sliding taken out.
@@ -255,14 +253,13 @@ where
             Law::Passivity => self.is_passive(),
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
             Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
-            Law::OddSymmetry => self.curve.is_even() && self.rheology.is_even(),
+            Law::OddSymmetry => self.curve.is_even() && self.rheology.bounds().even,
             Law::NoDrift => false,
         }
     }
 
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
-        let damping = self.rheology.damping_bounds();
-        let elements = (self.rheology.stiffness_bounds(), damping);
+        let damping = self.rheology.bounds().damping;
         let inside = self.curve.viscous_friction() > T::zero();
         let name = if inside { "LuGre, viscous part inside g" } else { "classical LuGre" };
         let speed_at_rest = self.regularisation.speed_at_rest();
@@ -274,7 +271,7 @@ where
             viscous_friction: self.viscous,
             needed_viscous_friction: needed,
             speed_at_rest,
-            ..Characteristics::new(name, &self.curve, elements, fastest)
+            ..Characteristics::new(name, &self.curve, &self.rheology.bounds(), fastest)
         })
     }
 

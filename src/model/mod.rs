@@ -239,7 +239,7 @@ impl<T: Scalar, D: Deflection<T>> Linearised<T, D> {
         Self {
             rate: affine.rate(velocity, deflection),
             coefficient: affine.coefficient(velocity, deflection),
-            rate_by_deflection: D::negative(affine.relaxation),
+            rate_by_deflection: -affine.relaxation,
             rate_by_velocity: slopes.rate(velocity, deflection) + D::fill(affine.drive),
             coefficient_by_deflection: affine.stiffness,
             coefficient_by_velocity: slopes.coefficient(velocity, deflection) + affine.damping,

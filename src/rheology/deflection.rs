@@ -1,7 +1,7 @@
 //! The state of a bristle: one deflection, or the stretches of several springs.
 
 use core::fmt::Debug;
-use core::ops::{Add, Mul, Sub};
+use core::ops::{Add, Mul, Neg, Sub};
 
 use nalgebra::{SMatrix, SVector};
 
@@ -10,25 +10,32 @@ use crate::Scalar;
 use crate::bounds::larger;
 use crate::scalar::{is_zero, lit};
 
-/// The state of a bristle \[m\]: a single deflection is a scalar, several springs make a vector.
+/// The state of a bristle \[m\]: a scalar for a single deflection, an `SVector` for several springs.
+/// Only these two implement it.
 ///
-/// The rate of any bristle of this crate is affine in its state, with a matrix that is diagonal
-/// plus a row repeated in every line: each spring's stretch follows the common rate ż, which
-/// depends on all of them, and decays on its own. [`Deflection::Relaxation`] is that matrix.
+/// The rate of any bristle of this crate is affine in its state. The matrix is diagonal plus a row
+/// repeated in every line: the stretch of each spring follows the common rate ż, which depends on
+/// all of them, and decays on its own.
 pub trait Deflection<T: Scalar>:
-    Copy + Debug + PartialEq + Add<Output = Self> + Sub<Output = Self> + Mul<T, Output = Self>
+    sealed::Sealed<T>
+    + Copy
+    + Debug
+    + PartialEq
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<T, Output = Self>
 {
+    /// Number of springs.
+    const SPRINGS: usize;
+
     /// The matrix between a state and its rate [1/s]: a scalar for a scalar.
-    type Relaxation: Copy + Debug + PartialEq;
+    type Relaxation: Copy + Debug + PartialEq + Neg<Output = Self::Relaxation>;
 
     /// The matrix diag(decay) + 1·rowᵀ.
     fn relaxation(decay: Self, row: Self) -> Self::Relaxation;
 
     /// The matrix applied to a state.
     fn relax(relaxation: Self::Relaxation, state: Self) -> Self;
-
-    /// The matrix with the opposite sign.
-    fn negative(relaxation: Self::Relaxation) -> Self::Relaxation;
 
     /// What a step of a given length makes of a state, see [`Deflection::weights`].
     type Weights: Copy + Debug + PartialEq;
@@ -43,13 +50,13 @@ pub trait Deflection<T: Scalar>:
     /// The state averaged over the step, under a drive u [m/s].
     fn mean(weights: &Self::Weights, state: Self, drive: T) -> Self;
 
-    /// The same of a state that nothing drives.
+    /// The state averaged over the step, without a drive.
     #[inline]
     fn undriven_mean(weights: &Self::Weights, state: Self) -> Self {
         Self::mean(weights, state, T::zero())
     }
 
-    /// The same from zero, under a drive u [m/s].
+    /// The state averaged over the step, from zero under a drive u [m/s].
     #[inline]
     fn driven_mean(weights: &Self::Weights, drive: T) -> Self {
         Self::mean(weights, Self::fill(T::zero()), drive)
@@ -68,9 +75,20 @@ pub trait Deflection<T: Scalar>:
     fn largest(self) -> T;
 
     /// Every xᵢ cut to |xᵢ| ≤ limit; NaN stays NaN.
-    fn within(self, limit: T) -> Self;
+    #[inline(always)]
+    fn within(self, limit: T) -> Self {
+        self.each(|x| {
+            if x > limit {
+                limit
+            } else if x < -limit {
+                -limit
+            } else {
+                x
+            }
+        })
+    }
 
-    /// The same number for every spring.
+    /// One number for every spring.
     fn fill(value: T) -> Self;
 
     /// Σ aᵢ bᵢ.
@@ -79,11 +97,23 @@ pub trait Deflection<T: Scalar>:
     /// Component by component.
     fn scaled_by(self, other: Self) -> Self;
 
-    /// The same function of each component.
+    /// A function of each component.
     fn each(self, function: impl FnMut(T) -> T) -> Self;
 }
 
+mod sealed {
+    use nalgebra::SVector;
+
+    use crate::Scalar;
+
+    pub trait Sealed<T> {}
+    impl<T: Scalar> Sealed<T> for T {}
+    impl<T: Scalar, const N: usize> Sealed<T> for SVector<T, N> {}
+}
+
 impl<T: Scalar> Deflection<T> for T {
+    const SPRINGS: usize = 1;
+
     type Relaxation = T;
 
     #[inline(always)]
@@ -94,11 +124,6 @@ impl<T: Scalar> Deflection<T> for T {
     #[inline(always)]
     fn relax(relaxation: T, state: T) -> T {
         relaxation * state
-    }
-
-    #[inline(always)]
-    fn negative(relaxation: T) -> T {
-        -relaxation
     }
 
     type Weights = Weights<T>;
@@ -146,17 +171,6 @@ impl<T: Scalar> Deflection<T> for T {
     }
 
     #[inline(always)]
-    fn within(self, limit: T) -> T {
-        if self > limit {
-            limit
-        } else if self < -limit {
-            -limit
-        } else {
-            self
-        }
-    }
-
-    #[inline(always)]
     fn fill(value: T) -> T {
         value
     }
@@ -193,7 +207,18 @@ impl<T: Scalar, const N: usize> DiagonalPlusRankOne<SVector<T, N>> {
     }
 }
 
+impl<D: Neg<Output = D>> Neg for DiagonalPlusRankOne<D> {
+    type Output = Self;
+
+    #[inline]
+    fn neg(self) -> Self {
+        Self { decay: -self.decay, row: -self.row }
+    }
+}
+
 impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
+    const SPRINGS: usize = N;
+
     type Relaxation = DiagonalPlusRankOne<Self>;
 
     #[inline]
@@ -205,11 +230,6 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
     fn relax(relaxation: DiagonalPlusRankOne<Self>, state: Self) -> Self {
         let common = Deflection::dot(relaxation.row, state);
         relaxation.decay.component_mul(&state).add_scalar(common)
-    }
-
-    #[inline]
-    fn negative(relaxation: DiagonalPlusRankOne<Self>) -> DiagonalPlusRankOne<Self> {
-        DiagonalPlusRankOne { decay: -relaxation.decay, row: -relaxation.row }
     }
 
     type Weights = Modes<T, N>;
@@ -248,11 +268,6 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
     #[inline]
     fn largest(self) -> T {
         self.iter().fold(T::zero(), |most, x| larger(x.abs(), most))
-    }
-
-    #[inline]
-    fn within(self, limit: T) -> Self {
-        self.each(|x| Deflection::within(x, limit))
     }
 
     #[inline]

@@ -35,12 +35,12 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::modes::{Pole, root};
-use super::{Elements, GeneralisedMaxwell, MaxwellArm, maxwell};
+use super::{ElementBounds, Elements, GeneralisedMaxwell, MaxwellArm, maxwell};
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Rheology;
 use crate::scalar::is_zero;
-use crate::{Bounds, Scalar, Sliding};
+use crate::{Scalar, Sliding};
 
 /// One element of a [`GeneralisedKelvinVoigt`] bristle: a spring, and a dashpot beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -203,36 +203,12 @@ impl<T: Scalar, const N: usize> Rheology<T> for GeneralisedKelvinVoigt<T, N> {
         self.maxwell.elements_and_slopes(sliding)
     }
 
-    fn stationary(&self, sliding: Sliding<T>, coefficient: T) -> SVector<T, N> {
-        self.maxwell.stationary(sliding, coefficient)
-    }
-
     #[inline]
     fn storage_stiffness(&self) -> SVector<T, N> {
         self.maxwell.storage_stiffness()
     }
 
-    fn stiffness_bounds(&self) -> Bounds<T> {
-        self.maxwell.stiffness_bounds()
-    }
-
-    fn decay_bounds(&self) -> Bounds<T> {
-        self.maxwell.decay_bounds()
-    }
-
-    fn damping_bounds(&self) -> Bounds<T> {
-        self.maxwell.damping_bounds()
-    }
-
-    fn has_constant_decay(&self) -> bool {
-        true
-    }
-
-    fn is_single_spring(&self) -> bool {
-        N == 1
-    }
-
-    fn is_even(&self) -> bool {
-        true
+    fn bounds(&self) -> ElementBounds<T> {
+        self.maxwell.bounds()
     }
 }

@@ -44,7 +44,7 @@
 
 use nalgebra::SVector;
 
-use super::{Elements, VelocityLaw, maxwell};
+use super::{ElementBounds, Elements, VelocityLaw, maxwell};
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Rheology;
 use crate::{Bounds, Scalar, Sliding};
@@ -114,24 +114,18 @@ impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>
         for (i, arm) in arms.iter().enumerate() {
             parameter::component(i, parameter::positive("arms.stiffness", arm.stiffness))?;
             if let Some(damping) = &arm.series_damping {
-                parameter::component(i, damping.check_positive("arms.series_damping"))?;
+                parameter::component(i, damping.bounds().positive("arms.series_damping"))?;
                 let fastest = maxwell::decay_bounds(arm.stiffness, damping).max;
                 parameter::component(i, maxwell::check_decay(fastest))?;
             }
         }
-        micro_damping.check_non_negative("micro_damping")?;
+        micro_damping.bounds().non_negative("micro_damping")?;
         Ok(Self { arms, damping: micro_damping })
     }
 
     /// The arms, in the order of the state.
     pub fn arms(&self) -> &[MaxwellArm<T, S>; N] {
         &self.arms
-    }
-
-    /// Σ Kᵢ of the arms without a dashpot [1/m].
-    fn static_stiffness(&self) -> T {
-        let fixed = self.arms.iter().filter(|arm| arm.series_damping.is_none());
-        fixed.fold(T::zero(), |sum, arm| sum + arm.stiffness)
     }
 }
 
@@ -173,80 +167,31 @@ impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>> Rheology<T
         )
     }
 
-    fn stationary(&self, sliding: Sliding<T>, coefficient: T) -> SVector<T, N> {
-        if self.creeps() {
-            // Every spring is pulled on at the common rate ż.
-            let rate = coefficient * self.fluidity(sliding);
-            each(&self.arms, |arm| {
-                let dashpot = arm.series_damping.as_ref();
-                dashpot.map_or(T::zero(), |dashpot| rate * dashpot.value(sliding) / arm.stiffness)
-            })
-        } else {
-            let deflection = coefficient / self.static_stiffness();
-            each(
-                &self.arms,
-                |arm| {
-                    if arm.series_damping.is_none() { deflection } else { T::zero() }
-                },
-            )
-        }
-    }
-
-    fn creeps(&self) -> bool {
-        self.arms.iter().all(|arm| arm.series_damping.is_some())
-    }
-
-    fn fluidity(&self, sliding: Sliding<T>) -> T {
-        if !self.creeps() {
-            return T::zero();
-        }
-        let dashpots = self.arms.iter().filter_map(|arm| arm.series_damping.as_ref());
-        let beside = self.damping.value(sliding);
-        T::one() / dashpots.fold(beside, |sum, dashpot| sum + dashpot.value(sliding))
-    }
-
     #[inline]
     fn storage_stiffness(&self) -> SVector<T, N> {
         each(&self.arms, |arm| arm.stiffness)
     }
 
-    fn stiffness_bounds(&self) -> Bounds<T> {
-        Bounds::constant(self.storage_stiffness().sum())
-    }
-
-    fn decay_bounds(&self) -> Bounds<T> {
-        let bounds = |arm: &MaxwellArm<T, S>| {
+    fn bounds(&self) -> ElementBounds<T> {
+        let zero = Bounds::constant(T::zero());
+        let dashpots = || self.arms.iter().filter_map(|arm| arm.series_damping.as_ref());
+        let decay = self.arms.iter().map(|arm| {
             let dashpot = arm.series_damping.as_ref();
-            dashpot.map_or(Bounds::constant(T::zero()), |dashpot| {
-                maxwell::decay_bounds(arm.stiffness, dashpot)
-            })
-        };
-        let all = self.arms.iter().map(bounds).reduce(Bounds::union);
-        all.unwrap_or(Bounds::constant(T::zero()))
-    }
-
-    fn damping_bounds(&self) -> Bounds<T> {
-        self.damping.bounds()
-    }
-
-    fn has_constant_decay(&self) -> bool {
-        let mut dashpots = self.arms.iter().filter_map(|arm| arm.series_damping.as_ref());
-        dashpots.all(|dashpot| dashpot.bounds().is_constant())
-    }
-
-    fn is_single_spring(&self) -> bool {
-        N == 1
-    }
-
-    fn is_even(&self) -> bool {
-        let mut dashpots = self.arms.iter().filter_map(|arm| arm.series_damping.as_ref());
-        dashpots.all(VelocityLaw::is_even) && self.damping.is_even()
+            dashpot.map_or(zero, |dashpot| maxwell::decay_bounds(arm.stiffness, dashpot))
+        });
+        ElementBounds {
+            stiffness: Bounds::constant(self.storage_stiffness().sum()),
+            decay: decay.reduce(Bounds::union).unwrap_or(zero),
+            damping: self.damping.bounds(),
+            constant_decay: dashpots().all(|dashpot| dashpot.bounds().is_constant()),
+            even: dashpots().all(VelocityLaw::is_even) && self.damping.is_even(),
+        }
     }
 }
 
-impl<T: Scalar, const N: usize> GeneralisedMaxwell<T, N> {
+impl<T, const N: usize, S> GeneralisedMaxwell<T, N, S> {
     /// From parts that are in their ranges.
-    pub(super) fn from_parts(arms: [MaxwellArm<T>; N], damping: T) -> Self {
+    pub(super) fn from_parts(arms: [MaxwellArm<T, S>; N], damping: T) -> Self {
         Self { arms, damping }
     }
 }

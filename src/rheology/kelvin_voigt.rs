@@ -10,10 +10,10 @@
 //!
 //! Source: Romano et al. (arXiv 2602.09429), section III-A.
 
-use super::{Elements, VelocityLaw};
+use super::{ElementBounds, Elements, VelocityLaw};
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Rheology;
-use crate::{Bounds, Scalar, Sliding};
+use crate::{Scalar, Sliding};
 
 /// Parameters of [`KelvinVoigt`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,8 +53,8 @@ impl<T: Scalar, K: VelocityLaw<T>, D: VelocityLaw<T>> KelvinVoigt<T, K, D> {
     /// Names the parameter that is out of its range.
     pub fn new(parameters: KelvinVoigtParameters<K, D>) -> Result<Self, ParameterError> {
         let KelvinVoigtParameters { micro_stiffness, micro_damping } = parameters;
-        micro_stiffness.check_positive("micro_stiffness")?;
-        micro_damping.check_non_negative("micro_damping")?;
+        micro_stiffness.bounds().positive("micro_stiffness")?;
+        micro_damping.bounds().non_negative("micro_damping")?;
         let at_rest = micro_stiffness.value(Sliding::from(T::zero()));
         let storage = parameter::positive("micro_stiffness", at_rest)?;
         Ok(Self { stiffness: micro_stiffness, damping: micro_damping, storage })
@@ -83,36 +83,13 @@ impl<T: Scalar, K: VelocityLaw<T>, D: VelocityLaw<T>> Rheology<T> for KelvinVoig
         )
     }
 
-    #[inline]
-    fn stationary(&self, sliding: Sliding<T>, coefficient: T) -> T {
-        coefficient / self.stiffness.value(sliding)
-    }
-
+    #[inline(always)]
     fn storage_stiffness(&self) -> T {
         self.storage
     }
 
-    fn stiffness_bounds(&self) -> Bounds<T> {
-        self.stiffness.bounds()
-    }
-
-    fn damping_bounds(&self) -> Bounds<T> {
-        self.damping.bounds()
-    }
-
-    fn decay_bounds(&self) -> Bounds<T> {
-        Bounds::constant(T::zero())
-    }
-
-    fn has_constant_decay(&self) -> bool {
-        true
-    }
-
-    fn is_single_spring(&self) -> bool {
-        true
-    }
-
-    fn is_even(&self) -> bool {
-        self.stiffness.is_even() && self.damping.is_even()
+    fn bounds(&self) -> ElementBounds<T> {
+        let even = self.stiffness.is_even() && self.damping.is_even();
+        ElementBounds::elastic(self.stiffness.bounds(), self.damping.bounds(), even)
     }
 }

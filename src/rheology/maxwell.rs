@@ -22,7 +22,7 @@
 //! Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
 //! authors' own viscoelastic bristles are in arXiv 2601.13799.
 
-use super::{Elements, VelocityLaw};
+use super::{ElementBounds, Elements, VelocityLaw};
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Rheology;
 use crate::scalar::lit;
@@ -69,7 +69,7 @@ impl<T: Scalar, S: VelocityLaw<T>> Maxwell<T, S> {
     pub fn new(parameters: MaxwellParameters<T, S>) -> Result<Self, ParameterError> {
         let MaxwellParameters { micro_stiffness, series_damping } = parameters;
         let stiffness = parameter::positive("micro_stiffness", micro_stiffness)?;
-        series_damping.check_positive("series_damping")?;
+        series_damping.bounds().positive("series_damping")?;
         Ok(Self { stiffness, series_damping })
     }
 }
@@ -132,45 +132,18 @@ impl<T: Scalar, S: VelocityLaw<T>> Rheology<T> for Maxwell<T, S> {
         )
     }
 
-    #[inline]
-    fn stationary(&self, _sliding: Sliding<T>, coefficient: T) -> T {
-        coefficient / self.stiffness
-    }
-
-    fn creeps(&self) -> bool {
-        true
-    }
-
-    #[inline]
-    fn fluidity(&self, sliding: Sliding<T>) -> T {
-        T::one() / self.series_damping.value(sliding)
-    }
-
+    #[inline(always)]
     fn storage_stiffness(&self) -> T {
         self.stiffness
     }
 
-    fn stiffness_bounds(&self) -> Bounds<T> {
-        Bounds::constant(self.stiffness)
-    }
-
-    fn decay_bounds(&self) -> Bounds<T> {
-        decay_bounds(self.stiffness, &self.series_damping)
-    }
-
-    fn damping_bounds(&self) -> Bounds<T> {
-        Bounds::constant(T::zero())
-    }
-
-    fn has_constant_decay(&self) -> bool {
-        self.series_damping.bounds().is_constant()
-    }
-
-    fn is_single_spring(&self) -> bool {
-        true
-    }
-
-    fn is_even(&self) -> bool {
-        self.series_damping.is_even()
+    fn bounds(&self) -> ElementBounds<T> {
+        ElementBounds {
+            stiffness: Bounds::constant(self.stiffness),
+            decay: decay_bounds(self.stiffness, &self.series_damping),
+            damping: Bounds::constant(T::zero()),
+            constant_decay: self.series_damping.bounds().is_constant(),
+            even: self.series_damping.is_even(),
+        }
     }
 }

@@ -1,4 +1,20 @@
 //! Rheology: what a bristle is made of.
+//!
+//! Every bristle of this crate is a set of springs Kᵢ side by side, each alone or in series with a
+//! dashpot of its own, and one dashpot d beside them all. Per unit normal force p,
+//!
+//! ẋᵢ = ż − aᵢ xᵢ,  F/p = Σ Kᵢ xᵢ + d ż
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | z | deflection of the bristle | m |
+//! | xᵢ | stretch of spring i: the state of the bristle | m |
+//! | Kᵢ | normalised stiffness of spring i | 1/m |
+//! | aᵢ = Kᵢ/ηᵢ | decay rate of its stretch, with the series dashpot ηᵢ; zero without one | 1/s |
+//! | d | normalised damping of the dashpot beside the springs | s/m |
+//!
+//! A bristle in which every spring has a series dashpot *creeps*: under a steady force it yields
+//! without end, at the rate ż = φ F/p with the fluidity φ = 1/(d + Σ Kᵢ/aᵢ).
 
 mod deflection;
 mod generalised_kelvin_voigt;
@@ -13,6 +29,7 @@ mod zener;
 
 use core::fmt::Debug;
 
+#[doc(hidden)]
 pub use deflection::{Deflection, DiagonalPlusRankOne, States};
 pub use generalised_kelvin_voigt::{
     GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, KelvinVoigtElement,
@@ -20,9 +37,11 @@ pub use generalised_kelvin_voigt::{
 pub use generalised_maxwell::{GeneralisedMaxwell, GeneralisedMaxwellParameters, MaxwellArm};
 pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtParameters};
 pub use maxwell::{Maxwell, MaxwellParameters};
+#[doc(hidden)]
 pub use modes::Modes;
 pub use spring::{Spring, SpringParameters};
 pub use velocity_law::{VelocityDependent, VelocityLaw};
+#[doc(hidden)]
 pub use weights::Weights;
 pub(crate) use weights::relaxed;
 pub use zener::{Zener, ZenerParameters};
@@ -30,32 +49,87 @@ pub use zener::{Zener, ZenerParameters};
 use crate::scalar::is_zero;
 use crate::{Bounds, Scalar, Sliding};
 
-/// The elements of a bristle at one sliding velocity, per unit normal force.
-///
-/// Springs Kᵢ in parallel, each in series with a dashpot that lets its stretch xᵢ decay, and one
-/// dashpot d beside them all:
-///
-/// ẋᵢ = ż − aᵢ xᵢ,  F/p = Σ Kᵢ xᵢ + d ż.
-///
-/// With aᵢ = 0 a spring has no dashpot in series and xᵢ is the deflection z itself: that is the
-/// spring and the Kelvin–Voigt bristle. Springs with aᵢ > 0 make Maxwell, Zener and generalised
-/// Maxwell bristles.
+/// The elements of a bristle at one sliding velocity, per unit normal force, or their derivatives
+/// with respect to the velocity: ẋᵢ = ż − aᵢ xᵢ, F/p = Σ Kᵢ xᵢ + d ż.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Elements<T, D = T> {
-    /// Spring stiffness Kᵢ [1/m].
+    /// Stiffness Kᵢ of each spring [1/m].
     pub stiffness: D,
-    /// Decay rate aᵢ of each spring's stretch [1/s]: its stiffness over its series dashpot.
+    /// Decay rate aᵢ of each spring's stretch [1/s]: its stiffness over its series dashpot, or
+    /// zero without one.
     pub decay: D,
-    /// Damping d [s/m] of the dashpot beside the springs.
+    /// Damping d of the dashpot beside the springs [s/m].
     pub damping: T,
 }
 
-/// What a bristle is made of, as a law between its deflection z, the rate ż and the force.
+impl<T: Scalar, D: Deflection<T>> Elements<T, D> {
+    /// Whether every spring has a dashpot in series, so that the bristle yields without end.
+    #[inline]
+    pub fn creeps(&self) -> bool {
+        let mut creeps = true;
+        let _ = self.decay.each(|a| {
+            creeps &= !is_zero(a);
+            a
+        });
+        creeps
+    }
+
+    /// The fluidity φ = 1/(d + Σ Kᵢ/aᵢ) [m/s]: the rate ż at which a bristle that creeps yields
+    /// under a steady friction coefficient of one. Zero for one that does not creep.
+    #[inline]
+    pub fn fluidity(&self) -> T {
+        if self.creeps() {
+            let series = self.decay.each(|a| T::one() / a);
+            T::one() / (self.damping + self.stiffness.dot(series))
+        } else {
+            T::zero()
+        }
+    }
+
+    /// The stretches under a steady friction coefficient (signed).
+    #[inline]
+    pub fn stationary(&self, coefficient: T) -> D {
+        if self.creeps() {
+            let rate = coefficient * self.fluidity();
+            self.decay.each(|a| rate / a)
+        } else {
+            // Springs with a dashpot have relaxed; the others share the load at a common stretch.
+            let held = self.decay.each(|a| if is_zero(a) { T::one() } else { T::zero() });
+            held * (coefficient / self.stiffness.dot(held))
+        }
+    }
+}
+
+/// What is known of the [`Elements`] of a bristle at all velocities: the theorems on deflection,
+/// force and passivity speak of these numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElementBounds<T> {
+    /// Range of the total stiffness Σ Kᵢ [1/m]; for a single spring that is σ0.
+    pub stiffness: Bounds<T>,
+    /// Range of the decay rates aᵢ over all springs [1/s].
+    pub decay: Bounds<T>,
+    /// Range of the damping d of the dashpot beside the springs [s/m].
+    pub damping: Bounds<T>,
+    /// Whether no decay rate depends on the velocity.
+    pub constant_decay: bool,
+    /// Whether every element takes equal values at v and −v.
+    pub even: bool,
+}
+
+impl<T: Scalar> ElementBounds<T> {
+    /// Of springs without series dashpots.
+    fn elastic(stiffness: Bounds<T>, damping: Bounds<T>, even: bool) -> Self {
+        let decay = Bounds::constant(T::zero());
+        Self { stiffness, decay, damping, constant_decay: true, even }
+    }
+}
+
+/// What a bristle is made of: the law between its deflection z, the rate ż and the force.
 ///
-/// The friction model puts it in series with the sliding surface: that is the *secant law*
+/// The friction model puts the bristle in series with the sliding surface. That is the *secant law*
 /// F/p = (μ(v)/|v|_ε)(v − ż) of the FrBD family, under which every passive bristle gives a passive
-/// friction model. The springs' stiffness should be constant for that; dashpots may depend on the
-/// velocity.
+/// friction model. For that the stiffness of the springs should be constant; dashpots may depend on
+/// the velocity.
 ///
 /// | bristle | springs | in steady sliding |
 /// |---|---|---|
@@ -72,16 +146,61 @@ pub struct Elements<T, D = T> {
 /// F v − Ẇ = F v_s + p d ż² + p Σ aᵢ Kᵢ xᵢ²,  F v_s = p (|v|_ε/μ)(F/p)²,
 ///
 /// for every state: no term is negative. (From F v − Ẇ = F v_s + F ż − Ẇ.)
+///
+/// # A bristle of your own
+///
+/// It takes four methods. Claims in [`ElementBounds`] are taken on trust; if a range is not known,
+/// give zero to infinity, and `false` for what is not certain: laws that need it are then refused.
+///
+/// ```
+/// use bristle::rheology::{ElementBounds, Elements, Rheology};
+/// use bristle::{Bounds, Sliding};
+///
+/// /// A spring whose dashpot stiffens with the speed: d = η √(1 + (v/v₀)²).
+/// #[derive(Debug, Clone)]
+/// struct Stiffening { stiffness: f64, damping: f64, reference_velocity: f64 }
+///
+/// impl Rheology<f64> for Stiffening {
+///     type Deflection = f64;
+///
+///     fn elements_and_slopes(&self, sliding: Sliding<f64>) -> (Elements<f64>, Elements<f64>) {
+///         let u = sliding.velocity() / self.reference_velocity;
+///         let root = (1.0 + u * u).sqrt();
+///         let slope = self.damping * u / (root * self.reference_velocity);
+///         (
+///             Elements { stiffness: self.stiffness, decay: 0.0, damping: self.damping * root },
+///             Elements { stiffness: 0.0, decay: 0.0, damping: slope },
+///         )
+///     }
+///
+///     fn storage_stiffness(&self) -> f64 {
+///         self.stiffness
+///     }
+///
+///     fn bounds(&self) -> ElementBounds<f64> {
+///         ElementBounds {
+///             stiffness: Bounds::constant(self.stiffness),
+///             decay: Bounds::constant(0.0),
+///             damping: Bounds { min: self.damping, max: f64::INFINITY },
+///             constant_decay: true,
+///             even: true,
+///         }
+///     }
+/// }
+/// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a bristle",
     note = "parameters become a bristle by `KelvinVoigt::new(parameters)?`, `Zener::new(parameters)?` …"
 )]
 pub trait Rheology<T: Scalar>: Debug + Clone {
-    /// The stretches of the springs: the scalar itself for one, a vector for several.
+    /// The stretches of the springs: the scalar `T` for one, an `SVector<T, N>` for several.
     type Deflection: Deflection<T>;
 
     /// The elements at a sliding velocity.
-    fn elements(&self, sliding: Sliding<T>) -> Elements<T, Self::Deflection>;
+    #[inline]
+    fn elements(&self, sliding: Sliding<T>) -> Elements<T, Self::Deflection> {
+        self.elements_and_slopes(sliding).0
+    }
 
     /// The elements and their derivatives with respect to the signed velocity.
     fn elements_and_slopes(
@@ -89,65 +208,24 @@ pub trait Rheology<T: Scalar>: Debug + Clone {
         sliding: Sliding<T>,
     ) -> (Elements<T, Self::Deflection>, Elements<T, Self::Deflection>);
 
-    /// The deflection under a steady friction coefficient (signed) while sliding at v.
-    fn stationary(&self, sliding: Sliding<T>, coefficient: T) -> Self::Deflection;
-
-    /// Whether the bristle yields for ever under a steady force: every spring has a dashpot in
-    /// series. Then steady sliding stays below the friction curve.
-    fn creeps(&self) -> bool {
-        false
-    }
-
-    /// The rate ż [m/s] at which the bristle yields under a steady coefficient of one: for a bristle
-    /// that [creeps](Rheology::creeps) the reciprocal of the sum of its dashpots, else zero.
-    fn fluidity(&self, sliding: Sliding<T>) -> T {
-        let _ = sliding;
-        T::zero()
-    }
-
-    /// The constant stiffness [1/m] of each spring in the stored energy W = ½ p Σ Kᵢ xᵢ².
+    /// The constant stiffness of each spring in the stored energy W = ½ p Σ Kᵢ xᵢ² [1/m].
     fn storage_stiffness(&self) -> Self::Deflection;
 
-    /// Range of the stiffness Σ Kᵢ [1/m] of all springs together over all velocities; of a single
-    /// spring that is σ0.
-    fn stiffness_bounds(&self) -> Bounds<T>;
-
-    /// Range of the decay rates aᵢ [1/s] over all springs and velocities. If not given, nothing is
-    /// promised.
-    fn decay_bounds(&self) -> Bounds<T> {
-        Bounds { min: T::zero(), max: T::one() / T::zero() }
-    }
-
-    /// Range of the damping d [s/m] of the dashpot beside the springs over all velocities.
-    fn damping_bounds(&self) -> Bounds<T>;
-
-    /// Whether every element takes the same value at v and at −v.
-    fn is_even(&self) -> bool;
-
-    /// Whether no decay rate depends on the velocity.
-    fn has_constant_decay(&self) -> bool {
-        false
-    }
-
-    /// Whether the bristle has one spring only, with a dashpot in series or without: the theorems on
-    /// deflection and force speak of such a one, whatever its state. Of several springs those with a
-    /// dashpot can relax to a force above the friction curve's, from a prepared state.
-    fn is_single_spring(&self) -> bool {
-        false
-    }
+    /// What is known of the elements at all velocities.
+    fn bounds(&self) -> ElementBounds<T>;
 
     /// The complex modulus G\* = G' + iG'' [1/m] at rest, at an angular frequency ω ≥ 0 [rad/s]:
     ///
-    /// G\*(iω) = Σ Kᵢ iω/(aᵢ + iω) + iω d,
+    /// G\*(iω) = Σ Kᵢ iω/(aᵢ + iω) + iω d.
     ///
-    /// with which a stuck bristle answers a small oscillation: z = Re ẑ e^(iωt) has F/p = Re G\* ẑ e^(iωt).
-    /// At ω = 0 it is the static stiffness.
+    /// A stuck bristle answers a small oscillation z = Re ẑ e^(iωt) with F/p = Re G\* ẑ e^(iωt). At
+    /// ω = 0 the modulus is the static stiffness.
     #[doc(alias = "storage modulus")]
     #[doc(alias = "loss modulus")]
     fn complex_modulus(&self, angular_frequency: T) -> ComplexModulus<T> {
         let (one, omega) = (T::one(), angular_frequency);
         let Elements { stiffness, decay, damping } = self.elements(Sliding::from(T::zero()));
-        // ω²/(a² + ω²) and aω/(a² + ω²) with squares of numbers up to one only.
+        // ω²/(a² + ω²) and aω/(a² + ω²), with squares of numbers up to one only.
         let part = |a: T| {
             if is_zero(a) {
                 (one, T::zero())
@@ -172,9 +250,9 @@ pub trait Rheology<T: Scalar>: Debug + Clone {
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ComplexModulus<T> {
-    /// Storage modulus G' [1/m]: what is in phase with the deflection.
+    /// Storage modulus G' [1/m]: the part in phase with the deflection.
     pub storage: T,
-    /// Loss modulus G'' [1/m]: what is a quarter of a period ahead of it. The work lost per period is
-    /// π p G'' ẑ².
+    /// Loss modulus G'' [1/m]: the part a quarter of a period ahead of it. The work lost per period
+    /// is π p G'' ẑ².
     pub loss: T,
 }

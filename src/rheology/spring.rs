@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | σ0 | normalised micro-stiffness | 1/m |
 
-use super::Elements;
+use super::{ElementBounds, Elements};
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Rheology;
 use crate::{Bounds, Scalar, Sliding};
@@ -38,46 +38,21 @@ impl<T: Scalar> Rheology<T> for Spring<T> {
     type Deflection = T;
 
     #[inline(always)]
-    fn elements(&self, _sliding: Sliding<T>) -> Elements<T> {
-        Elements { stiffness: self.stiffness, decay: T::zero(), damping: T::zero() }
+    fn elements_and_slopes(&self, _sliding: Sliding<T>) -> (Elements<T>, Elements<T>) {
+        let zero = T::zero();
+        (
+            Elements { stiffness: self.stiffness, decay: zero, damping: zero },
+            Elements { stiffness: zero, decay: zero, damping: zero },
+        )
     }
 
     #[inline(always)]
-    fn elements_and_slopes(&self, sliding: Sliding<T>) -> (Elements<T>, Elements<T>) {
-        let slopes = Elements { stiffness: T::zero(), decay: T::zero(), damping: T::zero() };
-        (self.elements(sliding), slopes)
-    }
-
-    #[inline]
-    fn stationary(&self, _sliding: Sliding<T>, coefficient: T) -> T {
-        coefficient / self.stiffness
-    }
-
     fn storage_stiffness(&self) -> T {
         self.stiffness
     }
 
-    fn stiffness_bounds(&self) -> Bounds<T> {
-        Bounds::constant(self.stiffness)
-    }
-
-    fn damping_bounds(&self) -> Bounds<T> {
-        Bounds::constant(T::zero())
-    }
-
-    fn decay_bounds(&self) -> Bounds<T> {
-        Bounds::constant(T::zero())
-    }
-
-    fn has_constant_decay(&self) -> bool {
-        true
-    }
-
-    fn is_single_spring(&self) -> bool {
-        true
-    }
-
-    fn is_even(&self) -> bool {
-        true
+    fn bounds(&self) -> ElementBounds<T> {
+        let (stiffness, damping) = (Bounds::constant(self.stiffness), Bounds::constant(T::zero()));
+        ElementBounds::elastic(stiffness, damping, true)
     }
 }

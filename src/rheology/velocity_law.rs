@@ -2,7 +2,6 @@
 
 use core::fmt::{self, Debug};
 
-use crate::parameter::{self, ParameterError};
 use crate::{Bounds, Scalar, Sliding};
 
 /// A stiffness or damping as a function of the sliding velocity. A plain number is a constant;
@@ -18,21 +17,9 @@ pub trait VelocityLaw<T: Scalar>: Debug + Clone {
     fn bounds(&self) -> Bounds<T>;
 
     /// Whether the value at −v is known to be that at v.
-    fn is_even(&self) -> bool;
-
-    /// Checks a law whose values must be positive.
-    ///
-    /// # Errors
-    ///
-    /// Names the parameter and the value that is out of range.
-    fn check_positive(&self, name: &'static str) -> Result<(), ParameterError>;
-
-    /// Checks a law whose values may be zero.
-    ///
-    /// # Errors
-    ///
-    /// Names the parameter and the value that is out of range.
-    fn check_non_negative(&self, name: &'static str) -> Result<(), ParameterError>;
+    fn is_even(&self) -> bool {
+        false
+    }
 }
 
 impl<T: Scalar> VelocityLaw<T> for T {
@@ -52,14 +39,6 @@ impl<T: Scalar> VelocityLaw<T> for T {
 
     fn is_even(&self) -> bool {
         true
-    }
-
-    fn check_positive(&self, name: &'static str) -> Result<(), ParameterError> {
-        parameter::positive(name, *self).map(drop)
-    }
-
-    fn check_non_negative(&self, name: &'static str) -> Result<(), ParameterError> {
-        parameter::non_negative(name, *self).map(drop)
     }
 }
 
@@ -140,13 +119,5 @@ impl<T: Scalar, F: Fn(Sliding<T>) -> (T, T) + Clone> VelocityLaw<T> for Velocity
 
     fn is_even(&self) -> bool {
         self.even
-    }
-
-    fn check_positive(&self, name: &'static str) -> Result<(), ParameterError> {
-        self.bounds.positive(name).map(drop)
-    }
-
-    fn check_non_negative(&self, name: &'static str) -> Result<(), ParameterError> {
-        self.bounds.non_negative(name).map(drop)
     }
 }

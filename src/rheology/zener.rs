@@ -18,12 +18,12 @@
 //! Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
 //! authors' own viscoelastic bristles are in arXiv 2601.13799.
 
-use nalgebra::{SVector, Vector2};
+use nalgebra::SVector;
 
-use super::{Elements, VelocityLaw, maxwell};
+use super::{ElementBounds, Elements, GeneralisedMaxwell, MaxwellArm, VelocityLaw, maxwell};
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Rheology;
-use crate::{Bounds, Scalar, Sliding};
+use crate::{Scalar, Sliding};
 
 /// Parameters of [`Zener`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,26 +101,26 @@ pub struct ZenerParameters<T, S = T> {
 /// ```
 #[doc(alias = "standard linear solid")]
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Zener<T, S = T> {
-    static_stiffness: T,
-    relaxing_stiffness: T,
-    series_damping: S,
-}
+pub struct Zener<T, S = T>(GeneralisedMaxwell<T, 2, S>);
 
 impl<T: Scalar, S: VelocityLaw<T>> Zener<T, S> {
     /// Checks the parameters.
     ///
     /// # Errors
     ///
-    /// Names the parameter that is out of its range; refuses a second spring that decays faster than a
-    /// step can tell from at once, K/η > 10⁵⁰ 1/s (of an `f32` 10¹⁰ 1/s).
+    /// Names the parameter that is out of its range. Also refuses a decay rate K₁/η above
+    /// 10⁵⁰ 1/s (for `f32` 10¹⁰ 1/s), which no step can tell from an instant.
     pub fn new(parameters: ZenerParameters<T, S>) -> Result<Self, ParameterError> {
         let ZenerParameters { static_stiffness, relaxing_stiffness, series_damping } = parameters;
-        let static_stiffness = parameter::positive("static_stiffness", static_stiffness)?;
-        let relaxing_stiffness = parameter::positive("relaxing_stiffness", relaxing_stiffness)?;
-        series_damping.check_positive("series_damping")?;
+        parameter::positive("static_stiffness", static_stiffness)?;
+        parameter::positive("relaxing_stiffness", relaxing_stiffness)?;
+        series_damping.bounds().positive("series_damping")?;
         maxwell::check_decay(maxwell::decay_bounds(relaxing_stiffness, &series_damping).max)?;
-        Ok(Self { static_stiffness, relaxing_stiffness, series_damping })
+        let arms = [
+            MaxwellArm { stiffness: static_stiffness, series_damping: None },
+            MaxwellArm { stiffness: relaxing_stiffness, series_damping: Some(series_damping) },
+        ];
+        Ok(Self(GeneralisedMaxwell::from_parts(arms, T::zero())))
     }
 }
 
@@ -129,12 +129,7 @@ impl<T: Scalar, S: VelocityLaw<T>> Rheology<T> for Zener<T, S> {
 
     #[inline]
     fn elements(&self, sliding: Sliding<T>) -> Elements<T, SVector<T, 2>> {
-        let decay = maxwell::decay(self.relaxing_stiffness, &self.series_damping, sliding);
-        Elements {
-            stiffness: self.storage_stiffness(),
-            decay: Vector2::new(T::zero(), decay),
-            damping: T::zero(),
-        }
+        self.0.elements(sliding)
     }
 
     #[inline]
@@ -142,50 +137,15 @@ impl<T: Scalar, S: VelocityLaw<T>> Rheology<T> for Zener<T, S> {
         &self,
         sliding: Sliding<T>,
     ) -> (Elements<T, SVector<T, 2>>, Elements<T, SVector<T, 2>>) {
-        let (decay, slope) =
-            maxwell::decay_and_slope(self.relaxing_stiffness, &self.series_damping, sliding);
-        (
-            Elements {
-                stiffness: self.storage_stiffness(),
-                decay: Vector2::new(T::zero(), decay),
-                damping: T::zero(),
-            },
-            Elements {
-                stiffness: Vector2::zeros(),
-                decay: Vector2::new(T::zero(), slope),
-                damping: T::zero(),
-            },
-        )
-    }
-
-    #[inline]
-    fn stationary(&self, _sliding: Sliding<T>, coefficient: T) -> SVector<T, 2> {
-        Vector2::new(coefficient / self.static_stiffness, T::zero())
+        self.0.elements_and_slopes(sliding)
     }
 
     #[inline]
     fn storage_stiffness(&self) -> SVector<T, 2> {
-        Vector2::new(self.static_stiffness, self.relaxing_stiffness)
+        self.0.storage_stiffness()
     }
 
-    fn stiffness_bounds(&self) -> Bounds<T> {
-        Bounds::constant(self.static_stiffness + self.relaxing_stiffness)
-    }
-
-    fn decay_bounds(&self) -> Bounds<T> {
-        maxwell::decay_bounds(self.relaxing_stiffness, &self.series_damping)
-            .union(Bounds::constant(T::zero()))
-    }
-
-    fn damping_bounds(&self) -> Bounds<T> {
-        Bounds::constant(T::zero())
-    }
-
-    fn has_constant_decay(&self) -> bool {
-        self.series_damping.bounds().is_constant()
-    }
-
-    fn is_even(&self) -> bool {
-        self.series_damping.is_even()
+    fn bounds(&self) -> ElementBounds<T> {
+        self.0.bounds()
     }
 }

@@ -48,8 +48,8 @@ where
     fn output_limits(&self, _fastest: T) -> OutputLimits<T> {
         // c₀ = σ0 r and c₂ = σ1 r with 0 < r ≤ 1.
         OutputLimits {
-            stiffness: self.rheology().stiffness_bounds().max,
-            damping: self.rheology().damping_bounds().max,
+            stiffness: self.rheology().bounds().stiffness.max,
+            damping: self.rheology().bounds().damping.max,
         }
     }
 }
@@ -63,7 +63,7 @@ where
 {
     fn output_limits(&self, fastest: T) -> OutputLimits<T> {
         let stiffness = self.storage_stiffness();
-        let damping = self.rheology().damping_bounds().max;
+        let damping = self.rheology().bounds().damping.max;
         // c₀ = σ0 − σ1λ lies between σ0 − max σ1 max λ and σ0.
         let lowest = match self.limits(fastest).relaxation_rate {
             _ if is_zero(damping) => stiffness,

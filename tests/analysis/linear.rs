@@ -15,8 +15,9 @@ use bristle::linear::{LinearisationError, StateSpace, SteadySliding, Threshold};
 use bristle::ode::{DormandPrince8, Solver, Step, System, Tolerances};
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
 use bristle::rheology::{
-    Deflection, Elements, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt,
-    KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters, Rheology, VelocityDependent,
+    Deflection, ElementBounds, Elements, GeneralisedMaxwell, GeneralisedMaxwellParameters,
+    KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters, Rheology,
+    VelocityDependent,
 };
 use bristle::scene::{
     DiaphragmValve, MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity,
@@ -194,24 +195,18 @@ impl<T: Scalar> Rheology<T> for Zener {
         (self.elements(sliding), slopes)
     }
 
-    fn stationary(&self, _sliding: Sliding<T>, coefficient: T) -> Vector2<T> {
-        Vector2::new(coefficient / lit(1e4), T::zero())
-    }
-
     fn storage_stiffness(&self) -> Vector2<T> {
         Vector2::new(lit(1e4), lit(3e4))
     }
 
-    fn stiffness_bounds(&self) -> Bounds<T> {
-        Bounds::constant(lit(1e4))
-    }
-
-    fn damping_bounds(&self) -> Bounds<T> {
-        Bounds::constant(lit(2.0))
-    }
-
-    fn is_even(&self) -> bool {
-        true
+    fn bounds(&self) -> ElementBounds<T> {
+        ElementBounds {
+            stiffness: Bounds::constant(lit(4e4)),
+            decay: Bounds { min: T::zero(), max: lit(50.0) },
+            damping: Bounds::constant(lit(2.0)),
+            constant_decay: true,
+            even: true,
+        }
     }
 }
 
@@ -1089,11 +1084,8 @@ fn a_direct_part_that_is_infinite_and_a_pivot_of_rounding_are_refused() {
     use nalgebra::{Matrix2, RowVector2};
     /// Coulomb friction beside a viscous one whose force is beyond the range of numbers at a load of 10 N.
     #[derive(Debug, Clone)]
-    struct Viscous;
+    struct Viscous(f64);
     impl FrictionCurve<f64> for Viscous {
-        fn coefficient(&self, _: Sliding<f64>) -> f64 {
-            1.0
-        }
         fn coefficient_and_slope(&self, _: Sliding<f64>) -> (f64, f64) {
             (1.0, 0.0)
         }
@@ -1101,13 +1093,13 @@ fn a_direct_part_that_is_infinite_and_a_pivot_of_rounding_are_refused() {
             Bounds::constant(1.0)
         }
         fn viscous_friction(&self) -> f64 {
-            f64::MAX
+            self.0
         }
-        fn without_viscous_friction(&self) -> Self {
-            Self
+        fn with_less_viscous_friction(&self, part: f64) -> Self {
+            Self(self.0 - part)
         }
     }
-    let contact = LuGre::classical(Viscous, table_2_bristle()).under_load(10.0).unwrap();
+    let contact = LuGre::classical(Viscous(f64::MAX), table_2_bristle()).under_load(10.0).unwrap();
     let refused = contact.state_space(Branch::Forward.of(0.0), 0.0).unwrap_err();
     assert_eq!(refused, LinearisationError::NotFinite);
     // The second row is minus the first one; in binary, to a rounding only.

@@ -3,11 +3,13 @@
 
 use crate::common::closed_form::{Curve, Modulus, Table};
 use crate::common::recipe::{Recipe, decades, recipe, velocity};
-use crate::common::specimens::{coulomb, curves, rational, regularisations, stribeck, table};
+use crate::common::specimens::{
+    coulomb, curves, kelvin_voigt, rational, regularisations, stribeck, table,
+};
 use crate::common::{assert_within, check, root};
 use bristle::curve::{Asymmetric, Coulomb, FrictionCurve};
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
-use bristle::{Bounds, Branch, Scalar, Sliding};
+use bristle::{Bounds, Branch, Bristle, FrBd, Law, LuGre, Scalar, Sliding};
 use proptest::prelude::*;
 
 /// Some ten roundings; an exponent w has its own multiplied by w e^−w < 1.
@@ -132,7 +134,7 @@ fn a_curve_without_its_viscous_part_lacks_only_that() {
 }
 
 #[test]
-fn two_curves_in_one_share_only_a_viscous_part_they_both_have() {
+fn two_curves_in_one_share_the_smaller_of_their_viscous_parts() {
     let r = Recipe::TABLE_2;
     let of = |viscous| Recipe { viscous, ..r };
     let same = Asymmetric { forward: stribeck::<f64>(&r, 2.0), backward: coulomb(&r) };
@@ -140,8 +142,29 @@ fn two_curves_in_one_share_only_a_viscous_part_they_both_have() {
     let dry = FrictionCurve::<f64>::without_viscous_friction(&same);
     assert_eq!(dry, Asymmetric { forward: stribeck(&of(0.0), 2.0), backward: coulomb(&of(0.0)) });
     let different = Asymmetric { forward: stribeck::<f64>(&r, 2.0), backward: coulomb(&of(0.3)) };
-    assert_eq!(FrictionCurve::<f64>::viscous_friction(&different), 0.0);
-    assert_eq!(FrictionCurve::<f64>::without_viscous_friction(&different), different);
+    let common = r.viscous.min(0.3);
+    assert_eq!(FrictionCurve::<f64>::viscous_friction(&different), common);
+    let dry = FrictionCurve::<f64>::without_viscous_friction(&different);
+    assert_eq!(FrictionCurve::<f64>::viscous_friction(&dry), 0.0);
+    for v in [-3.0, -0.1, 0.1, 3.0] {
+        let (whole, rest) = (different.at(v), dry.at(v));
+        assert_within(ROUNDING, whole, rest + common * f64::abs(v), whole, || format!("{v}"));
+    }
+}
+
+#[test]
+fn lugres_force_hardly_changes_where_the_two_directions_hardly_differ() {
+    // σ1 z' = 0 in steady sliding at 1 m/s: F/p = μ_d + σ2, all of it inside the curve or σ2 outside
+    // of it; from z = 0 only what is outside of the curve adds to σ1.
+    let r = Recipe::TABLE_2;
+    let of = |viscous| coulomb::<f64>(&Recipe { viscous, ..r });
+    let force = |backward| {
+        let curve = Asymmetric { forward: of(0.2), backward: of(backward) };
+        LuGre::classical(curve, kelvin_voigt(1e4, 1.0)).coefficient(1.0, 0.0)
+    };
+    assert_eq!(force(0.2), 1.2);
+    assert_within(1e-11, 1.0, force(0.2 + 1e-12), 1.2, || "σ2 hardly larger backwards".into());
+    assert_within(1e-11, 1.0, force(0.2 - 1e-12), 1.2, || "σ2 hardly smaller backwards".into());
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -658,23 +681,22 @@ fn a_regularisation_of_ones_own_needs_three_methods() {
 }
 
 #[test]
-fn a_curve_of_ones_own_needs_three_methods() {
+fn a_curve_of_ones_own_needs_two_methods_and_claims_nothing() {
     /// μ = 0.1 + |v|, which the library does not know to have a viscous part.
     #[derive(Debug, Clone)]
     struct Own;
     impl<T: Scalar> FrictionCurve<T> for Own {
-        fn coefficient(&self, sliding: Sliding<T>) -> T {
-            crate::common::lit::<T>(0.1) + sliding.speed()
-        }
         fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-            (self.coefficient(sliding), sliding.direction())
+            (crate::common::lit::<T>(0.1) + sliding.speed(), sliding.direction())
         }
         fn bounds(&self, fastest: T) -> Bounds<T> {
             Bounds { min: crate::common::lit(0.1), max: crate::common::lit::<T>(0.1) + fastest }
         }
     }
     assert_eq!(FrictionCurve::<f64>::viscous_friction(&Own), 0.0);
-    assert!(FrictionCurve::<f64>::is_even(&Own));
+    assert!(!FrictionCurve::<f64>::is_even(&Own));
+    let model = FrBd::new(Own, kelvin_voigt(1e4, 1.0));
+    assert!(!Bristle::<f64>::obeys(&model, Law::OddSymmetry));
     let dry = FrictionCurve::<f64>::without_viscous_friction(&Own);
     assert_eq!(dry.coefficient(Sliding::from(-2.0)), 2.1);
     let both = Asymmetric { forward: Own, backward: coulomb::<f64>(&Recipe::TABLE_2) };

@@ -10,7 +10,7 @@ use crate::common::specimens::{
 use crate::common::{assert_within, check, integral, root};
 use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve, FunctionCurve};
 use bristle::regularisation::SquareRoot;
-use bristle::rheology::{Deflection, Elements, Rheology, VelocityDependent};
+use bristle::rheology::{Deflection, ElementBounds, Elements, Rheology, VelocityDependent};
 use bristle::{Affine, Bounds, Bristle, Contact, FrBd, Law, LuGre, Scalar, Sliding};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use proptest::prelude::*;
@@ -1482,10 +1482,6 @@ struct Zener {
 impl Rheology<f64> for Zener {
     type Deflection = Vector2<f64>;
 
-    fn elements(&self, sliding: Sliding<f64>) -> Elements<f64, Vector2<f64>> {
-        self.elements_and_slopes(sliding).0
-    }
-
     fn elements_and_slopes(
         &self,
         sliding: Sliding<f64>,
@@ -1505,25 +1501,18 @@ impl Rheology<f64> for Zener {
         )
     }
 
-    fn stationary(&self, _sliding: Sliding<f64>, coefficient: f64) -> Vector2<f64> {
-        // The second spring has relaxed.
-        Vector2::new(coefficient / self.static_stiffness, 0.0)
-    }
-
     fn storage_stiffness(&self) -> Vector2<f64> {
         Vector2::new(self.static_stiffness, self.second_stiffness)
     }
 
-    fn stiffness_bounds(&self) -> Bounds<f64> {
-        Bounds::constant(self.static_stiffness)
-    }
-
-    fn damping_bounds(&self) -> Bounds<f64> {
-        Bounds { min: self.damping, max: 1.5 * self.damping }
-    }
-
-    fn is_even(&self) -> bool {
-        true
+    fn bounds(&self) -> ElementBounds<f64> {
+        ElementBounds {
+            stiffness: Bounds::constant(self.static_stiffness + self.second_stiffness),
+            decay: Bounds { min: 0.0, max: self.decay },
+            damping: Bounds { min: self.damping, max: 1.5 * self.damping },
+            constant_decay: true,
+            even: true,
+        }
     }
 }
 
@@ -1687,7 +1676,7 @@ fn the_matrix_of_a_bristle_of_several_springs_is_its_decay_and_a_common_row() {
     for x in [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.25, -4.0, 8.0)] {
         // Small binary fractions: exact.
         assert_eq!(Deflection::relax(relaxation, x), matrix * x);
-        let negative = <Vector3<f64> as Deflection<f64>>::negative(relaxation);
+        let negative = -relaxation;
         assert_eq!(Deflection::relax(negative, x), -(matrix * x));
     }
 }

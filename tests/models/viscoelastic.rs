@@ -337,7 +337,7 @@ fn in_a_row<T: Scalar + Slice<T>, const N: usize>(
     let form = Form {
         arms: side_by_side.to_vec(),
         series: Change::Constant,
-        beside: equivalent.damping_bounds().min,
+        beside: equivalent.bounds().damping.min,
         beside_law: Change::Constant,
         name,
         regularised: false,
@@ -1449,11 +1449,11 @@ fn a_dashpot_that_varies_bounds_its_decay_from_both_sides() {
         )
     };
     let from = |min| Bounds { min, max: 20.0 };
-    assert_eq!(maxwell(100.0, law()).decay_bounds(), from(10.0));
+    assert_eq!(maxwell(100.0, law()).bounds().decay, from(10.0));
     // The static spring of a Zener bristle does not decay.
-    assert_eq!(zener(50.0, 100.0, law()).decay_bounds(), from(0.0));
-    assert_eq!(arms([(100.0, Some(law()))], 1.0).decay_bounds(), from(10.0));
-    assert_eq!(arms([(100.0, Some(law())), (50.0, None)], 1.0).decay_bounds(), from(0.0));
+    assert_eq!(zener(50.0, 100.0, law()).bounds().decay, from(0.0));
+    assert_eq!(arms([(100.0, Some(law()))], 1.0).bounds().decay, from(10.0));
+    assert_eq!(arms([(100.0, Some(law())), (50.0, None)], 1.0).bounds().decay, from(0.0));
 }
 
 #[test]
@@ -1461,8 +1461,8 @@ fn arms_are_even_if_every_dashpot_is() {
     let law =
         || VelocityDependent::new(|_: Sliding<f64>| (10.0, 0.0), Bounds { min: 5.0, max: 10.0 });
     assert!(!VelocityLaw::<f64>::is_even(&law()));
-    assert!(arms::<f64, 2, f64, f64>([(1.0, Some(2.0)), (3.0, None)], 4.0).is_even());
-    assert!(!arms::<f64, 2, _, f64>([(1.0, None), (3.0, Some(law()))], 4.0).is_even());
-    assert!(!arms::<f64, 2, f64, _>([(1.0, Some(2.0)), (3.0, None)], law()).is_even());
-    assert!(arms::<f64, 2, _, f64>([(1.0, None), (3.0, None::<f64>)], 4.0).is_even());
+    assert!(arms::<f64, 2, f64, f64>([(1.0, Some(2.0)), (3.0, None)], 4.0).bounds().even);
+    assert!(!arms::<f64, 2, _, f64>([(1.0, None), (3.0, Some(law()))], 4.0).bounds().even);
+    assert!(!arms::<f64, 2, f64, _>([(1.0, Some(2.0)), (3.0, None)], law()).bounds().even);
+    assert!(arms::<f64, 2, _, f64>([(1.0, None), (3.0, None::<f64>)], 4.0).bounds().even);
 }
