@@ -101,7 +101,7 @@ fn main() -> ExitCode {
         // The way of a bristle in every transit.
         let ways = (0..).map(|k| f64::from(k) / TRANSPORT).take_while(|&start| start < end);
         let map = ways.fold(
-            Panel::new("time t / s", "place ξ")
+            Panel::new("time t / s", "place ξ / –")
                 .title("deflection; dashed: ways of single bristles"),
             |panel, start| {
                 let out = end.min(start + 1.0 / TRANSPORT);
@@ -111,17 +111,18 @@ fn main() -> ExitCode {
         );
         let velocity: Vec<(f64, f64)> = times.iter().map(|&time| (time, slip(time))).collect();
         let figure = Figure::new(760, 760)
+            .title("Deflection of the bristles of a tyre over place and time")
             .panel(map.heat_map(ground))
             .panel(Panel::new("time t / s", "slip velocity v / (m/s)").horizontal(0.0, "").line(
                 "",
                 Colour::Blue,
                 velocity,
             ))
-            .panel(
-                Panel::new("time t / s", "friction over normal force F/F_z")
-                    .horizontal(0.0, "")
-                    .line("", Colour::Blue, forces),
-            );
+            .panel(Panel::new("time t / s", "force ratio F/F_z / –").horizontal(0.0, "").line(
+                "",
+                Colour::Blue,
+                forces,
+            ));
         println!();
         println!("{}", figure.save(arguments.out_dir(), "bristle_profile")?.display());
         Ok(())

@@ -28,7 +28,7 @@ use bristle::control::{
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd, ImplicitBristle, ImplicitBristleParameters, LuGre, ParameterError};
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
+use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Stroke};
 
 /// What the axis is: mass [kg], encoder count [m], limit of the motor [N].
 const MASS: f64 = 12.0;
@@ -440,16 +440,22 @@ fn main() -> ExitCode {
                 .parse()?;
         let base = Setting::of(Way::None);
         let over = Setting { share: arguments.number("share"), ..base };
-        let studies = [
-            study(base)?,
-            study(Setting { share: 0.8, ..base })?,
-            study(over)?,
-            study(Setting { rate: 1e4, ..base })?,
-            study(Setting { rate: 1e2, bandwidth: 4.0, ..base })?,
-            study(Setting { rate: 1e2, bandwidth: 4.0, ..over })?,
-            study(Setting { plant: Plant::Implicit, ..base })?,
-            study(Setting { plant: Plant::Implicit, ..over })?,
+        let settings = [
+            base,
+            Setting { share: 0.8, ..base },
+            over,
+            Setting { rate: 1e4, ..base },
+            Setting { rate: 1e2, bandwidth: 4.0, ..base },
+            Setting { rate: 1e2, bandwidth: 4.0, ..over },
+            Setting { plant: Plant::Implicit, ..base },
+            Setting { plant: Plant::Implicit, ..over },
         ];
+        let mut progress = Progress::new("settings", settings.len());
+        let mut studies = Vec::new();
+        for setting in settings {
+            studies.push(study(setting)?);
+            progress.step();
+        }
         println!(
             "{MASS} kg, {} µm a count, {FREQUENCY} Hz sine of {} mm, then at rest",
             COUNT * 1e6,
@@ -551,6 +557,7 @@ fn chart(tracking: &Study, resting: &Study) -> Figure {
     };
     let share = resting.first().map_or(f64::NAN, |(setting, _)| setting.share);
     Figure::new(760, 860)
+        .title("A servo follows a slow sine, with and without friction compensation")
         .panel(panel(
             tracking,
             "(a) tracking a slow sine",

@@ -82,7 +82,7 @@ fn main() -> ExitCode {
         ];
         let dry = sample(
             "stribeck_dry",
-            "without σ2|v|",
+            "Stribeck, δ = 2, σ_2 = 0",
             Colour::Sky.dashed(),
             &stribeck(2.0, 0.0)?,
             samples,
@@ -94,7 +94,7 @@ fn main() -> ExitCode {
             "μ_s = {STATIC}, μ_d = {DYNAMIC}, v_S = {STRIBECK_VELOCITY} m/s, σ2 = {VISCOUS} s/m"
         );
         println!();
-        println!("curve         at rest  at v_S  at {FASTEST} m/s");
+        println!("friction coefficient      at rest  at v_S  at {FASTEST} m/s");
         for curve in curves.iter().chain([&dry]) {
             for row in &curve.samples {
                 table.row(&[curve.name], row)?;
@@ -104,7 +104,8 @@ fn main() -> ExitCode {
                 curve.samples[index as usize][1]
             };
             let (rest, stribeck, fast) = (at(0.0), at(STRIBECK_VELOCITY), at(FASTEST));
-            println!("{:12}  {rest:7.4}  {stribeck:6.4}  {fast:10.4}", curve.name);
+            let label = curve.label.replace("_2", "2");
+            println!("{label:24}  {rest:7.4}  {stribeck:6.4}  {fast:10.4}");
         }
         table.finish()?;
         println!();
@@ -135,7 +136,8 @@ fn sample<C: FrictionCurve<f64>>(
 fn chart(curves: &[Curve], dry: &Curve) -> Result<Figure, bristle::ParameterError> {
     // The friction force of steady sliding, as the paper draws it: with the sign of the velocity.
     let mut signed = Panel::new("sliding velocity v / (m/s)", "friction μ(v) sgn v / –")
-        .title("(a) Stribeck curve, δ = 2");
+        .title("(a) with the sign of the velocity")
+        .own_legend();
     for curve in curves.iter().filter(|curve| curve.name == "stribeck_2").chain([dry]) {
         let mut points: Vec<_> =
             curve.samples.iter().map(|row| (row[0], row[1] * row[0].signum())).collect();
@@ -146,7 +148,8 @@ fn chart(curves: &[Curve], dry: &Curve) -> Result<Figure, bristle::ParameterErro
         signed = signed.line(curve.label, curve.stroke, &points);
     }
     let mut shapes = Panel::new("sliding velocity v / (m/s)", "friction coefficient μ / –")
-        .title("(b) all curves");
+        .title("(b) all curves")
+        .own_legend();
     for curve in curves {
         let points: Vec<_> = curve.samples.iter().map(|row| (row[0], row[1])).collect();
         shapes = shapes.line(curve.label, curve.stroke, &points);
@@ -155,10 +158,16 @@ fn chart(curves: &[Curve], dry: &Curve) -> Result<Figure, bristle::ParameterErro
     let grid = || (-500..=500).map(|i| f64::from(i) * 1e-5);
     let signs = Panel::new("sliding velocity v / (mm/s)", "regularised sign / –")
         .title("(c) regularisations, |0|_ε = 1 mm/s")
+        .own_legend()
         .line("exact", Colour::Black.width(1.0), sign(grid(), &Unregularised))
         .line("square root", Colour::Vermilion, sign(grid(), &root))
         .line("hyperbolic tangent", Colour::Black.dashed(), sign(grid(), &tangent));
-    Ok(Figure::new(1200, 460).columns(3).panel(signed).panel(shapes).panel(signs))
+    Ok(Figure::new(1200, 480)
+        .title("Friction curves and regularised signs over the sliding velocity")
+        .columns(3)
+        .panel(signed)
+        .panel(shapes)
+        .panel(signs))
 }
 
 fn sign<E: Regularisation<f64>>(

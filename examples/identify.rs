@@ -161,9 +161,9 @@ fn report<C: Candidate<N>, const N: usize>(
 
     let mut table =
         Csv::create(arguments.out_dir(), "identify", &["part", "t", "x", "v", "data", "model"])?;
-    let new_over_time = || Panel::new("time t / s", "friction coefficient F/p");
+    let new_over_time = || Panel::new("time t / s", "friction coefficient F/p / –");
     let mut over_time = new_over_time();
-    let mut over_position = Panel::new("position x / mm", "friction coefficient F/p");
+    let mut over_position = Panel::new("position x / mm", "friction coefficient F/p / –");
     let last = seen.times().last().copied().unwrap_or(to);
     let unseen = log.between(last.next_up(), arguments.number("predict")).ok();
     let parts = [("fitted", Some(seen), Colour::Blue), ("predicted", unseen, Colour::Vermilion)];
@@ -206,7 +206,10 @@ fn report<C: Candidate<N>, const N: usize>(
             .line(name, colour, pairs(&millimetres, &model.coefficients));
     }
     table.finish()?;
-    let figure = Figure::new(760, 640).panel(over_time).panel(over_position);
+    let figure = Figure::new(760, 640)
+        .title("Friction of a measured motion and of the identified model")
+        .panel(over_time)
+        .panel(over_position);
     println!("\n{}", figure.save(arguments.out_dir(), "identify")?.display());
     Ok(())
 }

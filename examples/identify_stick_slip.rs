@@ -423,7 +423,8 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         "identify_stick_slip",
         &["run", "speed", "t", "measured", "simulated"],
     )?;
-    let mut figure = Figure::new(760, 300 * rig.runs.len() as u32);
+    let mut figure = Figure::new(760, 300 * rig.runs.len() as u32)
+        .title("Friction identified from the statistics of stick-slip");
     println!("\nsimulated over measured   amplitude  period  mean  a fall");
     for run in &rig.runs {
         let measured = &run.measured;
@@ -445,7 +446,7 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
             force.iter().enumerate().map(|(i, &f)| (time(i), f)).take_while(|p| p.0 < 1.0).collect()
         };
         figure = figure.panel(
-            Panel::new("time t / s", "spring force F/p")
+            Panel::new("time t / s", "spring force F/p / –")
                 .title(&run.name)
                 .line("measured", Colour::Grey.width(2.5), line(&run.force))
                 .line("simulated", Colour::Blue, line(&force)),

@@ -205,5 +205,11 @@ fn chart(runs: &[Run], curve: &Stribeck<f64>) -> Figure {
         presliding = presliding.line(run.label, run.stroke, first);
         rates = rates.line(run.label, run.stroke, &run.rates);
     }
-    Figure::new(960, 760).columns(2).panel(lag).panel(stick_slip).panel(presliding).panel(rates)
+    Figure::new(960, 760)
+        .title("What one step of an inversion costs")
+        .columns(2)
+        .panel(lag)
+        .panel(stick_slip)
+        .panel(presliding)
+        .panel(rates)
 }

@@ -60,7 +60,7 @@ fn main() -> ExitCode {
         let mut run = Run { fast, cycles, samples, table: &mut table };
         let machines = [
             run.machine("lugre", "LuGre", Colour::Orange.into(), classical)?,
-            run.machine("lugre_inside", "LuGre, σ2 inside g", Colour::Green.dashed(), inside)?,
+            run.machine("lugre_inside", "LuGre, σ_2 inside g", Colour::Green.dashed(), inside)?,
             run.machine("frbd", "FrBD", Colour::Blue.dotted(), frbd)?,
         ];
         table.finish()?;
@@ -179,6 +179,7 @@ fn chart(machines: &[Machine]) -> Figure {
     let panel = |title: &str, x: &str, y: &str| Panel::new(x, y).title(title);
     let path = "displacement x / mm";
     Figure::new(960, 760)
+        .title("An engine made of friction: work of FrBD and LuGre, cycle by cycle")
         .columns(2)
         .panel(with(panel("(a) slow phase", path, "friction force F / N"), |m| &m.phases[0]))
         .panel(with(panel("(b) fast phase", path, "friction force F / N"), |m| &m.phases[1]))

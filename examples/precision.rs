@@ -318,10 +318,11 @@ fn chart(scans: &[Scan]) -> Figure {
         (5, "passive: mean force", Colour::Orange.into()),
         (6, "passive: dissipated energy", Colour::Purple.dotted()),
     ];
-    let mut figure = Figure::new(1200, 460).columns(2);
+    let mut figure = Figure::new(1200, 460).title("What single precision costs").columns(2);
     let label = "largest error / roundings";
-    let mut by_step = Panel::new("log10 of λh", label).title("(a) FrBD, Table 2, over the step");
-    let mut by_speed = Panel::new("log10 of |v| / (m/s)", label).title("(b) over the speed");
+    let mut by_step =
+        Panel::new("log_{10} of λh / –", label).title("(a) FrBD, Table 2, over the step");
+    let mut by_speed = Panel::new("log_{10} of |v| / (m/s)", label).title("(b) over the speed");
     for (place, name, stroke) in lines {
         by_step = by_step.line(name, stroke, points(&scans[0].by_step, place));
         by_speed = by_speed.line(name, stroke, points(&scans[0].by_speed, place));

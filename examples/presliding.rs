@@ -16,7 +16,7 @@ use bristle::rheology::KelvinVoigt;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::{Sine, SineParameters};
 use bristle::{Bristle, FrBd, LuGre, Mechanism, paper};
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
+use support::{Arguments, Colour, Csv, Figure, Panel, Rule};
 
 const FREQUENCIES: [f64; 3] = [1.0, 5.0, 10.0];
 const PERIODS: f64 = 3.0;
@@ -50,10 +50,8 @@ fn main() -> ExitCode {
         println!(
             "model  frequency  travel in the last period  drift per period  lost energy per period"
         );
-        let mut figure = Figure::new(900, 430).columns(2);
+        let mut loops = Vec::new();
         for (name, label) in [("frbd", "FrBD"), ("lugre", "LuGre")] {
-            let axes = ("position x / µm", "friction force F / N");
-            let mut panel = Panel::new(axes.0, axes.1).title(label);
             for (index, frequency) in FREQUENCIES.into_iter().enumerate() {
                 let rows = match name {
                     "frbd" => run(FrBd::new(curve, bristle), frequency, samples, rtol)?,
@@ -64,20 +62,38 @@ fn main() -> ExitCode {
                     let [t, x, v, z, force] = *row;
                     table.row(&[name], &[frequency, t, x, v, z, force])?;
                 }
-                let loops: Vec<_> = rows.iter().map(|row| (row[1] * 1e6, row[4])).collect();
-                panel = panel.line(format!("{frequency} Hz"), stroke(index), &loops);
+                let points = rows.iter().map(|row| (row[1] * 1e6, row[4])).collect();
+                loops.push((label, index, points));
             }
-            figure = figure.panel(panel);
         }
         table.finish()?;
         println!();
-        println!("{}", figure.save(arguments.out_dir(), "presliding")?.display());
+        println!("{}", chart(&loops).save(arguments.out_dir(), "presliding")?.display());
         Ok(())
     })
 }
 
-fn stroke(index: usize) -> Stroke {
-    [Colour::Blue.into(), Colour::Orange.dashed(), Colour::Green.dotted()][index]
+/// Force [N] over position [µm] of a model at one of the frequencies.
+type Loop = (&'static str, usize, Vec<(f64, f64)>);
+
+fn chart(loops: &[Loop]) -> Figure {
+    let strokes = [Colour::Blue.into(), Colour::Orange.dashed(), Colour::Green.dotted()];
+    // Both panels have the axes that show all loops.
+    let positions = || loops.iter().flat_map(|(_, _, points)| points.iter().map(|point| point.0));
+    let least = positions().fold(0.0, f64::min);
+    let most = positions().fold(0.0, f64::max);
+    let figure = Figure::new(900, 430).columns(2);
+    let figure = figure.title("Hysteresis below breakaway: friction force over position");
+    ["FrBD", "LuGre"].into_iter().fold(figure, |figure, label| {
+        let panel = Panel::new("position x / µm", "friction force F / N")
+            .title(label)
+            .x_range(1.05 * least..=1.05 * most)
+            .y_range(-1.6..=1.6);
+        let own = loops.iter().filter(|(model, ..)| *model == label);
+        figure.panel(own.fold(panel, |panel, (_, index, points)| {
+            panel.line(format!("{} Hz", FREQUENCIES[*index]), strokes[*index], points)
+        }))
+    })
 }
 
 /// Simulates the mass with one friction model at one frequency.

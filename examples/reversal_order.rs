@@ -85,7 +85,9 @@ fn main() -> ExitCode {
             .iter()
             .zip(strokes)
             .fold(panel, |panel, (row, (label, stroke))| panel.line(label, stroke, &row.errors));
-        let figure = Figure::new(640, 460).panel(panel);
+        let figure = Figure::new(640, 460)
+            .title("Error over step length: plain steps, and steps split at reversals")
+            .panel(panel);
         println!();
         println!("{}", figure.save(arguments.out_dir(), "reversal_order")?.display());
         Ok(())

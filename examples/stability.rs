@@ -24,7 +24,7 @@ use bristle::signal::Constant;
 use bristle::stability::{self, Scheme};
 use bristle::{Branch, Bristle, FrBd, LuGre, Mechanism, paper};
 use nalgebra::{Vector1, Vector3};
-use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Rule, Stroke, Symbol};
+use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Rule, Stroke};
 
 /// The range of the step [s].
 const SHORTEST: f64 = 1e-4;
@@ -495,8 +495,14 @@ const ROWS: [Row; 2] = [
     },
 ];
 
+const NOTE: &str = "Small marks above the line: the run diverged at this step. \
+                    Dashed: critical step, predicted; large mark: the same, measured.";
+
 fn chart(studies: &[Study; 2]) -> Figure {
-    let mut figure = Figure::new(900, 1060).columns(2);
+    let mut figure = Figure::new(900, 1060)
+        .title("Where methods fail: errors and slip period over the step of the stick-slip rig")
+        .note(NOTE)
+        .columns(2);
     let mut letter = 'a'..;
     let mut title = |study: &Study, what: &str| {
         format!("({}) {}: {what}", letter.next().unwrap_or(' '), study.label)
@@ -531,12 +537,6 @@ fn chart(studies: &[Study; 2]) -> Figure {
                         .points("", colour.marked(marker).size(10.0), [mark]);
                 }
             }
-            // What the marks mean, for the legend alone.
-            let nothing: [(f64, f64); 0] = [];
-            panel = panel
-                .line("critical step, predicted", limit_line(Colour::Grey), nothing)
-                .points("critical step, measured", Symbol::from(Colour::Grey).size(10.0), nothing)
-                .points("on top: diverged", Symbol::from(Colour::Grey).size(5.0), nothing);
             figure = figure.panel(panel);
         }
     }

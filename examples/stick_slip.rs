@@ -1,7 +1,8 @@
 //! The stick-slip rig of the paper (section V-A, Table 2): a mass pulled by a spring whose end
 //! moves at 0.1 m/s, with FrBD and LuGre friction.
 //!
-//! Leaves `stick_slip.csv` and `stick_slip.svg`, the paper's four panels.
+//! Leaves `stick_slip.csv` and `stick_slip.svg`: the whole run, and the first slip enlarged, where
+//! the two models can be told apart.
 
 #[macro_use]
 mod support;
@@ -22,6 +23,12 @@ use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 /// Something to draw, from a state and the friction force there.
 type Quantity = fn(&Vector3<f64>, f64) -> f64;
 
+/// The mass sticks where it is slower than this [m/s].
+const STUCK: f64 = 2e-3;
+
+/// The first slip, with some time before and after it [s].
+const FIRST_SLIP: std::ops::RangeInclusive<f64> = 7.2..=10.8;
+
 /// One model's run, ready for the table and the chart.
 struct Run {
     name: &'static str,
@@ -36,7 +43,7 @@ fn main() -> ExitCode {
         let arguments = Arguments::new("stick_slip", "The stick-slip rig of the paper")
             .number("end", 60.0, "s", "end of the simulated time")
             .must_be(Rule::Positive)
-            .count("samples", 6001, "rows per model, evenly spaced, both ends included")
+            .count("samples", 12001, "rows per model, evenly spaced, both ends included")
             .must_be(Rule::Between(2.0, 1e7))
             .number(
                 "rtol",
@@ -132,6 +139,15 @@ impl Run {
         );
     }
 
+    /// The times during which the mass sticks [s].
+    fn stick(&self) -> Vec<std::ops::RangeInclusive<f64>> {
+        let samples: Vec<_> = self.trajectory.iter().collect();
+        let stuck = |v: f64| v.abs() < STUCK;
+        let spans = samples.chunk_by(|a, b| stuck(a.1[1]) == stuck(b.1[1]));
+        let spans = spans.filter(|span| stuck(span[0].1[1]));
+        spans.map(|span| span[0].0..=span[span.len() - 1].0).collect()
+    }
+
     /// A quantity over time.
     fn over_time(&self, value: impl Fn(&Vector3<f64>, f64) -> f64) -> Vec<(f64, f64)> {
         let states = self.trajectory.iter().zip(&self.force);
@@ -139,17 +155,26 @@ impl Run {
     }
 }
 
-fn chart(runs: &[Run]) -> Figure {
-    let panels: [(&str, Quantity); 4] = [
+fn chart(runs: &[Run; 2]) -> Figure {
+    let rows: [(&str, Quantity); 4] = [
         ("position x / m", |state, _| state[0]),
         ("velocity v / (m/s)", |state, _| state[1]),
         ("deflection z / µm", |state, _| state[2] * 1e6),
         ("friction force F / N", |_, force| force),
     ];
-    panels.into_iter().fold(Figure::new(760, 900), |figure, (label, value)| {
-        let panel = runs.iter().fold(Panel::new("time t / s", label), |panel, run| {
-            panel.line(run.label, run.stroke, run.over_time(value))
-        });
-        figure.panel(panel)
-    })
+    let [frbd, lugre] = runs;
+    let stick = frbd.stick();
+    let mut figure = Figure::new(900, 900)
+        .title("Stick-slip of a spring-driven mass: FrBD and LuGre over time")
+        .columns(2);
+    for (index, (label, value)) in rows.into_iter().enumerate() {
+        let panel = Panel::new("time t / s", label);
+        let panel = stick.iter().fold(panel, |panel, range| panel.shade("stick", range.clone()));
+        let whole = panel.line(frbd.label, frbd.stroke, frbd.over_time(value));
+        let slip = whole.clone().x_range(FIRST_SLIP);
+        let slip = slip.line(lugre.label, lugre.stroke, lugre.over_time(value));
+        figure = figure.panel(if index == 0 { whole.title("(a) FrBD") } else { whole });
+        figure = figure.panel(if index == 0 { slip.title("(b) the first slip") } else { slip });
+    }
+    figure
 }

@@ -60,7 +60,11 @@ fn main() -> ExitCode {
         }
         table.finish()?;
         println!();
-        let figure = Figure::new(1000, 430).columns(2).panel(forces).panel(trails);
+        let figure = Figure::new(1000, 430)
+            .title("Friction force and pneumatic trail of a tyre over slip, three pressures")
+            .columns(2)
+            .panel(forces)
+            .panel(trails);
         println!("{}", figure.save(arguments.out_dir(), "tyre_slip_curve")?.display());
         Ok(())
     })

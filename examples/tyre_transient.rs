@@ -22,7 +22,7 @@ use bristle::rolling::{
 };
 use bristle::signal::{Constant, Function, Signal};
 use bristle::{FrBd, LuGre, paper};
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
+use support::{Arguments, Colour, Csv, Figure, Panel, Rule};
 
 /// The normal force / N: forces are then ratios.
 const LOAD: f64 = 1.0;
@@ -156,32 +156,25 @@ fn chart(times: &[f64], frbd: &[Vec<f64>; 3], lugre: &[Vec<f64>; 3]) -> Figure {
         times.iter().copied().zip(values.iter().copied()).collect()
     };
     let velocity: Vec<f64> = times.iter().map(|&t| slip_velocity(t).0).collect();
-    let mut force = Panel::new("time t / s", "F/F_z / –");
-    let mut near = Panel::new("time t / s", "F/F_z, enlarged / –").y_range(0.53..=0.6);
-    let mut apart = Panel::new("time t / s", "F/F_z, LuGre − FrBD / 10⁻³");
-    for (number, pressure) in PRESSURES.iter().enumerate() {
-        let stroke: Stroke = COLOURS[number].into();
-        let dashed = COLOURS[number].dashed();
-        force = force.line(format!("{pressure}, FrBD"), stroke, over_time(&frbd[number])).line(
-            format!("{pressure}, LuGre"),
-            dashed,
-            over_time(&lugre[number]),
-        );
-        near = near.line("", stroke, over_time(&frbd[number])).line(
-            "",
-            dashed,
-            over_time(&lugre[number]),
-        );
-        let difference: Vec<f64> =
-            lugre[number].iter().zip(&frbd[number]).map(|(a, b)| (a - b) * 1e3).collect();
+    let time = "time t / s";
+    let ratio = "force ratio F/F_z / –";
+    let mut force = Panel::new(time, ratio).title("(b) friction force, FrBD");
+    let mut near = Panel::new(time, ratio).title("(c) enlarged").y_range(0.53..=0.6);
+    let mut apart = Panel::new(time, "difference of F/F_z / 10⁻³").title("(d) LuGre − FrBD");
+    for (number, pressure) in PRESSURES.into_iter().enumerate() {
+        let stroke = [COLOURS[0].into(), COLOURS[1].dashed(), COLOURS[2].into()][number];
+        let both = lugre[number].iter().zip(&frbd[number]);
+        let difference: Vec<f64> = both.map(|(a, b)| (a - b) * 1e3).collect();
+        let own = over_time(&frbd[number]);
+        force = force.line(format!("{pressure} pressure"), stroke, &own);
+        near = near.line("", stroke, &own);
         apart = apart.line("", stroke, over_time(&difference));
     }
-    Figure::new(760, 1000)
-        .panel(Panel::new("time t / s", "slip velocity v / (m/s)").line(
-            "",
-            Colour::Black,
-            over_time(&velocity),
-        ))
+    let slip = Panel::new(time, "slip velocity v / (m/s)").title("(a) slip velocity");
+    Figure::new(900, 640)
+        .title("A tyre under a slip velocity that swings: force ratio over time, three pressures")
+        .columns(2)
+        .panel(slip.line("", Colour::Black, over_time(&velocity)))
         .panel(force)
         .panel(near)
         .panel(apart)

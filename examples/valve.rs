@@ -44,7 +44,6 @@ const AROUND: [f64; 2] = [-3e-3, 15e-3];
 /// One test with every model.
 struct Test {
     number: &'static str,
-    title: &'static str,
     runs: [Run; 3],
 }
 
@@ -92,16 +91,8 @@ fn main() -> ExitCode {
         let sine =
             Sine::new(SineParameters { mean: 50.0, amplitude: 30.0, frequency: 0.02, phase: 0.0 })?;
         let tests = [
-            Test {
-                number: "1",
-                title: "(a) Test 1: ramp",
-                runs: settings.runs(paper::VALVE_TIME_CONSTANT_TEST_1, ramp)?,
-            },
-            Test {
-                number: "2",
-                title: "(b) Test 2: sine",
-                runs: settings.runs(paper::VALVE_TIME_CONSTANT_TEST_2, sine)?,
-            },
+            Test { number: "1", runs: settings.runs(paper::VALVE_TIME_CONSTANT_TEST_1, ramp)? },
+            Test { number: "2", runs: settings.runs(paper::VALVE_TIME_CONSTANT_TEST_2, sine)? },
         ];
 
         settings.report(&tests);
@@ -291,61 +282,38 @@ fn most(values: impl Iterator<Item = f64>) -> f64 {
     values.map(f64::abs).fold(0.0, f64::max)
 }
 
-fn chart(tests: &[Test; 2]) -> Figure {
-    let over_time: [(&str, Quantity); 4] = [
-        ("position x / mm", |row| row.state[0] * 1e3),
-        ("velocity v / (mm/s)", |row| row.state[1] * 1e3),
-        ("deflection z / µm", |row| row.state[2] * 1e6),
-        ("friction force F / N", |row| row.force),
-    ];
-    let mut figure = Figure::new(1000, 1500).columns(2);
-    for (index, (label, value)) in over_time.into_iter().enumerate() {
-        for test in tests {
-            let mut panel = Panel::new("time t / s", label);
-            if index == 0 {
-                panel = without_friction(panel.title(test.title), test, |row| row.time);
-            }
-            figure = figure.panel(with_friction(panel, test, |row| row.time, value));
-        }
-    }
-    let position = |row: &Row| row.state[0] * 1e3;
-    let pressure = |row: &Row| row.state[3] * 1e-3;
-    for (test, title) in
-        tests.iter().zip(["(c) Test 1: upper end of the loop", "(d) Test 2: the loop"])
-    {
-        let panel = Panel::new("pressure P / kPa", "position x / mm").title(title);
-        let panel = if test.number == "1" { panel.x_range(UPPER_END) } else { panel };
-        let panel = without_friction(panel, test, pressure);
-        figure = figure.panel(with_friction(panel, test, pressure, position));
-    }
-    let [_, sine] = tests;
+/// Two panels from Test 1 and Test 2, and two around the first turn of Test 2. Everywhere else the
+/// models coincide; LuGre with the viscous part inside coincides with FrBD in all panels but the last.
+fn chart([ramp, sine]: &[Test; 2]) -> Figure {
+    let position: Quantity = |row| row.state[0] * 1e3;
+    let ideal: Quantity = |row| row.ideal * 1e3;
+    let pressure: Quantity = |row| row.state[3] * 1e-3;
+    let time: Quantity = |row| row.time;
+    let draw = |panel: Panel, test: &Test, x: Quantity, y: Quantity| {
+        let runs = test.runs[..2].iter();
+        runs.fold(panel, |panel, run| panel.line(run.label, run.stroke, run.line(x, y)))
+    };
+    let free = |panel: Panel, test: &Test, x: Quantity| {
+        panel.line("without friction", Colour::Grey.width(1.0), test.runs[0].line(x, ideal))
+    };
+    let end = Panel::new("pressure P / kPa", "position x / mm")
+        .title("(a) Test 1: upper end of the loop")
+        .x_range(UPPER_END);
+    let deflection = Panel::new("time t / s", "deflection z / µm").title("(b) Test 2: the bristle");
     let turn = Panel::new("time t / s", "position x / mm")
-        .title("(e) Test 2: the first turn")
+        .title("(c) Test 2: the first turn")
         .x_range(TURN[0]..=TURN[1]);
-    let turn = without_friction(turn, sine, |row| row.time);
     let rest = Panel::new("time since the reversal / ms", "velocity v / (µm/s)")
-        .title("(f) the same, where the stem comes to rest");
-    let draw = |panel: Panel, run: &Run| panel.line(run.label, run.stroke, run.at_the_turn());
-    figure
-        .panel(with_friction(turn, sine, |row| row.time, position))
-        .panel(sine.runs.iter().fold(rest, draw))
-}
-
-/// Draws every model.
-fn with_friction(
-    panel: Panel,
-    test: &Test,
-    x: impl Fn(&Row) -> f64,
-    y: impl Fn(&Row) -> f64,
-) -> Panel {
-    // The third would cover the first.
-    test.runs[..2]
-        .iter()
-        .fold(panel, |panel, run| panel.line(run.label, run.stroke, run.line(&x, &y)))
-}
-
-/// Draws where the stem would stand without friction.
-fn without_friction(panel: Panel, test: &Test, x: impl Fn(&Row) -> f64) -> Panel {
-    let ideal = test.runs[0].line(x, |row| row.ideal * 1e3);
-    panel.line("without friction", Colour::Grey.width(1.0), ideal)
+        .title("(d) the same turn, where the stem comes to rest");
+    Figure::new(900, 680)
+        .title("The diaphragm valve: end of the loop, deflection, a turn and its end")
+        .columns(2)
+        .panel(draw(free(end, ramp, pressure), ramp, pressure, position))
+        .panel(draw(deflection, sine, time, |row| row.state[2] * 1e6))
+        .panel(draw(free(turn, sine, time), sine, time, position))
+        .panel(
+            sine.runs
+                .iter()
+                .fold(rest, |panel, run| panel.line(run.label, run.stroke, run.at_the_turn())),
+        )
 }

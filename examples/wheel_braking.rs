@@ -19,7 +19,7 @@ use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Segment};
 use bristle::scene::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState, WheelStep};
 use bristle::{Bristle, FrBd};
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule};
+use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule};
 
 const MASS: f64 = 400.0; // kg
 const INERTIA: f64 = 1.0; // kg m²
@@ -78,8 +78,10 @@ fn main() -> ExitCode {
         println!(
             "time step  distance at {end} s  off by      largest defect of the energy account"
         );
+        let mut progress = Progress::new("braking", 4);
         let fine = fine_distance(pedal, speed, end)?;
         for step in [1e-2, 1e-3, 1e-4] {
+            progress.step();
             let run = simulate(pedal, speed, end, step, false)?;
             println!(
                 "{:6} ms  {:13.6} m  {:8.1e} m  {:.0e} of the kinetic energy at the beginning",
@@ -91,6 +93,7 @@ fn main() -> ExitCode {
         }
 
         let run = simulate(pedal, speed, end, arguments.number("step"), true)?;
+        progress.step();
         report(&run);
         let columns = ["t", "speed", "wheel_speed", "slip", "force", "brake_torque"];
         let mut table = Csv::create(arguments.out_dir(), "wheel_braking", &columns)?;
@@ -218,7 +221,7 @@ fn chart(run: &Run) -> Figure {
     };
     let time = "time t / s";
     let end = run.rows.last().map_or(1.0, |row| row.state.time);
-    let over = |label| Panel::new(time, label).x_range(0.0..=end);
+    let over = |label| Panel::new(time, label).x_range(0.0..=end).own_legend();
     let speeds = over("speed / (m/s)")
         .line("vehicle v_x", Colour::Blue, over_time(&|row| row.state.speed))
         .line(
@@ -226,7 +229,12 @@ fn chart(run: &Run) -> Figure {
             Colour::Orange.dashed(),
             over_time(&|row| row.state.angular_velocity * RADIUS),
         );
-    let slip = over("slip (v_x − ωR)/v_x").line("", Colour::Blue, {
+    let stands = run.rows.iter().find(|row| row.state.speed <= 0.0).map(|row| row.state.time);
+    let standstill = |panel: Panel| match stands {
+        Some(time) => panel.vertical(time, "stands"),
+        None => panel,
+    };
+    let slip = over("slip (v_x − ωR)/v_x / –").line("slip, until the car crawls", Colour::Blue, {
         let rows = run.rows.iter().take_while(|row| row.state.speed > CRAWL);
         rows.map(|row| (row.state.time, row.slip)).collect::<Vec<_>>()
     });
@@ -248,5 +256,14 @@ fn chart(run: &Run) -> Figure {
         )
         .line("lost in the patch", Colour::Green, over_time(&|row| 1e-3 * row.lost[0]))
         .line("lost in the brake", Colour::Vermilion, over_time(&|row| 1e-3 * row.lost[1]));
-    Figure::new(900, 620).columns(2).panel(speeds).panel(slip).panel(forces).panel(energies)
+    let panels = [speeds, slip, forces, energies].map(standstill);
+    panels.into_iter().fold(
+        Figure::new(900, 640)
+            .title("A wheel braked over lock-up to standstill: speeds, slip, forces, energies")
+            .note(
+                "The slip is undefined once the car stands; from there on it swings on its bristles.",
+            )
+            .columns(2),
+        Figure::panel,
+    )
 }

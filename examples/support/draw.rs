@@ -45,11 +45,11 @@ const DOTTED: f64 = 0.9922;
 
 /// The diverging map from its lower end to its upper one (ColorBrewer, RdBu).
 const BLUE_WHITE_RED: [RGBColor; 5] = [
-    RGBColor(5, 48, 97),
-    RGBColor(67, 147, 195),
+    RGBColor(33, 102, 172),
+    RGBColor(146, 197, 222),
     RGBColor(247, 247, 247),
-    RGBColor(214, 96, 77),
-    RGBColor(103, 0, 31),
+    RGBColor(244, 165, 130),
+    RGBColor(178, 24, 43),
 ];
 
 type Area<'a, 'b> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -97,10 +97,13 @@ fn subscripts(text: &str) -> String {
             None => part.split_at(part.chars().next().map_or(0, char::len_utf8)),
         };
         set += &format!("<tspan dy=\"0.3em\" font-size=\"75%\">{low}</tspan>");
+        // Some readers drop a blank at the begin of a `tspan`.
+        let (gap, rest) = match rest.strip_prefix(' ') {
+            Some(rest) => (" dx=\"0.3em\"", rest),
+            None => ("", rest),
+        };
         if !rest.is_empty() {
-            // Some readers drop a blank at the begin of a `tspan`.
-            let rest = rest.replacen(' ', "\u{a0}", usize::from(rest.starts_with(' ')));
-            set += &format!("<tspan dy=\"-0.225em\">{rest}</tspan>");
+            set += &format!("<tspan{gap} dy=\"-0.225em\">{rest}</tspan>");
         }
     }
     set
@@ -241,7 +244,7 @@ fn place(panel: &Panel, (width_of_cell, height): Point) -> std::result::Result<P
     let title = if panel.title.is_empty() { 0.0 } else { LINE };
     let top = 10.0 + title + LINE * rows as f64;
     let bottom = TICK + 2.0 * LINE + 4.0;
-    let y = y.with_ticks(((height - top - bottom) / 36.0) as usize);
+    let y = y.with_ticks(((height - top - bottom) / 32.0) as usize);
     let widest = y.labels().iter().map(|label| width(label, SMALL)).fold(0.0, f64::max);
     let left = widest + 2.0 * TICK + LINE + 6.0;
     let (plot_width, plot_height) = (width_of_cell - left - right, height - top - bottom);
@@ -250,7 +253,7 @@ fn place(panel: &Panel, (width_of_cell, height): Point) -> std::result::Result<P
             "{plot_width:.0} × {plot_height:.0} px are left for the plot; enlarge it"
         ));
     }
-    let x = x.with_ticks((plot_width / 64.0) as usize);
+    let x = x.with_ticks((plot_width / 52.0) as usize);
     Ok(Placed { panel, x, y, legend, left, top, right, bottom })
 }
 
@@ -454,7 +457,7 @@ fn blend(place: f64) -> RGBColor {
 /// Of every place the cell around it, halfway to its neighbours. Cells too narrow to be seen give
 /// way to the first of those that stand together.
 fn cells(places: &[f64], at: impl Fn(f64) -> Option<f64>, length: f64) -> Vec<(usize, i32, i32)> {
-    let narrowest = (3.0 * FINE) as i32;
+    let narrowest = (4.0 * FINE) as i32;
     let mut kept: Vec<(usize, i32, i32)> = Vec::new();
     for (i, &place) in places.iter().enumerate() {
         let edge = |j: Option<&f64>| {

@@ -134,7 +134,7 @@ fn a_figure_has_a_title_subscripts_dashes_and_a_name_for_every_series() {
     let empty = panel().line("not there", Colour::Green, nothing);
     let figure = Figure::new(400, 600).title("Loads").panel(panel()).panel(empty);
     let svg = svg(&figure).unwrap();
-    let subscript = ">z</tspan><tspan dy=\"-0.225em\">\u{a0}/ N</tspan>";
+    let subscript = ">z</tspan><tspan dx=\"0.3em\" dy=\"-0.225em\">/ N</tspan>";
     // Two panels, one legend; dashes in both panels and in the legend; white paper.
     let counts = [
         ("a &lt; b", 1),
