@@ -151,7 +151,7 @@ where
         let Crossing { slip_velocity, transport } = self.patch.forward(predicted)?;
         let duration = parameter::non_negative("duration", duration)?;
         let affine = self.coefficients(slip_velocity)?;
-        self.queue.look_ahead(transport * duration);
+        self.queue.make_room(transport * duration);
         let (free, unit) = self.mean_deflections(&affine, transport, duration);
         let stiffness = self.patch.load() * self.patch.length() * affine.stiffness;
         let bias = stiffness * free;
@@ -168,7 +168,7 @@ where
     }
 
     /// ∫ p z dξ averaged over a step: of what is there if nothing drives it, and of an undeflected patch
-    /// under r v = 1. After `look_ahead`.
+    /// under r v = 1. After `make_room`.
     ///
     /// Both are one integral over the bristles, each with the pressure that it meets on its way: in closed
     /// form for those that stay, by quadrature over the segments that leave and over the part that is

@@ -181,7 +181,7 @@ where
             self.queue.replace(relaxation, drive * slip_velocity, transport);
         } else {
             let z = self.patch.model().stationary(slip_velocity);
-            self.queue.fill(Profile::straight(T::one(), z, z));
+            self.queue.fill(1, |_| Profile::straight(T::one(), z, z));
         }
         Ok(())
     }
@@ -213,12 +213,10 @@ where
             let checked = parameter::finite("deflection", deflection(place(number)));
             parameter::component(number, checked)?;
         }
-        self.queue.begin();
-        for number in 0..segments {
+        self.queue.fill(segments, |number| {
             let (from, to) = (place(number), place(number + 1));
-            self.queue.append(Profile::straight(to - from, deflection(from), deflection(to)));
-        }
-        self.queue.finish();
+            Profile::straight(to - from, deflection(from), deflection(to))
+        });
         Ok(())
     }
 
@@ -259,18 +257,10 @@ where
     /// Moves the bristles with held coefficients.
     #[inline]
     fn roll(&mut self, relaxation: T, drive: T, transport: T, duration: T) {
-        match Queue::<T, N, B>::parts(transport * duration) {
-            Some(1) => {
-                self.queue.advance(&Held::new(relaxation, drive, transport, duration));
-            }
-            Some(parts) => {
-                let part = duration / lit(parts as f64);
-                let held = Held::new(relaxation, drive, transport, part);
-                for _ in 0..parts {
-                    self.queue.advance(&held);
-                }
-            }
-            None => self.queue.replace(relaxation, drive, transport),
+        if transport * duration <= T::one() {
+            self.queue.advance(&Held::new(relaxation, drive, transport, duration));
+        } else {
+            self.queue.replace(relaxation, drive, transport);
         }
     }
 

@@ -1,44 +1,37 @@
-//! The bristles of a patch as a queue, from which the moments of the whole profile are read in a fixed
-//! number of operations.
+//! The bristles of a patch as a queue whose moments are read in a fixed number of operations.
 //!
-//! All bristles obey the same linear equation, so a step does the same to each, z ← e^(−λh) z + offset,
-//! moves them on by V h, and adds a *segment* of new ones, of known profile. In the order of age, newest
-//! first, the queue has three parts:
+//! All bristles obey one linear equation. A held step maps each of them, z ← e^(−λh) z + offset,
+//! moves them on by V h, and lets in one *segment* of new bristles. From the newest bristle to the
+//! oldest the queue has two parts:
 //!
-//! * the *back*: its moments are advanced step by step, for nothing leaves it;
-//! * the *middle*: a back that was frozen; over it runs, a few segments a step, the preparation of …
-//! * the *front*: segments with the moments of all that are newer, in the coordinates of the moment when it
-//!   was frozen, with one map and one shift for all that has happened map_since. What is left of it inside the
-//!   patch is read by cutting one segment.
+//! * the *back*: the segments that entered since the last rebuild. None of them leaves the patch,
+//!   so their moments are advanced step by step.
+//! * the *front*: the profile at the last rebuild. Each of its segments stores the moments of all
+//!   newer ones. One map and one shift stand for all steps since, and the outlet cuts one segment.
 //!
-//! When the front has left, the middle becomes the front and the back is frozen. Nothing is ever taken
-//! away from a sum, which is why no digits are lost: a heavily deflected bristle that has left leaves no
-//! rounding error behind.
+//! Before a step that would push the back over the outlet, the queue is rebuilt: the back and what
+//! is left of the front become the new front. That takes one visit to each segment, about once a
+//! crossing of the patch. Nothing is ever subtracted from a sum, so a heavily deflected bristle
+//! leaves no rounding error behind when it leaves the patch.
 //!
-//! It is the two-stack queue of sliding-window aggregation, with its rebuilding spread over the steps.
+//! Source: the two-stack queue of sliding-window aggregation, see [the module](super).
 
 use super::profile::{Map, Profile, shifted};
 use crate::Scalar;
+use crate::bounds::smaller;
 use crate::scalar::{is_zero, lit};
 
-/// Steps are taken in parts no longer than this: what is new then fits between the inlet and a back
-/// that is about to be frozen.
-pub(super) const LONGEST: f64 = 0.25;
-/// A back of this length is frozen if there is no middle …
-const LONG: f64 = 0.5;
-/// … and when the front has left, one of this length at least.
-const SHORT: f64 = 0.25;
-
-/// Room for one segment of a profile in an [`ExactPatch`](crate::rolling::ExactPatch).
+/// Memory for one segment of the deflection profile of an
+/// [`ExactPatch`](crate::rolling::ExactPatch).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment<T, const N: usize> {
-    pub(super) segment: Profile<T>,
-    /// What became of older bristles while this segment entered. In the front it is used up.
+    profile: Profile<T>,
+    /// What happened to older bristles while a segment of the back entered.
     map: Map<T>,
-    /// Place of the newest bristle, in the front's coordinates.
+    /// Place of the newest bristle of a segment of the front, at the rebuild.
     place: T,
-    /// Moments of the segment, in its own coordinates; once prepared those of all newer segments, in the
-    /// front's.
+    /// Back: moments of the segment in its own coordinates. Front: moments of all newer segments
+    /// at the rebuild.
     moments: [T; N],
 }
 
@@ -46,7 +39,7 @@ impl<T: Scalar, const N: usize> Default for Segment<T, N> {
     fn default() -> Self {
         let zero = T::zero();
         Self {
-            segment: Profile::straight(zero, zero, zero),
+            profile: Profile::straight(zero, zero, zero),
             map: Map::identity(),
             place: zero,
             moments: [zero; N],
@@ -54,27 +47,7 @@ impl<T: Scalar, const N: usize> Default for Segment<T, N> {
     }
 }
 
-/// A frozen part of the profile and what has happened to it map_since.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Stack<T, const N: usize> {
-    count: usize,
-    /// From its newest to its oldest bristle.
-    length: T,
-    /// How far it has moved.
-    shift: T,
-    map: Map<T>,
-    /// Moments of the whole, when it was frozen.
-    total: [T; N],
-}
-
-impl<T: Scalar, const N: usize> Stack<T, N> {
-    fn empty() -> Self {
-        let zero = T::zero();
-        Self { count: 0, length: zero, shift: zero, map: Map::identity(), total: [zero; N] }
-    }
-}
-
-/// A step with held coefficients: λ, u = r v, V and a duration, in what it does.
+/// What a step with held λ, u = r v and V does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Held<T> {
     /// V h
@@ -99,21 +72,22 @@ impl<T: Scalar> Held<T> {
     }
 }
 
-/// The queue.
+/// The queue, in a ring of segments: first those of the front, then those of the back, each from
+/// the oldest to the newest.
 #[derive(Debug, Clone)]
 pub(super) struct Queue<T, const N: usize, B> {
-    slots: B,
-    /// Index of the oldest slot in the ring.
+    segments: B,
+    /// Index of the oldest segment.
     oldest: usize,
-    front: Stack<T, N>,
-    middle: Stack<T, N>,
-    /// How many segments of the middle are prepared, newest first, and the state of that.
-    ready: usize,
-    place: T,
-    newer: [T; N],
+    front_count: usize,
+    /// Length and moments of the front at the rebuild.
+    front_length: T,
+    front: [T; N],
+    /// What the steps since the rebuild make of the front.
     map_since: Map<T>,
+    /// Distance moved since the rebuild: the length of the back.
+    shift: T,
     back_count: usize,
-    back_length: T,
     back: [T; N],
     /// a of the weight e^(−aξ).
     decay: T,
@@ -122,31 +96,28 @@ pub(super) struct Queue<T, const N: usize, B> {
 }
 
 impl<T: Scalar, const N: usize, B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>> Queue<T, N, B> {
-    /// Least number of slots: a half of [`LONGEST`], the least part of a step that is split, is then not
-    /// merged.
+    /// Least number of segments.
     pub(super) const LEAST: usize = 22;
 
-    /// A patch of undeflected bristles, in at least [`Queue::LEAST`] slots.
-    pub(super) fn new(slots: B, decay: T) -> Self {
-        // Every slot that is narrower is followed by one that is not; a few more are cut at the outlet or
-        // were frozen early.
-        let narrowest = lit::<T>(2.0) / lit(slots.as_ref().len().saturating_sub(6).max(1) as f64);
+    /// A patch of undeflected bristles, in at least [`Queue::LEAST`] segments.
+    pub(super) fn new(segments: B, decay: T) -> Self {
+        // Every narrower segment is followed by one that is not. A few more are cut at the outlet
+        // or were rebuilt early.
+        let most = segments.as_ref().len().saturating_sub(6).max(1);
         let mut queue = Self {
-            slots,
+            segments,
             oldest: 0,
-            front: Stack::empty(),
-            middle: Stack::empty(),
-            ready: 0,
-            place: T::zero(),
-            newer: [T::zero(); N],
+            front_count: 0,
+            front_length: T::zero(),
+            front: [T::zero(); N],
             map_since: Map::identity(),
+            shift: T::zero(),
             back_count: 0,
-            back_length: T::zero(),
             back: [T::zero(); N],
             decay,
-            narrowest,
+            narrowest: lit::<T>(2.0) / lit(most as f64),
         };
-        queue.fill(Profile::straight(T::one(), T::zero(), T::zero()));
+        queue.fill(1, |_| Profile::straight(T::one(), T::zero(), T::zero()));
         queue
     }
 
@@ -155,423 +126,243 @@ impl<T: Scalar, const N: usize, B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>
     }
 
     pub(super) fn capacity(&self) -> usize {
-        self.slots.as_ref().len()
+        self.segments.as_ref().len()
     }
 
-    /// Number of slots in use.
+    /// Number of segments in use.
     pub(super) fn len(&self) -> usize {
-        self.front.count + self.middle.count + self.back_count
+        self.front_count + self.back_count
     }
 
-    /// One segment for the whole patch.
-    pub(super) fn fill(&mut self, segment: Profile<T>) {
-        self.begin();
-        self.append(segment);
-        self.finish();
-    }
-
-    /// Forgets everything; [`Queue::append`] and then [`Queue::finish`] make a new profile.
-    pub(super) fn begin(&mut self) {
-        self.oldest = 0;
-        self.front = Stack::empty();
-        self.middle = Stack::empty();
-        self.clear_back();
-        self.start_rebuild();
-    }
-
-    /// Adds a segment at the outlet side of those that were appended before.
-    pub(super) fn append(&mut self, segment: Profile<T>) {
-        // The ring grows towards the older side: one before the oldest.
-        let capacity = self.capacity();
-        self.oldest = (self.oldest + capacity - 1) % capacity;
-        self.front.count += 1;
-        self.put(0, segment);
-    }
-
-    pub(super) fn finish(&mut self) {
-        self.front.length = self.place;
-        self.front.total = self.newer;
-        self.start_rebuild();
-    }
-
-    fn clear_back(&mut self) {
-        self.back_count = 0;
-        self.back_length = T::zero();
-        self.back = [T::zero(); N];
-    }
-
-    /// Begins the preparation of a middle.
-    fn start_rebuild(&mut self) {
-        self.ready = 0;
-        self.place = T::zero();
-        self.newer = [T::zero(); N];
-        self.map_since = Map::identity();
-    }
-
-    /// Where the slot of some age is in the ring, counted from the oldest.
+    /// Where a segment is in the ring, counted from the oldest.
     #[inline(always)]
     fn index(&self, number: usize) -> usize {
-        let capacity = self.slots.as_ref().len();
-        let index = self.oldest + number;
+        let (capacity, index) = (self.capacity(), self.oldest + number);
         if index >= capacity { index - capacity } else { index }
     }
 
     #[inline(always)]
-    fn slot(&self, number: usize) -> Option<&Segment<T, N>> {
-        self.slots.as_ref().get(self.index(number))
+    fn segment(&self, number: usize) -> Option<&Segment<T, N>> {
+        self.segments.as_ref().get(self.index(number))
     }
 
-    /// Into how many equal parts a step of this distance has to be split; none if nothing of what is
-    /// there will be left.
-    pub(super) fn parts(distance: T) -> Option<usize> {
-        (1..=4).find(|&parts| distance <= lit(LONGEST * parts as f64))
+    #[inline(always)]
+    fn segment_mut(&mut self, number: usize) -> Option<&mut Segment<T, N>> {
+        let index = self.index(number);
+        self.segments.as_mut().get_mut(index)
     }
 
-    /// Everything is new: the profile of steady rolling.
+    /// Forgets all bristles, but for what the ring holds.
+    fn clear(&mut self) {
+        (self.front_count, self.back_count) = (0, 0);
+        (self.front_length, self.shift) = (T::zero(), T::zero());
+        (self.front, self.back) = ([T::zero(); N], [T::zero(); N]);
+        self.map_since = Map::identity();
+    }
+
+    /// Writes the segment of the front that follows those written before it.
+    fn put(&mut self, number: usize, profile: Profile<T>, own: [T; N]) {
+        let (place, moments) = (self.front_length, self.front);
+        if let Some(segment) = self.segment_mut(number) {
+            *segment = Segment { profile, map: Map::identity(), place, moments };
+        }
+        add(&mut self.front, &shifted(own, place, self.decay));
+        self.front_length += profile.width;
+        self.front_count += 1;
+    }
+
+    /// Replaces all bristles by the segments of a new profile, from the inlet to the outlet.
+    pub(super) fn fill(&mut self, count: usize, profile: impl Fn(usize) -> Profile<T>) {
+        self.clear();
+        self.oldest = 0;
+        for number in 0..count {
+            let profile = profile(number);
+            self.put(count - 1 - number, profile, profile.moments(T::one(), self.decay));
+        }
+    }
+
+    /// Replaces all bristles by those of steady rolling.
     pub(super) fn replace(&mut self, relaxation: T, drive: T, transport: T) {
         let crossing = T::one() / transport;
-        self.fill(Profile::inflow(T::one(), relaxation, drive, crossing));
+        self.fill(1, |_| Profile::inflow(T::one(), relaxation, drive, crossing));
     }
 
-    /// A step of at most a quarter of the patch.
+    /// Rebuilds the queue if the back would reach the outlet over a distance.
     #[inline]
-    pub(super) fn advance(&mut self, held: &Held<T>) {
-        if self.len() >= self.capacity() {
-            // Not by the count of narrow and wide ones; roundings may add a few.
-            self.collapse();
-        }
-        self.prepare(held.distance);
-        self.front.map = held.map.after(self.front.map);
-        self.middle.map = held.map.after(self.middle.map);
-        self.front.shift += held.distance;
-        self.middle.shift += held.distance;
-        let moments = held.inflow.moments::<N>(T::one(), self.decay);
-        self.back = self.back_after(held, &moments);
-        self.back_length += held.distance;
-        self.enter(held, moments);
-        self.leave();
-    }
-
-    /// Prepares as much of the middle as this distance asks for, all of it if the front will leave.
-    #[inline]
-    fn prepare(&mut self, distance: T) {
-        if self.ready >= self.middle.count {
-            return;
-        }
-        let left = T::one() - self.back_length - self.middle.length;
-        let open = self.middle.count - self.ready;
-        if !(distance < left) {
-            while self.ready < self.middle.count {
-                self.prepare_one();
-            }
-            return;
-        }
-        // In proportion to the way that the front still has to go.
-        let quota = lit::<T>(open as f64) * distance / left;
-        let mut done = T::zero();
-        while done < quota && self.ready < self.middle.count {
-            self.prepare_one();
-            done += T::one();
+    pub(super) fn make_room(&mut self, distance: T) {
+        let full = self.len() >= self.capacity();
+        if self.back_count > 0 && (full || self.shift + distance > T::one()) {
+            self.rebuild();
         }
     }
 
-    fn prepare_one(&mut self) {
-        let number = self.front.count + self.middle.count - 1 - self.ready;
-        let (index, decay) = (self.index(number), self.decay);
-        let (place, newer, map_since) = (self.place, self.newer, self.map_since);
-        if let Some(slot) = self.slots.as_mut().get_mut(index) {
-            let moments = map_since.of_moments(slot.moments, slot.segment.width, decay);
-            slot.segment = slot.segment.mapped(map_since);
-            slot.place = place;
-            slot.moments = newer;
-            self.map_since = map_since.after(slot.map);
-            self.place += slot.segment.width;
-            add(&mut self.newer, &shifted(moments, place, decay));
-        }
-        self.ready += 1;
-    }
-
-    /// The moments of the back after a step.
-    #[inline]
-    fn back_after(&self, held: &Held<T>, new: &[T; N]) -> [T; N] {
-        let mut back = self.back;
-        if self.back_length > T::zero() {
-            back = held.map.of_moments(back, self.back_length, self.decay);
-            back = shifted(back, held.distance, self.decay);
-        }
-        add(&mut back, new);
-        back
-    }
-
-    /// Puts the segment of a step into a slot.
-    #[inline]
-    fn enter(&mut self, held: &Held<T>, moments: [T; N]) {
+    /// Makes one front of all that is inside. Two narrow segments that meet are merged, so that
+    /// rebuilds that follow each other closely do not fill the memory.
+    fn rebuild(&mut self) {
+        let (front_count, count) = (self.front_count, self.len());
         let (narrowest, decay) = (self.narrowest, self.decay);
-        if self.back_count > 0 {
-            let newest = self.index(self.len() - 1);
-            let narrow = held.distance < narrowest;
-            if let Some(slot) = self.slots.as_mut().get_mut(newest) {
-                let nothing_new = is_zero(held.distance);
-                if nothing_new || (narrow && slot.segment.width < narrowest) {
-                    let mut exact = held.map.of_moments(slot.moments, slot.segment.width, decay);
-                    slot.segment = slot.segment.mapped(held.map);
-                    slot.map = held.map.after(slot.map);
-                    if !nothing_new {
-                        slot.segment = slot.segment.merged_with(&held.inflow, decay);
-                        exact = shifted(exact, held.distance, decay);
-                        add(&mut exact, &moments);
-                    }
-                    slot.moments = slot.segment.moments(T::one(), decay);
-                    // The newest segment begins at the inlet: its moments are its part of the back's. Those
-                    // of a straight line are kept in the account, or force and energy would part.
-                    for ((back, merged), exact) in
-                        self.back.iter_mut().zip(slot.moments).zip(exact).skip(1)
-                    {
-                        *back += merged - exact;
-                    }
-                    return;
+        let (front_map, mut back_map) = (self.map_since, Map::identity());
+        self.clear();
+        // From the newest to the oldest. What is written is never older than what is read.
+        let (mut last, mut written): (Option<(Profile<T>, [T; N])>, usize) = (None, count);
+        for number in (0..count).rev() {
+            let Some(&Segment { profile, map, moments, .. }) = self.segment(number) else { break };
+            let (mut profile, mut moments) = if number < front_count {
+                let profile = profile.mapped(front_map);
+                (profile, profile.moments(T::one(), decay))
+            } else {
+                let now = back_map;
+                back_map = now.after(map);
+                (profile.mapped(now), now.of_moments(moments, profile.width, decay))
+            };
+            if let Some((newer, own)) = last {
+                let narrow = newer.width < narrowest && profile.width < narrowest;
+                if narrow && self.front_length + newer.width + profile.width <= T::one() {
+                    profile = profile.merged_with(&newer, decay);
+                    moments = profile.moments(T::one(), decay);
+                } else {
+                    written -= 1;
+                    self.put(written, newer, own);
                 }
             }
-        } else if is_zero(held.distance) {
-            return;
+            last = Some((profile, moments));
         }
-        let free = self.index(self.len());
-        if let Some(slot) = self.slots.as_mut().get_mut(free) {
-            let segment = held.inflow;
-            *slot = Segment { segment, map: held.map, place: T::zero(), moments };
-            self.back_count += 1;
+        if let Some((oldest, own)) = last {
+            written -= 1;
+            self.put(written, oldest, own);
         }
+        self.oldest = self.index(written);
     }
 
-    /// Forgets what has left the patch.
+    /// A step of at most the length of the patch.
     #[inline]
-    fn leave(&mut self) {
-        while self.front.count > 0 {
-            let outside = self.slot(0).is_none_or(|s| !(s.place + self.front.shift < T::one()));
-            if !outside {
+    pub(super) fn advance(&mut self, held: &Held<T>) {
+        self.make_room(held.distance);
+        let decay = self.decay;
+        let inflow = held.inflow.moments::<N>(T::one(), decay);
+        self.map_since = held.map.after(self.map_since);
+        if self.shift > T::zero() {
+            let back = held.map.of_moments(self.back, self.shift, decay);
+            self.back = shifted(back, held.distance, decay);
+        }
+        add(&mut self.back, &inflow);
+        self.shift += held.distance;
+        self.enter(held, inflow);
+        // Forget what has left the patch.
+        while self.front_count > 0 {
+            if self.segment(0).is_some_and(|oldest| oldest.place + self.shift < T::one()) {
                 break;
             }
             self.oldest = self.index(1);
-            self.front.count -= 1;
-        }
-        if self.middle.count > 0 && !(self.back_length + self.middle.length < T::one()) {
-            // The front has left, up to rounding.
-            while self.ready < self.middle.count {
-                self.prepare_one();
-            }
-            self.oldest = self.index(self.front.count);
-            self.front = Stack { total: self.newer, ..self.middle };
-            self.middle = Stack::empty();
-            self.start_rebuild();
-            if self.back_length >= lit(SHORT) {
-                self.freeze();
-            }
-        }
-        if self.middle.count == 0 && self.back_length >= lit(LONG) {
-            self.freeze();
+            self.front_count -= 1;
         }
     }
 
-    fn freeze(&mut self) {
-        self.middle = Stack {
-            count: self.back_count,
-            length: self.back_length,
-            shift: T::zero(),
-            map: Map::identity(),
-            total: self.back,
-        };
-        self.clear_back();
-        self.start_rebuild();
+    /// Puts the segment of a step into the ring.
+    #[inline]
+    fn enter(&mut self, held: &Held<T>, moments: [T; N]) {
+        let (narrowest, decay) = (self.narrowest, self.decay);
+        let nothing_new = is_zero(held.distance);
+        let newest = self.len().saturating_sub(1);
+        if self.back_count == 0 {
+            if nothing_new {
+                return;
+            }
+        } else if let Some(segment) = self.segment_mut(newest)
+            && (nothing_new || held.distance < narrowest && segment.profile.width < narrowest)
+        {
+            let mut exact = held.map.of_moments(segment.moments, segment.profile.width, decay);
+            segment.profile = segment.profile.mapped(held.map);
+            segment.map = held.map.after(segment.map);
+            if !nothing_new {
+                segment.profile = segment.profile.merged_with(&held.inflow, decay);
+                exact = shifted(exact, held.distance, decay);
+                add(&mut exact, &moments);
+            }
+            let merged = segment.profile.moments::<N>(T::one(), decay);
+            segment.moments = merged;
+            // The newest segment begins at the inlet: its moments are its part of the back's. The
+            // back takes those of the merged profile, so that force and energy are of one profile.
+            let kept = self.back.iter_mut().zip(merged).zip(exact).skip(1);
+            kept.for_each(|((back, merged), exact)| *back += merged - exact);
+            return;
+        }
+        if let Some(free) = self.segment_mut(self.len()) {
+            *free = Segment { profile: held.inflow, map: held.map, place: T::zero(), moments };
+            self.back_count += 1;
+        }
     }
 
     /// The moments ∫₀¹ ξᵏ e^(−aξ) z dξ of the whole profile.
     #[inline]
     pub(super) fn moments(&self) -> [T; N] {
-        let mut total = self.back;
-        add(&mut total, &self.of_stack(&self.middle, None, T::zero()));
-        add(&mut total, &self.of_stack(&self.front, Some(0), T::zero()));
-        total
-    }
-
-    /// The moments of what is inside of a frozen part, and still will be after a distance; `first` is the
-    /// number of its oldest slot, if it is prepared and may be cut by the outlet.
-    #[inline]
-    fn of_stack(&self, stack: &Stack<T, N>, first: Option<usize>, distance: T) -> [T; N] {
-        let Stack { shift, map, .. } = *stack;
-        let cut = T::one() - shift - distance;
-        if stack.count == 0 || !(cut > T::zero()) {
-            return [T::zero(); N];
-        }
-        let (mut moments, mut length) = (stack.total, stack.length);
-        if let Some(first) = first
-            && cut < length
-        {
-            length = cut;
-            moments = [T::zero(); N];
-            for number in first..first + stack.count {
-                let Some(slot) = self.slot(number) else { break };
-                if slot.place < cut {
-                    moments = slot.moments;
-                    let part = (cut - slot.place) / slot.segment.width;
-                    let part = if part < T::one() { part } else { T::one() };
-                    let own = slot.segment.moments::<N>(part, self.decay);
-                    add(&mut moments, &shifted(own, slot.place, self.decay));
-                    break;
-                }
-            }
-        }
-        shifted(map.of_moments(moments, length, self.decay), shift, self.decay)
-    }
-}
-
-impl<T: Scalar, const N: usize, B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>> Queue<T, N, B> {
-    /// Makes ready for [`Queue::staying`] over a distance, however long.
-    pub(super) fn look_ahead(&mut self, distance: T) {
-        if distance <= lit(LONGEST) {
-            self.prepare(distance);
-        } else if self.middle.count > 0 || self.back_count > 0 {
-            self.collapse();
-        }
-    }
-
-    /// Makes one front of all that is inside: as many operations as there are segments. A narrow segment
-    /// that is followed by another one is merged with it, for there is no back left to merge what
-    /// comes next with, and narrow ones would add up.
-    fn collapse(&mut self) {
-        while self.ready < self.middle.count {
-            self.prepare_one();
-        }
-        let (front, middle, count) = (self.front, self.middle, self.len());
-        let (narrowest, decay) = (self.narrowest, self.decay);
-        self.start_rebuild();
-        let mut map_since = Map::identity();
-        // From the newest to the oldest; `last` is yet to be written, and never farther than what is read.
-        let (mut last, mut written): (Option<Profile<T>>, usize) = (None, count);
-        for number in (0..count).rev() {
-            let Some(slot) = self.slot(number) else { break };
-            let mut segment = if number < front.count {
-                slot.segment.mapped(front.map)
-            } else if number < front.count + middle.count {
-                slot.segment.mapped(middle.map)
-            } else {
-                let now = map_since;
-                map_since = map_since.after(slot.map);
-                slot.segment.mapped(now)
-            };
-            if let Some(newer) = last {
-                let narrow = newer.width < narrowest && segment.width < narrowest;
-                let inside = self.place + newer.width + segment.width <= T::one();
-                if narrow && inside {
-                    segment = segment.merged_with(&newer, decay);
-                } else {
-                    written -= 1;
-                    self.put(written, newer);
-                }
-            }
-            last = Some(segment);
-        }
-        if let Some(oldest) = last {
-            written -= 1;
-            self.put(written, oldest);
-        }
-        self.oldest = self.index(written);
-        self.front = Stack {
-            count: count - written,
-            length: self.place,
-            shift: T::zero(),
-            map: Map::identity(),
-            total: self.newer,
-        };
-        self.middle = Stack::empty();
-        self.clear_back();
-        self.start_rebuild();
-    }
-
-    /// Writes the segment that follows those before it into a slot, prepared.
-    fn put(&mut self, number: usize, segment: Profile<T>) {
-        let (index, place, newer) = (self.index(number), self.place, self.newer);
-        if let Some(slot) = self.slots.as_mut().get_mut(index) {
-            *slot = Segment { segment, map: Map::identity(), place, moments: newer };
-        }
-        let moments = segment.moments::<N>(T::one(), self.decay);
-        add(&mut self.newer, &shifted(moments, place, self.decay));
-        self.place += segment.width;
-    }
-
-    /// The frozen parts that the outlet may cut, with the number of their first slot: oldest first.
-    fn stacks(&self) -> [(&Stack<T, N>, Option<usize>); 2] {
-        let ready = (self.ready == self.middle.count).then_some(self.front.count);
-        [(&self.front, Some(0)), (&self.middle, ready)]
+        self.staying(T::zero())
     }
 
     /// The moments of those bristles that are inside now and still will be after a distance. After
-    /// [`Queue::look_ahead`].
+    /// [`Queue::make_room`].
+    #[inline]
     pub(super) fn staying(&self, distance: T) -> [T; N] {
         let mut total = self.back;
-        for (stack, first) in self.stacks() {
-            add(&mut total, &self.of_stack(stack, first, distance));
+        let cut = T::one() - self.shift - distance;
+        if self.front_count == 0 || !(cut > T::zero()) {
+            return total;
         }
+        let (mut moments, mut length) = (self.front, self.front_length);
+        if cut < length {
+            length = cut;
+            moments = [T::zero(); N];
+            let front = (0..self.front_count).filter_map(|number| self.segment(number));
+            if let Some(last) = front.into_iter().find(|segment| segment.place < cut) {
+                let part = smaller((cut - last.place) / last.profile.width, T::one());
+                let own = last.profile.moments::<N>(part, self.decay);
+                moments = shifted(own, last.place, self.decay);
+                add(&mut moments, &last.moments);
+            }
+        }
+        let now = self.map_since.of_moments(moments, length, self.decay);
+        add(&mut total, &shifted(now, self.shift, self.decay));
         total
     }
 
     /// Calls `visit` for every segment that crosses the outlet on the way, oldest first: from which
-    /// distance on, to which, how steep its profile is over that part, and its deflection at the outlet
-    /// over the distance, if nothing drove it meanwhile. After [`Queue::look_ahead`].
+    /// distance on, to which, how steep its profile is over that part, and its deflection at the
+    /// outlet over the distance, if nothing drove it meanwhile. After [`Queue::make_room`].
     pub(super) fn leaving(&self, distance: T, mut visit: impl FnMut(T, T, T, &dyn Fn(T) -> T)) {
         let mut from = T::zero();
-        for (stack, first) in self.stacks() {
-            let Some(first) = first else { return };
-            for number in first..first + stack.count {
-                let Some(slot) = self.slot(number) else { return };
-                // The newest bristle of the segment is at the outlet after this distance.
-                let gone = T::one() - stack.shift - slot.place;
-                let to = if gone < distance { gone } else { distance };
-                if to > from {
-                    let segment = slot.segment.mapped(stack.map);
-                    let steepness = segment.exponent * ((to - from) / segment.width);
-                    visit(from, to, steepness, &|at| segment.at((gone - at) / segment.width));
-                    from = to;
-                }
-                if !(from < distance) {
-                    return;
-                }
+        for number in 0..self.front_count {
+            let Some(segment) = self.segment(number) else { return };
+            // The newest bristle of the segment is at the outlet after this distance.
+            let gone = T::one() - self.shift - segment.place;
+            let to = smaller(gone, distance);
+            if to > from {
+                let profile = segment.profile.mapped(self.map_since);
+                let steepness = profile.exponent * ((to - from) / profile.width);
+                visit(from, to, steepness, &|at| profile.at((gone - at) / profile.width));
+                from = to;
+            }
+            if !(from < distance) {
+                return;
             }
         }
     }
 
-    /// Calls `visit` for every segment inside, newest first: its profile now, the place of its newest
-    /// bristle, and the part of its width that is inside.
+    /// Calls `visit` for every segment inside, newest first: its profile now, the place of its
+    /// newest bristle, and the part of its width that is inside.
     pub(super) fn profile(&self, mut visit: impl FnMut(&Profile<T>, T, T)) {
-        let (mut place, mut map_since) = (T::zero(), Map::identity());
-        let (front, middle) = (&self.front, &self.middle);
+        let (mut place, mut back_map) = (T::zero(), Map::identity());
         for number in (0..self.len()).rev() {
-            let Some(slot) = self.slot(number) else { return };
-            let in_middle = (front.count + middle.count).wrapping_sub(number + 1);
-            let segment = if number < front.count {
-                slot.segment.mapped(front.map)
-            } else if number < front.count + middle.count {
-                if in_middle < self.ready {
-                    slot.segment.mapped(middle.map)
-                } else {
-                    if in_middle == self.ready {
-                        map_since = middle.map.after(self.map_since);
-                    }
-                    let now = map_since;
-                    map_since = map_since.after(slot.map);
-                    slot.segment.mapped(now)
-                }
-            } else {
-                let now = map_since;
-                map_since = map_since.after(slot.map);
-                slot.segment.mapped(now)
-            };
+            let Some(segment) = self.segment(number) else { return };
+            let now = if number < self.front_count { self.map_since } else { back_map };
+            let profile = segment.profile.mapped(now);
+            back_map = back_map.after(segment.map);
             let room = T::one() - place;
             if !(room > T::zero()) {
                 return;
             }
-            let part = if segment.width > room { room / segment.width } else { T::one() };
-            visit(&segment, place, part);
-            place += segment.width;
+            let part = if profile.width > room { room / profile.width } else { T::one() };
+            visit(&profile, place, part);
+            place += profile.width;
         }
     }
 }
@@ -589,53 +380,6 @@ mod tests {
     use super::{Held, Queue, Segment};
     use crate::rolling::integrals::integrate;
     use std::vec;
-
-    /// A step, and how many segments it prepared.
-    fn prepared(queue: &mut Queue<f64, 1, vec::Vec<Segment<f64, 1>>>, way: f64) -> usize {
-        let (count, ready) = (queue.middle.count, queue.ready);
-        queue.advance(&Held::new(0.1, 0.01, 1.0, way));
-        // A middle that has become the front was prepared to its end.
-        let same = queue.middle.count == count && queue.middle.shift >= way;
-        if same { queue.ready - ready } else { count - ready }
-    }
-
-    #[test]
-    fn a_step_prepares_at_most_three_times_its_share_of_the_slots() {
-        let mut seed = 5_u64;
-        let mut random = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        let mut worst = 0.0_f64;
-        for slots in [22, 100, 2000] {
-            let mut queue = Queue::new(vec![Segment::<f64, 1>::default(); slots], 0.0);
-            let narrowest = queue.narrowest();
-            let (mut dense, mut wide, mut left) = (true, 0.1, 0.0);
-            for _ in 0..300_000 {
-                if left <= 0.0 {
-                    // Stretches of as many segments as there can be, and of as few.
-                    (dense, wide, left) = (random() < 0.7, 0.05 * random(), random());
-                }
-                let way = match (dense, random() < 0.5) {
-                    (true, true) => narrowest * 1e-6,
-                    (true, false) => narrowest,
-                    (false, _) => wide + 1e-9,
-                };
-                let way = way.min(0.05);
-                left -= way;
-                let count = prepared(&mut queue, way);
-                // One for the rounding up.
-                let share = (count as f64 - 1.0) / (slots as f64 * way);
-                worst = if count > 1 && share > worst { share } else { worst };
-                assert!(
-                    count as f64 <= 3.0 * slots as f64 * way + 1.0,
-                    "{count} of {slots}, {way}"
-                );
-            }
-        }
-        // Twice would not do.
-        assert!(worst > 2.0, "{worst}");
-    }
 
     /// ∫ ξᵏ e^(−aξ) z dξ over the profile that the queue would show.
     fn shown<const N: usize>(

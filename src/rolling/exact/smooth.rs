@@ -24,7 +24,7 @@
 
 use core::ops::Range;
 
-use super::queue::{Held, LONGEST, Segment};
+use super::queue::{Held, Segment};
 use super::{ExactPatch, RateDependent};
 use crate::parameter::{self, ParameterError, Rule};
 use crate::root::enclose;
@@ -59,6 +59,9 @@ struct Piece<T> {
     slip: [T; 2],
     transport: [T; 2],
 }
+
+/// A piece that moves the bristles by more of the patch than this is halved.
+const LONGEST: f64 = 0.25;
 
 /// A piece is halved so many times at most until it moves by no more than [`LONGEST`].
 const HALVINGS: u32 = 8;
