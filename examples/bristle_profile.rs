@@ -13,9 +13,7 @@ use std::process::ExitCode;
 
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
-use bristle::rolling::{
-    Grid, GridParameters, Motion, Patch, PatchParameters, PolynomialExponential, Transport,
-};
+use bristle::rolling::{Grid, Motion, Patch, PatchParameters, PolynomialExponential};
 use bristle::{FrBd, paper};
 use support::{Arguments, Colour, Csv, Figure, HeatMap, Panel, Rule};
 
@@ -50,8 +48,7 @@ fn main() -> ExitCode {
             pressure: PolynomialExponential::parabolic(),
         })?
         .carrying(1.0)?;
-        let transport = Transport::SemiLagrangian;
-        let mut grid = Grid::new(GridParameters { patch, cells, transport })?;
+        let mut grid = Grid::new(&patch, cells)?;
 
         // A cell a step: the nodes are exact for the velocity at the middle of each step.
         let step = 1.0 / (TRANSPORT * cells as f64);

@@ -18,7 +18,7 @@ use std::process::ExitCode;
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{
-    MotionOverTime, Order, Patch, PatchParameters, PolynomialExponential, RateDependent,
+    MotionOverTime, Patch, PatchParameters, PolynomialExponential, RateDependent,
 };
 use bristle::signal::{Constant, Function, Signal};
 use bristle::{FrBd, LuGre, paper};
@@ -133,7 +133,7 @@ where
     let mut rolling = patch.carrying(LOAD)?.exact_in(400)?;
     let mut forces = vec![rolling.force(motion.slip_velocity.value(0.0)) / LOAD];
     for pair in times.windows(2) {
-        forces.push(rolling.follow(motion, pair[0]..pair[1], Order::Fourth)? / LOAD);
+        forces.push(rolling.follow(motion, pair[0]..pair[1])? / LOAD);
     }
     Ok(forces)
 }

@@ -23,6 +23,7 @@ mod characteristics;
 mod chart;
 mod cost;
 mod transient;
+mod upwind;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

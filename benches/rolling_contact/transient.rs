@@ -9,13 +9,14 @@ use crate::support::Csv;
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{
-    Grid, GridParameters, Motion, MotionField, MotionOverTime, Order, Patch, PatchParameters,
-    PolynomialExponential, Pressure, RateDependent, Transport,
+    Grid, Motion, MotionField, MotionOverTime, Patch, PatchParameters, PolynomialExponential,
+    Pressure, RateDependent,
 };
 use bristle::signal::{Constant, Function};
 use bristle::{FrBd, LuGre, paper};
 
 use crate::characteristics::{SmoothHistory, gauss};
+use crate::upwind::Upwind;
 
 /// Rolling speed [m/s].
 const SPEED: f64 = 2.0;
@@ -147,15 +148,22 @@ fn run<M: RateDependent<f64> + Copy, const N: usize>(
     // V times the time between two samples.
     let way = TRANSPORT * END / SAMPLES as f64;
     if solver.starts_with("exact") {
-        let order = if solver.ends_with("4th order") { Order::Fourth } else { Order::Second };
+        let follow = solver.ends_with("4th order");
         // The rate is never asked for.
-        let slip = Function::new(|t| (slip(t), f64::NAN), []);
-        let motion = MotionOverTime { slip_velocity: slip, rolling_speed: Constant::new(SPEED)? };
+        let signal = Function::new(|t| (slip(t), f64::NAN), []);
+        let motion = MotionOverTime { slip_velocity: signal, rolling_speed: Constant::new(SPEED)? };
         let steps = SAMPLES * setting;
         let mut rolling = (*patch).exact_in((setting as f64 / way) as usize + 10)?;
         for number in 0..steps {
             let span = time(number, steps)..time(number + 1, steps);
-            let force = rolling.follow(&motion, span, order)?;
+            let force = if follow {
+                rolling.follow(&motion, span)?
+            } else {
+                let slip_velocity = slip(0.5 * (span.start + span.end));
+                let middle = Motion { slip_velocity, rolling_speed: SPEED };
+                rolling.step(middle, span.end - span.start)?;
+                rolling.force(slip(span.end))
+            };
             if (number + 1) % setting == 0 {
                 forces.push(force);
             }
@@ -163,17 +171,18 @@ fn run<M: RateDependent<f64> + Copy, const N: usize>(
         return Ok(forces);
     }
     let upwind = solver.starts_with("upwind");
-    let (transport, courant) =
-        if upwind { (Transport::Upwind, 0.9) } else { (Transport::SemiLagrangian, 1.0) };
-    let parameters = GridParameters { patch: *patch, cells: setting, transport };
-    let mut grid = Grid::new(parameters)?;
+    let courant = if upwind { 0.9 } else { 1.0 };
+    let mut grid = Grid::new(patch, setting)?;
+    let mut baseline = Upwind::new(patch.model(), &grid);
     // The semi-Lagrangian grids have a multiple of ten cells: a Courant number of one.
     let parts = (way * setting as f64 / courant - 1e-9).ceil() as usize;
     let steps = SAMPLES * parts;
     let h = END / steps as f64;
     for number in 0..steps {
         let start = time(number, steps);
-        if solver.ends_with("held") {
+        if upwind {
+            baseline.step(slip(start + 0.5 * h), TRANSPORT * h * setting as f64, h);
+        } else if solver.ends_with("held") {
             let slip_velocity = slip(start + 0.5 * h);
             grid.step(Motion { slip_velocity, rolling_speed: SPEED }, h)?;
         } else {
@@ -184,7 +193,8 @@ fn run<M: RateDependent<f64> + Copy, const N: usize>(
             grid.step_field(&field, h)?;
         }
         if (number + 1) % parts == 0 {
-            forces.push(grid.force(slip(time(number + 1, steps))));
+            let slip = slip(time(number + 1, steps));
+            forces.push(if upwind { baseline.force(slip) } else { grid.force(slip) });
         }
     }
     Ok(forces)

@@ -10,8 +10,8 @@ use core::ops::Range;
 
 use crate::parameter::{self, ParameterError, Rule};
 use crate::rolling::{
-    ExactPatch, Grid, GridParameters, Motion, MotionOverTime, Order, Patch, PatchParameters,
-    PolynomialExponential, Pressure, RateDependent, Segment, Transport,
+    ExactPatch, Grid, Motion, MotionOverTime, Patch, PatchParameters, PolynomialExponential,
+    Pressure, RateDependent, Segment,
 };
 use crate::scalar::{lit, to_f64};
 use crate::signal::Signal;
@@ -64,7 +64,7 @@ where
         motion: &MotionOverTime<S, W>,
         span: Range<T>,
     ) -> Result<(), ParameterError> {
-        self.roll_along(motion, span, Order::Fourth)
+        self.roll_along(motion, span)
     }
 
     fn gathered(&self) -> T {
@@ -100,7 +100,7 @@ where
         motion: &MotionOverTime<S, W>,
         span: Range<T>,
     ) -> Result<(), ParameterError> {
-        self.exact.roll_along(motion, span, Order::Fourth)
+        self.exact.roll_along(motion, span)
     }
 
     fn gathered(&self) -> T {
@@ -207,8 +207,7 @@ where
     S: Signal<T>,
     W: Signal<T>,
 {
-    let transport = Transport::SemiLagrangian;
-    let mut grid = Grid::new(GridParameters { patch: patch.clone(), cells, transport })?;
+    let mut grid = Grid::new(patch, cells)?;
     if let Some(motion) = settled {
         let steady = patch.steady(motion)?;
         grid = grid.with_profile(|place| steady.deflection(place))?;

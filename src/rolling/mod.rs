@@ -58,12 +58,10 @@ mod patch;
 mod pressure;
 mod steady;
 
-pub use exact::{
-    ExactPatch, MotionOverTime, Order, PatchCommitted, PatchLedger, PatchStep, Segment,
-};
+pub use exact::{ExactPatch, MotionOverTime, PatchCommitted, PatchLedger, PatchStep, Segment};
 pub use frequency::{LinearisedPatch, Wave};
 #[cfg(feature = "alloc")]
-pub use grid::{Grid, GridParameters, MotionField, Transport};
+pub use grid::{Grid, MotionField};
 pub use limits::{Excitation, Origin, PatchLimits};
 pub use passivity::{PassiveDamping, Passivity, passivity};
 #[cfg(feature = "alloc")]

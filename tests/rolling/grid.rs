@@ -7,8 +7,8 @@ use crate::common::{assert_within, check, integral, lit};
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
-    Grid, GridParameters, Motion, MotionField, Patch, PatchParameters, PolynomialExponential,
-    PolynomialExponentialParameters, Pressure, Transport,
+    Grid, Motion, MotionField, Patch, PatchParameters, PolynomialExponential,
+    PolynomialExponentialParameters, Pressure,
 };
 use bristle::{
     Bristle, ElastoPlastic, ElastoPlasticParameters, FrBd, LuGre, ParameterError, Scalar, Sliding,
@@ -45,12 +45,10 @@ fn patch<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M, P> {
     Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap().carrying(1.0).unwrap()
 }
 
-fn uniform(cells: usize, transport: Transport) -> Grid<f64, Friction> {
+fn uniform(cells: usize) -> Grid<f64, Friction> {
     let pressure = PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY).unwrap();
-    Grid::new(GridParameters { patch: patch(tyre(), pressure), cells, transport }).unwrap()
+    Grid::new(&patch(tyre(), pressure), cells).unwrap()
 }
-
-const SEMI_LAGRANGIAN: Transport = Transport::SemiLagrangian;
 
 /// The largest μ/σ0 at any velocity below some 100 m/s.
 const BREAKAWAY: f64 = 0.6 / 252.0;
@@ -66,7 +64,7 @@ fn a_step_input_is_exactly_steady_after_one_transit() {
     for (cells, slip, transport) in
         [(1, 0.8, 160.0), (7, 3.0, -160.0), (64, -0.01, 20.0), (100, 16.0, -160.0)]
     {
-        let mut grid = uniform(cells, SEMI_LAGRANGIAN);
+        let mut grid = uniform(cells);
         let motion = Motion { slip_velocity: slip, rolling_speed: LENGTH * transport };
         for _ in 0..cells {
             grid.step(motion, 1.0 / (transport.abs() * cells as f64)).unwrap();
@@ -91,7 +89,7 @@ fn whole_courant_numbers_move_any_history_exactly() {
     };
     for (cells, courant) in [(40, 1), (40, 3), (16, 16), (5, 9)] {
         let initial = |place: f64| 1e-3 * (5.0 * place).sin();
-        let mut grid = uniform(cells, SEMI_LAGRANGIAN).with_profile(initial).unwrap();
+        let mut grid = uniform(cells).with_profile(initial).unwrap();
         let transport = 20.0;
         let duration = courant as f64 / (transport * cells as f64);
         for n in 0..60 {
@@ -137,9 +135,7 @@ fn whole_courant_numbers_move_any_history_exactly() {
 fn a_step_longer_than_a_transit_forgets_everything() {
     for transport in [20.0, -20.0, 1e60] {
         for courant in [1.0, 1.37, 1e3, 1e40] {
-            let mut grid = uniform(33, SEMI_LAGRANGIAN)
-                .with_profile(|place| 2e-3 * (9.0 * place).cos())
-                .unwrap();
+            let mut grid = uniform(33).with_profile(|place| 2e-3 * (9.0 * place).cos()).unwrap();
             let motion = Motion { slip_velocity: 1.0, rolling_speed: LENGTH * transport };
             grid.step(motion, courant / f64::abs(transport)).unwrap();
             for (&place, &got) in grid.places().iter().zip(grid.deflections()) {
@@ -155,7 +151,7 @@ fn a_step_longer_than_a_transit_forgets_everything() {
 #[test]
 fn without_rolling_every_node_is_a_bristle_of_its_own() {
     let initial = |place: f64| 1e-3 * (place - 0.3);
-    let mut grid = uniform(20, SEMI_LAGRANGIAN).with_profile(initial).unwrap();
+    let mut grid = uniform(20).with_profile(initial).unwrap();
     let mut field = grid.clone();
     let motion = Motion { slip_velocity: -0.4, rolling_speed: 0.0 };
     let still = MotionField { slip_velocity: |_, _| -0.4, rolling_speed: |_, _| 0.0 };
@@ -177,7 +173,7 @@ fn rolling_backwards_is_the_mirror_image() {
         })
         .unwrap();
         let patch = patch(tyre(), pressure);
-        Grid::new(GridParameters { patch, cells: 24, transport: SEMI_LAGRANGIAN }).unwrap()
+        Grid::new(&patch, 24).unwrap()
     };
     // 1 + 2ξ and its mirror image.
     let profile = |place: f64| 1e-3 * (4.0 * place).sin();
@@ -212,13 +208,13 @@ fn rolling_backwards_is_the_mirror_image() {
 
 /// Largest error at the nodes over two transits at a Courant number, of a profile that is smooth
 /// throughout: the steady one and a hump.
-fn transient_error(cells: usize, transport: Transport, courant: f64) -> f64 {
+fn transient_error(cells: usize, courant: f64) -> f64 {
     let (slip, rolling) = (0.1, 20.0);
     let steady = |place: f64| risen(&tyre(), slip, place / rolling);
     // Its fifth derivatives at the inlet vanish.
     let hump = |place: f64| 1e-3 * (std::f64::consts::PI * place).sin().powi(6);
     let relaxation = tyre().affine(Sliding::from(slip), 0.0).relaxation;
-    let mut grid = uniform(cells, transport).with_profile(|x| steady(x) + hump(x)).unwrap();
+    let mut grid = uniform(cells).with_profile(|x| steady(x) + hump(x)).unwrap();
     let motion = Motion { slip_velocity: slip, rolling_speed: LENGTH * rolling };
     let duration = courant / (rolling * cells as f64);
     let steps = (0.3 / (rolling * duration)).round() as usize;
@@ -237,58 +233,13 @@ fn transient_error(cells: usize, transport: Transport, courant: f64) -> f64 {
 }
 
 #[test]
-fn smooth_profiles_move_with_fifth_order_and_upwind_with_first() {
+fn smooth_profiles_move_with_fifth_order() {
     for courant in [0.3, 0.5, 2.6] {
-        let (coarse, fine) = (
-            transient_error(80, SEMI_LAGRANGIAN, courant),
-            transient_error(160, SEMI_LAGRANGIAN, courant),
-        );
+        let (coarse, fine) = (transient_error(80, courant), transient_error(160, courant));
         let order = (coarse / fine).log2();
         // Towards 5, and the cubic at the ends is nowhere the largest error.
         assert!(order > 3.8 && fine < 1e-6 * 1e-3, "{courant}: {order} {fine:e}");
     }
-    let (coarse, fine) = (
-        transient_error(400, Transport::Upwind, 0.5),
-        transient_error(800, Transport::Upwind, 0.5),
-    );
-    let order = (coarse / fine).log2();
-    assert!((0.85..1.15).contains(&order), "{order}");
-}
-
-#[test]
-fn upwind_is_a_percent_off_on_fifty_cells() {
-    // Rolling steadily at a slip of 0.1 and 16 m/s under the exponential pressure, Courant number 0.9.
-    // The scheme's steady profile in closed form: a geometric sequence with (1 + κ/N)⁻¹ for e^(−κ/N).
-    let model = FrBd::new(
-        Stribeck::new(paper::TYRE_CURVE).unwrap(),
-        KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap(),
-    );
-    let motion = Motion { slip_velocity: 1.6, rolling_speed: 16.0 };
-    let error = |cells: usize| {
-        let pressure = PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY).unwrap();
-        let patch = patch(model, pressure);
-        let steady = {
-            let parameters = GridParameters { patch, cells: 1000, transport: SEMI_LAGRANGIAN };
-            Grid::new(parameters).unwrap().step(motion, 1.0).unwrap()
-        };
-        let parameters = GridParameters { patch, cells, transport: Transport::Upwind };
-        let mut grid = Grid::new(parameters).unwrap();
-        let mut force = 0.0;
-        // Four transits, after which the last of a disturbance is gone.
-        for _ in 0..5 * cells {
-            force = grid.step(motion, 0.9 / (160.0 * cells as f64)).unwrap();
-        }
-        let affine = model.affine(Sliding::from(1.6), 0.0);
-        let (stationary, kappa) = (model.stationary(1.6), affine.relaxation / 160.0);
-        for (node, &got) in grid.deflections().iter().enumerate() {
-            let left = (1.0 + kappa / cells as f64).powi(-(node as i32));
-            assert_within(1e-9, stationary, got, stationary * (1.0 - left), || format!("{node}"));
-        }
-        1.0 - force / steady
-    };
-    let (coarse, fine) = (error(50), error(800));
-    assert!((0.0115..0.0125).contains(&coarse), "{coarse}");
-    assert!((0.00075..0.00085).contains(&fine), "{fine}");
 }
 
 /// σ0(ξ), v(ξ, t) and V(ξ) = a + bξ of the test below.
@@ -318,8 +269,7 @@ fn by_quadrature(place: f64, time: f64, slip: &dyn Fn(f64, f64) -> f64) -> f64 {
 /// Errors at the nodes and of the force, of a run over a bit more than a transit.
 fn field_errors(cells: usize, slip: impl Fn(f64, f64) -> f64, courant: f64) -> (f64, f64) {
     let patch = patch(|place| bristles(stiffness(place)), PolynomialExponential::parabolic());
-    let mut grid =
-        Grid::varying(GridParameters { patch, cells, transport: SEMI_LAGRANGIAN }).unwrap();
+    let mut grid = Grid::varying(&patch, cells).unwrap();
     // A transit takes 0.0511 s.
     let end = 0.07;
     let steps = (end * 20.0 * cells as f64 / courant).ceil() as usize;
@@ -374,8 +324,8 @@ fn bristles_spread_from_a_place_inside_and_crowd_towards_one() {
     let relaxation = tyre().affine(Sliding::from(slip), 0.0).relaxation;
     let initial = |place: f64| 1e-3 * (3.0 * place).sin();
     let cells = 100;
-    let mut spread = uniform(cells, SEMI_LAGRANGIAN).with_profile(initial).unwrap();
-    let mut crowd = uniform(cells, SEMI_LAGRANGIAN);
+    let mut spread = uniform(cells).with_profile(initial).unwrap();
+    let mut crowd = uniform(cells);
     for _ in 0..40 {
         let away = MotionField {
             slip_velocity: |_, _| slip,
@@ -422,9 +372,8 @@ fn no_motion_drives_a_bristle_beyond_breakaway() {
         let start = |place: f64| if place > 0.4 { breakaway } else { -breakaway };
         let patch =
             patch(|place| bristles(252.0 * (1.0 + place)), PolynomialExponential::constant());
-        let varying = GridParameters { patch, cells, transport: SEMI_LAGRANGIAN };
-        let mut varying = Grid::varying(varying).unwrap().with_profile(start).unwrap();
-        let mut uniform = uniform(cells, SEMI_LAGRANGIAN).with_profile(start).unwrap();
+        let mut varying = Grid::varying(&patch, cells).unwrap().with_profile(start).unwrap();
+        let mut uniform = uniform(cells).with_profile(start).unwrap();
         for &(slip_velocity, transport, duration) in &motions {
             let motion = motion(slip_velocity, transport);
             let force = uniform.step(motion, duration).unwrap();
@@ -458,7 +407,7 @@ fn a_jump_moves_without_oscillation() {
     // Without slip nothing relaxes; FrBD's bristles keep what they have.
     check(64, prop::collection::vec(0.0..3.0f64, 1..60), |courants| {
         let jump = |place: f64| if place > 0.3 { 1e-3 } else { 0.0 };
-        let mut grid = uniform(40, SEMI_LAGRANGIAN).with_profile(jump).unwrap();
+        let mut grid = uniform(40).with_profile(jump).unwrap();
         for courant in courants {
             let motion = Motion { slip_velocity: 0.0, rolling_speed: 2.0 };
             grid.step(motion, courant / (20.0 * 40.0)).unwrap();
@@ -474,7 +423,7 @@ fn a_jump_moves_without_oscillation() {
 fn a_held_motion_in_time_varying_slip_is_second_order_by_midpoints() {
     let slip = |t: f64| 0.2 + 0.1 * (60.0 * t).sin();
     let force = |cells: usize| {
-        let mut grid = uniform(cells, SEMI_LAGRANGIAN);
+        let mut grid = uniform(cells);
         let duration = 1.0 / (20.0 * cells as f64);
         for n in 0..cells * 2 {
             let slip_velocity = slip((n as f64 + 0.5) * duration);
@@ -484,7 +433,7 @@ fn a_held_motion_in_time_varying_slip_is_second_order_by_midpoints() {
     };
     // The same by a field, of fourth order.
     let by_field = |cells: usize| {
-        let mut grid = uniform(cells, SEMI_LAGRANGIAN);
+        let mut grid = uniform(cells);
         let duration = 1.0 / (20.0 * cells as f64);
         let mut force = 0.0;
         for n in 0..cells * 2 {
@@ -514,14 +463,10 @@ fn the_steady_force_of_the_tyre_is_the_one_in_closed_form() {
         );
         let motion = Motion { slip_velocity: slip * 16.0, rolling_speed: 16.0 };
         let run = |mut grid: Grid<f64, _>| grid.step(motion, 1.0).unwrap();
-        let parameters = |pressure| GridParameters {
-            patch: patch(model, pressure),
-            cells: 400,
-            transport: SEMI_LAGRANGIAN,
-        };
-        let flat = run(Grid::new(parameters(PolynomialExponential::constant())).unwrap());
+        let flat = patch(model, PolynomialExponential::constant());
+        let flat = run(Grid::new(&flat, 400).unwrap());
         let steep = PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY).unwrap();
-        let steep = run(Grid::new(parameters(steep)).unwrap());
+        let steep = run(Grid::new(&patch(model, steep), 400).unwrap());
         // All printed digits.
         assert!((flat - constant).abs() < 6e-7, "{flat}");
         assert!((steep - exponential).abs() < 6e-7, "{steep}");
@@ -530,7 +475,7 @@ fn the_steady_force_of_the_tyre_is_the_one_in_closed_form() {
 
 #[test]
 fn stored_energy_and_samples_are_those_of_the_profile() {
-    let grid = uniform(30, SEMI_LAGRANGIAN).with_profile(|place| 1e-3 * (1.0 + place)).unwrap();
+    let grid = uniform(30).with_profile(|place| 1e-3 * (1.0 + place)).unwrap();
     // Of a straight profile every sample is exact but for rounding.
     for place in [0.0, 0.01, 0.5, 0.987, 1.0] {
         let got = grid.deflection_at(place).unwrap();
@@ -554,17 +499,14 @@ fn other_models_and_numbers_ride_along() {
         pressure: PolynomialExponential::parabolic(),
     })
     .unwrap();
-    let mut small =
-        Grid::new(GridParameters { patch: patch32, cells: 50, transport: SEMI_LAGRANGIAN })
-            .unwrap();
+    let mut small = Grid::new(&patch32, 50).unwrap();
     let patch64 = Patch::new(PatchParameters {
         model: tyre(),
         length: 0.1,
         pressure: PolynomialExponential::parabolic(),
     })
     .unwrap();
-    let parameters = GridParameters { patch: patch64, cells: 50, transport: SEMI_LAGRANGIAN };
-    let mut large = Grid::new(parameters).unwrap();
+    let mut large = Grid::new(&patch64, 50).unwrap();
     for n in 0..80 {
         let slip = (0.2 * f64::from(n)).sin();
         let got =
@@ -586,8 +528,7 @@ fn other_models_and_numbers_ride_along() {
             .unwrap();
     let lugre = LuGre::classical(curve.unwrap(), rheology);
     let model = patch(lugre, PolynomialExponential::constant());
-    let parameters = GridParameters { patch: model, cells: 10, transport: SEMI_LAGRANGIAN };
-    let force = Grid::new(parameters)
+    let force = Grid::new(&model, 10)
         .unwrap()
         .step(Motion { slip_velocity: 1.0, rolling_speed: 1e-10 }, 1.0);
     // Steady sliding, but for what entered in a nanosecond of a transit.
@@ -599,8 +540,7 @@ fn other_models_and_numbers_ride_along() {
     })
     .unwrap();
     let model = patch(|_| Ok(switching), PolynomialExponential::constant());
-    let parameters = GridParameters { patch: model, cells: 10, transport: SEMI_LAGRANGIAN };
-    let mut grid = Grid::varying(parameters).unwrap();
+    let mut grid = Grid::varying(&model, 10).unwrap();
     for _ in 0..12 {
         grid.step(Motion { slip_velocity: 0.01, rolling_speed: 2.0 }, 5e-3).unwrap();
     }
@@ -612,17 +552,14 @@ fn other_models_and_numbers_ride_along() {
 
 #[test]
 fn a_step_allocates_nothing() {
-    let mut grid = uniform(30, SEMI_LAGRANGIAN);
-    let mut coarse = uniform(30, Transport::Upwind);
+    let mut grid = uniform(30);
     let patch = patch(|place| bristles(stiffness(place)), PolynomialExponential::parabolic());
-    let mut varying =
-        Grid::varying(GridParameters { patch, cells: 30, transport: SEMI_LAGRANGIAN }).unwrap();
+    let mut varying = Grid::varying(&patch, 30).unwrap();
     let counted = allocation_counter::measure(|| {
         for n in 0..20 {
             let slip = f64::from(n).sin();
             let motion = Motion { slip_velocity: slip, rolling_speed: 2.0 };
             grid.step(motion, 2e-3).unwrap();
-            coarse.step(motion, 1e-3).unwrap();
             let field = MotionField {
                 slip_velocity: |place, _| slip - place,
                 rolling_speed: |place: f64, _| 2.0 - 3.0 * place,
@@ -656,7 +593,7 @@ fn bad_input_is_named_and_changes_nothing() {
     }
     let build = |pressure, cells| {
         let patch = patch(tyre(), pressure);
-        Grid::new(GridParameters { patch, cells, transport: SEMI_LAGRANGIAN })
+        Grid::new(&patch, cells)
     };
     for wrong in [f64::NAN, -1e-9, f64::INFINITY] {
         let error = build(Wrong(wrong), 10).unwrap_err();
@@ -668,49 +605,38 @@ fn bad_input_is_named_and_changes_nothing() {
     }
     let refused = |place: f64| if place > 0.5 { bristles(f64::NAN) } else { bristles(1.0) };
     let patch = patch(refused, PolynomialExponential::constant());
-    let parameters = GridParameters { patch, cells: 10, transport: SEMI_LAGRANGIAN };
-    assert_eq!(Grid::varying(parameters).unwrap_err().name, "micro_stiffness");
-    let error = uniform(10, SEMI_LAGRANGIAN).with_profile(|place| 1.0 / (place - 0.5)).unwrap_err();
+    assert_eq!(Grid::varying(&patch, 10).unwrap_err().name, "micro_stiffness");
+    let error = uniform(10).with_profile(|place| 1.0 / (place - 0.5)).unwrap_err();
     assert_eq!((error.name, error.component), ("profile", Some(5)));
 
-    for transport in [SEMI_LAGRANGIAN, Transport::Upwind] {
-        let mut grid = uniform(10, transport).with_profile(|place| 1e-3 * place).unwrap();
-        let before = grid.clone();
-        let motion = Motion { slip_velocity: 1.0, rolling_speed: 2.0 };
-        for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            for (name, motion, duration) in [
-                ("slip_velocity", Motion { slip_velocity: wrong, ..motion }, 1e-3),
-                ("rolling_speed", Motion { rolling_speed: wrong, ..motion }, 1e-3),
-                ("duration", motion, wrong),
-                ("duration", motion, -1e-9),
-            ] {
-                assert_eq!(grid.step(motion, duration).unwrap_err().name, name);
-                let field = MotionField {
-                    slip_velocity: |_, _| motion.slip_velocity,
-                    rolling_speed: |_, _| motion.rolling_speed,
-                };
-                assert_eq!(grid.step_field(&field, duration).unwrap_err().name, name);
-                assert_eq!(grid.deflections(), before.deflections());
-            }
-            // Somewhere in the patch only.
+    let mut grid = uniform(10).with_profile(|place| 1e-3 * place).unwrap();
+    let before = grid.clone();
+    let motion = Motion { slip_velocity: 1.0, rolling_speed: 2.0 };
+    for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for (name, motion, duration) in [
+            ("slip_velocity", Motion { slip_velocity: wrong, ..motion }, 1e-3),
+            ("rolling_speed", Motion { rolling_speed: wrong, ..motion }, 1e-3),
+            ("duration", motion, wrong),
+            ("duration", motion, -1e-9),
+        ] {
+            assert_eq!(grid.step(motion, duration).unwrap_err().name, name);
             let field = MotionField {
-                slip_velocity: |place, _| if place > 0.7 { wrong } else { 1.0 },
-                rolling_speed: |_, _| 2.0,
+                slip_velocity: |_, _| motion.slip_velocity,
+                rolling_speed: |_, _| motion.rolling_speed,
             };
-            assert_eq!(grid.step_field(&field, 1e-3).unwrap_err().name, "slip_velocity");
+            assert_eq!(grid.step_field(&field, duration).unwrap_err().name, name);
+            assert_eq!(grid.deflections(), before.deflections());
         }
-        assert!(grid.deflection_at(1.1).is_err() && grid.deflection_at(f64::NAN).is_err());
+        // Somewhere in the patch only.
+        let field = MotionField {
+            slip_velocity: |place, _| if place > 0.7 { wrong } else { 1.0 },
+            rolling_speed: |_, _| 2.0,
+        };
+        assert_eq!(grid.step_field(&field, 1e-3).unwrap_err().name, "slip_velocity");
     }
-    let mut upwind = uniform(10, Transport::Upwind);
-    let fast = Motion { slip_velocity: 1.0, rolling_speed: -2.0 };
-    let error = upwind.step(fast, 5.001e-3).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "courant_number is 1.0002, but must be at most the limit of upwind = 1"
-    );
-    assert!(upwind.step(fast, 5e-3).is_ok());
+    assert!(grid.deflection_at(1.1).is_err() && grid.deflection_at(f64::NAN).is_err());
     // V that turns a million times within a step.
-    let mut grid = uniform(10, SEMI_LAGRANGIAN);
+    let mut grid = uniform(10);
     let shaking = MotionField {
         slip_velocity: |_, _| 1.0,
         rolling_speed: |_, time: f64| 1e6 * (1e8 * time).cos(),
@@ -734,7 +660,7 @@ fn a_reversal_of_the_slip_within_a_step_is_met() {
     };
     let want = added(0.0, turn) + added(turn, end);
     let field = MotionField { slip_velocity: |_, t| slip(t), rolling_speed: |_, _| 0.0 };
-    let mut grid = uniform(4, SEMI_LAGRANGIAN);
+    let mut grid = uniform(4);
     grid.step_field(&field, end).unwrap();
     for &got in grid.deflections() {
         // Two pieces of λh ≈ 0.1 each, fourth order; one piece across the kink is 2 % off.

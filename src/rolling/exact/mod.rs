@@ -22,7 +22,7 @@ mod smooth;
 
 pub use coupling::{PatchCommitted, PatchLedger, PatchStep};
 pub use queue::Segment;
-pub use smooth::{MotionOverTime, Order};
+pub use smooth::MotionOverTime;
 
 use super::patch::{Crossing, coefficients};
 use super::{Motion, Patch, PolynomialExponential, RateDependent};

@@ -204,7 +204,8 @@ impl<T: Scalar, const N: usize, B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>
         let (front_map, mut back_map) = (self.map_since, Map::identity());
         self.clear();
         // From the newest to the oldest. What is written is never older than what is read.
-        let (mut last, mut written): (Option<(Profile<T>, [T; N])>, usize) = (None, count);
+        let mut last: Option<(Profile<T>, [T; N])> = None;
+        let mut written = count;
         for number in (0..count).rev() {
             let Some(&Segment { profile, map, moments, .. }) = self.segment(number) else { break };
             let (mut profile, mut moments) = if number < front_count {

@@ -1,26 +1,27 @@
-//! Velocities that vary smoothly over a step, to second and fourth order.
+//! Velocities that vary smoothly over a step, to fourth order.
 //!
-//! A bristle obeys ż = −λ(t) z + u(t), u = r v. Over a step h with the values 1 and 2 at its two Gauss
-//! points, t = (½ ∓ √3/6) h, the step with the held coefficients
+//! A bristle obeys ż = −λ(t) z + u(t), u = r v. Over a step h with the values 1 and 2 at its two
+//! Gauss points, t = (½ ∓ √3/6) h, the step with the held coefficients
 //!
 //! λ̄ = (λ₁ + λ₂)/2,  ū = (u₁ + u₂)/2 + w (√3/12) h (λ₁ u₂ − λ₂ u₁),  w = 1/√(1 + (λ̄h/6)²)
 //!
-//! leaves an error of O(h⁵) (the Magnus expansion of the affine equation, which needs one commutator;
-//! w → 1 keeps the order and lets a stiff bristle end where it would, at u/λ of the end of the step). The
-//! bristles that enter have the profile that held coefficients would give, over the distance V̄h, and
+//! has an error of O(h⁵): the Magnus expansion of the affine equation, which needs one commutator.
+//! w → 1 keeps the order and lets a stiff bristle end at u/λ of the end of the step. The bristles
+//! that enter have the profile of held coefficients over the distance V̄h, and in addition
 //!
 //! (√3/2) h (u₂ V₁ − u₁ V₂)/V̄ e^(−λ̄h/2) t (1 − t)
 //!
-//! at the part t of the way: with it the profile is right to O(h³) everywhere and its integral and first
-//! moment to O(h⁵). Together the force is of fourth order, wherever the outlet cuts.
+//! at the part t of that distance. This makes the profile right to O(h³) everywhere, and its
+//! integral and first moment to O(h⁵). The force is of fourth order wherever the outlet cuts.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | v, V | slip velocity, transport velocity | m/s, 1/s |
+//! | v, V | slip velocity, rolling speed over the length of the patch | m/s, 1/s |
 //! | λ, r | relaxation rate, drive of the friction model | 1/s, – |
 //!
-//! Source: S. Blanes, F. Casas, J. A. Oteo, J. Ros, "The Magnus expansion and some of its applications",
-//! Physics Reports 470, 2009, for the expansion; the inflow profile is of this crate.
+//! Source: S. Blanes, F. Casas, J. A. Oteo, J. Ros, "The Magnus expansion and some of its
+//! applications", Physics Reports 470, 2009, for the expansion; the profile of the bristles that
+//! enter is derived here.
 
 use core::ops::Range;
 
@@ -39,17 +40,6 @@ pub struct MotionOverTime<S, W> {
     pub slip_velocity: S,
     /// Rolling speed U(t) [m/s], never negative.
     pub rolling_speed: W,
-}
-
-/// With which power of the step the error falls that [`ExactPatch::follow`] makes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Order {
-    /// The velocities of the middle of the step, held.
-    Second,
-    /// The velocities at its two Gauss points, at about twice the cost. In steps over which they change
-    /// much, deflections may exceed their limit.
-    Fourth,
 }
 
 /// A part of a step over which everything is smooth.
@@ -85,7 +75,7 @@ where
     /// [`ExactPatch::narrowest`], gain nothing from being shorter.
     ///
     /// ```
-    /// use bristle::rolling::{MotionOverTime, Order, Patch, PatchParameters, PolynomialExponential};
+    /// use bristle::rolling::{MotionOverTime, Patch, PatchParameters, PolynomialExponential};
     /// use bristle::signal::{Constant, Sine, SineParameters};
     /// use bristle::{FrBd, paper};
     /// use bristle::curve::Stribeck;
@@ -104,7 +94,7 @@ where
     /// let mut force = 0.0;
     /// for millisecond in 0..100 {
     ///     let time = 1e-3 * f64::from(millisecond);
-    ///     force = rolling.follow(&motion, time..time + 1e-3, Order::Fourth)?;
+    ///     force = rolling.follow(&motion, time..time + 1e-3)?;
     /// }
     /// assert!(force > 0.0 && force < tyre.normal_force());
     /// # Ok::<(), bristle::ParameterError>(())
@@ -119,11 +109,10 @@ where
         &mut self,
         motion: &MotionOverTime<S, W>,
         span: Range<T>,
-        order: Order,
     ) -> Result<T, ParameterError> {
         let end = slip_at(motion, parameter::finite("end of the span", span.end)?)?;
         let at_end = self.coefficients(end)?;
-        self.roll_along(motion, span, order)?;
+        self.roll_along(motion, span)?;
         Ok(self.force_of(&at_end, end))
     }
 
@@ -132,16 +121,15 @@ where
         &mut self,
         motion: &MotionOverTime<S, W>,
         span: Range<T>,
-        order: Order,
     ) -> Result<(), ParameterError> {
         let from = parameter::finite("start of the span", span.start)?;
         let to = parameter::finite("end of the span", span.end)?;
         parameter::non_negative("duration", to - from)?;
         // Look first, so that a refusal leaves the patch as it was.
         let (mut pieces, mut last) = (0_usize, None);
-        each_piece(motion, self.patch.length(), from, to, order, &mut |piece| {
+        each_piece(motion, self.patch.length(), from, to, &mut |piece| {
             pieces = pieces.saturating_add(1);
-            last = Some(self.held(&piece, order)?);
+            last = Some(self.held(&piece)?);
             Ok(())
         })?;
         if pieces == 1 {
@@ -149,8 +137,8 @@ where
                 self.queue.advance(&held);
             }
         } else {
-            each_piece(motion, self.patch.length(), from, to, order, &mut |piece| {
-                let held = self.held(&piece, order)?;
+            each_piece(motion, self.patch.length(), from, to, &mut |piece| {
+                let held = self.held(&piece)?;
                 self.queue.advance(&held);
                 Ok(())
             })?;
@@ -159,14 +147,11 @@ where
     }
 
     #[inline]
-    fn held(&self, piece: &Piece<T>, order: Order) -> Result<Held<T>, ParameterError> {
+    fn held(&self, piece: &Piece<T>) -> Result<Held<T>, ParameterError> {
         let Piece { duration, slip: [v1, v2], transport: [transport1, transport2] } = *piece;
         let half: T = lit(0.5);
         let Affine { relaxation: relaxation1, drive, .. } = self.coefficients(v1)?;
         let drive1 = drive * v1;
-        if order == Order::Second {
-            return Ok(Held::new(relaxation1, drive1, transport1, duration));
-        }
         let Affine { relaxation: relaxation2, drive, .. } = self.coefficients(v2)?;
         let drive2 = drive * v2;
         let root_of_three = lit::<T>(3.0).sqrt();
@@ -199,7 +184,6 @@ fn each_piece<T: Scalar, S: Signal<T>, W: Signal<T>>(
     length: T,
     from: T,
     to: T,
-    order: Order,
     visit: &mut impl FnMut(Piece<T>) -> Result<(), ParameterError>,
 ) -> Result<(), ParameterError> {
     let mut time = from;
@@ -215,7 +199,7 @@ fn each_piece<T: Scalar, S: Signal<T>, W: Signal<T>>(
         if let Some(reversal) = reversal(motion, time, end)? {
             end = reversal;
         }
-        divide(motion, length, time, end, order, HALVINGS, visit)?;
+        divide(motion, length, time, end, HALVINGS, visit)?;
         time = end;
     }
     Ok(())
@@ -252,16 +236,12 @@ fn divide<T: Scalar, S: Signal<T>, W: Signal<T>>(
     length: T,
     from: T,
     to: T,
-    order: Order,
     halvings: u32,
     visit: &mut impl FnMut(Piece<T>) -> Result<(), ParameterError>,
 ) -> Result<(), ParameterError> {
     let (duration, half) = (to - from, lit::<T>(0.5));
     let middle = from + duration * half;
-    let offset = match order {
-        Order::Second => T::zero(),
-        Order::Fourth => duration * (lit::<T>(3.0).sqrt() / lit(6.0)),
-    };
+    let offset = duration * (lit::<T>(3.0).sqrt() / lit(6.0));
     let at = |time: T| {
         let speed = motion.rolling_speed.value(time);
         let transport = parameter::non_negative("rolling_speed", speed)? / length;
@@ -269,8 +249,7 @@ fn divide<T: Scalar, S: Signal<T>, W: Signal<T>>(
         Ok((slip_at(motion, time)?, transport))
     };
     let (v1, transport1) = at(middle - offset)?;
-    let (v2, transport2) =
-        if order == Order::Second { (v1, transport1) } else { at(middle + offset)? };
+    let (v2, transport2) = at(middle + offset)?;
     let distance = (transport1 + transport2) * half * duration;
     if distance <= lit(LONGEST) || !(middle > from && middle < to) {
         return visit(Piece { duration, slip: [v1, v2], transport: [transport1, transport2] });
@@ -286,6 +265,6 @@ fn divide<T: Scalar, S: Signal<T>, W: Signal<T>>(
             rule,
         });
     }
-    divide(motion, length, from, middle, order, halvings - 1, visit)?;
-    divide(motion, length, middle, to, order, halvings - 1, visit)
+    divide(motion, length, from, middle, halvings - 1, visit)?;
+    divide(motion, length, middle, to, halvings - 1, visit)
 }

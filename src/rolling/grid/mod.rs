@@ -1,5 +1,4 @@
-//! A patch on a grid: where what the bristles are made of, what drives them or how fast they move
-//! varies along the patch.
+//! A patch on a grid, for bristles, slip velocities or rolling speeds that vary along it.
 //!
 //! ∂z/∂t + V(ξ, t) ∂z/∂ξ = −λ(v, ξ) z + r(v, ξ) v,  F = L ∫₀¹ p(ξ) (c₀ z + c₂ v) dξ
 //!
@@ -12,20 +11,18 @@
 //! | N | cells; nodes at ξᵢ = i/N | – |
 //! | C | Courant number \|V\| h N: cells crossed in a step | – |
 //!
-//! Bristles enter undeflected wherever V points into the patch: at ξ = 0 where V(0, t) > 0, at ξ = 1 where
-//! V(1, t) < 0, at both, or at neither. Where V points away from a place inside, the bristles there spread;
-//! where V points towards one, they crowd, and leave nowhere.
+//! Bristles enter undeflected wherever V points into the patch: at ξ = 0 where V(0, t) > 0 and at
+//! ξ = 1 where V(1, t) < 0. Where V points away from a place inside, the bristles there spread.
+//! Where V points towards one, they crowd and never leave.
 //!
-//! *Semi-Lagrangian.* The bristle that arrives at a node is followed back over the step ([`path`]), its
-//! deflection at the start interpolated ([`interpolation`]), and its own linear equation solved along the
-//! way. No step is too long for it. At uniform V, λ and r it is exact at the nodes for a whole Courant
-//! number.
+//! The scheme is semi-Lagrangian. The bristle that arrives at a node is followed back over the step
+//! ([`path`]), its deflection at the start is interpolated ([`interpolation`]), and its own linear
+//! equation is solved along the way. Every length of step is stable. With uniform V, λ and r the
+//! nodes are exact for a whole Courant number.
 //!
-//! *Upwind*, first order, smears what it moves. It is here to be compared with.
-//!
-//! Source: Romano et al. (arXiv 2602.09429), section IV-A, the equation and its characteristics. The schemes
-//! are classical (R. Courant, E. Isaacson, M. Rees, Communications on Pure and Applied Mathematics 5 (1952),
-//! 243–255).
+//! Source: Romano et al. (arXiv 2602.09429), section IV-A, the equation and its characteristics. The
+//! scheme is classical (R. Courant, E. Isaacson, M. Rees, Communications on Pure and Applied
+//! Mathematics 5 (1952), 243–255).
 
 mod interpolation;
 mod path;
@@ -46,30 +43,8 @@ const MOST_CELLS: usize = 10_000_000;
 /// Samples of a given profile in each cell, for its range.
 const SAMPLES: usize = 8;
 
-/// How a [`Grid`] moves its deflections.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Transport {
-    /// Along characteristics, with interpolation of fifth order that makes no oscillations. Any Courant
-    /// number.
-    #[default]
-    SemiLagrangian,
-    /// Differences against the stream and implicit relaxation, of first order. Courant numbers up to 1.
-    Upwind,
-}
-
-/// Parameters of [`Grid`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GridParameters<T, M, P> {
-    /// The patch: bristles, length, pressure. For [`Grid::varying`] its model is a function of the place.
-    pub patch: Patch<T, M, P>,
-    /// Number of cells N, from 1 to ten million.
-    pub cells: usize,
-    /// How the deflections are moved.
-    pub transport: Transport,
-}
-
-/// A motion that varies along the patch and over a step: functions of the place ξ \[–\] and of the time
-/// since the step's start \[s\]. Spin, camber, a curved path.
+/// A motion that varies along the patch and over a step: functions of the place ξ \[–\] and of the
+/// time since the step's start \[s\]. For spin, camber and curved paths.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionField<F, G> {
     /// Slip velocity v(ξ, t) [m/s].
@@ -81,7 +56,7 @@ pub struct MotionField<F, G> {
 /// What the bristles are.
 #[derive(Debug, Clone, PartialEq)]
 enum Bristles<M> {
-    /// The same everywhere, with coefficients that depend on the velocity alone.
+    /// Equal everywhere, with coefficients that depend on the velocity alone.
     Uniform(M),
     /// One for each node, each with its own coefficients.
     Varying(Vec<M>),
@@ -96,30 +71,30 @@ impl<M> Bristles<M> {
     }
 }
 
-/// The deflections of a patch at equidistant nodes, and how they move.
+/// The deflections of a patch at equidistant nodes.
 ///
-/// * Never a deflection beyond those it started with and the stationary ones at the velocities met: |z| ≤
-///   max μ/σ0 stays true, whatever the step.
-/// * The force is a quadrature of fifth order with positive weights that hold the pressure exactly. Where the profile
-///   has a kink or a jump (after a sudden change of v; after a standstill) the error in its cell is that
-///   of interpolation: second or first order.
+/// * No deflection leaves the range of the initial ones and the stationary ones at the velocities
+///   met: |z| ≤ max μ/σ0 holds for every length of step.
+/// * The force is a quadrature of fifth order with positive weights that integrate the pressure
+///   exactly. A kink or a jump of the profile (after a sudden change of v or a standstill) leaves an
+///   error of second or first order in its cell.
 /// * A step allocates nothing, and one that is refused changes nothing.
 ///
 /// ```
-/// use bristle::rolling::{Grid, GridParameters, Motion, Patch, PatchParameters, PolynomialExponential, Transport};
+/// use bristle::rolling::{Grid, Motion, Patch, PatchParameters, PolynomialExponential};
 /// use bristle::{FrBd, paper};
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;
 ///
 /// let patch = Patch::new(PatchParameters {
 ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
-///     length: paper::TYRE_LENGTH,
+///     length: 0.1, // m
 ///     pressure: PolynomialExponential::constant(),
 /// })?
 /// .carrying(1.0)?; // N
-/// let mut grid = Grid::new(GridParameters { patch, cells: 100, transport: Transport::SemiLagrangian })?;
+/// let mut grid = Grid::new(&patch, 100)?;
 ///
-/// // A slip of 0.05 at 16 m/s, one cell a step, for one transit.
+/// // A slip ratio of 0.05 at 16 m/s, one cell a step, for one crossing of the patch.
 /// let motion = Motion { slip_velocity: 0.8, rolling_speed: 16.0 };
 /// let mut force = 0.0;
 /// for _ in 0..100 {
@@ -132,9 +107,8 @@ impl<M> Bristles<M> {
 pub struct Grid<T, M> {
     bristles: Bristles<M>,
     length: T,
-    transport: Transport,
     places: Vec<T>,
-    /// Those of the force: the quadrature's times L and the load.
+    /// Weights of the nodes in the force, L and the load included.
     weights: Vec<T>,
     deflections: Vec<T>,
     /// The deflections after the step, while it is taken.
@@ -144,41 +118,48 @@ pub struct Grid<T, M> {
 }
 
 impl<T: Scalar, M: RateDependent<T>> Grid<T, M> {
-    /// A patch of equal bristles, undeflected.
+    /// A patch of equal bristles on N cells, undeflected.
     ///
     /// # Errors
     ///
-    /// Refuses no cells or more than ten million, and a pressure that is negative or not finite somewhere.
+    /// Refuses no cells or more than ten million, and a pressure that is negative or not finite
+    /// somewhere.
     pub fn new<P: Pressure<T>>(
-        parameters: GridParameters<T, M, P>,
+        patch: &Patch<T, M, P>,
+        cells: usize,
     ) -> Result<Self, ParameterError> {
-        Self::build(&parameters, |_| Ok(Bristles::Uniform(parameters.patch.model().clone())))
+        Self::build(patch, cells, |_| Ok(Bristles::Uniform(patch.model().clone())))
     }
 }
 
 impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
-    /// A patch whose bristles vary along it, undeflected: its model is a function of the place ξ, asked
-    /// once for each node. Between the nodes λ and r v are interpolated.
+    /// A patch whose bristles vary along it, undeflected: its model is a function of the place ξ,
+    /// called once for each node. Between the nodes λ and r v are interpolated.
     ///
-    /// Also for bristles that switch with their deflection (elasto-plastic): each node has its own
-    /// coefficients, α frozen over a step, which leaves the first order in the length of the step.
+    /// It also takes bristles that switch with their deflection (elasto-plastic). Each node has its
+    /// own coefficients, and α is frozen over a step: first order in the length of the step.
     ///
     /// ```
-    /// use bristle::rolling::{Grid, GridParameters, MotionField, Patch, PatchParameters, PolynomialExponential, Transport};
+    /// use bristle::rolling::{Grid, MotionField, Patch, PatchParameters, PolynomialExponential};
     /// use bristle::{FrBd, paper};
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
     ///
     /// // Softer towards the outlet.
     /// let model = |place: f64| {
-    ///     let bristle = KelvinVoigtParameters { micro_stiffness: 252.0 * (1.0 - 0.5 * place), micro_damping: 0.0 };
+    ///     let micro_stiffness = 252.0 * (1.0 - 0.5 * place);
+    ///     let bristle = KelvinVoigtParameters { micro_stiffness, micro_damping: 0.0 };
     ///     Ok(FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(bristle)?))
     /// };
-    /// let patch = Patch::new(PatchParameters { model, length: 0.1, pressure: PolynomialExponential::parabolic() })?;
-    /// let mut grid = Grid::varying(GridParameters { patch, cells: 100, transport: Transport::SemiLagrangian })?;
+    /// let pressure = PolynomialExponential::parabolic();
+    /// let patch = Patch::new(PatchParameters { model, length: 0.1, pressure })?;
+    /// let mut grid = Grid::varying(&patch, 100)?;
     ///
     /// // Spin: the slip velocity changes its sign inside the patch.
-    /// let spin = MotionField { slip_velocity: |place, _| 0.6 - place, rolling_speed: |_, _| 16.0 };
+    /// let spin = MotionField {
+    ///     slip_velocity: |place, _| 0.6 - place,
+    ///     rolling_speed: |_, _| 16.0,
+    /// };
     /// let force = grid.step_field(&spin, 1e-4)?;
     /// assert!(force > 0.0);
     /// # Ok::<(), bristle::ParameterError>(())
@@ -186,37 +167,32 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses what [`Grid::new`] refuses, and passes on what the function of the place refuses.
-    pub fn varying<P, F>(parameters: GridParameters<T, F, P>) -> Result<Self, ParameterError>
+    /// Refuses what [`Grid::new`] refuses, and passes on the errors of the function of the place.
+    pub fn varying<P, F>(patch: &Patch<T, F, P>, cells: usize) -> Result<Self, ParameterError>
     where
         P: Pressure<T>,
         F: Fn(T) -> Result<M, ParameterError>,
     {
-        Self::build(&parameters, |places| {
-            let models = places.iter().map(|&place| (parameters.patch.model())(place));
+        Self::build(patch, cells, |places| {
+            let models = places.iter().map(|&place| (patch.model())(place));
             models.collect::<Result<Vec<M>, _>>().map(Bristles::Varying)
         })
     }
 
     fn build<Q, P: Pressure<T>>(
-        parameters: &GridParameters<T, Q, P>,
+        patch: &Patch<T, Q, P>,
+        cells: usize,
         bristles: impl FnOnce(&[T]) -> Result<Bristles<M>, ParameterError>,
     ) -> Result<Self, ParameterError> {
-        let GridParameters { patch, cells, transport } = parameters;
-        let count =
-            |rule| ParameterError { name: "cells", component: None, value: *cells as f64, rule };
-        if *cells == 0 {
-            return Err(count(Rule::Count { least: 1 }));
+        if cells == 0 || cells > MOST_CELLS {
+            let rule = Rule::CountBetween { least: 1, most: MOST_CELLS };
+            let value = cells as f64;
+            return Err(ParameterError { name: "cells", component: None, value, rule });
         }
-        if *cells > MOST_CELLS {
-            let limit = MOST_CELLS as f64;
-            return Err(count(Rule::AtMost { other: "the largest grid", limit }));
-        }
-        let share = T::one() / lit(*cells as f64);
-        let places: Vec<T> = (0..=*cells)
-            .map(|i| if i == *cells { T::one() } else { lit::<T>(i as f64) * share })
-            .collect();
-        let mut weights = quadrature::weights(patch.pressure(), *cells)?;
+        let share = T::one() / lit(cells as f64);
+        let mut places: Vec<T> = (0..cells).map(|i| lit::<T>(i as f64) * share).collect();
+        places.push(T::one());
+        let mut weights = quadrature::weights(patch.pressure(), cells)?;
         for weight in &mut weights {
             *weight *= patch.length() * patch.load();
         }
@@ -224,7 +200,6 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         Ok(Self {
             bristles: bristles(&places)?,
             length: patch.length(),
-            transport: *transport,
             places,
             weights,
             deflections: none.clone(),
@@ -233,7 +208,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         })
     }
 
-    /// The same grid with the deflections z(ξ) \[m\].
+    /// This grid with the deflections z(ξ) \[m\].
     ///
     /// # Errors
     ///
@@ -273,8 +248,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         &self.deflections
     }
 
-    /// Weights of the nodes in the force \[N\]: F = Σ wᵢ (c₀ z + c₂ v)ᵢ. None is negative, and together
-    /// they are the normal force.
+    /// Weights of the nodes in the force \[N\], F = Σ wᵢ (c₀ z + c₂ v)ᵢ. None is negative, and their
+    /// sum is the normal force.
     pub fn weights(&self) -> &[T] {
         &self.weights
     }
@@ -314,18 +289,16 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         self.force_of(&self.deflections, &slip_velocity)
     }
 
-    /// A step of length h ≥ 0 \[s\] with the motion held, which may also roll backwards (U < 0). Returns
-    /// the force F \[N\] at its end.
+    /// A step of length h ≥ 0 \[s\] with the motion held. The patch may also roll backwards (U < 0).
+    /// Returns the force F \[N\] at the end.
     ///
-    /// For a motion that varies in time take the one at the middle of the step, for the second order, or
-    /// [`Grid::step_field`].
-    ///
-    /// Equal bristles cost one evaluation of the model a step.
+    /// For a motion that varies in time take the one at the middle of the step (second order), or
+    /// [`Grid::step_field`]. Equal bristles cost one evaluation of the model a step.
     ///
     /// # Errors
     ///
-    /// Refuses velocities that are not finite, a duration that is negative or not finite, a Courant number
-    /// above 1 in the upwind scheme (`courant_number`), and a force that is not finite.
+    /// Refuses velocities that are not finite, a duration that is negative or not finite, and a force
+    /// that is not finite.
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
         let slip = parameter::finite("slip_velocity", motion.slip_velocity)?;
         let speed = parameter::finite("rolling_speed", motion.rolling_speed)?;
@@ -337,16 +310,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         let affine = model.affine(Sliding::from(slip), T::zero());
         let drive = affine.drive * slip;
         let courant = speed / self.length * duration * lit(self.cells() as f64);
-        match self.transport {
-            Transport::SemiLagrangian => self.shift(&affine, drive, courant, duration),
-            Transport::Upwind => {
-                upwind(&self.deflections, &mut self.next, |_| Ok(courant))?;
-                for next in &mut self.next {
-                    *next = implicit(&affine, drive, *next, duration);
-                }
-                self.enter(|_| speed);
-            }
-        }
+        self.shift(&affine, drive, courant, duration);
         let mut reach = Reach::none();
         reach.include(affine.relaxation, drive);
         let sums = (self.weights.iter().zip(&self.next))
@@ -354,16 +318,16 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         self.commit(affine.stiffness * sums.0 + affine.damping * slip * sums.1, &reach, duration)
     }
 
-    /// A step of length h ≥ 0 \[s\] with a motion that varies in place and time. Returns the force F \[N\]
-    /// at its end.
+    /// A step of length h ≥ 0 \[s\] with a motion that varies in place and time. Returns the force F
+    /// \[N\] at the end.
     ///
-    /// Where all is smooth an error of fourth order in the width of a cell, and in the length of the step
-    /// where it crosses less than one. In a longer step each bristle is followed from cell to cell.
+    /// In smooth motion the error is of fourth order in the width of a cell, and in the length of a
+    /// step that crosses less than one. In a longer step each bristle is followed from cell to cell.
     ///
     /// # Errors
     ///
-    /// Refuses what [`Grid::step`] refuses, and a V(ξ, t) that turns so often within a step that a bristle
-    /// crosses more than twenty times the cells of the grid (`panels of a path`).
+    /// Refuses what [`Grid::step`] refuses, and a U(ξ, t) that turns so often within a step that a
+    /// bristle crosses more than twenty times the cells of the grid (`panels of a path`).
     pub fn step_field<F, G>(
         &mut self,
         field: &MotionField<F, G>,
@@ -375,49 +339,17 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     {
         let duration = parameter::non_negative("duration", duration)?;
         let MotionField { slip_velocity, rolling_speed } = field;
-        let length = self.length;
+        let (bristles, deflections, length) = (&self.bristles, &self.deflections, self.length);
+        let paths = Paths { bristles, deflections, slip_velocity, rolling_speed, length, duration };
         let mut reach = Reach::none();
-        match self.transport {
-            Transport::SemiLagrangian => {
-                let deflections = &self.deflections;
-                let bristles = &self.bristles;
-                let paths =
-                    Paths { bristles, deflections, slip_velocity, rolling_speed, length, duration };
-                for (next, &place) in self.next.iter_mut().zip(&self.places) {
-                    let arrival = paths.arrival(place, &mut reach)?;
-                    let before = arrival.origin.map_or_else(T::zero, |origin| {
-                        let (cell, part) = located(origin, deflections.len() - 1);
-                        let value = Interpolation::new(part).at(deflections, cell);
-                        cut(value, self.range.0, self.range.1)
-                    });
-                    *next = arrival.decay * before + arrival.gained;
-                }
-            }
-            Transport::Upwind => {
-                let middle = duration * lit(0.5);
-                let cells = lit::<T>(self.cells() as f64);
-                let velocity = |node: usize| {
-                    let place = self.places.get(node).copied().unwrap_or_else(T::one);
-                    parameter::finite("rolling_speed", rolling_speed(place, middle) / length)
-                };
-                upwind(&self.deflections, &mut self.next, |node| {
-                    Ok(velocity(node)? * duration * cells)
-                })?;
-                let old = self.places.iter().zip(&self.deflections);
-                for (node, (next, (&place, &deflection))) in
-                    self.next.iter_mut().zip(old).enumerate()
-                {
-                    let slip = slip_velocity(place, middle);
-                    let slip = parameter::finite("slip_velocity", slip)?;
-                    if let Some(model) = self.bristles.at(node) {
-                        let affine = model.affine(Sliding::from(slip), deflection);
-                        let drive = affine.drive * slip;
-                        *next = implicit(&affine, drive, *next, duration);
-                        reach.include(affine.relaxation, drive);
-                    }
-                }
-                self.enter(|place| rolling_speed(place, middle));
-            }
+        for (next, &place) in self.next.iter_mut().zip(&self.places) {
+            let arrival = paths.arrival(place, &mut reach)?;
+            let before = arrival.origin.map_or_else(T::zero, |origin| {
+                let (cell, part) = located(origin, deflections.len() - 1);
+                let value = Interpolation::new(part).at(deflections, cell);
+                cut(value, self.range.0, self.range.1)
+            });
+            *next = arrival.decay * before + arrival.gained;
         }
         for &place in &self.places {
             parameter::finite("slip_velocity", slip_velocity(place, duration))?;
@@ -472,20 +404,6 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         }
     }
 
-    /// Bristles enter undeflected.
-    fn enter(&mut self, transport: impl Fn(T) -> T) {
-        if transport(T::zero()) > T::zero()
-            && let Some(first) = self.next.first_mut()
-        {
-            *first = T::zero();
-        }
-        if transport(T::one()) < T::zero()
-            && let Some(last) = self.next.last_mut()
-        {
-            *last = T::zero();
-        }
-    }
-
     /// Takes over the next deflections, unless the force is not finite.
     fn commit(&mut self, force: T, reach: &Reach<T>, duration: T) -> Result<T, ParameterError> {
         let force = parameter::finite("force", force)?;
@@ -510,28 +428,4 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
             sum + weight * coefficient
         })
     }
-}
-
-/// Implicit Euler step of ż = −λz + u, z ← (z + h u)/(1 + λh): no deflection beyond z and u/λ.
-fn implicit<T: Scalar>(affine: &Affine<T>, drive: T, deflection: T, duration: T) -> T {
-    (deflection + duration * drive) / (T::one() + affine.relaxation * duration)
-}
-
-/// First-order differences against the stream, with the signed Courant number at each node. At an end
-/// where bristles enter the value is left for [`Grid::enter`].
-fn upwind<T: Scalar>(
-    before: &[T],
-    after: &mut [T],
-    courant: impl Fn(usize) -> Result<T, ParameterError>,
-) -> Result<(), ParameterError> {
-    for (node, (next, &here)) in after.iter_mut().zip(before).enumerate() {
-        let courant = courant(node)?;
-        let size =
-            parameter::at_most("courant_number", courant.abs(), "the limit of upwind", T::one())?;
-        let behind = if courant > T::zero() { node.checked_sub(1) } else { node.checked_add(1) };
-        let there = behind.and_then(|behind| before.get(behind)).copied().unwrap_or(here);
-        // A mean of the two, so that nothing leaves the range.
-        *next = here * (T::one() - size) + there * size;
-    }
-    Ok(())
 }
