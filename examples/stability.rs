@@ -401,7 +401,7 @@ fn study<M: Bristle<f64, Deflection = f64>>(
     });
     let mut sweeps = Vec::new();
     for way in &WAYS {
-        let limits = stability::largest_step(&contact, mechanism, top_speed, way.scheme)?;
+        let limits = stability::largest_step(&contact, Some(mechanism), top_speed, way.scheme)?;
         let bristle = limits.bristle.map(|predicted| {
             let measured = onset(predicted, |h, count| {
                 let steady = dragged.stationary(0.0);

@@ -1,155 +1,150 @@
 //! Eigenvalues of a small real matrix, on the stack.
 //!
-//! The rows and columns are brought to similar sizes, the matrix is rotated to Hessenberg form, and
-//! shifted QR steps in complex arithmetic split off one eigenvalue after the other.
+//! Rows and columns are scaled to similar sizes, reflections bring the matrix to Hessenberg form, and
+//! double-shift QR steps split off real eigenvalues and conjugate pairs.
 //!
 //! Source: G. H. Golub, C. F. Van Loan, "Matrix Computations", 4th edition (Johns Hopkins, 2013),
-//! sections 7.4 and 7.5.
+//! section 7.5.
 
 use nalgebra::{Complex, ComplexField, SMatrix};
 
 /// QR steps per eigenvalue; two or three are usual.
 const MOST_STEPS: usize = 60;
 
-/// The eigenvalues in no order; `None` if the matrix is not finite or the QR steps do not settle.
+/// The eigenvalues of the leading block of a given order, in no order; the rest of the array is zero.
+///
+/// Real eigenvalues have an imaginary part of exactly zero, the others come in exact conjugates.
+/// `None` if the block is not finite or the QR steps do not converge.
 pub(crate) fn eigenvalues<const N: usize>(
     matrix: &SMatrix<f64, N, N>,
+    order: usize,
 ) -> Option<[Complex<f64>; N]> {
-    if !matrix.iter().all(|entry| entry.is_finite()) {
+    let mut values = [Complex::new(0.0, 0.0); N];
+    let block = matrix.view((0, 0), (order, order));
+    if !block.iter().all(|entry| entry.is_finite()) {
         return None;
     }
-    let mut a = balanced(*matrix).map(|entry| Complex::new(entry, 0.0));
-    for column in 0..N.saturating_sub(2) {
-        for row in column + 2..N {
-            let rotation = Rotation::new(a[(column + 1, column)], a[(row, column)]);
-            rotation.rows(&mut a, (column + 1, row), 0..N);
-            rotation.columns(&mut a, (column + 1, row), 0..N);
-        }
+    // In units of the largest entry squares neither overflow nor vanish.
+    let unit = block.iter().fold(0.0, |most, entry| f64::max(most, entry.abs()));
+    if unit == 0.0 {
+        return Some(values);
     }
-    let whole = ComplexField::sqrt(a.iter().map(Complex::norm_sqr).sum::<f64>());
-    let mut last = N.saturating_sub(1);
-    let mut steps = 0;
-    while last > 0 {
+    let mut a = balanced(matrix / unit, order);
+    for k in 2..order {
+        let column: [f64; N] =
+            core::array::from_fn(|i| if i + k > order { 0.0 } else { a[(i + k - 1, k - 2)] });
+        reflect(&mut a, order, k - 1, column.get(..order + 1 - k)?);
+    }
+    let whole = ComplexField::sqrt(a.iter().map(|entry| entry * entry).sum::<f64>());
+    let (mut end, mut steps) = (order, 0);
+    while let Some(last) = end.checked_sub(1) {
         // The block that ends at `last` starts where the entry below the diagonal vanishes.
         let mut first = last;
         while first > 0 {
-            let near = length(a[(first, first)]) + length(a[(first - 1, first - 1)]);
+            let near = a[(first, first)].abs() + a[(first - 1, first - 1)].abs();
             let size = if near > 0.0 { near } else { whole };
-            if length(a[(first, first - 1)]) <= f64::EPSILON * size {
+            if a[(first, first - 1)].abs() <= f64::EPSILON * size {
+                a[(first, first - 1)] = 0.0;
                 break;
             }
             first -= 1;
         }
         if first == last {
-            last -= 1;
-            steps = 0;
+            values[last].re = a[(last, last)] * unit;
+        } else if first + 1 == last {
+            [values[first], values[last]] = pair(&a, last).map(|value| value * unit);
+        } else if steps == MOST_STEPS {
+            return None;
+        } else {
+            steps += 1;
+            double_step(&mut a, order, first, last, steps % 10 == 0);
             continue;
         }
-        if steps == MOST_STEPS {
-            return None;
-        }
-        steps += 1;
-        let shift = if steps % 10 == 0 {
-            // Out of a cycle, by a shift that is none of the matrix's own.
-            a[(last, last)] + length(a[(last, last - 1)])
-        } else {
-            nearest(&a, last)
-        };
-        step(&mut a, first, last, shift);
+        (end, steps) = (first, 0);
     }
-    Some(core::array::from_fn(|i| a[(i, i)]))
+    Some(values)
 }
 
-/// One QR step on a diagonal block: A − κI = QR, A ← RQ + κI.
-fn step<const N: usize>(
-    a: &mut SMatrix<Complex<f64>, N, N>,
-    first: usize,
-    last: usize,
-    shift: Complex<f64>,
-) {
-    for i in first..=last {
-        a[(i, i)] -= shift;
-    }
-    let mut rotations = [Rotation::NONE; N];
-    for (i, rotation) in rotations.iter_mut().enumerate().take(last).skip(first) {
-        *rotation = Rotation::new(a[(i, i)], a[(i + 1, i)]);
-        rotation.rows(a, (i, i + 1), i..last + 1);
-    }
-    for (i, rotation) in rotations.iter().enumerate().take(last).skip(first) {
-        rotation.columns(a, (i, i + 1), first..i + 2);
-    }
-    for i in first..=last {
-        a[(i, i)] += shift;
-    }
-}
-
-/// The eigenvalue of the last 2 × 2 block that is nearest to its last entry.
-fn nearest<const N: usize>(a: &SMatrix<Complex<f64>, N, N>, last: usize) -> Complex<f64> {
+/// The eigenvalues of the diagonal 2 × 2 block that ends at `last`.
+fn pair<const N: usize>(a: &SMatrix<f64, N, N>, last: usize) -> [Complex<f64>; 2] {
     let (one, other) = (a[(last - 1, last - 1)], a[(last, last)]);
     let coupling = a[(last - 1, last)] * a[(last, last - 1)];
-    let half = (one - other) * 0.5;
-    let root = ComplexField::sqrt(half * half + coupling);
-    let (plus, minus) = (half + root, half - root);
-    let far = if plus.norm_sqr() > minus.norm_sqr() { plus } else { minus };
-    if far.norm_sqr() == 0.0 { other } else { other - coupling / far }
+    let half = 0.5 * (one - other);
+    let square = half * half + coupling;
+    if square < 0.0 {
+        let value = Complex::new(other + half, ComplexField::sqrt(-square));
+        return [value, value.conj()];
+    }
+    let far = half + ComplexField::sqrt(square).copysign(half);
+    let near = if far == 0.0 { 0.0 } else { -coupling / far };
+    [Complex::new(other + far, 0.0), Complex::new(other + near, 0.0)]
 }
 
-/// A plane rotation that turns (a, b) into (r, 0).
-#[derive(Debug, Clone, Copy)]
-struct Rotation {
-    cosine: Complex<f64>,
-    sine: Complex<f64>,
-}
-
-impl Rotation {
-    const NONE: Self = Self { cosine: Complex::new(1.0, 0.0), sine: Complex::new(0.0, 0.0) };
-
-    fn new(a: Complex<f64>, b: Complex<f64>) -> Self {
-        let size = ComplexField::sqrt(a.norm_sqr() + b.norm_sqr());
-        if size > 0.0 { Self { cosine: a / size, sine: b / size } } else { Self::NONE }
-    }
-
-    /// From the left.
-    fn rows<const N: usize>(
-        self,
-        m: &mut SMatrix<Complex<f64>, N, N>,
-        (i, j): (usize, usize),
-        columns: core::ops::Range<usize>,
-    ) {
-        for k in columns {
-            let (x, y) = (m[(i, k)], m[(j, k)]);
-            m[(i, k)] = self.cosine.conj() * x + self.sine.conj() * y;
-            m[(j, k)] = self.cosine * y - self.sine * x;
-        }
-    }
-
-    /// Its inverse from the right.
-    fn columns<const N: usize>(
-        self,
-        m: &mut SMatrix<Complex<f64>, N, N>,
-        (i, j): (usize, usize),
-        rows: core::ops::Range<usize>,
-    ) {
-        for k in rows {
-            let (x, y) = (m[(k, i)], m[(k, j)]);
-            m[(k, i)] = x * self.cosine + y * self.sine;
-            m[(k, j)] = y * self.cosine.conj() - x * self.sine.conj();
+/// One QR step with two shifts on the diagonal block `first..=last` of at least three rows.
+fn double_step<const N: usize>(
+    a: &mut SMatrix<f64, N, N>,
+    order: usize,
+    first: usize,
+    last: usize,
+    exceptional: bool,
+) {
+    let below = |k: usize| a[(k + 1, k)];
+    // Sum and product of the shifts: the eigenvalues of the last 2 × 2 block, or, out of a cycle,
+    // numbers of the size of the entries below the diagonal.
+    let (sum, product) = if exceptional {
+        let size = below(last - 1).abs() + below(last - 2).abs();
+        (1.5 * size, size * size)
+    } else {
+        let (one, other) = (a[(last - 1, last - 1)], a[(last, last)]);
+        (one + other, one * other - a[(last - 1, last)] * below(last - 1))
+    };
+    let (one, next) = (a[(first, first)], a[(first + 1, first + 1)]);
+    let column = [
+        one * (one - sum) + a[(first, first + 1)] * below(first) + product,
+        below(first) * (one + next - sum),
+        below(first) * below(first + 1),
+    ];
+    reflect(a, order, first, &column);
+    // The entries that this made below the Hessenberg form are chased down.
+    for k in first..last - 1 {
+        let bulge = [a[(k + 1, k)], a[(k + 2, k)], if k + 3 > last { 0.0 } else { a[(k + 3, k)] }];
+        reflect(a, order, k + 1, bulge.get(..last - k).unwrap_or(&bulge));
+        for i in k + 2..=last.min(k + 3) {
+            a[(i, k)] = 0.0;
         }
     }
 }
 
-fn length(z: Complex<f64>) -> f64 {
-    z.re.abs() + z.im.abs()
+/// A ← H A H with the reflection H of rows and columns from `start` on that turns a vector into a
+/// multiple of its first axis.
+fn reflect<const N: usize>(a: &mut SMatrix<f64, N, N>, order: usize, start: usize, vector: &[f64]) {
+    let size = vector.iter().fold(0.0, |most, x| f64::max(most, x.abs()));
+    if !(size > 0.0) {
+        return;
+    }
+    // H = I − 2 u uᵀ/(uᵀu) with u = x + sgn(x₀)|x| e₀
+    let mut u: [f64; N] = core::array::from_fn(|i| vector.get(i).map_or(0.0, |x| x / size));
+    let norm = |u: &[f64; N]| u.iter().map(|x| x * x).sum::<f64>();
+    u[0] += ComplexField::sqrt(norm(&u)).copysign(u[0]);
+    let (scale, rows) = (2.0 / norm(&u), 0..vector.len());
+    for j in 0..order {
+        let sum = scale * rows.clone().map(|i| u[i] * a[(start + i, j)]).sum::<f64>();
+        rows.clone().for_each(|i| a[(start + i, j)] -= sum * u[i]);
+    }
+    for i in 0..order {
+        let sum = scale * rows.clone().map(|j| u[j] * a[(i, start + j)]).sum::<f64>();
+        rows.clone().for_each(|j| a[(i, start + j)] -= sum * u[j]);
+    }
 }
 
 /// The matrix in units (powers of two) in which row and column i are of similar size: a micrometre
 /// of deflection and 10⁵ Pa then count alike.
-fn balanced<const N: usize>(mut a: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+fn balanced<const N: usize>(mut a: SMatrix<f64, N, N>, order: usize) -> SMatrix<f64, N, N> {
     // Two or three sweeps suffice; a few more for units that are far apart.
     for _ in 0..20 {
         let mut settled = true;
-        for i in 0..N {
-            let others = (0..N).filter(|&j| j != i);
+        for i in 0..order {
+            let others = (0..order).filter(|&j| j != i);
             let (column, row) =
                 others.fold((0.0, 0.0), |(c, r), j| (c + a[(j, i)].abs(), r + a[(i, j)].abs()));
             if !(column > 0.0 && row > 0.0) {
@@ -168,7 +163,7 @@ fn balanced<const N: usize>(mut a: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
             }
             if column * unit + row / unit < 0.95 * (column + row) {
                 settled = false;
-                for j in 0..N {
+                for j in 0..order {
                     a[(j, i)] *= unit;
                     a[(i, j)] /= unit;
                 }
@@ -189,7 +184,7 @@ mod tests {
 
     /// The eigenvalues sorted by imaginary, then real part.
     fn sorted<const N: usize>(matrix: SMatrix<f64, N, N>) -> [Complex<f64>; N] {
-        let mut values = eigenvalues(&matrix).unwrap();
+        let mut values = eigenvalues(&matrix, N).unwrap();
         values.sort_by(|a, b| {
             // Real ones have an imaginary part of a few roundings.
             let side = |z: &Complex<f64>| if z.im.abs() > 1e-9 { z.im } else { 0.0 };
@@ -235,7 +230,7 @@ mod tests {
 
     #[test]
     fn a_matrix_that_is_not_finite_has_no_answer() {
-        assert!(eigenvalues(&Matrix2::new(f64::NAN, 0.0, 0.0, 1.0)).is_none());
-        assert!(eigenvalues(&Matrix2::new(0.0, f64::INFINITY, 0.0, 1.0)).is_none());
+        assert!(eigenvalues(&Matrix2::new(f64::NAN, 0.0, 0.0, 1.0), 2).is_none());
+        assert!(eigenvalues(&Matrix2::new(0.0, f64::INFINITY, 0.0, 1.0), 2).is_none());
     }
 }

@@ -68,6 +68,7 @@ mod contact;
 pub mod control;
 pub mod curve;
 mod eigenvalues;
+mod error;
 pub mod exponential;
 #[cfg(feature = "alloc")]
 pub mod fidelity;
@@ -77,6 +78,7 @@ pub mod ledger;
 pub mod linear;
 mod mechanism;
 mod model;
+mod number;
 pub mod ode;
 pub mod paper;
 mod parameter;
@@ -95,6 +97,7 @@ pub use nalgebra;
 
 pub use bounds::Bounds;
 pub use contact::{Contact, ContactLimits, ContactResponse, HeldContact, LinearisedContact};
+pub use error::Error;
 pub use mechanism::Mechanism;
 pub use model::{
     Affine, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters,

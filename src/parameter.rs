@@ -7,6 +7,7 @@
 
 use core::fmt;
 
+use crate::number::Number;
 use crate::scalar::{Scalar, lit, to_f64};
 
 /// Why a parameter was refused: its name, its value and the rule it breaks.
@@ -38,7 +39,7 @@ impl fmt::Display for ParameterError {
         if let Some(component) = self.component {
             write!(f, "[{component}]")?;
         }
-        write!(f, " is {}, but must {}", Short(self.value), self.rule)
+        write!(f, " is {}, but must {}", Number(self.value), self.rule)
     }
 }
 
@@ -154,50 +155,36 @@ impl fmt::Display for Rule {
             Rule::Finite => write!(f, "be finite"),
             Rule::Number => write!(f, "be a number"),
             Rule::Positive { least, most } => {
-                write!(f, "lie between {} and {}", Short(least), Short(most))
+                write!(f, "lie between {} and {}", Number(least), Number(most))
             }
-            Rule::NonNegative { most } => write!(f, "lie between 0 and {}", Short(most)),
+            Rule::NonNegative { most } => write!(f, "lie between 0 and {}", Number(most)),
             Rule::Magnitude { most } => {
-                write!(f, "lie between {} and {}", Short(-most), Short(most))
+                write!(f, "lie between {} and {}", Number(-most), Number(most))
             }
-            Rule::AtLeast { other, limit } => write!(f, "be at least {other} = {}", Short(limit)),
-            Rule::AtMost { other, limit } => write!(f, "be at most {other} = {}", Short(limit)),
-            Rule::Below { other, limit } => write!(f, "be below {other} = {}", Short(limit)),
+            Rule::AtLeast { other, limit } => write!(f, "be at least {other} = {}", Number(limit)),
+            Rule::AtMost { other, limit } => write!(f, "be at most {other} = {}", Number(limit)),
+            Rule::Below { other, limit } => write!(f, "be below {other} = {}", Number(limit)),
             Rule::PositiveUnless { instead } => write!(f, "be positive unless {instead}"),
-            Rule::Exactly { value } => write!(f, "be exactly {}", Short(value)),
+            Rule::Exactly { value } => write!(f, "be exactly {}", Number(value)),
             Rule::Either { first, second } => {
-                write!(f, "be {} or {} here", Short(first), Short(second))
+                write!(f, "be {} or {} here", Number(first), Number(second))
             }
             Rule::Increasing { previous } => {
-                write!(f, "be larger than its predecessor {}", Short(previous))
+                write!(f, "be larger than its predecessor {}", Number(previous))
             }
             Rule::Count { least } => write!(f, "be at least {least}"),
             Rule::CountBetween { least, most } => write!(f, "lie between {least} and {most}"),
             Rule::Periodic { before } => {
-                write!(f, "be as a period before, when it was {}", Short(before))
+                write!(f, "be as a period before, when it was {}", Number(before))
             }
             Rule::BetweenAt { least, most, place } => {
-                let (least, most) = (Short(least), Short(most));
-                write!(f, "lie between {least} and {most} at {} m/s", Short(place))
+                let (least, most) = (Number(least), Number(most));
+                write!(f, "lie between {least} and {most} at {} m/s", Number(place))
             }
-            Rule::FiniteAt { place } => write!(f, "be finite at {} m/s", Short(place)),
+            Rule::FiniteAt { place } => write!(f, "be finite at {} m/s", Number(place)),
             Rule::NonNegativeAt { place } => {
-                write!(f, "not be negative, and it is at {}", Short(place))
+                write!(f, "not be negative, and it is at {}", Number(place))
             }
-        }
-    }
-}
-
-/// A number for a reader: plain where it is short, with an exponent where it is not.
-pub(crate) struct Short(pub(crate) f64);
-
-impl fmt::Display for Short {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let size = if self.0 < 0.0 { -self.0 } else { self.0 };
-        if self.0.is_finite() && size != 0.0 && !(1e-4..1e7).contains(&size) {
-            write!(f, "{:e}", self.0)
-        } else {
-            write!(f, "{}", self.0)
         }
     }
 }

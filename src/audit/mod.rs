@@ -2,34 +2,33 @@
 //!
 //! | line | what is checked | by |
 //! |---|---|---|
-//! | passivity | F v ≥ Ẇ, W = ½ p K z² | the model's theorem; for classical LuGre σ2 ≥ σ1 (μ_s − μ_d)/μ_d; else a search for (c₀ − K r)² > 4 K λ c₂ |
+//! | passivity | F v ≥ Ẇ with W = ½ p K z² | theorem of the model; σ2 ≥ σ1 (μ_s − μ_d)/μ_d for classical LuGre; otherwise a search for (c₀ − K r)² > 4 K λ c₂ |
 //! | deflection, force, relaxation | bounds of \|z\|, \|F\|, λ | [`Bristle::limits`] |
 //! | inversion | σ0 z + σ1 ż = μ(v − ż) has one root ż: σ1 + dμ/d\|v\| ≥ 0 at every speed | a search for the least slope |
 //! | smoothness | dμ/d\|v\| = 0 at rest | [`FrictionCurve::slope_at_rest`](crate::curve::FrictionCurve::slope_at_rest) |
-//! | creep | of a regularised contact, or of a bristle that creeps (Maxwell), under a force below breakaway: F_ss(v) = F | a search for the velocity |
-//! | leak | λ(0): what its bristles lose at rest | |
+//! | creep | steady velocity under a force below breakaway, F_ss(v) = F, of a regularised contact or a Maxwell bristle | a search for the velocity |
+//! | relaxation at rest | λ(0): how fast the bristles of a resting contact let go | |
 //! | drift | Δx = (μ_s/σ0) ln[(F_b² − F₁²)/(F_b² − F₂²)] per slow load cycle F₁ ↔ F₂ | closed form |
-//! | stuck mass | ω² = (σ0 c p + k)/m, 2ζω = (σ1 c p + d)/m, c = 1 virgin, about 2 after a reversal | [`stability`] |
-//! | | of a bristle that creeps (Maxwell) (s + λ)(m s² + d s + k) + σ0 c p s = 0 with λ(0), its slow root left out | |
+//! | stuck mass | ω² = (σ0 c p + k)/m, 2ζω = (σ1 c p + d)/m, c = 1 from rest, about 2 after a reversal | [`stability`] |
+//! | | of a Maxwell bristle: (s + λ)(m s² + d s + k) + σ0 c p s = 0 with λ(0), without its slow root | |
 //! | stick-slip | speeds at which steady sliding on the spring is stable | [`linear`](crate::linear) |
 //! | steps | largest stable step of each method | [`stability`] |
 //!
-//! For FrBD with a stiffness σ0(v) that varies the condition of the search is
-//! μ (σ0(v) − K)² ≤ 4 σ1(v) K σ0(v)|v|_ε with K = σ0(0): no damping, no passivity.
+//! For FrBD with a stiffness σ0(v) that depends on the velocity, the condition of the search is
+//! μ (σ0(v) − K)² ≤ 4 σ1(v) K σ0(v)|v|_ε with K = σ0(0): without damping it is not passive.
 //!
-//! The drift follows from ż = v − |v| z σ0/μ_s far below the Stribeck velocity: loading from F₁ to F₂ takes
-//! the path (μ_s/σ0) ln[(F_b − F₁)/(F_b − F₂)], unloading gives back (μ_s/σ0) ln[(F_b + F₂)/(F_b + F₁)]. With
-//! an exact modulus the creep is none, but the drift remains; Dahl, LuGre and FrBD have it, an
-//! elasto-plastic bristle within its stick limit has not.
+//! The drift follows from ż = v − |v| z σ0/μ_s far below the Stribeck velocity. Loading from F₁ to
+//! F₂ takes the path (μ_s/σ0) ln[(F_b − F₁)/(F_b − F₂)], and unloading gives back
+//! (μ_s/σ0) ln[(F_b + F₂)/(F_b + F₁)]. Dahl, LuGre and FrBD drift even with an exact modulus, where
+//! they do not creep; an elasto-plastic bristle within its stick limit does neither.
 //!
 //! Sources: Romano et al. (arXiv 2602.09429), section III-B, for FrBD; N. Barabanov, R. Ortega,
-//! "Necessary and sufficient conditions for passivity of the LuGre friction model", IEEE Transactions on
-//! Automatic Control 45 (2000), 830–832; P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state
-//! elastoplastic friction models", IEEE Transactions on Automatic Control 47 (2002), 787–792, for drift.
+//! "Necessary and sufficient conditions for passivity of the LuGre friction model", IEEE
+//! Transactions on Automatic Control 45 (2000), 830–832; P. Dupont, V. Hayward, B. Armstrong,
+//! F. Altpeter, "Single state elastoplastic friction models", IEEE Transactions on Automatic
+//! Control 47 (2002), 787–792, for drift.
 
 mod report;
-
-pub(crate) use report::Number;
 
 use crate::bounds::{larger, smaller};
 use crate::linear::Threshold;
@@ -39,7 +38,7 @@ use crate::scalar::{is_zero, lit};
 use crate::stability::{self, Scheme, StepLimits, Swing};
 use crate::{Branch, Bristle, Characteristics, Contact, ContactLimits, Law, Mechanism, Scalar};
 
-/// What an audit looks at.
+/// Operating range and mechanism of an audit.
 ///
 /// ```
 /// use bristle::audit::AuditParameters;
@@ -54,7 +53,7 @@ pub struct AuditParameters<T> {
     pub mechanism: Option<Mechanism<T>>,
     /// Length \[s\] of a fixed step, positive.
     pub sample_time: Option<T>,
-    /// A load cycle below breakaway; from zero to half of breakaway if none is given.
+    /// A load cycle below breakaway; if none is given, from zero to half of breakaway.
     pub load_cycle: Option<LoadCycle<T>>,
 }
 
@@ -74,33 +73,42 @@ pub struct LoadCycle<T> {
     pub to: T,
 }
 
+impl<T: Scalar> LoadCycle<T> {
+    /// The force of larger magnitude \[N\].
+    fn peak(&self) -> T {
+        if -self.from > self.to { self.from } else { self.to }
+    }
+}
+
 /// Whether a law holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LawStatus {
     /// It holds, by a theorem.
     Holds,
-    /// No case against it was found at the velocities looked at.
+    /// A search found no case in which it fails, but there is no theorem.
     Unrefuted,
-    /// It does not: there is a case against it.
+    /// It fails: there is a case against it.
     Fails,
 }
 
-/// Whether friction can give more energy than it was given.
+/// Whether the friction is passive: never returns more energy than it was given.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Passivity<T> {
     /// F v ≥ Ẇ at every velocity and admissible deflection.
     pub verdict: LawStatus,
     /// For classical LuGre the viscous friction σ2 [s/m] it needs.
     pub needed_viscous_friction: Option<T>,
-    /// The largest (c₀ − K r)²/(4 K λ c₂) \[–\] over the velocities looked at: up to one the model is passive
-    /// there whatever its deflection. Zero for every FrBD model of constant stiffness.
+    /// The largest (c₀ − K r)²/(4 K λ c₂) \[–\] over the velocities searched. Where it is at most
+    /// one, the model is passive at every deflection. Zero for FrBD of constant stiffness.
     pub excess: T,
-    /// Where the most is given back, if the law fails.
+    /// The state that returns most power, if the law fails.
     pub witness: Option<Witness<T>>,
 }
 
-/// A state in which friction gives more power than its bristles lose.
+/// A state in which friction returns more power than its bristles release.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Witness<T> {
     /// Velocity [m/s].
     pub velocity: T,
@@ -112,36 +120,38 @@ pub struct Witness<T> {
 
 /// How a contact yields to a force below breakaway.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Yielding<T> {
-    /// The breakaway force p μ_s \[N\], of a curve that differs both ways the forward one.
+    /// The breakaway force p μ_s \[N\]; for an asymmetric curve that of forward sliding.
     pub breakaway: T,
     /// The load cycle.
     pub cycle: LoadCycle<T>,
-    /// Displacement \[m\] left by each slow cycle, at an exact modulus; `None` where no closed form is
-    /// known, as for a curve that differs both ways, and for a bristle that creeps without end.
+    /// Displacement \[m\] left by each slow cycle, at an exact modulus. `None` where no closed form
+    /// is known, as for an asymmetric curve, and for a bristle that creeps without end.
     pub drift: Option<T>,
-    /// Steady velocity [m/s] under the force of larger magnitude: zero if the contact sticks; `None` if
-    /// it slides.
+    /// Steady velocity [m/s] under the force of larger magnitude: zero if the contact sticks;
+    /// `None` if it slides.
     pub creep: Option<T>,
     /// Relaxation rate λ(0) [1/s] of bristles at rest.
-    pub leak: T,
+    pub relaxation_at_rest: T,
 }
 
-/// The swinging of a stuck mass on its bristles.
+/// The oscillation of a stuck mass on its bristles.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct StuckMass<T> {
-    /// Angular frequency without damping [rad/s], its bristle undeflected.
+    /// Undamped angular frequency [rad/s] with an undeflected bristle.
     pub frequency: T,
     /// Damping ratio ζ \[–\] there.
     #[doc(alias = "zeta")]
     pub damping_ratio: T,
-    /// Angular frequency without damping [rad/s] just after a reversal of slow sliding.
+    /// Undamped angular frequency [rad/s] just after a reversal of slow sliding.
     pub reversed_frequency: T,
     /// Damping ratio ζ \[–\] there.
     pub reversed_damping_ratio: T,
 }
 
-/// What a set of parameters promises. Printed, a table; its fields for programs.
+/// What a set of parameters promises: fields for programs, and a table when printed.
 ///
 /// ```
 /// use bristle::audit::{AuditParameters, LawStatus};
@@ -192,33 +202,35 @@ pub struct StuckMass<T> {
 ///   Rosenbrock        any         any         any           ok
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Audit<T> {
     /// What was asked.
     pub parameters: AuditParameters<T>,
     /// Normal force p \[N\].
     pub normal_force: T,
-    /// What the model is made of, if it tells.
+    /// Parameters of the model, if it tells them.
     pub characteristics: Option<Characteristics<T>>,
     /// Passivity.
     pub passivity: Passivity<T>,
     /// Bounds of deflection \[m\], force \[N\] and relaxation rate [1/s].
     pub limits: ContactLimits<T>,
-    /// σ1 + the least dμ/d|v| [s/m]: negative where the bristle's own equation, before it is inverted
-    /// approximately, has several solutions. `None` for a model that does not tell what it is made of.
+    /// σ1 + the least dμ/d|v| [s/m]. Where it is negative, the bristle's implicit equation has
+    /// several solutions. `None` for a model that does not tell its characteristics.
     pub inversion_margin: Option<T>,
-    /// Forces below breakaway; `None` as above.
+    /// Response to forces below breakaway; `None` as above.
     pub yielding: Option<Yielding<T>>,
     /// The stuck mass, if there is a mechanism.
     pub stuck: Option<StuckMass<T>>,
-    /// For which speeds, from a millionth of the fastest up to it, steady sliding on the spring is stable;
-    /// if there is a spring.
+    /// Speeds at which steady sliding on the spring is stable, from a millionth of the fastest up to
+    /// it; if there is a spring.
     pub steady_sliding: Option<Threshold<T>>,
     /// The largest stable steps; without a mechanism those of the bristle alone.
     pub steps: [MethodLimit<T>; Scheme::ALL.len()],
 }
 
-/// The largest stable steps of one method, and whether the sample time is within.
+/// The largest stable steps of one method, and whether the sample time is within them.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct MethodLimit<T> {
     /// The method.
     pub scheme: Scheme,
@@ -230,18 +242,17 @@ pub struct MethodLimit<T> {
 }
 
 impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
-    /// Audits the parameters: which laws hold, what is bounded, how long a step may be. Nothing is
-    /// simulated; it costs about as much as a few thousand evaluations of the model.
+    /// Audits the parameters: which laws hold, what is bounded, how long a step may be.
     ///
-    /// Only for bristles of one deflection: most of what it tells is known of those alone. Of a bristle
-    /// of several springs [`Contact::limits`] and [`Bristle::obeys`] tell what is.
+    /// Nothing is simulated; the cost is a few thousand evaluations of the model. For a bristle of
+    /// several springs, whose theorems are fewer, use [`Contact::limits`] and [`Bristle::obeys`].
     ///
     /// # Errors
     ///
-    /// Names the parameter that is out of its range: the fastest speed, the mechanism, the sample time,
-    /// or a load cycle that is not below breakaway. Names a friction curve that is not finite or leaves
-    /// the bounds it states, with the velocity and the value: 32 speeds a decade are looked at over
-    /// twelve decades, and rest.
+    /// Names the parameter that is out of its range: the fastest speed, the mechanism, the sample
+    /// time, or a load cycle that is not below breakaway. Names a friction curve that is not finite
+    /// or leaves the bounds it states, with velocity and value, if that happens at rest or at one of
+    /// the speeds searched: 32 a decade over twelve decades.
     pub fn audit(&self, parameters: AuditParameters<T>) -> Result<Audit<T>, ParameterError> {
         let AuditParameters { fastest, mechanism, sample_time, load_cycle } = parameters;
         parameter::positive("fastest", fastest)?;
@@ -250,107 +261,83 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         }
         mechanism.map(Mechanism::checked).transpose()?;
         let characteristics = self.model().characteristics(fastest);
-        if let Some(fault) = characteristics.and_then(|characteristics| characteristics.curve_fault)
-        {
+        if let Some(fault) = characteristics.and_then(|model| model.curve_fault) {
             return Err(fault);
         }
-        let yielding = match &characteristics {
-            Some(characteristics) => Some(self.yielding(characteristics, load_cycle, fastest)?),
-            None => None,
-        };
+        let yielding =
+            characteristics.map(|model| self.yielding(&model, load_cycle, fastest)).transpose()?;
         let passivity = self.passivity(characteristics.as_ref(), fastest);
         let steps = Scheme::ALL.map(|scheme| {
             // A passive step needs a contact that is passive at every deflection.
             let promised = scheme != Scheme::Passive || passivity.excess <= T::one();
-            let limits = self.step_limits(mechanism, fastest, scheme).filter(|_| promised);
+            let limits = stability::largest_step(self, mechanism, fastest, scheme).ok();
+            let limits = limits.filter(|_| promised);
             let within = limits.zip(sample_time).map(|(limits, step)| limits.check(step).is_ok());
             MethodLimit { scheme, limits, within }
         });
         Ok(Audit {
             parameters,
             normal_force: self.normal_force(),
+            characteristics,
             passivity,
             limits: self.limits(fastest),
             inversion_margin: characteristics
-                .map(|a| a.micro_damping.min + a.viscous_friction + a.least_slope),
+                .map(|model| model.micro_damping.min + model.viscous_friction + model.least_slope),
             yielding,
             stuck: mechanism.map(|mechanism| self.stuck_mass(mechanism, fastest)),
             steady_sliding: mechanism.and_then(|mechanism| {
                 self.critical_speed(mechanism, slowest_on_spring(fastest)..fastest).ok()
             }),
-            characteristics,
             steps,
-        })
-    }
-
-    /// The limits of a method; without a mechanism those of the bristle alone.
-    fn step_limits(
-        &self,
-        mechanism: Option<Mechanism<T>>,
-        fastest: T,
-        scheme: Scheme,
-    ) -> Option<StepLimits<T>> {
-        let some =
-            Mechanism { mass: T::one(), spring_stiffness: T::zero(), viscous_damping: T::zero() };
-        let all = stability::largest_step(self, mechanism.unwrap_or(some), fastest, scheme).ok()?;
-        Some(match mechanism {
-            Some(_) => all,
-            None => StepLimits { stuck_from_rest: None, stuck_reversed: None, ..all },
         })
     }
 
     /// The model's own theorem, or a search for a case against it.
     fn passivity(&self, characteristics: Option<&Characteristics<T>>, fastest: T) -> Passivity<T> {
-        let (zero, two, four): (T, T, T) = (T::zero(), lit(2.0), lit(4.0));
+        let zero = T::zero();
         let theorem = self.model().obeys(Law::Passivity);
         let stiffness = self.model().storage_stiffness();
         let limit = self.limits(fastest).deflection;
-        let (mut excess, mut worst) = (zero, None::<Witness<T>>);
-        let mut look = |velocity: T| {
+        let (mut excess, mut witness) = (zero, None::<Witness<T>>);
+        for velocity in speeds(fastest).flat_map(|speed| [speed, -speed]) {
+            // D/p = K λ z² + (c₀ − K r) v z + c₂ v², with the coefficients at z = 0: the models
+            // whose coefficients depend on z have a theorem.
             let affine = self.model().affine(velocity.into(), zero);
-            // D/p = K λ z² + (c₀ − K r) v z + c₂ v²
             let square = stiffness * affine.relaxation;
             let cross = affine.stiffness - stiffness * affine.drive;
-            // For FrBD the difference of two equal numbers: less than a few roundings is none.
+            // For FrBD the difference of two equal numbers, of which a few roundings are left.
             let rounding = lit::<T>(4.0) * T::default_epsilon() * affine.stiffness.abs();
+            if cross.abs() > rounding {
+                let ratio = cross * cross / (lit::<T>(4.0) * square * affine.damping);
+                excess = larger(excess, ratio);
+            }
             let cross = if cross.abs() > rounding { cross } else { zero };
-            let ratio = if is_zero(cross) {
-                zero
-            } else {
-                cross * cross / (four * square * affine.damping)
-            };
-            excess = larger(excess, ratio);
-            let lowest = -cross * velocity / (two * square);
-            let deflection = match limit {
-                Some(limit) => larger(smaller(lowest, limit), -limit),
-                None => lowest,
-            };
+            // The deflection of least D, within its bound.
+            let lowest = -cross * velocity / (lit::<T>(2.0) * square);
+            let deflection = limit.map_or(lowest, |limit| larger(smaller(lowest, limit), -limit));
             let power = square * deflection * deflection
                 + cross * velocity * deflection
                 + affine.damping * velocity * velocity;
-            let power = self.normal_force() * power;
-            if power < zero && worst.is_none_or(|worst| power < worst.dissipated_power) {
-                worst = Some(Witness { velocity, deflection, dissipated_power: power });
+            let dissipated_power = self.normal_force() * power;
+            if dissipated_power < witness.map_or(zero, |worst| worst.dissipated_power) {
+                witness = Some(Witness { velocity, deflection, dissipated_power });
             }
-        };
-        // At no deflection: the models whose coefficients depend on it have a theorem.
-        for velocity in speeds(fastest) {
-            look(velocity);
-            look(-velocity);
         }
-        // What is then left of a difference is rounding.
-        let worst = worst.filter(|_| !theorem);
-        let needed_viscous_friction =
-            characteristics.and_then(|characteristics| characteristics.needed_viscous_friction);
-        let short = characteristics.is_some_and(|a| {
-            a.needed_viscous_friction.is_some_and(|needed| !(a.viscous_friction >= needed))
+        // Under a theorem what is negative is rounding.
+        let witness = witness.filter(|_| !theorem);
+        let short = characteristics.is_some_and(|model| {
+            model.needed_viscous_friction.is_some_and(|needed| !(model.viscous_friction >= needed))
         });
-        let verdict = match (theorem, worst.is_some() || short) {
-            (true, _) => LawStatus::Holds,
-            (false, true) => LawStatus::Fails,
-            (false, false) => LawStatus::Unrefuted,
+        let verdict = if theorem {
+            LawStatus::Holds
+        } else if witness.is_some() || short {
+            LawStatus::Fails
+        } else {
+            LawStatus::Unrefuted
         };
-        Passivity { verdict, needed_viscous_friction, excess, witness: worst }
+        let needed_viscous_friction =
+            characteristics.and_then(|model| model.needed_viscous_friction);
+        Passivity { verdict, needed_viscous_friction, excess, witness }
     }
 
     fn yielding(
@@ -370,38 +357,40 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             parameter::below("-load_cycle.from", -cycle.from, "breakaway force", breakaway)?;
         }
         let stiffness = self.model().storage_stiffness();
-        let largest = larger(cycle.to, -cycle.from);
+        let peak = cycle.peak();
+        // The formula is for friction that is equal in both directions.
+        let known = !characteristics.creeps && self.is_even(fastest);
+        // An elasto-plastic bristle neither drifts nor creeps within its stick limit; beyond it no
+        // closed form is known.
         let elastic = characteristics
             .stick_limit
-            .map(|limit| largest <= self.normal_force() * stiffness * limit);
-        // (F_b² − F₁²)/(F_b² − F₂²), as one plus what the cycle makes of it.
-        let gain = (cycle.to - cycle.from) * (cycle.to + cycle.from)
-            / ((breakaway - cycle.to) * (breakaway + cycle.to));
-        // The formula is for friction that is the same both ways.
-        let even = [lit(1e-6), lit(1e-3), T::one()].into_iter().all(|part: T| {
+            .map(|limit| peak.abs() <= self.normal_force() * stiffness * limit);
+        let (drift, creep) = match elastic {
+            Some(elastic) => {
+                let none = elastic.then_some(zero);
+                (none.filter(|_| known), none)
+            }
+            None => {
+                let known =
+                    known && characteristics.micro_stiffness.is_constant() && breakaway > zero;
+                // (F_b² − F₁²)/(F_b² − F₂²), as one plus what the cycle makes of it.
+                let gain = (cycle.to - cycle.from) * (cycle.to + cycle.from)
+                    / ((breakaway - cycle.to) * (breakaway + cycle.to));
+                let drift = characteristics.static_coefficient / stiffness * gain.ln_1p();
+                (known.then_some(drift), self.creep(characteristics, peak, fastest))
+            }
+        };
+        let relaxation_at_rest = self.model().relaxation_rate(zero, zero);
+        Ok(Yielding { breakaway, cycle, drift, creep, relaxation_at_rest })
+    }
+
+    /// Whether steady friction is equal in both directions, by samples.
+    fn is_even(&self, fastest: T) -> bool {
+        [lit(1e-6), lit(1e-3), T::one()].into_iter().all(|part: T| {
             let speed = fastest * part;
             let (one, other) = (self.stationary_force(speed), self.stationary_force(-speed));
             (one + other).abs() <= lit::<T>(1e3) * T::default_epsilon() * one.abs()
-        });
-        let drift = match elastic {
-            _ if characteristics.creeps || !even => None,
-            Some(true) => Some(zero),
-            Some(false) => None,
-            None if characteristics.micro_stiffness.is_constant() && breakaway > zero => {
-                Some(characteristics.static_coefficient / stiffness * gain.ln_1p())
-            }
-            None => None,
-        };
-        let creep = match elastic {
-            Some(true) => Some(zero),
-            Some(false) => None,
-            None => {
-                let backward = -cycle.from > cycle.to;
-                self.creep(characteristics, if backward { cycle.from } else { cycle.to }, fastest)
-            }
-        };
-        let leak = self.model().relaxation_rate(zero, zero);
-        Ok(Yielding { breakaway, cycle, drift, creep, leak })
+        })
     }
 
     /// The velocity at which steady friction first reaches a force.
@@ -434,13 +423,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             let frequency = stiffness.sqrt();
             (frequency, damping / (lit::<T>(2.0) * frequency))
         };
-        let (virgin, reversed) = (swing(false), swing(true));
-        StuckMass {
-            frequency: virgin.0,
-            damping_ratio: virgin.1,
-            reversed_frequency: reversed.0,
-            reversed_damping_ratio: reversed.1,
-        }
+        let (frequency, damping_ratio) = swing(false);
+        let (reversed_frequency, reversed_damping_ratio) = swing(true);
+        StuckMass { frequency, damping_ratio, reversed_frequency, reversed_damping_ratio }
     }
 }
 

@@ -1,60 +1,22 @@
 //! A contact as a linear system from its velocity to its force.
 
-use nalgebra::{RowSVector, SMatrix, SVector};
-
 use super::{LinearisationError, StateSpace};
 use crate::bounds::larger;
 use crate::parameter;
-use crate::rheology::Deflection;
+use crate::rheology::{Deflection, States};
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Branch, Bristle, Contact, LinearisedContact, Scalar, Sliding};
-
-/// The state of a bristle as N coordinates: one for a single deflection, a vector as it is.
-pub trait Coordinates<T: Scalar, const N: usize>: Deflection<T> {
-    /// The coordinates of a state.
-    fn to_vector(self) -> SVector<T, N>;
-
-    /// The state with these coordinates.
-    fn from_vector(vector: SVector<T, N>) -> Self;
-}
-
-impl<T: Scalar> Coordinates<T, 1> for T {
-    fn to_vector(self) -> SVector<T, 1> {
-        SVector::<T, 1>::new(self)
-    }
-
-    fn from_vector(vector: SVector<T, 1>) -> T {
-        vector.x
-    }
-}
-
-impl<T: Scalar, const N: usize> Coordinates<T, N> for SVector<T, N> {
-    fn to_vector(self) -> SVector<T, N> {
-        self
-    }
-
-    fn from_vector(vector: SVector<T, N>) -> Self {
-        vector
-    }
-}
 
 impl<T: Scalar, D: Deflection<T>> LinearisedContact<T, D> {
     /// The matrices, from the velocity [m/s] to the force \[N\].
     fn matrices<const N: usize>(&self) -> StateSpace<T, N>
     where
-        D: Coordinates<T, N>,
+        D: States<T, N>,
     {
-        let mut dynamics = SMatrix::<T, N, N>::zeros();
-        for j in 0..N {
-            let unit = SVector::from_fn(|i, _| if i == j { T::one() } else { T::zero() });
-            let column = D::relax(self.rate_by_deflection, D::from_vector(unit)).to_vector();
-            dynamics.set_column(j, &column);
-        }
-        let output = self.force_by_deflection.to_vector();
         StateSpace {
-            dynamics,
-            input: self.rate_by_velocity.to_vector(),
-            output: RowSVector::from_fn(|_, j| output[j]),
+            dynamics: D::matrix(self.rate_by_deflection),
+            input: self.rate_by_velocity.states(),
+            output: self.force_by_deflection.states().transpose(),
             feedthrough: self.force_by_velocity,
         }
     }
@@ -76,7 +38,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         deflection: M::Deflection,
     ) -> Result<StateSpace<T, N>, LinearisationError>
     where
-        M::Deflection: Coordinates<T, N>,
+        M::Deflection: States<T, N>,
     {
         let sliding = sliding.into();
         if undecided(sliding) {
@@ -122,7 +84,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         sliding: impl Into<Sliding<T>>,
     ) -> Result<StateSpace<T, N>, LinearisationError>
     where
-        M::Deflection: Coordinates<T, N>,
+        M::Deflection: States<T, N>,
     {
         let sliding = sliding.into();
         parameter::finite("velocity", sliding.velocity())?;
@@ -139,17 +101,17 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         sliding: Sliding<T>,
     ) -> Result<M::Deflection, LinearisationError>
     where
-        M::Deflection: Coordinates<T, N>,
+        M::Deflection: States<T, N>,
     {
         if undecided(sliding) {
-            let side = |branch: Branch| self.stationary(branch.of(T::zero())).to_vector();
+            let side = |branch: Branch| self.stationary(branch.of(T::zero())).states();
             if side(Branch::Forward) != side(Branch::Backward) {
                 return Err(LinearisationError::Kink);
             }
         }
         let deflection = self.stationary(sliding);
         let velocity = sliding.velocity();
-        let rate = self.rate(sliding, deflection).to_vector();
+        let rate = self.rate(sliding, deflection).states();
         // The rate is a difference of terms of the size of the velocity.
         for &rate in rate.iter() {
             if !(rate.abs() <= lit::<T>(1e4) * T::default_epsilon() * velocity.abs()) {

@@ -1,6 +1,7 @@
 //! Why there is no linearisation, or none of the kind that was asked for.
 
-use crate::parameter::{ParameterError, Short};
+use crate::number::Number;
+use crate::parameter::ParameterError;
 
 /// Why there is no linearisation, or none of the kind that was asked for.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -19,7 +20,7 @@ pub enum LinearisationError {
     /// that is regularised, say.
     #[error(
         "no equilibrium at v = {} m/s: the deflection there changes at {} m/s",
-        Short(*velocity), Short(*rate)
+        Number(*velocity), Number(*rate)
     )]
     NoEquilibrium {
         /// Velocity [m/s].
@@ -30,7 +31,7 @@ pub enum LinearisationError {
     /// No steady velocity in the range balances the force.
     #[error(
         "no speed up to {} m/s balances {} N: steady sliding takes {} to {} N",
-        Short(*fastest), Short(*force), Short(*least), Short(*most)
+        Number(*fastest), Number(*force), Number(*least), Number(*most)
     )]
     NoForceBalance {
         /// Applied force \[N\].
@@ -48,7 +49,7 @@ pub enum LinearisationError {
     /// Small motions do not die out.
     #[error(
         "small motions do not die out, they go as exp({} t): there is no steady response (`transfer` has G at any s)",
-        Short(*abscissa)
+        Number(*abscissa)
     )]
     Unstable {
         /// Largest real part of the poles [1/s].

@@ -53,7 +53,6 @@ mod error;
 mod mass_on_spring;
 mod state_space;
 
-pub use contact::Coordinates;
 pub use error::LinearisationError;
 pub use mass_on_spring::{SteadySliding, Threshold};
 pub use state_space::{Roots, StateSpace};

@@ -14,8 +14,8 @@ use nalgebra::{Complex, ComplexField, RowSVector, SMatrix, SVector};
 
 use super::LinearisationError;
 use crate::Scalar;
-use crate::audit::Number;
 use crate::eigenvalues::eigenvalues;
+use crate::number::Number;
 use crate::parameter::{ParameterError, Rule};
 use crate::scalar::{lit, to_f64};
 
@@ -91,12 +91,11 @@ pub struct Roots<T, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> Roots<T, N> {
-    fn new(values: [Complex<f64>; N], count: usize) -> Self {
-        let mut values = values;
-        if let Some(values) = values.get_mut(..count) {
-            pair(values);
-        }
-        Self { values: values.map(|root| Complex::new(lit(root.re), lit(root.im))), count }
+    /// The eigenvalues of the leading block of a matrix.
+    fn of(matrix: &SMatrix<T, N, N>, count: usize) -> Result<Self, LinearisationError> {
+        let values = eigenvalues(&matrix.map(to_f64), count);
+        let values = values.ok_or(LinearisationError::NotFinite)?;
+        Ok(Self { values: values.map(|root| Complex::new(lit(root.re), lit(root.im))), count })
     }
 
     /// The roots, in no order. Real ones have an imaginary part of exactly zero, the others come in
@@ -136,51 +135,16 @@ impl<T: Scalar, const N: usize> fmt::Display for Roots<T, N> {
                 writeln!(f)?;
             }
             let (re, im) = (to_f64(root.re), to_f64(root.im));
+            let real = Number(re);
             if im > 0.0 {
                 let frequency = ComplexField::hypot(re, im);
-                let (ratio, omega) = (Number(-re / frequency), Number(frequency));
-                write!(f, "{} ± {}i 1/s (ω = {omega} rad/s, ζ = {ratio})", Number(re), Number(im))?;
+                let (ratio, omega, im) = (Number(-re / frequency), Number(frequency), Number(im));
+                write!(f, "{real:.5} ± {im:.5}i 1/s (ω = {omega:.5} rad/s, ζ = {ratio:.5})")?;
             } else {
-                write!(f, "{} 1/s", Number(re))?;
+                write!(f, "{real:.5} 1/s")?;
             }
         }
         Ok(())
-    }
-}
-
-/// Makes the roots of a real matrix what they are, real or one of a pair of conjugates, from the
-/// largest imaginary part down: a root nearer to its own mirror image than to another root's is real.
-fn pair(mut roots: &mut [Complex<f64>]) {
-    let length = |z: Complex<f64>| ComplexField::hypot(z.re, z.im);
-    loop {
-        // The highest first.
-        let mut height = 0.0;
-        for i in 0..roots.len() {
-            let here = roots.get(i).map_or(0.0, |root| root.im.abs());
-            if here > height {
-                height = here;
-                roots.swap(0, i);
-            }
-        }
-        let Some((one, others)) = roots.split_first_mut() else { return };
-        let mirrored = one.conj();
-        let away = |others: &[Complex<f64>], i: usize| {
-            others.get(i).map_or(f64::INFINITY, |&other| length(other - mirrored))
-        };
-        let nearest =
-            (0..others.len()).reduce(|a, b| if away(others, b) < away(others, a) { b } else { a });
-        let near = nearest.map_or(f64::INFINITY, |i| away(others, i));
-        let rounding = 8.0 * f64::EPSILON * length(*one);
-        if !(2.0 * one.im.abs() > rounding && near < 2.0 * one.im.abs()) {
-            one.im = 0.0;
-            roots = others;
-            continue;
-        }
-        others.swap(0, nearest.unwrap_or(0));
-        let Some((other, rest)) = others.split_first_mut() else { return };
-        *one = (*one + other.conj()) * 0.5;
-        *other = one.conj();
-        roots = rest;
     }
 }
 
@@ -256,7 +220,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     ///
     /// Refuses a matrix that is not finite.
     pub fn poles(&self) -> Result<Roots<T, N>, LinearisationError> {
-        Ok(Roots::new(spectrum(&self.dynamics)?, N))
+        Roots::of(&self.dynamics, N)
     }
 
     /// The zeros [1/s], of which there are fewer than poles if D = 0. None for a system whose output
@@ -332,10 +296,9 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
             d = next;
         }
         if d == T::zero() {
-            return Ok(Roots::new([Complex::new(0.0, 0.0); N], 0));
+            order = 0;
         }
-        // What is not in use stands apart, on the last part of the diagonal.
-        Ok(Roots::new(spectrum(&(a - b * c * (T::one() / d)))?, order))
+        Roots::of(&(a - b * c * (T::one() / d)), order)
     }
 
     /// The largest real part of the poles [1/s]: small motions grow if it is positive.
@@ -372,17 +335,6 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
             Err(LinearisationError::Unstable { abscissa: to_f64(abscissa) })
         }
     }
-}
-
-/// The eigenvalues of a matrix, in units of its largest entry, whose squares neither overflow nor vanish.
-fn spectrum<T: Scalar, const N: usize>(
-    matrix: &SMatrix<T, N, N>,
-) -> Result<[Complex<f64>; N], LinearisationError> {
-    let matrix = matrix.map(to_f64);
-    let size = matrix.iter().fold(0.0, |most, entry| f64::max(most, entry.abs()));
-    let matrix = if size > 0.0 { matrix.map(|entry| entry / size) } else { matrix };
-    let roots = eigenvalues(&matrix).ok_or(LinearisationError::NotFinite)?;
-    Ok(roots.map(|root| root * size))
 }
 
 fn size<T: Scalar>(z: Complex<T>) -> T {

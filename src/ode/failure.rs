@@ -5,8 +5,7 @@ use core::fmt;
 use nalgebra::SVector;
 
 use super::Statistics;
-use crate::parameter::Short;
-use crate::scalar::to_f64;
+use crate::number::number;
 use crate::{ParameterError, Scalar};
 
 /// Why an integration stopped.
@@ -58,7 +57,7 @@ pub struct Failure<T, const N: usize> {
 
 impl<T: Scalar, const N: usize> fmt::Display for Failure<T, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "integration stopped at t = {} s: {}", Short(to_f64(self.time)), self.reason)
+        write!(f, "integration stopped at t = {} s: {}", number(self.time), self.reason)
     }
 }
 

@@ -89,7 +89,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         fastest: T,
     ) -> Result<Self, ParameterError> {
         if let Some(scheme) = self.method.scheme() {
-            let limits = stability::largest_step(contact, mechanism, fastest, scheme)?;
+            let limits = stability::largest_step(contact, Some(mechanism), fastest, scheme)?;
             if let Control::Fixed(step) = self.settings.control {
                 limits.check(step)?;
             }

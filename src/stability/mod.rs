@@ -1,33 +1,33 @@
-//! How long a step may be: where explicit methods fail on friction.
+//! How long a step may be: where explicit methods become unstable on friction.
 //!
-//! A contact has two fast motions, and an explicit method follows them or blows them up.
+//! A contact has two fast motions, and a step that is too long makes them grow.
 //!
-//! **The bristle under a held velocity** relaxes, ż = −λ(v) z + …; a disturbance of it dies out in a
+//! **The bristle at a held velocity** relaxes, ż = −λ(v) z + …. A disturbance of it dies out in a
 //! method with stability function R only if |R(−λh)| ≤ 1.
 //!
-//! **The stuck mechanism** swings on its bristles. Near v = 0, on the branch s = sgn v,
+//! **The stuck mechanism** oscillates on its bristles. Near v = 0, on the branch s = sgn v,
 //!
 //! ż = (μ v − σ0|v| z)/g  ⇒  ∂ż/∂v = 1 − s σ0 z/μ_s = c,
 //! μ_b = σ0 z + σ1 ż      ⇒  ∂F/∂v = σ1 c p, ∂F/∂z = σ0 p,
 //!
-//! while ∂ż/∂z = −λ(0) = 0, so that m v̇ = −k x − d v − F gives s = 0 and
+//! while ∂ż/∂z = −λ(0) = 0, so that m v̇ = −k x − d v − F has the characteristic equation
 //!
 //! m s² + (σ1 c p + d) s + (σ0 c p + k) = 0.
 //!
-//! A virgin contact (z = 0) has c = 1. One that comes to rest and turns round keeps the deflection
-//! −s μ_s/σ0 of the sliding before, and has c = 2: the bristle unbends with the body and lets go at
-//! the same time, twice as fast. (Classical LuGre adds σ2 p to the damping; an elasto-plastic
-//! bristle holds on after a reversal and keeps c = 1.) A step is stable if |R(hs)| ≤ 1 for both roots.
+//! A contact that starts from rest (z = 0) has c = 1. One that comes to rest and turns round keeps
+//! the deflection −s μ_s/σ0 of the sliding before, and has c = 2: the bristle unbends with the body
+//! and relaxes at once. (Classical LuGre adds σ2 p to the damping; an elasto-plastic bristle sticks
+//! after a reversal and keeps c = 1.) A step is stable if |R(hs)| ≤ 1 for both roots.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | h | step | s |
 //! | m, k, d | mass, stiffness and damping of the mechanism without its friction | kg, N/m, N s/m |
-//! | p, σ0, σ1, σ2 | normal force, stiffness, damping, viscous friction per unit of it | N, 1/m, s/m, s/m |
+//! | p, σ0, σ1, σ2 | normal force; stiffness, damping, viscous friction per unit of it | N, 1/m, s/m, s/m |
 //! | μ_s, g | static coefficient, resistance of the bristle | – |
 //! | λ | relaxation rate at a held velocity | 1/s |
 //! | s | rate of a motion e^(st) | 1/s |
-//! | R | stability function: what a step makes of ẋ = s x is R(hs) | – |
+//! | R | stability function: a step of ẋ = s x multiplies x by R(hs) | – |
 //!
 //! | scheme | R or rule | real axis: λh ≤ |
 //! |---|---|---|
@@ -39,23 +39,27 @@
 //! | [`ExactHold`](Scheme::ExactHold) | below | no limit |
 //! | [`Passive`](Scheme::Passive), [`Rosenbrock`](Scheme::Rosenbrock) | – | no limit |
 //!
-//! The semi-implicit method takes the new velocity from the old force and the rest from the new
-//! velocity. With a = (σ1 c p + d)/m and b = (σ0 c p + k)/m its step map has the determinant 1 − ha and
-//! the trace 2 − ha − h²b, and is stable for h²b + 2ha ≤ 4, that is h ≤ 2/√b without damping and *less* with it.
-//! The exact hold keeps v over the step and pushes the mass by the mean of the forces: determinant
-//! 1 − ha + h²b/2, trace 2 − ha − h²b/2, stable for h ≤ 2a/b and h ≤ 2/a. The hold makes the bristle
-//! exact, not the mass: without damping no step at all is stable.
+//! The semi-implicit method takes the new velocity from the old force and everything else from the
+//! new velocity. With a = (σ1 c p + d)/m and b = (σ0 c p + k)/m its step map has the determinant
+//! 1 − ha and the trace 2 − ha − h²b. It is stable for h²b + 2ha ≤ 4: h ≤ 2/√b without damping and
+//! *less* with it.
 //!
-//! These are limits for two small motions, that of the bristle in steady sliding and that of the stuck mass: below them
-//! both die out, and nothing is said about accuracy, nor of a mass that slides on a soft spring: explicit steps add
-//! hω²/2 and held ones hω²/4 to the rate at which its swing at ω = √(k/m) decays, which near the threshold of stick-slip is more
-//! than there is. Beyond the limit of the bristle a run diverges as soon as it slides for a
-//! while. Beyond that of the stuck mechanism alone it chatters, slides under forces far below breakaway, and
-//! gives numbers that look like friction.
+//! The exact hold keeps v over the step and pushes the mass with the mean of the forces. Its step
+//! map has the determinant 1 − ha + h²b/2 and the trace 2 − ha − h²b/2, and is stable for h ≤ 2a/b
+//! and h ≤ 2/a. The hold makes the bristle exact, not the mass: without damping no step is stable.
 //!
-//! Sources: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition (Springer,
-//! 1996), section IV.2, for stability functions; the models of Romano et al. (arXiv 2602.09429),
-//! section III-A, linearised at rest.
+//! The limits concern two small motions, that of the bristle in steady sliding and that of the stuck
+//! mass. They say nothing about accuracy, nor about a mass that slides on a soft spring: explicit
+//! steps add hω²/2 and held steps hω²/4 to the growth rate of its oscillation at ω = √(k/m), which
+//! near the threshold of stick-slip exceeds the damping.
+//!
+//! Beyond the limit of the bristle a run diverges once it slides for a while. Beyond the limit of the
+//! stuck mechanism alone it chatters and slides under forces far below breakaway: the result looks
+//! like friction and is wrong.
+//!
+//! Sources: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition
+//! (Springer, 1996), section IV.2, for stability functions; the models of Romano et al.
+//! (arXiv 2602.09429), section III-A, linearised at rest.
 
 mod region;
 
@@ -64,6 +68,7 @@ use core::fmt;
 use nalgebra::{Complex, ComplexField, SMatrix};
 
 use crate::eigenvalues::eigenvalues;
+use crate::number::number;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{lit, nan, to_f64};
 use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
@@ -75,7 +80,7 @@ pub enum Scheme {
     /// The explicit Euler method.
     Euler,
     /// The semi-implicit (symplectic) Euler method: v from the force at the start of the step, then
-    /// position and deflection with the new v.
+    /// position and deflection from the new v.
     #[doc(alias = "symplectic")]
     SemiImplicitEuler,
     /// [`ode::RungeKutta4`](crate::ode::RungeKutta4).
@@ -84,40 +89,44 @@ pub enum Scheme {
     DormandPrince,
     /// [`ode::DormandPrince8`](crate::ode::DormandPrince8), of order 8.
     DormandPrince8,
-    /// v held over the step: [`Contact::hold`] for the bristle, and its mean force (and
-    /// that of a spring) on the mass at the end of the step.
+    /// v held over the step: [`Contact::hold`] for the bristle, and the mean forces of friction and
+    /// spring for the mass.
     ExactHold,
-    /// A passive step: the velocity's mean over the step is solved for. By its energy balance no
-    /// step is too long for FrBD with springs of constant stiffness, Dahl and elasto-plastic models;
-    /// for LuGre nothing is promised.
+    /// A passive step, which solves for the mean velocity of the step, as with a
+    /// [`Companion`](crate::companion::Companion). By its energy balance no step is too long for
+    /// FrBD with springs of constant stiffness, Dahl and elasto-plastic models; for LuGre nothing is
+    /// promised.
     Passive,
     /// An L-stable Rosenbrock method, as [`ode::Rodas4`](crate::ode::Rodas4) and
     /// [`ode::Rodas5P`](crate::ode::Rodas5P).
     Rosenbrock,
 }
 
-/// The largest stable steps of one scheme. `None` where no step is too long, zero where every
-/// step is.
+/// The largest stable steps of one scheme: `None` where every step is stable, zero where none is.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct StepLimits<T> {
     /// The scheme.
     pub scheme: Scheme,
-    /// Largest step \[s\] at which the bristle relaxes, whatever the velocity in its range.
+    /// Largest step \[s\] at which the bristle relaxes, at every velocity in its range.
     pub bristle: Option<T>,
-    /// Largest step \[s\] at which the stuck mechanism calms down, its bristle undeflected (c = 1).
+    /// Largest step \[s\] at which the oscillation of the stuck mechanism decays, with an
+    /// undeflected bristle (c = 1). `None` also without a mechanism.
     pub stuck_from_rest: Option<T>,
-    /// The same just after a reversal of steady sliding (c = 2 for most models).
+    /// Largest step \[s\] at which it decays just after a reversal of steady sliding (c = 2 for most
+    /// models). `None` also without a mechanism.
     pub stuck_reversed: Option<T>,
 }
 
-/// The largest stable steps for a contact in a mechanism, at velocities |v| ≤ `fastest` [m/s] (which
-/// may be infinite for a model of bounded relaxation rate).
+/// The largest stable steps for a contact, and for the mechanism that it holds or brakes if there is
+/// one, at velocities |v| ≤ `fastest` [m/s].
 ///
-/// A regularised contact never quite rests; it is taken where its steady friction breaks away.
+/// `fastest` may be infinite for a model of bounded relaxation rate. A regularised contact never
+/// quite rests; it is linearised where its steady friction breaks away.
 ///
 /// ```
 /// use bristle::stability::{self, Scheme};
-/// use bristle::{Bristle, FrBd, Mechanism, paper};
+/// use bristle::{Bristle, FrBd, paper};
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;
 ///
@@ -126,11 +135,11 @@ pub struct StepLimits<T> {
 ///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
 /// );
 /// let contact = friction.under_load(1.0)?;
-/// let rig = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
+/// let rig = Some(paper::STICK_SLIP_MECHANISM);
 /// let limits = stability::largest_step(&contact, rig, 1.0, Scheme::RungeKutta4)?;
 /// assert_eq!(
 ///     limits.to_string(),
-///     "RungeKutta4: bristle 1.8244e-2 s, stuck 2.8040e-2 s, stuck after a reversal 1.8711e-2 s"
+///     "RungeKutta4: bristle 0.018244 s, stuck 0.02804 s, stuck after a reversal 0.018711 s"
 /// );
 /// // A loop at 1 kHz is safe, one at 50 Hz is not:
 /// assert!(limits.check(1e-3).is_ok());
@@ -140,39 +149,36 @@ pub struct StepLimits<T> {
 ///
 /// # Errors
 ///
-/// Names the parameter of the mechanism that is out of its range; refuses a velocity that is NaN, and
-/// a model without a bound on its relaxation rate up to that velocity (LuGre for an infinite one).
+/// Names the parameter of the mechanism that is out of its range. Refuses a velocity that is NaN, and
+/// a model without a bound on its relaxation rate up to that velocity (LuGre up to an infinite one).
 pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
     contact: &Contact<T, M>,
-    mechanism: Mechanism<T>,
+    mechanism: Option<Mechanism<T>>,
     fastest: T,
     scheme: Scheme,
 ) -> Result<StepLimits<T>, ParameterError> {
-    let mechanism = mechanism.checked()?;
+    let mechanism = mechanism.map(Mechanism::checked).transpose()?;
+    let refused =
+        |name, value, rule| ParameterError { name, component: None, value: to_f64(value), rule };
     if !(fastest.abs() >= T::zero()) {
-        let value = to_f64(fastest);
-        return Err(ParameterError { name: "fastest", component: None, value, rule: Rule::Number });
+        return Err(refused("fastest", fastest, Rule::Number));
     }
-    let bristle = match scheme {
-        Scheme::ExactHold | Scheme::Passive | Scheme::Rosenbrock => None,
-        _ => {
-            let rate = contact.limits(fastest).relaxation_rate.ok_or(ParameterError {
-                name: "relaxation_rate",
-                component: None,
-                value: f64::INFINITY,
-                rule: Rule::Finite,
-            })?;
-            region::largest_step(scheme, Complex::new(-to_f64(rate), 0.0))
-        }
+    let bristle = if region::polynomial(scheme).is_some() {
+        let rate = contact
+            .limits(fastest)
+            .relaxation_rate
+            .ok_or_else(|| refused("relaxation_rate", T::one() / T::zero(), Rule::Finite))?;
+        region::largest_step(scheme, Complex::new(-to_f64(rate), 0.0))
+    } else {
+        None
     };
     let stuck = |reversed: bool| {
         [Branch::Forward, Branch::Backward]
             .into_iter()
-            .map(|branch| Swing::new(contact, mechanism, branch, reversed, fastest))
+            .filter_map(|branch| Some(Swing::new(contact, mechanism?, branch, reversed, fastest)))
             .map(|swing| swing.largest_step(scheme))
             .fold(None, smaller)
     };
-    let in_type = |limit: Option<f64>| limit.map(lit::<T>).filter(|limit| limit.is_finite());
     Ok(StepLimits {
         scheme,
         bristle: in_type(bristle),
@@ -181,16 +187,20 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
     })
 }
 
+/// A limit in the scalar type; none if it is infinite there.
+fn in_type<T: Scalar>(limit: Option<f64>) -> Option<T> {
+    limit.map(lit::<T>).filter(|limit| limit.is_finite())
+}
+
 /// The largest step \[s\] at which every decaying mode of ẋ = J x decays in a Runge–Kutta or
 /// Rosenbrock method too; `None` if no step is too long.
 ///
 /// J is the Jacobian of any mechanism at one state, such as
-/// [`System::linearised`](crate::ode::System::linearised) gives: [`largest_step`] knows what to expect of a contact at rest
-/// and in sliding, this one looks at a single state of whatever is there. A mode that grows by itself is left
-/// out, for no step makes it decay.
+/// [`System::linearised`](crate::ode::System::linearised) gives. Modes that grow by themselves are
+/// left out, because no step makes them decay.
 ///
-/// NaN for a Jacobian that is not finite, and for the schemes that tell velocities from positions, which
-/// a matrix does not.
+/// NaN for a Jacobian that is not finite, and for the schemes that treat velocities and positions
+/// differently.
 ///
 /// ```
 /// use bristle::ode::System;
@@ -217,27 +227,23 @@ pub fn largest_step_of<T: Scalar, const N: usize>(
     match scheme {
         Scheme::SemiImplicitEuler | Scheme::ExactHold | Scheme::Passive => Some(nan()),
         _ => {
-            // In units of its largest entry, whose squares neither overflow nor vanish.
-            let matrix = jacobian.map(to_f64);
-            let size = matrix.iter().fold(0.0, |most, entry| f64::max(most, entry.abs()));
-            let matrix = if size > 0.0 { matrix.map(|entry| entry / size) } else { matrix };
-            let Some(rates) = eigenvalues(&matrix) else {
+            let Some(rates) = eigenvalues(&jacobian.map(to_f64), N) else {
                 return Some(nan());
             };
-            // What rounding makes of a mode that stands still, such as the difference of position and
-            // deflection of a stuck mass, is no motion. A true one as slow would gain or lose nothing over
-            // a step that suits the fastest.
-            let fastest = rates.iter().map(Complex::norm_sqr).fold(0.0, f64::max);
-            let moves = |rate: &Complex<f64>| rate.norm_sqr() > 1e-18 * fastest;
-            let moving = rates.into_iter().filter(moves);
-            let limits = moving.map(|rate| region::largest_step(scheme, rate));
-            let limit = limits.fold(None, smaller).map(|limit| limit / size);
-            limit.map(lit).filter(|limit: &T| limit.is_finite())
+            // A mode that stands still, such as the difference of position and deflection of a stuck
+            // mass, has a rate of rounding size. A true mode as slow as that gains or loses nothing
+            // over a step that suits the fastest.
+            let sizes = rates.map(|rate| ComplexField::hypot(rate.re, rate.im));
+            let fastest = sizes.into_iter().fold(0.0, f64::max);
+            let moving = rates.iter().zip(sizes).filter(|(_, size)| *size > 1e-9 * fastest);
+            let limits = moving.map(|(rate, _)| region::largest_step(scheme, *rate));
+            in_type(limits.fold(None, smaller))
         }
     }
 }
 
-/// m s² + (∂F/∂v + d) s + (∂F/∂z ∂ż/∂v + k) = 0, divided by the mass.
+/// The oscillation of the stuck mass: m s² + (∂F/∂v + d) s + (∂F/∂z ∂ż/∂v + k) = 0, divided by the
+/// mass, s² + a s + b = 0.
 pub(crate) struct Swing {
     /// a [1/s]
     pub(crate) damping: f64,
@@ -263,20 +269,18 @@ impl Swing {
         let mass = to_f64(mechanism.mass);
         let bristle = to_f64(friction.force_by_deflection) * to_f64(friction.rate_by_velocity);
         let damping = to_f64(friction.force_by_velocity) + to_f64(mechanism.viscous_damping);
-        // A bristle that creeps (Maxwell) lets go of the mass: (s + λ)(m s² + D s + k) + C B s = 0 has a
-        // slow root near −λ k/(C B + k + λ D), and the swing is what is left of sum and product. The
-        // limits of the two methods with a formula of their own are then on the safe side.
-        let creeps = contact
-            .model()
-            .characteristics(T::zero())
-            .is_some_and(|characteristics| characteristics.creeps);
+        // A bristle that creeps (Maxwell) lets go of the mass: (s + λ)(m s² + D s + k) + C B s = 0
+        // has a slow root near −λ k/(C B + k + λ D). The oscillation is what is left of the sum and
+        // the product of the roots; the limits of the two methods with a formula of their own are
+        // then on the safe side.
+        let creeps = contact.model().characteristics(T::zero()).is_some_and(|model| model.creeps);
         let rest = branch.of(T::zero());
-        let leak =
+        let relaxation =
             if creeps { to_f64(contact.model().relaxation_rate(rest, T::zero())) } else { 0.0 };
         let spring = to_f64(mechanism.spring_stiffness);
-        let stiffness = bristle + spring + leak * damping;
-        let slow = if leak > 0.0 { leak * spring / stiffness } else { 0.0 };
-        Self { damping: damping / mass + (leak - slow), stiffness: stiffness / mass }
+        let stiffness = bristle + spring + relaxation * damping;
+        let slow = if relaxation > 0.0 { relaxation * spring / stiffness } else { 0.0 };
+        Self { damping: damping / mass + (relaxation - slow), stiffness: stiffness / mass }
     }
 
     /// The roots s of s² + a s + b.
@@ -332,7 +336,7 @@ fn breakaway_velocity<T: Scalar, M: Bristle<T, Deflection = T>>(
     signed(speed)
 }
 
-/// The smaller of two limits, of which none is infinite.
+/// The smaller of two limits; `None` is no limit.
 fn smaller<T: PartialOrd>(one: Option<T>, other: Option<T>) -> Option<T> {
     match (one, other) {
         (Some(a), Some(b)) => Some(if b < a { b } else { a }),
@@ -341,7 +345,7 @@ fn smaller<T: PartialOrd>(one: Option<T>, other: Option<T>) -> Option<T> {
 }
 
 impl<T: Scalar> StepLimits<T> {
-    /// The causes of a limit, as they stand in an error, with the largest step \[s\] each allows.
+    /// What sets a limit, as named in an error, with the largest step \[s\] it allows.
     fn causes(&self) -> [(&'static str, Option<T>); 3] {
         [
             ("the bristle's critical step", self.bristle),
@@ -362,7 +366,7 @@ impl<T: Scalar> StepLimits<T> {
     /// use bristle::{Bristle, Dahl, DahlParameters, Mechanism};
     ///
     /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 5e3 })?;
-    /// let mechanism = Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 };
+    /// let mechanism = Some(Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 });
     /// let contact = friction.under_load(1.0)?;
     /// let limits = stability::largest_step(&contact, mechanism, 0.0, Scheme::SemiImplicitEuler)?;
     /// assert_eq!(
@@ -374,20 +378,14 @@ impl<T: Scalar> StepLimits<T> {
     ///
     /// # Errors
     ///
-    /// Refuses a step that is not positive, and one beyond a limit: the error names the smallest
-    /// limit, its cause and the step.
+    /// Refuses a step that is not positive, and one beyond a limit: the error names the step and the
+    /// smallest limit with its cause.
     pub fn check(&self, step: T) -> Result<(), ParameterError> {
         parameter::positive("step", step)?;
         let limits = self.causes().into_iter().filter_map(|(name, limit)| Some((name, limit?)));
-        let strictest = limits.reduce(|a, b| if b.1 < a.1 { b } else { a });
-        match strictest {
-            Some((other, limit)) if !(step <= limit) => Err(ParameterError {
-                name: "step",
-                component: None,
-                value: to_f64(step),
-                rule: Rule::AtMost { other, limit: to_f64(limit) },
-            }),
-            _ => Ok(()),
+        match limits.reduce(|a, b| if b.1 < a.1 { b } else { a }) {
+            Some((cause, limit)) => parameter::at_most("step", step, cause, limit).map(drop),
+            None => Ok(()),
         }
     }
 }
@@ -418,13 +416,33 @@ impl<T: Scalar> fmt::Display for StepLimits<T> {
         let words = ["bristle", "stuck", "stuck after a reversal"];
         let mut separator = " ";
         for (word, (_, limit)) in words.into_iter().zip(self.causes()) {
-            match limit.map(to_f64) {
-                Some(0.0) => write!(f, "{separator}{word} never stable")?,
-                Some(limit) => write!(f, "{separator}{word} {limit:.4e} s")?,
+            match limit {
+                Some(limit) if limit == T::zero() => write!(f, "{separator}{word} never stable")?,
+                Some(limit) => write!(f, "{separator}{word} {:.5} s", number(limit))?,
                 None => write!(f, "{separator}{word} unlimited")?,
             }
             separator = ", ";
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Scheme, StepLimits};
+
+    #[test]
+    fn the_overall_limit_is_the_smallest_wherever_it_stands() {
+        let overall = |bristle: Option<f64>, stuck_from_rest, stuck_reversed| {
+            let scheme = Scheme::Euler;
+            StepLimits { scheme, bristle, stuck_from_rest, stuck_reversed }.overall()
+        };
+        assert_eq!(overall(Some(1.0), Some(2.0), Some(3.0)), Some(1.0));
+        assert_eq!(overall(Some(3.0), Some(1.0), Some(2.0)), Some(1.0));
+        assert_eq!(overall(Some(2.0), Some(3.0), Some(1.0)), Some(1.0));
+        assert_eq!(overall(None, Some(2.0), Some(1.0)), Some(1.0));
+        assert_eq!(overall(Some(1.0), None, Some(2.0)), Some(1.0));
+        assert_eq!(overall(None, None, Some(2.0)), Some(2.0));
+        assert_eq!(overall(None, None, None), None);
     }
 }

@@ -31,7 +31,7 @@ const DORMAND_PRINCE_8: [f64; 13] = [
 
 /// Coefficients of the polynomial R, from the constant one up; none where no step is too long for a
 /// decaying motion, and none for schemes that no R describes.
-fn polynomial(scheme: Scheme) -> Option<&'static [f64]> {
+pub(super) fn polynomial(scheme: Scheme) -> Option<&'static [f64]> {
     match scheme {
         // The bristle alone, under a held velocity, is stepped by the explicit Euler method.
         Scheme::Euler | Scheme::SemiImplicitEuler => Some(&EULER),

@@ -255,15 +255,15 @@ fn a_regularised_contact_creeps_and_leaks_as_the_closed_forms_say() {
         assert_within(1e-5, want, creep, want, || format!("r = {fraction}"));
         // σ0√ε/(σ1√ε + μ_s)
         let leak = 1e4 * epsilon.sqrt() / (64.5 * epsilon.sqrt() + 1.5);
-        assert_within(1e-14, leak, yielding.leak, leak, || "leak".to_owned());
+        assert_within(1e-14, leak, yielding.relaxation_at_rest, leak, || "leak".to_owned());
     }
     // An exact modulus sticks.
     let stuck = audit(table_2()).yielding.unwrap();
-    assert_eq!((stuck.creep, stuck.leak, stuck.breakaway), (Some(0.0), 0.0, 1.5));
+    assert_eq!((stuck.creep, stuck.relaxation_at_rest, stuck.breakaway), (Some(0.0), 0.0, 1.5));
     // LuGre's bristles leak at σ0√ε/μ_s.
     let lugre = LuGre::classical(table_2_curve(), table_2_bristle())
         .regularised(SquareRoot::new(1e-8).unwrap());
-    let leak = audit(lugre).yielding.unwrap().leak;
+    let leak = audit(lugre).yielding.unwrap().relaxation_at_rest;
     assert_within(1e-14, 1.0, leak, 1e4 * 1e-4 / 1.5, || "LuGre".to_owned());
 }
 
@@ -450,7 +450,7 @@ fn a_bristle_that_creeps_is_audited_as_one() {
     let mu = table_2_curve().coefficient(creep.into());
     assert_within(1e-12, 0.75, creep / (creep / mu + 5e-3), 0.75, || "creep".to_owned());
     assert!((creep - 0.010_508).abs() < 1e-6);
-    assert_eq!((yielding.drift, yielding.leak), (None, 50.0));
+    assert_eq!((yielding.drift, yielding.relaxation_at_rest), (None, 50.0));
     // m s² + λ s + σ0 p with λ = 1e4/200.
     let stuck = audit.stuck.unwrap();
     assert_within(1e-13, 100.0, stuck.frequency, 100.0, || "ω".to_owned());
@@ -461,7 +461,7 @@ fn a_bristle_that_creeps_is_audited_as_one() {
     }
     let table = audit.to_string();
     assert!(table.contains("no end: the bristle creeps under any force"), "{table}");
-    assert!(table.contains("m/s under 0.75 N; bristles leak at 50 1/s"), "{table}");
+    assert!(table.contains("m/s under 0.75 N; bristles relax at 50 1/s"), "{table}");
     assert!(table.contains("ω = 100 rad/s, ζ = 0.25;"), "{table}");
 }
 

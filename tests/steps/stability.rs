@@ -56,7 +56,7 @@ const STEM: Mechanism<f64> =
 
 /// Bristle at any velocity, stuck, stuck after a reversal.
 fn limits(contact: &FrBdContact, mechanism: Mechanism<f64>, scheme: Scheme) -> [f64; 3] {
-    let limits = largest_step(contact, mechanism, f64::INFINITY, scheme).unwrap();
+    let limits = largest_step(contact, Some(mechanism), f64::INFINITY, scheme).unwrap();
     [limits.bristle.unwrap(), limits.stuck_from_rest.unwrap(), limits.stuck_reversed.unwrap()]
 }
 
@@ -99,7 +99,7 @@ fn an_undamped_swing_is_held_by_its_frequency() {
         (Scheme::SemiImplicitEuler, 2.0),
         (Scheme::RungeKutta4, 8.0f64.sqrt()),
     ] {
-        let limits = largest_step(&contact, mechanism, 1.0, scheme).unwrap();
+        let limits = largest_step(&contact, Some(mechanism), 1.0, scheme).unwrap();
         // The roots pass through a square root, bisection stops at the last digits.
         for (got, c) in [(limits.stuck_from_rest, 1.0f64), (limits.stuck_reversed, 2.0)] {
             let want = reach / (omega * c.sqrt());
@@ -109,7 +109,7 @@ fn an_undamped_swing_is_held_by_its_frequency() {
     // |R(iy)|² of DP5 is 1 − y⁶/1800 + y⁸/1600 − y¹⁰/14400 + y¹²/360000: its terms of order 6 to 12,
     // from R = Σ zᵏ/k! + z⁶/600. With w = y², −1/1800 + w/1600 − w²/14400 + w³/360000 vanishes at w:
     let excess = |w: f64| -1.0 / 1800.0 + w / 1600.0 - w * w / 14400.0 + w * w * w / 360_000.0;
-    let limits = largest_step(&contact, mechanism, 1.0, Scheme::DormandPrince).unwrap();
+    let limits = largest_step(&contact, Some(mechanism), 1.0, Scheme::DormandPrince).unwrap();
     let w = (limits.stuck_from_rest.unwrap() * omega).powi(2);
     assert!(excess(w).abs() < 1e-15 && excess(0.9 * w) < 0.0, "{w}");
 }
@@ -117,11 +117,11 @@ fn an_undamped_swing_is_held_by_its_frequency() {
 #[test]
 fn schemes_without_a_limit_have_none() {
     for scheme in [Scheme::Passive, Scheme::Rosenbrock] {
-        let limits = largest_step(&table_2(), FREE, 1.0, scheme).unwrap();
+        let limits = largest_step(&table_2(), Some(FREE), 1.0, scheme).unwrap();
         assert_eq!(limits.overall(), None);
         assert!(limits.check(1e3).is_ok());
     }
-    let held = largest_step(&table_2(), FREE, 1.0, Scheme::ExactHold).unwrap();
+    let held = largest_step(&table_2(), Some(FREE), 1.0, Scheme::ExactHold).unwrap();
     assert_eq!(held.bristle, None);
 }
 
@@ -129,7 +129,7 @@ fn schemes_without_a_limit_have_none() {
 fn without_forces_nothing_swings() {
     for scheme in Scheme::ALL {
         let contact = table_2().with_normal_force(0.0).unwrap();
-        let limits = largest_step(&contact, FREE, 1.0, scheme).unwrap();
+        let limits = largest_step(&contact, Some(FREE), 1.0, scheme).unwrap();
         assert_eq!((limits.stuck_from_rest, limits.stuck_reversed), (None, None), "{scheme}");
     }
 }
@@ -141,7 +141,7 @@ fn an_overdamped_swing_is_held_by_its_faster_root() {
     let contact = table_2().with_normal_force(0.0).unwrap();
     for (scheme, reach) in [(Scheme::Euler, 2.0), (Scheme::RungeKutta4, 2.785_293_563_405_282)] {
         let stuck =
-            largest_step(&contact, mechanism, 1.0, scheme).unwrap().stuck_from_rest.unwrap();
+            largest_step(&contact, Some(mechanism), 1.0, scheme).unwrap().stuck_from_rest.unwrap();
         assert!((stuck - reach / 1000.0).abs() < 1e-12, "{scheme}: {stuck}");
     }
 }
@@ -155,7 +155,7 @@ fn an_elasto_plastic_bristle_holds_on_after_a_reversal() {
     });
     let contact = model.unwrap().under_load(1.0).unwrap();
     for scheme in Scheme::ALL {
-        let limits = largest_step(&contact, FREE, 1.0, scheme).unwrap();
+        let limits = largest_step(&contact, Some(FREE), 1.0, scheme).unwrap();
         assert_eq!(limits.stuck_from_rest, limits.stuck_reversed, "{scheme}");
     }
 }
@@ -169,8 +169,8 @@ fn regularisation_hardly_changes_the_limits() {
         model.under_load(1.0).unwrap()
     };
     for scheme in LIMITED {
-        let exact = largest_step(&table_2(), FREE, 1.0, scheme).unwrap();
-        let smooth = largest_step(&regularised(1e-12), FREE, 1.0, scheme).unwrap();
+        let exact = largest_step(&table_2(), Some(FREE), 1.0, scheme).unwrap();
+        let smooth = largest_step(&regularised(1e-12), Some(FREE), 1.0, scheme).unwrap();
         for (a, b) in [
             (exact.bristle, smooth.bristle),
             (exact.stuck_from_rest, smooth.stuck_from_rest),
@@ -243,7 +243,8 @@ fn a_scenes_jacobian_at_rest_gives_the_stuck_limits() {
             let at_rest = Vector3::new(0.0, 0.0, z);
             let tangent = rig.linearised(0.0, &at_rest, [Branch::Forward]).unwrap();
             let got = largest_step_of(&tangent.by_state, scheme).unwrap();
-            let want = pick(largest_step(&table_2(), mechanism, 1.0, scheme).unwrap()).unwrap();
+            let want =
+                pick(largest_step(&table_2(), Some(mechanism), 1.0, scheme).unwrap()).unwrap();
             // Eigenvalues of a balanced matrix keep all but a few digits.
             assert!((got - want).abs() < 1e-9 * want, "{scheme}: {got}, not {want}");
 
@@ -251,7 +252,7 @@ fn a_scenes_jacobian_at_rest_gives_the_stuck_limits() {
             let at_rest = Vector4::new(0.0, 0.0, z, 1e5);
             let tangent = valve.linearised(0.0, &at_rest, [Branch::Forward]).unwrap();
             let got = largest_step_of(&tangent.by_state, scheme).unwrap();
-            let want = pick(largest_step(&table_3(), STEM, 1.0, scheme).unwrap()).unwrap();
+            let want = pick(largest_step(&table_3(), Some(STEM), 1.0, scheme).unwrap()).unwrap();
             assert!((got - want).abs() < 1e-9 * want, "{scheme}: {got}, not {want}");
         }
     }
@@ -280,7 +281,7 @@ fn where_a_matrix_cannot_tell_the_answer_is_nan() {
 
 #[test]
 fn a_step_beyond_the_limit_is_refused_with_its_cause() {
-    let limits = largest_step(&table_2(), FREE, f64::INFINITY, Scheme::RungeKutta4).unwrap();
+    let limits = largest_step(&table_2(), Some(FREE), f64::INFINITY, Scheme::RungeKutta4).unwrap();
     assert!(limits.check(0.017_976_2).is_ok());
     let refused = limits.check(0.02).unwrap_err();
     assert_eq!((refused.name, refused.value), ("step", 0.02));
@@ -288,7 +289,8 @@ fn a_step_beyond_the_limit_is_refused_with_its_cause() {
     let start = "step is 0.02, but must be at most the bristle's critical step = 0.017976";
     assert!(message.starts_with(start), "{message}");
     // The stuck mass is what holds the semi-implicit method.
-    let limits = largest_step(&table_2(), FREE, f64::INFINITY, Scheme::SemiImplicitEuler).unwrap();
+    let limits =
+        largest_step(&table_2(), Some(FREE), f64::INFINITY, Scheme::SemiImplicitEuler).unwrap();
     let message = limits.check(0.0125).unwrap_err().to_string();
     assert!(message.contains("after a reversal = 0.0090935"), "{message}");
     for step in [f64::NAN, 0.0, -1e-3, f64::INFINITY] {
@@ -299,7 +301,7 @@ fn a_step_beyond_the_limit_is_refused_with_its_cause() {
 #[test]
 fn what_is_no_mechanism_is_refused_by_name() {
     let refused = |mechanism, fastest| {
-        largest_step(&table_2(), mechanism, fastest, Scheme::Euler).unwrap_err().name
+        largest_step(&table_2(), Some(mechanism), fastest, Scheme::Euler).unwrap_err().name
     };
     for bad in [-1.0, f64::NAN, f64::INFINITY] {
         assert_eq!(refused(Mechanism { mass: bad, ..FREE }, 1.0), "mass");
@@ -309,11 +311,11 @@ fn what_is_no_mechanism_is_refused_by_name() {
     assert_eq!(refused(Mechanism { mass: 0.0, ..FREE }, 1.0), "mass");
     assert_eq!(refused(FREE, f64::NAN), "fastest");
     // LuGre relaxes without bound as it slides faster.
-    let endless = largest_step(&table_2_lugre(), FREE, f64::INFINITY, Scheme::RungeKutta4);
+    let endless = largest_step(&table_2_lugre(), Some(FREE), f64::INFINITY, Scheme::RungeKutta4);
     let message = endless.unwrap_err().to_string();
     assert_eq!(message, "relaxation_rate is inf, but must be finite");
     // An exact step of the bristle does not mind.
-    assert!(largest_step(&table_2_lugre(), FREE, f64::INFINITY, Scheme::ExactHold).is_ok());
+    assert!(largest_step(&table_2_lugre(), Some(FREE), f64::INFINITY, Scheme::ExactHold).is_ok());
 }
 
 #[test]
@@ -330,8 +332,8 @@ fn single_precision_gives_the_same_limits() {
     let contact = friction.under_load(1.0).unwrap();
     let mechanism = Mechanism { mass: 1.0_f32, spring_stiffness: 0.0, viscous_damping: 0.0 };
     for scheme in LIMITED {
-        let single = largest_step(&contact, mechanism, 1.0, scheme).unwrap();
-        let double = largest_step(&table_2(), FREE, 1.0, scheme).unwrap();
+        let single = largest_step(&contact, Some(mechanism), 1.0, scheme).unwrap();
+        let double = largest_step(&table_2(), Some(FREE), 1.0, scheme).unwrap();
         for (a, b) in [
             (single.bristle, double.bristle),
             (single.stuck_from_rest, double.stuck_from_rest),
@@ -544,7 +546,7 @@ fn a_stuck_mass_calms_down_up_to_the_predicted_step_and_no_further() {
         [(table_2(), Mechanism { spring_stiffness: 2.0, ..FREE }, 1e-3), (table_3(), STEM, 2e-6)]
     {
         for scheme in LIMITED {
-            let limits = largest_step(&contact, mechanism, 1.0, scheme).unwrap();
+            let limits = largest_step(&contact, Some(mechanism), 1.0, scheme).unwrap();
             for (reversed, limit) in
                 [(false, limits.stuck_from_rest), (true, limits.stuck_reversed)]
             {
@@ -562,7 +564,7 @@ fn a_stuck_mass_calms_down_up_to_the_predicted_step_and_no_further() {
 fn lugre_is_stuck_as_frbd_is() {
     let mechanism = Mechanism { spring_stiffness: 2.0, ..FREE };
     for scheme in [Scheme::Euler, Scheme::RungeKutta4, Scheme::ExactHold] {
-        let limits = largest_step(&table_2_lugre(), mechanism, 1.0, scheme).unwrap();
+        let limits = largest_step(&table_2_lugre(), Some(mechanism), 1.0, scheme).unwrap();
         for (reversed, limit) in [(false, limits.stuck_from_rest), (true, limits.stuck_reversed)] {
             let predicted = limit.unwrap();
             let measured = measured_stuck(&table_2_lugre(), mechanism, scheme, reversed, 1e-3);
@@ -607,10 +609,10 @@ fn a_bristle_relaxes_up_to_the_predicted_step_and_no_further() {
         };
         // FrBD relaxes fastest at infinite velocity, σ1|v| ≫ μ; LuGre ever faster.
         for (contact, smallest) in [(table_2(), 1e-3), (table_3(), 1e-5)] {
-            let limits = largest_step(&contact, FREE, f64::INFINITY, scheme).unwrap();
+            let limits = largest_step(&contact, Some(FREE), f64::INFINITY, scheme).unwrap();
             near(measured_bristle(&contact, 1e3, scheme, smallest), limits.bristle.unwrap());
         }
-        let limits = largest_step(&table_2_lugre(), FREE, 0.7, scheme).unwrap();
+        let limits = largest_step(&table_2_lugre(), Some(FREE), 0.7, scheme).unwrap();
         near(measured_bristle(&table_2_lugre(), 0.7, scheme, 1e-5), limits.bristle.unwrap());
     }
 }
@@ -619,7 +621,7 @@ fn a_bristle_relaxes_up_to_the_predicted_step_and_no_further() {
 fn an_exactly_held_undamped_bristle_never_calms_a_mass() {
     let dahl = Dahl::new(DahlParameters { dynamic_coefficient: 1.5, micro_stiffness: 1e4 });
     let contact = dahl.unwrap().under_load(1.0).unwrap();
-    let limits = largest_step(&contact, FREE, 1.0, Scheme::ExactHold).unwrap();
+    let limits = largest_step(&contact, Some(FREE), 1.0, Scheme::ExactHold).unwrap();
     assert_eq!(limits.overall(), Some(0.0));
     assert!(limits.check(1e-9).is_err());
     // A hundredth of the 2/ω at which the semi-implicit method gives up: |eigenvalue|² = 1 + (ωh)²/2.

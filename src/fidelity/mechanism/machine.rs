@@ -46,7 +46,7 @@ impl<T: Scalar, D: Signal<T>, F: Signal<T>> Machine<T, D, F> {
             &contact.linearised(lit::<T>(at.velocity), lit(at.deflection)),
             (mass, spring_stiffness, viscous_damping),
         );
-        let poles = crate::eigenvalues::eigenvalues(&jacobian.map(to_f64));
+        let poles = crate::eigenvalues::eigenvalues(&jacobian.map(to_f64), 3);
         // Not a number: nothing decays for certain.
         poles.map_or(0.0, |all| {
             all.iter().map(|pole| pole.re).fold(f64::NEG_INFINITY, |a, b| if b > a { b } else { a })

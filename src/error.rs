@@ -1,0 +1,76 @@
+//! One error for all.
+
+use crate::batch::BatchError;
+use crate::linear::LinearisationError;
+use crate::number::Number;
+use crate::ode::{Failure, StopReason};
+use crate::parameter::ParameterError;
+use crate::scalar::{Scalar, to_f64};
+use crate::scene::WheelError;
+
+/// Any error of this crate: each of them converts into it by `?`.
+///
+/// ```
+/// use bristle::ode::{self, Output};
+/// use bristle::scene::MassSpringDamper;
+/// use bristle::{Bristle, Dahl, DahlParameters, paper};
+///
+/// fn position(load: f64) -> Result<f64, bristle::Error> {
+///     let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 5e3 })?;
+///     let rig = MassSpringDamper::new(paper::stick_slip_rig(friction.under_load(load)?))?;
+///     let run = ode::solve(&rig, 0.0..1.0, rig.at_rest(), 1e-6, Output::Steps)?;
+///     Ok(run.states().last().map_or(0.0, |state| state[0]))
+/// }
+/// assert!(position(1.0).is_ok());
+/// let refused = position(-1.0).unwrap_err();
+/// assert!(refused.to_string().starts_with("normal_force is -1, but must"));
+/// ```
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A parameter is out of its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// An integration ended before its time.
+    #[error("integration stopped at t = {} s: {reason}", Number(*time))]
+    Integration {
+        /// The last time reached \[s\].
+        time: f64,
+        /// Why it stopped.
+        #[source]
+        reason: StopReason,
+    },
+    /// A contact or a mechanism has no linearisation of the kind asked for.
+    #[error(transparent)]
+    Linearisation(#[from] LinearisationError),
+    /// A batch or a step of it was refused.
+    #[error(transparent)]
+    Batch(#[from] BatchError),
+    /// A step of a braked wheel was refused.
+    #[error(transparent)]
+    Wheel(#[from] WheelError),
+    /// No model could be chosen.
+    #[cfg(feature = "alloc")]
+    #[error(transparent)]
+    Fidelity(#[from] crate::fidelity::FidelityError),
+    /// A log or a candidate model was refused.
+    #[cfg(feature = "identify")]
+    #[error(transparent)]
+    Identify(#[from] crate::identify::IdentifyError),
+}
+
+impl<T: Scalar, const N: usize> From<Failure<T, N>> for Error {
+    fn from(failure: Failure<T, N>) -> Self {
+        match failure.reason {
+            StopReason::Refused(refused) => Self::Parameter(refused),
+            reason => Self::Integration { time: to_f64(failure.time), reason },
+        }
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl<T: Scalar, const N: usize> From<alloc::boxed::Box<crate::ode::Interrupted<T, N>>> for Error {
+    fn from(run: alloc::boxed::Box<crate::ode::Interrupted<T, N>>) -> Self {
+        run.failure.into()
+    }
+}

@@ -1,0 +1,137 @@
+//! Numbers for a reader, in error messages and reports.
+
+use core::fmt::{self, Write};
+
+use crate::scalar::{Scalar, to_f64};
+
+/// Text of at most `N` bytes on the stack; what does not fit is cut off.
+pub(crate) struct Text<const N: usize> {
+    bytes: [u8; N],
+    length: usize,
+}
+
+impl<const N: usize> Text<N> {
+    pub(crate) fn new() -> Self {
+        Self { bytes: [0; N], length: 0 }
+    }
+
+    pub(crate) fn as_str(&self) -> &str {
+        let written = self.bytes.get(..self.length).unwrap_or(&[]);
+        core::str::from_utf8(written).unwrap_or("")
+    }
+}
+
+impl<const N: usize> Write for Text<N> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for character in text.chars() {
+            let end = self.length + character.len_utf8();
+            let Some(place) = self.bytes.get_mut(self.length..end) else { return Ok(()) };
+            character.encode_utf8(place);
+            self.length = end;
+        }
+        Ok(())
+    }
+}
+
+/// A number for a reader: plain from 1e-3 to 1e6, with an exponent beyond, without trailing zeros.
+///
+/// `{}` prints every digit, `{:.5}` five significant ones.
+#[derive(Clone, Copy)]
+pub(crate) struct Number(pub(crate) f64);
+
+/// A scalar as a [`Number`].
+pub(crate) fn number<T: Scalar>(value: T) -> Number {
+    Number(to_f64(value))
+}
+
+impl Number {
+    fn write(self, digits: Option<usize>, to: &mut impl Write) -> fmt::Result {
+        let mut text = Text::<32>::new();
+        match digits {
+            Some(digits) => write!(text, "{:.*e}", digits.saturating_sub(1), self.0)?,
+            None => write!(text, "{:e}", self.0)?,
+        }
+        // NaN and infinity have no exponent.
+        let Some((mantissa, exponent)) = text.as_str().split_once('e') else {
+            return to.write_str(text.as_str());
+        };
+        if self.0 == 0.0 {
+            return to.write_str("0");
+        }
+        let (first, rest) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+        let rest = rest.trim_end_matches('0');
+        let point = if rest.is_empty() { "" } else { "." };
+        match exponent {
+            "-1" | "-2" | "-3" => {
+                let sign = if self.0 < 0.0 { "-" } else { "" };
+                let first = first.trim_start_matches('-');
+                let zeros = match exponent {
+                    "-1" => "",
+                    "-2" => "0",
+                    _ => "00",
+                };
+                write!(to, "{sign}0.{zeros}{first}{rest}")
+            }
+            "0" | "1" | "2" | "3" | "4" | "5" => {
+                let power = exponent.parse().unwrap_or(0);
+                match rest.split_at_checked(power) {
+                    Some((whole, "")) => write!(to, "{first}{whole}"),
+                    Some((whole, fraction)) => write!(to, "{first}{whole}.{fraction}"),
+                    None => write!(to, "{first}{rest:0<power$}"),
+                }
+            }
+            _ => write!(to, "{first}{point}{rest}e{exponent}"),
+        }
+    }
+}
+
+/// With the width and the alignment that are asked for, to the left by default.
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut text = Text::<40>::new();
+        self.write(f.precision(), &mut text)?;
+        // `Formatter::pad` would cut the text to the precision.
+        let (text, width) = (text.as_str(), f.width().unwrap_or(0));
+        match f.align() {
+            Some(fmt::Alignment::Right) => write!(f, "{text:>width$}"),
+            Some(fmt::Alignment::Center) => write!(f, "{text:^width$}"),
+            _ => write!(f, "{text:<width$}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::Number;
+    use std::format;
+    use std::string::ToString;
+
+    #[test]
+    fn a_number_is_plain_where_it_is_short() {
+        for (value, all, three) in [
+            (0.0, "0", "0"),
+            (-0.0, "0", "0"),
+            (1.0, "1", "1"),
+            (-2.5, "-2.5", "-2.5"),
+            (12.345, "12.345", "12.3"),
+            (100.0, "100", "100"),
+            (1.000_000_000_000_02, "1.00000000000002", "1"),
+            (999_999.0, "999999", "1e6"),
+            (1e6, "1e6", "1e6"),
+            (-123_456.0, "-123456", "-123000"),
+            (0.001, "0.001", "0.001"),
+            (0.012_34, "0.01234", "0.0123"),
+            (9.999e-4, "9.999e-4", "0.001"),
+            (1.5e-7, "1.5e-7", "1.5e-7"),
+            (1e100, "1e100", "1e100"),
+            (f64::NAN, "NaN", "NaN"),
+            (f64::INFINITY, "inf", "inf"),
+            (f64::NEG_INFINITY, "-inf", "-inf"),
+        ] {
+            assert_eq!(Number(value).to_string(), all);
+            assert_eq!(format!("{:.3}", Number(value)), three);
+        }
+        assert_eq!(format!("{:8.2}|{:>8.2}|", Number(-0.0456), Number(1e9)), "-0.046  |     1e9|");
+    }
+}
