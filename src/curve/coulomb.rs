@@ -81,8 +81,4 @@ impl<T: Scalar> FrictionCurve<T> for Coulomb<T> {
     fn least_slope(&self) -> Option<T> {
         Some(self.viscous)
     }
-
-    fn steepest_speed(&self) -> Option<T> {
-        Some(T::zero())
-    }
 }

@@ -113,12 +113,6 @@ pub trait FrictionCurve<T: Scalar>: Debug + Clone {
         None
     }
 
-    /// The speed [m/s] of the least slope, for a curve whose slope falls up to that speed and rises
-    /// beyond it. `None` if it is not known, or if the curve has more than one dip.
-    fn steepest_speed(&self) -> Option<T> {
-        None
-    }
-
     /// Whether μ(−v) = μ(v) for every v. `false` unless it is known.
     fn is_even(&self) -> bool {
         false

@@ -131,8 +131,4 @@ impl<T: Scalar> FrictionCurve<T> for RationalStribeck<T> {
         let steepest = lit::<T>(0.375) * lit::<T>(3.0).sqrt();
         Some(self.viscous - self.drop * self.inverse_velocity * steepest)
     }
-
-    fn steepest_speed(&self) -> Option<T> {
-        Some(lit::<T>(1.0 / 3.0).sqrt() / self.inverse_velocity)
-    }
 }

@@ -241,10 +241,4 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
         };
         Some(self.viscous - self.drop * self.inverse_velocity * steepness)
     }
-
-    fn steepest_speed(&self) -> Option<T> {
-        let falls_from_rest =
-            matches!(self.exponent, Exponent::Other(exponent) if exponent < T::one());
-        Some(if falls_from_rest { T::zero() } else { self.steepest() / self.inverse_velocity })
-    }
 }

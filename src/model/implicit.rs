@@ -62,7 +62,7 @@ use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::regularisation::{Regularisation, Unregularised};
-use crate::rheology::{KelvinVoigt, Rheology};
+use crate::rheology::{Elements, KelvinVoigt, Rheology};
 use crate::scalar::{is_zero, lit, nan, to_f64};
 use crate::{Branch, Bristle, Scalar, Sliding};
 
@@ -196,7 +196,7 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, Unregularised, T> {
     /// fall is not known (the value is NaN).
     pub fn new(parameters: ImplicitBristleParameters<C, T>) -> Result<Self, ParameterError> {
         let ImplicitBristleParameters { curve, rheology, fold_rule } = parameters;
-        let damping = damping(&rheology);
+        let (_, damping) = elements(&rheology);
         parameter::positive(
             "micro_damping + viscous_friction",
             damping + curve.viscous_friction(),
@@ -228,7 +228,7 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, Unregularised, T> {
     /// σ1 + min dμ/d|v| [s/m]: the inversion is single-valued iff it is positive. `None` if the curve
     /// cannot tell its least slope.
     pub fn margin(curve: &C, rheology: &KelvinVoigt<T>) -> Option<T> {
-        curve.least_slope().map(|slope| damping(rheology) + slope)
+        curve.least_slope().map(|slope| elements(rheology).1 + slope)
     }
 }
 
@@ -283,9 +283,11 @@ impl<T: Scalar, C, E> ImplicitBristle<C, E, T> {
     }
 }
 
-/// σ1.
-fn damping<T: Scalar>(rheology: &KelvinVoigt<T>) -> T {
-    rheology.bounds().damping.min
+/// σ0 and σ1.
+#[inline]
+fn elements<T: Scalar>(rheology: &KelvinVoigt<T>) -> (T, T) {
+    let Elements { stiffness, damping, .. } = rheology.elements(Sliding::from(T::zero()));
+    (stiffness, damping)
 }
 
 /// Newton steps before a bracket that is still open is halved at every other step.
@@ -346,10 +348,17 @@ where
         trial.abs() - self.curve.coefficient(Branch::towards(trial).of(T::zero()))
     }
 
+    /// σ0 and σ1.
+    #[inline]
+    fn elements(&self) -> (T, T) {
+        elements(&self.rheology)
+    }
+
     /// e = σ0 z + σ1 v.
     #[inline]
     fn trial(&self, velocity: T, deflection: T) -> T {
-        self.rheology.storage_stiffness() * deflection + damping(&self.rheology) * velocity
+        let (stiffness, damping) = self.elements();
+        stiffness * deflection + damping * velocity
     }
 
     /// The surface at a tip speed in one direction.
@@ -407,7 +416,7 @@ where
         if is_zero(low) && rest.carried >= size {
             return tip(rest, exact);
         }
-        let damping = damping(&self.rheology);
+        let (_, damping) = self.elements();
         let viscous = self.curve.viscous_friction();
         // Φ(u) ≥ σ1 u + σ2 u²/(u + |0|_ε) > σ1 u + σ2 (u − |0|_ε), which is e at this u.
         let farthest = (size + viscous * self.regularisation.speed_at_rest()) / (damping + viscous);
@@ -428,7 +437,7 @@ where
     /// The surface where Φ(u) = `size`, within a bracket.
     fn root(&self, branch: Branch, size: T, bracket: (T, T), guess: T) -> Surface<T> {
         let (mut low, mut high) = bracket;
-        let damping = damping(&self.rheology);
+        let (_, damping) = self.elements();
         let epsilon = T::default_epsilon();
         let least_rise = epsilon.sqrt() * (damping + self.curve.viscous_friction());
         let mut speed = if guess > low && guess < high { guess } else { middle(low, high) };
@@ -477,51 +486,31 @@ where
         }
     }
 
-    /// The fold of Φ in one direction, if it has one.
-    ///
-    /// Without regularisation and for a curve that knows its one dip, that is where to look. Otherwise Φ
-    /// is looked at from 1e-12 to 1e6 m/s, at eight speeds to each doubling.
+    /// The fold of Φ in one direction, if it has one. Φ is looked at from 1e-12 to 1e6 m/s, at
+    /// sixteen speeds to each doubling; a fall between two of these is too shallow to matter.
     #[cold]
     fn fold(&self, branch: Branch) -> Option<Fold<T>> {
-        let damping = damping(&self.rheology);
+        const PER_DOUBLING: u32 = 16;
+        const DOUBLINGS: u32 = 60;
+        let (_, damping) = self.elements();
         let rises = |speed: T| damping + self.surface(branch, speed).carried_slope >= T::zero();
         let exact = is_zero(self.regularisation.speed_at_rest());
         // Next to rest, where |v|^δ with δ < 1 falls steepest.
         let next: T = lit(1e-30);
         // Brackets of the first summit, if it is not at rest, and of the last valley.
-        let (summit, valley) = match self.curve.steepest_speed() {
-            Some(steepest) if exact => {
-                let dip = if steepest > next { steepest } else { next };
-                if rises(dip) {
-                    return None;
-                }
-                let mut beyond = dip * lit(2.0);
-                for _ in 0..300 {
-                    if rises(beyond) {
-                        break;
-                    }
-                    beyond *= lit(2.0);
-                }
-                ((T::zero(), dip), (dip, beyond))
+        let ratio = lit::<T>(2.0).powf(lit(1.0 / f64::from(PER_DOUBLING)));
+        let (mut summit, mut valley) = (None, None);
+        let (mut before, mut speed, mut rose) = (T::zero(), lit(1e-12), true);
+        for _ in 0..DOUBLINGS * PER_DOUBLING {
+            let up = rises(speed);
+            if !up {
+                summit = summit.or(Some((before, speed)));
+            } else if !rose {
+                valley = Some((before, speed));
             }
-            _ => {
-                const PER_DOUBLING: u32 = 8;
-                const DOUBLINGS: u32 = 60;
-                let ratio = lit::<T>(2.0).powf(lit(1.0 / f64::from(PER_DOUBLING)));
-                let (mut summit, mut valley) = (None, None);
-                let (mut before, mut speed, mut rose) = (T::zero(), lit(1e-12), true);
-                for _ in 0..DOUBLINGS * PER_DOUBLING {
-                    let up = rises(speed);
-                    if !up {
-                        summit = summit.or(Some((before, speed)));
-                    } else if !rose {
-                        valley = Some((before, speed));
-                    }
-                    (before, speed, rose) = (speed, speed * ratio, up);
-                }
-                (summit?, valley?)
-            }
-        };
+            (before, speed, rose) = (speed, speed * ratio, up);
+        }
+        let (summit, valley) = (summit?, valley?);
         let turn = |(mut low, mut high): (T, T), first: bool| {
             for _ in 0..200 {
                 let middle = (low + high) * lit(0.5);
@@ -579,7 +568,7 @@ where
 {
     fn affine_at(&self, tip: &Tip<T>) -> Affine<T> {
         let compliance = tip.surface.modulus / tip.surface.mu;
-        let (stiffness, damping) = (self.rheology.storage_stiffness(), damping(&self.rheology));
+        let (stiffness, damping) = self.elements();
         let drive = T::one() / (T::one() + damping * compliance);
         Affine {
             relaxation: stiffness * (compliance * drive),
@@ -595,7 +584,7 @@ where
             return (T::zero(), T::one());
         }
         let slope = tip.surface.carried_slope;
-        let inverse = T::one() / (damping(&self.rheology) + slope);
+        let inverse = T::one() / (self.elements().1 + slope);
         (inverse, slope * inverse)
     }
 }
@@ -619,7 +608,7 @@ where
         let tip = self.tip(sliding.velocity(), deflection);
         let affine = self.affine_at(&tip);
         let Surface { mu, mu_slope, modulus, modulus_slope, .. } = tip.surface;
-        let (stiffness, damping) = (self.rheology.storage_stiffness(), damping(&self.rheology));
+        let (stiffness, damping) = self.elements();
         // ds/dv, with du/dv = ±σ1/Φ'.
         let compliance_slope = (modulus_slope * mu - modulus * mu_slope) / (mu * mu)
             * (tip.direction * damping * self.shares(&tip).0);
@@ -639,7 +628,7 @@ where
         let tip = self.tip(velocity, deflection);
         let affine = self.affine_at(&tip);
         let (inverse, share) = self.shares(&tip);
-        let (stiffness, damping) = (self.rheology.storage_stiffness(), damping(&self.rheology));
+        let (stiffness, damping) = self.elements();
         Linearised {
             rate: affine.rate(velocity, deflection),
             coefficient: affine.coefficient(velocity, deflection),
@@ -697,7 +686,7 @@ where
             return Limits::none();
         }
         let mu = self.curve.bounds(fastest).max;
-        let (stiffness, damping) = (self.rheology.storage_stiffness(), damping(&self.rheology));
+        let (stiffness, damping) = self.elements();
         let exact = is_zero(self.regularisation.speed_at_rest());
         let relaxation_rate = self.least_slope.and_then(|slope| {
             // (μ sgn_ε)' ≥ μ' sgn_ε with sgn_ε ≤ 1: a rise may be lost to the regularisation.

@@ -423,7 +423,6 @@ pub trait CurveSubject<T: Scalar> {
     fn without_viscous_friction(&self) -> Box<dyn CurveSubject<T>>;
     fn is_even(&self) -> bool;
     fn least_slope(&self) -> Option<T>;
-    fn steepest_speed(&self) -> Option<T>;
 }
 
 impl<T: Scalar, C: FrictionCurve<T> + 'static> CurveSubject<T> for C {
@@ -450,9 +449,6 @@ impl<T: Scalar, C: FrictionCurve<T> + 'static> CurveSubject<T> for C {
     }
     fn least_slope(&self) -> Option<T> {
         FrictionCurve::least_slope(self)
-    }
-    fn steepest_speed(&self) -> Option<T> {
-        FrictionCurve::steepest_speed(self)
     }
 }
 

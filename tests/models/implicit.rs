@@ -377,13 +377,6 @@ fn the_least_slope_of_every_curve_is_its_least_slope() {
                 // It is come close to: a hundredth off the place costs (1/100)² at a smooth bottom.
                 assert_within(1e-3, scale, lowest, least, || format!("{curve:?}"));
             }
-            if let Some(place) = subject.steepest_speed() {
-                let v = place.max(1e-9 * r.stribeck_velocity);
-                let there = subject.coefficient_and_slope(v.into()).1;
-                if curve != Curve::Stribeck(0.7) {
-                    assert_within(1e-6, scale, there, least, || format!("{curve:?} at its place"));
-                }
-            }
         }
     });
 }

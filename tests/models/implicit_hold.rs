@@ -471,10 +471,6 @@ impl FrictionCurve<f64> for Counted {
     fn least_slope(&self) -> Option<f64> {
         self.0.least_slope()
     }
-
-    fn steepest_speed(&self) -> Option<f64> {
-        self.0.steepest_speed()
-    }
 }
 
 #[test]
