@@ -27,7 +27,8 @@
 //! A curve whose last valley is higher than its first summit has more folds than one E* describes;
 //! there the coefficients are frozen over the step.
 
-use super::{Fold, ImplicitBristle, Surface};
+use super::ImplicitBristle;
+use super::solve::{Fold, Surface};
 use crate::bounds::{larger, smaller};
 use crate::curve::FrictionCurve;
 use crate::regularisation::Regularisation;
@@ -286,7 +287,8 @@ where
             let slope = damping + piece.end.carried_slope;
             let arrived = late.abs() * stiffness * piece.gap.abs() <= allowed;
             if arrived && slope > T::zero() && !(last.is_some() && late < T::zero()) {
-                // To first order over what is left, but not next to a fold, where the slope vanishes.
+                // To first order over what is left, but not next to a fold, where the slope
+                // vanishes.
                 let way = -late * stiffness * piece.gap / slope;
                 let near = way.abs() <= (path.gap - piece.gap).abs();
                 let way = if near { way } else { T::zero() };
@@ -339,7 +341,8 @@ where
             let (_, gap, speed) = at(length * lit(node));
             (lit::<T>(weight), gap, self.surface(path.branch, speed))
         });
-        // f is a line through the end, integrated in closed form, and a rest that is left to the rule.
+        // f is a line through the end, integrated in closed form, and a rest that is left to the
+        // rule.
         let chord = weighted(&nodes, |_, at| at.carried_slope);
         let line = |gap: T| end.carried + chord * (gap_there - gap);
         let bend = weighted(&nodes, |gap, at| (at.carried_slope - chord) * gap);

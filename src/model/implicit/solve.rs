@@ -1,0 +1,279 @@
+//! The tip of the implicit bristle: the solution of Φ(v_s) = e, and the folds of Φ.
+//!
+//! Newton's method within a bracket. Without a fold Φ rises from μ(0) sgn_ε(0) on, and
+//!
+//! Φ(u) ≥ σ1 u + σ2 u²/(u + |0|_ε) > σ1 u + σ2 (u − |0|_ε)
+//!
+//! bounds the solution from above. With a fold the rule says on which side of it to look.
+
+use super::{FoldRule, ImplicitBristle, elements};
+use crate::bounds::smaller;
+use crate::curve::FrictionCurve;
+use crate::regularisation::Regularisation;
+use crate::scalar::{is_zero, lit, nan, to_f64};
+use crate::{Branch, Scalar};
+
+/// Newton steps after which every other step halves the bracket.
+const FREE: u32 = 8;
+
+/// Most evaluations of one solution. With the lower end at zero, a halving takes the upper one down
+/// by 1e-4: eleven halvings for 40 decades, five more until the ends are within a factor of 16, and
+/// 56 for the digits of an `f64`, 72 together; every other step after the free ones is one of them.
+const MOST: u32 = 160;
+
+/// The surface under the tip at one speed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Surface<T> {
+    pub(super) speed: T,
+    /// μ and dμ/d|v|.
+    pub(super) mu: T,
+    pub(super) mu_slope: T,
+    /// |u|_ε and its slope.
+    pub(super) modulus: T,
+    pub(super) modulus_slope: T,
+    /// f = μ sgn_ε and f'.
+    pub(super) carried: T,
+    pub(super) carried_slope: T,
+}
+
+/// The state of the tip.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tip<T> {
+    /// ±1, the direction in which it slides or would slide.
+    pub(super) direction: T,
+    pub(super) surface: Surface<T>,
+    /// At rest for a range of loads (never with a regularisation).
+    pub(super) sticks: bool,
+}
+
+/// A fold of Φ: it rises to the summit and again from the valley on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Fold<T> {
+    /// Speed of the (first) summit [m/s] and Φ there.
+    pub(super) summit: (T, T),
+    /// Speed of the (last) valley [m/s] and Φ there.
+    pub(super) valley: (T, T),
+    /// With [`FoldRule::Slowest`]: the speed [m/s] beyond the valley that carries as much as the
+    /// summit. With [`FoldRule::Fastest`]: the speed before the summit that carries as much as the
+    /// valley, or zero.
+    pub(super) other: T,
+}
+
+impl<T, C, E> ImplicitBristle<C, E, T>
+where
+    T: Scalar,
+    C: FrictionCurve<T>,
+    E: Regularisation<T>,
+{
+    /// σ0 and σ1.
+    #[inline]
+    pub(super) fn elements(&self) -> (T, T) {
+        elements(&self.rheology)
+    }
+
+    /// e = σ0 z + σ1 v.
+    #[inline]
+    pub(super) fn trial(&self, velocity: T, deflection: T) -> T {
+        let (stiffness, damping) = self.elements();
+        stiffness * deflection + damping * velocity
+    }
+
+    /// The surface at a tip speed in one direction.
+    #[inline]
+    pub(super) fn surface(&self, branch: Branch, speed: T) -> Surface<T> {
+        let forward = Branch::Forward.of(speed);
+        let sliding = if branch == Branch::Backward { branch.of(-speed) } else { forward };
+        let (mu, slope) = self.curve.coefficient_and_slope(sliding);
+        // By the speed: the slope comes with the sign of the direction.
+        let mu_slope = slope * sliding.direction();
+        let (modulus, modulus_slope) = self.regularisation.speed_and_slope(forward);
+        let (sign, sign_slope) = self.regularisation.sign_and_slope(forward);
+        Surface {
+            speed,
+            mu,
+            mu_slope,
+            modulus,
+            modulus_slope,
+            carried: mu * sign,
+            carried_slope: mu_slope * sign + mu * sign_slope,
+        }
+    }
+
+    /// Solves Φ(v_s) = e.
+    #[inline]
+    pub(super) fn tip(&self, velocity: T, deflection: T) -> Tip<T> {
+        let trial = self.trial(velocity, deflection);
+        let (branch, direction, size) = if trial < T::zero() {
+            (Branch::Backward, -T::one(), -trial)
+        } else {
+            (Branch::Forward, T::one(), trial)
+        };
+        let zero = T::zero();
+        let rest = self.surface(branch, zero);
+        let tip = |surface, sticks| Tip { direction, surface, sticks };
+        if !size.is_finite() {
+            return tip(Surface { speed: nan(), mu: nan(), ..rest }, false);
+        }
+        let exact = rest.carried > zero;
+        let fold = self.folds.get(usize::from(branch == Branch::Backward)).and_then(|fold| *fold);
+        // From where on, what Φ is there, and how far.
+        let ((low, carried), high) = match (fold, self.fold_rule) {
+            (Some(Fold { summit, valley, .. }), Some(rule)) => {
+                let (slow, fast) = (((zero, rest.carried), Some(summit.0)), (valley, None));
+                let between = (summit, Some(valley.0));
+                match (rule, size <= summit.1, size >= valley.1) {
+                    (FoldRule::Slowest, true, _) | (FoldRule::Fastest, true, false) => slow,
+                    (_, _, true) => fast,
+                    (FoldRule::Slowest, ..) => (summit, None),
+                    (FoldRule::Fastest, ..) => between,
+                }
+            }
+            _ => ((zero, rest.carried), None),
+        };
+        if is_zero(low) && rest.carried >= size {
+            return tip(rest, exact);
+        }
+        let (_, damping) = self.elements();
+        let viscous = self.curve.viscous_friction();
+        // Φ(u) ≥ σ1 u + σ2 u²/(u + |0|_ε) > σ1 u + σ2 (u − |0|_ε), which is e at this u.
+        let farthest = (size + viscous * self.regularisation.speed_at_rest()) / (damping + viscous);
+        // A few roundings beyond, so that it is not met by a step that should end short of it.
+        let farthest = farthest * (T::one() + T::default_epsilon() * lit(8.0));
+        let high = high.map_or(farthest, |high| smaller(high, farthest));
+        // Beyond μ(0), or from a valley on, a straight line; a regularised tip below that creeps.
+        let share = size / rest.mu;
+        let guess = if share < T::one() && is_zero(low) {
+            rest.modulus * share / (T::one() - share * share).sqrt()
+        } else {
+            let carried = if is_zero(low) { rest.mu } else { carried };
+            low + (size - carried) / (damping + viscous)
+        };
+        tip(self.root(branch, size, (low, high), guess), false)
+    }
+
+    /// The surface where Φ(u) = `size`, within a bracket.
+    fn root(&self, branch: Branch, size: T, bracket: (T, T), guess: T) -> Surface<T> {
+        let (mut low, mut high) = bracket;
+        let (_, damping) = self.elements();
+        let epsilon = T::default_epsilon();
+        let least_rise = epsilon.sqrt() * (damping + self.curve.viscous_friction());
+        let mut speed = if guess > low && guess < high { guess } else { middle(low, high) };
+        let mut round = 0;
+        loop {
+            round += 1;
+            // Of a dual number the value alone: the last correction brings the derivative.
+            speed = lit(to_f64(speed));
+            let here = self.surface(branch, speed);
+            let excess = damping * speed + here.carried - size;
+            let correction = excess / (damping + here.carried_slope);
+            if excess < T::zero() {
+                low = speed;
+            } else {
+                high = speed;
+            }
+            let newton = speed - correction;
+            // Next to a fold, where Φ is flat, roundings over its slope are no small step.
+            let steep = damping + here.carried_slope > least_rise;
+            let admissible = newton >= low && newton <= high && steep;
+            let rounding = epsilon * lit(2.0) * (damping * speed + here.carried + size);
+            let arrived = excess.abs() <= rounding || correction.abs() <= epsilon * speed;
+            let inside = newton > low && newton < high;
+            let next = if inside && (round <= FREE || round % 2 == 0) {
+                newton
+            } else {
+                middle(low, high)
+            };
+            let closed = !(next > low && next < high);
+            if arrived || closed {
+                if !admissible {
+                    return here;
+                }
+                // One more step, a few roundings long, to first order.
+                return Surface {
+                    speed: newton,
+                    mu: here.mu - here.mu_slope * correction,
+                    modulus: here.modulus - here.modulus_slope * correction,
+                    ..here
+                };
+            }
+            if round >= MOST {
+                return here;
+            }
+            speed = next;
+        }
+    }
+
+    /// The fold of Φ in one direction, if it has one. Φ is looked at from 1e-12 to 1e6 m/s, at
+    /// sixteen speeds to each doubling; a fall between two of these is too shallow to matter.
+    #[cold]
+    pub(super) fn fold(&self, branch: Branch) -> Option<Fold<T>> {
+        const PER_DOUBLING: u32 = 16;
+        const DOUBLINGS: u32 = 60;
+        let (_, damping) = self.elements();
+        let rises = |speed: T| damping + self.surface(branch, speed).carried_slope >= T::zero();
+        let exact = is_zero(self.regularisation.speed_at_rest());
+        // Next to rest, where |v|^δ with δ < 1 falls steepest.
+        let next: T = lit(1e-30);
+        // Brackets of the first summit, if it is not at rest, and of the last valley.
+        let ratio = lit::<T>(2.0).powf(lit(1.0 / f64::from(PER_DOUBLING)));
+        let (mut summit, mut valley) = (None, None);
+        let (mut before, mut speed, mut rose) = (T::zero(), lit(1e-12), true);
+        for _ in 0..DOUBLINGS * PER_DOUBLING {
+            let up = rises(speed);
+            if !up {
+                summit = summit.or(Some((before, speed)));
+            } else if !rose {
+                valley = Some((before, speed));
+            }
+            (before, speed, rose) = (speed, speed * ratio, up);
+        }
+        let (summit, valley) = (summit?, valley?);
+        let turn = |(mut low, mut high): (T, T), first: bool| {
+            for _ in 0..200 {
+                let middle = (low + high) * lit(0.5);
+                if rises(middle) == first { low = middle } else { high = middle }
+            }
+            let place = (low + high) * lit(0.5);
+            (place, damping * place + self.surface(branch, place).carried)
+        };
+        // From rest on it falls if it does just beyond: at rest |v|^δ with δ < 1 does not tell.
+        let summit = if exact && !rises(next) {
+            (T::zero(), self.surface(branch, T::zero()).carried)
+        } else {
+            turn(summit, true)
+        };
+        let valley = turn(valley, false);
+        let other = match self.fold_rule {
+            Some(FoldRule::Fastest) => {
+                let rest = self.surface(branch, T::zero());
+                if rest.carried >= valley.1 {
+                    T::zero()
+                } else {
+                    let ends = (T::zero(), summit.0);
+                    self.root(branch, valley.1, ends, middle(ends.0, ends.1)).speed
+                }
+            }
+            _ => {
+                // As in the solution of the balance.
+                let viscous = self.curve.viscous_friction();
+                let rise = damping + viscous;
+                let farthest = (summit.1 + viscous * self.regularisation.speed_at_rest()) / rise;
+                let ends = (valley.0, farthest * (T::one() + T::default_epsilon() * lit(8.0)));
+                self.root(branch, summit.1, ends, valley.0 + (summit.1 - valley.1) / rise).speed
+            }
+        };
+        Some(Fold { summit, valley, other })
+    }
+}
+
+/// Where to halve a bracket: in the middle of its ends if these are close, else of their
+/// logarithms.
+fn middle<T: Scalar>(low: T, high: T) -> T {
+    if high <= low * lit(16.0) {
+        (low + high) * lit(0.5)
+    } else {
+        let least = high * lit(1e-8);
+        let low = if low > least { low } else { least };
+        low.sqrt() * high.sqrt()
+    }
+}
