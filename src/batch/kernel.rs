@@ -1,23 +1,52 @@
-//! The arithmetic of one bristle: what a step reads of it, and what it leaves.
+//! The arithmetic of one bristle: what a step reads, and what it writes.
 
-use super::material::{Falling, Material};
+use core::marker::PhantomData;
+
+use super::material::{Falling, Material, Source};
 use super::real::{self, Real};
 use crate::scalar::{lit, nan};
 
-/// One operation on one bristle, with I numbers read and O numbers written.
+/// What a step does to one bristle: from P parameters, I inputs and the O outputs before it.
+pub(super) trait Kernel<T, const P: usize, const I: usize, const O: usize>:
+    Copy + Send + Sync
+{
+    /// The O outputs after the step.
+    fn apply(&self, parameters: [T; P], inputs: [T; I], before: [T; O]) -> [T; O];
+}
+
+/// An operation on bristles with parameters from a source and a curve that falls in one way.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bound<F, S, K> {
+    pub(super) fall: PhantomData<F>,
+    pub(super) source: S,
+    pub(super) operation: K,
+}
+
+impl<T, F, S, K, const P: usize, const I: usize, const O: usize> Kernel<T, P, I, O>
+    for Bound<F, S, K>
+where
+    F: Falling<T>,
+    S: Source<T, P>,
+    K: Operation<T, I, O>,
+{
+    #[inline(always)]
+    fn apply(&self, parameters: [T; P], inputs: [T; I], before: [T; O]) -> [T; O] {
+        self.operation.apply::<F>(&self.source.material(parameters), inputs, before)
+    }
+}
+
+/// A step of one bristle whose material is known.
 pub(super) trait Operation<T, const I: usize, const O: usize>: Copy + Send + Sync {
-    /// Whether the O numbers are read before they are written.
-    const READS: bool;
-    /// What becomes of the O numbers.
+    /// The O outputs after the step.
     fn apply<F: Falling<T>>(
         &self,
         material: &Material<T>,
         inputs: [T; I],
-        outputs: [T; O],
+        before: [T; O],
     ) -> [T; O];
 }
 
-/// |v|, NaN for an infinite one: no velocity at all, and nothing finite shall come of it.
+/// |v|; NaN for an infinite velocity, so that no finite result comes of it.
 #[inline(always)]
 fn speed<T: Real>(velocity: T) -> T {
     let speed = velocity.size();
@@ -30,18 +59,20 @@ fn load<T: Real>(normal_force: T) -> T {
     if normal_force >= T::zero() { normal_force } else { nan() }
 }
 
-/// Shares, biases and dampings of a midpoint step.
+/// The beginning of a midpoint step: velocity, normal force, deflection → share, bias, damping.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Predict<T> {
     pub(super) duration: T,
 }
 
 impl<T: Real> Operation<T, 3, 3> for Predict<T> {
-    const READS: bool = false;
-
     #[inline(always)]
-    fn apply<F: Falling<T>>(&self, material: &Material<T>, inputs: [T; 3], _: [T; 3]) -> [T; 3] {
-        let [velocity, normal_force, deflection] = inputs;
+    fn apply<F: Falling<T>>(
+        &self,
+        material: &Material<T>,
+        [velocity, normal_force, deflection]: [T; 3],
+        _: [T; 3],
+    ) -> [T; 3] {
         let stiffening = lit::<T>(0.5) * self.duration * material.stiffness + material.damping;
         let speed = speed(velocity);
         let mu = material.coefficient::<F>(speed);
@@ -51,26 +82,23 @@ impl<T: Real> Operation<T, 3, 3> for Predict<T> {
     }
 }
 
-/// The deflections after a midpoint step.
+/// The end of a midpoint step: mean velocity, share → deflection, in place.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Commit<T> {
     pub(super) duration: T,
 }
 
 impl<T: Real> Operation<T, 2, 1> for Commit<T> {
-    const READS: bool = true;
-
     #[inline(always)]
     fn apply<F: Falling<T>>(
         &self,
         material: &Material<T>,
-        inputs: [T; 2],
-        outputs: [T; 1],
+        [velocity, share]: [T; 2],
+        [before]: [T; 1],
     ) -> [T; 1] {
-        let ([share, velocity], [before]) = (inputs, outputs);
         let (zero, one) = (T::zero(), T::one());
         let stiffness = self.duration * material.stiffness;
-        // h σ0/κ, at most 2; κ is zero for a step of no length.
+        // h σ0/κ, at most 2. Without damping κ is zero for a step of no length.
         let loss = if stiffness > zero {
             stiffness / (lit::<T>(0.5) * stiffness + material.damping)
         } else {
@@ -78,7 +106,7 @@ impl<T: Real> Operation<T, 2, 1> for Commit<T> {
         };
         let after = before + (self.duration * share * velocity - loss * (one - share) * before);
         let (size, most) = (before.size(), material.most(speed(velocity)) * material.compliance());
-        // An infinite velocity has no limit, and is not cut to a finite deflection.
+        // NaN, the limit at an infinite velocity, is not below `size`: it cuts nothing.
         let limit = if size > most { size } else { most };
         [if after > limit {
             limit
@@ -90,35 +118,32 @@ impl<T: Real> Operation<T, 2, 1> for Commit<T> {
     }
 }
 
-/// Deflections and mean forces of the exact step at a held velocity.
+/// The exact step at a held velocity: velocity, normal force → deflection, in place, and mean force.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Hold<T> {
     pub(super) duration: T,
 }
 
 impl<T: Real> Operation<T, 2, 2> for Hold<T> {
-    const READS: bool = true;
-
     #[inline(always)]
     fn apply<F: Falling<T>>(
         &self,
         material: &Material<T>,
-        inputs: [T; 2],
-        outputs: [T; 2],
+        [velocity, normal_force]: [T; 2],
+        [before, _]: [T; 2],
     ) -> [T; 2] {
-        let ([velocity, normal_force], [before, _]) = (inputs, outputs);
         let one = T::one();
         let speed = speed(velocity);
         let mu = material.coefficient::<F>(speed);
         let inverse = one / (material.damping * speed + mu);
         let drive = mu * inverse;
-        // x = λh, and the decay over the step in pieces.
+        // x = λh
         let exponent = self.duration * material.stiffness * speed * inverse;
         let decay = real::decay(-exponent);
-        // 1 − φ1 = x φ2; close to x = 0 by the polynomial, without the loss of digits of 1 − φ1 there.
+        // 1 − φ1 = x φ2. Near x = 0 the polynomial, for there 1 − φ1 cancels.
         let far = one - decay.loss / exponent;
         let rest = if decay.is_near { exponent * decay.curvature } else { far };
-        // r v/λ, the deflection of steady sliding; of no account at rest, where it jumps, for there x = 0.
+        // r v/λ, the deflection in steady sliding. At rest its sign does not matter: x = 0 there.
         let size = mu * material.compliance();
         let steady = if velocity < T::zero() { -size } else { size };
         let missing = steady - before;

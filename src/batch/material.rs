@@ -1,5 +1,8 @@
 //! What the bristles of a batch are made of: one model for all, or parameters of each.
+//!
+//! μ(v) = μ_d + (μ_s − μ_d) fall(|v|/v_S) + σ2|v|, with a Kelvin–Voigt bristle σ0, σ1.
 
+use super::BatchError;
 use super::real::Real;
 use crate::curve::{Coulomb, RationalStribeck, Stribeck};
 use crate::parameter::{self, ParameterError, Rule};
@@ -10,11 +13,11 @@ use crate::{Dahl, FrBd, Sliding};
 /// How friction falls from its static to its dynamic coefficient, over u = |v|/v_S.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fall {
-    /// e^−u, the Stribeck curve of exponent δ = 1.
+    /// e^−u: the Stribeck curve of exponent δ = 1.
     Exponential,
-    /// e^−u², the Stribeck curve of exponent δ = 2.
+    /// e^−u²: the Stribeck curve of exponent δ = 2.
     Gaussian,
-    /// 1/(1 + u²), the rational Stribeck curve: no exponential.
+    /// 1/(1 + u²): the rational Stribeck curve, which needs no exponential.
     Rational,
 }
 
@@ -41,40 +44,41 @@ pub struct Columns<'a, T> {
     pub micro_dampings: &'a [T],
 }
 
-impl<T: Real> Columns<'_, T> {
-    /// The columns as [`Stored`] takes them.
-    pub(super) fn in_order(&self) -> [&[T]; 6] {
+impl<'a, T: Real> Columns<'a, T> {
+    /// The columns with their names, in the order that [`Stored`] takes them.
+    pub(super) fn named(&self) -> [(&'static str, &'a [T]); 6] {
         [
-            self.static_coefficients,
-            self.dynamic_coefficients,
-            self.stribeck_velocities,
-            self.viscous_frictions,
-            self.micro_stiffnesses,
-            self.micro_dampings,
+            ("static_coefficients", self.static_coefficients),
+            ("dynamic_coefficients", self.dynamic_coefficients),
+            ("stribeck_velocities", self.stribeck_velocities),
+            ("viscous_frictions", self.viscous_frictions),
+            ("micro_stiffnesses", self.micro_stiffnesses),
+            ("micro_dampings", self.micro_dampings),
         ]
     }
 
-    /// Checks the parameters of one bristle, if all slices have it.
-    pub(super) fn check(&self, index: usize) -> Result<(), ParameterError> {
-        let check = |name, column: &[T], gate: fn(&'static str, T) -> Result<T, ParameterError>| {
-            let value = column.get(index).copied().unwrap_or_else(T::one);
-            parameter::component(index, gate(name, value))
-        };
+    /// Checks the lengths and every value.
+    pub(super) fn check(&self) -> Result<(), BatchError> {
+        super::same_length(self.named().map(|(name, column)| (name, column.len())))?;
         let (positive, non_negative) = (parameter::positive::<T>, parameter::non_negative::<T>);
-        let dynamic = check("dynamic_coefficients", self.dynamic_coefficients, positive)?;
-        let static_ = check("static_coefficients", self.static_coefficients, positive)?;
-        let above =
-            parameter::at_least("static_coefficients", static_, "dynamic_coefficients", dynamic);
-        parameter::component(index, above)?;
-        check("stribeck_velocities", self.stribeck_velocities, positive)?;
-        check("viscous_frictions", self.viscous_frictions, non_negative)?;
-        check("micro_stiffnesses", self.micro_stiffnesses, positive)?;
-        check("micro_dampings", self.micro_dampings, non_negative)?;
+        type Gate<T> = fn(&'static str, T) -> Result<T, ParameterError>;
+        let gates: [Gate<T>; 6] =
+            [positive, positive, positive, non_negative, positive, non_negative];
+        for ((name, column), gate) in self.named().into_iter().zip(gates) {
+            for (index, &value) in column.iter().enumerate() {
+                parameter::component(index, gate(name, value))?;
+            }
+        }
+        let [(static_name, statics), (dynamic_name, dynamics), ..] = self.named();
+        for (index, (&static_, &dynamic)) in statics.iter().zip(dynamics).enumerate() {
+            let above = parameter::at_least(static_name, static_, dynamic_name, dynamic);
+            parameter::component(index, above)?;
+        }
         Ok(())
     }
 }
 
-/// The parameters of one bristle: μ(v) = μ_d + (μ_s − μ_d) fall(|v|/v_S) + σ2|v|, σ0 and σ1.
+/// The parameters of one bristle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Material<T> {
     /// μ_d
@@ -91,38 +95,57 @@ pub struct Material<T> {
     pub(super) damping: T,
 }
 
+impl<T: Real> Material<T> {
+    /// μ(v) at a speed |v|.
+    #[inline(always)]
+    pub(super) fn coefficient<F: Falling<T>>(&self, speed: T) -> T {
+        self.dynamic + self.drop * F::fall(speed * self.inverse_velocity) + self.viscous * speed
+    }
+
+    /// 1/σ0. Of shared parameters the compiler takes it out of the loop.
+    #[inline(always)]
+    pub(super) fn compliance(&self) -> T {
+        T::one() / self.stiffness
+    }
+
+    /// An upper bound of μ up to a speed, without an exponential.
+    #[inline(always)]
+    pub(super) fn most(&self, speed: T) -> T {
+        self.dynamic + self.drop + self.viscous * speed
+    }
+}
+
 /// A model that all bristles of a batch can share: [`FrBd`] of a [`Coulomb`], [`Stribeck`] (exponent
-/// 1 or 2) or [`RationalStribeck`] curve and a [`Spring`] or a constant [`KelvinVoigt`] bristle, or [`Dahl`].
+/// 1 or 2) or [`RationalStribeck`] curve and a [`Spring`] or constant [`KelvinVoigt`] bristle, or
+/// [`Dahl`].
 pub trait Uniform<T>: sealed::Model<T> {}
 
 pub(super) mod sealed {
-    use super::{Fall, Material, ParameterError, Rheology};
-    use crate::Scalar;
+    use super::{Fall, Material, ParameterError};
 
-    /// A model that a batch can do.
+    /// A model that a batch can compute.
     pub trait Model<T> {
         fn material(&self) -> Result<(Fall, Material<T>), ParameterError>;
     }
 
-    /// A curve that a batch can do; of the material all but the bristle.
+    /// A curve that a batch can compute, as a material whose bristle is still to be filled in.
     pub trait Curve<T> {
         fn curve(&self) -> Result<(Fall, Material<T>), ParameterError>;
     }
 
-    /// A bristle that a batch can do: one spring, and nothing depends on the velocity.
-    pub trait Constant<T: Scalar>: Rheology<T, Deflection = T> {}
+    /// A bristle of one spring, none of whose elements depends on the velocity.
+    pub trait Constant {}
 }
 
-impl<T: Real> sealed::Constant<T> for Spring<T> {}
-impl<T: Real> sealed::Constant<T> for KelvinVoigt<T> {}
+impl<T> sealed::Constant for Spring<T> {}
+impl<T> sealed::Constant for KelvinVoigt<T> {}
 
 impl<T: Real> sealed::Curve<T> for Stribeck<T> {
     fn curve(&self) -> Result<(Fall, Material<T>), ParameterError> {
-        let (one, two) = (T::one(), lit(2.0));
         let exponent = self.exponent();
-        let fall = if exponent == one {
+        let fall = if exponent == T::one() {
             Fall::Exponential
-        } else if exponent == two {
+        } else if exponent == lit(2.0) {
             Fall::Gaussian
         } else {
             return Err(ParameterError {
@@ -132,51 +155,37 @@ impl<T: Real> sealed::Curve<T> for Stribeck<T> {
                 rule: Rule::Either { first: 1.0, second: 2.0 },
             });
         };
-        Ok((
-            fall,
-            Material {
-                dynamic: self.dynamic,
-                drop: self.drop,
-                inverse_velocity: self.inverse_velocity,
-                viscous: self.viscous,
-                stiffness: T::zero(),
-                damping: T::zero(),
-            },
-        ))
+        let &Stribeck { dynamic, drop, inverse_velocity, viscous, .. } = self;
+        let (stiffness, damping) = (T::zero(), T::zero());
+        Ok((fall, Material { dynamic, drop, inverse_velocity, viscous, stiffness, damping }))
     }
 }
 
 impl<T: Real> sealed::Curve<T> for RationalStribeck<T> {
     fn curve(&self) -> Result<(Fall, Material<T>), ParameterError> {
-        Ok((
-            Fall::Rational,
-            Material {
-                dynamic: self.dynamic,
-                drop: self.drop,
-                inverse_velocity: self.inverse_velocity,
-                viscous: self.viscous,
-                stiffness: T::zero(),
-                damping: T::zero(),
-            },
-        ))
+        let &RationalStribeck { dynamic, drop, inverse_velocity, viscous, .. } = self;
+        let (stiffness, damping) = (T::zero(), T::zero());
+        let material = Material { dynamic, drop, inverse_velocity, viscous, stiffness, damping };
+        Ok((Fall::Rational, material))
     }
 }
 
 impl<T: Real> sealed::Curve<T> for Coulomb<T> {
     fn curve(&self) -> Result<(Fall, Material<T>), ParameterError> {
-        let zero = T::zero();
-        // Nothing falls, at any speed.
-        Ok((
-            Fall::Rational,
-            Material {
-                dynamic: self.dynamic,
-                drop: zero,
-                inverse_velocity: zero,
-                viscous: self.viscous,
-                stiffness: zero,
-                damping: zero,
-            },
-        ))
+        Ok((Fall::Rational, flat(self.dynamic, self.viscous)))
+    }
+}
+
+/// A curve that does not fall, at any speed; without a bristle.
+fn flat<T: Real>(dynamic: T, viscous: T) -> Material<T> {
+    let zero = T::zero();
+    Material {
+        dynamic,
+        drop: zero,
+        inverse_velocity: zero,
+        viscous,
+        stiffness: zero,
+        damping: zero,
     }
 }
 
@@ -184,7 +193,7 @@ impl<T, C, R> sealed::Model<T> for FrBd<C, R>
 where
     T: Real,
     C: sealed::Curve<T>,
-    R: sealed::Constant<T>,
+    R: Rheology<T, Deflection = T> + sealed::Constant,
 {
     fn material(&self) -> Result<(Fall, Material<T>), ParameterError> {
         let (fall, curve) = self.curve().curve()?;
@@ -194,27 +203,15 @@ where
     }
 }
 
-impl<T: Real, C: sealed::Curve<T>, R: sealed::Constant<T>> Uniform<T> for FrBd<C, R> {}
-
+/// Dahl's model is FrBD of a constant curve and a spring.
 impl<T: Real> sealed::Model<T> for Dahl<T> {
     fn material(&self) -> Result<(Fall, Material<T>), ParameterError> {
-        // FrBD of a constant curve and a spring.
-        let zero = T::zero();
-        Ok((
-            Fall::Rational,
-            Material {
-                dynamic: self.dynamic,
-                drop: zero,
-                inverse_velocity: zero,
-                viscous: zero,
-                stiffness: self.stiffness,
-                damping: zero,
-            },
-        ))
+        let curve = flat(self.dynamic, T::zero());
+        Ok((Fall::Rational, Material { stiffness: self.stiffness, ..curve }))
     }
 }
 
-impl<T: Real> Uniform<T> for Dahl<T> {}
+impl<T, M: sealed::Model<T>> Uniform<T> for M {}
 
 /// Where the parameters of a bristle come from, out of P numbers stored for each.
 pub(super) trait Source<T, const P: usize>: Copy + Send + Sync {
@@ -228,7 +225,7 @@ impl<T: Real> Source<T, 0> for Material<T> {
     }
 }
 
-/// Parameters of each bristle, see [`Columns::in_order`].
+/// Parameters of each bristle, in the order of [`Columns::named`].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stored;
 
@@ -265,24 +262,4 @@ falling! {
     Exponential: u => super::real::decay(-u).decay;
     Gaussian: u => super::real::decay(-(u * u)).decay;
     Rational: u => T::one() / (T::one() + u * u);
-}
-
-impl<T: Real> Material<T> {
-    /// μ(v) at a speed |v|.
-    #[inline(always)]
-    pub(super) fn coefficient<F: Falling<T>>(&self, speed: T) -> T {
-        self.dynamic + self.drop * F::fall(speed * self.inverse_velocity) + self.viscous * speed
-    }
-
-    /// 1/σ0: of shared parameters the compiler takes it out of the loop.
-    #[inline(always)]
-    pub(super) fn compliance(&self) -> T {
-        T::one() / self.stiffness
-    }
-
-    /// A number that μ nowhere exceeds up to a speed, without an exponential.
-    #[inline(always)]
-    pub(super) fn most(&self, speed: T) -> T {
-        self.dynamic + self.drop + self.viscous * speed
-    }
 }

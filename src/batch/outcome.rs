@@ -1,15 +1,15 @@
-//! What a step says of its batch, and why it refuses one.
+//! What a step reports of its batch, and why a step is refused.
 
 use core::fmt;
 
 use super::real::{BLOCK, Real};
 use crate::ParameterError;
 
-/// How many bristles a step has left with a number that is none: NaN, or infinite.
+/// How many bristles a step has left with a result that is NaN or infinite.
 ///
-/// They spoil no neighbour. The step is done for all; what such a bristle gets is told where the step is.
+/// Such a bristle affects no other: the step is done for all. The module's table says what it gets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[must_use = "bristles with NaN are reported here and nowhere else"]
+#[must_use = "bristles that became NaN are reported here and nowhere else"]
 pub struct Outcome {
     /// Bristles with a result that is not finite.
     pub not_finite: usize,
@@ -23,7 +23,7 @@ impl Outcome {
         self.not_finite == 0
     }
 
-    /// Takes in the first `used` bristles of a block that begins at an index.
+    /// Counts the first `used` bristles of a block that begins at an index.
     #[cold]
     pub(super) fn count<T: Real, const N: usize>(
         &mut self,
@@ -40,7 +40,7 @@ impl Outcome {
         }
     }
 
-    /// This part of a batch and the next one, which begins at an index.
+    /// The outcome of this part of a batch and of the next, which begins at an index.
     #[cfg(feature = "rayon")]
     pub(super) fn and(self, next: Self, start: usize) -> Self {
         Self {
@@ -63,7 +63,7 @@ impl fmt::Display for Outcome {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BatchError {
-    /// A parameter is out of its range; of a slice, its component is named.
+    /// A parameter is out of its range. Of a slice the index is given too.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// Two slices differ in length.
@@ -73,9 +73,9 @@ pub enum BatchError {
         name: &'static str,
         /// Its length.
         length: usize,
-        /// Name of the slice that it has to match.
+        /// Name of the slice whose length it must have.
         other: &'static str,
-        /// The length of that one.
+        /// The length of that slice.
         expected: usize,
     },
 }

@@ -28,13 +28,8 @@ impl Real for f64 {}
 pub(super) const BLOCK: usize = 32;
 
 pub(super) mod sealed {
-    use super::BLOCK;
-    use core::ops::BitOr;
-
     /// What differs between the two types. Outside the crate nobody can name it.
     pub trait Parts: Sized + Send + Sync + 'static {
-        /// A block of ones.
-        const ONES: &[Self; BLOCK];
         /// 1/ln 2
         const PER_LN_2: Self;
         /// 1.5 · 2ᵐ with the mantissa's m bits.
@@ -49,23 +44,16 @@ pub(super) mod sealed {
         const EVEN: (Self, &[Self]);
         /// The same of odd power.
         const ODD: (Self, &[Self]);
-        /// Bits whose highest one tells of a number that is none.
-        type Alarm: Copy + Default + BitOr<Output = Self::Alarm>;
         /// 2ⁿ for n + ROUND; of no meaning beyond the normal numbers.
         fn power_of_two(shifted: Self) -> Self;
         /// |x|
         fn size(self) -> Self;
         /// Whether the number is neither infinite nor NaN.
         fn is_number(&self) -> bool;
-        /// The same as bits, which a loop can collect.
-        fn alarm(self) -> Self::Alarm;
-        /// Whether one of the numbers collected was none.
-        fn is_raised(alarm: Self::Alarm) -> bool;
     }
 }
 
 impl sealed::Parts for f64 {
-    const ONES: &[f64; BLOCK] = &[1.0; BLOCK];
     const PER_LN_2: f64 = core::f64::consts::LOG2_E;
     const ROUND: f64 = 6_755_399_441_055_744.0;
     // 42 bits: n has 11.
@@ -90,7 +78,6 @@ impl sealed::Parts for f64 {
             0.166_666_666_666_666_479_1,
         ],
     );
-    type Alarm = u64;
 
     #[inline(always)]
     fn power_of_two(shifted: f64) -> f64 {
@@ -106,21 +93,9 @@ impl sealed::Parts for f64 {
     fn is_number(&self) -> bool {
         self.is_finite()
     }
-
-    #[inline(always)]
-    fn alarm(self) -> u64 {
-        // An exponent of ones, and no other, carries into the sign.
-        (self.to_bits() & f64::INFINITY.to_bits()) + (1 << 52)
-    }
-
-    #[inline(always)]
-    fn is_raised(alarm: u64) -> bool {
-        alarm.leading_zeros() == 0
-    }
 }
 
 impl sealed::Parts for f32 {
-    const ONES: &[f32; BLOCK] = &[1.0; BLOCK];
     const PER_LN_2: f32 = core::f32::consts::LOG2_E;
     const ROUND: f32 = 12_582_912.0;
     // 15 bits: n has 7.
@@ -129,7 +104,6 @@ impl sealed::Parts for f32 {
     const LEAST: f32 = -87.336_54;
     const EVEN: (f32, &[f32]) = (1.390_549_990_048_934_8e-3, &[4.166_676_454_342_353_4e-2, 0.5]);
     const ODD: (f32, &[f32]) = (8.362_955_430_512_907_9e-3, &[0.166_665_793_176_985_66]);
-    type Alarm = u32;
 
     #[inline(always)]
     fn power_of_two(shifted: f32) -> f32 {
@@ -144,17 +118,6 @@ impl sealed::Parts for f32 {
     #[inline(always)]
     fn is_number(&self) -> bool {
         self.is_finite()
-    }
-
-    #[inline(always)]
-    fn alarm(self) -> u32 {
-        // An exponent of ones, and no other, carries into the sign.
-        (self.to_bits() & f32::INFINITY.to_bits()) + (1 << 23)
-    }
-
-    #[inline(always)]
-    fn is_raised(alarm: u32) -> bool {
-        alarm.leading_zeros() == 0
     }
 }
 
