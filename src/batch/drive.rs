@@ -42,50 +42,65 @@ fn block<T: Real, const P: usize, const I: usize, const O: usize>(
     finite
 }
 
+/// The next block of every slice; ones for what a slice lacks.
+#[inline(always)]
+fn next<'a, T: Real, const N: usize>(slices: &mut [&'a [T]; N]) -> [&'a [T; BLOCK]; N] {
+    slices.each_mut().map(|slice| match slice.split_first_chunk() {
+        Some((block, rest)) => {
+            *slice = rest;
+            block
+        }
+        None => T::ONES,
+    })
+}
+
+/// What is left of every slice, padded with ones.
+#[inline(always)]
+fn padded<T: Real, const N: usize>(slices: [&[T]; N]) -> [[T; BLOCK]; N] {
+    slices.map(|slice| {
+        let mut block = *T::ONES;
+        block.iter_mut().zip(slice).for_each(|(to, from)| *to = *from);
+        block
+    })
+}
+
 /// All blocks.
 #[inline(always)]
 fn sweep<T: Real, const P: usize, const I: usize, const O: usize>(
     kernel: impl Kernel<T, P, I, O>,
     slices: Slices<'_, T, P, I, O>,
 ) -> Outcome {
-    let ones = [T::one(); BLOCK];
-    let parameters = slices.parameters.map(<[T]>::as_chunks);
-    let inputs = slices.inputs.map(<[T]>::as_chunks);
-    let mut outputs = slices.outputs.map(<[T]>::as_chunks_mut);
+    let Slices { mut parameters, mut inputs, mut outputs, length } = slices;
     let mut outcome = Outcome::default();
-    for k in 0..slices.length / BLOCK {
-        let mut results = outputs.each_ref().map(|(blocks, _)| *blocks.get(k).unwrap_or(&ones));
-        let finite = block(
-            &kernel,
-            parameters.map(|(blocks, _)| blocks.get(k).unwrap_or(&ones)),
-            inputs.map(|(blocks, _)| blocks.get(k).unwrap_or(&ones)),
-            &mut results,
-        );
-        for ((blocks, _), result) in outputs.iter_mut().zip(results) {
-            if let Some(to) = blocks.get_mut(k) {
-                *to = result;
+    let mut results = [*T::ONES; O];
+    let mut done = 0;
+    while done + BLOCK <= length {
+        if kernel.reads_outputs() {
+            for (result, slice) in results.iter_mut().zip(&outputs) {
+                *result = slice.first_chunk().copied().unwrap_or(*T::ONES);
+            }
+        }
+        let finite = block(&kernel, next(&mut parameters), next(&mut inputs), &mut results);
+        for (slice, result) in outputs.iter_mut().zip(&results) {
+            if let Some((to, rest)) = core::mem::take(slice).split_first_chunk_mut() {
+                *to = *result;
+                *slice = rest;
             }
         }
         if !finite {
-            outcome.count(&results, k * BLOCK, BLOCK);
+            outcome.count(&results, done, BLOCK);
         }
+        done += BLOCK;
     }
-    let left = slices.length % BLOCK;
-    if left > 0 {
-        let padded = |rest: &[T]| {
-            let mut block = ones;
-            block.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
-            block
-        };
-        let parameters = parameters.map(|(_, rest)| padded(rest));
-        let inputs = inputs.map(|(_, rest)| padded(rest));
-        let mut results = outputs.each_ref().map(|(_, rest)| padded(rest));
+    if done < length {
+        let (parameters, inputs) = (padded(parameters), padded(inputs));
+        let mut results = padded(outputs.each_ref().map(|slice| &**slice));
         let finite = block(&kernel, parameters.each_ref(), inputs.each_ref(), &mut results);
-        for ((_, rest), result) in outputs.iter_mut().zip(&results) {
-            rest.iter_mut().zip(result).for_each(|(to, from)| *to = *from);
+        for (slice, result) in outputs.iter_mut().zip(&results) {
+            slice.iter_mut().zip(result).for_each(|(to, from)| *to = *from);
         }
         if !finite {
-            outcome.count(&results, slices.length - left, left);
+            outcome.count(&results, done, length - done);
         }
     }
     outcome

@@ -10,6 +10,8 @@ use crate::scalar::{lit, nan};
 pub(super) trait Kernel<T, const P: usize, const I: usize, const O: usize>:
     Copy + Send + Sync
 {
+    /// Whether the step depends on the outputs before it. Reading them for nothing costs bandwidth.
+    fn reads_outputs(&self) -> bool;
     /// The O outputs after the step.
     fn apply(&self, parameters: [T; P], inputs: [T; I], before: [T; O]) -> [T; O];
 }
@@ -30,6 +32,11 @@ where
     K: Operation<T, I, O>,
 {
     #[inline(always)]
+    fn reads_outputs(&self) -> bool {
+        K::READS_OUTPUTS
+    }
+
+    #[inline(always)]
     fn apply(&self, parameters: [T; P], inputs: [T; I], before: [T; O]) -> [T; O] {
         self.operation.apply::<F>(&self.source.material(parameters), inputs, before)
     }
@@ -37,6 +44,8 @@ where
 
 /// A step of one bristle whose material is known.
 pub(super) trait Operation<T, const I: usize, const O: usize>: Copy + Send + Sync {
+    /// Whether the step depends on the outputs before it.
+    const READS_OUTPUTS: bool = true;
     /// The O outputs after the step.
     fn apply<F: Falling<T>>(
         &self,
@@ -66,6 +75,8 @@ pub(super) struct Predict<T> {
 }
 
 impl<T: Real> Operation<T, 3, 3> for Predict<T> {
+    const READS_OUTPUTS: bool = false;
+
     #[inline(always)]
     fn apply<F: Falling<T>>(
         &self,

@@ -28,8 +28,12 @@ impl Real for f64 {}
 pub(super) const BLOCK: usize = 32;
 
 pub(super) mod sealed {
+    use super::BLOCK;
+
     /// What differs between the two types. Outside the crate nobody can name it.
     pub trait Parts: Sized + Send + Sync + 'static {
+        /// A block of ones.
+        const ONES: &[Self; BLOCK];
         /// 1/ln 2
         const PER_LN_2: Self;
         /// 1.5 · 2ᵐ with the mantissa's m bits.
@@ -54,6 +58,7 @@ pub(super) mod sealed {
 }
 
 impl sealed::Parts for f64 {
+    const ONES: &[f64; BLOCK] = &[1.0; BLOCK];
     const PER_LN_2: f64 = core::f64::consts::LOG2_E;
     const ROUND: f64 = 6_755_399_441_055_744.0;
     // 42 bits: n has 11.
@@ -96,6 +101,7 @@ impl sealed::Parts for f64 {
 }
 
 impl sealed::Parts for f32 {
+    const ONES: &[f32; BLOCK] = &[1.0; BLOCK];
     const PER_LN_2: f32 = core::f32::consts::LOG2_E;
     const ROUND: f32 = 12_582_912.0;
     // 15 bits: n has 7.
