@@ -294,18 +294,17 @@ fn simulate<M: Bristle<f64, Deflection = f64>>(
         let (next, _, _) = reference(time + h);
         let (_, _, acceleration) = reference(time + 0.5 * h);
         // Both filtered alike, so that the filter's lag is no error.
-        encoder.push(position);
-        desired.push(target);
+        let (_, _) = (encoder.step(position), desired.step(target));
         let error = position - target;
         let friction = compensate(&Sample {
             position,
             reference: target,
             reference_velocity: (next - target) / h,
-            velocity: encoder.filtered(),
+            velocity: encoder.velocity(),
         });
         let wanted = MASS * acceleration + friction
             - gains.proportional * error
-            - gains.derivative * (encoder.filtered() - desired.filtered())
+            - gains.derivative * (encoder.velocity() - desired.velocity())
             - gains.integral * sum;
         let force = wanted.clamp(-MOTOR, MOTOR);
         // No winding up beyond the motor's limit.

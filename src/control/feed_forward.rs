@@ -1,17 +1,20 @@
-//! Compensation from the reference: the friction that the mechanism would have if it followed it.
+//! Compensation from the reference: the friction that the mechanism has if it follows the reference.
 //!
 //! z ← exact step of the bristle at v_ref over h,  u = s F̄
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | v_ref | mean velocity of the reference over the coming sample | m/s |
+//! | h | sample time | s |
+//! | z | deflection of the bristle | m |
 //! | F̄ | friction force averaged over that sample | N |
-//! | s | share | – |
+//! | u, s | force that is given out, share | N, – |
 //!
-//! No measurement enters: nothing can chatter, hunt or go unstable through it, at any share and sample time. In
-//! return it does not see that the mechanism is stuck, or elsewhere, and needs a model that fits.
+//! No measurement enters, so that nothing can chatter, hunt or become unstable through it, at any
+//! share and sample time. In return it does not notice that the mechanism is stuck or elsewhere, and
+//! it needs a model that fits.
 
-use super::output::{Compensation, Outlet, OutputParameters};
+use super::output::{Compensation, Output, OutputParameters};
 use crate::parameter::{self, ParameterError};
 use crate::{Bristle, Contact, Scalar};
 
@@ -53,41 +56,34 @@ pub struct FeedForwardCompensator<T, M> {
     contact: Contact<T, M>,
     sample_time: T,
     fastest: T,
-    deflection: T,
-    outlet: Outlet<T>,
+    output: Output<T>,
 }
 
 impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
-    /// Checks the parameters; the bristle is undeflected.
+    /// Checks the parameters. The bristle starts undeflected.
     ///
     /// # Errors
     ///
-    /// Refuses a sample time, a fastest speed or a largest force that is not positive, and a share that is negative or not finite.
+    /// Refuses a sample time, a fastest speed or a largest force that is not positive, and a share
+    /// that is negative or not finite.
     pub fn new(parameters: FeedForwardParameters<T, M>) -> Result<Self, ParameterError> {
         Ok(Self {
             sample_time: parameter::positive("sample_time", parameters.sample_time)?,
             fastest: parameter::positive("fastest", parameters.fastest)?,
-            outlet: Outlet::new(parameters.output)?,
+            output: Output::new(parameters.output)?,
             contact: parameters.contact,
-            deflection: T::zero(),
         })
     }
 
-    /// The force for the coming sample, over which the reference moves with a mean velocity [m/s].
+    /// The force for the coming sample, from the reference's mean velocity over it [m/s].
     #[inline]
     pub fn step(&mut self, reference_velocity: T) -> Compensation<T> {
-        let hold = self.contact.hold(reference_velocity, self.deflection, self.sample_time);
-        let plausible = reference_velocity.abs() <= self.fastest;
-        if !(plausible && hold.deflection.is_finite() && hold.mean_force.is_finite()) {
-            return self.outlet.refuse();
+        if !(reference_velocity.abs() <= self.fastest) {
+            return self.output.refuse();
         }
-        self.deflection = hold.deflection;
-        self.outlet.give(hold.mean_force, hold.deflection)
-    }
-
-    /// The answer to the last sample.
-    pub fn last(&self) -> Compensation<T> {
-        self.outlet.last()
+        let deflection = self.output.deflection();
+        let held = self.contact.hold(reference_velocity, deflection, self.sample_time);
+        self.output.answer(held.mean_force, held.deflection)
     }
 
     /// The contact.
@@ -95,9 +91,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
         &self.contact
     }
 
-    /// Begins anew with an undeflected bristle.
+    /// Back to the beginning: an undeflected bristle.
     pub fn reset(&mut self) {
-        self.deflection = T::zero();
-        self.outlet.reset(T::zero());
+        self.output.reset();
     }
 }

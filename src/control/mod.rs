@@ -1,10 +1,11 @@
-//! Friction compensation in a control loop: what to add to an actuator's force so that friction is
-//! felt less, sample by sample.
+//! Friction compensation in a control loop: the force that is added to an actuator's, sample by
+//! sample, so that friction is felt less.
 //!
 //! A mechanism m v̇ = u − F is given u = u_c + s F̂, with the force F̂ of a friction model:
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
+//! | m | mass | kg |
 //! | u, u_c | force of the actuator, and the controller's part of it | N |
 //! | F, F̂ | friction force and its estimate, positive against v > 0 | N |
 //! | s | share that is compensated | – |
@@ -14,33 +15,37 @@
 //!
 //! | compensator | driven by | what it needs | what it cannot do |
 //! |---|---|---|---|
-//! | [`FeedForwardCompensator`] | the reference's velocity | no sensor, no noise | know of an error of tracking |
+//! | [`FeedForwardCompensator`] | the reference's velocity | no sensor, no noise | know of a tracking error |
 //! | [`FeedbackCompensator`] | the measured displacement | an encoder | bear more over-compensation than the controller's stiffness |
-//! | [`FrictionObserver`] | both, with injection of the tracking error | gains within a limit, checked | – |
+//! | [`FrictionObserver`] | both, with injection of the tracking error | gains within a limit, which is checked | – |
 //! | [`StaticCompensator`] | a velocity | a curve: the baseline of the literature | know what a stuck contact carries |
 //!
-//! All have a fixed number of operations per sample, allocate nothing, and are stable by themselves at any
-//! sample time, for their bristle, where there is one, takes the exact step of a held velocity. That does not make the *loop*
-//! stable: a controller whose gains are too high for its sample time stays one.
+//! Every compensator has a fixed number of operations per sample and allocates nothing. Its bristle
+//! takes the exact step of a held velocity, so that it is stable by itself at any sample time. This does
+//! not make the *loop* stable: a controller whose gains are too high for its sample time remains
+//! unstable.
 //!
-//! A sample that is no finite number, or faster than the mechanism can be, is refused: the last force is given again, and
-//! [`Compensation::refused`] counts how many there were in a row. The bristle stays where it was, and the next good position or displacement
-//! makes up for the way that was missed; only the clocks of the filters run on. Under a bad reference alone the observer's bristle goes on with
-//! the measured way. The static compensator has no memory and knows no fastest speed: it refuses what is no finite number, no more.
+//! # Refused samples
+//!
+//! A sample that is not finite, or faster than the mechanism can be, is refused: the last force is given
+//! again, and [`Compensation::refused`] counts such samples in a row. The bristle stays where it is, and
+//! the next good position or displacement covers the missed ones. Only the filters' clocks run on.
+//!
+//! If only the reference is bad, the observer's bristle still follows the measured displacement. The
+//! static compensator has no memory and knows no fastest speed: it refuses only non-finite input.
 //!
 //! The page `docs/control-loop.md` goes from a datasheet to a running compensator.
 //!
-//! Sources: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of systems
-//! with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425, for the observer of LuGre;
-//! B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, "A survey of models, analysis tools and compensation
-//! methods for the control of machines with friction", Automatica 30 (1994), 1083–1138, for static
-//! compensation and its faults.
+//! Sources: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of
+//! systems with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425, for the observer
+//! of LuGre; B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, "A survey of models, analysis tools
+//! and compensation methods for the control of machines with friction", Automatica 30 (1994),
+//! 1083–1138, for static compensation and its faults.
 
 mod feed_forward;
 mod feedback;
 mod observer;
 mod output;
-mod path;
 mod static_curve;
 mod velocity_from_position;
 
@@ -49,4 +54,6 @@ pub use feedback::{FeedbackCompensator, FeedbackParameters, MicroDamping};
 pub use observer::{FrictionObserver, Injection, Measured, ObserverModel, ObserverParameters};
 pub use output::{Compensation, OutputParameters};
 pub use static_curve::{DirectionLaw, StaticCompensator, StaticParameters};
-pub use velocity_from_position::{VelocityFromPosition, VelocityFromPositionParameters};
+pub use velocity_from_position::{
+    MotionSample, VelocityFromPosition, VelocityFromPositionParameters,
+};

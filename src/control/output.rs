@@ -6,7 +6,8 @@ use crate::parameter::{self, ParameterError};
 /// How much of the friction force is compensated, and how much at most.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutputParameters<T> {
-    /// Share s \[–\] of the model's force that is given out: 1 compensates all of it, 1.2 a fifth too much.
+    /// Share s \[–\] of the model's force that is given out: 1 compensates all of it, 1.2 a fifth too
+    /// much.
     pub share: T,
     /// Largest force \[N\] that is given out, positive: what the actuator can spare.
     pub largest_force: T,
@@ -14,6 +15,8 @@ pub struct OutputParameters<T> {
 
 /// The answer to one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+#[must_use = "the force has to be added to the controller's"]
 pub struct Compensation<T> {
     /// Force \[N\] to add to the controller's, over the sample that begins now.
     pub force: T,
@@ -21,30 +24,26 @@ pub struct Compensation<T> {
     pub deflection: T,
     /// Whether the force was cut to the largest one.
     pub saturated: bool,
-    /// Samples in a row, up to this one, that were refused: no finite numbers, or too fast. Then the force
-    /// is that of the last good sample: let the loop act on it where that lasts.
+    /// Number of samples in a row, up to this one, that were refused: not finite, or too fast. The
+    /// force is then that of the last good sample. If this lasts, the loop has to act on it.
     pub refused: u32,
 }
 
-/// The checked parameters, and the last answer.
+/// The checked parameters and the last answer, which also keeps the deflection of the bristle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Outlet<T> {
+pub(super) struct Output<T> {
     share: T,
     largest_force: T,
     last: Compensation<T>,
 }
 
-impl<T: Scalar> Outlet<T> {
+impl<T: Scalar> Output<T> {
     pub(super) fn new(parameters: OutputParameters<T>) -> Result<Self, ParameterError> {
+        let zero = T::zero();
         Ok(Self {
             share: parameter::non_negative("share", parameters.share)?,
             largest_force: parameter::positive("largest_force", parameters.largest_force)?,
-            last: Compensation {
-                force: T::zero(),
-                deflection: T::zero(),
-                saturated: false,
-                refused: 0,
-            },
+            last: Compensation { force: zero, deflection: zero, saturated: false, refused: 0 },
         })
     }
 
@@ -52,23 +51,22 @@ impl<T: Scalar> Outlet<T> {
         self.share
     }
 
-    /// Says where the bristle is after a sample that is refused though it moved.
-    pub(super) fn moved(&mut self, deflection: T) {
-        self.last.deflection = deflection;
+    pub(super) fn deflection(&self) -> T {
+        self.last.deflection
     }
 
-    pub(super) fn last(&self) -> Compensation<T> {
-        self.last
+    /// Back to the beginning: an undeflected bristle.
+    pub(super) fn reset(&mut self) {
+        let zero = T::zero();
+        self.last = Compensation { force: zero, deflection: zero, saturated: false, refused: 0 };
     }
 
-    /// Begins anew.
-    pub(super) fn reset(&mut self, deflection: T) {
-        self.last = Compensation { force: T::zero(), deflection, saturated: false, refused: 0 };
-    }
-
-    /// The answer to a good sample.
+    /// The answer to a good sample, unless the model's numbers are not finite.
     #[inline]
-    pub(super) fn give(&mut self, friction: T, deflection: T) -> Compensation<T> {
+    pub(super) fn answer(&mut self, friction: T, deflection: T) -> Compensation<T> {
+        if !(friction.is_finite() && deflection.is_finite()) {
+            return self.refuse();
+        }
         let wanted = self.share * friction;
         let (force, saturated) = if wanted > self.largest_force {
             (self.largest_force, true)
@@ -81,10 +79,19 @@ impl<T: Scalar> Outlet<T> {
         self.last
     }
 
-    /// The answer to a bad sample: the last one again.
+    /// The answer to a bad sample: the last force again.
     #[cold]
     pub(super) fn refuse(&mut self) -> Compensation<T> {
         self.last.refused = self.last.refused.saturating_add(1);
         self.last
+    }
+
+    /// The answer to a bad sample whose displacement is known: the last force, a new deflection.
+    #[cold]
+    pub(super) fn refuse_and_move(&mut self, deflection: T) -> Compensation<T> {
+        if deflection.is_finite() {
+            self.last.deflection = deflection;
+        }
+        self.refuse()
     }
 }

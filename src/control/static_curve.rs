@@ -6,16 +6,17 @@
 //! |---|---|---|
 //! | v | a measured, filtered or reference velocity | m/s |
 //! | μ | friction curve | – |
-//! | d | direction: a sign with a dead band, or a smooth one | – |
+//! | d | direction: a sign with a dead band, or a smooth sign | – |
 //! | p, s | normal force, share | N, – |
+//! | u | force that is given out | N |
 //!
-//! Friction around zero velocity is not a function of the velocity: a stuck contact carries any force up to breakaway. A
-//! sign must say something there, so it switches the whole friction with the noise, or with a dead band says nothing while the
-//! mechanism sticks.
+//! Around zero velocity, friction is not a function of the velocity: a stuck contact carries any force
+//! up to breakaway. A sign has to choose one. It therefore switches the whole friction with the noise,
+//! or, with a dead band, gives nothing while the mechanism sticks.
 //!
 //! Source: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994), 1083–1138.
 
-use super::output::{Compensation, Outlet, OutputParameters};
+use super::output::{Compensation, Output, OutputParameters};
 use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError};
 use crate::{Scalar, Sliding};
@@ -63,7 +64,7 @@ pub struct StaticCompensator<T, C> {
     curve: C,
     normal_force: T,
     direction: DirectionLaw<T>,
-    outlet: Outlet<T>,
+    output: Output<T>,
 }
 
 impl<T: Scalar, C: FrictionCurve<T>> StaticCompensator<T, C> {
@@ -71,31 +72,27 @@ impl<T: Scalar, C: FrictionCurve<T>> StaticCompensator<T, C> {
     ///
     /// # Errors
     ///
-    /// Refuses a normal force, a dead band or a share that is negative or not finite, and a width of the smooth sign or a
-    /// largest force that is not positive.
+    /// Refuses a normal force, a dead band or a share that is negative or not finite, and a width of
+    /// the smooth sign or a largest force that is not positive.
     pub fn new(parameters: StaticParameters<T, C>) -> Result<Self, ParameterError> {
         let StaticParameters { curve, normal_force, direction, output } = parameters;
-        let direction = match direction {
-            DirectionLaw::DeadBand(width) => {
-                DirectionLaw::DeadBand(parameter::non_negative("dead band width", width)?)
-            }
-            DirectionLaw::Smooth(width) => {
-                DirectionLaw::Smooth(parameter::positive("smooth width", width)?)
-            }
+        match direction {
+            DirectionLaw::DeadBand(width) => parameter::non_negative("dead band width", width)?,
+            DirectionLaw::Smooth(width) => parameter::positive("smooth width", width)?,
         };
         Ok(Self {
             normal_force: parameter::non_negative("normal_force", normal_force)?,
-            outlet: Outlet::new(output)?,
+            output: Output::new(output)?,
             curve,
             direction,
         })
     }
 
-    /// The force for the coming sample, from a velocity [m/s].
+    /// The force for the coming sample, from a velocity [m/s]. Rejects only non-finite velocities.
     #[inline]
     pub fn step(&mut self, velocity: T) -> Compensation<T> {
         if !velocity.is_finite() {
-            return self.outlet.refuse();
+            return self.output.refuse();
         }
         let sliding = Sliding::from(velocity);
         let direction = match self.direction {
@@ -104,19 +101,11 @@ impl<T: Scalar, C: FrictionCurve<T>> StaticCompensator<T, C> {
             DirectionLaw::Smooth(width) => (velocity / width).tanh(),
         };
         let force = self.normal_force * self.curve.coefficient(sliding) * direction;
-        if !force.is_finite() {
-            return self.outlet.refuse();
-        }
-        self.outlet.give(force, T::zero())
+        self.output.answer(force, T::zero())
     }
 
-    /// The answer to the last sample.
-    pub fn last(&self) -> Compensation<T> {
-        self.outlet.last()
-    }
-
-    /// Begins anew: only the last answer is forgotten, there is nothing else.
+    /// Back to the beginning. Only the last answer is forgotten: there is no other state.
     pub fn reset(&mut self) {
-        self.outlet.reset(T::zero());
+        self.output.reset();
     }
 }

@@ -1,4 +1,4 @@
-//! The velocity that an encoder tells: the secant of two samples, and a smooth one beside it.
+//! Displacement and velocity from an encoder, and how a bristle follows the displacement.
 //!
 //! w = (x_n − x_(n−1))/h,  v_f ← v_f + (w − v_f) h/(τ + h)
 //!
@@ -10,13 +10,17 @@
 //! | τ | time constant of the filter | s |
 //! | v_f | filtered velocity | m/s |
 //!
-//! The sum of all w h is the distance gone, however coarse the encoder. Each w is a multiple of q/h: 10 mm/s for
-//! counts of 1 µm at 10 kHz. The filter is the backward Euler step of τ v̇_f = w − v_f, stable for every h. After n − 1 samples that
-//! were refused it takes n such steps at once, towards the mean velocity of all n: with the weight 1 − (τ/(τ + h))ⁿ.
+//! The sum of all w h is the distance travelled, however coarse the encoder. Each w is a multiple of
+//! q/h with the size q of one count: 10 mm/s for counts of 1 µm at 10 kHz.
+//!
+//! The filter is the backward Euler step of τ v̇_f = w − v_f, stable for every h. After n − 1 refused
+//! samples it takes n such steps at once towards the mean velocity of all n, with the weight
+//! 1 − (τ/(τ + h))ⁿ.
 
-use crate::Scalar;
+use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
-use crate::scalar::lit;
+use crate::scalar::{is_zero, lit};
+use crate::{Affine, Bristle, Scalar};
 
 /// Parameters of a [`VelocityFromPosition`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,14 +30,29 @@ pub struct VelocityFromPositionParameters<T> {
     /// Time constant τ \[s\] of the filter, zero for none.
     #[doc(alias = "tau")]
     pub time_constant: T,
-    /// Speed \[m/s\] that the mechanism cannot exceed, positive: a sample that asks for more is refused as a fault.
+    /// Speed \[m/s\] that the mechanism cannot exceed, positive: a faster sample is refused as a fault.
     pub fastest: T,
-    /// Size of one encoder count q \[m\], zero or positive: two counts more than the fastest speed takes are quantisation, not
-    /// speed. A coarse encoder sampled quickly needs it: with q > fastest·h every single count would be refused.
+    /// Size of one encoder count q \[m\], zero or positive. Two counts beyond the fastest speed are
+    /// taken as quantisation. A coarse encoder that is sampled quickly needs this: with q > fastest·h
+    /// every single count would be refused.
     pub count: T,
 }
 
-/// Velocity from sampled positions.
+/// What one sample of an encoder says of the motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct MotionSample<T> {
+    /// Displacement since the last good sample \[m\]; zero for the first sample and after a restart.
+    pub displacement: T,
+    /// Filtered velocity v_f [m/s].
+    pub velocity: T,
+    /// Whether the mechanism was found elsewhere, and the measurement starts again from there.
+    pub restarted: bool,
+    /// The displacement over one sample time [m/s].
+    pub(super) secant: T,
+}
+
+/// Displacement and velocity from sampled positions.
 ///
 /// ```
 /// use bristle::control::{VelocityFromPosition, VelocityFromPositionParameters};
@@ -44,12 +63,13 @@ pub struct VelocityFromPositionParameters<T> {
 ///     fastest: 1.0,
 ///     count: 0.0,
 /// })?;
-/// encoder.push(0.0);
-/// assert_eq!(encoder.push(2e-6), Some(2e-6)); // the way since the last good sample
-/// assert!((encoder.filtered() - 0.2 * 2e-3).abs() < 1e-15);
-/// assert_eq!(encoder.push(f64::NAN), None); // refused: only time has passed
-/// assert_eq!(encoder.push(0.5), None); // half a metre in two milliseconds
-/// assert_eq!(encoder.push(5e-6), Some(5e-6 - 2e-6));
+/// assert!(encoder.step(0.0).is_some()); // the first position
+/// let sample = encoder.step(2e-6).unwrap();
+/// assert_eq!(sample.displacement, 2e-6); // m
+/// assert!((sample.velocity - 0.2 * 2e-3).abs() < 1e-15); // m/s: the filter takes a fifth of it
+/// assert_eq!(encoder.step(f64::NAN), None); // refused: only the time goes on
+/// assert_eq!(encoder.step(0.5), None); // half a metre in two milliseconds
+/// assert_eq!(encoder.step(5e-6).unwrap().displacement, 5e-6 - 2e-6);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,36 +80,15 @@ pub struct VelocityFromPosition<T> {
     fastest: T,
     /// Two counts.
     slack: T,
+    /// Position of the last good sample.
     position: Option<T>,
-    /// The last way since the good sample, if it was refused for being too far.
+    /// Displacement of the last sample, if it was refused for being too far away.
     elsewhere: Option<T>,
-    /// Samples since the last good one, this one included.
+    /// Number of samples since the last good one, including the coming one.
     elapsed: T,
-    /// The weight of as many samples at once, 1 − (1 − weight)^elapsed.
-    news: T,
-    secant: T,
+    /// Weight of so many samples at once, 1 − (1 − weight)^elapsed.
+    elapsed_weight: T,
     filtered: T,
-}
-
-/// What a sample has told.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Reading<T> {
-    /// The way since the last good sample \[m\].
-    Displacement(T),
-    /// The mechanism is elsewhere, and goes on from there.
-    Restarted,
-    /// Nothing that can be believed.
-    Refused,
-}
-
-impl<T: Scalar> Reading<T> {
-    fn way(self) -> Option<T> {
-        match self {
-            Self::Displacement(way) => Some(way),
-            Self::Restarted => Some(T::zero()),
-            Self::Refused => None,
-        }
-    }
 }
 
 impl<T: Scalar> VelocityFromPosition<T> {
@@ -97,7 +96,8 @@ impl<T: Scalar> VelocityFromPosition<T> {
     ///
     /// # Errors
     ///
-    /// Refuses a sample time or a fastest speed that is not positive, and a time constant or a count that is negative or not finite.
+    /// Refuses a sample time or a fastest speed that is not positive, and a time constant or a count
+    /// that is negative or not finite.
     pub fn new(parameters: VelocityFromPositionParameters<T>) -> Result<Self, ParameterError> {
         let sample_time = parameter::positive("sample_time", parameters.sample_time)?;
         let time_constant = parameter::non_negative("time_constant", parameters.time_constant)?;
@@ -110,92 +110,77 @@ impl<T: Scalar> VelocityFromPosition<T> {
             position: None,
             elsewhere: None,
             elapsed: T::one(),
-            news: weight,
-            secant: T::zero(),
+            elapsed_weight: weight,
             filtered: T::zero(),
         })
     }
 
-    /// Takes a position \[m\]. Answers with the displacement since the last good sample \[m\], zero for the first; `None`, with
-    /// nothing changed but the time since then, for a position that is no finite number, or farther away than the fastest speed allows.
+    /// Takes a position \[m\].
     ///
-    /// After samples that were refused the displacement covers them too. A second position beside one that was too far away is
-    /// believed: the mechanism was moved, or its encoder set anew, and it goes on from there with no displacement.
+    /// The answer is `None` for a position that is not finite, or farther away than the fastest speed
+    /// allows. The next good sample's displacement covers the refused ones.
+    ///
+    /// Two positions in a row that are too far away but close to one another are believed: the
+    /// mechanism was moved by hand, or its encoder was reset. It goes on from there with no
+    /// displacement, see [`MotionSample::restarted`].
     #[inline]
-    pub fn push(&mut self, position: T) -> Option<T> {
-        self.read(position).way()
+    #[must_use = "`None` is a refused sample"]
+    pub fn step(&mut self, position: T) -> Option<MotionSample<T>> {
+        let sample = self.arrive(position - self.position.unwrap_or(position))?;
+        self.position = Some(position);
+        Some(sample)
     }
 
-    /// [`VelocityFromPosition::push`], which also tells whether the mechanism was found elsewhere.
-    #[inline]
-    pub(super) fn read(&mut self, position: T) -> Reading<T> {
-        let from = self.position.unwrap_or(position);
-        let reading = self.arrive(position - from);
-        if reading != Reading::Refused {
-            self.position = Some(position);
-        }
-        reading
-    }
-
-    /// The same for a displacement \[m\] since the last call, such as a difference of counts times the size of one: in `f32` the
-    /// difference of two positions far from zero has lost its digits. Take one of the two, not both by turns.
+    /// Takes a displacement \[m\] since the last call, such as a difference of counts times the size
+    /// of a count: in `f32`, the difference of two positions far from zero has lost its digits. Call
+    /// either this or [`VelocityFromPosition::step`], not both in turn.
     ///
-    /// Displacements that were refused for being too large are remembered, so that a glitch and the way back from it come to nothing.
-    /// One that is no finite number tells nothing: the next is taken for the displacement since the call before it.
+    /// Displacements that were refused for being too large are remembered, so that a glitch and the
+    /// way back from it cancel. After one that is not finite, the next is taken as the displacement
+    /// since the call before it.
     #[inline]
-    pub fn advance(&mut self, displacement: T) -> Option<T> {
+    #[must_use = "`None` is a refused sample"]
+    pub fn advance(&mut self, displacement: T) -> Option<MotionSample<T>> {
         if !displacement.is_finite() {
             self.miss();
             return None;
         }
-        self.arrive(self.elsewhere.unwrap_or_else(T::zero) + displacement).way()
+        self.arrive(self.elsewhere.unwrap_or_else(T::zero) + displacement)
     }
 
-    /// A sample time goes by without a sample.
+    /// Lets a sample time go by without a sample.
     #[inline]
     pub(super) fn miss(&mut self) {
         self.elapsed += T::one();
-        self.news += self.weight * (T::one() - self.news);
+        self.elapsed_weight += self.weight * (T::one() - self.elapsed_weight);
     }
 
-    /// Goes a way \[m\] from where the last good sample was, if it can be.
+    /// Takes a displacement \[m\] from the last good sample, if the mechanism can be that fast.
     #[inline]
-    fn arrive(&mut self, way: T) -> Reading<T> {
+    fn arrive(&mut self, displacement: T) -> Option<MotionSample<T>> {
         let farthest = self.fastest * self.sample_time;
-        if way.abs() <= farthest * self.elapsed + self.slack {
-            self.secant = way / self.sample_time;
-            self.filtered += self.news * (self.secant / self.elapsed - self.filtered);
-            self.settle();
-            return Reading::Displacement(way);
+        let possible = displacement.abs() <= farthest * self.elapsed + self.slack;
+        let secant = displacement / self.sample_time;
+        let near = |other: T| (displacement - other).abs() <= farthest + self.slack;
+        if possible {
+            self.filtered += self.elapsed_weight * (secant / self.elapsed - self.filtered);
+        } else if !self.elsewhere.is_some_and(near) {
+            self.elsewhere = displacement.is_finite().then_some(displacement);
+            self.miss();
+            return None;
         }
-        if self.elsewhere.is_some_and(|other| (way - other).abs() <= farthest + self.slack) {
-            self.secant = T::zero();
-            self.settle();
-            return Reading::Restarted;
-        }
-        self.elsewhere = way.is_finite().then_some(way);
-        self.miss();
-        Reading::Refused
-    }
-
-    /// After a good sample.
-    #[inline]
-    fn settle(&mut self) {
-        (self.elapsed, self.news, self.elsewhere) = (T::one(), self.weight, None);
-    }
-
-    /// The displacement of the last good sample over one sample time: the secant velocity w [m/s], unless samples before it were
-    /// refused.
-    pub fn secant(&self) -> T {
-        self.secant
+        (self.elapsed, self.elapsed_weight, self.elsewhere) = (T::one(), self.weight, None);
+        let (displacement, secant) =
+            if possible { (displacement, secant) } else { (T::zero(), T::zero()) };
+        Some(MotionSample { displacement, velocity: self.filtered, restarted: !possible, secant })
     }
 
     /// The filtered velocity v_f [m/s].
-    pub fn filtered(&self) -> T {
+    pub fn velocity(&self) -> T {
         self.filtered
     }
 
-    /// The weight h/(τ + h) \[–\] of a new secant velocity.
+    /// The weight h/(τ + h) \[–\] of a new velocity in the filter.
     pub(super) fn weight(&self) -> T {
         self.weight
     }
@@ -208,10 +193,34 @@ impl<T: Scalar> VelocityFromPosition<T> {
         self.fastest
     }
 
-    /// Forgets the position and stands still.
+    /// Back to the beginning: no position yet, and no velocity.
     pub fn reset(&mut self) {
-        self.settle();
-        self.position = None;
-        (self.secant, self.filtered) = (T::zero(), T::zero());
+        (self.elapsed, self.elapsed_weight, self.elsewhere) = (T::one(), self.weight, None);
+        (self.position, self.filtered) = (None, T::zero());
     }
+}
+
+/// The curve is read at no less than this fraction of the secant velocity, so that the ratio of the
+/// two stays bounded.
+const SLOWEST: f64 = 1e-3;
+
+/// The coefficients of a bristle that is moved by a displacement, with the curve read at another speed.
+///
+/// A bristle is moved by distance: along a displacement dx at speed s, dz/dx = r(s) − sgn(dx) (λ(s)/s) z.
+/// Over a sample with the secant velocity w this is the step of a held velocity w with the relaxation
+/// rate λ(s)|w|/s. The speed s is the modulus of the smooth velocity \[m/s\], its direction that of w.
+#[inline]
+pub(super) fn along<T: Scalar, M: Bristle<T, Deflection = T>>(
+    model: &M,
+    secant: T,
+    smooth: T,
+    deflection: T,
+) -> Affine<T> {
+    if is_zero(secant) {
+        return Affine { relaxation: T::zero(), ..model.affine(smooth.into(), deflection) };
+    }
+    let speed = larger(smooth.abs(), secant.abs() * lit(SLOWEST));
+    let velocity = if secant < T::zero() { -speed } else { speed };
+    let affine = model.affine(velocity.into(), deflection);
+    Affine { relaxation: affine.relaxation * (secant.abs() / speed), ..affine }
 }

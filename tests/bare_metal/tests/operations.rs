@@ -380,7 +380,7 @@ fn the_document_tells_operations_and_memory_of_every_compensator() {
     ]);
     let mut encoder = VelocityFromPosition::new(filter()).unwrap();
     let operations = sample(|position| {
-        encoder.push(position);
+        let _ = encoder.step(position);
     });
     let [single, double] =
         [size_of::<VelocityFromPosition<f32>>(), size_of::<VelocityFromPosition<f64>>()];

@@ -31,11 +31,12 @@ pub(crate) fn secant<T: Scalar>(input: &Input<T>) -> Answer<T> {
     let mut encoder = VelocityFromPosition::new(filter(input))?;
     let mut sum = T::zero();
     for (&position, &displacement) in positions.iter().zip(displacements) {
-        sum += encoder.push(position).unwrap_or(T::one()) + encoder.secant();
-        sum += encoder.advance(displacement).unwrap_or(T::one()) + encoder.filtered();
+        for sample in [encoder.step(position), encoder.advance(displacement)] {
+            sum += sample.map_or_else(T::one, |sample| sample.displacement + sample.velocity);
+        }
     }
     encoder.reset();
-    Ok(sum + encoder.filtered())
+    Ok(sum + encoder.velocity())
 }
 
 /// A curve and a sign, sharp and smooth.
@@ -50,10 +51,8 @@ pub(crate) fn static_curve<T: Scalar>(input: &Input<T>) -> Answer<T> {
             output: output(input),
         })?;
         for &velocity in &input.many[0] {
-            sum += compensator.step(velocity).force;
-        }
-        if compensator.last().saturated {
-            sum += T::one();
+            let answer = compensator.step(velocity);
+            sum += if answer.saturated { T::one() } else { answer.force };
         }
     }
     Ok(sum)
