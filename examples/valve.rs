@@ -149,7 +149,7 @@ impl Settings {
     ) -> Result<Run, Box<dyn Error>> {
         let parameters = paper::valve(model.under_load(1.0)?, lag, opening);
         let (area, preload) = (parameters.diaphragm_area, parameters.preload);
-        let (gain, stiffness) = (parameters.pressure_gain, parameters.spring_stiffness);
+        let (gain, stiffness) = (parameters.pressure_gain, parameters.mechanism.spring_stiffness);
         let valve = DiaphragmValve::new(parameters)?;
         let speed = |_: f64, state: &State| state[1].abs() - HELD;
         let events =

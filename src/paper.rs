@@ -68,6 +68,10 @@ pub const VALVE_TIME_CONSTANT_TEST_1: f64 = 0.933;
 /// Time constant τ \[s\] of the valve's I/P converter in Test 2.
 pub const VALVE_TIME_CONSTANT_TEST_2: f64 = 0.425;
 
+/// Table 3: the stem of the diaphragm valve and its return spring.
+pub const VALVE_MECHANISM: Mechanism<f64> =
+    Mechanism { mass: 1.6, spring_stiffness: 203_495.8, viscous_damping: 0.0 };
+
 /// Table 3: the diaphragm valve, with an I/P converter of time constant τ \[s\] and the opening
 /// OP(t) \[%\] asked for.
 pub fn valve<M, U>(
@@ -77,9 +81,8 @@ pub fn valve<M, U>(
 ) -> DiaphragmValveParameters<f64, M, U> {
     DiaphragmValveParameters {
         contact,
-        mass: 1.6,
+        mechanism: VALVE_MECHANISM,
         diaphragm_area: 445e-4,
-        spring_stiffness: 203_495.8,
         preload: 2578.3,
         least_pressure: 41_276.40,
         pressure_gain: 1666.49,

@@ -1,11 +1,13 @@
 //! A diaphragm valve: pressure from an I/P converter moves a stem against a spring, a preload and
 //! friction.
 //!
-//! ẋ = v,  m v̇ = S_a P − k x − F₀ − F,  τ Ṗ = K_P OP(t) + P_min − P
+//! ẋ = v,  m v̇ = S_a P − k x − F₀ − c v − F,  τ Ṗ = K_P OP(t) + P_min − P
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | x, v | position and velocity of the stem | m, m/s |
+//! | m, k, c | mass, stiffness of the return spring, damping beside the friction | kg, N/m, N s/m |
+//! | F₀, F | preload of the return spring, friction | N |
 //! | P, P_min | pressure in the chamber, and its least value | Pa |
 //! | OP | opening asked for | % |
 //! | S_a | area of the diaphragm | m² |
@@ -16,24 +18,22 @@
 
 use nalgebra::Vector4;
 
-use super::{DEFLECTION, Moving, POSITION, VELOCITY, typical_deflection, typical_force};
+use super::{Body, POSITION, VELOCITY};
 use crate::ode::{Linearisation, System};
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
 use crate::signal::Signal;
-use crate::{Branch, Bristle, Contact, Scalar};
+use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 
 /// Parameters of [`DiaphragmValve`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiaphragmValveParameters<T, M, U> {
     /// Friction of the stem's packing under its normal force.
     pub contact: Contact<T, M>,
-    /// Mass m of the stem \[kg\], positive.
-    pub mass: T,
+    /// Mass of the stem, its return spring (which must have a stiffness) and damping.
+    pub mechanism: Mechanism<T>,
     /// Area S_a of the diaphragm \[m²\], positive.
     pub diaphragm_area: T,
-    /// Stiffness k of the return spring [N/m], positive.
-    pub spring_stiffness: T,
     /// Preload F₀ of the return spring \[N\].
     pub preload: T,
     /// Least pressure P_min in the chamber \[Pa\], zero or positive.
@@ -50,10 +50,8 @@ pub struct DiaphragmValveParameters<T, M, U> {
 /// pressure \[Pa\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiaphragmValve<T, M, U> {
-    contact: Contact<T, M>,
-    inverse_mass: T,
+    body: Body<T, M>,
     diaphragm_area: T,
-    spring_stiffness: T,
     preload: T,
     least_pressure: T,
     pressure_gain: T,
@@ -77,11 +75,10 @@ where
     /// Names the parameter that is out of its range.
     pub fn new(parameters: DiaphragmValveParameters<T, M, U>) -> Result<Self, ParameterError> {
         let p = parameters;
+        parameter::positive("spring_stiffness", p.mechanism.spring_stiffness)?;
         Ok(Self {
-            contact: p.contact,
-            inverse_mass: T::one() / parameter::positive("mass", p.mass)?,
+            body: Body::new(p.contact, p.mechanism)?,
             diaphragm_area: parameter::positive("diaphragm_area", p.diaphragm_area)?,
-            spring_stiffness: parameter::positive("spring_stiffness", p.spring_stiffness)?,
             preload: parameter::finite("preload", p.preload)?,
             least_pressure: parameter::non_negative("least_pressure", p.least_pressure)?,
             pressure_gain: parameter::positive("pressure_gain", p.pressure_gain)?,
@@ -94,23 +91,23 @@ where
     /// with no friction: x = (S_a P − F₀)/k, v = z = 0, P = P_min + K_P OP.
     pub fn balanced(&self, time: T) -> Vector4<T> {
         let pressure = self.pressure_asked_for(time);
-        let position = (self.diaphragm_area * pressure - self.preload) / self.spring_stiffness;
+        let force = self.diaphragm_area * pressure - self.preload;
+        let position = force / self.body.mechanism.spring_stiffness;
         Vector4::new(position, T::zero(), T::zero(), pressure)
     }
 
     /// The friction force \[N\] at a state.
     pub fn friction_force(&self, state: &Vector4<T>) -> T {
-        self.contact.force(state[VELOCITY], state[DEFLECTION])
+        self.body.friction_force(state)
     }
 
     /// A typical magnitude of each state, for tolerances: travel and pressure at full opening, the
     /// velocity at which the stem oscillates on its bristles, the deflection at breakaway.
     pub fn scales(&self) -> Vector4<T> {
         let pressure = self.pressure_gain * lit(100.0);
-        let travel = self.diaphragm_area * pressure / self.spring_stiffness;
-        let deflection = typical_deflection(&self.contact);
-        let force = typical_force(&self.contact);
-        let velocity = (force * self.inverse_mass * deflection).sqrt();
+        let travel = self.diaphragm_area * pressure / self.body.mechanism.spring_stiffness;
+        let (velocity, deflection) =
+            (self.body.bristle_velocity(), self.body.breakaway_deflection());
         Vector4::new(travel, velocity, deflection, pressure)
     }
 
@@ -118,10 +115,15 @@ where
         self.least_pressure + self.pressure_gain * self.opening.value(time)
     }
 
-    /// Every force \[N\] on the stem but friction.
-    fn other_forces(&self, state: &Vector4<T>) -> T {
+    /// Ṗ [Pa/s].
+    fn pressure_rate(&self, time: T, state: &Vector4<T>) -> T {
+        (self.pressure_asked_for(time) - state[PRESSURE]) * self.lag_rate
+    }
+
+    /// Force \[N\] of diaphragm and return spring on the stem.
+    fn force(&self, state: &Vector4<T>) -> T {
         self.diaphragm_area * state[PRESSURE]
-            - self.spring_stiffness * state[POSITION]
+            - self.body.mechanism.spring_stiffness * state[POSITION]
             - self.preload
     }
 }
@@ -134,14 +136,9 @@ where
 {
     #[inline]
     fn rate(&self, time: T, state: &Vector4<T>, [branch]: [Branch; 1]) -> Vector4<T> {
-        let velocity = state[VELOCITY];
-        let friction = self.contact.response(branch.of(velocity), state[DEFLECTION]);
-        Vector4::new(
-            velocity,
-            (self.other_forces(state) - friction.force) * self.inverse_mass,
-            friction.rate,
-            (self.pressure_asked_for(time) - state[PRESSURE]) * self.lag_rate,
-        )
+        let mut rate = self.body.rate(self.force(state), state, branch);
+        rate[PRESSURE] = self.pressure_rate(time, state);
+        rate
     }
 
     #[inline]
@@ -156,18 +153,13 @@ where
         state: &Vector4<T>,
         [branch]: [Branch; 1],
     ) -> Option<Linearisation<T, 4>> {
-        let sliding = branch.of(state[VELOCITY]);
-        let Moving { mut rate, mut by_state } =
-            Moving::new(&self.contact, sliding, state[DEFLECTION], self.inverse_mass);
-        rate[VELOCITY] += self.other_forces(state) * self.inverse_mass;
-        rate[PRESSURE] = (self.pressure_asked_for(time) - state[PRESSURE]) * self.lag_rate;
-        by_state[(VELOCITY, POSITION)] = -self.spring_stiffness * self.inverse_mass;
-        by_state[(VELOCITY, PRESSURE)] = self.diaphragm_area * self.inverse_mass;
-        by_state[(PRESSURE, PRESSURE)] = -self.lag_rate;
+        let mut linearised = self.body.linearised(self.force(state), state, branch);
+        linearised.rate[PRESSURE] = self.pressure_rate(time, state);
+        linearised.by_state[(VELOCITY, PRESSURE)] = self.diaphragm_area * self.body.inverse_mass;
+        linearised.by_state[(PRESSURE, PRESSURE)] = -self.lag_rate;
         let (_, opening_rate) = self.opening.value_and_rate(time);
-        let pressure_rate = self.pressure_gain * opening_rate * self.lag_rate;
-        let by_time = Vector4::new(T::zero(), T::zero(), T::zero(), pressure_rate);
-        Some(Linearisation { rate, by_state, by_time })
+        linearised.by_time[PRESSURE] = self.pressure_gain * opening_rate * self.lag_rate;
+        Some(linearised)
     }
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {

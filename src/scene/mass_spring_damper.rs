@@ -16,7 +16,7 @@
 
 use nalgebra::Vector3;
 
-use super::{DEFLECTION, Moving, POSITION, VELOCITY, typical_deflection, typical_force};
+use super::{Body, POSITION, VELOCITY};
 use crate::bounds::larger;
 use crate::ode::{Linearisation, System};
 use crate::parameter::{self, ParameterError};
@@ -62,9 +62,7 @@ pub struct MassSpringDamperParameters<T, M, F = Constant<T>> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MassSpringDamper<T, M, F = Constant<T>> {
-    contact: Contact<T, M>,
-    mechanism: Mechanism<T>,
-    inverse_mass: T,
+    body: Body<T, M>,
     drive_velocity: T,
     force: F,
 }
@@ -82,11 +80,8 @@ where
     /// Names the parameter that is out of its range.
     pub fn new(parameters: MassSpringDamperParameters<T, M, F>) -> Result<Self, ParameterError> {
         let MassSpringDamperParameters { contact, mechanism, drive_velocity, force } = parameters;
-        let mechanism = mechanism.checked()?;
         Ok(Self {
-            contact,
-            mechanism,
-            inverse_mass: T::one() / mechanism.mass,
+            body: Body::new(contact, mechanism)?,
             drive_velocity: parameter::finite("drive_velocity", drive_velocity)?,
             force,
         })
@@ -94,12 +89,12 @@ where
 
     /// The contact.
     pub fn contact(&self) -> &Contact<T, M> {
-        &self.contact
+        &self.body.contact
     }
 
     /// Mass, spring and damper.
     pub fn mechanism(&self) -> Mechanism<T> {
-        self.mechanism
+        self.body.mechanism
     }
 
     /// The state at rest at the origin with an undeflected bristle.
@@ -109,19 +104,13 @@ where
 
     /// The friction force F \[N\] at a state.
     pub fn friction_force(&self, state: &Vector3<T>) -> T {
-        self.contact.force(state[VELOCITY], state[DEFLECTION])
+        self.body.friction_force(state)
     }
 
     /// The force k (V t − x) \[N\] of the spring on the mass.
     #[inline]
     pub fn spring_force(&self, time: T, state: &Vector3<T>) -> T {
-        self.mechanism.spring_stiffness * (self.drive_velocity * time - state[POSITION])
-    }
-
-    /// Spring and damper force \[N\] on the mass.
-    #[inline]
-    fn restoring_force(&self, time: T, state: &Vector3<T>) -> T {
-        self.spring_force(time, state) - self.mechanism.viscous_damping * state[VELOCITY]
+        self.body.mechanism.spring_stiffness * (self.drive_velocity * time - state[POSITION])
     }
 
     /// A typical magnitude of each state, for tolerances.
@@ -130,15 +119,13 @@ where
     /// the deflection. Velocity: what the mass reaches when that stretch is released, or the drive
     /// velocity if that is larger.
     pub fn scales(&self) -> Vector3<T> {
-        let deflection = typical_deflection(&self.contact);
-        let breakaway = typical_force(&self.contact);
-        let stiffness = self.mechanism.spring_stiffness;
+        let deflection = self.body.breakaway_deflection();
+        let stiffness = self.body.mechanism.spring_stiffness;
         if is_zero(stiffness) {
-            let velocity = (breakaway * self.inverse_mass * deflection).sqrt();
-            return Vector3::new(deflection, velocity, deflection);
+            return Vector3::new(deflection, self.body.bristle_velocity(), deflection);
         }
-        let stretch = breakaway / stiffness;
-        let released = stretch * (stiffness * self.inverse_mass).sqrt();
+        let stretch = self.body.breakaway_force() / stiffness;
+        let released = stretch * (stiffness * self.body.inverse_mass).sqrt();
         Vector3::new(stretch, larger(self.drive_velocity.abs(), released), deflection)
     }
 }
@@ -151,10 +138,8 @@ where
 {
     #[inline]
     fn rate(&self, time: T, state: &Vector3<T>, [branch]: [Branch; 1]) -> Vector3<T> {
-        let velocity = state[VELOCITY];
-        let friction = self.contact.response(branch.of(velocity), state[DEFLECTION]);
-        let force = self.force.value(time) + self.restoring_force(time, state) - friction.force;
-        Vector3::new(velocity, force * self.inverse_mass, friction.rate)
+        let force = self.force.value(time) + self.spring_force(time, state);
+        self.body.rate(force, state, branch)
     }
 
     #[inline]
@@ -169,17 +154,13 @@ where
         state: &Vector3<T>,
         [branch]: [Branch; 1],
     ) -> Option<Linearisation<T, 3>> {
-        let sliding = branch.of(state[VELOCITY]);
-        let Moving { mut rate, mut by_state } =
-            Moving::new(&self.contact, sliding, state[DEFLECTION], self.inverse_mass);
-        let stiffness = self.mechanism.spring_stiffness * self.inverse_mass;
         let (force, force_rate) = self.force.value_and_rate(time);
-        rate[VELOCITY] += (force + self.restoring_force(time, state)) * self.inverse_mass;
-        by_state[(VELOCITY, POSITION)] = -stiffness;
-        by_state[(VELOCITY, VELOCITY)] -= self.mechanism.viscous_damping * self.inverse_mass;
-        let by_time = force_rate * self.inverse_mass + stiffness * self.drive_velocity;
-        let by_time = Vector3::new(T::zero(), by_time, T::zero());
-        Some(Linearisation { rate, by_state, by_time })
+        let force = force + self.spring_force(time, state);
+        let mut linearised = self.body.linearised(force, state, branch);
+        let stiffness = self.body.mechanism.spring_stiffness * self.body.inverse_mass;
+        linearised.by_time[VELOCITY] =
+            force_rate * self.body.inverse_mass + stiffness * self.drive_velocity;
+        Some(linearised)
     }
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {

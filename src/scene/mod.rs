@@ -1,15 +1,16 @@
-//! Ready systems with analytic Jacobians: the mechanisms of the paper's experiments (section V).
+//! Ready systems with analytic Jacobians, among them the mechanisms of the paper's experiments
+//! (section V).
 //!
 //! | scene | states |
 //! |---|---|
-//! | [`PrescribedVelocity`] | deflection; of a bristle of several springs their stretches |
+//! | [`PrescribedVelocity`] | deflection, or the stretches of the springs of a bristle |
 //! | [`MassSpringDamper`] | position, velocity, deflection |
 //! | [`DiaphragmValve`] | position, velocity, deflection, pressure |
 //!
-//! A scene of your own is a [`System`](crate::ode::System): about twenty lines.
+//! A scene of your own implements [`System`](crate::ode::System) in about twenty lines.
 //!
-//! [`BrakedWheel`], a wheel on a rolling patch from free rolling to standstill, is no system with a few
-//! states; it takes passive steps of its own.
+//! [`BrakedWheel`], a wheel on a rolling patch from free rolling to standstill, has the state of the
+//! whole patch and takes passive steps of its own.
 
 mod braked_wheel;
 mod diaphragm_valve;
@@ -26,51 +27,96 @@ pub use prescribed_velocity::{PrescribedVelocity, PrescribedVelocityParameters};
 use nalgebra::{SMatrix, SVector};
 
 use crate::bounds::larger;
-use crate::{Bristle, Contact, Scalar};
+use crate::ode::Linearisation;
+use crate::parameter::ParameterError;
+use crate::scalar::lit;
+use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 
-/// Deflection [m] that is typical of a contact: the largest the model's theorems allow for slow
-/// sliding, or one micrometre where there is none.
-fn typical_deflection<T: Scalar, M: Bristle<T, Deflection = T>>(contact: &Contact<T, M>) -> T {
-    // At rest: the static friction over the stiffness, whatever the curve does at high speed.
-    let limit = contact.limits(T::zero()).deflection;
-    limit.unwrap_or_else(|| crate::scalar::lit(1e-6))
-}
-
-/// Friction force [N] that is typical of a contact.
-fn typical_force<T: Scalar, M: Bristle<T, Deflection = T>>(contact: &Contact<T, M>) -> T {
-    let stiffness = contact.model().storage_stiffness() * contact.normal_force();
-    larger(stiffness * typical_deflection(contact), T::default_epsilon())
-}
-
-/// Rate and derivatives of a mass m on a line with friction, ẋ = v, m v̇ = … − F, ż = …, for the
-/// first three states of a system; all other forces and their derivatives are added by the scene.
-struct Moving<T, const N: usize> {
-    rate: SVector<T, N>,
-    by_state: SMatrix<T, N, N>,
-}
-
-impl<T: Scalar, const N: usize> Moving<T, N> {
-    fn new<M: Bristle<T, Deflection = T>>(
-        contact: &Contact<T, M>,
-        sliding: crate::Sliding<T>,
-        deflection: T,
-        inverse_mass: T,
-    ) -> Self {
-        let friction = contact.linearised(sliding, deflection);
-        let mut rate = SVector::zeros();
-        rate[POSITION] = sliding.velocity();
-        rate[VELOCITY] = -friction.force * inverse_mass;
-        rate[DEFLECTION] = friction.rate;
-        let mut by_state = SMatrix::zeros();
-        by_state[(POSITION, VELOCITY)] = T::one();
-        by_state[(VELOCITY, VELOCITY)] = -friction.force_by_velocity * inverse_mass;
-        by_state[(VELOCITY, DEFLECTION)] = -friction.force_by_deflection * inverse_mass;
-        by_state[(DEFLECTION, VELOCITY)] = friction.rate_by_velocity;
-        by_state[(DEFLECTION, DEFLECTION)] = friction.rate_by_deflection;
-        Self { rate, by_state }
-    }
-}
-
+/// Places of the states of a [`Body`] in those of its system.
 const POSITION: usize = 0;
 const VELOCITY: usize = 1;
 const DEFLECTION: usize = 2;
+
+/// A mass with a spring, a damper and friction: ẋ = v, m v̇ = f − c v − F(v, z), ż = h(v, z), the
+/// first three states of a system of N.
+///
+/// The force f is everything but damper and friction. It contains the spring −k x.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Body<T, M> {
+    contact: Contact<T, M>,
+    mechanism: Mechanism<T>,
+    inverse_mass: T,
+}
+
+impl<T: Scalar, M: Bristle<T, Deflection = T>> Body<T, M> {
+    fn new(contact: Contact<T, M>, mechanism: Mechanism<T>) -> Result<Self, ParameterError> {
+        let mechanism = mechanism.checked()?;
+        Ok(Self { contact, mechanism, inverse_mass: T::one() / mechanism.mass })
+    }
+
+    fn friction_force<const N: usize>(&self, state: &SVector<T, N>) -> T {
+        self.contact.force(state[VELOCITY], state[DEFLECTION])
+    }
+
+    /// The rates of the states under a force f.
+    #[inline(always)]
+    fn rate<const N: usize>(
+        &self,
+        force: T,
+        state: &SVector<T, N>,
+        branch: Branch,
+    ) -> SVector<T, N> {
+        let velocity = state[VELOCITY];
+        let friction = self.contact.response(branch.of(velocity), state[DEFLECTION]);
+        let force = force - self.mechanism.viscous_damping * velocity - friction.force;
+        let mut rate = SVector::zeros();
+        rate[POSITION] = velocity;
+        rate[VELOCITY] = force * self.inverse_mass;
+        rate[DEFLECTION] = friction.rate;
+        rate
+    }
+
+    /// The rates and their derivatives under a force f with ∂f/∂x = −k and without other derivatives.
+    #[inline(always)]
+    fn linearised<const N: usize>(
+        &self,
+        force: T,
+        state: &SVector<T, N>,
+        branch: Branch,
+    ) -> Linearisation<T, N> {
+        let Mechanism { spring_stiffness, viscous_damping, .. } = self.mechanism;
+        let velocity = state[VELOCITY];
+        let friction = self.contact.linearised(branch.of(velocity), state[DEFLECTION]);
+        let force = force - viscous_damping * velocity - friction.force;
+        let mut rate = SVector::zeros();
+        rate[POSITION] = velocity;
+        rate[VELOCITY] = force * self.inverse_mass;
+        rate[DEFLECTION] = friction.rate;
+        let damping = friction.force_by_velocity + viscous_damping;
+        let mut by_state = SMatrix::zeros();
+        by_state[(POSITION, VELOCITY)] = T::one();
+        by_state[(VELOCITY, POSITION)] = -spring_stiffness * self.inverse_mass;
+        by_state[(VELOCITY, VELOCITY)] = -damping * self.inverse_mass;
+        by_state[(VELOCITY, DEFLECTION)] = -friction.force_by_deflection * self.inverse_mass;
+        by_state[(DEFLECTION, VELOCITY)] = friction.rate_by_velocity;
+        by_state[(DEFLECTION, DEFLECTION)] = friction.rate_by_deflection;
+        Linearisation { rate, by_state, by_time: SVector::zeros() }
+    }
+
+    /// Deflection [m] at breakaway: the largest that the model allows at rest, or one micrometre if it
+    /// has no bound.
+    fn breakaway_deflection(&self) -> T {
+        self.contact.limits(T::zero()).deflection.unwrap_or_else(|| lit(1e-6))
+    }
+
+    /// Friction force [N] at breakaway.
+    fn breakaway_force(&self) -> T {
+        let stiffness = self.contact.model().storage_stiffness() * self.contact.normal_force();
+        larger(stiffness * self.breakaway_deflection(), T::default_epsilon())
+    }
+
+    /// Velocity [m/s] at which the mass oscillates on its bristles through the breakaway deflection.
+    fn bristle_velocity(&self) -> T {
+        (self.breakaway_force() * self.inverse_mass * self.breakaway_deflection()).sqrt()
+    }
+}

@@ -298,9 +298,12 @@ fn the_valve_is_integrated_without_chatter() {
         Polyline::new([Vertex { time: 0.0, value: 10.0 }, Vertex { time: 9.0, value: 100.0 }]);
     let valve = DiaphragmValve::new(DiaphragmValveParameters {
         contact: FrBd::new(curve, bristle.unwrap()).under_load(1.0).unwrap(),
-        mass: 1.6,
+        mechanism: bristle::Mechanism {
+            mass: 1.6,
+            spring_stiffness: 203_495.8,
+            viscous_damping: 0.0,
+        },
         diaphragm_area: 445e-4,
-        spring_stiffness: 203_495.8,
         preload: 2578.3,
         least_pressure: 41_276.40,
         pressure_gain: 1666.49,

@@ -96,9 +96,8 @@ fn valve_parameters<T: Scalar, M: Bristle<T, Deflection = T>, U>(
 ) -> DiaphragmValveParameters<T, M, U> {
     DiaphragmValveParameters {
         contact: friction.under_load(lit(LOAD)).unwrap(),
-        mass: lit(MASS),
+        mechanism: mechanism(2e3, 0.0),
         diaphragm_area: lit(0.04),
-        spring_stiffness: lit(2e3),
         preload: lit(25.0),
         least_pressure: lit(410.0),
         pressure_gain: lit(17.0),
@@ -520,10 +519,10 @@ fn a_parameter_out_of_its_range_is_refused_by_name() {
     }
     for bad in not_numbers.into_iter().chain([-1.0, 0.0]) {
         assert_refused(of(Mechanism { mass: bad, ..whole }), "mass", bad);
+        let spring = Mechanism { spring_stiffness: bad, ..valve.mechanism };
         let refused = [
-            ("mass", DiaphragmValveParameters { mass: bad, ..valve }),
             ("diaphragm_area", DiaphragmValveParameters { diaphragm_area: bad, ..valve }),
-            ("spring_stiffness", DiaphragmValveParameters { spring_stiffness: bad, ..valve }),
+            ("spring_stiffness", DiaphragmValveParameters { mechanism: spring, ..valve }),
             ("pressure_gain", DiaphragmValveParameters { pressure_gain: bad, ..valve }),
             ("time_constant", DiaphragmValveParameters { time_constant: bad, ..valve }),
         ];
