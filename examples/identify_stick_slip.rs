@@ -32,7 +32,7 @@ use bristle::{
     Bristle, FoldRule, FrBd, ImplicitBristle, ImplicitBristleParameters, LuGre, ParameterError,
     Scalar,
 };
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Values};
+use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Values};
 
 /// Acceleration of gravity \[m/s²\]: the load is the slider's own weight.
 const GRAVITY: f64 = 9.81;
@@ -385,16 +385,17 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         starts: arguments.count("starts"),
         ..Settings::default()
     };
-    let (mut search, mut best) = (usize::MAX, f64::INFINITY);
+    let mut progress = Progress::new("searches", settings.starts);
+    let mut start = 0;
     let mut watch = |now: &identify::Progress<'_>| {
-        if now.start != search {
-            search = now.start;
-            eprintln!("start {search}; best rmse so far {best:.4}");
+        if now.start != start {
+            start = now.start;
+            progress.step();
         }
-        best = best.min(now.rmse);
         ControlFlow::Continue(())
     };
     let fit = identify::least_squares(&rig, &settings, &mut watch)?;
+    progress.step();
     let values = fit.values();
     println!("\nparameter                value {}", if synthetic { "      truth" } else { "" });
     for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {

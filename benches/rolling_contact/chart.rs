@@ -1,4 +1,4 @@
-//! Error over CPU time: one panel a friction model, under the parabola.
+//! CPU time over error: one panel a friction model, under the parabolic pressure.
 
 use std::path::{Path, PathBuf};
 
@@ -10,19 +10,19 @@ pub(crate) fn draw(folder: &Path, rows: &[Row]) -> crate::support::Result<PathBu
     let rows: Vec<&Row> = rows.iter().filter(|row| row.pressure == "parabolic").collect();
     let most = rows.iter().map(|row| row.seconds).fold(0.0, f64::max);
     let least = rows.iter().map(|row| row.seconds).fold(f64::INFINITY, f64::min);
-    let mut figure = Figure::new(900, 470).columns(2);
+    let mut figure = Figure::new(900, 470).title("CPU time over error of all solvers of a contact patch").columns(2);
     for (model, title) in [("frbd", "FrBD"), ("lugre", "LuGre")] {
-        let mut panel = Panel::new("CPU time / s", "greatest error of F/F_z / –")
+        let mut panel = Panel::new("greatest error of F/F_z / –", "CPU time / s")
             .title(format!("{title}, tyre transient, parabolic pressure"))
             .log_x()
             .log_y()
-            .x_range(0.6 * least..=1.6 * most)
-            .y_range(1e-15..=1e-1);
+            .x_range(1e-15..=1e-1)
+            .y_range(0.6 * least..=1.6 * most);
         for (index, solver) in SOLVERS.iter().enumerate() {
             let own: Vec<(f64, f64)> = rows
                 .iter()
                 .filter(|row| row.model == model && row.solver == *solver)
-                .map(|row| (row.seconds, row.error.max(1.5e-15)))
+                .map(|row| (row.error.max(1.5e-15), row.seconds))
                 .collect();
             let stroke = Stroke::nth(index);
             let marker = [Marker::Disc, Marker::Square, Marker::Diamond][index % 3];

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::support::{Colour, Figure, Marker, Panel, Stroke};
+use crate::support::{Figure, Marker, Panel, Stroke};
 
 use crate::row::{NO_ANSWER, Row};
 
@@ -10,6 +10,8 @@ use crate::row::{NO_ANSWER, Row};
 /// failed.
 const ERRORS: std::ops::RangeInclusive<f64> = 1e-15..=100.0;
 const FAILED_AT: f64 = 35.0;
+/// The method that `ode::solve` is, as the rows name it.
+const AUTOMATIC: &str = "Automatic";
 /// Smaller errors than this are shown here: the reference is no better.
 const EXACT: f64 = 2e-15;
 
@@ -32,7 +34,10 @@ fn figure(
     let times = || rows.iter().map(|row| row.seconds).filter(|time| *time > 0.0);
     let least = times().fold(f64::INFINITY, f64::min);
     let most = times().fold(0.0, f64::max);
-    let mut figure = Figure::new(900, 470).columns(2);
+    let mut figure = Figure::new(900, 500)
+        .title(format!("CPU time over error of every method on scene {scene}"))
+        .note("Triangles: runs that failed, or were wrong by ten times the scale of the scene.")
+        .columns(2);
     for model in distinct(rows.iter().map(|row| row.model)) {
         let title = format!("{scene}, {}", if model == "frbd" { "FrBD" } else { "LuGre" });
         let mut panel = Panel::new("error over the scale of the scene / –", "CPU time t / s")
@@ -40,7 +45,7 @@ fn figure(
             .log_x()
             .log_y()
             .x_range(ERRORS)
-            .vertical(NO_ANSWER, "");
+            .vertical(NO_ANSWER, "failed");
         if least < most {
             panel = panel.y_range(0.7 * least..=1.4 * most);
         }
@@ -51,18 +56,18 @@ fn figure(
             // A failure breaks the line.
             let line = own().map(|row| if row.fails() { (f64::NAN, f64::NAN) } else { place(row) });
             let failed = own().filter(|row| row.fails()).map(|row| (FAILED_AT, row.seconds));
-            let stroke = Stroke::nth(index);
+            let bold = *method == AUTOMATIC;
+            let name = if bold { "solve (automatic)" } else { *method };
+            let stroke = Stroke::nth(index).width(if bold { 3.5 } else { 1.2 });
             // Triangles are for failures.
             let marker = [Marker::Disc, Marker::Square, Marker::Diamond][index % 3];
             let symbol = stroke.colour.marked(marker).size(4.5);
             panel = panel
-                .line(*method, stroke, line.collect::<Vec<_>>())
-                .points(*method, symbol, own().filter(answers).map(place))
+                .line(name, stroke, line.collect::<Vec<_>>())
+                .points(name, symbol, own().filter(answers).map(place))
                 .points("", stroke.colour.marked(Marker::Triangle).size(7.0), failed);
         }
-        let nothing: [(f64, f64); 0] = [];
-        let mark = Colour::Grey.marked(Marker::Triangle).size(7.0);
-        figure = figure.panel(panel.points("failed, or wrong by ten scales", mark, nothing));
+        figure = figure.panel(panel);
     }
     figure.save(folder, &format!("{prefix}_{scene}"))
 }

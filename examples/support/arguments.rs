@@ -45,14 +45,16 @@ struct Opt {
     unit: &'static str,
     help: &'static str,
     rule: Rule,
-    value: Value,
+    kind: Kind,
+    /// What was given, or the default; of the right kind and obeying the rule.
+    value: String,
 }
 
-#[derive(Debug, Clone)]
-enum Value {
-    Number(f64),
-    Count(usize),
-    Text(String),
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    Number,
+    Count,
+    Text,
 }
 
 /// Why the command line gives no values.
@@ -97,45 +99,32 @@ impl Rule {
 }
 
 impl Opt {
-    /// Reads `text` as a value of the same kind as the default.
-    fn read(&self, text: &str) -> Option<Value> {
-        match self.value {
-            Value::Number(_) => {
-                text.parse().ok().filter(|&x| self.rule.allows(x)).map(Value::Number)
-            }
-            Value::Count(_) => {
-                let count = text.parse().ok();
-                count.filter(|&n: &usize| self.rule.allows(n as f64)).map(Value::Count)
-            }
-            Value::Text(_) => Some(Value::Text(text.to_owned())),
-        }
+    fn accepts(&self, text: &str) -> bool {
+        let number = match self.kind {
+            Kind::Number => text.parse().ok(),
+            Kind::Count => text.parse::<usize>().ok().map(|count| count as f64),
+            Kind::Text => return true,
+        };
+        number.is_some_and(|number| self.rule.allows(number))
     }
 
     /// `a number, positive`.
     fn rule(&self) -> String {
-        match (&self.value, self.rule) {
-            (Value::Text(_), _) => "a text".to_owned(),
-            (Value::Count(_), Rule::Finite) => "a whole number".to_owned(),
-            (Value::Count(_), rule) => format!("a whole number, {rule}"),
-            (Value::Number(_), rule) => format!("a number, {rule}"),
+        match (self.kind, self.rule) {
+            (Kind::Text, _) => "a text".to_owned(),
+            (Kind::Count, Rule::Finite) => "a whole number".to_owned(),
+            (Kind::Count, rule) => format!("a whole number, {rule}"),
+            (Kind::Number, rule) => format!("a number, {rule}"),
         }
     }
 
     /// The line of `--help`.
     fn usage(&self) -> (String, String) {
-        let (kind, default) = match &self.value {
-            Value::Number(number) => ("NUMBER", shortest(*number)),
-            Value::Count(count) => ("COUNT", count.to_string()),
-            Value::Text(text) => ("TEXT", text.clone()),
-        };
-        let mut text = self.help.to_owned();
-        if !self.unit.is_empty() {
-            text += &format!(" / {}", self.unit);
-        }
-        if self.rule != Rule::Finite {
-            text += &format!(", {}", self.rule);
-        }
-        (format!("--{} {kind}", self.name), format!("{text} [default: {default}]"))
+        let Opt { name, unit, help, rule, kind, value } = self;
+        let kind = format!("{kind:?}").to_uppercase();
+        let unit = if unit.is_empty() { String::new() } else { format!(" / {unit}") };
+        let rule = if *rule == Rule::Finite { String::new() } else { format!(", {rule}") };
+        (format!("--{name} {kind}"), format!("{help}{unit}{rule} [default: {value}]"))
     }
 }
 
@@ -153,27 +142,28 @@ impl Arguments {
         unit: &'static str,
         help: &'static str,
     ) -> Arguments {
-        self.with(name, unit, help, Value::Number(default))
+        self.with(Kind::Number, name, unit, help, shortest(default))
     }
 
     /// Declares `--name COUNT`, a whole number.
     pub fn count(self, name: &'static str, default: usize, help: &'static str) -> Arguments {
-        self.with(name, "", help, Value::Count(default))
+        self.with(Kind::Count, name, "", help, default.to_string())
     }
 
     /// Declares `--name TEXT`.
     pub fn text(self, name: &'static str, default: &str, help: &'static str) -> Arguments {
-        self.with(name, "", help, Value::Text(default.to_owned()))
+        self.with(Kind::Text, name, "", help, default.to_owned())
     }
 
     fn with(
         mut self,
+        kind: Kind,
         name: &'static str,
         unit: &'static str,
         help: &'static str,
-        value: Value,
+        value: String,
     ) -> Arguments {
-        self.options.push(Opt { name, unit, help, rule: Rule::Finite, value });
+        self.options.push(Opt { name, unit, help, rule: Rule::Finite, kind, value });
         self
     }
 
@@ -230,10 +220,12 @@ impl Arguments {
                     out_dir = value.filter(|folder| !folder.is_empty()).ok_or_else(missing)?.into();
                 }
                 Some(option) => {
-                    let text = value.ok_or_else(missing)?;
-                    option.value = option.read(&text).ok_or_else(|| {
-                        misuse(format!("{name} must be {rule}, but {text:?} was given"))
-                    })?;
+                    option.value = value.ok_or_else(missing)?;
+                    if !option.accepts(&option.value) {
+                        let given = &option.value;
+                        let text = format!("{name} must be {rule}, but {given:?} was given");
+                        return Err(misuse(text).into());
+                    }
                 }
             }
         }
@@ -262,26 +254,18 @@ impl Values {
     /// The value of a declared number. Panics for a name that the example itself has misspelt, as
     /// do [`Values::count`] and [`Values::text`].
     pub fn number(&self, name: &str) -> f64 {
-        match self.declared(name) {
-            Value::Number(number) => *number,
-            _ => undeclared(name),
-        }
+        self.text(name).parse().unwrap_or_else(|_| undeclared(name))
     }
 
     /// The value of a declared count.
     pub fn count(&self, name: &str) -> usize {
-        match self.declared(name) {
-            Value::Count(count) => *count,
-            _ => undeclared(name),
-        }
+        self.text(name).parse().unwrap_or_else(|_| undeclared(name))
     }
 
     /// The value of a declared text.
     pub fn text(&self, name: &str) -> &str {
-        match self.declared(name) {
-            Value::Text(text) => text,
-            _ => undeclared(name),
-        }
+        let option = self.options.iter().find(|option| option.name == name);
+        option.map_or_else(|| undeclared(name), |option| &option.value)
     }
 
     /// The file given, if the example takes one.
@@ -293,14 +277,9 @@ impl Values {
     pub fn out_dir(&self) -> &Path {
         &self.out_dir
     }
-
-    fn declared(&self, name: &str) -> &Value {
-        let option = self.options.iter().find(|option| option.name == name);
-        option.map_or_else(|| undeclared(name), |option| &option.value)
-    }
 }
 
 #[expect(clippy::panic, reason = "a misspelt name in the example; no command line leads here")]
-fn undeclared(name: &str) -> ! {
+fn undeclared<T>(name: &str) -> T {
     panic!("the example declares no option of this kind named {name:?}")
 }

@@ -97,38 +97,35 @@ impl Axis {
     fn label(&self, value: f64) -> String {
         let largest = self.ticks.iter().fold(0.0, |most: f64, tick| most.max(tick.abs()));
         let smallest = self.ticks.iter().fold(largest, |least, tick| least.min(tick.abs()));
-        if self.logarithmic && !(smallest >= 0.999e-2 && largest < 1.001e3) {
-            let power = value.log10().floor();
-            let factor = (value / 10f64.powf(power)).round();
-            let factor = if factor == 1.0 { String::new() } else { format!("{factor}·") };
-            return format!("{factor}10{}", superscript(power as i32));
-        }
-        if self.logarithmic {
-            return format!("{}", (value * 1e6).round() / 1e6);
-        }
-        // As few decimals as tell all ticks apart from their neighbours.
+        let plain = if self.logarithmic { smallest > 0.999e-2 && largest < 1.001e3 } else { true };
+        // As few decimals as tell each tick from its neighbours; on a logarithmic axis its own.
         let step = self.ticks.windows(2).map(|pair| pair[1] - pair[0]).fold(largest, f64::min);
-        let exact = |d: i32| {
-            let scale = 10f64.powi(d);
-            self.ticks.iter().all(|v| ((v * scale).round() / scale - v).abs() < 1e-3 * step)
+        let exact = |decimals: i32| {
+            let off =
+                |v: f64| ((v * 10f64.powi(decimals)).round() / 10f64.powi(decimals) - v).abs();
+            let ticks = if self.logarithmic { &[value] } else { &self.ticks[..] };
+            ticks.iter().all(|tick| off(*tick) < 1e-3 * step)
         };
-        match (0..=5).find(|&decimals| exact(decimals)) {
-            Some(decimals) if largest < 1e6 => {
-                let text = format!("{value:.*}", decimals as usize);
-                let zero = text.trim_matches(['-', '0', '.']).is_empty();
-                if zero {
-                    text.trim_start_matches('-').to_owned()
-                } else {
-                    text.replace('-', "−")
-                }
+        let text = match (0..=5).find(|&decimals| exact(decimals)) {
+            Some(decimals) if plain && largest < 1e6 => {
+                // Without the sign of a negative zero.
+                let scale = 10f64.powi(decimals);
+                format!("{:.*}", decimals as usize, (value * scale).round() / scale + 0.0)
             }
             _ if value == 0.0 => "0".to_owned(),
             _ => {
-                let power = largest.log10().floor();
+                let scale = if self.logarithmic { value } else { largest };
+                let power = (scale.log10() + 1e-9).floor();
                 let factor = (value / 10f64.powf(power) * 1e3).round() / 1e3;
-                format!("{factor}·10{}", superscript(power as i32)).replace('-', "−")
+                let factor = if self.logarithmic && factor == 1.0 {
+                    String::new()
+                } else {
+                    format!("{factor}·")
+                };
+                format!("{factor}10{}", superscript(power as i32))
             }
-        }
+        };
+        text.replace('-', "−")
     }
 }
 

@@ -169,19 +169,13 @@ fn draw(figure: &Figure, root: &Area<'_, '_>) -> Result<()> {
                 .map_err(|problem| format!("panel {}: {problem}", index + 1))
         })
         .collect::<std::result::Result<Vec<_>, _>>()?;
-    // The panels of a column and the titles of a row stand in line.
-    let widest = |column: usize, placed: &[Placed<'_>]| {
-        let here = placed.iter().skip(column).step_by(columns);
-        here.fold((0.0, 0.0), |(l, r): (f64, f64), p| (l.max(p.left), r.max(p.right)))
-    };
-    let sides: Vec<_> = (0..columns).map(|column| widest(column, &placed)).collect();
-    for row in placed.chunks_mut(columns) {
-        let top = row.iter().map(|panel| panel.top).fold(0.0, f64::max);
-        for (panel, (left, right)) in row.iter_mut().zip(&sides) {
-            (panel.left, panel.right, panel.top) = (*left, *right, top);
-        }
-    }
-    let left = EDGE + sides.first().map_or(0.0, |side| side.0);
+    // All plot areas have one size, so that axes stand in line.
+    let most = |side: fn(&Placed<'_>) -> f64| placed.iter().map(side).fold(0.0, f64::max);
+    let (left, right, top) = (most(|p| p.left), most(|p| p.right), most(|p| p.top));
+    placed.iter_mut().for_each(|panel| {
+        (panel.left, panel.right, panel.top) = (left, right, top);
+    });
+    let left = EDGE + left;
     for (row, entries) in legend.iter().enumerate() {
         draw_entries(root, entries, (left, EDGE + LINE * (row as f64 + 0.5)))?;
     }
@@ -341,11 +335,6 @@ fn draw_panel(cell: &Area<'_, '_>, placed: Placed<'_>) -> Result<()> {
     }
     plot.draw(&Rectangle::new(corners, thin(FRAME, 0.9)))?;
     for (label, (x, y), h_pos) in labels.into_iter().filter(|(label, ..)| !label.is_empty()) {
-        let wide = FINE * (width(label, SMALL) + 4.0);
-        let from = if matches!(h_pos, HPos::Left) { x - 2.0 * FINE } else { x + 2.0 * FINE - wide };
-        let half = 0.45 * LINE * FINE;
-        let box_ = [(from as i32, (y - half) as i32), ((from + wide) as i32, (y + half) as i32)];
-        plot.draw(&Rectangle::new(box_, WHITE.mix(0.8).filled()))?;
         let style = font(SMALL, REFERENCE, h_pos, VPos::Center);
         plot.draw_text(label, &style, (x as i32, y as i32))?;
     }

@@ -3,7 +3,7 @@
 //! `cargo run --release --manifest-path benches/peers/Cargo.toml` (some minutes, on one thread).
 //!
 //! Leaves `peers.csv` (every run), `peers_ratio.md` (the best peer over our best at the same
-//! error, also printed) and one chart per scene and model in `target/figures`, or `--out DIR`.
+//! error, also printed) and one chart per scene in `target/figures`, or `--out DIR`.
 //!
 //! What is measured: CPU time of the thread for a whole solution, output at 2001 samples included,
 //! the least of several runs; the largest error over the samples; evaluations, counted inside the
@@ -131,20 +131,15 @@ fn charts(
     rows: &[Row],
     folder: &std::path::Path,
 ) -> support::Result<Vec<std::path::PathBuf>> {
-    let mut everyone: Vec<String> = Vec::new();
-    let mut scenes: Vec<(&str, &str)> = Vec::new();
+    let mut scenes: Vec<&str> = Vec::new();
     for row in rows {
-        if !everyone.contains(&row.who()) {
-            everyone.push(row.who());
-        }
-        if !scenes.contains(&(&row.scene, &row.model)) {
-            scenes.push((&row.scene, &row.model));
+        if !scenes.contains(&row.scene.as_str()) {
+            scenes.push(&row.scene);
         }
     }
-    let chart = |(scene, model): (&str, &str)| {
-        let here: Vec<&Row> =
-            rows.iter().filter(|row| row.scene == scene && row.model == model).collect();
-        chart::save(&here, &everyone, folder, &format!("peers_{scene}_{model}"))
+    let chart = |scene: &str| {
+        let here: Vec<&Row> = rows.iter().filter(|row| row.scene == scene).collect();
+        chart::save(&here, folder, &format!("peers_{scene}"))
     };
     scenes.into_iter().map(chart).collect()
 }
