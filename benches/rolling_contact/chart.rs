@@ -10,7 +10,9 @@ pub(crate) fn draw(folder: &Path, rows: &[Row]) -> crate::support::Result<PathBu
     let rows: Vec<&Row> = rows.iter().filter(|row| row.pressure == "parabolic").collect();
     let most = rows.iter().map(|row| row.seconds).fold(0.0, f64::max);
     let least = rows.iter().map(|row| row.seconds).fold(f64::INFINITY, f64::min);
-    let mut figure = Figure::new(900, 470).title("CPU time over error of all solvers of a contact patch").columns(2);
+    let mut figure = Figure::new(900, 470)
+        .title("CPU time over error of all solvers of a contact patch")
+        .columns(2);
     for (model, title) in [("frbd", "FrBD"), ("lugre", "LuGre")] {
         let mut panel = Panel::new("greatest error of F/F_z / –", "CPU time / s")
             .title(format!("{title}, tyre transient, parabolic pressure"))
