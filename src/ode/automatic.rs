@@ -1,285 +1,269 @@
-//! The default: an explicit method while the solution is what limits the step, a Rosenbrock method
-//! while stability would, switching in mid-run and both ways.
+//! The default: an explicit method while accuracy limits the step, a Rosenbrock method while stability
+//! would. The driver switches between them in mid-run, both ways.
 //!
-//! Stick and slip differ: a stuck mass is stiff (its fast swing on the bristles has died out, yet
-//! would limit an explicit step), breakaway and arrest are not.
+//! Stick and slip differ: a stuck mass is stiff (its fast swing on the bristles has died out, but
+//! would still limit an explicit step); breakaway and arrest are not.
 //!
-//! An explicit step is held by stability if h|λ| is near the limit of its stability region; |λ| is
-//! read off its last two stages, |f(x₁) − f(x̃)|/|x₁ − x̃| (Hairer, Nørsett, Wanner, below). In a
+//! An explicit step is limited by stability if h|λ| is near the limit of its stability region; |λ| is
+//! estimated from its last two stages, |f(x₁) − f(x̃)|/|x₁ − x̃| (Hairer and Wanner, below). In a
 //! Rosenbrock step the Jacobian J is at hand, and its spectral radius follows from traces of powers,
 //!
-//! ρ ≈ max(|tr J¹⁶|^(1/16), |tr J³²|^(1/32)),
+//! ρ ≈ max(|tr J¹⁶|^(1/16), |tr J³²|^(1/32)).
 //!
-//! which no choice of units can mislead, and no complex pair: where one trace vanishes the other does
-//! not.
+//! It does not depend on the units of the states, nor on the direction of a complex pair: where one
+//! trace vanishes the other does not.
 //!
 //! Source of the first: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd
 //! edition (Springer, 1996), section IV.2.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
-use super::curve::Curve;
-use super::method::{Attempt, Embedded, Field, Method, Point};
+use super::dense_output::DenseOutput;
+use super::explicit::{Explicit, ExplicitTableau};
+use super::rosenbrock::{Rosenbrock, RosenbrockTableau};
+use super::stepper::{Embedded, Field, Method, Point, Stepper, TrialStep};
 use super::{DormandPrince, DormandPrince8, Rodas4, Rodas5P};
 use crate::Scalar;
 use crate::bounds::smaller;
 use crate::scalar::{lit, to_f64};
-use crate::stability::Scheme;
 
 /// The method behind [`solve`](super::solve): an explicit and a Rosenbrock method that take turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Automatic {
-    pair: Pair,
-}
-
-/// Which two methods take turns.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Pair {
-    /// Dormand–Prince 5 and Rodas4.
-    Low,
-    /// Dormand–Prince 8 and Rodas5P.
-    High,
+    high_order: bool,
 }
 
 impl Automatic {
     /// [`DormandPrince`] and [`Rodas4`], for loose tolerances.
-    pub const LOW_ORDER: Self = Self { pair: Pair::Low };
+    pub const LOW_ORDER: Self = Self { high_order: false };
 
     /// [`DormandPrince8`] and [`Rodas5P`], for all others.
-    pub const HIGH_ORDER: Self = Self { pair: Pair::High };
+    pub const HIGH_ORDER: Self = Self { high_order: true };
 }
 
-/// What [`Automatic`] keeps for a run.
+impl Embedded for Automatic {}
+
+impl<T: Scalar, const N: usize> Method<T, N> for Automatic {
+    type Stepper = Either<T, N>;
+
+    fn stepper(&self) -> Self::Stepper {
+        if self.high_order {
+            Either::High(Alternating::new())
+        } else {
+            Either::Low(Alternating::new())
+        }
+    }
+}
+
+/// One of the two pairs of methods.
 #[derive(Debug, Clone)]
-pub struct Memory<T: Scalar, const N: usize> {
-    turn: Turn,
-    /// Accepted steps since the last change of turns.
+#[allow(clippy::large_enum_variant, reason = "one for a run, and nothing is allocated")]
+pub enum Either<T: Scalar, const N: usize> {
+    /// Orders 5 and 4.
+    Low(Alternating<DormandPrince, Rodas4, T, N, 7, 6>),
+    /// Orders 8 and 5.
+    High(Alternating<DormandPrince8, Rodas5P, T, N, 16, 8>),
+}
+
+/// An explicit and a Rosenbrock method that take turns.
+#[derive(Debug, Clone)]
+pub struct Alternating<B, R, T: Scalar, const N: usize, const S: usize, const Q: usize> {
+    explicit: Explicit<B, T, N, S>,
+    rosenbrock: Rosenbrock<R, T, N, Q>,
+    /// Whether it is the explicit method's turn.
+    is_explicit: bool,
+    /// Accepted steps since the last change.
     since: u32,
     /// Steps in a row that spoke for a change.
     votes: u32,
-    /// Votes that a change to the explicit method needs: more after it did not last.
+    /// Votes that a change to the explicit method needs: more after a change that did not last.
     needed: u32,
-    five: super::dormand_prince::Stages<T, N>,
-    eight: super::dormand_prince8::Stages<T, N>,
-    rodas4: super::rosenbrock::Stages<T, N, 6>,
-    rodas5: super::rosenbrock::Stages<T, N, 8>,
 }
 
-/// Whose turn it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Turn {
-    Explicit,
-    Implicit,
-}
-
-/// Stability limits of h|λ| on the negative real axis, of orders 5 and 8 ([`stability`](crate::stability)).
-const LIMITS: (f64, f64) = (3.3, 6.39);
-
-/// An explicit step beyond this part of its limit is held by stability.
+/// An explicit step beyond this part of its stability limit is limited by stability.
 const HELD: f64 = 0.6;
 
-/// Below this h ρ of a Rosenbrock step an explicit method is cheaper: it could take steps of
-/// 0.8 of its limit, or two to three times as long if it is not held, at about the same cost.
+/// Below this h ρ of a Rosenbrock step an explicit method is cheaper: it can take steps of
+/// 0.8 of its limit, or two to three times as long if accuracy allows, at about the same cost.
 const EASY: f64 = 2.5;
 
-/// The estimate of a Rosenbrock step is taken so many times. The slow creep towards breakaway decides
-/// when it comes, and a mass that sticks does little else. On the stick-slip scene of the
-/// work-precision charts this cost up to a fifth more evaluations, and divided the error by a hundred at
-/// a tolerance of 10⁻⁴, by ten at 10⁻⁶ and by nothing at 10⁻⁹.
+/// The error estimate of a Rosenbrock step is multiplied by this. The slow creep towards breakaway
+/// decides when it comes, and a stuck mass does little else. On the stick-slip scene of the
+/// work-precision charts this cost up to a fifth more evaluations, and divided the error by a hundred
+/// at a tolerance of 10⁻⁴, by ten at 10⁻⁶ and by nothing at 10⁻⁹.
 const CARE: f64 = 5.0;
 
 /// Votes for a change.
 const VOTES: u32 = 2;
 
-/// Most votes a change to the explicit method is made to need.
+/// Most votes that a change to the explicit method may need.
 const MOST_VOTES: u32 = 32;
 
 /// An explicit turn of fewer steps was not worth the change.
 const SHORT: u32 = 12;
 
-impl Embedded for Automatic {}
-
-impl<T: Scalar, const N: usize> Method<T, N> for Automatic {
-    type Memory = Memory<T, N>;
-
-    fn scheme(&self) -> Option<Scheme> {
-        // With fixed steps it stays with its Rosenbrock method.
-        Some(Scheme::Rosenbrock)
-    }
-
-    fn memory(&self) -> Self::Memory {
-        Memory {
-            turn: Turn::Implicit,
+impl<B, R, T, const N: usize, const S: usize, const Q: usize> Alternating<B, R, T, N, S, Q>
+where
+    B: ExplicitTableau,
+    R: RosenbrockTableau,
+    T: Scalar,
+{
+    fn new() -> Self {
+        Self {
+            explicit: Explicit::new(),
+            rosenbrock: Rosenbrock::new(),
+            is_explicit: false,
             since: 0,
             votes: 0,
             needed: VOTES,
-            five: Method::<T, N>::memory(&DormandPrince),
-            eight: Method::<T, N>::memory(&DormandPrince8),
-            rodas4: Method::<T, N>::memory(&Rodas4),
-            rodas5: Method::<T, N>::memory(&Rodas5P),
         }
     }
 
-    fn begin<F: Field<T, N>>(
-        &self,
-        memory: &mut Self::Memory,
-        field: &mut F,
-        point: &mut Point<T, N>,
-    ) {
-        match (memory.turn, self.pair) {
-            (Turn::Explicit, Pair::Low) => DormandPrince.begin(&mut memory.five, field, point),
-            (Turn::Explicit, Pair::High) => DormandPrince8.begin(&mut memory.eight, field, point),
-            (Turn::Implicit, Pair::Low) => memory.rodas4.begin(field, point),
-            (Turn::Implicit, Pair::High) => memory.rodas5.begin(field, point),
+    /// Counts a step that speaks for a change or against it. Answers whether to change.
+    fn vote(&mut self, for_change: bool, needed: u32) -> bool {
+        self.votes = if for_change { self.votes + 1 } else { 0 };
+        if self.votes < needed {
+            return false;
+        }
+        self.explicit.forget();
+        (self.is_explicit, self.since, self.votes) = (!self.is_explicit, 0, 0);
+        true
+    }
+}
+
+impl<B, R, T, const N: usize, const S: usize, const Q: usize> Stepper<T, N>
+    for Alternating<B, R, T, N, S, Q>
+where
+    B: ExplicitTableau,
+    R: RosenbrockTableau,
+    T: Scalar,
+{
+    fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
+        if self.is_explicit {
+            self.explicit.begin(field, point);
+        } else {
+            self.rosenbrock.begin(field, point);
         }
     }
 
     #[inline]
     fn attempt<F: Field<T, N>>(
-        &self,
-        memory: &mut Self::Memory,
+        &mut self,
         field: &mut F,
         from: &Point<T, N>,
         step: T,
-    ) -> Attempt<T, N> {
-        let mut attempt = match (memory.turn, self.pair) {
-            (Turn::Explicit, Pair::Low) => {
-                return DormandPrince.attempt(&mut memory.five, field, from, step);
-            }
-            (Turn::Explicit, Pair::High) => {
-                return DormandPrince8.attempt(&mut memory.eight, field, from, step);
-            }
-            (Turn::Implicit, Pair::Low) => Rodas4.attempt(&mut memory.rodas4, field, from, step),
-            (Turn::Implicit, Pair::High) => Rodas5P.attempt(&mut memory.rodas5, field, from, step),
-        };
-        attempt.error *= lit::<T>(CARE);
-        attempt
+    ) -> TrialStep<T, N> {
+        if self.is_explicit {
+            return self.explicit.attempt(field, from, step);
+        }
+        let trial = self.rosenbrock.attempt(field, from, step);
+        TrialStep { error: trial.error * lit::<T>(CARE), ..trial }
     }
 
     #[inline]
-    fn arrive<F: Field<T, N>>(
-        &self,
-        memory: &mut Self::Memory,
-        field: &mut F,
-        end: &mut Point<T, N>,
-    ) {
-        match (memory.turn, self.pair) {
-            (Turn::Explicit, Pair::Low) => DormandPrince.arrive(&mut memory.five, field, end),
-            (Turn::Explicit, Pair::High) => DormandPrince8.arrive(&mut memory.eight, field, end),
-            (Turn::Implicit, Pair::Low) => memory.rodas4.arrive(field, end),
-            (Turn::Implicit, Pair::High) => memory.rodas5.arrive(field, end),
+    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
+        if self.is_explicit {
+            self.explicit.arrive(field, end);
+        } else {
+            self.rosenbrock.arrive(field, end);
         }
     }
 
-    fn curve<F: Field<T, N>>(
-        &self,
-        memory: &Self::Memory,
+    fn dense_output<F: Field<T, N>>(
+        &mut self,
         field: &mut F,
         from: &Point<T, N>,
         end: &Point<T, N>,
-    ) -> Curve<T, N> {
-        match (memory.turn, self.pair) {
-            (Turn::Explicit, Pair::Low) => DormandPrince.curve(&memory.five, field, from, end),
-            (Turn::Explicit, Pair::High) => DormandPrince8.curve(&memory.eight, field, from, end),
-            (Turn::Implicit, Pair::Low) => Rodas4.curve(&memory.rodas4, field, from, end),
-            (Turn::Implicit, Pair::High) => Rodas5P.curve(&memory.rodas5, field, from, end),
+    ) -> DenseOutput<T, N> {
+        if self.is_explicit {
+            self.explicit.dense_output(field, from, end)
+        } else {
+            self.rosenbrock.dense_output(field, from, end)
         }
     }
 
     fn accepted<F: Field<T, N>>(
-        &self,
-        memory: &mut Self::Memory,
+        &mut self,
         field: &mut F,
         from: &Point<T, N>,
         end: &Point<T, N>,
         proposed: Option<T>,
     ) -> Option<T> {
-        memory.since += 1;
+        self.since += 1;
         let step = (end.time - from.time).abs();
-        let limit: T = lit(match self.pair {
-            Pair::Low => LIMITS.0,
-            Pair::High => LIMITS.1,
-        });
-        match memory.turn {
-            Turn::Explicit => {
-                if self.pair == Pair::High {
-                    DormandPrince8.accepted(&mut memory.eight, field, from, end, proposed);
-                }
-                let (ahead, beside) = match self.pair {
-                    Pair::Low => {
-                        (memory.five.k[6] - memory.five.k[5], end.state - memory.five.sixth)
-                    }
-                    Pair::High => {
-                        (memory.eight.k[12] - memory.eight.k[11], end.state - memory.eight.twelfth)
-                    }
-                };
-                let held = held(&ahead, &beside, &end.scale, step, limit * lit(HELD));
-                memory.votes = if held { memory.votes + 1 } else { 0 };
-                if memory.votes < VOTES {
-                    return proposed;
-                }
-                let lasted = memory.since > SHORT;
-                memory.needed = if lasted { VOTES } else { (memory.needed * 2).min(MOST_VOTES) };
-                memory.change(Turn::Implicit);
-                let mut end = *end;
-                self.begin(memory, field, &mut end);
-                proposed
+        if self.is_explicit {
+            self.explicit.accepted(field, from, end, proposed);
+            let lasted = self.since > SHORT;
+            let held = self.explicit.is_held_by_stability(end, step, HELD);
+            if self.vote(held, VOTES) {
+                self.needed = if lasted { VOTES } else { (self.needed * 2).min(MOST_VOTES) };
+                self.rosenbrock.begin(field, &mut end.clone());
             }
-            Turn::Implicit => {
-                let jacobian = match self.pair {
-                    Pair::Low => {
-                        memory.rodas4.tangent = memory.rodas4.at_end;
-                        memory.rodas4.tangent.by_state
-                    }
-                    Pair::High => {
-                        memory.rodas5.tangent = memory.rodas5.at_end;
-                        memory.rodas5.tangent.by_state
-                    }
-                };
-                // Fixed steps stay with the method that bears any length.
-                let proposed = proposed?;
-                let reach = spectral_radius(&(jacobian * step));
-                memory.votes = if reach < EASY { memory.votes + 1 } else { 0 };
-                if memory.votes < memory.needed {
-                    return Some(proposed);
-                }
-                memory.change(Turn::Explicit);
-                let most = step * limit * lit(0.8 / if reach > 0.01 { reach } else { 0.01 });
-                Some(smaller(proposed, most))
-            }
+            return proposed;
         }
+        self.rosenbrock.accepted(field, from, end, proposed);
+        // Fixed steps stay with the method that is stable at any length.
+        let proposed = proposed?;
+        let reach = spectral_radius(&(self.rosenbrock.jacobian() * step));
+        if !self.vote(reach < EASY, self.needed) {
+            return Some(proposed);
+        }
+        let limit = B::REAL_LIMIT * 0.8 / if reach > 0.01 { reach } else { 0.01 };
+        Some(smaller(proposed, step * lit(limit)))
     }
 }
 
-impl<T: Scalar, const N: usize> Memory<T, N> {
-    fn change(&mut self, turn: Turn) {
-        self.eight.forget();
-        self.turn = turn;
-        self.since = 0;
-        self.votes = 0;
+/// Calls a function of the pair at work.
+macro_rules! either {
+    ($self:ident.$function:ident($($argument:expr),*)) => {
+        match $self {
+            Self::Low(pair) => pair.$function($($argument),*),
+            Self::High(pair) => pair.$function($($argument),*),
+        }
+    };
+}
+
+impl<T: Scalar, const N: usize> Stepper<T, N> for Either<T, N> {
+    fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
+        either!(self.begin(field, point));
+    }
+
+    #[inline]
+    fn attempt<F: Field<T, N>>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        step: T,
+    ) -> TrialStep<T, N> {
+        either!(self.attempt(field, from, step))
+    }
+
+    #[inline]
+    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
+        either!(self.arrive(field, end));
+    }
+
+    fn dense_output<F: Field<T, N>>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        end: &Point<T, N>,
+    ) -> DenseOutput<T, N> {
+        either!(self.dense_output(field, from, end))
+    }
+
+    fn accepted<F: Field<T, N>>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        end: &Point<T, N>,
+        proposed: Option<T>,
+    ) -> Option<T> {
+        either!(self.accepted(field, from, end, proposed))
     }
 }
 
-/// Whether h|λ| exceeds a limit, from a difference of rates and that of the states they belong to.
-fn held<T: Scalar, const N: usize>(
-    rates: &SVector<T, N>,
-    states: &SVector<T, N>,
-    scale: &SVector<T, N>,
-    step: T,
-    limit: T,
-) -> bool {
-    let (mut over, mut under) = (T::zero(), T::zero());
-    for i in 0..N {
-        let inverse = T::one() / scale[i];
-        let (rate, state) = (rates[i] * inverse, states[i] * inverse);
-        over += rate * rate;
-        under += state * state;
-    }
-    // States that hardly differ tell nothing but their rounding.
-    under > lit(1e-6) && over * step * step > under * limit * limit
-}
-
-/// The greatest magnitude of an eigenvalue, within some ten percent; infinite beyond 10²⁰ or so.
+/// The largest magnitude of an eigenvalue, within about ten percent; infinite beyond about 10²⁰.
 fn spectral_radius<T: Scalar, const N: usize>(matrix: &SMatrix<T, N, N>) -> f64 {
     let mut power = *matrix;
     for _ in 0..4 {

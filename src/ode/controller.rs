@@ -1,8 +1,8 @@
 //! The step-size controller.
 //!
-//! h ← h · 0.9 · err^(−α) · err₋₁^β with α = (1 − 3β'/4)/q, β = β'/q, β' = 0.2: proportional to the
-//! error of this step and, through that of the step before, to its trend (a PI controller), which
-//! keeps the step steady where stability and not accuracy limits it.
+//! h ← h · 0.9 · err^(−α) · err₋₁^β with α = (1 − 3β'/4)/q, β = β'/q, β' = 0.2, where err is the error
+//! of the step over its tolerance, err₋₁ that of the step before, and q the order of the estimate. It
+//! is a PI controller: the second factor keeps the step steady where stability limits it, not accuracy.
 //!
 //! Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition
 //! (Springer, 1996), section IV.2.
@@ -12,8 +12,8 @@
 pub(crate) struct Controller {
     /// Mean square of the error of the last accepted step.
     before: f64,
-    /// Trials rejected in a row: the step may not grow after one, and after two the estimate is no
-    /// longer believed to tell how far it is from its asymptotic behaviour.
+    /// Trials rejected in a row. After one the step may not grow; after two the estimate is not yet
+    /// in its asymptotic range, and the step shrinks faster.
     rejected: u32,
 }
 
@@ -22,12 +22,17 @@ const SMALLEST: f64 = 0.1;
 const LARGEST: f64 = 8.0;
 /// Largest factor after a second rejection in a row.
 const HURRY: f64 = 0.6;
-/// Below an error of 10⁻² of the tolerance the trend says nothing.
+/// Errors below 10⁻² of the tolerance say nothing about the trend.
 const FLOOR: f64 = 1e-4;
 
 impl Controller {
     pub(crate) fn new() -> Self {
         Self { before: 1.0, rejected: 0 }
+    }
+
+    /// Whether the last trial was rejected.
+    pub(crate) fn is_rejecting(&self) -> bool {
+        self.rejected > 0
     }
 
     /// The factor for the step after an accepted one, from the mean square of its error and the
@@ -55,8 +60,8 @@ impl Controller {
     }
 }
 
-/// x^e to within one percent for e of at most 1 in magnitude, without the cost of `powf`: the
-/// logarithm and the exponential are straight lines between powers of two, bent by a parabola.
+/// x^e to within one percent for |e| ≤ 1, without the cost of `powf`: between powers of two the
+/// logarithm and the exponential are straight lines with a parabolic correction.
 pub(crate) fn rough_power(x: f64, exponent: f64) -> f64 {
     /// Makes the parabola exact in the middle between two powers of two.
     const BEND: f64 = 0.34;

@@ -21,6 +21,12 @@ pub enum StopReason {
         /// The first component that is not.
         component: usize,
     },
+    /// A sliding velocity is not finite, however short the step.
+    #[error("the sliding velocity of contact {contact} is not finite")]
+    VelocityNotFinite {
+        /// The first contact for which it is not.
+        contact: usize,
+    },
     /// The tolerances, or a fixed step, ask for steps that no longer advance the time.
     #[error("the step falls below {smallest:e} s, the smallest that still advances the time")]
     StepTooSmall {
@@ -53,6 +59,14 @@ pub struct Failure<T, const N: usize> {
     pub state: SVector<T, N>,
     /// What the run cost.
     pub statistics: Statistics,
+}
+
+impl<T, const N: usize> Failure<T, N> {
+    /// A run that did not start.
+    pub(crate) fn refused(error: ParameterError, time: T, state: SVector<T, N>) -> Self {
+        let reason = StopReason::Refused(error);
+        Self { reason, time, state, statistics: Statistics::default() }
+    }
 }
 
 impl<T: Scalar, const N: usize> fmt::Display for Failure<T, N> {

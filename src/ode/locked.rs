@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::method::Field;
+use super::stepper::Field;
 use super::{Linearisation, Statistics, System};
 use crate::bounds::{larger, smaller};
 use crate::scalar::lit;

@@ -28,44 +28,47 @@
 
 mod automatic;
 mod controller;
-mod curve;
+mod crossing;
+mod dense_output;
 mod dormand_prince;
 mod dormand_prince8;
 mod event;
+mod explicit;
 mod failure;
 mod integration;
 mod locked;
-mod method;
 mod reversal;
 mod rodas4;
 mod rodas5p;
 mod rosenbrock;
 mod runge_kutta4;
-mod settings;
 mod solver;
+mod start;
 mod statistics;
 mod step;
+mod stepper;
 mod system;
 mod tolerance;
 #[cfg(feature = "alloc")]
 mod trajectory;
 #[cfg(test)]
 mod trees;
+mod walk;
 
 pub use automatic::Automatic;
-pub use curve::Curve;
+
 pub use dormand_prince::DormandPrince;
 pub use dormand_prince8::DormandPrince8;
 pub use event::{Action, Direction, Event, Occurrence};
 pub use failure::{Failure, StopReason};
 pub use integration::Integration;
-pub use method::{Attempt, Embedded, Field, Method, Point};
 pub use rodas4::Rodas4;
 pub use rodas5p::Rodas5P;
 pub use runge_kutta4::RungeKutta4;
 pub use solver::{Observer, Outcome, Solver, Summary};
 pub use statistics::Statistics;
 pub use step::Step;
+pub use stepper::{Embedded, Method};
 pub use system::{Linearisation, System};
 pub use tolerance::{Tolerances, TolerancesParameters};
 #[cfg(feature = "alloc")]

@@ -1,33 +1,28 @@
 //! Where a sliding direction reverses within a step.
 
 use super::System;
-use super::method::Point;
+use super::crossing::{Crossing, Search};
 use super::step::Step;
+use super::stepper::Point;
 use crate::bounds::{larger, smaller};
-use crate::root::enclose;
 use crate::scalar::lit;
 use crate::{Branch, Scalar};
 
-/// A contact may be on the wrong side of zero by this part of the error that the tolerances allow
-/// its velocity before that counts as a reversal: what is smaller is noise of the integration,
-/// and to restart at each of its zeros would cost much and tell nothing.
+/// A velocity on the wrong side of zero by less than this part of the error that its tolerances allow
+/// is noise of the integration: to restart at each of its zeros would cost much and tell nothing.
 const NOISE: f64 = 1e-3;
 
-/// A step cut at a reversal has come to it if no more than this part of the velocity is left.
+/// A step cut at a reversal has reached it if no more than this part of the velocity is left.
 const NEARLY: f64 = 1e-2;
 
-/// Splits in a row that hardly advance before a contact is left on the free branch for a step.
+/// After so many splits in a row that hardly advance, a contact takes a step on the free branch.
 const PATIENCE: u32 = 6;
 
-/// A split hardly advances if it leaves less than this part of the trial step.
+/// A split that leaves less than this part of the trial step hardly advances.
 const HARDLY: f64 = 1e-3;
 
-/// The first step after a turn may be so many times that after the last turn the same way.
+/// The first step after a turn is at most this many times that after the last turn the same way.
 const AGAIN: f64 = 1.25;
-
-/// Where to look for the direction in which a contact starts from zero, as parts of the way to
-/// where it slides the other way.
-const PROBES: [f64; 3] = [1e-3, 0.03, 0.3];
 
 /// What the driver knows of one sliding contact.
 #[derive(Debug, Clone, Copy)]
@@ -38,7 +33,7 @@ pub(super) struct Lock<T> {
     ahead: T,
     /// How far on the wrong side is still noise.
     pub(super) noise: T,
-    /// How far on the wrong side a reversal has just left the contact: its place is not exact.
+    /// How far on the wrong side the last reversal left the contact: its place is not exact.
     left: T,
     /// The greatest speed met so far, which sets the rounding of the velocity.
     greatest: T,
@@ -76,33 +71,30 @@ impl<T: Scalar> Lock<T> {
         }
     }
 
-    /// The length to try after a turn: a stuck mass that swings needs about the same step every time
-    /// it turns this way, and not that of the other way.
+    /// The length to try after a turn: a swinging stuck mass needs about the same step every time it
+    /// turns this way, which may differ from that of the other way.
     pub(super) fn likely(&self, proposed: T) -> T {
         let before = self.firsts[usize::from(self.branch == Branch::Backward)];
         if before > T::zero() { smaller(proposed, before * lit(AGAIN)) } else { proposed }
     }
 
     /// Takes note of the sliding velocity at the current point.
-    pub(super) fn look(&mut self, velocity: T) {
+    pub(super) fn update(&mut self, velocity: T) {
         self.ahead = self.branch.of(velocity).speed();
         self.left = T::zero();
         self.greatest = larger(self.greatest, velocity.abs());
     }
 
-    /// Takes note of the sliding velocity where the contact has just been locked.
-    pub(super) fn begin(&mut self, velocity: T) {
-        self.look(velocity);
+    /// Takes note of the sliding velocity where the contact has just been locked, and of the error
+    /// that the tolerances allow it.
+    pub(super) fn begin(&mut self, velocity: T, error: T) {
+        self.update(velocity);
         self.left = larger(-self.ahead, T::zero());
-    }
-
-    /// Takes note of the error that the tolerances allow the velocity.
-    pub(super) fn allow(&mut self, error: T) {
         let rounding = self.greatest * T::default_epsilon() * lit(4.0);
         self.noise = larger(error * lit(NOISE), rounding);
     }
 
-    /// Whether a step cut at a reversal has come to it, from what was known at its start.
+    /// Whether a step cut at a reversal has reached it, from what was known at its start.
     pub(super) fn reaches_zero(&self, start: &Self) -> bool {
         self.ahead <= larger(self.noise, start.ahead * lit(NEARLY))
     }
@@ -116,16 +108,18 @@ impl<T: Scalar> Lock<T> {
 }
 
 /// What a trial step does to the sliding directions.
-pub(super) enum Verdict<T> {
-    /// Nothing.
+pub(super) enum Reversal<T> {
+    /// No contact reverses.
     None,
     /// This contact was on the wrong branch from the start.
     AtStart(usize),
     /// This contact reverses at this fraction of the step.
     Within(usize, T),
+    /// A sliding velocity is not finite.
+    Unknown,
 }
 
-/// A velocity that falls to less than this part of its greatest value in a step is looked at closely.
+/// A velocity that falls below this part of its greatest value in a step is examined closely.
 const CLOSE: f64 = 0.05;
 
 /// Whether no contact comes near a reversal between two points, as far as a cubic tells: the one
@@ -166,17 +160,18 @@ where
         let (b1, b2) = (control(v0, v1, v2, v3), control(v3, v2, v1, v0));
         let least = smaller(smaller(v0, b1), smaller(b2, v3));
         let most = larger(larger(v0, b1), larger(b2, v3));
-        lock.branch == Branch::Free || (least > lock.noise && least > most * lit(CLOSE))
+        let is_far = least > lock.noise && least > most * lit(CLOSE);
+        is_far || lock.branch == Branch::Free && last.is_finite()
     })
 }
 
-/// Whether a trial step takes a contact to the wrong side of zero, and where first.
+/// Whether a trial step takes a contact to the wrong side of zero, and which one first.
 pub(super) fn first_reversal<T, S, const N: usize, const K: usize>(
     system: &S,
     locks: &[Lock<T>; K],
     step: &Step<T, N>,
     smallest_step: T,
-) -> Verdict<T>
+) -> Reversal<T>
 where
     T: Scalar,
     S: System<T, N, K>,
@@ -187,76 +182,38 @@ where
     };
     let middle = velocities(half);
     let end = system.sliding_velocities(step.end_time, &step.end);
-    let mut first = Verdict::None;
+    let duration = (step.end_time - step.start_time).abs();
+    let mut first = Reversal::None;
     let mut earliest = T::one();
     for (index, ((lock, middle), end)) in locks.iter().zip(middle).zip(end).enumerate() {
+        if !(middle.is_finite() && end.is_finite()) {
+            return Reversal::Unknown;
+        }
         if lock.branch == Branch::Free {
             continue;
         }
         let ahead = |velocity: T| lock.branch.of(velocity).speed();
         let at = |fraction: T| velocities(fraction).get(index).map_or(T::zero(), |&v| ahead(v));
-        let (v0, v1, v2) = (lock.ahead, ahead(middle), ahead(end));
-        // On the wrong side by noise, or in the first step by the inexact place of the reversal:
-        // forgiven. To forgive more would keep a creeping contact on the wrong branch for ever,
-        // where the bristle is driven beyond every limit.
-        let forgiven = larger(lock.noise, lock.left * lit(2.0));
-        let Some((right, wrong)) = bracket([v0, v1, v2], forgiven, at) else { continue };
-        let Some(right) = right else {
-            return Verdict::AtStart(index);
+        let search = Search {
+            // On the wrong side by noise, or in the first step by the inexact place of the reversal.
+            // To forgive more would keep a creeping contact on the wrong branch for ever, where the
+            // bristle is driven beyond every limit.
+            forgiven: larger(lock.noise, lock.left * lit(2.0)),
+            tolerance: T::default_epsilon() * lit(4.0),
+            shortest: smallest_step * lit(4.0) / duration,
         };
-        // A contact that starts from zero may slide the right way first.
-        let right = if right.0 > T::zero() {
-            right
-        } else {
-            let probes = PROBES.map(|part| wrong.0 * lit(part));
-            let ahead = probes.into_iter().map(|place| (place, at(place)));
-            ahead.into_iter().find(|&(_, velocity)| velocity > T::zero()).unwrap_or(right)
-        };
-        let (_, place) = enclose(at, right, wrong, T::default_epsilon() * lit(4.0));
-        if place * (step.end_time - step.start_time).abs() < smallest_step * lit(4.0) {
-            return Verdict::AtStart(index);
-        }
-        if place < earliest {
-            earliest = place;
-            first = Verdict::Within(index, place);
+        let sights = [(T::zero(), lock.ahead), (half, ahead(middle)), (T::one(), ahead(end))];
+        match search.first(at, &sights) {
+            Crossing::None => {}
+            Crossing::AtStart => return Reversal::AtStart(index),
+            Crossing::At(place) if place < earliest => {
+                earliest = place;
+                first = Reversal::Within(index, place);
+            }
+            Crossing::At(_) => {}
         }
     }
     first
-}
-
-/// A fraction of the step with the velocity there.
-type Sample<T> = (T, T);
-
-/// The first sample on the wrong side of zero and the last one before it on the right side, if
-/// there is one; from the velocities at the start, in the middle and at the end of a step.
-fn bracket<T: Scalar>(
-    [v0, v1, v2]: [T; 3],
-    forgiven: T,
-    at: impl Fn(T) -> T,
-) -> Option<(Option<Sample<T>>, Sample<T>)> {
-    let (two, half): (T, T) = (lit(2.0), lit(0.5));
-    let mut right = None;
-    let mut visit = |sample: Sample<T>| {
-        let (_, velocity) = sample;
-        if velocity < -forgiven {
-            return Some((right, sample));
-        }
-        if velocity >= T::zero() {
-            right = Some(sample);
-        }
-        None
-    };
-    // The parabola through the three velocities may dip between them.
-    let bend = (v0 + v2 - v1 * two) * two;
-    let slope = v2 - v0 - bend;
-    let lowest = if bend > T::zero() { -slope / (bend * two) } else { -T::one() };
-    let dips = v0 - slope * slope / (bend * lit(4.0)) < -forgiven;
-    let dip = |from: T, to: T| (dips && lowest > from && lowest < to).then(|| (lowest, at(lowest)));
-    visit((T::zero(), v0))
-        .or_else(|| dip(T::zero(), half).and_then(&mut visit))
-        .or_else(|| visit((half, v1)))
-        .or_else(|| dip(half, T::one()).and_then(&mut visit))
-        .or_else(|| visit((T::one(), v2)))
 }
 
 #[cfg(test)]

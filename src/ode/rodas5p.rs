@@ -1,244 +1,129 @@
 //! Rodas5P: a stiffly accurate, L-stable Rosenbrock method of order 5 with an embedded estimate of
-//! order 4, eight stages and a continuous extension of order 4. On stiff, linear problems (Prothero and
+//! order 4, eight stages and a dense output of order 4. On stiff, linear problems (Prothero and
 //! Robinson's) its order falls to 3, and that of RODAS to 1, with errors that fall as 1/λ.
 //!
 //! Source: G. Steinebach, "Construction of Rosenbrock–Wanner method Rodas5P and numerical benchmarks
 //! within the Julia Differential Equations package", BIT Numerical Mathematics 63 (2023), 27.
 
-use nalgebra::SVector;
-
-use super::curve::Curve;
-use super::method::{Attempt, Embedded, Field, Method, Point, combine};
-use super::rosenbrock::{Stages, Tableau, rosenbrock_method};
+use super::rosenbrock::{Rosenbrock, RosenbrockTableau};
+use super::stepper::{Embedded, Method};
 use crate::Scalar;
-use crate::stability::Scheme;
 
 /// The L-stable Rosenbrock method Rodas5P of order 5(4), for stiff systems and tight tolerances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Rodas5P;
 
-const GAMMA: f64 = 0.211_937_563_194_290_14;
+impl<T: Scalar, const N: usize> Method<T, N> for Rodas5P {
+    type Stepper = Rosenbrock<Self, T, N, 8>;
 
-const TABLEAU: Tableau<8> = Tableau {
-    gamma: GAMMA,
-    chained: 6,
-    times: [
-        0.0,
-        0.635_812_689_582_870_4,
-        0.409_579_839_339_753_5,
-        0.976_930_672_506_071_6,
-        0.428_840_360_955_866_4,
-        1.0,
-        1.0,
-        1.0,
-    ],
-    time_weights: [
-        GAMMA,
-        -0.423_875_126_388_580_27,
-        -0.338_462_712_623_592_4,
-        1.804_645_287_288_273_4,
+    fn stepper(&self) -> Self::Stepper {
+        Rosenbrock::new()
+    }
+}
+
+impl Embedded for Rodas5P {}
+
+#[rustfmt::skip] // Several coefficients a line.
+impl RosenbrockTableau for Rodas5P {
+    const GAMMA: f64 = 0.211_937_563_194_290_14;
+    const TIMES: &'static [f64] = &[
+        0.0, 0.635_812_689_582_870_4, 0.409_579_839_339_753_5, 0.976_930_672_506_071_6,
+        0.428_840_360_955_866_4, 1.0, 1.0, 1.0,
+    ];
+    const TIME_WEIGHTS: &'static [f64] = &[
+        Self::GAMMA, -0.423_875_126_388_580_27, -0.338_462_712_623_592_4, 1.804_645_287_288_273_4,
         2.325_825_639_765_069,
-        0.0,
-        0.0,
-        0.0,
-    ],
-    a: [
-        [0.0; 8],
-        [3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        [2.849_394_379_747_939, 0.458_422_422_044_639_23, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        [
-            -6.954_028_509_809_101,
-            2.489_845_061_869_568,
-            -10.358_996_098_473_584,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-        ],
-        [
-            2.802_998_627_562_896_4,
-            0.507_246_473_622_820_6,
-            -0.398_831_254_177_052_4,
+    ];
+    const WEIGHTS: &'static [&'static [f64]] = &[
+        &[],
+        &[3.0],
+        &[2.849_394_379_747_939, 0.458_422_422_044_639_23],
+        &[-6.954_028_509_809_101, 2.489_845_061_869_568, -10.358_996_098_473_584],
+        &[
+            2.802_998_627_562_896_4, 0.507_246_473_622_820_6, -0.398_831_254_177_052_4,
             -0.047_211_872_304_046_41,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
         ],
-        [
-            -7.502_846_399_306_121,
-            2.561_846_144_803_919,
-            -11.627_539_656_261_098,
-            -0.182_687_676_599_422_56,
-            0.030_198_172_008_377_946,
-            0.0,
-            0.0,
-            0.0,
+        &[
+            -7.502_846_399_306_121, 2.561_846_144_803_919, -11.627_539_656_261_098,
+            -0.182_687_676_599_422_56, 0.030_198_172_008_377_946,
         ],
-        [
-            -7.502_846_399_306_121,
-            2.561_846_144_803_919,
-            -11.627_539_656_261_098,
-            -0.182_687_676_599_422_56,
-            0.030_198_172_008_377_946,
-            1.0,
-            0.0,
-            0.0,
-        ],
-        [
-            -7.502_846_399_306_121,
-            2.561_846_144_803_919,
-            -11.627_539_656_261_098,
-            -0.182_687_676_599_422_56,
-            0.030_198_172_008_377_946,
-            1.0,
-            1.0,
-            0.0,
-        ],
-    ],
-    c: [
-        [0.0; 8],
-        [-14.155_112_264_123_755, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        [-17.972_960_358_859_52, -2.859_693_295_451_294, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        [
-            147.121_502_757_117_16,
-            -1.412_214_027_182_13,
-            71.689_402_513_023_58,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-        ],
-        [
-            165.435_170_248_716_76,
-            -0.459_282_345_649_112_6,
-            42.909_383_369_586_03,
+    ];
+    const COUPLING: &'static [&'static [f64]] = &[
+        &[],
+        &[-14.155_112_264_123_755],
+        &[-17.972_960_358_859_52, -2.859_693_295_451_294],
+        &[147.121_502_757_117_16, -1.412_214_027_182_13, 71.689_402_513_023_58],
+        &[
+            165.435_170_248_716_76, -0.459_282_345_649_112_6, 42.909_383_369_586_03,
             -5.961_986_721_573_306,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
         ],
-        [
-            24.854_864_614_690_072,
-            -3.000_922_700_283_218_6,
-            47.493_111_002_076_8,
-            5.581_419_782_155_812_5,
-            -0.661_069_182_524_947_1,
-            0.0,
-            0.0,
-            0.0,
+        &[
+            24.854_864_614_690_072, -3.000_922_700_283_218_6, 47.493_111_002_076_8,
+            5.581_419_782_155_812_5, -0.661_069_182_524_947_1,
         ],
-        [
-            30.912_732_140_285_99,
-            -3.120_824_334_993_797_4,
-            77.799_546_460_708_92,
-            34.286_460_282_947_83,
-            -19.097_331_116_725_623,
-            -28.087_943_162_872_662,
-            0.0,
-            0.0,
+        &[
+            30.912_732_140_285_99, -3.120_824_334_993_797_4, 77.799_546_460_708_92,
+            34.286_460_282_947_83, -19.097_331_116_725_623, -28.087_943_162_872_662,
         ],
-        [
-            37.802_771_233_905_63,
-            -3.257_196_902_907_227_6,
-            112.269_188_494_963_27,
-            66.934_723_124_404_7,
-            -40.066_189_370_910_02,
-            -54.667_802_628_779_68,
+        &[
+            37.802_771_233_905_63, -3.257_196_902_907_227_6, 112.269_188_494_963_27,
+            66.934_723_124_404_7, -40.066_189_370_910_02, -54.667_802_628_779_68,
             -9.488_616_523_096_27,
-            0.0,
         ],
-    ],
-};
-
-/// Weights of the three inner terms of the continuous extension, k₁ + θ(k₂ + θ k₃).
-const EXTENSION: [[f64; 8]; 3] = [
-    [
-        25.948_786_856_663_858,
-        -2.557_972_484_584_623_5,
-        10.433_815_404_888_879,
-        -2.367_925_102_268_520_4,
-        0.524_948_541_321_073,
-        1.124_108_831_045_040_4,
-        0.427_287_619_443_187_4,
-        -0.172_022_210_701_554_93,
-    ],
-    [
-        -9.915_688_506_951_71,
-        -0.968_994_459_411_515_4,
-        3.043_803_724_297_845_3,
-        -24.495_224_566_215_796,
-        20.176_138_334_709_044,
-        15.980_663_614_246_51,
-        -6.789_040_303_419_874,
-        -6.710_236_069_923_372,
-    ],
-    [
-        11.419_903_575_922_262,
-        2.887_964_514_613_699_4,
-        72.921_379_959_960_29,
-        80.125_118_346_226_43,
-        -52.072_871_366_152_654,
-        -59.789_936_252_667_29,
-        -0.155_826_842_827_519_13,
-        4.883_087_185_713_722,
-    ],
-];
-
-rosenbrock_method!(Rodas5P, stages: 8, order: 5);
-
-/// The terms of the continuous extension.
-fn extension<T: Scalar, const N: usize>(
-    u: &[SVector<T, N>; 8],
-    rise: SVector<T, N>,
-) -> [SVector<T, N>; 4] {
-    let inner =
-        |weights: &[f64; 8]| -> SVector<T, N> { combine(u, weights, [0, 1, 2, 3, 4, 5, 6, 7]) };
-    let [first, second, third] = &EXTENSION;
-    let (first, second, third) = (inner(first), inner(second), inner(third));
-    // θ = 1 − θ̄ turns the powers of θ into the nested form.
-    [rise, first, second + third, -third]
+    ];
+    // In the nested form of the dense output: k₁, k₂ + k₃, −k₃ of the source.
+    const EXTENSION: &'static [&'static [f64]] = &[
+        &[
+            25.948_786_856_663_858, -2.557_972_484_584_623_5, 10.433_815_404_888_879,
+            -2.367_925_102_268_520_4, 0.524_948_541_321_073, 1.124_108_831_045_040_4,
+            0.427_287_619_443_187_4, -0.172_022_210_701_554_93,
+        ],
+        &[
+            -9.915_688_506_951_71 + 11.419_903_575_922_262,
+            -0.968_994_459_411_515_4 + 2.887_964_514_613_699_4,
+            3.043_803_724_297_845_3 + 72.921_379_959_960_29,
+            -24.495_224_566_215_796 + 80.125_118_346_226_43,
+            20.176_138_334_709_044 - 52.072_871_366_152_654,
+            15.980_663_614_246_51 - 59.789_936_252_667_29,
+            -6.789_040_303_419_874 - 0.155_826_842_827_519_13,
+            -6.710_236_069_923_372 + 4.883_087_185_713_722,
+        ],
+        &[
+            -11.419_903_575_922_262, -2.887_964_514_613_699_4, -72.921_379_959_960_29,
+            -80.125_118_346_226_43, 52.072_871_366_152_654, 59.789_936_252_667_29,
+            0.155_826_842_827_519_13, -4.883_087_185_713_722,
+        ],
+    ];
+    const ERROR_ORDER: u8 = 5;
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{EXTENSION, TABLEAU};
+    use super::Rodas5P;
     use crate::ode::rosenbrock::laws;
 
     #[test]
     fn the_stages_lie_where_their_weights_say() {
-        laws::times(&TABLEAU);
+        laws::times::<Rodas5P>();
     }
 
     #[test]
     fn the_solution_meets_every_condition_up_to_order_five_and_no_further() {
-        laws::order(&TABLEAU, 5);
+        laws::order::<Rodas5P>(5);
     }
 
     #[test]
     fn the_error_estimate_vanishes_up_to_order_four_and_no_further() {
-        laws::estimate_order(&TABLEAU, 4);
+        laws::estimate::<Rodas5P>(4);
     }
 
     #[test]
     fn the_method_is_stiffly_accurate() {
-        laws::stiff_accuracy(&TABLEAU);
+        laws::stiff_accuracy::<Rodas5P>();
     }
 
     #[test]
-    fn a_state_that_follows_from_the_one_before_is_the_one_that_its_weights_say() {
-        laws::chain(&TABLEAU);
-    }
-
-    #[test]
-    fn the_continuous_extension_meets_every_condition_up_to_order_four_within_the_step() {
-        let solution = laws::solution(&TABLEAU);
-        let [first, second, third] = &EXTENSION;
-        let sum: [f64; 8] = core::array::from_fn(|i| second[i] + third[i]);
-        let last = third.map(|weight| -weight);
-        laws::extension(&TABLEAU, &[&solution, first, &sum, &last], 4);
+    fn the_dense_output_meets_every_condition_up_to_order_four_within_the_step() {
+        laws::extension::<Rodas5P>(4);
     }
 }

@@ -1,97 +1,57 @@
-//! What the Rosenbrock methods share: stages that each solve one linear system with the same matrix.
+//! Rosenbrock methods, each from its tableau: every stage solves one linear system with the matrix
+//! that all stages share,
 //!
 //! (I/(hγ) − J) Uᵢ = f(t + αᵢh, x + Σ aᵢⱼ Uⱼ) + Σ (cᵢⱼ/h) Uⱼ + h γᵢ ∂f/∂t,  J = ∂f/∂x,
 //!
-//! and x + Σ mⱼ Uⱼ at the end. Nothing is iterated; an exact Jacobian is part of the method's order.
+//! and the solution is the state of the last stage plus U of the last stage, which is also the error
+//! estimate. Nothing is iterated; an exact Jacobian is part of the method's order.
 //!
 //! Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition
 //! (Springer, 1996), section IV.7, equation (7.25).
 
+use core::fmt::Debug;
+use core::marker::PhantomData;
+
 use nalgebra::{SMatrix, SVector};
 
-use super::method::{Attempt, Field, Point};
+use super::dense_output::DenseOutput;
+use super::explicit::combine;
+use super::stepper::{Field, Point, Stepper, TrialStep};
 use super::system::Linearisation;
 use crate::Scalar;
 use crate::scalar::{lit, nan};
 
-/// The coefficients of a method of S stages.
-pub(super) struct Tableau<const S: usize> {
-    pub(super) gamma: f64,
-    /// Times αᵢ of the stages.
-    pub(super) times: [f64; S],
-    /// Weights γᵢ of ∂f/∂t.
-    pub(super) time_weights: [f64; S],
-    /// aᵢⱼ, of which the last row is that of the last stage; the solution is its state plus U_s.
-    pub(super) a: [[f64; S]; S],
-    /// The first stage whose state is that of the stage before plus its U, as it then is of all that
-    /// follow.
-    pub(super) chained: usize,
-    /// cᵢⱼ.
-    pub(super) c: [[f64; S]; S],
+/// The coefficients of a Rosenbrock method.
+pub trait RosenbrockTableau: Debug + Copy {
+    /// γ.
+    const GAMMA: f64;
+    /// Times αᵢ of the stages as fractions of the step.
+    const TIMES: &'static [f64];
+    /// Weights γᵢ of ∂f/∂t; zero for the stages left out.
+    const TIME_WEIGHTS: &'static [f64];
+    /// Rows of aᵢⱼ. A stage without a row has the state of the stage before plus its U.
+    const WEIGHTS: &'static [&'static [f64]];
+    /// Rows of cᵢⱼ.
+    const COUPLING: &'static [&'static [f64]];
+    /// Weights of the Uⱼ in each further term of the dense output.
+    const EXTENSION: &'static [&'static [f64]];
+    /// Order of the error estimate.
+    const ERROR_ORDER: u8;
 }
 
-/// What a Rosenbrock method keeps.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stages<T: Scalar, const N: usize, const S: usize> {
-    pub(super) u: [SVector<T, N>; S],
+/// A Rosenbrock method with S stages.
+#[derive(Debug, Clone, Copy)]
+pub struct Rosenbrock<B, T: Scalar, const N: usize, const S: usize> {
+    u: [SVector<T, N>; S],
     /// The derivatives where the next step starts.
-    pub(super) tangent: Linearisation<T, N>,
+    at_start: Linearisation<T, N>,
     /// The derivatives where the last trial ends.
-    pub(super) at_end: Linearisation<T, N>,
+    at_end: Linearisation<T, N>,
+    tableau: PhantomData<B>,
 }
 
-impl<T: Scalar, const N: usize, const S: usize> Stages<T, N, S> {
-    pub(super) fn new() -> Self {
-        let tangent = Linearisation {
-            rate: SVector::zeros(),
-            by_state: SMatrix::zeros(),
-            by_time: SVector::zeros(),
-        };
-        Self { u: [SVector::zeros(); S], tangent, at_end: tangent }
-    }
-
-    pub(super) fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
-        self.tangent = field.linearised(point.time, &point.state);
-        point.rate = self.tangent.rate;
-    }
-
-    #[inline]
-    pub(super) fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
-        self.at_end = field.linearised(end.time, &end.state);
-        end.rate = self.at_end.rate;
-    }
-
-    /// A trial step. The last stage is the error estimate.
-    #[inline(always)]
-    pub(super) fn attempt<F: Field<T, N>>(
-        &mut self,
-        tableau: &Tableau<S>,
-        field: &mut F,
-        from: &Point<T, N>,
-        step: T,
-        order: u8,
-    ) -> Attempt<T, N> {
-        let per_step = T::one() / step;
-        let matrix = Factors::of_shifted(&self.tangent.by_state, per_step / lit(tableau.gamma));
-        let first: T = lit(tableau.time_weights[0]);
-        self.u[0] = matrix.solve(self.tangent.rate + self.tangent.by_time * (step * first));
-        let mut stage = Stage { tableau, from, step, per_step, matrix, state: from.state };
-        // One by one, so that the sums over the stages before have known lengths.
-        stage.solve::<F, 1>(self, field);
-        stage.solve::<F, 2>(self, field);
-        stage.solve::<F, 3>(self, field);
-        stage.solve::<F, 4>(self, field);
-        stage.solve::<F, 5>(self, field);
-        stage.solve::<F, 6>(self, field);
-        stage.solve::<F, 7>(self, field);
-        let error = self.u[S - 1];
-        Attempt { state: stage.state + error, error, coarse_error: None, order }
-    }
-}
-
-/// What the stages of one trial step have in common.
-struct Stage<'a, T: Scalar, const N: usize, const S: usize> {
-    tableau: &'a Tableau<S>,
+/// What the stages of one trial step share.
+struct Trial<'a, T: Scalar, const N: usize> {
     from: &'a Point<T, N>,
     step: T,
     per_step: T,
@@ -100,45 +60,136 @@ struct Stage<'a, T: Scalar, const N: usize, const S: usize> {
     state: SVector<T, N>,
 }
 
-impl<T: Scalar, const N: usize, const S: usize> Stage<'_, T, N, S> {
+/// A row of a table; none if there is no such row.
+const fn row(table: &'static [&'static [f64]], stage: usize) -> Option<&'static [f64]> {
+    if stage < table.len() { Some(table[stage]) } else { None }
+}
+
+/// An entry of a list; zero if there is no such entry.
+const fn entry(list: &[f64], stage: usize) -> f64 {
+    if stage < list.len() { list[stage] } else { 0.0 }
+}
+
+impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Rosenbrock<B, T, N, S> {
+    pub(super) fn new() -> Self {
+        const { assert!(B::COUPLING.len() == S && B::TIMES.len() == S && S <= 8) };
+        let unknown = Linearisation {
+            rate: SVector::zeros(),
+            by_state: SMatrix::zeros(),
+            by_time: SVector::zeros(),
+        };
+        Self { u: [SVector::zeros(); S], at_start: unknown, at_end: unknown, tableau: PhantomData }
+    }
+
+    /// The Jacobian where the next step starts.
+    pub(super) fn jacobian(&self) -> &SMatrix<T, N, N> {
+        &self.at_start.by_state
+    }
+
+    /// Σ wⱼ Uⱼ.
+    #[inline(always)]
+    fn sum(&self, weights: &[f64]) -> SVector<T, N> {
+        let mut sum = SVector::zeros();
+        for (u, &weight) in self.u.iter().zip(weights) {
+            sum += u * lit::<T>(weight);
+        }
+        sum
+    }
+
     /// Solves for stage I, if the method has it.
     #[inline(always)]
-    fn solve<F: Field<T, N>, const I: usize>(
-        &mut self,
-        stages: &mut Stages<T, N, S>,
-        field: &mut F,
-    ) {
+    fn stage<F: Field<T, N>, const I: usize>(&mut self, field: &mut F, trial: &mut Trial<T, N>) {
         if I >= S {
             return;
         }
-        let Tableau { times, time_weights, a, c, chained, .. } = self.tableau;
-        let u = &mut stages.u;
-        let sum = |weights: &[f64; S]| -> SVector<T, N> {
-            let mut sum = SVector::zeros();
-            for (u, &weight) in u.iter().zip(weights).take(I) {
-                sum += u * lit::<T>(weight);
-            }
-            sum
+        trial.state = match const { row(B::WEIGHTS, I) } {
+            Some(weights) => trial.from.state + self.sum(weights),
+            None => trial.state + self.u[I - 1],
         };
-        self.state =
-            if I >= *chained { self.state + u[I - 1] } else { self.from.state + sum(&a[I]) };
-        let mut right = field.rate(self.from.time + self.step * lit::<T>(times[I]), &self.state);
-        right += sum(&c[I]) * self.per_step;
-        if time_weights[I] != 0.0 {
-            right += stages.tangent.by_time * (self.step * lit::<T>(time_weights[I]));
+        let time = trial.from.time + trial.step * lit(const { entry(B::TIMES, I) });
+        let mut right = field.rate(time, &trial.state);
+        if let Some(weights) = const { row(B::COUPLING, I) } {
+            right += self.sum(weights) * trial.per_step;
         }
-        u[I] = self.matrix.solve(right);
+        let weight = const { entry(B::TIME_WEIGHTS, I) };
+        if weight != 0.0 {
+            right += self.at_start.by_time * (trial.step * lit(weight));
+        }
+        self.u[I] = trial.matrix.solve(right);
     }
 }
 
-/// A pivot of which cancellation leaves less than this part is no pivot.
+impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N>
+    for Rosenbrock<B, T, N, S>
+{
+    fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
+        self.at_start = field.linearised(point.time, &point.state);
+        point.rate = self.at_start.rate;
+    }
+
+    #[inline(always)]
+    fn attempt<F: Field<T, N>>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        step: T,
+    ) -> TrialStep<T, N> {
+        let per_step = T::one() / step;
+        let matrix = Factors::of_shifted(self.jacobian(), per_step / lit(B::GAMMA));
+        let first: T = lit(const { entry(B::TIME_WEIGHTS, 0) });
+        self.u[0] = matrix.solve(self.at_start.rate + self.at_start.by_time * (step * first));
+        let mut trial = Trial { from, step, per_step, matrix, state: from.state };
+        // One by one, so that the sums over the stages before have known lengths.
+        self.stage::<F, 1>(field, &mut trial);
+        self.stage::<F, 2>(field, &mut trial);
+        self.stage::<F, 3>(field, &mut trial);
+        self.stage::<F, 4>(field, &mut trial);
+        self.stage::<F, 5>(field, &mut trial);
+        self.stage::<F, 6>(field, &mut trial);
+        self.stage::<F, 7>(field, &mut trial);
+        let error = self.u[S - 1];
+        let state = trial.state + error;
+        TrialStep { state, error, coarse_error: None, order: B::ERROR_ORDER }
+    }
+
+    #[inline]
+    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
+        self.at_end = field.linearised(end.time, &end.state);
+        end.rate = self.at_end.rate;
+    }
+
+    fn dense_output<F: Field<T, N>>(
+        &mut self,
+        _field: &mut F,
+        from: &Point<T, N>,
+        end: &Point<T, N>,
+    ) -> DenseOutput<T, N> {
+        let chord = DenseOutput::new(from.state, &[end.state - from.state]);
+        let terms = B::EXTENSION.iter();
+        terms.fold(chord, |output, weights| output.with(combine(&self.u, weights)))
+    }
+
+    #[inline]
+    fn accepted<F: Field<T, N>>(
+        &mut self,
+        _field: &mut F,
+        _from: &Point<T, N>,
+        _end: &Point<T, N>,
+        proposed: Option<T>,
+    ) -> Option<T> {
+        self.at_start = self.at_end;
+        proposed
+    }
+}
+
+/// A pivot is refused if cancellation leaves less than this part of its terms.
 const WORN: f64 = 1e-4;
 
 /// The factors of sI − J, eliminated in the order of the states.
 ///
-/// No row is exchanged: a pivot vanishes only where the first few states alone, the others held,
-/// would grow by e⁴ or so within the step. No such step is accurate; the answer is NaN, and it is
-/// taken again, shorter.
+/// Rows are not exchanged: a pivot vanishes only where the first few states alone, the others held,
+/// would grow by about e⁴ within the step. Such a step is not accurate: the result is NaN, and the
+/// driver tries a shorter one.
 struct Factors<T: Scalar, const N: usize> {
     /// Below the diagonal the multipliers, on it the reciprocal pivots.
     lu: SMatrix<T, N, N>,
@@ -188,119 +239,51 @@ impl<T: Scalar, const N: usize> Factors<T, N> {
     }
 }
 
-/// What a method of S stages makes of its tableau. `extension` gives the terms of the curve through a step from
-/// the U of its stages and its rise.
-macro_rules! rosenbrock_method {
-    ($method:ident, stages: $stages:literal, order: $order:literal) => {
-        impl Embedded for $method {}
-
-        impl<T: Scalar, const N: usize> Method<T, N> for $method {
-            type Memory = Stages<T, N, $stages>;
-
-            fn scheme(&self) -> Option<Scheme> {
-                Some(Scheme::Rosenbrock)
-            }
-
-            fn memory(&self) -> Self::Memory {
-                Stages::new()
-            }
-
-            fn begin<F: Field<T, N>>(
-                &self,
-                stages: &mut Self::Memory,
-                field: &mut F,
-                point: &mut Point<T, N>,
-            ) {
-                stages.begin(field, point);
-            }
-
-            #[inline]
-            fn attempt<F: Field<T, N>>(
-                &self,
-                stages: &mut Self::Memory,
-                field: &mut F,
-                from: &Point<T, N>,
-                step: T,
-            ) -> Attempt<T, N> {
-                stages.attempt(&TABLEAU, field, from, step, $order)
-            }
-
-            #[inline]
-            fn arrive<F: Field<T, N>>(
-                &self,
-                stages: &mut Self::Memory,
-                field: &mut F,
-                end: &mut Point<T, N>,
-            ) {
-                stages.arrive(field, end);
-            }
-
-            fn curve<F: Field<T, N>>(
-                &self,
-                stages: &Self::Memory,
-                _field: &mut F,
-                from: &Point<T, N>,
-                end: &Point<T, N>,
-            ) -> Curve<T, N> {
-                Curve::new(from.state, &extension(&stages.u, end.state - from.state))
-            }
-
-            #[inline]
-            fn accepted<F: Field<T, N>>(
-                &self,
-                stages: &mut Self::Memory,
-                _field: &mut F,
-                _from: &Point<T, N>,
-                _end: &Point<T, N>,
-                proposed: Option<T>,
-            ) -> Option<T> {
-                stages.tangent = stages.at_end;
-                proposed
-            }
-        }
-    };
-}
-
-pub(super) use rosenbrock_method;
-
-/// What every such method's coefficients must keep, whatever its order.
+/// The laws that every tableau keeps, whatever its order.
 #[cfg(test)]
 pub(super) mod laws {
-    use super::Tableau;
+    extern crate std;
+    use super::RosenbrockTableau;
     use crate::ode::trees::{Rosenbrock, trees};
+    use std::vec::Vec;
 
-    fn method<const S: usize>(tableau: &Tableau<S>) -> Rosenbrock {
-        Rosenbrock::new(tableau.gamma, &tableau.a, &tableau.c)
+    /// All rows of aᵢⱼ, those that follow from the row before included.
+    fn rows<B: RosenbrockTableau>() -> Vec<Vec<f64>> {
+        let mut rows: Vec<Vec<f64>> = B::WEIGHTS.iter().map(|row| row.to_vec()).collect();
+        while rows.len() < B::TIMES.len() {
+            let mut next = rows[rows.len() - 1].clone();
+            next.push(1.0);
+            rows.push(next);
+        }
+        rows
+    }
+
+    fn method<B: RosenbrockTableau>() -> Rosenbrock {
+        Rosenbrock::new(B::GAMMA, &rows::<B>(), B::COUPLING)
     }
 
     /// Weights of the U in the solution: those of the last stage's state, and one.
-    pub(in crate::ode) fn solution<const S: usize>(tableau: &Tableau<S>) -> [f64; S] {
-        let mut weights = tableau.a[S - 1];
-        weights[S - 1] = 1.0;
-        weights
-    }
-
-    /// Weights of the U in the error estimate, which is the last of them.
-    fn estimate<const S: usize>() -> [f64; S] {
-        let mut weights = [0.0; S];
-        weights[S - 1] = 1.0;
+    fn solution<B: RosenbrockTableau>() -> Vec<f64> {
+        let mut weights = rows::<B>()[B::TIMES.len() - 1].clone();
+        weights.push(1.0);
         weights
     }
 
     /// The stages lie where their weights say.
-    pub(in crate::ode) fn times<const S: usize>(tableau: &Tableau<S>) {
-        let method = method(tableau);
-        for stage in 0..S {
+    pub(in crate::ode) fn times<B: RosenbrockTableau>() {
+        let method = method::<B>();
+        for (stage, &wanted) in B::TIMES.iter().enumerate() {
             let time: f64 = method.alpha[stage].iter().sum();
-            assert!((time - tableau.times[stage]).abs() < 1e-13, "{stage}: {time}");
+            assert!((time - wanted).abs() < 1e-13, "{stage}: {time}");
             let weight = method.time_weight(stage);
-            assert!((weight - tableau.time_weights[stage]).abs() < 1e-13, "{stage}: {weight}");
+            let wanted = B::TIME_WEIGHTS.get(stage).unwrap_or(&0.0);
+            assert!((weight - wanted).abs() < 1e-13, "{stage}: {weight}");
         }
     }
 
     /// The solution meets every condition up to an order and no further.
-    pub(in crate::ode) fn order<const S: usize>(tableau: &Tableau<S>, order: usize) {
-        let (method, solution) = (method(tableau), solution(tableau));
+    pub(in crate::ode) fn order<B: RosenbrockTableau>(order: usize) {
+        let (method, solution) = (method::<B>(), solution::<B>());
         for tree in trees(order) {
             let defect = method.weighted(&tree, &solution) - 1.0 / tree.density();
             assert!(defect.abs() < 1e-13, "{tree:?}: {defect}");
@@ -311,8 +294,9 @@ pub(super) mod laws {
     }
 
     /// The error estimate vanishes up to an order and no further.
-    pub(in crate::ode) fn estimate_order<const S: usize>(tableau: &Tableau<S>, order: usize) {
-        let (method, weights) = (method(tableau), estimate::<S>());
+    pub(in crate::ode) fn estimate<B: RosenbrockTableau>(order: usize) {
+        let (method, stages) = (method::<B>(), B::TIMES.len());
+        let weights: Vec<f64> = (1..=stages).map(|i| f64::from(u8::from(i == stages))).collect();
         for tree in trees(order) {
             let defect = method.weighted(&tree, &weights);
             assert!(defect.abs() < 1e-13, "{tree:?}: {defect}");
@@ -323,32 +307,22 @@ pub(super) mod laws {
     }
 
     /// The last stage is the solution: R(∞) = 0, for the estimate too.
-    pub(in crate::ode) fn stiff_accuracy<const S: usize>(tableau: &Tableau<S>) {
-        let method = method(tableau);
-        let weights = method.weights(&solution(tableau));
-        for (beta, weight) in method.beta[S - 1].iter().zip(&weights) {
+    pub(in crate::ode) fn stiff_accuracy<B: RosenbrockTableau>() {
+        let method = method::<B>();
+        let weights = method.weights(&solution::<B>());
+        for (beta, weight) in method.beta[B::TIMES.len() - 1].iter().zip(&weights) {
             assert!((beta - weight).abs() < 1e-13, "{beta} {weight}");
         }
     }
 
-    /// A state that follows from the one before is the one that its weights say.
-    pub(in crate::ode) fn chain<const S: usize>(tableau: &Tableau<S>) {
-        for stage in tableau.chained..S {
-            let mut before = tableau.a[stage - 1];
-            before[stage - 1] = 1.0;
-            assert_eq!(tableau.a[stage], before);
-        }
-    }
-
-    /// The continuous extension meets every condition up to an order within the step.
-    pub(in crate::ode) fn extension<const S: usize>(
-        tableau: &Tableau<S>,
-        terms: &[&[f64]],
-        order: usize,
-    ) {
-        for theta in [0.1, 0.37, 0.5, 0.9] {
+    /// The dense output meets every condition up to an order within the step.
+    pub(in crate::ode) fn extension<B: RosenbrockTableau>(order: usize) {
+        let solution = solution::<B>();
+        let mut terms: Vec<&[f64]> = Vec::from([&solution[..]]);
+        terms.extend(B::EXTENSION);
+        for theta in [0.1f64, 0.37, 0.5, 0.9] {
             for tree in trees(order) {
-                let got = method(tableau).extended(&tree, theta, terms);
+                let got = method::<B>().extended(&tree, theta, &terms);
                 let want = theta.powi(tree.order() as i32) / tree.density();
                 assert!((got - want).abs() < 1e-13, "{theta} {tree:?}: {}", got - want);
             }

@@ -5,19 +5,41 @@
 
 use nalgebra::SVector;
 
-use super::method::{Attempt, Field, Method, Point};
-use super::system::System;
-use crate::scalar::lit;
-use crate::stability::Scheme;
+use super::explicit::{Explicit, ExplicitTableau};
+use super::locked::Locked;
+use super::stepper::{Method, Point, Stepper};
+use super::{Statistics, System};
 use crate::{Branch, Scalar};
 
 /// The classical Runge–Kutta method of order 4, for fixed steps.
 ///
-/// [`RungeKutta4::step`] is the bare step of four evaluations and no more, for a loop of fixed
-/// cost; with [`Solver::fixed`](super::Solver::fixed) the method also splits its step at each
-/// reversal, which restores the full order that the kink of |v| costs.
+/// [`RungeKutta4::step`] is the bare step of four evaluations, for a loop of fixed cost. With
+/// [`Solver::fixed`](super::Solver::fixed) the method also splits its step at each reversal, which
+/// restores the order that the kink of |v| costs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RungeKutta4;
+
+impl<T: Scalar, const N: usize> Method<T, N> for RungeKutta4 {
+    type Stepper = Explicit<Self, T, N, 5>;
+
+    fn stepper(&self) -> Self::Stepper {
+        Explicit::new()
+    }
+}
+
+impl ExplicitTableau for RungeKutta4 {
+    const STAGES: usize = 4;
+    const TIMES: &'static [f64] = &[0.0, 0.5, 0.5, 1.0, 1.0];
+    const WEIGHTS: &'static [&'static [f64]] = &[
+        &[],
+        &[0.5],
+        &[0.0, 0.5],
+        &[0.0, 0.0, 1.0],
+        &[1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0],
+    ];
+    const ERROR_ORDER: u8 = 4;
+    const REAL_LIMIT: f64 = 2.785;
+}
 
 impl RungeKutta4 {
     /// One bare step of length h from (t, x), with |v| as it is: four evaluations, whatever
@@ -51,45 +73,26 @@ impl RungeKutta4 {
         T: Scalar,
         S: System<T, N, K>,
     {
-        let rate = |time, state: &SVector<T, N>| system.rate(time, state, [Branch::Free; K]);
-        advance(rate, time, state, rate(time, state), step)
+        let statistics = &mut Statistics::default();
+        let infinity = T::one() / T::zero();
+        let window = (-infinity, infinity);
+        let mut field = Locked { system, branches: [Branch::Free; K], window, statistics };
+        let (rate, scale) = (SVector::zeros(), SVector::zeros());
+        let mut point = Point { time, state: *state, rate, scale };
+        let mut stepper = Method::<T, N>::stepper(&Self);
+        stepper.begin(&mut field, &mut point);
+        stepper.attempt(&mut field, &point, step).state
     }
 }
 
-/// The state after a step, from the rate at its start.
-#[inline]
-fn advance<T: Scalar, const N: usize>(
-    mut rate: impl FnMut(T, &SVector<T, N>) -> SVector<T, N>,
-    time: T,
-    state: &SVector<T, N>,
-    k1: SVector<T, N>,
-    step: T,
-) -> SVector<T, N> {
-    let half = step * lit(0.5);
-    let k2 = rate(time + half, &(state + k1 * half));
-    let k3 = rate(time + half, &(state + k2 * half));
-    let k4 = rate(time + step, &(state + k3 * step));
-    state + (k1 + (k2 + k3) * lit::<T>(2.0) + k4) * (step / lit(6.0))
-}
+#[cfg(test)]
+mod tests {
+    use super::RungeKutta4;
+    use crate::ode::explicit::laws;
 
-impl<T: Scalar, const N: usize> Method<T, N> for RungeKutta4 {
-    type Memory = ();
-
-    fn scheme(&self) -> Option<Scheme> {
-        Some(Scheme::RungeKutta4)
-    }
-
-    fn memory(&self) {}
-
-    #[inline]
-    fn attempt<F: Field<T, N>>(
-        &self,
-        _memory: &mut (),
-        field: &mut F,
-        from: &Point<T, N>,
-        step: T,
-    ) -> Attempt<T, N> {
-        let state = advance(|t, x| field.rate(t, x), from.time, &from.state, from.rate, step);
-        Attempt { state, error: SVector::zeros(), coarse_error: None, order: 1 }
+    #[test]
+    fn the_tableau_is_consistent_and_of_order_four() {
+        laws::times::<RungeKutta4>(1e-15);
+        laws::order::<RungeKutta4>(4, 1e-15, 1e-3);
     }
 }

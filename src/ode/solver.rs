@@ -6,16 +6,33 @@ use nalgebra::SVector;
 
 use super::controller::rough_power;
 use super::event::{Action, Event, Occurrence};
-use super::failure::{Failure, StopReason};
+use super::failure::Failure;
 use super::integration::Integration;
-use super::method::{Embedded, Method};
-use super::settings::{Control, Settings};
 use super::step::Step;
+use super::stepper::{Embedded, Method};
+use super::walk::Pace;
 use super::{Automatic, Statistics, System, Tolerances};
+use crate::Scalar;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{lit, to_f64};
-use crate::stability;
-use crate::{Bristle, Contact, Mechanism, Scalar};
+
+/// How a run chooses its steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Settings<T: Scalar, const N: usize> {
+    pub(super) pace: Pace<T>,
+    /// None for fixed steps.
+    pub(super) tolerances: Option<Tolerances<T, N>>,
+    /// Whether sliding directions are locked, and steps split at reversals and input kinks.
+    pub(super) locks: bool,
+}
+
+impl<T: Scalar, const N: usize> Settings<T, N> {
+    /// The error of each state that is allowed where it is found.
+    #[inline]
+    pub(super) fn scale(&self, state: &SVector<T, N>) -> SVector<T, N> {
+        self.tolerances.map_or(SVector::repeat(T::one()), |tolerances| tolerances.at(state))
+    }
+}
 
 /// A method with its step control.
 ///
@@ -35,8 +52,8 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     where
         M: Embedded,
     {
-        let control = Control::Adaptive { tolerances, first_step: None, largest_step: None };
-        Self { method, settings: Settings::new(control) }
+        let (pace, tolerances) = (Pace::adaptive(), Some(tolerances));
+        Self { method, settings: Settings { pace, tolerances, locks: true } }
     }
 
     /// Steps of a fixed length h \[s\], each split where a sliding direction reverses or an input
@@ -49,52 +66,18 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// Refuses a step that is not positive.
     pub fn fixed(method: M, step: T) -> Result<Self, ParameterError> {
-        let control = Control::Fixed(parameter::positive("step", step)?);
-        Ok(Self { method, settings: Settings::new(control) })
+        let pace = Pace::fixed(step)?;
+        Ok(Self { method, settings: Settings { pace, tolerances: None, locks: true } })
     }
 
-    /// Refuses a fixed step beyond what is stable for a contact that slides no faster than `fastest`
-    /// [m/s] in a mechanism ([`stability::largest_step`]). Adaptive steps are kept short enough by
-    /// their error.
-    ///
-    /// ```
-    /// use bristle::ode::{RungeKutta4, Solver};
-    /// use bristle::{Mechanism, Bristle, FrBd, paper};
-    /// use bristle::curve::Stribeck;
-    /// use bristle::rheology::KelvinVoigt;
-    ///
-    /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
-    /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
-    /// let contact = FrBd::new(curve, bristle).under_load(1.0)?;
-    /// let mechanism = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
-    /// let solver = |step| {
-    ///     Solver::<f64, _, 3>::fixed(RungeKutta4, step)?.within_stability(&contact, mechanism, 1.0)
-    /// };
-    /// assert!(solver(5e-3).is_ok());
-    /// let refused = solver(20e-3).unwrap_err().to_string();
-    /// assert!(refused.starts_with(
-    ///     "step is 0.02, but must be at most the bristle's critical step = 0.01824"
-    /// ));
-    /// # Ok::<(), bristle::ParameterError>(())
-    /// ```
-    ///
-    /// # Errors
-    ///
-    /// Names the step and the limit it exceeds; passes on what is wrong with the mechanism, or with
-    /// a model whose relaxation rate has no bound up to that velocity.
-    pub fn within_stability<B: Bristle<T, Deflection = T>>(
-        self,
-        contact: &Contact<T, B>,
-        mechanism: Mechanism<T>,
-        fastest: T,
-    ) -> Result<Self, ParameterError> {
-        if let Some(scheme) = self.method.scheme() {
-            let limits = stability::largest_step(contact, Some(mechanism), fastest, scheme)?;
-            if let Control::Fixed(step) = self.settings.control {
-                limits.check(step)?;
-            }
-        }
-        Ok(self)
+    /// The length of a fixed step \[s\].
+    pub(crate) fn fixed_step(&self) -> Option<T> {
+        self.settings.pace.fixed_step()
+    }
+
+    /// The method.
+    pub(crate) fn method(&self) -> &M {
+        &self.method
     }
 
     /// The plain method: |v| as it is, no step split at reversals or input kinks. With fixed steps
@@ -110,10 +93,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// Refuses a limit that is not positive.
     pub fn with_largest_step(mut self, largest: T) -> Result<Self, ParameterError> {
-        let largest = parameter::positive("largest_step", largest)?;
-        if let Control::Adaptive { largest_step, .. } = &mut self.settings.control {
-            *largest_step = Some(largest);
-        }
+        self.settings.pace = self.settings.pace.with_largest_step(largest)?;
         Ok(self)
     }
 
@@ -123,17 +103,15 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// Refuses a step that is not positive.
     pub fn with_first_step(mut self, first: T) -> Result<Self, ParameterError> {
-        let first = parameter::positive("first_step", first)?;
-        if let Control::Adaptive { first_step, .. } = &mut self.settings.control {
-            *first_step = Some(first);
-        }
+        self.settings.pace = self.settings.pace.with_first_step(first)?;
         Ok(self)
     }
 
     /// A limit on the number of trial steps, 10⁸ if not given.
     #[must_use]
-    pub fn with_most_steps(self, most: u64) -> Self {
-        Self { settings: Settings { most_steps: most, ..self.settings }, ..self }
+    pub fn with_most_steps(mut self, most: u64) -> Self {
+        self.settings.pace = self.settings.pace.with_most_steps(most);
+        self
     }
 
     /// Starts a run over a time span \[s\], to be stepped by hand.
@@ -148,25 +126,15 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         span: Range<T>,
         initial_state: SVector<T, N>,
     ) -> Result<Integration<'a, T, S, M, N, K>, Failure<T, N>> {
-        let refuse = |error: ParameterError| Failure {
-            reason: StopReason::Refused(error),
-            time: span.start,
-            state: initial_state,
-            statistics: Statistics::default(),
-        };
+        let refuse = |error| Failure::refused(error, span.start, initial_state);
         parameter::finite("span.start", span.start).map_err(refuse)?;
         parameter::finite("span.end", span.end).map_err(refuse)?;
         for (index, &value) in initial_state.iter().enumerate() {
             let checked = parameter::finite("initial_state", value);
             parameter::component(index, checked).map_err(refuse)?;
         }
-        Integration::new(
-            self.method.clone(),
-            self.settings,
-            system,
-            (span.start, span.end),
-            initial_state,
-        )
+        let span = (span.start, span.end);
+        Integration::new(&self.method, self.settings, system, span, initial_state)
     }
 
     /// Runs over a time span \[s\], handing every step and every event to an observer.
@@ -203,9 +171,9 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         observer: &mut O,
     ) -> Result<Summary<T, N>, Failure<T, N>> {
         let mut run = self.begin(system, span, initial_state)?;
-        while let Some(step) =
-            run.advance_seen(|from, to| !events.is_empty() || observer.looks(from, to))?
-        {
+        while let Some(step) = run.advance_observed(|from, to| {
+            !events.is_empty() || observer.needs_dense_output(from, to)
+        })? {
             let stop = first_stop(events, step);
             let cut = stop.map(|(fraction, _)| step.until(fraction));
             let step = cut.as_ref().unwrap_or(step);
@@ -321,9 +289,9 @@ pub trait Observer<T: Scalar, const N: usize> {
     fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()>;
 
     /// Whether the observer will ask the step between these times for a state other than at its
-    /// end. If not, some methods save themselves the curve through it, and a state within the step
-    /// is that of the cubic through its ends.
-    fn looks(&self, start_time: T, end_time: T) -> bool {
+    /// end. If not, some methods save the evaluations of their dense output, and a state within the
+    /// step is that of the cubic through its ends with their rates.
+    fn needs_dense_output(&self, start_time: T, end_time: T) -> bool {
         let _ = (start_time, end_time);
         true
     }

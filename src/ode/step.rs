@@ -1,8 +1,8 @@
-//! One accepted step and the curve through it.
+//! One accepted step and its dense output.
 
 use nalgebra::SVector;
 
-use super::curve::Curve;
+use super::dense_output::DenseOutput;
 use crate::Scalar;
 
 /// One accepted step of an integration, with the state at every time within it.
@@ -10,10 +10,10 @@ use crate::Scalar;
 pub struct Step<T, const N: usize> {
     pub(super) start_time: T,
     pub(super) end_time: T,
-    /// Length of the step that the curve runs through: longer than this one if it was cut.
+    /// Length of the step that the dense output spans: longer than this one if it was cut at an event.
     pub(super) whole: T,
     pub(super) end: SVector<T, N>,
-    pub(super) curve: Curve<T, N>,
+    pub(super) dense_output: DenseOutput<T, N>,
     pub(super) reversal_at_start: Option<usize>,
     pub(super) reversal: Option<usize>,
 }
@@ -31,7 +31,7 @@ impl<T: Scalar, const N: usize> Step<T, N> {
 
     /// State at the start.
     pub fn start(&self) -> &SVector<T, N> {
-        self.curve.start()
+        self.dense_output.start()
     }
 
     /// State at the end.
@@ -56,7 +56,7 @@ impl<T: Scalar, const N: usize> Step<T, N> {
         if time == self.end_time || self.start_time == self.end_time {
             return self.end;
         }
-        self.curve.at((time - self.start_time) / self.whole)
+        self.dense_output.at((time - self.start_time) / self.whole)
     }
 
     /// The time at a fraction of the step.
@@ -70,10 +70,10 @@ impl<T: Scalar, const N: usize> Step<T, N> {
         let duration = self.end_time - self.start_time;
         // A step that was not cut has its length to the last bit.
         let part = if duration == self.whole { T::one() } else { duration / self.whole };
-        self.curve.at(fraction * part)
+        self.dense_output.at(fraction * part)
     }
 
-    /// The part of the step up to a time within it, with the same curve.
+    /// The part of the step up to a time within it, with the same dense output.
     pub(super) fn until(&self, fraction: T) -> Self {
         let reversal = if fraction == T::one() { self.reversal } else { None };
         Self {
@@ -88,7 +88,7 @@ impl<T: Scalar, const N: usize> Step<T, N> {
 #[cfg(test)]
 mod tests {
     use super::Step;
-    use crate::ode::curve::Curve;
+    use crate::ode::dense_output::DenseOutput;
     use nalgebra::Vector1;
 
     /// A quartic is its own curve.
@@ -106,7 +106,7 @@ mod tests {
             end_time: b,
             whole: b - a,
             end: Vector1::new(value(b)),
-            curve: Curve::new(start, &terms),
+            dense_output: DenseOutput::new(start, &terms),
             reversal_at_start: None,
             reversal: None,
         };

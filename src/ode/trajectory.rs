@@ -9,9 +9,9 @@ use nalgebra::SVector;
 
 use super::event::{Event, Occurrence};
 use super::failure::{Failure, StopReason};
-use super::method::Method;
 use super::solver::{Observer, Outcome, Solver};
 use super::step::Step;
+use super::stepper::Method;
 use super::{Statistics, System};
 use crate::Scalar;
 use crate::parameter::{self, ParameterError, Rule};
@@ -210,12 +210,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
             Box::new(Interrupted { failure, trajectory })
         };
         if let Err(error) = recorder.check() {
-            let failure = Failure {
-                reason: StopReason::Refused(error),
-                time: span.start,
-                state: initial_state,
-                statistics: Statistics::default(),
-            };
+            let failure = Failure::refused(error, span.start, initial_state);
             return Err(interrupt(failure, recorder));
         }
         recorder.start(&initial_state);
@@ -264,12 +259,7 @@ pub fn solve<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize>(
     match Solver::automatic(tolerance, system.scales()) {
         Ok(solver) => solver.solve(system, span, initial_state, output),
         Err(error) => {
-            let failure = Failure {
-                reason: StopReason::Refused(error),
-                time: span.start,
-                state: initial_state,
-                statistics: Statistics::default(),
-            };
+            let failure = Failure::refused(error, span.start, initial_state);
             let trajectory = Trajectory { outcome: Outcome::Failed, ..Trajectory::empty() };
             Err(Box::new(Interrupted { failure, trajectory }))
         }
@@ -364,7 +354,7 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
 }
 
 impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
-    fn looks(&self, _start_time: T, end_time: T) -> bool {
+    fn needs_dense_output(&self, _start_time: T, end_time: T) -> bool {
         match self.output {
             Output::Steps => false,
             Output::Dense => true,

@@ -71,7 +71,7 @@ impl RungeKutta {
         self.stages(tree).iter().zip(weights).map(|(s, w)| s * w).sum()
     }
 
-    /// The sum over a tree within the step, for the nested curve of `Curve`: weights of the solution,
+    /// The sum over a tree within the step, for the nested form of `DenseOutput`: weights of the solution,
     /// the stage at the end of the step, weights of the terms from the fourth on.
     pub(super) fn extended(
         &self,
@@ -99,19 +99,20 @@ pub(super) struct Rosenbrock {
 
 impl Rosenbrock {
     /// Γ⁻¹ = I/γ − C and α = A Γ.
-    pub(super) fn new<const S: usize>(gamma: f64, a: &[[f64; S]; S], c: &[[f64; S]; S]) -> Self {
+    pub(super) fn new(gamma: f64, a: &[Vec<f64>], c: &[&[f64]]) -> Self {
+        let s = c.len();
         // Forward substitution: (I/γ − C) Γ = I.
-        let mut gammas = vec![vec![0.0; S]; S];
-        for i in 0..S {
+        let mut gammas = vec![vec![0.0; s]; s];
+        for i in 0..s {
             let entry = |j: usize| {
                 let unit = f64::from(u8::from(i == j));
                 gamma * (unit + (j..i).map(|k| c[i][k] * gammas[k][j]).sum::<f64>())
             };
-            let row: Vec<f64> = (0..S).map(|j| if j <= i { entry(j) } else { 0.0 }).collect();
+            let row: Vec<f64> = (0..s).map(|j| if j <= i { entry(j) } else { 0.0 }).collect();
             gammas[i] = row;
         }
-        let times = |row: &[f64; S]| -> Vec<f64> {
-            (0..S).map(|j| (0..S).map(|k| row[k] * gammas[k][j]).sum()).collect()
+        let times = |row: &Vec<f64>| -> Vec<f64> {
+            (0..s).map(|j| row.iter().zip(&gammas).map(|(a, row)| a * row[j]).sum()).collect()
         };
         let alpha: Vec<Vec<f64>> = a.iter().map(times).collect();
         let add = |(x, y): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> {
@@ -151,7 +152,7 @@ impl Rosenbrock {
         self.stages(tree).iter().zip(weights).map(|(s, w)| s * w).sum()
     }
 
-    /// The sum over a tree within the step, for the nested curve: weights of the Uᵢ in each term.
+    /// The sum over a tree within the step, for the nested form: weights of the Uᵢ in each term.
     pub(super) fn extended(&self, tree: &Tree, theta: f64, terms: &[&[f64]]) -> f64 {
         let terms: Vec<f64> = terms.iter().map(|weights| self.weighted(tree, weights)).collect();
         nested(&terms, theta)

@@ -255,7 +255,7 @@ impl<T: Scalar, D: Signal<T>, F: Signal<T>> Machine<T, D, F> {
             }
             let next = grid.time(samples.len() + 1);
             let Some(step) =
-                run.advance_seen(|_, end| next < end).map_err(|failure| stopped(&failure))?
+                run.advance_observed(|_, end| next < end).map_err(|failure| stopped(&failure))?
             else {
                 break;
             };

@@ -1,0 +1,324 @@
+//! Explicit Runge–Kutta methods, each from its Butcher tableau.
+//!
+//! kᵢ = f(t + cᵢ h, x + h Σⱼ aᵢⱼ kⱼ),  x₁ = x + h Σ bⱼ kⱼ,  error = h Σ eⱼ kⱼ.
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | h | step | s |
+//! | kᵢ | rate at stage i | that of x over s |
+//! | cᵢ, aᵢⱼ | time of stage i as a fraction of the step, weights of the earlier stages in it | – |
+//! | bⱼ, eⱼ | weights of the solution and of its error estimate | – |
+//!
+//! The dense output is the cubic through both ends with their rates, with further terms h Σ dⱼ kⱼ.
+//!
+//! Source: E. Hairer, S. P. Nørsett, G. Wanner, "Solving Ordinary Differential Equations I", 2nd
+//! edition (Springer, 1993), sections II.1, II.5 and II.6.
+
+use core::fmt::Debug;
+use core::marker::PhantomData;
+use core::ops::Range;
+
+use nalgebra::SVector;
+
+use super::dense_output::DenseOutput;
+use super::stepper::{Field, Point, Stepper, TrialStep};
+use crate::Scalar;
+use crate::scalar::lit;
+
+/// The coefficients of an explicit Runge–Kutta method.
+pub trait ExplicitTableau: Debug + Copy {
+    /// Number s of stages of a step. Stage s lies at the end of the step, with the rate there.
+    const STAGES: usize;
+    /// cᵢ.
+    const TIMES: &'static [f64];
+    /// Rows of aᵢⱼ. Row s holds the weights b of the solution; the rows beyond it belong to stages
+    /// that serve the dense output alone.
+    const WEIGHTS: &'static [&'static [f64]];
+    /// eⱼ; empty for a method without an estimate. If stage s is among them, a trial evaluates it.
+    const ERROR: &'static [f64] = &[];
+    /// Weights of a second estimate of lower order; empty if there is none.
+    const COARSE_ERROR: &'static [f64] = &[];
+    /// Order of the estimate.
+    const ERROR_ORDER: u8;
+    /// dⱼ of each further term of the dense output.
+    const EXTENSION: &'static [&'static [f64]] = &[];
+    /// Largest stable h|λ| on the negative real axis.
+    const REAL_LIMIT: f64;
+}
+
+/// Σ wⱼ kⱼ.
+#[inline(always)]
+pub(super) fn combine<T: Scalar, const N: usize>(
+    k: &[SVector<T, N>],
+    weights: &[f64],
+) -> SVector<T, N> {
+    let mut sum = SVector::zeros();
+    for i in 0..N {
+        let mut component = T::zero();
+        for (k, &weight) in k.iter().zip(weights) {
+            // Decided when the loop is unrolled.
+            if weight != 0.0 {
+                component += k[i] * lit(weight);
+            }
+        }
+        sum[i] = component;
+    }
+    sum
+}
+
+/// An explicit Runge–Kutta method with S stages, those of its dense output included.
+#[derive(Debug, Clone, Copy)]
+pub struct Explicit<B, T, const N: usize, const S: usize> {
+    k: [SVector<T, N>; S],
+    /// The state at which the last stage before the end was evaluated.
+    before_end: SVector<T, N>,
+    /// |e₅|²/|e₃|² over h⁴ of the last accepted step, and of the last trial.
+    smoothness: (T, T),
+    tableau: PhantomData<B>,
+}
+
+/// The smallest part of its expected value to which |e₅|/|e₃| may fall from one step to the next.
+const CHANCE: f64 = 0.3;
+
+/// The weights of the earlier stages in a stage; none if there is no such stage.
+const fn row<B: ExplicitTableau>(stage: usize) -> &'static [f64] {
+    if stage < B::WEIGHTS.len() { B::WEIGHTS[stage] } else { &[] }
+}
+
+/// The time of a stage; zero if there is no such stage.
+const fn time<B: ExplicitTableau>(stage: usize) -> f64 {
+    if stage < B::TIMES.len() { B::TIMES[stage] } else { 0.0 }
+}
+
+/// Calls a function for every stage from 1 on, so that each sum has a length known in advance.
+macro_rules! for_each_stage {
+    ($stepper:ident.$stage:ident($($argument:expr),*)) => {
+        for_each_stage!(@ $stepper.$stage($($argument),*) 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15)
+    };
+    (@ $stepper:ident.$stage:ident $arguments:tt $($index:literal)*) => {
+        $( for_each_stage!(# $stepper.$stage::<F, $index> $arguments); )*
+    };
+    (# $stepper:ident.$stage:ident::<F, $index:literal> ($($argument:expr),*)) => {
+        $stepper.$stage::<F, $index>($($argument),*)
+    };
+}
+
+impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, T, N, S> {
+    pub(super) fn new() -> Self {
+        const { assert!(B::WEIGHTS.len() == S && B::TIMES.len() == S && B::STAGES < S) };
+        Self {
+            k: [SVector::zeros(); S],
+            before_end: SVector::zeros(),
+            smoothness: (T::zero(), T::zero()),
+            tableau: PhantomData,
+        }
+    }
+
+    /// The state at which a stage is evaluated: x + h Σ aᵢⱼ kⱼ.
+    #[inline(always)]
+    fn state_at(&self, weights: &[f64], from: &Point<T, N>, step: T) -> SVector<T, N> {
+        let mut state = combine(&self.k, weights);
+        for i in 0..N {
+            state[i] = from.state[i] + step * state[i];
+        }
+        state
+    }
+
+    /// Evaluates stage I if it belongs to the given range.
+    #[inline(always)]
+    fn stage<F: Field<T, N>, const I: usize>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        step: T,
+        stages: Range<usize>,
+    ) {
+        if I < stages.start || I >= stages.end {
+            return;
+        }
+        let state = self.state_at(const { row::<B>(I) }, from, step);
+        if I + 1 == B::STAGES {
+            self.before_end = state;
+        }
+        self.k[I] = field.rate(from.time + step * lit(const { time::<B>(I) }), &state);
+    }
+
+    /// Whether h|λ| of an accepted step exceeds a part of the stability limit, with |λ| from the
+    /// last two stages: |f(x₁) − f(x̃)|/|x₁ − x̃|.
+    pub(super) fn is_held_by_stability(&self, end: &Point<T, N>, step: T, part: f64) -> bool {
+        let rates = self.k[B::STAGES] - self.k[B::STAGES - 1];
+        let states = end.state - self.before_end;
+        let (mut over, mut under) = (T::zero(), T::zero());
+        for i in 0..N {
+            let inverse = T::one() / end.scale[i];
+            let (rate, state) = (rates[i] * inverse, states[i] * inverse);
+            over += rate * rate;
+            under += state * state;
+        }
+        let limit: T = lit(B::REAL_LIMIT * part);
+        // States that hardly differ show nothing but their rounding.
+        under > lit(1e-6) && over * step * step > under * limit * limit
+    }
+
+    /// Forgets what the last step tells of the next.
+    pub(super) fn forget(&mut self) {
+        self.smoothness.0 = T::zero();
+    }
+
+    /// The finer of two errors, or more if the step before makes more likely.
+    ///
+    /// |e₅| may pass zero by chance, as it does in systems of one or two states, and the step would
+    /// become far too long. |e₅|/|e₃| behaves as h², and may not fall by much more than that.
+    fn likely(
+        &mut self,
+        fine: SVector<T, N>,
+        coarse: &SVector<T, N>,
+        scale: &SVector<T, N>,
+        step: T,
+    ) -> SVector<T, N> {
+        let square = |error: &SVector<T, N>| {
+            error.iter().zip(scale).fold(T::zero(), |sum, (&error, &scale)| {
+                let ratio = error / scale;
+                sum + ratio * ratio
+            })
+        };
+        let (of_fine, of_coarse) = (square(&fine), square(coarse));
+        let fourth = step * step * step * step;
+        let expected = self.smoothness.0 * fourth * lit(CHANCE * CHANCE);
+        if of_fine < expected * of_coarse {
+            self.smoothness.1 = self.smoothness.0 * lit(CHANCE * CHANCE);
+            coarse * expected.sqrt()
+        } else {
+            self.smoothness.1 = of_fine / (of_coarse * fourth);
+            fine
+        }
+    }
+}
+
+impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N>
+    for Explicit<B, T, N, S>
+{
+    fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
+        self.forget();
+        point.rate = field.rate(point.time, &point.state);
+    }
+
+    #[inline]
+    fn attempt<F: Field<T, N>>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        step: T,
+    ) -> TrialStep<T, N> {
+        self.k[0] = from.rate;
+        for_each_stage!(self.stage(field, from, step, 1..B::STAGES));
+        let state = self.state_at(const { row::<B>(B::STAGES) }, from, step);
+        if B::ERROR.len() > B::STAGES {
+            self.k[B::STAGES] = field.rate(from.time + step, &state);
+        }
+        let fine = combine(&self.k, B::ERROR) * step;
+        let (mut error, mut coarse_error) = (fine, None);
+        if !B::COARSE_ERROR.is_empty() {
+            let coarse = combine(&self.k, B::COARSE_ERROR) * step;
+            error = self.likely(fine, &coarse, &from.scale, step);
+            coarse_error = Some(coarse);
+        }
+        TrialStep { state, error, coarse_error, order: B::ERROR_ORDER }
+    }
+
+    #[inline]
+    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
+        if B::ERROR.len() <= B::STAGES {
+            self.k[B::STAGES] = field.rate(end.time, &end.state);
+        }
+        end.rate = self.k[B::STAGES];
+    }
+
+    fn dense_output<F: Field<T, N>>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        end: &Point<T, N>,
+    ) -> DenseOutput<T, N> {
+        let step = end.time - from.time;
+        for_each_stage!(self.stage(field, from, step, B::STAGES + 1..S));
+        B::EXTENSION.iter().fold(from.cubic_to(end), |output, weights| {
+            output.with(combine(&self.k, weights) * step)
+        })
+    }
+
+    #[inline]
+    fn accepted<F: Field<T, N>>(
+        &mut self,
+        _field: &mut F,
+        _from: &Point<T, N>,
+        _end: &Point<T, N>,
+        proposed: Option<T>,
+    ) -> Option<T> {
+        let (_, latest) = self.smoothness;
+        self.smoothness.0 = if latest.is_finite() { latest } else { T::zero() };
+        proposed
+    }
+}
+
+/// The laws that every tableau keeps, whatever its order.
+#[cfg(test)]
+pub(super) mod laws {
+    extern crate std;
+    use super::ExplicitTableau;
+    use crate::ode::trees::{RungeKutta, Tree, trees};
+    use std::vec::Vec;
+
+    fn method<B: ExplicitTableau>() -> RungeKutta {
+        RungeKutta { a: B::WEIGHTS.iter().map(|row| row.to_vec()).collect() }
+    }
+
+    fn of_order(order: usize) -> impl Iterator<Item = Tree> {
+        trees(order).into_iter().filter(move |tree| tree.order() == order)
+    }
+
+    /// The stages lie where their weights say.
+    pub(in crate::ode) fn times<B: ExplicitTableau>(tolerance: f64) {
+        for (row, c) in B::WEIGHTS.iter().zip(B::TIMES) {
+            assert!((row.iter().sum::<f64>() - c).abs() < tolerance, "{c}");
+        }
+    }
+
+    /// The solution meets every condition up to an order, and some of the next by no less than
+    /// `least`.
+    pub(in crate::ode) fn order<B: ExplicitTableau>(order: usize, tolerance: f64, least: f64) {
+        let solution = B::WEIGHTS[B::STAGES];
+        let defect = |tree: &Tree| method::<B>().weighted(tree, solution) - 1.0 / tree.density();
+        for tree in trees(order) {
+            assert!(defect(&tree).abs() < tolerance, "{tree:?}: {}", defect(&tree));
+        }
+        let next = of_order(order + 1).map(|tree| defect(&tree).abs());
+        assert!(next.fold(0.0, f64::max) > least);
+    }
+
+    /// The error estimate vanishes up to an order and no further.
+    pub(in crate::ode) fn estimate<B: ExplicitTableau>(weights: &[f64], order: usize) {
+        let greatest = |order: usize| {
+            let sizes = of_order(order).map(|tree| method::<B>().weighted(&tree, weights).abs());
+            sizes.fold(0.0, f64::max)
+        };
+        for below in 1..=order {
+            assert!(greatest(below) < 2e-14, "{order}: {}", greatest(below));
+        }
+        assert!(greatest(order + 1) > 1e-5, "{order}: {}", greatest(order + 1));
+    }
+
+    /// The dense output meets every condition up to an order within the step.
+    pub(in crate::ode) fn extension<B: ExplicitTableau>(order: usize, tolerance: f64) {
+        let (solution, terms) = (B::WEIGHTS[B::STAGES], B::EXTENSION.iter().copied());
+        let terms: Vec<&[f64]> = terms.collect();
+        for theta in [0.1f64, 0.37, 0.5, 0.9] {
+            for tree in trees(order) {
+                // A tree of order ρ needs Σ bᵢ(θ) Φᵢ = θ^ρ/γ.
+                let got = method::<B>().extended(&tree, theta, solution, B::STAGES, &terms);
+                let want = theta.powi(tree.order() as i32) / tree.density();
+                assert!((got - want).abs() < tolerance, "{theta} {tree:?}: {}", got - want);
+            }
+        }
+    }
+}

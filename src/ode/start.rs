@@ -1,0 +1,96 @@
+//! The start of a run: the first evaluation, the first sliding directions and the first step.
+
+use nalgebra::SVector;
+
+use super::System;
+use super::controller::rough_power;
+use super::failure::StopReason;
+use super::integration::{Integration, check_finite};
+use super::stepper::{Method, Point};
+use crate::bounds::{larger, smaller};
+use crate::scalar::{is_zero, lit, to_f64};
+use crate::{Branch, Scalar};
+
+impl<T, S, M, const N: usize, const K: usize> Integration<'_, T, S, M, N, K>
+where
+    T: Scalar,
+    S: System<T, N, K>,
+    M: Method<T, N>,
+{
+    /// First evaluation, first step size, first branches.
+    pub(super) fn start(&mut self) -> Result<(), StopReason> {
+        let time = self.point.time;
+        self.at_kink = self.is_locking && {
+            let before = self.walk.just_before(time);
+            self.system.next_kink(before, time + (time - before)).is_some()
+        };
+        self.refresh_rate();
+        check_finite(&self.point.rate)?;
+        let length = match self.walk.given_length() {
+            Some(length) => length,
+            None => self.first_step(),
+        };
+        self.walk.start(length)?;
+        if self.is_locking {
+            self.choose_branches()?;
+            self.refresh_locks();
+            self.refresh_rate();
+        }
+        Ok(())
+    }
+
+    /// Locks each contact to the direction in which it slides, or is about to.
+    fn choose_branches(&mut self) -> Result<(), StopReason> {
+        let Point { time, state, rate, .. } = self.point;
+        let later = self.walk.length() * self.walk.direction() * lit(1e-3);
+        let next = state + rate * later;
+        let now = self.system.sliding_velocities(time, &state);
+        if let Some(contact) = now.iter().position(|velocity| !velocity.is_finite()) {
+            return Err(StopReason::VelocityNotFinite { contact });
+        }
+        // Without a velocity, the one a little later tells the direction.
+        let mut soon = self.system.sliding_velocities(time + later, &next);
+        if now.iter().zip(&soon).any(|(&now, &soon)| is_zero(now) && is_zero(soon)) {
+            // Without an acceleration, the one a little later does.
+            let rate = self.evaluate(time + later, &next);
+            let then = self.system.sliding_velocities(time + later + later, &(next + rate * later));
+            for (soon, then) in soon.iter_mut().zip(then) {
+                if is_zero(*soon) {
+                    *soon = then;
+                }
+            }
+        }
+        for ((lock, now), soon) in self.locks.iter_mut().zip(now).zip(soon) {
+            lock.branch = match Branch::towards(if is_zero(now) { soon } else { now }) {
+                Branch::Free => Branch::Forward,
+                branch => branch,
+            };
+        }
+        Ok(())
+    }
+
+    /// The first step, from the size of the rate and its change along it (E. Hairer, S. P. Nørsett,
+    /// G. Wanner, "Solving Ordinary Differential Equations I", section II.4).
+    fn first_step(&mut self) -> T {
+        let Point { time, state, rate, scale } = self.point;
+        let norm = |vector: &SVector<T, N>| {
+            (vector.component_div(&scale)).norm() / lit::<T>(N.max(1) as f64).sqrt()
+        };
+        let (size, speed) = (norm(&state), norm(&rate));
+        let (tiny, span): (T, T) = (lit(1e-5), self.walk.span());
+        let guess = if size > tiny && speed > tiny { size / speed * lit(0.01) } else { T::zero() };
+        let fallback = span * lit(1e-6);
+        let guess = smaller(if guess > T::zero() { guess } else { fallback }, span);
+        let signed = guess * self.walk.direction();
+        let later = self.evaluate(time + signed, &(state + rate * signed));
+        let bend = norm(&(later - rate)) / guess;
+        let most = larger(speed, bend);
+        let by_rate = if most > lit(1e-15) {
+            lit::<T>(rough_power(to_f64(most) * 100.0, -0.2))
+        } else {
+            guess * lit(1e3)
+        };
+        let step = smaller(guess * lit(100.0), by_rate);
+        if step.is_finite() && step > T::zero() { step } else { fallback }
+    }
+}

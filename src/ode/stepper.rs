@@ -1,0 +1,106 @@
+//! The interface between a one-step method and the driver.
+
+use core::fmt::Debug;
+
+use nalgebra::SVector;
+
+use super::dense_output::DenseOutput;
+use super::system::Linearisation;
+use crate::Scalar;
+
+/// The right-hand side on locked branches, as a method sees it: smooth, and its calls counted.
+pub trait Field<T: Scalar, const N: usize> {
+    /// f(t, x).
+    fn rate(&mut self, time: T, state: &SVector<T, N>) -> SVector<T, N>;
+
+    /// f(t, x) with its partial derivatives: those of the system, or finite differences if it
+    /// gives none.
+    fn linearised(&mut self, time: T, state: &SVector<T, N>) -> Linearisation<T, N>;
+}
+
+/// The start or the end of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point<T, const N: usize> {
+    /// Time \[s\].
+    pub(super) time: T,
+    /// State x.
+    pub(super) state: SVector<T, N>,
+    /// Rate f(t, x).
+    pub(super) rate: SVector<T, N>,
+    /// The error of each state that the tolerances allow here; one for fixed steps.
+    pub(super) scale: SVector<T, N>,
+}
+
+impl<T: Scalar, const N: usize> Point<T, N> {
+    /// The cubic through this point and another with the rates at both.
+    #[inline]
+    pub(super) fn cubic_to(&self, end: &Self) -> DenseOutput<T, N> {
+        let duration = end.time - self.time;
+        DenseOutput::hermite([&self.state, &end.state], [&self.rate, &end.rate], duration)
+    }
+}
+
+/// The result of a trial step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrialStep<T, const N: usize> {
+    /// State at the end.
+    pub(super) state: SVector<T, N>,
+    /// Estimate of the local error; zero for a method without one.
+    pub(super) error: SVector<T, N>,
+    /// A second estimate of lower order, for a method that combines two.
+    pub(super) coarse_error: Option<SVector<T, N>>,
+    /// Order q of the estimate: it behaves as h^q.
+    pub(super) order: u8,
+}
+
+/// A one-step method at work: its stages, and what one step passes on to the next.
+pub trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
+    /// Evaluates the rate, and whatever else the method needs, at a point where a run starts or
+    /// continues after a reversal or a kink.
+    fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>);
+
+    /// Tries a step of signed length h from a point.
+    fn attempt<F: Field<T, N>>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        step: T,
+    ) -> TrialStep<T, N>;
+
+    /// Evaluates the rate at the end of a trial step. Another trial from the same start may follow.
+    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>);
+
+    /// The dense output of a trial step, after [`Stepper::arrive`].
+    fn dense_output<F: Field<T, N>>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        end: &Point<T, N>,
+    ) -> DenseOutput<T, N>;
+
+    /// Takes note that the step to `end` was accepted. Given the length proposed for the next step
+    /// (`None` if steps are fixed), answers with the length to take.
+    fn accepted<F: Field<T, N>>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        end: &Point<T, N>,
+        proposed: Option<T>,
+    ) -> Option<T>;
+}
+
+/// A one-step method of this module: [`RungeKutta4`](super::RungeKutta4),
+/// [`DormandPrince`](super::DormandPrince), [`DormandPrince8`](super::DormandPrince8),
+/// [`Rodas4`](super::Rodas4), [`Rodas5P`](super::Rodas5P) or [`Automatic`](super::Automatic).
+pub trait Method<T: Scalar, const N: usize>: Debug + Clone {
+    /// What steps with it.
+    #[doc(hidden)]
+    type Stepper: Stepper<T, N>;
+
+    /// The method at the start of a run.
+    #[doc(hidden)]
+    fn stepper(&self) -> Self::Stepper;
+}
+
+/// A method that estimates its local error, so that the driver can choose the step.
+pub trait Embedded {}

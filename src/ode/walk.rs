@@ -1,0 +1,334 @@
+//! The way of a run over its time span: where a step has to end at the latest, and how long the next
+//! trial is.
+
+use super::controller::Controller;
+use super::failure::StopReason;
+use super::statistics::Statistics;
+use crate::Scalar;
+use crate::bounds::{larger, smaller};
+use crate::parameter::{self, ParameterError};
+use crate::scalar::{lit, to_f64};
+
+/// A time \[s\] below any that matters, for the rounding of times near zero.
+const INSTANT: f64 = 1e-30;
+
+/// A run that needs more trial steps calls for another method.
+const MOST_STEPS: u64 = 100_000_000;
+
+/// How the lengths of steps are chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum StepLength<T> {
+    /// All alike \[s\].
+    Fixed(T),
+    /// By the error, with a limit and a first length \[s\] if given.
+    Adaptive {
+        /// The first length.
+        first: Option<T>,
+        /// The limit.
+        largest: Option<T>,
+    },
+}
+
+/// How a run chooses its steps, and how many it may try.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Pace<T> {
+    length: StepLength<T>,
+    most_steps: u64,
+}
+
+impl<T: Scalar> Pace<T> {
+    pub(crate) fn adaptive() -> Self {
+        let length = StepLength::Adaptive { first: None, largest: None };
+        Self { length, most_steps: MOST_STEPS }
+    }
+
+    pub(crate) fn fixed(step: T) -> Result<Self, ParameterError> {
+        let length = StepLength::Fixed(parameter::positive("step", step)?);
+        Ok(Self { length, most_steps: MOST_STEPS })
+    }
+
+    pub(crate) fn with_largest_step(mut self, limit: T) -> Result<Self, ParameterError> {
+        let limit = parameter::positive("largest_step", limit)?;
+        if let StepLength::Adaptive { largest, .. } = &mut self.length {
+            *largest = Some(limit);
+        }
+        Ok(self)
+    }
+
+    pub(crate) fn with_first_step(mut self, step: T) -> Result<Self, ParameterError> {
+        let step = parameter::positive("first_step", step)?;
+        if let StepLength::Adaptive { first, .. } = &mut self.length {
+            *first = Some(step);
+        }
+        Ok(self)
+    }
+
+    pub(crate) fn with_most_steps(self, most_steps: u64) -> Self {
+        Self { most_steps, ..self }
+    }
+
+    /// The length of a fixed step \[s\].
+    pub(crate) fn fixed_step(&self) -> Option<T> {
+        match self.length {
+            StepLength::Fixed(step) => Some(step),
+            StepLength::Adaptive { .. } => None,
+        }
+    }
+}
+
+/// A time that no step may pass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stop<T> {
+    /// The time \[s\].
+    pub(crate) time: T,
+    /// Whether an input has a kink there.
+    pub(crate) is_kink: bool,
+}
+
+/// The next step to try.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Trial<T> {
+    /// Its signed length \[s\].
+    pub(crate) step: T,
+    /// The time at its end \[s\].
+    pub(crate) end_time: T,
+    /// What it must not pass.
+    pub(crate) stop: Stop<T>,
+    /// Whether it ends at the stop.
+    pub(crate) reaches: bool,
+}
+
+/// Where a run stands on its way over the time span.
+#[derive(Debug, Clone)]
+pub(crate) struct Walk<T> {
+    pace: Pace<T>,
+    pub(crate) start_time: T,
+    pub(crate) end_time: T,
+    /// The time reached \[s\].
+    pub(crate) time: T,
+    /// Length of the next trial \[s\], positive.
+    length: T,
+    controller: Controller,
+    /// Steps of a fixed grid completed.
+    grid: u64,
+    pub(crate) statistics: Statistics,
+}
+
+impl<T: Scalar> Walk<T> {
+    pub(crate) fn new(pace: Pace<T>, (start_time, end_time): (T, T)) -> Self {
+        Self {
+            pace,
+            start_time,
+            end_time,
+            time: start_time,
+            length: T::zero(),
+            controller: Controller::new(),
+            grid: 0,
+            statistics: Statistics::default(),
+        }
+    }
+
+    /// The length of the first step, if it is fixed or was asked for.
+    pub(crate) fn given_length(&self) -> Option<T> {
+        match self.pace.length {
+            StepLength::Fixed(step) => Some(step),
+            StepLength::Adaptive { first, .. } => first,
+        }
+    }
+
+    /// Sets the length of the first step: as given, or a guess.
+    pub(crate) fn start(&mut self, length: T) -> Result<(), StopReason> {
+        let late = larger(self.start_time.abs(), self.end_time.abs());
+        let is_too_small = length < self.span() && length < self.rounding(late);
+        if is_too_small && !self.is_adaptive() {
+            return Err(self.too_small());
+        }
+        // A guess may be shorter than what advances the time.
+        let is_guess = self.given_length().is_none();
+        let least = if is_guess { self.smallest_step() * lit(2.0) } else { T::zero() };
+        self.propose(Some(larger(length, least)));
+        self.limit_length(self.span());
+        Ok(())
+    }
+
+    pub(crate) fn is_adaptive(&self) -> bool {
+        self.pace.fixed_step().is_none()
+    }
+
+    pub(crate) fn is_over(&self) -> bool {
+        self.time == self.end_time
+    }
+
+    /// Whether the run goes forward in time.
+    pub(crate) fn is_forward(&self) -> bool {
+        self.end_time >= self.start_time
+    }
+
+    /// +1 for a run forward in time, −1 for one backward.
+    pub(crate) fn direction(&self) -> T {
+        if self.is_forward() { T::one() } else { -T::one() }
+    }
+
+    /// Length of the time span \[s\].
+    pub(crate) fn span(&self) -> T {
+        (self.end_time - self.start_time).abs()
+    }
+
+    /// Length of the next trial \[s\].
+    pub(crate) fn length(&self) -> T {
+        self.length
+    }
+
+    /// Limits the length of the next trial.
+    pub(crate) fn limit_length(&mut self, most: T) {
+        self.length = smaller(self.length, most);
+    }
+
+    /// The smallest step that surely advances the time.
+    pub(crate) fn smallest_step(&self) -> T {
+        self.rounding(self.time)
+    }
+
+    pub(crate) fn too_small(&self) -> StopReason {
+        StopReason::StepTooSmall { smallest: to_f64(self.smallest_step()) }
+    }
+
+    /// The rounding of a time \[s\].
+    fn rounding(&self, time: T) -> T {
+        lit::<T>(4.0) * T::default_epsilon() * time.abs() + lit(INSTANT)
+    }
+
+    /// The time just before a kink.
+    pub(crate) fn just_before(&self, kink: T) -> T {
+        kink - lit::<T>(2.0) * T::default_epsilon() * kink.abs() - lit(INSTANT)
+    }
+
+    /// A step by which the time really advances: the rest would add up to a drift of the clock.
+    pub(crate) fn rounded(&self, step: T) -> T {
+        (self.time + step) - self.time
+    }
+
+    /// Where the next step has to end at the latest, given the next kink of an input between two
+    /// times.
+    pub(crate) fn next_stop(&self, next_kink: impl FnOnce(T, T) -> Option<T>) -> Stop<T> {
+        let direction = self.direction();
+        let is_before = |a: T, b: T| (b - a) * direction > T::zero();
+        let mut stop = Stop { time: self.end_time, is_kink: false };
+        // A kink that lies behind, beyond or nowhere (NaN) is none; one at the very end is, for the
+        // last stage must not look beyond it.
+        let beyond = stop.time + self.rounding(stop.time) * direction;
+        if let Some(kink) = next_kink(self.time, beyond)
+            && is_before(self.time, kink)
+            && is_before(kink, beyond)
+        {
+            let time = if is_before(kink, stop.time) { kink } else { stop.time };
+            stop = Stop { time, is_kink: true };
+        }
+        if let Some(step) = self.pace.fixed_step() {
+            let grid = self.start_time + step * lit((self.grid + 1) as f64) * direction;
+            // Rounding must not leave a last step of nothing.
+            if (stop.time - grid) * direction > self.rounding(stop.time) {
+                return Stop { time: grid, is_kink: false };
+            }
+        }
+        stop
+    }
+
+    /// The next step to try, given the next kink of an input between two times.
+    #[inline]
+    pub(crate) fn trial(
+        &mut self,
+        next_kink: impl Fn(T, T) -> Option<T>,
+    ) -> Result<Trial<T>, StopReason> {
+        let Statistics { steps, rejected, .. } = self.statistics;
+        let limit = self.pace.most_steps;
+        if steps + rejected >= limit {
+            return Err(StopReason::TooManySteps { limit });
+        }
+        let mut stop = self.next_stop(&next_kink);
+        let mut trial = self.trial_to(stop);
+        if trial.reaches
+            && !stop.is_kink
+            && stop.time != self.end_time
+            && trial.step.abs() < self.smallest_step()
+        {
+            // A step split at a reversal has ended on the grid, but for rounding.
+            self.grid += 1;
+            stop = self.next_stop(&next_kink);
+            trial = self.trial_to(stop);
+        }
+        if !trial.reaches && trial.step.abs() < self.smallest_step() {
+            return Err(self.too_small());
+        }
+        Ok(trial)
+    }
+
+    fn trial_to(&self, stop: Stop<T>) -> Trial<T> {
+        let remaining = stop.time - self.time;
+        let distance = remaining.abs();
+        // A fixed grid is exact only to the rounding of time. A trial that was shortened is not
+        // stretched again: the one after it would be shortened for the same reason, for ever.
+        let slack = if self.controller.is_rejecting() { T::zero() } else { self.smallest_step() };
+        if self.length >= distance * lit(0.999) - slack * lit(4.0) {
+            return Trial { step: remaining, end_time: stop.time, stop, reaches: true };
+        }
+        let step = if self.is_adaptive() && self.length > distance * lit(0.5) {
+            // Two equal steps instead of a long one and a stub.
+            self.rounded(remaining * lit(0.5))
+        } else {
+            self.rounded(self.length * self.direction())
+        };
+        Trial { step, end_time: self.time + step, stop, reaches: false }
+    }
+
+    /// Counts a rejected trial and shortens the next one, from the mean square of its error and the
+    /// order of the estimate. Answers whether the shorter step still advances the time.
+    pub(crate) fn reject(&mut self, tried: T, square: f64, order: u8) -> bool {
+        self.statistics.rejected += 1;
+        self.length = tried.abs() * lit(self.controller.rejected(square, order));
+        self.length >= self.smallest_step()
+    }
+
+    /// Counts an accepted step. Answers with the length proposed for the next one, if it is not
+    /// fixed. The trial whose error is given is longer than the step if that was cut, and tells
+    /// little of the next one if it was `cut_short` for other reasons than its error.
+    pub(crate) fn accept(
+        &mut self,
+        tried: T,
+        cut_short: bool,
+        square: f64,
+        order: u8,
+    ) -> Option<T> {
+        self.statistics.steps += 1;
+        if let Some(step) = self.pace.fixed_step() {
+            // After a trial shortened at a pole of the field: back to the grid in doublings.
+            self.length = smaller(step, self.length * lit(2.0));
+            self.controller = Controller::new();
+            return None;
+        }
+        let proposed = tried * lit(self.controller.accepted(square, order));
+        Some(if cut_short { larger(self.length, proposed) } else { proposed })
+    }
+
+    /// Sets the length of the next step, if one is given.
+    pub(crate) fn propose(&mut self, length: Option<T>) {
+        let Some(length) = length else { return };
+        self.length = match self.pace.length {
+            StepLength::Adaptive { largest: Some(largest), .. } => smaller(length, largest),
+            _ => length,
+        };
+    }
+
+    /// Counts a stop that a step has reached and that is not the end of the span.
+    pub(crate) fn pass(&mut self, stop: Stop<T>) {
+        if let Some(step) = self.pace.fixed_step() {
+            // A kink may fall on a grid point, and a grid point on a kink but for rounding.
+            let travelled = (self.time - self.start_time).abs();
+            let next = step * lit((self.grid + 1) as f64);
+            if !stop.is_kink || next <= travelled + self.smallest_step() {
+                self.grid += 1;
+            }
+            self.length = step;
+        }
+    }
+}
