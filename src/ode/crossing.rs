@@ -47,12 +47,15 @@ impl<T: Scalar> Search<T> {
     pub(crate) fn first(self, speed: impl Fn(T) -> T, sights: &[Sight<T>]) -> Crossing<T> {
         let Some(&start) = sights.first() else { return Crossing::None };
         let Some((right, wrong)) = self.bracket(&speed, sights) else { return Crossing::None };
-        let Some(mut right) = right else { return Crossing::AtStart };
-        if !(right.1 > T::zero()) {
-            // A speed that starts from zero may be positive first.
+        let mut right = right.unwrap_or(start);
+        if !(right.0 > start.0) && right.1 >= -self.forgiven {
+            // A speed that starts near zero may be positive first.
             let probes = PROBES.map(|part| right.0 + (wrong.0 - right.0) * lit(part));
             let mut seen = probes.into_iter().map(|place| (place, speed(place)));
             right = seen.find(|&(_, speed)| speed > T::zero()).unwrap_or(right);
+        }
+        if right.1 < T::zero() {
+            return Crossing::AtStart;
         }
         let (place, _) = enclose(&speed, right, wrong, self.tolerance);
         if place - start.0 > self.shortest { Crossing::At(place) } else { Crossing::AtStart }
