@@ -13,46 +13,43 @@ use nalgebra::SVector;
 use crate::Scalar;
 
 /// Largest number of terms: degree 7.
-const TERMS: usize = 7;
+pub(super) const MOST_TERMS: usize = 7;
 
 /// The dense output of one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DenseOutput<T, const N: usize> {
     start: SVector<T, N>,
-    terms: [SVector<T, N>; TERMS],
+    terms: [SVector<T, N>; MOST_TERMS],
     /// Number of terms in use.
     count: u8,
 }
 
 impl<T: Scalar, const N: usize> DenseOutput<T, N> {
-    /// The polynomial from a state with the terms q₀, q₁, …, of which at most seven are kept.
+    /// The polynomial from a state with the first few of the terms q₀, q₁, …
     #[inline]
-    pub(super) fn new(start: SVector<T, N>, terms: &[SVector<T, N>]) -> Self {
-        let output = Self { start, terms: [SVector::zeros(); TERMS], count: 0 };
-        terms.iter().fold(output, |output, &term| output.with(term))
+    pub(super) fn new(
+        start: SVector<T, N>,
+        terms: [SVector<T, N>; MOST_TERMS],
+        count: usize,
+    ) -> Self {
+        Self { start, terms, count: count as u8 }
     }
 
-    /// The cubic through two states with the rates there, a signed duration apart.
+    /// The cubic through two states with the rates there, a signed duration apart, with the first
+    /// few of some further terms.
     #[inline]
     pub(super) fn hermite(
         [start, end]: [&SVector<T, N>; 2],
         [start_rate, end_rate]: [&SVector<T, N>; 2],
         duration: T,
+        further: [SVector<T, N>; MOST_TERMS - 3],
+        count: usize,
     ) -> Self {
         let chord = end - start;
         let from_start = start_rate * duration - chord;
         let from_end = chord - end_rate * duration - from_start;
-        Self::new(*start, &[chord, from_start, from_end])
-    }
-
-    /// The polynomial with one more term.
-    #[inline]
-    pub(super) fn with(mut self, term: SVector<T, N>) -> Self {
-        if let Some(place) = self.terms.get_mut(usize::from(self.count)) {
-            *place = term;
-            self.count += 1;
-        }
-        self
+        let [q3, q4, q5, q6] = further;
+        Self::new(*start, [chord, from_start, from_end, q3, q4, q5, q6], 3 + count)
     }
 
     /// The state at the start of the step.

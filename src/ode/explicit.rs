@@ -46,24 +46,37 @@ pub trait ExplicitTableau: Debug + Copy {
     const REAL_LIMIT: f64;
 }
 
-/// Σ wⱼ kⱼ.
-#[inline(always)]
-pub(super) fn combine<T: Scalar, const N: usize>(
-    k: &[SVector<T, N>],
-    weights: &[f64],
-) -> SVector<T, N> {
-    let mut sum = SVector::zeros();
-    for i in 0..N {
-        let mut component = T::zero();
-        for (k, &weight) in k.iter().zip(weights) {
-            // Decided when the loop is unrolled.
-            if weight != 0.0 {
-                component += k[i] * lit(weight);
-            }
+/// Σ wⱼ kⱼ over at most 16 vectors, with weights known when it is compiled: no zero is multiplied.
+macro_rules! combine {
+    ($k:expr, $weights:expr) => {
+        combine!(@ $k, $weights, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15)
+    };
+    (@ $k:expr, $weights:expr, $($j:literal)*) => {{
+        let mut sum = SVector::zeros();
+        for i in 0..N {
+            let mut component = None;
+            $(
+                let weight = const { entry($weights, $j) };
+                if $j < S && weight != 0.0 {
+                    let term = $k[$j][i] * lit(weight);
+                    component = Some(component.map_or(term, |sum: T| sum + term));
+                }
+            )*
+            sum[i] = component.unwrap_or(T::zero());
         }
-        sum[i] = component;
-    }
-    sum
+        sum
+    }};
+}
+pub(super) use combine;
+
+/// An entry of a list; zero beyond its end.
+pub(super) const fn entry(list: &[f64], index: usize) -> f64 {
+    if index < list.len() { list[index] } else { 0.0 }
+}
+
+/// A row of a table; empty beyond its end.
+pub(super) const fn row(table: &'static [&'static [f64]], index: usize) -> &'static [f64] {
+    if index < table.len() { table[index] } else { &[] }
 }
 
 /// An explicit Runge–Kutta method with S stages, those of its dense output included.
@@ -79,16 +92,6 @@ pub struct Explicit<B, T, const N: usize, const S: usize> {
 
 /// The smallest part of its expected value to which |e₅|/|e₃| may fall from one step to the next.
 const CHANCE: f64 = 0.3;
-
-/// The weights of the earlier stages in a stage; none if there is no such stage.
-const fn row<B: ExplicitTableau>(stage: usize) -> &'static [f64] {
-    if stage < B::WEIGHTS.len() { B::WEIGHTS[stage] } else { &[] }
-}
-
-/// The time of a stage; zero if there is no such stage.
-const fn time<B: ExplicitTableau>(stage: usize) -> f64 {
-    if stage < B::TIMES.len() { B::TIMES[stage] } else { 0.0 }
-}
 
 /// Calls a function for every stage from 1 on, so that each sum has a length known in advance.
 macro_rules! for_each_stage {
@@ -114,10 +117,10 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
         }
     }
 
-    /// The state at which a stage is evaluated: x + h Σ aᵢⱼ kⱼ.
+    /// The state at which stage I is evaluated: x + h Σ aᵢⱼ kⱼ.
     #[inline(always)]
-    fn state_at(&self, weights: &[f64], from: &Point<T, N>, step: T) -> SVector<T, N> {
-        let mut state = combine(&self.k, weights);
+    fn state_at<const I: usize>(&self, from: &Point<T, N>, step: T) -> SVector<T, N> {
+        let mut state: SVector<T, N> = combine!(self.k, row(B::WEIGHTS, I));
         for i in 0..N {
             state[i] = from.state[i] + step * state[i];
         }
@@ -136,11 +139,11 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
         if I < stages.start || I >= stages.end {
             return;
         }
-        let state = self.state_at(const { row::<B>(I) }, from, step);
+        let state = self.state_at::<I>(from, step);
         if I + 1 == B::STAGES {
             self.before_end = state;
         }
-        self.k[I] = field.rate(from.time + step * lit(const { time::<B>(I) }), &state);
+        self.k[I] = field.rate(from.time + step * lit(const { entry(B::TIMES, I) }), &state);
     }
 
     /// Whether h|λ| of an accepted step exceeds a part of the stability limit, with |λ| from the
@@ -212,14 +215,17 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
     ) -> TrialStep<T, N> {
         self.k[0] = from.rate;
         for_each_stage!(self.stage(field, from, step, 1..B::STAGES));
-        let state = self.state_at(const { row::<B>(B::STAGES) }, from, step);
+        let mut state: SVector<T, N> = combine!(self.k, row(B::WEIGHTS, B::STAGES));
+        for i in 0..N {
+            state[i] = from.state[i] + step * state[i];
+        }
         if B::ERROR.len() > B::STAGES {
             self.k[B::STAGES] = field.rate(from.time + step, &state);
         }
-        let fine = combine(&self.k, B::ERROR) * step;
+        let fine = combine!(self.k, B::ERROR) * step;
         let (mut error, mut coarse_error) = (fine, None);
         if !B::COARSE_ERROR.is_empty() {
-            let coarse = combine(&self.k, B::COARSE_ERROR) * step;
+            let coarse = combine!(self.k, B::COARSE_ERROR) * step;
             error = self.likely(fine, &coarse, &from.scale, step);
             coarse_error = Some(coarse);
         }
@@ -242,9 +248,13 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
     ) -> DenseOutput<T, N> {
         let step = end.time - from.time;
         for_each_stage!(self.stage(field, from, step, B::STAGES + 1..S));
-        B::EXTENSION.iter().fold(from.cubic_to(end), |output, weights| {
-            output.with(combine(&self.k, weights) * step)
-        })
+        let further: [SVector<T, N>; 4] = [
+            combine!(self.k, row(B::EXTENSION, 0)) * step,
+            combine!(self.k, row(B::EXTENSION, 1)) * step,
+            combine!(self.k, row(B::EXTENSION, 2)) * step,
+            combine!(self.k, row(B::EXTENSION, 3)) * step,
+        ];
+        from.cubic_with(end, further, B::EXTENSION.len())
     }
 
     #[inline]

@@ -90,7 +90,7 @@ where
                 end_time: start_time,
                 whole: T::zero(),
                 end: state,
-                dense_output: DenseOutput::new(state, &[]),
+                dense_output: DenseOutput::new(state, [SVector::zeros(); 7], 0),
                 reversal_at_start: None,
                 reversal: None,
             },
@@ -276,7 +276,7 @@ where
 
     /// Tries a step. Answers with its end, the trial and the mean square of its error over the
     /// tolerances, or with nothing if it was rejected and the next one shortened.
-    #[inline]
+    #[inline(always)]
     #[allow(clippy::type_complexity, reason = "the three results of one trial")]
     fn try_step(
         &mut self,
@@ -367,15 +367,14 @@ where
     /// Describes a trial step, with the method's own dense output or with the cubic through its ends.
     #[inline]
     fn describe(&mut self, end: &Point<T, N>, full: bool, window: Window<T>) {
-        let mut dense_output = self.point.cubic_to(end);
-        if full {
-            let (stepper, mut field, from) = self.parts(window);
+        let (stepper, mut field, from) = self.parts(window);
+        let dense_output = if full {
             let own = stepper.dense_output(&mut field, from, end);
             // A stage that serves the dense output alone may hit the pole beyond a reversal.
-            if own.is_finite() {
-                dense_output = own;
-            }
-        }
+            if own.is_finite() { own } else { from.cubic_to(end) }
+        } else {
+            from.cubic_to(end)
+        };
         self.step = Step {
             start_time: self.point.time,
             end_time: end.time,

@@ -15,7 +15,7 @@ use core::marker::PhantomData;
 use nalgebra::{SMatrix, SVector};
 
 use super::dense_output::DenseOutput;
-use super::explicit::combine;
+use super::explicit::{combine, entry, row};
 use super::stepper::{Field, Point, Stepper, TrialStep};
 use super::system::Linearisation;
 use crate::Scalar;
@@ -60,19 +60,10 @@ struct Trial<'a, T: Scalar, const N: usize> {
     state: SVector<T, N>,
 }
 
-/// A row of a table; none if there is no such row.
-const fn row(table: &'static [&'static [f64]], stage: usize) -> Option<&'static [f64]> {
-    if stage < table.len() { Some(table[stage]) } else { None }
-}
-
-/// An entry of a list; zero if there is no such entry.
-const fn entry(list: &[f64], stage: usize) -> f64 {
-    if stage < list.len() { list[stage] } else { 0.0 }
-}
-
 impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Rosenbrock<B, T, N, S> {
     pub(super) fn new() -> Self {
         const { assert!(B::COUPLING.len() == S && B::TIMES.len() == S && S <= 8) };
+        const { assert!(B::EXTENSION.len() < 4) };
         let unknown = Linearisation {
             rate: SVector::zeros(),
             by_state: SMatrix::zeros(),
@@ -86,31 +77,20 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Rosenbrock
         &self.at_start.by_state
     }
 
-    /// Σ wⱼ Uⱼ.
-    #[inline(always)]
-    fn sum(&self, weights: &[f64]) -> SVector<T, N> {
-        let mut sum = SVector::zeros();
-        for (u, &weight) in self.u.iter().zip(weights) {
-            sum += u * lit::<T>(weight);
-        }
-        sum
-    }
-
     /// Solves for stage I, if the method has it.
     #[inline(always)]
     fn stage<F: Field<T, N>, const I: usize>(&mut self, field: &mut F, trial: &mut Trial<T, N>) {
         if I >= S {
             return;
         }
-        trial.state = match const { row(B::WEIGHTS, I) } {
-            Some(weights) => trial.from.state + self.sum(weights),
-            None => trial.state + self.u[I - 1],
+        trial.state = if I < B::WEIGHTS.len() {
+            trial.from.state + combine!(self.u, row(B::WEIGHTS, I))
+        } else {
+            trial.state + self.u[I - 1]
         };
         let time = trial.from.time + trial.step * lit(const { entry(B::TIMES, I) });
         let mut right = field.rate(time, &trial.state);
-        if let Some(weights) = const { row(B::COUPLING, I) } {
-            right += self.sum(weights) * trial.per_step;
-        }
+        right += combine!(self.u, row(B::COUPLING, I)) * trial.per_step;
         let weight = const { entry(B::TIME_WEIGHTS, I) };
         if weight != 0.0 {
             right += self.at_start.by_time * (trial.step * lit(weight));
@@ -164,9 +144,17 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T,
         from: &Point<T, N>,
         end: &Point<T, N>,
     ) -> DenseOutput<T, N> {
-        let chord = DenseOutput::new(from.state, &[end.state - from.state]);
-        let terms = B::EXTENSION.iter();
-        terms.fold(chord, |output, weights| output.with(combine(&self.u, weights)))
+        let zero = SVector::zeros();
+        let terms = [
+            end.state - from.state,
+            combine!(self.u, row(B::EXTENSION, 0)),
+            combine!(self.u, row(B::EXTENSION, 1)),
+            combine!(self.u, row(B::EXTENSION, 2)),
+            zero,
+            zero,
+            zero,
+        ];
+        DenseOutput::new(from.state, terms, 1 + B::EXTENSION.len())
     }
 
     #[inline]

@@ -6,9 +6,9 @@
 use nalgebra::SVector;
 
 use super::explicit::{Explicit, ExplicitTableau};
-use super::locked::Locked;
-use super::stepper::{Method, Point, Stepper};
-use super::{Statistics, System};
+use super::stepper::Method;
+use super::system::System;
+use crate::scalar::lit;
 use crate::{Branch, Scalar};
 
 /// The classical Runge–Kutta method of order 4, for fixed steps.
@@ -73,15 +73,13 @@ impl RungeKutta4 {
         T: Scalar,
         S: System<T, N, K>,
     {
-        let statistics = &mut Statistics::default();
-        let infinity = T::one() / T::zero();
-        let window = (-infinity, infinity);
-        let mut field = Locked { system, branches: [Branch::Free; K], window, statistics };
-        let (rate, scale) = (SVector::zeros(), SVector::zeros());
-        let mut point = Point { time, state: *state, rate, scale };
-        let mut stepper = Method::<T, N>::stepper(&Self);
-        stepper.begin(&mut field, &mut point);
-        stepper.attempt(&mut field, &point, step).state
+        let rate = |time, state: &SVector<T, N>| system.rate(time, state, [Branch::Free; K]);
+        let half = step * lit(0.5);
+        let k1 = rate(time, state);
+        let k2 = rate(time + half, &(state + k1 * half));
+        let k3 = rate(time + half, &(state + k2 * half));
+        let k4 = rate(time + step, &(state + k3 * step));
+        state + (k1 + (k2 + k3) * lit::<T>(2.0) + k4) * (step / lit(6.0))
     }
 }
 

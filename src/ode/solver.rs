@@ -30,7 +30,10 @@ impl<T: Scalar, const N: usize> Settings<T, N> {
     /// The error of each state that is allowed where it is found.
     #[inline]
     pub(super) fn scale(&self, state: &SVector<T, N>) -> SVector<T, N> {
-        self.tolerances.map_or(SVector::repeat(T::one()), |tolerances| tolerances.at(state))
+        match &self.tolerances {
+            Some(tolerances) => tolerances.at(state),
+            None => SVector::repeat(T::one()),
+        }
     }
 }
 

@@ -35,8 +35,19 @@ impl<T: Scalar, const N: usize> Point<T, N> {
     /// The cubic through this point and another with the rates at both.
     #[inline]
     pub(super) fn cubic_to(&self, end: &Self) -> DenseOutput<T, N> {
-        let duration = end.time - self.time;
-        DenseOutput::hermite([&self.state, &end.state], [&self.rate, &end.rate], duration)
+        self.cubic_with(end, [SVector::zeros(); 4], 0)
+    }
+
+    /// That cubic with the first few of some further terms of the dense output.
+    #[inline]
+    pub(super) fn cubic_with(
+        &self,
+        end: &Self,
+        further: [SVector<T, N>; 4],
+        count: usize,
+    ) -> DenseOutput<T, N> {
+        let (states, rates) = ([&self.state, &end.state], [&self.rate, &end.rate]);
+        DenseOutput::hermite(states, rates, end.time - self.time, further, count)
     }
 }
 
