@@ -130,8 +130,8 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
         let wave = Complex::new(T::zero(), angular_frequency / self.transport);
         let both = wave + Complex::from(tangent.decay);
         let age = place / self.transport;
-        let gathered = super::integrals::complex_phi1(both.scale(place)).scale(tangent.drive);
-        let faded = super::integrals::complex_phi1(wave.scale(place))
+        let gathered = super::moments::complex_phi1(both.scale(place)).scale(tangent.drive);
+        let faded = super::moments::complex_phi1(wave.scale(place))
             .scale(tangent.fading_drive * (-tangent.decay * place).exp());
         (gathered + faded).scale(age)
     }

@@ -33,12 +33,11 @@
 //! Source: Romano et al. (arXiv 2602.09429), section IV-B, which shows that β and γ exist and gives |F| in terms
 //! of the largest p. These are sharper: a step of v in adhesion attains γ.
 
-use super::pressure::between_knots;
+use super::quadrature::{PANELS, between_knots, integrate_in};
 use super::{Patch, Pressure, RateDependent};
 use crate::Scalar;
 use crate::bounds::smaller;
 use crate::parameter::{self, ParameterError};
-use crate::rolling::integrals::integrate_in;
 use crate::scalar::{is_zero, lit};
 
 /// What is known of the motion, see [`Patch::limits`].
@@ -207,7 +206,7 @@ impl<T: Scalar, P: Pressure<T>> PatchLimits<T, P> {
     fn weighed(&self, kink: Option<T>, function: impl Fn(T, T) -> T) -> T {
         let mut sum = T::zero();
         let mut part = |from: T, width: T| {
-            integrate_in(16, T::zero(), |t, weight| {
+            integrate_in(PANELS, T::zero(), |t, weight| {
                 let place = from + width * t;
                 sum += width * weight * function(place, self.pressure.at(place));
             });

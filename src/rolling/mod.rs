@@ -51,11 +51,12 @@ mod exact;
 mod frequency;
 #[cfg(feature = "alloc")]
 mod grid;
-mod integrals;
 mod limits;
+mod moments;
 mod passivity;
 mod patch;
 mod pressure;
+mod quadrature;
 mod steady;
 
 pub use exact::{ExactPatch, MotionOverTime, PatchCommitted, PatchLedger, PatchStep, Segment};

@@ -98,7 +98,7 @@ pub fn passivity<T: Scalar, P: Pressure<T>>(
     };
     let rounding = lit::<T>(64.0) * T::default_epsilon();
     let mut last: Option<(T, T)> = None;
-    super::pressure::between_knots(pressure, |from, width| {
+    super::quadrature::between_knots(pressure, |from, width| {
         for number in 0..PLACES {
             let mut place = from + width * lit(number as f64 / (PLACES - 1) as f64);
             if number + 1 == PLACES {

@@ -32,8 +32,9 @@ use super::ExactPatch;
 use super::profile::{level_moments, shifted};
 use super::queue::Segment;
 use crate::parameter::{self, ParameterError, Rule};
-use crate::rolling::integrals::{integrate, integrate_gentle, phi1};
+use crate::rolling::moments::phi1;
 use crate::rolling::patch::Crossing;
+use crate::rolling::quadrature::{integrate, integrate_gentle};
 use crate::rolling::{Motion, Pressure, RateDependent};
 use crate::scalar::{lit, to_f64};
 use crate::{Affine, Scalar};
@@ -249,7 +250,7 @@ where
                 let knot = pressure.next_knot(from).unwrap_or(end);
                 let to = if knot < end && knot > from { knot } else { end };
                 let steepness = segment.exponent * ((to - from) / segment.width);
-                crate::rolling::integrals::integrate_in(1, steepness, |at, weight| {
+                crate::rolling::quadrature::integrate_in(1, steepness, |at, weight| {
                     let at = from + (to - from) * at;
                     let z = segment.at((at - place) / segment.width);
                     sum += weight * (to - from) * pressure.at(at) * z;

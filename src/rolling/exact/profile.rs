@@ -2,7 +2,7 @@
 
 use crate::Scalar;
 use crate::bounds::smaller;
-use crate::rolling::integrals::{decaying, phi1, rising};
+use crate::rolling::moments::{decaying, phi1, rising};
 use crate::scalar::{is_zero, lit};
 
 /// What a step makes of every bristle that was there at its beginning: z ← decay·z + offset.

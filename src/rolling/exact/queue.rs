@@ -379,7 +379,7 @@ fn add<T: Scalar, const N: usize>(sum: &mut [T; N], more: &[T; N]) {
 mod tests {
     extern crate std;
     use super::{Held, Queue, Segment};
-    use crate::rolling::integrals::integrate;
+    use crate::rolling::quadrature::integrate;
     use std::vec;
 
     /// ∫ ξᵏ e^(−aξ) z dξ over the profile that the queue would show.

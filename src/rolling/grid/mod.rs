@@ -26,7 +26,7 @@
 
 mod interpolation;
 mod path;
-mod quadrature;
+mod weights;
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -192,7 +192,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         let share = T::one() / lit(cells as f64);
         let mut places: Vec<T> = (0..cells).map(|i| lit::<T>(i as f64) * share).collect();
         places.push(T::one());
-        let mut weights = quadrature::weights(patch.pressure(), cells)?;
+        let mut weights = weights::weights(patch.pressure(), cells)?;
         for weight in &mut weights {
             *weight *= patch.length() * patch.load();
         }

@@ -2,10 +2,10 @@
 
 use core::fmt;
 
-use super::{Pressure, between_knots, weigh};
+use super::Pressure;
 use crate::Scalar;
 use crate::parameter::{self, ParameterError, Rule};
-use crate::rolling::integrals::integrate_in;
+use crate::rolling::quadrature::weigh;
 use crate::scalar::to_f64;
 
 /// A pressure given by a closure that answers p and dp/dξ at a place ξ, and K places at which it is not
@@ -65,14 +65,14 @@ impl<T: Scalar, F: Fn(T) -> (T, T) + Clone, const K: usize> FunctionPressure<T, 
         };
         look(T::zero());
         look(T::one());
-        between_knots(&pressure, |from, width| {
-            integrate_in(super::PANELS, T::zero(), |t, _| look(from + width * t));
+        let mut total = T::zero();
+        weigh(&pressure, T::zero().into(), |place, weighted| {
+            look(place);
+            total += weighted;
         });
         if let Some(error) = refused {
             return Err(error);
         }
-        let mut total = T::zero();
-        weigh(&pressure, T::zero(), |_, pressure| total += pressure);
         pressure.total = total;
         Ok(pressure)
     }

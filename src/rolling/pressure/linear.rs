@@ -11,7 +11,7 @@ use nalgebra::{Complex, ComplexField};
 
 use super::PressureKnot;
 use crate::Scalar;
-use crate::rolling::integrals::{complex_decaying, decaying, rising};
+use crate::rolling::moments::{complex_decaying, decaying, rising};
 use crate::scalar::lit;
 
 /// Start, width and the two pressures of each piece that has a width.

@@ -16,9 +16,9 @@ pub use trapezoidal::{Trapezoidal, TrapezoidalParameters};
 
 use nalgebra::{Complex, ComplexField};
 
-use super::integrals::{complex_phi1, integrate_in, integrate_wave};
+use super::moments::complex_phi1;
+use super::quadrature::weigh;
 use crate::Scalar;
-use crate::bounds::larger;
 use crate::scalar::lit;
 
 /// A pressure p(ξ) ≥ 0 [N/m] over 0 ≤ ξ ≤ 1.
@@ -74,7 +74,7 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
             return self.total();
         }
         let mut sum = T::zero();
-        weigh(self, decay, |place, pressure| sum -= pressure * (-decay * place).exp_m1());
+        weigh(self, decay.into(), |place, pressure| sum -= pressure * (-decay * place).exp_m1());
         sum
     }
 
@@ -85,7 +85,7 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
             return T::zero();
         }
         let mut sum = T::zero();
-        weigh(self, decay, |place, pressure| sum += pressure * (-decay * place).exp());
+        weigh(self, decay.into(), |place, pressure| sum += pressure * (-decay * place).exp());
         sum
     }
 
@@ -96,7 +96,9 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
             return T::zero();
         }
         let mut sum = T::zero();
-        weigh(self, decay, |place, pressure| sum += pressure * place * (-decay * place).exp());
+        weigh(self, decay.into(), |place, pressure| {
+            sum += pressure * place * (-decay * place).exp()
+        });
         sum
     }
 
@@ -105,7 +107,7 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
     /// By quadrature it is work that grows with |s|, and NaN for waves beyond |s| = 2 097 152.
     fn transform(&self, rate: Complex<T>) -> Complex<T> {
         let mut sum = Complex::new(T::zero(), T::zero());
-        weigh_wave(self, rate, |place, pressure| {
+        weigh(self, rate, |place, pressure| {
             sum += (-rate.scale(place)).exp().scale(pressure);
         });
         sum
@@ -121,54 +123,10 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
             return (self.transform(from) - self.transform(to)) / gap;
         }
         let mut sum = Complex::new(T::zero(), T::zero());
-        weigh(self, to.modulus(), |place, pressure| {
+        weigh(self, to.modulus().into(), |place, pressure| {
             let weight = pressure * place * (-from.re * place).exp();
             sum += complex_phi1(gap.scale(place)).scale(weight);
         });
         sum
-    }
-}
-
-/// How many panels a smooth pressure is divided into from one knot to the next, at least.
-const PANELS: usize = 16;
-
-/// Calls `visit` with places and pressure × weight of a quadrature that resolves e^(−κξ).
-pub(super) fn weigh<T: Scalar, P: Pressure<T>>(
-    pressure: &P,
-    steepness: T,
-    mut visit: impl FnMut(T, T),
-) {
-    between_knots(pressure, |from, width| {
-        integrate_in(PANELS, steepness * width, |t, weight| {
-            let place = from + width * t;
-            visit(place, pressure.at(place) * (weight * width));
-        });
-    });
-}
-
-/// The same, that resolves a wave e^(−sξ).
-fn weigh_wave<T: Scalar, P: Pressure<T>>(
-    pressure: &P,
-    rate: Complex<T>,
-    mut visit: impl FnMut(T, T),
-) {
-    between_knots(pressure, |from, width| {
-        integrate_wave(PANELS, rate.scale(width), |t, weight| {
-            let place = from + width * t;
-            visit(place, pressure.at(place) * (weight * width));
-        });
-    });
-}
-
-/// Calls `visit` with the start and the width of each smooth piece.
-pub(super) fn between_knots<T: Scalar, P: Pressure<T>>(pressure: &P, mut visit: impl FnMut(T, T)) {
-    let mut from = T::zero();
-    while from < T::one() {
-        let to = larger(from, pressure.next_knot(from).unwrap_or_else(T::one));
-        if !(to > from) {
-            break;
-        }
-        visit(from, to - from);
-        from = to;
     }
 }

@@ -9,7 +9,7 @@ use super::Pressure;
 use crate::Scalar;
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError, Rule};
-use crate::rolling::integrals::{complex_decaying, decaying, rising};
+use crate::rolling::moments::{complex_decaying, decaying, rising};
 use crate::scalar::{is_zero, lit, to_f64};
 
 /// Parameters of [`PolynomialExponential`].

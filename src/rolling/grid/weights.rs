@@ -9,10 +9,10 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::super::Pressure;
-use super::super::integrals::GAUSS;
 use super::interpolation::{lagrange, stencil};
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};
+use crate::rolling::quadrature::evenly;
 use crate::scalar::lit;
 
 /// Eight points integrate e^(−3t) on 0 … 1 to rounding, and no pressure of this crate is steeper than
@@ -71,13 +71,20 @@ fn attempted<T: Scalar, P: Pressure<T>>(
             {
                 to = knot;
             }
-            for (place, share) in GAUSS {
-                let place = from + (to - from) * lit(place);
+            let mut refused = None;
+            evenly((from, to), 1, &mut |place, share| {
                 let load = parameter::non_negative("pressure", pressure.at(place));
-                let load = parameter::component(cell, load)? * (to - from) * lit(share);
-                let polynomials = lagrange(place / width - lit(first as f64), count);
-                let nodes = weights.iter_mut().skip(first).zip(polynomials).take(count);
-                nodes.for_each(|(weight, polynomial)| *weight += load * polynomial);
+                match parameter::component(cell, load) {
+                    Ok(load) => {
+                        let polynomials = lagrange(place / width - lit(first as f64), count);
+                        let nodes = weights.iter_mut().skip(first).zip(polynomials).take(count);
+                        nodes.for_each(|(weight, l)| *weight += load * share * l);
+                    }
+                    Err(error) => refused = refused.or(Some(error)),
+                }
+            });
+            if let Some(error) = refused {
+                return Err(error);
             }
             from = to;
         }

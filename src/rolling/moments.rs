@@ -1,4 +1,4 @@
-//! The integrals a patch needs, each without loss of digits.
+//! Moments of decaying and of rising profiles, without loss of digits.
 //!
 //! ψ_k(x) = ∫₀¹ tᵏ e^(−xt) dt: moments of a decaying weight,
 //! χ_k(α, x) = ∫₀¹ tᵏ⁺¹ φ1(xt) e^(−αt) dt = (ψ_k(α) − ψ_k(α + x))/x: moments of a profile that rises
@@ -10,10 +10,11 @@
 
 use nalgebra::{Complex, ComplexField};
 
+use super::quadrature::integrate;
 use crate::Scalar;
 use crate::bounds::larger;
 use crate::rheology::relaxed;
-use crate::scalar::{is_zero, lit, nan};
+use crate::scalar::{is_zero, lit};
 
 /// Below this sum of exponents a power series needs at most [`TERMS`] terms.
 const SMALL: f64 = 0.7;
@@ -28,9 +29,9 @@ pub(super) fn decaying<T: Scalar, const N: usize>(x: T) -> [T; N] {
     decaying_with(x, (-x).exp())
 }
 
-/// The same where e⁻ˣ is known.
+/// ψ₀ … ψ_{N−1} at x with e⁻ˣ given.
 #[inline]
-pub(super) fn decaying_with<T: Scalar, const N: usize>(x: T, decay: T) -> [T; N] {
+fn decaying_with<T: Scalar, const N: usize>(x: T, decay: T) -> [T; N] {
     let mut psi = [T::zero(); N];
     if N == 0 {
         return psi;
@@ -180,104 +181,6 @@ const RECIPROCALS: [f64; 128] = {
 pub(super) fn phi1<T: Scalar>(x: T) -> T {
     decaying::<T, 1>(x)[0]
 }
-
-/// Calls `visit` with places t ∈ (0, 1) and weights of a quadrature that is exact to rounding for
-/// polynomials up to degree 15 with parts that decay by up to e^(−steepness) from either end to the other.
-pub(super) fn integrate<T: Scalar>(steepness: T, visit: impl FnMut(T, T)) {
-    integrate_in(4, steepness, visit);
-}
-
-/// The same for integrands that are smooth on the scale of 1/`panels`.
-pub(super) fn integrate_in<T: Scalar>(panels: usize, steepness: T, mut visit: impl FnMut(T, T)) {
-    // Eight points miss e^(−2t) by 2e-18, and e^(−48) is below a rounding.
-    const PANEL: f64 = 2.0;
-    const LAYER: usize = 24;
-    if steepness < lit(2.0 * PANEL * LAYER as f64) {
-        let mut number = panels;
-        while lit::<T>(number as f64 * PANEL) < steepness {
-            number += 1;
-        }
-        evenly((T::zero(), T::one()), number, &mut visit);
-    } else {
-        let layer = lit::<T>(PANEL * LAYER as f64) / steepness;
-        evenly((T::zero(), layer), LAYER, &mut visit);
-        // Nothing steep is left between the two.
-        evenly((layer, T::one() - layer), panels, &mut visit);
-        evenly((T::one() - layer, T::one()), LAYER, &mut visit);
-    }
-}
-
-/// Gauss panels of equal width.
-fn evenly<T: Scalar>((from, to): (T, T), panels: usize, visit: &mut impl FnMut(T, T)) {
-    let width = (to - from) / lit(panels as f64);
-    for number in 0..panels {
-        let start = from + lit::<T>(number as f64) * width;
-        for (place, weight) in GAUSS {
-            visit(start + width * lit(place), width * lit(weight));
-        }
-    }
-}
-
-/// The same as [`integrate_in`] for integrands with a factor e^(−sξ), Re s ≥ 0, which may be a wave
-/// that nothing damps. The work grows with |s|; beyond 2 097 152 the weights are NaN.
-pub(super) fn integrate_wave<T: Scalar>(
-    panels: usize,
-    rate: Complex<T>,
-    mut visit: impl FnMut(T, T),
-) {
-    const MOST: usize = 1 << 20;
-    let size = rate.modulus();
-    if rate.re >= rate.im.abs() {
-        integrate_in(panels, size, visit);
-    } else if size < lit(2.0 * MOST as f64) {
-        let mut number = panels;
-        while lit::<T>(number as f64 * 2.0) < size {
-            number += 1;
-        }
-        evenly((T::zero(), T::one()), number, &mut visit);
-    } else {
-        visit(T::zero(), nan());
-    }
-}
-
-/// The same with five points for an integrand that is hardly steep: a polynomial of at most the fourth
-/// degree times e^(−steepness t), which they miss by less than 4e-13 · 5040 steepness⁶ of its largest
-/// value.
-pub(super) fn integrate_gentle<T: Scalar>(
-    degree: usize,
-    steepness: T,
-    mut visit: impl FnMut(T, T),
-) {
-    if degree <= 4 && steepness <= lit(0.1) {
-        for (place, weight) in GAUSS_5 {
-            visit(lit(place), lit(weight));
-        }
-    } else {
-        integrate(steepness, visit);
-    }
-}
-
-/// Gauss–Legendre quadrature with five points on [0, 1] (table 25.4 likewise).
-const GAUSS_5: [(f64, f64); 5] = [
-    (0.046_910_077_030_668, 0.118_463_442_528_094_54),
-    (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
-    (0.5, 0.284_444_444_444_444_44),
-    (0.769_234_655_052_841_6, 0.239_314_335_249_683_23),
-    (0.953_089_922_969_332, 0.118_463_442_528_094_54),
-];
-
-/// Gauss–Legendre quadrature with eight points on [0, 1] (M. Abramowitz and I. A. Stegun, "Handbook of
-/// Mathematical Functions", table 25.4, moved).
-pub(super) const GAUSS: [(f64, f64); 8] = [
-    (0.019_855_071_751_231_884, 0.050_614_268_145_188_13),
-    (0.101_666_761_293_186_63, 0.111_190_517_226_687_24),
-    (0.237_233_795_041_835_5, 0.156_853_322_938_943_64),
-    (0.408_282_678_752_175_1, 0.181_341_891_689_180_99),
-    (0.591_717_321_247_824_9, 0.181_341_891_689_180_99),
-    (0.762_766_204_958_164_5, 0.156_853_322_938_943_64),
-    (0.898_333_238_706_813_4, 0.111_190_517_226_687_24),
-    (0.980_144_928_248_768_1, 0.050_614_268_145_188_13),
-];
 
 /// ψ₀ … ψ_{N−1} at a complex x.
 pub(super) fn complex_decaying<T: Scalar, const N: usize>(x: Complex<T>) -> [Complex<T>; N] {
@@ -455,74 +358,6 @@ mod tests {
                 assert!(off < 2e-14, "ψ_{k}({re} + {im}i) = {}, off by {off:e}", got[k]);
             }
         }
-    }
-
-    #[test]
-    fn the_gauss_points_integrate_every_power_up_to_fifteen() {
-        for power in 0..16 {
-            let sum: f64 = GAUSS.iter().map(|(place, weight)| weight * place.powi(power)).sum();
-            // Eight terms.
-            assert!((sum * f64::from(power + 1) - 1.0).abs() < 2e-15, "{power}");
-        }
-    }
-
-    #[test]
-    fn quadrature_resolves_decays_from_either_end() {
-        for steepness in [0.0, 1.0, 10.0, 95.0, 97.0, 1e3, 1e9] {
-            let (mut from_start, mut from_end, mut power) = (0.0, 0.0, 0.0);
-            integrate(steepness, |t: f64, weight| {
-                from_start += weight * (-steepness * t).exp();
-                from_end += weight * (-steepness * (1.0 - t)).exp();
-                power += weight * t.powi(11);
-            });
-            let want = phi1(steepness);
-            // 1 − t is off by a rounding of 1, times the steepness.
-            let phase = 1e-16 * steepness;
-            assert!((from_start / want - 1.0).abs() < 2e-15, "{steepness}");
-            assert!((from_end / want - 1.0).abs() < 2e-15 + phase, "{steepness}");
-            assert!((power * 12.0 - 1.0).abs() < 2e-15, "{steepness}");
-        }
-    }
-
-    #[test]
-    fn five_points_are_used_where_they_are_enough_and_there_only() {
-        for (degree, steepness, points) in [
-            (0, 0.1, 5),
-            (4, 0.0, 5),
-            (4, 0.1, 5),
-            (5, 0.0, 32),
-            (5, 0.1, 32),
-            (9, 0.1, 32),
-            (4, 0.101, 32),
-            (4, 0.9, 32),
-        ] {
-            let (mut sum, mut count) = (0.0, 0);
-            integrate_gentle(degree, steepness, |t: f64, weight| {
-                count += 1;
-                sum += weight * t.powi(degree as i32) * (-steepness * t).exp();
-            });
-            assert_eq!(count, points, "{degree}, {steepness}");
-            let want = decaying::<f64, 12>(steepness)[degree];
-            // Five points miss t¹⁰ by (5!)⁴/(11 (10!)²) = 1.4e-6, which t⁴ e^(−0.1t) holds a
-            // 0.1⁶/6! = 1.4e-9 of; beside roundings.
-            let off: f64 = sum - want;
-            assert!(off.abs() < 2e-15 + 3e-16, "{degree}, {steepness}: {off:e}");
-        }
-    }
-
-    #[test]
-    fn quadrature_resolves_waves() {
-        for (re, im) in [(0.0, 5.0), (0.0, 5000.0), (300.0, 400.0), (400.0, 300.0), (1e6, 1e3)] {
-            let x = Complex::new(re, im);
-            let mut sum = Complex::new(0.0, 0.0);
-            integrate_wave(4, x, |t: f64, weight| sum += (-x.scale(t)).exp().scale(weight));
-            let want = complex_decaying::<f64, 1>(x)[0];
-            // Rounding of the phase and of up to 20 000 terms.
-            assert!((sum - want).modulus() < 1e-14, "{x}");
-        }
-        let mut sum = 0.0;
-        integrate_wave(4, Complex::new(0.0, 1e9), |_, weight: f64| sum += weight);
-        assert!(sum.is_nan());
     }
 
     #[test]
