@@ -6,7 +6,6 @@ use crate::number::Number;
 use crate::ode::{Failure, StopReason};
 use crate::parameter::ParameterError;
 use crate::scalar::{Scalar, to_f64};
-use crate::scene::WheelError;
 
 /// Any error of this crate: each of them converts into it by `?`.
 ///
@@ -46,9 +45,6 @@ pub enum Error {
     /// A batch or a step of it was refused.
     #[error(transparent)]
     Batch(#[from] BatchError),
-    /// A step of a braked wheel was refused.
-    #[error(transparent)]
-    Wheel(#[from] WheelError),
     /// No model could be chosen.
     #[cfg(feature = "alloc")]
     #[error(transparent)]

@@ -299,14 +299,31 @@ pub(crate) fn exactly<T: Scalar>(
     }
 }
 
-/// A count of one or more.
-pub(crate) fn at_least_one(name: &'static str, count: usize) -> Result<(), ParameterError> {
-    if count >= 1 {
+/// A count of at least so many.
+pub(crate) fn count(name: &'static str, count: usize, least: usize) -> Result<(), ParameterError> {
+    if count >= least {
         Ok(())
     } else {
-        let rule = Rule::Count { least: 1 };
+        let rule = Rule::Count { least };
         Err(ParameterError { name, component: None, value: count as f64, rule })
     }
+}
+
+/// The abscissas of a table: two at least, from zero on, increasing.
+pub(crate) fn abscissas<T: Scalar>(
+    name: &'static str,
+    values: impl ExactSizeIterator<Item = T>,
+) -> Result<(), ParameterError> {
+    count("knots", values.len(), 2)?;
+    let mut previous = None;
+    for (index, value) in values.enumerate() {
+        let checked = match previous {
+            None => exactly(name, value, T::zero()),
+            Some(before) => finite(name, value).and_then(|value| increasing(name, value, before)),
+        };
+        previous = Some(component(index, checked)?);
+    }
+    Ok(())
 }
 
 /// Names the component of an array that a check refused.

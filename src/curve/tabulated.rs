@@ -12,7 +12,7 @@
 
 use crate::bounds::{larger, smaller};
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError, Rule};
+use crate::parameter::{self, ParameterError};
 use crate::scalar::{lit, nan};
 use crate::{Bounds, Scalar, Sliding};
 
@@ -76,30 +76,16 @@ impl<T: Scalar, const N: usize> Tabulated<T, N> {
     /// Names the knot whose speed does not increase or whose coefficient is not positive, a first
     /// knot that is not at rest, or a table of fewer than two knots.
     pub fn new(knots: [Knot<T>; N]) -> Result<Self, ParameterError> {
-        if N < 2 {
-            return Err(ParameterError {
-                name: "knots",
-                component: None,
-                value: N as f64,
-                rule: Rule::Count { least: 2 },
-            });
-        }
-        let mut previous: Option<Knot<T>> = None;
+        parameter::abscissas("speed", knots.iter().map(|knot| knot.speed))?;
         for (index, knot) in knots.iter().enumerate() {
-            let speed = match previous {
-                None => parameter::exactly("speed", knot.speed, T::zero()),
-                Some(before) => parameter::finite("speed", knot.speed)
-                    .and_then(|speed| parameter::increasing("speed", speed, before.speed)),
-            };
-            parameter::component(index, speed)?;
             parameter::component(index, parameter::positive("coefficient", knot.coefficient))?;
-            if let Some(before) = previous {
-                let slope = (knot.coefficient - before.coefficient) / (knot.speed - before.speed);
-                parameter::component(index, parameter::finite("slope", slope))?;
-                let spacing = parameter::positive("spacing", knot.speed - before.speed);
-                parameter::component(index, spacing)?;
-            }
-            previous = Some(*knot);
+        }
+        for (index, pair) in knots.windows(2).enumerate() {
+            let [before, knot] = pair else { continue };
+            let spacing = knot.speed - before.speed;
+            let slope = (knot.coefficient - before.coefficient) / spacing;
+            parameter::component(index + 1, parameter::finite("slope", slope))?;
+            parameter::component(index + 1, parameter::positive("spacing", spacing))?;
         }
         let mut i = 0;
         let pieces = knots.map(|knot| {

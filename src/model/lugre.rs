@@ -102,6 +102,13 @@ where
     D: VelocityLaw<T>,
     E: Regularisation<T>,
 {
+    /// σ1 `kept` + σ2 `carried`: the damping beyond σ0 z of bristles that keep a share of their
+    /// deflection, because λ m = 1 − kept with the mean m of what a unit velocity makes.
+    #[inline]
+    pub(crate) fn damping_of(&self, sliding: Sliding<T>, kept: T, carried: T) -> T {
+        self.rheology.elements(sliding).damping * kept + self.viscous * carried
+    }
+
     /// The viscous friction σ2 [s/m] of the term σ2 v outside g; zero for the variant with the
     /// viscous part inside.
     #[doc(alias = "sigma2")]
@@ -205,8 +212,7 @@ where
     /// σ1φ1 + σ2, because x φ2 = 1 − φ1.
     #[inline]
     fn mean_damping(&self, sliding: Sliding<T>, weights: &Weights<T>) -> Option<T> {
-        let Elements { damping, .. } = self.rheology.elements(sliding);
-        Some(damping * weights.undriven_mean(T::one()) + self.viscous)
+        Some(self.damping_of(sliding, weights.undriven_mean(T::one()), T::one()))
     }
 
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {

@@ -98,7 +98,7 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
     pub fn new(parameters: GeneralisedKelvinVoigtParameters<T, N>) -> Result<Self, ParameterError> {
         let GeneralisedKelvinVoigtParameters { elements } = parameters;
         let (zero, one) = (T::zero(), T::one());
-        parameter::at_least_one("elements", N)?;
+        parameter::count("elements", N, 1)?;
         let mut last = None;
         for (j, element) in elements.iter().enumerate() {
             parameter::component(j, parameter::positive("elements.stiffness", element.stiffness))?;

@@ -110,7 +110,7 @@ impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>
         parameters: GeneralisedMaxwellParameters<T, N, S, D>,
     ) -> Result<Self, ParameterError> {
         let GeneralisedMaxwellParameters { arms, micro_damping } = parameters;
-        parameter::at_least_one("arms", N)?;
+        parameter::count("arms", N, 1)?;
         for (i, arm) in arms.iter().enumerate() {
             parameter::component(i, parameter::positive("arms.stiffness", arm.stiffness))?;
             if let Some(damping) = &arm.series_damping {

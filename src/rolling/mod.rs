@@ -70,6 +70,6 @@ pub(crate) use patch::{Crossing, coefficients};
 pub use patch::{Motion, OutputLimits, Patch, PatchParameters, RateDependent, SlipPoint};
 pub use pressure::{
     FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,
-    PressureKnot, TabulatedPressure, Trapezoidal, TrapezoidalParameters,
+    PressureKnot, TabulatedPressure, TrapezoidalParameters,
 };
 pub use steady::{Aligning, Peak, Steady, SteadySlopes};

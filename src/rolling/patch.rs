@@ -19,6 +19,21 @@ pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
         self.affine(sliding.into(), T::zero())
     }
 
+    /// ∫ p (m (c₀ − K r) + c₂) dξ over a part of the patch, where m is the mean deflection of bristles
+    /// that entered undeflected, over a step under v̄ = 1, and K the stiffness of the stored energy:
+    /// what the friction coefficient rises by beyond the springs. Given ∫ p m, the integral `kept` of
+    /// p times the mean of e^(−λ age), and ∫ p.
+    ///
+    /// For c₀ that falls with the speed, as LuGre's, this sum loses digits, and another form may not.
+    #[doc(hidden)]
+    #[inline]
+    fn damping_beyond_springs(&self, velocity: T, driven: T, kept: T, carried: T) -> T {
+        let _ = kept;
+        let affine = self.at_velocity(velocity);
+        let excess = affine.stiffness - self.storage_stiffness() * affine.drive;
+        excess * driven + affine.damping * carried
+    }
+
     /// What |c₀| and |c₂| do not exceed at velocities with |v| ≤ `fastest`; infinite if there is no such
     /// limit.
     fn output_limits(&self, fastest: T) -> OutputLimits<T> {
@@ -61,6 +76,12 @@ where
     D: VelocityLaw<T>,
     E: Regularisation<T>,
 {
+    #[inline]
+    fn damping_beyond_springs(&self, velocity: T, _driven: T, kept: T, carried: T) -> T {
+        // c₀ − K r = −σ1 λ, c₂ = σ1 + σ2 and λ m = 1 − the mean of e^(−λ age).
+        self.damping_of(velocity.into(), kept, carried)
+    }
+
     fn output_limits(&self, fastest: T) -> OutputLimits<T> {
         let stiffness = self.storage_stiffness();
         let damping = self.rheology().bounds().damping.max;

@@ -39,7 +39,7 @@ use crate::parameter::{self, ParameterError};
 use crate::rolling::{
     ExactPatch, Motion, PatchCommitted, PatchLedger, PatchStep, RateDependent, Segment,
 };
-use crate::scalar::{is_zero, lit, to_f64};
+use crate::scalar::{is_zero, lit};
 use crate::{Bristle, Contact, Scalar};
 
 /// How far a wheel may rock back, in lengths of its patch: its bristles stay where they are meanwhile,
@@ -96,25 +96,6 @@ impl<T: Scalar> WheelLoads<T> {
             force: parameter::finite("force", self.force)?,
         })
     }
-}
-
-/// Why a step of a [`BrakedWheel`] was not taken.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum WheelError {
-    /// An argument was refused, or the velocities of the wheel left the range of its numbers.
-    #[error(transparent)]
-    Refused(#[from] ParameterError),
-    /// The wheel rolls backwards by more than rocking on its bristles; see [`BrakedWheel`].
-    #[error(
-        "the wheel rolls back by {patch_lengths} lengths of its patch, which takes at most {most}"
-    )]
-    RollsBackwards {
-        /// How far it has rolled back, in lengths of the patch.
-        patch_lengths: f64,
-        /// The limit.
-        most: f64,
-    },
 }
 
 /// The motion of a [`BrakedWheel`].
@@ -234,8 +215,8 @@ impl<T: Scalar> WheelLedger<T> {
 ///
 /// The patch rolls forward only, V ≥ 0. A wheel that rocks back, as one does that comes to rest on its bristles,
 /// keeps the bristles in the patch where they are, and when it rolls forward again, as far as it had rocked back.
-/// What rolls back by more than a quarter of the patch is refused with
-/// [`WheelError::RollsBackwards`], the wheel as it was before that step. A vehicle that slides
+/// What rolls back by more than a quarter of the patch is refused (`rolled_back`), the wheel as it
+/// was before that step. A vehicle that slides
 /// backwards, v_x < 0, on a locked wheel is fine.
 #[derive(Debug, Clone)]
 pub struct BrakedWheel<T: Scalar, M, const N: usize, B, K> {
@@ -370,7 +351,11 @@ where
     ///
     /// Refuses loads and a duration that are not finite or negative, and a wheel that rolls backwards;
     /// the wheel is as it was.
-    pub fn step(&mut self, loads: WheelLoads<T>, duration: T) -> Result<WheelStep<T>, WheelError> {
+    pub fn step(
+        &mut self,
+        loads: WheelLoads<T>,
+        duration: T,
+    ) -> Result<WheelStep<T>, ParameterError> {
         let (means, PatchCommitted { force, .. }, brake, _) =
             self.advance(loads, duration, |tyre, v| tyre.commit(v))?;
         Ok(Self::told(means, force, &brake))
@@ -386,7 +371,7 @@ where
         &mut self,
         loads: WheelLoads<T>,
         duration: T,
-    ) -> Result<WheelLedger<T>, WheelError> {
+    ) -> Result<WheelLedger<T>, ParameterError> {
         let WheelState { speed, angular_velocity, .. } = self.state;
         let (means, tyre, brake, loading) =
             self.advance(loads, duration, |tyre, v| tyre.commit_with_ledger(v))?;
@@ -416,7 +401,7 @@ where
         loads: WheelLoads<T>,
         duration: T,
         commit: impl FnOnce(PatchStep<'_, T, M, N, B>, T) -> Result<R, ParameterError>,
-    ) -> Result<(Means<T>, R, CompletedStep<T>, T), WheelError> {
+    ) -> Result<(Means<T>, R, CompletedStep<T>, T), ParameterError> {
         let loads = loads.checked()?;
         let duration = parameter::non_negative("duration", duration)?;
         let half = lit::<T>(0.5) * duration;
@@ -462,12 +447,8 @@ where
         let rolled = means.angular_velocity * body.radius * duration / length;
         let rolled_back = before.rolled_back - rolled;
         let rolled_back = if rolled_back > T::zero() { rolled_back } else { T::zero() };
-        if !(rolled_back <= lit(ROCKING)) {
-            return Err(WheelError::RollsBackwards {
-                patch_lengths: to_f64(rolled_back),
-                most: ROCKING,
-            });
-        }
+        let most = lit(ROCKING);
+        parameter::at_most("rolled_back", rolled_back, "what a patch takes", most)?;
 
         let done = commit(tyre, means.slip_velocity)?;
         let pads = pads.commit(means.angular_velocity);

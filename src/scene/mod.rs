@@ -18,7 +18,7 @@ mod mass_spring_damper;
 mod prescribed_velocity;
 
 pub use braked_wheel::{
-    BrakedWheel, BrakedWheelParameters, WheelError, WheelLedger, WheelLoads, WheelState, WheelStep,
+    BrakedWheel, BrakedWheelParameters, WheelLedger, WheelLoads, WheelState, WheelStep,
 };
 pub use diaphragm_valve::{DiaphragmValve, DiaphragmValveParameters};
 pub use mass_spring_damper::{MassSpringDamper, MassSpringDamperParameters};

@@ -56,9 +56,13 @@ fn patch<P: Pressure<f64>>(set: usize, pressure: P) -> Patch<f64, Model, P> {
     Patch::new(parameters).unwrap().carrying(1000.0).unwrap()
 }
 
-fn trapezium() -> Trapezoidal<f64> {
-    Trapezoidal::new(TrapezoidalParameters { rising_part: 0.1, falling_part: 0.3, plateau: 1.0 })
-        .unwrap()
+fn trapezium() -> TabulatedPressure<f64, 4> {
+    TabulatedPressure::trapezoidal(TrapezoidalParameters {
+        rising_part: 0.1,
+        falling_part: 0.3,
+        plateau: 1.0,
+    })
+    .unwrap()
 }
 
 /// The force at a time, from nothing but the model's coefficients: every bristle followed back to where it entered, in steps

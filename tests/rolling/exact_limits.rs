@@ -330,11 +330,15 @@ fn bad_input_is_refused_by_name_and_changes_nothing() {
     let parabola = patch(PolynomialExponential::parabolic());
     for count in [0, 1, 21] {
         let refused = parabola.exact(vec![Segment::default(); count]).unwrap_err();
-        assert_eq!((refused.name, refused.value), ("slots", count as f64));
+        assert_eq!((refused.name, refused.value), ("segments", count as f64));
         assert_eq!(refused.rule, Rule::Count { least: 22 });
     }
     let refused = parabola.exact_in(7).unwrap_err();
     assert_eq!((refused.name, refused.value), ("segments", 7.0));
+    // No allocation that aborts.
+    for segments in [10_000_001, 1_000_000_000_000, usize::MAX] {
+        assert_eq!(parabola.exact_in(segments).unwrap_err().name, "segments");
+    }
     let mut rolling = parabola.exact_in(50).unwrap();
     for number in 0..40 {
         rolling.step(motion(f64::from(number) - 20.0, 10.0), 3e-3).unwrap();

@@ -9,7 +9,7 @@ use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     FunctionPressure, Motion, Patch, PatchParameters, PolynomialExponential,
     PolynomialExponentialParameters, Pressure, PressureKnot, RateDependent, SlipPoint,
-    TabulatedPressure, Trapezoidal, TrapezoidalParameters,
+    TabulatedPressure, TrapezoidalParameters,
 };
 use bristle::{Bristle, Dahl, DahlParameters, FrBd, LuGre, Rule, paper};
 
@@ -25,9 +25,13 @@ fn exponential() -> PolynomialExponential<f64, 1> {
     PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY).unwrap()
 }
 
-fn trapezoidal() -> Trapezoidal<f64> {
-    Trapezoidal::new(TrapezoidalParameters { rising_part: 0.125, falling_part: 0.25, plateau: 3.0 })
-        .unwrap()
+fn trapezoidal() -> TabulatedPressure<f64, 4> {
+    TabulatedPressure::trapezoidal(TrapezoidalParameters {
+        rising_part: 0.125,
+        falling_part: 0.25,
+        plateau: 3.0,
+    })
+    .unwrap()
 }
 
 fn at(slip_ratio: f64) -> SlipPoint<f64> {
@@ -640,10 +644,13 @@ fn a_pressure_has_the_same_integrals_in_every_form() {
     };
     same(&FunctionPressure::new(piecewise, [0.125, 0.75]).unwrap(), &trapezoidal());
     let block = TrapezoidalParameters { rising_part: 0.0, falling_part: 0.0, plateau: 1.0 };
-    same(&Trapezoidal::new(block).unwrap(), &PolynomialExponential::constant());
+    same(&TabulatedPressure::trapezoidal(block).unwrap(), &PolynomialExponential::constant());
     let wedge = PolynomialExponentialParameters { coefficients: [2.0, -2.0], decay: 0.0 };
     let ramp = TrapezoidalParameters { rising_part: 0.0, falling_part: 1.0, plateau: 2.0 };
-    same(&Trapezoidal::new(ramp).unwrap(), &PolynomialExponential::new(wedge).unwrap());
+    same(
+        &TabulatedPressure::trapezoidal(ramp).unwrap(),
+        &PolynomialExponential::new(wedge).unwrap(),
+    );
 }
 
 fn table<const N: usize>(
@@ -735,7 +742,7 @@ fn bad_input_is_refused_by_name() {
     assert_eq!(patch_of_nothing().force_ratio(at(0.1)).unwrap_err().name, "total pressure");
     let trapezoid = |rising_part, falling_part, plateau| {
         let parameters = TrapezoidalParameters { rising_part, falling_part, plateau };
-        Trapezoidal::new(parameters).map_err(|error| error.name)
+        TabulatedPressure::trapezoidal(parameters).map_err(|error| error.name)
     };
     assert_eq!(trapezoid(-0.1, 0.1, 1.0), Err("rising_part"));
     assert_eq!(trapezoid(1.1, 0.0, 1.0), Err("rising_part"));

@@ -10,7 +10,7 @@ use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     Excitation, FunctionPressure, Motion, Origin, Passivity, Patch, PatchParameters,
-    PolynomialExponential, Pressure, PressureKnot, RateDependent, TabulatedPressure, Trapezoidal,
+    PolynomialExponential, Pressure, PressureKnot, RateDependent, TabulatedPressure,
     TrapezoidalParameters, Wave, passivity,
 };
 use bristle::{Dahl, DahlParameters, FrBd, LuGre, paper};
@@ -27,9 +27,14 @@ fn exponential(decay: f64) -> PolynomialExponential<f64, 1> {
     PolynomialExponential::exponential(decay).unwrap()
 }
 
-fn trapezoidal(rising_part: f64) -> Trapezoidal<f64> {
+fn trapezoidal(rising_part: f64) -> TabulatedPressure<f64, 4> {
     let falling_part = 0.25;
-    Trapezoidal::new(TrapezoidalParameters { rising_part, falling_part, plateau: 1.0 }).unwrap()
+    TabulatedPressure::trapezoidal(TrapezoidalParameters {
+        rising_part,
+        falling_part,
+        plateau: 1.0,
+    })
+    .unwrap()
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -80,6 +80,16 @@ pub struct PatchLedger<T> {
     pub volume: T,
 }
 
+/// Integrals over the patch, weighted with the pressure and averaged over a step.
+struct MeanDeflections<T> {
+    /// Of the bristles that are there, if nothing drives them.
+    free: T,
+    /// Of an undeflected patch under r v = 1.
+    driven: T,
+    /// Of e^(−λ age), where the age is the time since the bristle entered or the step began.
+    kept: T,
+}
+
 impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
 where
     T: Scalar,
@@ -153,11 +163,16 @@ where
         let duration = parameter::non_negative("duration", duration)?;
         let affine = self.coefficients(slip_velocity)?;
         self.queue.make_room(transport * duration);
-        let (free, unit) = self.mean_deflections(&affine, transport, duration);
-        let stiffness = self.patch.load() * self.patch.length() * affine.stiffness;
-        let bias = stiffness * free;
-        let damping = stiffness * affine.drive * unit + self.patch.normal_force() * affine.damping;
-        // LuGre at such speed that σ1 − σ1 leaves a rounding.
+        let MeanDeflections { free, driven, kept } =
+            self.mean_deflections(&affine, transport, duration);
+        let (patch, model) = (&self.patch, self.patch.model());
+        let weight = patch.load() * patch.length();
+        let driven = affine.drive * driven;
+        let beyond =
+            model.damping_beyond_springs(slip_velocity, driven, kept, patch.pressure().total());
+        let bias = weight * affine.stiffness * free;
+        let damping = weight * (model.storage_stiffness() * affine.drive * driven + beyond);
+        // A rounding, where a stiffness varies.
         let damping = if damping < T::zero() { T::zero() } else { damping };
         for (name, value) in [("bias", bias), ("damping", damping)] {
             if !value.is_finite() {
@@ -168,13 +183,17 @@ where
         Ok(PatchStep { rolling: self, affine, transport, duration, bias, damping })
     }
 
-    /// ∫ p z dξ averaged over a step: of what is there if nothing drives it, and of an undeflected patch
-    /// under r v = 1. After `make_room`.
+    /// ∫ p z dξ averaged over a step. After `make_room`.
     ///
     /// Both are one integral over the bristles, each with the pressure that it meets on its way: in closed
     /// form for those that stay, by quadrature over the segments that leave and over the part that is
     /// new at the end.
-    fn mean_deflections(&self, affine: &Affine<T>, transport: T, duration: T) -> (T, T) {
+    fn mean_deflections(
+        &self,
+        affine: &Affine<T>,
+        transport: T,
+        duration: T,
+    ) -> MeanDeflections<T> {
         let pressure = self.patch.pressure();
         let decay = pressure.decay();
         let (zero, one) = (T::zero(), T::one());
@@ -183,9 +202,11 @@ where
         let staying = self.queue.staying(distance);
         let mut free = pressure.weigh_on_the_way(&staying, distance, exponent);
         let whole = affine.weights(duration);
-        let mut unit = whole.mean(zero, one) * pressure.weigh(&beyond(distance, decay));
+        let staying = pressure.weigh(&beyond(distance, decay));
+        let mut driven = whole.driven_mean(one) * staying;
+        let mut kept = whole.undriven_mean(one) * staying;
         if !(distance > zero) {
-            return (free, unit);
+            return MeanDeflections { free, driven, kept };
         }
 
         // The part of the step during which old bristles are inside, and how far they get.
@@ -207,10 +228,12 @@ where
             // This place is old before the share u of the step, and new after it.
             let share = crossing * part;
             let until = affine.weights(duration * share);
-            let mean = (one - share) * until.end(zero, one) + share * until.mean(zero, one);
-            unit += weight * reach * pressure.at(reach * part) * mean;
+            let carried = weight * reach * pressure.at(reach * part);
+            let (old, new) = (one - share, share);
+            driven += carried * (old * until.end(zero, one) + new * until.driven_mean(one));
+            kept += carried * (old * until.end(one, zero) + new * until.undriven_mean(one));
         });
-        (free, unit)
+        MeanDeflections { free, driven, kept }
     }
 
     /// The energy stored in the bristles, W = (L/2) ∫ K p z² dξ \[J\]. It takes time in proportion to the number of

@@ -26,11 +26,15 @@ pub use smooth::MotionOverTime;
 
 use super::patch::{Crossing, coefficients};
 use super::{Motion, Patch, PolynomialExponential, RateDependent};
-use crate::parameter::{self, ParameterError, Rule};
+use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
 use crate::{Affine, Scalar};
 use profile::Profile;
 use queue::{Held, Queue};
+
+/// Most segments that [`Patch::exact_in`] allocates.
+#[cfg(feature = "alloc")]
+const MOST_SEGMENTS: usize = 10_000_000;
 
 /// A patch in motion, without a grid.
 ///
@@ -99,23 +103,14 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExpon
     /// # Errors
     ///
     /// Refuses fewer than 22 slots.
-    pub fn exact<B>(self, slots: B) -> Result<ExactPatch<T, M, N, B>, ParameterError>
+    pub fn exact<B>(self, segments: B) -> Result<ExactPatch<T, M, N, B>, ParameterError>
     where
         B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
     {
         let least = Queue::<T, N, B>::LEAST;
-        let count = slots.as_ref().len();
-        if count < least {
-            let rule = Rule::Count { least };
-            return Err(ParameterError {
-                name: "slots",
-                component: None,
-                value: count as f64,
-                rule,
-            });
-        }
+        parameter::count("segments", segments.as_ref().len(), least)?;
         let decay = self.pressure().decay();
-        Ok(ExactPatch { queue: Queue::new(slots, decay), patch: self })
+        Ok(ExactPatch { queue: Queue::new(segments, decay), patch: self })
     }
 
     /// The same with memory for as many segments as given, all kept exactly if none is narrower than its
@@ -123,18 +118,16 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExpon
     ///
     /// # Errors
     ///
-    /// Refuses fewer than 8 segments.
+    /// Refuses fewer than 8 segments and more than ten million.
     #[cfg(feature = "alloc")]
     pub fn exact_in(
         self,
         segments: usize,
     ) -> Result<ExactPatch<T, M, N, alloc::vec::Vec<Segment<T, N>>>, ParameterError> {
-        if segments < 8 {
-            let rule = Rule::Count { least: 8 };
-            let value = segments as f64;
-            return Err(ParameterError { name: "segments", component: None, value, rule });
-        }
-        self.exact(alloc::vec![Segment::default(); segments.saturating_mul(2).saturating_add(8)])
+        parameter::count("segments", segments, 8)?;
+        let most = MOST_SEGMENTS as f64;
+        parameter::at_most("segments", segments as f64, "the largest patch", most)?;
+        self.exact(alloc::vec![Segment::default(); 2 * segments + 8])
     }
 }
 
@@ -198,16 +191,8 @@ where
         deflection: impl Fn(T) -> T,
     ) -> Result<(), ParameterError> {
         let most = self.queue.capacity() / 2;
-        if segments == 0 || segments > most {
-            let limit = if segments == 0 { 1 } else { most };
-            let rule = if segments == 0 {
-                Rule::Count { least: 1 }
-            } else {
-                Rule::AtMost { other: "half of the slots", limit: limit as f64 }
-            };
-            let value = segments as f64;
-            return Err(ParameterError { name: "segments", component: None, value, rule });
-        }
+        parameter::count("segments", segments, 1)?;
+        parameter::at_most("segments", segments as f64, "half of the memory", most as f64)?;
         let place = |number: usize| lit::<T>(number as f64) / lit(segments as f64);
         for number in 0..=segments {
             let checked = parameter::finite("deflection", deflection(place(number)));

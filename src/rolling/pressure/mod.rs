@@ -2,17 +2,14 @@
 //! outlet.
 
 mod function;
-mod linear;
 mod polynomial_exponential;
 mod tabulated;
-mod trapezoidal;
 
 use core::fmt::Debug;
 
 pub use function::FunctionPressure;
 pub use polynomial_exponential::{PolynomialExponential, PolynomialExponentialParameters};
-pub use tabulated::{PressureKnot, TabulatedPressure};
-pub use trapezoidal::{Trapezoidal, TrapezoidalParameters};
+pub use tabulated::{PressureKnot, TabulatedPressure, TrapezoidalParameters};
 
 use nalgebra::{Complex, ComplexField};
 
@@ -70,7 +67,7 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
     /// ∫₀¹ p (1 − e^(−κξ)) dξ [N/m] for κ ≥ 0, which may be infinite, to the last digits however small κ
     /// is.
     fn rise(&self, decay: T) -> T {
-        if !decay.is_finite() && decay > T::zero() {
+        if without_rolling(decay) {
             return self.total();
         }
         let mut sum = T::zero();
@@ -81,7 +78,7 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
     /// ∫₀¹ p e^(−κξ) dξ [N/m] for κ ≥ 0, which may be infinite: what [`Pressure::rise`] leaves, to the
     /// last digits however large κ is.
     fn remaining(&self, decay: T) -> T {
-        if !decay.is_finite() && decay > T::zero() {
+        if without_rolling(decay) {
             return T::zero();
         }
         let mut sum = T::zero();
@@ -92,7 +89,7 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
     /// ∫₀¹ p ξ e^(−κξ) dξ [N/m] for κ ≥ 0, which may be infinite: the derivative of [`Pressure::rise`]
     /// with respect to κ.
     fn lever(&self, decay: T) -> T {
-        if !decay.is_finite() && decay > T::zero() {
+        if without_rolling(decay) {
             return T::zero();
         }
         let mut sum = T::zero();
@@ -129,4 +126,9 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
         });
         sum
     }
+}
+
+/// Whether κ is infinite: the patch slides without rolling.
+fn without_rolling<T: Scalar>(decay: T) -> bool {
+    !decay.is_finite() && decay > T::zero()
 }
