@@ -1,5 +1,6 @@
-//! Which simpler models stand below a model.
+//! Which model of one spring stands below a model.
 
+use super::cost;
 use crate::curve::FrictionCurve;
 use crate::parameter::ParameterError;
 use crate::regularisation::Regularisation;
@@ -7,14 +8,16 @@ use crate::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters, Rheology};
 use crate::scalar::is_zero;
 use crate::{Bristle, FrBd, ImplicitBristle, Scalar};
 
-/// A model that can stand at the top of the ladder of a [`History`](super::History): it knows the lumped FrBD
-/// model below it.
+/// A model that can be the reference of a [`KnownVelocity`](super::KnownVelocity).
 pub trait Reducible<T: Scalar>: Bristle<T> {
     /// A model of one spring.
     type Lumped: Bristle<T, Deflection = T>;
 
-    /// FrBD with the same curve and one spring and one dashpot side by side, those that answer a small oscillation
-    /// of the angular frequency ω [rad/s] as this bristle does: σ0 = G'(ω), σ1 = G''(ω)/ω.
+    /// The model of one spring below this one, or this model itself if it has one spring.
+    ///
+    /// Below FrBD with any bristle it is FrBD with the same curve and one spring and one dashpot
+    /// side by side, those that answer a small oscillation of the angular frequency ω [rad/s] as
+    /// the bristle does: σ0 = G'(ω), σ1 = G''(ω)/ω.
     ///
     /// # Errors
     ///
@@ -22,10 +25,14 @@ pub trait Reducible<T: Scalar>: Bristle<T> {
     fn lumped(&self, angular_frequency: T) -> Result<Self::Lumped, ParameterError>;
 
     /// Whether this model is that one already.
-    fn is_lumped(&self) -> bool;
+    fn is_lumped(&self) -> bool {
+        true
+    }
 
-    /// Weighted right-hand sides [–] of one step of the reference, and of the force after it.
-    fn weights(&self) -> (f64, f64);
+    /// The cost of an exact step and of the force after it, in evaluations of FrBD with one spring.
+    fn costs(&self) -> (f64, f64) {
+        (cost::HOLD, cost::FORCE)
+    }
 }
 
 impl<T, C, R, E> Reducible<T> for FrBd<C, R, E>
@@ -54,12 +61,9 @@ where
             && bounds.damping.is_constant()
     }
 
-    fn weights(&self) -> (f64, f64) {
-        if R::Deflection::SPRINGS == 1 {
-            (super::weight::HOLD, super::weight::FORCE)
-        } else {
-            (super::weight::MATRIX_HOLD, super::weight::FORCE)
-        }
+    fn costs(&self) -> (f64, f64) {
+        let hold = if R::Deflection::SPRINGS == 1 { cost::HOLD } else { cost::MATRIX_HOLD };
+        (hold, cost::FORCE)
     }
 }
 
@@ -81,7 +85,7 @@ where
         false
     }
 
-    fn weights(&self) -> (f64, f64) {
-        (super::weight::SOLVED_HOLD, super::weight::SOLVED_FORCE)
+    fn costs(&self) -> (f64, f64) {
+        (cost::IMPLICIT_HOLD, cost::IMPLICIT_FORCE)
     }
 }

@@ -65,8 +65,6 @@ pub use frequency::{LinearisedPatch, Wave};
 pub use grid::{Grid, MotionField};
 pub use limits::{Excitation, Origin, PatchLimits};
 pub use passivity::{PassiveDamping, Passivity, passivity};
-#[cfg(feature = "alloc")]
-pub(crate) use patch::{Crossing, coefficients};
 pub use patch::{Motion, OutputLimits, Patch, PatchParameters, RateDependent, SlipPoint};
 pub use pressure::{
     FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,

@@ -97,6 +97,11 @@ where
         self.body.mechanism
     }
 
+    /// The applied force f(t).
+    pub fn force(&self) -> &F {
+        &self.force
+    }
+
     /// The state at rest at the origin with an undeflected bristle.
     pub fn at_rest(&self) -> Vector3<T> {
         Vector3::zeros()

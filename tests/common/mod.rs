@@ -7,6 +7,7 @@
 
 pub mod characteristics;
 pub mod closed_form;
+pub mod draw;
 pub mod recipe;
 pub mod specimens;
 pub mod tyre;

@@ -1,5 +1,12 @@
-//! The choice of a model for a scene.
+//! How much model a scene needs: what is chosen is good enough, and the cheapest that is.
+#![cfg(feature = "alloc")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
-mod history;
+#[path = "../common/mod.rs"]
+mod common;
+
+mod judge;
+mod known_velocity;
 mod mechanism;
-mod rolling;
+mod patch;
+mod scene;

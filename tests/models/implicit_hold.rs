@@ -562,7 +562,9 @@ fn a_step_allocates_nothing() {
 #[cfg(feature = "alloc")]
 mod ladder {
     use super::*;
-    use bristle::fidelity::{History, HistoryParameters, Norm, Rung, Start, Tolerance};
+    use bristle::fidelity::{
+        KnownVelocity, KnownVelocityParameters, Level, Scene, Start, Tolerance, choose,
+    };
     use bristle::signal::{Signal, Sine, SineParameters};
 
     /// Two periods of forty answers each.
@@ -605,22 +607,23 @@ mod ladder {
         forces
     }
 
-    /// The rung chosen, and how far its forces are off as a share of those allowed.
-    fn chosen(set: &Set, wave: &Wave, share: f64) -> (Rung, f64) {
-        let scene = History::new(HistoryParameters {
-            contact: set.model().under_load(1.0).unwrap(),
+    /// The level chosen, and how far its forces are off as a share of those allowed.
+    fn chosen(set: &Set, wave: &Wave, share: f64) -> (Level, f64) {
+        let contact = set.model().under_load(1.0).unwrap();
+        let fastest = wave.mean + wave.amplitude;
+        let tolerance = Tolerance::root_mean_square(share * contact.limits(fastest).force.unwrap());
+        let scene = KnownVelocity::new(KnownVelocityParameters {
+            contact,
             velocity: wave.velocity(),
             interval: wave.interval(),
             answers: 2 * PERIOD,
-            period: None,
             start: Start::Undeflected,
         })
         .unwrap();
-        let choice = scene.choose_within(Tolerance { norm: Norm::RootMeanSquare, share }, 2e4);
-        let choice = choice.unwrap_or_else(|e| panic!("{set:?}: {e}"));
-        let forces = scene.forces(choice.plan).unwrap();
+        let choice = choose(&scene, tolerance).unwrap_or_else(|e| panic!("{set:?}: {e}"));
+        let forces = scene.run(&choice.plan).unwrap().answers;
         let off = forces.iter().zip(truth(set, wave)).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-        (choice.plan.rung, (off / forces.len() as f64).sqrt() / choice.allowed)
+        (choice.plan.level, (off / forces.len() as f64).sqrt() / tolerance.error)
     }
 
     #[test]
@@ -643,8 +646,11 @@ mod ladder {
             let amplitude = dice.logarithmic(1e-4, 1.0);
             let mean = if index % 3 == 0 { 1.1 * amplitude } else { 0.0 };
             let wave = Wave { mean, amplitude, frequency: dice.logarithmic(0.1, 100.0) };
-            let (rung, off) = chosen(&set, &wave, 0.02);
-            assert!(off <= 1.0, "{off} of what is allowed: {rung}, {mean:e} + {amplitude:e} sin");
+            let (level, off) = chosen(&set, &wave, 0.02);
+            assert!(
+                off <= 1.0,
+                "{off} of what is allowed: {level:?}, {mean:e} + {amplitude:e} sin"
+            );
         }
     }
 
@@ -653,12 +659,12 @@ mod ladder {
         // The loops of lag, 0.20 apart of 1.5.
         for frequency in [25.0, 100.0] {
             let wave = Wave { mean: 0.0055, amplitude: 0.005, frequency };
-            let (rung, off) = chosen(&TABLE_2, &wave, 0.02);
-            assert!(rung == Rung::Reference && off <= 1.0, "{frequency} Hz: {rung}, {off}");
+            let (level, off) = chosen(&TABLE_2, &wave, 0.02);
+            assert!(level == Level::REFERENCE && off <= 1.0, "{frequency} Hz: {level:?}, {off}");
         }
         let wave = Wave { mean: 1.0, amplitude: 0.5, frequency: 10.0 };
-        let (rung, off) = chosen(&TABLE_2, &wave, 0.02);
-        assert!(rung != Rung::Reference && off <= 1.0, "{rung}, {off}");
+        let (level, off) = chosen(&TABLE_2, &wave, 0.02);
+        assert!(level != Level::REFERENCE && off <= 1.0, "{level:?}, {off}");
     }
 }
 

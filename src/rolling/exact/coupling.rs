@@ -261,29 +261,6 @@ where
         self.patch.length() * self.patch.load() * sum
     }
 
-    /// L ∫ p z dξ [N m] of the same bristles under another pressure. It takes time in proportion to the number of
-    /// segments.
-    #[cfg(feature = "alloc")]
-    pub(crate) fn gathered_under<P: Pressure<T>>(&self, pressure: &P) -> T {
-        let mut sum = T::zero();
-        self.queue.profile(|segment, place, part| {
-            let end = place + segment.width * part;
-            let mut from = place;
-            while from < end {
-                let knot = pressure.next_knot(from).unwrap_or(end);
-                let to = if knot < end && knot > from { knot } else { end };
-                let steepness = segment.exponent * ((to - from) / segment.width);
-                crate::rolling::quadrature::integrate_in(1, steepness, |at, weight| {
-                    let at = from + (to - from) * at;
-                    let z = segment.at((at - place) / segment.width);
-                    sum += weight * (to - from) * pressure.at(at) * z;
-                });
-                from = to;
-            }
-        });
-        self.patch.length() * self.patch.load() * sum
-    }
-
     /// The deflection z \[m\] at a place ξ between 0 and 1, NaN elsewhere. It takes time in proportion to the number
     /// of segments.
     pub fn deflection(&self, place: T) -> T {

@@ -1,0 +1,326 @@
+//! A contact patch along a known motion.
+
+use alloc::vec::Vec;
+
+use super::scene::{Clock, Level, Plan, Run, Scene, Start};
+use super::{FidelityError, cost};
+use crate::Scalar;
+use crate::parameter::{self, ParameterError};
+use crate::rolling::{Motion, MotionOverTime, Patch, PolynomialExponential, RateDependent};
+use crate::scalar::{lit, to_f64};
+use crate::signal::Signal;
+
+impl Level {
+    /// The steady force at the motion of the instant: no memory.
+    pub const SLIP_CURVE: Self = Self::memoryless("slip curve");
+    /// A force that follows the slip curve over a relaxation length ς, Ḟ = −(U/ς)(F − F_ss): each
+    /// step exact for U held and F_ss straight.
+    pub const RELAXATION_LENGTH: Self = Self::stepped("relaxation length", "exact ramp");
+    /// The patch itself; each step exact for the motion in its middle
+    /// ([`ExactPatch::step`](crate::rolling::ExactPatch::step)). Steps lead to an answer from the
+    /// last transit before it on, or from the answer before if that is later.
+    pub const PATCH: Self = Self::stepped("patch", "exact hold");
+}
+
+/// Parameters of [`PatchScene`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PatchSceneParameters<T, M, const N: usize, S, W> {
+    /// The patch under its normal force.
+    pub patch: Patch<T, M, PolynomialExponential<T, N>>,
+    /// Slip velocity v(t) and rolling speed U(t) ≥ 0 [m/s], from t = 0 on.
+    pub motion: MotionOverTime<S, W>,
+    /// Time between two answers Δ \[s\]: the friction force is wanted at Δ, 2Δ, …
+    pub interval: T,
+    /// Number of answers, up to a million.
+    pub answers: usize,
+    /// How the bristles begin.
+    pub start: Start,
+}
+
+/// The friction force of a contact patch at equal intervals along a known motion.
+///
+/// ```
+/// use bristle::curve::Stribeck;
+/// use bristle::fidelity::{Level, PatchScene, PatchSceneParameters, Start, Tolerance, choose};
+/// use bristle::rheology::KelvinVoigt;
+/// use bristle::rolling::{MotionOverTime, Patch, PatchParameters, PolynomialExponential};
+/// use bristle::signal::{Constant, Sine, SineParameters};
+/// use bristle::{FrBd, paper};
+///
+/// let tyre = Patch::new(PatchParameters {
+///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+///     length: paper::TYRE_LENGTH,
+///     pressure: PolynomialExponential::parabolic(),
+/// })?
+/// .carrying(4000.0)?; // N
+/// let scene = |frequency: f64| {
+///     let slip = SineParameters { mean: 0.2, amplitude: 0.2, frequency, phase: 0.0 };
+///     PatchScene::new(PatchSceneParameters {
+///         patch: tyre,
+///         motion: MotionOverTime {
+///             slip_velocity: Sine::new(slip)?,
+///             rolling_speed: Constant::new(16.0)?,
+///         },
+///         interval: 0.01 / frequency,
+///         answers: 1000,
+///         start: Start::Steady,
+///     })
+/// };
+/// let tolerance = Tolerance::at_every_answer(20.0); // N, some 1 % of the largest force
+/// // Slow steering follows the slip curve. With half a transit in a period it takes the patch.
+/// assert_eq!(choose(&scene(0.2)?, tolerance)?.plan.level, Level::SLIP_CURVE);
+/// assert_eq!(choose(&scene(320.0)?, tolerance)?.plan.level, Level::PATCH);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct PatchScene<T, M, const N: usize, S, W> {
+    patch: Patch<T, M, PolynomialExponential<T, N>>,
+    motion: MotionOverTime<S, W>,
+    clock: Clock<T>,
+    start: Start,
+    /// Relaxation length \[m\].
+    relaxation_length: T,
+    /// Smallest rolling speed of any answer that is not zero [m/s]; infinite if all are.
+    slowest: T,
+}
+
+/// Most segments that a patch gets memory for, some megabytes; narrower ones are merged.
+const MOST_SEGMENTS: f64 = 20_000.0;
+
+impl<T, M, const N: usize, S, W> PatchScene<T, M, N, S, W>
+where
+    T: Scalar,
+    M: RateDependent<T>,
+    S: Signal<T>,
+    W: Signal<T>,
+{
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    ///
+    /// Refuses an interval or a normal force that is not positive, no answers or more than a
+    /// million, and at an answer a velocity that is not finite and a rolling speed below zero.
+    pub fn new(parameters: PatchSceneParameters<T, M, N, S, W>) -> Result<Self, ParameterError> {
+        let PatchSceneParameters { patch, motion, interval, answers, start } = parameters;
+        let clock = Clock::new(interval, answers)?;
+        parameter::positive("normal_force", patch.normal_force())?;
+        let (mut slip, mut rolling) = (T::zero(), T::zero());
+        let mut slowest = T::one() / T::zero();
+        for answer in 0..=answers {
+            let Motion { slip_velocity, rolling_speed } = motion.at(clock.time(answer));
+            slip += parameter::finite("slip_velocity", slip_velocity)?.abs();
+            rolling += parameter::non_negative("rolling_speed", rolling_speed)?;
+            if rolling_speed > T::zero() && rolling_speed < slowest {
+                slowest = rolling_speed;
+            }
+        }
+        let count = lit(1.0 + answers as f64);
+        let mean = Motion { slip_velocity: slip / count, rolling_speed: rolling / count };
+        let relaxation_length = relaxation_length(&patch, mean);
+        Ok(Self { patch, motion, clock, start, relaxation_length, slowest })
+    }
+
+    /// The relaxation length ς \[m\] of [`Level::RELAXATION_LENGTH`]: −U Im G/(ω Re G) for ω → 0 of
+    /// the frequency response G from v to F ([`Patch::linearised`]) at the mean |v| and U of the
+    /// scene, which to first order in ω is the lag of the patch. Where that is not between nothing
+    /// and the length of the patch, about v = 0.
+    #[doc(alias = "sigma")]
+    pub fn relaxation_length(&self) -> T {
+        self.relaxation_length
+    }
+
+    fn slip_curve(&self) -> Result<Run, FidelityError> {
+        let mut run = Run::default();
+        for time in self.clock.times() {
+            run.answers.push(to_f64(self.patch.steady(self.motion.at(time))?.force));
+            run.count(1, cost::SLIP_CURVE);
+        }
+        Ok(run)
+    }
+
+    fn lag(&self, steps: u32) -> Result<Run, FidelityError> {
+        let mut run = Run::default();
+        let mut target = self.patch.steady(self.motion.at(T::zero()))?.force;
+        let mut force = if self.start == Start::Steady { target } else { T::zero() };
+        for answer in 1..=self.clock.answers {
+            let mut refused = None;
+            let next_kink = |from, to| self.motion.next_kink(from, to);
+            Clock::each_step(self.clock.span(answer), steps, next_kink, |from, to, look| {
+                let speed = self.motion.rolling_speed.value(look);
+                let x = speed * (to - from) / self.relaxation_length;
+                match self.patch.steady(self.motion.at(to)) {
+                    Ok(steady) => {
+                        // φ1 = (1 − e⁻ˣ)/x: the mean of e⁻ˢ over the step.
+                        let kept = (-x).exp();
+                        let phi1 = if x > T::zero() { -(-x).exp_m1() / x } else { T::one() };
+                        let change = steady.force - target;
+                        force = steady.force - change * phi1 + (force - target) * kept;
+                        target = steady.force;
+                    }
+                    Err(error) => refused = Some(error),
+                }
+                run.count(1, cost::SLIP_CURVE + cost::LAG);
+            });
+            if let Some(error) = refused {
+                return Err(error.into());
+            }
+            run.answers.push(to_f64(force));
+        }
+        Ok(run)
+    }
+
+    fn patch(&self, steps: u32) -> Result<Run, FidelityError> {
+        let length = to_f64(self.patch.length());
+        let step = self.interval() / f64::from(steps);
+        let crossing = (length / (to_f64(self.slowest) * step)).max(steps.into());
+        // A few more than lie in the patch: those that begin and end in part.
+        let segments = 16 + crossing.min(MOST_SEGMENTS) as usize;
+        let mut patch = self.patch.clone().exact_in(segments)?;
+        if self.start == Start::Steady {
+            patch.settle(self.motion.at(T::zero()))?;
+        }
+        let mut run = Run::default();
+        for answer in 1..=self.clock.answers {
+            let (before, end) = self.clock.span(answer);
+            let span = (self.last_transit(before, end, steps), end);
+            let next_kink = |from, to| self.motion.next_kink(from, to);
+            let mut refused = None;
+            Clock::each_step(span, steps, next_kink, |from, to, look| {
+                refused = patch.step(self.motion.at(look), to - from).err().or(refused);
+                run.count(1, cost::PATCH);
+            });
+            if let Some(error) = refused {
+                return Err(error.into());
+            }
+            run.answers.push(to_f64(patch.force(self.motion.slip_velocity.value(end))));
+            run.count(1, cost::PATCH_FORCE);
+        }
+        Ok(run)
+    }
+
+    /// Where the steps that lead to an answer begin: the patch forgets all that is more than a
+    /// transit old, so that they begin after the answer before only if it is longer ago than that,
+    /// as far as so many steps tell.
+    fn last_transit(&self, before: T, end: T, steps: u32) -> T {
+        let points = steps + 3;
+        let speed = |from: T| {
+            let width = (end - from) / lit(points.into());
+            let place = |index: u32| from + width * lit(f64::from(index) + 0.5);
+            let at = |index| self.motion.rolling_speed.value(place(index));
+            (0..points).map(at).fold(T::zero(), |sum, speed| sum + speed) / lit(points.into())
+        };
+        let length = self.patch.length();
+        let mut duration = length / self.motion.rolling_speed.value(end);
+        // Twice is right at once where the speed is constant, and once more where it changes.
+        for _ in 0..3 {
+            // A tenth to spare for the speed between those points.
+            let from = end - duration * lit(1.1);
+            if !(from > before) {
+                return before;
+            }
+            let transit = length / speed(from);
+            if transit <= duration {
+                return from;
+            }
+            duration = transit;
+        }
+        before
+    }
+}
+
+impl<S, W> MotionOverTime<S, W> {
+    fn at<T: Scalar>(&self, time: T) -> Motion<T>
+    where
+        S: Signal<T>,
+        W: Signal<T>,
+    {
+        let (slip_velocity, rolling_speed) =
+            (self.slip_velocity.value(time), self.rolling_speed.value(time));
+        Motion { slip_velocity, rolling_speed }
+    }
+
+    fn next_kink<T: Scalar>(&self, from: T, to: T) -> Option<T>
+    where
+        S: Signal<T>,
+        W: Signal<T>,
+    {
+        let kinks =
+            [self.slip_velocity.next_kink(from, to), self.rolling_speed.next_kink(from, to)];
+        crate::signal::first_between(kinks.into_iter().flatten(), from, to)
+    }
+}
+
+fn relaxation_length<T: Scalar, M: RateDependent<T>, const N: usize>(
+    patch: &Patch<T, M, PolynomialExponential<T, N>>,
+    mean: Motion<T>,
+) -> T {
+    let length = patch.length();
+    let about = |slip_velocity: T| {
+        // A phase of a thousandth in a transit: slow, and far above roundings even in f32.
+        let slow = lit::<T>(1e-3) * mean.rolling_speed / length;
+        let response = patch.linearised(Motion { slip_velocity, ..mean }).ok()?;
+        let response = response.by_slip_velocity(slow);
+        let lag = -response.im * mean.rolling_speed / (slow * response.re);
+        (lag > T::zero() && lag < length).then_some(lag)
+    };
+    // That of a constant pressure in adhesion.
+    let third = length / lit(3.0);
+    about(mean.slip_velocity).or_else(|| about(T::zero())).unwrap_or(third)
+}
+
+impl<T, M, const N: usize, S, W> Scene for PatchScene<T, M, N, S, W>
+where
+    T: Scalar,
+    M: RateDependent<T>,
+    S: Signal<T>,
+    W: Signal<T>,
+{
+    fn levels(&self) -> Vec<Level> {
+        alloc::vec![Level::SLIP_CURVE, Level::RELAXATION_LENGTH, Level::PATCH]
+    }
+
+    fn interval(&self) -> f64 {
+        to_f64(self.clock.interval)
+    }
+
+    fn run(&self, plan: &Plan) -> Result<Run, FidelityError> {
+        let steps = plan.checked(&self.levels())?;
+        match plan.level {
+            Level::SLIP_CURVE => self.slip_curve(),
+            Level::RELAXATION_LENGTH => self.lag(steps),
+            _ => self.patch(steps),
+        }
+    }
+
+    /// Of the slip curve the lag: the change of the steady force in one transit over the largest
+    /// steady force. Of the relaxation length that length over the length of the patch. Of the patch
+    /// the share of the time in which no bristle relaxes on its way through it: it adheres.
+    fn physics(&self, plan: &Plan) -> Option<(&'static str, f64)> {
+        let length = self.patch.length();
+        let steady = |time| self.patch.steady(self.motion.at(time)).map_or(T::zero(), |s| s.force);
+        match plan.level {
+            Level::SLIP_CURVE => {
+                let mut last = steady(T::zero());
+                let (mut change, mut largest) = (0.0_f64, to_f64(last).abs());
+                for time in self.clock.times() {
+                    let now = steady(time);
+                    let transit = to_f64(length / self.motion.rolling_speed.value(time));
+                    change = change.max(to_f64(now - last).abs() * transit / self.interval());
+                    largest = largest.max(to_f64(now).abs());
+                    last = now;
+                }
+                Some(("lag", (change / largest).min(2.0)))
+            }
+            Level::RELAXATION_LENGTH => Some(("ς/L", to_f64(self.relaxation_length / length))),
+            _ => {
+                let adheres = |time: &T| {
+                    let Motion { slip_velocity, rolling_speed } = self.motion.at(*time);
+                    let relaxation = self.patch.model().at_velocity(slip_velocity).relaxation;
+                    relaxation * length < rolling_speed
+                };
+                let adhering = self.clock.times().filter(adheres).count();
+                Some(("adhering", adhering as f64 / self.clock.answers as f64))
+            }
+        }
+    }
+}

@@ -1,0 +1,314 @@
+//! What a scene is: a quantity wanted at equal intervals, and models that can compute it.
+
+use alloc::vec::Vec;
+use core::fmt;
+
+use super::FidelityError;
+use crate::bounds::{larger, smaller};
+use crate::parameter::{self, ParameterError, Rule};
+use crate::scalar::lit;
+use crate::{Branch, Scalar};
+
+/// A representative scene, and the models that can run it.
+///
+/// A scene of your own says which models it has and runs a plan. Here a mass slides to rest under
+/// FrBD, and Coulomb's law competes with it:
+///
+/// ```
+/// use bristle::curve::Stribeck;
+/// use bristle::fidelity::{FidelityError, Level, Plan, Quantity, Run, Scene, Tolerance, choose};
+/// use bristle::rheology::KelvinVoigt;
+/// use bristle::{Bristle, Contact, FrBd, paper};
+///
+/// struct SlidingBlock {
+///     friction: Contact<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>, // of 1 kg
+/// }
+///
+/// const COULOMB: Level = Level::stepped("Coulomb", "Euler");
+/// const BRISTLE: Level = Level::stepped("FrBD", "exact hold, Euler");
+///
+/// impl Scene for SlidingBlock {
+///     fn levels(&self) -> Vec<Level> {
+///         vec![COULOMB, BRISTLE] // the cheapest first, the reference last
+///     }
+///
+///     fn interval(&self) -> f64 {
+///         0.01 // s
+///     }
+///
+///     fn quantity(&self) -> Quantity {
+///         Quantity::Velocity
+///     }
+///
+///     fn run(&self, plan: &Plan) -> Result<Run, FidelityError> {
+///         let h = self.interval() / f64::from(plan.steps);
+///         let (mut v, mut z, mut run) = (1.0_f64, 0.0, Run::default());
+///         for _ in 0..50 {
+///             for _ in 0..plan.steps {
+///                 if plan.level == COULOMB {
+///                     v -= h * self.friction.normal_force(); // μ = 1
+///                     run.count(1, 0.1);
+///                 } else {
+///                     let step = self.friction.hold(v, z, h);
+///                     (v, z) = (v - h * step.mean_force, step.deflection);
+///                     run.count(1, 1.7);
+///                 }
+///             }
+///             run.answers.push(v);
+///         }
+///         Ok(run)
+///     }
+/// }
+///
+/// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+/// let model = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?);
+/// let block = SlidingBlock { friction: model.under_load(1.0)? };
+/// assert_eq!(choose(&block, Tolerance::at_every_answer(0.05))?.plan.level, COULOMB);
+/// assert_eq!(choose(&block, Tolerance::at_every_answer(0.002))?.plan.level, BRISTLE);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait Scene {
+    /// The model levels from the cheapest to the dearest. The last one is the reference.
+    fn levels(&self) -> Vec<Level>;
+
+    /// The time between two answers \[s\].
+    fn interval(&self) -> f64;
+
+    /// Runs a plan over the whole scene.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a plan that is not one of this scene's, and says why a run stopped.
+    fn run(&self, plan: &Plan) -> Result<Run, FidelityError>;
+
+    /// The quantity that the answers are.
+    fn quantity(&self) -> Quantity {
+        Quantity::Force
+    }
+
+    /// A dimensionless number that tells whether the physics that a level leaves out matters in
+    /// this scene, with its name.
+    fn physics(&self, plan: &Plan) -> Option<(&'static str, f64)> {
+        let _ = plan;
+        None
+    }
+}
+
+/// A model with the method that steps it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Level {
+    /// The model.
+    pub model: &'static str,
+    /// The method.
+    pub method: &'static str,
+    /// What more steps do to it.
+    pub refinement: Refinement,
+}
+
+/// How a level becomes more accurate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Refinement {
+    /// Not at all: the model has no memory, and each answer is one evaluation.
+    Memoryless,
+    /// By more steps from one answer to the next.
+    Steps,
+    /// By error control with a tighter tolerance, [`Plan::error_control`].
+    ErrorControl,
+}
+
+impl Level {
+    /// A model without memory.
+    pub const fn memoryless(model: &'static str) -> Self {
+        Self { model, method: "evaluation", refinement: Refinement::Memoryless }
+    }
+
+    /// A model that is stepped.
+    pub const fn stepped(model: &'static str, method: &'static str) -> Self {
+        Self { model, method, refinement: Refinement::Steps }
+    }
+}
+
+/// A way to compute the answers of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Plan {
+    /// The model and its method.
+    pub level: Level,
+    /// Steps from one answer to the next: 1, 2, 4 … The run that checks a reference has an odd
+    /// number above 1, and best looks at the inputs of the scene elsewhere than the other runs.
+    pub steps: u32,
+}
+
+impl Plan {
+    /// The relative tolerance of a run under error control, 10⁻²/n³ where the plan has n steps.
+    ///
+    /// Doubling n divides the tolerance by eight, the error that doubling the steps of a method of
+    /// third order would divide by as much.
+    pub fn error_control(&self) -> f64 {
+        let steps = f64::from(self.steps);
+        0.01 / (steps * steps * steps)
+    }
+
+    /// Checks that the plan is one of a scene with these levels.
+    pub(super) fn checked(&self, levels: &[Level]) -> Result<u32, FidelityError> {
+        if !levels.contains(&self.level) {
+            return Err(FidelityError::NoSuchLevel { level: self.level });
+        }
+        Ok(count("plan.steps", self.steps as usize, MOST_STEPS as usize)? as u32)
+    }
+}
+
+/// What a run gives, and what it costs.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Run {
+    /// The answers, in the unit of the scene's quantity.
+    pub answers: Vec<f64>,
+    /// Evaluations of the friction model.
+    pub evaluations: u64,
+    /// Their cost in evaluations of FrBD with one spring, see [`fidelity`](crate::fidelity#cost).
+    pub cost: f64,
+}
+
+impl Run {
+    /// Counts evaluations that cost so much each.
+    #[inline]
+    pub fn count(&mut self, evaluations: u64, cost_of_each: f64) {
+        self.evaluations += evaluations;
+        self.cost += cost_of_each * evaluations as f64;
+    }
+}
+
+/// The quantity that is wanted of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Quantity {
+    /// The friction force \[N\].
+    #[default]
+    Force,
+    /// The position of the mass \[m\].
+    Position,
+    /// The velocity of the mass [m/s].
+    Velocity,
+}
+
+impl Quantity {
+    /// The unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Quantity::Force => "N",
+            Quantity::Position => "m",
+            Quantity::Velocity => "m/s",
+        }
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Quantity::Force => "friction force",
+            Quantity::Position => "position",
+            Quantity::Velocity => "velocity",
+        })
+    }
+}
+
+/// How the bristles begin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Start {
+    /// Undeflected.
+    #[default]
+    Undeflected,
+    /// As they are in steady sliding, or in steady rolling, at the first velocity.
+    Steady,
+}
+
+/// Most steps from one answer to the next: a step of a microsecond where answers are a second apart.
+pub(super) const MOST_STEPS: u32 = 1 << 20;
+
+/// Most answers of a scene: a quarter of an hour at 1 kHz, and 8 MB for each run that is kept.
+const MOST_ANSWERS: usize = 1_000_000;
+
+/// A count from 1 to a most.
+pub(super) fn count(
+    name: &'static str,
+    value: usize,
+    most: usize,
+) -> Result<usize, ParameterError> {
+    if (1..=most).contains(&value) {
+        return Ok(value);
+    }
+    let rule = Rule::CountBetween { least: 1, most };
+    Err(ParameterError { name, component: None, value: value as f64, rule })
+}
+
+/// When answers are wanted: at Δ, 2Δ, …
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Clock<T> {
+    pub(super) interval: T,
+    pub(super) answers: usize,
+}
+
+impl<T: Scalar> Clock<T> {
+    pub(super) fn new(interval: T, answers: usize) -> Result<Self, ParameterError> {
+        let interval = parameter::positive("interval", interval)?;
+        Ok(Self { interval, answers: count("answers", answers, MOST_ANSWERS)? })
+    }
+
+    /// The time of an answer; the start is that of answer 0.
+    pub(super) fn time(&self, answer: usize) -> T {
+        self.interval * lit(answer as f64)
+    }
+
+    /// The time from the answer before to this one.
+    pub(super) fn span(&self, answer: usize) -> (T, T) {
+        (self.time(answer - 1), self.time(answer))
+    }
+
+    /// The times of all answers.
+    pub(super) fn times(&self) -> impl Iterator<Item = T> + '_ {
+        (1..=self.answers).map(|answer| self.time(answer))
+    }
+
+    /// The steps from one time to another, divided where an input is not smooth, each with the time
+    /// at which it looks at its inputs: its middle. A check ([`Plan::steps`]) is shifted by half a
+    /// step and looks at the ends of the others instead.
+    #[inline]
+    pub(super) fn each_step(
+        (start, end): (T, T),
+        steps: u32,
+        next_kink: impl Fn(T, T) -> Option<T>,
+        mut step: impl FnMut(T, T, T),
+    ) {
+        let length = (end - start) / lit(f64::from(steps));
+        let at = |place: f64| start + length * lit(place);
+        let check = steps > 1 && !steps.is_multiple_of(2);
+        let mut from = start;
+        for index in 1..=steps + u32::from(check) {
+            let (place, look) = if check {
+                (f64::from(index) - 0.5, f64::from(index - 1))
+            } else {
+                (f64::from(index), f64::from(index) - 0.5)
+            };
+            let to = if place < f64::from(steps) { at(place) } else { end };
+            // Next to a jump, on the side of the step.
+            let beside = (to - from) * lit(BESIDE);
+            let mut look = |from, to| {
+                let look = if check { at(look) } else { (from + to) * lit(0.5) };
+                step(from, to, smaller(larger(look, from + beside), to - beside));
+            };
+            while let Some(kink) = next_kink(from, to).filter(|kink| *kink > from && *kink < to) {
+                look(from, kink);
+                from = kink;
+            }
+            look(from, to);
+            from = to;
+        }
+    }
+}
+
+/// How near to its ends a step looks, in lengths of the step: far above the roundings of the time
+/// after a million steps, and far below what a tolerance can tell.
+const BESIDE: f64 = 1e-8;
+
+/// The direction of a velocity; forward for zero, where a curve has no sign of its own.
+pub(super) fn direction<T: Scalar>(velocity: T) -> Branch {
+    if velocity < T::zero() { Branch::Backward } else { Branch::Forward }
+}

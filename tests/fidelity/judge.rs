@@ -1,0 +1,99 @@
+//! Judges choices against a truth that is found in another way, and against all other plans.
+
+use bristle::fidelity::{FidelityError, Norm, Plan, Refinement, Scene, Tolerance, choose};
+
+/// Scenes of each kind behind the promises of the documentation. They take minutes in release:
+/// `cargo test --release --test fidelity -- --ignored --nocapture`.
+pub(crate) const ALL: usize = 300;
+
+/// The distance between answers and the truth in a norm.
+pub(crate) fn distance(norm: Norm, a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let off = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+    match norm {
+        Norm::Greatest => off.fold(0.0, f64::max),
+        Norm::RootMeanSquare => (off.map(|e| e * e).sum::<f64>() / a.len() as f64).sqrt(),
+    }
+}
+
+/// What became of drawn scenes.
+#[derive(Debug, Default)]
+pub(crate) struct Tally {
+    scenes: usize,
+    wrong: Vec<String>,
+    dear: Vec<String>,
+    undetermined: Vec<String>,
+    /// Largest time of a search [s], and what for.
+    slowest: (f64, String),
+}
+
+impl Tally {
+    /// Judges one scene. Its truth is NaN where nobody knows it.
+    pub(crate) fn judge(
+        &mut self,
+        scene: &dyn Scene,
+        tolerance: Tolerance,
+        truth: &[f64],
+        what: &str,
+    ) {
+        self.scenes += 1;
+        let clock = std::time::Instant::now();
+        let chosen = choose(scene, tolerance);
+        let time = clock.elapsed().as_secs_f64();
+        if time > self.slowest.0 {
+            self.slowest = (time, format!("{what}: {chosen:?}"));
+        }
+        let choice = match chosen {
+            Ok(choice) => choice,
+            Err(error @ FidelityError::Undetermined { .. }) => {
+                return self.undetermined.push(format!("{what}\n    {error}"));
+            }
+            Err(error) => panic!("{what}: {error}"),
+        };
+        let run = scene.run(&choice.plan).unwrap();
+        // What is reported is what a run gives and costs, to the last evaluation.
+        assert_eq!((run.evaluations, run.cost), (choice.evaluations, choice.cost), "{what}");
+        let error = distance(tolerance.norm, &run.answers, truth);
+        let found = format!("{what}\n    {error:e} of {:e}\n{choice}", tolerance.error);
+        if !(error <= tolerance.error) {
+            return self.wrong.push(found);
+        }
+        for level in scene.levels() {
+            let mut steps = 1;
+            while steps <= 1 << 16 {
+                let plan = Plan { level, steps };
+                let other = scene.run(&plan).unwrap();
+                if other.cost >= 0.999 * choice.cost {
+                    break;
+                }
+                let error = distance(tolerance.norm, &other.answers, truth);
+                if error <= tolerance.error {
+                    self.dear.push(format!("{found}\nbut {plan:?}: {error:e}, {}", other.cost));
+                    return;
+                }
+                if level.refinement == Refinement::Memoryless {
+                    break;
+                }
+                steps *= 2;
+            }
+        }
+    }
+
+    /// No choice is wrong, one in twenty at most is dearer than need be, and few are undetermined.
+    pub(crate) fn verdict(&self, most_undetermined: usize) {
+        let Self { scenes, wrong, dear, undetermined, slowest } = self;
+        for line in undetermined.iter().chain(dear) {
+            println!("{line}\n");
+        }
+        println!("slowest: {slowest:?}");
+        println!(
+            "{scenes} scenes: {} wrong, {} dearer than need be, {} undetermined",
+            wrong.len(),
+            dear.len(),
+            undetermined.len()
+        );
+        assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
+        assert!(20 * dear.len() <= *scenes, "{} of {scenes}", dear.len());
+        assert!(undetermined.len() <= most_undetermined, "{undetermined:#?}");
+    }
+}

@@ -1,0 +1,124 @@
+//! Bristles along a known velocity.
+
+use bristle::curve::Stribeck;
+use bristle::fidelity::*;
+use bristle::ode::{Output, Rodas5P, Solver, System, Tolerances};
+use bristle::rheology::{Deflection, KelvinVoigt, States, Zener, ZenerParameters};
+use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
+use bristle::signal::Signal;
+use bristle::{Bristle, Contact, FrBd, paper};
+use nalgebra::SVector;
+
+use crate::common::draw::{Draw, Shape, Wave};
+use crate::judge::{ALL, Tally};
+
+type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
+
+/// The paper's stick-slip rig, its tyre and its valve.
+pub(crate) fn sets() -> [Lumped; 3] {
+    [
+        (paper::STICK_SLIP_CURVE, paper::STICK_SLIP_BRISTLE),
+        (paper::TYRE_CURVE, paper::TYRE_BRISTLE),
+        (paper::VALVE_CURVE, paper::VALVE_BRISTLE),
+    ]
+    .map(|(curve, bristle)| {
+        FrBd::new(Stribeck::new(curve).unwrap(), KelvinVoigt::new(bristle).unwrap())
+    })
+}
+
+/// The forces by Rodas5P under error control, which shares no step with any level; between the
+/// jumps of a square wave exactly.
+fn truth<M: Bristle<f64>, const N: usize>(
+    parameters: &KnownVelocityParameters<f64, M, Wave>,
+) -> Vec<f64>
+where
+    M::Deflection: States<f64, N>,
+{
+    let KnownVelocityParameters { contact, velocity, interval, answers, start } = parameters;
+    let (contact, velocity) = (contact.clone(), velocity.clone().declared());
+    let times: Vec<f64> = (1..=*answers).map(|answer| interval * answer as f64).collect();
+    if let Wave::Repeated { shape: Shape::Square, .. } = velocity {
+        let mut time = 0.0;
+        let mut z = match start {
+            Start::Undeflected => M::Deflection::fill(0.0),
+            Start::Steady => contact.stationary(velocity.value(0.0)),
+        };
+        let to_answer = |answer: &f64| {
+            while time < *answer {
+                let next = velocity.next_kink(time, *answer).unwrap_or(*answer);
+                z = contact.hold(velocity.value(time), z, next - time).deflection;
+                time = next;
+            }
+            contact.force(velocity.value(*answer), z)
+        };
+        return times.iter().map(to_answer).collect();
+    }
+    let system = PrescribedVelocity::new(PrescribedVelocityParameters { contact, velocity });
+    let state: SVector<f64, N> = match start {
+        Start::Undeflected => SVector::zeros(),
+        Start::Steady => system.stationary(0.0),
+    };
+    let tolerances = Tolerances::scaled(1e-9, System::<f64, N, 1>::scales(&system)).unwrap();
+    let solver = Solver::adaptive(Rodas5P, tolerances);
+    let solver = solver.with_largest_step(interval / 4.0).unwrap();
+    let span = 0.0..interval * *answers as f64;
+    let run = solver.solve(&system, span, state, Output::Times(&times)).unwrap();
+    let forces = times.iter().zip(run.states());
+    forces.map(|(time, state)| system.friction_force(*time, state)).collect()
+}
+
+fn study(scenes: usize, most_answers: f64) -> Tally {
+    let mut dice = Draw::seeded(31_415);
+    let mut tally = Tally::default();
+    for index in 0..scenes {
+        let amplitude = dice.logarithmic(1e-6, 10.0);
+        let frequency = dice.logarithmic(0.01, 1000.0);
+        let mean = amplitude * dice.one_of(&[0.0, 0.0, 0.3, 1.1, 2.0]);
+        // Also periods of large prime numbers of answers, and of less than an answer.
+        let per_period = dice.one_of(&[36.0, 50.0, 97.0, 100.0, 211.0, 7.3, 1.0, 0.31]);
+        let interval = 1.0 / (frequency * per_period);
+        let answers = dice.logarithmic(20.0, most_answers) as usize;
+        let start = dice.one_of(&[Start::Undeflected, Start::Steady]);
+        let norm = dice.one_of(&[Norm::Greatest, Norm::RootMeanSquare]);
+        let share = dice.logarithmic(1e-3, 0.2);
+        let velocity = dice.wave(mean, amplitude, frequency, interval * answers as f64);
+        let what =
+            format!("{index:3} {velocity:?}, {answers} answers, {interval:.2e} s, {start:?}");
+        let tolerance = |contact: &Contact<f64, Lumped>| {
+            let scale = contact.limits(mean + amplitude).force.unwrap();
+            Tolerance { norm, ..Tolerance::at_every_answer(share * scale) }
+        };
+        let lumped = sets()[index % 3].under_load(1.0).unwrap();
+        if index % 4 == 3 {
+            let bristle = Zener::new(ZenerParameters {
+                static_stiffness: 1e4,
+                relaxing_stiffness: 2e4,
+                series_damping: dice.logarithmic(10.0, 1e4),
+            });
+            let contact = FrBd::new(*sets()[0].curve(), bristle.unwrap()).under_load(2.0).unwrap();
+            let parameters =
+                KnownVelocityParameters { contact, velocity, interval, answers, start };
+            let truth = truth::<_, 2>(&parameters);
+            let scene = KnownVelocity::new(parameters).unwrap();
+            tally.judge(&scene, tolerance(&lumped), &truth, &format!("{what}, Zener"));
+        } else {
+            let parameters =
+                KnownVelocityParameters { contact: lumped, velocity, interval, answers, start };
+            let truth = truth::<_, 1>(&parameters);
+            let scene = KnownVelocity::new(parameters).unwrap();
+            tally.judge(&scene, tolerance(&lumped), &truth, &what);
+        }
+    }
+    tally
+}
+
+#[test]
+fn no_choice_along_a_drawn_velocity_is_wrong_and_hardly_one_is_dear() {
+    study(24, 60.0).verdict(1);
+}
+
+#[test]
+#[ignore = "minutes, in release"]
+fn no_choice_along_three_hundred_drawn_velocities_is_wrong() {
+    study(ALL, 10_000.0).verdict(3);
+}
