@@ -1,8 +1,8 @@
 //! What holds of every scene: the report, refusals, references that do not settle.
 
+use bristle::Bristle;
 use bristle::fidelity::*;
 use bristle::signal::{Sine, SineParameters};
-use bristle::Bristle;
 
 use crate::known_velocity::sets;
 
