@@ -68,7 +68,8 @@ pub struct HeldContact<T, D = T> {
     pub deflection: D,
     /// Friction force at the end of the step \[N\]: what a sensor would read.
     pub end_force: T,
-    /// Friction force averaged over the step \[N\]: h times it is the impulse, v h times it the work.
+    /// Friction force averaged over the step \[N\]: h times it is the impulse, v h times it the
+    /// work.
     pub mean_force: T,
 }
 
@@ -96,7 +97,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         Ok(Self { model, normal_force })
     }
 
-    /// The same contact under another normal force \[N\], zero or positive.
+    /// The contact under another normal force \[N\], zero or positive.
     ///
     /// A change of the normal force by Δp does the work ½ Δp Σ Kᵢ xᵢ² on the bristles, which an
     /// energy balance has to count.
@@ -151,7 +152,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         self.loaded(self.model.linearised(sliding, deflection))
     }
 
-    /// The same in steady sliding, see [`Bristle::steady_linearised`].
+    /// Rate and force of steady sliding with all their partial derivatives, see
+    /// [`Bristle::steady_linearised`].
     pub fn steady_linearised(
         &self,
         sliding: impl Into<Sliding<T>>,
@@ -159,7 +161,6 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         self.loaded(self.model.steady_linearised(sliding))
     }
 
-    /// Under the normal force.
     #[inline]
     fn loaded(
         &self,
@@ -209,17 +210,17 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         }
     }
 
-    /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s], with forces in newtons; NaN for a
+    /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s] (zero-order hold); NaN for a
     /// negative length.
     ///
-    /// Exact is the bristle under that velocity. A mass m that takes its velocity from this force is
-    /// coupled to it explicitly, and a stuck one goes unstable for steps longer than about 2σ1/σ0
-    /// ([`stability`](crate::stability)): it then slides under forces far below breakaway, with
-    /// plausible numbers. [`Contact::companion`] couples them for any step. For the impulse on a mass
-    /// use the mean force, F̄ h; the force at the end is what a sensor would read.
+    /// If your simulation computes its velocity from this force, keep h below about 2σ1/σ0
+    /// ([`stability`](crate::stability)), or use [`Contact::companion`], which is stable for any
+    /// step. Beyond it a stuck mass slides under forces far below breakaway, with plausible
+    /// numbers. The impulse on a mass is h times the mean force.
     ///
-    /// An elasto-plastic model's α is frozen at the beginning of the step. The implicit bristle's tip is followed, see
-    /// [`ImplicitBristle`](crate::ImplicitBristle).
+    /// The α of an elasto-plastic model is frozen at the beginning of the step. The tip of an
+    /// [`ImplicitBristle`](crate::ImplicitBristle) is followed.
+    #[doc(alias = "zero-order hold")]
     #[inline]
     pub fn hold(
         &self,

@@ -61,8 +61,8 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
     }
 }
 
-/// A length of a step; NaN for a negative one: a bristle cannot be run backwards, what it has forgotten
-/// would grow.
+/// A length of a step; NaN for a negative one: a bristle cannot be run backwards, what it has
+/// forgotten would grow.
 #[inline(always)]
 pub(super) fn forwards<T: Scalar>(duration: T) -> T {
     if duration >= T::zero() { duration } else { nan() }
@@ -81,8 +81,8 @@ pub struct HeldStep<T, D = T> {
 }
 
 impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
-    /// The exact step of length h ≥ 0 \[s\] at a held velocity, with these coefficients frozen. NaN for a
-    /// negative length.
+    /// The exact step of length h ≥ 0 \[s\] at a held velocity, with these coefficients frozen. NaN
+    /// for a negative length.
     #[inline]
     pub fn hold(&self, velocity: T, deflection: D, duration: T) -> HeldStep<T, D> {
         let (weights, drive) = (self.weights(forwards(duration)), self.drive * velocity);

@@ -22,15 +22,15 @@ pub struct Characteristics<T> {
     /// Friction coefficient at rest, μ_s \[–\].
     #[doc(alias = "mu_s")]
     pub static_coefficient: T,
-    /// Friction coefficient of steady sliding over all velocities, without a viscous part: its least
-    /// value is μ_d \[–\].
+    /// Friction coefficient of steady sliding over all velocities, without a viscous part: its
+    /// least value is μ_d \[–\].
     #[doc(alias = "mu_d")]
     pub dry_coefficient: Bounds<T>,
-    /// Slope dμ/d|v| [s/m] just above rest: μ is differentiable at v = 0 only where it is zero. Minus
-    /// infinity for a Stribeck exponent below one.
+    /// Slope dμ/d|v| [s/m] just above rest: μ is differentiable at v = 0 only where it is zero.
+    /// Minus infinity for a Stribeck exponent below one.
     pub slope_at_rest: T,
-    /// Least slope dμ/d|v| [s/m] over the speeds asked about, viscous part included. By a search over
-    /// the decades below the fastest, narrowed down around the least value found.
+    /// Least slope dμ/d|v| [s/m] over the speeds asked about, viscous part included. By a search
+    /// over the decades below the fastest, narrowed down around the least value found.
     pub least_slope: T,
     /// Viscous friction σ2 [s/m] outside the bristle: the term σ2 v of classical LuGre.
     #[doc(alias = "sigma2")]
@@ -45,8 +45,8 @@ pub struct Characteristics<T> {
     /// Whether the bristle yields without end under a steady force, see
     /// [`Elements::creeps`](crate::rheology::Elements::creeps).
     pub creeps: bool,
-    /// A speed, of those the search for the least slope looks at, at which the friction curve is not
-    /// what it says it is: not finite, or outside its own bounds.
+    /// A speed, of those the search for the least slope looks at, at which the friction curve is
+    /// not what it says it is: not finite, or outside its own bounds.
     pub curve_fault: Option<ParameterError>,
 }
 
@@ -57,15 +57,16 @@ const DECADES: usize = 12;
 const NEXT: f64 = 0.930_572_040_929_699_2;
 
 impl<T: Scalar> Characteristics<T> {
-    /// Of a curve for speeds up to `fastest` (finite) and a bristle; the rest is added by the model.
+    /// Of a curve for speeds up to `fastest` and a bristle; the model adds the rest. `None` for a
+    /// speed that is negative or not finite.
     pub(super) fn new<C: FrictionCurve<T>>(
         name: &'static str,
         curve: &C,
         elements: &ElementBounds<T>,
         fastest: T,
-    ) -> Self {
+    ) -> Option<Self> {
         let slope_at_rest = curve.slope_at_rest();
-        Self {
+        (fastest >= T::zero() && fastest.is_finite()).then(|| Self {
             name,
             micro_stiffness: elements.stiffness,
             micro_damping: elements.damping,
@@ -79,7 +80,7 @@ impl<T: Scalar> Characteristics<T> {
             stick_limit: None,
             creeps: false,
             curve_fault: curve_fault(curve, fastest),
-        }
+        })
     }
 }
 
@@ -136,7 +137,8 @@ fn least_slope<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> T {
                 (at, least) = (speed, here);
             }
         }
-        // Thirds of the interval around it; flat at the bottom, so that half the digits are all of them.
+        // Thirds of the interval around it; flat at the bottom, so that half the digits are all of
+        // them.
         let (mut low, mut high) = (at * ratio, smaller(at / ratio, fastest));
         for _ in 0..80 {
             let third = (high - low) / lit(3.0);

@@ -8,8 +8,10 @@
 //! Source: P. R. Dahl, "A solid friction model", The Aerospace Corporation, report
 //! TOR-0158(3107-18)-1 (1968), with exponent 1.
 
-use super::{Affine, Characteristics, Law, Limits, finite, searchable};
+use super::{Affine, Characteristics, Law, Limits, finite};
+use crate::curve::Coulomb;
 use crate::parameter::{self, ParameterError};
+use crate::rheology::ElementBounds;
 use crate::{Bounds, Bristle, Scalar, Sliding};
 
 /// Parameters of [`Dahl`].
@@ -98,32 +100,17 @@ impl<T: Scalar> Bristle<T> for Dahl<T> {
     }
 
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
-        searchable(fastest).then(|| Characteristics {
-            name: "Dahl",
-            micro_stiffness: Bounds::constant(self.stiffness),
-            micro_damping: Bounds::constant(T::zero()),
-            static_coefficient: self.dynamic,
-            dry_coefficient: Bounds::constant(self.dynamic),
-            slope_at_rest: T::zero(),
-            least_slope: T::zero(),
-            viscous_friction: T::zero(),
-            needed_viscous_friction: None,
-            speed_at_rest: T::zero(),
-            stick_limit: None,
-            creeps: false,
-            curve_fault: None,
-        })
+        let curve = Coulomb { dynamic: self.dynamic, viscous: T::zero() };
+        let [stiffness, damping] = [self.stiffness, T::zero()].map(Bounds::constant);
+        let elements = ElementBounds::elastic(stiffness, damping, true);
+        Characteristics::new("Dahl", &curve, &elements, fastest)
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {
-        let fastest = fastest.abs();
-        if !(fastest >= T::zero()) {
-            return Limits::none();
-        }
-        Limits {
+        Limits::up_to(fastest, |fastest| Limits {
             deflection: finite(self.dynamic / self.stiffness),
             coefficient: finite(self.dynamic),
             relaxation_rate: finite(self.relaxation_per_speed * fastest),
-        }
+        })
     }
 }

@@ -10,19 +10,19 @@
 //! α = ½ + ½ sin(π (|z| − (z_m + z_b)/2)/(z_m − z_b)).
 //!
 //! With α = 0 the bristle follows the body (ż = v): load cycles below the stick limit cause no
-//! drift, where FrBD and LuGre creep. α is the price: the four coefficients depend on z, the force
-//! for α < 1 is not bounded by the curve, and over a step α is frozen at its beginning.
+//! drift, where FrBD and LuGre creep. In return the four coefficients depend on z, the force for
+//! α < 1 is not bounded by the curve, and α is frozen at the beginning of a step.
 //!
 //! Source: the α of P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic
 //! friction models", IEEE Transactions on Automatic Control 47 (2002), 787–792, in the FrBD model
 //! of Romano et al. (arXiv 2602.09429), section III-A.
 
-use super::frbd::{inverse_resistance, least_slope, unlimited};
-use super::{Affine, Characteristics, Law, Limits, Linearised, finite, searchable};
+use super::frbd::{Series, inverse_resistance, least_slope, unlimited};
+use super::{Affine, Characteristics, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError};
 use crate::regularisation::{Regularisation, Unregularised};
-use crate::rheology::{KelvinVoigt, Rheology, VelocityLaw};
+use crate::rheology::{Elements, KelvinVoigt, Rheology, VelocityLaw};
 use crate::{Bristle, Scalar, Sliding};
 
 /// Parameters of [`ElastoPlastic`].
@@ -37,8 +37,22 @@ pub struct ElastoPlasticParameters<C, R, T = f64> {
     pub stick_limit: T,
 }
 
-/// The elasto-plastic FrBD model of a friction curve C, a Kelvin–Voigt bristle of damping law D
-/// and a regularisation E.
+/// The elasto-plastic FrBD model of a friction curve C, a [`KelvinVoigt`] bristle R of constant
+/// stiffness and a regularisation E.
+///
+/// With the symbols of [`FrBd`](crate::FrBd) and the virtual friction coefficient μ_b = F/p:
+///
+/// ż   = −(ασ0|v|_ε/g) z + (μ/g) v,  g = ασ1|v|_ε + μ(v)
+///
+/// μ_b = (μ/g)(σ0 z + σ1 v)
+///
+/// α(z, v) is 0 up to the stick limit |z| = z_b, and wherever z and v have opposite signs; it is 1
+/// from the stationary deflection μ(v)/σ0 on, and rises smoothly in between. Up to the stick limit
+/// the bristle is elastic: load cycles cause no drift.
+///
+/// Source: P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction
+/// models", IEEE Transactions on Automatic Control 47 (2002), 787–792, in the FrBD model of Romano
+/// et al. (arXiv 2602.09429), section III-A.
 ///
 /// ```
 /// use bristle::{Bristle, ElastoPlastic, ElastoPlasticParameters};
@@ -85,7 +99,7 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
 }
 
 impl<C, R, E, T> ElastoPlastic<C, R, E, T> {
-    /// The same model with another regularisation of |v|.
+    /// The model with another regularisation of |v|.
     pub fn regularised<F>(self, regularisation: F) -> ElastoPlastic<C, R, F, T> {
         ElastoPlastic {
             curve: self.curve,
@@ -101,72 +115,6 @@ struct Plasticity<T> {
     alpha: T,
     by_deflection: T,
     by_velocity: T,
-}
-
-/// Everything the coefficients and their derivatives need at one velocity.
-struct Ingredients<T> {
-    sliding: Sliding<T>,
-    /// σ1|v|_ε and μ at the opposite velocity, where this one is on the wrong side of its branch.
-    right: (T, T),
-    stiffness: T,
-    damping: T,
-    damping_slope: T,
-    speed: T,
-    speed_slope: T,
-    mu: T,
-    mu_slope: T,
-}
-
-impl<T: Scalar> Ingredients<T> {
-    /// 1/g.
-    fn inverse(&self, alpha: T) -> T {
-        let resistance = alpha * self.damping * self.speed + self.mu;
-        let (viscous, mu) = self.right;
-        inverse_resistance(self.sliding, resistance, |_| alpha * viscous + mu)
-    }
-
-    fn affine(&self, alpha: T) -> Affine<T> {
-        let inverse = self.inverse(alpha);
-        let drive = self.mu * inverse;
-        Affine {
-            relaxation: alpha * self.stiffness * self.speed * inverse,
-            drive,
-            stiffness: self.stiffness * drive,
-            damping: self.damping * drive,
-        }
-    }
-
-    /// Derivatives of the coefficients with respect to the velocity, α held.
-    fn by_velocity(&self, alpha: T) -> Affine<T> {
-        let viscous = alpha * self.damping * self.speed;
-        let viscous_slope =
-            alpha * (self.damping_slope * self.speed + self.damping * self.speed_slope);
-        let inverse = self.inverse(alpha);
-        let square = inverse * inverse;
-        let drive = self.mu * inverse;
-        let drive_slope = (viscous * self.mu_slope - self.mu * viscous_slope) * square;
-        let share_slope = (self.speed_slope * self.mu
-            - self.speed * (alpha * self.damping_slope * self.speed + self.mu_slope))
-            * square;
-        Affine {
-            relaxation: alpha * self.stiffness * share_slope,
-            drive: drive_slope,
-            stiffness: self.stiffness * drive_slope,
-            damping: self.damping_slope * drive + self.damping * drive_slope,
-        }
-    }
-
-    /// Derivatives of the coefficients with respect to α.
-    fn by_alpha(&self, alpha: T) -> Affine<T> {
-        let inverse = self.inverse(alpha);
-        let drive = -self.mu * self.damping * self.speed * inverse * inverse;
-        Affine {
-            relaxation: self.stiffness * self.speed * self.mu * inverse * inverse,
-            drive,
-            stiffness: self.stiffness * drive,
-            damping: self.damping * drive,
-        }
-    }
 }
 
 impl<T, C, D, E> ElastoPlastic<C, KelvinVoigt<T, T, D>, E, T>
@@ -195,7 +143,7 @@ where
         let stiffness = self.rheology.storage_stiffness();
         let full = mu / stiffness;
         if !(aligned > self.stick_limit) {
-            // Elastic; a deflection that is not a number stays one.
+            // Elastic; a NaN deflection stays NaN.
             return constant(if aligned.is_finite() { T::zero() } else { aligned });
         }
         if aligned >= full {
@@ -214,40 +162,34 @@ where
         }
     }
 
-    /// σ1|v|_ε and μ at the opposite velocity, which lies on the branch; only asked for on the wrong one.
-    fn right(&self, sliding: Sliding<T>) -> (T, T) {
-        if !(sliding.speed() < T::zero()) {
-            return (T::zero(), T::zero());
-        }
-        let right = sliding.mirrored();
-        let damping = self.rheology.elements(right).damping;
-        (damping * self.regularisation.speed(right), self.curve.coefficient(right))
+    /// 1/g.
+    #[inline]
+    fn inverse(&self, sliding: Sliding<T>, series: &Series<T>, alpha: T) -> T {
+        inverse_resistance(sliding, series.resistance(), |right| {
+            let viscous = self.rheology.elements(right).damping * self.regularisation.speed(right);
+            alpha * viscous + self.curve.coefficient(right)
+        })
     }
 
-    fn ingredients(&self, sliding: Sliding<T>) -> Ingredients<T> {
-        let (elements, slopes) = self.rheology.elements_and_slopes(sliding);
+    /// The coefficients, their derivatives with respect to the velocity, and those with respect to
+    /// the deflection.
+    fn affine_and_derivatives(&self, sliding: Sliding<T>, deflection: T) -> [Affine<T>; 3] {
+        let (elements, elements_slope) = self.rheology.elements_and_slopes(sliding);
         let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
         let (mu, mu_slope) = self.curve.coefficient_and_slope(sliding);
-        Ingredients {
-            sliding,
-            right: self.right(sliding),
-            stiffness: elements.stiffness,
-            damping: elements.damping,
-            damping_slope: slopes.damping,
-            speed,
-            speed_slope,
-            mu,
-            mu_slope,
-        }
-    }
-}
-
-fn plus<T: Scalar>(a: Affine<T>, b: Affine<T>, factor: T) -> Affine<T> {
-    Affine {
-        relaxation: a.relaxation + b.relaxation * factor,
-        drive: a.drive + b.drive * factor,
-        stiffness: a.stiffness + b.stiffness * factor,
-        damping: a.damping + b.damping * factor,
+        let Plasticity { alpha, by_deflection, by_velocity } =
+            self.plastic(sliding, deflection, mu, mu_slope);
+        let series = Series { elements, speed: alpha * speed, mu };
+        let slope = Series {
+            elements: elements_slope,
+            speed: alpha * speed_slope + by_velocity * speed,
+            mu: mu_slope,
+        };
+        let zero = T::zero();
+        let still = Elements { stiffness: zero, decay: zero, damping: zero };
+        let along = Series { elements: still, speed: by_deflection * speed, mu: zero };
+        let inverse = self.inverse(sliding, &series, alpha);
+        [series.affine(inverse), series.slopes(&slope, inverse), series.slopes(&along, inverse)]
     }
 }
 
@@ -262,44 +204,30 @@ where
 
     #[inline]
     fn affine(&self, sliding: Sliding<T>, deflection: T) -> Affine<T> {
-        let elements = self.rheology.elements(sliding);
         let mu = self.curve.coefficient(sliding);
-        let ingredients = Ingredients {
-            sliding,
-            right: self.right(sliding),
-            stiffness: elements.stiffness,
-            damping: elements.damping,
-            damping_slope: T::zero(),
-            speed: self.regularisation.speed(sliding),
-            speed_slope: T::zero(),
+        let alpha = self.plastic(sliding, deflection, mu, T::zero()).alpha;
+        let series = Series {
+            elements: self.rheology.elements(sliding),
+            speed: alpha * self.regularisation.speed(sliding),
             mu,
-            mu_slope: T::zero(),
         };
-        ingredients.affine(self.plastic(sliding, deflection, mu, T::zero()).alpha)
+        series.affine(self.inverse(sliding, &series, alpha))
     }
 
     fn affine_and_slopes(&self, sliding: Sliding<T>, deflection: T) -> (Affine<T>, Affine<T>) {
-        let parts = self.ingredients(sliding);
-        let plastic = self.plastic(sliding, deflection, parts.mu, parts.mu_slope);
-        let alpha = plastic.alpha;
-        let slopes = plus(parts.by_velocity(alpha), parts.by_alpha(alpha), plastic.by_velocity);
-        (parts.affine(alpha), slopes)
+        let [affine, slopes, _] = self.affine_and_derivatives(sliding, deflection);
+        (affine, slopes)
     }
 
     fn linearised(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> Linearised<T> {
         let sliding = sliding.into();
         let velocity = sliding.velocity();
-        let parts = self.ingredients(sliding);
-        let plastic = self.plastic(sliding, deflection, parts.mu, parts.mu_slope);
-        let alpha = plastic.alpha;
-        let by_alpha = parts.by_alpha(alpha);
-        let slopes = plus(parts.by_velocity(alpha), by_alpha, plastic.by_velocity);
-        let held = Linearised::new(&parts.affine(alpha), &slopes, velocity, deflection);
+        let [affine, slopes, along] = self.affine_and_derivatives(sliding, deflection);
+        let held = Linearised::new(&affine, &slopes, velocity, deflection);
         Linearised {
-            rate_by_deflection: held.rate_by_deflection
-                + by_alpha.rate(velocity, deflection) * plastic.by_deflection,
+            rate_by_deflection: held.rate_by_deflection + along.rate(velocity, deflection),
             coefficient_by_deflection: held.coefficient_by_deflection
-                + by_alpha.coefficient(velocity, deflection) * plastic.by_deflection,
+                + along.coefficient(velocity, deflection),
             ..held
         }
     }
@@ -327,27 +255,25 @@ where
     }
 
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
-        let elements = self.rheology.bounds();
-        searchable(fastest).then(|| Characteristics {
+        let bounds = self.rheology.bounds();
+        Some(Characteristics {
             speed_at_rest: self.regularisation.speed_at_rest(),
             stick_limit: Some(self.stick_limit),
-            ..Characteristics::new("elasto-plastic FrBD", &self.curve, &elements, fastest)
+            ..Characteristics::new("elasto-plastic FrBD", &self.curve, &bounds, fastest)?
         })
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {
-        let fastest = fastest.abs();
-        if !(fastest >= T::zero()) {
-            return Limits::none();
-        }
-        let mu = self.curve.bounds(fastest);
-        let stiffness = self.rheology.storage_stiffness();
-        let damping = self.rheology.bounds().damping;
-        let slope = least_slope(&self.curve, &self.regularisation, fastest);
-        Limits {
-            deflection: finite(mu.max / stiffness),
-            coefficient: None,
-            relaxation_rate: finite(stiffness / (damping.min + slope)),
-        }
+        Limits::up_to(fastest, |fastest| {
+            let mu = self.curve.bounds(fastest);
+            let stiffness = self.rheology.storage_stiffness();
+            let damping = self.rheology.bounds().damping;
+            let slope = least_slope(&self.curve, &self.regularisation, fastest);
+            Limits {
+                deflection: finite(mu.max / stiffness),
+                coefficient: None,
+                relaxation_rate: finite(stiffness / (damping.min + slope)),
+            }
+        })
     }
 }

@@ -11,14 +11,17 @@
 //! | σ0, σ1 | normalised micro-stiffness and micro-damping of the bristle | 1/m, s/m |
 //! | \|v\|_ε | regularised modulus | m/s |
 //!
-//! Physically: the bristle, whatever it is made of, is in series with a dashpot μ(v)/|v|_ε. On a
-//! branch locked to the other direction of sliding g falls and vanishes at about |v| = μ/(σ1 + σ2), a
-//! pole. A solver's trial step must not come near it: where g has fallen to half of its value on the
-//! right branch (a third of that speed), the answer is NaN, and the step is taken again, shorter.
+//! Physically, the bristle is in series with a dashpot μ(v)/|v|_ε, whatever the bristle is made of.
+//!
+//! On a branch locked to the other direction of sliding g falls with the speed and vanishes at
+//! about
+//! |v| = μ/(σ1 + σ2): a pole. A solver's trial step must not come near it. Where g has fallen to
+//! half of its value on the right branch (at a third of that speed), the answer is NaN, and the
+//! solver takes a shorter step.
 //!
 //! Source: Romano et al. (arXiv 2602.09429), sections II-B and III-A, equations for ż and g(v).
 
-use super::{Affine, Characteristics, Law, Limits, Linearised, finite, searchable};
+use super::{Affine, Characteristics, Law, Limits, Linearised, finite};
 use crate::bounds::larger;
 use crate::curve::FrictionCurve;
 use crate::regularisation::{Regularisation, Unregularised};
@@ -26,14 +29,42 @@ use crate::rheology::{Deflection, ElementBounds, Elements, Rheology};
 use crate::scalar::{is_zero, nan};
 use crate::{Bristle, Scalar, Sliding};
 
-/// An FrBD model of a friction curve C, a bristle R and a regularisation E.
+/// An FrBD model (friction with bristle dynamics) of a friction curve C, a bristle R and a
+/// regularisation E.
 ///
-/// Passive for every positive curve and every bristle of constant stiffness. With a bristle of a
-/// single spring, a deflection within its limit stays there, the force then never exceeds the
-/// largest value of the curve at the velocities met, and the relaxation rate is bounded by
-/// σ0/(σ1 + σ2) (if that is finite, and σ2|0|_ε ≤ μ_d). With several springs the force keeps that limit
-/// in every run from rest; the relaxation rates are bounded by Σ Kᵢ/(d + σ2) and the fastest decay
-/// together.
+/// For a bristle of one spring σ0 beside a dashpot σ1, with the virtual friction coefficient
+/// μ_b = F/p:
+///
+/// ż   = −(σ0|v|_ε/g(v)) z + (μ(v)/g(v)) v,  g(v) = σ1|v|_ε + μ(v)
+///
+/// μ_b = σ0 z + σ1 ż = (μ(v)/g(v)) (σ0 z + σ1 v)
+///
+/// | symbol | meaning | unit |
+/// |---|---|---|
+/// | z | bristle deflection, the state | m |
+/// | v | sliding velocity of the body, the input | m/s |
+/// | F, p | friction force (positive against v > 0), normal force | N |
+/// | μ(v) | friction curve, viscous part σ2\|v\| included | – |
+/// | σ0, σ1 | normalised micro-stiffness and micro-damping | 1/m, s/m |
+/// | \|v\|_ε | regularised modulus of the velocity | m/s |
+///
+/// Steady sliding is on the curve: z = sgn_ε(v) μ(v)/σ0 and F = p μ(v) sgn_ε(v). Both equations
+/// follow from the secant law F/p = (μ(v)/|v|_ε)(v − ż), with which any other bristle R is put in
+/// series with the surface. A bristle of several springs has their stretches as its state, see
+/// [`Rheology`].
+///
+/// # Laws
+///
+/// The model is passive for every positive curve and every bristle of constant stiffness.
+///
+/// With a single spring, a deflection within max μ/σ0 stays there, the force then never exceeds
+/// p max μ over the velocities met, and the relaxation rate is bounded by σ0/(σ1 + σ2) (if that is
+/// finite, and σ2|0|_ε ≤ μ_d).
+///
+/// With several springs the force keeps p max μ in every run from rest; the relaxation rates are
+/// bounded by Σ Kᵢ/(d + σ2) plus the fastest decay rate.
+///
+/// Source: Romano et al. (arXiv 2602.09429), sections II-B and III-A; Lemmas III.1 and III.2.
 ///
 /// ```
 /// use bristle::{Bristle, FrBd};
@@ -80,7 +111,7 @@ impl<C, R> FrBd<C, R> {
 }
 
 impl<C, R, E> FrBd<C, R, E> {
-    /// The same model with another regularisation of |v|.
+    /// The model with another regularisation of |v|.
     pub fn regularised<F>(self, regularisation: F) -> FrBd<C, R, F> {
         FrBd { curve: self.curve, rheology: self.rheology, regularisation }
     }
@@ -115,34 +146,81 @@ impl<C, R, E> FrBd<C, R, E> {
             + self.curve.coefficient(sliding)
     }
 
-    /// 1/g and the coefficients, from the elements, |v|_ε and μ at a velocity.
+    /// The bristle and the surface at a velocity, and their derivatives.
     #[inline(always)]
-    fn frozen<T>(
-        &self,
-        sliding: Sliding<T>,
-        elements: &Elements<T, R::Deflection>,
-        speed: T,
-        mu: T,
-    ) -> (T, Affine<T, R::Deflection>)
+    fn series_and_slopes<T>(&self, sliding: Sliding<T>) -> [Series<T, R::Deflection>; 2]
     where
         T: Scalar,
         C: FrictionCurve<T>,
         R: Rheology<T>,
         E: Regularisation<T>,
     {
-        let resistance = elements.damping * speed + mu;
-        let inverse = inverse_resistance(sliding, resistance, |other| self.resistance(other));
-        let drive = mu * inverse;
-        let affine = Affine {
-            relaxation: R::Deflection::relaxation(
-                elements.decay,
-                elements.stiffness * (speed * inverse),
-            ),
+        let (elements, elements_slope) = self.rheology.elements_and_slopes(sliding);
+        let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
+        let (mu, mu_slope) = self.curve.coefficient_and_slope(sliding);
+        [
+            Series { elements, speed, mu },
+            Series { elements: elements_slope, speed: speed_slope, mu: mu_slope },
+        ]
+    }
+}
+
+/// A bristle in series with the surface at one velocity, or the derivatives of these numbers.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Series<T, D = T> {
+    pub(super) elements: Elements<T, D>,
+    /// |v|_ε; for elasto-plastic FrBD α|v|_ε.
+    pub(super) speed: T,
+    pub(super) mu: T,
+}
+
+impl<T: Scalar, D: Deflection<T>> Series<T, D> {
+    /// g = σ1|v|_ε + μ.
+    #[inline(always)]
+    pub(super) fn resistance(&self) -> T {
+        self.elements.damping * self.speed + self.mu
+    }
+
+    /// The coefficients, from 1/g.
+    #[inline(always)]
+    pub(super) fn affine(&self, inverse: T) -> Affine<T, D> {
+        let Elements { stiffness, decay, damping } = self.elements;
+        let drive = self.mu * inverse;
+        Affine {
+            relaxation: D::relaxation(decay, stiffness * (self.speed * inverse)),
             drive,
-            stiffness: elements.stiffness * drive,
-            damping: elements.damping * drive,
-        };
-        (inverse, affine)
+            stiffness: stiffness * drive,
+            damping: damping * drive,
+        }
+    }
+
+    /// The derivatives of the coefficients, from those of the series and 1/g.
+    #[inline(always)]
+    pub(super) fn slopes(&self, slope: &Self, inverse: T) -> Affine<T, D> {
+        let Self { elements, speed, mu } = *self;
+        // (μ/g)' and (|v|/g)' with the products that cancel taken out by hand.
+        let viscous = elements.damping * speed;
+        let viscous_slope = slope.elements.damping * speed + elements.damping * slope.speed;
+        let drive_slope = (viscous * slope.mu - mu * viscous_slope) * inverse * inverse;
+        let (drive, share) = (mu * inverse, speed * inverse);
+        let share_slope = self.share_slope(slope, inverse);
+        Affine {
+            relaxation: D::relaxation(
+                slope.elements.decay,
+                slope.elements.stiffness * share + elements.stiffness * share_slope,
+            ),
+            drive: drive_slope,
+            stiffness: slope.elements.stiffness * drive + elements.stiffness * drive_slope,
+            damping: slope.elements.damping * drive + elements.damping * drive_slope,
+        }
+    }
+
+    /// (|v|_ε/g)'.
+    #[inline(always)]
+    fn share_slope(&self, slope: &Self, inverse: T) -> T {
+        (slope.speed * self.mu - self.speed * (slope.elements.damping * self.speed + slope.mu))
+            * inverse
+            * inverse
     }
 }
 
@@ -157,9 +235,13 @@ where
 
     #[inline]
     fn affine(&self, sliding: Sliding<T>, _deflection: R::Deflection) -> Affine<T, R::Deflection> {
-        let elements = self.rheology.elements(sliding);
-        let speed = self.regularisation.speed(sliding);
-        self.frozen(sliding, &elements, speed, self.curve.coefficient(sliding)).1
+        let series = Series {
+            elements: self.rheology.elements(sliding),
+            speed: self.regularisation.speed(sliding),
+            mu: self.curve.coefficient(sliding),
+        };
+        let resistance = series.resistance();
+        series.affine(inverse_resistance(sliding, resistance, |other| self.resistance(other)))
     }
 
     #[inline]
@@ -168,29 +250,10 @@ where
         sliding: Sliding<T>,
         _deflection: R::Deflection,
     ) -> (Affine<T, R::Deflection>, Affine<T, R::Deflection>) {
-        let (elements, elements_slope) = self.rheology.elements_and_slopes(sliding);
-        let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
-        let (mu, mu_slope) = self.curve.coefficient_and_slope(sliding);
-        let (inverse, affine) = self.frozen(sliding, &elements, speed, mu);
-        let drive = affine.drive;
-        // (μ/g)' and (|v|/g)' with the products that cancel taken out by hand.
-        let viscous = elements.damping * speed;
-        let viscous_slope = elements_slope.damping * speed + elements.damping * speed_slope;
-        let drive_slope = (viscous * mu_slope - mu * viscous_slope) * inverse * inverse;
-        let share = speed * inverse;
-        let share_slope = (speed_slope * mu - speed * (elements_slope.damping * speed + mu_slope))
-            * inverse
-            * inverse;
-        let slopes = Affine {
-            relaxation: R::Deflection::relaxation(
-                elements_slope.decay,
-                elements_slope.stiffness * share + elements.stiffness * share_slope,
-            ),
-            drive: drive_slope,
-            stiffness: elements_slope.stiffness * drive + elements.stiffness * drive_slope,
-            damping: elements_slope.damping * drive + elements.damping * drive_slope,
-        };
-        (affine, slopes)
+        let [series, slope] = self.series_and_slopes(sliding);
+        let resistance = series.resistance();
+        let inverse = inverse_resistance(sliding, resistance, |other| self.resistance(other));
+        (series.affine(inverse), series.slopes(&slope, inverse))
     }
 
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> R::Deflection {
@@ -206,16 +269,17 @@ where
         })
     }
 
-    /// With N = μ v − |v|_ε Σ Kᵢxᵢ = g ż: of N' the terms that cancel in steady sliding are taken out.
+    /// With N = μ v − |v|_ε Σ Kᵢxᵢ = g ż; the terms of N' that cancel in steady sliding are left
+    /// out.
     fn steady_linearised(&self, sliding: impl Into<Sliding<T>>) -> Linearised<T, Self::Deflection> {
         let sliding = sliding.into();
-        let deflection = self.stationary(sliding);
-        let (elements, elements_slope) = self.rheology.elements_and_slopes(sliding);
-        let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
+        let (velocity, deflection) = (sliding.velocity(), self.stationary(sliding));
+        let [series, slope] = self.series_and_slopes(sliding);
         let (sign, sign_slope) = self.regularisation.sign_and_slope(sliding);
-        let (mu, mu_slope) = self.curve.coefficient_and_slope(sliding);
-        let (inverse, affine) = self.frozen(sliding, &elements, speed, mu);
-        let share = speed * inverse;
+        let Series { elements, speed, mu } = series;
+        let resistance = series.resistance();
+        let inverse = inverse_resistance(sliding, resistance, |other| self.resistance(other));
+        let affine = series.affine(inverse);
         // ż/|v|_ε: zero unless the bristle creeps.
         let fluidity = elements.fluidity();
         let creep = if is_zero(fluidity) {
@@ -223,21 +287,18 @@ where
         } else {
             fluidity * mu * sign / (speed + mu * fluidity)
         };
-        let stiffening = elements_slope.stiffness.dot(deflection);
-        let by_velocity = share * (mu_slope * sign + mu * sign_slope - stiffening)
-            + creep
-                * inverse
-                * (speed_slope * mu - speed * (elements_slope.damping * speed + mu_slope));
-        let velocity = sliding.velocity();
+        let stiffening = slope.elements.stiffness.dot(deflection);
+        let by_velocity = speed * inverse * (slope.mu * sign + mu * sign_slope - stiffening)
+            + creep * resistance * series.share_slope(&slope, inverse);
         Linearised {
             rate: affine.rate(velocity, deflection),
             coefficient: affine.coefficient(velocity, deflection),
             rate_by_deflection: -affine.relaxation,
             rate_by_velocity: R::Deflection::fill(by_velocity)
-                - elements_slope.decay.scaled_by(deflection),
+                - slope.elements.decay.scaled_by(deflection),
             coefficient_by_deflection: affine.stiffness,
             coefficient_by_velocity: elements.damping * by_velocity
-                + elements_slope.damping * (creep * speed)
+                + slope.elements.damping * (creep * speed)
                 + stiffening,
         }
     }
@@ -261,43 +322,41 @@ where
     }
 
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
-        let speed_at_rest = self.regularisation.speed_at_rest();
-        searchable(fastest).then(|| Characteristics {
-            speed_at_rest,
+        let bounds = self.rheology.bounds();
+        Some(Characteristics {
+            speed_at_rest: self.regularisation.speed_at_rest(),
             creeps: self.rheology.elements(Sliding::from(T::zero())).creeps(),
-            ..Characteristics::new("FrBD", &self.curve, &self.rheology.bounds(), fastest)
+            ..Characteristics::new("FrBD", &self.curve, &bounds, fastest)?
         })
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {
-        let fastest = fastest.abs();
-        if !(fastest >= T::zero()) {
-            return Limits::none();
-        }
-        let mu = self.curve.bounds(fastest);
-        let ElementBounds { stiffness, decay, damping, constant_decay, .. } =
-            self.rheology.bounds();
-        let resistance = damping.min + least_slope(&self.curve, &self.regularisation, fastest);
-        // The largest eigenvalue of diag(a) + (|v|/g) 1·Kᵀ is at most max a + (|v|/g) ΣK.
-        let relaxation_rate = finite(stiffness.max / resistance + decay.max);
-        if R::Deflection::SPRINGS == 1 {
-            Limits {
-                deflection: finite(mu.max / stiffness.min),
-                coefficient: finite(mu.max * (stiffness.max / stiffness.min)),
-                relaxation_rate,
+        Limits::up_to(fastest, |fastest| {
+            let mu = self.curve.bounds(fastest);
+            let ElementBounds { stiffness, decay, damping, constant_decay, .. } =
+                self.rheology.bounds();
+            let resistance = damping.min + least_slope(&self.curve, &self.regularisation, fastest);
+            // The largest eigenvalue of diag(a) + (|v|/g) 1·Kᵀ is at most max a + (|v|/g) ΣK.
+            let relaxation_rate = finite(stiffness.max / resistance + decay.max);
+            if R::Deflection::SPRINGS == 1 {
+                Limits {
+                    deflection: finite(mu.max / stiffness.min),
+                    coefficient: finite(mu.max * (stiffness.max / stiffness.min)),
+                    relaxation_rate,
+                }
+            } else {
+                // From rest, by complete monotonicity (see `generalised_maxwell`); no box of
+                // stretches is kept.
+                let linear = stiffness.is_constant() && constant_decay;
+                let coefficient = if linear { finite(mu.max) } else { None };
+                Limits { deflection: None, coefficient, relaxation_rate }
             }
-        } else {
-            // From rest, by complete monotonicity (see `generalised_maxwell`); no box of stretches
-            // is kept.
-            let linear = stiffness.is_constant() && constant_decay;
-            let coefficient = if linear { finite(mu.max) } else { None };
-            Limits { deflection: None, coefficient, relaxation_rate }
-        }
+        })
     }
 }
 
-/// 1/g; NaN on a branch locked to the other direction of sliding where g has fallen to half of what it
-/// is on the right one, a third of the way to its pole or so.
+/// 1/g. NaN on a branch locked to the other direction of sliding where g has fallen to half of its
+/// value on the right one, about a third of the way to its pole.
 #[inline(always)]
 pub(crate) fn inverse_resistance<T: Scalar>(
     sliding: Sliding<T>,

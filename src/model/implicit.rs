@@ -303,6 +303,7 @@ where
         trial.abs() - self.curve.coefficient(Branch::towards(trial).of(T::zero()))
     }
 
+    /// By the compliance s = |v_s|_ε/μ of the surface, which keeps more digits at low speed than g.
     fn affine_at(&self, tip: &Tip<T>) -> Affine<T> {
         let compliance = tip.surface.modulus / tip.surface.mu;
         let (stiffness, damping) = self.elements();
@@ -418,24 +419,22 @@ where
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {
-        let fastest = fastest.abs();
-        if !(fastest >= T::zero()) {
-            return Limits::none();
-        }
-        let mu = self.curve.bounds(fastest).max;
-        let (stiffness, damping) = self.elements();
-        let exact = is_zero(self.regularisation.speed_at_rest());
-        let relaxation_rate = self.least_slope.and_then(|slope| {
-            // (μ sgn_ε)' ≥ μ' sgn_ε with sgn_ε ≤ 1: a rise may be lost to the regularisation.
-            let slope = if exact { slope } else { smaller(slope, T::zero()) };
-            finite(stiffness / (damping + slope))
-        });
-        // Without damping a folded bristle sits on its limit and jumps across it.
-        let turns_back = damping > T::zero() || self.is_single_valued();
-        Limits {
-            deflection: if turns_back { finite(mu / stiffness) } else { None },
-            coefficient: finite(mu),
-            relaxation_rate,
-        }
+        Limits::up_to(fastest, |fastest| {
+            let mu = self.curve.bounds(fastest).max;
+            let (stiffness, damping) = self.elements();
+            let exact = is_zero(self.regularisation.speed_at_rest());
+            let relaxation_rate = self.least_slope.and_then(|slope| {
+                // (μ sgn_ε)' ≥ μ' sgn_ε with sgn_ε ≤ 1: a rise may be lost to the regularisation.
+                let slope = if exact { slope } else { smaller(slope, T::zero()) };
+                finite(stiffness / (damping + slope))
+            });
+            // Without damping a folded bristle sits on its limit and jumps across it.
+            let turns_back = damping > T::zero() || self.is_single_valued();
+            Limits {
+                deflection: if turns_back { finite(mu / stiffness) } else { None },
+                coefficient: finite(mu),
+                relaxation_rate,
+            }
+        })
     }
 }

@@ -17,8 +17,9 @@ pub enum Law {
     /// Steady sliding reproduces the friction curve: F_ss = p μ(v) sgn_ε(v), plus p σ2 v for the
     /// classical LuGre model (Romano et al., section III-A).
     SteadySliding,
-    /// F/p = (μ(v)/|v|_ε)(v − ż): the bristle is in series with a dashpot whose coefficient is taken at
-    /// the velocity of the body. It is what makes any passive bristle a passive friction model.
+    /// F/p = (μ(v)/|v|_ε)(v − ż): the bristle is in series with a dashpot whose coefficient is
+    /// taken at the velocity of the body. It is what makes any passive bristle a passive friction
+    /// model.
     Secant,
     /// F v ≥ Ẇ with W = ½ p σ0 z²: friction never gives more energy than it stored
     /// (Romano et al., Lemma III.2; for LuGre within its deflection limit, cf. N. Barabanov and
@@ -33,9 +34,9 @@ pub enum Law {
     BoundedRelaxation,
     /// (z, v) → (−z, −v) flips the rate and the force.
     OddSymmetry,
-    /// Load cycles below a stick limit p σ0 z_b > 0 cause no drift (P. Dupont, V. Hayward, B. Armstrong,
-    /// F. Altpeter, "Single state elastoplastic friction models", IEEE Transactions on Automatic
-    /// Control 47 (2002), 787–792).
+    /// Load cycles below a stick limit p σ0 z_b > 0 cause no drift (P. Dupont, V. Hayward, B.
+    /// Armstrong, F. Altpeter, "Single state elastoplastic friction models", IEEE Transactions on
+    /// Automatic Control 47 (2002), 787–792).
     NoDrift,
 }
 

@@ -12,18 +12,43 @@
 
 use super::affine::forwards;
 use super::frbd::{inverse_resistance, least_slope, unlimited};
-use super::{Affine, Characteristics, HeldStep, Law, Limits, Linearised, finite, searchable};
+use super::{Affine, Characteristics, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, KelvinVoigt, Rheology, VelocityLaw, Weights};
 use crate::scalar::lit;
 use crate::{Bristle, Scalar, Sliding};
 
-/// The LuGre model of a friction curve C, a Kelvin–Voigt bristle of damping law D and a
+/// The LuGre model of a friction curve C, a [`KelvinVoigt`] bristle R of constant stiffness and a
 /// regularisation E.
 ///
-/// It is passive only with enough viscous friction, σ2 ≥ σ1(μ_s − μ_d)/μ_d for the classical model
-/// with constant σ1, and its force has no limit: at z = 0 it is σ1 + σ2 times the velocity.
+/// With the virtual friction coefficient μ_b = F/p:
+///
+/// ż   = v − (σ0|v|_ε/g(v)) z
+///
+/// μ_b = σ0 z + σ1 ż + σ2 v
+///
+/// | symbol | meaning | unit |
+/// |---|---|---|
+/// | z | bristle deflection, the state | m |
+/// | v | sliding velocity of the body, the input | m/s |
+/// | F, p | friction force (positive against v > 0), normal force | N |
+/// | g(v) | friction curve without its viscous part, or with it and without the term σ2 v | – |
+/// | σ0, σ1, σ2 | normalised micro-stiffness, micro-damping, viscous friction | 1/m, s/m, s/m |
+/// | \|v\|_ε | regularised modulus of the velocity | m/s |
+///
+/// In the [classical](LuGre::classical) model the viscous part σ2|v| of the curve stands outside g,
+/// as σ2 v. In the [variant](LuGre::with_viscous_part_inside) with the viscous part inside g there
+/// is no such term. Steady sliding is F = p (g(v) sgn_ε(v) + σ2 v).
+///
+/// # Laws
+///
+/// A deflection within max g/σ0 stays there. The model is passive only with enough viscous
+/// friction, σ2 ≥ σ1(μ_s − μ_d)/μ_d for the classical model with constant σ1. Its force has no
+/// limit: at z = 0 it is p (σ1 + σ2) v.
+///
+/// Source: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of
+/// systems with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425.
 ///
 /// ```
 /// use bristle::{Bristle, Law, LuGre};
@@ -75,7 +100,7 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
 }
 
 impl<C, R, E, T> LuGre<C, R, E, T> {
-    /// The same model with another regularisation of |v|.
+    /// The model with another regularisation of |v|.
     pub fn regularised<F>(self, regularisation: F) -> LuGre<C, R, F, T> {
         LuGre { curve: self.curve, rheology: self.rheology, regularisation, viscous: self.viscous }
     }
@@ -122,6 +147,26 @@ where
         self.viscous == T::zero() && self.rheology.bounds().damping.max == T::zero()
     }
 
+    /// 1/g and the coefficients, from the elements, |v|_ε and g at a velocity.
+    #[inline(always)]
+    fn frozen(
+        &self,
+        sliding: Sliding<T>,
+        elements: &Elements<T>,
+        speed: T,
+        g: T,
+    ) -> (T, Affine<T>) {
+        let inverse = inverse_resistance(sliding, g, |other| self.curve.coefficient(other));
+        let relaxation = elements.stiffness * speed * inverse;
+        let affine = Affine {
+            relaxation,
+            drive: T::one(),
+            stiffness: elements.stiffness - elements.damping * relaxation,
+            damping: elements.damping + self.viscous,
+        };
+        (inverse, affine)
+    }
+
     /// Sufficient conditions for F v ≥ Ẇ at every velocity and admissible deflection.
     ///
     /// F v − Ẇ = p (σ0λz² − σ1λ z v + (σ1 + σ2)v²), with λ|z| ≤ |v| max g/min g.
@@ -151,17 +196,9 @@ where
 
     #[inline]
     fn affine(&self, sliding: Sliding<T>, _deflection: T) -> Affine<T> {
-        let elements = self.rheology.elements(sliding);
         let speed = self.regularisation.speed(sliding);
         let g = self.curve.coefficient(sliding);
-        let inverse = inverse_resistance(sliding, g, |other| self.curve.coefficient(other));
-        let relaxation = elements.stiffness * speed * inverse;
-        Affine {
-            relaxation,
-            drive: T::one(),
-            stiffness: elements.stiffness - elements.damping * relaxation,
-            damping: elements.damping + self.viscous,
-        }
+        self.frozen(sliding, &self.rheology.elements(sliding), speed, g).1
     }
 
     #[inline]
@@ -169,29 +206,21 @@ where
         let (elements, elements_slope) = self.rheology.elements_and_slopes(sliding);
         let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
         let (g, g_slope) = self.curve.coefficient_and_slope(sliding);
-        let inverse = inverse_resistance(sliding, g, |other| self.curve.coefficient(other));
-        let relaxation = elements.stiffness * speed * inverse;
+        let (inverse, affine) = self.frozen(sliding, &elements, speed, g);
         let relaxation_slope =
             elements.stiffness * (speed_slope - speed * g_slope * inverse) * inverse;
-        (
-            Affine {
-                relaxation,
-                drive: T::one(),
-                stiffness: elements.stiffness - elements.damping * relaxation,
-                damping: elements.damping + self.viscous,
-            },
-            Affine {
-                relaxation: relaxation_slope,
-                drive: T::zero(),
-                stiffness: -elements_slope.damping * relaxation
-                    - elements.damping * relaxation_slope,
-                damping: elements_slope.damping,
-            },
-        )
+        let slopes = Affine {
+            relaxation: relaxation_slope,
+            drive: T::zero(),
+            stiffness: -elements_slope.damping * affine.relaxation
+                - elements.damping * relaxation_slope,
+            damping: elements_slope.damping,
+        };
+        (affine, slopes)
     }
 
-    /// The exact step, with σ1 ż from the rate at its start, which decays: in c₀ z + c₂ v the σ1 v of fast sliding
-    /// would be taken away from itself, and with it half the digits of an `f32`.
+    /// The exact step, with σ1 ż from the rate at its start, which decays. In c₀ z + c₂ v the term
+    /// σ1 v of fast sliding would cancel, and with it half the digits of an `f32`.
     #[inline]
     fn hold(&self, velocity: T, deflection: T, duration: T) -> HeldStep<T> {
         let affine = self.affine(Sliding::from(velocity), deflection);
@@ -221,7 +250,8 @@ where
         coefficient / self.rheology.storage_stiffness()
     }
 
-    /// ∂ż/∂v = (|v|_ε/g)(g sgn_ε)', ∂μ_b/∂v = σ1 ∂ż/∂v + σ2, with the terms that cancel in steady sliding taken out.
+    /// ∂ż/∂v = (|v|_ε/g)(g sgn_ε)' and ∂μ_b/∂v = σ1 ∂ż/∂v + σ2: the terms that cancel in steady
+    /// sliding are left out.
     fn steady_linearised(&self, sliding: impl Into<Sliding<T>>) -> Linearised<T> {
         let sliding = sliding.into();
         let deflection = self.stationary(sliding);
@@ -273,26 +303,24 @@ where
         // Necessary and sufficient for a constant σ1 and an exact modulus, where g is bounded.
         let applies = damping.is_constant() && speed_at_rest == T::zero();
         let needed = finite(damping.max * (g.max - g.min) / g.min).filter(|_| applies);
-        searchable(fastest).then(|| Characteristics {
+        Some(Characteristics {
             viscous_friction: self.viscous,
             needed_viscous_friction: needed,
             speed_at_rest,
-            ..Characteristics::new(name, &self.curve, &self.rheology.bounds(), fastest)
+            ..Characteristics::new(name, &self.curve, &self.rheology.bounds(), fastest)?
         })
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {
-        let fastest = fastest.abs();
-        if !(fastest >= T::zero()) {
-            return Limits::none();
-        }
-        let g = self.curve.bounds(fastest);
-        let stiffness = self.rheology.storage_stiffness();
-        let slope = least_slope(&self.curve, &self.regularisation, fastest);
-        Limits {
-            deflection: finite(g.max / stiffness),
-            coefficient: if self.is_undamped() { finite(g.max) } else { None },
-            relaxation_rate: finite(stiffness / slope),
-        }
+        Limits::up_to(fastest, |fastest| {
+            let g = self.curve.bounds(fastest);
+            let stiffness = self.rheology.storage_stiffness();
+            let slope = least_slope(&self.curve, &self.regularisation, fastest);
+            Limits {
+                deflection: finite(g.max / stiffness),
+                coefficient: if self.is_undamped() { finite(g.max) } else { None },
+                relaxation_rate: finite(stiffness / slope),
+            }
+        })
     }
 }

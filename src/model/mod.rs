@@ -68,16 +68,17 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     fn storage_stiffness(&self) -> Self::Deflection;
 
     /// Whether this model, with its parameters, obeys a law by one of the theorems cited at
-    /// [`Law`]. A "no" mostly means a counterexample; it may also mean that the theorem's conditions
-    /// are not met, or cannot be told (closures, say), without the law being broken.
+    /// [`Law`]. A "no" mostly means a counterexample; it may also mean that the theorem's
+    /// conditions are not met, or cannot be told (closures, say), without the law being broken.
     fn obeys(&self, law: Law) -> bool;
 
     /// The limits that the model's theorems give for velocities with |v| ≤ `fastest` (which may
     /// be infinite; without its sign, and nothing is promised for NaN).
     fn limits(&self, fastest: T) -> Limits<T>;
 
-    /// What the model is made of, for speeds up to `fastest` [m/s]; `None` for a model that does not
-    /// tell, or a speed that is negative or not finite. It is what an [audit](crate::audit) reads.
+    /// What the model is made of, for speeds up to `fastest` [m/s]; `None` for a model that does
+    /// not tell, or a speed that is negative or not finite. It is what an [audit](crate::audit)
+    /// reads.
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
         let _ = fastest;
         None
@@ -130,9 +131,9 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
 
     /// Rate and coefficient of steady sliding with all their partial derivatives.
     ///
-    /// There ∂ż/∂v = −λ' z + r' v + r is a difference of terms of order one, of which
-    /// (|v|_ε/g)(μ sgn_ε)' is left, and its sign decides whether small motions grow. A model that can
-    /// write that down does; else a difference of a few roundings of its terms counts as zero.
+    /// There ∂ż/∂v = −λ' z + r' v + r is a difference of terms of order one, of which (|v|_ε/g)(μ
+    /// sgn_ε)' is left, and its sign decides whether small motions grow. A model that can write
+    /// that down does; else a difference of a few roundings of its terms counts as zero.
     fn steady_linearised(&self, sliding: impl Into<Sliding<T>>) -> Linearised<T, Self::Deflection> {
         let sliding = sliding.into();
         let velocity = sliding.velocity();
@@ -151,7 +152,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         }
     }
 
-    /// The relaxation rate λ(v) [1/s]: at a held velocity, e^(−λt) of a disturbance is left after t.
+    /// The relaxation rate λ(v) [1/s]: at a held velocity, e^(−λt) of a disturbance is left after
+    /// t.
     #[inline]
     fn relaxation_rate(
         &self,
@@ -163,8 +165,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
 
     /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s].
     ///
-    /// An elasto-plastic model's α is frozen at the beginning of the step. The implicit bristle's tip is followed, see
-    /// [`ImplicitBristle`](crate::ImplicitBristle).
+    /// An elasto-plastic model's α is frozen at the beginning of the step. The implicit bristle's
+    /// tip is followed, see [`ImplicitBristle`](crate::ImplicitBristle).
     #[inline]
     fn hold(
         &self,
@@ -175,11 +177,13 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         self.affine(Sliding::from(velocity), deflection).hold(velocity, deflection, duration)
     }
 
-    /// The part (c₀ − K r) r φ2 h + c₂ [s/m] of a companion step's damping, from the weights of the step: by how much the
-    /// friction coefficient averaged over a step rises with the mean velocity beyond what the springs of the stored
-    /// energy, of stiffness K, give. `None`: it is added up like this.
+    /// The part (c₀ − K r) r φ2 h + c₂ [s/m] of a companion step's damping, from the weights of the
+    /// step: by how much the friction coefficient averaged over a step rises with the mean velocity
+    /// beyond what the springs of the stored energy, of stiffness K, give. `None`: it is added up
+    /// like this.
     ///
-    /// For a model whose c₀ falls with the speed, as LuGre's, that sum loses digits, and another form may not.
+    /// For a model whose c₀ falls with the speed, as LuGre's, that sum loses digits, and another
+    /// form may not.
     #[inline]
     fn mean_damping(
         &self,
@@ -262,10 +266,15 @@ pub struct Limits<T> {
     pub relaxation_rate: Option<T>,
 }
 
-impl<T> Limits<T> {
-    /// No promise at all.
-    pub(crate) fn none() -> Self {
-        Self { deflection: None, coefficient: None, relaxation_rate: None }
+impl<T: Scalar> Limits<T> {
+    /// The limits of a model for speeds up to `fastest`, without its sign; none for NaN.
+    fn up_to(fastest: T, of: impl FnOnce(T) -> Self) -> Self {
+        let fastest = fastest.abs();
+        if fastest >= T::zero() {
+            of(fastest)
+        } else {
+            Self { deflection: None, coefficient: None, relaxation_rate: None }
+        }
     }
 }
 
@@ -273,11 +282,6 @@ impl<T> Limits<T> {
 fn cleared<T: Scalar>(difference: T, terms: T) -> T {
     let rounding = lit::<T>(16.0) * T::default_epsilon() * terms;
     if rounding.is_finite() && difference.abs() <= rounding { T::zero() } else { difference }
-}
-
-/// Whether a velocity range can be searched.
-fn searchable<T: Scalar>(fastest: T) -> bool {
-    fastest >= T::zero() && fastest.is_finite()
 }
 
 /// A limit, unless it is infinite or not a number.

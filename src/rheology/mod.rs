@@ -118,7 +118,7 @@ pub struct ElementBounds<T> {
 
 impl<T: Scalar> ElementBounds<T> {
     /// Of springs without series dashpots.
-    fn elastic(stiffness: Bounds<T>, damping: Bounds<T>, even: bool) -> Self {
+    pub(crate) fn elastic(stiffness: Bounds<T>, damping: Bounds<T>, even: bool) -> Self {
         let decay = Bounds::constant(T::zero());
         Self { stiffness, decay, damping, constant_decay: true, even }
     }
