@@ -60,7 +60,7 @@ use crate::bounds::larger;
 use crate::model::unlimited;
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Deflection;
-use crate::scalar::{lit, nan};
+use crate::scalar::{is_zero, lit, nan};
 use crate::{Affine, Bristle, Contact, Scalar};
 
 /// A contact prepared for passive steps inside a mechanism.
@@ -83,7 +83,8 @@ use crate::{Affine, Bristle, Contact, Scalar};
 /// let mut history = VelocityHistory::new(v);
 /// for n in 0..2500 {
 ///     let step = friction.step(history.predict(), z, h);
-///     // m (v₁ − v)/h = k (y − x) − k h v̄/2 − bias − damping v̄, with v₁ = 2 v̄ − v and y half a step on
+///     // m (v₁ − v)/h = k (y − x) − k h v̄/2 − bias − damping v̄ with v₁ = 2 v̄ − v and the end of
+///     // the spring y taken at the middle of the step
 ///     let stretch = drive * h * (f64::from(n) + 0.5) - x;
 ///     let mean_velocity = (2.0 * mass / h * v + stiffness * stretch - step.bias())
 ///         / (2.0 * mass / h + 0.5 * h * stiffness + step.damping());
@@ -425,7 +426,12 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     pub fn is_passive(&self) -> bool {
         let Affine { relaxation, drive, stiffness, damping } = self.affine;
         let excess = stiffness - self.storage_stiffness * drive;
-        D::outweighs(relaxation, self.storage_stiffness, damping, excess)
+        let square = excess.dot(excess);
+        if is_zero(square) {
+            return damping >= T::zero();
+        }
+        let relaxing = D::relax(relaxation, self.storage_stiffness);
+        D::SPRINGS == 1 && square <= lit::<T>(4.0) * damping * relaxing.dot(D::fill(T::one()))
     }
 
     /// Ends the step with the mean velocity v̄ [m/s] that the mechanism has found. Returns the new

@@ -25,7 +25,8 @@ pub struct CoulombParameters<T> {
 /// ```
 /// use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve};
 ///
-/// let curve = Coulomb::new(CoulombParameters { dynamic_coefficient: 0.3, viscous_friction: 0.1 })?;
+/// let parameters = CoulombParameters { dynamic_coefficient: 0.3, viscous_friction: 0.1 };
+/// let curve = Coulomb::new(parameters)?;
 /// assert_eq!(curve.coefficient((-2.0).into()), 0.5);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```

@@ -38,15 +38,16 @@ impl<T: Scalar, F: Fn(T) -> (T, T)> FunctionCurve<T, F> {
     ///
     /// # Errors
     ///
-    /// Names the bound that is not positive or not in order.
+    /// Names the bound that is not positive or not in order. The upper bound may be infinite, for a
+    /// curve that grows without limit.
     pub fn new(function: F, bounds: Bounds<T>) -> Result<Self, ParameterError> {
         parameter::positive("bounds.min", bounds.min)?;
         parameter::at_least("bounds.max", bounds.max, "bounds.min", bounds.min)?;
         Ok(Self { function, bounds, least_slope: None })
     }
 
-    /// The same curve with a number [s/m] that its slope dμ/d|v| does not fall below, taken on trust, see
-    /// [`FrictionCurve::least_slope`].
+    /// The curve with a number [s/m] that its slope dμ/d|v| does not fall below, taken on
+    /// trust, see [`FrictionCurve::least_slope`].
     ///
     /// # Errors
     ///

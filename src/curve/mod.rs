@@ -52,7 +52,7 @@ use crate::{Bounds, Branch, Scalar, Sliding};
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a friction curve",
-    note = "parameters become a curve by `Stribeck::new(parameters)?`, `Coulomb::new(parameters)?`, …"
+    note = "build one from parameters, e.g. by `Stribeck::new(parameters)?`"
 )]
 pub trait FrictionCurve<T: Scalar>: Debug + Clone {
     /// The friction coefficient μ(v). Override it where the slope costs extra.

@@ -2,8 +2,8 @@
 //!
 //! μ(v) = μ_d + (μ_s − μ_d)/(1 + (v/v_S)²) + σ2|v|
 //!
-//! with the symbols of [`Stribeck`](crate::curve::Stribeck). It falls like the one with δ = 2 at first
-//! and approaches the dynamic coefficient more slowly.
+//! with the symbols of [`Stribeck`](crate::curve::Stribeck). It falls like the one with δ = 2 at
+//! first and approaches the dynamic coefficient more slowly.
 //!
 //! Source: D. P. Hess, A. Soom, "Friction at a lubricated line contact operating at oscillating
 //! sliding velocities", Journal of Tribology 112 (1990), 147–152.

@@ -28,8 +28,8 @@ pub struct Knot<T> {
 /// A friction curve through N measured points, by monotone cubic interpolation.
 ///
 /// Beyond the last knot the curve goes on straight: with the slope of the last two knots if they
-/// rise, level if they fall (so that it stays positive). To slightly negative speeds, where a solver's trial
-/// step has overshot a reversal, the first cubic is continued.
+/// rise, level if they fall (so that it stays positive). To slightly negative speeds, where a
+/// solver's trial step has overshot a reversal, the first cubic is continued.
 ///
 /// ```
 /// use bristle::curve::{FrictionCurve, Knot, Tabulated};
@@ -96,8 +96,8 @@ impl<T: Scalar, const N: usize> Tabulated<T, N> {
         Ok(Self { pieces })
     }
 
-    /// The cubic that holds at a speed: the last one that does not start beyond it, or the first. At most
-    /// log2 N comparisons.
+    /// The cubic that holds at a speed: the last one that does not start beyond it, or the first.
+    /// At most log2 N comparisons.
     #[inline]
     fn piece(&self, speed: T) -> Piece<T> {
         let started = self.pieces.partition_point(|piece| piece.start <= speed);
@@ -107,7 +107,8 @@ impl<T: Scalar, const N: usize> Tabulated<T, N> {
     }
 }
 
-/// The secant of interval i (from knot i to knot i + 1) and its width; `None` from the last knot on.
+/// The secant of interval i (from knot i to knot i + 1) and its width; `None` from the last knot
+/// on.
 fn secant<T: Scalar>(knots: &[Knot<T>], i: usize) -> Option<(T, T)> {
     let [from, to] = knots.get(i..)?.first_chunk()?;
     let width = to.speed - from.speed;
@@ -121,7 +122,8 @@ fn slope<T: Scalar>(knots: &[Knot<T>], i: usize) -> T {
     match (before, secant(knots, i)) {
         (None, None) => T::zero(),
         (None, Some(near)) => secant(knots, 1).map_or(near.0, |next| end_slope(near, next)),
-        // The curve goes on beyond with this slope: the secant, which a reader of the table expects.
+        // The curve goes on beyond with this slope: the secant, which a reader of the table
+        // expects.
         (Some((last, _)), None) => last,
         (Some((before, h0)), Some((after, h1))) if before * after > T::zero() => {
             let (w0, w1) = (two * h1 + h0, h1 + two * h0);

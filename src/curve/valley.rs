@@ -55,7 +55,8 @@ impl<V, S> Valley<V, S> {
     where
         S: Fn(T) -> T,
     {
-        // The value at the turn is flat: half the digits of its place are enough for all of its own.
+        // The value at the turn is flat: half the digits of its place are enough for all of its
+        // own.
         for _ in 0..60 {
             let middle = (gentle + steep) * lit(0.5);
             if (self.steepness)(middle) < balance {

@@ -273,7 +273,7 @@ impl<T: Scalar, C, E> ImplicitBristle<C, E, T> {
 /// σ0 and σ1.
 #[inline]
 fn elements<T: Scalar>(rheology: &KelvinVoigt<T>) -> (T, T) {
-    let Elements { stiffness, damping, .. } = rheology.elements(Sliding::from(T::zero()));
+    let Elements { stiffness, damping, .. } = rheology.elements(Branch::Forward.of(T::zero()));
     (stiffness, damping)
 }
 

@@ -15,8 +15,8 @@ use crate::{Scalar, Sliding};
 /// A regularised modulus |v|_ε ≥ |v| [m/s] and the sign sgn_ε(v) = v/|v|_ε that goes with it.
 ///
 /// It enters where the bristle meets the sliding surface (Romano et al., section II-B). With any
-/// regularisation but [`Unregularised`] nothing ever sticks: under a force F below the breakaway force F_b
-/// the body creeps, for the square root at v ≈ √ε r/√(1 − r²) with r = F/F_b.
+/// regularisation but [`Unregularised`] nothing ever sticks: under a force F below the breakaway
+/// force F_b the body creeps, for the square root at v ≈ √ε r/√(1 − r²) with r = F/F_b.
 pub trait Regularisation<T: Scalar>: Debug + Clone {
     /// The regularised speed |v|_ε [m/s].
     fn speed(&self, sliding: Sliding<T>) -> T;

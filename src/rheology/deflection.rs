@@ -8,10 +8,9 @@ use nalgebra::{SMatrix, SVector};
 use super::{Modes, Weights};
 use crate::Scalar;
 use crate::bounds::larger;
-use crate::scalar::{is_zero, lit};
 
-/// The state of a bristle \[m\]: a scalar for a single deflection, an `SVector` for several springs.
-/// Only these two implement it.
+/// The state of a bristle \[m\]: a scalar for a single deflection, an `SVector` for several
+/// springs. Only these two implement it.
 ///
 /// The rate of any bristle of this crate is affine in its state. The matrix is diagonal plus a row
 /// repeated in every line: the stretch of each spring follows the common rate ż, which depends on
@@ -37,11 +36,11 @@ pub trait Deflection<T: Scalar>:
     /// The matrix applied to a state.
     fn relax(relaxation: Self::Relaxation, state: Self) -> Self;
 
-    /// What a step of a given length makes of a state, see [`Deflection::weights`].
+    /// The step of a given length as a linear map, see [`Deflection::weights`].
     type Weights: Copy + Debug + PartialEq;
 
-    /// The exact step of length h ≥ 0 \[s\] of ẋ = −Λx + u·1, with the matrix Λ and the drive u held:
-    /// both its end and its mean are linear in the state x at its start and in u.
+    /// The exact step of length h ≥ 0 \[s\] of ẋ = −Λx + u·1, with the matrix Λ and the drive u
+    /// held: both its end and its mean are linear in the state x at its start and in u.
     fn weights(relaxation: Self::Relaxation, duration: T) -> Self::Weights;
 
     /// The state at the end of the step, under a drive u [m/s].
@@ -62,17 +61,21 @@ pub trait Deflection<T: Scalar>:
         Self::mean(weights, Self::fill(T::zero()), drive)
     }
 
-    /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step \[m\] for springs of stiffness K whose matrix is that of a
-    /// bristle, diag(decay) + 1·(share K)ᵀ: what they dissipate per unit normal force. A sum of
+    /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step \[m\]: the energy that springs of stiffness K dissipate per
+    /// unit normal force, with the matrix of a bristle diag(decay) + 1·(share K)ᵀ. It is a sum of
     /// squares, so that no rounding makes it negative.
     fn relaxed_energy(weights: &Self::Weights, stiffness: Self, state: Self, drive: T) -> T;
 
-    /// Whether Σ Kᵢ xᵢ (Λx)ᵢ + v Σ eᵢ xᵢ + c v² is known not to be negative for any state x and
-    /// velocity v, where e is an excess of stiffness and c a damping.
-    fn outweighs(relaxation: Self::Relaxation, stiffness: Self, damping: T, excess: Self) -> bool;
-
     /// The largest |xᵢ|.
-    fn largest(self) -> T;
+    #[inline(always)]
+    fn largest(self) -> T {
+        let mut most = T::zero();
+        let _ = self.each(|x| {
+            most = larger(x.abs(), most);
+            x
+        });
+        most
+    }
 
     /// Every xᵢ cut to |xᵢ| ≤ limit; NaN stays NaN.
     #[inline(always)]
@@ -160,16 +163,6 @@ impl<T: Scalar> Deflection<T> for T {
         stiffness * weights.relaxed_square(weights.mean(state, drive), change)
     }
 
-    #[inline]
-    fn outweighs(relaxation: T, stiffness: T, damping: T, excess: T) -> bool {
-        excess * excess <= lit::<T>(4.0) * stiffness * relaxation * damping
-    }
-
-    #[inline(always)]
-    fn largest(self) -> T {
-        self.abs()
-    }
-
     #[inline(always)]
     fn fill(value: T) -> T {
         value
@@ -252,22 +245,6 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
     #[inline]
     fn relaxed_energy(weights: &Modes<T, N>, stiffness: Self, state: Self, drive: T) -> T {
         weights.relaxed_energy(stiffness, state, drive)
-    }
-
-    #[inline]
-    fn outweighs(
-        _relaxation: DiagonalPlusRankOne<Self>,
-        _stiffness: Self,
-        damping: T,
-        excess: Self,
-    ) -> bool {
-        // Bristles of constant stiffness have none; of others nothing is promised.
-        damping >= T::zero() && excess.iter().all(|&excess| is_zero(excess))
-    }
-
-    #[inline]
-    fn largest(self) -> T {
-        self.iter().fold(T::zero(), |most, x| larger(x.abs(), most))
     }
 
     #[inline]

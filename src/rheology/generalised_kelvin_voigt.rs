@@ -8,25 +8,25 @@
 //! | z | deflection of the bristle | m |
 //! | Kⱼ, ηⱼ | normalised stiffness and damping of element j | 1/m, s/m |
 //!
-//! It is described by its creep: under a steady force element j yields with its retardation time
-//! ηⱼ/Kⱼ. Equivalent to it is a [`GeneralisedMaxwell`] bristle with as many springs, worked out when
-//! the bristle is built, and its state is the stretches x of those springs. From the creep
-//! compliance J(s) = Σ 1/(Kⱼ + s ηⱼ):
+//! Under a steady force element j yields with its retardation time ηⱼ/Kⱼ. The bristle is equivalent
+//! to a [`GeneralisedMaxwell`] bristle with as many springs, which is computed when the bristle is
+//! built; its state is the stretches x of those springs. From the creep compliance
+//! J(s) = Σ 1/(Kⱼ + s ηⱼ) follow:
 //!
 //! - a static spring K = 1/Σ(1/Kⱼ);
-//! - a spring behind a dashpot for each root of J(−aᵢ) = 0, one between each two retardation rates, and
-//!   one above them if there is a spring alone; its stiffness is −1/(aᵢ J'(−aᵢ));
+//! - a spring behind a dashpot for each root of J(−aᵢ) = 0, one between each two retardation rates,
+//!   and one above them if there is a spring alone; its stiffness is −1/(aᵢ J'(−aᵢ));
 //! - without a spring alone, a dashpot beside them, d = 1/Σ(1/ηⱼ).
 //!
 //! State and elongations determine each other: eⱼ = Σ Kᵢ xᵢ/(Kⱼ − aᵢηⱼ).
 //!
 //! # Energy
 //!
-//! The stored energy W = ½ p Σ Kᵢ xᵢ² is that of the springs of the row, ½ p Σ Kⱼ eⱼ², state for state.
-//! For written with √K x and √K e both bristles are symmetric realisations of one and the same
-//! relaxation: ẏ = A y + B ż, F/p = Bᵀy + d ż with A = Aᵀ. Both are minimal, so that one linear map takes y to
-//! the other's, and its transpose inverse does, too: the map is orthogonal, and keeps |y|². So it is passive with
-//! the identity of [`Rheology`].
+//! The stored energy W = ½ p Σ Kᵢ xᵢ² equals that of the springs of the row, ½ p Σ Kⱼ eⱼ², in every
+//! state. Proof: written with √K x and √K e, both bristles are symmetric realisations of the same
+//! relaxation, ẏ = A y + B ż, F/p = Bᵀy + d ż with A = Aᵀ. Both are minimal. Hence a linear map
+//! takes one y to the other, and so does its inverse transpose: the map is orthogonal and preserves
+//! |y|². The bristle is therefore passive with the identity of [`Rheology`].
 //!
 //! Source: as for [`GeneralisedMaxwell`]; the symmetric realisations of relaxation systems after
 //! J. C. Willems, "Dissipative dynamical systems, part II", Archive for Rational Mechanics and
@@ -55,8 +55,8 @@ pub struct KelvinVoigtElement<T> {
 /// Parameters of [`GeneralisedKelvinVoigt`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GeneralisedKelvinVoigtParameters<T, const N: usize> {
-    /// The elements, one at least, with increasing retardation times ηⱼ/Kⱼ. (Two with the same are
-    /// one: their compliances add up.)
+    /// The elements, at least one, with increasing retardation times ηⱼ/Kⱼ. (Two with equal times
+    /// are one element: their compliances add up.)
     pub elements: [KelvinVoigtElement<T>; N],
 }
 
@@ -112,7 +112,8 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
             last = Some(time);
         }
         let springs = elements.iter().take_while(|element| is_zero(element.damping)).count();
-        // Retardation rates pⱼ, increasing, of the elements with a dashpot, from the last to the first.
+        // Retardation rates pⱼ, increasing, of the elements with a dashpot, from the last to the
+        // first.
         let damped = N - springs;
         // 1/K = Σ (1/η)/(a − p) with the spring alone, 0 = Σ … without: scaled to rates up to one.
         let mut poles = [Pole { rate: zero, weight: zero }; N];

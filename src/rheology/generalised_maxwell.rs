@@ -1,4 +1,5 @@
-//! Springs side by side, each alone or behind a dashpot of its own, and one dashpot beside them all.
+//! Springs side by side, each alone or behind a dashpot of its own, and one dashpot beside them
+//! all.
 //!
 //! ẋᵢ = ż − (Kᵢ/ηᵢ) xᵢ,  F/p = Σ Kᵢ xᵢ + d ż
 //!
@@ -10,34 +11,37 @@
 //! | ηᵢ | normalised damping of the dashpot in series with it; none in a static arm | s/m |
 //! | d | normalised damping of the dashpot beside all arms | s/m |
 //!
-//! Every passive bristle of linear springs and dashpots is equivalent to one of these. With a static
-//! arm it slides on the friction curve, F_ss = p μ sgn_ε; without one it creeps,
-//! F_ss = p v/(|v|_ε/μ + 1/(Σηᵢ + d)).
+//! Every passive bristle of linear springs and dashpots is equivalent to one of these. With a
+//! static arm it slides on the friction curve, F_ss = p μ sgn_ε; without one it creeps, F_ss = p
+//! v/(|v|_ε/μ + 1/(Σηᵢ + d)).
 //!
 //! # Arms from measured moduli
 //!
 //! A table of storage and loss moduli G'(ωₖ), G''(ωₖ) gives the arms without iteration: choose
-//! relaxation times τᵢ = ηᵢ/Kᵢ, one or two a decade over 1/ωₖ, and with these
+//! relaxation times τᵢ = ηᵢ/Kᵢ, one or two a decade over 1/ωₖ. With these, both moduli
 //!
 //! G'(ω) = K₀ + Σ Kᵢ (ωτᵢ)²/(1 + (ωτᵢ)²),  G''(ω) = Σ Kᵢ ωτᵢ/(1 + (ωτᵢ)²) + d ω
 //!
-//! is linear in K₀, Kᵢ and d: least squares of both, each row divided by the modulus it should meet.
-//! Leave out an arm whose Kᵢ comes out negative and solve again; then ηᵢ = Kᵢτᵢ. Two times closer than
-//! a factor of three or so cannot be told apart by noisy data.
+//! are linear in K₀, Kᵢ and d. Solve by least squares, each row divided by the measured modulus.
+//! Leave out an arm whose Kᵢ comes out negative and solve again; then ηᵢ = Kᵢτᵢ. Relaxation times
+//! within a factor of three of each other cannot be told apart by noisy data.
 //!
 //! # Energy and force
 //!
 //! F v − Ẇ = F v_s + p d ż² + p Σ (Kᵢ²/ηᵢ) xᵢ²,  W = ½ p Σ Kᵢ xᵢ²,
 //!
-//! a sum of non-negative terms in every state, for F v_s = p (|v|_ε/μ)(F/p)².
+//! a sum of non-negative terms in every state, because F v_s = p (|v|_ε/μ)(F/p)².
 //!
-//! In any run from rest (all xᵢ = 0) the force keeps within the curve, |F| ≤ p max μ over the velocities
-//! met, if the ηᵢ are constant. For then the force of the springs S = Σ Kᵢ xᵢ is a convolution of ż
-//! whose inverse is ż = J(0)Ṡ + J'(0)S + ∫J''(t−τ)S(τ)dτ with the creep compliance J of the springs,
-//! J(0) > 0, J' ≥ 0, J'' ≤ 0. When S is the largest so far, and not below max μ, the secant law has ż ≤ 0, and
-//! J(0)Ṡ ≤ ż − J'(t)S ≤ 0 lets it rise no further; and |S| ≤ max μ keeps (μ/g)|S + d v| within it, too. From a
-//! *prepared* state the force can exceed the curve: of two springs stretched against each other the
-//! one behind a dashpot lets go.
+//! In any run from rest (all xᵢ = 0) with constant ηᵢ the force stays within the curve,
+//! |F| ≤ p max μ over the velocities met. Proof: the force of the springs S = Σ Kᵢ xᵢ is a
+//! convolution of ż whose inverse is ż = J(0)Ṡ + J'(0)S + ∫J''(t−τ)S(τ)dτ, with the creep
+//! compliance J of the springs, J(0) > 0, J' ≥ 0, J'' ≤ 0. When S is the largest so far, and not
+//! below max μ, the secant law gives ż ≤ 0, and by J(0)Ṡ ≤ ż − J'(t)S ≤ 0 it rises no further.
+//! Finally,
+//! |S| ≤ max μ implies (μ/g)|S + d v| ≤ max μ.
+//!
+//! From a *prepared* state the force can exceed the curve: of two springs stretched against each
+//! other, the one behind a dashpot relaxes.
 //!
 //! Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
 //! authors' own viscoelastic bristles are in arXiv 2601.13799.
@@ -103,9 +107,9 @@ impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>
     ///
     /// # Errors
     ///
-    /// Names the parameter that is out of its range, and the arm; refuses a bristle without arms, and an
-    /// arm that decays faster than a step can tell from at once, Kᵢ/ηᵢ > 10⁵⁰ 1/s (of an `f32` 10¹⁰ 1/s):
-    /// leave it out.
+    /// Names the parameter that is out of its range, and the arm. Refuses a bristle without arms,
+    /// and an arm with a decay rate Kᵢ/ηᵢ above 10⁵⁰ 1/s (for `f32` 10¹⁰ 1/s), which no step can
+    /// tell from an instant: leave it out.
     pub fn new(
         parameters: GeneralisedMaxwellParameters<T, N, S, D>,
     ) -> Result<Self, ParameterError> {

@@ -9,13 +9,13 @@
 //! | K | normalised stiffness | 1/m |
 //! | η | normalised damping of the dashpot in series | s/m |
 //!
-//! Nothing holds such a bristle in the long run: it creeps. In steady sliding the dashpot is one more
+//! Under a steady force such a bristle creeps. In steady sliding the dashpot is a further
 //! resistance in series with the surface,
 //!
 //! F_ss = p v/(|v|_ε/μ + 1/η),
 //!
-//! below the friction curve. As a single spring it keeps every bound of one: |x| ≤ max μ/K and
-//! |F| ≤ p max μ, from any state within.
+//! below the friction curve. The bounds of a single spring hold: from any state within them,
+//! |x| ≤ max μ/K and |F| ≤ p max μ.
 //!
 //! F v − Ẇ = F v_s + p (K²/η) x²,  W = ½ p K x².
 //!
@@ -48,7 +48,8 @@ pub struct MaxwellParameters<T, S = T> {
 ///
 /// let bristle = Maxwell::new(MaxwellParameters { micro_stiffness: 1e4, series_damping: 200.0 })?;
 /// let friction = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle);
-/// // At 1 mm/s a dry surface would carry μ = 1.49503; through the dashpot it is 1/(1/1495.0 + 1/200) mm/s.
+/// // At 1 mm/s the surface alone would carry μ = 1.49503; with the dashpot in series the
+/// // coefficient is 1e-3/(1/1495.0 + 1/200).
 /// let creeping = friction.stationary_coefficient(1e-3_f64);
 /// assert!((creeping - 0.176_402).abs() < 1e-5);
 /// assert!(friction.obeys(Law::Passivity) && !friction.obeys(Law::SteadySliding));
@@ -84,8 +85,9 @@ pub(super) fn decay<T: Scalar>(
     stiffness / dashpot.value(sliding)
 }
 
-/// Checks the fastest decay rate K/η of a spring beside others: the modes of the step part coinciding
-/// springs by 1e-17 of the fastest rate (1e-60 of an f64), which then must not be felt within any run.
+/// Checks the fastest decay rate K/η of a spring beside others. The modes of the step separate
+/// coinciding springs by 1e-60 of the fastest rate (1e-17 for `f32`), which must remain negligible
+/// over any run.
 pub(super) fn check_decay<T: Scalar>(decay: T) -> Result<(), ParameterError> {
     let single = T::default_epsilon() > lit(1e-10);
     let limit: T = lit(if single { 1e10 } else { 1e50 });

@@ -190,7 +190,7 @@ impl<T: Scalar> ElementBounds<T> {
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a bristle",
-    note = "parameters become a bristle by `KelvinVoigt::new(parameters)?`, `Zener::new(parameters)?` …"
+    note = "build one from parameters, e.g. by `KelvinVoigt::new(parameters)?`"
 )]
 pub trait Rheology<T: Scalar>: Debug + Clone {
     /// The stretches of the springs: the scalar `T` for one, an `SVector<T, N>` for several.

@@ -9,25 +9,25 @@
 //! | wᵢ ≥ 0 | how each stretch slows the common rate: (\|v\|_ε/g) Kᵢ | 1/s |
 //! | u | drive, r v | m/s |
 //!
-//! Scaled by the roots of the stiffnesses Λ is symmetric: diagonal plus rank one. Its eigenvalues λⱼ
-//! are real, at least zero, and lie between the aᵢ, one in each gap and one above them all, not more
-//! than Σw above. They are the roots of the *secular equation*
+//! Scaled by the roots of the stiffnesses Λ is symmetric: diagonal plus rank one. Its eigenvalues
+//! λⱼ are real, at least zero, and lie between the aᵢ, one in each gap and one above them all, not
+//! more than Σw above. They are the roots of the *secular equation*
 //!
 //! 1 = Σ wᵢ/(λ − aᵢ),
 //!
-//! with eigenvectors Vᵢⱼ = 1/(λⱼ − aᵢ). In each mode the bristle is a scalar that relaxes with λⱼ, and
-//! its step is that of [`Weights`]; nothing is inverted, so that Λ may be singular, as it is at rest if
-//! there is a spring without a dashpot.
+//! with eigenvectors Vᵢⱼ = 1/(λⱼ − aᵢ). In each mode the bristle is a scalar that relaxes with λⱼ,
+//! and its step is that of [`Weights`]; nothing is inverted, so that Λ may be singular, as it is at
+//! rest if there is a spring without a dashpot.
 //!
-//! To keep all digits, however far apart the rates, each root is found as its distance from the nearer
-//! of the two aᵢ around it, and the wᵢ are then replaced by those for which the computed roots are exact
-//! (Löwner's formula); they differ by roundings, and the modes are orthogonal to rounding. Decay rates
-//! that coincide are parted by a few roundings.
+//! To keep all digits, however far apart the rates, each root is found as its distance from the
+//! nearer of the two aᵢ around it. The wᵢ are then replaced by those for which the computed roots
+//! are exact (Löwner's formula); they differ by roundings, and the modes are orthogonal to
+//! rounding. Coinciding decay rates are separated by a few roundings.
 //!
 //! Sources: J. R. Bunch, C. P. Nielsen, D. C. Sorensen, "Rank-one modification of the symmetric
 //! eigenproblem", Numerische Mathematik 31 (1978), 31–48; M. Gu, S. C. Eisenstat, "A stable and
-//! efficient algorithm for the rank-one modification of the symmetric eigenproblem", SIAM Journal on
-//! Matrix Analysis and Applications 15 (1994), 1266–1276.
+//! efficient algorithm for the rank-one modification of the symmetric eigenproblem", SIAM Journal
+//! on Matrix Analysis and Applications 15 (1994), 1266–1276.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -70,7 +70,7 @@ impl<T: Scalar, const N: usize> Modes<T, N> {
             let nan = SVector::repeat(nan());
             (nan, SMatrix::repeat(crate::scalar::nan()), SMatrix::identity(), nan)
         } else if is_zero(total) {
-            // At rest every spring is for itself.
+            // At rest the springs are not coupled.
             let identity = SMatrix::identity();
             (relaxation.decay, identity, identity, SVector::repeat(T::one()))
         } else {
@@ -99,7 +99,7 @@ impl<T: Scalar, const N: usize> Modes<T, N> {
         self.step(state, drive, Weights::mean)
     }
 
-    /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step, of every mode for itself, for they are orthogonal in ΣKᵢxᵢ².
+    /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step, as a sum over the modes, which are orthogonal in ΣKᵢxᵢ².
     pub(crate) fn relaxed_energy(
         &self,
         stiffness: SVector<T, N>,
@@ -151,7 +151,7 @@ fn coupled<T: Scalar, const N: usize>(
     let DiagonalPlusRankOne { decay, row } = relaxation;
     // In units of the fastest rate no square or reciprocal leaves the range of the scalar type.
     let unit = decay.iter().fold(total, |most, &a| larger(most, a));
-    // What is negligible beside that unit over any step, and has a square with a reciprocal.
+    // Negligible beside that unit over any step, and with a square that has a reciprocal.
     let single = T::default_epsilon() > lit(1e-10);
     let tiny: T = if single { lit(1e-17) } else { lit(1e-60) };
     let rounding = T::default_epsilon() * lit(4.0);
@@ -238,7 +238,7 @@ struct Spring<T> {
     root: Root<T>,
 }
 
-/// Sorts a few things, those that are in order already at no cost.
+/// Sorts a few items by insertion; items in order cost nothing.
 fn sort<S, const N: usize>(items: &mut [S; N], in_order: impl Fn(&S, &S) -> bool) {
     for end in 1..N {
         for k in (0..end).rev() {

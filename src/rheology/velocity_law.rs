@@ -44,8 +44,9 @@ impl<T: Scalar> VelocityLaw<T> for T {
 
 /// A stiffness or damping given by a function of the sliding velocity.
 ///
-/// A function of the speed goes into [`VelocityDependent::of_speed`]; one that tells the directions apart into
-/// [`VelocityDependent::new`]. The bounds are taken on trust; the theorems on deflection and force use them.
+/// [`VelocityDependent::of_speed`] takes a function of the speed, [`VelocityDependent::new`] one
+/// that distinguishes the directions. The bounds are taken on trust; the theorems on deflection and
+/// force use them.
 ///
 /// ```
 /// use bristle::Bounds;

@@ -32,7 +32,7 @@ impl<T: Scalar> Weights<T> {
         let (end_by_drive, mean_by_drive) = if exponent < T::one() {
             (phi1 * duration, phi2 * duration)
         } else {
-            // The same by way of the stationary deflection, which no length of step overflows.
+            // By way of the stationary deflection, which no length of step overflows.
             let inverse = T::one() / relaxation;
             ((T::one() - decay) * inverse, (T::one() - phi1) * inverse)
         };
@@ -51,13 +51,13 @@ impl<T: Scalar> Weights<T> {
         self.undriven_mean(deflection) + self.driven_mean(drive)
     }
 
-    /// The same if nothing drives it.
+    /// Deflection averaged over the step, without a drive.
     #[inline(always)]
     pub(crate) fn undriven_mean(&self, deflection: T) -> T {
         self.phi1 * deflection
     }
 
-    /// The same from zero.
+    /// Deflection averaged over the step, from zero.
     #[inline(always)]
     pub(crate) fn driven_mean(&self, drive: T) -> T {
         self.mean_by_drive * drive
@@ -74,8 +74,8 @@ impl<T: Scalar> Weights<T> {
         // Above it the closed form loses less than two digits, of an f32 less than one.
         let series_to = if T::default_epsilon() < lit(1e-10) { 0.5 } else { 1.5 };
         let spread = if x < lit(series_to) {
-            // Σ B₂ₙ xᵏ/(2n)! with k = 2n − 1 and Bernoulli's numbers, cut below 3e-16 of the first (2e-9
-            // of an f32).
+            // Σ B₂ₙ xᵏ/(2n)! with k = 2n − 1 and Bernoulli's numbers, cut below 3e-16 of the first
+            // (2e-9 of an f32).
             const SERIES: [f64; 7] = [
                 1.0 / 12.0,
                 -1.0 / 720.0,
@@ -116,7 +116,7 @@ pub(crate) fn relaxed<T: Scalar>(x: T) -> (T, T, T) {
         let pair = |pair: [f64; 2]| lit::<T>(pair[0]) + w * lit::<T>(pair[1]);
         let ([e0, e1, e2], [o0, o1, o2]) = (EVEN, ODD);
         let (mut even, mut odd) = (pair(e0) + w2 * pair(e1), pair(o0) + w2 * pair(o1));
-        // In single precision the rest, less than x⁸/10! = 1e-9, cannot be felt.
+        // In single precision the rest, less than x⁸/10! = 1e-9, is below the roundings.
         if T::default_epsilon() < lit(1e-10) {
             let w4 = w2 * w2;
             even += w4 * (pair(e2) + w2 * lit::<T>(LAST_EVEN));
@@ -139,8 +139,8 @@ mod tests {
 
     #[test]
     fn the_series_and_the_closed_form_agree_where_they_meet() {
-        // Just above the switch at ½ the closed form loses less than two digits; below it the series
-        // loses none.
+        // Just above the switch at ½ the closed form loses less than two digits; below it the
+        // series loses none.
         let closed = |x: f64| {
             let phi1 = -(-x).exp_m1() / x;
             ((-x).exp(), phi1, (1.0 - phi1) / x)

@@ -55,8 +55,9 @@ pub struct ZenerParameters<T, S = T> {
 /// // Pulled by 20 µm within 1 ms, then held: the force falls by the second spring's share.
 /// let pulled = contact.hold(0.02, Vector2::zeros(), 1e-3);
 /// let held = contact.hold(0.0, pulled.deflection, 1.0);
-/// let carried = contact.stored_energy(held.deflection);
-/// assert!(held.end_force < 0.45 * pulled.end_force && carried < contact.stored_energy(pulled.deflection));
+/// assert!(held.end_force < 0.45 * pulled.end_force);
+/// let stored = |state| contact.stored_energy(state);
+/// assert!(stored(held.deflection) < stored(pulled.deflection));
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 ///
@@ -93,7 +94,8 @@ pub struct ZenerParameters<T, S = T> {
 ///     series_damping: 100.0,
 /// })?;
 /// let contact = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle).under_load(1.0)?;
-/// let run = ode::solve(&Pulled { contact }, 0.0..7.0, Vector4::zeros(), 1e-6, Output::Uniform(8))?;
+/// let (system, start) = (Pulled { contact }, Vector4::zeros());
+/// let run = ode::solve(&system, 0.0..7.0, start, 1e-6, Output::Uniform(8))?;
 /// // Stuck until the pull has grown to μ_s p = 1.5 N, at 7.5 s.
 /// let (_, state) = run.last().unwrap();
 /// assert!(state[0] < 1e-3 && (1e4 * state[2] - 1.4).abs() < 1e-2);

@@ -2,7 +2,9 @@
 
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
-use bristle::rolling::{ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Segment};
+use bristle::rolling::{
+    ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Segment,
+};
 use bristle::{FrBd, ParameterError, Scalar};
 
 use crate::Input;

@@ -41,7 +41,7 @@ fn steps<T: Scalar, M: Bristle<T>>(
     sum += contact.stationary_force(velocity) + contact.stationary(velocity).dot(one);
     sum += contact.stored_energy(deflection) + contact.dissipated_power(velocity, deflection);
     let limits = contact.limits(fastest);
-    sum += limits.coefficient.unwrap_or(T::zero()) + limits.deflection.unwrap_or(T::zero());
+    sum += limits.force.unwrap_or(T::zero()) + limits.deflection.unwrap_or(T::zero());
 
     let mut history = VelocityHistory::new(velocity);
     history.push(next_velocity);
