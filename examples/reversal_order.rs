@@ -85,7 +85,7 @@ fn main() -> ExitCode {
             .iter()
             .zip(strokes)
             .fold(panel, |panel, (row, (label, stroke))| panel.line(label, stroke, &row.errors));
-        let figure = Figure::new(640, 460)
+        let figure = Figure::new(720, 460)
             .title("Error over step length: plain steps, and steps split at reversals")
             .panel(panel);
         println!();

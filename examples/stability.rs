@@ -24,7 +24,7 @@ use bristle::signal::Constant;
 use bristle::stability::{self, Scheme};
 use bristle::{Branch, Bristle, FrBd, LuGre, Mechanism, paper};
 use nalgebra::{Vector1, Vector3};
-use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Rule, Stroke};
+use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Rule};
 
 /// The range of the step [s].
 const SHORTEST: f64 = 1e-4;
@@ -51,42 +51,28 @@ struct Way {
 }
 
 const WAYS: [Way; 5] = [
-    Way {
-        scheme: Scheme::Euler,
-        name: "euler",
-        label: "Euler",
-        colour: Colour::Vermilion,
-        marker: Marker::Disc,
-    },
-    Way {
-        scheme: Scheme::ExactHold,
-        name: "exact_hold",
-        label: "exact hold",
-        colour: Colour::Purple,
-        marker: Marker::Diamond,
-    },
-    Way {
-        scheme: Scheme::SemiImplicitEuler,
-        name: "semi_implicit_euler",
-        label: "semi-implicit Euler",
-        colour: Colour::Black,
-        marker: Marker::Triangle,
-    },
-    Way {
-        scheme: Scheme::RungeKutta4,
-        name: "rk4",
-        label: "RK4, plain",
-        colour: Colour::Blue,
-        marker: Marker::Square,
-    },
-    Way {
-        scheme: Scheme::Passive,
-        name: "passive",
-        label: "passive",
-        colour: Colour::Green,
-        marker: Marker::Disc,
-    },
+    way(Scheme::Euler, "euler", "Euler", Colour::Vermilion, Marker::Disc),
+    way(Scheme::ExactHold, "exact_hold", "exact hold", Colour::Purple, Marker::Diamond),
+    way(
+        Scheme::SemiImplicitEuler,
+        "semi_implicit_euler",
+        "semi-implicit Euler",
+        Colour::Black,
+        Marker::Triangle,
+    ),
+    way(Scheme::RungeKutta4, "rk4", "RK4, plain", Colour::Blue, Marker::Square),
+    way(Scheme::Passive, "passive", "passive", Colour::Green, Marker::Disc),
 ];
+
+const fn way(
+    scheme: Scheme,
+    name: &'static str,
+    label: &'static str,
+    colour: Colour,
+    marker: Marker,
+) -> Way {
+    Way { scheme, name, label, colour, marker }
+}
 
 fn main() -> ExitCode {
     support::run(|| {
@@ -463,35 +449,36 @@ impl Study {
 // ---------------------------------------------------------------------------------------------
 // The chart
 
-/// Something of a run to draw.
-type Quantity = fn(&Run) -> f64;
-
-/// Which critical step to mark.
-type Limit = fn(&Sweep) -> Option<Critical>;
-
-/// A row of panels: what to draw, what to mark, and the range of the values.
+/// A row of panels: what to draw, the range of the values, and which critical step to mark.
 struct Row {
     label: &'static str,
-    marked: &'static str,
-    quantity: Quantity,
-    limit: Limit,
+    title: &'static str,
+    quantity: fn(&Run) -> f64,
     range: [f64; 2],
+    limit: Option<fn(&Sweep) -> Option<Critical>>,
 }
 
-const ROWS: [Row; 2] = [
+const ROWS: [Row; 3] = [
     Row {
         label: "RMS error of x / m",
-        marked: "error; limits of the bristle at top speed",
+        title: "error; limits of the bristle at top speed",
         quantity: |run| run.error,
-        limit: |sweep| sweep.bristle,
         range: [1e-11, 1.0],
+        limit: Some(|sweep| sweep.bristle),
     },
     Row {
         label: "RMS error of v while stuck / (m/s)",
-        marked: "chatter; limits of the stuck mass",
+        title: "chatter; limits of the stuck mass",
         quantity: |run| run.chatter,
-        limit: |sweep| sweep.stuck,
         range: [1e-10, 1.0],
+        limit: Some(|sweep| sweep.stuck),
+    },
+    Row {
+        label: "mean slip period / s",
+        title: "slip period, where there are slips",
+        quantity: |run| run.period,
+        range: [0.0, 15.0],
+        limit: None,
     },
 ];
 
@@ -503,64 +490,43 @@ fn chart(studies: &[Study; 2]) -> Figure {
         .title("Where methods fail: errors and slip period over the step of the stick-slip rig")
         .note(NOTE)
         .columns(2);
-    let mut letter = 'a'..;
-    let mut title = |study: &Study, what: &str| {
-        format!("({}) {}: {what}", letter.next().unwrap_or(' '), study.label)
-    };
-    let steps = SHORTEST * 0.9..=LONGEST * 1.1;
-    for row in &ROWS {
-        for study in studies {
-            let [least, most] = row.range;
-            // Above the greatest value there is a rung for each method that diverges.
-            let mut panel = Panel::new("step h / s", row.label)
-                .title(title(study, row.marked))
-                .log_x()
-                .log_y()
-                .x_range(steps.clone())
-                .y_range(least..=most * 90.0)
-                .horizontal(most * 2.0, "");
-            for (index, sweep) in study.sweeps.iter().enumerate() {
-                let Way { label, colour, marker, .. } = *sweep.way;
-                let points = sweep.runs.iter().map(|run| (run.step, (row.quantity)(run)));
-                let rung = most * 4.0 * 2.25f64.powi(index as i32);
-                let lost = sweep.runs.iter().filter(|run| run.error.is_nan());
-                let lost = lost.map(|run| (run.step, rung));
-                let symbol = colour.marked(marker).size(5.0);
-                panel = panel
-                    .line(label, Stroke::from(colour), points.clone())
-                    .points(label, symbol, points)
-                    .points(label, symbol, lost);
-                if let Some(Critical { predicted, measured }) = (row.limit)(sweep) {
-                    let mark = (measured, least * 5.0 * 4f64.powi(index as i32));
-                    panel = panel
-                        .line("", limit_line(colour), [(predicted, least), (predicted, most * 2.0)])
-                        .points("", colour.marked(marker).size(10.0), [mark]);
-                }
-            }
-            figure = figure.panel(panel);
-        }
-    }
-    for study in studies {
-        let mut panel = Panel::new("step h / s", "mean slip period / s")
-            .title(title(study, "slip period, where there are slips"))
-            .log_x()
-            .x_range(steps.clone())
-            .y_range(0.0..=15.0)
-            .horizontal(study.period, "reference");
-        for sweep in &study.sweeps {
-            let Way { label, colour, marker, .. } = *sweep.way;
-            let points = sweep.runs.iter().map(|run| (run.step, run.period));
-            panel = panel.line(label, Stroke::from(colour), points.clone()).points(
-                label,
-                colour.marked(marker).size(5.0),
-                points,
-            );
-        }
-        figure = figure.panel(panel);
+    let panels = ROWS.iter().flat_map(|row| studies.iter().map(move |study| (row, study)));
+    for ((row, study), letter) in panels.zip('a'..) {
+        let title = format!("({letter}) {}: {}", study.label, row.title);
+        figure = figure.panel(row.panel(study).title(title));
     }
     figure
 }
 
-fn limit_line(colour: Colour) -> Stroke {
-    colour.dashed().width(1.0)
+impl Row {
+    fn panel(&self, study: &Study) -> Panel {
+        let [least, most] = self.range;
+        let panel =
+            Panel::new("step h / s", self.label).log_x().x_range(SHORTEST * 0.9..=LONGEST * 1.1);
+        // Above the greatest error there is a rung for each method that diverges.
+        let mut panel = match self.limit {
+            None => panel.y_range(least..=most).horizontal(study.period, "reference"),
+            Some(_) => panel.log_y().y_range(least..=most * 90.0).horizontal(most * 2.0, ""),
+        };
+        for (index, sweep) in study.sweeps.iter().enumerate() {
+            let Way { label, colour, marker, .. } = *sweep.way;
+            let symbol = colour.marked(marker);
+            let points = sweep.runs.iter().map(|run| (run.step, (self.quantity)(run)));
+            panel = panel.marked_line(label, colour, symbol.size(5.0), points);
+            let Some(limit) = self.limit else { continue };
+            let rung = most * 4.0 * 2.25f64.powi(index as i32);
+            let lost = sweep.runs.iter().filter(|run| run.error.is_nan());
+            panel = panel.points(label, symbol.size(5.0), lost.map(|run| (run.step, rung)));
+            if let Some(Critical { predicted, measured }) = limit(sweep) {
+                let mark = (measured, least * 5.0 * 4f64.powi(index as i32));
+                let line = [(predicted, least), (predicted, most * 2.0)];
+                panel = panel.line("", colour.dashed().width(1.0), line).points(
+                    "",
+                    symbol.size(10.0),
+                    [mark],
+                );
+            }
+        }
+        panel
+    }
 }

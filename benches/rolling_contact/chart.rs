@@ -28,11 +28,8 @@ pub(crate) fn draw(folder: &Path, rows: &[Row]) -> crate::support::Result<PathBu
                 .collect();
             let stroke = Stroke::nth(index);
             let marker = [Marker::Disc, Marker::Square, Marker::Diamond][index % 3];
-            panel = panel.line(*solver, stroke, own.clone()).points(
-                *solver,
-                stroke.colour.marked(marker).size(4.5),
-                own,
-            );
+            let symbol = stroke.colour.marked(marker).size(4.5);
+            panel = panel.marked_line(solver, stroke, symbol, own);
         }
         figure = figure.panel(panel);
     }

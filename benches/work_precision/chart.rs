@@ -51,7 +51,6 @@ fn figure(
         }
         for (index, method) in methods.iter().enumerate() {
             let own = || rows.iter().filter(|row| row.model == model && row.method == *method);
-            let answers = |row: &&&Row| !row.fails();
             let place = |row: &&Row| (row.error.max(EXACT), row.seconds);
             // A failure breaks the line.
             let line = own().map(|row| if row.fails() { (f64::NAN, f64::NAN) } else { place(row) });
@@ -62,10 +61,11 @@ fn figure(
             // Triangles are for failures.
             let marker = [Marker::Disc, Marker::Square, Marker::Diamond][index % 3];
             let symbol = stroke.colour.marked(marker).size(4.5);
-            panel = panel
-                .line(name, stroke, line.collect::<Vec<_>>())
-                .points(name, symbol, own().filter(answers).map(place))
-                .points("", stroke.colour.marked(Marker::Triangle).size(7.0), failed);
+            panel = panel.marked_line(name, stroke, symbol, line).points(
+                "",
+                stroke.colour.marked(Marker::Triangle).size(7.0),
+                failed,
+            );
         }
         figure = figure.panel(panel);
     }

@@ -269,6 +269,18 @@ impl Panel {
         self.with(name.into(), Look::Points(symbol.into()), points)
     }
 
+    /// Adds a line with a symbol at every point.
+    pub fn marked_line(
+        self,
+        name: &str,
+        stroke: impl Into<Stroke>,
+        symbol: impl Into<Symbol>,
+        points: impl IntoIterator<Item = impl Borrow<(f64, f64)>>,
+    ) -> Panel {
+        let points: Vec<_> = points.into_iter().map(|point| *point.borrow()).collect();
+        self.line(name, stroke, &points).points(name, symbol, &points)
+    }
+
     fn with(
         mut self,
         name: String,

@@ -141,7 +141,7 @@ struct Placed<'a> {
     panel: &'a Panel,
     x: Axis,
     y: Axis,
-    legend: Vec<Entry>,
+    legend: Vec<Vec<Entry>>,
     left: f64,
     top: f64,
     right: f64,
@@ -234,9 +234,9 @@ fn place(panel: &Panel, (width_of_cell, height): Point) -> std::result::Result<P
     })?;
     let right = if mapped { BAR } else { 16.0 };
     let legend = if panel.own_legend { entries(std::iter::once(panel)) } else { Vec::new() };
-    let rows = rows_of(legend.clone(), width_of_cell - 70.0).len();
+    let legend = rows_of(legend, width_of_cell - 56.0);
     let title = if panel.title.is_empty() { 0.0 } else { LINE };
-    let top = 10.0 + title + LINE * rows as f64;
+    let top = 10.0 + title + LINE * legend.len() as f64;
     let bottom = TICK + 2.0 * LINE + 4.0;
     let y = y.with_ticks(((height - top - bottom) / 32.0) as usize);
     let widest = y.labels().iter().map(|label| width(label, SMALL)).fold(0.0, f64::max);
@@ -346,9 +346,8 @@ fn draw_panel(cell: &Area<'_, '_>, placed: Placed<'_>) -> Result<()> {
     if !panel.title.is_empty() {
         cell.draw_text(&panel.title, &title, (px(left), px(4.0 + 0.5 * LINE)))?;
     }
-    let rows = rows_of(legend, f64::from(cell_width) / FINE - left);
-    let first = top - 6.0 - LINE * rows.len() as f64;
-    for (row, entries) in rows.iter().enumerate() {
+    let first = top - 6.0 - LINE * legend.len() as f64;
+    for (row, entries) in legend.iter().enumerate() {
         draw_entries(cell, entries, (left, first + LINE * (row as f64 + 0.5)))?;
     }
     Ok(())

@@ -41,8 +41,12 @@ pub(crate) fn save(rows: &[&Row], folder: &Path, name: &str) -> Result<PathBuf> 
                 let (name, stroke) = look(crate_, method);
                 let mark = stroke.colour.marked(Marker::Diamond);
                 panel = panel
-                    .line(name.clone(), stroke, &reached)
-                    .points(name, stroke.colour.marked(Marker::Disc).size(4.0), &reached)
+                    .marked_line(
+                        &name,
+                        stroke,
+                        stroke.colour.marked(Marker::Disc).size(4.0),
+                        &reached,
+                    )
                     .points("", mark.size(7.0), failed.collect::<Vec<_>>());
             }
         }
