@@ -1,5 +1,6 @@
-//! What the bristles of a tyre do in its contact patch: deflection over place and time, under a slip
-//! velocity that reverses (Table 1, V = 20 1/s, v(t) = 1 − exp(−t/5 ms) + 0.5 sin(2π 10 t) − 0.6).
+//! What the bristles of a tyre do in its contact patch: deflection over place and time, under a
+//! slip velocity that reverses (Table 1, V = 20 1/s, v(t) = 1 − exp(−t/5 ms) + 0.5 sin(2π 10 t) −
+//! 0.6).
 //!
 //! Bristles enter undeflected at ξ = 0 and travel up the picture, one patch in 50 ms. What the slip
 //! does to them at an instant it does to all of them at once.

@@ -1,5 +1,5 @@
-//! The tyre of section IV-A (Table 1) in steady rolling at 16 m/s: friction force over slip for three
-//! pressures, and the pneumatic trail.
+//! The tyre of section IV-A (Table 1) in steady rolling at 16 m/s: friction force over slip for
+//! three pressures, and the pneumatic trail.
 //!
 //! Leaves `tyre_slip_curve.csv` and `tyre_slip_curve.svg`.
 

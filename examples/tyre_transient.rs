@@ -1,11 +1,11 @@
-//! A tyre whose slip velocity rises and swings (Table 1 of the paper, U = 2 m/s,
-//! v(t) = 1 − exp(−t/5 ms) + 0.5 sin(2π 10 t)): the friction force under three pressures, with FrBD and
+//! A tyre whose slip velocity rises and swings (Table 1 of the paper, U = 2 m/s, v(t) = 1 −
+//! exp(−t/5 ms) + 0.5 sin(2π 10 t)): the friction force under three pressures, with FrBD and
 //! LuGre, from undeflected bristles.
 //!
-//! Table 1 has no micro-damping, σ1 = 0. Then both models nearly coincide: in full sliding they give the
-//! same force, and they differ only where they put the viscous part σ2 |v|, by a thousandth of the normal
-//! force at most. With classical LuGre it is there at once, with FrBD it builds up with the deflection.
-//! The last panel shows the difference enlarged.
+//! Table 1 has no micro-damping, σ1 = 0. Then both models nearly coincide: in full sliding they
+//! give the same force, and they differ only where they put the viscous part σ2 |v|, by a
+//! thousandth of the normal force at most. With classical LuGre it is there at once, with FrBD it
+//! builds up with the deflection. The last panel shows the difference enlarged.
 //!
 //! Leaves `tyre_transient.csv` and `tyre_transient.svg`.
 

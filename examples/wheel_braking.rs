@@ -1,10 +1,10 @@
-//! A quarter of a passenger car brakes harder than its tyre can carry: rolling, over the peak of the force–slip
-//! curve, locked, to standstill, where it swings out on its bristles.
+//! A quarter of a passenger car brakes harder than its tyre can carry: rolling, over the peak of
+//! the force–slip curve, locked, to standstill, where it swings out on its bristles.
 //!
-//! The numbers are those of a typical passenger car, none of a particular one: 400 kg on a wheel of 1 kg m²
-//! and 0.3 m, a patch of 0.12 m under a parabolic pressure; a dry road with a peak near μ = 0.8 at a slip of some
-//! 20 % and 0.75 when the wheel slides fast; a brake that winds up by 0.02 rad with all that
-//! holds it.
+//! The numbers are those of a typical passenger car, none of a particular one: 400 kg on a wheel
+//! of 1 kg m² and 0.3 m, a patch of 0.12 m under a parabolic pressure; a dry road with a peak near
+//! μ = 0.8 at a slip of some 20 % and 0.75 when the wheel slides fast; a brake that winds up by
+//! 0.02 rad with all that holds it.
 //!
 //! The slip is NaN once the car crawls. Leaves `wheel_braking.csv` and `wheel_braking.svg`.
 

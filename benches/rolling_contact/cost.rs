@@ -1,5 +1,6 @@
-//! What a step costs: the exact reduction with its rebuilding spread over the steps, over one exact step of
-//! a lumped contact with the same velocities; and a companion step with its commit over the plain one.
+//! What a step costs: the exact reduction with its rebuilding spread over the steps, over one
+//! exact step of a lumped contact with the same velocities; and a companion step with its commit
+//! over the plain one.
 
 use std::error::Error;
 use std::hint::black_box;

@@ -1,18 +1,19 @@
 //! The cost of a rolling patch, and its work over precision: `cargo bench --bench rolling_contact`.
 //!
-//! (a) [Cost](cost): the amortised step of the exact reduction over that of a lumped contact, in one run,
-//! by the number of segments in the patch.
+//! (a) [Cost](cost): the amortised step of the exact reduction over that of a lumped contact, in
+//! one run, by the number of segments in the patch.
 //!
-//! (b) [Work over precision](transient) on the example `tyre_transient`: every solver of a patch, both
-//! models, three pressures. The error is the greatest one of F/F_z over 100 samples, against quadrature of
-//! the characteristics.
+//! (b) [Work over precision](transient) on the example `tyre_transient`: every solver of a patch,
+//! both models, three pressures. The error is the greatest one of F/F_z over 100 samples, against
+//! quadrature of the characteristics.
 //!
-//! Leaves `rolling_contact.csv` and `rolling_contact.svg`; `--out DIR` says where, `--cost` stops after (a).
+//! Leaves `rolling_contact.csv` and `rolling_contact.svg`; `--out DIR` says where, `--cost` stops
+//! after (a).
 //!
 //! Read times as ratios within one run of this bench. What is unfair: the velocities are known and
 //! smooth, so that the fourth order pays; the patch is uniform, without which there is no exact
-//! reduction; and the grids get steps that suit them, one cell at a time for the semi-Lagrangian one, a
-//! Courant number of 0.9 upwind.
+//! reduction; and the grids get steps that suit them, one cell at a time for the semi-Lagrangian
+//! one, a Courant number of 0.9 upwind.
 
 #[macro_use]
 #[path = "../../examples/support/mod.rs"]

@@ -11,10 +11,10 @@
 //!
 //! z̃(ξ) = (b₀/V*) (1 − e^(−sξ))/s + (b₁/V*) e^(−κξ) (1 − e^(−iθξ))/(iθ):
 //!
-//! the first part is what the bristle at ξ has gathered since it entered, less what it would have gathered
-//! before. The delays e^(−iθξ) of the bristles' ways since the inlet make the response ripple with the period
-//! 2π of θ, which is ω over the rate of transits. Weighted with the pressure, and with P(s) = ∫₀¹ p e^(−sξ) dξ
-//! and Q(a, b) = (P(a) − P(b))/(b − a),
+//! the first part is what the bristle at ξ has gathered since it entered, less what it would have
+//! gathered before. The delays e^(−iθξ) of the bristles' ways since the inlet make the response
+//! ripple with the period 2π of θ, which is ω over the rate of transits. Weighted with the
+//! pressure, and with P(s) = ∫₀¹ p e^(−sξ) dξ and Q(a, b) = (P(a) − P(b))/(b − a),
 //!
 //! F̃/ṽ = L ((c₀/V*) (b₀ Q(0, s) + b₁ Q(κ, s)) + (c₂ + c₂'v*) P(0) + c₀'z_ss R(κ)),
 //! F̃/Ũ = −c₀ z_ss (κ/V*) Q(κ, s),  V = U/L.
@@ -25,8 +25,8 @@
 //! | ω | angular frequency | rad/s |
 //! | θ | phase that passes during a transit of the patch | rad |
 //!
-//! Source: Romano et al. (arXiv 2602.09429), section IV-C, which gives H₁ and H₂ (the term with σ0'(v) there lacks
-//! the factor z); the response in closed form is worked out here.
+//! Source: Romano et al. (arXiv 2602.09429), section IV-C, which gives H₁ and H₂ (the term with
+//! σ0'(v) there lacks the factor z); the response in closed form is worked out here.
 
 use nalgebra::Complex;
 
@@ -56,8 +56,10 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
     ///
+    /// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+    /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
-    ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+    ///     model: FrBd::new(curve, bristle),
     ///     length: paper::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
@@ -74,10 +76,11 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// # Relaxation length
     ///
-    /// The way after which the force has followed a small step of slip is −U Im G/(ω Re G) for ω → 0. About
-    /// v = 0 and without damping it is L ∫pξ² dξ/(2 ∫pξ dξ): L/3 for constant pressure, 0.3 L for a
-    /// parabola. It is that of the patch alone: what is measured on a tyre, some decimetres, is mostly its
-    /// carcass, to first order slip stiffness over lateral (longitudinal) stiffness of the tyre.
+    /// The way after which the force has followed a small step of slip is −U Im G/(ω Re G) for ω →
+    /// 0. About v = 0 and without damping it is L ∫pξ² dξ/(2 ∫pξ dξ): L/3 for constant pressure,
+    /// 0.3 L for a parabola. It is that of the patch alone: what is measured on a tyre, some
+    /// decimetres, is mostly its carcass, to first order slip stiffness over lateral
+    /// (longitudinal) stiffness of the tyre.
     ///
     /// # Errors
     ///
@@ -116,8 +119,8 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
         self.tangent.drive + self.tangent.fading_drive * (-self.tangent.decay * place).exp()
     }
 
-    /// H₂(ξ) = c₂ + c₂'v + c₀'z*(ξ) [s/m]: how the slip velocity acts on the friction coefficient at a
-    /// place directly.
+    /// H₂(ξ) = c₂ + c₂'v + c₀'z*(ξ) [s/m]: how the slip velocity acts on the friction coefficient
+    /// at a place directly.
     #[doc(alias = "H2")]
     pub fn direct(&self, place: T) -> T {
         self.tangent.direct - self.tangent.rising_direct * (-self.tangent.decay * place).exp_m1()
@@ -136,8 +139,8 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
         (gathered + faded).scale(age)
     }
 
-    /// The frequency response from the slip velocity to the force, F̃/ṽ [N s/m], at an angular frequency ω
-    /// [rad/s] of either sign. At ω = 0 it is the slope of the steady force, see
+    /// The frequency response from the slip velocity to the force, F̃/ṽ [N s/m], at an angular
+    /// frequency ω [rad/s] of either sign. At ω = 0 it is the slope of the steady force, see
     /// [`Patch::steady_slopes`].
     pub fn by_slip_velocity(&self, angular_frequency: T) -> Complex<T> {
         let (tangent, pressure) = (&self.tangent, &self.pressure);

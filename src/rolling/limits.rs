@@ -1,9 +1,10 @@
 //! What a patch cannot exceed: input-to-state and input-to-output stability, as numbers.
 //!
-//! Along the way of a bristle ż = −λ z + r v with λ ≥ 0 and 0 < r ≤ 1, so that of its deflection at time t
+//! Along the way of a bristle ż = −λ z + r v with λ ≥ 0 and 0 < r ≤ 1, so that of its deflection
+//! at time t
 //!
-//! - the part that stems from its deflection z₀ at t = 0 is at most |z₀|, and there is none left once it has
-//!   left the patch: after 1/V every bristle has entered undeflected;
+//! - the part that stems from its deflection z₀ at t = 0 is at most |z₀|, and there is none left
+//!   once it has left the patch: after 1/V every bristle has entered undeflected;
 //! - the part that v has made since, in the time min(t, ξ/V) it has been in the patch, is at most
 //!   |v|_∞ min(t, ξ/V), and at most Z = sup |z_ss|, which it approaches at every instant:
 //!
@@ -19,9 +20,9 @@
 //!
 //! |F(t)| ≤ L C₀ ‖p‖_(Vt, 1) β + L (C₀ ∫₀¹ p a dξ + C₂ |v|_∞ ∫₀¹ p dξ),
 //!
-//! by Schwarz' inequality with the norm of p on what is left of (Vt, 1). For models with a bounded force
-//! ([`Law::BoundedForce`](crate::Law::BoundedForce)) what v has made since t = 0 gives at most F_z max μ, which
-//! replaces the second term where it is smaller.
+//! by Schwarz' inequality with the norm of p on what is left of (Vt, 1). For models with a bounded
+//! force ([`Law::BoundedForce`](crate::Law::BoundedForce)) what v has made since t = 0 gives at
+//! most F_z max μ, which replaces the second term where it is smaller.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -30,8 +31,8 @@
 //! | Z | limit of the deflection, max μ/σ0 | m |
 //! | β, γ | what is left of the initial deflection, what the input can make | m |
 //!
-//! Source: Romano et al. (arXiv 2602.09429), section IV-B, which shows that β and γ exist and gives |F| in terms
-//! of the largest p. These are sharper: a step of v in adhesion attains γ.
+//! Source: Romano et al. (arXiv 2602.09429), section IV-B, which shows that β and γ exist and
+//! gives |F| in terms of the largest p. These are sharper: a step of v in adhesion attains γ.
 
 use super::quadrature::{PANELS, between_knots, integrate_in};
 use super::{Patch, Pressure, RateDependent};
@@ -77,7 +78,8 @@ pub struct PatchLimits<T, P> {
 }
 
 impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
-    /// Limits of deflection and force for every motion with |v| ≤ |v|_∞ at a constant rolling speed.
+    /// Limits of deflection and force for every motion with |v| ≤ |v|_∞ at a constant rolling
+    /// speed.
     ///
     /// ```
     /// use bristle::rolling::{Excitation, Origin, Patch, PatchParameters, PolynomialExponential};
@@ -85,8 +87,10 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
     ///
+    /// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+    /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
-    ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+    ///     model: FrBd::new(curve, bristle),
     ///     length: paper::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
@@ -123,8 +127,8 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
 }
 
 impl<T: Scalar, P: Pressure<T>> PatchLimits<T, P> {
-    /// a(ξ) = min(|v|_∞ ξ/V, Z) \[m\]: what |z| at a place cannot exceed once the initial deflection has
-    /// left the patch.
+    /// a(ξ) = min(|v|_∞ ξ/V, Z) \[m\]: what |z| at a place cannot exceed once the initial
+    /// deflection has left the patch.
     pub fn deflection(&self, place: T) -> T {
         smaller(self.deflection, self.slope() * place)
     }
@@ -164,8 +168,8 @@ impl<T: Scalar, P: Pressure<T>> PatchLimits<T, P> {
         Ok(self.remainder(origin)? + self.gain())
     }
 
-    /// Input-to-output stability: what |F(t)| \[N\] cannot exceed. Infinite for a model without a limit
-    /// of c₀.
+    /// Input-to-output stability: what |F(t)| \[N\] cannot exceed. Infinite for a model without a
+    /// limit of c₀.
     ///
     /// # Errors
     ///

@@ -4,22 +4,23 @@
 //!
 //! F v − Ẇ = (bristles' own dissipation ≥ 0) + (L/2) Σ0(1) V(1) z(1)² − (L/2) ∫ (Σ0 V)' z² dξ:
 //!
-//! what the bristles carry out of the patch is lost, and what they carry to higher pressure is gained.
-//! Hence the *sufficient* condition
+//! what the bristles carry out of the patch is lost, and what they carry to higher pressure is
+//! gained. Hence the *sufficient* condition
 //!
 //! (Σ0 V)' ≤ 0 on [0, 1].
 //!
-//! Constant and falling pressure meet it. No pressure that is zero at the inlet and not elsewhere does.
+//! Constant and falling pressure meet it. No pressure that is zero at the inlet and not elsewhere
+//! does.
 //!
-//! What happens where it fails is seen about v = 0, where the bristles adhere: by the frequency response
-//! ([`LinearisedPatch`](super::LinearisedPatch)) with λ = 0, r = 1 and θ = ω/V, the work per period of a small
-//! sinusoid is positive iff
+//! What happens where it fails is seen about v = 0, where the bristles adhere: by the frequency
+//! response ([`LinearisedPatch`](super::LinearisedPatch)) with λ = 0, r = 1 and θ = ω/V, the work
+//! per period of a small sinusoid is positive iff
 //!
 //! Re G = L ((c₀/V) S(θ) + c₂ P) ≥ 0,  S(θ) = (1/θ) ∫₀¹ p sin(θξ) dξ,  P = ∫₀¹ p dξ.
 //!
-//! S is negative in bands of θ for pressure that rises; then damping is *necessary*, c₂ ≥ D c₀/V with
-//! D = max(−S/P). For the parabola S is negative in (2πn, θ_n), tan(θ_n/2) = θ_n/2, and D = 0.0111157223 at
-//! θ = 7.31442.
+//! S is negative in bands of θ for pressure that rises; then damping is *necessary*, c₂ ≥ D c₀/V
+//! with D = max(−S/P). For the parabola S is negative in (2πn, θ_n), tan(θ_n/2) = θ_n/2, and D =
+//! 0.0111157223 at θ = 7.31442.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -28,8 +29,8 @@
 //! | θ | phase that passes during a transit of the patch | rad |
 //! | D | least damping number c₂ V/c₀ | – |
 //!
-//! Source: Romano et al. (arXiv 2602.09429), section IV-B (passivity; the integral in its proof lacks a sign and
-//! V, the condition is unaffected). The small-signal bound is worked out here.
+//! Source: Romano et al. (arXiv 2602.09429), section IV-B (passivity; the integral in its proof
+//! lacks a sign and V, the condition is unaffected). The small-signal bound is worked out here.
 
 use nalgebra::Complex;
 
@@ -59,12 +60,12 @@ pub enum Passivity<T> {
 /// Places looked at from each knot to the next, ends included.
 const PLACES: usize = 257;
 
-/// Checks the sufficient condition (Σ0 U)' ≤ 0 for a stiffness σ0(ξ) [1/m] and a rolling speed U(ξ)
-/// [m/s] that depend on the place: closures that answer the value and its slope. The friction model is taken
-/// to be passive.
+/// Checks the sufficient condition (Σ0 U)' ≤ 0 for a stiffness σ0(ξ) [1/m] and a rolling speed
+/// U(ξ) [m/s] that depend on the place: closures that answer the value and its slope. The friction
+/// model is taken to be passive.
 ///
-/// Looked at are 257 places from each knot of the pressure to the next, and whether Σ0 V has risen from one to
-/// the next; σ0 and U must be smooth on that scale.
+/// Looked at are 257 places from each knot of the pressure to the next, and whether Σ0 V has risen
+/// from one to the next; σ0 and U must be smooth on that scale.
 ///
 /// ```
 /// use bristle::rolling::{Passivity, PolynomialExponential, passivity};
@@ -131,8 +132,8 @@ pub fn passivity<T: Scalar, P: Pressure<T>>(
 /// [`Patch::least_passive_damping`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PassiveDamping<T> {
-    /// The damping c₂ [s/m] at v = 0 (σ1, and for the classical LuGre model σ1 + σ2) below which the patch
-    /// is active. Zero if it needs none.
+    /// The damping c₂ [s/m] at v = 0 (σ1, and for the classical LuGre model σ1 + σ2) below which
+    /// the patch is active. Zero if it needs none.
     pub damping: T,
     /// D = c₂ V/c₀ \[–\] of that damping.
     pub damping_number: T,
@@ -141,8 +142,8 @@ pub struct PassiveDamping<T> {
 }
 
 impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
-    /// Checks the sufficient condition (Σ0 V)' ≤ 0 for uniform σ0 and V, which is dp/dξ ≤ 0, after having
-    /// asked the model whether it is passive itself.
+    /// Checks the sufficient condition (Σ0 V)' ≤ 0 for uniform σ0 and V, which is dp/dξ ≤ 0, after
+    /// having asked the model whether it is passive itself.
     ///
     /// Looked at are 257 places from each knot of the pressure to the next.
     ///
@@ -155,11 +156,13 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// let friction =
     ///     FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?);
     /// let constant = PolynomialExponential::constant();
-    /// let tyre = Patch::new(PatchParameters { model: friction, length: 0.1, pressure: constant })?;
+    /// let (model, length) = (friction, 0.1);
+    /// let tyre = Patch::new(PatchParameters { model, length, pressure: constant })?;
     /// assert_eq!(tyre.passivity(), Passivity::Passive);
     /// // A parabola rises most steeply at the inlet, by 6 N/m times 252 1/m.
     /// let parabola = PolynomialExponential::parabolic();
-    /// let tyre = Patch::new(PatchParameters { model: friction, length: 0.1, pressure: parabola })?;
+    /// let (model, length) = (friction, 0.1);
+    /// let tyre = Patch::new(PatchParameters { model, length, pressure: parabola })?;
     /// assert_eq!(tyre.passivity(), Passivity::Rises { place: 0.0, slope: 6.0 * 252.0 });
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
@@ -172,12 +175,12 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         passivity(self.pressure(), uniform(stiffness), uniform(T::one()))
     }
 
-    /// The least damping with which the patch takes energy from every small sinusoid about v = 0 at a
-    /// rolling speed U > 0 [m/s]: a *necessary* condition for passivity, and a sufficient one for
-    /// small signals, of a model without regularisation.
+    /// The least damping with which the patch takes energy from every small sinusoid about v = 0
+    /// at a rolling speed U > 0 [m/s]: a *necessary* condition for passivity, and a sufficient one
+    /// for small signals, of a model without regularisation.
     ///
-    /// The phase θ = ω/V is searched up to 400 rad in steps of a twentieth; pressures that vary within
-    /// less than a sixtieth of the patch can hide more above.
+    /// The phase θ = ω/V is searched up to 400 rad in steps of a twentieth; pressures that vary
+    /// within less than a sixtieth of the patch can hide more above.
     ///
     /// ```
     /// use bristle::rolling::{Patch, PatchParameters, PolynomialExponential};
@@ -188,7 +191,8 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// let friction =
     ///     FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?);
     /// let parabola = PolynomialExponential::parabolic();
-    /// let tyre = Patch::new(PatchParameters { model: friction, length: 0.1, pressure: parabola })?;
+    /// let (model, length) = (friction, 0.1);
+    /// let tyre = Patch::new(PatchParameters { model, length, pressure: parabola })?;
     /// let least = tyre.least_passive_damping(16.0)?;
     /// assert!((least.damping * 160.0 / 252.0 - 0.0111157223).abs() < 1e-10);
     /// assert!((least.phase - 7.31442).abs() < 1e-5);
@@ -240,7 +244,8 @@ fn most_active<T: Scalar, P: Pressure<T>>(pressure: &P, total: T) -> (T, T) {
     if !(most > T::zero()) {
         return (T::zero(), T::zero());
     }
-    // Golden section on the steps at both sides: the value to rounding, the place to half of the digits.
+    // Golden section on the steps at both sides: the value to rounding, the place to half of the
+    // digits.
     let ratio = lit::<T>(0.618_033_988_749_894_9);
     let step: T = lit(STEP);
     let (mut low, mut high) = (place - step, place + step);

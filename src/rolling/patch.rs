@@ -9,8 +9,8 @@ use crate::rheology::{KelvinVoigt, Rheology, VelocityLaw};
 use crate::scalar::{is_zero, to_f64};
 use crate::{Affine, Bristle, Dahl, FrBd, LuGre, Scalar, Sliding};
 
-/// A friction model with one deflection whose coefficients depend on the velocity alone, so that all
-/// bristles of a patch share them. Every model of this crate but the elasto-plastic one, which
+/// A friction model with one deflection whose coefficients depend on the velocity alone, so that
+/// all bristles of a patch share them. Every model of this crate but the elasto-plastic one, which
 /// switches with its deflection.
 pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
     /// The four coefficients at a velocity.
@@ -19,12 +19,13 @@ pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
         self.affine(sliding.into(), T::zero())
     }
 
-    /// ∫ p (m (c₀ − K r) + c₂) dξ over a part of the patch, where m is the mean deflection of bristles
-    /// that entered undeflected, over a step under v̄ = 1, and K the stiffness of the stored energy:
-    /// what the friction coefficient rises by beyond the springs. Given ∫ p m, the integral `kept` of
-    /// p times the mean of e^(−λ age), and ∫ p.
+    /// ∫ p (m (c₀ − K r) + c₂) dξ over a part of the patch, where m is the mean deflection of
+    /// bristles that entered undeflected, over a step under v̄ = 1, and K the stiffness of the
+    /// stored energy: what the friction coefficient rises by beyond the springs. Given ∫ p m, the
+    /// integral `kept` of p times the mean of e^(−λ age), and ∫ p.
     ///
-    /// For c₀ that falls with the speed, as LuGre's, this sum loses digits, and another form may not.
+    /// For c₀ that falls with the speed, as LuGre's, this sum loses digits, and another form may
+    /// not.
     #[doc(hidden)]
     #[inline]
     fn damping_beyond_springs(&self, velocity: T, driven: T, kept: T, carried: T) -> T {
@@ -34,8 +35,8 @@ pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
         excess * driven + affine.damping * carried
     }
 
-    /// What |c₀| and |c₂| do not exceed at velocities with |v| ≤ `fastest`; infinite if there is no such
-    /// limit.
+    /// What |c₀| and |c₂| do not exceed at velocities with |v| ≤ `fastest`; infinite if there is
+    /// no such limit.
     fn output_limits(&self, fastest: T) -> OutputLimits<T> {
         let _ = fastest;
         let unlimited = T::one() / T::zero();
@@ -104,8 +105,8 @@ impl<T: Scalar> RateDependent<T> for Dahl<T> {
     }
 }
 
-/// The coefficients of a model at a velocity, if they are numbers and its bristles relax: what is not one
-/// would stay in a patch.
+/// The coefficients of a model at a velocity, if they are numbers and its bristles relax: what is
+/// not one would stay in a patch.
 #[inline]
 pub(crate) fn coefficients<T: Scalar, M: RateDependent<T>>(
     model: &M,
@@ -158,7 +159,8 @@ pub struct PatchParameters<T, M, P> {
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;
 ///
-/// let friction = FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?);
+/// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+/// let friction = FrBd::new(curve, KelvinVoigt::new(paper::TYRE_BRISTLE)?);
 /// let tyre = Patch::new(PatchParameters {
 ///     model: friction,
 ///     length: 0.1,                                  // m

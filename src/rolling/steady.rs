@@ -1,13 +1,14 @@
 //! Steady rolling: held slip velocity v and rolling speed U, with V = U/L.
 //!
-//! V dz/dξ = −λ z + r v with z(0) = 0 is solved by z = z_ss (1 − e^(−κξ)), κ = λ/V, z_ss = r v/λ. Since
-//! c₀ z_ss + c₂ v = μ_ss, the friction coefficient of steady sliding,
+//! V dz/dξ = −λ z + r v with z(0) = 0 is solved by z = z_ss (1 − e^(−κξ)), κ = λ/V, z_ss = r v/λ.
+//! Since c₀ z_ss + c₂ v = μ_ss, the friction coefficient of steady sliding,
 //!
 //! μ_b(ξ) = μ_ss (1 − e^(−κξ)) + c₂ v e^(−κξ),
 //! F = L (μ_ss R(κ) + c₂ v (P − R(κ))),  R(κ) = ∫₀¹ p (1 − e^(−κξ)) dξ,  P = ∫₀¹ p dξ:
 //!
-//! a bristle enters with the coefficient c₂ v of its dashpot and changes over to that of sliding. Both terms
-//! have the same sign, so that no digits are lost at any slip, and the form holds for every model.
+//! a bristle enters with the coefficient c₂ v of its dashpot and changes over to that of sliding.
+//! Both terms have the same sign, so that no digits are lost at any slip, and the form holds for
+//! every model.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -23,8 +24,8 @@
 //!
 //! in which nothing is divided by λ, so that v = 0 is a velocity like any other.
 //!
-//! Source: Romano et al. (arXiv 2602.09429), section IV-A, where the force is written out for constant,
-//! exponential and parabolic pressure.
+//! Source: Romano et al. (arXiv 2602.09429), section IV-A, where the force is written out for
+//! constant, exponential and parabolic pressure.
 
 use super::patch::{Crossing, checked, coefficients};
 use super::quadrature::weigh;
@@ -39,8 +40,8 @@ use crate::scalar::{is_zero, lit};
 pub struct Steady<T> {
     /// The friction force F \[N\].
     pub force: T,
-    /// κ = λ/V \[–\]: how often a bristle relaxes on its way through the patch. Infinite for a patch that
-    /// slides without rolling.
+    /// κ = λ/V \[–\]: how often a bristle relaxes on its way through the patch. Infinite for a
+    /// patch that slides without rolling.
     #[doc(alias = "kappa")]
     pub decay: T,
     /// z_ss \[m\]: the deflection that bristles approach.
@@ -57,7 +58,8 @@ impl<T: Scalar> Steady<T> {
         self.stationary_deflection * self.risen(place)
     }
 
-    /// The virtual friction coefficient μ_b(ξ) = μ_ss (1 − e^(−κξ)) + c₂ v e^(−κξ) \[–\] at a place.
+    /// The virtual friction coefficient μ_b(ξ) = μ_ss (1 − e^(−κξ)) + c₂ v e^(−κξ) \[–\] at a
+    /// place.
     pub fn coefficient(&self, place: T) -> T {
         self.stationary_coefficient * self.risen(place) + self.entry_coefficient * self.left(place)
     }
@@ -92,11 +94,11 @@ pub struct Peak<T> {
 /// Moment of the friction force about the middle of the patch, see [`Patch::aligning`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aligning<T> {
-    /// The self-aligning moment L² ∫₀¹ (ξ − ½) p μ_b dξ [N m] of a lateral force: positive where it turns
-    /// the wheel into the direction it moves in.
+    /// The self-aligning moment L² ∫₀¹ (ξ − ½) p μ_b dξ [N m] of a lateral force: positive where
+    /// it turns the wheel into the direction it moves in.
     pub moment: T,
-    /// The pneumatic trail \[m\]: how far behind the middle of the patch the force acts. None for a patch
-    /// that stands still or carries nothing.
+    /// The pneumatic trail \[m\]: how far behind the middle of the patch the force acts. None for
+    /// a patch that stands still or carries nothing.
     pub trail: Option<T>,
 }
 
@@ -129,7 +131,8 @@ impl<T: Scalar> Linearisation<T> {
         let (affine, slopes) = model.affine_and_slopes(v.into(), T::zero());
         let affine = checked(affine)?;
         let stationary = model.stationary(v);
-        // A slope can be infinite at rest (|v|^δ with δ < 1), where nothing is there to be multiplied.
+        // A slope can be infinite at rest (|v|^δ with δ < 1), where nothing is there to be
+        // multiplied.
         let times = |slope: T, value: T| if is_zero(value) { T::zero() } else { slope * value };
         let fading_drive = times(slopes.relaxation, stationary);
         Ok(Self {
@@ -154,8 +157,10 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
     ///
+    /// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+    /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
-    ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+    ///     model: FrBd::new(curve, bristle),
     ///     length: paper::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
@@ -205,8 +210,8 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     }
 
     /// How the steady force changes with the slip velocity and with the rolling speed, in closed
-    /// form. At v = 0 the two one-sided slopes agree. LuGre's loses the digits by which c₀ z_ss' and c₂
-    /// exceed their sum.
+    /// form. At v = 0 the two one-sided slopes agree. LuGre's loses the digits by which c₀ z_ss'
+    /// and c₂ exceed their sum.
     ///
     /// # Errors
     ///
@@ -231,11 +236,11 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         })
     }
 
-    /// Slip stiffness: the slope dF/ds \[N\] of the steady force over the slip ratio s = v/U at s = 0. For a
-    /// lateral force it is the cornering stiffness [N/rad].
+    /// Slip stiffness: the slope dF/ds \[N\] of the steady force over the slip ratio s = v/U at s
+    /// = 0. For a lateral force it is the cornering stiffness [N/rad].
     ///
-    /// dF/ds = L² (σ0 ∫₀¹ p ξ dξ + c₂(0) V P) for a model without regularisation: friction itself is
-    /// not in it, and the rolling speed only with a damped bristle.
+    /// dF/ds = L² (σ0 ∫₀¹ p ξ dξ + c₂(0) V P) for a model without regularisation: friction itself
+    /// is not in it, and the rolling speed only with a damped bristle.
     ///
     /// # Errors
     ///
@@ -245,24 +250,24 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         Ok(self.steady_slopes(motion)?.by_slip_velocity * rolling_speed)
     }
 
-    /// The peak of the steady force over the slip: its highest maximum at slips between 0 and a given one
-    /// (of either sign) at a rolling speed. None where the force only grows.
+    /// The peak of the steady force over the slip: its highest maximum at slips between 0 and a
+    /// given one (of either sign) at a rolling speed. None where the force only grows.
     ///
-    /// Maxima are looked for at 600 slips in geometric progression over the six decades below the given
-    /// one, and then found to rounding as zeros of the slope.
+    /// Maxima are looked for at 600 slips in geometric progression over the six decades below the
+    /// given one, and then found to rounding as zeros of the slope.
     ///
     /// # Errors
     ///
-    /// Refuses a slip that is not finite or zero, a rolling speed that is not positive, and a slip on the way at
-    /// which a coefficient of the model is not finite.
+    /// Refuses a slip that is not finite or zero, a rolling speed that is not positive, and a slip
+    /// on the way at which a coefficient of the model is not finite.
     pub fn peak(&self, up_to: SlipPoint<T>) -> Result<Option<Peak<T>>, ParameterError> {
         const SLIPS: usize = 600;
         const DECADES: f64 = 6.0;
         parameter::finite("slip_ratio", up_to.slip_ratio)?;
         parameter::positive("magnitude of the slip ratio", up_to.slip_ratio.abs())?;
         self.rolling(checked_motion(up_to)?)?;
-        // The magnitude of the force over that of the slip, and its slope: of checked motions, so that
-        // neither can fail.
+        // The magnitude of the force over that of the slip, and its slope: of checked motions, so
+        // that neither can fail.
         let sign = if up_to.slip_ratio < T::zero() { -T::one() } else { T::one() };
         let at = |slip: T| SlipPoint { slip_ratio: sign * slip, ..up_to }.motion();
         let force = |slip: T| self.steady(at(slip)).map_or(T::zero(), |steady| sign * steady.force);
@@ -303,11 +308,12 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         Ok(best.map(|peak| Peak { slip_ratio: sign * peak.slip_ratio, force: sign * peak.force }))
     }
 
-    /// The moment of the steady force about the middle of the patch, and the trail at which the force
-    /// acts: for a lateral force the self-aligning moment and the pneumatic trail. By quadrature.
+    /// The moment of the steady force about the middle of the patch, and the trail at which the
+    /// force acts: for a lateral force the self-aligning moment and the pneumatic trail. By
+    /// quadrature.
     ///
-    /// In full slip the force acts where the pressure does: a pressure that leans to the inlet turns the
-    /// moment's sign there.
+    /// In full slip the force acts where the pressure does: a pressure that leans to the inlet
+    /// turns the moment's sign there.
     ///
     /// # Errors
     ///

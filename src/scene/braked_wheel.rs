@@ -1,5 +1,5 @@
-//! A wheel under brake and drive torque that carries its part of a vehicle: from rolling to lock-up and to
-//! standstill.
+//! A wheel under brake and drive torque that carries its part of a vehicle: from rolling to
+//! lock-up and to standstill.
 //!
 //! m v̇_x = f − F,  J ω̇ = R F − T + τ,  slip velocity v = v_x − ωR,  rolling speed U = ωR
 //!
@@ -11,28 +11,32 @@
 //! | T | torque of the brake, a [`Contact`] in units of torque | N m |
 //! | f, τ | other forward force (grade, wind), drive torque | N, N m |
 //!
-//! The brake is friction like any other, on bristles that stand for the elasticity of pads, caliper and
-//! suspension: a locked wheel rests on them, and no case distinction tells a locked wheel from a turning one.
+//! The brake is friction like any other, on bristles that stand for the elasticity of pads,
+//! caliper and suspension: a locked wheel rests on them, and no case distinction tells a locked
+//! wheel from a turning one.
 //!
 //! # A step
 //!
-//! Tyre and brake are sources and dampers over a step of length h, F̄ = a + c v̄ and T̄ = b + d ω̄ with the mean
-//! velocities of the step. The two balances of momentum are then linear in the mean velocities,
+//! Tyre and brake are sources and dampers over a step of length h, F̄ = a + c v̄ and T̄ = b + d ω̄
+//! with the mean velocities of the step. The two balances of momentum are then linear in the mean
+//! velocities,
 //!
 //! ⎡ m + k     −k R         ⎤ ⎡ v̄_x ⎤   ⎡ m v_x + (h/2)(f − a)       ⎤
 //! ⎣ −k R   J + k R² + q    ⎦ ⎣ ω̄   ⎦ = ⎣ J ω + (h/2)(τ + R a − b)   ⎦,  k = c h/2,  q = d h/2,
 //!
-//! with the determinant m (J + k R² + q) + k (J + q): sums of positive numbers, for every h. No step is too
-//! long, and each keeps the balance
+//! with the determinant m (J + k R² + q) + k (J + q): sums of positive numbers, for every h. No
+//! step is too long, and each keeps the balance
 //!
-//! h (f v̄_x + τ ω̄) + loading = Δ(½ m v_x² + ½ J ω²) + ΔW_tyre + D_volume + D_outlet + ΔW_brake + D_brake,
+//! h (f v̄_x + τ ω̄) + loading = Δ(½ m v_x² + ½ J ω²) + ΔW_tyre + D_volume + D_outlet + ΔW_brake +
+//! D_brake,
 //!
-//! where W is stored, D dissipated, and the loading is the work of a change of the brake's normal force on
-//! its bristles. With FrBD, a pressure that nowhere rises and f = τ = 0 the total energy never grows.
+//! where W is stored, D dissipated, and the loading is the work of a change of the brake's normal
+//! force on its bristles. With FrBD, a pressure that nowhere rises and f = τ = 0 the total energy
+//! never grows.
 //!
-//! Source: the balances are those of the single-wheel (quarter-car) model of braking, e.g. C. Canudas-de-Wit et al.,
-//! "Dynamic friction models for road/tire longitudinal interaction", Vehicle System Dynamics 39 (2003);
-//! the step is of this crate.
+//! Source: the balances are those of the single-wheel (quarter-car) model of braking, e.g. C.
+//! Canudas-de-Wit et al., "Dynamic friction models for road/tire longitudinal interaction",
+//! Vehicle System Dynamics 39 (2003); the step is of this crate.
 
 use crate::companion::{Companion, CompanionStep, CompletedStep};
 use crate::parameter::{self, ParameterError};
@@ -42,20 +46,20 @@ use crate::rolling::{
 use crate::scalar::{is_zero, lit};
 use crate::{Bristle, Contact, Scalar};
 
-/// How far a wheel may rock back, in lengths of its patch: its bristles stay where they are meanwhile,
-/// an error of that part of the patch.
+/// How far a wheel may rock back, in lengths of its patch: its bristles stay where they are
+/// meanwhile, an error of that part of the patch.
 const ROCKING: f64 = 0.25;
 
 /// Parameters of [`BrakedWheel`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BrakedWheelParameters<T, P, K> {
-    /// The tyre, a patch in motion ([`Patch::exact`](crate::rolling::Patch::exact)), with its bristles as
-    /// they are at the beginning.
+    /// The tyre, a patch in motion ([`Patch::exact`](crate::rolling::Patch::exact)), with its
+    /// bristles as they are at the beginning.
     pub tyre: P,
     /// The brake: friction over the angular velocity, with the units of the model to match. The
-    /// capacity of the brake is μ(ω) times the normal force, so that with μ in metres the normal force is
-    /// that of the pads, and with μ near 1 it is a torque \[N m\]. Its own normal force is
-    /// that before the first step.
+    /// capacity of the brake is μ(ω) times the normal force, so that with μ in metres the normal
+    /// force is that of the pads, and with μ near 1 it is a torque \[N m\]. Its own normal force
+    /// is that before the first step.
     pub brake: Contact<T, K>,
     /// Mass m \[kg\] that the wheel slows down, positive.
     pub mass: T,
@@ -113,7 +117,8 @@ pub struct WheelState<T> {
     pub angular_velocity: T,
     /// Deflection of the brake's bristle \[rad\].
     pub brake_deflection: T,
-    /// How far the wheel has rocked back from where it had rolled to, in lengths of the patch \[–\].
+    /// How far the wheel has rocked back from where it had rolled to, in lengths of the patch
+    /// \[–\].
     pub rolled_back: T,
 }
 
@@ -161,8 +166,8 @@ impl<T: Scalar> WheelLedger<T> {
     }
 }
 
-/// A wheel with a tyre of bristles and a brake of one bristle, and the mass that it carries. It is not a
-/// [`System`](crate::ode::System) but takes steps of its own, passive ones.
+/// A wheel with a tyre of bristles and a brake of one bristle, and the mass that it carries. It is
+/// not a [`System`](crate::ode::System) but takes steps of its own, passive ones.
 ///
 /// A full brake application at 72 km/h, with steps of 5 ms:
 ///
@@ -173,15 +178,18 @@ impl<T: Scalar> WheelLedger<T> {
 /// use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
 /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 ///
+/// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+/// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
 /// let tyre = Patch::new(PatchParameters {
-///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+///     model: FrBd::new(curve, bristle),
 ///     length: paper::TYRE_LENGTH,
 ///     pressure: PolynomialExponential::constant(),
 /// })?
 /// .carrying(4000.0)?; // N
 /// // Near 1 N m of torque per newton: the normal force is the capacity in N m.
 /// let pads = Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 })?;
-/// let flexible = KelvinVoigtParameters { micro_stiffness: 20.0, micro_damping: 0.1 }; // 1/rad, s/rad
+/// // 1/rad, s/rad
+/// let flexible = KelvinVoigtParameters { micro_stiffness: 20.0, micro_damping: 0.1 };
 /// let mut wheel = BrakedWheel::new(BrakedWheelParameters {
 ///     tyre: tyre.exact([Segment::default(); 100])?,
 ///     brake: FrBd::new(pads, KelvinVoigt::new(flexible)?).under_load(0.0)?,
@@ -203,21 +211,21 @@ impl<T: Scalar> WheelLedger<T> {
 ///
 /// # Accuracy
 ///
-/// Speeds and angles are of second order in h in smooth motion. Each step is solved twice: first with the
-/// coefficients at the velocities that its predecessor extrapolates to, then with those at the mean
-/// velocities found. [`BrakedWheel::solved_once`] leaves out the second: half of the cost, and some ten
-/// times the error.
+/// Speeds and angles are of second order in h in smooth motion. Each step is solved twice: first
+/// with the coefficients at the velocities that its predecessor extrapolates to, then with those
+/// at the mean velocities found. [`BrakedWheel::solved_once`] leaves out the second: half of the
+/// cost, and some ten times the error.
 ///
-/// A wheel that locks swings on the bristles of its brake. Steps longer than that swing replace it by one of
-/// their own length, which dies away in some ten steps.
+/// A wheel that locks swings on the bristles of its brake. Steps longer than that swing replace it
+/// by one of their own length, which dies away in some ten steps.
 ///
 /// # Rolling backwards
 ///
-/// The patch rolls forward only, V ≥ 0. A wheel that rocks back, as one does that comes to rest on its bristles,
-/// keeps the bristles in the patch where they are, and when it rolls forward again, as far as it had rocked back.
-/// What rolls back by more than a quarter of the patch is refused (`rolled_back`), the wheel as it
-/// was before that step. A vehicle that slides
-/// backwards, v_x < 0, on a locked wheel is fine.
+/// The patch rolls forward only, V ≥ 0. A wheel that rocks back, as one does that comes to rest on
+/// its bristles, keeps the bristles in the patch where they are, and when it rolls forward again,
+/// as far as it had rocked back. What rolls back by more than a quarter of the patch is refused
+/// (`rolled_back`), the wheel as it was before that step. A vehicle that slides backwards, v_x <
+/// 0, on a locked wheel is fine.
 #[derive(Debug, Clone)]
 pub struct BrakedWheel<T: Scalar, M, const N: usize, B, K> {
     tyre: ExactPatch<T, M, N, B>,
@@ -259,13 +267,13 @@ where
     B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
     K: Bristle<T, Deflection = T>,
 {
-    /// Checks the parameters. The brake's bristle begins with the deflection of a disc that has been
-    /// turning.
+    /// Checks the parameters. The brake's bristle begins with the deflection of a disc that has
+    /// been turning.
     ///
     /// # Errors
     ///
-    /// Refuses a mass, a moment of inertia or a radius that is not positive, a speed that is not finite,
-    /// and an angular velocity that is negative.
+    /// Refuses a mass, a moment of inertia or a radius that is not positive, a speed that is not
+    /// finite, and an angular velocity that is negative.
     pub fn new(
         parameters: BrakedWheelParameters<T, ExactPatch<T, M, N, B>, K>,
     ) -> Result<Self, ParameterError> {
@@ -321,14 +329,15 @@ where
         self.brake.contact()
     }
 
-    /// Slip velocity v = v_x − ωR [m/s]: the difference of two states, right to a rounding of the speed.
-    /// [`WheelStep::slip_velocity`] keeps its digits.
+    /// Slip velocity v = v_x − ωR [m/s]: the difference of two states, right to a rounding of the
+    /// speed. [`WheelStep::slip_velocity`] keeps its digits.
     pub fn slip_velocity(&self) -> T {
         self.state.speed - self.state.angular_velocity * self.body.radius
     }
 
-    /// Slip of braking (v_x − ωR)/v_x = s/(1 + s) \[–\] with s = v/U of [`Motion::slip_ratio`]: 0 for a wheel that rolls freely, 1 for a locked one. 0 if the
-    /// vehicle stands; of little use near that.
+    /// Slip of braking (v_x − ωR)/v_x = s/(1 + s) \[–\] with s = v/U of [`Motion::slip_ratio`]: 0
+    /// for a wheel that rolls freely, 1 for a locked one. 0 if the vehicle stands; of little use
+    /// near that.
     pub fn braking_slip(&self) -> T {
         if is_zero(self.state.speed) { T::zero() } else { self.slip_velocity() / self.state.speed }
     }
@@ -340,7 +349,8 @@ where
         lit::<T>(0.5) * (mass * speed * speed + inertia * angular_velocity * angular_velocity)
     }
 
-    /// Energy stored in the bristles of tyre and brake \[J\]. It takes time in proportion to the number of segments.
+    /// Energy stored in the bristles of tyre and brake \[J\]. It takes time in proportion to the
+    /// number of segments.
     pub fn stored_energy(&self) -> T {
         self.tyre.stored_energy() + self.brake.contact().stored_energy(self.state.brake_deflection)
     }
@@ -349,8 +359,8 @@ where
     ///
     /// # Errors
     ///
-    /// Refuses loads and a duration that are not finite or negative, and a wheel that rolls backwards;
-    /// the wheel is as it was.
+    /// Refuses loads and a duration that are not finite or negative, and a wheel that rolls
+    /// backwards; the wheel is as it was.
     pub fn step(
         &mut self,
         loads: WheelLoads<T>,
@@ -361,8 +371,8 @@ where
         Ok(Self::told(means, force, &brake))
     }
 
-    /// The same with an account of where the energy has gone. It takes time in proportion to the number of
-    /// segments.
+    /// The same with an account of where the energy has gone. It takes time in proportion to the
+    /// number of segments.
     ///
     /// # Errors
     ///

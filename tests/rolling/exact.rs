@@ -1,6 +1,7 @@
 //! The exact reduction of a rolling patch against the characteristics themselves.
 //!
-//! `cargo test --release --test rolling exact:: -- --ignored` runs the long version of what is random.
+//! `cargo test --release --test rolling exact:: -- --ignored` runs the long version of what is
+//! random.
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
@@ -177,8 +178,8 @@ fn every_bristle_is_where_its_characteristic_takes_it() {
         for _ in 0..5 {
             let place = random.unit();
             let (got, want) = (rolling.deflection(place), history.deflection(place));
-            // A profile may fall from full to none within 1e-3 of the patch, at a place that is known
-            // to some roundings: 1e3 · 1e-15.
+            // A profile may fall from full to none within 1e-3 of the patch, at a place that is
+            // known to some roundings: 1e3 · 1e-15.
             assert!((got - want).abs() < 1e-11 * SCALE, "{place}: {got:e} {want:e}");
         }
     }

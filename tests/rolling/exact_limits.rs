@@ -1,5 +1,5 @@
-//! The exact reduction of a rolling patch at its limits: tiny and huge steps, merged segments, little
-//! memory, single precision, bad input.
+//! The exact reduction of a rolling patch at its limits: tiny and huge steps, merged segments,
+//! little memory, single precision, bad input.
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
@@ -33,7 +33,8 @@ fn step_of(v: f64, transport: f64, duration: f64) -> Step {
     Step { relaxation: affine.relaxation, drive: affine.drive * v, transport, duration }
 }
 
-/// The greatest error of the force while steps of V h = `way` are merged, over that of full deflection.
+/// The greatest error of the force while steps of V h = `way` are merged, over that of full
+/// deflection.
 fn merged_error<const N: usize>(
     pressure: PolynomialExponential<f64, N>,
     slots: usize,
@@ -85,8 +86,9 @@ fn merged_steps_err_by_the_cube_of_their_width_and_by_its_square_where_the_veloc
         };
         let (smooth, jumps) = (of(&smooth), of(&jumps));
         for error in smooth {
-            // The slope of the profile changes by about 20 full deflections over the patch. The factor
-            // is measured: 0.10 for constant, 0.06 for exponential, 0.18 for parabolic pressure.
+            // The slope of the profile changes by about 20 full deflections over the patch. The
+            // factor is measured: 0.10 for constant, 0.06 for exponential, 0.18 for parabolic
+            // pressure.
             assert!(error < 0.2 * narrowest.powi(3), "{narrowest}: {error:e}");
         }
         for error in jumps {
@@ -103,8 +105,8 @@ fn merged_steps_err_by_the_cube_of_their_width_and_by_its_square_where_the_veloc
 
 #[test]
 fn merging_keeps_the_force_exact_until_the_front_is_cut() {
-    // Constant pressure asks for the integral alone, which merging keeps: while the bristles of a step
-    // input are all inside, the force is exact, however few the slots.
+    // Constant pressure asks for the integral alone, which merging keeps: while the bristles of a
+    // step input are all inside, the force is exact, however few the slots.
     let mut rolling =
         patch(PolynomialExponential::constant()).exact([Segment::default(); 22]).unwrap();
     let undeflected = |_: f64| 0.0;
@@ -222,8 +224,8 @@ fn a_tiny_deflection_keeps_its_digits_through_merging_and_after_heavy_sliding() 
         let affine = tyre().at_velocity(1e-9);
         let kappa = affine.relaxation / 100.0;
         let want = LENGTH * affine.stiffness * 1e-9 / 100.0 * (0.5 - 0.15 * kappa);
-        // A thousand steps a transit, a rounding each, and what merging costs: the profile is straight
-        // but for κ.
+        // A thousand steps a transit, a rounding each, and what merging costs: the profile is
+        // straight but for κ.
         let tolerance = 1e-13 + 0.2 * rolling.narrowest().powi(3) * kappa;
         assert!((settled / want - 1.0).abs() < tolerance, "{slots}: {settled:e} {want:e}");
     }
@@ -419,8 +421,8 @@ fn single_precision_follows_double() {
         let got = Motion { slip_velocity: v, rolling_speed: 0.1 * transport };
         let got = single.step(got, h).unwrap();
         let want = double.step(motion(v.into(), transport.into()), h.into()).unwrap();
-        // Some hundred steps a transit, a rounding of 6e-8 each, which mostly cancel: ten of them were
-        // measured, 6.3e-7.
+        // Some hundred steps a transit, a rounding of 6e-8 each, which mostly cancel: ten of them
+        // were measured, 6.3e-7.
         assert!((f64::from(got) - want).abs() < 2e-6 * LENGTH * 0.6, "{number}: {got} {want}");
     }
 }

@@ -1,4 +1,5 @@
-//! A patch on a grid: exact where it claims to be, its orders elsewhere, and bounds whatever the motion.
+//! A patch on a grid: exact where it claims to be, its orders elsewhere, and bounds whatever the
+//! motion.
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
@@ -449,7 +450,8 @@ fn a_held_motion_in_time_varying_slip_is_second_order_by_midpoints() {
     let exact = by_field(200);
     let (coarse, fine) = (force(40) - exact, force(80) - exact);
     assert!((3.5..4.5).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
-    // Measured 3.9e-8, and 1.3e-9 with twice the cells: what 200 cells still miss is nothing beside it.
+    // Measured 3.9e-8, and 1.3e-9 with twice the cells: what 200 cells still miss is nothing
+    // beside it.
     assert!((by_field(40) - exact).abs() < 1e-7, "{:e}", by_field(40) - exact);
 }
 

@@ -60,7 +60,8 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
 
 #[test]
 fn a_patch_that_does_not_roll_is_a_companion_at_every_speed() {
-    // LuGre's c₀ = σ0 − σ1 λ falls with the speed: summed up term by term it would leave a rounding.
+    // LuGre's c₀ = σ0 − σ1 λ falls with the speed: summed up term by term it would leave a
+    // rounding.
     let model = LuGre::classical(
         Stribeck::new(paper::TYRE_CURVE).unwrap(),
         KelvinVoigt::new(KelvinVoigtParameters { micro_damping: 0.5, ..paper::TYRE_BRISTLE })
@@ -114,8 +115,8 @@ fn a_patch_whose_pressure_does_not_rise_never_gives_more_than_it_stored() {
         }
     }
     check(300, (steps(), prop_oneof![Just(0.0), 0.0..50.0]), |(run, damping)| {
-        // Every term is right to some roundings of the largest. Merging narrow steps takes energy away
-        // under these two pressures, …
+        // Every term is right to some roundings of the largest. Merging narrow steps takes energy
+        // away under these two pressures, …
         holds(PolynomialExponential::constant(), damping, &run, 1e-12);
         holds(PolynomialExponential::exponential(0.7).unwrap(), damping, &run, 1e-12);
         // … and may add some under others, whose weight is another one at every place.
@@ -422,8 +423,8 @@ fn bad_input_of_a_step_is_named() {
 // passivity
 // ---------------------------------------------------------------------------------------------
 
-/// Work of small sinusoids v = A sin(ωt) about v = 0, once they are periodic, over its closed form at
-/// σ1 = 0 and θ = ω/V → 0: by exact steps.
+/// Work of small sinusoids v = A sin(ωt) about v = 0, once they are periodic, over its closed form
+/// at σ1 = 0 and θ = ω/V → 0: by exact steps.
 fn work_per_period<const N: usize>(
     pressure: PolynomialExponential<f64, N>,
     micro_damping: f64,
@@ -602,8 +603,8 @@ fn a_free_body_never_gains_energy_however_absurd_the_predictions() {
 
 #[test]
 fn lugre_at_absurd_speeds_keeps_a_positive_damping() {
-    // Without σ2 the damping is F_z (σ1 + (σ0 − σ1 λ) ū) with ū ≈ 1/λ: summed up like this it is σ1 − σ1
-    // and a rounding.
+    // Without σ2 the damping is F_z (σ1 + (σ0 − σ1 λ) ū) with ū ≈ 1/λ: summed up like this it is
+    // σ1 − σ1 and a rounding.
     let curve = StribeckParameters { viscous_friction: 0.0, ..paper::TYRE_CURVE };
     for micro_damping in [0.1, 0.3, 7.0] {
         let bristle = KelvinVoigtParameters { micro_damping, ..paper::TYRE_BRISTLE };

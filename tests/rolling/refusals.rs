@@ -34,8 +34,8 @@ fn minus_zero_is_zero() {
     assert!(rolling.step(motion(-0.0), 1e-3).unwrap() > 0.0);
 }
 
-/// A pattern of steps that once filled the slots: narrow ones, and between them long ones that are looked
-/// at and dropped.
+/// A pattern of steps that once filled the slots: narrow ones, and between them long ones that are
+/// looked at and dropped.
 #[test]
 fn steps_that_are_dropped_do_not_fill_the_slots() {
     fn each<const N: usize>(pressure: PolynomialExponential<f64, N>, slots: usize) {

@@ -290,8 +290,8 @@ fn constant_signals_make_a_held_step() {
 
 #[test]
 fn a_stiff_bristle_follows_its_stationary_deflection() {
-    // λh from 2e4 to 2e5 while V h = 0.01: the force is that of full sliding at the end of the step,
-    // except near the inlet.
+    // λh from 2e4 to 2e5 while V h = 0.01: the force is that of full sliding at the end of the
+    // step, except near the inlet.
     let curve = curve();
     let stiff =
         KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e7, micro_damping: 0.0 });
@@ -303,7 +303,8 @@ fn a_stiff_bristle_follows_its_stationary_deflection() {
         let time = 1e-3 * f64::from(number);
         let force = rolling.follow(&motion, time..time + 1e-3).unwrap();
         let want = LENGTH * model.stationary_coefficient(slip.value(time + 1e-3));
-        // What the method misses of a velocity that changes by up to 3 % in a step: measured 2.6e-5.
+        // What the method misses of a velocity that changes by up to 3 % in a step: measured
+        // 2.6e-5.
         assert!(number < 100 || (force / want - 1.0).abs() < 5e-5, "{number}: {force:e} {want:e}");
         assert!(force.abs() <= 0.6 * LENGTH);
     }

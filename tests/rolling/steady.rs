@@ -52,9 +52,9 @@ fn the_tyre_has_the_force_of_the_paper_at_two_slips() {
 
 const SLIPS: [f64; 10] = [1e-12, 1e-9, 1e-6, 1e-3, 0.03, 0.05, 0.3, 1.0, 30.0, 1000.0];
 
-/// F/F_z at [`SLIPS`] for Table 1 with L V = 16 m/s and σ1 = 0 ("frbd0") or 0.3 s/m: ∫ p (c₀ z + c₂ v) dξ by
-/// mpmath's Gauss–Legendre quadrature with 40 digits on panels graded in 1/κ, from the double-precision
-/// values of all parameters.
+/// F/F_z at [`SLIPS`] for Table 1 with L V = 16 m/s and σ1 = 0 ("frbd0") or 0.3 s/m: ∫ p (c₀ z +
+/// c₂ v) dξ by mpmath's Gauss–Legendre quadrature with 40 digits on panels graded in 1/κ, from the
+/// double-precision values of all parameters.
 #[rustfmt::skip]
 const FORCES: [(&str, &str, [f64; 10]); 16] = [
     ("frbd0", "constant", [
@@ -338,7 +338,8 @@ fn dahl() -> Dahl<f64> {
 
 #[test]
 fn slip_stiffness_is_that_of_the_springs_and_the_dashpots() {
-    // L² (σ0 ∫ p ξ dξ + c₂ V ∫ p dξ) with ∫ p dξ = F_z/L and ∫ p ξ dξ = F_z/(2 L) for symmetric pressure.
+    // L² (σ0 ∫ p ξ dξ + c₂ V ∫ p dξ) with ∫ p dξ = F_z/L and ∫ p ξ dξ = F_z/(2 L) for symmetric
+    // pressure.
     let (load, length) = (4000.0, paper::TYRE_LENGTH);
     for (damping, speed) in [(0.0, 1.0), (0.0, 16.0), (0.3, 16.0)] {
         let springs = load * length * 252.0 / 2.0;
@@ -387,7 +388,8 @@ fn without_rolling_the_patch_slides_and_without_slip_there_is_no_force() {
             assert_within(1e-15, want.abs(), steady.force, want, || format!("locked at {v}"));
             assert_eq!(steady.deflection(0.5), frbd(damping).stationary(v));
             assert_eq!(patch.aligning(locked).unwrap().trail.map(|x| x.abs() < 1e-16), Some(true));
-            // The limit of slow rolling, which leaves its mark at the inlet: about V μ/(σ0 |v|) = 1e-6.
+            // The limit of slow rolling, which leaves its mark at the inlet: about V μ/(σ0 |v|) =
+            // 1e-6.
             let slow = Motion { slip_velocity: v, rolling_speed: 1e-5 * v.abs() };
             assert_within(1e-5, want.abs(), patch.steady(slow).unwrap().force, want, || {
                 "slow".into()
@@ -482,7 +484,8 @@ fn a_force_that_only_grows_has_no_peak() {
 
 #[test]
 fn the_trail_is_that_of_the_brush_model_and_vanishes_in_sliding() {
-    // Of z = v ξ/V: L (∫ p ξ²/∫ p ξ − ½), a sixth of the length for constant pressure, a tenth for a parabola.
+    // Of z = v ξ/V: L (∫ p ξ²/∫ p ξ − ½), a sixth of the length for constant pressure, a tenth for
+    // a parabola.
     let constant = patch(frbd(0.0), PolynomialExponential::constant());
     let parabola = patch(frbd(0.0), PolynomialExponential::parabolic());
     for slip in [0.0, 1e-12] {
@@ -514,9 +517,9 @@ fn the_trail_is_that_of_the_brush_model_and_vanishes_in_sliding() {
 
 #[test]
 fn the_moment_of_a_sliding_patch_is_that_of_its_boundary_layer() {
-    // Without a dashpot μ_b = μ_ss (1 − e^(−κξ)), and for κ ≥ 1e3, where e^(−κ) is nothing, the moment is
-    // L F_z μ_ss times −∫ p (ξ − ½) e^(−κξ) dξ: 1/(2κ) − 1/κ² for p = 1, and 3/κ² − 18/κ³ + 36/κ⁴ for
-    // p = 6 ξ (1 − ξ).
+    // Without a dashpot μ_b = μ_ss (1 − e^(−κξ)), and for κ ≥ 1e3, where e^(−κ) is nothing, the
+    // moment is L F_z μ_ss times −∫ p (ξ − ½) e^(−κξ) dξ: 1/(2κ) − 1/κ² for p = 1, and 3/κ² −
+    // 18/κ³ + 36/κ⁴ for p = 6 ξ (1 − ξ).
     let constant = patch(frbd(0.0), PolynomialExponential::constant());
     let parabola = patch(frbd(0.0), PolynomialExponential::parabolic());
     for kappa in [1e3_f64, 1e4, 1e5, 1e6] {
@@ -533,8 +536,8 @@ fn the_moment_of_a_sliding_patch_is_that_of_its_boundary_layer() {
                 (constant.aligning(motion).unwrap(), flat),
                 (parabola.aligning(motion).unwrap(), arch),
             ] {
-                // The halves of the patch before and behind its middle cancel to this: roundings of an
-                // eighth.
+                // The halves of the patch before and behind its middle cancel to this: roundings
+                // of an eighth.
                 let want = unit * coefficient.signum() * moment;
                 assert_within(1e-16, unit, got.moment, want, || format!("moment at κ = {kappa}"));
                 let want = paper::TYRE_LENGTH * moment / force;
@@ -575,8 +578,8 @@ fn of_two_maxima_the_peak_is_the_higher_one() {
         assert_eq!(low.0 > high.0, first > second);
         for sign in [1.0, -1.0] {
             let peak = patch.peak(at(sign * 2.0)).unwrap().unwrap();
-            // The scan misses the place by 7e-4 m/s and the force, whose curvature is about 1e4, by half
-            // the square of that.
+            // The scan misses the place by 7e-4 m/s and the force, whose curvature is about 1e4,
+            // by half the square of that.
             let v = peak.slip_ratio * ROLLING_SPEED * sign;
             assert!((v - want.1).abs() < 1e-3, "{peak:?} {want:?}");
             let force = peak.force * sign;
@@ -761,8 +764,9 @@ fn bad_input_is_refused_by_name() {
     }
 }
 
-fn patch_of_nothing() -> Patch<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>, TabulatedPressure<f64, 2>>
-{
+type Tyre = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
+
+fn patch_of_nothing() -> Patch<f64, Tyre, TabulatedPressure<f64, 2>> {
     let pressure = table([(0.0, 0.0), (1.0, 0.0)]).unwrap();
     Patch::new(PatchParameters { model: frbd(0.0), length: 0.1, pressure }).unwrap()
 }

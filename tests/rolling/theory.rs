@@ -1,4 +1,5 @@
-//! The theorems on a rolling patch, each against simulations that share nothing with them but the model.
+//! The theorems on a rolling patch, each against simulations that share nothing with them but the
+//! model.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::f64::consts::{PI, TAU};
@@ -210,7 +211,8 @@ impl Wobble {
         t
     }
 
-    /// F(t): the bristles of a quadrature, each followed from its entry by Runge and Kutta's method.
+    /// F(t): the bristles of a quadrature, each followed from its entry by Runge and Kutta's
+    /// method.
     fn force<M: RateDependent<f64>, P: Pressure<f64>>(
         &self,
         patch: &Patch<f64, M, P>,
@@ -276,7 +278,8 @@ fn check_response<M: RateDependent<f64>, P: Pressure<f64>>(
             let slip = Wobble { slip_amplitude: amplitude, ..still };
             let (got, want) =
                 (linearised.by_slip_velocity(angular_frequency), slip.response(&patch));
-            // Second order in 1e-4; about v = 0, where |v| is not smooth, first order in 1e-6 σ0/(μ V).
+            // Second order in 1e-4; about v = 0, where |v| is not smooth, first order in 1e-6
+            // σ0/(μ V).
             assert_within(3e-6, want.norm(), (got - want).norm(), 0.0, name("F̃/ṽ"));
             let rolling = Wobble { transport_amplitude: 1e-4 * transport, ..still };
             let (got, want) =
@@ -620,8 +623,8 @@ fn what_rises_between_two_places_is_seen_though_its_slope_is_not() {
 
 #[test]
 fn of_two_active_bands_the_worse_counts_though_its_phase_is_larger() {
-    // Two narrow ridges. The transform of a triangle of half-width w about c with the area A has the
-    // imaginary part −A sin(θc) (sin(θw/2)/(θw/2))².
+    // Two narrow ridges. The transform of a triangle of half-width w about c with the area A has
+    // the imaginary part −A sin(θc) (sin(θw/2)/(θw/2))².
     let (w, first, second) = (0.02, (1.0 / 3.0, 0.4), (0.98, 0.6));
     let knot = |(place, pressure)| PressureKnot { place, pressure };
     let ridges = TabulatedPressure::new(

@@ -1,4 +1,5 @@
-//! A braked wheel from rolling to rest: energy, order of accuracy, an independent integrator, lock-up, standstill.
+//! A braked wheel from rolling to rest: energy, order of accuracy, an independent integrator,
+//! lock-up, standstill.
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
@@ -253,8 +254,8 @@ fn speeds_are_of_second_order_in_the_step() {
     }
 }
 
-/// The same manoeuvre by Runge and Kutta's method on bristles that are followed one by one: a new one
-/// enters with every step. The brake slides, T = its normal force.
+/// The same manoeuvre by Runge and Kutta's method on bristles that are followed one by one: a new
+/// one enters with every step. The brake slides, T = its normal force.
 fn followed(end: f64, steps: u32) -> [f64; 2] {
     let h = end / f64::from(steps);
     let model = tyre::<f64>();
@@ -267,7 +268,8 @@ fn followed(end: f64, steps: u32) -> [f64; 2] {
     let slopes = |t: f64, body: [f64; 2], bristles: &[[f64; 2]]| {
         let v = body[0] - RADIUS * body[1];
         let a = model.at_velocity(v);
-        // The trapezoidal rule, and the part of it that is inside at the outlet; the pressure vanishes there.
+        // The trapezoidal rule, and the part of it that is inside at the outlet; the pressure
+        // vanishes there.
         let density =
             |b: &[f64; 2]| pressure.at(b[0].min(1.0)) * (a.stiffness * b[1] + a.damping * v);
         let sum: f64 = bristles
@@ -322,8 +324,8 @@ fn bristles_followed_one_by_one_give_the_same_motion() {
     let got = manoeuvre(4000, false);
     let [coarse, fine] = [4000, 8000].map(|steps| followed(0.4, steps));
     for i in 0..2 {
-        // 40 and 80 bristles in the patch, by the trapezoidal rule: of second order, up to the cut at
-        // the outlet.
+        // 40 and 80 bristles in the patch, by the trapezoidal rule: of second order, up to the cut
+        // at the outlet.
         let want = fine[i] + (fine[i] - coarse[i]) / 3.0;
         assert_within(1e-6, want, got[i], want, || format!("speed {i}, {coarse:?} {fine:?}"));
     }

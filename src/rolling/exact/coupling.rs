@@ -1,8 +1,8 @@
 //! A patch inside a mechanism: over a step it is a source and a damper.
 //!
-//! With the coefficients taken at a predicted motion (v\*, V\*) the bristles obey a linear equation, whose
-//! drive is the mean slip velocity v̄ of the step, known once the mechanism is solved. The force averaged
-//! over the step is then affine in it,
+//! With the coefficients taken at a predicted motion (v\*, V\*) the bristles obey a linear
+//! equation, whose drive is the mean slip velocity v̄ of the step, known once the mechanism is
+//! solved. The force averaged over the step is then affine in it,
 //!
 //! F̄ = bias + damping·v̄,  damping ≥ 0,
 //!
@@ -22,11 +22,11 @@
 //! | W | energy stored in the bristles | J |
 //! | D | dissipated energy: within the patch, and with the bristles that leave it deflected | J |
 //!
-//! For FrBD and a pressure that nowhere rises towards the outlet all parts of D are squares, whatever the
-//! step, the prediction and the mean velocity.
+//! For FrBD and a pressure that nowhere rises towards the outlet all parts of D are squares,
+//! whatever the step, the prediction and the mean velocity.
 //!
-//! Source: the storage function is that of Romano et al. (arXiv 2602.09429), section IV-B; the step is of
-//! this crate.
+//! Source: the storage function is that of Romano et al. (arXiv 2602.09429), section IV-B; the
+//! step is of this crate.
 
 use super::ExactPatch;
 use super::profile::{level_moments, shifted};
@@ -41,8 +41,9 @@ use crate::{Affine, Scalar};
 
 /// Friction of a patch over one step: F̄ = bias + damping·v̄.
 ///
-/// Made by [`ExactPatch::companion_step`]. Dropped without [`PatchStep::commit`] it leaves the bristles as
-/// they were, so that a step can be solved twice, the second time with a better prediction.
+/// Made by [`ExactPatch::companion_step`]. Dropped without [`PatchStep::commit`] it leaves the
+/// bristles as they were, so that a step can be solved twice, the second time with a better
+/// prediction.
 #[derive(Debug)]
 pub struct PatchStep<'a, T: Scalar, M, const N: usize, B> {
     rolling: &'a mut ExactPatch<T, M, N, B>,
@@ -73,10 +74,10 @@ pub struct PatchLedger<T> {
     pub stored: T,
     /// Energy \[J\] that left with deflected bristles at the outlet, never negative.
     pub outlet: T,
-    /// Energy \[J\] dissipated inside the patch: what is left of the work, so that this account always
-    /// balances; check it against the kinetic energy of your mechanism. Never negative, up to
-    /// rounding, if the patch is passive; where the pressure rises, bristles are loaded as they move on, and
-    /// it can be.
+    /// Energy \[J\] dissipated inside the patch: what is left of the work, so that this account
+    /// always balances; check it against the kinetic energy of your mechanism. Never negative, up
+    /// to rounding, if the patch is passive; where the pressure rises, bristles are loaded as they
+    /// move on, and it can be.
     pub volume: T,
 }
 
@@ -96,15 +97,16 @@ where
     M: RateDependent<T>,
     B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
 {
-    /// The source and the damper that stand for the patch over a step of length h ≥ 0 \[s\], from a motion
-    /// predicted for its middle.
+    /// The source and the damper that stand for the patch over a step of length h ≥ 0 \[s\], from
+    /// a motion predicted for its middle.
     ///
-    /// Second order in h if the prediction is right up to O(h²). A step with its commit costs three to
-    /// five plain ones of [`ExactPatch::step`] at a thousand steps a transit, and nine to fourteen at
-    /// a hundred, where more nodes are needed for what leaves (`cargo bench --bench rolling_contact -- --cost`).
+    /// Second order in h if the prediction is right up to O(h²). A step with its commit costs
+    /// three to five plain ones of [`ExactPatch::step`] at a thousand steps a transit, and nine to
+    /// fourteen at a hundred, where more nodes are needed for what leaves (`cargo bench --bench
+    /// rolling_contact -- --cost`).
     ///
-    /// A wheel of inertia J and radius R on a drum, under a drive torque τ: J (ω₁ − ω)/h = τ + R F̄ with
-    /// v̄ = v_x − R ω̄ is solved for the mean ω̄.
+    /// A wheel of inertia J and radius R on a drum, under a drive torque τ: J (ω₁ − ω)/h = τ + R
+    /// F̄ with v̄ = v_x − R ω̄ is solved for the mean ω̄.
     ///
     /// ```
     /// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
@@ -112,14 +114,17 @@ where
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
     ///
+    /// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+    /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
-    ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+    ///     model: FrBd::new(curve, bristle),
     ///     length: 0.1,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
     /// .carrying(4000.0)?; // N
     /// let mut patch = tyre.exact_in(100)?;
-    /// let (inertia, radius, drum, torque, h) = (1.0, 0.3, 20.0, -200.0, 5e-3); // kg m², m, m/s, N m, s
+    /// let (inertia, radius) = (1.0, 0.3); // kg m², m
+    /// let (drum, torque, h) = (20.0, -200.0, 5e-3); // m/s, N m, s
     /// let mut spin = drum / radius; // rad/s: rolling freely
     /// let mut expected = spin;
     /// for _ in 0..200 {
@@ -128,7 +133,8 @@ where
     ///         rolling_speed: expected * radius,
     ///     };
     ///     let step = patch.companion_step(motion, h)?;
-    ///     let mean = (2.0 * inertia / h * spin + torque + radius * (step.bias() + step.damping() * drum))
+    ///     let pull = step.bias() + step.damping() * drum;
+    ///     let mean = (2.0 * inertia / h * spin + torque + radius * pull)
     ///         / (2.0 * inertia / h + step.damping() * radius * radius);
     ///     step.commit(drum - mean * radius)?;
     ///     let next = 2.0 * mean - spin;
@@ -142,18 +148,19 @@ where
     ///
     /// # Bounds
     ///
-    /// Energy is right whatever the prediction. The bounds of deflection and force hold while v̄ is what was
-    /// predicted. Where it is not, as when a wheel locks within a long step or is struck, the mean force may
-    /// exceed F_z max μ, and bristles their limit until they leave, the more the farther off the prediction
-    /// was: solve again with the v̄ found, or take shorter steps.
+    /// Energy is right whatever the prediction. The bounds of deflection and force hold while v̄
+    /// is what was predicted. Where it is not, as when a wheel locks within a long step or is
+    /// struck, the mean force may exceed F_z max μ, and bristles their limit until they leave, the
+    /// more the farther off the prediction was: solve again with the v̄ found, or take shorter
+    /// steps.
     ///
-    /// A step of V h > ¼ takes time in proportion to the number of segments, and may merge narrow ones, even if
-    /// it is dropped.
+    /// A step of V h > ¼ takes time in proportion to the number of segments, and may merge narrow
+    /// ones, even if it is dropped.
     ///
     /// # Errors
     ///
-    /// Refuses a velocity that is not finite, a rolling speed or a duration that is negative, and what
-    /// gives a bias or a damping that is not finite; the patch is as it was.
+    /// Refuses a velocity that is not finite, a rolling speed or a duration that is negative, and
+    /// what gives a bias or a damping that is not finite; the patch is as it was.
     pub fn companion_step(
         &mut self,
         predicted: Motion<T>,
@@ -185,9 +192,9 @@ where
 
     /// ∫ p z dξ averaged over a step. After `make_room`.
     ///
-    /// Both are one integral over the bristles, each with the pressure that it meets on its way: in closed
-    /// form for those that stay, by quadrature over the segments that leave and over the part that is
-    /// new at the end.
+    /// Both are one integral over the bristles, each with the pressure that it meets on its way:
+    /// in closed form for those that stay, by quadrature over the segments that leave and over the
+    /// part that is new at the end.
     fn mean_deflections(
         &self,
         affine: &Affine<T>,
@@ -236,8 +243,8 @@ where
         MeanDeflections { free, driven, kept }
     }
 
-    /// The energy stored in the bristles, W = (L/2) ∫ K p z² dξ \[J\]. It takes time in proportion to the number of
-    /// segments.
+    /// The energy stored in the bristles, W = (L/2) ∫ K p z² dξ \[J\]. It takes time in proportion
+    /// to the number of segments.
     pub fn stored_energy(&self) -> T {
         let factor = lit::<T>(0.5) * self.patch.model().storage_stiffness();
         factor
@@ -261,8 +268,8 @@ where
         self.patch.length() * self.patch.load() * sum
     }
 
-    /// The deflection z \[m\] at a place ξ between 0 and 1, NaN elsewhere. It takes time in proportion to the number
-    /// of segments.
+    /// The deflection z \[m\] at a place ξ between 0 and 1, NaN elsewhere. The time is proportional
+    /// to the number of segments.
     pub fn deflection(&self, place: T) -> T {
         let mut found = crate::scalar::nan();
         if place >= T::zero() && place <= T::one() {
@@ -311,8 +318,8 @@ where
         Ok(PatchCommitted { force, work: duration * force * mean_slip_velocity })
     }
 
-    /// The same with an account of where the work has gone. It takes time in proportion to the number of
-    /// segments.
+    /// The same with an account of where the work has gone. It takes time in proportion to the
+    /// number of segments.
     ///
     /// # Errors
     ///

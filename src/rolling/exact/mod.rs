@@ -1,9 +1,10 @@
 //! The exact reduction of a patch of uniform bristles: its force without a grid.
 //!
-//! Over a step with the velocities v and V held, every bristle that is in the patch is mapped by the same
-//! z ← e^(−λh) z + z_ss (1 − e^(−λh)) and moves on by V h, and those that entered have the profile
-//! z_ss (1 − e^(−λξ/V)). A pressure e^(−aξ) Σ cₖ ξᵏ asks for the moments ∫ ξᵏ e^(−aξ) z dξ alone. Both
-//! together make the force of any history of held velocities exact, up to rounding.
+//! Over a step with the velocities v and V held, every bristle that is in the patch is mapped by
+//! the same z ← e^(−λh) z + z_ss (1 − e^(−λh)) and moves on by V h, and those that entered have
+//! the profile z_ss (1 − e^(−λξ/V)). A pressure e^(−aξ) Σ cₖ ξᵏ asks for the moments ∫ ξᵏ e^(−aξ)
+//! z dξ alone. Both together make the force of any history of held velocities exact, up to
+//! rounding.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -11,9 +12,9 @@
 //! | λ, z_ss = r v/λ | relaxation rate, stationary deflection | 1/s, m |
 //! | h | length of the step | s |
 //!
-//! Source: the characteristics of Romano et al. (arXiv 2602.09429), section IV-A; the queue is that of
-//! sliding-window aggregation, cf. K. Tangwongsan, M. Hirzel, S. Schneider, "Low-latency sliding-window
-//! aggregation in worst-case constant time", DEBS 2017.
+//! Source: the characteristics of Romano et al. (arXiv 2602.09429), section IV-A; the queue is
+//! that of sliding-window aggregation, cf. K. Tangwongsan, M. Hirzel, S. Schneider, "Low-latency
+//! sliding-window aggregation in worst-case constant time", DEBS 2017.
 
 mod coupling;
 mod profile;
@@ -47,8 +48,10 @@ const MOST_SEGMENTS: usize = 10_000_000;
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;
 ///
+/// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+/// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
 /// let tyre = Patch::new(PatchParameters {
-///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+///     model: FrBd::new(curve, bristle),
 ///     length: paper::TYRE_LENGTH,
 ///     pressure: PolynomialExponential::parabolic(),
 /// })?
@@ -67,29 +70,31 @@ const MOST_SEGMENTS: usize = 10_000_000;
 ///
 /// # Memory and merging
 ///
-/// Every step adds a segment of width V h, until it has crossed the patch. Of the slots given, C, all
-/// steps with V h ≥ w = 2/(C − 6) are kept exactly. Narrower ones are merged with each other into segments
-/// of a width from w to 2 w, straight lines of the same integral and first moment under the pressure's
-/// e^(−aξ) (never beyond the deflections that they stand for). The force of those hardly changes while
-/// they are far from the outlet, under a pressure of one coefficient not at all; there the line is cut, with an error of O(w³)
-/// where the velocities are smooth, O(w²) where they jump: below 0.2 w³ and 0.2 w² of the normal force in a
-/// patch whose slip velocity swings once a transit at a few percent of slip. Segments that were merged keep
-/// the relative accuracy of a small slip. A patch that does not roll, V = 0, adds none.
+/// Every step adds a segment of width V h, until it has crossed the patch. Of the slots given, C,
+/// all steps with V h ≥ w = 2/(C − 6) are kept exactly. Narrower ones are merged with each other
+/// into segments of a width from w to 2 w, straight lines of the same integral and first moment
+/// under the pressure's e^(−aξ) (never beyond the deflections that they stand for). The force of
+/// those hardly changes while they are far from the outlet, under a pressure of one coefficient
+/// not at all; there the line is cut, with an error of O(w³) where the velocities are smooth,
+/// O(w²) where they jump: below 0.2 w³ and 0.2 w² of the normal force in a patch whose slip
+/// velocity swings once a transit at a few percent of slip. Segments that were merged keep the
+/// relative accuracy of a small slip. A patch that does not roll, V = 0, adds none.
 ///
 /// # Accuracy
 ///
-/// Nothing is ever subtracted that was added before, so that no digits are lost to what has left, and
-/// nothing drifts. Roundings add up over one transit: some 1e-16 for each of its n steps, and of the place of
-/// the outlet too, as with n = 10 000 some 1e-13. In single precision, with 6e-8 for
-/// each, avoid to keep rolling in steps of V h below 1e-4; to pass through such velocities, or to stand, does no
-/// harm.
+/// Nothing is ever subtracted that was added before, so that no digits are lost to what has left,
+/// and nothing drifts. Roundings add up over one transit: some 1e-16 for each of its n steps, and
+/// of the place of the outlet too, as with n = 10 000 some 1e-13. In single precision, with 6e-8
+/// for each, avoid to keep rolling in steps of V h below 1e-4; to pass through such velocities, or
+/// to stand, does no harm.
 ///
 /// # Time
 ///
-/// A step does a fixed number of operations of its own, whatever C, and rebuilds on the side: if V h is
-/// never above 1/20 a step rebuilds at most 4 C V h + 1 segments, on average not quite one a step. Longer
-/// steps amid short ones may leave up to C to the next. A step beyond a quarter of the patch is taken in parts,
-/// up to four; those of a transit and more, V h > 1, cost the same as one, for nothing is left of what was.
+/// A step does a fixed number of operations of its own, whatever C, and rebuilds on the side: if V
+/// h is never above 1/20 a step rebuilds at most 4 C V h + 1 segments, on average not quite one a
+/// step. Longer steps amid short ones may leave up to C to the next. A step beyond a quarter of
+/// the patch is taken in parts, up to four; those of a transit and more, V h > 1, cost the same as
+/// one, for nothing is left of what was.
 #[derive(Debug, Clone)]
 pub struct ExactPatch<T, M, const N: usize, B> {
     patch: Patch<T, M, PolynomialExponential<T, N>>,
@@ -97,8 +102,8 @@ pub struct ExactPatch<T, M, const N: usize, B> {
 }
 
 impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
-    /// The patch in motion, with undeflected bristles, in slots that the caller provides: an array, a
-    /// mutable slice or a vector. See [`ExactPatch`] for how many.
+    /// The patch in motion, with undeflected bristles, in slots that the caller provides: an
+    /// array, a mutable slice or a vector. See [`ExactPatch`] for how many.
     ///
     /// # Errors
     ///
@@ -113,8 +118,8 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExpon
         Ok(ExactPatch { queue: Queue::new(segments, decay), patch: self })
     }
 
-    /// The same with memory for as many segments as given, all kept exactly if none is narrower than its
-    /// share of the patch.
+    /// The same with memory for as many segments as given, all kept exactly if none is narrower
+    /// than its share of the patch.
     ///
     /// # Errors
     ///
@@ -179,8 +184,8 @@ where
         Ok(())
     }
 
-    /// Takes the bristles to a profile z(ξ) \[m\], straight lines between its values at equally spaced
-    /// places.
+    /// Takes the bristles to a profile z(ξ) \[m\], straight lines between its values at equally
+    /// spaced places.
     ///
     /// # Errors
     ///
@@ -205,8 +210,8 @@ where
         Ok(())
     }
 
-    /// Rolls on for a time h ≥ 0 \[s\] with a motion held, and returns the friction force F \[N\] at the end,
-    /// positive against v > 0.
+    /// Rolls on for a time h ≥ 0 \[s\] with a motion held, and returns the friction force F \[N\]
+    /// at the end, positive against v > 0.
     ///
     /// For velocities that vary smoothly see [`ExactPatch::follow`].
     ///

@@ -46,8 +46,8 @@ impl<T: Scalar> Map<T> {
     }
 }
 
-/// z = base + rise t φ1(exponent t) + bulge t (1 − t) at the part t of the width, counted from the newest
-/// bristle.
+/// z = base + rise t φ1(exponent t) + bulge t (1 − t) at the part t of the width, counted from the
+/// newest bristle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Profile<T> {
     pub(super) width: T,
@@ -116,10 +116,10 @@ impl<T: Scalar> Profile<T> {
         moments
     }
 
-    /// This segment and a newer one before it as one straight line: the closest to both in the mean square
-    /// under the weight e^(−as), unless that would take it beyond the deflections of both; then
-    /// a less inclined one. It has the same ∫ e^(−as) z ds, unless cut back the same first moment,
-    /// and never more energy ∫ e^(−as) z² ds.
+    /// This segment and a newer one before it as one straight line: the closest to both in the
+    /// mean square under the weight e^(−as), unless that would take it beyond the deflections of
+    /// both; then a less inclined one. It has the same ∫ e^(−as) z ds, unless cut back the same
+    /// first moment, and never more energy ∫ e^(−as) z² ds.
     pub(super) fn merged_with(&self, newer: &Self, decay: T) -> Self {
         let width = newer.width + self.width;
         if !(width > T::zero()) {

@@ -419,8 +419,8 @@ mod tests {
                     drive = 2.0 * random() - 1.0;
                 }
                 let before = queue.len();
-                // Mostly up to half as wide as what is not merged; a wide one, and patches that stand. With
-                // u = λ drive all |z| ≤ 1.
+                // Mostly up to half as wide as what is not merged; a wide one, and patches that
+                // stand. With u = λ drive all |z| ≤ 1.
                 let (transport, duration) = match number % 50 {
                     0 => (1.0, 0.2),
                     1..4 => (0.0, 1e-3),

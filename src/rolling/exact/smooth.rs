@@ -56,8 +56,8 @@ const LONGEST: f64 = 0.25;
 /// A piece is halved so many times at most until it moves by no more than [`LONGEST`].
 const HALVINGS: u32 = 8;
 
-/// Reversals within this part of a step's ends are passed over: the error is of the square of it. There
-/// a signal that jumps at an end still has the value that it has inside.
+/// Reversals within this part of a step's ends are passed over: the error is of the square of it.
+/// There a signal that jumps at an end still has the value that it has inside.
 const ENDS: f64 = 1e-6;
 
 impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
@@ -66,13 +66,13 @@ where
     M: RateDependent<T>,
     B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
 {
-    /// Rolls on over a span of time \[s\] with velocities that vary, and returns the friction force F \[N\]
-    /// at its end, with the velocity of that time.
+    /// Rolls on over a span of time \[s\] with velocities that vary, and returns the friction
+    /// force F \[N\] at its end, with the velocity of that time.
     ///
-    /// A span is divided where a signal is not smooth and where v reverses (unless it does so twice within a
-    /// third of it), so that the order holds there too; where |v| crosses a knot of a tabulated curve it
-    /// does not. Spans of different lengths may follow each other. Spans that are merged, V h below
-    /// [`ExactPatch::narrowest`], gain nothing from being shorter.
+    /// A span is divided where a signal is not smooth and where v reverses (unless it does so
+    /// twice within a third of it), so that the order holds there too; where |v| crosses a knot of
+    /// a tabulated curve it does not. Spans of different lengths may follow each other. Spans that
+    /// are merged, V h below [`ExactPatch::narrowest`], gain nothing from being shorter.
     ///
     /// ```
     /// use bristle::rolling::{MotionOverTime, Patch, PatchParameters, PolynomialExponential};
@@ -81,13 +81,16 @@ where
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
     ///
+    /// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+    /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
-    ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+    ///     model: FrBd::new(curve, bristle),
     ///     length: paper::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::parabolic(),
     /// })?;
+    /// let swing = SineParameters { mean: 0.1, amplitude: 0.5, frequency: 10.0, phase: 0.0 };
     /// let motion = MotionOverTime {
-    ///     slip_velocity: Sine::new(SineParameters { mean: 0.1, amplitude: 0.5, frequency: 10.0, phase: 0.0 })?,
+    ///     slip_velocity: Sine::new(swing)?,
     ///     rolling_speed: Constant::new(16.0)?,
     /// };
     /// let mut rolling = tyre.exact_in(100)?;
@@ -102,9 +105,9 @@ where
     ///
     /// # Errors
     ///
-    /// Refuses a span that ends before it begins, a signal that is not finite, a rolling speed below
-    /// zero, a velocity at which the model's relaxation rate or drive is not finite, and a span over more
-    /// than about 64 crossings of the patch; the patch is as it was.
+    /// Refuses a span that ends before it begins, a signal that is not finite, a rolling speed
+    /// below zero, a velocity at which the model's relaxation rate or drive is not finite, and a
+    /// span over more than about 64 crossings of the patch; the patch is as it was.
     pub fn follow<S: Signal<T>, W: Signal<T>>(
         &mut self,
         motion: &MotionOverTime<S, W>,

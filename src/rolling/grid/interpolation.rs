@@ -1,18 +1,18 @@
-//! Values between equidistant nodes: high order where the profile is smooth, no oscillation where it is
-//! not.
+//! Values between equidistant nodes: high order where the profile is smooth, no oscillation where
+//! it is not.
 //!
-//! Between two nodes, at the part θ of the cell, the polynomial through up to six nodes is cut to the
-//! range of
+//! Between two nodes, at the part θ of the cell, the polynomial through up to six nodes is cut to
+//! the range of
 //!
 //! z₀,  z₁,  z₀ + θ(z₁ − z₀) − θ(1 − θ) minmod(d₀, d₁),
 //!
-//! with the second differences d₀, d₁ at the two nodes. Through data that rise or fall it stays between
-//! its neighbours: there minmod(d₀, d₁) is at most |z₁ − z₀|, and the third value lies between the other
-//! two. At a smooth extremum d₀ and d₁ agree, the third value is twice as far from the chord as the
-//! curve, and nothing is cut.
+//! with the second differences d₀, d₁ at the two nodes. Through data that rise or fall it stays
+//! between its neighbours: there minmod(d₀, d₁) is at most |z₁ − z₀|, and the third value lies
+//! between the other two. At a smooth extremum d₀ and d₁ agree, the third value is twice as far
+//! from the chord as the curve, and nothing is cut.
 //!
-//! Source: the idea of such limits is A. Suresh, H. T. Huynh, "Accurate monotonicity-preserving schemes
-//! with Runge–Kutta time stepping", Journal of Computational Physics 136 (1997), 83–99.
+//! Source: the idea of such limits is A. Suresh, H. T. Huynh, "Accurate monotonicity-preserving
+//! schemes with Runge–Kutta time stepping", Journal of Computational Physics 136 (1997), 83–99.
 
 use crate::Scalar;
 use crate::scalar::lit;

@@ -20,8 +20,8 @@
 //! equation is solved along the way. Every length of step is stable. With uniform V, λ and r the
 //! nodes are exact for a whole Courant number.
 //!
-//! Source: Romano et al. (arXiv 2602.09429), section IV-A, the equation and its characteristics. The
-//! scheme is classical (R. Courant, E. Isaacson, M. Rees, Communications on Pure and Applied
+//! Source: Romano et al. (arXiv 2602.09429), section IV-A, the equation and its characteristics.
+//! The scheme is classical (R. Courant, E. Isaacson, M. Rees, Communications on Pure and Applied
 //! Mathematics 5 (1952), 243–255).
 
 mod interpolation;
@@ -76,8 +76,8 @@ impl<M> Bristles<M> {
 /// * No deflection leaves the range of the initial ones and the stationary ones at the velocities
 ///   met: |z| ≤ max μ/σ0 holds for every length of step.
 /// * The force is a quadrature of fifth order with positive weights that integrate the pressure
-///   exactly. A kink or a jump of the profile (after a sudden change of v or a standstill) leaves an
-///   error of second or first order in its cell.
+///   exactly. A kink or a jump of the profile (after a sudden change of v or a standstill) leaves
+///   an error of second or first order in its cell.
 /// * A step allocates nothing, and one that is refused changes nothing.
 ///
 /// ```
@@ -86,8 +86,10 @@ impl<M> Bristles<M> {
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;
 ///
+/// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+/// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
 /// let patch = Patch::new(PatchParameters {
-///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
+///     model: FrBd::new(curve, bristle),
 ///     length: 0.1, // m
 ///     pressure: PolynomialExponential::constant(),
 /// })?
@@ -248,8 +250,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         &self.deflections
     }
 
-    /// Weights of the nodes in the force \[N\], F = Σ wᵢ (c₀ z + c₂ v)ᵢ. None is negative, and their
-    /// sum is the normal force.
+    /// Weights of the nodes in the force \[N\], F = Σ wᵢ (c₀ z + c₂ v)ᵢ. None is negative, and
+    /// their sum is the normal force.
     pub fn weights(&self) -> &[T] {
         &self.weights
     }
@@ -289,16 +291,16 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         self.force_of(&self.deflections, &slip_velocity)
     }
 
-    /// A step of length h ≥ 0 \[s\] with the motion held. The patch may also roll backwards (U < 0).
-    /// Returns the force F \[N\] at the end.
+    /// A step of length h ≥ 0 \[s\] with the motion held. The patch may also roll backwards (U <
+    /// 0). Returns the force F \[N\] at the end.
     ///
     /// For a motion that varies in time take the one at the middle of the step (second order), or
     /// [`Grid::step_field`]. Equal bristles cost one evaluation of the model a step.
     ///
     /// # Errors
     ///
-    /// Refuses velocities that are not finite, a duration that is negative or not finite, and a force
-    /// that is not finite.
+    /// Refuses velocities that are not finite, a duration that is negative or not finite, and a
+    /// force that is not finite.
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
         let slip = parameter::finite("slip_velocity", motion.slip_velocity)?;
         let speed = parameter::finite("rolling_speed", motion.rolling_speed)?;
@@ -318,11 +320,12 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         self.commit(affine.stiffness * sums.0 + affine.damping * slip * sums.1, &reach, duration)
     }
 
-    /// A step of length h ≥ 0 \[s\] with a motion that varies in place and time. Returns the force F
-    /// \[N\] at the end.
+    /// A step of length h ≥ 0 \[s\] with a motion that varies in place and time. Returns the force
+    /// F \[N\] at the end.
     ///
-    /// In smooth motion the error is of fourth order in the width of a cell, and in the length of a
-    /// step that crosses less than one. In a longer step each bristle is followed from cell to cell.
+    /// In smooth motion the error is of fourth order in the width of a cell, and in the length of
+    /// a step that crosses less than one. In a longer step each bristle is followed from cell to
+    /// cell.
     ///
     /// # Errors
     ///

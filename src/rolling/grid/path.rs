@@ -1,8 +1,9 @@
 //! The way of one bristle over a step: where it came from and what happened to it since.
 //!
-//! Ẋ = V(X, t) is followed back from a node by the classical Runge–Kutta method, in panels that cross a
-//! cell at most. A bristle that crosses an end of the patch on the way entered there, undeflected. Along
-//! a panel ż = −λz + u with u = r v is linear, and with three Radau nodes c_k and their weights b_k
+//! Ẋ = V(X, t) is followed back from a node by the classical Runge–Kutta method, in panels that
+//! cross a cell at most. A bristle that crosses an end of the patch on the way entered there,
+//! undeflected. Along a panel ż = −λz + u with u = r v is linear, and with three Radau nodes c_k
+//! and their weights b_k
 //!
 //! z ← e^−Λ z + (1 − e^−Λ) Σ w_k u_k / Σ w_k λ_k,  w_k = b_k e^−(Λ − Λ_k),  Λ_k = Σ A_kj λ_j δ,
 //!
@@ -11,9 +12,9 @@
 //! | δ | duration of the panel | s |
 //! | Λ, Λ_k | relaxation over the panel, and up to a node | – |
 //!
-//! a mean with positive weights of z and of the stationary deflections u_k/λ_k met: no deflection beyond
-//! them. Exact where λ and u are constant, of fourth order where they vary. Where v reverses on the way
-//! the panel is split, since λ has a kink there.
+//! a mean with positive weights of z and of the stationary deflections u_k/λ_k met: no deflection
+//! beyond them. Exact where λ and u are constant, of fourth order where they vary. Where v
+//! reverses on the way the panel is split, since λ has a kink there.
 //!
 //! Source: nodes, weights and A are those of Radau IIA of order 5 (E. Hairer, G. Wanner, "Solving
 //! Ordinary Differential Equations II", table IV.5.6).
@@ -38,8 +39,8 @@ const INTEGRALS: [[f64; 3]; 2] = [
 const WHOLE: f64 = 1.1;
 /// … and no more than this, where V changes on the way.
 const FARTHEST: f64 = 1.6;
-/// Panels of a path, for each cell of the grid and besides. A path that never turns needs one for each
-/// cell, and a few where V changes fast.
+/// Panels of a path, for each cell of the grid and besides. A path that never turns needs one for
+/// each cell, and a few where V changes fast.
 const PANELS_A_CELL: usize = 20;
 const MORE_PANELS: usize = 1000;
 
@@ -116,7 +117,8 @@ struct Panel<T> {
 }
 
 impl<T: Scalar> Panel<T> {
-    /// The place at a part of the panel: the cubic with the right places and velocities at both ends.
+    /// The place at a part of the panel: the cubic with the right places and velocities at both
+    /// ends.
     #[inline]
     fn place(&self, part: T) -> T {
         let ((from, x0, v0), (to, x1, v1)) = (self.start, self.end);
@@ -326,7 +328,8 @@ where
             let hold = held.weights(duration);
             let (relaxed, met) =
                 (hold.end(T::zero(), held.relaxation), mean(relaxations) * duration);
-            // The quotient is 1 up to the fourth order; nodes too few for λ may not make more of it.
+            // The quotient is 1 up to the fourth order; nodes too few for λ may not make more of
+            // it.
             let quotient = if met > T::zero() { relaxed / met } else { T::one() };
             let quotient = if quotient < lit(2.0) { quotient } else { lit(2.0) };
             (hold.end(T::one(), T::zero()), quotient * duration * mean(drives))
@@ -391,8 +394,8 @@ impl<M> Bristles<M> {
             |values: &[T; 4]| interpolation.at(values.get(..count).unwrap_or(values), cell - first);
         let (relaxation, drive) = (between(&relaxations), between(&drives));
         let relaxation = if relaxation < T::zero() { T::zero() } else { relaxation };
-        // No stationary deflection beyond those of the nodes around; between two nodes a smooth extremum
-        // lies beyond them by an eighth of their range.
+        // No stationary deflection beyond those of the nodes around; between two nodes a smooth
+        // extremum lies beyond them by an eighth of their range.
         let margin = (range.1 - range.0) * lit(0.25);
         let (low, high) = (range.0 - margin, range.1 + margin);
         let drive = if all_relax { cut(drive, relaxation * low, relaxation * high) } else { drive };

@@ -1,9 +1,10 @@
 //! The force of a profile known at nodes: ∫ p(ξ) f(ξ) dξ = Σ wᵢ fᵢ with wᵢ = ∫ p(ξ) ℓᵢ(ξ) dξ.
 //!
-//! ℓᵢ is 1 at its node and 0 at the others, a polynomial of degree 5 in each cell and 3 in the two at
-//! each end. However steep or kinked the pressure is, it enters exactly; the error, of fifth order, is
-//! that of the interpolation of f. Weights below zero would let the stored energy be negative: where one
-//! comes out so, its cells are interpolated linearly instead, with an error of second order there.
+//! ℓᵢ is 1 at its node and 0 at the others, a polynomial of degree 5 in each cell and 3 in the two
+//! at each end. However steep or kinked the pressure is, it enters exactly; the error, of fifth
+//! order, is that of the interpolation of f. Weights below zero would let the stored energy be
+//! negative: where one comes out so, its cells are interpolated linearly instead, with an error of
+//! second order there.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -15,8 +16,8 @@ use crate::parameter::{self, ParameterError};
 use crate::rolling::quadrature::evenly;
 use crate::scalar::lit;
 
-/// Eight points integrate e^(−3t) on 0 … 1 to rounding, and no pressure of this crate is steeper than
-/// e^(−50ξ).
+/// Eight points integrate e^(−3t) on 0 … 1 to rounding, and no pressure of this crate is steeper
+/// than e^(−50ξ).
 const WIDEST: f64 = 1.0 / 16.0;
 
 /// Attempts to be rid of negative weights before all cells are linear. One is the rule.

@@ -8,11 +8,11 @@ use crate::parameter::{self, ParameterError, Rule};
 use crate::rolling::quadrature::weigh;
 use crate::scalar::to_f64;
 
-/// A pressure given by a closure that answers p and dp/dξ at a place ξ, and K places at which it is not
-/// smooth.
+/// A pressure given by a closure that answers p and dp/dξ at a place ξ, and K places at which it
+/// is not smooth.
 ///
-/// Its integrals are taken by Gauss quadrature: to rounding if it is smooth on the scale of a sixteenth
-/// of the way from one knot to the next.
+/// Its integrals are taken by Gauss quadrature: to rounding if it is smooth on the scale of a
+/// sixteenth of the way from one knot to the next.
 ///
 /// ```
 /// use bristle::rolling::{FunctionPressure, Pressure};
@@ -36,9 +36,9 @@ pub struct FunctionPressure<T, F, const K: usize = 0> {
 impl<T: Scalar, F: Fn(T) -> (T, T) + Clone, const K: usize> FunctionPressure<T, F, K> {
     /// A pressure from a function of the place and the places at which it is not smooth.
     ///
-    /// At a knot the function should answer with what holds just after it. It is looked at at the 128
-    /// places of a quadrature from each knot to the next, and at the ends; in between it is taken on
-    /// trust.
+    /// At a knot the function should answer with what holds just after it. It is looked at at the
+    /// 128 places of a quadrature from each knot to the next, and at the ends; in between it is
+    /// taken on trust.
     ///
     /// # Errors
     ///

@@ -1,5 +1,5 @@
-//! Pressure along a contact patch: normal force per length over the place ξ, 0 at the inlet and 1 at the
-//! outlet.
+//! Pressure along a contact patch: normal force per length over the place ξ, 0 at the inlet and 1
+//! at the outlet.
 
 mod function;
 mod polynomial_exponential;
@@ -20,9 +20,9 @@ use crate::scalar::lit;
 
 /// A pressure p(ξ) ≥ 0 [N/m] over 0 ≤ ξ ≤ 1.
 ///
-/// A pressure of your own takes two methods, and a third if it has knots. Its integrals are then taken
-/// by Gauss quadrature between the knots, to rounding if it is smooth on the scale of a sixteenth of
-/// the way from one knot to the next. Closed forms, where there are any, are faster.
+/// A pressure of your own takes two methods, and a third if it has knots. Its integrals are then
+/// taken by Gauss quadrature between the knots, to rounding if it is smooth on the scale of a
+/// sixteenth of the way from one knot to the next. Closed forms, where there are any, are faster.
 ///
 /// ```
 /// use bristle::rolling::Pressure;
@@ -51,8 +51,8 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
         self.at_and_slope(place).0
     }
 
-    /// The pressure and its slope dp/dξ [N/m] at a place; at a knot those just after it (at the outlet
-    /// those just before).
+    /// The pressure and its slope dp/dξ [N/m] at a place; at a knot those just after it (at the
+    /// outlet those just before).
     fn at_and_slope(&self, place: T) -> (T, T);
 
     /// The first place strictly between `place` and the outlet at which the pressure is not smooth.
@@ -64,8 +64,8 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
     /// ∫₀¹ p dξ [N/m].
     fn total(&self) -> T;
 
-    /// ∫₀¹ p (1 − e^(−κξ)) dξ [N/m] for κ ≥ 0, which may be infinite, to the last digits however small κ
-    /// is.
+    /// ∫₀¹ p (1 − e^(−κξ)) dξ [N/m] for κ ≥ 0, which may be infinite, to the last digits however
+    /// small κ is.
     fn rise(&self, decay: T) -> T {
         if without_rolling(decay) {
             return self.total();
@@ -75,8 +75,8 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
         sum
     }
 
-    /// ∫₀¹ p e^(−κξ) dξ [N/m] for κ ≥ 0, which may be infinite: what [`Pressure::rise`] leaves, to the
-    /// last digits however large κ is.
+    /// ∫₀¹ p e^(−κξ) dξ [N/m] for κ ≥ 0, which may be infinite: what [`Pressure::rise`] leaves, to
+    /// the last digits however large κ is.
     fn remaining(&self, decay: T) -> T {
         if without_rolling(decay) {
             return T::zero();
@@ -86,8 +86,8 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
         sum
     }
 
-    /// ∫₀¹ p ξ e^(−κξ) dξ [N/m] for κ ≥ 0, which may be infinite: the derivative of [`Pressure::rise`]
-    /// with respect to κ.
+    /// ∫₀¹ p ξ e^(−κξ) dξ [N/m] for κ ≥ 0, which may be infinite: the derivative of
+    /// [`Pressure::rise`] with respect to κ.
     fn lever(&self, decay: T) -> T {
         if without_rolling(decay) {
             return T::zero();
@@ -110,8 +110,8 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
         sum
     }
 
-    /// ∫₀¹ p (e^(−aξ) − e^(−bξ))/(b − a) dξ [N/m] for complex a and b with Re b ≥ Re a ≥ 0 and
-    /// Im a = 0: the slope of [`Pressure::transform`] between the two, without its sign, to the last
+    /// ∫₀¹ p (e^(−aξ) − e^(−bξ))/(b − a) dξ [N/m] for complex a and b with Re b ≥ Re a ≥ 0 and Im
+    /// a = 0: the slope of [`Pressure::transform`] between the two, without its sign, to the last
     /// digits however close they are.
     fn transform_slope(&self, from: T, to: Complex<T>) -> Complex<T> {
         let from = Complex::new(from, T::zero());

@@ -77,10 +77,10 @@ const MOST_COEFFICIENTS: usize = 12;
 
 /// A place in [0, 1] where Σ cₖ ξᵏ is negative by more than the rounding of its coefficients.
 ///
-/// On an interval a polynomial lies between the least and the largest of its Bernstein coefficients, of
-/// which the first and the last are its values at the ends. They come closer to it by a factor of four
-/// each time the interval is halved (G. Farin, "Curves and Surfaces for CAGD", 5th ed., 2002, chapters 5
-/// and 6).
+/// On an interval a polynomial lies between the least and the largest of its Bernstein
+/// coefficients, of which the first and the last are its values at the ends. They come closer to
+/// it by a factor of four each time the interval is halved (G. Farin, "Curves and Surfaces for
+/// CAGD", 5th ed., 2002, chapters 5 and 6).
 fn negative_place<T: Scalar, const N: usize>(coefficients: &[T; N]) -> Option<f64> {
     let power = coefficients.map(to_f64);
     let size = power.iter().fold(0.0, |sum, &c| if c < 0.0 { sum - c } else { sum + c });
@@ -98,8 +98,8 @@ fn negative_place<T: Scalar, const N: usize>(coefficients: &[T; N]) -> Option<f6
     negative_within(bernstein, (0.0, 1.0), -noise, 40)
 }
 
-/// The same on an interval, of which `halvings` are left before no polynomial of these coefficients can
-/// be further below `least` than rounding.
+/// The same on an interval, of which `halvings` are left before no polynomial of these
+/// coefficients can be further below `least` than rounding.
 fn negative_within<const N: usize>(
     bernstein: [f64; N],
     (from, to): (f64, f64),
@@ -138,8 +138,8 @@ impl<T: Scalar, const N: usize> PolynomialExponential<T, N> {
     ///
     /// # Errors
     ///
-    /// Names the coefficient or the decay that is out of its range; refuses a pressure that is negative
-    /// somewhere in the patch, and more coefficients than 12 or none.
+    /// Names the coefficient or the decay that is out of its range; refuses a pressure that is
+    /// negative somewhere in the patch, and more coefficients than 12 or none.
     pub fn new(parameters: PolynomialExponentialParameters<T, N>) -> Result<Self, ParameterError> {
         let PolynomialExponentialParameters { coefficients, decay } = parameters;
         if N == 0 || N > MOST_COEFFICIENTS {
@@ -181,8 +181,8 @@ impl<T: Scalar, const N: usize> PolynomialExponential<T, N> {
         self.coefficients.iter().zip(moments).fold(T::zero(), |sum, (&c, &m)| sum + c * m)
     }
 
-    /// ∫₀¹ e^(−xt) ∫ p(ξ + t d) z dξ dt, from the moments mₖ = ∫ ξᵏ e^(−aξ) z dξ: what bristles meet that move on
-    /// by a distance d and decay meanwhile by e⁻ˣ.
+    /// ∫₀¹ e^(−xt) ∫ p(ξ + t d) z dξ dt, from the moments mₖ = ∫ ξᵏ e^(−aξ) z dξ: what bristles
+    /// meet that move on by a distance d and decay meanwhile by e⁻ˣ.
     #[inline]
     pub(in crate::rolling) fn weigh_on_the_way(
         &self,

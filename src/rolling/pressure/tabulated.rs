@@ -82,8 +82,8 @@ impl<T: Scalar, const N: usize> TabulatedPressure<T, N> {
 /// Parameters of [`TabulatedPressure::trapezoidal`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrapezoidalParameters<T> {
-    /// Part of the patch over which the pressure rises from zero \[–\]; 0 for a pressure that starts
-    /// at the inlet with its full height.
+    /// Part of the patch over which the pressure rises from zero \[–\]; 0 for a pressure that
+    /// starts at the inlet with its full height.
     pub rising_part: T,
     /// Part of the patch over which it falls to zero \[–\]; 0 for one that keeps its full height up
     /// to the outlet. The two parts together are at most 1.
@@ -94,8 +94,8 @@ pub struct TrapezoidalParameters<T> {
 
 impl<T: Scalar> TabulatedPressure<T, 4> {
     /// The pressure that rises linearly over a first part of the patch, is constant, and falls
-    /// linearly over a last part. The tyres of lorries come close to it. With two parts of ½ it is a
-    /// triangle.
+    /// linearly over a last part. The tyres of lorries come close to it. With two parts of ½ it is
+    /// a triangle.
     ///
     /// ```
     /// use bristle::rolling::{Pressure, TabulatedPressure, TrapezoidalParameters};
