@@ -34,21 +34,13 @@
 //! Source: Romano et al. (arXiv 2602.09429), section IV-B, which shows that β and γ exist and
 //! gives |F| in terms of the largest p. These are sharper: a step of v in adhesion attains γ.
 
+use super::patch::Crossing;
 use super::quadrature::{PANELS, between_knots, integrate_in};
-use super::{Patch, Pressure, RateDependent};
+use super::{Motion, Patch, Pressure, RateDependent};
 use crate::Scalar;
 use crate::bounds::smaller;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{is_zero, lit};
-
-/// What is known of the motion, see [`Patch::limits`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Excitation<T> {
-    /// |v|_∞: the largest |v| [m/s], zero or positive.
-    pub fastest: T,
-    /// Rolling speed U [m/s], positive and constant.
-    pub rolling_speed: T,
-}
 
 /// Where the patch started from and how long ago.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,11 +70,11 @@ pub struct PatchLimits<T, P> {
 }
 
 impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
-    /// Limits of deflection and force for every motion with |v| ≤ |v|_∞ at a constant rolling
-    /// speed.
+    /// Limits of deflection and force for every motion with |v| ≤ |v|_∞, the slip velocity given,
+    /// at a constant rolling speed.
     ///
     /// ```
-    /// use bristle::rolling::{Excitation, Origin, Patch, PatchParameters, PolynomialExponential};
+    /// use bristle::rolling::{Motion, Origin, Patch, PatchParameters, PolynomialExponential};
     /// use bristle::{FrBd, paper};
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
@@ -95,7 +87,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///     pressure: PolynomialExponential::constant(),
     /// })?
     /// .carrying(4000.0)?; // N
-    /// let limits = tyre.limits(Excitation { fastest: 0.1, rolling_speed: 16.0 })?;
+    /// let limits = tyre.limits(Motion { slip_velocity: 0.1, rolling_speed: 16.0 })?;
     /// // In little slip no bristle comes far enough to slide: σ0 |v| L/(2 U) of the normal force.
     /// let settled = Origin { initial_norm: 0.0, elapsed: 1.0 };
     /// assert!((limits.force(settled)? - 4000.0 * 252.0 * 0.1 / 320.0).abs() < 1e-9);
@@ -104,23 +96,21 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// # Errors
     ///
-    /// Refuses a fastest velocity that is negative or not finite, and a rolling speed that is not
+    /// Refuses a slip velocity that is negative or not finite, and a rolling speed that is not
     /// positive.
-    pub fn limits(&self, excitation: Excitation<T>) -> Result<PatchLimits<T, P>, ParameterError> {
-        let Excitation { fastest, rolling_speed } = excitation;
-        let fastest = parameter::non_negative("fastest", fastest)?;
-        let rolling_speed = parameter::positive("rolling_speed", rolling_speed)?;
-        let transport = parameter::finite("rolling_speed", rolling_speed / self.length())?;
+    pub fn limits(&self, fastest: Motion<T>) -> Result<PatchLimits<T, P>, ParameterError> {
+        let Crossing { slip_velocity: fastest, transport } = self.rolling(fastest)?;
+        let fastest = parameter::non_negative("slip_velocity", fastest)?;
         let limits = self.model().limits(fastest);
-        let output = self.model().output_limits(fastest);
+        let (stiffness, damping) = self.model().output_limits(fastest);
         Ok(PatchLimits {
             pressure: self.pressure().clone(),
             weight: self.length() * self.load(),
             fastest,
             transport,
             deflection: limits.deflection.unwrap_or_else(|| T::one() / T::zero()),
-            stiffness: output.stiffness,
-            damping: output.damping,
+            stiffness,
+            damping,
             coefficient: limits.coefficient,
         })
     }

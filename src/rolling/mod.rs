@@ -64,9 +64,9 @@ pub use exact::{ExactPatch, MotionOverTime, PatchCommitted, PatchLedger, PatchSt
 pub use frequency::{LinearisedPatch, Wave};
 #[cfg(feature = "alloc")]
 pub use grid::{Grid, MotionField};
-pub use limits::{Excitation, Origin, PatchLimits};
+pub use limits::{Origin, PatchLimits};
 pub use passivity::{PassiveDamping, Passivity, passivity};
-pub use patch::{Motion, OutputLimits, Patch, PatchParameters, RateDependent, SlipPoint};
+pub use patch::{Motion, Patch, PatchParameters, RateDependent, SlipPoint};
 pub use pressure::{
     FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,
     PressureKnot, TabulatedPressure, TrapezoidalParameters,

@@ -35,23 +35,13 @@ pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
         excess * driven + affine.damping * carried
     }
 
-    /// What |c₀| and |c₂| do not exceed at velocities with |v| ≤ `fastest`; infinite if there is
-    /// no such limit.
-    fn output_limits(&self, fastest: T) -> OutputLimits<T> {
+    /// What |c₀| [1/m] and |c₂| [s/m] do not exceed at velocities with |v| ≤ `fastest`; infinite if
+    /// there is no such limit.
+    fn output_limits(&self, fastest: T) -> (T, T) {
         let _ = fastest;
         let unlimited = T::one() / T::zero();
-        OutputLimits { stiffness: unlimited, damping: unlimited }
+        (unlimited, unlimited)
     }
-}
-
-/// How strongly a model's deflection and velocity act on its friction coefficient, see
-/// [`RateDependent::output_limits`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OutputLimits<T> {
-    /// Largest |c₀| [1/m].
-    pub stiffness: T,
-    /// Largest |c₂| [s/m].
-    pub damping: T,
 }
 
 impl<T, C, R, E> RateDependent<T> for FrBd<C, R, E>
@@ -61,12 +51,10 @@ where
     R: Rheology<T, Deflection = T>,
     E: Regularisation<T>,
 {
-    fn output_limits(&self, _fastest: T) -> OutputLimits<T> {
+    fn output_limits(&self, _fastest: T) -> (T, T) {
         // c₀ = σ0 r and c₂ = σ1 r with 0 < r ≤ 1.
-        OutputLimits {
-            stiffness: self.rheology().bounds().stiffness.max,
-            damping: self.rheology().bounds().damping.max,
-        }
+        let bounds = self.rheology().bounds();
+        (bounds.stiffness.max, bounds.damping.max)
     }
 }
 
@@ -83,7 +71,7 @@ where
         self.damping_of(velocity.into(), kept, carried)
     }
 
-    fn output_limits(&self, fastest: T) -> OutputLimits<T> {
+    fn output_limits(&self, fastest: T) -> (T, T) {
         let stiffness = self.storage_stiffness();
         let damping = self.rheology().bounds().damping.max;
         // c₀ = σ0 − σ1λ lies between σ0 − max σ1 max λ and σ0.
@@ -92,23 +80,20 @@ where
             Some(rate) => stiffness - damping * rate,
             None => -T::one() / T::zero(),
         };
-        OutputLimits {
-            stiffness: larger(stiffness, -lowest),
-            damping: damping + self.viscous_friction(),
-        }
+        (larger(stiffness, -lowest), damping + self.viscous_friction())
     }
 }
 
 impl<T: Scalar> RateDependent<T> for Dahl<T> {
-    fn output_limits(&self, _fastest: T) -> OutputLimits<T> {
-        OutputLimits { stiffness: self.storage_stiffness(), damping: T::zero() }
+    fn output_limits(&self, _fastest: T) -> (T, T) {
+        (self.storage_stiffness(), T::zero())
     }
 }
 
 /// The coefficients of a model at a velocity, if they are numbers and its bristles relax: what is
 /// not one would stay in a patch.
 #[inline]
-pub(crate) fn coefficients<T: Scalar, M: RateDependent<T>>(
+pub(super) fn coefficients<T: Scalar, M: RateDependent<T>>(
     model: &M,
     velocity: T,
 ) -> Result<Affine<T>, ParameterError> {
@@ -247,7 +232,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
 
     /// The motion in the patch's own unit of length, if the patch rolls forward or stands.
     #[inline]
-    pub(crate) fn forward(&self, motion: Motion<T>) -> Result<Crossing<T>, ParameterError> {
+    pub(super) fn forward(&self, motion: Motion<T>) -> Result<Crossing<T>, ParameterError> {
         let slip_velocity = parameter::finite("slip_velocity", motion.slip_velocity)?;
         let rolling_speed = parameter::non_negative("rolling_speed", motion.rolling_speed)?;
         let transport = parameter::finite("rolling_speed", rolling_speed / self.length)?;
@@ -298,9 +283,9 @@ impl<T: Scalar> SlipPoint<T> {
 
 /// A motion in lengths of the patch.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Crossing<T> {
+pub(super) struct Crossing<T> {
     /// Slip velocity v [m/s].
-    pub(crate) slip_velocity: T,
+    pub(super) slip_velocity: T,
     /// Transport velocity V = U/L \[1/s\]: crossings of the patch per second.
-    pub(crate) transport: T,
+    pub(super) transport: T,
 }

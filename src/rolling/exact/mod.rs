@@ -221,22 +221,11 @@ where
     /// velocity at which a coefficient of the model is not finite; the patch is as it was.
     #[inline]
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
-        let affine = self.hold(motion, duration)?;
-        Ok(self.force_of(&affine, motion.slip_velocity))
-    }
-
-    /// The same without the force: the coefficients that it was done with.
-    #[inline]
-    pub(crate) fn hold(
-        &mut self,
-        motion: Motion<T>,
-        duration: T,
-    ) -> Result<Affine<T>, ParameterError> {
         let Crossing { slip_velocity, transport } = self.patch.forward(motion)?;
         let duration = parameter::non_negative("duration", duration)?;
         let affine = self.coefficients(slip_velocity)?;
         self.roll(affine.relaxation, affine.drive * slip_velocity, transport, duration);
-        Ok(affine)
+        Ok(self.force_of(&affine, slip_velocity))
     }
 
     #[inline]
@@ -261,14 +250,10 @@ where
 
     #[inline]
     fn force_of(&self, affine: &Affine<T>, slip_velocity: T) -> T {
-        affine.stiffness * self.gathered()
-            + self.patch.normal_force() * (affine.damping * slip_velocity)
-    }
-
-    /// L ∫ p z dξ [N m], of which c₀ makes a force.
-    #[inline]
-    pub(crate) fn gathered(&self) -> T {
         let patch = &self.patch;
-        patch.load() * patch.length() * patch.pressure().weigh(&self.queue.moments())
+        // L ∫ p z dξ [N m]
+        let gathered =
+            patch.load() * patch.length() * patch.pressure().weigh(&self.queue.moments());
+        affine.stiffness * gathered + patch.normal_force() * (affine.damping * slip_velocity)
     }
 }

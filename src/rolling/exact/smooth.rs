@@ -26,7 +26,7 @@
 use core::ops::Range;
 
 use super::queue::{Held, Segment};
-use super::{ExactPatch, RateDependent};
+use super::{Crossing, ExactPatch, Motion, RateDependent};
 use crate::parameter::{self, ParameterError, Rule};
 use crate::root::enclose;
 use crate::scalar::{is_zero, lit, to_f64};
@@ -42,19 +42,10 @@ pub struct MotionOverTime<S, W> {
     pub rolling_speed: W,
 }
 
-/// A part of a step over which everything is smooth.
-#[derive(Debug, Clone, Copy)]
-struct Piece<T> {
-    duration: T,
-    slip: [T; 2],
-    transport: [T; 2],
-}
-
-/// A piece that moves the bristles by more of the patch than this is halved.
+/// A piece of a span that moves the bristles by more of the patch than this is halved, …
 const LONGEST: f64 = 0.25;
-
-/// A piece is halved so many times at most until it moves by no more than [`LONGEST`].
-const HALVINGS: u32 = 8;
+/// … at most so many times.
+const HALVINGS: usize = 8;
 
 /// Reversals within this part of a step's ends are passed over: the error is of the square of it.
 /// There a signal that jumps at an end still has the value that it has inside.
@@ -113,61 +104,105 @@ where
         motion: &MotionOverTime<S, W>,
         span: Range<T>,
     ) -> Result<T, ParameterError> {
-        let end = slip_at(motion, parameter::finite("end of the span", span.end)?)?;
-        let at_end = self.coefficients(end)?;
-        self.roll_along(motion, span)?;
-        Ok(self.force_of(&at_end, end))
-    }
-
-    /// The same without the force.
-    pub(crate) fn roll_along<S: Signal<T>, W: Signal<T>>(
-        &mut self,
-        motion: &MotionOverTime<S, W>,
-        span: Range<T>,
-    ) -> Result<(), ParameterError> {
         let from = parameter::finite("start of the span", span.start)?;
         let to = parameter::finite("end of the span", span.end)?;
         parameter::non_negative("duration", to - from)?;
+        let at_end = slip_at(motion, to)?;
+        let affine_at_end = self.coefficients(at_end)?;
         // Look first, so that a refusal leaves the patch as it was.
-        let (mut pieces, mut last) = (0_usize, None);
-        each_piece(motion, self.patch.length(), from, to, &mut |piece| {
-            pieces = pieces.saturating_add(1);
-            last = Some(self.held(&piece)?);
-            Ok(())
-        })?;
-        if pieces == 1 {
-            if let Some(held) = last {
-                self.queue.advance(&held);
-            }
-        } else {
-            each_piece(motion, self.patch.length(), from, to, &mut |piece| {
-                let held = self.held(&piece)?;
-                self.queue.advance(&held);
-                Ok(())
-            })?;
+        let (mut time, mut only) = (from, None);
+        while time < to {
+            let (next, held) = self.next_piece(motion, time..to)?;
+            only = (time <= from && next >= to).then_some(held);
+            time = next;
         }
-        Ok(())
+        if let Some(held) = only {
+            self.queue.advance(&held);
+        } else {
+            let mut time = from;
+            while time < to {
+                let (next, held) = self.next_piece(motion, time..to)?;
+                self.queue.advance(&held);
+                time = next;
+            }
+        }
+        Ok(self.force_of(&affine_at_end, at_end))
     }
 
+    /// The end of the first piece of a span that is smooth and moves the bristles by little, and
+    /// what happens over it.
+    fn next_piece<S: Signal<T>, W: Signal<T>>(
+        &self,
+        motion: &MotionOverTime<S, W>,
+        Range { start, mut end }: Range<T>,
+    ) -> Result<(T, Held<T>), ParameterError> {
+        let MotionOverTime { slip_velocity, rolling_speed } = motion;
+        let kinks = [slip_velocity.next_kink(start, end), rolling_speed.next_kink(start, end)];
+        for kink in kinks.into_iter().flatten() {
+            if kink > start && kink < end {
+                end = kink;
+            }
+        }
+        if let Some(reversal) = reversal(motion, start, end)? {
+            end = reversal;
+        }
+        let half = lit::<T>(0.5);
+        let mut crossed = None;
+        for _ in 0..=HALVINGS {
+            let duration = end - start;
+            let middle = start + duration * half;
+            let at = |time: T| {
+                self.patch.forward(Motion {
+                    slip_velocity: slip_velocity.value(time),
+                    rolling_speed: rolling_speed.value(time),
+                })
+            };
+            let offset = duration * (lit::<T>(3.0).sqrt() / lit(6.0));
+            let (first, second) = (at(middle - offset)?, at(middle + offset)?);
+            let distance = (first.transport + second.transport) * half * duration;
+            if distance <= lit(LONGEST) || !(middle > start && middle < end) {
+                return Ok((end, self.held(&first, &second, duration)?));
+            }
+            crossed = crossed.or(Some(distance));
+            end = middle;
+        }
+        Err(ParameterError {
+            name: "crossings of the patch",
+            component: None,
+            value: to_f64(crossed.unwrap_or_else(T::zero)),
+            rule: Rule::AtMost {
+                other: "the limit for one span",
+                limit: LONGEST * (1_usize << HALVINGS) as f64,
+            },
+        })
+    }
+
+    /// A step with the motions at its two Gauss points.
     #[inline]
-    fn held(&self, piece: &Piece<T>) -> Result<Held<T>, ParameterError> {
-        let Piece { duration, slip: [v1, v2], transport: [transport1, transport2] } = *piece;
+    fn held(
+        &self,
+        first: &Crossing<T>,
+        second: &Crossing<T>,
+        duration: T,
+    ) -> Result<Held<T>, ParameterError> {
         let half: T = lit(0.5);
-        let Affine { relaxation: relaxation1, drive, .. } = self.coefficients(v1)?;
-        let drive1 = drive * v1;
-        let Affine { relaxation: relaxation2, drive, .. } = self.coefficients(v2)?;
-        let drive2 = drive * v2;
+        let Affine { relaxation: relaxation1, drive, .. } =
+            self.coefficients(first.slip_velocity)?;
+        let drive1 = drive * first.slip_velocity;
+        let Affine { relaxation: relaxation2, drive, .. } =
+            self.coefficients(second.slip_velocity)?;
+        let drive2 = drive * second.slip_velocity;
         let root_of_three = lit::<T>(3.0).sqrt();
         let relaxation = (relaxation1 + relaxation2) * half;
         let sixth = relaxation * duration / lit(6.0);
         let commutator = duration * (relaxation1 * drive2 - relaxation2 * drive1);
         let damped =
             commutator * root_of_three / (lit::<T>(12.0) * (T::one() + sixth * sixth).sqrt());
-        let transport = (transport1 + transport2) * half;
+        let transport = (first.transport + second.transport) * half;
         let drive = (drive1 + drive2) * half + damped;
         let mut held = Held::new(relaxation, drive, transport, duration);
         if transport > T::zero() {
-            let turn = (drive2 * transport1 - drive1 * transport2) / transport;
+            let turn = (drive2 * first.transport - drive1 * second.transport) / transport;
             held.inflow.bulge = root_of_three * half * duration * turn * held.map.decay.sqrt();
         }
         Ok(held)
@@ -179,33 +214,6 @@ fn slip_at<T: Scalar, S: Signal<T>, W>(
     time: T,
 ) -> Result<T, ParameterError> {
     parameter::finite("slip_velocity", motion.slip_velocity.value(time))
-}
-
-/// Divides a span where a signal is not smooth.
-fn each_piece<T: Scalar, S: Signal<T>, W: Signal<T>>(
-    motion: &MotionOverTime<S, W>,
-    length: T,
-    from: T,
-    to: T,
-    visit: &mut impl FnMut(Piece<T>) -> Result<(), ParameterError>,
-) -> Result<(), ParameterError> {
-    let mut time = from;
-    while time < to {
-        let mut end = to;
-        let kinks =
-            [motion.slip_velocity.next_kink(time, to), motion.rolling_speed.next_kink(time, to)];
-        for kink in kinks.into_iter().flatten() {
-            if kink > time && kink < end {
-                end = kink;
-            }
-        }
-        if let Some(reversal) = reversal(motion, time, end)? {
-            end = reversal;
-        }
-        divide(motion, length, time, end, HALVINGS, visit)?;
-        time = end;
-    }
-    Ok(())
 }
 
 /// The first reversal of v between two times.
@@ -231,43 +239,4 @@ fn reversal<T: Scalar, S: Signal<T>, W>(
         last = Some((time, v));
     }
     Ok(None)
-}
-
-/// Halves a piece until it moves by no more than the queue takes.
-fn divide<T: Scalar, S: Signal<T>, W: Signal<T>>(
-    motion: &MotionOverTime<S, W>,
-    length: T,
-    from: T,
-    to: T,
-    halvings: u32,
-    visit: &mut impl FnMut(Piece<T>) -> Result<(), ParameterError>,
-) -> Result<(), ParameterError> {
-    let (duration, half) = (to - from, lit::<T>(0.5));
-    let middle = from + duration * half;
-    let offset = duration * (lit::<T>(3.0).sqrt() / lit(6.0));
-    let at = |time: T| {
-        let speed = motion.rolling_speed.value(time);
-        let transport = parameter::non_negative("rolling_speed", speed)? / length;
-        let transport = parameter::finite("rolling_speed", transport)?;
-        Ok((slip_at(motion, time)?, transport))
-    };
-    let (v1, transport1) = at(middle - offset)?;
-    let (v2, transport2) = at(middle + offset)?;
-    let distance = (transport1 + transport2) * half * duration;
-    if distance <= lit(LONGEST) || !(middle > from && middle < to) {
-        return visit(Piece { duration, slip: [v1, v2], transport: [transport1, transport2] });
-    }
-    if halvings == 0 {
-        let limit = LONGEST * f64::from(1 << HALVINGS);
-        let rule = Rule::AtMost { other: "the limit for one span", limit };
-        let value = to_f64(distance) * f64::from(1 << HALVINGS);
-        return Err(ParameterError {
-            name: "crossings of the patch",
-            component: None,
-            value,
-            rule,
-        });
-    }
-    divide(motion, length, from, middle, halvings - 1, visit)?;
-    divide(motion, length, middle, to, halvings - 1, visit)
 }
