@@ -196,39 +196,36 @@ fn limits<T: Scalar>() -> (f64, f64) {
     if wide { (1e-100, 1e100) } else { (1e-18, 1e15) }
 }
 
-fn refuse<T: Scalar>(name: &'static str, value: T, rule: Rule) -> ParameterError {
-    ParameterError { name, component: None, value: to_f64(value), rule }
+/// Returns a value that passes a check, or the error that names the rule.
+fn check<T: Scalar>(
+    name: &'static str,
+    value: T,
+    passes: bool,
+    rule: Rule,
+) -> Result<T, ParameterError> {
+    let refused = ParameterError { name, component: None, value: to_f64(value), rule };
+    if passes { Ok(value) } else { Err(refused) }
 }
 
 /// Finite, of either sign and of admissible magnitude.
 pub(crate) fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
     let (_, most) = limits::<T>();
-    if value >= lit(-most) && value <= lit(most) {
-        Ok(value)
-    } else {
-        Err(refuse(name, value, Rule::Magnitude { most }))
-    }
+    let inside = value >= lit(-most) && value <= lit(most);
+    check(name, value, inside, Rule::Magnitude { most })
 }
 
 /// Strictly positive.
 pub(crate) fn positive<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
     let (least, most) = limits::<T>();
-    if value >= lit(least) && value <= lit(most) {
-        Ok(value)
-    } else {
-        Err(refuse(name, value, Rule::Positive { least, most }))
-    }
+    let inside = value >= lit(least) && value <= lit(most);
+    check(name, value, inside, Rule::Positive { least, most })
 }
 
-/// Zero or positive.
+/// Zero or positive; −0 becomes 0, because what is divided by it has a sign.
 pub(crate) fn non_negative<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
     let (_, most) = limits::<T>();
-    if value >= T::zero() && value <= lit(most) {
-        // −0 becomes 0: what is divided by it has a sign.
-        Ok(value + T::zero())
-    } else {
-        Err(refuse(name, value, Rule::NonNegative { most }))
-    }
+    let inside = value >= T::zero() && value <= lit(most);
+    check(name, value, inside, Rule::NonNegative { most }).map(|value| value + T::zero())
 }
 
 /// Not smaller than another parameter (both are checked to be finite elsewhere).
@@ -238,11 +235,7 @@ pub(crate) fn at_least<T: Scalar>(
     other: &'static str,
     limit: T,
 ) -> Result<T, ParameterError> {
-    if value >= limit {
-        Ok(value)
-    } else {
-        Err(refuse(name, value, Rule::AtLeast { other, limit: to_f64(limit) }))
-    }
+    check(name, value, value >= limit, Rule::AtLeast { other, limit: to_f64(limit) })
 }
 
 /// Not larger than another parameter (both are checked to be finite elsewhere).
@@ -252,11 +245,7 @@ pub(crate) fn at_most<T: Scalar>(
     other: &'static str,
     limit: T,
 ) -> Result<T, ParameterError> {
-    if value <= limit {
-        Ok(value)
-    } else {
-        Err(refuse(name, value, Rule::AtMost { other, limit: to_f64(limit) }))
-    }
+    check(name, value, value <= limit, Rule::AtMost { other, limit: to_f64(limit) })
 }
 
 /// Strictly smaller than another quantity.
@@ -266,11 +255,7 @@ pub(crate) fn below<T: Scalar>(
     other: &'static str,
     limit: T,
 ) -> Result<T, ParameterError> {
-    if value < limit {
-        Ok(value)
-    } else {
-        Err(refuse(name, value, Rule::Below { other, limit: to_f64(limit) }))
-    }
+    check(name, value, value < limit, Rule::Below { other, limit: to_f64(limit) })
 }
 
 /// Strictly larger than the component before it.
@@ -279,11 +264,7 @@ pub(crate) fn increasing<T: Scalar>(
     value: T,
     previous: T,
 ) -> Result<T, ParameterError> {
-    if value > previous {
-        Ok(value)
-    } else {
-        Err(refuse(name, value, Rule::Increasing { previous: to_f64(previous) }))
-    }
+    check(name, value, value > previous, Rule::Increasing { previous: to_f64(previous) })
 }
 
 /// Exactly the value that the construction needs.
@@ -292,21 +273,12 @@ pub(crate) fn exactly<T: Scalar>(
     value: T,
     wanted: T,
 ) -> Result<T, ParameterError> {
-    if value == wanted {
-        Ok(value)
-    } else {
-        Err(refuse(name, value, Rule::Exactly { value: to_f64(wanted) }))
-    }
+    check(name, value, value == wanted, Rule::Exactly { value: to_f64(wanted) })
 }
 
-/// A count of at least so many.
+/// A count of at least `least`.
 pub(crate) fn count(name: &'static str, count: usize, least: usize) -> Result<(), ParameterError> {
-    if count >= least {
-        Ok(())
-    } else {
-        let rule = Rule::Count { least };
-        Err(ParameterError { name, component: None, value: count as f64, rule })
-    }
+    check(name, count as f64, count >= least, Rule::Count { least }).map(drop)
 }
 
 /// The abscissas of a table: two at least, from zero on, increasing.

@@ -1,8 +1,10 @@
 //! Straight lines between given points: ramps, holds, trapezes.
 
+use core::fmt::Debug;
+
 use super::{Signal, first_between};
 use crate::Scalar;
-use crate::parameter::{self, ParameterError, Rule};
+use crate::parameter::{self, ParameterError};
 
 /// One corner of a [`Polyline`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,8 +15,10 @@ pub struct Vertex<T> {
     pub value: T,
 }
 
-/// Straight lines between N points, level before the first and after the last. For a signal that
-/// jumps see [`Function`](super::Function).
+/// Straight lines between points, constant before the first and after the last.
+///
+/// The points are an array, a slice, a `Vec` or any other storage `S`. For a signal that jumps see
+/// [`Function`](super::Function).
 ///
 /// ```
 /// use bristle::signal::{Polyline, Signal, Vertex};
@@ -29,27 +33,23 @@ pub struct Vertex<T> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Polyline<T, const N: usize> {
-    vertices: [Vertex<T>; N],
+pub struct Polyline<S> {
+    vertices: S,
 }
 
-impl<T: Scalar, const N: usize> Polyline<T, N> {
+impl<S> Polyline<S> {
     /// A signal through the points.
     ///
     /// # Errors
     ///
     /// Names the point that is not finite or whose time does not increase; refuses an empty list.
-    pub fn new(vertices: [Vertex<T>; N]) -> Result<Self, ParameterError> {
-        if N == 0 {
-            return Err(ParameterError {
-                name: "vertices",
-                component: None,
-                value: 0.0,
-                rule: Rule::Count { least: 1 },
-            });
-        }
+    pub fn new<T: Scalar>(vertices: S) -> Result<Self, ParameterError>
+    where
+        S: AsRef<[Vertex<T>]>,
+    {
+        parameter::count("vertices", vertices.as_ref().len(), 1)?;
         let mut previous: Option<Vertex<T>> = None;
-        for (index, vertex) in vertices.iter().enumerate() {
+        for (index, vertex) in vertices.as_ref().iter().enumerate() {
             parameter::component(index, parameter::finite("time", vertex.time))?;
             parameter::component(index, parameter::finite("value", vertex.value))?;
             if let Some(before) = previous {
@@ -64,15 +64,16 @@ impl<T: Scalar, const N: usize> Polyline<T, N> {
     }
 }
 
-impl<T: Scalar, const N: usize> Signal<T> for Polyline<T, N> {
+impl<T: Scalar, S: AsRef<[Vertex<T>]> + Debug + Clone> Signal<T> for Polyline<S> {
     #[inline]
     fn value(&self, time: T) -> T {
         self.value_and_rate(time).0
     }
 
     fn value_and_rate(&self, time: T) -> (T, T) {
-        let after = self.vertices.partition_point(|vertex| vertex.time <= time);
-        match (after.checked_sub(1).and_then(|i| self.vertices.get(i)), self.vertices.get(after)) {
+        let vertices = self.vertices.as_ref();
+        let after = vertices.partition_point(|vertex| vertex.time <= time);
+        match (after.checked_sub(1).and_then(|i| vertices.get(i)), vertices.get(after)) {
             (Some(a), Some(b)) => {
                 let rate = (b.value - a.value) / (b.time - a.time);
                 (a.value + rate * (time - a.time), rate)
@@ -83,6 +84,6 @@ impl<T: Scalar, const N: usize> Signal<T> for Polyline<T, N> {
     }
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
-        first_between(self.vertices.iter().map(|vertex| vertex.time), time, towards)
+        first_between(self.vertices.as_ref().iter().map(|vertex| vertex.time), time, towards)
     }
 }

@@ -268,6 +268,18 @@ fn a_polyline_refuses_points_by_their_place() {
     // Points that are fine each by itself, on a line that is not.
     let steep = [Vertex { time: 0.0, value: 0.0 }, Vertex { time: 1e-60, value: 1e60 }];
     assert_eq!(name(Polyline::new(steep).unwrap_err()), ("slope", Some(1)));
-    let refused = Polyline::<f64, 0>::new([]).unwrap_err();
+    let refused = Polyline::new([] as [Vertex<f64>; 0]).unwrap_err();
     assert_eq!((refused.name, refused.rule), ("vertices", Rule::Count { least: 1 }));
+}
+
+#[test]
+fn a_polyline_takes_its_points_in_any_storage() {
+    let points = [Vertex { time: 0.0, value: 1.0 }, Vertex { time: 2.0, value: 5.0 }];
+    let (array, slice) = (Polyline::new(points).unwrap(), Polyline::new(&points[..]).unwrap());
+    let list = Polyline::new(points.to_vec()).unwrap();
+    for time in [-1.0, 0.0, 0.3, 2.0, 7.0] {
+        let want = array.value_and_rate(time);
+        assert_eq!((slice.value_and_rate(time), list.value_and_rate(time)), (want, want));
+        assert_eq!(list.next_kink(time, 9.0), array.next_kink(time, 9.0));
+    }
 }
