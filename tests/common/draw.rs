@@ -63,7 +63,7 @@ impl Draw {
 #[derive(Debug, Clone)]
 pub enum Wave {
     Sine(Sine<f64>),
-    Line(Polyline<f64, 12>),
+    Line(Polyline<[Vertex<f64>; 12]>),
     Repeated {
         shape: Shape,
         mean: f64,
