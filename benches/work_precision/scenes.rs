@@ -228,14 +228,14 @@ fn lag<M: Bristle<f64, Deflection = f64> + 'static>(
     });
     let dragged = Dragged(Rc::new(move |setting| {
         let method = Exponential::<5>;
-        let drag = match setting {
+        let solver = match setting {
             DragSetting::Tolerance(tolerance) => method.adaptive(tolerance),
             DragSetting::Step(step) => method.fixed(step),
         };
-        let drag = drag.map_err(|error| error.to_string())?;
+        let solver = solver.map_err(|error| error.to_string())?;
         let mut deflections = Vec::with_capacity(SAMPLES);
         let store = |_, deflection| deflections.push(deflection);
-        let cost = drag.sample(&contact, &velocity, 0.0..end, 0.0, SAMPLES, store);
+        let cost = solver.sample(&contact, &velocity, 0.0..end, 0.0, SAMPLES, store);
         Ok((deflections, cost.map_err(|failure| failure.to_string())?))
     }));
     visitor.visit(&Scene {

@@ -38,26 +38,28 @@
 //! Source: the collocation is Radau IIA of E. Hairer, G. Wanner, "Solving Ordinary Differential
 //! Equations II", section IV.5; splitting off the exact transient and the cut are of this crate.
 
-mod crossing;
-mod drag;
+mod dense_step;
 mod nodes;
-mod piece;
+mod run;
+mod solver;
 
-pub use drag::{Drag, Run};
-pub use piece::{Passage, Piece};
+pub use dense_step::{DenseStep, StepSummary};
+pub use run::Run;
+pub use solver::CollocationSolver;
 
+use crate::bounds::larger;
+use crate::ode::{Crossing, Pace, Search};
 use crate::parameter::{self, ParameterError};
-use crate::scalar::{is_zero, lit, nan};
+use crate::scalar::{is_zero, lit};
 use crate::{Branch, Bristle, Contact, Scalar};
-use crossing::{Reversal, first_reversal};
-use nodes::Nodes;
-use piece::Sample;
+use dense_step::Sample;
+use nodes::{MOST_NODES, Nodes};
 
-/// Pieces into which the reversals of one velocity may split a step.
-const MOST_PIECES: usize = 1000;
+/// Parts into which the reversals of one velocity may split a step.
+const MOST_PARTS: usize = 1000;
 
-/// Looks for a reversal before the one found: each sees a shorter step.
-const MOST_SIGHTS: usize = 64;
+/// Searches for an earlier reversal than the one found, each in a shorter step.
+const MOST_SEARCHES: usize = 64;
 
 /// Exponential collocation with S nodes a step, of order 2S − 1.
 ///
@@ -109,22 +111,25 @@ impl<const S: usize> Exponential<S> {
         velocities: Ramp<T>,
         deflection: T,
         duration: T,
-    ) -> Passage<T> {
+    ) -> StepSummary<T> {
+        if !(duration >= T::zero()) {
+            return StepSummary::unknown();
+        }
         let Ramp { from, to } = velocities;
         let along = |place: T| from + (to - from) * place;
         let (zero, one) = (T::zero(), T::one());
-        let piece = |span: (T, T), branch, deflection| {
-            smooth::<T, M, _, S>(contact, branch, along, span, duration, deflection).passage()
+        let part = |span: (T, T), branch, deflection| {
+            smooth::<T, M, _, S>(contact, branch, along, span, duration, deflection).summary()
         };
         let ahead = if is_zero(from) { to } else { from };
         let branch = direction(ahead);
         if !(from < zero && to > zero || from > zero && to < zero) {
-            return piece((zero, one), branch, deflection);
+            return part((zero, one), branch, deflection);
         }
         let turn = from / (from - to);
-        let before = piece((zero, turn), branch, deflection);
-        let after = piece((turn, one), branch.reversed(), before.deflection);
-        Passage {
+        let before = part((zero, turn), branch, deflection);
+        let after = part((turn, one), branch.reversed(), before.deflection);
+        StepSummary {
             mean: before.mean * turn + after.mean * (one - turn),
             work: before.work + after.work,
             ..after
@@ -142,59 +147,48 @@ impl<const S: usize> Exponential<S> {
         velocity: impl Fn(T) -> T,
         deflection: T,
         duration: T,
-    ) -> Passage<T> {
+    ) -> StepSummary<T> {
         let (zero, one) = (T::zero(), T::one());
-        let mut total = Passage { deflection, end: zero, mean: zero, work: zero };
+        let mut total = StepSummary { deflection, end: zero, mean: zero, work: zero };
         let mut branch = direction(velocity(zero));
         let mut start = zero;
-        for _ in 0..MOST_PIECES {
-            let sights = |branch: Branch, end: T| {
+        for _ in 0..if duration >= zero { MOST_PARTS } else { 0 } {
+            let search = |branch: Branch, end: T| {
                 let ahead = |place| branch.of(velocity(place)).speed();
-                let nodes = places::<T, S>((start, end)).map(|place| (place, ahead(place)));
-                first_reversal(ahead, (start, ahead(start)), &nodes)
+                let places = places::<T, S>((start, end));
+                crossing(ahead, (start, ahead(start)), (places, places.map(ahead)), zero)
             };
-            let mut end = one;
-            let mut turns = false;
-            match sights(branch, end) {
-                Reversal::None => {}
-                Reversal::AtStart => {
-                    branch = branch.reversed();
-                    if let Reversal::At(place) = sights(branch, end) {
-                        (end, turns) = (place, true);
-                    }
-                }
-                Reversal::At(place) => (end, turns) = (place, true),
+            let mut found = search(branch, one);
+            if found == Crossing::AtStart {
+                branch = branch.reversed();
+                found = search(branch, one);
             }
-            // A shorter step sees more.
-            for _ in 0..if turns { MOST_SIGHTS } else { 0 } {
-                match sights(branch, end) {
-                    Reversal::At(place) if place < end => end = place,
+            let mut end = one;
+            // A shorter step shows more.
+            for _ in 0..MOST_SEARCHES {
+                match found {
+                    Crossing::At(place) if place < end => end = place,
                     _ => break,
                 }
+                found = search(branch, end);
             }
-            let piece = smooth::<T, M, _, S>(
-                contact,
-                branch,
-                &velocity,
-                (start, end),
-                duration,
-                total.deflection,
-            );
-            let passage = piece.passage();
-            total = Passage {
-                deflection: passage.deflection,
-                end: passage.end,
-                mean: total.mean + passage.mean * (end - start),
-                work: total.work + passage.work,
+            let span = (start, end);
+            let part =
+                smooth::<T, M, _, S>(contact, branch, &velocity, span, duration, total.deflection);
+            let summary = part.summary();
+            total = StepSummary {
+                mean: total.mean + summary.mean * (end - start),
+                work: total.work + summary.work,
+                ..summary
             };
-            if !turns {
+            if !(end < one) {
                 return total;
             }
             branch = branch.reversed();
             start = end;
         }
-        // No velocity of a body: it reverses without end.
-        Passage { deflection: nan(), end: nan(), mean: nan(), work: nan() }
+        // Not the velocity of a body: it reverses without end.
+        StepSummary::unknown()
     }
 
     /// Steps chosen so that the error of each stays below a tolerance, as a part of the deflection at
@@ -203,8 +197,12 @@ impl<const S: usize> Exponential<S> {
     /// # Errors
     ///
     /// Refuses a tolerance that is not positive.
-    pub fn adaptive<T: Scalar>(self, tolerance: T) -> Result<Drag<T, S>, ParameterError> {
-        Ok(Drag::adaptive(parameter::positive("tolerance", tolerance)?))
+    pub fn adaptive<T: Scalar>(
+        self,
+        tolerance: T,
+    ) -> Result<CollocationSolver<T, S>, ParameterError> {
+        let tolerance = Some(parameter::positive("tolerance", tolerance)?);
+        Ok(CollocationSolver { pace: Pace::adaptive(), tolerance })
     }
 
     /// Steps of a fixed length \[s\], each split at reversals and where the velocity is not smooth.
@@ -212,8 +210,8 @@ impl<const S: usize> Exponential<S> {
     /// # Errors
     ///
     /// Refuses a step that is not positive.
-    pub fn fixed<T: Scalar>(self, step: T) -> Result<Drag<T, S>, ParameterError> {
-        Ok(Drag::fixed(parameter::positive("step", step)?))
+    pub fn fixed<T: Scalar>(self, step: T) -> Result<CollocationSolver<T, S>, ParameterError> {
+        Ok(CollocationSolver { pace: Pace::fixed(step)?, tolerance: None })
     }
 }
 
@@ -234,7 +232,24 @@ fn places<T: Scalar, const S: usize>((start, end): (T, T)) -> [T; S] {
     places
 }
 
-/// The piece over a part of a step without a reversal inside.
+/// Where the direction first reverses, from the speed at the start and at the nodes of a step.
+#[inline]
+fn crossing<T: Scalar, const S: usize>(
+    ahead: impl Fn(T) -> T,
+    start: (T, T),
+    (places, speeds): ([T; S], [T; S]),
+    shortest: T,
+) -> Crossing<T> {
+    // After a reversal the start lies on the wrong side by a rounding.
+    let mut sights = [(start.0, larger(start.1, T::zero())); MOST_NODES + 1];
+    for ((sight, place), speed) in sights.iter_mut().skip(1).zip(places).zip(speeds) {
+        *sight = (place, speed);
+    }
+    let search = Search { forgiven: T::zero(), tolerance: T::zero(), shortest };
+    search.first(ahead, sights.get(..=S).unwrap_or(&[]))
+}
+
+/// The solution over a part of a step without a reversal inside.
 #[inline(always)]
 fn smooth<T: Scalar, M: Bristle<T, Deflection = T>, V: Fn(T) -> T, const S: usize>(
     contact: &Contact<T, M>,
@@ -243,14 +258,14 @@ fn smooth<T: Scalar, M: Bristle<T, Deflection = T>, V: Fn(T) -> T, const S: usiz
     span: (T, T),
     duration: T,
     deflection: T,
-) -> Piece<T, S> {
+) -> DenseStep<T, S> {
     let places = places::<T, S>(span);
     let sample = |place| Sample::new(contact.model(), branch, velocity(place), deflection);
     let mut samples = [sample(span.1); S];
     for (sample_at, place) in samples.iter_mut().zip(places).take(S - 1) {
         *sample_at = sample(place);
     }
-    // What the curve between the ends would need of the start is not asked for here.
+    // The dense output, which needs the start, is not asked for here.
     let times = (T::zero(), (span.1 - span.0) * duration);
-    Piece::new(times, contact.normal_force(), deflection, &samples[0], &samples)
+    DenseStep::new(times, contact.normal_force(), deflection, &samples[0], &samples)
 }

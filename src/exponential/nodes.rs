@@ -7,6 +7,9 @@
 //!
 //! Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", section IV.5.
 
+/// Largest number of nodes.
+pub(super) const MOST_NODES: usize = 8;
+
 /// Everything that depends on the number of nodes alone.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Nodes<const S: usize> {
@@ -32,7 +35,7 @@ impl<const S: usize> Nodes<S> {
     pub(super) const OF: Self = Self::new();
 
     const fn new() -> Self {
-        assert!(S >= 2 && S <= 8, "between 2 and 8 nodes");
+        assert!(S >= 2 && S <= MOST_NODES, "between 2 and 8 nodes");
         let c = places::<S>();
         let mut nodes = Self {
             places: c,

@@ -56,6 +56,7 @@ mod trees;
 mod walk;
 
 pub use automatic::Automatic;
+pub(crate) use crossing::{Crossing, Search};
 
 pub use dormand_prince::DormandPrince;
 pub use dormand_prince8::DormandPrince8;
@@ -65,6 +66,7 @@ pub use integration::Integration;
 pub use rodas4::Rodas4;
 pub use rodas5p::Rodas5P;
 pub use runge_kutta4::RungeKutta4;
+pub(crate) use solver::check_samples;
 pub use solver::{Observer, Outcome, Solver, Summary};
 pub use statistics::Statistics;
 pub use step::Step;
@@ -72,4 +74,7 @@ pub use stepper::{Embedded, Method};
 pub use system::{Linearisation, System};
 pub use tolerance::{Tolerances, TolerancesParameters};
 #[cfg(feature = "alloc")]
+pub(crate) use trajectory::reserve;
+#[cfg(feature = "alloc")]
 pub use trajectory::{Interrupted, Output, Reversal, Trajectory, solve};
+pub(crate) use walk::{Pace, Trial, Walk};

@@ -13,7 +13,7 @@ use super::stepper::{Embedded, Method};
 use super::walk::Pace;
 use super::{Automatic, Statistics, System, Tolerances};
 use crate::Scalar;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{lit, to_f64};
 
 /// How a run chooses its steps.
@@ -336,4 +336,13 @@ pub struct Summary<T, const N: usize> {
     pub outcome: Outcome,
     /// What it cost.
     pub statistics: Statistics,
+}
+
+/// Checks a number of evenly spaced samples.
+pub(crate) fn check_samples(samples: usize) -> Result<(), ParameterError> {
+    if samples >= 2 {
+        return Ok(());
+    }
+    let rule = Rule::Count { least: 2 };
+    Err(ParameterError { name: "samples", component: None, value: samples as f64, rule })
 }

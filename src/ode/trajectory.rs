@@ -9,7 +9,7 @@ use nalgebra::SVector;
 
 use super::event::{Event, Occurrence};
 use super::failure::{Failure, StopReason};
-use super::solver::{Observer, Outcome, Solver};
+use super::solver::{Observer, Outcome, Solver, check_samples};
 use super::step::Step;
 use super::stepper::Method;
 use super::{Statistics, System};
@@ -278,17 +278,17 @@ struct Recorder<'a, T, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
-    fn check(&self) -> Result<(), ParameterError> {
+    /// Checks the output, and makes room for it.
+    fn check(&mut self) -> Result<(), ParameterError> {
         parameter::finite("span.start", self.span.start)?;
         parameter::finite("span.end", self.span.end)?;
         let forward = self.span.end >= self.span.start;
         match self.output {
-            Output::Uniform(samples) if samples < 2 => Err(ParameterError {
-                name: "samples",
-                component: None,
-                value: samples as f64,
-                rule: Rule::Count { least: 2 },
-            }),
+            Output::Uniform(samples) => {
+                check_samples(samples)?;
+                reserve(&mut self.trajectory.times, samples)?;
+                reserve(&mut self.trajectory.states, samples)
+            }
             Output::Times(times) => {
                 let mut previous = self.span.start;
                 for (index, &time) in times.iter().enumerate() {
@@ -308,7 +308,7 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
                 }
                 Ok(())
             }
-            Output::Steps | Output::Dense | Output::Uniform(_) => Ok(()),
+            Output::Steps | Output::Dense => Ok(()),
         }
     }
 
@@ -335,11 +335,6 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
     fn start(&mut self, state: &SVector<T, N>) {
         if matches!(self.output, Output::Steps | Output::Dense) {
             self.store(self.span.start, *state);
-        }
-        if let Output::Uniform(samples) = self.output {
-            // Not all at once: nobody knows yet whether so many will be reached.
-            self.trajectory.times.reserve(samples.min(1 << 16));
-            self.trajectory.states.reserve(samples.min(1 << 16));
         }
         self.look_up_next();
         while let Some(time) = self.next {
@@ -394,4 +389,13 @@ impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
         self.trajectory.events.push(*occurrence);
         ControlFlow::Continue(())
     }
+}
+
+/// Makes room for so many samples, or refuses them.
+pub(crate) fn reserve<V>(list: &mut Vec<V>, samples: usize) -> Result<(), ParameterError> {
+    list.try_reserve_exact(samples).map_err(|_| {
+        let value = samples as f64;
+        let rule = Rule::Below { other: "what the memory holds", limit: value };
+        ParameterError { name: "samples", component: None, value, rule }
+    })
 }

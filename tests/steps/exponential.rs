@@ -7,7 +7,7 @@ use crate::common::check;
 use crate::common::recipe::{Recipe, decades, recipe};
 use crate::common::specimens::{Specimen, specimens};
 use bristle::curve::Stribeck;
-use bristle::exponential::{Exponential, Passage, Ramp};
+use bristle::exponential::{Exponential, Ramp, StepSummary};
 use bristle::ode::StopReason;
 use bristle::rheology::KelvinVoigt;
 use bristle::signal::{Constant, Function, Polyline, Signal, Sine, SineParameters, Vertex};
@@ -44,15 +44,23 @@ fn along(z: f64, from: f64, to: f64) -> f64 {
     end + (z - end) * (-(to - from).abs() / 1e-4).exp()
 }
 
-/// An independent reference: z(h) = e^−Λ(h) (z + ∫ e^Λ r v dt), ∫F dt and ∫F v dt by Gauss–Legendre quadrature
-/// with three points on each of so many panels (order 6), for a velocity without reversal.
+/// What a step amounts to.
+struct Reference {
+    deflection: f64,
+    end: f64,
+    mean: f64,
+    work: f64,
+}
+
+/// An independent reference: z(h) = e^−Λ(h) (z + ∫ e^Λ r v dt), ∫F dt and ∫F v dt by Gauss–Legendre
+/// quadrature with three points on each of so many panels (order 6), for a velocity without reversal.
 fn reference<M: Bristle<f64, Deflection = f64>>(
     contact: &Contact<f64, M>,
     velocity: impl Fn(f64) -> f64,
     mut z: f64,
     duration: f64,
     panels: u32,
-) -> Passage<f64> {
+) -> Reference {
     let root = 15f64.sqrt();
     let places = [0.5 - root / 10.0, 0.5, 0.5 + root / 10.0];
     let weights = [5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0];
@@ -82,7 +90,7 @@ fn reference<M: Bristle<f64, Deflection = f64>>(
         z = driven(&weights) * (-lambda).exp();
     }
     let end = contact.force(velocity(duration), z);
-    Passage { deflection: z, end, mean: impulse / duration, work }
+    Reference { deflection: z, end, mean: impulse / duration, work }
 }
 
 fn close(found: f64, wanted: f64, tolerance: f64, what: &str) {
@@ -145,17 +153,19 @@ fn the_curve_between_the_ends_has_the_order_s_plus_2() {
     let contact = friction();
     let velocity = sine(0.0055, 0.005, 25.0, 0.3);
     fn worst<const S: usize>(contact: &Contact<f64, Friction>, v: &Sine<f64>, steps: u32) -> f64 {
-        let drag = Exponential::<S>.fixed(0.03 / f64::from(steps)).unwrap();
+        let solver = Exponential::<S>.fixed(0.03 / f64::from(steps)).unwrap();
         let mut worst = 0.0;
         let mut before = (0.0, -4e-5);
-        drag.sample(contact, v, 0.0..0.03, -4e-5, 98, |t, z| {
-            if t > 0.0 {
-                let on = reference(contact, |s| v.value(before.0 + s), before.1, t - before.0, 20);
-                worst = f64::max(worst, (z - on.deflection).abs() / BREAKAWAY);
-                before = (t, on.deflection);
-            }
-        })
-        .unwrap();
+        solver
+            .sample(contact, v, 0.0..0.03, -4e-5, 98, |t, z| {
+                if t > 0.0 {
+                    let on =
+                        reference(contact, |s| v.value(before.0 + s), before.1, t - before.0, 20);
+                    worst = f64::max(worst, (z - on.deflection).abs() / BREAKAWAY);
+                    before = (t, on.deflection);
+                }
+            })
+            .unwrap();
         worst
     }
     let order = |coarse: f64, fine: f64| (coarse / fine).log2() / 2.0;
@@ -187,8 +197,8 @@ fn the_order_survives_reversals() {
         exact: impl Fn(f64) -> f64,
         per_period: f64,
     ) -> f64 {
-        let drag = Exponential::<S>.fixed(1.0 / per_period).unwrap();
-        let mut run = drag.begin(contact, velocity, 0.0..3.0, 0.0).unwrap();
+        let solver = Exponential::<S>.fixed(1.0 / per_period).unwrap();
+        let mut run = solver.begin(contact, velocity, 0.0..3.0, 0.0).unwrap();
         let mut worst = 0.0;
         while let Some(piece) = run.advance().unwrap() {
             worst = f64::max(worst, (piece.end() - exact(piece.end_time())).abs() / 1e-4);
@@ -218,17 +228,17 @@ fn an_adaptive_run_keeps_its_tolerance_also_across_reversals() {
         let velocity = sine(mean, 0.005, frequency, 0.2);
         let span = 0.0..5.0 / frequency;
         let sampled = |tolerance: f64| {
-            let drag = Exponential::<5>.adaptive(tolerance).unwrap();
+            let solver = Exponential::<5>.adaptive(tolerance).unwrap();
             let mut list = Vec::new();
-            let statistics = drag
+            let statistics = solver
                 .sample(&contact, &velocity, span.clone(), 0.0, 501, |_, z| list.push(z))
                 .unwrap();
             (list, statistics)
         };
         // The same driver with other nodes and fixed short steps, whose order is shown above.
-        let drag = Exponential::<4>.fixed(span.end / 4000.0).unwrap();
+        let solver = Exponential::<4>.fixed(span.end / 4000.0).unwrap();
         let mut exact = Vec::new();
-        drag.sample(&contact, &velocity, span.clone(), 0.0, 501, |_, z| exact.push(z)).unwrap();
+        solver.sample(&contact, &velocity, span.clone(), 0.0, 501, |_, z| exact.push(z)).unwrap();
         let mut steps = 0;
         for tolerance in [1e-4, 1e-6, 1e-8] {
             let (found, statistics) = sampled(tolerance);
@@ -250,9 +260,10 @@ fn a_step_towards_rest_does_not_pass_by_the_stribeck_range_unseen() {
         for (mean, frequency) in [(0.0, 0.003), (0.6, 0.003), (0.0, 0.011), (0.6, 0.1)] {
             let velocity = sine(mean * amplitude, amplitude, frequency, 0.7);
             let span = 0.0..2.0 / frequency;
-            let run = |drag: bristle::exponential::Drag<f64, 5>| {
+            let run = |solver: bristle::exponential::CollocationSolver<f64, 5>| {
                 let mut list = Vec::new();
-                drag.sample(&contact, &velocity, span.clone(), 0.0, 201, |_, z| list.push(z))
+                solver
+                    .sample(&contact, &velocity, span.clone(), 0.0, 201, |_, z| list.push(z))
                     .unwrap();
                 list
             };
@@ -328,8 +339,8 @@ fn kinks_and_jumps_of_the_velocity_cost_nothing() {
     let exact = ways.iter().fold(5e-5, |z, &way| along(z, 0.0, way));
     let adaptive = Exponential::<3>.adaptive(1e-3).unwrap();
     let fixed = Exponential::<3>.fixed(0.37).unwrap();
-    for drag in [adaptive, fixed] {
-        let mut run = drag.begin(&contact, &velocity, 0.0..2.0, 5e-5).unwrap();
+    for solver in [adaptive, fixed] {
+        let mut run = solver.begin(&contact, &velocity, 0.0..2.0, 5e-5).unwrap();
         while run.advance().unwrap().is_some() {}
         // z_ss is constant and λ linear: exact to rounding, whatever the step.
         close(run.deflection(), exact, 1e-18, "corners");
@@ -338,10 +349,10 @@ fn kinks_and_jumps_of_the_velocity_cost_nothing() {
 
     let jump = Function::new(|t: f64| if t < 0.25 { (0.002, 0.0) } else { (-0.001, 0.0) }, [0.25]);
     let exact = along(along(0.0, 0.0, 0.0005), 0.0, -0.0001);
-    for drag in
+    for solver in
         [adaptive, Exponential::<3>.fixed(0.1).unwrap(), Exponential::<3>.fixed(0.25).unwrap()]
     {
-        let mut run = drag.begin(&contact, &jump, 0.0..0.35, 0.0).unwrap();
+        let mut run = solver.begin(&contact, &jump, 0.0..0.35, 0.0).unwrap();
         while run.advance().unwrap().is_some() {}
         close(run.deflection(), exact, 1e-18, "jump");
     }
@@ -365,7 +376,7 @@ fn the_curve_passes_an_extreme_of_the_stationary_deflection_between_the_nodes() 
     // The deflection comes close to z_ss where that has its maximum, at the slowest sliding.
     let contact = friction();
     let velocity = sine(0.0055, 0.005, 50.0, 0.0);
-    let sampled = |fixed: bristle::exponential::Drag<f64, 6>| {
+    let sampled = |fixed: bristle::exponential::CollocationSolver<f64, 6>| {
         let mut list = Vec::new();
         fixed.sample(&contact, &velocity, 0.0..0.4, 0.0, 2001, |_, z| list.push(z)).unwrap();
         list
@@ -594,9 +605,9 @@ fn single_precision_loses_nothing_but_digits() {
     }
     let sine =
         Sine::new(SineParameters { mean: 0.0_f32, amplitude: 0.01, frequency: 5.0, phase: 0.0 });
-    let drag = Exponential::<4>.adaptive(1e-4_f32).unwrap();
+    let solver = Exponential::<4>.adaptive(1e-4_f32).unwrap();
     let mut largest = 0.0;
-    let statistics = drag
+    let statistics = solver
         .sample(&narrow, &sine.unwrap(), 0.0..1.0, 0.0, 101, |_, z| largest = f32::max(largest, z))
         .unwrap();
     assert!(
@@ -609,13 +620,17 @@ fn single_precision_loses_nothing_but_digits() {
 fn what_is_not_a_number_stays_one() {
     let contact = friction();
     let nan = f64::NAN;
-    let all = |step: Passage<f64>| {
+    let all = |step: StepSummary<f64>| {
         [step.deflection, step.end, step.mean, step.work].iter().all(|value| value.is_nan())
     };
     assert!(all(Exponential::<4>.step(&contact, |_| 0.01, nan, 1e-3)));
     assert!(all(Exponential::<4>.step(&contact, |_| nan, 1e-5, 1e-3)));
     assert!(all(Exponential::<4>.step(&contact, |s| if s < 0.5 { 0.01 } else { nan }, 1e-5, 1e-3)));
-    assert!(all(Exponential::<4>.step(&contact, |_| 0.01, 1e-5, nan)));
+    for duration in [nan, -1e-3] {
+        assert!(all(Exponential::<4>.step(&contact, |_| 0.01, 1e-5, duration)));
+        let ramp = Ramp { from: -0.02, to: 0.1 };
+        assert!(all(Exponential::<3>.ramp(&contact, ramp, 1e-5, duration)));
+    }
     for (from, to) in [(nan, 0.1), (0.1, nan), (nan, nan)] {
         assert!(all(Exponential::<3>.ramp(&contact, Ramp { from, to }, 1e-5, 1e-3)));
     }
@@ -629,58 +644,59 @@ fn a_run_refuses_what_it_cannot_do_and_says_where_it_stopped() {
     let contact = friction();
     let constant = Constant::new(0.01).unwrap();
     assert!(Exponential::<4>.adaptive(0.0).is_err() && Exponential::<4>.fixed(f64::NAN).is_err());
-    let drag = Exponential::<4>.adaptive(1e-6).unwrap();
-    assert!(drag.with_largest_step(-1.0).is_err());
+    let solver = Exponential::<4>.adaptive(1e-6).unwrap();
+    assert!(solver.with_largest_step(-1.0).is_err());
     let refused = |span: core::ops::Range<f64>, z: f64, samples| {
-        let failure = drag.sample(&contact, &constant, span, z, samples, |_, _| {}).unwrap_err();
+        let failure = solver.sample(&contact, &constant, span, z, samples, |_, _| {}).unwrap_err();
         matches!(failure.reason, StopReason::Refused(_))
     };
     assert!(refused(1.0..0.0, 0.0, 5) && refused(0.0..f64::INFINITY, 0.0, 5));
     assert!(refused(0.0..1.0, f64::NAN, 5) && refused(0.0..1.0, 0.0, 1));
-    let few = drag.with_most_steps(3);
+    let few = solver.with_most_steps(3);
     let wave = sine(0.0, 0.01, 5.0, 0.0);
     let failure = few.sample(&contact, &wave, 0.0..9.0, 0.0, 5, |_, _| {}).unwrap_err();
     assert_eq!(failure.reason, StopReason::TooManySteps { limit: 3 });
     let broken = Function::new(|t: f64| (if t < 0.5 { 0.01 } else { f64::NAN }, 0.0), []);
-    let failure = drag.sample(&contact, &broken, 0.0..1.0, 0.0, 5, |_, _| {}).unwrap_err();
+    let failure = solver.sample(&contact, &broken, 0.0..1.0, 0.0, 5, |_, _| {}).unwrap_err();
     assert!(failure.time < 0.5 && failure.time > 0.49, "{failure}");
-    let drag = Exponential::<4>.fixed(0.1).unwrap();
-    let failure = drag.sample(&contact, &broken, 0.0..1.0, 0.0, 5, |_, _| {}).unwrap_err();
-    assert_eq!(failure.reason, StopReason::NotFinite { component: 0 });
+    assert_eq!(failure.reason, StopReason::VelocityNotFinite { contact: 0 });
+    let solver = Exponential::<4>.fixed(0.1).unwrap();
+    let failure = solver.sample(&contact, &broken, 0.0..1.0, 0.0, 5, |_, _| {}).unwrap_err();
+    assert_eq!(failure.reason, StopReason::VelocityNotFinite { contact: 0 });
 }
 
 #[test]
 fn samples_lie_where_they_should_and_the_curve_joins_the_ends() {
     let contact = friction();
     let wave = sine(0.0, 0.01, 5.0, 0.0);
-    let drag = Exponential::<5>.adaptive(1e-8).unwrap();
+    let solver = Exponential::<5>.adaptive(1e-8).unwrap();
     let mut times = Vec::new();
-    drag.sample(&contact, &wave, 0.25..1.25, 1e-5, 11, |time, _| times.push(time)).unwrap();
+    solver.sample(&contact, &wave, 0.25..1.25, 1e-5, 11, |time, _| times.push(time)).unwrap();
     let wanted: Vec<f64> = (0..11).map(|i| 0.25 + 0.1 * f64::from(i)).collect();
     assert_eq!(times.len(), 11);
     assert!(times.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-15), "{times:?}");
     assert_eq!((times[0], times[10]), (0.25, 1.25));
-    let mut run = drag.begin(&contact, &wave, 0.25..1.25, 1e-5).unwrap();
+    let mut run = solver.begin(&contact, &wave, 0.25..1.25, 1e-5).unwrap();
     let (mut time, mut deflection, mut work) = (0.25, 1e-5, 0.0);
     while let Some(piece) = run.advance().unwrap() {
         assert_eq!((piece.start_time(), piece.start()), (time, deflection));
         assert_eq!((piece.at(time), piece.at(piece.end_time())), (deflection, piece.end()));
         (time, deflection) = (piece.end_time(), piece.end());
-        work += piece.passage().work;
-        close(piece.passage().end, contact.force(wave.value(time), deflection), 1e-12, "force");
+        work += piece.summary().work;
+        close(piece.summary().end, contact.force(wave.value(time), deflection), 1e-12, "force");
     }
     assert_eq!((time, run.time()), (1.25, 1.25));
     // Steps of fixed length: the work is the same.
-    let drag = Exponential::<5>.fixed(1e-3).unwrap();
-    let mut run = drag.begin(&contact, &wave, 0.25..1.25, 1e-5).unwrap();
+    let solver = Exponential::<5>.fixed(1e-3).unwrap();
+    let mut run = solver.begin(&contact, &wave, 0.25..1.25, 1e-5).unwrap();
     let mut other = 0.0;
     while let Some(piece) = run.advance().unwrap() {
-        other += piece.passage().work;
+        other += piece.summary().work;
     }
     close(work, other, 1e-8 * other, "work");
     // A span of no length.
     let mut list = Vec::new();
-    drag.sample(&contact, &wave, 1.0..1.0, 1e-5, 3, |t, z| list.push((t, z))).unwrap();
+    solver.sample(&contact, &wave, 1.0..1.0, 1e-5, 3, |t, z| list.push((t, z))).unwrap();
     assert_eq!(list, [(1.0, 1e-5); 3]);
 }
 
@@ -688,10 +704,10 @@ fn samples_lie_where_they_should_and_the_curve_joins_the_ends() {
 fn nothing_is_allocated() {
     let contact = friction();
     let wave = sine(0.001, 0.01, 25.0, 0.0);
-    let drag = Exponential::<5>.adaptive(1e-8).unwrap();
+    let solver = Exponential::<5>.adaptive(1e-8).unwrap();
     let mut rejected = 0;
     let counted = allocation_counter::measure(|| {
-        let statistics = drag.sample(&contact, &wave, 0.0..0.4, 0.0, 101, |_, _| {}).unwrap();
+        let statistics = solver.sample(&contact, &wave, 0.0..0.4, 0.0, 101, |_, _| {}).unwrap();
         rejected = statistics.rejected;
         let step = Exponential::<4>.step(&contact, |s| 0.01 - 0.03 * s, 0.0, 1e-3);
         assert!(step.work > 0.0);
@@ -705,8 +721,14 @@ fn nothing_is_allocated() {
 fn stored_samples_are_the_streamed_ones() {
     let contact = friction();
     let wave = sine(0.001, 0.01, 25.0, 0.0);
-    let drag = Exponential::<5>.adaptive(1e-6).unwrap();
+    let solver = Exponential::<5>.adaptive(1e-6).unwrap();
     let mut streamed = Vec::new();
-    drag.sample(&contact, &wave, 0.0..0.1, 0.0, 21, |_, z| streamed.push(z)).unwrap();
-    assert_eq!(drag.deflections(&contact, &wave, 0.0..0.1, 0.0, 21).unwrap(), streamed);
+    solver.sample(&contact, &wave, 0.0..0.1, 0.0, 21, |_, z| streamed.push(z)).unwrap();
+    assert_eq!(solver.deflections(&contact, &wave, 0.0..0.1, 0.0, 21).unwrap(), streamed);
+    // More than there is memory for.
+    for samples in [1_000_000_000_000_000, usize::MAX] {
+        let failure = solver.deflections(&contact, &wave, 0.0..0.1, 0.0, samples).unwrap_err();
+        let StopReason::Refused(error) = failure.reason else { panic!("{failure}") };
+        assert_eq!((error.name, error.value), ("samples", samples as f64));
+    }
 }

@@ -1,4 +1,4 @@
-//! One step on one smooth branch: the bristle between two reversals.
+//! One step on one branch: the bristle between two reversals of its velocity.
 
 #![allow(
     clippy::needless_range_loop,
@@ -6,7 +6,7 @@
 )]
 
 use super::nodes::Nodes;
-use crate::scalar::{is_zero, lit};
+use crate::scalar::{is_zero, lit, nan};
 use crate::{Affine, Branch, Bristle, Scalar};
 
 /// The affine bristle at one velocity, per unit normal force.
@@ -49,10 +49,9 @@ impl<T: Scalar> Sample<T> {
     }
 }
 
-/// One smooth piece of the course of a deflection: the solution between two times, with no
-/// reversal inside.
+/// One step of a run: the deflection between two times, without a reversal inside.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Piece<T, const S: usize> {
+pub struct DenseStep<T, const S: usize> {
     start_time: T,
     end_time: T,
     normal_force: T,
@@ -79,7 +78,7 @@ pub struct Piece<T, const S: usize> {
     error: T,
 }
 
-impl<T: Scalar, const S: usize> Piece<T, S> {
+impl<T: Scalar, const S: usize> DenseStep<T, S> {
     /// Solves one step from what the model says at its nodes, and at its start for the curve between.
     #[inline]
     pub(super) fn new(
@@ -162,7 +161,7 @@ impl<T: Scalar, const S: usize> Piece<T, S> {
             error += excess.abs() * unresolved(table, first_relaxation, &rates)
                 / (T::one() + relaxation);
         }
-        let mut piece = Self {
+        let mut step = Self {
             start_time,
             end_time,
             normal_force,
@@ -180,8 +179,8 @@ impl<T: Scalar, const S: usize> Piece<T, S> {
             higher_relaxation,
             error,
         };
-        piece.end = piece.within(end);
-        piece
+        step.end = step.within(end);
+        step
     }
 
     /// Cut to the range that the exact solution keeps.
@@ -196,12 +195,12 @@ impl<T: Scalar, const S: usize> Piece<T, S> {
         }
     }
 
-    /// Time at which the piece starts \[s\].
+    /// Time at which the step starts \[s\].
     pub fn start_time(&self) -> T {
         self.start_time
     }
 
-    /// Time at which the piece ends \[s\].
+    /// Time at which the step ends \[s\].
     pub fn end_time(&self) -> T {
         self.end_time
     }
@@ -216,7 +215,7 @@ impl<T: Scalar, const S: usize> Piece<T, S> {
         self.end
     }
 
-    /// The deflection \[m\] at a time within the piece.
+    /// The deflection \[m\] at a time within the step.
     #[inline]
     pub fn at(&self, time: T) -> T {
         if time == self.end_time {
@@ -276,8 +275,8 @@ impl<T: Scalar, const S: usize> Piece<T, S> {
         self.error
     }
 
-    /// What happened over the piece.
-    pub fn passage(&self) -> Passage<T> {
+    /// Force, work and deflection of the step.
+    pub fn summary(&self) -> StepSummary<T> {
         let table = &Nodes::<S>::OF;
         let duration = self.end_time - self.start_time;
         let mut deflections: [T; S] = core::array::from_fn(|i| self.start + self.way[i]);
@@ -310,7 +309,7 @@ impl<T: Scalar, const S: usize> Piece<T, S> {
             work += coefficient * sample.velocity * lit(table.weights[i]);
         }
         let last = &self.samples[S - 1];
-        Passage {
+        StepSummary {
             deflection: self.end,
             end: self.normal_force * (last.stiffness * self.end + last.viscous),
             mean: self.normal_force * (weighted + stiffness * shift + viscous),
@@ -354,9 +353,10 @@ impl<T: Scalar, const S: usize> Piece<T, S> {
     }
 }
 
-/// What happens over a step.
+/// What a step amounts to.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Passage<T> {
+pub struct StepSummary<T> {
     /// Deflection at the end of the step \[m\].
     pub deflection: T,
     /// Friction force \[N\] at the end of the step.
@@ -365,6 +365,13 @@ pub struct Passage<T> {
     pub mean: T,
     /// Work ∫F v dt done against friction \[J\].
     pub work: T,
+}
+
+impl<T: Scalar> StepSummary<T> {
+    /// The answer to input that is not a number.
+    pub(super) fn unknown() -> Self {
+        Self { deflection: nan(), end: nan(), mean: nan(), work: nan() }
+    }
 }
 
 /// 1 − e^−x.

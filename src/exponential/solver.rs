@@ -1,0 +1,150 @@
+//! The solver along a known velocity: its settings, and the output of a run.
+
+use core::ops::Range;
+
+use nalgebra::Vector1;
+
+use super::run::Run;
+use crate::ode::{Failure, Pace, Statistics, check_samples};
+use crate::parameter::{self, ParameterError};
+use crate::scalar::lit;
+use crate::signal::Signal;
+use crate::{Bristle, Contact, Scalar};
+
+/// Exponential collocation with its step control. Made by
+/// [`Exponential::adaptive`](super::Exponential::adaptive) and
+/// [`Exponential::fixed`](super::Exponential::fixed).
+///
+/// ```
+/// use bristle::exponential::Exponential;
+/// use bristle::signal::{Sine, SineParameters};
+/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
+///
+/// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+/// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+/// let contact = FrBd::new(curve, bristle).under_load(1.0)?;
+/// let velocity = Sine::new(SineParameters { mean: 0.0, amplitude: 0.01, frequency: 25.0, phase: 0.0 })?;
+///
+/// let solver = Exponential::<5>.adaptive(1e-8)?;
+/// let mut largest = 0.0;
+/// solver.sample(&contact, &velocity, 0.0..0.2, 0.0, 201, |_time, deflection: f64| {
+///     largest = f64::max(largest, deflection.abs());
+/// })?;
+/// assert!(largest < 1.5e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CollocationSolver<T, const S: usize> {
+    pub(super) pace: Pace<T>,
+    /// Tolerance of adaptive steps, as a part of the deflection at breakaway.
+    pub(super) tolerance: Option<T>,
+}
+
+impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
+    /// A limit on the length of adaptive steps \[s\]. Fixed steps ignore it.
+    ///
+    /// A periodic velocity needs one if a step could skip whole periods of it.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a limit that is not positive.
+    pub fn with_largest_step(self, largest: T) -> Result<Self, ParameterError> {
+        Ok(Self { pace: self.pace.with_largest_step(largest)?, ..self })
+    }
+
+    /// A limit on the number of trial steps, 10⁸ if not given.
+    #[must_use]
+    pub fn with_most_steps(self, most: u64) -> Self {
+        Self { pace: self.pace.with_most_steps(most), ..self }
+    }
+
+    /// Starts a run over a time span \[s\] from a deflection \[m\], to be stepped by hand.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a time or a deflection that is not finite, a span that ends before it starts, and a
+    /// fixed step that does not advance the time.
+    pub fn begin<'a, M: Bristle<T, Deflection = T>, V: Signal<T>>(
+        &self,
+        contact: &'a Contact<T, M>,
+        velocity: &'a V,
+        span: Range<T>,
+        deflection: T,
+    ) -> Result<Run<'a, T, M, V, S>, Failure<T, 1>> {
+        let checked = parameter::finite("span.start", span.start)
+            .and_then(|start| parameter::at_least("span.end", span.end, "span.start", start))
+            .and_then(|end| parameter::finite("span.end", end))
+            .and_then(|_| parameter::finite("deflection", deflection));
+        let state = Vector1::new(deflection);
+        checked.map_err(|error| Failure::refused(error, span.start, state))?;
+        Run::new(self, contact, velocity, span, deflection)
+    }
+
+    /// Runs over a time span \[s\] from a deflection \[m\], and hands over time and deflection at so
+    /// many times, at least 2, evenly spaced and including both ends.
+    ///
+    /// The model's limit of the deflection is kept at the ends of steps. Between those of long fixed
+    /// steps the dense output may exceed it by a part of what the deflection varies.
+    ///
+    /// # Errors
+    ///
+    /// Refuses what [`CollocationSolver::begin`] refuses, and fewer than 2 samples; says why a run
+    /// ended before its time. The samples before that have been handed over.
+    pub fn sample<M: Bristle<T, Deflection = T>, V: Signal<T>>(
+        &self,
+        contact: &Contact<T, M>,
+        velocity: &V,
+        span: Range<T>,
+        deflection: T,
+        samples: usize,
+        mut observer: impl FnMut(T, T),
+    ) -> Result<Statistics, Failure<T, 1>> {
+        let state = Vector1::new(deflection);
+        check_samples(samples).map_err(|error| Failure::refused(error, span.start, state))?;
+        let mut run = self.begin(contact, velocity, span.clone(), deflection)?;
+        let last = samples - 1;
+        let spacing = (span.end - span.start) / lit(last as f64);
+        let time_of = |index: usize| {
+            if index == last { span.end } else { span.start + spacing * lit(index as f64) }
+        };
+        observer(span.start, deflection);
+        let mut index = 1;
+        while let Some(step) = run.advance()? {
+            while index <= last && time_of(index) <= step.end_time() {
+                observer(time_of(index), step.at(time_of(index)));
+                index += 1;
+            }
+        }
+        // A span of no length has no steps.
+        for index in index..=last {
+            observer(time_of(index), run.deflection());
+        }
+        Ok(run.statistics())
+    }
+
+    /// Runs as [`CollocationSolver::sample`] does, and stores the deflections.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`CollocationSolver::sample`]; the samples before are lost. Refuses more samples than
+    /// there is memory for.
+    #[cfg(feature = "alloc")]
+    pub fn deflections<M: Bristle<T, Deflection = T>, V: Signal<T>>(
+        &self,
+        contact: &Contact<T, M>,
+        velocity: &V,
+        span: Range<T>,
+        deflection: T,
+        samples: usize,
+    ) -> Result<alloc::vec::Vec<T>, Failure<T, 1>> {
+        let mut stored = alloc::vec::Vec::new();
+        crate::ode::reserve(&mut stored, samples)
+            .map_err(|error| Failure::refused(error, span.start, Vector1::new(deflection)))?;
+        self.sample(contact, velocity, span, deflection, samples, |_, deflection| {
+            stored.push(deflection);
+        })?;
+        Ok(stored)
+    }
+}
