@@ -182,12 +182,16 @@ where
                     *time = if *time > last && last > start { last } else { *time };
                 }
             }
-            let velocities = times.map(|time| self.velocity.value(time));
+            // Plain loops: the compiler does not see through a map over an array.
+            let (mut velocities, mut speeds) = (times, times);
+            for ((velocity, speed), time) in velocities.iter_mut().zip(&mut speeds).zip(times) {
+                *velocity = self.velocity.value(time);
+                *speed = self.branch.of(*velocity).speed();
+            }
             cuts += 1;
             if cuts < MOST_CUTS {
                 let ahead = |time| self.branch.of(self.velocity.value(time)).speed();
                 let from = (start, self.branch.of(self.now).speed());
-                let speeds = velocities.map(|velocity| self.branch.of(velocity).speed());
                 match crossing(ahead, from, (times, speeds), self.walk.smallest_step()) {
                     Crossing::At(place) if place < end_time => {
                         (end_time, end) = (place, End::Reversal);
@@ -202,7 +206,10 @@ where
                 }
             }
             self.walk.statistics.evaluations += S as u64;
-            let samples = velocities.map(|v| Sample::new(model, self.branch, v, self.deflection));
+            let mut samples = [self.sample; S];
+            for (sample, velocity) in samples.iter_mut().zip(velocities) {
+                *sample = Sample::new(model, self.branch, velocity, self.deflection);
+            }
             let (span, force) = ((start, end_time), self.contact.normal_force());
             return (DenseStep::new(span, force, self.deflection, &self.sample, &samples), end);
         }

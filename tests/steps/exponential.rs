@@ -47,7 +47,6 @@ fn along(z: f64, from: f64, to: f64) -> f64 {
 /// What a step amounts to.
 struct Reference {
     deflection: f64,
-    end: f64,
     mean: f64,
     work: f64,
 }
@@ -89,8 +88,7 @@ fn reference<M: Bristle<f64, Deflection = f64>>(
         }
         z = driven(&weights) * (-lambda).exp();
     }
-    let end = contact.force(velocity(duration), z);
-    Reference { deflection: z, end, mean: impulse / duration, work }
+    Reference { deflection: z, mean: impulse / duration, work }
 }
 
 fn close(found: f64, wanted: f64, tolerance: f64, what: &str) {
