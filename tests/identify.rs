@@ -415,8 +415,8 @@ fn the_curve_alone_comes_from_the_sliding_rows() {
     let log = log_of(&FrBdFit, &TRUTH, slow, 10_000, || {
         0.002 * draw.gauss() + if draw.next() < 0.05 { 0.5 * draw.next() } else { 0.0 }
     });
-    let (rough, points) = InitialGuess::with_points(&log).unwrap();
-    let found = static_curve(&StribeckCurve { rough, exponent: 2.0 }, &points).unwrap();
+    let (guess, points) = InitialGuess::with_points(&log).unwrap();
+    let found = static_curve(&StribeckCurve { guess, exponent: 2.0 }, &points).unwrap();
     for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
         // Rows near a reversal see the curve with the bristle's lag, which is part of the standard errors.
         assert!((estimate.value - truth).abs() < 3.0 * estimate.standard_error, "{found}");
@@ -571,8 +571,8 @@ fn friction_with_the_wrong_sign_or_without_a_change_is_refused() {
     assert_eq!(stuck, IdentifyError::NoChange { value: 2.0 });
     assert!(stuck.to_string().contains("stays at 2"), "{stuck}");
     // An offset is neither, and is seen: ten times the friction, and its work over the way left at the end is not counted.
-    for (offset, rough) in [(-3.0, refusal(|mu| mu - 3.0)), (3.0, refusal(|mu| mu + 3.0))] {
-        let seen = rough.unwrap().offset;
+    for (offset, guess) in [(-3.0, refusal(|mu| mu - 3.0)), (3.0, refusal(|mu| mu + 3.0))] {
+        let seen = guess.unwrap().offset;
         assert!((seen - offset).abs() < 0.02, "{seen}");
     }
 }
@@ -611,8 +611,8 @@ fn positions_with_noise_have_the_reversals_of_those_without() {
     // of the travel is 23 µm. The body turns where 2.6 t is a multiple of π, four times in 6 s.
     let (_, noisy) = read(&slow, 1e-4, &mut draw);
     let turns = noisy.velocities().windows(2).filter(|v| v[0] * v[1] < 0.0).count();
-    let rough = InitialGuess::of(&noisy).unwrap();
-    assert!(turns > 300 && rough.reversals == 4, "{turns} {rough:?}");
+    let guess = InitialGuess::of(&noisy).unwrap();
+    assert!(turns > 300 && guess.reversals == 4, "{turns} {guess:?}");
 }
 
 #[test]
@@ -620,13 +620,13 @@ fn the_stiffness_at_a_glance_is_ln_2_over_the_way_to_half_of_the_swing() {
     // Little damping and no drop, as the estimate assumes; at one speed.
     let truth = [0.2, 1e-6, 0.01, 1e-3, 6e3, 1e-3];
     let log = log_of(&FrBdFit, &truth, |t| 0.1 * one_speed(t), 4000, || 0.0);
-    let rough = InitialGuess::of(&log).unwrap();
+    let guess = InitialGuess::of(&log).unwrap();
     // A row is 2 µm of the 23 µm to half of the swing, and the velocity turns over one row.
-    assert!((rough.micro_stiffness / 6e3 - 1.0).abs() < 0.06, "{rough:?}");
+    assert!((guess.micro_stiffness / 6e3 - 1.0).abs() < 0.06, "{guess:?}");
 }
 
 #[test]
-fn no_rough_guess_makes_a_panic_or_a_fit_of_nothing() {
+fn no_guess_guess_makes_a_panic_or_a_fit_of_nothing() {
     let points: Vec<SlidingPoint> = (1..50)
         .map(|i| SlidingPoint {
             speed: 2e-3 * f64::from(i),
@@ -637,8 +637,8 @@ fn no_rough_guess_makes_a_panic_or_a_fit_of_nothing() {
     let good = InitialGuess::of(&log).unwrap();
     // A curve that falls all the way to the largest speed, and beyond.
     let falling = log_of(&FrBdFit, &[0.2, 0.1, 0.2, 1e-6, 6e3, 8.0], rich, 3000, || 0.0);
-    let rough = InitialGuess::of(&falling).unwrap();
-    assert!(rough.stribeck_velocity <= rough.fastest, "{rough:?}");
+    let guess = InitialGuess::of(&falling).unwrap();
+    assert!(guess.stribeck_velocity <= guess.fastest, "{guess:?}");
     let fields: [fn(&mut InitialGuess, f64); 7] = [
         |r, x| r.static_coefficient = x,
         |r, x| r.dynamic_coefficient = x,
@@ -650,26 +650,26 @@ fn no_rough_guess_makes_a_panic_or_a_fit_of_nothing() {
     ];
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -1.0, 1e300, 5e-324] {
         for (field, set) in fields.iter().enumerate() {
-            let mut rough = good;
-            set(&mut rough, bad);
+            let mut guess = good;
+            set(&mut guess, bad);
             let short = Settings { iterations: 1, ..Settings::default() };
             let simulation = Simulation::default();
             let fits = [
-                static_curve(&StribeckCurve { rough, exponent: 2.0 }, &points).map(|f| f.values()),
-                static_curve(&RationalCurve { rough }, &points).map(|f| f.values()),
+                static_curve(&StribeckCurve { guess, exponent: 2.0 }, &points).map(|f| f.values()),
+                static_curve(&RationalCurve { guess }, &points).map(|f| f.values()),
             ];
             for values in fits.into_iter().flatten() {
                 assert!(values.iter().all(|x| x.is_finite()), "{field} {bad}: {values:?}");
             }
-            let parameters = FrBdFit.parameters(&rough);
+            let parameters = FrBdFit.parameters(&guess);
             let found = fit_from(&FrBdFit, parameters, &log, simulation, &short, &mut go_on);
             assert!(!bad.is_nan() || found.is_err(), "{field}: {found:?}");
-            let _ = (MaxwellFit.parameters(&rough), ElastoPlasticFit.parameters(&rough));
+            let _ = (MaxwellFit.parameters(&guess), ElastoPlasticFit.parameters(&guess));
         }
     }
 }
 
-/// The line a + b x through the points of a series, at x = first, first + 1, …
+/// The line a + b x thguess the points of a series, at x = first, first + 1, …
 struct Line {
     points: Vec<f64>,
     first: f64,

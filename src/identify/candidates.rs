@@ -1,7 +1,10 @@
-//! Ready candidates: FrBD with a Stribeck curve and bristles of growing richness.
+//! Candidates: models with parameters to be found. Three are ready: FrBD with a Stribeck curve and
+//! bristles of growing richness.
+
+use core::fmt::Debug;
 
 use super::InitialGuess;
-use super::residuals::{Candidate, Parameter, Scaling};
+use super::residuals::{Parameter, Scaling};
 use super::static_curve::{stribeck, stribeck_parameters};
 use crate::curve::Stribeck;
 use crate::parameter::ParameterError;
@@ -11,37 +14,63 @@ use crate::rheology::{
     MaxwellArm,
 };
 use crate::scalar::lit;
-use crate::{ElastoPlastic, ElastoPlasticParameters, FrBd, Scalar};
+use crate::{Bristle, ElastoPlastic, ElastoPlasticParameters, FrBd, Scalar};
 
-/// Stribeck exponent of the ready candidates.
+/// A friction model with N parameters to be found. Implement it for a model of your own:
+///
+/// ```
+/// use bristle::identify::{Candidate, InitialGuess, Parameter};
+/// use bristle::{Dahl, DahlParameters, ParameterError, Scalar};
+///
+/// /// Dahl's model.
+/// #[derive(Debug)]
+/// struct DahlFit;
+///
+/// impl Candidate<2> for DahlFit {
+///     type Model<T: Scalar> = Dahl<T>;
+///
+///     fn parameters(&self, guess: &InitialGuess) -> [Parameter; 2] {
+///         [
+///             Parameter::positive("dynamic_coefficient", "", guess.dynamic_coefficient, 10.0),
+///             Parameter::positive("micro_stiffness", "1/m", guess.micro_stiffness, 100.0),
+///         ]
+///     }
+///
+///     fn model<T: Scalar>(
+///         &self,
+///         &[dynamic_coefficient, micro_stiffness]: &[T; 2],
+///     ) -> Result<Dahl<T>, ParameterError> {
+///         Dahl::new(DahlParameters { dynamic_coefficient, micro_stiffness })
+///     }
+/// }
+/// ```
+pub trait Candidate<const N: usize>: Debug {
+    /// The model, in any scalar.
+    type Model<T: Scalar>: Bristle<T>;
+
+    /// The parameters, with starts and bounds around an initial guess.
+    fn parameters(&self, guess: &InitialGuess) -> [Parameter; N];
+
+    /// The model with these parameters.
+    ///
+    /// # Errors
+    ///
+    /// Parameters out of their ranges.
+    fn model<T: Scalar>(&self, values: &[T; N]) -> Result<Self::Model<T>, ParameterError>;
+
+    /// What the force sensor adds to the friction coefficient \[–\]: zero, or one of the parameters.
+    fn offset<T: Scalar>(&self, _values: &[T; N]) -> T {
+        T::zero()
+    }
+}
+
+/// Stribeck exponent of the ready candidates: the usual one.
 const EXPONENT: f64 = 2.0;
 
-fn micro_stiffness(rough: &InitialGuess) -> Parameter {
-    Parameter::positive("micro_stiffness", "1/m", rough.micro_stiffness, 100.0)
-}
-
-fn micro_damping(rough: &InitialGuess) -> Parameter {
-    let typical = rough.micro_damping;
-    Parameter {
-        name: "micro_damping",
-        unit: "s/m",
-        start: typical,
-        least: 0.0,
-        most: 1e3 * typical,
-        scaling: Scaling::Linear { typical },
-    }
-}
-
-fn offset(rough: &InitialGuess) -> Parameter {
-    let size = rough.dynamic_coefficient;
-    Parameter {
-        name: "offset",
-        unit: "",
-        start: 0.0,
-        least: -size,
-        most: size,
-        scaling: Scaling::Linear { typical: 0.1 * size },
-    }
+fn offset(guess: &InitialGuess) -> Parameter {
+    let size = guess.dynamic_coefficient;
+    let scaling = Scaling::Linear { typical: 0.1 * size };
+    Parameter { name: "offset", unit: "", start: 0.0, least: -size, most: size, scaling }
 }
 
 fn kelvin_voigt<T: Scalar>(
@@ -51,16 +80,28 @@ fn kelvin_voigt<T: Scalar>(
     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping })
 }
 
-/// [`FrBd`] with a [`Stribeck`] curve (δ = 2) and a [`KelvinVoigt`] bristle: μ_d, μ_s − μ_d, v_S, σ2, σ0, σ1.
+/// [`FrBd`] with a [`Stribeck`] curve (δ = 2) and a [`KelvinVoigt`] bristle.
+///
+/// Six parameters: μ_d, μ_s − μ_d, v_S, σ2, σ0, σ1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FrBdFit;
 
 impl Candidate<6> for FrBdFit {
     type Model<T: Scalar> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
 
-    fn parameters(&self, rough: &InitialGuess) -> [Parameter; 6] {
-        let [dynamic, excess, velocity, viscous] = stribeck_parameters(rough);
-        [dynamic, excess, velocity, viscous, micro_stiffness(rough), micro_damping(rough)]
+    fn parameters(&self, guess: &InitialGuess) -> [Parameter; 6] {
+        let [dynamic, excess, velocity, viscous] = stribeck_parameters(guess);
+        let stiffness = Parameter::positive("micro_stiffness", "1/m", guess.micro_stiffness, 100.0);
+        let start = guess.micro_damping;
+        let damping = Parameter {
+            name: "micro_damping",
+            unit: "s/m",
+            start,
+            least: 0.0,
+            most: 1e3 * start,
+            scaling: Scaling::Linear { typical: start },
+        };
+        [dynamic, excess, velocity, viscous, stiffness, damping]
     }
 
     fn model<T: Scalar>(
@@ -74,32 +115,26 @@ impl Candidate<6> for FrBdFit {
     }
 }
 
-/// FrBD whose bristle has a second spring that relaxes: a [`GeneralisedMaxwell`] bristle of a spring σ0, an arm of
-/// stiffness K₁ and relaxation time τ, and σ1 beside them; and an offset of the force sensor. The nine parameters are
-/// those of [`FrBdFit`], then K₁, τ and the offset. With σ1 at its lower bound, zero, it is [`Zener`](crate::rheology::Zener)'s.
+/// FrBD whose bristle has a second spring that relaxes, and an offset of the force sensor.
+///
+/// The bristle is a [`GeneralisedMaxwell`] one: a spring σ0, an arm of stiffness K₁ and relaxation time
+/// τ, and a damper σ1. Nine parameters: those of [`FrBdFit`], then K₁, τ and the offset. With σ1 at its
+/// lower bound, zero, the bristle is a [`Zener`](crate::rheology::Zener) one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MaxwellFit;
 
 impl Candidate<9> for MaxwellFit {
     type Model<T: Scalar> = FrBd<Stribeck<T>, GeneralisedMaxwell<T, 2>>;
 
-    fn parameters(&self, rough: &InitialGuess) -> [Parameter; 9] {
-        let [a, b, c, d, e, f] = FrBdFit.parameters(rough);
-        // The time in which the breakaway distance is slid: faster it is a spring, slower it is gone.
-        let time = rough.dynamic_coefficient / (rough.micro_stiffness * rough.fastest);
+    fn parameters(&self, guess: &InitialGuess) -> [Parameter; 9] {
+        let [a, b, c, d, e, f] = FrBdFit.parameters(guess);
+        // The time in which the breakaway distance is slid. An arm that is much slower acts as a
+        // spring, one that is much faster not at all.
+        let time = guess.dynamic_coefficient / (guess.micro_stiffness * guess.fastest);
         let stiffness =
-            Parameter::positive("relaxing_stiffness", "1/m", 0.3 * rough.micro_stiffness, 300.0);
-        [
-            a,
-            b,
-            c,
-            d,
-            e,
-            f,
-            stiffness,
-            Parameter::positive("relaxation_time", "s", time, 1e3),
-            offset(rough),
-        ]
+            Parameter::positive("relaxing_stiffness", "1/m", 0.3 * guess.micro_stiffness, 300.0);
+        let relaxation = Parameter::positive("relaxation_time", "s", time, 1e3);
+        [a, b, c, d, e, f, stiffness, relaxation, offset(guess)]
     }
 
     fn model<T: Scalar>(&self, values: &[T; 9]) -> Result<Self::Model<T>, ParameterError> {
@@ -119,26 +154,24 @@ impl Candidate<9> for MaxwellFit {
     }
 }
 
-/// [`ElastoPlastic`] FrBD: a bristle that is elastic up to a stick limit z_b, for loops with straight flanks and a sharp
-/// knee; and an offset of the force sensor. The eight parameters are those of [`FrBdFit`], then the stick share
-/// z_b σ0/μ_d, below one, and the offset. Give it [`Simulation::substeps`](super::Simulation) where rows lie far apart.
+/// [`ElastoPlastic`] FrBD, whose bristle is elastic up to a stick limit z_b, and an offset of the force
+/// sensor: for loops with straight flanks and a sharp knee.
+///
+/// Eight parameters: those of [`FrBdFit`], then the stick share z_b σ0/μ_d, below one, and the offset.
+/// Use [`Simulation::substeps`](super::Simulation) where rows lie far apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ElastoPlasticFit;
 
 impl Candidate<8> for ElastoPlasticFit {
     type Model<T: Scalar> = ElastoPlastic<Stribeck<T>, KelvinVoigt<T>, Unregularised, T>;
 
-    fn parameters(&self, rough: &InitialGuess) -> [Parameter; 8] {
-        let [a, b, c, d, e, f] = FrBdFit.parameters(rough);
-        let share = Parameter {
-            name: "stick_share",
-            unit: "",
-            start: 0.5,
-            least: 1e-3,
-            most: 0.99, // at one the knee would be a corner
-            scaling: Scaling::Linear { typical: 0.5 },
-        };
-        [a, b, c, d, e, f, share, offset(rough)]
+    fn parameters(&self, guess: &InitialGuess) -> [Parameter; 8] {
+        let [a, b, c, d, e, f] = FrBdFit.parameters(guess);
+        let scaling = Scaling::Linear { typical: 0.5 };
+        // At a share of one the knee would be a corner.
+        let (least, most) = (1e-3, 0.99);
+        let share = Parameter { name: "stick_share", unit: "", start: 0.5, least, most, scaling };
+        [a, b, c, d, e, f, share, offset(guess)]
     }
 
     fn model<T: Scalar>(&self, values: &[T; 8]) -> Result<Self::Model<T>, ParameterError> {

@@ -6,7 +6,7 @@ use crate::parameter::ParameterError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IdentifyError {
-    /// A value of the log that cannot be.
+    /// A value of the log that cannot be right.
     #[error("row {row}: {column} is {value}, but must {rule}")]
     Row {
         /// The row, from zero.
@@ -25,7 +25,7 @@ pub enum IdentifyError {
         column: &'static str,
         /// Its rows.
         length: usize,
-        /// Those of the time.
+        /// The rows of the time.
         rows: usize,
     },
     /// Too little data.
@@ -36,57 +36,52 @@ pub enum IdentifyError {
         /// Rows needed.
         least: usize,
     },
-    /// A magnitude that a slip of units makes.
-    #[error("{quantity} is {value}, but must {rule}")]
-    Implausible {
-        /// What.
-        quantity: &'static str,
-        /// Its value.
-        value: f64,
-        /// What it must be.
-        rule: &'static str,
-    },
-    /// A setting of the search, the simulation or a window that cannot be.
+    /// A value that cannot be right: a setting, the end of a window, or a magnitude that only a mistake
+    /// in units explains.
     #[error("{name} is {value}, but must {rule}")]
-    Setting {
+    Value {
         /// Its name.
         name: &'static str,
-        /// Its value.
+        /// The value.
         value: f64,
         /// What it must be.
         rule: &'static str,
     },
-    /// The body never turns round, so that nothing tells the bristle from the curve.
+    /// The motion never turns back, so that nothing separates the bristle from the curve.
     #[error(
-        "the body never turns back by more than {threshold} m (six deviations of the position's noise, at least a thousandth of the travel), but must do so once; its velocity lies between {least} and {most} m/s"
+        "the body never turns back by more than {threshold} m (six deviations of the position's \
+         noise, at least a thousandth of the travel), but must do so once; its velocity lies \
+         between {least} and {most} m/s"
     )]
     NoReversal {
-        /// Way back \[m\] that would count.
+        /// Distance back \[m\] that would count as a reversal.
         threshold: f64,
         /// Least velocity [m/s].
         least: f64,
         /// Largest velocity [m/s].
         most: f64,
     },
-    /// The friction follows the motion elastically all the time.
+    /// No stroke is long enough for the contact to slide.
     #[error(
-        "the longest way in one direction is {longest} m, but must be at least {least} m for the contact to slide"
+        "the longest way in one direction is {longest} m, but must be at least {least} m for the \
+         contact to slide"
     )]
     NoSliding {
-        /// Longest way in one direction \[m\].
+        /// Longest stroke in one direction \[m\].
         longest: f64,
-        /// What it takes \[m\].
+        /// Length needed \[m\].
         least: f64,
     },
-    /// The force sensor tells nothing.
+    /// The measured friction never changes.
     #[error("friction stays at {value} (over the normal force): does the sensor work?")]
     NoChange {
-        /// Where it stays: F/p \[–\].
+        /// Its constant value F/p \[–\].
         value: f64,
     },
-    /// Friction that gives energy to the motion, over the whole log.
+    /// Over the whole log, friction gives energy to the motion.
     #[error(
-        "friction drives the motion: is the sign right? Its work over the normal force is {work} m along a path of {path} m, but must be positive"
+        "friction drives the motion: is the sign right? Its work over the normal force is {work} m \
+         along a path of {path} m, but must be positive"
     )]
     DrivesMotion {
         /// Work of friction over the normal force \[m\], without the offset.
@@ -94,9 +89,10 @@ pub enum IdentifyError {
         /// Length of the path \[m\].
         path: f64,
     },
-    /// A parameter of the candidate without a start between its bounds.
+    /// A parameter whose start does not lie between its bounds.
     #[error(
-        "parameter {name}: start {start} must lie between {least} and {most}, both finite, and above 0 on a logarithmic scale"
+        "parameter {name}: start {start} must lie between {least} and {most}, both finite, and \
+         above 0 on a logarithmic scale"
     )]
     Bounds {
         /// Name of the parameter.
@@ -108,10 +104,10 @@ pub enum IdentifyError {
         /// Upper bound.
         most: f64,
     },
-    /// The candidate refuses its values: those to start from, or to predict with.
+    /// The candidate refuses the values to start from, or to predict with.
     #[error("the model refuses its values: {0}")]
     Model(#[from] ParameterError),
-    /// The model's answer at the values to start from, or to predict with, is not a number.
+    /// The model's friction at the values to start from, or to predict with, is not finite.
     #[error("at the given values the model's friction is not finite")]
     NotFinite,
 }

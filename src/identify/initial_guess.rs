@@ -1,22 +1,44 @@
-//! What a log tells at a glance: reversals, pre-sliding stiffness, sliding rows, a curve through them.
+//! Starting values from a log: reversals, pre-sliding stiffness, rows in sliding.
 //!
-//! After a reversal at x = 0 a bristle with little damping, sliding slowly, has turned its force by
+//! After a reversal at x = 0, a bristle with little damping that slides slowly has turned its force by
 //!
 //! Δμ = 2μ (1 − e^(−σ0 x/μ)),
 //!
-//! from one side of the curve to the other, half of it at x₅₀ = ln 2 · μ/σ0. So σ0 = ln 2 · μ/x₅₀. What is slid beyond
-//! 5 μ/σ0 since the last reversal (of shorter strokes the last 40 %) lies on the curve.
+//! from one side of the curve to the other. Half of this is reached at x₅₀ = ln 2 · μ/σ0, so that
+//! σ0 = ln 2 · μ/x₅₀.
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | x | distance since the reversal | m |
+//! | μ, Δμ | friction coefficient in sliding, its change since the reversal | – |
+//! | σ0 | micro-stiffness | 1/m |
+//! | x₅₀ | distance to half of the swing of the force | m |
+//!
+//! Rows farther than 5 μ/σ0 from the last reversal lie on the friction curve. In shorter strokes the
+//! last 40 % are taken.
 
 use alloc::vec::Vec;
 
-use super::log::{median, quantile};
-use super::static_curve::{SlidingPoint, StribeckCurve, static_curve};
+use super::log::{median, quantile, range};
 use super::{IdentifyError, Log};
 
-/// What a log tells at a glance: where to begin.
+/// The range of nearly all rows is that between this share and the same share from the top: a few bad
+/// rows do not change it.
+pub(super) const TAIL: f64 = 0.02;
+/// Distances μ/σ0 after which a row counts as sliding: e⁻⁵ of the bristle's lag is left, below 1 %.
+const SETTLED: f64 = 5.0;
+/// Share of the longest stroke that is passed over at most, so that short strokes have sliding rows too.
+const SKIPPED: f64 = 0.6;
+/// Shortest stroke, over x₅₀, in which a contact can slide: a bristle that only stretches turns the
+/// whole swing over 2 x₅₀.
+const STRETCH: f64 = 2.5;
+/// A turn that counts as a reversal is at least this share of the travel, whatever the noise.
+const TURN: f64 = 1e-3;
+
+/// Starting values for a fit, from a look at the log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InitialGuess {
-    /// μ_s \[–\], or p μ_s \[N\] without normal force; never below the dynamic one.
+    /// μ_s \[–\], or p μ_s \[N\] without normal force; never below the dynamic coefficient.
     pub static_coefficient: f64,
     /// μ_d \[–\].
     pub dynamic_coefficient: f64,
@@ -26,154 +48,103 @@ pub struct InitialGuess {
     pub viscous_friction: f64,
     /// σ0 [1/m].
     pub micro_stiffness: f64,
-    /// σ1 [s/m]: a tenth of μ over the fastest speed, a guess; the fit looks for it.
+    /// σ1 [s/m]: a tenth of μ over the largest speed. This is no estimate, only a start for the fit.
     pub micro_damping: f64,
-    /// What the sensor seems to add to the friction coefficient \[–\]: the middle between both directions. A candidate without
-    /// an offset, such as [`FrBdFit`](super::FrBdFit), cannot follow it: then take it off the data, or take
-    /// [`MaxwellFit`](super::MaxwellFit) or [`ElastoPlasticFit`](super::ElastoPlasticFit).
+    /// Offset of the sensor in the friction coefficient \[–\]: the middle between both directions. A
+    /// candidate without an offset, such as [`FrBdFit`](super::FrBdFit), cannot follow it. Subtract it
+    /// from the data, or use [`MaxwellFit`](super::MaxwellFit) or
+    /// [`ElastoPlasticFit`](super::ElastoPlasticFit).
     pub offset: f64,
     /// Largest speed in the log [m/s].
     pub fastest: f64,
-    /// Reversals found.
+    /// Number of reversals found.
     pub reversals: usize,
 }
 
-/// A stretch of rows in one direction.
-struct Stroke {
-    first: usize,
-    last: usize,
+/// Friction in sliding, far enough from the last reversal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SlidingPoint {
+    /// Speed |v| [m/s].
+    pub speed: f64,
+    /// Friction coefficient \[–\] against the motion.
+    pub coefficient: f64,
 }
 
 impl InitialGuess {
-    /// Looks at a log.
+    /// A first guess without a fit of the curve, and the rows in sliding, for
+    /// [`static_curve`](super::static_curve).
     ///
     /// # Errors
     ///
-    /// A log without a reversal, or in which no stroke is long enough to slide; friction that never changes, or that drives
-    /// the motion (less its offset, over the whole log).
-    pub fn of(log: &Log) -> Result<Self, IdentifyError> {
-        let (rough, points) = Self::with_points(log)?;
-        // One speed tells nothing of how friction depends on it.
-        let mut speeds: Vec<f64> = points.iter().map(|point| point.speed).collect();
-        if !(quantile(&mut speeds, 0.9) > 2.0 * quantile(&mut speeds, 0.1)) {
-            return Ok(rough);
-        }
-        let Ok(fit) = static_curve(&StribeckCurve { rough, exponent: 2.0 }, &points) else {
-            return Ok(rough);
-        };
-        let [dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = fit.values();
-        let static_coefficient = dynamic_coefficient + excess;
-        Ok(Self {
-            static_coefficient,
-            dynamic_coefficient,
-            // What the curve does beyond the largest speed nothing tells.
-            stribeck_velocity: stribeck_velocity.min(rough.fastest),
-            viscous_friction,
-            ..rough
-        })
-    }
-
-    /// The sliding part of a log, for [`static_curve`], and a first guess.
-    ///
-    /// # Errors
-    ///
-    /// As [`InitialGuess::of`].
+    /// Refuses a log without a reversal, or in which no stroke is long enough to slide, and friction
+    /// that never changes, or that drives the motion (without its offset, over the whole log).
     pub fn with_points(log: &Log) -> Result<(Self, Vec<SlidingPoint>), IdentifyError> {
         let position = log.positions();
         let noise = noise(&position);
-        let threshold = threshold(&position, noise);
+        let (first, last) = range(&position);
+        let threshold = f64::max(noise, TURN * (last - first));
         let strokes = strokes(&position, threshold);
-        let range = log
-            .held
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));
+        let (least, most) = range(&log.held);
         if strokes.len() < 2 {
-            return Err(IdentifyError::NoReversal { threshold, least: range.0, most: range.1 });
+            return Err(IdentifyError::NoReversal { threshold, least, most });
         }
         let mut sorted = log.coefficient.clone();
-        let (low, high) = (quantile(&mut sorted, 0.02), quantile(&mut sorted, 0.98));
+        let (low, high) = (quantile(&mut sorted, TAIL), quantile(&mut sorted, 1.0 - TAIL));
         let (swing, middle) = (high - low, 0.5 * (high + low));
-        let level = 0.5 * swing;
         if !(swing > 0.0) {
             return Err(IdentifyError::NoChange { value: middle });
         }
 
-        // The way to half of the swing, after each reversal.
-        let mut halves = Vec::new();
-        let mut longest = 0.0_f64;
-        for stroke in &strokes {
-            let rows =
-                || position.iter().zip(&log.coefficient).take(stroke.last + 1).skip(stroke.first);
-            let Some((&from, &mu_from)) = rows().next() else { continue };
-            let way = rows().last().map_or(0.0, |(x, _)| (x - from).abs());
-            longest = longest.max(way);
-            if stroke.first == 0 {
-                continue;
-            }
-            let mut before = (0.0, 0.0);
-            for (x, mu) in rows() {
-                let now = ((x - from).abs(), (mu - mu_from).abs());
-                if now.1 >= level {
-                    let share = (level - before.1) / (now.1 - before.1).max(f64::MIN_POSITIVE);
-                    halves.push(before.0 + (now.0 - before.0) * share);
-                    break;
-                }
-                before = now;
-            }
+        let rows = |stroke: &core::ops::RangeInclusive<usize>| {
+            let rows = position.iter().zip(&log.coefficient).zip(&log.velocity);
+            let rows = rows.map(|((&x, &mu), &v)| (x, mu, v));
+            rows.take(stroke.end() + 1).skip(*stroke.start())
+        };
+        let ends = |stroke| Some((rows(stroke).next()?.0, rows(stroke).last()?.0));
+        let length = |(from, to): (f64, f64)| (to - from).abs();
+        let longest = strokes.iter().filter_map(ends).map(length).fold(0.0, f64::max);
+        // The first stroke does not begin with a reversal.
+        let halves = strokes.iter().skip(1).filter_map(|stroke| half_turn(rows(stroke), swing));
+        let half = median(&mut halves.collect::<Vec<f64>>());
+        let needed = STRETCH * half;
+        if !(half > 0.0) || longest < needed {
+            return Err(IdentifyError::NoSliding { longest, least: needed });
         }
-        let half = median(&mut halves);
-        // A bristle that only stretches would turn the whole swing over 2 x₅₀.
-        if !(half > 0.0) || longest < 2.5 * half {
-            return Err(IdentifyError::NoSliding { longest, least: 2.5 * half });
-        }
-        // Work of friction without its offset, and the way along which it acts.
-        let steps = position.windows(2).zip(log.coefficient.windows(2));
-        let (work, path) = steps.fold((0.0, 0.0), |(work, path), pair| match pair {
-            (&[from, to], &[before, after]) => {
-                (work + (to - from) * (0.5 * (before + after) - middle), path + (to - from).abs())
-            }
-            _ => (work, path),
-        });
+        let offset_free: Vec<f64> = log.coefficient.iter().map(|mu| mu - middle).collect();
+        let work = log.work(&offset_free);
         if !(work >= 0.0) {
+            let steps = position.iter().zip(position.iter().skip(1));
+            let path = steps.map(|(&from, &to)| length((from, to))).sum();
             return Err(IdentifyError::DrivesMotion { work, path });
         }
+
         let breakaway = half / core::f64::consts::LN_2;
-        let needed = f64::min(5.0 * breakaway, 0.6 * longest);
-        // Standing still, noise of the position looks like speeds up to this.
-        let rows_per_second = (log.len() - 1) as f64
-            / (log.time.last().zip(log.time.first())).map_or(1.0, |(last, first)| last - first);
-        let slowest = noise * rows_per_second;
+        let passed = f64::min(SETTLED * breakaway, SKIPPED * longest);
+        // At rest, the noise of the position looks like speeds up to this.
+        let duration =
+            log.time.last().zip(log.time.first()).map_or(1.0, |(last, first)| last - first);
+        let slowest = noise * (log.len() - 1) as f64 / duration;
         let mut points = Vec::new();
         for stroke in &strokes {
-            let rows = log
-                .velocity
-                .iter()
-                .zip(&log.coefficient)
-                .zip(&position)
-                .take(stroke.last + 1)
-                .skip(stroke.first);
-            let mut from = None;
-            let direction = match (position.get(stroke.first), position.get(stroke.last)) {
-                (Some(a), Some(b)) => (b - a).signum(),
-                _ => continue,
+            let Some((from, to)) = ends(stroke) else { continue };
+            let direction = (to - from).signum();
+            let sliding = |&(x, _, v): &(f64, f64, f64)| {
+                (x - from).abs() >= passed && v * direction > slowest
             };
-            for ((&velocity, &mu), &x) in rows {
-                let from = *from.get_or_insert(x);
-                if (x - from).abs() >= needed && velocity * direction > slowest {
-                    points.push(SlidingPoint {
-                        speed: velocity.abs(),
-                        coefficient: (mu - middle) * direction,
-                    });
-                }
-            }
+            points.extend(rows(stroke).filter(sliding).map(|(_, mu, v)| SlidingPoint {
+                speed: v.abs(),
+                coefficient: (mu - middle) * direction,
+            }));
         }
         let mut speeds: Vec<f64> = points.iter().map(|point| point.speed).collect();
         let mut friction: Vec<f64> = points.iter().map(|point| point.coefficient).collect();
-        let fastest = range.1.max(-range.0);
-        let (slow, fast) = (quantile(&mut speeds, 0.02), quantile(&mut speeds, 0.98));
+        let (slow, fast) = (quantile(&mut speeds, TAIL), quantile(&mut speeds, 1.0 - TAIL));
         let usual = median(&mut friction);
-        let size = if usual > 0.0 { usual } else { level };
-        let rough = Self {
+        let size = if usual > 0.0 { usual } else { 0.5 * swing };
+        let fastest = most.max(-least);
+        // Of the curve only the level is known here. The rest is a mild fall in the middle of the speeds
+        // seen, and viscous parts that hardly count at the largest speed.
+        let guess = Self {
             static_coefficient: 1.2 * size,
             dynamic_coefficient: 0.9 * size,
             stribeck_velocity: if slow > 0.0 { (slow * fast).sqrt() } else { 0.2 * fastest },
@@ -184,12 +155,30 @@ impl InitialGuess {
             fastest,
             reversals: strokes.len() - 1,
         };
-        Ok((rough, points))
+        Ok((guess, points))
     }
 }
 
-/// Six deviations of the noise of a position, from its second differences: three quarters of those of noise of
-/// deviation s are below 1.15 √6 s = 2.82 s. (Rounded to a grid, half of them may be zero.)
+/// The distance to half of the swing of the force, along a stroke that begins with a reversal.
+fn half_turn(rows: impl Iterator<Item = (f64, f64, f64)>, swing: f64) -> Option<f64> {
+    let mut rows = rows.map(|(x, mu, _)| (x, mu));
+    let (from, mu_from) = rows.next()?;
+    let level = 0.5 * swing;
+    let mut before = (0.0, 0.0);
+    for (x, mu) in rows {
+        let now = ((x - from).abs(), (mu - mu_from).abs());
+        if now.1 >= level {
+            let share = (level - before.1) / (now.1 - before.1).max(f64::MIN_POSITIVE);
+            return Some(before.0 + (now.0 - before.0) * share);
+        }
+        before = now;
+    }
+    None
+}
+
+/// Six standard deviations of the noise of a position, from its second differences: three quarters of
+/// the second differences of Gaussian noise of deviation s are below 1.15 √6 s = 2.82 s. (The median
+/// would be zero for a position rounded to a grid, where half of them may vanish.)
 fn noise(position: &[f64]) -> f64 {
     let bends = position.windows(3).filter_map(|three| match *three {
         [a, b, c] => Some((a - 2.0 * b + c).abs()),
@@ -198,36 +187,27 @@ fn noise(position: &[f64]) -> f64 {
     6.0 * quantile(&mut bends.collect::<Vec<f64>>(), 0.75) / 2.82
 }
 
-/// The way back that is more than noise, and than a thousandth of the travel.
-fn threshold(position: &[f64], noise: f64) -> f64 {
-    let (least, most) =
-        position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (a.min(x), b.max(x)));
-    f64::max(noise, 1e-3 * (most - least))
-}
-
-/// Strokes between reversals that go further than a threshold.
-fn strokes(position: &[f64], threshold: f64) -> Vec<Stroke> {
+/// The first and last rows of the strokes between turns that go farther than a threshold.
+fn strokes(position: &[f64], threshold: f64) -> Vec<core::ops::RangeInclusive<usize>> {
     let mut strokes = Vec::new();
-    let (mut first, mut extreme, mut direction) =
-        (0, (0, position.first().copied().unwrap_or(0.0)), 0.0_f64);
+    // Row and position of the farthest point of the present stroke; its direction, zero at first.
+    let (mut first, mut direction) = (0, 0.0_f64);
+    let mut farthest = (0, position.first().copied().unwrap_or(0.0));
     for (row, &x) in position.iter().enumerate() {
-        let ahead = (x - extreme.1) * direction;
+        let ahead = x - farthest.1;
         if direction == 0.0 {
-            if (x - extreme.1).abs() > threshold {
-                direction = (x - extreme.1).signum();
-                extreme = (row, x);
+            if ahead.abs() > threshold {
+                (direction, farthest) = (ahead.signum(), (row, x));
             }
-        } else if ahead >= 0.0 {
-            extreme = (row, x);
-        } else if -ahead > threshold {
-            strokes.push(Stroke { first, last: extreme.0 });
-            first = extreme.0;
-            direction = -direction;
-            extreme = (row, x);
+        } else if ahead * direction >= 0.0 {
+            farthest = (row, x);
+        } else if ahead.abs() > threshold {
+            strokes.push(first..=farthest.0);
+            (first, direction, farthest) = (farthest.0, -direction, (row, x));
         }
     }
     if direction != 0.0 {
-        strokes.push(Stroke { first, last: position.len().saturating_sub(1) });
+        strokes.push(first..=position.len().saturating_sub(1));
     }
     strokes
 }

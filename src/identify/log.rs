@@ -10,9 +10,9 @@ pub(super) const FEWEST: usize = 20;
 /// What was measured of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Motion<'a> {
-    /// Position x \[m\] at each time. Between two rows the velocity is taken as Δx/Δt.
+    /// Position x \[m\] at each time. Between two rows the velocity is Δx/Δt.
     Position(&'a [f64]),
-    /// Sliding velocity v [m/s] at each time. Between two rows it is taken as the mean of both.
+    /// Sliding velocity v [m/s] at each time. Between two rows it is the mean of both.
     Velocity(&'a [f64]),
 }
 
@@ -23,9 +23,9 @@ pub struct LogParameters<'a> {
     pub time: &'a [f64],
     /// Position or velocity.
     pub motion: Motion<'a>,
-    /// Friction force F \[N\], positive against v > 0: what brakes, not what pulls.
+    /// Friction force F \[N\], positive against v > 0: the force that brakes.
     pub friction: &'a [f64],
-    /// Normal force p \[N\], positive. Without it p = 1 N, and μ is a force or a torque.
+    /// Normal force p \[N\], positive. Without it p = 1 N, and μ stands for a force or a torque.
     pub normal_force: Option<&'a [f64]>,
 }
 
@@ -50,23 +50,31 @@ pub struct LogParameters<'a> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Log {
     pub(super) time: Vec<f64>,
-    /// Velocity held over the interval that ends at each row; the first is that of the second.
+    /// Velocity held over the interval that ends at each row. The first row repeats the second.
     pub(super) held: Vec<f64>,
     /// Velocity at each row.
     pub(super) velocity: Vec<f64>,
     /// F/p at each row.
     pub(super) coefficient: Vec<f64>,
-    normalised: bool,
 }
+
+/// Fastest speed [m/s] that a log may have; millimetres taken for metres give more.
+const FASTEST: f64 = 1e4;
+/// Least and largest median of |F|/p: five decades around friction coefficients, which are of order one.
+const COEFFICIENTS: (f64, f64) = (1e-4, 100.0);
+/// Shortest travel [m], below any distance over which friction is measured.
+const SHORTEST: f64 = 1e-9;
 
 impl Log {
     /// Checks the columns.
     ///
     /// # Errors
     ///
-    /// Names the row, the column, the value and the rule: columns of one length and at least 20 rows, every number finite and F/p too,
-    /// time increasing, normal force positive, and magnitudes that friction can have (no speed above 10⁴ m/s, no median
-    /// |F|/p outside 10⁻⁴ … 100 where the normal force is given, a travel of at least a nanometre), which a slip of units has not.
+    /// Names the row, the column, the value and the rule. Columns must have one length of at least 20
+    /// rows. Every number must be finite, F/p too, the time increasing and the normal force positive.
+    ///
+    /// Magnitudes that only a mistake in units explains are refused: a speed above 10⁴ m/s, a travel
+    /// below a nanometre, and, with a normal force, a median |F|/p outside 10⁻⁴ … 100.
     pub fn new(parameters: LogParameters<'_>) -> Result<Self, IdentifyError> {
         let LogParameters { time, motion, friction, normal_force } = parameters;
         let (motion_name, along) = match motion {
@@ -77,125 +85,70 @@ impl Log {
         if rows < FEWEST {
             return Err(IdentifyError::TooFewRows { rows, least: FEWEST });
         }
-        let columns = [
-            ("time", Some(time)),
-            (motion_name, Some(along)),
-            ("friction", Some(friction)),
-            ("normal_force", normal_force),
-        ];
+        let columns = [("time", time), (motion_name, along), ("friction", friction)];
         for (column, values) in
-            columns.into_iter().filter_map(|(name, values)| Some((name, values?)))
+            columns.into_iter().chain(normal_force.map(|normal| ("normal_force", normal)))
         {
             if values.len() != rows {
                 return Err(IdentifyError::Lengths { column, length: values.len(), rows });
             }
-            if let Some((row, &value)) =
-                values.iter().enumerate().find(|(_, value)| !value.is_finite())
-            {
-                return Err(IdentifyError::Row { row, column, value, rule: "be finite" });
-            }
+            every(column, values, "be finite", |x| x.is_finite())?;
         }
         for (row, pair) in time.windows(2).enumerate() {
-            if let [before, after] = *pair
-                && !(after > before && (after - before).is_finite())
+            if let [before, value] = *pair
+                && !(value > before && (value - before).is_finite())
             {
                 let rule = "be later than the row before, by a finite time";
-                return Err(IdentifyError::Row {
-                    row: row + 1,
-                    column: "time",
-                    value: after,
-                    rule,
-                });
+                return Err(IdentifyError::Row { row: row + 1, column: "time", value, rule });
             }
         }
-        if let Some(normal) = normal_force
-            && let Some((row, &value)) = normal.iter().enumerate().find(|&(_, &p)| !(p > 0.0))
-        {
-            return Err(IdentifyError::Row {
-                row,
-                column: "normal_force",
-                value,
-                rule: "be positive",
-            });
-        }
-        let steps = || time.windows(2).zip(along.windows(2));
-        let secant = |times: &[f64], ends: &[f64]| match (times, ends) {
-            (&[t0, t1], &[a, b]) => match motion {
-                Motion::Position(_) => (b - a) / (t1 - t0),
-                Motion::Velocity(_) => 0.5 * (a + b),
-            },
+        let coefficient = match normal_force {
+            Some(normal) => {
+                every("normal_force", normal, "be positive", |p| p > 0.0)?;
+                friction.iter().zip(normal).map(|(f, p)| f / p).collect()
+            }
+            None => friction.to_vec(),
+        };
+        // The quotient of two finite numbers can be infinite.
+        every("friction/normal_force", &coefficient, "be finite", |mu| mu.is_finite())?;
+        let secant = |(times, ends): (&[f64], &[f64])| match (times, ends, motion) {
+            (&[t0, t1], &[a, b], Motion::Position(_)) => (b - a) / (t1 - t0),
+            (_, &[a, b], _) => 0.5 * (a + b),
             _ => 0.0,
         };
-        let mut held: Vec<f64> = steps().map(|(times, ends)| secant(times, ends)).collect();
+        let mut held: Vec<f64> = time.windows(2).zip(along.windows(2)).map(secant).collect();
         held.insert(0, held.first().copied().unwrap_or(0.0));
         let velocity = match motion {
             Motion::Velocity(v) => v.to_vec(),
+            // The mean of the intervals before and after each row; at the ends, of one.
             Motion::Position(_) => {
-                let mut middle: Vec<f64> =
-                    held.windows(2).map(|pair| 0.5 * pair.iter().sum::<f64>()).collect();
-                // Row k lies between the intervals k and k + 1; the last has no interval after it.
-                middle.remove(0);
-                let (first, last) = (held.first().copied(), held.last().copied());
-                let ends = (first.unwrap_or(0.0), last.unwrap_or(0.0));
-                core::iter::once(ends.0).chain(middle).chain([ends.1]).collect()
+                let after = held.iter().skip(1).chain(held.last());
+                held.iter().zip(after).map(|(before, after)| 0.5 * (before + after)).collect()
             }
         };
-        let coefficient: Vec<f64> = match normal_force {
-            Some(normal) => friction.iter().zip(normal).map(|(f, p)| f / p).collect(),
-            None => friction.to_vec(),
-        };
-        // A quotient of two finite numbers can be infinite.
-        if let Some((row, &value)) =
-            coefficient.iter().enumerate().find(|&(_, mu): &(_, &f64)| !mu.is_finite())
-        {
-            let column = "friction/normal_force";
-            return Err(IdentifyError::Row { row, column, value, rule: "be finite" });
-        }
-        let log = Self {
-            time: time.to_vec(),
-            held,
-            velocity,
-            coefficient,
-            normalised: normal_force.is_some(),
-        };
-        log.plausible()?;
+        let log = Self { time: time.to_vec(), held, velocity, coefficient };
+        log.check_magnitudes(normal_force.is_some())?;
         Ok(log)
     }
 
-    /// Refuses what only a slip of units makes.
-    fn plausible(&self) -> Result<(), IdentifyError> {
-        let refuse =
-            |row, column, value, rule| Err(IdentifyError::Row { row, column, value, rule });
-        if let Some((row, &value)) = self.held.iter().enumerate().find(|(_, v)| !(v.abs() <= 1e4)) {
-            return refuse(row, "velocity", value, "lie between -10000 and 10000 m/s (units?)");
-        }
-        if self.normalised {
+    /// Refuses what only a mistake in units explains.
+    fn check_magnitudes(&self, normalised: bool) -> Result<(), IdentifyError> {
+        let rule = "lie between -10000 and 10000 m/s (units?)";
+        every("velocity", &self.held, rule, |v| v.abs() <= FASTEST)?;
+        let require = |possible, name, value, rule| {
+            if possible { Ok(()) } else { Err(IdentifyError::Value { name, value, rule }) }
+        };
+        if normalised {
+            let name = "the median of |friction|/normal_force";
             let mut sizes: Vec<f64> = self.coefficient.iter().map(|mu| mu.abs()).collect();
             let median = median(&mut sizes);
-            if !(median >= 1e-4) {
-                return Err(IdentifyError::Implausible {
-                    quantity: "the median of |friction|/normal_force",
-                    value: median,
-                    rule: "be at least 0.0001 (units?)",
-                });
-            }
-            if median > 100.0 {
-                return Err(IdentifyError::Implausible {
-                    quantity: "the median of |friction|/normal_force",
-                    value: median,
-                    rule: "be at most 100 (units?)",
-                });
-            }
+            let (least, most) = COEFFICIENTS;
+            require(median >= least, name, median, "be at least 0.0001 (units?)")?;
+            require(median <= most, name, median, "be at most 100 (units?)")?;
         }
-        let travel = self.travel();
-        if !(travel >= 1e-9) {
-            return Err(IdentifyError::Implausible {
-                quantity: "the travel in m",
-                value: travel,
-                rule: "be at least 1e-9 (units?)",
-            });
-        }
-        Ok(())
+        let (least, most) = range(&self.positions());
+        let travel = most - least;
+        require(travel >= SHORTEST, "the travel in m", travel, "be at least 1e-9 (units?)")
     }
 
     /// The rows with from ≤ t ≤ to \[s\].
@@ -206,7 +159,7 @@ impl Log {
     pub fn between(&self, from: f64, to: f64) -> Result<Self, IdentifyError> {
         for (name, value) in [("from", from), ("to", to)] {
             if value.is_nan() {
-                return Err(IdentifyError::Setting { name, value, rule: "be a number" });
+                return Err(IdentifyError::Value { name, value, rule: "be a number" });
             }
         }
         let first = self.time.partition_point(|&t| t < from);
@@ -220,7 +173,6 @@ impl Log {
             held: part(&self.held),
             velocity: part(&self.velocity),
             coefficient: part(&self.coefficient),
-            normalised: self.normalised,
         })
     }
 
@@ -235,7 +187,8 @@ impl Log {
         &self.time
     }
 
-    /// Sliding velocity [m/s] at each row: as measured, or of a position the mean of the differences before and after.
+    /// Sliding velocity [m/s] at each row: as measured, or, from a position, the mean of the differences
+    /// before and after.
     pub fn velocities(&self) -> &[f64] {
         &self.velocity
     }
@@ -243,6 +196,17 @@ impl Log {
     /// Friction coefficient F/p \[–\] at each row.
     pub fn coefficients(&self) -> &[f64] {
         &self.coefficient
+    }
+
+    /// Work of a friction coefficient along the log, over the normal force \[m\], by trapezia.
+    pub(super) fn work(&self, coefficients: &[f64]) -> f64 {
+        let positions = self.positions();
+        let steps = positions.windows(2).zip(coefficients.windows(2));
+        let step = |(x, mu): (&[f64], &[f64])| match (x, mu) {
+            (&[from, to], &[before, after]) => (to - from) * 0.5 * (before + after),
+            _ => 0.0,
+        };
+        steps.map(step).sum()
     }
 
     /// Position \[m\] at each row, from zero at the first.
@@ -258,21 +222,33 @@ impl Log {
         })
         .collect()
     }
+}
 
-    /// Largest distance \[m\] between two positions.
-    fn travel(&self) -> f64 {
-        let range = |(least, most): (f64, f64), x: f64| (least.min(x), most.max(x));
-        let (least, most) = self.positions().into_iter().fold((0.0, 0.0), range);
-        most - least
+/// Refuses the first value of a column that breaks a rule.
+fn every(
+    column: &'static str,
+    values: &[f64],
+    rule: &'static str,
+    obeys: impl Fn(f64) -> bool,
+) -> Result<(), IdentifyError> {
+    match values.iter().enumerate().find(|&(_, &value)| !obeys(value)) {
+        Some((row, &value)) => Err(IdentifyError::Row { row, column, value, rule }),
+        None => Ok(()),
     }
 }
 
-/// The median; zero of nothing.
+/// The smallest and the largest value.
+pub(super) fn range(values: &[f64]) -> (f64, f64) {
+    let wider = |(least, most): (f64, f64), &x: &f64| (least.min(x), most.max(x));
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), wider)
+}
+
+/// The median; zero for no values.
 pub(super) fn median(values: &mut [f64]) -> f64 {
     quantile(values, 0.5)
 }
 
-/// The value below which a share of all lies; zero of nothing.
+/// The value below which a share of all values lies; zero for no values.
 pub(super) fn quantile(values: &mut [f64], share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let index = (share * values.len().saturating_sub(1) as f64) as usize;

@@ -1,29 +1,29 @@
-//! What a fit answers.
+//! The result of a fit.
 
-use alloc::format;
-use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt;
 
 use nalgebra::SMatrix;
 
 use super::Parameter;
+use crate::number::Number;
 
-/// What the data tell about a parameter, near the minimum that was found: of another, lower one it knows nothing.
+/// What the data say of a parameter, near the minimum that was found. Of other minima it says nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Identifiability {
     /// Its standard error is smaller than its value.
     Determined,
-    /// Its standard error is larger than its value: it cannot be told from zero, or not to a factor of some three.
+    /// Its standard error is larger than its value: it cannot be distinguished from zero, or is known
+    /// only to a factor of about three.
     Uncertain,
-    /// It can change, alone or together with others, without any effect on the residuals that finite sensitivities show.
+    /// It can change, alone or together with others, without any effect on the residuals.
     Undetermined,
-    /// The data would have it lower than its bound.
+    /// The data ask for less than its lower bound.
     AtLowerBound,
-    /// The data would have it higher than its bound.
+    /// The data ask for more than its upper bound.
     AtUpperBound,
-    /// Both its bounds are one: it was not looked for.
+    /// Its bounds are equal: it was not searched.
     Fixed,
 }
 
@@ -40,24 +40,27 @@ impl fmt::Display for Identifiability {
     }
 }
 
-/// A parameter that was looked for.
+/// A parameter that was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Estimate {
-    /// What was looked for, and where.
+    /// Its name, unit, bounds and start.
     pub parameter: Parameter,
     /// The best value.
     pub value: f64,
-    /// Standard error in the unit of the parameter. Infinite if it is undetermined, or if there are no more rows than
-    /// parameters; NaN if it is fixed or at a bound: those of the others then hold for that bound.
+    /// Standard error in the unit of the parameter. Infinite if the parameter is undetermined, or if there
+    /// are no more rows than parameters. NaN if it is fixed or at a bound; the errors of the others then
+    /// hold for that bound.
     pub standard_error: f64,
-    /// What the data tell about it.
+    /// What the data say of it.
     pub verdict: Identifiability,
 }
 
-/// The differences between model and data.
+/// Statistics of the differences between model and data.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ResidualStatistics {
-    /// How many.
+    /// Their number.
     pub rows: usize,
     /// Root mean square.
     pub rmse: f64,
@@ -65,20 +68,21 @@ pub struct ResidualStatistics {
     pub mean: f64,
     /// Largest magnitude.
     pub largest: f64,
-    /// Correlation of each with the next: near zero for noise, near one for what the model cannot do.
+    /// Correlation of each with the next: near zero for noise, near one for errors of the model.
     pub correlation: f64,
-    /// How many independent ones tell as much: rows over the correlation time 1 + 2 Σ ρ.
+    /// Number of independent rows with the same information: rows over the correlation time 1 + 2 Σ ρ.
     pub effective_rows: f64,
-    /// Rows over which correlation is accounted for in the standard errors.
+    /// Number of rows over which the standard errors account for correlation.
     pub window: usize,
 }
 
 /// A combination of parameters without any effect on the residuals.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct WeakDirection {
-    /// Its effect over that of the strongest one.
+    /// Its effect over that of the strongest combination.
     pub strength: f64,
-    /// Which parameters have a share in it, the largest first, in units of each one's own effect.
+    /// The parameters in it with their shares, the largest first, in units of each one's own effect.
     pub shares: Vec<(&'static str, f64)>,
 }
 
@@ -88,9 +92,9 @@ pub struct WeakDirection {
 pub enum Outcome {
     /// No step lowers the sum of squares noticeably.
     Converged,
-    /// The iterations were used up.
+    /// The limit of iterations was reached.
     IterationLimit,
-    /// The callback broke off.
+    /// The callback stopped the search.
     Stopped,
     /// At the best point the model has no finite sensitivities.
     NoDerivative,
@@ -107,16 +111,17 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// The best parameters found, and what the data tell about them. Prints as a table.
+/// The best parameters found, and what the data say of them. Prints as a table.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Fit<const N: usize> {
     /// The parameters.
     pub estimates: [Estimate; N],
-    /// Correlation of their errors (on the scale of the search); NaN beside one that has no standard error.
+    /// Correlation of their errors on the scale of the search; NaN where there is no standard error.
     pub correlation: SMatrix<f64, N, N>,
-    /// What is left.
+    /// Statistics of the residuals.
     pub residuals: ResidualStatistics,
-    /// Combinations that the data do not tell.
+    /// Combinations that the data do not determine.
     pub weak: Vec<WeakDirection>,
     /// Why the search ended.
     pub outcome: Outcome,
@@ -130,7 +135,7 @@ impl<const N: usize> Fit<N> {
         self.estimates.map(|estimate| estimate.value)
     }
 
-    /// A parameter by name.
+    /// A parameter by its name.
     pub fn estimate(&self, name: &str) -> Option<&Estimate> {
         self.estimates.iter().find(|estimate| estimate.parameter.name == name)
     }
@@ -143,29 +148,6 @@ impl<const N: usize> Fit<N> {
     }
 }
 
-/// Five digits, with an exponent where it is shorter.
-struct Digits(f64);
-
-impl fmt::Display for Digits {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let size = self.0.abs();
-        let text = if self.0.is_nan() {
-            String::from("–")
-        } else if self.0.is_infinite() {
-            String::from("∞")
-        } else if size == 0.0 || (1e-3..1e6).contains(&size) {
-            // As many decimals as leave five digits.
-            let decimals =
-                [1e4, 1e3, 1e2, 1e1, 1.0, 1e-1, 1e-2].iter().position(|&limit| size >= limit);
-            let decimals = if size == 0.0 { 0 } else { decimals.unwrap_or(7) };
-            format!("{:.decimals$}", self.0)
-        } else {
-            format!("{:.4e}", self.0)
-        };
-        f.pad(&text)
-    }
-}
-
 impl<const N: usize> fmt::Display for Fit<N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
@@ -175,8 +157,8 @@ impl<const N: usize> fmt::Display for Fit<N> {
         )?;
         for Estimate { parameter, value, standard_error, verdict } in &self.estimates {
             let unit = if parameter.unit.is_empty() { "–" } else { parameter.unit };
-            let (value, error) = (Digits(*value), Digits(*standard_error));
-            writeln!(f, "{:22} {value:>12} {error:>12}  {unit:5} {verdict}", parameter.name)?;
+            let (value, error) = (Number(*value), Number(*standard_error));
+            writeln!(f, "{:22} {value:>12.5} {error:>12.5}  {unit:5} {verdict}", parameter.name)?;
         }
         for WeakDirection { shares, .. } in &self.weak {
             write!(f, "no effect on the data:")?;
@@ -198,10 +180,11 @@ impl<const N: usize> fmt::Display for Fit<N> {
             self.residuals;
         writeln!(
             f,
-            "residuals: rmse {}, mean {}, largest {}; {rows} rows that tell as much as {effective_rows:.0} independent ones (next to next {correlation:.2})",
-            Digits(rmse),
-            Digits(mean),
-            Digits(largest)
+            "residuals: rmse {:.5}, mean {:.5}, largest {:.5}; {rows} rows worth {effective_rows:.0} \
+             independent ones (correlation of neighbours {correlation:.2})",
+            Number(rmse),
+            Number(mean),
+            Number(largest)
         )?;
         write!(f, "{}, {} iterations", self.outcome, self.iterations)
     }

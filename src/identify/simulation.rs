@@ -1,11 +1,12 @@
-//! The simulation error: a model that sees only the motion, beside the measured friction.
+//! The simulation error: a model that sees only the motion, compared with the measured friction.
 
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
+use super::initial_guess::TAIL;
 use super::log::{FEWEST, quantile};
-use super::residuals::{Candidate, Parameter, Residuals, within};
-use super::{Fit, IdentifyError, InitialGuess, Log, Progress, Settings, least_squares};
+use super::residuals::{Parameter, Residuals, within};
+use super::{Candidate, Fit, IdentifyError, InitialGuess, Log, Progress, Settings, least_squares};
 use crate::parameter::ParameterError;
 use crate::scalar::lit;
 use crate::{Bristle, Scalar};
@@ -13,10 +14,11 @@ use crate::{Bristle, Scalar};
 /// How a model is run along a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Simulation {
-    /// Time \[s\] at the beginning that does not count: until the bristle has forgotten how it began. Not negative.
+    /// Time \[s\] at the beginning that is left out, until the bristle has forgotten its initial
+    /// deflection. Not negative.
     pub settle: f64,
-    /// Exact steps per row: one is enough unless the model freezes something over a step, as the elasto-plastic one does. At
-    /// least one.
+    /// Exact steps per row, at least one. One is enough unless the model freezes a coefficient over a step,
+    /// as the elasto-plastic one does.
     pub substeps: usize,
 }
 
@@ -33,13 +35,13 @@ struct Along<'a, C, const N: usize> {
     parameters: [Parameter; N],
     log: &'a Log,
     simulation: Simulation,
-    /// The friction coefficient to begin with: the first, within the range of nearly all rows. Were it further out, the
+    /// Initial friction coefficient: the first row, cut to the range of nearly all rows. Otherwise the
     /// search would bend the whole curve to reach one bad row.
     first: f64,
 }
 
 impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
-    /// Asks whether enough rows are left to judge by.
+    /// Checks the settings, and that enough rows are left.
     fn new(
         candidate: &'a C,
         parameters: [Parameter; N],
@@ -49,14 +51,14 @@ impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
         let Simulation { settle, substeps } = simulation;
         if !(settle.is_finite() && settle >= 0.0) {
             let rule = "be finite and not negative";
-            return Err(IdentifyError::Setting { name: "settle", value: settle, rule });
+            return Err(IdentifyError::Value { name: "settle", value: settle, rule });
         }
         if substeps == 0 {
             let rule = "be at least 1";
-            return Err(IdentifyError::Setting { name: "substeps", value: 0.0, rule });
+            return Err(IdentifyError::Value { name: "substeps", value: 0.0, rule });
         }
         let mut sorted = log.coefficient.clone();
-        let (low, high) = (quantile(&mut sorted, 0.02), quantile(&mut sorted, 0.98));
+        let (low, high) = (quantile(&mut sorted, TAIL), quantile(&mut sorted, 1.0 - TAIL));
         let first = within(log.coefficient.first().copied().unwrap_or(0.0), low, high);
         let along = Self { candidate, parameters, log, simulation, first };
         let counts_from = along.counts_from();
@@ -68,12 +70,12 @@ impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
         Ok(along)
     }
 
-    /// The time \[s\] from which on rows count.
+    /// The time \[s\] from which rows count.
     fn counts_from(&self) -> f64 {
         self.log.time.first().copied().unwrap_or(0.0) + self.simulation.settle
     }
 
-    /// The friction coefficient at every row: row, model.
+    /// Passes the model's friction coefficient at every row to `each`, with the row.
     fn run<T: Scalar>(
         &self,
         values: &[T; N],
@@ -84,8 +86,8 @@ impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
         let Log { time, held, velocity, .. } = self.log;
         let substeps = self.simulation.substeps;
         let count = 1.0 / substeps as f64;
-        // The bristle that gives the first measured friction, as if it had got there by slow sliding; a first row beyond
-        // what slow sliding carries is an error of the sensor, and no reason to stretch the bristle further.
+        // The deflection that gives the first measured friction at rest. Slow sliding carries no more than
+        // `carried`: a first row beyond that is an error of the sensor, not a stretched bristle.
         let first: T = lit(self.first);
         let rest = T::zero();
         let forward = crate::Branch::Forward.of(rest);
@@ -131,18 +133,22 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C, N> {
     }
 }
 
-/// Finds the parameters of a candidate with the least simulation error along a log: starting values from
-/// [`InitialGuess::of`], then [`least_squares`].
+/// Finds the parameters of a candidate with the least simulation error along a log.
+///
+/// It takes starting values from [`InitialGuess::of`] and calls [`least_squares`].
 ///
 /// ```
-/// use bristle::identify::{self, Log, LogParameters, FrBdFit, Motion, Settings, Simulation};
+/// use bristle::identify::{
+///     self, FrBdFit, Log, LogParameters, Motion, Progress, Settings, Simulation,
+/// };
 /// use bristle::{Bristle, FrBd, paper};
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;
 /// use core::ops::ControlFlow;
 ///
-/// // A measurement: to and fro with speeds around the Stribeck velocity, 0.5 ms apart.
-/// let friction = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?);
+/// // A measurement: to and fro with speeds around the Stribeck velocity, rows 0.5 ms apart.
+/// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+/// let friction = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?);
 /// let (mut time, mut velocity, mut force, mut z) = (vec![], vec![], vec![], 0.0);
 /// for i in 0..4000 {
 ///     let t = 5e-4 * f64::from(i);
@@ -161,16 +167,18 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C, N> {
 ///     normal_force: Some(&vec![10.0; time.len()]),
 /// })?;
 ///
-/// let fit = identify::fit(&FrBdFit, &log, Simulation::default(), &Settings::default(), &mut |_| ControlFlow::Continue(()))?;
+/// let (simulation, settings) = (Simulation::default(), Settings::default());
+/// let mut go_on = |_: &Progress<'_>| ControlFlow::Continue(());
+/// let fit = identify::fit(&FrBdFit, &log, simulation, &settings, &mut go_on)?;
 /// println!("{fit}");
 /// let stiffness = fit.estimate("micro_stiffness").unwrap();
 /// assert!((stiffness.value - 1e4).abs() < 1.0);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// # Ok::<(), bristle::Error>(())
 /// ```
 ///
 /// # Errors
 ///
-/// What [`InitialGuess::of`] and [`fit_from`] refuse.
+/// Those of [`InitialGuess::of`] and [`fit_from`].
 pub fn fit<C: Candidate<N>, const N: usize>(
     candidate: &C,
     log: &Log,
@@ -182,12 +190,13 @@ pub fn fit<C: Candidate<N>, const N: usize>(
     fit_from(candidate, parameters, log, simulation, settings, progress)
 }
 
-/// As [`fit`], with starts and bounds of one's own.
+/// As [`fit`], with your own starts and bounds.
 ///
 /// # Errors
 ///
-/// Bounds that do not hold the start, or a start that the model refuses; a [`Simulation::settle`] that is negative or not
-/// finite, or leaves fewer than 20 rows or no more than parameters; no [`Simulation::substeps`]; what [`least_squares`] refuses.
+/// Refuses bounds that do not contain the start, a start that the model refuses, no
+/// [`Simulation::substeps`], and a [`Simulation::settle`] that is negative or not finite or leaves fewer
+/// than 20 rows or no more rows than parameters; and what [`least_squares`] refuses.
 pub fn fit_from<C: Candidate<N>, const N: usize>(
     candidate: &C,
     parameters: [Parameter; N],
@@ -200,24 +209,26 @@ pub fn fit_from<C: Candidate<N>, const N: usize>(
     least_squares(&along, settings, progress)
 }
 
-/// A simulation beside the data it did not see.
+/// A simulation of data that the fit has not seen.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Prediction {
     /// The model's friction coefficient \[–\] at every row.
     pub coefficients: Vec<f64>,
     /// Root mean square of model minus data over the rows that count.
     pub rmse: f64,
-    /// Work of friction along the log over the normal force \[m\], by the model.
+    /// Work of the model's friction along the log, over the normal force \[m\].
     pub work: f64,
-    /// The same as measured.
+    /// Work of the measured friction along the log, over the normal force \[m\].
     pub measured_work: f64,
 }
 
-/// Runs a candidate along a log, and compares: how well a fit predicts data that it has not seen.
+/// Runs a candidate along a log and compares: how well does a fit predict data that it has not seen?
 ///
 /// # Errors
 ///
-/// Values that the model refuses or answers without a finite number; a simulation that [`fit_from`] refuses.
+/// Refuses values that the model refuses or for which its friction is not finite, and settings that
+/// [`fit_from`] refuses.
 pub fn predict<C: Candidate<N>, const N: usize>(
     candidate: &C,
     values: &[f64; N],
@@ -236,16 +247,7 @@ pub fn predict<C: Candidate<N>, const N: usize>(
         squares += r * r;
         rows += 1.0;
     })?;
-    let work = |of: &[f64]| {
-        let ways = log.positions();
-        let steps = ways.windows(2).zip(of.windows(2));
-        let step = |(x, mu): (&[f64], &[f64])| match (x, mu) {
-            (&[from, to], &[before, after]) => (to - from) * 0.5 * (before + after),
-            _ => 0.0,
-        };
-        steps.map(step).sum::<f64>()
-    };
-    let (work, measured_work) = (work(&coefficients), work(&log.coefficient));
+    let (work, measured_work) = (log.work(&coefficients), log.work(&log.coefficient));
     Ok(Prediction { coefficients, rmse: f64::sqrt(squares / rows), work, measured_work })
 }
 

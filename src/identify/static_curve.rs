@@ -1,21 +1,30 @@
 //! The friction curve alone, from rows in which the contact slides: a robust fit.
 //!
-//! Σ w(r/s) r² → min over the parameters of μ(v), by weighted least squares over and over (IRLS), with Tukey's bisquare
+//! Σ w(r/s) r² → min over the parameters of μ(v), by iteratively reweighted least squares (IRLS) with
+//! Tukey's bisquare
 //!
 //! w(u) = (1 − (u/4.685)²)² within |u| < 4.685, else 0,  s = 1.4826 median|r|,
 //!
-//! which loses 5 % of the efficiency under Gaussian noise and forgets what lies far off. The first rounds use Huber's
-//! w(u) = min(1, 1.345/|u|), which has no other minima.
+//! which loses 5 % of the efficiency under Gaussian noise and ignores outliers. The first rounds use
+//! Huber's w(u) = min(1, 1.345/|u|), with which the sum has no other minima.
 //!
-//! Source: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2009), chapter 7; the constants are the usual ones.
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | r | difference between the curve and a measured friction coefficient | – |
+//! | s | robust estimate of the standard deviation of r | – |
+//! | u, w | r/s, weight | – |
+//!
+//! Source: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2009), chapter 7; the constants are the
+//! usual ones.
 
 use alloc::vec::Vec;
 use core::fmt::Debug;
 use core::ops::ControlFlow;
 
-use super::log::median;
+use super::initial_guess::{InitialGuess, SlidingPoint};
+use super::log::{median, quantile};
 use super::residuals::{Parameter, Residuals, Scaling, within};
-use super::{Fit, IdentifyError, InitialGuess, Settings, least_squares};
+use super::{Fit, IdentifyError, Log, Progress, Settings, least_squares};
 use crate::Scalar;
 use crate::curve::{
     FrictionCurve, RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters,
@@ -23,21 +32,25 @@ use crate::curve::{
 use crate::parameter::ParameterError;
 use crate::scalar::lit;
 
-/// Friction in sliding, far enough from the last reversal.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SlidingPoint {
-    /// Speed |v| [m/s].
-    pub speed: f64,
-    /// Friction coefficient \[–\] against the motion.
-    pub coefficient: f64,
-}
+/// Fewest points of a curve: its four parameters, and as many again to judge them by.
+const FEWEST_POINTS: usize = 10;
+/// Most points used. Of more, every second, third, … is taken: neighbours in time tell the same.
+const MOST_POINTS: usize = 4000;
+/// Rounds with Huber's weights, after which the outliers are known.
+const HUBER_ROUNDS: usize = 5;
+/// Most rounds. Weights settle by a factor of a few in each.
+const ROUNDS: usize = 20;
+/// Relative change of the parameters below which the weights have settled.
+const SETTLED: f64 = 1e-6;
+/// Searches for the first fit: a valley in v_S may have others beside it.
+const STARTS: usize = 6;
 
 /// A friction curve with N parameters to be found.
 pub trait CurveCandidate<const N: usize>: Debug {
     /// The curve, in any scalar.
     type Curve<T: Scalar>: FrictionCurve<T>;
 
-    /// The parameters and where to look for them.
+    /// The parameters, with their bounds and starts.
     fn parameters(&self) -> [Parameter; N];
 
     /// The curve with these parameters.
@@ -49,55 +62,38 @@ pub trait CurveCandidate<const N: usize>: Debug {
 }
 
 /// The parameters that all Stribeck curves share: μ_d, μ_s − μ_d, v_S, σ2.
-pub(super) fn stribeck_parameters(rough: &InitialGuess) -> [Parameter; 4] {
-    let InitialGuess {
-        static_coefficient,
-        dynamic_coefficient,
-        stribeck_velocity,
-        viscous_friction,
-        fastest,
-        ..
-    } = *rough;
-    let size = dynamic_coefficient;
-    // Less than a thousandth of μ_d is no drop.
-    let excess = within(static_coefficient - size, 2e-3 * size, 20.0 * size);
-    let viscous = within(viscous_friction, 0.0, 9.0 * size / fastest);
-    let velocity = within(stribeck_velocity, 1.1e-4 * fastest, 90.0 * fastest);
+///
+/// The bounds are so wide that data which determine a parameter do not reach them: a decade and a half
+/// around μ_d, an excess from nothing (a thousandth) to 30 times μ_d, v_S over six decades around the
+/// speeds seen, and a viscous force up to ten times μ_d at the largest speed.
+pub(super) fn stribeck_parameters(guess: &InitialGuess) -> [Parameter; 4] {
+    let (size, fastest) = (guess.dynamic_coefficient, guess.fastest);
+    let viscosity = size / fastest;
+    // A start at a bound could rest there.
+    let inside = |name, unit, start, least: f64, most: f64, scaling| {
+        let start = within(start, 1.1 * least, 0.9 * most);
+        Parameter { name, unit, start, least, most, scaling }
+    };
+    let logarithmic = Scaling::Logarithmic;
+    let linear = Scaling::Linear { typical: 0.1 * viscosity };
+    let excess = guess.static_coefficient - size;
+    let (velocity, viscous) = (guess.stribeck_velocity, guess.viscous_friction);
     [
         Parameter::positive("dynamic_coefficient", "", size, 30.0),
-        Parameter {
-            name: "static_excess",
-            unit: "",
-            start: excess,
-            least: 1e-3 * size,
-            most: 30.0 * size,
-            scaling: Scaling::Logarithmic,
-        },
-        Parameter {
-            name: "stribeck_velocity",
-            unit: "m/s",
-            start: velocity,
-            least: 1e-4 * fastest,
-            most: 100.0 * fastest,
-            scaling: Scaling::Logarithmic,
-        },
-        Parameter {
-            name: "viscous_friction",
-            unit: "s/m",
-            start: viscous,
-            least: 0.0,
-            most: 10.0 * size / fastest,
-            scaling: Scaling::Linear { typical: 0.1 * size / fastest },
-        },
+        inside("static_excess", "", excess, 1e-3 * size, 30.0 * size, logarithmic),
+        inside("stribeck_velocity", "m/s", velocity, 1e-4 * fastest, 1e2 * fastest, logarithmic),
+        inside("viscous_friction", "s/m", viscous, 0.0, 10.0 * viscosity, linear),
     ]
 }
 
-/// The [`Stribeck`] curve of a given exponent: dynamic coefficient μ_d, static excess μ_s − μ_d, Stribeck velocity,
-/// viscous friction.
+/// The [`Stribeck`] curve of a given exponent.
+///
+/// Four parameters: dynamic coefficient μ_d, static excess μ_s − μ_d, Stribeck velocity v_S, viscous
+/// friction σ2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StribeckCurve {
-    /// Where to begin.
-    pub rough: InitialGuess,
+    /// Initial guess.
+    pub guess: InitialGuess,
     /// Stribeck exponent δ \[–\].
     pub exponent: f64,
 }
@@ -106,7 +102,7 @@ impl CurveCandidate<4> for StribeckCurve {
     type Curve<T: Scalar> = Stribeck<T>;
 
     fn parameters(&self) -> [Parameter; 4] {
-        stribeck_parameters(&self.rough)
+        stribeck_parameters(&self.guess)
     }
 
     fn curve<T: Scalar>(&self, values: &[T; 4]) -> Result<Stribeck<T>, ParameterError> {
@@ -130,15 +126,15 @@ pub(super) fn stribeck<T: Scalar>(
 /// The [`RationalStribeck`] curve, with the parameters of [`StribeckCurve`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RationalCurve {
-    /// Where to begin.
-    pub rough: InitialGuess,
+    /// Initial guess.
+    pub guess: InitialGuess,
 }
 
 impl CurveCandidate<4> for RationalCurve {
     type Curve<T: Scalar> = RationalStribeck<T>;
 
     fn parameters(&self) -> [Parameter; 4] {
-        stribeck_parameters(&self.rough)
+        stribeck_parameters(&self.guess)
     }
 
     fn curve<T: Scalar>(
@@ -181,10 +177,7 @@ impl<C: CurveCandidate<N>, const N: usize> Residuals<N> for Points<'_, C, N> {
     }
 }
 
-/// Most points used: of more, every second, third, …
-const MOST_POINTS: usize = 4000;
-
-/// A friction curve through sliding data that may have outliers.
+/// A robust fit of a friction curve through sliding data that may have outliers.
 ///
 /// ```
 /// use bristle::identify::{InitialGuess, SlidingPoint, StribeckCurve, static_curve};
@@ -194,10 +187,11 @@ const MOST_POINTS: usize = 4000;
 ///     .map(|i| {
 ///         let speed = 5e-4 * f64::from(i);
 ///         let wrong = if i % 10 == 0 { 0.5 } else { 0.0 };
-///         SlidingPoint { speed, coefficient: 0.2 + 0.1 * (-(speed / 0.01).powi(2)).exp() + 2.0 * speed + wrong }
+///         let fall = 0.1 * (-(speed / 0.01).powi(2)).exp();
+///         SlidingPoint { speed, coefficient: 0.2 + fall + 2.0 * speed + wrong }
 ///     })
 ///     .collect();
-/// let rough = InitialGuess {
+/// let guess = InitialGuess {
 ///     static_coefficient: 0.4,
 ///     dynamic_coefficient: 0.25,
 ///     stribeck_velocity: 0.03,
@@ -208,64 +202,88 @@ const MOST_POINTS: usize = 4000;
 ///     fastest: 0.1,
 ///     reversals: 1,
 /// };
-/// let fit = static_curve(&StribeckCurve { rough, exponent: 2.0 }, &points)?;
+/// let fit = static_curve(&StribeckCurve { guess, exponent: 2.0 }, &points)?;
 /// assert!((fit.estimate("stribeck_velocity").unwrap().value - 0.01).abs() < 1e-6);
 /// # Ok::<(), bristle::identify::IdentifyError>(())
 /// ```
 ///
 /// # Errors
 ///
-/// Fewer than ten points, or one that is not finite; bounds that do not hold the start.
+/// Refuses fewer than ten points, a point that is not finite, and bounds that do not contain the start.
 pub fn static_curve<C: CurveCandidate<N>, const N: usize>(
     candidate: &C,
     points: &[SlidingPoint],
 ) -> Result<Fit<N>, IdentifyError> {
-    let usable = |point: &SlidingPoint| point.speed.is_finite() && point.coefficient.is_finite();
-    if points.len() < 10 {
-        return Err(IdentifyError::TooFewRows { rows: points.len(), least: 10 });
+    if points.len() < FEWEST_POINTS {
+        return Err(IdentifyError::TooFewRows { rows: points.len(), least: FEWEST_POINTS });
     }
-    if let Some((row, point)) = points.iter().enumerate().find(|(_, point)| !usable(point)) {
-        let bad_speed = !point.speed.is_finite();
-        let (column, value) =
-            if bad_speed { ("speed", point.speed) } else { ("coefficient", point.coefficient) };
-        return Err(IdentifyError::Row { row, column, value, rule: "be finite" });
+    for (row, point) in points.iter().enumerate() {
+        for (column, value) in [("speed", point.speed), ("coefficient", point.coefficient)] {
+            if !value.is_finite() {
+                return Err(IdentifyError::Row { row, column, value, rule: "be finite" });
+            }
+        }
     }
     let every = points.len().div_ceil(MOST_POINTS);
     let points: Vec<SlidingPoint> = points.iter().step_by(every).copied().collect();
     let weights = alloc::vec![1.0; points.len()];
     let mut problem =
         Points { candidate, parameters: candidate.parameters(), points: &points, weights };
-    // Several starts: a valley in v_S may have others beside it.
-    let first = Settings { starts: 6, ..Settings::default() };
-    let mut fit = least_squares(&problem, &first, &mut |_| ControlFlow::Continue(()))?;
-    for round in 0..20 {
+    let mut settings = Settings { starts: STARTS, ..Settings::default() };
+    let mut go_on = |_: &Progress<'_>| ControlFlow::Continue(());
+    let mut fit = least_squares(&problem, &settings, &mut go_on)?;
+    settings.starts = 1;
+    for round in 0..ROUNDS {
         let curve = candidate.curve(&fit.values())?;
-        let off: Vec<f64> =
-            points.iter().map(|point| (curve.at(point.speed) - point.coefficient).abs()).collect();
-        let spread = 1.4826 * median(&mut off.clone());
+        let distance = |point: &SlidingPoint| (curve.at(point.speed) - point.coefficient).abs();
+        let distances: Vec<f64> = points.iter().map(distance).collect();
+        let spread = 1.4826 * median(&mut distances.clone());
         if !(spread > 0.0) {
             break;
         }
-        let weight = |off: &f64| {
-            let u = off / spread;
-            if round < 5 {
-                (1.345 / u).min(1.0).sqrt()
-            } else {
-                (1.0 - (u / 4.685).powi(2)).max(0.0)
-            }
-        };
-        problem.weights = off.iter().map(weight).collect();
+        let huber = |u: f64| (1.345 / u).min(1.0).sqrt();
+        let tukey = |u: f64| (1.0 - (u / 4.685).powi(2)).max(0.0);
+        let weight = |u| if round < HUBER_ROUNDS { huber(u) } else { tukey(u) };
+        problem.weights = distances.iter().map(|distance| weight(distance / spread)).collect();
         for (parameter, value) in problem.parameters.iter_mut().zip(fit.values()) {
             parameter.start = value;
         }
-        let settings = Settings { starts: 1, ..first };
-        let next = least_squares(&problem, &settings, &mut |_| ControlFlow::Continue(()))?;
-        let changed = |(a, b): (f64, f64)| (a - b).abs() > 1e-6 * (a.abs() + b.abs());
-        let moved = fit.values().into_iter().zip(next.values()).any(changed);
+        let next = least_squares(&problem, &settings, &mut go_on)?;
+        let changed = |(a, b): (f64, f64)| (a - b).abs() > SETTLED * (a.abs() + b.abs());
+        let settled = !fit.values().into_iter().zip(next.values()).any(changed);
         fit = next;
-        if round > 5 && !moved {
+        if round > HUBER_ROUNDS && settled {
             break;
         }
     }
     Ok(fit)
+}
+
+impl InitialGuess {
+    /// A guess from a look at a log, with a robust fit of the curve where the speeds allow one.
+    ///
+    /// # Errors
+    ///
+    /// As [`InitialGuess::with_points`].
+    pub fn of(log: &Log) -> Result<Self, IdentifyError> {
+        let (guess, points) = Self::with_points(log)?;
+        // Speeds that lie within a factor of two do not determine how friction depends on them.
+        let mut speeds: Vec<f64> = points.iter().map(|point| point.speed).collect();
+        let spread = quantile(&mut speeds, 0.9) > 2.0 * quantile(&mut speeds, 0.1);
+        if !spread {
+            return Ok(guess);
+        }
+        let Ok(fit) = static_curve(&StribeckCurve { guess, exponent: 2.0 }, &points) else {
+            return Ok(guess);
+        };
+        let [dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = fit.values();
+        Ok(Self {
+            static_coefficient: dynamic_coefficient + excess,
+            dynamic_coefficient,
+            // Beyond the largest speed nothing determines the curve.
+            stribeck_velocity: stribeck_velocity.min(guess.fastest),
+            viscous_friction,
+            ..guess
+        })
+    }
 }

@@ -1,29 +1,26 @@
-//! Least squares a row at a time: the triangular factor of all rows so far, by Givens rotations.
+//! Linear least squares row by row: the triangular factor of all rows so far, by Givens rotations.
 
 use alloc::vec::Vec;
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-/// R and Qᵀb of a tall least-squares problem A x ≈ b of which no row is kept.
+/// The factors R and Qᵀb of a tall least-squares problem A x ≈ b, whose rows are not stored.
 ///
-/// Unlike the normal equations AᵀA it does not square the condition number.
+/// Unlike the normal equations AᵀA, it does not square the condition number.
 #[derive(Debug, Clone)]
 pub(super) struct Triangle<const N: usize> {
     factor: SMatrix<f64, N, N>,
     right: SVector<f64, N>,
-    /// Σ b².
-    pub(super) squares: f64,
     pub(super) rows: usize,
 }
 
 impl<const N: usize> Triangle<N> {
     pub(super) fn new() -> Self {
-        Self { factor: SMatrix::zeros(), right: SVector::zeros(), squares: 0.0, rows: 0 }
+        Self { factor: SMatrix::zeros(), right: SVector::zeros(), rows: 0 }
     }
 
     /// Adds the row aᵀx ≈ b.
     pub(super) fn push(&mut self, mut row: SVector<f64, N>, mut right: f64) {
-        self.squares += right * right;
         self.rows += 1;
         for i in 0..N {
             if row[i] == 0.0 {
@@ -58,8 +55,8 @@ impl<const N: usize> Triangle<N> {
         (self.factor * x).norm_squared()
     }
 
-    /// The x of least |A x − b|² + |D x|² with D diagonal, where x is zero in every component that
-    /// is not `free`.
+    /// The x that minimises |A x − b|² + |D x|² with D diagonal, with x zero in every component that is
+    /// not `free`.
     pub(super) fn damped(&self, diagonal: &SVector<f64, N>, free: &[bool; N]) -> SVector<f64, N> {
         let mut both = Self::new();
         let masked =
@@ -80,8 +77,8 @@ impl<const N: usize> Triangle<N> {
         x
     }
 
-    /// Singular values, largest first, and right singular vectors of A with its free columns scaled to
-    /// length one. Columns that are not free, or zero, are left out: their entries are zero.
+    /// Singular values, largest first, and right singular vectors of A, its free columns scaled to length
+    /// one. Columns that are zero or not free are left out: their entries are zero.
     pub(super) fn directions(&self, free: &[bool; N]) -> Vec<(f64, SVector<f64, N>)> {
         let norms = self.column_norms();
         let kept: Vec<usize> = (0..N).filter(|&j| free[j] && norms[j] > 0.0).collect();

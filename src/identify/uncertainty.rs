@@ -1,21 +1,21 @@
-//! How well the data tell the parameters at the best fit.
+//! How well the data determine the parameters at the best fit.
 
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
-use super::least_squares::{Point, Problem};
+use super::problem::{Point, Problem};
 use super::residuals::{Residuals, within};
 use super::triangle::Triangle;
 use super::{Estimate, Fit, Identifiability, Outcome, ResidualStatistics, WeakDirection};
 
-/// Share of the largest singular value of the scaled sensitivities below which a direction has no effect: the
-/// square root of a rounding leaves half of the digits.
+/// Singular values of the scaled sensitivities below this share of the largest have no effect: √ε, with
+/// which half of the digits are left.
 const SINGULAR: f64 = 1.5e-8;
 
-/// Share of a parameter in a direction without effect from which on it is undetermined. Less comes from
-/// rounding and from parameters that make up for one another nearly, but not quite.
+/// A parameter with this share of a direction without effect is undetermined. Smaller shares come from
+/// rounding, and from parameters that nearly make up for one another.
 const SHARE: f64 = 0.03;
 
 /// The fit at a point, with its standard errors.
@@ -32,91 +32,82 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
         triangle.push(*gradient, -residual);
     });
     let statistics = statistics(&residuals);
-    let axes = &problem.axes;
-    let pushed = triangle.gradient();
-    let fixed: [bool; N] = core::array::from_fn(|i| axes[i].least >= axes[i].most);
-    let low: [bool; N] = core::array::from_fn(|i| point[i] <= axes[i].least && pushed[i] <= 0.0);
-    let high: [bool; N] = core::array::from_fn(|i| point[i] >= axes[i].most && pushed[i] >= 0.0);
-    let free: [bool; N] = core::array::from_fn(|i| !(fixed[i] || low[i] || high[i]));
+    let resting = problem.resting(point, &triangle.gradient());
+    let free = resting.map(|rests| rests.is_none());
 
-    // The pseudo-inverse of JᵀJ over the free parameters, and what it leaves out.
+    // The pseudo-inverse of JᵀJ over the free parameters, and the directions that it leaves out.
     let norms = triangle.column_norms();
     let directions = if smooth { triangle.directions(&free) } else { Vec::new() };
     let largest = directions.first().map_or(0.0, |d| d.0);
     let mut inverse = SMatrix::<f64, N, N>::zeros();
-    // Without directions the sensitivities are not finite or all zero, and tell nothing of any parameter.
+    // Without directions the sensitivities are not finite or all zero, and determine no parameter.
     let mut undetermined: [bool; N] =
         core::array::from_fn(|i| free[i] && (directions.is_empty() || !(norms[i] > 0.0)));
     let mut weak = Vec::new();
     for (value, direction) in &directions {
-        let unscaled =
-            SVector::<f64, N>::from_fn(
-                |i, _| if norms[i] > 0.0 { direction[i] / norms[i] } else { 0.0 },
-            );
         if *value > SINGULAR * largest {
+            let unscaled =
+                Point::<N>::from_fn(
+                    |i, _| {
+                        if norms[i] > 0.0 { direction[i] / norms[i] } else { 0.0 }
+                    },
+                );
             inverse += unscaled * unscaled.transpose() / (value * value);
             continue;
         }
-        for (flag, share) in undetermined.iter_mut().zip(direction.iter()) {
-            *flag |= share.abs() > SHARE;
+        let names = problem.parameters.iter().map(|parameter| parameter.name);
+        let mut shares = Vec::new();
+        for ((name, flag), &share) in names.zip(&mut undetermined).zip(direction.iter()) {
+            if share.abs() > SHARE {
+                *flag = true;
+                shares.push((name, share));
+            }
         }
-        let mut shares: Vec<(&'static str, f64)> =
-            problem.parameters.iter().map(|p| p.name).zip(direction.iter().copied()).collect();
-        shares.retain(|(_, share)| share.abs() > SHARE);
         shares.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
         weak.push(WeakDirection { strength: value / largest, shares });
     }
 
-    let meat = scores(problem, point, statistics.window);
     let rows = residuals.len() as f64;
     let spare = rows - N as f64;
     let known = smooth && spare > 0.0;
     let correction = if known { rows / spare } else { 1.0 };
-    let covariance = inverse * meat * inverse * correction;
-    // A product of three symmetric matrices is one only up to rounding.
+    let covariance = inverse * scores(problem, point, statistics.window) * inverse * correction;
+    // Rounding leaves the product of three symmetric matrices slightly unsymmetric.
     let covariance = (covariance + covariance.transpose()) * 0.5;
-    // Where few rows tell a parameter, the sum over scores is itself uncertain, and too small on the average.
+    // Where few rows determine a parameter, the sum over scores is uncertain, and too small on average.
     let variance = statistics.rmse.powi(2) * rows
         / statistics.effective_rows.max(f64::MIN_POSITIVE)
         * correction;
-    // Ask for what is finite: `max` would make a zero of what is not a number.
+    // `max` alone would turn NaN into zero.
     let root =
         |square: f64| if square.is_finite() { square.max(0.0).sqrt() } else { f64::INFINITY };
     let spread = |i: usize| root(covariance[(i, i)]);
-    let deviation = |i: usize| spread(i).max(root(variance * inverse[(i, i)]));
     let correlation = SMatrix::from_fn(|i, j| {
         let scale = spread(i) * spread(j);
+        let sound = known && scale > 0.0 && scale.is_finite();
         if i == j {
             1.0
-        } else if known && scale > 0.0 && scale.is_finite() && !undetermined[i] && !undetermined[j]
-        {
+        } else if sound && !undetermined[i] && !undetermined[j] {
             within(covariance[(i, j)] / scale, -1.0, 1.0)
         } else {
             f64::NAN
         }
     });
+    let (values, slopes) = (problem.values(point), problem.slopes(point));
     let estimates = core::array::from_fn(|i| {
-        let parameter = problem.parameters[i];
-        let value = axes[i].value(point[i]);
-        let standard_error = if !free[i] {
-            f64::NAN
-        } else if undetermined[i] || !known {
-            f64::INFINITY
-        } else {
-            deviation(i) * axes[i].slope(point[i])
-        };
-        let verdict = if fixed[i] {
-            Identifiability::Fixed
-        } else if low[i] {
-            Identifiability::AtLowerBound
-        } else if high[i] {
-            Identifiability::AtUpperBound
-        } else if undetermined[i] || !smooth {
-            Identifiability::Undetermined
-        } else if standard_error <= value.abs() {
-            Identifiability::Determined
-        } else {
-            Identifiability::Uncertain
+        let (parameter, value) = (problem.parameters[i], values[i]);
+        let (verdict, standard_error) = match resting[i] {
+            Some(rests) => (rests, f64::NAN),
+            None if undetermined[i] || !smooth => (Identifiability::Undetermined, f64::INFINITY),
+            None if !known => (Identifiability::Uncertain, f64::INFINITY),
+            None => {
+                let error = spread(i).max(root(variance * inverse[(i, i)])) * slopes[i];
+                if error <= value.abs() {
+                    (Identifiability::Determined, error)
+                } else {
+                    (Identifiability::Uncertain, error)
+                }
+            }
         };
         Estimate { parameter, value, standard_error, verdict }
     });
@@ -140,21 +131,24 @@ fn statistics(residuals: &[f64]) -> ResidualStatistics {
         largest: residuals.iter().fold(0.0, |most, r| f64::max(most, r.abs())),
         correlation: if variance > 0.0 { next / variance } else { 0.0 },
         effective_rows: count / time,
-        // Bartlett's weights lose a share of about (correlation time)/window of the variance.
+        // Bartlett's weights lose about (correlation time)/window of the variance: a tenth.
         window: ((10.0 * time) as usize).clamp(1, longest),
     }
 }
 
-/// Lags that are summed row by row: enough for a correlation time of 400 rows, and for every log of 20 000 rows.
+/// Lags that are summed row by row: enough for a correlation time of 400 rows, and for every log of
+/// up to 20 000 rows.
 const LAGS: usize = 2000;
 
 /// Rows in a block, where more lags are needed.
 const BLOCK: usize = 10;
 
-/// τ = 1 + 2 Σ ρ of deviations from their mean, summed to five τ (Sokal's window), at most over a tenth of the rows.
+/// τ = 1 + 2 Σ ρ of deviations from their mean, summed to five τ (Sokal's window), at most over a tenth
+/// of the rows.
 ///
-/// Where 2000 lags do not reach, the deviations are averaged in blocks of ten, whose mean has the same variance:
-/// τ σ²/n = τ_b σ_b²/(n/10). So the time it takes grows with the number of rows, not with its square.
+/// Where 2000 lags do not suffice, the deviations are averaged in blocks of ten. The mean of the blocks
+/// has the variance of the mean of the rows, τ σ²/n = τ_b σ_b²/(n/10). The time needed therefore grows
+/// with the number of rows, not with its square.
 fn correlation_time(mut deviations: Vec<f64>) -> f64 {
     let mut factor = 1.0;
     loop {
@@ -176,22 +170,24 @@ fn correlation_time(mut deviations: Vec<f64>) -> f64 {
         let mean = |block: &[f64]| block.iter().sum::<f64>() / BLOCK as f64;
         deviations = deviations.chunks_exact(BLOCK).map(mean).collect();
         let of_blocks: f64 = deviations.iter().map(|d| d * d).sum();
-        // Sums of squares over their numbers are the variances.
+        // A variance is the sum of squares over its number.
         factor *= BLOCK as f64 * (of_blocks / deviations.len() as f64) / (variance / rows);
     }
 }
 
-/// Newey and West's Σ Σ w(s − t) gₜ gₛᵀ with gₜ = Jₜᵀ rₜ and Bartlett's weights 1 − |lag|/window, as the mean of
-/// the squares of all sums of `window` scores in a row, which is the same and needs no more memory than the window.
+/// Newey and West's Σ Σ w(s − t) gₜ gₛᵀ with gₜ = Jₜᵀ rₜ and Bartlett's weights 1 − |lag|/window.
+///
+/// It equals the mean of the squares of all sums of `window` consecutive scores, which needs memory for
+/// one window only.
 fn scores<R: Residuals<N>, const N: usize>(
     problem: &Problem<'_, R, N>,
     point: &Point<N>,
     window: usize,
 ) -> SMatrix<f64, N, N> {
-    let mut recent: VecDeque<SVector<f64, N>> = VecDeque::with_capacity(window);
-    let mut sum = SVector::<f64, N>::zeros();
+    let mut recent: VecDeque<Point<N>> = VecDeque::with_capacity(window);
+    let mut sum = Point::<N>::zeros();
     let mut meat = SMatrix::<f64, N, N>::zeros();
-    let mut add = |score: SVector<f64, N>| {
+    let mut add = |score: Point<N>| {
         if recent.len() == window
             && let Some(oldest) = recent.pop_front()
         {
@@ -202,6 +198,6 @@ fn scores<R: Residuals<N>, const N: usize>(
         meat += sum * sum.transpose();
     };
     problem.rows(point, |residual, gradient| add(gradient * residual));
-    (1..window).for_each(|_| add(SVector::zeros()));
+    (1..window).for_each(|_| add(Point::zeros()));
     meat / window as f64
 }
