@@ -15,26 +15,8 @@ use bristle::curve::{
 };
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Spring, SpringParameters};
 use bristle::{Bristle, Dahl, DahlParameters, FrBd, Scalar};
+use common::draw::Draw;
 use common::lit;
-
-/// A stream of numbers in [0, 1) that is the same in every run: a linear congruence (Knuth's MMIX).
-#[derive(Clone)]
-struct Stream(u64);
-
-impl Stream {
-    fn next(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-    /// Between two positive numbers, all decades alike.
-    fn decades(&mut self, from: f64, to: f64) -> f64 {
-        from * (to / from).powf(self.next())
-    }
-    fn sign(&mut self) -> f64 {
-        if self.next() < 0.5 { -1.0 } else { 1.0 }
-    }
-}
 
 /// Bristles of a batch, before and after a step.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +37,7 @@ impl<T: Real> Run<T> {
     /// Velocities around the Stribeck velocity of 0.01 m/s and far from it, deflections within and
     /// beyond their limit of 1.5e-4 m.
     fn random(length: usize) -> Self {
-        let mut stream = Stream(9429);
+        let mut draw = Draw(9429);
         let zeros = || vec![T::zero(); length];
         let mut run = Self {
             predicted: zeros(),
@@ -70,10 +52,10 @@ impl<T: Real> Run<T> {
             held_force: zeros(),
         };
         for i in 0..length {
-            let mut velocity = || lit(stream.sign() * stream.decades(1e-6, 10.0));
+            let mut velocity = || lit(draw.sign() * draw.logarithmic(1e-6, 10.0));
             (run.predicted[i], run.mean[i]) = (velocity(), velocity());
-            run.load[i] = lit(stream.decades(1e-3, 1e3));
-            run.before[i] = lit(stream.sign() * stream.decades(1e-9, 3e-4));
+            run.load[i] = lit(draw.logarithmic(1e-3, 1e3));
+            run.before[i] = lit(draw.sign() * draw.logarithmic(1e-9, 3e-4));
         }
         run
     }
@@ -411,9 +393,9 @@ fn parameters_of_each_bristle_give_the_bits_of_shared_ones() {
 
 #[test]
 fn every_bristle_obeys_its_own_parameters() {
-    let mut stream = Stream(7);
+    let mut draw = Draw(7);
     let mut column =
-        |from: f64, to: f64| (0..70).map(|_| stream.decades(from, to)).collect::<Vec<_>>();
+        |from: f64, to: f64| (0..70).map(|_| draw.logarithmic(from, to)).collect::<Vec<_>>();
     let (static_, dynamic, velocity) = (column(1.0, 3.0), column(0.1, 1.0), column(1e-3, 1.0));
     let (viscous, stiffness, damping) = (column(1e-3, 1.0), column(1e2, 1e5), column(1e-2, 1e2));
     for (fall, exponent) in [(Fall::Gaussian, 2.0), (Fall::Exponential, 1.0)] {

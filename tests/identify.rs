@@ -7,23 +7,10 @@ use std::ops::ControlFlow;
 
 use bristle::identify::*;
 use bristle::{Bristle, ParameterError, Scalar};
+use draw::Draw;
 
-/// Uniform numbers in [0, 1) by the 64-bit linear congruential generator of Knuth (MMIX), upper 53 bits.
-struct Draw(u64);
-
-impl Draw {
-    fn next(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// A Gaussian number by Box and Muller.
-    fn gauss(&mut self) -> f64 {
-        let (a, b) = (1.0 - self.next(), self.next());
-        (-2.0 * a.ln()).sqrt() * (std::f64::consts::TAU * b).cos()
-    }
-}
+#[path = "common/draw.rs"]
+mod draw;
 
 /// μ_d, μ_s − μ_d, v_S, σ2, σ0, σ1.
 const TRUTH: [f64; 6] = [0.2, 0.1, 0.01, 0.8, 6e3, 8.0];
@@ -67,6 +54,12 @@ fn log_of<C: Candidate<N>, const N: usize>(
 
 fn go_on(_: &Progress<'_>) -> ControlFlow<()> {
     ControlFlow::Continue(())
+}
+
+/// A fit of [`FrBdFit`] with own starts and bounds.
+fn fitted_from(parameters: [Parameter; 6], log: &Log) -> Result<Fit<6>, IdentifyError> {
+    let (simulation, settings) = (Simulation::default(), Settings::default());
+    fit_from(&FrBdFit, parameters, log, simulation, &settings, &mut go_on)
 }
 
 fn fitted<C: Candidate<N>, const N: usize>(candidate: &C, log: &Log) -> Fit<N> {
@@ -174,13 +167,7 @@ impl Residuals<1> for Mean {
 fn the_standard_error_of_a_mean_is_that_of_the_closed_form() {
     // An autoregressive series: the variance of its mean is σ²/n (1 + ρ)/(1 − ρ).
     for correlation in [0.0_f64, 0.9] {
-        let mut draw = Draw(5);
-        let mut state = 0.0;
-        let mut next = || {
-            state = correlation * state + (1.0 - correlation * correlation).sqrt() * draw.gauss();
-            state
-        };
-        let series = Mean((0..40_000).map(|_| next()).collect());
+        let series = Mean(Draw(5).coloured(correlation).take(40_000).collect());
         let found = least_squares(&series, &Settings::default(), &mut go_on).unwrap();
         let want = ((1.0 + correlation) / (1.0 - correlation) / 40_000.0).sqrt();
         let ratio = found.estimates[0].standard_error / want;
@@ -218,9 +205,7 @@ fn what_the_data_want_beyond_a_bound_is_said() {
     let log = log_of(&FrBdFit, &TRUTH, rich, 2000, || 0.0);
     let mut parameters = FrBdFit.parameters(&InitialGuess::of(&log).unwrap());
     parameters[4] = Parameter { start: 3e3, least: 1e3, most: 4e3, ..parameters[4] };
-    let simulation = Simulation::default();
-    let found =
-        fit_from(&FrBdFit, parameters, &log, simulation, &Settings::default(), &mut go_on).unwrap();
+    let found = fitted_from(parameters, &log).unwrap();
     let stiffness = found.estimate("micro_stiffness").unwrap();
     assert_eq!(
         (stiffness.verdict, stiffness.value),
@@ -230,8 +215,7 @@ fn what_the_data_want_beyond_a_bound_is_said() {
     assert!(stiffness.standard_error.is_nan() && found.to_string().contains("AT ITS UPPER BOUND"));
 
     parameters[4] = Parameter { start: 1e4, least: 8e3, most: 2e4, ..parameters[4] };
-    let found =
-        fit_from(&FrBdFit, parameters, &log, simulation, &Settings::default(), &mut go_on).unwrap();
+    let found = fitted_from(parameters, &log).unwrap();
     let stiffness = found.estimate("micro_stiffness").unwrap();
     assert_eq!(
         (stiffness.verdict, stiffness.value),
@@ -248,15 +232,7 @@ fn a_parameter_with_one_bound_twice_is_fixed() {
     // On either side of the truth, or on it: no data push a fixed parameter to a bound.
     for value in [3e3, 6e3, 2e4] {
         parameters[4] = Parameter { start: value, least: value, most: value, ..parameters[4] };
-        let found = fit_from(
-            &FrBdFit,
-            parameters,
-            &log,
-            Simulation::default(),
-            &Settings::default(),
-            &mut go_on,
-        )
-        .unwrap();
+        let found = fitted_from(parameters, &log).unwrap();
         let stiffness = found.estimate("micro_stiffness").unwrap();
         assert_eq!(
             (stiffness.verdict, stiffness.value),
@@ -392,14 +368,7 @@ fn a_bad_bound_or_start_is_refused_by_name() {
     for bad in [f64::NAN, -1.0, f64::INFINITY] {
         let mut spoilt = parameters;
         spoilt[2].start = bad;
-        let refused = fit_from(
-            &FrBdFit,
-            spoilt,
-            &log,
-            Simulation::default(),
-            &Settings::default(),
-            &mut go_on,
-        );
+        let refused = fitted_from(spoilt, &log);
         assert!(
             matches!(refused, Err(IdentifyError::Bounds { name: "stribeck_velocity", .. })),
             "{refused:?}"
@@ -623,10 +592,119 @@ fn the_stiffness_at_a_glance_is_ln_2_over_the_way_to_half_of_the_swing() {
     let guess = InitialGuess::of(&log).unwrap();
     // A row is 2 µm of the 23 µm to half of the swing, and the velocity turns over one row.
     assert!((guess.micro_stiffness / 6e3 - 1.0).abs() < 0.06, "{guess:?}");
+    // One speed determines no fall: what is left is the level, a tenth less and a fifth more of it.
+    assert!((guess.static_coefficient / guess.dynamic_coefficient - 4.0 / 3.0).abs() < 1e-12);
+    assert!((guess.dynamic_coefficient / 0.18 - 1.0).abs() < 0.01, "{guess:?}");
+}
+
+/// μ of [`TRUTH`] in steady sliding.
+fn curve(v: f64) -> f64 {
+    let [dynamic, excess, velocity, viscous, ..] = TRUTH;
+    dynamic + excess * (-(v / velocity).powi(2)).exp() + viscous * v
 }
 
 #[test]
-fn no_guess_guess_makes_a_panic_or_a_fit_of_nothing() {
+fn rows_taken_as_sliding_lie_on_the_curve() {
+    // To and fro at 2 mm/s over 1 mm, where 5 μ/σ0 = 0.25 mm are passed over, and over 0.15 mm, where
+    // 60 % are.
+    let mu = curve(2e-3);
+    for (stroke, skipped, lag) in
+        [(1e-3, 5.0 * mu / TRUTH[4] / 1e-3, (-5.0_f64).exp()), (1.5e-4, 0.6, (-1.5_f64).exp())]
+    {
+        let half = stroke / 2e-3;
+        let motion = |t: f64| if (t / half) as usize % 2 == 0 { 2e-3 } else { -2e-3 };
+        let log = log_of(&FrBdFit, &TRUTH, motion, 4000, || 0.0);
+        let (_, points) = InitialGuess::with_points(&log).unwrap();
+        let share = points.len() as f64 / 4000.0;
+        // The stiffness is estimated from rows 4 µm apart, of some 35 µm, and the velocity turns over one.
+        assert!((share - (1.0 - skipped)).abs() < 0.06, "{stroke}: {share} {skipped}");
+        for point in points {
+            // The swing decays from 2 μ with the distance over μ/σ0; the first stroke begins at 0.
+            let off = (point.coefficient / mu - 1.0).abs();
+            assert!(off < 2.4 * lag, "{stroke}: {off} {lag}");
+        }
+    }
+}
+
+#[test]
+fn only_a_turn_of_a_thousandth_of_the_travel_is_a_reversal() {
+    // 10 mm/s with a ripple, over 10 mm: it goes back by (20 θ − 2 A sin θ)/40 with cos θ = 10/A, which is
+    // 5 µm for A = 10.5 mm/s and 39 µm for 12 mm/s. Bends of the ripple look like a noise of 3 to 4 µm.
+    let guess = |ripple: f64| {
+        let motion = move |t: f64| 0.01 + ripple * (40.0 * t).sin();
+        InitialGuess::of(&log_of(&FrBdFit, &TRUTH, motion, 500, || 0.0))
+    };
+    assert!(matches!(guess(0.0105), Err(IdentifyError::NoReversal { .. })));
+    assert!(!matches!(guess(0.012), Err(IdentifyError::NoReversal { .. })));
+}
+
+#[test]
+fn a_few_bad_rows_do_not_change_the_offset() {
+    let mut row = 0;
+    let log = log_of(&FrBdFit, &TRUTH, rich, 3000, || {
+        row += 1;
+        // One row in a hundred, all to one side.
+        if row % 100 == 0 { 10.0 } else { 0.0 }
+    });
+    let clean = InitialGuess::of(&log_of(&FrBdFit, &TRUTH, rich, 3000, || 0.0)).unwrap();
+    let guess = InitialGuess::of(&log).unwrap();
+    assert!((guess.offset - clean.offset).abs() < 0.02, "{guess:?}");
+}
+
+#[test]
+fn noise_of_a_resting_position_is_no_sliding() {
+    // 10 mm/s for 0.2 s, then 0.3 s of rest, to and fro, with a noise of 1 µm.
+    let motion = |t: f64| {
+        let (turn, phase) = ((t / 0.5) as usize % 2, t % 0.5);
+        if phase > 0.2 {
+            0.0
+        } else if turn == 0 {
+            0.01
+        } else {
+            -0.01
+        }
+    };
+    let clean = log_of(&FrBdFit, &TRUTH, motion, 3000, || 0.0);
+    let mut draw = Draw(2);
+    let position: Vec<f64> = clean.positions().iter().map(|x| x + 1e-6 * draw.gauss()).collect();
+    let log = Log::new(LogParameters {
+        time: clean.times(),
+        motion: Motion::Position(&position),
+        friction: clean.coefficients(),
+        normal_force: None,
+    });
+    let (_, points) = InitialGuess::with_points(&log.unwrap()).unwrap();
+    // A velocity is known to 0.5 mm/s; one row at each end of a stroke is half at rest.
+    let slow = points.iter().filter(|point| point.speed < 8e-3).count();
+    assert!(points.len() > 500 && slow < points.len() / 20, "{slow} of {}", points.len());
+}
+
+#[test]
+fn a_curve_ignores_two_outliers_in_ten_and_needs_ten_points() {
+    let guess = InitialGuess::of(&log_of(&FrBdFit, &TRUTH, rich, 3000, || 0.0)).unwrap();
+    let candidate = StribeckCurve { guess, exponent: 2.0 };
+    let points = |count: u32| -> Vec<SlidingPoint> {
+        let point = |i: u32| {
+            let speed = 1e-3 + 5e-2 * f64::from(i) / f64::from(count);
+            let wrong = if i % 10 < 2 { 0.3 } else { 0.0 };
+            SlidingPoint { speed, coefficient: curve(speed) + wrong }
+        };
+        (0..count).map(point).collect()
+    };
+    // As many as are used, and so many that only every third is.
+    for count in [200, 12_000] {
+        let found = static_curve(&candidate, &points(count)).unwrap();
+        for (value, truth) in found.values().into_iter().zip(TRUTH) {
+            assert!((value / truth - 1.0).abs() < 1e-4, "{found}");
+        }
+    }
+    assert!(static_curve(&candidate, &points(10)).is_ok());
+    let refused = static_curve(&candidate, &points(9)).unwrap_err();
+    assert_eq!(refused, IdentifyError::TooFewRows { rows: 9, least: 10 });
+}
+
+#[test]
+fn no_initial_guess_makes_a_panic_or_a_fit_of_nothing() {
     let points: Vec<SlidingPoint> = (1..50)
         .map(|i| SlidingPoint {
             speed: 2e-3 * f64::from(i),
@@ -787,13 +865,8 @@ fn scores_are_added_over_a_window() {
     // An autoregressive series in the first fifth of the rows, nothing after. The mean of m rows has the variance
     // σ²/m (1 + ρ)/(1 − ρ). Without a window it would be σ²/m, and from the mean square of all residuals a fifth of it.
     let (rows, share, correlation) = (50_000, 10_000, 0.9_f64);
-    let mut draw = Draw(5);
-    let mut state = 0.0;
-    let mut series = vec![0.0; rows];
-    for y in series.iter_mut().take(share) {
-        state = correlation * state + (1.0 - correlation * correlation).sqrt() * draw.gauss();
-        *y = state;
-    }
+    let mut series: Vec<f64> = Draw(5).coloured(correlation).take(share).collect();
+    series.resize(rows, 0.0);
     let found = least_squares(&Share(series, share), &Settings::default(), &mut go_on).unwrap();
     let want = ((1.0 + correlation) / (1.0 - correlation) / share as f64).sqrt();
     let ratio = found.estimates[0].standard_error / want;
@@ -807,14 +880,8 @@ fn scores_are_added_over_a_window() {
 fn long_correlation_times_are_those_of_the_whole_sum() {
     // More lags than are summed row by row: ρ = 0.998 has τ = 999, five of them.
     let correlation = 0.998_f64;
-    let mut draw = Draw(5);
-    let mut state = 0.0;
-    let mut next = || {
-        state = correlation * state + (1.0 - correlation * correlation).sqrt() * draw.gauss();
-        state
-    };
     let rows = 200_000;
-    let series: Vec<f64> = (0..rows).map(|_| next()).collect();
+    let series: Vec<f64> = Draw(5).coloured(correlation).take(rows).collect();
     let mean = series.iter().sum::<f64>() / rows as f64;
     let product = |lag: usize| -> f64 {
         series.iter().zip(&series[lag..]).map(|(a, b)| (a - mean) * (b - mean)).sum()

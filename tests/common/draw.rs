@@ -29,6 +29,27 @@ impl Draw {
         from * (to / from).powf(self.next())
     }
 
+    /// −1 or 1.
+    pub fn sign(&mut self) -> f64 {
+        if self.next() < 0.5 { -1.0 } else { 1.0 }
+    }
+
+    /// A Gaussian number by Box and Muller.
+    pub fn gauss(&mut self) -> f64 {
+        let (a, b) = (1.0 - self.next(), self.next());
+        (-2.0 * a.ln()).sqrt() * (std::f64::consts::TAU * b).cos()
+    }
+
+    /// An autoregressive series of variance one.
+    pub fn coloured(mut self, correlation: f64) -> impl Iterator<Item = f64> {
+        let mut state = 0.0;
+        let news = (1.0 - correlation * correlation).sqrt();
+        std::iter::repeat_with(move || {
+            state = correlation * state + news * self.gauss();
+            state
+        })
+    }
+
     /// A signal about a mean with an amplitude and a frequency: smooth, with declared kinks and
     /// jumps, with jumps and corners that it keeps to itself, or steep.
     pub fn wave(&mut self, mean: f64, amplitude: f64, frequency: f64, end: f64) -> Wave {
