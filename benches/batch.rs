@@ -1,8 +1,8 @@
-//! A batch of 4096 bristles beside `exp` over as many numbers and beside the scalar steps in a loop,
-//! all within one run: nanoseconds per bristle, and ratios.
+//! A batch of 4096 bristles beside `exp` over as many numbers and beside the scalar steps in a
+//! loop, all within one run: nanoseconds per bristle, and ratios.
 //!
-//! Every line is the best of many rounds, and the lines take turns, so that what else the machine does
-//! touches them alike.
+//! Every line is the best of many rounds, and the lines take turns, so that what else the machine
+//! does touches them alike.
 //!
 //! ```sh
 //! cargo bench --bench batch                       # the target's own vectors, SSE2 on x86-64

@@ -5,9 +5,9 @@
 //! of the same scalar within one run; absolute times belong to the machine.
 //!
 //! The parameters are those of the paper's Table 2, in the middle of the Stribeck range, where the
-//! friction curve needs its exponential. An integrator's line is the cost of a whole step of the driver
-//! (fixed, sliding steadily, without output): its right-hand sides, its algebra, and the watch for
-//! reversals.
+//! friction curve needs its exponential. An integrator's line is the cost of a whole step of the
+//! driver (fixed, sliding steadily, without output): its right-hand sides, its algebra, and the
+//! watch for reversals.
 
 use std::hint::black_box;
 

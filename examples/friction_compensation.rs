@@ -1,13 +1,14 @@
-//! A linear axis follows a slow sine and then stands still, under a PID controller, with and without friction
-//! compensation from its encoder.
+//! A linear axis follows a slow sine and then stands still, under a PID controller, with and
+//! without friction compensation from its encoder.
 //!
-//! The axis is a carriage of 12 kg on a ball screw, as a datasheet might have it: 30 N to break away, 20 N when it runs,
-//! 100 N s/m, elastic over 60 µm, an encoder of 0.5 µm and a motor of 250 N. Its friction is FrBD, and for comparison the implicit
-//! bristle, in passive steps of 50 µs, each solved twice; the controller is held between its samples. The
-//! compensators do not know its parameters: theirs are as if identified, 7 to 20 % off, with another Stribeck exponent.
+//! The axis is a carriage of 12 kg on a ball screw, as a datasheet might have it: 30 N to break
+//! away, 20 N when it runs, 100 N s/m, elastic over 60 µm, an encoder of 0.5 µm and a motor of 250
+//! N. Its friction is FrBD, and for comparison the implicit bristle, in passive steps of 50 µs,
+//! each solved twice; the controller is held between its samples. The compensators do not know its
+//! parameters: theirs are as if identified, 7 to 20 % off, with another Stribeck exponent.
 //!
-//! Coulomb compensation is given the best of a list of dead bands and smooth signs, the same controller, and the same
-//! filtered velocity.
+//! Coulomb compensation is given the best of a list of dead bands and smooth signs, the same
+//! controller, and the same filtered velocity.
 //!
 //! Leaves `friction_compensation.csv` (the tables) and `friction_compensation.svg`.
 
@@ -57,13 +58,15 @@ const CURVE: StribeckParameters<f64> = StribeckParameters {
 const BRISTLE: KelvinVoigtParameters<f64, f64> =
     KelvinVoigtParameters { micro_stiffness: 4.2e5, micro_damping: 1600.0 };
 
-/// The reference: a sine [m, Hz] for so many periods and a quarter, then rest at its top until the end [s].
+/// The reference: a sine [m, Hz] for so many periods and a quarter, then rest at its top until the
+/// end [s].
 const AMPLITUDE: f64 = 1e-3;
 const FREQUENCY: f64 = 0.5;
 const PERIODS: f64 = 1.25;
 pub(crate) const END: f64 = 6.0;
 
-/// What is left out of the measure of tracking: the first half period; and of rest: its first second [s].
+/// What is left out of the measure of tracking: the first half period; and of rest: its first
+/// second [s].
 const SETTLED: f64 = 0.5 / FREQUENCY;
 const AT_REST: f64 = PERIODS / FREQUENCY + 1.0;
 
@@ -84,7 +87,8 @@ fn reference(time: f64) -> (f64, f64, f64) {
     (AMPLITUDE * sin, AMPLITUDE * omega * cos * moving, -AMPLITUDE * omega * omega * sin * moving)
 }
 
-/// A PID controller: poles of the frictionless axis at the bandwidth [Hz], damped by 0.8, and one at a fifth of it.
+/// A PID controller: poles of the frictionless axis at the bandwidth [Hz], damped by 0.8, and one
+/// at a fifth of it.
 #[derive(Clone, Copy)]
 struct Gains {
     proportional: f64,
@@ -116,7 +120,8 @@ pub(crate) enum Way {
     Observer,
 }
 
-/// One run: the way, the share that is compensated, the sample rate [Hz], the bandwidth of the controller [Hz].
+/// One run: the way, the share that is compensated, the sample rate [Hz], the bandwidth of the
+/// controller [Hz].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Setting {
     pub(crate) way: Way,
@@ -153,7 +158,8 @@ pub(crate) struct Outcome {
     /// Actuator force, root of the mean square [N], and what it moves per second [N/s].
     pub(crate) effort: f64,
     pub(crate) restlessness: f64,
-    /// At rest: sign changes of the error, from beyond two counts on one side to beyond two counts on the other, and its range [m].
+    /// At rest: sign changes of the error, from beyond two counts on one side to beyond two counts
+    /// on the other, and its range [m].
     pub(crate) sign_changes: usize,
     pub(crate) range: f64,
     /// Time, position error, actuator force, at every sample.
@@ -359,15 +365,16 @@ impl Outcome {
     }
 }
 
-/// The signs among which Coulomb compensation takes the best: half widths of a dead band, from none to beyond the
-/// fastest that the axis gets, and of a smooth sign [m/s].
+/// The signs among which Coulomb compensation takes the best: half widths of a dead band, from none
+/// to beyond the fastest that the axis gets, and of a smooth sign [m/s].
 fn signs() -> impl Iterator<Item = DirectionLaw<f64>> {
     let widths = [5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3, 3.2e-3, 6.4e-3, 1.28e-2];
     let bands = [0.0].into_iter().chain(widths).map(DirectionLaw::DeadBand);
     bands.chain(widths.into_iter().map(DirectionLaw::Smooth))
 }
 
-/// The Coulomb compensation that tracks best at a setting, and the best of those that do not hunt at rest.
+/// The Coulomb compensation that tracks best at a setting, and the best of those that do not hunt
+/// at rest.
 pub(crate) fn best_coulomb(setting: Setting) -> Result<[(Way, Outcome); 2], Box<dyn Error>> {
     let mut best: Option<(Way, Outcome)> = None;
     let mut calm: Option<(Way, Outcome)> = None;

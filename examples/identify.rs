@@ -1,10 +1,12 @@
 //! Parameters of a friction model from measured motion and friction.
 //!
-//! Without a file it makes noisy data of a known model and finds it again. With one, `identify FILE --columns
-//! t=1,x=3*1e-3,f=4*-1e-6,n=2*1e-6 --from 12 --to 108 --predict 204` fits the rows from 12 to 108 s and predicts those up to
-//! 204 s: columns t \[s\], x \[m\] or v [m/s], f \[N\] (positive against v > 0), and n \[N\] if it was measured.
+//! Without a file it makes noisy data of a known model and finds it again. With one, `identify FILE
+//! --columns t=1,x=3*1e-3,f=4*-1e-6,n=2*1e-6 --from 12 --to 108 --predict 204` fits the rows from
+//! 12 to 108 s and predicts those up to 204 s: columns t \[s\], x \[m\] or v [m/s], f \[N\]
+//! (positive against v > 0), and n \[N\] if it was measured.
 //!
-//! Leaves `identify.csv` and `identify.svg`: the friction coefficient over time and over position, data and model.
+//! Leaves `identify.csv` and `identify.svg`: the friction coefficient over time and over position,
+//! data and model.
 
 #[macro_use]
 mod support;

@@ -1,19 +1,24 @@
-//! Friction parameters from stick-slip, by its statistics: a mass m \[kg\] is pulled by a spring k [N/m] whose end moves at V.
+//! Friction parameters from stick-slip, by its statistics: a mass m \[kg\] is pulled by a spring k
+//! [N/m] whose end moves at V.
 //!
 //! m v̇ = F − p μ,  Ḟ = k (V − v),  p = m g
 //!
-//! Events of a real contact are irregular. So the runs are compared by three numbers each, worked out by the same code for
-//! data and simulation: the mean fall of F/p at a slip (between turning points more than a threshold apart), the period (the first maximum of
-//! the autocorrelation after its first minimum), the mean of F/p. `identify::least_squares` finds one set of parameters for all speeds.
-//! Sensitivities are exact, by dual numbers through mechanism and statistics.
+//! Events of a real contact are irregular. So the runs are compared by three numbers each, worked
+//! out by the same code for data and simulation: the mean fall of F/p at a slip (between turning
+//! points more than a threshold apart), the period (the first maximum of the autocorrelation after
+//! its first minimum), the mean of F/p. `identify::least_squares` finds one set of parameters for
+//! all speeds. Sensitivities are exact, by dual numbers through mechanism and statistics.
 //!
-//! A simulation repeats one cycle, a real contact does not: the threshold is where the mean time between falls and the period agree in the data.
+//! A simulation repeats one cycle, a real contact does not: the threshold is where the mean time
+//! between falls and the period agree in the data.
 //!
-//! Without files it takes the statistics of a known model at four speeds and finds it again. With `--runs FILE:V,FILE:V` each file has one column,
-//! F/p, at even times (`--rate`), and V is in m/s. `--model lugre` or `implicit` takes another model; `--mass-factor 3` lets the moving mass
-//! differ from the weight over g by that factor; `--mean-weight 0` leaves the mean friction out.
+//! Without files it takes the statistics of a known model at four speeds and finds it again. With
+//! `--runs FILE:V,FILE:V` each file has one column, F/p, at even times (`--rate`), and V is in m/s.
+//! `--model lugre` or `implicit` takes another model; `--mass-factor 3` lets the moving mass differ
+//! from the weight over g by that factor; `--mean-weight 0` leaves the mean friction out.
 //!
-//! Leaves `identify_stick_slip.csv` and `identify_stick_slip.svg`: F/p over time, measured and simulated.
+//! Leaves `identify_stick_slip.csv` and `identify_stick_slip.svg`: F/p over time, measured and
+//! simulated.
 
 #[macro_use]
 mod support;
@@ -238,7 +243,8 @@ impl Rig {
         }
     }
 
-    /// The mechanism, by companion steps: the friction of each is a source and a damper, and the step has a closed form.
+    /// The mechanism, by companion steps: the friction of each is a source and a damper, and the
+    /// step has a closed form.
     fn drive<T: Scalar, M: Bristle<T>>(
         &self,
         friction: M,
@@ -276,8 +282,9 @@ impl Rig {
         Ok(force)
     }
 
-    /// Period \[s\] of stick-slip with an amplitude A = 2a, if the friction is constant while the slider slides and it sticks at v = 0:
-    /// (π + 2 atan(w/Δ))/ω + 2Δ p/(k V) with ω = √(k/m), w = V √(k m)/p, Δ² = a² − w². The level and the drop of the friction are not in it.
+    /// Period \[s\] of stick-slip with an amplitude A = 2a, if the friction is constant while the
+    /// slider slides and it sticks at v = 0: (π + 2 atan(w/Δ))/ω + 2Δ p/(k V) with ω = √(k/m), w =
+    /// V √(k m)/p, Δ² = a² − w². The level and the drop of the friction are not in it.
     fn ideal_period(&self, speed: f64, amplitude: f64) -> f64 {
         let load = self.mass * GRAVITY;
         let (half, steady) = (0.5 * amplitude, speed * (self.stiffness * self.mass).sqrt() / load);
@@ -314,7 +321,8 @@ impl Rig {
         Ok(Run { name, speed, force, measured })
     }
 
-    /// Runs of the known model, by the search's own step: what is left is what the statistics do not tell.
+    /// Runs of the known model, by the search's own step: what is left is what the statistics do
+    /// not tell.
     fn synthetic(&self) -> Result<Vec<Run>, Box<dyn Error>> {
         let run = |&speed: &f64| self.run(speed, self.simulate(&TRUTH, speed, TRUTH[0], 4.0)?);
         TRUE_SPEEDS.iter().map(run).collect()
@@ -417,7 +425,8 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         );
     }
 
-    // Longer, and with a quarter of the step, so that the answer is not that of the search's own step.
+    // Longer, and with a quarter of the step, so that the answer is not that of the search's own
+    // step.
     let fine = Rig { substeps: 4 * rig.substeps, runs: vec![], ..rig };
     let mut table = Csv::create(
         arguments.out_dir(),

@@ -1,4 +1,5 @@
-//! Batches: the same step as one bristle takes, the energy balance, the same bits wherever a bristle stands, and numbers that are none.
+//! Batches: the same step as one bristle takes, the energy balance, the same bits wherever a
+//! bristle stands, and numbers that are none.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod common;
@@ -77,7 +78,8 @@ impl<T: Real> Run<T> {
         }
     }
 
-    /// Both kinds of step: what the beginning and the end of the passive one report, and the exact one.
+    /// Both kinds of step: what the beginning and the end of the passive one report, and the exact
+    /// one.
     fn step(&mut self, batch: &Batch<'_, T>, duration: T) -> [Outcome; 3] {
         let predicted = PassiveInput {
             velocities: &self.predicted,
@@ -178,7 +180,8 @@ impl<T: Real> Task<T> for Midpoint {
                 assert!(outcome.is_finite(), "{model:?} {outcome}");
             }
             for i in 0..run.mean.len() {
-                // The implicit midpoint rule, as the module writes it, in f64 of the model's own numbers.
+                // The implicit midpoint rule, as the module writes it, in f64 of the model's own
+                // numbers.
                 let a = model.affine(run.predicted[i].into(), run.before[i]);
                 let (rate, drive) = (f(a.relaxation), f(a.drive));
                 let (load, before, v) = (f(run.load[i]), f(run.before[i]), f(run.mean[i]));
@@ -219,8 +222,8 @@ struct Exact;
 impl<T: Real> Task<T> for Exact {
     fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy>(&self, model: M) {
         let batch = Batch::of(&model).unwrap();
-        // Below x = ½ the scalar step takes a series, above it loses less than two digits of φ2; and both
-        // exponents carry a few roundings of x, at most 1/e of which reach e⁻ˣ.
+        // Below x = ½ the scalar step takes a series, above it loses less than two digits of φ2;
+        // and both exponents carry a few roundings of x, at most 1/e of which reach e⁻ˣ.
         let rounding = 24.0 * f(T::default_epsilon());
         let mut run = Run::random(150);
         for h in DURATIONS {

@@ -1,5 +1,5 @@
-//! Friction compensation: the theorems of the observer, what an encoder does to a compensator, bad samples, and the numbers of
-//! the example `friction_compensation`, asserted by counting.
+//! Friction compensation: the theorems of the observer, what an encoder does to a compensator, bad
+//! samples, and the numbers of the example `friction_compensation`, asserted by counting.
 #![allow(clippy::unwrap_used, reason = "a test panics to fail")]
 
 use bristle::control::{
@@ -171,7 +171,8 @@ fn an_observer_whose_gains_break_the_condition_is_refused_with_number_and_limit(
 
 #[test]
 fn an_observer_of_lugre_is_refused_beyond_the_speed_at_which_its_error_gives_energy() {
-    // σ1² λ ≤ 4 σ0 (σ1 + σ2) with λ ≤ σ0 v/μ_d: v ≤ 4 (60 + 0.4) · 1/3600 = 67.1 mm/s for the least g.
+    // σ1² λ ≤ 4 σ0 (σ1 + σ2) with λ ≤ σ0 v/μ_d: v ≤ 4 (60 + 0.4) · 1/3600 = 67.1 mm/s for the least
+    // g.
     let injection = Injection::Velocity { gain: 0.2, corner: 20.0 };
     let upto = |fastest| ObserverParameters {
         velocity: VelocityFromPositionParameters { fastest, ..sampled(1e-3) },
@@ -216,8 +217,9 @@ fn compensators_refuse_what_is_no_parameter() {
 
 // ---- the theorems -------------------------------------------------------------------------------
 
-/// The true bristle and its estimate over one sample of a held velocity, injection y held: energy h k y F̃̄ that the error takes up,
-/// and the change of its stored energy. F̃̄ from the two exact means.
+/// The true bristle and its estimate over one sample of a held velocity, injection y held: energy h
+/// k y F̃̄ that the error takes up, and the change of its stored energy. F̃̄ from the two exact
+/// means.
 fn error_energy<M: Bristle<f64, Deflection = f64>>(
     contact: &Contact<f64, M>,
     (v, z, estimate): (f64, f64, f64),
@@ -237,7 +239,8 @@ fn error_energy<M: Bristle<f64, Deflection = f64>>(
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
-    /// h k y F̃̄ ≥ ΔW̃ for every state, velocity, injection and sample time, and of the code's own estimate.
+    /// h k y F̃̄ ≥ ΔW̃ for every state, velocity, injection and sample time, and of the code's own
+    /// estimate.
     #[test]
     fn the_error_of_an_frbd_observer_never_gives_energy(
         v in -1.0..1.0f64, z in -1.5e-4..1.5e-4f64, error in -0.1..0.1f64,
@@ -274,8 +277,9 @@ proptest! {
     // Each case is a run of thousands of samples.
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// With the tracking error solved implicitly by the midpoint rule, which is passive, W̃/k + V never rises, and the tracking error and
-    /// the force's error die out: every admissible gain, any sample time.
+    /// With the tracking error solved implicitly by the midpoint rule, which is passive, W̃/k + V
+    /// never rises, and the tracking error and the force's error die out: every admissible gain,
+    /// any sample time.
     #[test]
     fn an_observed_loop_converges_for_every_admissible_gain_at_any_sample_time(
         gain in 0.05..1.0f64, part in 0.1..0.95f64,
@@ -314,7 +318,8 @@ proptest! {
             // Mean error of the force is a + b y; midpoint of the tracking error for y held.
             let of = |y: f64| truth.mean_force - LOAD * affine.hold(v - gain * y, before, h).mean_coefficient;
             let (a, b) = (of(0.0), of(1.0) - of(0.0));
-            // Unknown: mean rate w of e. e' = e + h w/2, q' = q + h e'/2, acceleration 2(w − rate)/h.
+            // Unknown: mean rate w of e. e' = e + h w/2, q' = q + h e'/2, acceleration 2(w −
+            // rate)/h.
             let midpoint = |w: f64| {
                 let mean = e + 0.5 * h * w;
                 let q = sum + 0.5 * h * mean;
@@ -336,7 +341,8 @@ proptest! {
         prop_assert!(last <= 1e-6 * first, "{last} of {first} is left");
     }
 
-    /// By position: in the samples' limit G is strictly positive real; here with samples far shorter than all time constants.
+    /// By position: in the samples' limit G is strictly positive real; here with samples far
+    /// shorter than all time constants.
     #[test]
     fn the_classical_injection_converges_for_frbd_as_for_lugre(
         gain in 1.0..50.0f64, start in -1.4e-4..1.4e-4f64, speed in 0.005..0.06f64, excess in 1.1..3.0f64,
@@ -387,7 +393,8 @@ proptest! {
             let move_by = 1e-6 * f64::from(count);
             let a = one.advance(move_by).deflection;
             let b = other.advance(move_by).deflection;
-            // Both read the curve at the same speed once their filters agree: without a filter at once.
+            // Both read the curve at the same speed once their filters agree: without a filter at
+            // once.
             if tau == 0.0 {
                 prop_assert!((a - b).abs() <= apart + 1e-18);
                 apart = (a - b).abs();
@@ -508,7 +515,8 @@ fn a_sample_allocates_nothing() {
     }
 }
 
-// ---- outages --------------------------------------------------------------------------------------
+// ---- outages
+// --------------------------------------------------------------------------------------
 
 fn observed(
     injection: Injection<f64>,
@@ -527,8 +535,9 @@ const INJECTION: Injection<f64> = Injection::Velocity { gain: 0.1, corner: 20.0 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// At constant velocity the filter knows all that it missed, and each displacement is made up for: not even rounding apart from a
-    /// twin that saw everything. Faults in the position and in the reference, alone and together.
+    /// At constant velocity the filter knows all that it missed, and each displacement is made up
+    /// for: not even rounding apart from a twin that saw everything. Faults in the position and in
+    /// the reference, alone and together.
     #[test]
     fn after_any_outage_the_bristle_is_where_its_clean_twin_is(
         faults in prop::collection::vec(0u8..8, 1..40), speed in 1e-3..0.9f64, tau in 0.0..0.02f64,
@@ -574,8 +583,9 @@ proptest! {
 
 #[test]
 fn after_an_outage_the_rate_of_the_error_is_the_mean_rate_over_it() {
-    // Stuck, with an error that grows at 10 mm/s, of which the corner takes next to nothing. The clean observer answers with
-    // p c₂ k ė = 3 · 60 · 0.1 · 0.01 = 0.18 N; n missed samples taken for one would give n times as much on top.
+    // Stuck, with an error that grows at 10 mm/s, of which the corner takes next to nothing. The
+    // clean observer answers with p c₂ k ė = 3 · 60 · 0.1 · 0.01 = 0.18 N; n missed samples taken
+    // for one would give n times as much on top.
     let injection = Injection::Velocity { gain: 0.1, corner: 1e-6 };
     for missed in [2u32, 10, 300] {
         for tau in [0.0, 5e-3] {
@@ -627,7 +637,8 @@ fn a_reference_that_nothing_could_follow_is_refused_once() {
         assert_eq!(b.refused, u32::from(n == 30));
         assert_eq!(a.deflection, b.deflection);
     }
-    // A step of 0.9 m is followed at once; 1.1 m, more than a thousand times 1 m/s · 1 ms, the second time.
+    // A step of 0.9 m is followed at once; 1.1 m, more than a thousand times 1 m/s · 1 ms, the
+    // second time.
     assert_eq!(observer.step(49e-6, 0.9).refused, 0);
     assert_eq!(observer.step(49e-6, -1.1).refused, 1);
     assert_eq!(observer.step(49e-6, -1.1).refused, 0);
@@ -906,7 +917,8 @@ fn missed_samples_are_made_up_for_by_the_displacement() {
         let answer = gaps.step(if missed { fault } else { x });
         assert_eq!(answer.refused, if missed { n as u32 - 4 } else { 0 });
     }
-    // The curve was read at another speed for one sample: it differs by less than its fall, 0.5 of 1.5, of that part of the way.
+    // The curve was read at another speed for one sample: it differs by less than its fall, 0.5 of
+    // 1.5, of that part of the way.
     let (a, b) = (whole.step(2e-5).deflection, gaps.step(2e-5).deflection);
     assert!((a - b).abs() < 0.1 * a, "{a} {b}");
     assert!(b > 0.8 * 2e-5);
@@ -968,11 +980,13 @@ fn single_precision_follows_double_over_half_a_million_counts() {
         let b = double.advance(counts * 1e-6).force;
         worst = worst.max((f64::from(a) - b).abs());
     }
-    // Each step forgets what the one before rounded: a few units of the last place of 4.5 N, no drift.
+    // Each step forgets what the one before rounded: a few units of the last place of 4.5 N, no
+    // drift.
     assert!(worst < 2e-5, "{worst}");
 }
 
-// ---- the example's numbers ------------------------------------------------------------------------
+// ---- the example's numbers
+// ------------------------------------------------------------------------
 
 mod servo {
     use super::DirectionLaw;
@@ -1037,8 +1051,8 @@ mod servo {
         }
     }
 
-    /// FrBD against the implicit bristle: there the two differ most, below the Stribeck velocity, and knowing the
-    /// parameters does not help.
+    /// FrBD against the implicit bristle: there the two differ most, below the Stribeck velocity,
+    /// and knowing the parameters does not help.
     #[test]
     fn against_the_implicit_bristle_the_model_is_what_limits_it() {
         let at = |way| Setting { plant: Plant::Implicit, ..Setting::of(way) };

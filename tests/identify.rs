@@ -1,4 +1,5 @@
-//! Identification: what is known comes back, with honest errors, and what the data cannot tell is said.
+//! Identification: what is known comes back, with honest errors, and what the data cannot tell is
+//! said.
 
 #![cfg(feature = "identify")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
@@ -73,7 +74,8 @@ fn without_noise_every_parameter_comes_back() {
     let found = fitted(&FrBdFit, &log);
     assert_eq!(found.outcome, Outcome::Converged, "{found}");
     for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
-        // The rate of convergence is quadratic with no residual left; the start is forgotten to some 10⁻⁶.
+        // The rate of convergence is quadratic with no residual left; the start is forgotten to
+        // some 10⁻⁶.
         assert!((estimate.value / truth - 1.0).abs() < 1e-4, "{found}");
     }
 }
@@ -99,7 +101,8 @@ fn an_elasto_plastic_bristle_comes_back_too() {
     }
 }
 
-/// Seeds for which every parameter lies within three of its standard errors, with noise of 2 % of 0.25.
+/// Seeds for which every parameter lies within three of its standard errors, with noise of 2 % of
+/// 0.25.
 fn covered(seeds: u64, correlation: f64) -> u64 {
     (0..seeds)
         .filter(|&seed| {
@@ -124,15 +127,16 @@ fn covered(seeds: u64, correlation: f64) -> u64 {
 
 #[test]
 fn estimates_lie_within_three_standard_errors() {
-    // Six Gaussian errors lie all within three deviations in 98.4 % of all cases: of four more than one miss has a
-    // chance below 0.2 %.
+    // Six Gaussian errors lie all within three deviations in 98.4 % of all cases: of four more than
+    // one miss has a chance below 0.2 %.
     assert!(covered(4, 0.0) >= 3);
 }
 
 #[test]
 #[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn correlated_noise_widens_the_standard_errors() {
-    // Standard errors that took the rows for independent would be too small by √((1 + ρ)/(1 − ρ)) = 3.
+    // Standard errors that took the rows for independent would be too small by √((1 + ρ)/(1 − ρ)) =
+    // 3.
     assert!(covered(4, 0.8) >= 3);
 }
 
@@ -171,7 +175,8 @@ fn the_standard_error_of_a_mean_is_that_of_the_closed_form() {
         let found = least_squares(&series, &Settings::default(), &mut go_on).unwrap();
         let want = ((1.0 + correlation) / (1.0 - correlation) / 40_000.0).sqrt();
         let ratio = found.estimates[0].standard_error / want;
-        // Bartlett's weights lose some 5 % of a deviation, and a window of τ·10 rows in 40 000 leaves as much noise.
+        // Bartlett's weights lose some 5 % of a deviation, and a window of τ·10 rows in 40 000
+        // leaves as much noise.
         assert!((0.8..1.15).contains(&ratio), "{correlation}: {ratio}");
     }
 }
@@ -354,7 +359,8 @@ fn motions_that_tell_nothing_are_refused() {
         matches!(one_way, IdentifyError::NoReversal { least: 0.01, most: 0.01, .. }),
         "{one_way}"
     );
-    // 10 mm in one second; turns of less than a thousandth of it do not count, though the velocity changes its sign.
+    // 10 mm in one second; turns of less than a thousandth of it do not count, though the velocity
+    // changes its sign.
     let hardly = refusal(|t| 0.01 + 0.011 * (400.0 * t).sin()).to_string();
     assert!(hardly.contains("never turns back by more than"), "{hardly}");
     // A hundredth of the breakaway distance of 50 µm.
@@ -387,7 +393,8 @@ fn the_curve_alone_comes_from_the_sliding_rows() {
     let (guess, points) = InitialGuess::with_points(&log).unwrap();
     let found = static_curve(&StribeckCurve { guess, exponent: 2.0 }, &points).unwrap();
     for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
-        // Rows near a reversal see the curve with the bristle's lag, which is part of the standard errors.
+        // Rows near a reversal see the curve with the bristle's lag, which is part of the standard
+        // errors.
         assert!((estimate.value - truth).abs() < 3.0 * estimate.standard_error, "{found}");
         assert_eq!(estimate.verdict, Identifiability::Determined, "{found}");
         assert!((estimate.value / truth - 1.0).abs() < 0.2, "{found}");
@@ -464,7 +471,8 @@ fn substeps_bring_the_elasto_plastic_model_nearer_to_its_flow() {
         let pairs = run(substeps).into_iter().zip(&fine).skip(100);
         pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
     };
-    // α is frozen over a step: an error of first order at least, so that a sixteenth of the step leaves less than a quarter.
+    // α is frozen over a step: an error of first order at least, so that a sixteenth of the step
+    // leaves less than a quarter.
     assert!(error(1) > 1e-4 && error(16) < 0.25 * error(1), "{} {}", error(1), error(16));
 }
 
@@ -495,7 +503,8 @@ fn a_bad_first_row_does_not_stretch_the_bristle() {
     let mut columns = Columns::good();
     columns.friction[0] = 1e3;
     let log = columns.read().unwrap();
-    // At once at the steady deflection μ_s/σ0, not a hundred times beyond: nothing exceeds μ_s but the damping, (σ1 + σ2) v.
+    // At once at the steady deflection μ_s/σ0, not a hundred times beyond: nothing exceeds μ_s but
+    // the damping, (σ1 + σ2) v.
     let prediction = predict(&FrBdFit, &TRUTH, &log, Simulation::default()).unwrap();
     let most = prediction.coefficients.iter().fold(0.0, |most: f64, mu| most.max(mu.abs()));
     assert!(most < 0.3 + 8.8 * 0.01, "{most}");
@@ -508,7 +517,8 @@ fn a_bad_first_row_does_not_stretch_the_bristle() {
     });
     let found =
         fit(&FrBdFit, &log, Simulation::default(), &Settings::default(), &mut go_on).unwrap();
-    // It is still a row that is wrong, and its residual widens the standard errors; but those are honest.
+    // It is still a row that is wrong, and its residual widens the standard errors; but those are
+    // honest.
     for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
         assert!((estimate.value - truth).abs() < 3.0 * estimate.standard_error, "{found}");
     }
@@ -532,14 +542,16 @@ fn friction_with_the_wrong_sign_or_without_a_change_is_refused() {
     let Err(IdentifyError::DrivesMotion { work, path }) = refusal(|mu| -mu) else {
         panic!("the wrong sign went unseen")
     };
-    // The mean friction against the motion lies between μ_d and μ_s or so, less what the bristle stretches.
+    // The mean friction against the motion lies between μ_d and μ_s or so, less what the bristle
+    // stretches.
     assert!((0.1..0.35).contains(&(-work / path)), "{work} {path}");
     let words = refusal(|mu| -mu).unwrap_err().to_string();
     assert!(words.contains("friction drives the motion: is the sign right?"), "{words}");
     let stuck = refusal(|_| 2.0).unwrap_err();
     assert_eq!(stuck, IdentifyError::NoChange { value: 2.0 });
     assert!(stuck.to_string().contains("stays at 2"), "{stuck}");
-    // An offset is neither, and is seen: ten times the friction, and its work over the way left at the end is not counted.
+    // An offset is neither, and is seen: ten times the friction, and its work over the way left at
+    // the end is not counted.
     for (offset, guess) in [(-3.0, refusal(|mu| mu - 3.0)), (3.0, refusal(|mu| mu + 3.0))] {
         let seen = guess.unwrap().offset;
         assert!((seen - offset).abs() < 0.02, "{seen}");
@@ -564,7 +576,8 @@ fn positions_with_noise_have_the_reversals_of_those_without() {
         (position, log)
     };
     let (position, exact) = read(&rich, 0.0, &mut draw);
-    // From positions the held velocities come back as they were, so that the model runs the same way.
+    // From positions the held velocities come back as they were, so that the model runs the same
+    // way.
     let found = fitted(&FrBdFit, &exact);
     for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
         // But for the velocity at a row, a mean of two: σ1 + σ2 act on it.
@@ -576,8 +589,9 @@ fn positions_with_noise_have_the_reversals_of_those_without() {
         assert!((v[k] - central).abs() < 1e-12, "{k}");
     }
     assert!((v[0] - (position[1] - position[0]) / STEP).abs() < 1e-12);
-    // 100 µm between rows of 2 ms: the velocity has a noise of 70 mm/s, and changes its sign hundreds of times; a thousandth
-    // of the travel is 23 µm. The body turns where 2.6 t is a multiple of π, four times in 6 s.
+    // 100 µm between rows of 2 ms: the velocity has a noise of 70 mm/s, and changes its sign
+    // hundreds of times; a thousandth of the travel is 23 µm. The body turns where 2.6 t is a
+    // multiple of π, four times in 6 s.
     let (_, noisy) = read(&slow, 1e-4, &mut draw);
     let turns = noisy.velocities().windows(2).filter(|v| v[0] * v[1] < 0.0).count();
     let guess = InitialGuess::of(&noisy).unwrap();
@@ -605,8 +619,8 @@ fn curve(v: f64) -> f64 {
 
 #[test]
 fn rows_taken_as_sliding_lie_on_the_curve() {
-    // To and fro at 2 mm/s over 1 mm, where 5 μ/σ0 = 0.25 mm are passed over, and over 0.15 mm, where
-    // 60 % are.
+    // To and fro at 2 mm/s over 1 mm, where 5 μ/σ0 = 0.25 mm are passed over, and over 0.15 mm,
+    // where 60 % are.
     let mu = curve(2e-3);
     for (stroke, skipped, lag) in
         [(1e-3, 5.0 * mu / TRUTH[4] / 1e-3, (-5.0_f64).exp()), (1.5e-4, 0.6, (-1.5_f64).exp())]
@@ -616,7 +630,8 @@ fn rows_taken_as_sliding_lie_on_the_curve() {
         let log = log_of(&FrBdFit, &TRUTH, motion, 4000, || 0.0);
         let (_, points) = InitialGuess::with_points(&log).unwrap();
         let share = points.len() as f64 / 4000.0;
-        // The stiffness is estimated from rows 4 µm apart, of some 35 µm, and the velocity turns over one.
+        // The stiffness is estimated from rows 4 µm apart, of some 35 µm, and the velocity turns
+        // over one.
         assert!((share - (1.0 - skipped)).abs() < 0.06, "{stroke}: {share} {skipped}");
         for point in points {
             // The swing decays from 2 μ with the distance over μ/σ0; the first stroke begins at 0.
@@ -628,8 +643,9 @@ fn rows_taken_as_sliding_lie_on_the_curve() {
 
 #[test]
 fn only_a_turn_of_a_thousandth_of_the_travel_is_a_reversal() {
-    // 10 mm/s with a ripple, over 10 mm: it goes back by (20 θ − 2 A sin θ)/40 with cos θ = 10/A, which is
-    // 5 µm for A = 10.5 mm/s and 39 µm for 12 mm/s. Bends of the ripple look like a noise of 3 to 4 µm.
+    // 10 mm/s with a ripple, over 10 mm: it goes back by (20 θ − 2 A sin θ)/40 with cos θ = 10/A,
+    // which is 5 µm for A = 10.5 mm/s and 39 µm for 12 mm/s. Bends of the ripple look like a noise
+    // of 3 to 4 µm.
     let guess = |ripple: f64| {
         let motion = move |t: f64| 0.01 + ripple * (40.0 * t).sin();
         InitialGuess::of(&log_of(&FrBdFit, &TRUTH, motion, 500, || 0.0))
@@ -686,7 +702,7 @@ fn a_curve_ignores_two_outliers_in_ten_and_needs_ten_points() {
     let points = |count: u32| -> Vec<SlidingPoint> {
         let point = |i: u32| {
             let speed = 1e-3 + 5e-2 * f64::from(i) / f64::from(count);
-            let wrong = if i % 10 < 2 { 0.3 } else { 0.0 };
+            let wrong = if matches!(i % 10, 4 | 5) { 0.3 } else { 0.0 };
             SlidingPoint { speed, coefficient: curve(speed) + wrong }
         };
         (0..count).map(point).collect()
@@ -800,7 +816,8 @@ fn without_spare_rows_there_are_no_standard_errors() {
 
 #[test]
 fn a_correlation_lies_between_minus_one_and_one() {
-    // Far from x = 0 the errors of a and b are those of one slope: −1 but for rounding, of either sign.
+    // Far from x = 0 the errors of a and b are those of one slope: −1 but for rounding, of either
+    // sign.
     for seed in 0..400 {
         let mut draw = Draw(seed);
         let points: Vec<f64> = (0..3 + seed % 20).map(|_| draw.next()).collect();
@@ -862,15 +879,17 @@ impl Residuals<1> for Share {
 
 #[test]
 fn scores_are_added_over_a_window() {
-    // An autoregressive series in the first fifth of the rows, nothing after. The mean of m rows has the variance
-    // σ²/m (1 + ρ)/(1 − ρ). Without a window it would be σ²/m, and from the mean square of all residuals a fifth of it.
+    // An autoregressive series in the first fifth of the rows, nothing after. The mean of m rows
+    // has the variance σ²/m (1 + ρ)/(1 − ρ). Without a window it would be σ²/m, and from the mean
+    // square of all residuals a fifth of it.
     let (rows, share, correlation) = (50_000, 10_000, 0.9_f64);
     let mut series: Vec<f64> = Draw(5).coloured(correlation).take(share).collect();
     series.resize(rows, 0.0);
     let found = least_squares(&Share(series, share), &Settings::default(), &mut go_on).unwrap();
     let want = ((1.0 + correlation) / (1.0 - correlation) / share as f64).sqrt();
     let ratio = found.estimates[0].standard_error / want;
-    // Windows of 190 in 10 000 rows leave √(4/3 · 190/10 000)/2 = 8 % of noise, Bartlett's weights lose some 5 %.
+    // Windows of 190 in 10 000 rows leave √(4/3 · 190/10 000)/2 = 8 % of noise, Bartlett's weights
+    // lose some 5 %.
     assert!((0.75..1.15).contains(&ratio), "{ratio}");
     assert!((100..400).contains(&found.residuals.window), "{}", found.residuals.window);
 }
@@ -893,11 +912,13 @@ fn long_correlation_times_are_those_of_the_whole_sum() {
     }
     let found = least_squares(&Mean(series), &Settings::default(), &mut go_on).unwrap();
     let ratio = rows as f64 / found.residuals.effective_rows / time;
-    // The sum ends within a block of ten or so of the same lag, where ρ is noise: √(2 τ/n) = 0.1 times 2 · 10 rows of 999.
+    // The sum ends within a block of ten or so of the same lag, where ρ is noise: √(2 τ/n) = 0.1
+    // times 2 · 10 rows of 999.
     assert!((ratio - 1.0).abs() < 0.02, "{ratio}, {lag} lags");
 }
 
-/// Two minima: v² = 1 and a little of v = 1, so that v = 1 has no residual, and near −0.95 there is another minimum.
+/// Two minima: v² = 1 and a little of v = 1, so that v = 1 has no residual, and near −0.95 there is
+/// another minimum.
 struct Two;
 
 impl Residuals<1> for Two {

@@ -7,7 +7,8 @@ use super::Outcome;
 use super::kernel::Kernel;
 use super::real::{BLOCK, Real};
 
-/// What a kernel works on: P columns of parameters, I of inputs and O of outputs, all of one length.
+/// What a kernel works on: P columns of parameters, I of inputs and O of outputs, all of one
+/// length.
 #[derive(Debug)]
 pub(super) struct Slices<'a, T, const P: usize, const I: usize, const O: usize> {
     pub(super) parameters: [&'a [T]; P],

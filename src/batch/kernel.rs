@@ -129,7 +129,8 @@ impl<T: Real> Operation<T, 2, 1> for Commit<T> {
     }
 }
 
-/// The exact step at a held velocity: velocity, normal force → deflection, in place, and mean force.
+/// The exact step at a held velocity: velocity, normal force → deflection, in place, and mean
+/// force.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Hold<T> {
     pub(super) duration: T,

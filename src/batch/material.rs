@@ -115,9 +115,9 @@ impl<T: Real> Material<T> {
     }
 }
 
-/// A model that all bristles of a batch can share: [`FrBd`] of a [`Coulomb`], [`Stribeck`] (exponent
-/// 1 or 2) or [`RationalStribeck`] curve and a [`Spring`] or constant [`KelvinVoigt`] bristle, or
-/// [`Dahl`].
+/// A model that all bristles of a batch can share: [`FrBd`] of a [`Coulomb`], [`Stribeck`]
+/// (exponent 1 or 2) or [`RationalStribeck`] curve and a [`Spring`] or constant [`KelvinVoigt`]
+/// bristle, or [`Dahl`].
 pub trait Uniform<T>: sealed::Model<T> {}
 
 pub(super) mod sealed {

@@ -11,8 +11,8 @@
 //!
 //! [`Batch::companions`] turns every bristle into a source and a damper over a step, as
 //! [`Companion`](crate::companion::Companion) does, here by the implicit midpoint rule with the
-//! coefficients frozen at a predicted velocity v\*. A bristle of stiffness σ0 and damping σ1 is then
-//! a damper κ in series with the surface's μ/|v\*|, and one share c is all that a step has to know:
+//! coefficients frozen at a predicted velocity v\*. A bristle of stiffness σ0 and damping σ1 is
+//! then a damper κ in series with the surface's μ/|v\*|, and one share c describes the step:
 //!
 //! κ = σ1 + h σ0/2,  c = μ(v\*)/(μ(v\*) + κ|v\*|)
 //!
@@ -40,12 +40,12 @@
 //!
 //! for every h, z₀, v\* and v̄: no step gives energy that was not stored.
 //!
-//! Positions, velocities and deflections are of second order in h if v\* is the velocity at the middle
-//! up to O(h²), see [`VelocityHistory`](crate::companion::VelocityHistory). The difference from the
-//! exponential step of [`Companion`](crate::companion::Companion) is of third order.
+//! Positions, velocities and deflections are of second order in h if v\* is the velocity at the
+//! middle up to O(h²), see [`VelocityHistory`](crate::companion::VelocityHistory). The difference
+//! from the exponential step of [`Companion`](crate::companion::Companion) is of third order.
 //!
-//! Where λh > 2 the deflection oscillates about its stationary value and decays slowly, by
-//! (2 − λh)/(2 + λh) a step, though it stays within its limit. Take [`Batch::hold`], a shorter step or
+//! Where λh > 2 the deflection oscillates about its stationary value and decays slowly, by (2 −
+//! λh)/(2 + λh) a step, though it stays within its limit. Take [`Batch::hold`], a shorter step or
 //! the scalar step there. With damping, λ is at most σ0/(σ1 + σ2).
 //!
 //! If the prediction was wrong, the deflection can exceed its limit. It is then cut to
@@ -53,8 +53,8 @@
 //!
 //! # The exact step
 //!
-//! [`Batch::hold`] is [`Contact::hold`](crate::Contact::hold) for all bristles: the velocity is held,
-//! and deflection and mean force are exact,
+//! [`Batch::hold`] is [`Contact::hold`](crate::Contact::hold) for all bristles: the velocity is
+//! held, and deflection and mean force are exact,
 //!
 //! z₁ = e⁻ˣ z₀ + (1 − e⁻ˣ) z_ss,  z̄ = φ1 z₀ + (1 − φ1) z_ss,  F̄ = p r (σ0 z̄ + σ1 v),
 //!
@@ -107,29 +107,29 @@
 //! | normal force negative | force NaN, for surfaces do not pull; the deflection goes on |
 //! | normal force zero | no force; the deflection goes on |
 //!
-//! Slices that differ in length, and parameters or durations out of range, are refused by name before
-//! anything is written.
+//! Slices that differ in length, and parameters or durations out of range, are refused by name
+//! before anything is written.
 //!
 //! # Bit equality
 //!
-//! Every bristle takes the same additions, multiplications and divisions in the same order, wherever
-//! it stands in a batch of any length. No operation is fused (`mul_add`), and the exponential is the
-//! module's own. So the bits do not depend on the instruction set, on the features `simd` and
-//! `rayon`, or on whether parameters are shared.
+//! Every bristle takes the same additions, multiplications and divisions in the same order,
+//! wherever it stands in a batch of any length. No operation is fused (`mul_add`), and the
+//! exponential is the module's own. So the bits do not depend on the instruction set, on the
+//! features `simd` and `rayon`, or on whether parameters are shared.
 //!
 //! Not promised are the sign and payload of a NaN, and targets that compute wider than they store
-//! (x87). The exponential is accurate to two units in the last place, and zero where it would be below
-//! the smallest normal number. Results agree with the scalar steps up to rounding.
+//! (x87). The exponential is accurate to two units in the last place, and zero where it would be
+//! below the smallest normal number. Results agree with the scalar steps up to rounding.
 //!
 //! # Speed
 //!
 //! The code is written for the compiler to vectorise. With the feature `simd` it is compiled for
-//! SSE2, AVX2 and AVX-512 (NEON on ARM), and the processor is asked at run time; without it, for the
-//! build's target (SSE2 on x86-64). The feature `rayon` adds `Batch::in_parallel`.
+//! SSE2, AVX2 and AVX-512 (NEON on ARM), and the processor is asked at run time; without it, for
+//! the build's target (SSE2 on x86-64). The feature `rayon` adds `Batch::in_parallel`.
 //!
 //! One thread, 4096 bristles, FrBD with δ = 2, on a Xeon with AVX-512. The first two rows are
-//! multiples of the platform's `exp` on as many numbers (3.9 ns in `f64`, 1.9 ns in `f32`), the last
-//! two are the scalar step's time over the batch's:
+//! multiples of the platform's `exp` on as many numbers (3.9 ns in `f64`, 1.9 ns in `f32`), the
+//! last two are the scalar step's time over the batch's:
 //!
 //! | | AVX2, `f64` | `f32` | AVX-512, `f64` | `f32` |
 //! |---|---|---|---|---|
@@ -267,8 +267,8 @@ impl<'a, T: Real> Batch<'a, T> {
         Ok(Self::new(fall, Bristles::Shared(material)))
     }
 
-    /// Bristles with parameters of their own: FrBD with a Kelvin–Voigt bristle, and a curve that falls
-    /// in the same way for all. Every parameter is checked once, here.
+    /// Bristles with parameters of their own: FrBD with a Kelvin–Voigt bristle, and a curve that
+    /// falls in the same way for all. Every parameter is checked once, here.
     ///
     /// ```
     /// use bristle::batch::{Batch, Columns, Fall};
@@ -290,8 +290,8 @@ impl<'a, T: Real> Batch<'a, T> {
     ///
     /// # Errors
     ///
-    /// Names a parameter that is out of its range and its index, or a slice whose length differs from
-    /// that of the others.
+    /// Names a parameter that is out of its range and its index, or a slice whose length differs
+    /// from that of the others.
     pub fn of_each(fall: Fall, columns: Columns<'a, T>) -> Result<Self, BatchError> {
         columns.check()?;
         Ok(Self::new(fall, Bristles::Each(columns)))
@@ -310,8 +310,8 @@ impl<'a, T: Real> Batch<'a, T> {
     ///
     /// # Errors
     ///
-    /// Names a slice whose length is not that of the velocities, or a duration that is negative or not
-    /// finite.
+    /// Names a slice whose length is not that of the velocities, or a duration that is negative or
+    /// not finite.
     pub fn companions(
         &self,
         input: PassiveInput<'_, T>,
@@ -329,13 +329,13 @@ impl<'a, T: Real> Batch<'a, T> {
         )
     }
 
-    /// Ends a passive step of length h ≥ 0 \[s\], the length that it began with: the new deflections,
-    /// in place, once the mechanism has found its mean velocities.
+    /// Ends a passive step of length h ≥ 0 \[s\], the length that it began with: the new
+    /// deflections, in place, once the mechanism has found its mean velocities.
     ///
     /// # Errors
     ///
-    /// Names a slice whose length is not that of the velocities, or a duration that is negative or not
-    /// finite.
+    /// Names a slice whose length is not that of the velocities, or a duration that is negative or
+    /// not finite.
     pub fn commit(
         &self,
         input: CommitInput<'_, T>,
@@ -351,13 +351,13 @@ impl<'a, T: Real> Batch<'a, T> {
         )
     }
 
-    /// The exact step of length h ≥ 0 \[s\] at held velocities: the new deflections, in place, and the
-    /// mean forces.
+    /// The exact step of length h ≥ 0 \[s\] at held velocities: the new deflections, in place, and
+    /// the mean forces.
     ///
     /// # Errors
     ///
-    /// Names a slice whose length is not that of the velocities, or a duration that is negative or not
-    /// finite.
+    /// Names a slice whose length is not that of the velocities, or a duration that is negative or
+    /// not finite.
     pub fn hold(
         &self,
         input: HeldInput<'_, T>,

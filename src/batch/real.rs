@@ -1,23 +1,30 @@
-//! The exponential of a batch: branch-free, in plain operations that every instruction set rounds alike.
+//! The exponential of a batch: without branches, in plain operations that every instruction set
+//! rounds alike.
 //!
 //! eˣ = 2ⁿ (1 + q),  n = round(x/ln 2),  r = x − n ln 2,  q = r + r² Q(r)
 //!
-//! for x ≤ 0. Adding 1.5 · 2⁵² (2²³ in `f32`) rounds x/ln 2 to an integer and leaves it in the lowest
-//! bits, from where a shift takes it to the exponent of 2ⁿ. ln 2 is split into a head of so few bits
-//! that n times it is exact, and a tail. The polynomial Q(r) = (eʳ − 1 − r)/r² is, for n = 0, also what a held
-//! step needs, φ2(−r); that is why Q was fitted and not eʳ itself.
+//! for x ≤ 0. Adding 1.5 · 2⁵² (2²³ in `f32`) rounds x/ln 2 to an integer and leaves it in the
+//! lowest bits, from where a shift takes it to the exponent of 2ⁿ. ln 2 is split into a head of so
+//! few bits that n times it is exact, and a tail.
+//!
+//! For n = 0 the polynomial Q(r) = (eʳ − 1 − r)/r² is also the φ2(−r) that a held step needs. This
+//! is why Q was fitted and not eʳ itself.
 //!
 //! # Where the coefficients come from
 //!
-//! The exchange algorithm of Remez with 60 digits (mpmath), for Q(r) = ½ + r P(r) so that the first coefficient is
-//! exactly ½: for P of degree d take d + 2 points, at first xₖ = a cos(πk/(d + 1)) with a = 1.0005 · ½ ln 2; solve
-//! Σ cⱼ xₖʲ + (−1)ᵏ E Q(xₖ)/|xₖ| = P(xₖ) for all cⱼ and E; move each point to the largest relative error of Q between two
-//! changes of its sign; repeat until no point moves by 1e-6. For `f64` Q has degree 9 and a relative error
-//! of 2.4e-16, for `f32` degree 4 and 1.3e-7; in eʳ less than a tenth of that is left.
+//! Remez' exchange algorithm with 60 digits (mpmath), for Q(r) = ½ + r P(r), so that the first
+//! coefficient is exactly ½:
+//!
+//! For P of degree d take d + 2 points, at first xₖ = a cos(πk/(d + 1)) with a = 1.0005 · ½ ln 2.
+//! Solve Σ cⱼ xₖʲ + (−1)ᵏ E Q(xₖ)/|xₖ| = P(xₖ) for all cⱼ and E. Move each point to the largest
+//! relative error of Q between two changes of its sign. Repeat until no point moves by 1e-6.
+//!
+//! For `f64` Q has degree 9 and a relative error of 2.4e-16, for `f32` degree 4 and 1.3e-7. In eʳ
+//! less than a tenth of this is left.
 
 use crate::Scalar;
 
-/// What a batch is made of: `f32` or `f64`.
+/// The scalars of a batch: `f32` and `f64`.
 pub trait Real: Scalar + sealed::Parts {}
 
 impl Real for f32 {}
@@ -30,7 +37,7 @@ pub(super) const BLOCK: usize = 32;
 pub(super) mod sealed {
     use super::BLOCK;
 
-    /// What differs between the two types. Outside the crate nobody can name it.
+    /// What differs between the two types. It cannot be named outside the crate.
     pub trait Parts: Sized + Send + Sync + 'static {
         /// A block of ones.
         const ONES: &[Self; BLOCK];
@@ -46,7 +53,7 @@ pub(super) mod sealed {
         const LEAST: Self;
         /// Q's leading coefficient of even power, and the others of even power down to ½.
         const EVEN: (Self, &[Self]);
-        /// The same of odd power.
+        /// Q's leading coefficient of odd power, and the others of odd power down.
         const ODD: (Self, &[Self]);
         /// 2ⁿ for n + ROUND; of no meaning beyond the normal numbers.
         fn power_of_two(shifted: Self) -> Self;
@@ -130,7 +137,8 @@ impl sealed::Parts for f32 {
 /// eˣ for x ≤ 0, and what a held step needs beside it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Decay<T> {
-    /// eˣ; 0 where that would be no normal number, with which processors take their time. NaN for NaN.
+    /// eˣ; 0 where that would be no normal number, with which processors take their time. NaN for
+    /// NaN.
     pub(super) decay: T,
     /// 1 − eˣ without loss of digits.
     pub(super) loss: T,

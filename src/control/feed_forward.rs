@@ -1,4 +1,5 @@
-//! Compensation from the reference: the friction that the mechanism has if it follows the reference.
+//! Compensation from the reference: the friction that the mechanism has if it follows the
+//! reference.
 //!
 //! z ← exact step of the bristle at v_ref over h,  u = s F̄
 //!
@@ -11,8 +12,8 @@
 //! | u, s | force that is given out, share | N, – |
 //!
 //! No measurement enters, so that nothing can chatter, hunt or become unstable through it, at any
-//! share and sample time. In return it does not notice that the mechanism is stuck or elsewhere, and
-//! it needs a model that fits.
+//! share and sample time. In return it does not notice that the mechanism is stuck or elsewhere,
+//! and it needs a model that fits.
 
 use super::output::{Compensation, Output, OutputParameters};
 use crate::parameter::{self, ParameterError};

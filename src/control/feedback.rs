@@ -19,18 +19,18 @@
 //! | σ2 | viscous friction outside the bristle, of classical LuGre | s/m |
 //! | q | size of one encoder count | m |
 //!
-//! At rest Δx is zero, and z and the elastic force keep their last bit. An encoder that flickers by one
-//! count moves z by at most q (r + K|z|/g) ≤ q (1 + max μ/min μ), at any sample time, where a sign would
-//! switch the whole friction: see [`FeedbackCompensator::step_per_count`]. This needs an exact modulus.
-//! A regularised model creeps, and has no such bound.
+//! At rest Δx is zero, and z and the elastic force keep their last bit. An encoder that flickers by
+//! one count moves z by at most q (r + K|z|/g) ≤ q (1 + max μ/min μ), at any sample time, where a
+//! sign would switch the whole friction: see [`FeedbackCompensator::step_per_count`]. This needs an
+//! exact modulus. A regularised model creeps, and has no such bound.
 //!
-//! The micro-damping force σ1 ż follows the velocity and has no such bound either. It is left out by
-//! default; with [`MicroDamping::Filtered`] it is computed from the filtered velocity. In steady sliding
-//! it is zero.
+//! The micro-damping force σ1 ż follows the velocity and has no such bound either. It is left out
+//! by default; with [`MicroDamping::Filtered`] it is computed from the filtered velocity. In steady
+//! sliding it is zero.
 //!
-//! Two compensators of one model that see the same displacements converge from any initial deflection:
-//! their difference obeys dz̃/dx = −sgn(Δx)(λ/s) z̃. This needs no gain and no knowledge of the
-//! controller.
+//! Two compensators of one model that see the same displacements converge from any initial
+//! deflection: their difference obeys dz̃/dx = −sgn(Δx)(λ/s) z̃. This needs no gain and no
+//! knowledge of the controller.
 //!
 //! In the loop, feedback acts as a negative stiffness: over-compensation by ε leaves −ε K p. The
 //! controller must outweigh it with a stiffness of its own, or the loop hunts around its target.
@@ -170,17 +170,17 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
         self.output.answer(self.contact.normal_force() * coefficient, deflection)
     }
 
-    /// Upper bound of the change of the force \[N\] from one sample to the next if the encoder flickers
-    /// by one count q \[m\] at rest: s p q (K (1 + max μ/min μ) + 2 σ2 w/h), where w = h/(τ + h) is the
-    /// weight of a new velocity in the filter.
+    /// Upper bound of the change of the force \[N\] from one sample to the next if the encoder
+    /// flickers by one count q \[m\] at rest: s p q (K (1 + max μ/min μ) + 2 σ2 w/h), where w =
+    /// h/(τ + h) is the weight of a new velocity in the filter.
     ///
-    /// The first part comes from the elastic force, at any velocity up to the fastest. The second, of
-    /// classical LuGre only, comes from the filtered velocity, which one count up and one count down
-    /// change by at most 2 w q/h.
+    /// The first part comes from the elastic force, at any velocity up to the fastest. The second,
+    /// of classical LuGre only, comes from the filtered velocity, which one count up and one count
+    /// down change by at most 2 w q/h.
     ///
-    /// `None` where no such bound exists: for a model that gives no characteristics, with compensated
-    /// micro-damping, for a regularised model (whose relaxation per distance has no limit), and for a
-    /// count that is not finite.
+    /// `None` where no such bound exists: for a model that gives no characteristics, with
+    /// compensated micro-damping, for a regularised model (whose relaxation per distance has no
+    /// limit), and for a count that is not finite.
     ///
     /// Choose the encoder, or a smaller stiffness, so that the actuator tolerates this force.
     pub fn step_per_count(&self, count: T) -> Option<T> {

@@ -21,26 +21,28 @@
 //! | [`StaticCompensator`] | a velocity | a curve: the baseline of the literature | know what a stuck contact carries |
 //!
 //! Every compensator has a fixed number of operations per sample and allocates nothing. Its bristle
-//! takes the exact step of a held velocity, so that it is stable by itself at any sample time. This does
-//! not make the *loop* stable: a controller whose gains are too high for its sample time remains
-//! unstable.
+//! takes the exact step of a held velocity, so that it is stable by itself at any sample time. This
+//! does not make the *loop* stable: a controller whose gains are too high for its sample time
+//! remains unstable.
 //!
 //! # Refused samples
 //!
-//! A sample that is not finite, or faster than the mechanism can be, is refused: the last force is given
-//! again, and [`Compensation::refused`] counts such samples in a row. The bristle stays where it is, and
-//! the next good position or displacement covers the missed ones. Only the filters' clocks run on.
+//! A sample that is not finite, or faster than the mechanism can be, is refused: the last force is
+//! given again, and [`Compensation::refused`] counts such samples in a row. The bristle stays where
+//! it is, and the next good position or displacement covers the missed ones. Only the filters'
+//! clocks run on.
 //!
-//! If only the reference is bad, the observer's bristle still follows the measured displacement. The
-//! static compensator has no memory and knows no fastest speed: it refuses only non-finite input.
+//! If only the reference is bad, the observer's bristle still follows the measured displacement.
+//! The static compensator has no memory and knows no fastest speed: it refuses only non-finite
+//! input.
 //!
 //! The page `docs/control-loop.md` goes from a datasheet to a running compensator.
 //!
 //! Sources: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, "A new model for control of
-//! systems with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425, for the observer
-//! of LuGre; B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, "A survey of models, analysis tools
-//! and compensation methods for the control of machines with friction", Automatica 30 (1994),
-//! 1083–1138, for static compensation and its faults.
+//! systems with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425, for the
+//! observer of LuGre; B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, "A survey of models,
+//! analysis tools and compensation methods for the control of machines with friction", Automatica
+//! 30 (1994), 1083–1138, for static compensation and its faults.
 
 mod feed_forward;
 mod feedback;

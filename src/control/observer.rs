@@ -27,58 +27,62 @@
 //!
 //! # Why it converges
 //!
-//! *By velocity.* Subtract: dz̃/dt = −λ z̃ + r (k y), F̃ = p (c₀ z̃ + c₂ (k y)). The error is a friction
-//! element of its own, whose velocity is k y and whose coefficients vary in time as λ(v(t)) does. Let
-//! W̃ = ½ p K z̃². Then
+//! *By velocity.* Subtract: dz̃/dt = −λ z̃ + r (k y), F̃ = p (c₀ z̃ + c₂ (k y)). The error is a
+//! friction element of its own, whose velocity is k y and whose coefficients vary in time as
+//! λ(v(t)) does. Let W̃ = ½ p K z̃². Then
 //!
 //! k F̃ y − dW̃/dt = p (K λ z̃² + (c₀ − K r) z̃ (k y) + c₂ (k y)²) = D.
 //!
-//! For FrBD c₀ = K r, and D ≥ 0 whatever v(t) is: the error of an FrBD observer is passive because the
-//! model is, for every curve, σ0, σ1 and k > 0. For LuGre c₀ − K r = −σ1 λ, and D ≥ 0 for all z̃, y if
-//! and only if σ1² λ(v) ≤ 4 σ0 (σ1 + σ2), that is up to a certain speed.
+//! For FrBD c₀ = K r, and D ≥ 0 whatever v(t) is: the error of an FrBD observer is passive because
+//! the model is, for every curve, σ0, σ1 and k > 0. For LuGre c₀ − K r = −σ1 λ, and D ≥ 0 for all
+//! z̃, y if and only if σ1² λ(v) ≤ 4 σ0 (σ1 + σ2), that is up to a certain speed.
 //!
 //! The loop answers with m ë + K_d ė + K_p e + K_i q = −F̃, q̇ = e. With
 //!
 //! V = ½ m ė² + α m e ė + ½ (K_p + α K_d) e² + K_i e q + ½ α K_i q²,
 //!
-//! dV/dt = −(K_d − α m) ė² − (α K_p − K_i) e² − F̃ y, and V > 0 under the conditions of the table. In
-//! other words (s + α)/(m s² + K_d s + K_p + K_i/s) is positive real, strictly so without K_i.
+//! dV/dt = −(K_d − α m) ė² − (α K_p − K_i) e² − F̃ y, and V > 0 under the conditions of the table.
+//! In other words (s + α)/(m s² + K_d s + K_p + K_i/s) is positive real, strictly so without K_i.
 //!
-//! Add the two: W̃/k + V never rises, and falls as long as e or ė is not zero, so that e, ė → 0. Where
-//! λ = 0, in a standing bristle, z̃ stays as it is once e is zero: then F̃ is balanced by K_i q, and is
-//! zero without K_i.
+//! Add the two: W̃/k + V never rises, and falls as long as e or ė is not zero, so that e, ė → 0.
+//! Where λ = 0, in a standing bristle, z̃ stays as it is once e is zero: then F̃ is balanced by K_i
+//! q, and is zero without K_i.
 //!
-//! *By position*, as Canudas de Wit and others did for LuGre: dz̃/dt = −λ z̃ + k e,
-//! F̃ = p (σ0 z̃ + σ1 dz̃/dt), so that e = −G z̃ with G = p (σ1 s + σ0)/(m s² + K_d s + K_p + K_i/s). It
-//! converges if G is strictly positive real. Because c₀ = σ0 − σ1 λ in FrBD as well, and r and the
-//! velocity drop out of the difference, the theorem holds for FrBD unchanged.
+//! *By position*, as Canudas de Wit and others did for LuGre: dz̃/dt = −λ z̃ + k e, F̃ = p (σ0 z̃ +
+//! σ1 dz̃/dt), so that e = −G z̃ with G = p (σ1 s + σ0)/(m s² + K_d s + K_p + K_i/s). It converges
+//! if G is strictly positive real. Because c₀ = σ0 − σ1 λ in FrBD as well, and r and the velocity
+//! drop out of the difference, the theorem holds for FrBD unchanged.
 //!
-//! From Re G(jω) ∝ σ0 K_p − σ1 K_i + ω² (σ1 K_d − σ0 m) follow the conditions: the bristle's own corner
-//! σ0/σ1 takes the place of α. (With K_i, G is zero at ω = 0, and only positive real.) The corner is
-//! mostly high, and the condition K_d > m σ0/σ1 hard to meet.
+//! From Re G(jω) ∝ σ0 K_p − σ1 K_i + ω² (σ1 K_d − σ0 m) follow the conditions: the bristle's own
+//! corner σ0/σ1 takes the place of α. (With K_i, G is zero at ω = 0, and only positive real.) The
+//! corner is mostly high, and the condition K_d > m σ0/σ1 hard to meet.
 //!
 //! # In samples
 //!
 //! With v, y and e held over a sample the step of ẑ is exact. By velocity therefore
-//! h k F̃̄ y = ΔW̃ + D̄ with D̄ ≥ 0 (F̃̄ is the mean over the sample) for every sample time: the observer
-//! never gives energy, and without a tracking error z̃ never grows. By position z̃ never grows without a
-//! tracking error, and is at most e^(−λh) z̃ + k h e.
 //!
-//! The estimate is cut to the deflection's limit, which the true deflection obeys: this only brings the
-//! two together.
+//! h k F̃̄ y = ΔW̃ + D̄ with D̄ ≥ 0
 //!
-//! The sampled *loop* is not proven stable by this: the controller's own hold and delay are not in it.
-//! Where they cost no passivity (a mechanism whose tracking error is solved implicitly) the sum above
-//! carries over to every sample time. Otherwise keep the bandwidth at a tenth of the sample rate or less.
+//! (F̃̄ is the mean over the sample) for every sample time: the observer never gives energy, and without
+//! a tracking error z̃ never grows. By position z̃ never grows without a tracking error, and is at most
+//! e^(−λh) z̃ + k h e.
 //!
-//! The theorems assume a share of one, an actuator within its limit, and a model that fits. A friction
-//! force that differs from the model's is a disturbance. The estimate stays within its limit, so that
-//! F̃ is bounded except for the part c₂ k y, which acts like more K_d and K_p; and with F̃ the tracking
-//! error is bounded.
+//! The estimate is cut to the deflection's limit, which the true deflection obeys: this only brings
+//! the two together.
 //!
-//! Source: Canudas de Wit et al., IEEE TAC 40 (1995), 419–425, section on observer-based compensation,
-//! for the injection by position with LuGre. Injection by velocity, and both with FrBD: from the affine
-//! form, as above.
+//! The sampled *loop* is not proven stable by this: the controller's own hold and delay are not in
+//! it. Where they cost no passivity (a mechanism whose tracking error is solved implicitly) the sum
+//! above carries over to every sample time. Otherwise keep the bandwidth at a tenth of the sample
+//! rate or less.
+//!
+//! The theorems assume a share of one, an actuator within its limit, and a model that fits. A
+//! friction force that differs from the model's is a disturbance. The estimate stays within its
+//! limit, so that F̃ is bounded except for the part c₂ k y, which acts like more K_d and K_p; and
+//! with F̃ the tracking error is bounded.
+//!
+//! Source: Canudas de Wit et al., IEEE TAC 40 (1995), 419–425, section on observer-based
+//! compensation, for the injection by position with LuGre. Injection by velocity, and both with
+//! FrBD: from the affine form, as above.
 
 use super::output::{Compensation, Output, OutputParameters};
 use super::velocity_from_position::{VelocityFromPosition, VelocityFromPositionParameters, along};
@@ -93,7 +97,8 @@ use crate::{Affine, Bristle, Contact, Dahl, FrBd, Law, LuGre, Scalar};
 pub enum Injection<T> {
     /// By k (ė + α e), as a correction of the velocity that drives the model.
     Velocity {
-        /// Gain k \[–\], positive: the fraction of ė + α e that is taken from the bristle's velocity.
+        /// Gain k \[–\], positive: the fraction of ė + α e that is taken from the bristle's
+        /// velocity.
         gain: T,
         /// Corner rate α [1/s], positive and below K_d/m.
         corner: T,
@@ -114,8 +119,8 @@ pub struct ObserverParameters<T, M> {
     pub mass: T,
     /// Gain K_p [N/m] of the controller on the position, positive.
     pub proportional_gain: T,
-    /// Gain K_d [N s/m] of the controller on the velocity, positive. It includes the viscous damping of
-    /// the mechanism.
+    /// Gain K_d [N s/m] of the controller on the velocity, positive. It includes the viscous
+    /// damping of the mechanism.
     pub derivative_gain: T,
     /// Gain K_i [N/(m s)] of the controller on the integral of the position, zero for none.
     pub integral_gain: T,
@@ -139,8 +144,8 @@ pub struct Measured<T> {
     pub error_rate: T,
 }
 
-/// A model whose difference from an estimate is linear, as the theorems assume: [`FrBd`] and [`LuGre`]
-/// with constant σ0 and σ1, and [`Dahl`].
+/// A model whose difference from an estimate is linear, as the theorems assume: [`FrBd`] and
+/// [`LuGre`] with constant σ0 and σ1, and [`Dahl`].
 ///
 /// The coefficients of elasto-plastic friction and of the implicit bristle depend on the deflection
 /// itself.
@@ -157,9 +162,9 @@ impl<T, C, E> sealed::Linear for FrBd<C, Spring<T>, E> {}
 impl<T, C, E> sealed::Linear for LuGre<C, KelvinVoigt<T>, E, T> {}
 impl<T> sealed::Linear for Dahl<T> {}
 
-/// Largest jump of the reference in one sample, over the displacement at the fastest speed: a planner
-/// a thousand times slower than the loop asks for that much. A larger jump is refused as a fault the
-/// first time.
+/// Largest jump of the reference in one sample, over the displacement at the fastest speed: a
+/// planner a thousand times slower than the loop asks for that much. A larger jump is refused as a
+/// fault the first time.
 const JUMP: f64 = 1e3;
 
 /// An observer of the deflection, and the compensation by its force.
@@ -219,9 +224,9 @@ impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses parameters out of their ranges, α m ≥ K_d, and K_i ≥ α K_p. [`Injection::Position`] needs
-    /// σ1 > 0, and has α = σ0/σ1. With [`Injection::Velocity`], LuGre is refused if the fastest speed
-    /// breaks σ1² λ ≤ 4 σ0 (σ1 + σ2).
+    /// Refuses parameters out of their ranges, α m ≥ K_d, and K_i ≥ α K_p. [`Injection::Position`]
+    /// needs σ1 > 0, and has α = σ0/σ1. With [`Injection::Velocity`], LuGre is refused if the
+    /// fastest speed breaks σ1² λ ≤ 4 σ0 (σ1 + σ2).
     pub fn new(parameters: ObserverParameters<T, M>) -> Result<Self, ParameterError> {
         let ObserverParameters { contact, injection, velocity, output, .. } = parameters;
         let fastest = parameter::positive("fastest", velocity.fastest)?;
@@ -277,16 +282,16 @@ impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
 
     /// The force for the coming sample, from a measured position and its reference \[m\].
     ///
-    /// The bristle follows the measured displacement, the curve is read at the filtered velocity, and
-    /// ė is the filtered rate of e.
+    /// The bristle follows the measured displacement, the curve is read at the filtered velocity,
+    /// and ė is the filtered rate of e.
     ///
     /// After refused positions ė is the mean rate since the last good one. After a restart (see
     /// [`VelocityFromPosition::step`]) ė starts again at zero.
     ///
     /// A reference is refused if it is not finite, or if it jumps for the first time by more than a
     /// thousand times what the fastest speed allows. The bristle then follows the measured
-    /// displacement without a correction. A jump by d that is not refused moves the estimate by up to
-    /// k d, within its limit: give the observer smooth references.
+    /// displacement without a correction. A jump by d that is not refused moves the estimate by up
+    /// to k d, within its limit: give the observer smooth references.
     #[inline]
     pub fn step(&mut self, position: T, reference: T) -> Compensation<T> {
         let Some(moved) = self.position.step(position) else {
@@ -307,8 +312,8 @@ impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
         self.follow(secant, Measured { velocity, error, error_rate: tracked.velocity })
     }
 
-    /// The force for the coming sample, where the velocity is known too: the exact step over the past
-    /// sample, with all three numbers held. A velocity beyond the fastest is refused.
+    /// The force for the coming sample, where the velocity is known too: the exact step over the
+    /// past sample, with all three numbers held. A velocity beyond the fastest is refused.
     #[inline]
     pub fn step_measured(&mut self, measured: Measured<T>) -> Compensation<T> {
         if !(measured.velocity.abs() <= self.position.fastest()) {

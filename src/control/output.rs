@@ -6,8 +6,8 @@ use crate::parameter::{self, ParameterError};
 /// How much of the friction force is compensated, and how much at most.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutputParameters<T> {
-    /// Share s \[–\] of the model's force that is given out: 1 compensates all of it, 1.2 a fifth too
-    /// much.
+    /// Share s \[–\] of the model's force that is given out: 1 compensates all of it, 1.2 a fifth
+    /// too much.
     pub share: T,
     /// Largest force \[N\] that is given out, positive: what the actuator can spare.
     pub largest_force: T,

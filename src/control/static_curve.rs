@@ -10,9 +10,9 @@
 //! | p, s | normal force, share | N, – |
 //! | u | force that is given out | N |
 //!
-//! Around zero velocity, friction is not a function of the velocity: a stuck contact carries any force
-//! up to breakaway. A sign has to choose one. It therefore switches the whole friction with the noise,
-//! or, with a dead band, gives nothing while the mechanism sticks.
+//! Around zero velocity, friction is not a function of the velocity: a stuck contact carries any
+//! force up to breakaway. A sign has to choose one. It therefore switches the whole friction with
+//! the noise, or, with a dead band, gives nothing while the mechanism sticks.
 //!
 //! Source: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994), 1083–1138.
 
@@ -72,8 +72,8 @@ impl<T: Scalar, C: FrictionCurve<T>> StaticCompensator<T, C> {
     ///
     /// # Errors
     ///
-    /// Refuses a normal force, a dead band or a share that is negative or not finite, and a width of
-    /// the smooth sign or a largest force that is not positive.
+    /// Refuses a normal force, a dead band or a share that is negative or not finite, and a width
+    /// of the smooth sign or a largest force that is not positive.
     pub fn new(parameters: StaticParameters<T, C>) -> Result<Self, ParameterError> {
         let StaticParameters { curve, normal_force, direction, output } = parameters;
         match direction {

@@ -10,12 +10,12 @@
 //! | τ | time constant of the filter | s |
 //! | v_f | filtered velocity | m/s |
 //!
-//! The sum of all w h is the distance travelled, however coarse the encoder. Each w is a multiple of
-//! q/h with the size q of one count: 10 mm/s for counts of 1 µm at 10 kHz.
+//! The sum of all w h is the distance travelled, however coarse the encoder. Each w is a multiple
+//! of q/h with the size q of one count: 10 mm/s for counts of 1 µm at 10 kHz.
 //!
-//! The filter is the backward Euler step of τ v̇_f = w − v_f, stable for every h. After n − 1 refused
-//! samples it takes n such steps at once towards the mean velocity of all n, with the weight
-//! 1 − (τ/(τ + h))ⁿ.
+//! The filter is the backward Euler step of τ v̇_f = w − v_f, stable for every h. After n − 1
+//! refused samples it takes n such steps at once towards the mean velocity of all n, with the
+//! weight 1 − (τ/(τ + h))ⁿ.
 
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
@@ -30,11 +30,12 @@ pub struct VelocityFromPositionParameters<T> {
     /// Time constant τ \[s\] of the filter, zero for none.
     #[doc(alias = "tau")]
     pub time_constant: T,
-    /// Speed \[m/s\] that the mechanism cannot exceed, positive: a faster sample is refused as a fault.
+    /// Speed \[m/s\] that the mechanism cannot exceed, positive: a faster sample is refused as a
+    /// fault.
     pub fastest: T,
     /// Size of one encoder count q \[m\], zero or positive. Two counts beyond the fastest speed are
-    /// taken as quantisation. A coarse encoder that is sampled quickly needs this: with q > fastest·h
-    /// every single count would be refused.
+    /// taken as quantisation. A coarse encoder that is sampled quickly needs this: with q >
+    /// fastest·h every single count would be refused.
     pub count: T,
 }
 
@@ -42,7 +43,8 @@ pub struct VelocityFromPositionParameters<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct MotionSample<T> {
-    /// Displacement since the last good sample \[m\]; zero for the first sample and after a restart.
+    /// Displacement since the last good sample \[m\]; zero for the first sample and after a
+    /// restart.
     pub displacement: T,
     /// Filtered velocity v_f [m/s].
     pub velocity: T,
@@ -96,8 +98,8 @@ impl<T: Scalar> VelocityFromPosition<T> {
     ///
     /// # Errors
     ///
-    /// Refuses a sample time or a fastest speed that is not positive, and a time constant or a count
-    /// that is negative or not finite.
+    /// Refuses a sample time or a fastest speed that is not positive, and a time constant or a
+    /// count that is negative or not finite.
     pub fn new(parameters: VelocityFromPositionParameters<T>) -> Result<Self, ParameterError> {
         let sample_time = parameter::positive("sample_time", parameters.sample_time)?;
         let time_constant = parameter::non_negative("time_constant", parameters.time_constant)?;
@@ -117,8 +119,8 @@ impl<T: Scalar> VelocityFromPosition<T> {
 
     /// Takes a position \[m\].
     ///
-    /// The answer is `None` for a position that is not finite, or farther away than the fastest speed
-    /// allows. The next good sample's displacement covers the refused ones.
+    /// The answer is `None` for a position that is not finite, or farther away than the fastest
+    /// speed allows. The next good sample's displacement covers the refused ones.
     ///
     /// Two positions in a row that are too far away but close to one another are believed: the
     /// mechanism was moved by hand, or its encoder was reset. It goes on from there with no
@@ -131,9 +133,9 @@ impl<T: Scalar> VelocityFromPosition<T> {
         Some(sample)
     }
 
-    /// Takes a displacement \[m\] since the last call, such as a difference of counts times the size
-    /// of a count: in `f32`, the difference of two positions far from zero has lost its digits. Call
-    /// either this or [`VelocityFromPosition::step`], not both in turn.
+    /// Takes a displacement \[m\] since the last call, such as a difference of counts times the
+    /// size of a count: in `f32`, the difference of two positions far from zero has lost its
+    /// digits. Call either this or [`VelocityFromPosition::step`], not both in turn.
     ///
     /// Displacements that were refused for being too large are remembered, so that a glitch and the
     /// way back from it cancel. After one that is not finite, the next is taken as the displacement
@@ -204,11 +206,13 @@ impl<T: Scalar> VelocityFromPosition<T> {
 /// two stays bounded.
 const SLOWEST: f64 = 1e-3;
 
-/// The coefficients of a bristle that is moved by a displacement, with the curve read at another speed.
+/// The coefficients of a bristle that is moved by a displacement, with the curve read at another
+/// speed.
 ///
-/// A bristle is moved by distance: along a displacement dx at speed s, dz/dx = r(s) − sgn(dx) (λ(s)/s) z.
-/// Over a sample with the secant velocity w this is the step of a held velocity w with the relaxation
-/// rate λ(s)|w|/s. The speed s is the modulus of the smooth velocity \[m/s\], its direction that of w.
+/// A bristle is moved by distance: along a displacement dx at speed s, dz/dx = r(s) − sgn(dx)
+/// (λ(s)/s) z. Over a sample with the secant velocity w this is the step of a held velocity w with
+/// the relaxation rate λ(s)|w|/s. The speed s is the modulus of the smooth velocity \[m/s\], its
+/// direction that of w.
 #[inline]
 pub(super) fn along<T: Scalar, M: Bristle<T, Deflection = T>>(
     model: &M,

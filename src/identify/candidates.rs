@@ -58,7 +58,8 @@ pub trait Candidate<const N: usize>: Debug {
     /// Parameters out of their ranges.
     fn model<T: Scalar>(&self, values: &[T; N]) -> Result<Self::Model<T>, ParameterError>;
 
-    /// What the force sensor adds to the friction coefficient \[–\]: zero, or one of the parameters.
+    /// What the force sensor adds to the friction coefficient \[–\]: zero, or one of the
+    /// parameters.
     fn offset<T: Scalar>(&self, _values: &[T; N]) -> T {
         T::zero()
     }
@@ -117,9 +118,9 @@ impl Candidate<6> for FrBdFit {
 
 /// FrBD whose bristle has a second spring that relaxes, and an offset of the force sensor.
 ///
-/// The bristle is a [`GeneralisedMaxwell`] one: a spring σ0, an arm of stiffness K₁ and relaxation time
-/// τ, and a damper σ1. Nine parameters: those of [`FrBdFit`], then K₁, τ and the offset. With σ1 at its
-/// lower bound, zero, the bristle is a [`Zener`](crate::rheology::Zener) one.
+/// The bristle is a [`GeneralisedMaxwell`] one: a spring σ0, an arm of stiffness K₁ and relaxation
+/// time τ, and a damper σ1. Nine parameters: those of [`FrBdFit`], then K₁, τ and the offset. With
+/// σ1 at its lower bound, zero, the bristle is a [`Zener`](crate::rheology::Zener) one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MaxwellFit;
 
@@ -154,11 +155,11 @@ impl Candidate<9> for MaxwellFit {
     }
 }
 
-/// [`ElastoPlastic`] FrBD, whose bristle is elastic up to a stick limit z_b, and an offset of the force
-/// sensor: for loops with straight flanks and a sharp knee.
+/// [`ElastoPlastic`] FrBD, whose bristle is elastic up to a stick limit z_b, and an offset of the
+/// force sensor: for loops with straight flanks and a sharp knee.
 ///
-/// Eight parameters: those of [`FrBdFit`], then the stick share z_b σ0/μ_d, below one, and the offset.
-/// Use [`Simulation::substeps`](super::Simulation) where rows lie far apart.
+/// Eight parameters: those of [`FrBdFit`], then the stick share z_b σ0/μ_d, below one, and the
+/// offset. Use [`Simulation::substeps`](super::Simulation) where rows lie far apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ElastoPlasticFit;
 

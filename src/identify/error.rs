@@ -36,8 +36,8 @@ pub enum IdentifyError {
         /// Rows needed.
         least: usize,
     },
-    /// A value that cannot be right: a setting, the end of a window, or a magnitude that only a mistake
-    /// in units explains.
+    /// A value that cannot be right: a setting, the end of a window, or a magnitude that only a
+    /// mistake in units explains.
     #[error("{name} is {value}, but must {rule}")]
     Value {
         /// Its name.

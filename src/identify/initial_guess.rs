@@ -1,6 +1,7 @@
 //! Starting values from a log: reversals, pre-sliding stiffness, rows in sliding.
 //!
-//! After a reversal at x = 0, a bristle with little damping that slides slowly has turned its force by
+//! After a reversal at x = 0, a bristle with little damping that slides slowly has turned its force
+//! by
 //!
 //! Δμ = 2μ (1 − e^(−σ0 x/μ)),
 //!
@@ -14,20 +15,21 @@
 //! | σ0 | micro-stiffness | 1/m |
 //! | x₅₀ | distance to half of the swing of the force | m |
 //!
-//! Rows farther than 5 μ/σ0 from the last reversal lie on the friction curve. In shorter strokes the
-//! last 40 % are taken.
+//! Rows farther than 5 μ/σ0 from the last reversal lie on the friction curve. In shorter strokes
+//! the last 40 % are taken.
 
 use alloc::vec::Vec;
 
 use super::log::{median, quantile, range};
 use super::{IdentifyError, Log};
 
-/// The range of nearly all rows is that between this share and the same share from the top: a few bad
-/// rows do not change it.
+/// The range of nearly all rows is that between this share and the same share from the top: a few
+/// bad rows do not change it.
 pub(super) const TAIL: f64 = 0.02;
 /// Distances μ/σ0 after which a row counts as sliding: e⁻⁵ of the bristle's lag is left, below 1 %.
 const SETTLED: f64 = 5.0;
-/// Share of the longest stroke that is passed over at most, so that short strokes have sliding rows too.
+/// Share of the longest stroke that is passed over at most, so that short strokes have sliding rows
+/// too.
 const SKIPPED: f64 = 0.6;
 /// Shortest stroke, over x₅₀, in which a contact can slide: a bristle that only stretches turns the
 /// whole swing over 2 x₅₀.
@@ -48,11 +50,12 @@ pub struct InitialGuess {
     pub viscous_friction: f64,
     /// σ0 [1/m].
     pub micro_stiffness: f64,
-    /// σ1 [s/m]: a tenth of μ over the largest speed. This is no estimate, only a start for the fit.
+    /// σ1 [s/m]: a tenth of μ over the largest speed. This is no estimate, only a start for the
+    /// fit.
     pub micro_damping: f64,
-    /// Offset of the sensor in the friction coefficient \[–\]: the middle between both directions. A
-    /// candidate without an offset, such as [`FrBdFit`](super::FrBdFit), cannot follow it. Subtract it
-    /// from the data, or use [`MaxwellFit`](super::MaxwellFit) or
+    /// Offset of the sensor in the friction coefficient \[–\]: the middle between both directions.
+    /// A candidate without an offset, such as [`FrBdFit`](super::FrBdFit), cannot follow it.
+    /// Subtract it from the data, or use [`MaxwellFit`](super::MaxwellFit) or
     /// [`ElastoPlasticFit`](super::ElastoPlasticFit).
     pub offset: f64,
     /// Largest speed in the log [m/s].
@@ -76,8 +79,9 @@ impl InitialGuess {
     ///
     /// # Errors
     ///
-    /// Refuses a log without a reversal, or in which no stroke is long enough to slide, and friction
-    /// that never changes, or that drives the motion (without its offset, over the whole log).
+    /// Refuses a log without a reversal, or in which no stroke is long enough to slide, and
+    /// friction that never changes, or that drives the motion (without its offset, over the whole
+    /// log).
     pub fn with_points(log: &Log) -> Result<(Self, Vec<SlidingPoint>), IdentifyError> {
         let position = log.positions();
         let noise = noise(&position);
@@ -142,8 +146,8 @@ impl InitialGuess {
         let usual = median(&mut friction);
         let size = if usual > 0.0 { usual } else { 0.5 * swing };
         let fastest = most.max(-least);
-        // Of the curve only the level is known here. The rest is a mild fall in the middle of the speeds
-        // seen, and viscous parts that hardly count at the largest speed.
+        // Of the curve only the level is known here. The rest is a mild fall in the middle of the
+        // speeds seen, and viscous parts that hardly count at the largest speed.
         let guess = Self {
             static_coefficient: 1.2 * size,
             dynamic_coefficient: 0.9 * size,
@@ -176,9 +180,9 @@ fn half_turn(rows: impl Iterator<Item = (f64, f64, f64)>, swing: f64) -> Option<
     None
 }
 
-/// Six standard deviations of the noise of a position, from its second differences: three quarters of
-/// the second differences of Gaussian noise of deviation s are below 1.15 √6 s = 2.82 s. (The median
-/// would be zero for a position rounded to a grid, where half of them may vanish.)
+/// Six standard deviations of the noise of a position, from its second differences: three quarters
+/// of the second differences of Gaussian noise of deviation s are below 1.15 √6 s = 2.82 s. (The
+/// median would be zero for a position rounded to a grid, where half of them may vanish.)
 fn noise(position: &[f64]) -> f64 {
     let bends = position.windows(3).filter_map(|three| match *three {
         [a, b, c] => Some((a - 2.0 * b + c).abs()),

@@ -12,10 +12,11 @@ use super::{Fit, IdentifyError, Outcome};
 pub struct Settings {
     /// Most iterations of one search.
     pub iterations: usize,
-    /// Relative change of the sum of squares below which a search has converged: finite, not negative.
+    /// Relative change of the sum of squares below which a search has converged: finite, not
+    /// negative.
     pub tolerance: f64,
-    /// Number of searches: the first from the given start, the others from places drawn around it, the
-    /// same ones in every run. Zero counts as one.
+    /// Number of searches: the first from the given start, the others from places drawn around it,
+    /// the same ones in every run. Zero counts as one.
     pub starts: usize,
 }
 
@@ -26,7 +27,8 @@ impl Default for Settings {
     }
 }
 
-/// State of a search, passed to the callback after every iteration. The callback can stop the search.
+/// State of a search, passed to the callback after every iteration. The callback can stop the
+/// search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Progress<'a> {
@@ -40,15 +42,16 @@ pub struct Progress<'a> {
     pub values: &'a [f64],
 }
 
-/// Largest change of a logarithm in one step: a factor of 5, beyond which a linear model says little.
+/// Largest change of a logarithm in one step: a factor of 5, beyond which a linear model says
+/// little.
 const LONGEST_STEP: f64 = 1.6;
 /// Half width of the range of starts on a logarithmic scale: a factor of 30, about one and a half
 /// decades, which is how well an initial guess is known.
 const START_RANGE: f64 = 3.4;
 /// Step of the search variables, all of order one, that is rounding only.
 const SMALLEST_STEP: f64 = 1e-12;
-/// Most step lengths tried in one iteration. The damping grows by 2, 4, 8, …: long before, the steps
-/// are below the smallest one.
+/// Most step lengths tried in one iteration. The damping grows by 2, 4, 8, …: long before, the
+/// steps are below the smallest one.
 const TRIALS: usize = 40;
 
 /// Where a search ended.

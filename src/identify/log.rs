@@ -60,7 +60,8 @@ pub struct Log {
 
 /// Fastest speed [m/s] that a log may have; millimetres taken for metres give more.
 const FASTEST: f64 = 1e4;
-/// Least and largest median of |F|/p: five decades around friction coefficients, which are of order one.
+/// Least and largest median of |F|/p: five decades around friction coefficients, which are of order
+/// one.
 const COEFFICIENTS: (f64, f64) = (1e-4, 100.0);
 /// Shortest travel [m], below any distance over which friction is measured.
 const SHORTEST: f64 = 1e-9;
@@ -70,11 +71,12 @@ impl Log {
     ///
     /// # Errors
     ///
-    /// Names the row, the column, the value and the rule. Columns must have one length of at least 20
-    /// rows. Every number must be finite, F/p too, the time increasing and the normal force positive.
+    /// Names the row, the column, the value and the rule. Columns must have one length of at least
+    /// 20 rows. Every number must be finite, F/p too, the time increasing and the normal force
+    /// positive.
     ///
-    /// Magnitudes that only a mistake in units explains are refused: a speed above 10⁴ m/s, a travel
-    /// below a nanometre, and, with a normal force, a median |F|/p outside 10⁻⁴ … 100.
+    /// Magnitudes that only a mistake in units explains are refused: a speed above 10⁴ m/s, a
+    /// travel below a nanometre, and, with a normal force, a median |F|/p outside 10⁻⁴ … 100.
     pub fn new(parameters: LogParameters<'_>) -> Result<Self, IdentifyError> {
         let LogParameters { time, motion, friction, normal_force } = parameters;
         let (motion_name, along) = match motion {
@@ -187,8 +189,8 @@ impl Log {
         &self.time
     }
 
-    /// Sliding velocity [m/s] at each row: as measured, or, from a position, the mean of the differences
-    /// before and after.
+    /// Sliding velocity [m/s] at each row: as measured, or, from a position, the mean of the
+    /// differences before and after.
     pub fn velocities(&self) -> &[f64] {
         &self.velocity
     }

@@ -1,5 +1,5 @@
-//! Parameters from measurements: the parameters of a friction model from a log of motion and friction,
-//! with standard errors, and what the log does not determine.
+//! Parameters from measurements: the parameters of a friction model from a log of motion and
+//! friction, with standard errors, and what the log does not determine.
 //!
 //! C(q) = Σ rₖ² → min,  rₖ = μ_model(tₖ; q) − Fₖ/pₖ
 //!
@@ -19,17 +19,17 @@
 //! | 4 | the best parameters, with standard errors | [`fit`] gives a [`Fit`], which prints as a table |
 //! | 5 | a test on data that the fit has not seen | [`predict`] |
 //!
-//! Problems of another kind implement [`Residuals`] and call [`least_squares`]: the search and the report
-//! know nothing of friction.
+//! Problems of another kind implement [`Residuals`] and call [`least_squares`]: the search and the
+//! report know nothing of friction.
 //!
-//! Sensitivities are exact, by dual numbers through the whole run. The search is that of Levenberg and
-//! Marquardt within bounds,
+//! Sensitivities are exact, by dual numbers through the whole run. The search is that of Levenberg
+//! and Marquardt within bounds,
 //!
 //! min |J δ + r|² + λ |D δ|²,  D = the largest lengths of the columns of J so far.
 //!
-//! It works on a triangular factor that takes the rows one by one (Givens), so that nothing large is
-//! stored. λ follows the ratio of the actual decrease of C to the predicted one. A parameter at a bound
-//! that the descent points beyond does not move.
+//! It works on a triangular factor that takes the rows one by one (Givens), so that nothing large
+//! is stored. λ follows the ratio of the actual decrease of C to the predicted one. A parameter at
+//! a bound that the descent points beyond does not move.
 //!
 //! # Standard errors
 //!
@@ -37,33 +37,34 @@
 //!
 //! Cov = (JᵀJ)⁻¹ S (JᵀJ)⁻¹ n/(n − N),  S = Σₖ Σₗ (1 − |k − l|/L)₊ gₖ gₗᵀ,  gₖ = Jₖᵀ rₖ
 //!
-//! with a window L of ten correlation times τ = 1 + 2Σρ of the residuals, at most a tenth of the rows. If
-//! τ σ² (JᵀJ)⁻¹ n/(n − N) with the mean square σ² of the residuals gives a larger variance, that is taken:
-//! where few rows determine a parameter, the sum is too small on average.
+//! with a window L of ten correlation times τ = 1 + 2Σρ of the residuals, at most a tenth of the
+//! rows. If τ σ² (JᵀJ)⁻¹ n/(n − N) with the mean square σ² of the residuals gives a larger
+//! variance, that is taken: where few rows determine a parameter, the sum is too small on average.
 //!
 //! An error that repeats in every period of the motion is not noise, and no window sees it: use
 //! [`predict`].
 //!
 //! # What the data do not determine
 //!
-//! Scale the columns of J to length one. A direction of parameters whose singular value is below √ε of
-//! the largest has no effect, and every parameter in it is [`Identifiability::Undetermined`]. A parameter
-//! whose standard error exceeds its value is [`Identifiability::Uncertain`].
+//! Scale the columns of J to length one. A direction of parameters whose singular value is below √ε
+//! of the largest has no effect, and every parameter in it is [`Identifiability::Undetermined`]. A
+//! parameter whose standard error exceeds its value is [`Identifiability::Uncertain`].
 //!
-//! Both refer to the minimum that was found: in a local minimum a parameter can be determined and wrong.
-//! Motion to and fro at one speed, for instance, determines σ0 and one value of μ, but not μ_s, v_S
-//! and σ2.
+//! Both refer to the minimum that was found: in a local minimum a parameter can be determined and
+//! wrong. Motion to and fro at one speed, for instance, determines σ0 and one value of μ, but not
+//! μ_s, v_S and σ2.
 //!
 //! # Limits
 //!
-//! The velocity is held between two rows: sample faster where it changes much within one, or where the
-//! force jumps. Noise of the position acts on the model as motion. The residuals are differences of the
-//! force alone; a mechanism around the contact is not simulated.
+//! The velocity is held between two rows: sample faster where it changes much within one, or where
+//! the force jumps. Noise of the position acts on the model as motion. The residuals are
+//! differences of the force alone; a mechanism around the contact is not simulated.
 //!
-//! Sources: J. J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory", Lecture Notes in
-//! Mathematics 630 (1978); H. B. Nielsen, "Damping parameter in Marquardt's method", report
-//! IMM-REP-1999-05, DTU (1999); W. K. Newey, K. D. West, "A simple, positive semi-definite,
-//! heteroskedasticity and autocorrelation consistent covariance matrix", Econometrica 55 (1987), 703–708.
+//! Sources: J. J. Moré, "The Levenberg-Marquardt algorithm: implementation and theory", Lecture
+//! Notes in Mathematics 630 (1978); H. B. Nielsen, "Damping parameter in Marquardt's method",
+//! report IMM-REP-1999-05, DTU (1999); W. K. Newey, K. D. West, "A simple, positive semi-definite,
+//! heteroskedasticity and autocorrelation consistent covariance matrix", Econometrica 55 (1987),
+//! 703–708.
 
 mod candidates;
 mod error;

@@ -1,7 +1,7 @@
 //! A least-squares problem in its search variables.
 //!
-//! The search variable of a positive parameter is its logarithm, that of any other parameter its value
-//! over a typical magnitude.
+//! The search variable of a positive parameter is its logarithm, that of any other parameter its
+//! value over a typical magnitude.
 
 use nalgebra::{Const, SVector, U1};
 use num_dual::DualSVec64;

@@ -8,14 +8,15 @@ use nalgebra::SMatrix;
 use super::Parameter;
 use crate::number::Number;
 
-/// What the data say of a parameter, near the minimum that was found. Of other minima it says nothing.
+/// What the data say of a parameter, near the minimum that was found. Of other minima it says
+/// nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Identifiability {
     /// Its standard error is smaller than its value.
     Determined,
-    /// Its standard error is larger than its value: it cannot be distinguished from zero, or is known
-    /// only to a factor of about three.
+    /// Its standard error is larger than its value: it cannot be distinguished from zero, or is
+    /// known only to a factor of about three.
     Uncertain,
     /// It can change, alone or together with others, without any effect on the residuals.
     Undetermined,
@@ -48,9 +49,9 @@ pub struct Estimate {
     pub parameter: Parameter,
     /// The best value.
     pub value: f64,
-    /// Standard error in the unit of the parameter. Infinite if the parameter is undetermined, or if there
-    /// are no more rows than parameters. NaN if it is fixed or at a bound; the errors of the others then
-    /// hold for that bound.
+    /// Standard error in the unit of the parameter. Infinite if the parameter is undetermined, or
+    /// if there are no more rows than parameters. NaN if it is fixed or at a bound; the errors of
+    /// the others then hold for that bound.
     pub standard_error: f64,
     /// What the data say of it.
     pub verdict: Identifiability,
@@ -70,7 +71,8 @@ pub struct ResidualStatistics {
     pub largest: f64,
     /// Correlation of each with the next: near zero for noise, near one for errors of the model.
     pub correlation: f64,
-    /// Number of independent rows with the same information: rows over the correlation time 1 + 2 Σ ρ.
+    /// Number of independent rows with the same information: rows over the correlation time 1 + 2 Σ
+    /// ρ.
     pub effective_rows: f64,
     /// Number of rows over which the standard errors account for correlation.
     pub window: usize,
@@ -82,7 +84,8 @@ pub struct ResidualStatistics {
 pub struct WeakDirection {
     /// Its effect over that of the strongest combination.
     pub strength: f64,
-    /// The parameters in it with their shares, the largest first, in units of each one's own effect.
+    /// The parameters in it with their shares, the largest first, in units of each one's own
+    /// effect.
     pub shares: Vec<(&'static str, f64)>,
 }
 
@@ -117,7 +120,8 @@ impl fmt::Display for Outcome {
 pub struct Fit<const N: usize> {
     /// The parameters.
     pub estimates: [Estimate; N],
-    /// Correlation of their errors on the scale of the search; NaN where there is no standard error.
+    /// Correlation of their errors on the scale of the search; NaN where there is no standard
+    /// error.
     pub correlation: SMatrix<f64, N, N>,
     /// Statistics of the residuals.
     pub residuals: ResidualStatistics,
@@ -180,8 +184,8 @@ impl<const N: usize> fmt::Display for Fit<N> {
             self.residuals;
         writeln!(
             f,
-            "residuals: rmse {:.5}, mean {:.5}, largest {:.5}; {rows} rows worth {effective_rows:.0} \
-             independent ones (correlation of neighbours {correlation:.2})",
+            "residuals: rmse {:.5}, mean {:.5}, largest {:.5}; {rows} rows worth \
+             {effective_rows:.0} independent ones (correlation of neighbours {correlation:.2})",
             Number(rmse),
             Number(mean),
             Number(largest)

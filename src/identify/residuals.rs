@@ -32,15 +32,16 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// A positive parameter on a logarithmic scale, with bounds at a factor below and above its start.
+    /// A positive parameter on a logarithmic scale, with bounds at a factor below and above its
+    /// start.
     pub fn positive(name: &'static str, unit: &'static str, start: f64, factor: f64) -> Self {
         let (least, most) = (start / factor, start * factor);
         Self { name, unit, start, least, most, scaling: Scaling::Logarithmic }
     }
 }
 
-/// The nearest value within bounds. Unlike `clamp`, it lets NaN through, for the search to refuse it
-/// by name, and does not panic at bounds in the wrong order.
+/// The nearest value within bounds. Unlike `clamp`, it lets NaN through, for the search to refuse
+/// it by name, and does not panic at bounds in the wrong order.
 pub(super) fn within<T: Scalar>(value: T, least: T, most: T) -> T {
     if value < least {
         least
@@ -92,8 +93,8 @@ pub trait Residuals<const N: usize> {
     /// The parameters, with their bounds and starts.
     fn parameters(&self) -> [Parameter; N];
 
-    /// Passes every residual to `each`, always the same number in the same order. The standard errors
-    /// need the order of time, if there is one.
+    /// Passes every residual to `each`, always the same number in the same order. The standard
+    /// errors need the order of time, if there is one.
     ///
     /// # Errors
     ///

@@ -17,8 +17,8 @@ pub struct Simulation {
     /// Time \[s\] at the beginning that is left out, until the bristle has forgotten its initial
     /// deflection. Not negative.
     pub settle: f64,
-    /// Exact steps per row, at least one. One is enough unless the model freezes a coefficient over a step,
-    /// as the elasto-plastic one does.
+    /// Exact steps per row, at least one. One is enough unless the model freezes a coefficient over
+    /// a step, as the elasto-plastic one does.
     pub substeps: usize,
 }
 
@@ -35,8 +35,8 @@ struct Along<'a, C, const N: usize> {
     parameters: [Parameter; N],
     log: &'a Log,
     simulation: Simulation,
-    /// Initial friction coefficient: the first row, cut to the range of nearly all rows. Otherwise the
-    /// search would bend the whole curve to reach one bad row.
+    /// Initial friction coefficient: the first row, cut to the range of nearly all rows. Otherwise
+    /// the search would bend the whole curve to reach one bad row.
     first: f64,
 }
 
@@ -86,8 +86,9 @@ impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
         let Log { time, held, velocity, .. } = self.log;
         let substeps = self.simulation.substeps;
         let count = 1.0 / substeps as f64;
-        // The deflection that gives the first measured friction at rest. Slow sliding carries no more than
-        // `carried`: a first row beyond that is an error of the sensor, not a stretched bristle.
+        // The deflection that gives the first measured friction at rest. Slow sliding carries no
+        // more than `carried`: a first row beyond that is an error of the sensor, not a stretched
+        // bristle.
         let first: T = lit(self.first);
         let rest = T::zero();
         let forward = crate::Branch::Forward.of(rest);
@@ -195,8 +196,8 @@ pub fn fit<C: Candidate<N>, const N: usize>(
 /// # Errors
 ///
 /// Refuses bounds that do not contain the start, a start that the model refuses, no
-/// [`Simulation::substeps`], and a [`Simulation::settle`] that is negative or not finite or leaves fewer
-/// than 20 rows or no more rows than parameters; and what [`least_squares`] refuses.
+/// [`Simulation::substeps`], and a [`Simulation::settle`] that is negative or not finite or leaves
+/// fewer than 20 rows or no more rows than parameters; and what [`least_squares`] refuses.
 pub fn fit_from<C: Candidate<N>, const N: usize>(
     candidate: &C,
     parameters: [Parameter; N],
@@ -223,7 +224,8 @@ pub struct Prediction {
     pub measured_work: f64,
 }
 
-/// Runs a candidate along a log and compares: how well does a fit predict data that it has not seen?
+/// Runs a candidate along a log and compares: how well does a fit predict data that it has not
+/// seen?
 ///
 /// # Errors
 ///
@@ -296,8 +298,9 @@ mod tests {
                 along.evaluate(&moved, &mut |r: f64| residuals.push(r)).unwrap();
                 residuals
             };
-            // The error of differences is about h² and ε/h, both 10⁻¹⁰ or so of the sensitivity to ln p, which is
-            // up to one; corners of the elasto-plastic α and roots of modes add to it.
+            // The error of differences is about h² and ε/h, both 10⁻¹⁰ or so of the sensitivity to
+            // ln p, which is up to one; corners of the elasto-plastic α and roots of modes add to
+            // it.
             let (up, down) = (run(1.0 + 1e-5), run(1.0 - 1e-5));
             for (row, (up, down)) in up.iter().zip(&down).enumerate() {
                 let (difference, dual) = ((up - down) / 2e-5, exact[row][i] * values[i]);

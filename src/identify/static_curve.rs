@@ -1,12 +1,12 @@
 //! The friction curve alone, from rows in which the contact slides: a robust fit.
 //!
-//! Σ w(r/s) r² → min over the parameters of μ(v), by iteratively reweighted least squares (IRLS) with
-//! Tukey's bisquare
+//! Σ w(r/s) r² → min over the parameters of μ(v), by iteratively reweighted least squares (IRLS)
+//! with Tukey's bisquare
 //!
 //! w(u) = (1 − (u/4.685)²)² within |u| < 4.685, else 0,  s = 1.4826 median|r|,
 //!
-//! which loses 5 % of the efficiency under Gaussian noise and ignores outliers. The first rounds use
-//! Huber's w(u) = min(1, 1.345/|u|), with which the sum has no other minima.
+//! which loses 5 % of the efficiency under Gaussian noise and ignores outliers. The first rounds
+//! use Huber's w(u) = min(1, 1.345/|u|), with which the sum has no other minima.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -14,8 +14,8 @@
 //! | s | robust estimate of the standard deviation of r | – |
 //! | u, w | r/s, weight | – |
 //!
-//! Source: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2009), chapter 7; the constants are the
-//! usual ones.
+//! Source: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2009), chapter 7; the constants are
+//! the usual ones.
 
 use alloc::vec::Vec;
 use core::fmt::Debug;
@@ -63,9 +63,9 @@ pub trait CurveCandidate<const N: usize>: Debug {
 
 /// The parameters that all Stribeck curves share: μ_d, μ_s − μ_d, v_S, σ2.
 ///
-/// The bounds are so wide that data which determine a parameter do not reach them: a decade and a half
-/// around μ_d, an excess from nothing (a thousandth) to 30 times μ_d, v_S over six decades around the
-/// speeds seen, and a viscous force up to ten times μ_d at the largest speed.
+/// The bounds are so wide that data which determine a parameter do not reach them: a decade and a
+/// half around μ_d, an excess from nothing (a thousandth) to 30 times μ_d, v_S over six decades
+/// around the speeds seen, and a viscous force up to ten times μ_d at the largest speed.
 pub(super) fn stribeck_parameters(guess: &InitialGuess) -> [Parameter; 4] {
     let (size, fastest) = (guess.dynamic_coefficient, guess.fastest);
     let viscosity = size / fastest;
@@ -88,8 +88,8 @@ pub(super) fn stribeck_parameters(guess: &InitialGuess) -> [Parameter; 4] {
 
 /// The [`Stribeck`] curve of a given exponent.
 ///
-/// Four parameters: dynamic coefficient μ_d, static excess μ_s − μ_d, Stribeck velocity v_S, viscous
-/// friction σ2.
+/// Four parameters: dynamic coefficient μ_d, static excess μ_s − μ_d, Stribeck velocity v_S,
+/// viscous friction σ2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StribeckCurve {
     /// Initial guess.
@@ -209,7 +209,8 @@ impl<C: CurveCandidate<N>, const N: usize> Residuals<N> for Points<'_, C, N> {
 ///
 /// # Errors
 ///
-/// Refuses fewer than ten points, a point that is not finite, and bounds that do not contain the start.
+/// Refuses fewer than ten points, a point that is not finite, and bounds that do not contain the
+/// start.
 pub fn static_curve<C: CurveCandidate<N>, const N: usize>(
     candidate: &C,
     points: &[SlidingPoint],

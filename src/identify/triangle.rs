@@ -55,8 +55,8 @@ impl<const N: usize> Triangle<N> {
         (self.factor * x).norm_squared()
     }
 
-    /// The x that minimises |A x − b|² + |D x|² with D diagonal, with x zero in every component that is
-    /// not `free`.
+    /// The x that minimises |A x − b|² + |D x|² with D diagonal, with x zero in every component
+    /// that is not `free`.
     pub(super) fn damped(&self, diagonal: &SVector<f64, N>, free: &[bool; N]) -> SVector<f64, N> {
         let mut both = Self::new();
         let masked =
@@ -77,8 +77,8 @@ impl<const N: usize> Triangle<N> {
         x
     }
 
-    /// Singular values, largest first, and right singular vectors of A, its free columns scaled to length
-    /// one. Columns that are zero or not free are left out: their entries are zero.
+    /// Singular values, largest first, and right singular vectors of A, its free columns scaled to
+    /// length one. Columns that are zero or not free are left out: their entries are zero.
     pub(super) fn directions(&self, free: &[bool; N]) -> Vec<(f64, SVector<f64, N>)> {
         let norms = self.column_norms();
         let kept: Vec<usize> = (0..N).filter(|&j| free[j] && norms[j] > 0.0).collect();
@@ -128,7 +128,8 @@ mod tests {
 
     #[test]
     fn damping_adds_to_the_normal_equations() {
-        // (AᵀA + D²) x = Aᵀb with AᵀA = (4, 6; 6, 14), Aᵀb = (12, 25) and D² = (1, 4): det = 5·18 − 36 = 54.
+        // (AᵀA + D²) x = Aᵀb with AᵀA = (4, 6; 6, 14), Aᵀb = (12, 25) and D² = (1, 4): det = 5·18 −
+        // 36 = 54.
         let x = line().damped(&Vector2::new(1.0, 2.0), &[true, true]);
         let want =
             Vector2::new((12.0 * 18.0 - 6.0 * 25.0) / 54.0, (5.0 * 25.0 - 6.0 * 12.0) / 54.0);

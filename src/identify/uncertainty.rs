@@ -10,12 +10,12 @@ use super::residuals::{Residuals, within};
 use super::triangle::Triangle;
 use super::{Estimate, Fit, Identifiability, Outcome, ResidualStatistics, WeakDirection};
 
-/// Singular values of the scaled sensitivities below this share of the largest have no effect: √ε, with
-/// which half of the digits are left.
+/// Singular values of the scaled sensitivities below this share of the largest have no effect: √ε,
+/// with which half of the digits are left.
 const SINGULAR: f64 = 1.5e-8;
 
-/// A parameter with this share of a direction without effect is undetermined. Smaller shares come from
-/// rounding, and from parameters that nearly make up for one another.
+/// A parameter with this share of a direction without effect is undetermined. Smaller shares come
+/// from rounding, and from parameters that nearly make up for one another.
 const SHARE: f64 = 0.03;
 
 /// The fit at a point, with its standard errors.
@@ -74,7 +74,8 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
     let covariance = inverse * scores(problem, point, statistics.window) * inverse * correction;
     // Rounding leaves the product of three symmetric matrices slightly unsymmetric.
     let covariance = (covariance + covariance.transpose()) * 0.5;
-    // Where few rows determine a parameter, the sum over scores is uncertain, and too small on average.
+    // Where few rows determine a parameter, the sum over scores is uncertain, and too small on
+    // average.
     let variance = statistics.rmse.powi(2) * rows
         / statistics.effective_rows.max(f64::MIN_POSITIVE)
         * correction;
@@ -143,12 +144,12 @@ const LAGS: usize = 2000;
 /// Rows in a block, where more lags are needed.
 const BLOCK: usize = 10;
 
-/// τ = 1 + 2 Σ ρ of deviations from their mean, summed to five τ (Sokal's window), at most over a tenth
-/// of the rows.
+/// τ = 1 + 2 Σ ρ of deviations from their mean, summed to five τ (Sokal's window), at most over a
+/// tenth of the rows.
 ///
-/// Where 2000 lags do not suffice, the deviations are averaged in blocks of ten. The mean of the blocks
-/// has the variance of the mean of the rows, τ σ²/n = τ_b σ_b²/(n/10). The time needed therefore grows
-/// with the number of rows, not with its square.
+/// Where 2000 lags do not suffice, the deviations are averaged in blocks of ten. The mean of the
+/// blocks has the variance of the mean of the rows, τ σ²/n = τ_b σ_b²/(n/10). The time needed
+/// therefore grows with the number of rows, not with its square.
 fn correlation_time(mut deviations: Vec<f64>) -> f64 {
     let mut factor = 1.0;
     loop {
@@ -177,8 +178,8 @@ fn correlation_time(mut deviations: Vec<f64>) -> f64 {
 
 /// Newey and West's Σ Σ w(s − t) gₜ gₛᵀ with gₜ = Jₜᵀ rₜ and Bartlett's weights 1 − |lag|/window.
 ///
-/// It equals the mean of the squares of all sums of `window` consecutive scores, which needs memory for
-/// one window only.
+/// It equals the mean of the squares of all sums of `window` consecutive scores, which needs memory
+/// for one window only.
 fn scores<R: Residuals<N>, const N: usize>(
     problem: &Problem<'_, R, N>,
     point: &Point<N>,

@@ -1,18 +1,19 @@
 //! How the friction of a pair of bodies gets into rapier.
 //!
-//! rapier's own friction is switched off (coefficient 0), and the law's bias and damping take its place in
-//! one of two ways.
+//! rapier's own friction is switched off (coefficient 0), and the law's bias and damping take its
+//! place in one of two ways.
 //!
-//! *Motor.* A joint that locks nothing has a motor along each of the two tangents. A motor of rapier is a damper
-//! towards a velocity, force = damping·(target − v), solved with all other constraints at the end of each
-//! of its substeps. That is a companion step with target = −bias/damping. Averaged over the substeps its force is
-//! −(bias + damping·v̄), where v̄ is the displacement over the step divided by h, exactly, for rapier
-//! moves the bodies by these velocities. Nothing must be known of masses and other forces.
+//! *Motor.* A joint that locks nothing has a motor along each of the two tangents. A motor of
+//! rapier is a damper towards a velocity, force = damping·(target − v), solved with all other
+//! constraints at the end of each of its substeps. That is a companion step with target =
+//! −bias/damping. Averaged over the substeps its force is −(bias + damping·v̄), where v̄ is the
+//! displacement over the step divided by h, exactly, for rapier moves the bodies by these
+//! velocities. Nothing must be known of masses and other forces.
 //!
-//! *Force.* The mean velocity is solved beforehand in closed form, from the mass and all other forces along
-//! the tangent, and −F̄ acts as an external force. rapier spreads an external force over its n substeps, so
-//! that the displacement is h v̄ with v̄ = v₀ + (n + 1)/(2n) (v₁ − v₀). An impulse before the step is not
-//! spread, and the weight is: a body that ought to stand walks.
+//! *Force.* The mean velocity is solved beforehand in closed form, from the mass and all other
+//! forces along the tangent, and −F̄ acts as an external force. rapier spreads an external force
+//! over its n substeps, so that the displacement is h v̄ with v̄ = v₀ + (n + 1)/(2n) (v₁ − v₀). An
+//! impulse before the step is not spread, and the weight is: a body that ought to stand walks.
 
 use bristle::ParameterError;
 use bristle::companion::PointMass;
@@ -71,8 +72,8 @@ impl Bond {
         Self { coupling, joint, ground, body, foot, laws, believed_mass }
     }
 
-    /// One step of the world with this friction in it. `others` is the sum of all other forces on the body [N], in the
-    /// world's frame; only the coupling by a force needs it.
+    /// One step of the world with this friction in it. `others` is the sum of all other forces on
+    /// the body [N], in the world's frame; only the coupling by a force needs it.
     pub fn step(&mut self, world: &mut PhysicsWorld, others: Vector) -> Result<(), ParameterError> {
         let h = world.integration_parameters.dt;
         let normal_force = self.normal_force(world);

@@ -1,4 +1,5 @@
-//! Friction laws as an engine meets them: over one step a source and a damper, F̄ = bias + damping·v̄.
+//! Friction laws as an engine meets them: over one step a source and a damper, F̄ = bias +
+//! damping·v̄.
 
 use std::fmt::Debug;
 
@@ -9,10 +10,12 @@ use bristle::curve::{FrictionCurve, Stribeck};
 
 /// Friction along one direction of one contact.
 pub trait Law: Debug {
-    /// Begins a step, from the sliding velocity at its beginning [m/s], the normal force [N] and its length [s].
+    /// Begins a step, from the sliding velocity at its beginning [m/s], the normal force [N] and
+    /// its length [s].
     fn begin(&mut self, velocity: f64, normal_force: f64, h: f64) -> Result<(), ParameterError>;
 
-    /// The step as a damper [N s/m] that pulls towards a velocity [m/s]; `None` where there is none.
+    /// The step as a damper [N s/m] that pulls towards a velocity [m/s]; `None` where there is
+    /// none.
     fn damper(&self) -> Option<(f64, f64)>;
 
     /// The mean friction force [N] on a free mass, solved in closed form.
@@ -98,8 +101,9 @@ pub struct Regularised {
 }
 
 impl Regularised {
-    /// Smeared over ε [m/s]. Explicit: all of it from the velocity at the beginning of the step. Implicit: the v in
-    /// the numerator is the step's mean velocity, so that the friction is a damper.
+    /// Smeared over ε [m/s]. Explicit: all of it from the velocity at the beginning of the step.
+    /// Implicit: the v in the numerator is the step's mean velocity, so that the friction is a
+    /// damper.
     pub fn new(curve: Stribeck<f64>, epsilon: f64, implicit: bool) -> Self {
         Self {
             curve,

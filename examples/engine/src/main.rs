@@ -1,7 +1,8 @@
 //! A block on a slope, on a tilting plane and on a belt in rapier, with four kinds of friction:
 //! `cargo run --release --manifest-path examples/engine/Cargo.toml` (half a minute).
 //!
-//! Prints a table, and leaves `engine.csv` (the same) and `engine.svg` in `target/figures`, or `--out DIR`.
+//! Prints a table, and leaves `engine.csv` (the same) and `engine.svg` in `target/figures`, or
+//! `--out DIR`.
 
 #[macro_use]
 #[path = "../../support/mod.rs"]

@@ -41,7 +41,8 @@ pub fn creep_believing(mass: f64, friction: Friction, rate: f64, seconds: f64) -
 /// The load of [`load_cycles`], in parts of the friction that the block could have.
 pub const LOADS: [f64; 2] = [0.4, 0.6];
 
-/// Displacement [m] over time [s] on the level, under a pull that swings between two [`LOADS`] once a second.
+/// Displacement [m] over time [s] on the level, under a pull that swings between two [`LOADS`] once
+/// a second.
 pub fn load_cycles(friction: Friction, rate: f64, cycles: f64) -> Outcome<Course> {
     let mut scene = Scene::slope(friction, rate, 0.0)?;
     let [least, most] = LOADS;
@@ -71,8 +72,9 @@ pub fn load_cycles(friction: Friction, rate: f64, cycles: f64) -> Outcome<Course
     Ok(course)
 }
 
-/// What FrBD and LuGre drift in each such cycle if it is slow [m]. With u the share of the friction, ẋ = ż + u|ẋ| and z = u z_max
-/// make dx = z_max du/(1 ∓ u) on the way up and down, and round a cycle z_max ln((1 − u₁²)/(1 − u₂²)).
+/// What FrBD and LuGre drift in each such cycle if it is slow [m]. With u the share of the
+/// friction, ẋ = ż + u|ẋ| and z = u z_max make dx = z_max du/(1 ∓ u) on the way up and down, and
+/// round a cycle z_max ln((1 − u₁²)/(1 − u₂²)).
 pub fn drift_law() -> f64 {
     let KelvinVoigtParameters { micro_stiffness, .. } = BRISTLE;
     let [least, most] = LOADS;
@@ -85,7 +87,8 @@ const TILTING: f64 = 0.1;
 /// The velocity that tells that the block slides [m/s].
 const SLIDES: f64 = 0.01;
 
-/// Velocity [m/s] over the angle [°] of a plane that tilts from some degrees on until the block slides, or to 40°.
+/// Velocity [m/s] over the angle [°] of a plane that tilts from some degrees on until the block
+/// slides, or to 40°.
 pub fn tilt(friction: Friction, rate: f64, from: f64) -> Outcome<Course> {
     let mut scene = Scene::tilting(friction, rate, from.to_radians(), TILTING.to_radians())?;
     settle(&mut scene, rate)?;
@@ -100,7 +103,8 @@ pub fn tilt(friction: Friction, rate: f64, from: f64) -> Outcome<Course> {
     Ok(course)
 }
 
-/// By what part the acceleration on a slope of 40° is wrong, from one second after the release to two.
+/// By what part the acceleration on a slope of 40° is wrong, from one second after the release to
+/// two.
 pub fn acceleration_error(friction: Friction, rate: f64) -> Outcome<f64> {
     let angle = 40.0_f64.to_radians();
     let mut scene = Scene::slope(friction, rate, angle)?;
@@ -154,8 +158,8 @@ pub fn swing(course: &[(f64, f64)]) -> (f64, Option<f64>) {
     (high - low, period)
 }
 
-/// Launched on the level at some velocity [m/s]: by how much the energy of block and bristles ever rises [J]
-/// above its lowest value so far, over two seconds.
+/// Launched on the level at some velocity [m/s]: by how much the energy of block and bristles ever
+/// rises [J] above its lowest value so far, over two seconds.
 pub fn energy_gain(friction: Friction, rate: f64, velocity: f64) -> Outcome<f64> {
     let mut scene = Scene::slope(friction, rate, 0.0)?;
     settle(&mut scene, rate)?;

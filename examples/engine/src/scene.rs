@@ -98,7 +98,8 @@ pub fn frbd() -> Result<impl Bristle<f64, Deflection = f64>, Box<dyn Error>> {
     Ok(FrBd::new(Stribeck::new(CURVE)?, KelvinVoigt::new(BRISTLE)?))
 }
 
-/// The elasto-plastic model of all scenes: elastic up to nine tenths of the least deflection of sliding.
+/// The elasto-plastic model of all scenes: elastic up to nine tenths of the least deflection of
+/// sliding.
 pub fn elasto_plastic() -> Result<impl Bristle<f64, Deflection = f64>, Box<dyn Error>> {
     Ok(ElastoPlastic::new(ElastoPlasticParameters {
         curve: Stribeck::new(CURVE)?,
@@ -135,7 +136,8 @@ impl Scene {
         let ground =
             RigidBodyBuilder::kinematic_velocity_based().angvel(Vector::new(0.0, 0.0, -turning));
         let mut scene = Self::new(friction, rate, ground, angle, 0.0)?;
-        // Or rapier keeps the contact's normal until the plane has turned by 11°, and with it the friction's limit.
+        // Or rapier keeps the contact's normal until the plane has turned by 11°, and with it the
+        // friction's limit.
         scene.world.integration_parameters.contact_recycling = false;
         Ok(scene)
     }
@@ -159,7 +161,8 @@ impl Scene {
         let mut world =
             PhysicsWorld { gravity: Vector::new(0.0, -GRAVITY, 0.0), ..PhysicsWorld::new() };
         world.integration_parameters.dt = 1.0 / rate;
-        // The block must not turn under the friction at its foot: friction and contact are solved in turns.
+        // The block must not turn under the friction at its foot: friction and contact are solved
+        // in turns.
         world.integration_parameters.num_internal_pgs_iterations = SWEEPS;
         let turn = Vector::new(0.0, 0.0, -angle);
         // The body's origin is the place of the foot; the collider hangs below.
