@@ -10,6 +10,7 @@ use bristle::identify::*;
 use bristle::{Bristle, ParameterError, Scalar};
 use draw::Draw;
 
+#[allow(dead_code, unreachable_pub, reason = "only the numbers are used here")]
 #[path = "common/draw.rs"]
 mod draw;
 
@@ -626,7 +627,7 @@ fn rows_taken_as_sliding_lie_on_the_curve() {
         [(1e-3, 5.0 * mu / TRUTH[4] / 1e-3, (-5.0_f64).exp()), (1.5e-4, 0.6, (-1.5_f64).exp())]
     {
         let half = stroke / 2e-3;
-        let motion = |t: f64| if (t / half) as usize % 2 == 0 { 2e-3 } else { -2e-3 };
+        let motion = |t: f64| if ((t / half) as usize).is_multiple_of(2) { 2e-3 } else { -2e-3 };
         let log = log_of(&FrBdFit, &TRUTH, motion, 4000, || 0.0);
         let (_, points) = InitialGuess::with_points(&log).unwrap();
         let share = points.len() as f64 / 4000.0;
