@@ -546,6 +546,35 @@ fn in_single_precision_it_is_the_same_step() {
 }
 
 #[test]
+fn a_short_slide_from_a_flat_valley_stays_short_in_single_precision() {
+    // Broken away at the valley, where Φ' = 0, with 12 m/s ahead: σ1/σ0 = 3 ms to get there. A piece
+    // that goes all the way meets f at both ends to the roundings of an f32.
+    fn model<T: bristle::Scalar>() -> ImplicitBristle<Stribeck<T>, Unregularised, T> {
+        let t = |x: f64| nalgebra::convert::<f64, T>(x);
+        let curve = Stribeck::new(StribeckParameters {
+            static_coefficient: t(0.25),
+            dynamic_coefficient: t(0.125),
+            stribeck_velocity: t(1.0 / 65_536.0),
+            stribeck_exponent: t(2.0),
+            viscous_friction: t(0.0),
+        });
+        let (micro_stiffness, micro_damping) = (t(3.5), t(1.0 / 96.0));
+        let rheology = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping });
+        ImplicitBristle::new(ImplicitBristleParameters {
+            curve: curve.unwrap(),
+            rheology: rheology.unwrap(),
+            fold_rule: Some(FoldRule::Fastest),
+        })
+        .unwrap()
+    }
+    for h in [1e-4_f32, 3e-4, 1e-3, 3e-3] {
+        let got = model::<f32>().hold(12.0, 0.0, h).deflection;
+        let want = model::<f64>().hold(12.0, 0.0, h.into()).deflection;
+        assert!((f64::from(got) - want).abs() < 1e-5 * 0.125 / 3.5, "{h}: {got} for {want}");
+    }
+}
+
+#[test]
 fn a_step_allocates_nothing() {
     let sets = Set::all();
     let models: Vec<_> = sets.iter().map(|set| (set.model(), set)).collect();

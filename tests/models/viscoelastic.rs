@@ -8,15 +8,15 @@ use crate::common::specimens::{kelvin_voigt, spring, square_root, stribeck};
 use crate::common::{assert_within, check, lit};
 use bristle::curve::{Coulomb, CoulombParameters};
 use bristle::rheology::{
-    Deflection, GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, GeneralisedMaxwell,
-    GeneralisedMaxwellParameters, KelvinVoigtElement, Maxwell, MaxwellArm, MaxwellParameters,
-    Rheology, VelocityDependent, VelocityLaw, Zener, ZenerParameters,
+    Deflection, ElementBounds, Elements, GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters,
+    GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigtElement, Maxwell, MaxwellArm,
+    MaxwellParameters, Rheology, VelocityDependent, VelocityLaw, Zener, ZenerParameters,
 };
 use bristle::{
     Bounds, Bristle, Contact, ContactLimits, FrBd, Law, LuGre, ParameterError, Rule, Scalar,
     Sliding,
 };
-use nalgebra::{DMatrix, SVector, Vector2};
+use nalgebra::{DMatrix, Matrix3, SVector, Vector2, Vector3};
 use num_dual::Dual64;
 use proptest::prelude::*;
 
@@ -256,6 +256,45 @@ fn sorted<const N: usize>(p: &Parts) -> [(f64, f64); N] {
     std::array::from_fn(|j| (p.stiffness[j], p.stiffness[j] * times[j] * 1.5_f64.powi(j as i32)))
 }
 
+/// A Zener bristle with a dashpot beside it, written outside the library with as few methods as it
+/// takes.
+#[derive(Debug, Clone)]
+struct Own<T: Scalar, D> {
+    stiffness: Vector2<T>,
+    decay: T,
+    damping: D,
+}
+
+impl<T: Scalar, D: VelocityLaw<T>> Rheology<T> for Own<T, D> {
+    type Deflection = SVector<T, 2>;
+
+    fn elements_and_slopes(
+        &self,
+        sliding: Sliding<T>,
+    ) -> (Elements<T, Vector2<T>>, Elements<T, Vector2<T>>) {
+        let (still, (damping, slope)) = (Vector2::zeros(), self.damping.value_and_slope(sliding));
+        let decay = Vector2::new(T::zero(), self.decay);
+        (
+            Elements { stiffness: self.stiffness, decay, damping },
+            Elements { stiffness: still, decay: still, damping: slope },
+        )
+    }
+
+    fn storage_stiffness(&self) -> Vector2<T> {
+        self.stiffness
+    }
+
+    fn bounds(&self) -> ElementBounds<T> {
+        ElementBounds {
+            stiffness: Bounds::constant(self.stiffness.sum()),
+            decay: Bounds { min: T::zero(), max: self.decay },
+            damping: self.damping.bounds(),
+            constant_decay: true,
+            even: false,
+        }
+    }
+}
+
 /// Every bristle. One line each.
 fn specimens<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts) -> Vec<Specimen<T>> {
     use Change::{Constant, Varying};
@@ -317,6 +356,12 @@ fn specimens<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts) -> Vec<Specimen<T>> {
             T::zero(),
         ),
     );
+    let own = Own {
+        stiffness: Vector2::new(t(k[0]), t(k[1])),
+        decay: t(k[1] / e[1]),
+        damping: varying(r, d),
+    };
+    push(l, form("own", &two, Constant, d, Varying), own);
     let mut elements = sorted::<4>(p);
     in_a_row(l, r, "row", elements);
     elements[0].1 = 0.0;
@@ -1003,6 +1048,52 @@ fn one_static_arm_is_a_kelvin_voigt_bristle() {
             FrBd::new(stribeck(&r, 2.0), spring(k)).rate(v, x)
         );
     });
+}
+
+#[test]
+fn two_arms_are_one_as_the_second_spring_softens() {
+    let r = Recipe::TABLE_2;
+    let one = FrBd::new(stribeck(&r, 2.0), kelvin_voigt(r.stiffness, 30.0));
+    let z = 0.7e-4;
+    for softer in [1e-3, 1e-6, 1e-9] {
+        let two = arms([(r.stiffness, None), (softer, Some(softer / 5.0))], 30.0);
+        let two = FrBd::new(stribeck(&r, 2.0), two);
+        // The second spring carries that share beside the first; ten for the velocities.
+        let share = 10.0 * (softer / r.stiffness + 1e-14);
+        for v in [-0.3, -1e-3, 0.0, 2e-3, 5.0] {
+            let (got, want) = (two.linearised(v, Vector2::new(z, 0.4e-4)), one.linearised(v, z));
+            for (scale, got, want, what) in [
+                (want.rate.abs() + v.abs(), got.rate[0], want.rate, "ż"),
+                (1.0, got.coefficient, want.coefficient, "μ_b"),
+                (64.5, got.coefficient_by_velocity, want.coefficient_by_velocity, "∂μ_b/∂v"),
+                (64.5, got.rate_by_velocity[0], want.rate_by_velocity, "∂ż/∂v"),
+            ] {
+                assert_within(share, scale, got, want, || format!("{what} at {v}, {softer:e}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn several_springs_claim_no_bound_of_deflection_and_force_for_they_break_it() {
+    // Both stretches within max μ/K, the first at its limit: the second spring pulls it on.
+    let model = FrBd::new(of_one(), arms([(1e4, None), (1e4, Some(2e3))], 30.0));
+    let pulled = model.rate(0.1, Vector2::new(1e-4, -1e-4));
+    assert!(pulled[0] > 0.0 && !model.obeys(Law::BoundedDeflection));
+    assert!(model.coefficient(0.1, Vector2::new(1e-4, 1e-4)) > 1.1);
+    assert!(!model.obeys(Law::BoundedForce));
+}
+
+#[test]
+fn the_matrix_of_a_bristle_of_several_springs_is_its_decay_and_a_common_row() {
+    let (decay, row) = (Vector3::new(1.0, 2.0, 3.0), Vector3::new(0.5, -1.0, 2.0));
+    let matrix = Matrix3::from_diagonal(&decay) + Vector3::repeat(1.0) * row.transpose();
+    let relaxation = <Vector3<f64> as Deflection<f64>>::relaxation(decay, row);
+    for x in [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.25, -4.0, 8.0)] {
+        // Small binary fractions: exact.
+        assert_eq!(Deflection::relax(relaxation, x), matrix * x);
+        assert_eq!(Deflection::relax(-relaxation, x), -(matrix * x));
+    }
 }
 
 #[test]

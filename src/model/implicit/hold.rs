@@ -285,7 +285,9 @@ where
             }
             let late = piece.time - path.left;
             let slope = damping + piece.end.carried_slope;
-            let arrived = late.abs() * stiffness * piece.gap.abs() <= allowed;
+            // Too late by no more than one e-fold, beyond which the gap at its time would be larger.
+            let arrived =
+                late.abs() * stiffness * piece.gap.abs() <= allowed && !(late * stiffness > slope);
             if arrived && slope > T::zero() && !(last.is_some() && late < T::zero()) {
                 // To first order over what is left, but not next to a fold, where the slope
                 // vanishes.
