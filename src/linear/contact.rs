@@ -25,13 +25,12 @@ impl<T: Scalar, D: Deflection<T>> LinearisedContact<T, D> {
 impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// Small motions about any velocity and deflection: from the velocity [m/s] to the force \[N\].
     ///
-    /// Away from an equilibrium these are the derivatives of the moment: they hold as long as the state
-    /// has not moved on.
+    /// Away from an equilibrium they hold only as long as the state has not moved on.
     ///
     /// # Errors
     ///
-    /// Refuses rest where friction has a kink (a side can be chosen:
-    /// [`Branch::of`](crate::Branch::of)), and derivatives that are not finite.
+    /// Refuses rest where friction has a kink (choose a side by [`Branch::of`](crate::Branch::of)),
+    /// and derivatives that are not finite.
     pub fn state_space<const N: usize>(
         &self,
         sliding: impl Into<Sliding<T>>,
@@ -67,7 +66,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// let small = friction.under_load(1.0)?.steady_state_space(5.5e-3)?;
     /// // In the Stribeck range friction falls, by 40 N per m/s …
     /// assert!((small.static_gain()? + 40.603).abs() < 1e-3);
-    /// // … as long as the velocity changes less quickly than the bristles adapt, at 32 1/s.
+    /// // … as long as the velocity changes more slowly than the bristles adapt, at 32 1/s.
     /// assert!((small.corner_frequency()? - 31.9).abs() < 0.1);
     /// // Much faster, it falls by a fifth of that.
     /// assert!((small.frequency_response(1e6)?.re + 8.353).abs() < 1e-3);
@@ -76,9 +75,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses rest where friction has a kink (a side can be chosen:
-    /// [`Branch::of`](crate::Branch::of)), a model without an equilibrium there, and derivatives that
-    /// are not finite.
+    /// Refuses rest where friction has a kink (choose a side by [`Branch::of`](crate::Branch::of)), a
+    /// model without an equilibrium there, and derivatives that are not finite.
     pub fn steady_state_space<const N: usize>(
         &self,
         sliding: impl Into<Sliding<T>>,
@@ -128,7 +126,7 @@ fn undecided<T: Scalar>(sliding: Sliding<T>) -> bool {
     is_zero(sliding.velocity()) && is_zero(sliding.direction())
 }
 
-/// Equal up to rounding.
+/// Whether two systems are equal up to rounding.
 fn same<T: Scalar, const N: usize>(one: &StateSpace<T, N>, other: &StateSpace<T, N>) -> bool {
     let near = |a: T, b: T| {
         (a - b).abs() <= lit::<T>(1e3) * T::default_epsilon() * larger(a.abs(), b.abs())

@@ -1,4 +1,4 @@
-//! Why there is no linearisation, or none of the kind that was asked for.
+//! Errors of a linearisation.
 
 use crate::number::Number;
 use crate::parameter::ParameterError;
@@ -10,14 +10,15 @@ pub enum LinearisationError {
     /// A parameter is out of its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// At rest with an exact modulus of the velocity the two directions of sliding differ, so that there
-    /// is neither a derivative nor one stationary deflection.
+    /// At rest, with an exact modulus of the velocity, the two sliding directions differ: there is
+    /// neither a derivative nor a single stationary deflection.
     #[error(
-        "friction has a kink at v = 0; choose a side with Branch::Forward or Branch::Backward, or regularise"
+        "friction has a kink at v = 0; choose a side with Branch::Forward or Branch::Backward, \
+         or regularise"
     )]
     Kink,
-    /// The deflection that the model gives for steady sliding does not stay: an elasto-plastic model
-    /// that is regularised, say.
+    /// The deflection that the model states for steady sliding is no equilibrium, as of a regularised
+    /// elasto-plastic model.
     #[error(
         "no equilibrium at v = {} m/s: the deflection there changes at {} m/s",
         Number(*velocity), Number(*rate)
@@ -25,7 +26,7 @@ pub enum LinearisationError {
     NoEquilibrium {
         /// Velocity [m/s].
         velocity: f64,
-        /// What is left of ż [m/s].
+        /// Rate ż [m/s] of the deflection.
         rate: f64,
     },
     /// No steady velocity in the range balances the force.
@@ -36,7 +37,7 @@ pub enum LinearisationError {
     NoForceBalance {
         /// Applied force \[N\].
         force: f64,
-        /// Largest speed looked at [m/s].
+        /// Largest speed searched [m/s].
         fastest: f64,
         /// Least force of steady sliding in the range \[N\].
         least: f64,
@@ -48,7 +49,8 @@ pub enum LinearisationError {
     Singular,
     /// Small motions do not die out.
     #[error(
-        "small motions do not die out, they go as exp({} t): there is no steady response (`transfer` has G at any s)",
+        "small motions do not die out, they go as exp({} t): there is no steady response \
+         (`transfer` has G at any s)",
         Number(*abscissa)
     )]
     Unstable {

@@ -2,9 +2,10 @@
 //!
 //! ẋ = A x + B u,  y = C x + D u,  G(s) = C (sI − A)⁻¹ B + D
 //!
-//! Poles are the eigenvalues of A. Zeros are those of the system that keeps y = 0: with D ≠ 0 by the
-//! input u = −C x/D, so the eigenvalues of A − B C/D. With D = 0 the equation C x = 0 expresses one state
-//! by the others, and its derivative C A x + C B u = 0 is the output of a system of one state less.
+//! Poles are the eigenvalues of A. Zeros are the eigenvalues of the system whose input keeps y = 0.
+//! With D ≠ 0 that input is u = −C x/D, and the zeros are the eigenvalues of A − B C/D. With D = 0 the
+//! equation C x = 0 expresses one state by the others, and its derivative C A x + C B u = 0 is the
+//! output of a system with one state less.
 //!
 //! Source: T. Kailath, "Linear Systems" (Prentice-Hall, 1980), section 2.5, for zeros by inversion.
 
@@ -14,6 +15,7 @@ use nalgebra::{Complex, ComplexField, RowSVector, SMatrix, SVector};
 
 use super::LinearisationError;
 use crate::Scalar;
+use crate::bounds::larger;
 use crate::eigenvalues::eigenvalues;
 use crate::number::Number;
 use crate::parameter::{ParameterError, Rule};
@@ -128,7 +130,7 @@ impl<T: Scalar, const N: usize> Roots<T, N> {
 /// ```
 impl<T: Scalar, const N: usize> fmt::Display for Roots<T, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Of a pair the upper one speaks.
+        // One line for a pair, by its upper root.
         let upper = self.as_slice().iter().filter(|root| !(root.im < T::zero()));
         for (i, root) in upper.enumerate() {
             if i > 0 {
@@ -149,7 +151,7 @@ impl<T: Scalar, const N: usize> fmt::Display for Roots<T, N> {
 }
 
 impl<T: Scalar, const N: usize> StateSpace<T, N> {
-    /// The same, if every entry is finite.
+    /// The system, if every entry is finite.
     pub(super) fn finite(self) -> Result<Self, LinearisationError> {
         let mut entries = self.dynamics.iter().chain(&self.input).chain(&self.output);
         if entries.all(|entry| entry.is_finite()) && self.feedthrough.is_finite() {
@@ -178,13 +180,13 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
         self.output.iter().zip(&states).fold(direct, |sum, (&c, &x)| sum + x * c)
     }
 
-    /// What a sinusoid of the input becomes once all transients have died out: G(iω) for an angular
-    /// frequency ω [rad/s], modulus and phase.
+    /// The frequency response G(iω) at an angular frequency ω [rad/s]: gain and phase of the output of
+    /// a sinusoidal input once all transients have died out. At infinity it is D.
     ///
     /// # Errors
     ///
     /// Refuses a system whose transients do not die out, one that is not finite, and a frequency that
-    /// is not a number. (At infinity the answer is D.)
+    /// is NaN.
     pub fn frequency_response(
         &self,
         angular_frequency: T,
@@ -197,7 +199,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
         Ok(self.transfer(Complex::new(T::zero(), angular_frequency)))
     }
 
-    /// The static gain G(0): what a constant input becomes. In steady sliding that of a contact is the
+    /// The static gain G(0): output per constant input. For a contact in steady sliding it is the
     /// slope of its steady friction, p (μ sgn_ε)' [N s/m].
     ///
     /// # Errors
@@ -223,11 +225,11 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
         Roots::of(&self.dynamics, N)
     }
 
-    /// The zeros [1/s], of which there are fewer than poles if D = 0. None for a system whose output
-    /// no input reaches.
+    /// The zeros [1/s]: fewer than poles if D = 0, none for a system whose input does not reach its
+    /// output.
     ///
-    /// A small D adds a zero far out, near −C B/D, beside which all others are small. They are then
-    /// those of the system without D, and the far one is left out where it exceeds the scalar type.
+    /// A small D adds a zero far out, near −C B/D. The others are then those of the system without D,
+    /// and the far one is left out where it exceeds the range of the scalar type.
     ///
     /// # Errors
     ///
@@ -311,7 +313,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     }
 
     /// The corner frequency [rad/s]: the modulus of the slowest pole. Below it the output follows the
-    /// input as in the steady state; of a contact with one deflection it is the relaxation rate λ.
+    /// input quasi-statically. For a contact with one deflection it is the relaxation rate λ.
     ///
     /// # Errors
     ///
@@ -326,7 +328,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     ///
     /// # Errors
     ///
-    /// Tells how fast a small motion grows, or that it does not decay.
+    /// Names the largest growth rate otherwise.
     pub fn stable(&self) -> Result<(), LinearisationError> {
         let abscissa = self.abscissa()?;
         if abscissa < T::zero() {
@@ -353,18 +355,17 @@ fn quotient<T: Scalar>(a: Complex<T>, b: Complex<T>) -> Complex<T> {
 
 /// The solution of M x = b by elimination; `None` if M is singular to rounding.
 ///
-/// The pivot is the entry that is largest in its row, so that units do not matter; one that is the rounding
-/// of a difference is none.
+/// Pivots are scaled by their rows, so that units do not matter. A pivot of the size of its own
+/// rounding counts as zero.
 fn solve<T: Scalar, const N: usize>(
     mut matrix: SMatrix<Complex<T>, N, N>,
     mut right: SVector<Complex<T>, N>,
 ) -> Option<SVector<Complex<T>, N>> {
-    // The sum of the moduli that each entry is made of.
+    // Sum of the moduli of the terms in each entry.
     let mut terms = matrix.map(size);
-    let scales: SVector<T, N> = SVector::from_fn(|i, _| {
-        terms.row(i).iter().fold(T::zero(), |most, &t| if t > most { t } else { most })
+    let mut scales = SVector::<T, N>::from_fn(|i, _| {
+        terms.row(i).iter().fold(T::zero(), |most, &term| larger(most, term))
     });
-    let mut scales = scales;
     for k in 0..N {
         let weigh = |i: usize| (i, size(matrix[(i, k)]) / scales[i]);
         let (best, _) = (k..N).map(weigh).reduce(|a, b| if b.1 > a.1 { b } else { a })?;

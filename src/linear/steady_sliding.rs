@@ -1,9 +1,6 @@
-//! A mass that slides on its contact, pulled by a spring whose end moves steadily.
+//! Steady sliding of a mass that is pulled by a spring whose far end moves steadily.
 //!
 //! ė = v_d − v,  m v̇ = k e − d v − F(v, z),  ż = h(z, v)
-//!
-//! A mass on a belt, held by a spring and a damper on the ground, is the same with v the velocity of sliding, but for the stretch in
-//! steady sliding, F_ss/k there.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -12,7 +9,12 @@
 //! | m, k, d | mass, stiffness, damping beside the friction | kg, N/m, N s/m |
 //!
 //! Steady sliding: v = v_d, z = z_ss(v), e = (F_ss(v) + d v)/k. Its small motions, and when they grow
-//! into stick-slip, are those of the [module](super)'s cubic.
+//! into stick-slip, follow the cubic of the [module](super).
+//!
+//! A mass on a moving belt, held by a spring and a damper on the ground, has the same small motions,
+//! with v the sliding velocity; only its stretch in steady sliding is F_ss/k.
+
+use core::cmp::Ordering;
 
 use nalgebra::{RowVector3, Vector3};
 
@@ -26,6 +28,7 @@ use crate::{Bristle, Contact, Mechanism, Scalar, Sliding};
 /// Steady sliding of a mass on a driven spring, and the small motions about it. Made by
 /// [`Contact::steady_sliding`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SteadySliding<T: Scalar> {
     /// Velocity of the mass and of the spring's far end [m/s].
     pub velocity: T,
@@ -40,19 +43,18 @@ pub struct SteadySliding<T: Scalar> {
     pub state_space: StateSpace<T, 3>,
 }
 
-/// For which values of a quantity steady sliding is stable.
+/// The values of a quantity, such as a speed, at which steady sliding is stable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Threshold<T> {
-    /// For every one.
+    /// All values.
     AlwaysStable,
-    /// For none.
+    /// No value.
     NeverStable,
-    /// Above this one.
+    /// Values above this one.
     StableAbove(T),
-    /// Below this one.
+    /// Values below this one.
     StableBelow(T),
-    /// For none; but nowhere is a condition broken by more than equality: small motions neither grow
-    /// nor die out. So it is where friction does not depend on the speed, and where there is none.
+    /// No value, but small motions do not grow either: friction does not depend on the speed.
     Marginal,
 }
 
@@ -65,15 +67,13 @@ fn on_spring<T: Scalar>(mechanism: Mechanism<T>) -> Result<Mechanism<T>, Paramet
     Ok(mechanism)
 }
 
-/// What becomes of small motions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Fate {
-    DieOut,
-    Stay,
-    Grow,
+/// Neighbouring speeds of a search from above, as (upper, lower).
+fn downwards<T: Scalar>(from: T, to: T) -> impl Iterator<Item = (T, T)> {
+    let next = move |above: T| (above > to).then(|| (above, larger(above * lit(DOWN), to)));
+    core::iter::successors(next(from), move |&(_, below)| next(below))
 }
 
-/// What the Routh–Hurwitz conditions are made of.
+/// The quantities in the Routh–Hurwitz conditions.
 struct Conditions<T> {
     /// λ [1/s]
     relaxation: T,
@@ -91,16 +91,14 @@ impl<T: Scalar> Conditions<T> {
         self.shifted * self.relaxation * self.slope
     }
 
-    fn fate(&self, stiffness: T) -> Fate {
+    /// Whether small motions die out (`Greater`), stay or grow (`Less`).
+    fn decay(&self, stiffness: T) -> Ordering {
         let zero = T::zero();
-        let last = self.without_spring() + self.quick * stiffness;
-        if !(self.relaxation > zero && self.shifted > zero) || last < zero {
-            Fate::Grow
-        } else if last > zero {
-            Fate::DieOut
-        } else {
-            Fate::Stay
+        if !(self.relaxation > zero && self.shifted > zero) {
+            return Ordering::Less;
         }
+        let last = self.without_spring() + self.quick * stiffness;
+        last.partial_cmp(&zero).unwrap_or(Ordering::Equal)
     }
 }
 
@@ -179,8 +177,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         })
     }
 
-    /// For which stiffness of the spring steady sliding at a velocity is stable, with the mass and the
-    /// damping as they are.
+    /// The spring stiffnesses [N/m] for which steady sliding at a velocity is stable; mass and damping
+    /// are those of the mechanism.
     ///
     /// # Errors
     ///
@@ -205,11 +203,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         })
     }
 
-    /// For which speeds in a range [m/s] steady sliding is stable against small disturbances: of several changes the
-    /// one at the highest speed. A mass that starts stuck can go on stick-slipping far above it: simulate that.
+    /// The speeds in a range [m/s] at which steady sliding is stable against small disturbances; of
+    /// several changes the one at the highest speed.
     ///
-    /// The speeds are looked at from above, 64 a decade, and a change is narrowed down to rounding: two
-    /// changes within less than 4 % of the speed can be missed.
+    /// A mass that starts stuck can stick and slip far above that speed: simulate it.
+    ///
+    /// The search goes down from the highest speed, 64 speeds a decade, and narrows a change down to
+    /// rounding. It can miss two changes within less than 4 % of the speed.
     ///
     /// # Errors
     ///
@@ -227,17 +227,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         let mut marginal = true;
         let mut stable = |speed: T| -> Result<bool, LinearisationError> {
             let conditions = self.conditions(mechanism, Sliding::from(speed))?;
-            let fate = conditions.fate(mechanism.spring_stiffness);
-            marginal &= fate == Fate::Stay;
-            Ok(fate == Fate::DieOut)
+            let decay = conditions.decay(mechanism.spring_stiffness);
+            marginal &= decay == Ordering::Equal;
+            Ok(decay == Ordering::Greater)
         };
         let at_top = stable(end)?;
-        let ratio: T = lit(DOWN);
-        let mut above = end;
-        while above > start {
-            let mut below = larger(above * ratio, start);
+        for (mut above, mut below) in downwards(end, start) {
             if stable(below)? == at_top {
-                above = below;
                 continue;
             }
             for _ in 0..200 {
@@ -245,18 +241,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
                 if !(middle > below && middle < above) {
                     break;
                 }
-                if stable(middle)? == at_top {
-                    above = middle;
-                } else {
-                    below = middle;
-                }
+                let end = if stable(middle)? == at_top { &mut above } else { &mut below };
+                *end = middle;
             }
-            let speed = above;
-            return Ok(if at_top {
-                Threshold::StableAbove(speed)
-            } else {
-                Threshold::StableBelow(speed)
-            });
+            let threshold = if at_top { Threshold::StableAbove } else { Threshold::StableBelow };
+            return Ok(threshold(above));
         }
         Ok(match (at_top, marginal) {
             (true, _) => Threshold::AlwaysStable,
@@ -277,11 +266,12 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         let slope = quick + friction.output.x * friction.input.x / relaxation;
         Ok(Conditions { relaxation, shifted: mass * relaxation + quick, quick, slope })
     }
-    /// The velocity [m/s] at which steady sliding balances an applied force \[N\], F_ss(v) + d v = f, with a
-    /// damping d [N s/m] beside the friction. Of several the fastest up to `fastest` [m/s] at which the
-    /// friction rises with the speed: at the others a mass under a given force does not stay.
+    /// The velocity [m/s] at which steady sliding balances an applied force f \[N\]:
+    /// F_ss(v) + d v = f, with a damping d [N s/m] beside the friction.
     ///
-    /// The speeds are looked at from above, 64 a decade over fifteen decades.
+    /// Of several it is the fastest up to `fastest` [m/s] at which friction rises with the speed; at
+    /// the others a mass under a constant force does not stay. The search goes down from `fastest`,
+    /// 64 speeds a decade over fifteen decades.
     ///
     /// ```
     /// use bristle::{Bristle, FrBd, paper};
@@ -301,8 +291,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses parameters out of range, a force below or above what steady sliding takes, and a curve
-    /// that is not finite at one of the speeds looked at.
+    /// Refuses parameters out of range, a force below or above that of steady sliding, and a curve that
+    /// is not finite at one of the speeds searched.
     pub fn steady_velocity(
         &self,
         force: T,
@@ -317,31 +307,27 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             let velocity = signed(speed);
             signed(self.stationary_force(velocity) + viscous_damping * velocity)
         };
-        let excess = |speed: T| needed(speed) - force.abs();
-        let known = |speed: T, excess: T| {
+        let excess = |speed: T| {
+            let excess = needed(speed) - force.abs();
             let rule = Rule::FiniteAt { place: to_f64(signed(speed)) };
             let (name, value) = ("steady friction force", to_f64(excess));
             let refused = ParameterError { name, component: None, value, rule };
-            if excess.is_finite() { Ok(()) } else { Err(refused) }
+            if excess.is_finite() { Ok(excess) } else { Err(refused) }
         };
-        let (mut above, mut at_above) = (fastest, excess(fastest));
-        known(above, at_above)?;
+        let mut at_above = excess(fastest)?;
         if is_zero(at_above) {
-            return Ok(signed(above));
+            return Ok(signed(fastest));
         }
         let (mut least, mut most) = (needed(fastest), needed(fastest));
-        let slowest = fastest * lit(1e-15);
-        while above > slowest {
-            let below = larger(above * lit(DOWN), slowest);
-            let at_below = excess(below);
-            known(below, at_below)?;
+        for (above, below) in downwards(fastest, fastest * lit(1e-15)) {
+            let at_below = excess(below)?;
             if at_above > T::zero() && at_below <= T::zero() {
+                let excess = |speed| needed(speed) - force.abs();
                 let (speed, _) = enclose(excess, (below, at_below), (above, at_above), T::zero());
                 return Ok(signed(speed));
             }
-            least = smaller(least, needed(below));
-            most = larger(most, needed(below));
-            (above, at_above) = (below, at_below);
+            (least, most) = (smaller(least, needed(below)), larger(most, needed(below)));
+            at_above = at_below;
         }
         Err(LinearisationError::NoForceBalance {
             force: to_f64(force),
