@@ -19,7 +19,8 @@ use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 const FREQUENCIES: [f64; 3] = [25.0, 50.0, 100.0];
 const PERIODS: usize = 10;
-/// Until then [s] the loops settle: a disturbance fades with about 32 1/s. Whole periods of every frequency.
+/// Until then [s] the loops settle: a disturbance fades with about 32 1/s. Whole periods of every
+/// frequency.
 const SETTLED: f64 = 1.0;
 const MEAN: f64 = 0.0055;
 const AMPLITUDE: f64 = 0.005;

@@ -1,8 +1,9 @@
-//! An engine made of friction: a velocity that is slow over 1.5 mm and fast over 0.1 mm, again and again.
-//! Classical LuGre with the paper's parameters (Table 2) gives work in every cycle; FrBD takes it.
+//! An engine made of friction: a velocity that is slow over 1.5 mm and fast over 0.1 mm, again and
+//! again. Classical LuGre with the paper's parameters (Table 2) gives work in every cycle; FrBD
+//! takes it.
 //!
-//! Leaves `passivity.csv` and `passivity.svg`: the force over a settled cycle, the work over the cycles, and
-//! the work per cycle over the fast velocity.
+//! Leaves `passivity.csv` and `passivity.svg`: the force over a settled cycle, the work over the
+//! cycles, and the work per cycle over the fast velocity.
 
 #[macro_use]
 mod support;

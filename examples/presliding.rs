@@ -1,6 +1,6 @@
-//! Pre-sliding (section V-A, Table 2): a unit mass under a sinusoidal force of 90 % of the breakaway
-//! force moves on its bristles, along a hysteresis loop. At 5 and 10 Hz the mass swings on them far
-//! enough to slide for a part of each period.
+//! Pre-sliding (section V-A, Table 2): a unit mass under a sinusoidal force of 90 % of the
+//! breakaway force moves on its bristles, along a hysteresis loop. At 5 and 10 Hz the mass swings
+//! on them far enough to slide for a part of each period.
 //!
 //! Leaves `presliding.csv` and `presliding.svg`, friction force over position.
 

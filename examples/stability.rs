@@ -30,8 +30,8 @@ use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Rule};
 const SHORTEST: f64 = 1e-4;
 const LONGEST: f64 = 0.5;
 
-/// The rig sticks where the reference is slower than this [m/s]; a slip begins where the speed passes
-/// the second value after it has been below the first.
+/// The rig sticks where the reference is slower than this [m/s]; a slip begins where the speed
+/// passes the second value after it has been below the first.
 const STUCK: f64 = 2e-3;
 const SLIPPING: f64 = 0.2;
 

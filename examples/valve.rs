@@ -2,8 +2,8 @@
 //! goes up and down a ramp (Test 1) or swings in a sine (Test 2), and the stem follows against the
 //! friction of its packing, with FrBD and LuGre.
 //!
-//! The paper does not print its inputs. Here Test 1 asks for 0 → 100 % over 100 s and back, Test 2 for
-//! 50 + 30 sin(2π·0.02 t) %. Both start settled, with no force on the bristle.
+//! The paper does not print its inputs. Here Test 1 asks for 0 → 100 % over 100 s and back, Test 2
+//! for 50 + 30 sin(2π·0.02 t) %. Both start settled, with no force on the bristle.
 //!
 //! Leaves `valve.csv` and `valve.svg`.
 
@@ -283,7 +283,8 @@ fn most(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Two panels from Test 1 and Test 2, and two around the first turn of Test 2. Everywhere else the
-/// models coincide; LuGre with the viscous part inside coincides with FrBD in all panels but the last.
+/// models coincide; LuGre with the viscous part inside coincides with FrBD in all panels but the
+/// last.
 fn chart([ramp, sine]: &[Test; 2]) -> Figure {
     let position: Quantity = |row| row.state[0] * 1e3;
     let ideal: Quantity = |row| row.ideal * 1e3;

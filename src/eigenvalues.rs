@@ -1,7 +1,7 @@
 //! Eigenvalues of a small real matrix, on the stack.
 //!
-//! Rows and columns are scaled to similar sizes, reflections bring the matrix to Hessenberg form, and
-//! double-shift QR steps split off real eigenvalues and conjugate pairs.
+//! Rows and columns are scaled to similar sizes, reflections bring the matrix to Hessenberg form,
+//! and double-shift QR steps split off real eigenvalues and conjugate pairs.
 //!
 //! Source: G. H. Golub, C. F. Van Loan, "Matrix Computations", 4th edition (Johns Hopkins, 2013),
 //! section 7.5.
@@ -11,7 +11,8 @@ use nalgebra::{Complex, ComplexField, SMatrix};
 /// QR steps per eigenvalue; two or three are usual.
 const MOST_STEPS: usize = 60;
 
-/// The eigenvalues of the leading block of a given order, in no order; the rest of the array is zero.
+/// The eigenvalues of the leading block of a given order, in no order; the rest of the array is
+/// zero.
 ///
 /// Real eigenvalues have an imaginary part of exactly zero, the others come in exact conjugates.
 /// `None` if the block is not finite or the QR steps do not converge.

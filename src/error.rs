@@ -15,7 +15,8 @@ use crate::scalar::{Scalar, to_f64};
 /// use bristle::{Bristle, Dahl, DahlParameters, paper};
 ///
 /// fn position(load: f64) -> Result<f64, bristle::Error> {
-///     let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 5e3 })?;
+///     let parameters = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 5e3 };
+///     let friction = Dahl::new(parameters)?;
 ///     let rig = MassSpringDamper::new(paper::stick_slip_rig(friction.under_load(load)?))?;
 ///     let run = ode::solve(&rig, 0.0..1.0, rig.at_rest(), 1e-6, Output::Steps)?;
 ///     Ok(run.states().last().map_or(0.0, |state| state[0]))

@@ -8,18 +8,21 @@
 //! | ΔW | change of the energy of the bristles: stored | J |
 //! | ∫D dt | dissipated | J |
 //!
-//! The three are added up apart: the work from force and velocity, the stored energy from the deflection at
-//! the ends, the dissipated one from D of the model. What is left of their balance
-//! ([`EnergyBalance::residual`]) is the error of the run: rounding for steps that are exact or passive
-//! ([`Contact::hold`], [`Companion`](crate::companion::Companion)), about the tolerance for an integrator.
+//! The three sums are independent: the work from force and velocity, the stored energy from the
+//! deflections at the ends, the dissipated energy from D of the model. The residual of their
+//! balance ([`EnergyBalance::residual`]) is the error of the run: about the tolerance for an
+//! integrator. For exact and passive steps ([`Contact::hold`],
+//! [`Companion`](crate::companion::Companion)) it is the rounding of the terms of each step. With
+//! LuGre these can be much larger than their sum.
 //!
-//! A passive contact never gives more than it had stored: supplied − stored never falls. By how much it
-//! has fallen from its highest value is [`EnergyLedger::gain`]. Round a closed cycle nothing is stored
-//! ([`EnergyLedger::close_cycle`]); a contact that supplies work there is an engine, which classical LuGre
-//! can be.
+//! A passive contact never returns more than it had stored: supplied − stored never falls. How far
+//! it has fallen below its highest value is [`EnergyLedger::gain`]. Over a closed cycle nothing is
+//! stored ([`EnergyLedger::close_cycle`]); a contact that supplies work there is an engine, which
+//! classical LuGre can be.
 //!
-//! Sources: Romano et al. (arXiv 2602.09429), section III-B, for the balance; Gauss–Legendre quadrature as
-//! in M. Abramowitz, I. A. Stegun, "Handbook of Mathematical Functions" (1964), table 25.4.
+//! Sources: Romano et al. (arXiv 2602.09429), section III-B, for the balance; Gauss–Legendre
+//! quadrature as in M. Abramowitz, I. A. Stegun, "Handbook of Mathematical Functions" (1964), table
+//! 25.4.
 
 use core::ops::ControlFlow;
 
@@ -56,7 +59,7 @@ impl<T: Scalar> From<CompletedStep<T>> for EnergyBalance<T> {
     }
 }
 
-/// A sum with the rounding of its additions kept (Neumaier).
+/// A compensated sum (Neumaier).
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Sum<T> {
     value: T,
@@ -64,10 +67,6 @@ struct Sum<T> {
 }
 
 impl<T: Scalar> Sum<T> {
-    fn zero() -> Self {
-        Self { value: T::zero(), rest: T::zero() }
-    }
-
     fn add(&mut self, term: T) {
         let sum = self.value + term;
         self.rest += if self.value.abs() >= term.abs() {
@@ -77,44 +76,32 @@ impl<T: Scalar> Sum<T> {
         };
         self.value = sum;
     }
-
-    fn total(&self) -> T {
-        self.value + self.rest
-    }
 }
 
-/// The three sums of a balance.
+/// The three sums of a balance: supplied, stored, dissipated.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Account<T> {
-    supplied: Sum<T>,
-    stored: Sum<T>,
-    dissipated: Sum<T>,
-}
+struct Account<T>([Sum<T>; 3]);
 
 impl<T: Scalar> Account<T> {
     fn empty() -> Self {
-        Self { supplied: Sum::zero(), stored: Sum::zero(), dissipated: Sum::zero() }
+        Self([Sum { value: T::zero(), rest: T::zero() }; 3])
     }
 
     fn add(&mut self, balance: EnergyBalance<T>) {
-        self.supplied.add(balance.supplied);
-        self.stored.add(balance.stored);
-        self.dissipated.add(balance.dissipated);
+        let terms = [balance.supplied, balance.stored, balance.dissipated];
+        self.0.iter_mut().zip(terms).for_each(|(sum, term)| sum.add(term));
     }
 
     fn balance(&self) -> EnergyBalance<T> {
-        EnergyBalance {
-            supplied: self.supplied.total(),
-            stored: self.stored.total(),
-            dissipated: self.dissipated.total(),
-        }
+        let [supplied, stored, dissipated] = self.0.map(|sum| sum.value + sum.rest);
+        EnergyBalance { supplied, stored, dissipated }
     }
 }
 
-/// The energy of one contact over a run, whatever makes its steps.
+/// The energy of one contact over a run, by any kind of step.
 ///
-/// One millimetre per second over 1.5 mm and then 10 m/s over 0.1 mm, again and again: classical LuGre
-/// with the parameters of Table 2 gives work in each cycle.
+/// Classical LuGre with the parameters of Table 2 supplies work in each of these cycles: 1.5 mm at
+/// 1 mm/s, then 0.1 mm at 10 m/s.
 ///
 /// ```
 /// use bristle::ledger::EnergyLedger;
@@ -163,7 +150,7 @@ impl<T: Scalar> EnergyLedger<T> {
         }
     }
 
-    /// Enters the energies of one step: a [`CompletedStep`] one, or any other.
+    /// Enters the energies of one step, such as a [`CompletedStep`].
     pub fn enter(&mut self, step: impl Into<EnergyBalance<T>>) {
         let step = step.into();
         self.total.add(step);
@@ -204,8 +191,10 @@ impl<T: Scalar> EnergyLedger<T> {
         hold
     }
 
-    /// Enters a step of an integration. `motion` tells the sliding velocity [m/s] and the deflection \[m\]
-    /// of the contact, of one spring or several, at a time and state. By five points on the curve through the step.
+    /// Enters a step of an integration, by quadrature at five points of its dense output.
+    ///
+    /// `motion` returns the sliding velocity [m/s] and the deflection \[m\] of the contact, of one
+    /// spring or several, at a time and state.
     pub fn integrate<M: Bristle<T>, const N: usize>(
         &mut self,
         contact: &Contact<T, M>,
@@ -276,20 +265,21 @@ impl<T: Scalar> EnergyLedger<T> {
         self.cycle.balance()
     }
 
-    /// Ends a cycle and begins the next one. Answers with the energies of the one that ends.
+    /// Ends a cycle, begins the next one, and returns the energies of the cycle that ends.
     pub fn close_cycle(&mut self) -> EnergyBalance<T> {
         let balance = self.cycle.balance();
         self.cycle = Account::empty();
         balance
     }
 
-    /// By how much supplied − stored \[J\] has fallen below its highest value so far: the energy the contact
-    /// has given beyond what it had. Zero for a passive one, up to the error of the run.
+    /// How far supplied − stored \[J\] has fallen below its highest value so far: the energy that
+    /// the contact has returned beyond what it had. Zero for a passive contact, up to the error of
+    /// the run.
     pub fn gain(&self) -> T {
         self.gain
     }
 
-    /// Whether the contact was passive as far as this run can tell: its gain is within a tolerance \[J\].
+    /// Whether the contact was passive in this run: its gain is within a tolerance \[J\].
     pub fn is_passive(&self, tolerance: T) -> bool {
         self.gain <= tolerance
     }

@@ -4,8 +4,8 @@ use crate::Scalar;
 use crate::scalar::{is_zero, lit};
 
 /// The two ends of an interval no longer than a tolerance, or than rounding allows, in which a
-/// function passes zero that has opposite signs at a and b: first the one on the side of a. Twice the
-/// place itself if the function is zero there.
+/// function passes zero that has opposite signs at a and b: first the one on the side of a. Twice
+/// the place itself if the function is zero there.
 ///
 /// By regula falsi, with the weight of an end that stays for a second time halved (Illinois), and
 /// bisection where that is slow.

@@ -221,8 +221,8 @@ pub struct Audit<T> {
     pub yielding: Option<Yielding<T>>,
     /// The stuck mass, if there is a mechanism.
     pub stuck: Option<StuckMass<T>>,
-    /// Speeds at which steady sliding on the spring is stable, from a millionth of the fastest up to
-    /// it; if there is a spring.
+    /// Speeds at which steady sliding on the spring is stable, from a millionth of the fastest up
+    /// to it; if there is a spring.
     pub steady_sliding: Option<Threshold<T>>,
     /// The largest stable steps; without a mechanism those of the bristle alone.
     pub steps: [MethodLimit<T>; Scheme::ALL.len()],
@@ -234,8 +234,8 @@ pub struct Audit<T> {
 pub struct MethodLimit<T> {
     /// The method.
     pub scheme: Scheme,
-    /// Its limits; `None` if the relaxation rate has no bound, or for a passive step of a contact that is
-    /// not passive at every deflection.
+    /// Its limits; `None` if the relaxation rate has no bound, or for a passive step of a contact
+    /// that is not passive at every deflection.
     pub limits: Option<StepLimits<T>>,
     /// Whether the sample time is within all of them; `None` without a sample time or limits.
     pub within: Option<bool>,
@@ -251,8 +251,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     ///
     /// Names the parameter that is out of its range: the fastest speed, the mechanism, the sample
     /// time, or a load cycle that is not below breakaway. Names a friction curve that is not finite
-    /// or leaves the bounds it states, with velocity and value, if that happens at rest or at one of
-    /// the speeds searched: 32 a decade over twelve decades.
+    /// or leaves the bounds it states, with velocity and value, if that happens at rest or at one
+    /// of the speeds searched: 32 a decade over twelve decades.
     pub fn audit(&self, parameters: AuditParameters<T>) -> Result<Audit<T>, ParameterError> {
         let AuditParameters { fastest, mechanism, sample_time, load_cycle } = parameters;
         parameter::positive("fastest", fastest)?;

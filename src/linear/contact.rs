@@ -52,7 +52,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         self.linearised(sliding, deflection).matrices().finite()
     }
 
-    /// Small motions about steady sliding at a velocity: from the velocity [m/s] to the force \[N\].
+    /// Small motions about steady sliding at a velocity: from the velocity [m/s] to the force
+    /// \[N\].
     ///
     /// ```
     /// use bristle::{Bristle, FrBd, paper};
@@ -75,8 +76,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses rest where friction has a kink (choose a side by [`Branch::of`](crate::Branch::of)), a
-    /// model without an equilibrium there, and derivatives that are not finite.
+    /// Refuses rest where friction has a kink (choose a side by [`Branch::of`](crate::Branch::of)),
+    /// a model without an equilibrium there, and derivatives that are not finite.
     pub fn steady_state_space<const N: usize>(
         &self,
         sliding: impl Into<Sliding<T>>,

@@ -17,8 +17,8 @@ pub enum LinearisationError {
          or regularise"
     )]
     Kink,
-    /// The deflection that the model states for steady sliding is no equilibrium, as of a regularised
-    /// elasto-plastic model.
+    /// The deflection that the model states for steady sliding is no equilibrium, as of a
+    /// regularised elasto-plastic model.
     #[error(
         "no equilibrium at v = {} m/s: the deflection there changes at {} m/s",
         Number(*velocity), Number(*rate)

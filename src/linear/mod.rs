@@ -16,34 +16,35 @@
 //! [`Contact::state_space`](crate::Contact::state_space) and
 //! [`Contact::steady_state_space`](crate::Contact::steady_state_space) return it.
 //!
-//! H1 and H2 are the derivatives of Romano et al., section III-C; the last term of H1 as printed there
-//! lacks the factor z\*, it is −σ0'(v) (|v|_ε/g) z. For FrBD with constant σ0, σ1 in steady sliding
-//! (z\* = z_ss) they reduce to the slope of the friction curve,
+//! H1 and H2 are the derivatives of Romano et al., section III-C; the last term of H1 as printed
+//! there lacks the factor z\*, it is −σ0'(v) (|v|_ε/g) z. For FrBD with constant σ0, σ1 in steady
+//! sliding (z\* = z_ss) they reduce to the slope of the friction curve,
 //!
-//! H1 = (|v|_ε/g) (μ sgn_ε)',  H2 = σ1 H1,  G(s) = p (|v|_ε/g) (μ sgn_ε)' (σ0 + σ1 s)/(s + σ0|v|_ε/g):
+//! H1 = (|v|_ε/g) (μ sgn_ε)',  H2 = σ1 H1,  G(s) = p (|v|_ε/g) (μ sgn_ε)' (σ0 + σ1 s)/(s +
+//! σ0|v|_ε/g):
 //!
 //! slow changes follow the friction curve, fast ones a fraction of its slope; the corner lies at λ.
 //!
 //! **A mass on a spring** whose far end moves steadily
-//! ([`Contact::steady_sliding`](crate::Contact::steady_sliding)) slides steadily or stick-slips. Both
-//! can occur at one speed, depending on the start; the linear analysis is about small disturbances of
-//! steady sliding. They obey
+//! ([`Contact::steady_sliding`](crate::Contact::steady_sliding)) slides steadily or stick-slips.
+//! Both can occur at one speed, depending on the start; the linear analysis is about small
+//! disturbances of steady sliding. They obey
 //!
 //! m s³ + (mλ + D) s² + (k + λ D + C B) s + λ k = 0,  D = d + ∂F/∂v.
 //!
-//! With λ D + C B = λ S, where S = d + dF_ss/dv is the slope of all steady forces, they die out if and
-//! only if (Routh–Hurwitz)
+//! With λ D + C B = λ S, where S = d + dF_ss/dv is the slope of all steady forces, they die out if
+//! and only if (Routh–Hurwitz)
 //!
 //! mλ + D > 0  and  (mλ + D) λ S + D k > 0.
 //!
 //! For FrBD with constant σ0, σ1 and d = 0, both D and S have the sign of (μ sgn_ε)', so that this
-//! slope alone decides, whatever k and m. Damping beside the friction, or a LuGre model with viscous
-//! friction, separates them: where S < 0 < D the spring must be stiffer than k_c = −(mλ + D) λ S/D
-//! ([`Contact::critical_stiffness`](crate::Contact::critical_stiffness)).
+//! slope alone decides, whatever k and m. Damping beside the friction, or a LuGre model with
+//! viscous friction, separates them: where S < 0 < D the spring must be stiffer than k_c = −(mλ +
+//! D) λ S/D ([`Contact::critical_stiffness`](crate::Contact::critical_stiffness)).
 //!
 //! Where friction does not depend on the speed both vanish, and small motions neither grow nor die
-//! out ([`Threshold::Marginal`]). Because ∂ż/∂v loses its digits there as a difference, the slope of
-//! steady sliding is taken from the curve itself
+//! out ([`Threshold::Marginal`]). Because ∂ż/∂v loses its digits there as a difference, the slope
+//! of steady sliding is taken from the curve itself
 //! ([`Bristle::steady_linearised`](crate::Bristle::steady_linearised)).
 //!
 //! **Any mechanism** that gives its derivatives: its Jacobian is the matrix A of a [`StateSpace`].

@@ -3,9 +3,9 @@
 //! ẋ = A x + B u,  y = C x + D u,  G(s) = C (sI − A)⁻¹ B + D
 //!
 //! Poles are the eigenvalues of A. Zeros are the eigenvalues of the system whose input keeps y = 0.
-//! With D ≠ 0 that input is u = −C x/D, and the zeros are the eigenvalues of A − B C/D. With D = 0 the
-//! equation C x = 0 expresses one state by the others, and its derivative C A x + C B u = 0 is the
-//! output of a system with one state less.
+//! With D ≠ 0 that input is u = −C x/D, and the zeros are the eigenvalues of A − B C/D. With D = 0
+//! the equation C x = 0 expresses one state by the others, and its derivative C A x + C B u = 0 is
+//! the output of a system with one state less.
 //!
 //! Source: T. Kailath, "Linear Systems" (Prentice-Hall, 1980), section 2.5, for zeros by inversion.
 
@@ -180,13 +180,13 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
         self.output.iter().zip(&states).fold(direct, |sum, (&c, &x)| sum + x * c)
     }
 
-    /// The frequency response G(iω) at an angular frequency ω [rad/s]: gain and phase of the output of
-    /// a sinusoidal input once all transients have died out. At infinity it is D.
+    /// The frequency response G(iω) at an angular frequency ω [rad/s]: gain and phase of the output
+    /// of a sinusoidal input once all transients have died out. At infinity it is D.
     ///
     /// # Errors
     ///
-    /// Refuses a system whose transients do not die out, one that is not finite, and a frequency that
-    /// is NaN.
+    /// Refuses a system whose transients do not die out, one that is not finite, and a frequency
+    /// that is NaN.
     pub fn frequency_response(
         &self,
         angular_frequency: T,
@@ -204,8 +204,8 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     ///
     /// # Errors
     ///
-    /// Refuses a system with a pole at zero, one whose transients do not die out, and one that is not
-    /// finite.
+    /// Refuses a system with a pole at zero, one whose transients do not die out, and one that is
+    /// not finite.
     pub fn static_gain(&self) -> Result<T, LinearisationError> {
         self.finite()?;
         let gain = self.transfer(Complex::new(T::zero(), T::zero())).re;
@@ -228,8 +228,8 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// The zeros [1/s]: fewer than poles if D = 0, none for a system whose input does not reach its
     /// output.
     ///
-    /// A small D adds a zero far out, near −C B/D. The others are then those of the system without D,
-    /// and the far one is left out where it exceeds the range of the scalar type.
+    /// A small D adds a zero far out, near −C B/D. The others are then those of the system without
+    /// D, and the far one is left out where it exceeds the range of the scalar type.
     ///
     /// # Errors
     ///
@@ -312,8 +312,8 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
         Ok(self.poles()?.abscissa().unwrap_or_else(T::zero))
     }
 
-    /// The corner frequency [rad/s]: the modulus of the slowest pole. Below it the output follows the
-    /// input quasi-statically. For a contact with one deflection it is the relaxation rate λ.
+    /// The corner frequency [rad/s]: the modulus of the slowest pole. Below it the output follows
+    /// the input quasi-statically. For a contact with one deflection it is the relaxation rate λ.
     ///
     /// # Errors
     ///

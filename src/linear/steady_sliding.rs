@@ -8,11 +8,11 @@
 //! | v_d | velocity of its far end | m/s |
 //! | m, k, d | mass, stiffness, damping beside the friction | kg, N/m, N s/m |
 //!
-//! Steady sliding: v = v_d, z = z_ss(v), e = (F_ss(v) + d v)/k. Its small motions, and when they grow
-//! into stick-slip, follow the cubic of the [module](super).
+//! Steady sliding: v = v_d, z = z_ss(v), e = (F_ss(v) + d v)/k. Its small motions, and when they
+//! grow into stick-slip, follow the cubic of the [module](super).
 //!
-//! A mass on a moving belt, held by a spring and a damper on the ground, has the same small motions,
-//! with v the sliding velocity; only its stretch in steady sliding is F_ss/k.
+//! A mass on a moving belt, held by a spring and a damper on the ground, has the same small
+//! motions, with v the sliding velocity; only its stretch in steady sliding is F_ss/k.
 
 use core::cmp::Ordering;
 
@@ -38,8 +38,8 @@ pub struct SteadySliding<T: Scalar> {
     pub deflection: T,
     /// Friction force \[N\].
     pub friction_force: T,
-    /// Small motions. States: stretch \[m\], velocity [m/s], deflection \[m\]; input: velocity of the
-    /// spring's far end [m/s]; output: friction force \[N\].
+    /// Small motions. States: stretch \[m\], velocity [m/s], deflection \[m\]; input: velocity of
+    /// the spring's far end [m/s]; output: friction force \[N\].
     pub state_space: StateSpace<T, 3>,
 }
 
@@ -103,8 +103,8 @@ impl<T: Scalar> Conditions<T> {
 }
 
 impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
-    /// Steady sliding of a mass on a spring whose far end moves at a velocity, and the small motions
-    /// about it: stick-slip if they grow.
+    /// Steady sliding of a mass on a spring whose far end moves at a velocity, and the small
+    /// motions about it: stick-slip if they grow.
     ///
     /// For a bristle of several springs, linearise the whole mechanism as a
     /// [`System`](crate::ode::System): [`StateSpace`] shows how.
@@ -137,8 +137,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses a mechanism without a spring or out of range, rest where friction has a kink, a model without an equilibrium there, and derivatives
-    /// that are not finite.
+    /// Refuses a mechanism without a spring or out of range, rest where friction has a kink, a
+    /// model without an equilibrium there, and derivatives that are not finite.
     pub fn steady_sliding(
         &self,
         mechanism: Mechanism<T>,
@@ -177,8 +177,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         })
     }
 
-    /// The spring stiffnesses [N/m] for which steady sliding at a velocity is stable; mass and damping
-    /// are those of the mechanism.
+    /// The spring stiffnesses [N/m] for which steady sliding at a velocity is stable; mass and
+    /// damping are those of the mechanism.
     ///
     /// # Errors
     ///
@@ -208,8 +208,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     ///
     /// A mass that starts stuck can stick and slip far above that speed: simulate it.
     ///
-    /// The search goes down from the highest speed, 64 speeds a decade, and narrows a change down to
-    /// rounding. It can miss two changes within less than 4 % of the speed.
+    /// The search goes down from the highest speed, 64 speeds a decade, and narrows a change down
+    /// to rounding. It can miss two changes within less than 4 % of the speed.
     ///
     /// # Errors
     ///
@@ -269,17 +269,18 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     /// The velocity [m/s] at which steady sliding balances an applied force f \[N\]:
     /// F_ss(v) + d v = f, with a damping d [N s/m] beside the friction.
     ///
-    /// Of several it is the fastest up to `fastest` [m/s] at which friction rises with the speed; at
-    /// the others a mass under a constant force does not stay. The search goes down from `fastest`,
-    /// 64 speeds a decade over fifteen decades.
+    /// Of several it is the fastest up to `fastest` [m/s] at which friction rises with the speed;
+    /// at the others a mass under a constant force does not stay. The search goes down from
+    /// `fastest`, 64 speeds a decade over fifteen decades.
     ///
     /// ```
     /// use bristle::{Bristle, FrBd, paper};
     /// use bristle::curve::{Coulomb, CoulombParameters};
     /// use bristle::rheology::KelvinVoigt;
     ///
-    /// let curve = Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 2.0 })?;
-    /// let friction = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?).under_load(1.0)?;
+    /// let curve = CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 2.0 };
+    /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+    /// let friction = FrBd::new(Coulomb::new(curve)?, bristle).under_load(1.0)?;
     /// let velocity = friction.steady_velocity(-1.5, 0.0, 10.0)?;
     /// assert!((velocity + 0.25).abs() < 1e-15);
     /// assert_eq!(
@@ -291,8 +292,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses parameters out of range, a force below or above that of steady sliding, and a curve that
-    /// is not finite at one of the speeds searched.
+    /// Refuses parameters out of range, a force below or above that of steady sliding, and a curve
+    /// that is not finite at one of the speeds searched.
     pub fn steady_velocity(
         &self,
         force: T,

@@ -9,8 +9,8 @@
 //!
 //! A scene of your own implements [`System`](crate::ode::System) in about twenty lines.
 //!
-//! [`BrakedWheel`], a wheel on a rolling patch from free rolling to standstill, has the state of the
-//! whole patch and takes passive steps of its own.
+//! [`BrakedWheel`], a wheel on a rolling patch from free rolling to standstill, has the state of
+//! the whole patch and takes passive steps of its own.
 
 mod braked_wheel;
 mod diaphragm_valve;
@@ -76,7 +76,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Body<T, M> {
         rate
     }
 
-    /// The rates and their derivatives under a force f with ∂f/∂x = −k and without other derivatives.
+    /// The rates and their derivatives under a force f with ∂f/∂x = −k and without other
+    /// derivatives.
     #[inline(always)]
     fn linearised<const N: usize>(
         &self,
@@ -103,8 +104,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Body<T, M> {
         Linearisation { rate, by_state, by_time: SVector::zeros() }
     }
 
-    /// Deflection [m] at breakaway: the largest that the model allows at rest, or one micrometre if it
-    /// has no bound.
+    /// Deflection [m] at breakaway: the largest that the model allows at rest, or one micrometre if
+    /// it has no bound.
     fn breakaway_deflection(&self) -> T {
         self.contact.limits(T::zero()).deflection.unwrap_or_else(|| lit(1e-6))
     }
@@ -115,7 +116,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Body<T, M> {
         larger(stiffness * self.breakaway_deflection(), T::default_epsilon())
     }
 
-    /// Velocity [m/s] at which the mass oscillates on its bristles through the breakaway deflection.
+    /// Velocity [m/s] at which the mass oscillates on its bristles through the breakaway
+    /// deflection.
     fn bristle_velocity(&self) -> T {
         (self.breakaway_force() * self.inverse_mass * self.breakaway_deflection()).sqrt()
     }

@@ -17,7 +17,8 @@ pub struct PrescribedVelocityParameters<T, M, V> {
     pub velocity: V,
 }
 
-/// A bristle dragged at a given velocity. State: its deflection \[m\], or the stretches of its springs.
+/// A bristle dragged at a given velocity. State: its deflection \[m\], or the stretches of its
+/// springs.
 ///
 /// ```
 /// use bristle::ode::{self, Output};
@@ -33,9 +34,10 @@ pub struct PrescribedVelocityParameters<T, M, V> {
 ///     relaxing_stiffness: 2e4,
 ///     series_damping: 100.0,
 /// })?;
+/// let velocity = SineParameters { mean: 0.0, amplitude: 0.01, frequency: 1.0, phase: 0.0 };
 /// let scene = PrescribedVelocity::new(PrescribedVelocityParameters {
 ///     contact: FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle).under_load(1.0)?,
-///     velocity: Sine::new(SineParameters { mean: 0.0, amplitude: 0.01, frequency: 1.0, phase: 0.0 })?,
+///     velocity: Sine::new(velocity)?,
 /// });
 /// let run = ode::solve(&scene, 0.0..1.0, Vector2::zeros(), 1e-6, Output::Uniform(101))?;
 /// assert!(run.iter().all(|(time, state)| scene.friction_force(time, state).abs() <= 1.5));

@@ -22,7 +22,8 @@ pub struct SineParameters<T> {
 /// ```
 /// use bristle::signal::{Signal, Sine, SineParameters};
 ///
-/// let force = Sine::new(SineParameters { mean: 1.0, amplitude: 0.5, frequency: 2.0, phase: 0.0 })?;
+/// let parameters = SineParameters { mean: 1.0, amplitude: 0.5, frequency: 2.0, phase: 0.0 };
+/// let force = Sine::new(parameters)?;
 /// assert_eq!(force.value(0.125), 1.5);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```

@@ -48,14 +48,14 @@
 //! map has the determinant 1 − ha + h²b/2 and the trace 2 − ha − h²b/2, and is stable for h ≤ 2a/b
 //! and h ≤ 2/a. The hold makes the bristle exact, not the mass: without damping no step is stable.
 //!
-//! The limits concern two small motions, that of the bristle in steady sliding and that of the stuck
-//! mass. They say nothing about accuracy, nor about a mass that slides on a soft spring: explicit
-//! steps add hω²/2 and held steps hω²/4 to the growth rate of its oscillation at ω = √(k/m), which
-//! near the threshold of stick-slip exceeds the damping.
+//! The limits concern two small motions, that of the bristle in steady sliding and that of the
+//! stuck mass. They say nothing about accuracy, nor about a mass that slides on a soft spring:
+//! explicit steps add hω²/2 and held steps hω²/4 to the growth rate of its oscillation at ω =
+//! √(k/m), which near the threshold of stick-slip exceeds the damping.
 //!
-//! Beyond the limit of the bristle a run diverges once it slides for a while. Beyond the limit of the
-//! stuck mechanism alone it chatters and slides under forces far below breakaway: the result looks
-//! like friction and is wrong.
+//! Beyond the limit of the bristle a run diverges once it slides for a while. Beyond the limit of
+//! the stuck mechanism alone it chatters and slides under forces far below breakaway: the result
+//! looks like friction and is wrong.
 //!
 //! Sources: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition
 //! (Springer, 1996), section IV.2, for stability functions; the models of Romano et al.
@@ -95,8 +95,8 @@ pub enum Scheme {
     ExactHold,
     /// A passive step, which solves for the mean velocity of the step, as with a
     /// [`Companion`](crate::companion::Companion). By its energy balance no step is too long for
-    /// FrBD with springs of constant stiffness, Dahl and elasto-plastic models; for LuGre nothing is
-    /// promised.
+    /// FrBD with springs of constant stiffness, Dahl and elasto-plastic models; for LuGre nothing
+    /// is promised.
     Passive,
     /// An L-stable Rosenbrock method, as [`ode::Rodas4`](crate::ode::Rodas4) and
     /// [`ode::Rodas5P`](crate::ode::Rodas5P).
@@ -114,13 +114,13 @@ pub struct StepLimits<T> {
     /// Largest step \[s\] at which the oscillation of the stuck mechanism decays, with an
     /// undeflected bristle (c = 1). `None` also without a mechanism.
     pub stuck_from_rest: Option<T>,
-    /// Largest step \[s\] at which it decays just after a reversal of steady sliding (c = 2 for most
-    /// models). `None` also without a mechanism.
+    /// Largest step \[s\] at which it decays just after a reversal of steady sliding (c = 2 for
+    /// most models). `None` also without a mechanism.
     pub stuck_reversed: Option<T>,
 }
 
-/// The largest stable steps for a contact, and for the mechanism that it holds or brakes if there is
-/// one, at velocities |v| ≤ `fastest` [m/s].
+/// The largest stable steps for a contact, and for the mechanism that it holds or brakes if there
+/// is one, at velocities |v| ≤ `fastest` [m/s].
 ///
 /// `fastest` may be infinite for a model of bounded relaxation rate. A regularised contact never
 /// quite rests; it is linearised where its steady friction breaks away.
@@ -150,8 +150,9 @@ pub struct StepLimits<T> {
 ///
 /// # Errors
 ///
-/// Names the parameter of the mechanism that is out of its range. Refuses a velocity that is NaN, and
-/// a model without a bound on its relaxation rate up to that velocity (LuGre up to an infinite one).
+/// Names the parameter of the mechanism that is out of its range. Refuses a velocity that is NaN,
+/// and a model without a bound on its relaxation rate up to that velocity (LuGre up to an infinite
+/// one).
 pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
     contact: &Contact<T, M>,
     mechanism: Option<Mechanism<T>>,
@@ -231,9 +232,9 @@ pub fn largest_step_of<T: Scalar, const N: usize>(
             let Some(rates) = eigenvalues(&jacobian.map(to_f64), N) else {
                 return Some(nan());
             };
-            // A mode that stands still, such as the difference of position and deflection of a stuck
-            // mass, has a rate of rounding size. A true mode as slow as that gains or loses nothing
-            // over a step that suits the fastest.
+            // A mode that stands still, such as the difference of position and deflection of a
+            // stuck mass, has a rate of rounding size. A true mode as slow as that gains or loses
+            // nothing over a step that suits the fastest.
             let sizes = rates.map(|rate| ComplexField::hypot(rate.re, rate.im));
             let fastest = sizes.into_iter().fold(0.0, f64::max);
             let moving = rates.iter().zip(sizes).filter(|(_, size)| *size > 1e-9 * fastest);
@@ -315,8 +316,8 @@ impl Swing {
     }
 }
 
-/// The velocity at which steady friction reaches its first maximum from rest: zero, unless the contact
-/// is regularised.
+/// The velocity at which steady friction reaches its first maximum from rest: zero, unless the
+/// contact is regularised.
 fn breakaway_velocity<T: Scalar, M: Bristle<T, Deflection = T>>(
     contact: &Contact<T, M>,
     branch: Branch,
@@ -366,21 +367,23 @@ impl<T: Scalar> StepLimits<T> {
     /// use bristle::stability::{self, Scheme};
     /// use bristle::{Bristle, Dahl, DahlParameters, Mechanism};
     ///
-    /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 5e3 })?;
+    /// let parameters = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 5e3 };
+    /// let friction = Dahl::new(parameters)?;
     /// let mechanism = Some(Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 });
     /// let contact = friction.under_load(1.0)?;
     /// let limits = stability::largest_step(&contact, mechanism, 0.0, Scheme::SemiImplicitEuler)?;
     /// assert_eq!(
     ///     limits.check(0.025).unwrap_err().to_string(),
-    ///     "step is 0.025, but must be at most the stuck mechanism's critical step after a reversal = 0.02"
+    ///     "step is 0.025, but must be at most \
+    ///      the stuck mechanism's critical step after a reversal = 0.02"
     /// );
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// Refuses a step that is not positive, and one beyond a limit: the error names the step and the
-    /// smallest limit with its cause.
+    /// Refuses a step that is not positive, and one beyond a limit: the error names the step and
+    /// the smallest limit with its cause.
     pub fn check(&self, step: T) -> Result<(), ParameterError> {
         parameter::positive("step", step)?;
         let limits = self.causes().into_iter().filter_map(|(name, limit)| Some((name, limit?)));

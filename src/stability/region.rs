@@ -12,7 +12,8 @@ const RUNGE_KUTTA_4: [f64; 5] = [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0];
 const DORMAND_PRINCE: [f64; 7] =
     [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 600.0];
 
-/// The last four by the same sums over chains of 8 to 11 a, in exact arithmetic from the printed tableau.
+/// The last four by the same sums over chains of 8 to 11 a, in exact arithmetic from the printed
+/// tableau.
 const DORMAND_PRINCE_8: [f64; 13] = [
     1.0,
     1.0,

@@ -32,8 +32,8 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N>
 where
     for<'a> Scheme: From<&'a M>,
 {
-    /// Refuses a fixed step beyond what is stable for a contact that slides no faster than `fastest`
-    /// [m/s] in a mechanism ([`largest_step`]). Adaptive steps are kept short enough by
+    /// Refuses a fixed step beyond what is stable for a contact that slides no faster than
+    /// `fastest` [m/s] in a mechanism ([`largest_step`]). Adaptive steps are kept short enough by
     /// their error.
     ///
     /// ```

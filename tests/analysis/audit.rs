@@ -48,8 +48,8 @@ fn classical_lugre_of_table_2_is_not_passive_and_the_audit_says_what_it_lacks() 
     assert_eq!(verdict.verdict, LawStatus::Fails);
     // σ1 (μ_s − μ_d)/μ_d = 64.5 · 0.5.
     assert_eq!(verdict.needed_viscous_friction, Some(32.25));
-    // At 1 m/s the curve is flat at μ_d: F v − Ẇ = σ0²z² − σ0σ1 z + σ1 + σ2 at z = 1.5e-4, the most that
-    // the deflection may be.
+    // At 1 m/s the curve is flat at μ_d: F v − Ẇ = σ0²z² − σ0σ1 z + σ1 + σ2 at z = 1.5e-4, the most
+    // that the deflection may be.
     let witness = verdict.witness.unwrap();
     let (z, s0, s1) = (1.5e-4, 1e4, 64.5);
     let want = s0 * s0 * z * z - s0 * s1 * z + s1 + 0.04;
@@ -154,7 +154,8 @@ fn the_inversion_is_single_valued_where_the_closed_form_says() {
         let terms = r.damping + r.viscous + fall;
         assert_within(1e-13, terms, audit.inversion_margin.unwrap(), want, || format!("{r:?}"));
     });
-    // δ = 1 falls steepest at rest, δ < 1 infinitely so; and a falling curve of either direction counts.
+    // δ = 1 falls steepest at rest, δ < 1 infinitely so; and a falling curve of either direction
+    // counts.
     let curve = |stribeck_exponent| {
         Stribeck::new(StribeckParameters { stribeck_exponent, ..paper::STICK_SLIP_CURVE }).unwrap()
     };

@@ -1,5 +1,5 @@
-//! The energy ledger: balances of exact steps, passive steps and integrations, the LuGre energy machine,
-//! and the verdict.
+//! The energy ledger: balances of exact steps, passive steps and integrations, the LuGre energy
+//! machine, and the verdict.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::ops::ControlFlow;
@@ -29,8 +29,8 @@ fn bristle() -> KelvinVoigt<f64> {
 /// 1 mm/s over 1.5 mm, 10 m/s over 0.1 mm.
 const PHASES: [(f64, f64); 2] = [(1e-3, 1.5), (10.0, 1e-5)];
 
-/// Work per settled cycle of the energy machine \[J\], by arithmetic of high precision, with the digits it was
-/// printed with.
+/// Work per settled cycle of the energy machine \[J\], by arithmetic of high precision, with the
+/// digits it was printed with.
 const WORK: [&str; 3] = ["-0.0178134", "-0.00074745", "0.0023826"];
 
 fn assert_digits(got: f64, want: &str) {
@@ -154,7 +154,8 @@ fn exact_and_passive_steps_balance_to_rounding() {
     });
 }
 
-/// The ledger of a stick-slip run, and the work of the spring's end less what mass and spring keep of it.
+/// The ledger of a stick-slip run, and the work of the spring's end less what mass and spring keep
+/// of it.
 fn stick_slip<T: Method<f64, 3>>(solver: &Solver<f64, T, 3>) -> (EnergyLedger<f64>, f64) {
     let contact = FrBd::new(curve(), bristle()).under_load(1.0).unwrap();
     let rig = MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap();
@@ -238,7 +239,8 @@ fn the_gain_is_what_has_been_given_since_the_peak() {
 #[test]
 fn what_is_small_is_not_lost_beside_what_is_large() {
     let mut ledger = EnergyLedger::new();
-    // Spacing of doubles at 1e16: two. The sum of the first three alone would be 1e16 and that of all 0.
+    // Spacing of doubles at 1e16: two. The sum of the first three alone would be 1e16 and that of
+    // all 0.
     for joule in [1.0, 1e16, 1.0, -1e16] {
         ledger.enter(EnergyBalance { supplied: joule, stored: 2.0 * joule, dissipated: -joule });
     }

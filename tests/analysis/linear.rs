@@ -1,5 +1,5 @@
-//! Linearised contacts and mechanisms against printed values, closed forms, dual numbers, the runs of
-//! the nonlinear models themselves, and what they refuse.
+//! Linearised contacts and mechanisms against printed values, closed forms, dual numbers, the runs
+//! of the nonlinear models themselves, and what they refuse.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::f64::consts::TAU;
@@ -90,8 +90,8 @@ fn all_varying() -> impl Bristle<f64, Deflection = f64> {
 #[test]
 fn the_velocity_derivatives_of_an_frbd_model_with_everything_varying_are_those_of_computer_algebra()
 {
-    // H1 and H2 by a computer algebra system and by finite differences in high precision, here to all
-    // digits they were printed with.
+    // H1 and H2 by a computer algebra system and by finite differences in high precision, here to
+    // all digits they were printed with.
     let (v, z) = (0.37, 0.0063);
     let contact = all_varying().under_load(2.0).unwrap();
     let small = contact.state_space(v, z).unwrap();
@@ -121,7 +121,8 @@ fn assert_transfer<C: FrictionCurve<f64>, E: Regularisation<f64>>(
     let shape = (s * damping + stiffness) / (s + relaxation);
     let want = shape * (load * speed / g * slope);
     let got = small.transfer(s);
-    // H1 is the sum of r, r'v and −λ'z, each as large as one and the slopes' terms; about ten roundings.
+    // H1 is the sum of r, r'v and −λ'z, each as large as one and the slopes' terms; about ten
+    // roundings.
     let terms = 2.0 + v.abs() / g * (mu_slope.abs() + damping) + speed / g * slope.abs();
     let scale = load * terms * modulus(shape);
     let off = modulus(got - want);
@@ -250,8 +251,8 @@ fn a_bristle_of_two_springs_has_the_matrices_of_dual_numbers() {
 // A small-signal run of the nonlinear model
 // ---------------------------------------------------------------------------------------------
 
-/// The first Fourier coefficient over one period, from samples of equal distance: c in Re(c e^(iωt)) for
-/// a real signal, exact but for harmonics of the order of the number of samples.
+/// The first Fourier coefficient over one period, from samples of equal distance: c in Re(c
+/// e^(iωt)) for a real signal, exact but for harmonics of the order of the number of samples.
 fn fourier(samples: &[f64]) -> Complex<f64> {
     let n = samples.len() as f64;
     let terms = samples.iter().enumerate().map(|(j, &y)| {
@@ -312,8 +313,8 @@ fn a_small_oscillation_of_the_velocity_gives_the_force_of_the_frequency_response
             // v = mean + amplitude sin ωt: Re(−i amplitude e^(iωt)).
             let got = fourier(&force) / Complex::new(0.0, -amplitude);
             let want = small.frequency_response(TAU * frequency).unwrap();
-            // The cubic terms of the model make a relative (amplitude/v_S)² ≈ 3e-7; the tolerance of
-            // the run another 1e-12 · 2 N/amplitude.
+            // The cubic terms of the model make a relative (amplitude/v_S)² ≈ 3e-7; the tolerance
+            // of the run another 1e-12 · 2 N/amplitude.
             let off = modulus(got - want);
             assert!(off <= 2e-6 * modulus(want), "{frequency} Hz: {got} is not {want}");
         }
@@ -433,7 +434,8 @@ fn the_eigenvalues_of_a_sliding_mass_are_those_of_a_dual_jacobian() {
         let state = Vector3::new(-steady.stretch, drive, steady.deflection);
         // The scene stands still but for its position, which runs with the drive.
         let rate = rig.rate(0.0, &state, [Branch::Free]);
-        // A few roundings of the terms c₀ z and c₂ v, which cancel in LuGre's force, and of the damping.
+        // A few roundings of the terms c₀ z and c₂ v, which cancel in LuGre's force, and of the
+        // damping.
         let affine = model.affine(drive.into(), steady.deflection);
         let terms = (affine.stiffness * steady.deflection).abs() + (affine.damping * drive).abs();
         let (force, drift) = (1.3 * terms + (0.4 * drive).abs(), 1e-14 * drive.abs());
@@ -490,8 +492,8 @@ fn the_valve_at_a_state_is_a_state_space_too() {
     let (input, output) = (Vector4::new(0.0, 1.0, 0.0, 0.0), RowVector4::new(0.0, 1.0, 0.0, 0.0));
     let derivatives = valve.linearised(0.0, &state, [Branch::Forward]).unwrap();
     let small = StateSpace { dynamics: derivatives.by_state, input, output, feedthrough: 0.0 };
-    // The states differ by eleven orders of magnitude; nalgebra does not scale, so that units in which
-    // the matrix is even are given to it.
+    // The states differ by eleven orders of magnitude; nalgebra does not scale, so that units in
+    // which the matrix is even are given to it.
     let units = SMatrix::from_diagonal(&Vector4::new(1e-4, 1.0, 1e-4, 1e3));
     let even = units.try_inverse().unwrap() * small.dynamics * units;
     let want = even.complex_eigenvalues();
@@ -644,13 +646,14 @@ fn the_critical_stiffness_parts_stable_from_unstable_for_every_model() {
 
 #[test]
 fn the_critical_speed_is_where_the_curve_turns_up() {
-    // 100 u e^(−u²)/… = 0.04 by multiprecision arithmetic: 29.86 mm/s for Table 2, and 4.000 µm/s below
-    // which the viscous part outweighs the falling one again.
+    // 100 u e^(−u²)/… = 0.04 by multiprecision arithmetic: 29.86 mm/s for Table 2, and 4.000 µm/s
+    // below which the viscous part outweighs the falling one again.
     let rig = on_spring(table_2(), 1.0, 2.0, 0.0);
     let Threshold::StableAbove(speed) = rig.critical_speed(1e-6..10.0).unwrap() else {
         panic!("the rig stick-slips below some speed");
     };
-    // H1 = v μ'/(σ1 v + μ) is a difference of ones that crosses zero at 0.23 per m/s: its rounding is 1e-15 m/s.
+    // H1 = v μ'/(σ1 v + μ) is a difference of ones that crosses zero at 0.23 per m/s: its rounding
+    // is 1e-15 m/s.
     assert_within(1e-14, 1.0, speed, 0.029_863_165_817_389_6, || "upper".to_owned());
     let Threshold::StableBelow(speed) = rig.critical_speed(1e-6..0.02).unwrap() else {
         panic!("the viscous part wins at last");
@@ -667,7 +670,8 @@ fn the_critical_speed_is_where_the_curve_turns_up() {
 
 #[test]
 fn steady_sliding_under_a_force_is_found_on_the_rising_branch() {
-    // μ p + d v = f with Table 2 at 1 N: 1.1 N at v = (1.1 − 1)/(0.04 + 0.5) beyond the Stribeck range.
+    // μ p + d v = f with Table 2 at 1 N: 1.1 N at v = (1.1 − 1)/(0.04 + 0.5) beyond the Stribeck
+    // range.
     let velocity = table_2().steady_velocity(1.1, 0.5, 10.0).unwrap();
     assert_within(1e-14, 1.0, velocity, 0.1 / 0.54, || "velocity".to_owned());
     let backward = table_2().steady_velocity(-1.1, 0.5, 10.0).unwrap();
@@ -1082,7 +1086,8 @@ fn a_spring_can_be_too_stiff_for_a_bristle_of_much_damping() {
 #[test]
 fn a_direct_part_that_is_infinite_and_a_pivot_of_rounding_are_refused() {
     use nalgebra::{Matrix2, RowVector2};
-    /// Coulomb friction beside a viscous one whose force is beyond the range of numbers at a load of 10 N.
+    /// Coulomb friction beside a viscous one whose force is beyond the range of numbers at a load
+    /// of 10 N.
     #[derive(Debug, Clone)]
     struct Viscous(f64);
     impl FrictionCurve<f64> for Viscous {
@@ -1110,8 +1115,8 @@ fn a_direct_part_that_is_infinite_and_a_pivot_of_rounding_are_refused() {
         feedthrough: 0.0,
     };
     assert_eq!(singular.static_gain().unwrap_err(), LinearisationError::Singular);
-    // The third row is three times the first one less the second, 3 · 0.1 − 0.3 = 6e-17 as numbers, and the entry
-    // that this is subtracted from is zero.
+    // The third row is three times the first one less the second, 3 · 0.1 − 0.3 = 6e-17 as numbers,
+    // and the entry that this is subtracted from is zero.
     let difference = StateSpace {
         dynamics: -Matrix3::new(1.0, 0.0, 0.1, 0.0, 1.0, 0.3, 3.0, -1.0, 0.0),
         input: Vector3::new(1.0, 0.0, 0.0),

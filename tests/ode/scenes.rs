@@ -126,8 +126,11 @@ macro_rules! every_scene {
             $body
         }
         {
-            let ($name, $scene, $dual) =
-                (concat!("forced mass, ", $model), forced($friction::<f64>()), forced($friction::<Dual64>()));
+            let ($name, $scene, $dual) = (
+                concat!("forced mass, ", $model),
+                forced($friction::<f64>()),
+                forced($friction::<Dual64>()),
+            );
             $body
         }
         {
@@ -139,13 +142,19 @@ macro_rules! every_scene {
             $body
         }
         {
-            let ($name, $scene, $dual) =
-                (concat!("all forces, ", $model), shaken($friction::<f64>()), shaken($friction::<Dual64>()));
+            let ($name, $scene, $dual) = (
+                concat!("all forces, ", $model),
+                shaken($friction::<f64>()),
+                shaken($friction::<Dual64>()),
+            );
             $body
         }
         {
-            let ($name, $scene, $dual) =
-                (concat!("valve, ", $model), valve($friction::<f64>()), valve($friction::<Dual64>()));
+            let ($name, $scene, $dual) = (
+                concat!("valve, ", $model),
+                valve($friction::<f64>()),
+                valve($friction::<Dual64>()),
+            );
             $body
         }
     };
@@ -223,8 +232,8 @@ fn every_tangent_is_the_derivative_of_the_rate() {
 
 #[test]
 fn a_locked_branch_has_derivatives_beyond_the_reversal() {
-    // The law above meets slow slips rarely; here every state is one. A third of the way to the pole
-    // at −μ_d/(σ1 + σ2) = −0.0155 m/s the model ends.
+    // The law above meets slow slips rarely; here every state is one. A third of the way to the
+    // pole at −μ_d/(σ1 + σ2) = −0.0155 m/s the model ends.
     let numbers = prop::array::uniform4(-1.0..1.0_f64);
     check(100, numbers, |numbers| {
         let (scene, dual) = (driven(table_2_frbd::<f64>()), driven(table_2_frbd::<Dual64>()));

@@ -105,8 +105,9 @@ fn an_undamped_swing_is_held_by_its_frequency() {
             assert!((got.unwrap() - want).abs() <= 1e-12 * want, "{scheme}: {got:?}, not {want}");
         }
     }
-    // |R(iy)|² of DP5 is 1 − y⁶/1800 + y⁸/1600 − y¹⁰/14400 + y¹²/360000: its terms of order 6 to 12,
-    // from R = Σ zᵏ/k! + z⁶/600. With w = y², −1/1800 + w/1600 − w²/14400 + w³/360000 vanishes at w:
+    // DP5 has |R(iy)|² = 1 − y⁶/1800 + y⁸/1600 − y¹⁰/14400 + y¹²/360000: its terms of order 6 to
+    // 12, from R = Σ zᵏ/k! + z⁶/600. With w = y², −1/1800 + w/1600 − w²/14400 + w³/360000 vanishes
+    // at w:
     let excess = |w: f64| -1.0 / 1800.0 + w / 1600.0 - w * w / 14400.0 + w * w * w / 360_000.0;
     let limits = largest_step(&contact, Some(mechanism), 1.0, Scheme::DormandPrince).unwrap();
     let w = (limits.stuck_from_rest.unwrap() * omega).powi(2);
@@ -432,8 +433,8 @@ impl<M: Bristle<f64, Deflection = f64>> System<f64, 1> for Held<M> {
     }
 }
 
-/// Steps of a run. Near its critical step a disturbance changes by the part of the step that is too much
-/// or too little, or more: 2 % off by e⁴ from the first half of a run to the second.
+/// Steps of a run. Near its critical step a disturbance changes by the part of the step that is too
+/// much or too little, or more: 2 % off by e⁴ from the first half of a run to the second.
 const STEPS: u32 = 400;
 
 /// The plain method with fixed steps, as the library runs it; each state is shown.
@@ -623,7 +624,8 @@ fn an_exactly_held_undamped_bristle_never_calms_a_mass() {
     let limits = largest_step(&contact, Some(FREE), 1.0, Scheme::ExactHold).unwrap();
     assert_eq!(limits.overall(), Some(0.0));
     assert!(limits.check(1e-9).is_err());
-    // A hundredth of the 2/ω at which the semi-implicit method gives up: |eigenvalue|² = 1 + (ωh)²/2.
+    // A hundredth of the 2/ω at which the semi-implicit method gives up: |eigenvalue|² = 1 +
+    // (ωh)²/2.
     let h = 2e-4;
     let stuck = Stuck { contact, mechanism: FREE, deflection: 0.0, lock: None };
     let mut state = Vector3::new(0.0, 1e-9, 0.0);
