@@ -1,8 +1,8 @@
 //! A batch of 4096 bristles beside `exp` over as many numbers and beside the scalar steps in a
 //! loop, all within one run: nanoseconds per bristle, and ratios.
 //!
-//! Every line is the best of many rounds, and the lines take turns, so that what else the machine
-//! does touches them alike.
+//! Every line is the best of many rounds, and the lines take turns, so that other load of the
+//! machine affects them alike.
 //!
 //! ```sh
 //! cargo bench --bench batch                       # the target's own vectors, SSE2 on x86-64
@@ -160,7 +160,8 @@ fn threads() -> Result<(), BatchError> {
     let [one, all] = best.map(|best| best.0);
     let count = std::thread::available_parallelism().map_or(1, usize::from);
     println!(
-        "f64  a million exact steps: {one:.2} ns each, on {count} threads {all:.2}, {:.2} times as fast",
+        "f64  a million exact steps: {one:.2} ns each, on {count} threads {all:.2}, \
+         {:.2} times as fast",
         one / all
     );
     Ok(())

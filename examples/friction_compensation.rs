@@ -1,14 +1,16 @@
 //! A linear axis follows a slow sine and then stands still, under a PID controller, with and
 //! without friction compensation from its encoder.
 //!
-//! The axis is a carriage of 12 kg on a ball screw, as a datasheet might have it: 30 N to break
-//! away, 20 N when it runs, 100 N s/m, elastic over 60 µm, an encoder of 0.5 µm and a motor of 250
-//! N. Its friction is FrBD, and for comparison the implicit bristle, in passive steps of 50 µs,
-//! each solved twice; the controller is held between its samples. The compensators do not know its
-//! parameters: theirs are as if identified, 7 to 20 % off, with another Stribeck exponent.
+//! The axis is a carriage of 12 kg on a ball screw with figures from a typical datasheet: 30 N to
+//! break away, 20 N running, 100 N s/m, elastic over 60 µm, an encoder of 0.5 µm and a motor of 250
+//! N.
 //!
-//! Coulomb compensation is given the best of a list of dead bands and smooth signs, the same
-//! controller, and the same filtered velocity.
+//! Its friction is FrBD, and for comparison the implicit bristle, in passive steps of 50 µs, each
+//! solved twice. The controller is held between its samples. The compensators do not know the true
+//! parameters: theirs are 7 to 20 % off, with another Stribeck exponent.
+//!
+//! Coulomb compensation has the same controller and the same filtered velocity, and is the best of
+//! a list of dead bands and smooth signs.
 //!
 //! Leaves `friction_compensation.csv` (the tables) and `friction_compensation.svg`.
 
@@ -31,12 +33,12 @@ use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd, ImplicitBristle, ImplicitBristleParameters, LuGre, ParameterError};
 use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Stroke};
 
-/// What the axis is: mass [kg], encoder count [m], limit of the motor [N].
+/// The axis: mass [kg], encoder count [m], limit of the motor [N].
 const MASS: f64 = 12.0;
 const COUNT: f64 = 0.5e-6;
 const MOTOR: f64 = 250.0;
 
-/// Its friction. Per newton of normal force, of which there is one: coefficients in newtons.
+/// Its friction. The normal force is 1, so that coefficients are forces in newtons.
 const TRUE_CURVE: StribeckParameters<f64> = StribeckParameters {
     static_coefficient: 30.0,
     dynamic_coefficient: 20.0,
@@ -47,7 +49,7 @@ const TRUE_CURVE: StribeckParameters<f64> = StribeckParameters {
 const TRUE_BRISTLE: KelvinVoigtParameters<f64, f64> =
     KelvinVoigtParameters { micro_stiffness: 5e5, micro_damping: 2000.0 };
 
-/// What was identified.
+/// The friction that the compensators assume.
 const CURVE: StribeckParameters<f64> = StribeckParameters {
     static_coefficient: 28.0,
     dynamic_coefficient: 21.5,
@@ -58,19 +60,18 @@ const CURVE: StribeckParameters<f64> = StribeckParameters {
 const BRISTLE: KelvinVoigtParameters<f64, f64> =
     KelvinVoigtParameters { micro_stiffness: 4.2e5, micro_damping: 1600.0 };
 
-/// The reference: a sine [m, Hz] for so many periods and a quarter, then rest at its top until the
-/// end [s].
+/// The reference: a sine [m, Hz] for a number of periods, then rest at its top until the end [s].
 const AMPLITUDE: f64 = 1e-3;
 const FREQUENCY: f64 = 0.5;
 const PERIODS: f64 = 1.25;
 pub(crate) const END: f64 = 6.0;
 
-/// What is left out of the measure of tracking: the first half period; and of rest: its first
-/// second [s].
+/// Statistics of tracking begin after the first half period, those of rest after its first second
+/// [s].
 const SETTLED: f64 = 0.5 / FREQUENCY;
 const AT_REST: f64 = PERIODS / FREQUENCY + 1.0;
 
-/// No faster than this [m/s].
+/// Largest speed of the axis [m/s].
 const FASTEST: f64 = 0.1;
 
 /// Length of the plant's steps [s].
@@ -109,7 +110,7 @@ impl Gains {
     }
 }
 
-/// What compensates.
+/// The kind of compensation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Way {
     None,
@@ -149,7 +150,7 @@ impl Setting {
     }
 }
 
-/// What came of it.
+/// The result of a run.
 #[derive(Debug, Clone)]
 pub(crate) struct Outcome {
     /// Tracking error, root of the mean square and greatest [m].
@@ -245,7 +246,7 @@ fn compensator(setting: &Setting) -> Result<Ask, ParameterError> {
     })
 }
 
-/// What the axis' friction is.
+/// The friction of the axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Plant {
     Implicit,
@@ -268,7 +269,7 @@ pub(crate) fn run(setting: Setting) -> Result<Outcome, Box<dyn Error>> {
     }
 }
 
-/// The same with the axis' own friction.
+/// A run with the friction of the axis.
 fn simulate<M: Bristle<f64, Deflection = f64>>(
     setting: Setting,
     plant: Companion<f64, M>,
@@ -288,7 +289,7 @@ fn simulate<M: Bristle<f64, Deflection = f64>>(
     let step = h / fine as f64;
     let inertia = 2.0 * MASS / step;
 
-    // The axis starts off its bristle's rest by what it happens to be: a third of a count.
+    // The axis starts a third of a count off the bristle's rest position.
     let (mut x, mut v, mut z, mut sum) = (COUNT / 3.0, 0.0, 0.0, 0.0);
     let mut history = VelocityHistory::new(v);
     let count = (END / h).round() as usize;
@@ -299,7 +300,7 @@ fn simulate<M: Bristle<f64, Deflection = f64>>(
         let (target, _, _) = reference(time);
         let (next, _, _) = reference(time + h);
         let (_, _, acceleration) = reference(time + 0.5 * h);
-        // Both filtered alike, so that the filter's lag is no error.
+        // Both are filtered alike, so that the filter's lag is not an error.
         let (_, _) = (encoder.step(position), desired.step(target));
         let error = position - target;
         let friction = compensate(&Sample {
@@ -313,7 +314,7 @@ fn simulate<M: Bristle<f64, Deflection = f64>>(
             - gains.derivative * (encoder.velocity() - desired.velocity())
             - gains.integral * sum;
         let force = wanted.clamp(-MOTOR, MOTOR);
-        // No winding up beyond the motor's limit.
+        // The integral stops at the motor's limit.
         if force == wanted {
             sum += error * h;
         }
@@ -365,16 +366,15 @@ impl Outcome {
     }
 }
 
-/// The signs among which Coulomb compensation takes the best: half widths of a dead band, from none
-/// to beyond the fastest that the axis gets, and of a smooth sign [m/s].
+/// The signs of Coulomb compensation: half widths of a dead band, from zero to beyond the largest
+/// speed of the axis, and of a smooth sign [m/s].
 fn signs() -> impl Iterator<Item = DirectionLaw<f64>> {
     let widths = [5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3, 3.2e-3, 6.4e-3, 1.28e-2];
     let bands = [0.0].into_iter().chain(widths).map(DirectionLaw::DeadBand);
     bands.chain(widths.into_iter().map(DirectionLaw::Smooth))
 }
 
-/// The Coulomb compensation that tracks best at a setting, and the best of those that do not hunt
-/// at rest.
+/// The Coulomb compensation that tracks best at a setting, and the best without hunting at rest.
 pub(crate) fn best_coulomb(setting: Setting) -> Result<[(Way, Outcome); 2], Box<dyn Error>> {
     let mut best: Option<(Way, Outcome)> = None;
     let mut calm: Option<(Way, Outcome)> = None;
@@ -468,7 +468,8 @@ fn main() -> ExitCode {
             AMPLITUDE * 1e3
         );
         println!(
-            "force moved: by the actuator, per second; changes: of the error's sign at rest, in {} s",
+            "force moved: by the actuator, per second; \
+             changes: of the error's sign at rest, in {} s",
             END - AT_REST
         );
         for study in &studies {

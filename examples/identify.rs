@@ -1,9 +1,9 @@
 //! Parameters of a friction model from measured motion and friction.
 //!
-//! Without a file it makes noisy data of a known model and finds it again. With one, `identify FILE
-//! --columns t=1,x=3*1e-3,f=4*-1e-6,n=2*1e-6 --from 12 --to 108 --predict 204` fits the rows from
-//! 12 to 108 s and predicts those up to 204 s: columns t \[s\], x \[m\] or v [m/s], f \[N\]
-//! (positive against v > 0), and n \[N\] if it was measured.
+//! Without a file it makes noisy data of a known model and finds its parameters. With one,
+//! `identify FILE --columns t=1,x=3*1e-3,f=4*-1e-6,n=2*1e-6 --from 12 --to 108 --predict 204` fits
+//! the rows from 12 to 108 s and predicts those up to 204 s: columns t \[s\], x \[m\] or v [m/s], f
+//! \[N\] (positive against v > 0), and n \[N\] if it was measured.
 //!
 //! Leaves `identify.csv` and `identify.svg`: the friction coefficient over time and over position,
 //! data and model.
@@ -25,7 +25,7 @@ use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Values};
 
-/// Bars in the sum that stands for a Gaussian number.
+/// Uniform numbers in a sum that approximates a Gaussian number.
 const UNIFORMS: usize = 12;
 
 fn main() -> ExitCode {
@@ -94,7 +94,7 @@ fn read(path: &Path, choice: &str, from: f64, to: f64) -> Result<Log, Box<dyn Er
     })?)
 }
 
-/// What the synthetic data are made of.
+/// The model of the synthetic data.
 const CURVE: StribeckParameters<f64> = StribeckParameters {
     static_coefficient: 0.30,
     dynamic_coefficient: 0.20,
@@ -131,7 +131,8 @@ fn synthetic() -> Result<Log, Box<dyn Error>> {
         force.push(50.0 * (friction.coefficient(v, deflection) + 0.02 * 0.25 * noise()));
     }
     println!(
-        "synthetic data: μ_d 0.2, μ_s − μ_d 0.1, v_S 0.01 m/s, σ2 0.8 s/m, σ0 6000 1/m, σ1 8 s/m; noise of 2 %"
+        "synthetic data: μ_d 0.2, μ_s − μ_d 0.1, v_S 0.01 m/s, σ2 0.8 s/m, σ0 6000 1/m, \
+         σ1 8 s/m; noise of 2 %"
     );
     let normal = vec![50.0; time.len()];
     Ok(Log::new(LogParameters {
@@ -191,7 +192,7 @@ fn report<C: Candidate<N>, const N: usize>(
         for row in 0..log.len() {
             table.row(&[name], &[t[row], x[row], v[row], data[row], model.coefficients[row]])?;
         }
-        // A few loops are enough to see; all of them hide one another.
+        // A few loops; all of them would hide one another.
         let rows = log.len().min(1600);
         let millimetres: Vec<f64> = x.iter().map(|x| 1e3 * x).collect();
         let pairs = |x: &[f64], y: &[f64]| -> Vec<(f64, f64)> {

@@ -3,14 +3,15 @@
 //!
 //! m v̇ = F − p μ,  Ḟ = k (V − v),  p = m g
 //!
-//! Events of a real contact are irregular. So the runs are compared by three numbers each, worked
-//! out by the same code for data and simulation: the mean fall of F/p at a slip (between turning
-//! points more than a threshold apart), the period (the first maximum of the autocorrelation after
-//! its first minimum), the mean of F/p. `identify::least_squares` finds one set of parameters for
-//! all speeds. Sensitivities are exact, by dual numbers through mechanism and statistics.
+//! Events of a real contact are irregular, so the runs are compared by three statistics, computed
+//! by the same code for data and simulation: the mean fall of F/p at a slip (between turning points
+//! more than a threshold apart), the period (the first maximum of the autocorrelation after its
+//! first minimum), and the mean of F/p.
 //!
-//! A simulation repeats one cycle, a real contact does not: the threshold is where the mean time
-//! between falls and the period agree in the data.
+//! `identify::least_squares` finds one set of parameters for all speeds. Sensitivities are exact,
+//! by dual numbers through mechanism and statistics.
+//!
+//! The threshold is chosen so that the mean time between falls and the period agree in the data.
 //!
 //! Without files it takes the statistics of a known model at four speeds and finds it again. With
 //! `--runs FILE:V,FILE:V` each file has one column, F/p, at even times (`--rate`), and V is in m/s.
@@ -48,7 +49,7 @@ const THINNING: usize = 4;
 /// μ_d, μ_s − μ_d, v_S, σ2, σ0, σ1, and the moving mass over that of the load.
 const COUNT: usize = 7;
 
-/// What the synthetic runs are made of.
+/// Parameters of the synthetic runs.
 const TRUTH: [f64; COUNT] = [0.30, 0.04, 5e-4, 0.5, 1e5, 60.0, 1.0];
 const TRUE_SPEEDS: [f64; 4] = [0.5e-3, 1e-3, 1.5e-3, 2e-3];
 
@@ -60,7 +61,7 @@ enum Model {
     Implicit,
 }
 
-/// What a record of F/p tells, whatever its phase. Zero where there is no stick-slip.
+/// Statistics of a record of F/p. Zero where there is no stick-slip.
 #[derive(Debug, Clone, Copy)]
 struct Statistics<T> {
     /// Mean fall at a slip \[–\].
@@ -282,9 +283,10 @@ impl Rig {
         Ok(force)
     }
 
-    /// Period \[s\] of stick-slip with an amplitude A = 2a, if the friction is constant while the
-    /// slider slides and it sticks at v = 0: (π + 2 atan(w/Δ))/ω + 2Δ p/(k V) with ω = √(k/m), w =
-    /// V √(k m)/p, Δ² = a² − w². The level and the drop of the friction are not in it.
+    /// Period \[s\] of stick-slip with an amplitude A = 2a, for constant friction in sliding and
+    /// sticking at v = 0, whatever the level and drop of the friction:
+    ///
+    /// (π + 2 atan(w/Δ))/ω + 2Δ p/(k V),  ω = √(k/m),  w = V √(k m)/p,  Δ² = a² − w²
     fn ideal_period(&self, speed: f64, amplitude: f64) -> f64 {
         let load = self.mass * GRAVITY;
         let (half, steady) = (0.5 * amplitude, speed * (self.stiffness * self.mass).sqrt() / load);
@@ -321,8 +323,8 @@ impl Rig {
         Ok(Run { name, speed, force, measured })
     }
 
-    /// Runs of the known model, by the search's own step: what is left is what the statistics do
-    /// not tell.
+    /// Runs of the known model with the step of the search, so that only what the statistics do not
+    /// determine remains.
     fn synthetic(&self) -> Result<Vec<Run>, Box<dyn Error>> {
         let run = |&speed: &f64| self.run(speed, self.simulate(&TRUTH, speed, TRUTH[0], 4.0)?);
         TRUE_SPEEDS.iter().map(run).collect()
@@ -374,14 +376,16 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         PI * (mass / stiffness).sqrt()
     );
     println!(
-        "measured     threshold  amplitude    period  by counting    a fall   mean  constant friction"
+        "measured     threshold  amplitude    period  by counting    a fall   mean  \
+         constant friction"
     );
     for run in &rig.runs {
         for threshold in [0.5, 1.0, 1.5, 2.0].map(|factor| factor * rig.threshold) {
             let Statistics { amplitude, period, mean, fall, interval } =
                 statistics(&run.force, threshold, row);
             println!(
-                "{:12} {threshold:9.3} {amplitude:10.4} {period:7.4} s {interval:10.4} s {fall:7.4} s  {mean:.3} {:16.4} s",
+                "{:12} {threshold:9.3} {amplitude:10.4} {period:7.4} s {interval:10.4} s \
+                 {fall:7.4} s  {mean:.3} {:16.4} s",
                 run.name,
                 rig.ideal_period(run.speed, amplitude)
             );
@@ -425,7 +429,7 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         );
     }
 
-    // Longer, and with a quarter of the step, so that the answer is not that of the search's own
+    // Longer, and with a quarter of the step, so that the result does not depend on the search's
     // step.
     let fine = Rig { substeps: 4 * rig.substeps, runs: vec![], ..rig };
     let mut table = Csv::create(

@@ -468,7 +468,7 @@ fn spoilt(spoil: impl Fn(&mut Run<f64>)) -> ([Outcome; 3], Run<f64>) {
 }
 
 #[test]
-fn numbers_that_are_none_stay_alone_and_are_counted() {
+fn non_finite_values_affect_no_neighbour_and_are_counted() {
     let reported = Outcome { not_finite: 1, first: Some(11) };
     let fine = Outcome { not_finite: 0, first: None };
     for nothing in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -539,7 +539,7 @@ fn slices_of_other_lengths_are_refused_by_name_and_nothing_is_written() {
 }
 
 #[test]
-fn a_duration_that_is_none_is_refused() {
+fn a_bad_duration_is_refused() {
     let batch = Batch::of(&friction::<f64>()).unwrap();
     for duration in [-1e-3, f64::NAN, f64::INFINITY] {
         let refused =

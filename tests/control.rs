@@ -1,5 +1,5 @@
-//! Friction compensation: the theorems of the observer, what an encoder does to a compensator, bad
-//! samples, and the numbers of the example `friction_compensation`, asserted by counting.
+//! Friction compensation: the theorems of the observer, effects of the encoder, bad samples, and
+//! the figures of the example `friction_compensation`.
 #![allow(clippy::unwrap_used, reason = "a test panics to fail")]
 
 use bristle::control::{
@@ -44,7 +44,8 @@ fn friction_of(micro_damping: f64) -> Friction {
         .unwrap()
 }
 
-/// Micro-damping [s/m]: much, and so little that it cannot hide an error of the deflection's.
+/// Micro-damping [s/m]: a large one, and one so small that it cannot hide an error of the
+/// deflection.
 fn dampings() -> impl Strategy<Value = f64> {
     prop::sample::select(vec![60.0, 0.5])
 }
@@ -189,7 +190,7 @@ fn an_observer_of_lugre_is_refused_beyond_the_speed_at_which_its_error_gives_ene
 }
 
 #[test]
-fn compensators_refuse_what_is_no_parameter() {
+fn compensators_refuse_bad_parameters() {
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
         let feed = FeedForwardParameters {
             contact: friction(),
@@ -217,9 +218,9 @@ fn compensators_refuse_what_is_no_parameter() {
 
 // ---- the theorems -------------------------------------------------------------------------------
 
-/// The true bristle and its estimate over one sample of a held velocity, injection y held: energy h
-/// k y F̃̄ that the error takes up, and the change of its stored energy. F̃̄ from the two exact
-/// means.
+/// The true bristle and its estimate over one sample, with velocity and injection y held: the
+/// energy h k y F̃̄ that the error takes up, and the change of its stored energy. F̃̄ comes from
+/// the two exact means.
 fn error_energy<M: Bristle<f64, Deflection = f64>>(
     contact: &Contact<f64, M>,
     (v, z, estimate): (f64, f64, f64),
@@ -239,8 +240,8 @@ fn error_energy<M: Bristle<f64, Deflection = f64>>(
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
-    /// h k y F̃̄ ≥ ΔW̃ for every state, velocity, injection and sample time, and of the code's own
-    /// estimate.
+    /// h k y F̃̄ ≥ ΔW̃ for every state, velocity, injection and sample time, with the estimate that
+    /// the observer computes.
     #[test]
     fn the_error_of_an_frbd_observer_never_gives_energy(
         v in -1.0..1.0f64, z in -1.5e-4..1.5e-4f64, error in -0.1..0.1f64,
@@ -251,7 +252,8 @@ proptest! {
         let contact = friction_of(damping);
         let corner = 20.0;
         let injection = Injection::Velocity { gain, corner };
-        let mut observer = FrictionObserver::new(observer_parameters(contact, injection, h)).unwrap();
+        let parameters = observer_parameters(contact, injection, h);
+        let mut observer = FrictionObserver::new(parameters).unwrap();
 
         // Over four decades, so that some are as small as the deflection's share of the rate.
         let (rate, error) = (rate * 10f64.powf(size), error * 10f64.powf(size));
@@ -260,7 +262,8 @@ proptest! {
         for _ in 0..steps {
             let before = observer.deflection();
             let answer = observer.step_measured(Measured { velocity: v, error, error_rate: rate });
-            let wanted = LOAD * contact.model().affine(v.into(), z).coefficient(v - injected, observer.deflection());
+            let affine = contact.model().affine(v.into(), z);
+            let wanted = LOAD * affine.coefficient(v - injected, observer.deflection());
             prop_assert!((answer.force - wanted).abs() <= 1e-12 * (1.0 + wanted.abs()));
             let (taken, stored) =
                 error_energy(&contact, (v, z, before), injected, observer.deflection(), h);
@@ -277,9 +280,9 @@ proptest! {
     // Each case is a run of thousands of samples.
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// With the tracking error solved implicitly by the midpoint rule, which is passive, W̃/k + V
-    /// never rises, and the tracking error and the force's error die out: every admissible gain,
-    /// any sample time.
+    /// The tracking error is solved by the implicit midpoint rule, which is passive. Then W̃/k + V
+    /// never rises, and the errors of tracking and force decay, for every admissible gain and
+    /// sample time.
     #[test]
     fn an_observed_loop_converges_for_every_admissible_gain_at_any_sample_time(
         gain in 0.05..1.0f64, part in 0.1..0.95f64,
@@ -316,7 +319,8 @@ proptest! {
             let affine = contact.model().affine(v.into(), z);
             let before = observer.deflection();
             // Mean error of the force is a + b y; midpoint of the tracking error for y held.
-            let of = |y: f64| truth.mean_force - LOAD * affine.hold(v - gain * y, before, h).mean_coefficient;
+            let estimated = |y: f64| affine.hold(v - gain * y, before, h).mean_coefficient;
+            let of = |y: f64| truth.mean_force - LOAD * estimated(y);
             let (a, b) = (of(0.0), of(1.0) - of(0.0));
             // Unknown: mean rate w of e. e' = e + h w/2, q' = q + h e'/2, acceleration 2(w −
             // rate)/h.
@@ -324,7 +328,8 @@ proptest! {
                 let mean = e + 0.5 * h * w;
                 let q = sum + 0.5 * h * mean;
                 let y = w + corner * mean;
-                2.0 * mass * (w - rate) / h + damping * w + stiffness * mean + integral_gain * q + a + b * y
+                let controller = damping * w + stiffness * mean + integral_gain * q;
+                2.0 * mass * (w - rate) / h + controller + a + b * y
             };
             let w = -midpoint(0.0) / (midpoint(1.0) - midpoint(0.0));
             let mean = e + 0.5 * h * w;
@@ -341,11 +346,12 @@ proptest! {
         prop_assert!(last <= 1e-6 * first, "{last} of {first} is left");
     }
 
-    /// By position: in the samples' limit G is strictly positive real; here with samples far
-    /// shorter than all time constants.
+    /// By position G is strictly positive real in continuous time: here the samples are far shorter
+    /// than all time constants.
     #[test]
     fn the_classical_injection_converges_for_frbd_as_for_lugre(
-        gain in 1.0..50.0f64, start in -1.4e-4..1.4e-4f64, speed in 0.005..0.06f64, excess in 1.1..3.0f64,
+        gain in 1.0..50.0f64, start in -1.4e-4..1.4e-4f64, speed in 0.005..0.06f64,
+        excess in 1.1..3.0f64,
     ) {
         let h = 1e-4;
         let damping = excess * 2.0 * 1e4 / 60.0;
@@ -378,7 +384,7 @@ proptest! {
 
     /// Two compensators of one model under one encoder forget what they started from.
     #[test]
-    fn estimates_along_the_same_way_never_part(
+    fn estimates_along_the_same_displacements_never_diverge(
         counts in prop::collection::vec(-40i32..40, 1..60), first in -150i32..150,
         exponent in -5.0..0.0f64, tau in 0.0..0.1f64,
     ) {
@@ -403,7 +409,7 @@ proptest! {
         }
     }
 
-    /// s p K q (1 + max μ/min μ), wherever the bristle is, however fast the samples come.
+    /// s p K q (1 + max μ/min μ), for every deflection and sample time.
     #[test]
     fn one_count_moves_the_force_by_no_more_than_the_bound(
         counts in prop::collection::vec(-30i32..30, 1..40), flicker in prop::bool::ANY,
@@ -413,7 +419,8 @@ proptest! {
         let mut compensator = feedback(10f64.powf(exponent), tau);
         let bound = compensator.step_per_count(count).unwrap();
         // p K q (1 + max μ/min μ), where the first is estimated from above.
-        prop_assert!(bound >= LOAD * 1e4 * count * 2.5 * (1.0 - 1e-12) && bound <= LOAD * 1e4 * count * 2.95);
+        let elastic = LOAD * 1e4 * count;
+        prop_assert!(bound >= elastic * 2.5 * (1.0 - 1e-12) && bound <= elastic * 2.95);
         let mut at = 0i32;
         for move_by in counts {
             at += move_by;
@@ -425,12 +432,14 @@ proptest! {
         prop_assert!((after - before).abs() <= bound * (1.0 + 1e-9));
     }
 
-    /// That nothing is left behind is tested below, against a clean twin.
+    /// The state after bad samples is tested below, against a twin that saw none.
     #[test]
-    fn whatever_comes_in_only_numbers_come_out_and_two_good_samples_end_a_bad_spell(
+    fn any_input_gives_finite_output_and_two_good_samples_end_an_outage(
         inputs in prop::collection::vec(prop_oneof![
             4 => -1.0..1.0f64,
-            1 => prop::sample::select(vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN, 1e300]),
+            1 => prop::sample::select(
+                vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN, 1e300]
+            ),
         ], 1..40),
     ) {
         for f in laws().iter_mut() {
@@ -535,9 +544,9 @@ const INJECTION: Injection<f64> = Injection::Velocity { gain: 0.1, corner: 20.0 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// At constant velocity the filter knows all that it missed, and each displacement is made up
-    /// for: not even rounding apart from a twin that saw everything. Faults in the position and in
-    /// the reference, alone and together.
+    /// At constant velocity the filter makes up for all that it missed, and so does each
+    /// displacement: the compensator agrees with a twin that saw everything. Faults are in the
+    /// position and in the reference, alone and together.
     #[test]
     fn after_any_outage_the_bristle_is_where_its_clean_twin_is(
         faults in prop::collection::vec(0u8..8, 1..40), speed in 1e-3..0.9f64, tau in 0.0..0.02f64,
@@ -607,7 +616,7 @@ fn after_an_outage_the_rate_of_the_error_is_the_mean_rate_over_it() {
 }
 
 #[test]
-fn where_the_encoder_is_set_anew_the_error_begins_anew() {
+fn after_a_reset_of_the_encoder_the_error_starts_again() {
     let mut observer = observed(INJECTION, 5e-3);
     let mut fresh = observer;
     for n in 0..50 {
@@ -646,7 +655,7 @@ fn a_reference_that_nothing_could_follow_is_refused_once() {
 
 /// The loop of `docs/control-loop.md`: 1 mm/s, counts of 0.5 µm, at most 200 a sample.
 #[test]
-fn a_glitch_of_the_counter_and_the_way_back_come_to_nothing() {
+fn a_glitch_of_the_counter_and_the_way_back_cancel() {
     let make = || {
         feedback_of(
             friction(),
@@ -709,7 +718,7 @@ fn a_glitch_of_the_counter_and_the_way_back_come_to_nothing() {
 }
 
 #[test]
-fn an_outage_counts_as_so_many_samples_of_the_filter() {
+fn after_an_outage_the_filter_takes_all_missed_samples_at_once() {
     // τ = 4 h: 0.8 is left each sample.
     let parameters = filtered(1e-3, 4e-3);
     let mut encoder = VelocityFromPosition::new(parameters).unwrap();
@@ -737,7 +746,7 @@ fn an_outage_counts_as_so_many_samples_of_the_filter() {
 }
 
 #[test]
-fn the_bound_per_count_tells_of_the_viscous_part_and_of_no_regularised_model() {
+fn the_bound_per_count_includes_the_viscous_part_and_excludes_regularised_models() {
     let of = |h, time_constant| {
         feedback_of(lugre(), filtered(h, time_constant), MicroDamping::Uncompensated, 0.5)
     };
@@ -780,7 +789,7 @@ fn the_bound_per_count_tells_of_the_viscous_part_and_of_no_regularised_model() {
 }
 
 #[test]
-fn an_encoder_tells_the_observer_what_a_known_velocity_would() {
+fn an_encoder_and_a_known_velocity_give_the_observer_the_same_estimate() {
     // Without a filter the secants are the velocities.
     let injection = Injection::Velocity { gain: 0.3, corner: 20.0 };
     let (mut encoded, mut known) = (observed(injection, 0.0), observed(injection, 0.0));
@@ -906,7 +915,7 @@ fn at_rest_the_elastic_force_stays_to_the_last_bit() {
 }
 
 #[test]
-fn missed_samples_are_made_up_for_by_the_displacement() {
+fn the_next_displacement_covers_missed_samples() {
     let (mut whole, mut gaps) = (feedback(1e-3, 0.0), feedback(1e-3, 0.0));
     for n in 0..=20 {
         let x = 1e-6 * f64::from(n);
@@ -1051,8 +1060,8 @@ mod servo {
         }
     }
 
-    /// FrBD against the implicit bristle: there the two differ most, below the Stribeck velocity,
-    /// and knowing the parameters does not help.
+    /// An FrBD compensator of an implicit bristle, below the Stribeck velocity, where the two
+    /// models differ most: knowing the true parameters does not help.
     #[test]
     fn against_the_implicit_bristle_the_model_is_what_limits_it() {
         let at = |way| Setting { plant: Plant::Implicit, ..Setting::of(way) };

@@ -5,10 +5,11 @@
 //!
 //! *Motor.* A joint that locks nothing has a motor along each of the two tangents. A motor of
 //! rapier is a damper towards a velocity, force = damping·(target − v), solved with all other
-//! constraints at the end of each of its substeps. That is a companion step with target =
-//! −bias/damping. Averaged over the substeps its force is −(bias + damping·v̄), where v̄ is the
-//! displacement over the step divided by h, exactly, for rapier moves the bodies by these
-//! velocities. Nothing must be known of masses and other forces.
+//! constraints at the end of each substep. This is a companion step with target = −bias/damping.
+//!
+//! Averaged over the substeps its force is exactly −(bias + damping·v̄), where v̄ is the
+//! displacement over the step divided by h, because rapier moves the bodies by these velocities.
+//! Masses and other forces need not be known.
 //!
 //! *Force.* The mean velocity is solved beforehand in closed form, from the mass and all other
 //! forces along the tangent, and −F̄ acts as an external force. rapier spreads an external force
@@ -31,7 +32,7 @@ pub enum Coupling {
     Motor,
     /// As an external force, solved in closed form.
     Force,
-    /// The same as an impulse before the step, to see what that does.
+    /// As an impulse before the step, for comparison.
     Impulse,
 }
 

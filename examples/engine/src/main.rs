@@ -69,12 +69,10 @@ fn main() -> ExitCode {
             CURVE.static_coefficient, CURVE.dynamic_coefficient
         );
         println!(
-            "creep: in {seconds} s at half of breakaway; drift: in each cycle of the load; breakaway: of a plane"
+            "creep: in {seconds} s at half of breakaway; drift: in each cycle of the load; \
+             breakaway: of a plane\ntilting by 0.1 °/s; swing, period: on the belt; \
+             gain: of energy, of a block launched at {LAUNCHED} m/s\n"
         );
-        println!(
-            "tilting by 0.1 °/s; swing, period: on the belt; gain: of energy, of a block launched at {LAUNCHED} m/s"
-        );
-        println!();
         println!(
             "{:36} {:>4}  {:>9}  {:>9}  {:>9}  {:>12}  {:>7}  {:>8}  {:>7}",
             "friction",
@@ -97,7 +95,8 @@ fn main() -> ExitCode {
                 let gain = energy_gain(friction, rate, LAUNCHED)?;
                 let shown = period.map_or("–".to_owned(), |period| format!("{period:.3} s"));
                 println!(
-                    "{name:36} {rate:4}  {creep:7.0e} m  {drift:7.0e} m  {breakaway:7.2} °  {:10.3} %  {:4.1} cm  {shown:>8}  {gain:5.0e} J",
+                    "{name:36} {rate:4}  {creep:7.0e} m  {drift:7.0e} m  {breakaway:7.2} °  \
+                     {:10.3} %  {:4.1} cm  {shown:>8}  {gain:5.0e} J",
                     100.0 * error,
                     100.0 * swing,
                 );
