@@ -36,15 +36,15 @@
 //!
 //! Without damping the slip stiffness C does not depend on the curve and is proportional to σ0: σ0
 //! is the measured C over [`Patch::slip_stiffness`] at σ0 = 1/m, which is 2C/(L F_z) for a
-//! symmetric pressure. Then fit the curve to the slip and the height of the [`Patch::peak`] and to
-//! the force of a locked wheel. The peak lies well below the static coefficient, for bristles near
+//! symmetric pressure. Then fit the curve to slip and height of the [`Patch::peak`] and to the
+//! force of a locked wheel. The peak lies well below the static coefficient, because bristles near
 //! the inlet are not yet deflected.
 //!
 //! # Which pressure for what
 //!
-//! Steady rolling, its linearisation and `Grid` take any [`Pressure`]; the exact reduction and
-//! with it the coupling to mechanisms takes a [`PolynomialExponential`]. A trapezium is well
-//! followed by a polynomial: coefficients 0, 8, −24, 32, −16 are 1 − (2ξ − 1)⁴.
+//! Steady rolling, its linearisation and `Grid` take any [`Pressure`]. The exact reduction, and
+//! with it the coupling to mechanisms, takes a [`PolynomialExponential`]. A polynomial follows a
+//! trapezium well: the coefficients 0, 8, −24, 32, −16 are 1 − (2ξ − 1)⁴.
 //!
 //! Source: Romano et al. (arXiv 2602.09429), section IV.
 
@@ -60,7 +60,7 @@ mod pressure;
 mod quadrature;
 mod steady;
 
-pub use exact::{ExactPatch, MotionOverTime, PatchCommitted, PatchLedger, PatchStep, Segment};
+pub use exact::{CompletedPatchStep, ExactPatch, MotionOverTime, PatchLedger, PatchStep, Segment};
 pub use frequency::{LinearisedPatch, Wave};
 #[cfg(feature = "alloc")]
 pub use grid::{Grid, MotionField};

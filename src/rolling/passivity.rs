@@ -131,6 +131,7 @@ pub fn passivity<T: Scalar, P: Pressure<T>>(
 /// How much damping a patch needs not to give away energy to small sinusoids about v = 0, see
 /// [`Patch::least_passive_damping`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct PassiveDamping<T> {
     /// The damping c₂ [s/m] at v = 0 (σ1, and for the classical LuGre model σ1 + σ2) below which
     /// the patch is active. Zero if it needs none.

@@ -10,7 +10,7 @@ use crate::scalar::{is_zero, to_f64};
 use crate::{Affine, Bristle, Dahl, FrBd, LuGre, Scalar, Sliding};
 
 /// A friction model with one deflection whose coefficients depend on the velocity alone, so that
-/// all bristles of a patch share them. Every model of this crate but the elasto-plastic one, which
+/// all bristles of a patch share them: every model of this crate but the elasto-plastic one, which
 /// switches with its deflection.
 pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
     /// The four coefficients at a velocity.
@@ -90,8 +90,8 @@ impl<T: Scalar> RateDependent<T> for Dahl<T> {
     }
 }
 
-/// The coefficients of a model at a velocity, if they are numbers and its bristles relax: what is
-/// not one would stay in a patch.
+/// The coefficients of a model at a velocity, if they are finite and λ is not negative: a bad one
+/// would stay in the patch.
 #[inline]
 pub(super) fn coefficients<T: Scalar, M: RateDependent<T>>(
     model: &M,
@@ -100,7 +100,7 @@ pub(super) fn coefficients<T: Scalar, M: RateDependent<T>>(
     checked(model.at_velocity(velocity))
 }
 
-/// The same of coefficients that are there already.
+/// Coefficients, if they are finite and λ is not negative.
 #[inline]
 pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Result<Affine<T>, ParameterError> {
     let Affine { relaxation, drive, stiffness, damping } = affine;
@@ -183,8 +183,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         Ok(Self { model, length, pressure, load: T::one(), unloaded })
     }
 
-    /// The same patch with its pressure scaled so that it carries a normal force F_z \[N\], zero or
-    /// positive.
+    /// This patch with its pressure scaled to a normal force F_z \[N\], zero or positive.
     ///
     /// # Errors
     ///
@@ -194,7 +193,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         Ok(self)
     }
 
-    /// The same in place, for a load that varies.
+    /// Scales the pressure to a normal force F_z \[N\] in place, for a load that varies.
     ///
     /// # Errors
     ///

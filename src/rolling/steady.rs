@@ -37,6 +37,7 @@ use crate::scalar::{is_zero, lit};
 
 /// A patch in steady rolling, see [`Patch::steady`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Steady<T> {
     /// The friction force F \[N\].
     pub force: T,
@@ -75,6 +76,7 @@ impl<T: Scalar> Steady<T> {
 
 /// How the steady force changes, see [`Patch::steady_slopes`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SteadySlopes<T> {
     /// ∂F/∂v [N s/m].
     pub by_slip_velocity: T,
@@ -84,6 +86,7 @@ pub struct SteadySlopes<T> {
 
 /// Where the force over slip has its maximum, see [`Patch::peak`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Peak<T> {
     /// The slip ratio v/U \[–\] of the peak.
     pub slip_ratio: T,
@@ -93,6 +96,7 @@ pub struct Peak<T> {
 
 /// Moment of the friction force about the middle of the patch, see [`Patch::aligning`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Aligning<T> {
     /// The self-aligning moment L² ∫₀¹ (ξ − ½) p μ_b dξ [N m] of a lateral force: positive where
     /// it turns the wheel into the direction it moves in.

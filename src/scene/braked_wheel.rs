@@ -11,37 +11,35 @@
 //! | T | torque of the brake, a [`Contact`] in units of torque | N m |
 //! | f, τ | other forward force (grade, wind), drive torque | N, N m |
 //!
-//! The brake is friction like any other, on bristles that stand for the elasticity of pads,
-//! caliper and suspension: a locked wheel rests on them, and no case distinction tells a locked
-//! wheel from a turning one.
+//! The brake is a friction contact like any other. Its bristles stand for the elasticity of pads,
+//! caliper and suspension: a locked wheel rests on them, and locking needs no case distinction.
 //!
 //! # A step
 //!
-//! Tyre and brake are sources and dampers over a step of length h, F̄ = a + c v̄ and T̄ = b + d ω̄
-//! with the mean velocities of the step. The two balances of momentum are then linear in the mean
-//! velocities,
+//! Over a step of length h tyre and brake are sources and dampers, F̄ = a + c v̄ and T̄ = b + d ω̄
+//! with the mean velocities of the step. The two balances of momentum are linear in these,
 //!
 //! ⎡ m + k     −k R         ⎤ ⎡ v̄_x ⎤   ⎡ m v_x + (h/2)(f − a)       ⎤
 //! ⎣ −k R   J + k R² + q    ⎦ ⎣ ω̄   ⎦ = ⎣ J ω + (h/2)(τ + R a − b)   ⎦,  k = c h/2,  q = d h/2,
 //!
-//! with the determinant m (J + k R² + q) + k (J + q): sums of positive numbers, for every h. No
-//! step is too long, and each keeps the balance
+//! with the determinant m (J + k R² + q) + k (J + q), a sum of positive numbers for every h. Steps
+//! of every length keep the balance
 //!
-//! h (f v̄_x + τ ω̄) + loading = Δ(½ m v_x² + ½ J ω²) + ΔW_tyre + D_volume + D_outlet + ΔW_brake +
-//! D_brake,
+//! h (f v̄_x + τ ω̄) + loading
+//!   = Δ(½ m v_x² + ½ J ω²) + ΔW_tyre + D_volume + D_outlet + ΔW_brake + D_brake,
 //!
-//! where W is stored, D dissipated, and the loading is the work of a change of the brake's normal
-//! force on its bristles. With FrBD, a pressure that nowhere rises and f = τ = 0 the total energy
-//! never grows.
+//! where W is stored energy, D dissipated energy, and the loading is the work that a change of the
+//! brake's normal force does on its bristles. With FrBD, a pressure that does not rise and
+//! f = τ = 0 the total energy never grows.
 //!
 //! Source: the balances are those of the single-wheel (quarter-car) model of braking, e.g. C.
 //! Canudas-de-Wit et al., "Dynamic friction models for road/tire longitudinal interaction",
-//! Vehicle System Dynamics 39 (2003); the step is of this crate.
+//! Vehicle System Dynamics 39 (2003); the step is derived here.
 
-use crate::companion::{Companion, CompanionStep, CompletedStep};
+use crate::companion::{Companion, CompletedStep};
 use crate::parameter::{self, ParameterError};
 use crate::rolling::{
-    ExactPatch, Motion, PatchCommitted, PatchLedger, PatchStep, RateDependent, Segment,
+    CompletedPatchStep, ExactPatch, Motion, PatchLedger, PatchStep, RateDependent, Segment,
 };
 use crate::scalar::{is_zero, lit};
 use crate::{Bristle, Contact, Scalar};
@@ -104,6 +102,7 @@ impl<T: Scalar> WheelLoads<T> {
 
 /// The motion of a [`BrakedWheel`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct WheelState<T> {
     /// Time \[s\] since the beginning.
     pub time: T,
@@ -124,6 +123,7 @@ pub struct WheelState<T> {
 
 /// What acted over a step of a [`BrakedWheel`], averaged over it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct WheelStep<T> {
     /// Friction force of the tyre F̄ \[N\].
     pub force: T,
@@ -140,6 +140,7 @@ pub struct WheelStep<T> {
 /// Where the energy of a step has gone: external + loading = kinetic + tyre.stored + tyre.volume +
 /// tyre.outlet + brake_stored + brake_dissipated, up to rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct WheelLedger<T> {
     /// What acted.
     pub step: WheelStep<T>,
@@ -211,21 +212,19 @@ impl<T: Scalar> WheelLedger<T> {
 ///
 /// # Accuracy
 ///
-/// Speeds and angles are of second order in h in smooth motion. Each step is solved twice: first
-/// with the coefficients at the velocities that its predecessor extrapolates to, then with those
-/// at the mean velocities found. [`BrakedWheel::solved_once`] leaves out the second: half of the
-/// cost, and some ten times the error.
+/// Speeds and angles are of second order in h in smooth motion. Each step is solved twice: with the
+/// coefficients at the extrapolated velocities, then with those at the mean velocities found.
+/// [`BrakedWheel::solved_once`] leaves out the second: half the cost and about ten times the error.
 ///
-/// A wheel that locks swings on the bristles of its brake. Steps longer than that swing replace it
-/// by one of their own length, which dies away in some ten steps.
+/// A wheel that locks oscillates on the bristles of its brake. Steps longer than that oscillation
+/// replace it by one of their own length, which dies away in about ten steps.
 ///
 /// # Rolling backwards
 ///
-/// The patch rolls forward only, V ≥ 0. A wheel that rocks back, as one does that comes to rest on
-/// its bristles, keeps the bristles in the patch where they are, and when it rolls forward again,
-/// as far as it had rocked back. What rolls back by more than a quarter of the patch is refused
-/// (`rolled_back`), the wheel as it was before that step. A vehicle that slides backwards, v_x <
-/// 0, on a locked wheel is fine.
+/// The patch rolls forward only, U ≥ 0. A wheel that rocks back, as it does when it comes to rest,
+/// keeps its tyre's bristles where they are until it has rolled forward again by as much. Rolling
+/// back by more than a quarter of the patch is refused (`rolled_back`), and the wheel stays as it
+/// was before that step. A vehicle that slides backwards, v_x < 0, on a locked wheel is fine.
 #[derive(Debug, Clone)]
 pub struct BrakedWheel<T: Scalar, M, const N: usize, B, K> {
     tyre: ExactPatch<T, M, N, B>,
@@ -304,7 +303,7 @@ where
         })
     }
 
-    /// The same wheel, its steps solved once only: half of the cost, and some ten times the error.
+    /// This wheel with steps solved once: half the cost and about ten times the error.
     pub fn solved_once(self) -> Self {
         Self { twice: false, ..self }
     }
@@ -366,13 +365,13 @@ where
         loads: WheelLoads<T>,
         duration: T,
     ) -> Result<WheelStep<T>, ParameterError> {
-        let (means, PatchCommitted { force, .. }, brake, _) =
+        let (means, CompletedPatchStep { force, .. }, brake, _) =
             self.advance(loads, duration, |tyre, v| tyre.commit(v))?;
         Ok(Self::told(means, force, &brake))
     }
 
-    /// The same with an account of where the energy has gone. It takes time in proportion to the
-    /// number of segments.
+    /// A step as [`BrakedWheel::step`], with an account of where the energy has gone. The time is
+    /// proportional to the number of segments.
     ///
     /// # Errors
     ///
@@ -442,13 +441,21 @@ where
             before.angular_velocity + half * angular_rate,
         );
         if self.twice {
-            let tyre = Element::of_tyre(&self.tyre.companion_step(motion(&means), duration)?);
-            means = body.balance(&before, &loads, tyre, Element::of_brake(&pads_at(&means)), half);
+            let tyre = self.tyre.companion_step(motion(&means), duration)?;
+            let tyre = Element { bias: tyre.bias(), damping: tyre.damping() };
+            let pads = pads_at(&means);
+            let pads = Element { bias: pads.bias(), damping: pads.damping() };
+            means = body.balance(&before, &loads, tyre, pads, half);
         }
         let pads = pads_at(&means);
         let tyre = self.tyre.companion_step(motion(&means), duration)?;
-        let elements = (Element::of_tyre(&tyre), Element::of_brake(&pads));
-        let means = body.balance(&before, &loads, elements.0, elements.1, half);
+        let means = body.balance(
+            &before,
+            &loads,
+            Element { bias: tyre.bias(), damping: tyre.damping() },
+            Element { bias: pads.bias(), damping: pads.damping() },
+            half,
+        );
 
         let two = lit::<T>(2.0);
         let speed = parameter::finite("speed", two * means.speed - before.speed)?;
@@ -479,20 +486,6 @@ where
             );
         }
         Ok((means, done, pads, loading))
-    }
-}
-
-impl<T: Scalar> Element<T> {
-    fn of_tyre<M, const N: usize, B>(step: &PatchStep<'_, T, M, N, B>) -> Self
-    where
-        M: RateDependent<T>,
-        B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
-    {
-        Self { bias: step.bias(), damping: step.damping() }
-    }
-
-    fn of_brake(step: &CompanionStep<T>) -> Self {
-        Self { bias: step.bias(), damping: step.damping() }
     }
 }
 

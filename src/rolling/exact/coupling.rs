@@ -1,8 +1,8 @@
 //! A patch inside a mechanism: over a step it is a source and a damper.
 //!
 //! With the coefficients taken at a predicted motion (v\*, V\*) the bristles obey a linear
-//! equation, whose drive is the mean slip velocity v̄ of the step, known once the mechanism is
-//! solved. The force averaged over the step is then affine in it,
+//! equation. Its drive is the mean slip velocity v̄ of the step, which the mechanism determines.
+//! The force averaged over the step is affine in it:
 //!
 //! F̄ = bias + damping·v̄,  damping ≥ 0,
 //!
@@ -22,11 +22,11 @@
 //! | W | energy stored in the bristles | J |
 //! | D | dissipated energy: within the patch, and with the bristles that leave it deflected | J |
 //!
-//! For FrBD and a pressure that nowhere rises towards the outlet all parts of D are squares,
-//! whatever the step, the prediction and the mean velocity.
+//! For FrBD and a pressure that does not rise towards the outlet all parts of D are squares, for
+//! every step, prediction and mean velocity.
 //!
 //! Source: the storage function is that of Romano et al. (arXiv 2602.09429), section IV-B; the
-//! step is of this crate.
+//! step is derived here.
 
 use super::ExactPatch;
 use super::profile::{level_moments, shifted};
@@ -41,10 +41,10 @@ use crate::{Affine, Scalar};
 
 /// Friction of a patch over one step: F̄ = bias + damping·v̄.
 ///
-/// Made by [`ExactPatch::companion_step`]. Dropped without [`PatchStep::commit`] it leaves the
-/// bristles as they were, so that a step can be solved twice, the second time with a better
-/// prediction.
+/// Made by [`ExactPatch::companion_step`]. Dropping it without [`PatchStep::commit`] leaves the
+/// bristles as they were: a step can be solved again with a better prediction.
 #[derive(Debug)]
+#[must_use = "the bristles move when it is committed"]
 pub struct PatchStep<'a, T: Scalar, M, const N: usize, B> {
     rolling: &'a mut ExactPatch<T, M, N, B>,
     affine: Affine<T>,
@@ -54,9 +54,10 @@ pub struct PatchStep<'a, T: Scalar, M, const N: usize, B> {
     damping: T,
 }
 
-/// A step of a patch that is done.
+/// A completed step of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PatchCommitted<T> {
+#[non_exhaustive]
+pub struct CompletedPatchStep<T> {
     /// Friction force averaged over the step \[N\]: its impulse on the mechanism is −F̄ h.
     pub force: T,
     /// Work of the mechanism on the patch \[J\], h F̄ v̄.
@@ -65,6 +66,7 @@ pub struct PatchCommitted<T> {
 
 /// Where the work of a step has gone: work = stored + volume + outlet.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct PatchLedger<T> {
     /// Friction force averaged over the step \[N\].
     pub force: T,
@@ -74,10 +76,11 @@ pub struct PatchLedger<T> {
     pub stored: T,
     /// Energy \[J\] that left with deflected bristles at the outlet, never negative.
     pub outlet: T,
-    /// Energy \[J\] dissipated inside the patch: what is left of the work, so that this account
-    /// always balances; check it against the kinetic energy of your mechanism. Never negative, up
-    /// to rounding, if the patch is passive; where the pressure rises, bristles are loaded as they
-    /// move on, and it can be.
+    /// Energy \[J\] dissipated inside the patch: what is left of the work, so that the account
+    /// always balances. Check it against the kinetic energy of your mechanism.
+    ///
+    /// Never negative, up to rounding, if the patch is passive. Where the pressure rises towards
+    /// the outlet, bristles gain energy as they move on, and it can be negative.
     pub volume: T,
 }
 
@@ -100,10 +103,9 @@ where
     /// The source and the damper that stand for the patch over a step of length h ≥ 0 \[s\], from
     /// a motion predicted for its middle.
     ///
-    /// Second order in h if the prediction is right up to O(h²). A step with its commit costs
-    /// three to five plain ones of [`ExactPatch::step`] at a thousand steps a transit, and nine to
-    /// fourteen at a hundred, where more nodes are needed for what leaves (`cargo bench --bench
-    /// rolling_contact -- --cost`).
+    /// Second order in h if the prediction is right up to O(h²). A step with its commit costs three
+    /// to eight plain ones of [`ExactPatch::step`] at a thousand steps a crossing, and nine to
+    /// seventeen at a hundred, where what leaves takes more quadrature nodes.
     ///
     /// A wheel of inertia J and radius R on a drum, under a drive torque τ: J (ω₁ − ω)/h = τ + R
     /// F̄ with v̄ = v_x − R ω̄ is solved for the mean ω̄.
@@ -148,14 +150,13 @@ where
     ///
     /// # Bounds
     ///
-    /// Energy is right whatever the prediction. The bounds of deflection and force hold while v̄
-    /// is what was predicted. Where it is not, as when a wheel locks within a long step or is
-    /// struck, the mean force may exceed F_z max μ, and bristles their limit until they leave, the
-    /// more the farther off the prediction was: solve again with the v̄ found, or take shorter
-    /// steps.
+    /// The energy balance holds for every prediction. The bounds of deflection and force hold
+    /// while v̄ is the slip velocity predicted. Where it is not, as when a wheel locks within a
+    /// long step, the mean force may exceed F_z max μ, and bristles their limit until they leave.
+    /// Then solve again with the v̄ found, or take shorter steps.
     ///
-    /// A step of V h > ¼ takes time in proportion to the number of segments, and may merge narrow
-    /// ones, even if it is dropped.
+    /// A step that pushes bristles which entered since the last rebuild over the outlet rebuilds
+    /// the queue, even if it is dropped: see [`ExactPatch`] on time.
     ///
     /// # Errors
     ///
@@ -243,8 +244,8 @@ where
         MeanDeflections { free, driven, kept }
     }
 
-    /// The energy stored in the bristles, W = (L/2) ∫ K p z² dξ \[J\]. It takes time in proportion
-    /// to the number of segments.
+    /// The energy stored in the bristles, W = (L/2) ∫ K p z² dξ \[J\]. The time is
+    /// proportional to the number of segments.
     pub fn stored_energy(&self) -> T {
         let factor = lit::<T>(0.5) * self.patch.model().storage_stiffness();
         factor
@@ -310,16 +311,16 @@ where
     /// # Errors
     ///
     /// Refuses a velocity that is not finite; the patch is as it was.
-    pub fn commit(self, mean_slip_velocity: T) -> Result<PatchCommitted<T>, ParameterError> {
+    pub fn commit(self, mean_slip_velocity: T) -> Result<CompletedPatchStep<T>, ParameterError> {
         let mean_slip_velocity = parameter::finite("mean_slip_velocity", mean_slip_velocity)?;
         let force = self.force(mean_slip_velocity);
         let Self { rolling, affine, transport, duration, .. } = self;
         rolling.roll(affine.relaxation, affine.drive * mean_slip_velocity, transport, duration);
-        Ok(PatchCommitted { force, work: duration * force * mean_slip_velocity })
+        Ok(CompletedPatchStep { force, work: duration * force * mean_slip_velocity })
     }
 
-    /// The same with an account of where the work has gone. It takes time in proportion to the
-    /// number of segments.
+    /// Ends the step as [`PatchStep::commit`] does, with an account of where the work has gone. The
+    /// time is proportional to the number of segments.
     ///
     /// # Errors
     ///

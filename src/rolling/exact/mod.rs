@@ -1,27 +1,27 @@
 //! The exact reduction of a patch of uniform bristles: its force without a grid.
 //!
-//! Over a step with the velocities v and V held, every bristle that is in the patch is mapped by
-//! the same z ← e^(−λh) z + z_ss (1 − e^(−λh)) and moves on by V h, and those that entered have
-//! the profile z_ss (1 − e^(−λξ/V)). A pressure e^(−aξ) Σ cₖ ξᵏ asks for the moments ∫ ξᵏ e^(−aξ)
-//! z dξ alone. Both together make the force of any history of held velocities exact, up to
-//! rounding.
+//! Over a step with v and V held, every bristle in the patch obeys the map
+//! z ← e^(−λh) z + z_ss (1 − e^(−λh)) and moves on by V h. The bristles that entered have the
+//! profile z_ss (1 − e^(−λξ/V)). Under a pressure e^(−aξ) Σ cₖ ξᵏ the force needs only the moments
+//! ∫ ξᵏ e^(−aξ) z dξ. Their update is exact, so the force is exact up to rounding for every history
+//! of held velocities.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | v, V | slip velocity, transport velocity | m/s, 1/s |
+//! | v, V | slip velocity, rolling speed over the length of the patch | m/s, 1/s |
 //! | λ, z_ss = r v/λ | relaxation rate, stationary deflection | 1/s, m |
 //! | h | length of the step | s |
 //!
-//! Source: the characteristics of Romano et al. (arXiv 2602.09429), section IV-A; the queue is
-//! that of sliding-window aggregation, cf. K. Tangwongsan, M. Hirzel, S. Schneider, "Low-latency
-//! sliding-window aggregation in worst-case constant time", DEBS 2017.
+//! Source: the characteristics of Romano et al. (arXiv 2602.09429), section IV-A. The queue is the
+//! two-stack queue of sliding-window aggregation, cf. K. Tangwongsan, M. Hirzel, S. Schneider,
+//! "Low-latency sliding-window aggregation in worst-case constant time", DEBS 2017.
 
 mod coupling;
 mod profile;
 mod queue;
 mod smooth;
 
-pub use coupling::{PatchCommitted, PatchLedger, PatchStep};
+pub use coupling::{CompletedPatchStep, PatchLedger, PatchStep};
 pub use queue::Segment;
 pub use smooth::MotionOverTime;
 
@@ -39,8 +39,8 @@ const MOST_SEGMENTS: usize = 10_000_000;
 
 /// A patch in motion, without a grid.
 ///
-/// A step costs a few evaluations of an exponential, whatever the number of segments into which the
-/// history has divided the profile:
+/// The amortised cost of a step does not grow with the number of segments into which the history
+/// has divided the profile:
 ///
 /// ```
 /// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Segment};
@@ -70,31 +70,33 @@ const MOST_SEGMENTS: usize = 10_000_000;
 ///
 /// # Memory and merging
 ///
-/// Every step adds a segment of width V h, until it has crossed the patch. Of the slots given, C,
-/// all steps with V h ≥ w = 2/(C − 6) are kept exactly. Narrower ones are merged with each other
-/// into segments of a width from w to 2 w, straight lines of the same integral and first moment
-/// under the pressure's e^(−aξ) (never beyond the deflections that they stand for). The force of
-/// those hardly changes while they are far from the outlet, under a pressure of one coefficient
-/// not at all; there the line is cut, with an error of O(w³) where the velocities are smooth,
-/// O(w²) where they jump: below 0.2 w³ and 0.2 w² of the normal force in a patch whose slip
-/// velocity swings once a transit at a few percent of slip. Segments that were merged keep the
-/// relative accuracy of a small slip. A patch that does not roll, V = 0, adds none.
+/// Every step adds a segment of width V h, which stays until it has crossed the patch. With memory
+/// for C segments all steps with V h ≥ w = 2/(C − 6) are kept exactly. A patch that stands, V = 0,
+/// adds none.
+///
+/// Narrower segments are merged in pairs into straight lines of a width from w to 2 w, with the
+/// integral and the first moment of the pair under e^(−aξ), and within its deflections. Under a
+/// pressure of one coefficient the force does not change while a merged segment is away from the
+/// outlet; under others it hardly does.
+///
+/// Where the outlet cuts a merged segment the error is O(w³) for smooth velocities and O(w²) where
+/// they jump: below 0.2 w³ and 0.2 w² of the normal force for a slip velocity that swings once a
+/// crossing at a few percent of slip.
 ///
 /// # Accuracy
 ///
-/// Nothing is ever subtracted that was added before, so that no digits are lost to what has left,
-/// and nothing drifts. Roundings add up over one transit: some 1e-16 for each of its n steps, and
-/// of the place of the outlet too, as with n = 10 000 some 1e-13. In single precision, with 6e-8
-/// for each, avoid to keep rolling in steps of V h below 1e-4; to pass through such velocities, or
-/// to stand, does no harm.
+/// The sums only ever grow by what enters, so no digits are lost to bristles that have left, and
+/// nothing drifts. Rounding adds up over one crossing of the patch: about 1e-16 for each of its n
+/// steps, and for n = 10 000 about 1e-13 for the place of the outlet.
+///
+/// In single precision the rounding is 6e-8 a step: avoid rolling for long in steps of V h < 1e-4.
+/// Passing through such speeds, and standing, does no harm.
 ///
 /// # Time
 ///
-/// A step does a fixed number of operations of its own, whatever C, and rebuilds on the side: if V
-/// h is never above 1/20 a step rebuilds at most 4 C V h + 1 segments, on average not quite one a
-/// step. Longer steps amid short ones may leave up to C to the next. A step beyond a quarter of
-/// the patch is taken in parts, up to four; those of a transit and more, V h > 1, cost the same as
-/// one, for nothing is left of what was.
+/// A step takes a fixed number of operations. About once per crossing of the patch a step also
+/// rebuilds the queue, with one visit to each segment: constant cost per step on average, but
+/// O(C) for that one. A step of V h > 1 replaces the profile.
 #[derive(Debug, Clone)]
 pub struct ExactPatch<T, M, const N: usize, B> {
     patch: Patch<T, M, PolynomialExponential<T, N>>,
@@ -102,12 +104,12 @@ pub struct ExactPatch<T, M, const N: usize, B> {
 }
 
 impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
-    /// The patch in motion, with undeflected bristles, in slots that the caller provides: an
-    /// array, a mutable slice or a vector. See [`ExactPatch`] for how many.
+    /// The patch in motion, with undeflected bristles, in memory that the caller provides: an
+    /// array, a mutable slice or a vector of segments. [`ExactPatch`] says how many.
     ///
     /// # Errors
     ///
-    /// Refuses fewer than 22 slots.
+    /// Refuses fewer than 22 segments.
     pub fn exact<B>(self, segments: B) -> Result<ExactPatch<T, M, N, B>, ParameterError>
     where
         B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
@@ -118,8 +120,8 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExpon
         Ok(ExactPatch { queue: Queue::new(segments, decay), patch: self })
     }
 
-    /// The same with memory for as many segments as given, all kept exactly if none is narrower
-    /// than its share of the patch.
+    /// The patch in motion, with undeflected bristles and memory for steps of V h ≥ 1/`segments`:
+    /// these are kept exactly.
     ///
     /// # Errors
     ///
@@ -147,7 +149,7 @@ where
         &self.patch
     }
 
-    /// The same patch under another normal force F_z \[N\], its bristles as they are.
+    /// Changes the normal force F_z \[N\]; the bristles stay as they are.
     ///
     /// # Errors
     ///

@@ -69,7 +69,7 @@ impl<T: Scalar> Profile<T> {
         if exponent < lit(STEEP) {
             return Self { width, base: zero, rise: drive * time, exponent, bulge: zero };
         }
-        // The same profile to the last digit, in numbers that do not overflow.
+        // This profile to the last digit, in numbers that do not overflow.
         let rise = drive / relaxation * lit(STEEP);
         Self { width, base: zero, rise, exponent: lit(STEEP), bulge: zero }
     }

@@ -98,7 +98,7 @@ fn negative_place<T: Scalar, const N: usize>(coefficients: &[T; N]) -> Option<f6
     negative_within(bernstein, (0.0, 1.0), -noise, 40)
 }
 
-/// The same on an interval, of which `halvings` are left before no polynomial of these
+/// Such a place on an interval, of which `halvings` are left before no polynomial of these
 /// coefficients can be further below `least` than rounding.
 fn negative_within<const N: usize>(
     bernstein: [f64; N],
