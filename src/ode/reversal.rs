@@ -161,7 +161,8 @@ where
         let least = smaller(smaller(v0, b1), smaller(b2, v3));
         let most = larger(larger(v0, b1), larger(b2, v3));
         let is_far = least > lock.noise && least > most * lit(CLOSE);
-        is_far || lock.branch == Branch::Free && last.is_finite()
+        let is_known = (early + late + last).is_finite();
+        is_known && (is_far || lock.branch == Branch::Free)
     })
 }
 

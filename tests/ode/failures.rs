@@ -5,11 +5,12 @@
 
 use std::error::Error;
 
-use crate::ode_common::{Counted, Oscillator, every_method, every_solver, tolerance};
+use crate::ode_common::{Counted, Integral, Oscillator, every_method, every_solver, tolerance};
 use bristle::ode::{
     DormandPrince, Interrupted, Output, RungeKutta4, Solver, StopReason, System, Tolerances,
     TolerancesParameters,
 };
+use bristle::signal::Function;
 use bristle::{Branch, ParameterError, Rule};
 use nalgebra::{Vector1, Vector2};
 
@@ -358,5 +359,137 @@ fn steps_that_are_not_positive_are_refused_by_name() {
         });
         assert_eq!(adaptive.with_largest_step(bad).unwrap_err().name, "largest_step");
         assert_eq!(adaptive.with_first_step(bad).unwrap_err().name, "first_step");
+    }
+}
+
+/// ẋ = f(t).
+struct Driven(fn(f64) -> f64);
+
+impl System<f64, 1, 0> for Driven {
+    fn rate(&self, time: f64, _: &Vector1<f64>, _: [Branch; 0]) -> Vector1<f64> {
+        Vector1::new((self.0)(time))
+    }
+
+    fn sliding_velocities(&self, _: f64, _: &Vector1<f64>) -> [f64; 0] {
+        []
+    }
+}
+
+#[test]
+fn a_field_that_ends_with_the_span_ends_the_run() {
+    let fields: [fn(f64) -> f64; 4] = [
+        |t| (1.0 - t).ln(),
+        |t| 1.0 / (1.0 - t).sqrt(),
+        |t| if t < 1.0 { 1.0 } else { f64::NAN },
+        |t| if t < 1.0 { 1.0 } else { 2e9 },
+    ];
+    for (index, field) in fields.into_iter().enumerate() {
+        every_solver!(0.1, tolerance(1e-6), |name, solver| {
+            let run = solver.solve(&Driven(field), 0.0..1.0, Vector1::zeros(), Output::Steps);
+            let cost = match &run {
+                Ok(run) => run.statistics(),
+                Err(stopped) => {
+                    let reason = stopped.failure.reason;
+                    let is_named = matches!(
+                        reason,
+                        StopReason::NotFinite { .. } | StopReason::StepTooSmall { .. }
+                    );
+                    assert!(is_named, "{name}, field {index}: {reason}");
+                    assert!(stopped.failure.time > 0.99, "{name}, field {index}: {stopped}");
+                    stopped.failure.statistics
+                }
+            };
+            // Each trial leaves a part of the rest, which ends at a rounding of the time.
+            assert!(cost.steps + cost.rejected < 2000, "{name}, field {index}: {cost}");
+        });
+    }
+}
+
+#[test]
+fn an_undeclared_jump_at_the_end_of_the_span_does_not_hold_the_run() {
+    for end in [1.0, 1e3, 1e6] {
+        for jump in [1e-3, 0.0126, 0.3] {
+            let jumping = Function::new(move |t: f64| (if t < end { 1.0 } else { jump }, 0.0), []);
+            let path = Integral(jumping);
+            every_solver!(end / 64.0, tolerance(1e-9), |name, solver| {
+                let run = solver.solve(&path, 0.0..end, Vector1::zeros(), Output::Steps);
+                if let Err(stopped) = run {
+                    let reason = stopped.failure.reason;
+                    assert!(matches!(reason, StopReason::StepTooSmall { .. }), "{name}: {reason}");
+                    assert!(stopped.failure.time > 0.999 * end, "{name}: {stopped}");
+                }
+            });
+        }
+    }
+}
+
+#[test]
+fn a_first_step_advances_a_late_time() {
+    struct Clock;
+    impl<T: bristle::Scalar> System<T, 1, 0> for Clock {
+        fn rate(&self, _: T, _: &Vector1<T>, _: [Branch; 0]) -> Vector1<T> {
+            Vector1::new(T::one())
+        }
+        fn sliding_velocities(&self, _: T, _: &Vector1<T>) -> [T; 0] {
+            []
+        }
+    }
+    let solver =
+        Solver::adaptive(DormandPrince, Tolerances::scaled(1e-3f32, Vector1::new(1.0)).unwrap());
+    let run = solver.solve(&Clock, 1000.0f32..1001.0, Vector1::new(0.0), Output::Steps).unwrap();
+    assert!((run.last().unwrap().1[0] - 1.0).abs() < 1e-3);
+    every_solver!(0.25, tolerance(1e-6), |name, solver| {
+        let run = solver.solve(&Clock, 1e13..1e13 + 1.0, Vector1::new(0.0), Output::Steps);
+        let x: f64 = run.unwrap_or_else(|stopped| panic!("{name}: {stopped}")).last().unwrap().1[0];
+        assert!((x - 1.0).abs() < 1e-6, "{name}: {x}");
+        // A span of one rounding of the time.
+        let end = 1e13f64.next_up();
+        let run = solver.solve(&Clock, 1e13..end, Vector1::new(0.0), Output::Steps);
+        let run = run.unwrap_or_else(|stopped| panic!("{name}: {stopped}"));
+        assert_eq!(run.last().unwrap().0, end, "{name}");
+    });
+}
+
+#[test]
+fn a_tolerance_below_the_rounding_of_the_scalar_is_refused() {
+    let error = Tolerances::scaled(1e-20, Vector1::new(1.0)).unwrap_err();
+    assert_eq!((error.name, error.value), ("relative", 1e-20));
+    assert!(error.to_string().contains("ten roundings of the scalar = 2.22"), "{error}");
+    assert!(Tolerances::scaled(1e-6f32, Vector1::new(1.0)).is_err());
+    assert!(Tolerances::scaled(2e-6f32, Vector1::new(1.0)).is_ok());
+    assert!(Tolerances::scaled(1e-14, Vector1::new(1.0)).is_ok());
+    let refused = Solver::<f64, _, 1>::automatic(1e-20, Vector1::new(1.0)).unwrap_err();
+    assert_eq!(refused.value, 1e-20);
+}
+
+#[test]
+fn a_sliding_velocity_that_is_not_a_number_stops_the_run() {
+    /// The velocity is lost at t = 1.
+    struct Lost;
+    impl System<f64, 1> for Lost {
+        fn rate(&self, _: f64, _: &Vector1<f64>, _: [Branch; 1]) -> Vector1<f64> {
+            Vector1::new(1.0)
+        }
+        fn sliding_velocities(&self, time: f64, _: &Vector1<f64>) -> [f64; 1] {
+            [if time < 1.0 { 2.0 + time } else { f64::NAN }]
+        }
+    }
+    every_solver!(0.25, tolerance(1e-6), |name, solver| {
+        for from in [0.0, 1.5] {
+            let run = solver.solve(&Lost, from..2.0, Vector1::new(0.0), Output::Steps);
+            let failure = run.expect_err(name).failure;
+            assert_eq!(failure.reason, StopReason::VelocityNotFinite { contact: 0 }, "{name}");
+            assert!(failure.time <= from.max(1.0), "{name}: {failure}");
+        }
+    });
+}
+
+#[test]
+fn more_samples_than_there_is_memory_for_are_refused() {
+    let solver = Solver::fixed(RungeKutta4, 0.125).unwrap();
+    for samples in [1_000_000_000_000_000, usize::MAX] {
+        let output = Output::Uniform(samples);
+        let stopped = solver.solve(&Oscillator, 0.0..1.0, Vector2::zeros(), output).unwrap_err();
+        assert_eq!(refusal(&stopped).name, "samples");
     }
 }
