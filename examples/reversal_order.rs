@@ -1,4 +1,4 @@
-//! Why steps are split at reversals: the error of fixed steps across the kink of |v|.
+//! The error of fixed steps across the kink of |v|, with and without a split at each reversal.
 //!
 //! A Dahl bristle follows a sinusoidal motion, for which the deflection is known in closed form:
 //! between two reversals z = ±z_m + (z_r ∓ z_m) exp(−|x − x_r|/z_m), with z_m = μ_d/σ0 and the state

@@ -6,10 +6,11 @@ use nalgebra::SVector;
 use super::dense_output::DenseOutput;
 use super::failure::{Failure, StopReason};
 use super::locked::{Locked, Window};
+use super::rejection::is_finite;
 use super::reversal::{Lock, Reversal, first_reversal, surely_none};
 use super::solver::Settings;
 use super::step::Step;
-use super::stepper::{Field, Method, Point, Stepper, TrialStep};
+use super::stepper::{Method, Point, Stepper, TrialStep};
 use super::walk::{Stop, Trial, Walk};
 use super::{Statistics, System};
 use crate::bounds::{larger, smaller};
@@ -152,7 +153,7 @@ where
 
     /// The method, the system on the current branches, and the current point.
     #[inline(always)]
-    fn parts(
+    pub(super) fn parts(
         &mut self,
         window: Window<T>,
     ) -> (&mut M::Stepper, Locked<'_, T, S, K>, &mut Point<T, N>) {
@@ -386,59 +387,6 @@ where
         };
     }
 
-    /// Shortens the step after a rejected trial, or gives up at the smallest one.
-    #[cold]
-    fn shorten(
-        &mut self,
-        tried: T,
-        trial: &TrialStep<T, N>,
-        square: f64,
-    ) -> Result<(), StopReason> {
-        let can_go_on = self.walk.reject(tried, square, trial.order);
-        if !self.is_locking && !self.walk.is_adaptive() {
-            // Plain fixed steps have a fixed cost: there is no second trial.
-            if is_finite(&trial.state) {
-                let rate = self.evaluate(self.point.time + tried, &trial.state);
-                return check_finite(&rate);
-            }
-        } else if can_go_on {
-            return Ok(());
-        }
-        Err(self.diagnosis(tried, trial))
-    }
-
-    /// Why no step from the current point succeeds.
-    fn diagnosis(&mut self, tried: T, trial: &TrialStep<T, N>) -> StopReason {
-        // The state that went bad first is the one whose rate did, a tiny step ahead.
-        let time = self.point.time;
-        let ahead = self.point.state + self.point.rate * tried;
-        let mut found = check_finite(&self.evaluate(time + tried, &ahead));
-        if self.is_locking {
-            let velocities = self.system.sliding_velocities(time + tried, &ahead);
-            if let Some(contact) = velocities.iter().position(|velocity| !velocity.is_finite()) {
-                return StopReason::VelocityNotFinite { contact };
-            }
-        }
-        if self.walk.statistics.jacobians > 0 {
-            // Or the one whose derivatives did.
-            let (now, state) = (self.point.time, self.point.state);
-            let end = self.walk.end_time;
-            let (_, mut field, _) = self.parts((smaller(now, end), larger(now, end)));
-            let tangent = field.linearised(now, &state);
-            found = found.and_then(|()| check_finite(&tangent.by_time));
-            for column in tangent.by_state.column_iter() {
-                found = found.and_then(|()| check_finite(&column.into_owned()));
-            }
-        }
-        if let Err(reason) = found.and_then(|()| check_finite(&trial.state)) {
-            return reason;
-        }
-        match self.locks.iter().position(|lock| lock.stalled > 0) {
-            Some(contact) => StopReason::EndlessReversals { contact },
-            None => self.walk.too_small(),
-        }
-    }
-
     /// Moves to the end of a step and proposes the next one, from the length of the trial whose
     /// error is given (a step cut at a reversal is shorter than its trial).
     #[inline]
@@ -516,19 +464,5 @@ where
         self.refresh_locks();
         self.refresh_rate();
         Ok(())
-    }
-}
-
-fn is_finite<T: Scalar, const N: usize>(vector: &SVector<T, N>) -> bool {
-    vector.iter().all(|value| value.is_finite())
-}
-
-/// Names the first component that is not finite.
-pub(super) fn check_finite<T: Scalar, const N: usize>(
-    vector: &SVector<T, N>,
-) -> Result<(), StopReason> {
-    match vector.iter().position(|value| !value.is_finite()) {
-        Some(component) => Err(StopReason::NotFinite { component }),
-        None => Ok(()),
     }
 }

@@ -14,17 +14,17 @@
 //! | [`RungeKutta4`] | fixed steps, split at reversals; or [`plain`](Solver::plain) at a fixed cost |
 //!
 //! All but the last choose their steps by an error estimate and have a dense output of their own. A
-//! Rosenbrock method needs the Jacobian: give [`System::linearised`]. Without it finite differences
-//! stand in, at √ε of the larger of each state and its [scale](System::scales); they cost N + 2
-//! evaluations a step and half of the digits of the Jacobian, and where a state's scale is badly off
-//! they may ruin the result.
+//! Rosenbrock method needs the Jacobian: give [`System::linearised`]. Otherwise finite differences
+//! are taken, over √ε of the larger of each state and its [scale](System::scales). They cost N + 2
+//! evaluations a step and half of the digits of the Jacobian, and with a wrong scale they may ruin
+//! the result.
 //!
-//! Tolerances are per component: the states of a friction problem have nothing in common but the
-//! time. They bound the local error. What becomes of it differs: breakaway amplifies it. Over a
-//! hundred seconds of stick-slip (`cargo bench --bench work_precision`) a single method is off by up
-//! to a thousand times a tolerance of 10⁻⁶, and with one of 10⁻³ a Rosenbrock method may miss whole
-//! slips or lose the solution altogether, without notice. [`solve`] tightens loose tolerances by
-//! itself and stayed below seventy times.
+//! Tolerances are per component, because the states of a friction problem differ by many orders of
+//! magnitude. They bound the local error, which breakaway amplifies. Over a hundred seconds of
+//! stick-slip (`cargo bench --bench work_precision`) the position of a single method is off by up to
+//! a thousand times a tolerance of 10⁻⁶. With one of 10⁻³ a Rosenbrock method may miss whole slips or
+//! lose the solution, without notice. [`solve`] tightens loose tolerances by itself; its position
+//! stayed below seventy times.
 
 mod automatic;
 mod controller;
@@ -37,6 +37,7 @@ mod explicit;
 mod failure;
 mod integration;
 mod locked;
+mod rejection;
 mod reversal;
 mod rodas4;
 mod rodas5p;
