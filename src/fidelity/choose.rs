@@ -21,19 +21,13 @@ impl Norm {
         if a.answers.len() != b.answers.len() {
             return f64::NAN;
         }
-        let (mut largest, mut sum) = (0.0_f64, 0.0);
-        for (a, b) in a.answers.iter().zip(&b.answers) {
-            let off = (a - b).abs();
-            sum += off * off;
-            largest = if off <= largest { largest } else { off };
-            if !off.is_finite() {
-                return f64::NAN;
-            }
-        }
+        let off = a.answers.iter().zip(&b.answers).map(|(a, b)| (a - b).abs());
         match self {
-            Norm::Greatest => largest,
+            // Not `f64::max`, which passes over NaN.
+            Norm::Greatest => off.fold(0.0, |most, off| if off <= most { most } else { off }),
             Norm::RootMeanSquare => {
-                nalgebra::ComplexField::sqrt(sum / a.answers.len().max(1) as f64)
+                let sum: f64 = off.map(|off| off * off).sum();
+                nalgebra::ComplexField::sqrt(sum / a.answers.len() as f64)
             }
         }
     }
@@ -63,13 +57,6 @@ impl Tolerance {
     /// quantity.
     pub const fn root_mean_square(error: f64) -> Self {
         Self { norm: Norm::RootMeanSquare, error, budget: BUDGET }
-    }
-
-    /// The search may cost so many evaluations of FrBD with one spring, instead of 10⁸, which take
-    /// about a second.
-    #[must_use]
-    pub const fn within_budget(self, evaluations: f64) -> Self {
-        Self { budget: evaluations, ..self }
     }
 }
 

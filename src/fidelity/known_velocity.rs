@@ -117,13 +117,6 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> KnownVelocity<T, M, V> {
         Ok(Self { contact, lumped, dahl, velocity, clock, start })
     }
 
-    fn initial<N: Bristle<T>>(&self, model: &N) -> N::Deflection {
-        match self.start {
-            Start::Undeflected => N::Deflection::fill(T::zero()),
-            Start::Steady => model.stationary(self.velocity.value(T::zero())),
-        }
-    }
-
     fn static_curve(&self) -> Run {
         let mut run = Run::default();
         for time in self.clock.times() {
@@ -133,23 +126,29 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> KnownVelocity<T, M, V> {
         run
     }
 
-    /// Exact steps at the velocity in the middle of each.
-    fn hold<N: Bristle<T>>(&self, contact: &Contact<T, N>, steps: u32, costs: (f64, f64)) -> Run {
-        let mut z = self.initial(contact.model());
-        let mut run = Run::default();
-        for answer in 1..=self.clock.answers {
-            let mut count = 0;
-            let next_kink = |from, to| self.velocity.next_kink(from, to);
-            Clock::each_step(self.clock.span(answer), steps, next_kink, |from, to, look| {
-                z = contact.model().hold(self.velocity.value(look), z, to - from).deflection;
-                count += 1;
-            });
-            run.count(count, costs.0);
-            let velocity = self.velocity.value(self.clock.time(answer));
-            run.answers.push(to_f64(contact.force(velocity, z)));
+    fn hold<N: Bristle<T>>(
+        &self,
+        contact: &Contact<T, N>,
+        steps: u32,
+        costs: (f64, f64),
+    ) -> Result<Run, FidelityError> {
+        let mut z = match self.start {
+            Start::Undeflected => N::Deflection::fill(T::zero()),
+            Start::Steady => contact.stationary(self.velocity.value(T::zero())),
+        };
+        let (mut run, mut last) = (Run::default(), T::zero());
+        let next_kink = |from, to| self.velocity.next_kink(from, to);
+        for time in self.clock.times() {
+            Clock::each_step((last, time), steps, next_kink, |step, look| {
+                z = contact.model().hold(self.velocity.value(look), z, step).deflection;
+                run.count(1, costs.0);
+                Ok(())
+            })?;
+            run.answers.push(to_f64(contact.force(self.velocity.value(time), z)));
             run.count(1, costs.1);
+            last = time;
         }
-        run
+        Ok(run)
     }
 }
 
@@ -169,12 +168,12 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Scene for KnownVelocity<T, M, V> 
 
     fn run(&self, plan: &Plan) -> Result<Run, FidelityError> {
         let steps = plan.checked(&self.levels())?;
-        Ok(match plan.level {
-            Level::STATIC_CURVE => self.static_curve(),
+        match plan.level {
+            Level::STATIC_CURVE => Ok(self.static_curve()),
             Level::DAHL => self.hold(&self.dahl, steps, (cost::DAHL_HOLD, 0.0)),
             Level::LUMPED => self.hold(&self.lumped, steps, (cost::HOLD, cost::FORCE)),
-            _ => self.hold(&self.contact, steps, self.contact.model().costs()),
-        })
+            _ => self.hold(&self.contact, steps, M::COSTS),
+        }
     }
 
     /// Of the static curve the lag: the change of the steady deflection in one relaxation time, in

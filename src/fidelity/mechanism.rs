@@ -5,7 +5,7 @@ use core::ops::ControlFlow;
 
 use nalgebra::Vector3;
 
-use super::scene::{Clock, Level, Plan, Quantity, Refinement, Run, Scene, Start};
+use super::scene::{Clock, Level, Plan, Quantity, Refinement, Run, Scene};
 use super::{FidelityError, cost};
 use crate::bounds::{larger, smaller};
 use crate::companion::VelocityHistory;
@@ -30,16 +30,12 @@ impl Level {
 
 /// Parameters of [`MechanismScene`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MechanismSceneParameters<T, M, F> {
+pub struct MechanismSceneParameters<T: Scalar, M, F> {
     /// The mechanism with the reference model. A spring whose far end does not move steadily, but
     /// by y(t), is one with V = 0 under the force k y(t).
     pub system: MassSpringDamper<T, M, F>,
-    /// Position at the start \[m\].
-    pub position: T,
-    /// Velocity at the start [m/s].
-    pub velocity: T,
-    /// How the bristle begins.
-    pub start: Start,
+    /// Position \[m\], velocity [m/s] and deflection \[m\] at the start.
+    pub start: Vector3<T>,
     /// Time between two answers Δ \[s\]: they are wanted at Δ, 2Δ, …
     pub interval: T,
     /// Number of answers, up to a million.
@@ -54,7 +50,7 @@ pub struct MechanismSceneParameters<T, M, F> {
 /// ```
 /// use bristle::curve::Stribeck;
 /// use bristle::fidelity::{
-///     Level, MechanismScene, MechanismSceneParameters, Quantity, Scene, Start, Tolerance, choose,
+///     MechanismScene, MechanismSceneParameters, Quantity, Scene, Tolerance, choose,
 /// };
 /// use bristle::rheology::KelvinVoigt;
 /// use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
@@ -63,16 +59,15 @@ pub struct MechanismSceneParameters<T, M, F> {
 ///
 /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 /// let friction = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?);
+/// let system = MassSpringDamper::new(MassSpringDamperParameters {
+///     contact: friction.under_load(1.0)?,
+///     mechanism: Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 },
+///     drive_velocity: 0.1,
+///     force: Constant::zero(),
+/// })?;
 /// let scene = MechanismScene::new(MechanismSceneParameters {
-///     system: MassSpringDamper::new(MassSpringDamperParameters {
-///         contact: friction.under_load(1.0)?,
-///         mechanism: Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 },
-///         drive_velocity: 0.1,
-///         force: Constant::zero(),
-///     })?,
-///     position: 0.0,
-///     velocity: 0.0,
-///     start: Start::Undeflected,
+///     start: system.at_rest(),
+///     system,
 ///     interval: 0.1_f64,
 ///     answers: 200,
 ///     quantity: Quantity::Position,
@@ -88,26 +83,21 @@ pub struct MechanismScene<T: Scalar, M, F> {
     dahl: Contact<T, Dahl<T>>,
     /// p μ_s \[N\].
     breakaway: T,
-    position: T,
-    velocity: T,
-    start: Start,
+    start: Vector3<T>,
     clock: Clock<T>,
     quantity: Quantity,
 }
 
-/// The mass at an answer.
-#[derive(Debug, Clone, Copy)]
-struct Sample<T> {
-    position: T,
-    velocity: T,
-    force: T,
-}
+/// Position, velocity and deflection at an answer, and the friction force.
+type Sample<T> = (Vector3<T>, T);
 
-/// A step of the mass: (2m/h + kh/2 + c) v̄ = 2m v₀/h + f + k (V t − x₀) − F̄ for its mean velocity
-/// v̄ = (v₀ + v₁)/2, with f and V t in its middle.
+/// A step of the mass for its mean velocity v̄ = (v₀ + v₁)/2: resistance · v̄ = push − F̄.
 struct MassStep<T> {
+    duration: T,
     resistance: T,
     push: T,
+    /// The velocity in its middle, extrapolated.
+    predicted: T,
 }
 
 impl<T, M, F> MechanismScene<T, M, F>
@@ -121,202 +111,160 @@ where
     /// # Errors
     ///
     /// Refuses an interval or a breakaway force that is not positive, no answers or more than a
-    /// million, and a position, a velocity or a force at an answer that is not finite.
+    /// million, and a start that is not finite.
     pub fn new(parameters: MechanismSceneParameters<T, M, F>) -> Result<Self, ParameterError> {
-        let MechanismSceneParameters {
-            system,
-            position,
-            velocity,
-            start,
-            interval,
-            answers,
-            quantity,
-        } = parameters;
-        let clock = Clock::new(interval, answers)?;
+        let MechanismSceneParameters { system, start, interval, answers, quantity } = parameters;
+        for (index, &state) in start.iter().enumerate() {
+            parameter::component(index, parameter::finite("start", state))?;
+        }
         let contact = system.contact();
         let normal_force = parameter::positive("normal_force", contact.normal_force())?;
         let micro_stiffness = contact.model().storage_stiffness();
         let deflection = contact.model().limits(T::zero()).deflection.unwrap_or_else(T::zero);
-        let breakaway = normal_force * micro_stiffness * deflection;
-        let breakaway = parameter::positive("breakaway force", breakaway)?;
+        let breakaway =
+            parameter::positive("breakaway force", normal_force * micro_stiffness * deflection)?;
         let dynamic_coefficient = breakaway / normal_force;
         let dahl = Dahl::new(DahlParameters { dynamic_coefficient, micro_stiffness })?;
-        for answer in 0..=answers {
-            let force = parameter::finite("force", system.force().value(clock.time(answer)));
-            parameter::component(answer, force)?;
-        }
-        Ok(Self {
-            dahl: dahl.under_load(normal_force)?,
-            system,
-            breakaway,
-            position: parameter::finite("position", position)?,
-            velocity: parameter::finite("velocity", velocity)?,
-            start,
-            clock,
-            quantity,
-        })
-    }
-
-    fn mass_step(&self, step: T, look: T, position: T, velocity: T) -> MassStep<T> {
-        let mechanism = self.system.mechanism();
-        let half = lit::<T>(0.5);
-        let inertia = mechanism.mass * lit(2.0) / step;
-        MassStep {
-            resistance: inertia
-                + mechanism.spring_stiffness * step * half
-                + mechanism.viscous_damping,
-            push: inertia * velocity + self.applied(look, position),
-        }
+        let dahl = dahl.under_load(normal_force)?;
+        let clock = Clock::new(interval, answers)?;
+        Ok(Self { system, dahl, breakaway, start, clock, quantity })
     }
 
     /// f + k (V t − x) \[N\].
-    fn applied(&self, time: T, position: T) -> T {
-        let state = Vector3::new(position, T::zero(), T::zero());
-        self.system.force().value(time) + self.system.spring_force(time, &state)
+    fn applied(&self, time: T, state: &Vector3<T>) -> T {
+        self.system.force().value(time) + self.system.spring_force(time, state)
+    }
+
+    /// Steps of the mass, (2m/h + kh/2 + c) v̄ = 2m v₀/h + f + k (V t − x₀) − F̄ with f and V t in the
+    /// middle of each, under a friction that answers v̄, and at an answer the force.
+    fn stepped(
+        &self,
+        steps: u32,
+        run: &mut Run,
+        mut mean_velocity: impl FnMut(&MassStep<T>, &mut Vector3<T>, &mut Run) -> T,
+        force: impl Fn(T, &Vector3<T>, &mut Run) -> T,
+    ) -> Result<Vec<Sample<T>>, FidelityError> {
+        let mechanism = self.system.mechanism();
+        let (mut state, mut samples, mut last) = (self.start, Vec::new(), T::zero());
+        let mut history = VelocityHistory::new(state[1]);
+        let next_kink = |from, to| self.system.force().next_kink(from, to);
+        for time in self.clock.times() {
+            Clock::each_step((last, time), steps, next_kink, |duration, look| {
+                let inertia = mechanism.mass * lit(2.0) / duration;
+                let spring = mechanism.spring_stiffness * duration * lit(0.5);
+                let resistance = inertia + spring + mechanism.viscous_damping;
+                let push = inertia * state[1] + self.applied(look, &state);
+                let step = MassStep { duration, resistance, push, predicted: history.predict() };
+                let mean = mean_velocity(&step, &mut state, run);
+                state[0] += mean * duration;
+                state[1] = lit::<T>(2.0) * mean - state[1];
+                history.push(state[1]);
+                Ok(())
+            })?;
+            samples.push((state, force(time, &state, run)));
+            last = time;
+        }
+        Ok(samples)
     }
 
     /// The friction curve with true rest. A step ends at rest (v₁ = 0, v̄ = v₀/2) if the F̄ that this
     /// takes is no more than p μ_s. Else it slides the way of that force, F̄ that of the curve at the
     /// extrapolated velocity.
-    fn slide(&self, steps: u32, run: &mut Run) -> Vec<Sample<T>> {
-        let contact = self.system.contact();
-        let (mut position, mut velocity) = (self.position, self.velocity);
-        let mut history = VelocityHistory::new(velocity);
-        let mut samples = Vec::new();
-        for answer in 1..=self.clock.answers {
-            let next_kink = |from, to| self.system.force().next_kink(from, to);
-            Clock::each_step(self.clock.span(answer), steps, next_kink, |from, to, look| {
-                let MassStep { resistance, push } =
-                    self.mass_step(to - from, look, position, velocity);
-                let to_rest = velocity * lit(0.5);
-                let stopping = push - resistance * to_rest;
-                let mut mean = to_rest;
-                if stopping.abs() > self.breakaway {
-                    let way = if stopping > T::zero() { T::one() } else { -T::one() };
-                    let predicted = history.predict();
-                    let mut friction = way * self.breakaway;
-                    if predicted * way > T::zero() {
-                        friction = contact.stationary_force(predicted);
-                        run.count(1, cost::CURVE);
-                    }
-                    let sliding = (push - friction) / resistance;
-                    // It does not slide on past rest.
-                    if (sliding - to_rest) * way > T::zero() {
-                        mean = sliding;
-                    }
-                }
-                position += mean * (to - from);
-                velocity = lit::<T>(2.0) * mean - velocity;
-                history.push(velocity);
-                run.count(0, 0.0);
-                run.cost += cost::SLIDE;
-            });
-            let force = if is_zero(velocity) {
-                let balance = self.applied(self.clock.time(answer), position);
-                larger(smaller(balance, self.breakaway), -self.breakaway)
-            } else {
-                run.count(1, cost::CURVE);
-                contact.stationary_force(velocity)
-            };
-            samples.push(Sample { position, velocity, force });
-        }
-        samples
+    fn slide(&self, steps: u32, run: &mut Run) -> Result<Vec<Sample<T>>, FidelityError> {
+        let curve = |velocity, run: &mut Run| {
+            run.count(1, cost::CURVE);
+            self.system.contact().stationary_force(velocity)
+        };
+        let mean_velocity = |step: &MassStep<T>, state: &mut Vector3<T>, run: &mut Run| {
+            run.cost += cost::SLIDE;
+            let to_rest = state[1] * lit(0.5);
+            let stopping = step.push - step.resistance * to_rest;
+            if !(stopping.abs() > self.breakaway) {
+                return to_rest;
+            }
+            let way = if stopping > T::zero() { T::one() } else { -T::one() };
+            let slides = step.predicted * way > T::zero();
+            let friction = if slides { curve(step.predicted, run) } else { way * self.breakaway };
+            let mean = (step.push - friction) / step.resistance;
+            // It does not slide on past rest.
+            if (mean - to_rest) * way > T::zero() { mean } else { to_rest }
+        };
+        self.stepped(steps, run, mean_velocity, |time, state, run| {
+            if is_zero(state[1]) {
+                return larger(smaller(self.applied(time, state), self.breakaway), -self.breakaway);
+            }
+            curve(state[1], run)
+        })
     }
 
     /// Passive steps, each solved once.
     fn companion<N: Bristle<T, Deflection = T>>(
         &self,
         contact: &Contact<T, N>,
-        steps: u32,
-        cost_of_step: f64,
+        (steps, cost_of_step): (u32, f64),
         run: &mut Run,
     ) -> Result<Vec<Sample<T>>, FidelityError> {
         let companion = contact.clone().companion(T::zero())?;
-        let (mut position, mut velocity) = (self.position, self.velocity);
-        let mut deflection = self.initial(contact);
-        let mut history = VelocityHistory::new(velocity);
-        let mut samples = Vec::new();
-        for answer in 1..=self.clock.answers {
-            let next_kink = |from, to| self.system.force().next_kink(from, to);
-            Clock::each_step(self.clock.span(answer), steps, next_kink, |from, to, look| {
-                let MassStep { resistance, push } =
-                    self.mass_step(to - from, look, position, velocity);
-                let step = companion.step(history.predict(), deflection, to - from);
-                let mean = (push - step.bias()) / (resistance + step.damping());
-                position += mean * (to - from);
-                velocity = lit::<T>(2.0) * mean - velocity;
-                deflection = step.commit(mean).deflection;
-                history.push(velocity);
-                run.count(1, cost_of_step);
-            });
-            samples.push(self.sample(contact, Vector3::new(position, velocity, deflection), run));
-        }
-        Ok(samples)
+        let mean_velocity = |step: &MassStep<T>, state: &mut Vector3<T>, run: &mut Run| {
+            run.count(1, cost_of_step);
+            let friction = companion.step(step.predicted, state[2], step.duration);
+            let mean = (step.push - friction.bias()) / (step.resistance + friction.damping());
+            state[2] = friction.commit(mean).deflection;
+            mean
+        };
+        self.stepped(steps, run, mean_velocity, |_, state, run| self.force(contact, state, run))
     }
 
-    fn initial<N: Bristle<T, Deflection = T>>(&self, contact: &Contact<T, N>) -> T {
-        match self.start {
-            Start::Undeflected => T::zero(),
-            Start::Steady => contact.stationary(self.velocity),
+    /// The force of a bristle, if it is wanted.
+    fn force<N>(&self, contact: &Contact<T, N>, state: &Vector3<T>, run: &mut Run) -> T
+    where
+        N: Bristle<T, Deflection = T>,
+    {
+        if self.quantity != Quantity::Force {
+            return T::zero();
         }
-    }
-
-    fn sample<N: Bristle<T, Deflection = T>>(
-        &self,
-        contact: &Contact<T, N>,
-        state: Vector3<T>,
-        run: &mut Run,
-    ) -> Sample<T> {
-        let [position, velocity, deflection] = state.into();
-        let mut force = T::zero();
-        if self.quantity == Quantity::Force {
-            force = contact.force(velocity, deflection);
-            run.count(1, cost::FORCE);
-        }
-        Sample { position, velocity, force }
+        run.count(1, cost::FORCE);
+        contact.force(state[1], state[2])
     }
 
     /// Error control. Steps are no longer than the time between 4/n answers, so that no force is
     /// stepped over when n is doubled.
     fn controlled(&self, plan: &Plan, run: &mut Run) -> Result<Vec<Sample<T>>, FidelityError> {
-        let contact = self.system.contact();
         // Tighter than this error control sees nothing but roundings.
         let tolerance = larger(lit(plan.error_control()), T::default_epsilon() * lit(64.0));
         let largest = self.clock.interval * lit(4.0 / f64::from(plan.steps));
         let solver = Solver::automatic(tolerance, self.system.scales())?
             .with_largest_step(largest)?
             .with_most_steps(MOST_CONTROLLED_STEPS);
-        let start = Vector3::new(self.position, self.velocity, self.initial(contact));
         let end = self.clock.time(self.clock.answers);
         let mut samples = Vec::new();
+        let mut times = self.clock.times().peekable();
         let mut observe = |step: &Step<T, 3>| {
-            let mut next = self.clock.time(samples.len() + 1);
-            while samples.len() < self.clock.answers && next <= step.end_time() {
-                samples.push(self.sample(contact, step.at(next), run));
-                next = self.clock.time(samples.len() + 1);
+            while let Some(time) = times.next_if(|time| *time <= step.end_time()) {
+                let state = step.at(time);
+                samples.push((state, self.force(self.system.contact(), &state, run)));
             }
             ControlFlow::Continue(())
         };
-        let summary = solver
-            .stream(&self.system, T::zero()..end, start, &[], &mut observe)
+        let done = solver.stream(&self.system, T::zero()..end, self.start, &[], &mut observe);
+        let statistics = done
             .map_err(|failure| FidelityError::Stopped {
                 level: plan.level,
                 time: to_f64(failure.time),
                 reason: failure.reason,
-            })?;
-        run.count(summary.statistics.evaluations, cost::STAGE);
-        run.count(summary.statistics.jacobians, cost::JACOBIAN);
+            })?
+            .statistics;
+        run.count(statistics.evaluations, cost::STAGE);
+        run.count(statistics.jacobians, cost::JACOBIAN);
         Ok(samples)
     }
 
     fn motion(&self, plan: &Plan, run: &mut Run) -> Result<Vec<Sample<T>>, FidelityError> {
-        let steps = plan.checked(&self.levels())?;
+        let (steps, reference) = (plan.checked(&self.levels())?, self.system.contact());
         match plan.level {
-            Level::TRUE_REST => Ok(self.slide(steps, run)),
-            Level::DAHL_COMPANION => self.companion(&self.dahl, steps, cost::DAHL_COMPANION, run),
-            Level::REFERENCE_COMPANION => {
-                self.companion(self.system.contact(), steps, cost::COMPANION, run)
-            }
+            Level::TRUE_REST => self.slide(steps, run),
+            Level::DAHL_COMPANION => self.companion(&self.dahl, (steps, cost::DAHL_COMPANION), run),
+            Level::REFERENCE_COMPANION => self.companion(reference, (steps, cost::COMPANION), run),
             _ => self.controlled(plan, run),
         }
     }
@@ -332,12 +280,8 @@ where
     F: Signal<T>,
 {
     fn levels(&self) -> Vec<Level> {
-        alloc::vec![
-            Level::TRUE_REST,
-            Level::DAHL_COMPANION,
-            Level::REFERENCE_COMPANION,
-            Level::REFERENCE_CONTROLLED,
-        ]
+        let reference = [Level::REFERENCE_COMPANION, Level::REFERENCE_CONTROLLED];
+        [Level::TRUE_REST, Level::DAHL_COMPANION].into_iter().chain(reference).collect()
     }
 
     fn interval(&self) -> f64 {
@@ -350,42 +294,37 @@ where
 
     fn run(&self, plan: &Plan) -> Result<Run, FidelityError> {
         let mut run = Run::default();
-        let samples = self.motion(plan, &mut run)?;
-        let answers = samples.iter().map(|sample| {
-            to_f64(match self.quantity {
-                Quantity::Force => sample.force,
-                Quantity::Position => sample.position,
-                Quantity::Velocity => sample.velocity,
-            })
-        });
-        Ok(Run { answers: answers.collect(), ..run })
+        let answer = |(state, force): Sample<T>| match self.quantity {
+            Quantity::Force => to_f64(force),
+            Quantity::Position => to_f64(state[0]),
+            Quantity::Velocity => to_f64(state[1]),
+        };
+        run.answers = self.motion(plan, &mut run)?.into_iter().map(answer).collect();
+        Ok(run)
     }
 
-    /// Of the static curve the pre-sliding share: the breakaway distance over the range of the
-    /// position, at most 1. Of Dahl the drop of the curve from rest to the fastest velocity, over its
+    /// Of the static curve the pre-sliding share: the breakaway distance over the farthest way from
+    /// the start, at most 1. Of Dahl the drop of the curve from rest to the fastest velocity, over its
     /// value at rest. Of the reference the share of the answers at which the mass is stuck: slower
     /// than a hundredth of its fastest velocity.
     fn physics(&self, plan: &Plan) -> Option<(&'static str, f64)> {
         let samples = self.motion(plan, &mut Run::default()).ok()?;
-        let (mut least, mut most, mut fastest) = (self.position, self.position, T::zero());
-        for sample in &samples {
-            least = smaller(least, sample.position);
-            most = larger(most, sample.position);
-            fastest = larger(fastest, sample.velocity.abs());
-        }
-        let part = |a: T, b: T| to_f64(a) / to_f64(b);
+        let size = |index: usize| move |(state, _): &Sample<T>| (state[index]).abs();
+        let fastest = samples.iter().map(size(1)).fold(T::zero(), larger);
         Some(match plan.level {
             Level::TRUE_REST => {
-                let distance = self.breakaway / self.dahl.model().storage_stiffness();
-                ("presliding", part(distance / self.dahl.normal_force(), most - least).min(1.0))
+                let way = |(state, _): &Sample<T>| (state[0] - self.start[0]).abs();
+                let farthest = samples.iter().map(way).fold(T::zero(), larger);
+                let stiffness = self.dahl.model().storage_stiffness() * self.dahl.normal_force();
+                ("presliding", to_f64(self.breakaway / (stiffness * farthest)).min(1.0))
             }
             Level::DAHL_COMPANION => {
                 let sliding = self.system.contact().stationary_force(fastest);
-                ("drop", part(self.breakaway - sliding, self.breakaway))
+                ("drop", to_f64((self.breakaway - sliding) / self.breakaway))
             }
             _ => {
-                let slow = |sample: &&Sample<T>| sample.velocity.abs() * lit(100.0) <= fastest;
-                ("stuck", samples.iter().filter(slow).count() as f64 / samples.len() as f64)
+                let stuck = samples.iter().filter(|s| size(1)(s) * lit(100.0) <= fastest).count();
+                ("stuck", stuck as f64 / samples.len() as f64)
             }
         })
     }

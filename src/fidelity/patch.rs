@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 use super::scene::{Clock, Level, Plan, Run, Scene, Start};
 use super::{FidelityError, cost};
 use crate::Scalar;
+use crate::bounds::smaller;
 use crate::parameter::{self, ParameterError};
 use crate::rolling::{Motion, MotionOverTime, Patch, PolynomialExponential, RateDependent};
 use crate::scalar::{lit, to_f64};
@@ -80,12 +81,10 @@ pub struct PatchScene<T, M, const N: usize, S, W> {
     start: Start,
     /// Relaxation length \[m\].
     relaxation_length: T,
-    /// Smallest rolling speed of any answer that is not zero [m/s]; infinite if all are.
-    slowest: T,
 }
 
-/// Most segments that a patch gets memory for, some megabytes; narrower ones are merged.
-const MOST_SEGMENTS: f64 = 20_000.0;
+/// Segments that a patch gets memory for, some megabytes; narrower ones are merged.
+const SEGMENTS: usize = 20_000;
 
 impl<T, M, const N: usize, S, W> PatchScene<T, M, N, S, W>
 where
@@ -105,19 +104,15 @@ where
         let clock = Clock::new(interval, answers)?;
         parameter::positive("normal_force", patch.normal_force())?;
         let (mut slip, mut rolling) = (T::zero(), T::zero());
-        let mut slowest = T::one() / T::zero();
         for answer in 0..=answers {
-            let Motion { slip_velocity, rolling_speed } = motion.at(clock.time(answer));
+            let Motion { slip_velocity, rolling_speed } = at(&motion, clock.time(answer));
             slip += parameter::finite("slip_velocity", slip_velocity)?.abs();
             rolling += parameter::non_negative("rolling_speed", rolling_speed)?;
-            if rolling_speed > T::zero() && rolling_speed < slowest {
-                slowest = rolling_speed;
-            }
         }
         let count = lit(1.0 + answers as f64);
         let mean = Motion { slip_velocity: slip / count, rolling_speed: rolling / count };
         let relaxation_length = relaxation_length(&patch, mean);
-        Ok(Self { patch, motion, clock, start, relaxation_length, slowest })
+        Ok(Self { patch, motion, clock, start, relaxation_length })
     }
 
     /// The relaxation length ς \[m\] of [`Level::RELAXATION_LENGTH`]: −U Im G/(ω Re G) for ω → 0 of
@@ -129,97 +124,101 @@ where
         self.relaxation_length
     }
 
-    fn slip_curve(&self) -> Result<Run, FidelityError> {
-        let mut run = Run::default();
+    fn at(&self, time: T) -> Motion<T> {
+        at(&self.motion, time)
+    }
+
+    fn next_kink(&self, from: T, to: T) -> Option<T> {
+        let MotionOverTime { slip_velocity, rolling_speed } = &self.motion;
+        let kinks = [slip_velocity.next_kink(from, to), rolling_speed.next_kink(from, to)];
+        crate::signal::first_between(kinks.into_iter().flatten(), from, to)
+    }
+
+    fn slip_curve(&self, run: &mut Run) -> Result<(), FidelityError> {
         for time in self.clock.times() {
-            run.answers.push(to_f64(self.patch.steady(self.motion.at(time))?.force));
+            run.answers.push(to_f64(self.patch.steady(self.at(time))?.force));
             run.count(1, cost::SLIP_CURVE);
         }
-        Ok(run)
+        Ok(())
     }
 
-    fn lag(&self, steps: u32) -> Result<Run, FidelityError> {
-        let mut run = Run::default();
-        let mut target = self.patch.steady(self.motion.at(T::zero()))?.force;
+    fn lag(&self, steps: u32, run: &mut Run) -> Result<(), FidelityError> {
+        let mut target = self.patch.steady(self.at(T::zero()))?.force;
         let mut force = if self.start == Start::Steady { target } else { T::zero() };
-        for answer in 1..=self.clock.answers {
-            let mut refused = None;
-            let next_kink = |from, to| self.motion.next_kink(from, to);
-            Clock::each_step(self.clock.span(answer), steps, next_kink, |from, to, look| {
-                let speed = self.motion.rolling_speed.value(look);
-                let x = speed * (to - from) / self.relaxation_length;
-                match self.patch.steady(self.motion.at(to)) {
-                    Ok(steady) => {
-                        // φ1 = (1 − e⁻ˣ)/x: the mean of e⁻ˢ over the step.
-                        let kept = (-x).exp();
-                        let phi1 = if x > T::zero() { -(-x).exp_m1() / x } else { T::one() };
-                        let change = steady.force - target;
-                        force = steady.force - change * phi1 + (force - target) * kept;
-                        target = steady.force;
-                    }
-                    Err(error) => refused = Some(error),
-                }
-                run.count(1, cost::SLIP_CURVE + cost::LAG);
-            });
-            if let Some(error) = refused {
-                return Err(error.into());
-            }
+        let (mut last, mut now) = (T::zero(), T::zero());
+        for time in self.clock.times() {
+            Clock::each_step(
+                (last, time),
+                steps,
+                |from, to| self.next_kink(from, to),
+                |h, look| {
+                    now += h;
+                    let steady = self.patch.steady(self.at(smaller(now, time)))?.force;
+                    // φ1 = (1 − e⁻ˣ)/x: the mean of e⁻ˢ over the step.
+                    let x = self.motion.rolling_speed.value(look) * h / self.relaxation_length;
+                    let phi1 = if x > T::zero() { -(-x).exp_m1() / x } else { T::one() };
+                    force = steady - (steady - target) * phi1 + (force - target) * (-x).exp();
+                    target = steady;
+                    run.count(1, cost::SLIP_CURVE + cost::LAG);
+                    Ok(())
+                },
+            )?;
             run.answers.push(to_f64(force));
+            (last, now) = (time, time);
         }
-        Ok(run)
+        Ok(())
     }
 
-    fn patch(&self, steps: u32) -> Result<Run, FidelityError> {
-        let length = to_f64(self.patch.length());
-        let step = self.interval() / f64::from(steps);
-        let crossing = (length / (to_f64(self.slowest) * step)).max(steps.into());
-        // A few more than lie in the patch: those that begin and end in part.
-        let segments = 16 + crossing.min(MOST_SEGMENTS) as usize;
-        let mut patch = self.patch.clone().exact_in(segments)?;
+    fn patch(&self, steps: u32, run: &mut Run) -> Result<(), FidelityError> {
+        let mut patch = self.patch.clone().exact_in(SEGMENTS)?;
         if self.start == Start::Steady {
-            patch.settle(self.motion.at(T::zero()))?;
+            patch.settle(self.at(T::zero()))?;
         }
-        let mut run = Run::default();
-        for answer in 1..=self.clock.answers {
-            let (before, end) = self.clock.span(answer);
-            let span = (self.last_transit(before, end, steps), end);
-            let next_kink = |from, to| self.motion.next_kink(from, to);
-            let mut refused = None;
-            Clock::each_step(span, steps, next_kink, |from, to, look| {
-                refused = patch.step(self.motion.at(look), to - from).err().or(refused);
-                run.count(1, cost::PATCH);
-            });
-            if let Some(error) = refused {
-                return Err(error.into());
-            }
-            run.answers.push(to_f64(patch.force(self.motion.slip_velocity.value(end))));
+        let mut last = T::zero();
+        for time in self.clock.times() {
+            let span = (self.last_transit(last, time, steps), time);
+            Clock::each_step(
+                span,
+                steps,
+                |from, to| self.next_kink(from, to),
+                |step, look| {
+                    patch.step(self.at(look), step)?;
+                    run.count(1, cost::PATCH);
+                    Ok(())
+                },
+            )?;
+            run.answers.push(to_f64(patch.force(self.motion.slip_velocity.value(time))));
             run.count(1, cost::PATCH_FORCE);
+            last = time;
         }
-        Ok(run)
+        Ok(())
     }
 
-    /// Where the steps that lead to an answer begin: the patch forgets all that is more than a
-    /// transit old, so that they begin after the answer before only if it is longer ago than that,
-    /// as far as so many steps tell.
+    /// Where the steps that lead to an answer begin. The patch forgets all that is more than a
+    /// transit old: if the answer before is longer ago than that, a transit before this one, as far
+    /// as so many steps tell.
     fn last_transit(&self, before: T, end: T, steps: u32) -> T {
-        let points = steps + 3;
-        let speed = |from: T| {
-            let width = (end - from) / lit(points.into());
-            let place = |index: u32| from + width * lit(f64::from(index) + 0.5);
-            let at = |index| self.motion.rolling_speed.value(place(index));
-            (0..points).map(at).fold(T::zero(), |sum, speed| sum + speed) / lit(points.into())
-        };
         let length = self.patch.length();
         let mut duration = length / self.motion.rolling_speed.value(end);
-        // Twice is right at once where the speed is constant, and once more where it changes.
+        // At once where the speed is constant; again where it changes.
         for _ in 0..3 {
-            // A tenth to spare for the speed between those points.
+            // A tenth to spare for what the speed does between the looks.
             let from = end - duration * lit(1.1);
             if !(from > before) {
-                return before;
+                break;
             }
-            let transit = length / speed(from);
-            if transit <= duration {
+            let mut way = T::zero();
+            let rolled = Clock::each_step(
+                (from, end),
+                steps + 3,
+                |_, _| None,
+                |step, look| {
+                    way += self.motion.rolling_speed.value(look) * step;
+                    Ok(())
+                },
+            );
+            let transit = (end - from) * length / way;
+            if rolled.is_ok() && transit <= duration {
                 return from;
             }
             duration = transit;
@@ -228,26 +227,9 @@ where
     }
 }
 
-impl<S, W> MotionOverTime<S, W> {
-    fn at<T: Scalar>(&self, time: T) -> Motion<T>
-    where
-        S: Signal<T>,
-        W: Signal<T>,
-    {
-        let (slip_velocity, rolling_speed) =
-            (self.slip_velocity.value(time), self.rolling_speed.value(time));
-        Motion { slip_velocity, rolling_speed }
-    }
-
-    fn next_kink<T: Scalar>(&self, from: T, to: T) -> Option<T>
-    where
-        S: Signal<T>,
-        W: Signal<T>,
-    {
-        let kinks =
-            [self.slip_velocity.next_kink(from, to), self.rolling_speed.next_kink(from, to)];
-        crate::signal::first_between(kinks.into_iter().flatten(), from, to)
-    }
+fn at<T: Scalar, S: Signal<T>, W: Signal<T>>(motion: &MotionOverTime<S, W>, time: T) -> Motion<T> {
+    let (slip, rolling) = (motion.slip_velocity.value(time), motion.rolling_speed.value(time));
+    Motion { slip_velocity: slip, rolling_speed: rolling }
 }
 
 fn relaxation_length<T: Scalar, M: RateDependent<T>, const N: usize>(
@@ -284,43 +266,37 @@ where
     }
 
     fn run(&self, plan: &Plan) -> Result<Run, FidelityError> {
-        let steps = plan.checked(&self.levels())?;
+        let (steps, mut run) = (plan.checked(&self.levels())?, Run::default());
         match plan.level {
-            Level::SLIP_CURVE => self.slip_curve(),
-            Level::RELAXATION_LENGTH => self.lag(steps),
-            _ => self.patch(steps),
-        }
+            Level::SLIP_CURVE => self.slip_curve(&mut run),
+            Level::RELAXATION_LENGTH => self.lag(steps, &mut run),
+            _ => self.patch(steps, &mut run),
+        }?;
+        Ok(run)
     }
 
     /// Of the slip curve the lag: the change of the steady force in one transit over the largest
     /// steady force. Of the relaxation length that length over the length of the patch. Of the patch
     /// the share of the time in which no bristle relaxes on its way through it: it adheres.
     fn physics(&self, plan: &Plan) -> Option<(&'static str, f64)> {
-        let length = self.patch.length();
-        let steady = |time| self.patch.steady(self.motion.at(time)).map_or(T::zero(), |s| s.force);
-        match plan.level {
-            Level::SLIP_CURVE => {
-                let mut last = steady(T::zero());
-                let (mut change, mut largest) = (0.0_f64, to_f64(last).abs());
-                for time in self.clock.times() {
-                    let now = steady(time);
-                    let transit = to_f64(length / self.motion.rolling_speed.value(time));
-                    change = change.max(to_f64(now - last).abs() * transit / self.interval());
-                    largest = largest.max(to_f64(now).abs());
-                    last = now;
-                }
-                Some(("lag", (change / largest).min(2.0)))
-            }
-            Level::RELAXATION_LENGTH => Some(("ς/L", to_f64(self.relaxation_length / length))),
-            _ => {
-                let adheres = |time: &T| {
-                    let Motion { slip_velocity, rolling_speed } = self.motion.at(*time);
-                    let relaxation = self.patch.model().at_velocity(slip_velocity).relaxation;
-                    relaxation * length < rolling_speed
-                };
-                let adhering = self.clock.times().filter(adheres).count();
-                Some(("adhering", adhering as f64 / self.clock.answers as f64))
-            }
+        let (length, count) = (self.patch.length(), self.clock.answers as f64);
+        let steady = |time| self.patch.steady(self.at(time)).map_or(0.0, |s| to_f64(s.force));
+        let mut last = steady(T::zero());
+        let (mut change, mut largest, mut adhering) = (0.0_f64, last.abs(), 0_u32);
+        for time in self.clock.times() {
+            let Motion { slip_velocity, rolling_speed } = self.at(time);
+            let now = steady(time);
+            let transits = self.interval() * to_f64(rolling_speed / length);
+            change = change.max((now - last).abs() / transits);
+            largest = largest.max(now.abs());
+            let relaxation = self.patch.model().at_velocity(slip_velocity).relaxation;
+            adhering += u32::from(relaxation * length < rolling_speed);
+            last = now;
         }
+        Some(match plan.level {
+            Level::SLIP_CURVE => ("lag", (change / largest).min(2.0)),
+            Level::RELAXATION_LENGTH => ("ς/L", to_f64(self.relaxation_length / length)),
+            _ => ("adhering", f64::from(adhering) / count),
+        })
     }
 }

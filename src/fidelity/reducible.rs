@@ -25,14 +25,10 @@ pub trait Reducible<T: Scalar>: Bristle<T> {
     fn lumped(&self, angular_frequency: T) -> Result<Self::Lumped, ParameterError>;
 
     /// Whether this model is that one already.
-    fn is_lumped(&self) -> bool {
-        true
-    }
+    fn is_lumped(&self) -> bool;
 
     /// The cost of an exact step and of the force after it, in evaluations of FrBD with one spring.
-    fn costs(&self) -> (f64, f64) {
-        (cost::HOLD, cost::FORCE)
-    }
+    const COSTS: (f64, f64);
 }
 
 impl<T, C, R, E> Reducible<T> for FrBd<C, R, E>
@@ -61,10 +57,11 @@ where
             && bounds.damping.is_constant()
     }
 
-    fn costs(&self) -> (f64, f64) {
-        let hold = if R::Deflection::SPRINGS == 1 { cost::HOLD } else { cost::MATRIX_HOLD };
-        (hold, cost::FORCE)
-    }
+    const COSTS: (f64, f64) = if R::Deflection::SPRINGS == 1 {
+        (cost::HOLD, cost::FORCE)
+    } else {
+        (cost::MATRIX_HOLD, cost::FORCE)
+    };
 }
 
 /// FrBD on the same spring and dashpot, which is one step of linearisation away.
@@ -85,7 +82,5 @@ where
         false
     }
 
-    fn costs(&self) -> (f64, f64) {
-        (cost::IMPLICIT_HOLD, cost::IMPLICIT_FORCE)
-    }
+    const COSTS: (f64, f64) = (cost::IMPLICIT_HOLD, cost::IMPLICIT_FORCE);
 }

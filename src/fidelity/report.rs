@@ -91,15 +91,8 @@ impl fmt::Display for Three {
             return f.pad(&format!("{:.2e}", self.0));
         }
         // Digits after the point: two for a number of one digit.
-        let decimals = match size {
-            0.0 => 0,
-            s if s < 0.01 => 5,
-            s if s < 0.1 => 4,
-            s if s < 1.0 => 3,
-            s if s < 10.0 => 2,
-            s if s < 100.0 => 1,
-            _ => 0,
-        };
+        let before = if size > 0.0 { nalgebra::ComplexField::log10(size) } else { 2.0 };
+        let decimals = (2.0 - nalgebra::ComplexField::floor(before)).clamp(0.0, 5.0) as usize;
         f.pad(&format!("{:.decimals$}", self.0))
     }
 }
@@ -117,7 +110,7 @@ impl Choice {
 
 impl fmt::Display for Choice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (quantity, unit) = (self.quantity, self.quantity.unit());
+        let (quantity, unit) = self.quantity.name_and_unit();
         let sense = match self.tolerance.norm {
             Norm::Greatest => "at every answer",
             Norm::RootMeanSquare => "root mean square",
@@ -172,7 +165,7 @@ pub enum FidelityError {
         "undetermined: with {steps} steps from one answer to the next the reference still changes \
          by {difference:.2e} {unit} where {allowed:.2e} {unit} are allowed; give a larger budget, \
          unless roundings decide about this scene",
-        unit = quantity.unit()
+        unit = quantity.name_and_unit().1
     )]
     Undetermined {
         /// The quantity of the scene.

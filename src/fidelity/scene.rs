@@ -1,7 +1,6 @@
 //! What a scene is: a quantity wanted at equal intervals, and models that can compute it.
 
 use alloc::vec::Vec;
-use core::fmt;
 
 use super::FidelityError;
 use crate::bounds::{larger, smaller};
@@ -190,23 +189,13 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// The unit.
-    pub fn unit(self) -> &'static str {
+    /// Its name and its unit.
+    pub const fn name_and_unit(self) -> (&'static str, &'static str) {
         match self {
-            Quantity::Force => "N",
-            Quantity::Position => "m",
-            Quantity::Velocity => "m/s",
+            Quantity::Force => ("friction force", "N"),
+            Quantity::Position => ("position", "m"),
+            Quantity::Velocity => ("velocity", "m/s"),
         }
-    }
-}
-
-impl fmt::Display for Quantity {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Quantity::Force => "friction force",
-            Quantity::Position => "position",
-            Quantity::Velocity => "velocity",
-        })
     }
 }
 
@@ -257,50 +246,44 @@ impl<T: Scalar> Clock<T> {
         self.interval * lit(answer as f64)
     }
 
-    /// The time from the answer before to this one.
-    pub(super) fn span(&self, answer: usize) -> (T, T) {
-        (self.time(answer - 1), self.time(answer))
-    }
-
     /// The times of all answers.
     pub(super) fn times(&self) -> impl Iterator<Item = T> + '_ {
         (1..=self.answers).map(|answer| self.time(answer))
     }
 
     /// The steps from one time to another, divided where an input is not smooth, each with the time
-    /// at which it looks at its inputs: its middle. A check ([`Plan::steps`]) is shifted by half a
-    /// step and looks at the ends of the others instead.
+    /// at which it looks at its inputs: its middle. Those of a check ([`Plan::steps`]) are shifted by
+    /// half a step and look at the ends of the others instead.
     #[inline]
     pub(super) fn each_step(
         (start, end): (T, T),
         steps: u32,
         next_kink: impl Fn(T, T) -> Option<T>,
-        mut step: impl FnMut(T, T, T),
-    ) {
+        mut step: impl FnMut(T, T) -> Result<(), FidelityError>,
+    ) -> Result<(), FidelityError> {
         let length = (end - start) / lit(f64::from(steps));
-        let at = |place: f64| start + length * lit(place);
         let check = steps > 1 && !steps.is_multiple_of(2);
+        let shift = if check { 0.5 } else { 0.0 };
         let mut from = start;
         for index in 1..=steps + u32::from(check) {
-            let (place, look) = if check {
-                (f64::from(index) - 0.5, f64::from(index - 1))
+            let place = f64::from(index) - shift;
+            let to = if index >= steps && place >= steps.into() {
+                end
             } else {
-                (f64::from(index), f64::from(index) - 0.5)
+                start + length * lit(place)
             };
-            let to = if place < f64::from(steps) { at(place) } else { end };
-            // Next to a jump, on the side of the step.
-            let beside = (to - from) * lit(BESIDE);
-            let mut look = |from, to| {
-                let look = if check { at(look) } else { (from + to) * lit(0.5) };
-                step(from, to, smaller(larger(look, from + beside), to - beside));
-            };
-            while let Some(kink) = next_kink(from, to).filter(|kink| *kink > from && *kink < to) {
-                look(from, kink);
-                from = kink;
+            let node = start + length * lit(place - 0.5);
+            while from < to {
+                let kink = next_kink(from, to).filter(|kink| *kink > from && *kink < to);
+                let until = kink.unwrap_or(to);
+                // Next to a jump, on the side of the step.
+                let beside = (until - from) * lit(BESIDE);
+                let look = if check { node } else { (from + until) * lit(0.5) };
+                step(until - from, smaller(larger(look, from + beside), until - beside))?;
+                from = until;
             }
-            look(from, to);
-            from = to;
         }
+        Ok(())
     }
 }
 

@@ -11,7 +11,8 @@ pub(crate) fn distance(norm: Norm, a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let off = a.iter().zip(b).map(|(a, b)| (a - b).abs());
     match norm {
-        Norm::Greatest => off.fold(0.0, f64::max),
+        // Not `f64::max`, which passes over NaN.
+        Norm::Greatest => off.fold(0.0, |most: f64, e| if e <= most { most } else { e }),
         Norm::RootMeanSquare => (off.map(|e| e * e).sum::<f64>() / a.len() as f64).sqrt(),
     }
 }
@@ -28,12 +29,24 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    /// Judges one scene. Its truth is NaN where nobody knows it.
+    /// Judges one scene by the truth.
     pub(crate) fn judge(
         &mut self,
         scene: &dyn Scene,
         tolerance: Tolerance,
         truth: &[f64],
+        what: &str,
+    ) {
+        self.judge_within(scene, tolerance, (truth, 0.0), what);
+    }
+
+    /// Judges one scene by a truth that is known to an error. If that is more than half of the
+    /// tolerance nobody knows whether a choice is right, and none must be made.
+    pub(crate) fn judge_within(
+        &mut self,
+        scene: &dyn Scene,
+        tolerance: Tolerance,
+        (truth, uncertainty): (&[f64], f64),
         what: &str,
     ) {
         self.scenes += 1;
@@ -54,8 +67,11 @@ impl Tally {
         // What is reported is what a run gives and costs, to the last evaluation.
         assert_eq!((run.evaluations, run.cost), (choice.evaluations, choice.cost), "{what}");
         let error = distance(tolerance.norm, &run.answers, truth);
-        let found = format!("{what}\n    {error:e} of {:e}\n{choice}", tolerance.error);
-        if !(error <= tolerance.error) {
+        let found = format!(
+            "{what}\n    {error:e} of {:e}, known to {uncertainty:e}\n{choice}",
+            tolerance.error
+        );
+        if !(error <= tolerance.error + uncertainty && uncertainty <= 0.5 * tolerance.error) {
             return self.wrong.push(found);
         }
         for level in scene.levels() {
@@ -67,7 +83,7 @@ impl Tally {
                     break;
                 }
                 let error = distance(tolerance.norm, &other.answers, truth);
-                if error <= tolerance.error {
+                if error <= tolerance.error - uncertainty {
                     self.dear.push(format!("{found}\nbut {plan:?}: {error:e}, {}", other.cost));
                     return;
                 }
