@@ -280,7 +280,7 @@ where
     F: Signal<T>,
 {
     fn levels(&self) -> Vec<Level> {
-        let reference = [Level::REFERENCE_COMPANION, Level::REFERENCE_CONTROLLED];
+        let reference = [Level::REFERENCE_COMPANION];
         [Level::TRUE_REST, Level::DAHL_COMPANION].into_iter().chain(reference).collect()
     }
 

@@ -90,7 +90,7 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
         let declared = force.clone().declared();
         let what = format!(
             "{index:3} kind {kind}, {mass:.2e} kg, {spring_stiffness:.2e} N/m, {force:?}, drive \
-             {drive_velocity:.2e} m/s, {answers} answers, {interval:.2e} s, {quantity} {share:.1e}"
+             {drive_velocity:.2e} m/s, {answers} answers, {interval:.2e} s, {quantity:?} {share:.1e}"
         );
         // Swings of the stuck mass: without optimisation, or a million of them, the truth takes long.
         let swings = (stiffness / mass).sqrt() * interval * answers as f64;
@@ -106,9 +106,7 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
                 force,
             })
             .unwrap(),
-            position: 0.0,
-            velocity: 0.0,
-            start: Start::Undeflected,
+            start: Vector3::zeros(),
             interval,
             answers,
             quantity,

@@ -1,24 +1,191 @@
 //! What holds of every scene: the report, refusals, references that do not settle.
 
-use bristle::Bristle;
+use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::fidelity::*;
-use bristle::signal::{Sine, SineParameters};
+use bristle::rheology::KelvinVoigt;
+use bristle::rolling::{MotionOverTime, PolynomialExponential};
+use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
+use bristle::signal::{Constant, Function, Signal, Sine, SineParameters};
+use bristle::{Bristle, FrBd, Mechanism, ParameterError, Rule};
+use nalgebra::Vector3;
 
 use crate::known_velocity::sets;
+use crate::patch::patch;
+
+type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
+
+fn sine(mean: f64, amplitude: f64, frequency: f64) -> Sine<f64> {
+    Sine::new(SineParameters { mean, amplitude, frequency, phase: 0.0 }).unwrap()
+}
+
+/// The paper's stick-slip set under 1 N along a velocity.
+fn dragged<V: Signal<f64>>(
+    velocity: V,
+    interval: f64,
+    answers: usize,
+) -> Result<KnownVelocity<f64, Lumped, V>, ParameterError> {
+    let contact = sets()[0].under_load(1.0)?;
+    let start = Start::Steady;
+    KnownVelocity::new(KnownVelocityParameters { contact, velocity, interval, answers, start })
+}
+
+fn lag() -> KnownVelocity<f64, Lumped, Sine<f64>> {
+    dragged(sine(0.0055, 0.005, 25.0), 4e-4, 1000).unwrap()
+}
+
+/// A mass on a spring whose far end moves steadily, from rest.
+fn pulled(
+    mass: f64,
+    spring_stiffness: f64,
+    drive_velocity: f64,
+    (interval, answers): (f64, usize),
+) -> MechanismScene<f64, Lumped, Constant<f64>> {
+    let mechanism = Mechanism { mass, spring_stiffness, viscous_damping: 0.0 };
+    let contact = sets()[0].under_load(1.0).unwrap();
+    let force = Constant::zero();
+    let system = MassSpringDamperParameters { contact, mechanism, drive_velocity, force };
+    MechanismScene::new(MechanismSceneParameters {
+        system: MassSpringDamper::new(system).unwrap(),
+        start: Vector3::zeros(),
+        interval,
+        answers,
+        quantity: Quantity::Position,
+    })
+    .unwrap()
+}
 
 #[test]
 fn what_the_readme_shows_is_what_comes_out() {
-    let velocity = SineParameters { mean: 0.0055, amplitude: 0.005, frequency: 25.0, phase: 0.0 };
-    let scene = KnownVelocity::new(KnownVelocityParameters {
-        contact: sets()[0].under_load(1.0).unwrap(),
-        velocity: Sine::new(velocity).unwrap(),
-        interval: 4e-4,
-        answers: 1000,
-        start: Start::Steady,
-    });
-    let choice = choose(&scene.unwrap(), Tolerance::at_every_answer(0.015)).unwrap();
+    let choice = choose(&lag(), Tolerance::at_every_answer(0.015)).unwrap();
     let text: Vec<String> = choice.to_string().lines().map(|l| l.trim_end().into()).collect();
     let text = text.join("\n");
     assert!(text.lines().all(|line| line.chars().count() <= 100), "it fits a page\n{text}");
     assert!(include_str!("../../README.md").contains(&text), "{text}");
+}
+
+#[test]
+fn the_report_lists_every_level_with_what_its_plan_costs_when_it_runs() {
+    for scene in [&lag() as &dyn Scene, &pulled(1.0, 2.0, 0.1, (0.1, 100))] {
+        let choice = choose(scene, Tolerance::at_every_answer(0.01)).unwrap();
+        let levels: Vec<Level> = choice.trials.iter().map(|trial| trial.plan.level).collect();
+        assert_eq!(levels, scene.levels());
+        for trial in &choice.trials {
+            let run = scene.run(&trial.plan).unwrap();
+            assert_eq!((run.evaluations, run.cost), (trial.evaluations, trial.cost));
+            let (_, physics) = trial.physics.unwrap();
+            assert!((0.0..=2.0).contains(&physics), "{choice}");
+        }
+    }
+}
+
+#[test]
+fn plans_of_other_scenes_and_no_steps_are_refused() {
+    let (scene, level) = (lag(), Level::REFERENCE);
+    let other = Plan { level: Level::PATCH, steps: 1 };
+    let error = scene.run(&other).unwrap_err();
+    assert_eq!(error, FidelityError::NoSuchLevel { level: Level::PATCH });
+    assert_eq!(error.to_string(), "this scene has no patch, exact hold");
+    for steps in [0, (1 << 20) + 1, u32::MAX] {
+        let error = scene.run(&Plan { level, steps }).unwrap_err();
+        let FidelityError::Parameter(error) = error else { panic!("{error}") };
+        assert_eq!((error.name, error.value), ("plan.steps", f64::from(steps)));
+    }
+}
+
+#[test]
+fn senseless_input_is_refused_by_name() {
+    let name = |scene: Result<_, ParameterError>| scene.map(|_| ()).unwrap_err().name;
+    let steady = Constant::new(0.1).unwrap();
+    for interval in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert_eq!(name(dragged(steady, interval, 10).map(|_| ())), "interval");
+    }
+    for answers in [0, 1_000_001, usize::MAX] {
+        let error = dragged(steady, 0.1, answers).unwrap_err();
+        assert_eq!(error.rule, Rule::CountBetween { least: 1, most: 1_000_000 });
+        assert_eq!(error.name, "answers");
+    }
+    let broken = |time: f64| (if time < 0.55 { 1.0 } else { f64::NAN }, 0.0);
+    let error = dragged(Function::new(broken, []), 0.1, 10).unwrap_err();
+    assert_eq!((error.name, error.component), ("velocity", Some(6)));
+    for speed in [-1.0, f64::NAN] {
+        let speed = Function::new(move |_: f64| (speed, 0.0), []);
+        let motion = MotionOverTime { slip_velocity: steady, rolling_speed: speed };
+        let patch = patch(0, PolynomialExponential::parabolic());
+        let (interval, answers, start) = (0.1, 10, Start::Steady);
+        let parameters = PatchSceneParameters { patch, motion, interval, answers, start };
+        assert_eq!(name(PatchScene::new(parameters).map(|_| ())), "rolling_speed");
+    }
+    for (error, budget) in [(0.0, 1.0), (f64::NAN, 1.0), (1.0, -1.0), (1.0, f64::NAN)] {
+        let tolerance = Tolerance { norm: Norm::Greatest, error, budget };
+        let FidelityError::Parameter(error) = choose(&lag(), tolerance).unwrap_err() else {
+            panic!("{tolerance:?}")
+        };
+        assert!(error.name.starts_with("tolerance."), "{error}");
+    }
+}
+
+/// A mass that is pulled so slowly that it waits on the falling part of its curve. Its steady
+/// sliding is unstable, σ = 8.668/s; it comes there at 22 s and slips at 24.37 s (multiple precision
+/// of 30 and of 40 digits), when roundings have grown as large as the motion.
+#[test]
+#[ignore = "seconds, in release"]
+fn a_slip_whose_time_roundings_decide_is_undetermined() {
+    let scene = pulled(1.581_093_576e-2, 98.600_011, 7.519_596e-4, (1.893_790_26e-2, 1476));
+    let error = choose(&scene, Tolerance::at_every_answer(1.37e-3)).unwrap_err();
+    let FidelityError::Undetermined { difference, allowed, .. } = error else { panic!("{error}") };
+    assert!(difference > 0.1 * allowed, "{error}");
+    assert!(error.to_string().contains("roundings decide"));
+}
+
+/// A force that a tolerance of a few roundings asks for, and a search that may cost nothing.
+#[test]
+fn what_cannot_settle_is_undetermined_with_the_difference_that_is_left() {
+    for tolerance in [
+        Tolerance { budget: 1e6, ..Tolerance::at_every_answer(1e-15) },
+        Tolerance { budget: 1.0, ..Tolerance::at_every_answer(0.015) },
+    ] {
+        let error = choose(&lag(), tolerance).unwrap_err();
+        assert!(matches!(error, FidelityError::Undetermined { .. }), "{error}");
+    }
+}
+
+/// At a hundred periods and a whole number of them from one answer to the next, runs with 1, 2 and
+/// 4 steps see the velocity at one phase only.
+#[test]
+fn what_happens_between_answers_is_seen() {
+    for periods in [4.0, 8.0, 96.0, 100.0] {
+        let scene = dragged(sine(0.0, 1e-3, periods), 1.0, 20).unwrap();
+        let choice = choose(&scene, Tolerance::at_every_answer(0.015)).unwrap();
+        let fine = scene.run(&Plan { level: Level::REFERENCE, steps: 12_345 }).unwrap();
+        let found = scene.run(&choice.plan).unwrap();
+        let off = crate::judge::distance(Norm::Greatest, &found.answers, &fine.answers);
+        assert!(off <= 0.015, "{periods} {off}\n{choice}");
+    }
+}
+
+#[test]
+fn single_precision_gets_the_same_choice() {
+    let curve = Stribeck::new(StribeckParameters {
+        static_coefficient: 1.5_f32,
+        dynamic_coefficient: 1.0,
+        stribeck_velocity: 0.01,
+        stribeck_exponent: 2.0,
+        viscous_friction: 0.04,
+    });
+    let bristle = bristle::rheology::KelvinVoigtParameters {
+        micro_stiffness: 1e4_f32,
+        micro_damping: 64.5,
+    };
+    let friction = FrBd::new(curve.unwrap(), KelvinVoigt::new(bristle).unwrap());
+    let wave = SineParameters { mean: 0.0055_f32, amplitude: 0.005, frequency: 25.0, phase: 0.0 };
+    let scene = KnownVelocity::new(KnownVelocityParameters {
+        contact: friction.under_load(1.0).unwrap(),
+        velocity: Sine::new(wave).unwrap(),
+        interval: 4e-4,
+        answers: 200,
+        start: Start::Steady,
+    });
+    let tolerance = Tolerance::at_every_answer(0.015);
+    let (single, double) = (choose(&scene.unwrap(), tolerance), choose(&lag(), tolerance));
+    assert_eq!(single.unwrap().plan, double.unwrap().plan);
 }
