@@ -183,23 +183,16 @@ impl<S: Scene + ?Sized> Search<'_, S> {
                 difference = uncertainty;
             }
             if !affordable {
-                self.check_finite(level, &run)?;
-                let (quantity, allowed) = (self.scene.quantity(), self.tolerance.error);
-                return Err(FidelityError::Undetermined { quantity, difference, allowed, steps });
+                return self.undetermined(difference, steps);
             }
             coarser.push(run);
             steps *= 2;
         }
     }
 
-    fn check_finite(&self, level: Level, run: &Run) -> Result<(), FidelityError> {
-        match run.answers.iter().position(|answer| !answer.is_finite()) {
-            Some(index) => {
-                let time = self.scene.interval() * (index + 1) as f64;
-                Err(FidelityError::NotFinite { level, time })
-            }
-            None => Ok(()),
-        }
+    fn undetermined<R>(&self, difference: f64, steps: u32) -> Result<R, FidelityError> {
+        let (quantity, allowed) = (self.scene.quantity(), self.tolerance.error);
+        Err(FidelityError::Undetermined { quantity, difference, allowed, steps })
     }
 
     /// What a run is worth.
@@ -220,9 +213,8 @@ impl<S: Scene + ?Sized> Search<'_, S> {
                 return Ok(trial);
             }
         }
-        // A memoryless reference whose answers are not finite.
-        self.check_finite(level, &reference.run)?;
-        Err(none("levels").into())
+        // Only if it is memoryless, and its answers are not finite.
+        self.undetermined(f64::NAN, 1)
     }
 
     /// Doubles the steps of a level until it is good enough, settles on something else, or would

@@ -97,20 +97,17 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> KnownVelocity<T, M, V> {
             squares += now * now;
             last = now;
         }
-        let mut angular_frequency = T::one() / clock.time(answers);
-        if squares > T::zero() {
-            angular_frequency = larger(angular_frequency, (rates / squares).sqrt() / interval);
-        }
-        let lumped = contact.model().lumped(angular_frequency)?;
-        let mut sum = T::zero();
-        for time in clock.times() {
-            let now = velocity.value(time);
+        let frequency =
+            if is_zero(squares) { squares } else { (rates / squares).sqrt() / interval };
+        let lumped = contact.model().lumped(larger(frequency, T::one() / clock.time(answers)))?;
+        let mean = clock.times().fold(T::zero(), |sum, time| {
             // The curve beside v = 0, where it has no sign and is 0.
+            let now = velocity.value(time);
             let now = if is_zero(now) { T::default_epsilon() } else { now };
-            sum += lumped.stationary_coefficient(now).abs();
-        }
+            sum + lumped.stationary_coefficient(now).abs() / lit(answers as f64)
+        });
         let dahl = Dahl::new(DahlParameters {
-            dynamic_coefficient: sum / lit(answers as f64),
+            dynamic_coefficient: mean,
             micro_stiffness: lumped.storage_stiffness(),
         })?;
         let (dahl, lumped) = (dahl.under_load(normal_force)?, lumped.under_load(normal_force)?);

@@ -100,12 +100,7 @@ struct MassStep<T> {
     predicted: T,
 }
 
-impl<T, M, F> MechanismScene<T, M, F>
-where
-    T: Scalar,
-    M: Bristle<T, Deflection = T>,
-    F: Signal<T>,
-{
+impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M, F> {
     /// Checks the parameters.
     ///
     /// # Errors
@@ -273,14 +268,9 @@ where
 /// Steps of a run under error control at most: some seconds.
 const MOST_CONTROLLED_STEPS: u64 = 10_000_000;
 
-impl<T, M, F> Scene for MechanismScene<T, M, F>
-where
-    T: Scalar,
-    M: Bristle<T, Deflection = T>,
-    F: Signal<T>,
-{
+impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> Scene for MechanismScene<T, M, F> {
     fn levels(&self) -> Vec<Level> {
-        let reference = [Level::REFERENCE_COMPANION];
+        let reference = [Level::REFERENCE_COMPANION, Level::REFERENCE_CONTROLLED];
         [Level::TRUE_REST, Level::DAHL_COMPANION].into_iter().chain(reference).collect()
     }
 

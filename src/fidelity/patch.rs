@@ -86,12 +86,8 @@ pub struct PatchScene<T, M, const N: usize, S, W> {
 /// Segments that a patch gets memory for, some megabytes; narrower ones are merged.
 const SEGMENTS: usize = 20_000;
 
-impl<T, M, const N: usize, S, W> PatchScene<T, M, N, S, W>
-where
-    T: Scalar,
-    M: RateDependent<T>,
-    S: Signal<T>,
-    W: Signal<T>,
+impl<T: Scalar, M: RateDependent<T>, const N: usize, S: Signal<T>, W: Signal<T>>
+    PatchScene<T, M, N, S, W>
 {
     /// Checks the parameters.
     ///
@@ -176,7 +172,7 @@ where
         }
         let mut last = T::zero();
         for time in self.clock.times() {
-            let span = (self.last_transit(last, time, steps), time);
+            let span = (self.last_transit(last, time, steps)?, time);
             Clock::each_step(
                 span,
                 steps,
@@ -195,35 +191,26 @@ where
     }
 
     /// Where the steps that lead to an answer begin. The patch forgets all that is more than a
-    /// transit old: if the answer before is longer ago than that, a transit before this one, as far
-    /// as so many steps tell.
-    fn last_transit(&self, before: T, end: T, steps: u32) -> T {
+    /// transit old: if the answer before is much longer ago than that, at half as much again before
+    /// this one, provided that the way since, as far as so many steps tell, is a transit.
+    fn last_transit(&self, before: T, end: T, steps: u32) -> Result<T, FidelityError> {
         let length = self.patch.length();
-        let mut duration = length / self.motion.rolling_speed.value(end);
-        // At once where the speed is constant; again where it changes.
-        for _ in 0..3 {
-            // A tenth to spare for what the speed does between the looks.
-            let from = end - duration * lit(1.1);
-            if !(from > before) {
-                break;
-            }
-            let mut way = T::zero();
-            let rolled = Clock::each_step(
-                (from, end),
-                steps + 3,
-                |_, _| None,
-                |step, look| {
-                    way += self.motion.rolling_speed.value(look) * step;
-                    Ok(())
-                },
-            );
-            let transit = (end - from) * length / way;
-            if rolled.is_ok() && transit <= duration {
-                return from;
-            }
-            duration = transit;
+        let from = end - length * lit(1.5) / self.motion.rolling_speed.value(end);
+        if !(from > before) {
+            return Ok(before);
         }
-        before
+        let mut way = T::zero();
+        Clock::each_step(
+            (from, end),
+            steps + 3,
+            |_, _| None,
+            |step, look| {
+                way += self.motion.rolling_speed.value(look) * step;
+                Ok(())
+            },
+        )?;
+        // A tenth to spare for what the speed does between the looks.
+        Ok(if way > length * lit(1.1) { from } else { before })
     }
 }
 
@@ -250,12 +237,8 @@ fn relaxation_length<T: Scalar, M: RateDependent<T>, const N: usize>(
     about(mean.slip_velocity).or_else(|| about(T::zero())).unwrap_or(third)
 }
 
-impl<T, M, const N: usize, S, W> Scene for PatchScene<T, M, N, S, W>
-where
-    T: Scalar,
-    M: RateDependent<T>,
-    S: Signal<T>,
-    W: Signal<T>,
+impl<T: Scalar, M: RateDependent<T>, const N: usize, S: Signal<T>, W: Signal<T>> Scene
+    for PatchScene<T, M, N, S, W>
 {
     fn levels(&self) -> Vec<Level> {
         alloc::vec![Level::SLIP_CURVE, Level::RELAXATION_LENGTH, Level::PATCH]

@@ -31,12 +31,8 @@ pub trait Reducible<T: Scalar>: Bristle<T> {
     const COSTS: (f64, f64);
 }
 
-impl<T, C, R, E> Reducible<T> for FrBd<C, R, E>
-where
-    T: Scalar,
-    C: FrictionCurve<T>,
-    R: Rheology<T>,
-    E: Regularisation<T>,
+impl<T: Scalar, C: FrictionCurve<T>, R: Rheology<T>, E: Regularisation<T>> Reducible<T>
+    for FrBd<C, R, E>
 {
     type Lumped = FrBd<C, KelvinVoigt<T>, E>;
 
@@ -65,11 +61,8 @@ where
 }
 
 /// FrBD on the same spring and dashpot, which is one step of linearisation away.
-impl<T, C, E> Reducible<T> for ImplicitBristle<C, E, T>
-where
-    T: Scalar,
-    C: FrictionCurve<T>,
-    E: Regularisation<T>,
+impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> Reducible<T>
+    for ImplicitBristle<C, E, T>
 {
     type Lumped = FrBd<C, KelvinVoigt<T>, E>;
 

@@ -170,20 +170,13 @@ pub enum FidelityError {
     Undetermined {
         /// The quantity of the scene.
         quantity: Quantity,
-        /// By how much the last two runs differ, in its unit.
+        /// By how much the last two runs differ, in its unit; NaN if an answer is not finite, or if
+        /// the budget does not allow for two runs.
         difference: f64,
         /// The error allowed.
         allowed: f64,
         /// Steps from one answer to the next in the last run.
         steps: u32,
-    },
-    /// An answer of the reference is not finite.
-    #[error("{}, {}: the answer at t = {time} s is not finite", level.model, level.method)]
-    NotFinite {
-        /// The level.
-        level: Level,
-        /// The time of the first such answer \[s\].
-        time: f64,
     },
     /// A run stopped.
     #[error("{}, {} stopped at t = {time} s: {reason}", level.model, level.method)]

@@ -172,10 +172,8 @@ fn single_precision_gets_the_same_choice() {
         stribeck_exponent: 2.0,
         viscous_friction: 0.04,
     });
-    let bristle = bristle::rheology::KelvinVoigtParameters {
-        micro_stiffness: 1e4_f32,
-        micro_damping: 64.5,
-    };
+    let bristle =
+        bristle::rheology::KelvinVoigtParameters { micro_stiffness: 1e4_f32, micro_damping: 64.5 };
     let friction = FrBd::new(curve.unwrap(), KelvinVoigt::new(bristle).unwrap());
     let wave = SineParameters { mean: 0.0055_f32, amplitude: 0.005, frequency: 25.0, phase: 0.0 };
     let scene = KnownVelocity::new(KnownVelocityParameters {
