@@ -57,10 +57,9 @@
 //! section III-A, and of their storage function, Lemma III.2.
 
 use crate::bounds::larger;
-use crate::model::unlimited;
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Deflection;
-use crate::scalar::{is_zero, lit, nan};
+use crate::scalar::{is_zero, lit, nan, unlimited};
 use crate::{Affine, Bristle, Contact, Scalar};
 
 /// A contact prepared for passive steps inside a mechanism.

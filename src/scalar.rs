@@ -27,6 +27,12 @@ pub(crate) fn is_zero<T: Scalar>(value: T) -> bool {
     value <= T::zero() && value >= T::zero()
 }
 
+/// Infinity, in any scalar type: the fastest speed of a law that holds at every velocity.
+#[inline(always)]
+pub(crate) fn unlimited<T: Scalar>() -> T {
+    T::one() / T::zero()
+}
+
 /// Not a number, in any scalar type: what a model answers where it has no answer.
 #[inline(always)]
 pub(crate) fn nan<T: Scalar>() -> T {

@@ -86,10 +86,9 @@
 
 use super::output::{Compensation, Output, OutputParameters};
 use super::velocity_from_position::{VelocityFromPosition, VelocityFromPositionParameters, along};
-use crate::model::unlimited;
 use crate::parameter::{self, ParameterError};
 use crate::rheology::{Deflection, KelvinVoigt, Spring};
-use crate::scalar::lit;
+use crate::scalar::{lit, unlimited};
 use crate::{Affine, Bristle, Contact, Dahl, FrBd, Law, LuGre, Scalar};
 
 /// How the tracking error corrects the estimate.

@@ -16,9 +16,8 @@
 
 use super::valley::Valley;
 use crate::curve::FrictionCurve;
-use crate::model::unlimited;
 use crate::parameter::{self, ParameterError};
-use crate::scalar::{is_zero, lit};
+use crate::scalar::{is_zero, lit, unlimited};
 use crate::{Bounds, Branch, Scalar, Sliding};
 
 /// Parameters of [`Stribeck`].

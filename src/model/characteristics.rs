@@ -4,7 +4,7 @@ use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
 use crate::parameter::{ParameterError, Rule};
 use crate::rheology::ElementBounds;
-use crate::scalar::{is_zero, lit, to_f64};
+use crate::scalar::{is_zero, lit, to_f64, unlimited};
 use crate::{Bounds, Branch, Scalar};
 
 /// What a model is made of, as far as the laws of friction speak of it. From
@@ -71,7 +71,7 @@ impl<T: Scalar> Characteristics<T> {
             micro_stiffness: elements.stiffness,
             micro_damping: elements.damping,
             static_coefficient: curve.at(T::zero()),
-            dry_coefficient: curve.without_viscous_friction().bounds(super::unlimited()),
+            dry_coefficient: curve.without_viscous_friction().bounds(unlimited()),
             slope_at_rest,
             least_slope: smaller(slope_at_rest, least_slope(curve, fastest)),
             viscous_friction: T::zero(),

@@ -17,12 +17,13 @@
 //! friction models", IEEE Transactions on Automatic Control 47 (2002), 787–792, in the FrBD model
 //! of Romano et al. (arXiv 2602.09429), section III-A.
 
-use super::frbd::{Series, inverse_resistance, least_slope, unlimited};
+use super::frbd::{Series, inverse_resistance, least_slope};
 use super::{Affine, Characteristics, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError};
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, KelvinVoigt, Rheology, VelocityLaw};
+use crate::scalar::unlimited;
 use crate::{Bristle, Scalar, Sliding};
 
 /// Parameters of [`ElastoPlastic`].

@@ -26,7 +26,7 @@ use crate::bounds::larger;
 use crate::curve::FrictionCurve;
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Deflection, ElementBounds, Elements, Rheology};
-use crate::scalar::{is_zero, nan};
+use crate::scalar::{is_zero, nan, unlimited};
 use crate::{Bristle, Scalar, Sliding};
 
 /// An FrBD model (friction with bristle dynamics) of a friction curve C, a bristle R and a
@@ -369,11 +369,6 @@ pub(crate) fn inverse_resistance<T: Scalar>(
         resistance > T::zero()
     };
     if admissible { T::one() / resistance } else { nan() }
-}
-
-/// Every speed: what a law that holds for all velocities is asked about.
-pub(crate) fn unlimited<T: Scalar>() -> T {
-    T::one() / T::zero()
 }
 
 /// A number that μ(v)/|v|_ε does not fall below for |v| ≤ `fastest`.

@@ -64,13 +64,13 @@ mod solve;
 
 use solve::{Fold, Surface, Tip};
 
-use super::{Affine, HeldStep, Law, Limits, Linearised, finite, unlimited};
+use super::{Affine, HeldStep, Law, Limits, Linearised, finite};
 use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, KelvinVoigt, Rheology};
-use crate::scalar::{is_zero, lit, to_f64};
+use crate::scalar::{is_zero, lit, to_f64, unlimited};
 use crate::{Branch, Bristle, Scalar, Sliding};
 
 /// Which branch of a folded inversion to follow.

@@ -11,12 +11,12 @@
 //! systems with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425.
 
 use super::affine::forwards;
-use super::frbd::{inverse_resistance, least_slope, unlimited};
+use super::frbd::{inverse_resistance, least_slope};
 use super::{Affine, Characteristics, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, KelvinVoigt, Rheology, VelocityLaw, Weights};
-use crate::scalar::lit;
+use crate::scalar::{lit, unlimited};
 use crate::{Bristle, Scalar, Sliding};
 
 /// The LuGre model of a friction curve C, a [`KelvinVoigt`] bristle R of constant stiffness and a

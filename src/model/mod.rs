@@ -16,7 +16,6 @@ pub use characteristics::Characteristics;
 pub use dahl::{Dahl, DahlParameters};
 pub use elasto_plastic::{ElastoPlastic, ElastoPlasticParameters};
 pub use frbd::FrBd;
-pub(crate) use frbd::unlimited;
 pub use implicit::{FoldRule, ImplicitBristle, ImplicitBristleParameters};
 pub use law::Law;
 pub use lugre::LuGre;
