@@ -332,11 +332,11 @@ fn the_document_tells_operations_and_memory_of_every_compensator() {
             let mut b = $build(rational::<Counted>());
             let first = sample(|$position| {
                 let $it = &mut a;
-                std::hint::black_box($step);
+                let _ = std::hint::black_box($step);
             });
             let quick = sample(|$position| {
                 let $it = &mut b;
-                std::hint::black_box($step);
+                let _ = std::hint::black_box($step);
             });
             let single = size_of_val(&$build(stribeck::<f32>(2.0)));
             let double = size_of_val(&$build(stribeck::<f64>(2.0)));
