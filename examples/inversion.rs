@@ -1,6 +1,6 @@
-//! What one step of an inversion costs: FrBD takes one Newton-like step of the bristle's force balance, the implicit
-//! bristle solves it. Table 2, p = 1 N, in four scenes: frictional lag, stick-slip, pre-sliding
-//! and the rate at which a disturbance of steady sliding fades.
+//! What one step of an inversion costs: FrBD takes one Newton-like step of the bristle's force
+//! balance, the implicit bristle solves it. Table 2, p = 1 N, in four scenes: frictional lag,
+//! stick-slip, pre-sliding and the rate at which a disturbance of steady sliding fades.
 //!
 //! Leaves `inversion.csv` and `inversion.svg`.
 
@@ -26,8 +26,8 @@ const LAG_FREQUENCIES: [f64; 2] = [25.0, 100.0];
 const STICK_SLIP_END: f64 = 60.0;
 const LOAD_CYCLES: f64 = 20.0;
 
-/// What one model did: lag loops (v, F) by frequency, the drag of stick-slip (t, F), its period, pre-sliding
-/// (x, F), and rates (v, 1/s).
+/// What one model did: lag loops (v, F) by frequency, the drag of stick-slip (t, F), its period,
+/// pre-sliding (x, F), and rates (v, 1/s).
 struct Run {
     name: &'static str,
     label: &'static str,
@@ -157,7 +157,8 @@ fn run<M: Bristle<f64, Deflection = f64>>(
     };
     let stick_slip = trajectory.iter().map(|(t, state)| (t, rig.friction_force(state))).collect();
 
-    // A unit mass under a force between 0 and 0.8 of breakaway, once a second; from 0, so that nothing swings.
+    // A unit mass under a force between 0 and 0.8 of breakaway, once a second; from 0, so that
+    // nothing swings.
     let force =
         Sine::new(SineParameters { mean: 0.6, amplitude: 0.6, frequency: 1.0, phase: -0.5 * PI })?;
     let scene = MassSpringDamper::new(MassSpringDamperParameters {

@@ -1,8 +1,9 @@
-//! What single precision costs: every result in `f32` beside the same in `f64`, from the same numbers.
+//! What single precision costs: every result in `f32` beside the same in `f64`, from the same
+//! numbers.
 //!
-//! The parameters are rounded to `f32` for both, so that what differs is the arithmetic alone. Velocities
-//! run from the smallest subnormal to 1 km/s, λh from 1e-12 to 1e6; then a million steps of a
-//! millisecond. Leaves `precision.csv` and `precision.svg`.
+//! The parameters are rounded to `f32` for both, so that what differs is the arithmetic alone.
+//! Velocities run from the smallest subnormal to 1 km/s, λh from 1e-12 to 1e6; then a million steps
+//! of a millisecond. Leaves `precision.csv` and `precision.svg`.
 
 #[macro_use]
 mod support;
@@ -274,7 +275,7 @@ fn main() -> ExitCode {
         columns.extend(RESULTS);
         let mut table = Csv::create(arguments.out_dir(), "precision", &columns)?;
         println!(
-            "Largest errors in roundings (2⁻²⁴ = 6e-8): of forces, those of p μ; of energies, those of W."
+            "Largest errors in roundings (2⁻²⁴ = 6e-8), of p μ for forces and of W for energies."
         );
         println!();
         println!("| | {} |", RESULTS.join(" | "));

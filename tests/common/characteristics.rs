@@ -1,5 +1,6 @@
 //! The bristles of a rolling patch, followed one by one: the closed form of every held step along a
-//! characteristic, and quadrature over the patch. Nothing of the library but a model's coefficients.
+//! characteristic, and quadrature over the patch. Nothing of the library but a model's
+//! coefficients.
 
 #![allow(dead_code, unreachable_pub, reason = "each test binary uses its own part of this module")]
 
@@ -62,8 +63,8 @@ impl<'a> History<'a> {
         }
     }
 
-    /// ∫₀¹ p z dξ: between the places where the profile is not smooth by Gauss–Legendre quadrature in
-    /// panels over which no exponential falls by more than e^−2.
+    /// ∫₀¹ p z dξ: between the places where the profile is not smooth by Gauss–Legendre quadrature
+    /// in panels over which no exponential falls by more than e^−2.
     pub fn weighted(&self, pressure: &dyn Fn(f64) -> f64, steepness: f64) -> f64 {
         let gauss = gauss();
         let panels = |from: f64, to: f64, steep: f64, z: &dyn Fn(f64) -> f64| {
@@ -126,7 +127,8 @@ impl<'a> History<'a> {
         total
     }
 
-    /// The deflection at one place: its bristle is followed back to where it came in, and forth again.
+    /// The deflection at one place: its bristle is followed back to where it came in, and forth
+    /// again.
     pub fn deflection(&self, place: f64) -> f64 {
         let (mut left, mut first) = (place, self.steps.len());
         let mut entered = None;
@@ -150,7 +152,8 @@ impl<'a> History<'a> {
     }
 }
 
-/// Twelve-point Gauss–Legendre nodes and weights on [0, 1]: Legendre's recurrence and Newton's method.
+/// Twelve-point Gauss–Legendre nodes and weights on [0, 1]: Legendre's recurrence and Newton's
+/// method.
 pub fn gauss() -> [(f64, f64); 12] {
     std::array::from_fn(|i| {
         let n = 12.0;

@@ -334,7 +334,8 @@ impl ClosedForm {
         self.mu(u) * self.sign(u)
     }
 
-    /// Speeds up to the fastest, close enough together for any curve here: from 1e-6 of v_S (or ε, v_t).
+    /// Speeds up to the fastest, close enough together for any curve here: from 1e-6 of v_S (or ε,
+    /// v_t).
     fn speeds(&self, fastest: f64) -> Vec<f64> {
         let r = &self.recipe;
         let least = 1e-6 * fastest.min(r.stribeck_velocity).min(self.modulus.at_rest(r).max(1e-9));
@@ -343,8 +344,8 @@ impl ClosedForm {
         (0..=count as u32).map(|i| at(f64::from(i))).collect()
     }
 
-    /// v_s of the implicit bristle, from σ1 v_s + f(v_s) = σ0 z + σ1 v by bisection over the numbers
-    /// themselves; on a fold after a search for the first or the last crossing.
+    /// v_s of the implicit bristle, from σ1 v_s + f(v_s) = σ0 z + σ1 v by bisection over the
+    /// numbers themselves; on a fold after a search for the first or the last crossing.
     pub fn tip(&self, v: f64, z: f64) -> f64 {
         let (s0, s1) = (self.sigma0(v), self.sigma1(v));
         let trial = s0 * z + s1 * v;
@@ -396,8 +397,8 @@ impl ClosedForm {
         }
     }
 
-    /// For the implicit bristle, at its tip: r, ds/d|v_s| with the sum of its terms, Φ' with the sum of its terms, f', and
-    /// the error of |v_s| per rounding.
+    /// For the implicit bristle, at its tip: r, ds/d|v_s| with the sum of its terms, Φ' with the
+    /// sum of its terms, f', and the error of |v_s| per rounding.
     fn at_tip(&self, v: f64, z: f64) -> AtTip {
         let r = &self.recipe;
         let u = self.tip(v, z);
@@ -526,8 +527,8 @@ impl ClosedForm {
         self.recipe.stiffness
     }
 
-    /// F v − Ẇ by the dissipation identity, (p/g)(ασ0²|v|_ε z² + σ1 μ v²), for the models it holds for
-    /// (constant σ0), and the general p(sλz² + (c₀ − s r) z v + c₂ v²) for the others.
+    /// F v − Ẇ by the dissipation identity, (p/g)(ασ0²|v|_ε z² + σ1 μ v²), for the models it holds
+    /// for (constant σ0), and the general p(sλz² + (c₀ − s r) z v + c₂ v²) for the others.
     pub fn dissipation(&self, v: f64, z: f64) -> f64 {
         let g = self.resistance(v, z);
         if self.stiffness == Element::Constant

@@ -4,6 +4,7 @@
 //! its closed form, which is what it is tested against, in [`closed_form`]).
 
 #![allow(dead_code, unreachable_pub, reason = "each test binary uses its own part of this module")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 pub mod characteristics;
 pub mod closed_form;

@@ -35,7 +35,8 @@ impl Recipe {
     /// Knot speeds of the table over v_S.
     pub const TABLE_SPEEDS: [f64; 5] = [0.0, 0.3, 1.0, 4.0, 20.0];
 
-    /// The paper's Table 2 (σ0/(σ1 + σ2) = 1e4/64.54 1/s), with p = 1 N; what that table does not name is of the same order.
+    /// The paper's Table 2 (σ0/(σ1 + σ2) = 1e4/64.54 1/s), with p = 1 N; what that table does not
+    /// name is of the same order.
     pub const TABLE_2: Self = Self {
         load: 1.0,
         dynamic: 1.0,

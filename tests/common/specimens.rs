@@ -239,7 +239,8 @@ fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
         let bristle = kelvin_voigt(k, lit(r.damping));
         in_each_regularisation!(list, form, implicit(c.clone(), bristle, Option::None));
     }
-    // … and folded, unless by chance it is not. (A table may have several folds, see tests/models/implicit.rs.)
+    // … and folded, unless by chance it is not. (A table may have several folds, see
+    // tests/models/implicit.rs.)
     if !matches!(curve, Curve::Coulomb | Curve::Tabulated) {
         let r = Recipe { damping: r.damping + 1e-2, ..*r };
         // Both rules where the fold is of a kind of its own, one where it is like another.

@@ -154,8 +154,8 @@ fn two_curves_in_one_share_the_smaller_of_their_viscous_parts() {
 
 #[test]
 fn lugres_force_hardly_changes_where_the_two_directions_hardly_differ() {
-    // σ1 z' = 0 in steady sliding at 1 m/s: F/p = μ_d + σ2, all of it inside the curve or σ2 outside
-    // of it; from z = 0 only what is outside of the curve adds to σ1.
+    // σ1 z' = 0 in steady sliding at 1 m/s: F/p = μ_d + σ2, all of it inside the curve or σ2
+    // outside of it; from z = 0 only what is outside of the curve adds to σ1.
     let r = Recipe::TABLE_2;
     let of = |viscous| coulomb::<f64>(&Recipe { viscous, ..r });
     let force = |backward| {

@@ -543,7 +543,8 @@ fn everything_runs_in_single_precision() {
             let reach = z.abs().max(want.deflection.abs());
             // What λ loses in its tip velocity, z_ss loses too.
             let reach = match (double.is_implicit(), form.coefficients(v, z).relaxation) {
-                // Its step has the accuracy of a share of the full deflection, less where a regularised tip takes many pieces.
+                // Its step has the accuracy of a share of the full deflection, less where a
+                // regularised tip takes many pieces.
                 (true, relaxation) if relaxation > 0.0 => {
                     reach * sums.relaxation / relaxation + 20.0 * form.mu(0.0) / form.sigma0(0.0)
                 }

@@ -1,5 +1,6 @@
-//! The implicit bristle by itself: its force balance, what it sticks to, its folds and what it refuses; its relation to
-//! FrBD in numbers; how steps and integrators cope with it. The laws it shares run over it in tests/models/laws.rs.
+//! The implicit bristle by itself: its force balance, what it sticks to, its folds and what it
+//! refuses; its relation to FrBD in numbers; how steps and integrators cope with it. The laws it
+//! shares run over it in tests/models/laws.rs.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::cell::Cell;
@@ -30,8 +31,8 @@ fn table_2() -> (Table2, FrBd<Stribeck<f64>, KelvinVoigt<f64>>) {
     (implicit(curve, bristle, None), FrBd::new(curve, bristle))
 }
 
-/// Table 2 with so little damping that it is folded: Φ rises to 1.5008 at 0.59 mm/s, falls to 1.1336 at
-/// 21 mm/s and rises again.
+/// Table 2 with so little damping that it is folded: Φ rises to 1.5008 at 0.59 mm/s, falls to
+/// 1.1336 at 21 mm/s and rises again.
 fn folded(rule: FoldRule) -> Table2 {
     implicit(stribeck(&Recipe::TABLE_2, 2.0), kelvin_voigt(1e4, 5.0), Some(rule))
 }
@@ -53,7 +54,8 @@ fn assert_balance<M: Bristle<f64, Deflection = f64>>(
     let (rate, carried) = (model.rate(v, z), model.coefficient(v, z));
     let terms = s0 * z.abs() + s1 * (v.abs() + rate.abs());
     assert_within(ROUNDING, terms, carried, s0 * z + s1 * rate, || format!("{name}: F/p"));
-    // The tip velocity v − ż loses digits where the bristle almost sticks: the model tells it itself elsewhere.
+    // The tip velocity v − ż loses digits where the bristle almost sticks: the model tells it
+    // itself elsewhere.
     let slip = v - rate;
     let lost = f64::EPSILON * 8.0 * (v.abs() + rate.abs());
     let reach = [surface(slip - lost), surface(slip), surface(slip + lost)];
@@ -273,7 +275,8 @@ fn the_worst_of_curves_is_still_solved_within_the_bound() {
 
 #[test]
 fn a_curve_on_which_newton_would_crawl_is_solved_by_bisection() {
-    // μ = 1 + (v/w)⁴⁰ from a guess a million w away: a Newton step takes off a fortieth, 550 would be needed.
+    // μ = 1 + (v/w)⁴⁰ from a guess a million w away: a Newton step takes off a fortieth, 550 would
+    // be needed.
     let curve = FunctionCurve::new(
         |speed: f64| {
             let u: f64 = speed / 1e-3;
@@ -312,8 +315,8 @@ fn an_answer_at_the_far_end_of_its_bracket_is_met() {
 
 #[test]
 fn the_derivatives_of_dual_numbers_are_of_first_order() {
-    // By the velocity, Φ' = 23.9 in Table 2; the second derivative of a twice dual number is not right, which the
-    // documentation says.
+    // By the velocity, Φ' = 23.9 in Table 2; the second derivative of a twice dual number is not
+    // right, which the documentation says.
     let r = Recipe::TABLE_2;
     let dual = implicit::<Dual64, _>(
         stribeck(&r, 2.0),
@@ -587,7 +590,8 @@ fn at_high_speed_it_is_frbd_but_for_a_constant() {
         for v in [1e2, 1e3, 1e4] {
             let (a, b) = (solved.coefficient(v, z), one_step.coefficient(v, z));
             // With S = σ1 + σ2 and μ = 1 + σ2 v the one is σ0 z + σ1 (σ2 v + 1 − σ0 z)/S, the other
-            // σ0 z + σ1 v (σ2 v + 1 − σ0 z)/(S v + 1): in powers of 1/v, and what is left out is 5e-4/v².
+            // σ0 z + σ1 v (σ2 v + 1 − σ0 z)/(S v + 1): in powers of 1/v, and what is left out is
+            // 5e-4/v².
             let (s1, s2, sum) = (64.5, 0.04, 64.54);
             let next = s1 / (sum * sum) * (s2 / sum - 1.0 + 1e4 * z);
             let want = -s1 * s2 / (sum * sum) + next / v;
@@ -681,8 +685,8 @@ mod runs {
     #[test]
     fn the_period_of_stick_slip_is_longer_than_with_frbd() {
         let (solved, one_step) = table_2();
-        // A program apart from the library's (classical Runge–Kutta with steps of 2e-4, 1e-4 and 5e-5 s, the
-        // tip by Newton and bisection from the formulas) gives 7.755 823 344(2) s.
+        // A program apart from the library's (classical Runge–Kutta with steps of 2e-4, 1e-4 and
+        // 5e-5 s, the tip by Newton and bisection from the formulas) gives 7.755 823 344(2) s.
         for (method, got) in [
             ("DormandPrince8", period(solved, DormandPrince8, 1e-9)),
             ("Rodas5P", period(solved, Rodas5P, 1e-9)),
@@ -712,8 +716,8 @@ mod runs {
         for (frequency, want) in [(25.0, 0.211_006_6), (50.0, 0.207_002_5), (100.0, 0.200_990_3)] {
             let (a, b) = (forces(solved, frequency), forces(one_step, frequency));
             let apart = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            // A program apart from the library's, at the same instants (classical Runge–Kutta with 500 and 1000 steps
-            // in a period, the tip by bisection), gives these to seven digits.
+            // A program apart from the library's, at the same instants (classical Runge–Kutta with
+            // 500 and 1000 steps in a period, the tip by bisection), gives these to seven digits.
             assert!((apart - want).abs() < 1e-6, "{frequency} Hz: {apart}");
         }
     }
@@ -741,7 +745,8 @@ mod runs {
             [trajectory.states()[1][0], trajectory.states()[2][0]]
         }
         let [half, whole] = positions(solved);
-        // It sticks: nothing but the integrator's errors, 1e-9 of 1.5e-4 m and some of the velocity's.
+        // It sticks: nothing but the integrator's errors, 1e-9 of 1.5e-4 m and some of the
+        // velocity's.
         assert!((whole - half).abs() < 1e-11, "{:e} m", whole - half);
         // FrBD: (μ_s/σ0) ln[F_b²/(F_b² − F2²)] per cycle, quasi-static; the cycles are not quite.
         let [half, whole] = positions(one_step);
@@ -761,7 +766,8 @@ mod runs {
         let run = solver
             .solve_with_events(&rig, 0.0..60.0, rig.at_rest(), &events, Output::Uniform(2))
             .unwrap();
-        // Stuck, k (0.1 t − x) = F with x = z nearly steady at 0.2/1e4 m/s: F = 1.5 N at t = 7.5 s + x/0.1 + transients.
+        // Stuck, k (0.1 t − x) = F with x = z nearly steady at 0.2/1e4 m/s: F = 1.5 N at t = 7.5 s
+        // + x/0.1 + transients.
         let time = run.events()[0].time;
         assert_within(1e-3, 7.5, time, 7.5 + 1.5e-4 / 0.1, || "breakaway".into());
     }

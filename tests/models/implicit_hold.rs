@@ -1,5 +1,6 @@
-//! The step of the implicit bristle at a held velocity, beside an integration of its own with tiny steps: which finds the tip by
-//! bisection, ends a step where the tip begins or ceases to stick or changes its branch, and is of fourth order in between.
+//! The step of the implicit bristle at a held velocity, beside an integration of its own with tiny
+//! steps: which finds the tip by bisection, ends a step where the tip begins or ceases to stick or
+//! changes its branch, and is of fourth order in between.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::cell::Cell;
@@ -13,7 +14,8 @@ use bristle::{
 
 type Model<E> = ImplicitBristle<Stribeck<f64>, E>;
 
-/// Uniform numbers in [0, 1) by the 64-bit linear congruential generator of Knuth (MMIX), upper 53 bits.
+/// Uniform numbers in [0, 1) by the 64-bit linear congruential generator of Knuth (MMIX), upper 53
+/// bits.
 struct Draw(u64);
 
 impl Draw {
@@ -59,7 +61,8 @@ impl Set {
         self.model().regularised(SquareRoot::new(self.rest * self.rest).unwrap())
     }
 
-    /// Table 2; the same folded, with a valley below and above what sticks at rest; Table 1. Sharp, and regularised.
+    /// Table 2; the same folded, with a valley below and above what sticks at rest; Table 1. Sharp,
+    /// and regularised.
     fn all() -> Vec<Set> {
         let mut sets = vec![TABLE_2, Set { rest: 1e-5, ..TABLE_2 }];
         for rule in [FoldRule::Slowest, FoldRule::Fastest] {
@@ -190,7 +193,8 @@ impl Set {
             if left <= 0.0 {
                 return (z, impulse / h);
             }
-            // A fiftieth of what it takes to change the load, Φ' and the tip's speed, but never a millionth.
+            // A fiftieth of what it takes to change the load, Φ' and the tip's speed, but never a
+            // millionth.
             let slope = |u: f64| {
                 let d = 1e-4 * (u.abs() + self.rest + 1e-6 * self.curve.stribeck_velocity);
                 (self.phi(u.abs() + d) - self.phi(u.abs())) / d
@@ -310,7 +314,8 @@ fn two_half_steps_make_a_whole_one_and_no_step_gives_energy() {
             let second = hold(&set, Scene { deflection: first.deflection, ..half });
             let full = set.mu(0.0) / stiffness;
             let off = (second.deflection - to).abs() / full;
-            // A few tens of pieces of an accuracy of 1e-9, more of them where the tip is regularised.
+            // A few tens of pieces of an accuracy of 1e-9, more of them where the tip is
+            // regularised.
             let enough = if set.rest > 0.0 { 1e-6 } else { 1e-7 };
             assert!(off < enough, "{set:?} {scene:?}: {off:e}");
             let off = (0.5 * (first.mean_coefficient + second.mean_coefficient)
@@ -361,8 +366,8 @@ fn a_long_step_ends_in_steady_sliding() {
 
 #[test]
 fn between_the_branches_the_load_stays_at_the_fold() {
-    // Table 1 at 5 m/s, on the falling part of the curve: it sticks and slips without end, at the summit or at the
-    // valley of Φ = μ, and not at μ(5 m/s) = 0.5205 where steady sliding would be.
+    // Table 1 at 5 m/s, on the falling part of the curve: it sticks and slips without end, at the
+    // summit or at the valley of Φ = μ, and not at μ(5 m/s) = 0.5205 where steady sliding would be.
     for (rule, rest_like) in [(FoldRule::Slowest, true), (FoldRule::Fastest, false)] {
         let set = Set {
             curve: paper::TYRE_CURVE,
@@ -390,8 +395,9 @@ fn between_the_branches_the_load_stays_at_the_fold() {
 
 #[test]
 fn coarse_steps_do_not_settle_on_a_branch_that_the_rule_does_not_follow() {
-    // A fall from 3 to 2 over 1 mm/s and next to no damping, dragged at half of that. Coarse steps with the coefficients frozen
-    // agree on what is far below: the rule says to hold on at the summit, 3.
+    // A fall from 3 to 2 over 1 mm/s and next to no damping, dragged at half of that. Coarse steps
+    // with the coefficients frozen agree on what is far below: the rule says to hold on at the
+    // summit, 3.
     let set = Set {
         curve: StribeckParameters {
             static_coefficient: 3.0,
@@ -538,7 +544,8 @@ fn in_single_precision_it_is_the_same_step() {
         let (v, z, h) = (velocity as f32, deflection as f32, duration as f32);
         let got = single.hold(v, z, h);
         let want = TABLE_2.model().hold(v.into(), z.into(), h.into());
-        // Sixteen roundings of the accuracy, times 64.5 v of the load, which a light tip amplifies by 64.5/21.6.
+        // Sixteen roundings of the accuracy, times 64.5 v of the load, which a light tip amplifies
+        // by 64.5/21.6.
         let off = f64::from(got.deflection) - want.deflection;
         let allowed = 2e-5 * 1.5e-4 * (1.0 + 64.5 * velocity.abs());
         assert!(off.abs() < allowed, "{velocity:e} {deflection:e} {duration:e}: {off:e}");
@@ -547,8 +554,8 @@ fn in_single_precision_it_is_the_same_step() {
 
 #[test]
 fn a_short_slide_from_a_flat_valley_stays_short_in_single_precision() {
-    // Broken away at the valley, where Φ' = 0, with 12 m/s ahead: σ1/σ0 = 3 ms to get there. A piece
-    // that goes all the way meets f at both ends to the roundings of an f32.
+    // Broken away at the valley, where Φ' = 0, with 12 m/s ahead: σ1/σ0 = 3 ms to get there. A
+    // piece that goes all the way meets f at both ends to the roundings of an f32.
     fn model<T: bristle::Scalar>() -> ImplicitBristle<Stribeck<T>, Unregularised, T> {
         let t = |x: f64| nalgebra::convert::<f64, T>(x);
         let curve = Stribeck::new(StribeckParameters {
@@ -616,7 +623,8 @@ mod ladder {
         }
     }
 
-    /// The forces of a set along a wave, from tiny steps with the velocity held over a 16th of the time between answers.
+    /// The forces of a set along a wave, from tiny steps with the velocity held over a 16th of the
+    /// time between answers.
     fn truth(set: &Set, wave: &Wave) -> Vec<f64> {
         const STEPS: u32 = 16;
         let velocity = wave.velocity();

@@ -1,4 +1,5 @@
-//! The laws of friction with bristle dynamics, each written once and run over every implementor that claims it; and a counterexample for every law that one denies.
+//! The laws of friction with bristle dynamics, each written once and run over every implementor
+//! that claims it; and a counterexample for every law that one denies.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 use crate::common::closed_form::{ClosedForm, Curve, Element, Family, Modulus};
@@ -376,8 +377,8 @@ fn the_deflection_stays_within_its_limit_over_any_sequence_of_steps() {
         for &(fraction, horizon) in &state.chain {
             let v = fraction * fastest;
             let h = horizon * limit / fastest;
-            // Steps that freeze α may overshoot by the displacement of the step; those that follow a tip by the
-            // accuracy of that.
+            // Steps that freeze α may overshoot by the displacement of the step; those that follow
+            // a tip by the accuracy of that.
             let slack = match specimen.form.family {
                 Family::ElastoPlastic => v.abs() * h,
                 Family::Implicit(_) => 1e-8 * limit,
@@ -640,9 +641,9 @@ fn the_energy_machine_draws_energy_from_lugre_and_none_from_frbd() {
     }
     let r = Recipe::TABLE_2;
     let (curve, bristle) = (|| stribeck(&r, 2.0), || kelvin_voigt(r.stiffness, r.damping));
-    // The periodic orbit in closed form, by another route: each stroke takes z to e z + (1 − e) z_ss
-    // with e = exp(−λ d/v), the orbit is the fixed point of both, and the mean over a stroke follows
-    // from the mean of the exponential. Given to half of their last digit.
+    // The periodic orbit in closed form, by another route: each stroke takes z to e z + (1 − e)
+    // z_ss with e = exp(−λ d/v), the orbit is the fixed point of both, and the mean over a stroke
+    // follows from the mean of the exponential. Given to half of their last digit.
     for (got, want, half_digit) in [
         (work(LuGre::classical(curve(), bristle())), -0.017_813_4, 0.5e-7),
         (work(LuGre::with_viscous_part_inside(curve(), bristle())), -0.000_747_45, 0.5e-8),
@@ -1184,7 +1185,8 @@ fn lag_loops_are_normal_where_the_curve_falls_and_reversed_where_it_rises() {
                 // At the corner of the lag, where the loop is widest.
                 let (lambda, a) = (s0 * speed / g, 1e-3 * v0);
                 let got = lag_loop(&specimen, v0, a, lambda) / (std::f64::consts::PI * a * a);
-                // π a² Im G(iλ), with G the transfer function of the linearised model (LuGre: h₁ = v g'/g in place of |v|μ'/g).
+                // π a² Im G(iλ), with G the transfer function of the linearised model (LuGre: h₁ =
+                // v g'/g in place of |v|μ'/g).
                 let of_lag = (s1 * lambda - s0) * lambda / (2.0 * lambda * lambda);
                 (got, of_lag * speed / g, s1 * speed > g)
             };
@@ -1212,8 +1214,9 @@ fn lag_loops_are_normal_where_the_curve_falls_and_reversed_where_it_rises() {
 fn counterexample(specimen: &Specimen<f64>, law: Law) -> Option<String> {
     let (form, subject) = (&specimen.form, &specimen.subject);
     if law == Law::NoDrift {
-        // Back and forth between two forces; fast for √ε and slow for v_S. The implicit bristle creeps while its tip
-        // is slower than √ε, and a folded one may slide from two thirds of μ(0) on.
+        // Back and forth between two forces; fast for √ε and slow for v_S. The implicit bristle
+        // creeps while its tip is slower than √ε, and a folded one may slide from two thirds of
+        // μ(0) on.
         let (speed, share) = if specimen.is_implicit() { (1e-5, 0.6) } else { (1e-3, 0.9) };
         let high = share * form.stick_limit() * form.recipe.stiffness / form.mu(0.0);
         let drift = drift(specimen, speed, 0.0, high, 1);
@@ -1307,7 +1310,8 @@ fn counterexample(specimen: &Specimen<f64>, law: Law) -> Option<String> {
     found.map(|(v, _, z)| format!("{} breaks {law} at v = {v:e}, z = {z:e}", specimen.name()))
 }
 
-/// The largest |Δż/Δz| at rest: about the deflection where a tip jumps from a branch to another, if it does.
+/// The largest |Δż/Δz| at rest: about the deflection where a tip jumps from a branch to another, if
+/// it does.
 fn steepest_rate(specimen: &Specimen<f64>) -> f64 {
     let subject = &specimen.subject;
     let full = 2.0 * specimen.form.mu(0.0) / specimen.form.recipe.stiffness;

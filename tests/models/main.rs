@@ -1,4 +1,5 @@
-//! Curves, bristles, regularisations and models: their laws, closed forms, derivatives and refusals.
+//! Curves, bristles, regularisations and models: their laws, closed forms, derivatives and
+//! refusals.
 
 #[path = "../common/mod.rs"]
 mod common;

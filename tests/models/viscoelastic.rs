@@ -1,6 +1,6 @@
 //! Viscoelastic bristles: each law written once and run over every one of them, the exact step
-//! against eigenvectors of ninety digits and brute force, and the limits in which one bristle becomes
-//! another.
+//! against eigenvectors of ninety digits and brute force, and the limits in which one bristle
+//! becomes another.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 use crate::common::recipe::{Recipe, decades, nonzero_velocity, recipe, velocity};
@@ -831,8 +831,8 @@ fn the_exact_step_is_the_step_of_many_small_ones() {
 
 #[test]
 fn the_exact_step_is_that_of_brute_force() {
-    // Table 2 with three arms; 20 000 steps of RK4 with λh = 0.01 or less: errors (λh)⁴/120 of 1e-10,
-    // and no more of the mean, which is integrated along.
+    // Table 2 with three arms; 20 000 steps of RK4 with λh = 0.01 or less: errors (λh)⁴/120 of
+    // 1e-10, and no more of the mean, which is integrated along.
     let r = Recipe::TABLE_2;
     let bristle = arms([(1e4, None), (2e4, Some(50.0)), (5e3, Some(500.0))], 20.0);
     let contact = FrBd::new(stribeck(&r, 2.0), bristle).under_load(3.0).unwrap();
@@ -1201,8 +1201,8 @@ fn a_row_answers_with_the_sum_of_its_compliances() {
         }
         let size = re * re + im * im;
         let (storage, loss) = (re / size, -im / size);
-        // Each part accurate in itself: all terms are positive on either side. Retardation times may be
-        // as close as 1.5 to each other; further apart is easier.
+        // Each part accurate in itself: all terms are positive on either side. Retardation times
+        // may be as close as 1.5 to each other; further apart is easier.
         assert_within(1e-11, storage, got.storage, storage, || format!("G' at {omega:e}"));
         assert_within(1e-11, loss, got.loss, loss, || format!("G'' at {omega:e}"));
     });
@@ -1505,8 +1505,9 @@ fn a_step_backwards_is_none() {
 
 #[test]
 fn springs_of_unlike_stiffness_keep_their_modes_apart() {
-    // By mpmath with 90 digits, as above. A spring of a millionth between two whose terms in the secular equation
-    // cancel to a millionth: roots alone would leave modes that are orthogonal to ten digits.
+    // By mpmath with 90 digits, as above. A spring of a millionth between two whose terms in the
+    // secular equation cancel to a millionth: roots alone would leave modes that are orthogonal to
+    // ten digits.
     golden(
         [0.0, 1.0, 2.0],
         [1e6, 1e-6, 1e6],

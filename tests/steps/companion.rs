@@ -1,4 +1,5 @@
-//! Passive steps: the energy balance for every step and every prediction, the order of accuracy inside a mechanism, and a stuck mass under steps of any length.
+//! Passive steps: the energy balance for every step and every prediction, the order of accuracy
+//! inside a mechanism, and a stuck mass under steps of any length.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::cell::Cell;
@@ -65,7 +66,8 @@ fn companion<T: Scalar>(specimen: &Specimen<T>, fastest: T) -> Companion<T, Wrap
     model.under_load(lit(specimen.form.recipe.load)).unwrap().companion(fastest).unwrap()
 }
 
-/// A step of any length from any deflection, with a prediction that need not have to do with what comes.
+/// A step of any length from any deflection, with a prediction that need not have to do with what
+/// comes.
 #[derive(Debug, Clone, Copy)]
 struct Wild {
     predicted: f64,
@@ -227,8 +229,8 @@ fn the_balance_holds_in_single_precision() {
             let (work, stored) = (f64::from(done.work), f64::from(done.stored));
             let dissipated = f64::from(done.dissipated);
             let name = || format!("{} {wild:?}", specimen.name());
-            // Below 1e-38 an f32 keeps no relative accuracy: a few products of squares of 1e-38 with
-            // coefficients of up to 1e9 · 1e6.
+            // Below 1e-38 an f32 keeps no relative accuracy: a few products of squares of 1e-38
+            // with coefficients of up to 1e9 · 1e6.
             let off = (work - stored - dissipated).abs();
             assert!(off <= ROUNDING_F32 * terms + 1e-22, "{}: {off:e} of {terms:e}", name());
             if is_of_the_theorem(specimen) {
@@ -315,7 +317,8 @@ fn the_damping_of_lugre_is_a_sum_of_what_is_not_negative() {
             assert_within(2e-6, want, got, want, || format!("{v:e} m/s, {h:e} s"));
         }
     }
-    // The same in an f32, with its digits though σ1 − σ1φ1λh leaves none; x = λh is far above one here.
+    // The same in an f32, with its digits though σ1 − σ1φ1λh leaves none; x = λh is far above one
+    // here.
     let r = Recipe { viscous: 0.0, ..r };
     let bristle = kelvin_voigt(1e4_f32, 64.5);
     let model = LuGre::classical(stribeck::<f32>(&r, 2.0), bristle);
@@ -507,8 +510,8 @@ fn a_varying_load_does_work_on_the_bristle() {
 // LuGre
 // ---------------------------------------------------------------------------------------------
 
-/// Work and dissipation of one cycle of the energy machine on its settled orbit: 1 mm/s over 1.5 mm,
-/// then 10 m/s over 0.1 mm, p = 1 N, every stroke in ten steps whose prediction comes true.
+/// Work and dissipation of one cycle of the energy machine on its settled orbit: 1 mm/s over 1.5
+/// mm, then 10 m/s over 0.1 mm, p = 1 N, every stroke in ten steps whose prediction comes true.
 fn energy_machine<M: Bristle<f64, Deflection = f64>>(model: M) -> (f64, f64) {
     let companion = model.under_load(1.0).unwrap().companion(10.0).unwrap();
     let (mut z, mut cycle) = (0.0, (0.0, 0.0));
@@ -529,7 +532,8 @@ fn energy_machine<M: Bristle<f64, Deflection = f64>>(model: M) -> (f64, f64) {
 fn the_energy_machine_runs_on_lugre_and_not_on_frbd() {
     let r = Recipe::TABLE_2;
     let (curve, bristle) = (|| stribeck(&r, 2.0), || kelvin_voigt(r.stiffness, r.damping));
-    // The periodic orbit in closed form, as in tests/models/laws.rs, to half of the last digit given.
+    // The periodic orbit in closed form, as in tests/models/laws.rs, to half of the last digit
+    // given.
     for ((work, dissipated), want, half_digit) in [
         (energy_machine(LuGre::classical(curve(), bristle())), -0.017_813_4, 0.5e-7),
         (
@@ -772,7 +776,8 @@ fn a_stuck_mass_stays_stuck_and_bounded_for_every_step() {
                 assert!(margin >= -ROUNDING * terms, "{}: {margin:e} at {t}", name());
                 assert!(done.dissipated >= 0.0);
                 assert!(z.abs() <= LIMIT, "{}: z = {z:e} at {t}", name());
-                // The spring holds at most about breakaway, 1.5 N over 2 N/m, and the swing after it.
+                // The spring holds at most about breakaway, 1.5 N over 2 N/m, and the swing after
+                // it.
                 let stretch = 0.1 * t - x;
                 assert!(stretch.abs() < 1.5 && v.abs() < 1.0, "{}: {s:?} at {t}", name());
                 if t < 5.0 {
@@ -802,7 +807,8 @@ fn a_struck_mass_is_caught_where_it_should_be() {
     let companion = contact.companion(1.0).unwrap();
     let (rig, motion) = (Rig { drive: 0.0, ..Rig::STICK_SLIP }, ([-0.4, 0.3, 0.8e-4], 10.0));
     let want = runge_kutta(&contact, rig, motion, 100_000)[0];
-    // Within so many millimetres of the 132 it slides; long steps are worse by the order, and creep.
+    // Within so many millimetres of the 132 it slides; long steps are worse by the order, and
+    // creep.
     for (variant, h, off) in [
         (Variant::Extrapolated, 0.01, 0.1),
         (Variant::Corrected, 0.01, 0.02),
@@ -846,7 +852,8 @@ const OVERSHOOT: [(f64, f64, f64); 6] = [
 
 #[test]
 fn the_whole_mechanism_keeps_its_energy_balance() {
-    // Kinetic and elastic energy, the bristle's, what is dissipated: together the work of the drive.
+    // Kinetic and elastic energy, the bristle's, what is dissipated: together the work of the
+    // drive.
     let companion = table_2().under_load(1.0).unwrap().companion(1.0).unwrap();
     let rig = Rig::STICK_SLIP;
     for h in [1e-3, 2.5e-2, 0.5] {

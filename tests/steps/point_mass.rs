@@ -1,4 +1,5 @@
-//! A free mass under a companion step, solved in closed form, and steps about a predicted deflection.
+//! A free mass under a companion step, solved in closed form, and steps about a predicted
+//! deflection.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use crate::common::check;
@@ -135,7 +136,8 @@ fn for_a_model_that_does_not_ask_for_it_the_predicted_deflection_does_nothing() 
     assert_eq!(companion.step_about(about, 1e-4, 1e-2), companion.step(0.3, 1e-4, 1e-2));
 }
 
-/// How far velocity and deflection are off, of a mass on a spring whose end moves, after 2 ms in which the bristle yields.
+/// How far velocity and deflection are off, of a mass on a spring whose end moves, after 2 ms in
+/// which the bristle yields.
 #[cfg(feature = "alloc")]
 fn errors<M: Bristle<f64, Deflection = f64>>(model: M, foreseen: bool, steps: u32) -> [f64; 2] {
     let (span, start) = (2e-3, [0.02, 1.2e-4]);

@@ -284,14 +284,14 @@ where
                 continue;
             }
             let late = piece.time - path.left;
+            let behind = late * stiffness;
             let slope = damping + piece.end.carried_slope;
-            // Too late by no more than one e-fold, beyond which the gap at its time would be larger.
-            let arrived =
-                late.abs() * stiffness * piece.gap.abs() <= allowed && !(late * stiffness > slope);
+            // Late by one e-fold at most: before that the gap was larger.
+            let arrived = (behind * piece.gap).abs() <= allowed && !(behind > slope);
             if arrived && slope > T::zero() && !(last.is_some() && late < T::zero()) {
                 // To first order over what is left, but not next to a fold, where the slope
                 // vanishes.
-                let way = -late * stiffness * piece.gap / slope;
+                let way = -behind * piece.gap / slope;
                 let near = way.abs() <= (path.gap - piece.gap).abs();
                 let way = if near { way } else { T::zero() };
                 let carried = piece.end.carried + piece.end.carried_slope * way;
@@ -302,7 +302,7 @@ where
                 return End::Time;
             }
             if late > T::zero() {
-                let newton = length - late * stiffness / slope;
+                let newton = length - behind / slope;
                 let inside = newton > T::zero() && newton < length;
                 wanted = Some(if inside { newton } else { length * lit(0.5) });
                 continue;

@@ -1,9 +1,9 @@
-//! What a held and a passive step cost beside one exponential, on libm or the platform's, optimised as a firmware is:
-//! `cargo run --release --example cost`, with `--features std` for the latter.
+//! What a held and a passive step cost beside one exponential, on libm or the platform's, optimised
+//! as a firmware is: `cargo run --release --example cost`, with `--features std` for the latter.
 //!
-//! Every piece of work waits for the result of the one before, as in a control loop, and so does the
-//! exponential. The pieces take turns, and the best of many rounds counts. FrBD with Table 2 of the paper, in the
-//! middle of the Stribeck range.
+//! Every piece of work waits for the result of the one before, as in a control loop, and so does
+//! the exponential. The pieces take turns, and the best of many rounds counts. FrBD with Table 2 of
+//! the paper, in the middle of the Stribeck range.
 
 use std::hint::black_box;
 use std::time::Instant;

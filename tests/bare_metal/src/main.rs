@@ -1,7 +1,9 @@
-//! The same bits again: prints a hash of the results of 200 000 steps of friction, in `f32` and in `f64`.
+//! The same bits again: prints a hash of the results of 200 000 steps of friction, in `f32` and in
+//! `f64`.
 //!
-//! `.ci/run` runs it without optimisation and twice with it, on libm and (`--features std`) on the platform's
-//! mathematics, and compares. On libm the hash is that of every machine with IEEE arithmetic.
+//! `.ci/run` runs it without optimisation and twice with it, on libm and (`--features std`) on the
+//! platform's mathematics, and compares. On libm the hash is that of every machine with IEEE
+//! arithmetic.
 
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::exponential::{Exponential, Ramp};
@@ -23,7 +25,8 @@ impl Hash {
     }
 }
 
-/// A velocity that wanders about, sticks, creeps and slips, made of integers: no machine knows better.
+/// A velocity that wanders about, sticks, creeps and slips, made of integers: no machine knows
+/// better.
 struct Velocities {
     seed: u64,
     target: f64,

@@ -1,8 +1,8 @@
-//! Without std the exponentials, powers and hyperbolic functions are those of the crate libm: what depends on
-//! them, beside values of 40 digits.
+//! Without std the exponentials, powers and hyperbolic functions are those of the crate libm: what
+//! depends on them, beside values of 40 digits.
 //!
-//! The parameters are sums of a few powers of two, so that they mean the same in `f32`, in `f64` and in the
-//! program that made the values (mpmath):
+//! The parameters are sums of a few powers of two, so that they mean the same in `f32`, in `f64`
+//! and in the program that made the values (mpmath):
 //!
 //! ```python
 //! from mpmath import mp, mpf, exp, tanh, coth
@@ -50,7 +50,8 @@ fn contact<T: Scalar>(exponent: f64) -> Contact<T, FrBd<Stribeck<T>, KelvinVoigt
     FrBd::new(curve(exponent), bristle).under_load(convert(1.0)).unwrap()
 }
 
-/// In units of the last place of a number of this size, if its mantissa were 1: between one and two of them.
+/// In units of the last place of a number of this size, if its mantissa were 1: between one and two
+/// of them.
 fn assert_ulps<T: Scalar>(what: &str, got: T, want: f64, most: f64) {
     let value: f64 = got.to_subset_unchecked();
     let off = (value - want).abs() / want.abs();

@@ -1,14 +1,15 @@
-//! Nothing that a real-time loop calls can panic or allocate, in `f32` and in `f64`, optimised for speed and for size.
+//! Nothing that a real-time loop calls can panic or allocate, in `f32` and in `f64`, optimised for
+//! speed and for size.
 //!
-//! The firmware beside this package is built as an archive, as a microcontroller's would be: without
-//! std, with an own panic handler, link-time optimisation, `panic = "abort"`. In such code a panic is a
-//! call of the handler. From each exported function all that is called or pointed at is followed, symbol by symbol
-//! and section by section, through every object of the archive, and none of it may be the handler, a
-//! part of `core::panicking` or an allocator. A pointer counts as a call, so that what is found not to
-//! be there is not there.
+//! The firmware beside this package is built as an archive, as a microcontroller's would be:
+//! without std, with an own panic handler, link-time optimisation, `panic = "abort"`. In such code
+//! a panic is a call of the handler. From each exported function all that is called or pointed at
+//! is followed, symbol by symbol and section by section, through every object of the archive, and
+//! none of it may be the handler, a part of `core::panicking` or an allocator. A pointer counts as
+//! a call, so that what is found not to be there is not there.
 //!
-//! That is a statement on the code that the optimiser leaves: it removes checks that cannot fail. Without
-//! optimisation they are there, and cannot fail either.
+//! That is a statement on the code that the optimiser leaves: it removes checks that cannot fail.
+//! Without optimisation they are there, and cannot fail either.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::path::{Path, PathBuf};
@@ -93,7 +94,8 @@ impl Calls {
         names
     }
 
-    /// The way from a function to the first thing that is forbidden, and the names defined nowhere on the way.
+    /// The way from a function to the first thing that is forbidden, and the names defined nowhere
+    /// on the way.
     fn forbidden(&self, entry: &str) -> (Option<String>, HashSet<String>) {
         let (mut queue, mut came) = (VecDeque::new(), HashMap::new());
         let mut foreign = HashSet::new();
@@ -172,7 +174,8 @@ fn firmware(profile: &str) -> PathBuf {
     target.join(profile).join("libbristle_firmware.a")
 }
 
-/// What the archive may ask of others: nothing but memory copies and comparisons, which every platform has.
+/// What the archive may ask of others: nothing but memory copies and comparisons, which every
+/// platform has.
 const FOREIGN: [&str; 5] = ["memcpy", "memmove", "memset", "memcmp", "bcmp"];
 
 fn check(profile: &str) {

@@ -1,4 +1,5 @@
-//! What a step costs, counted, and what a model takes of the memory: the tables of docs/embedded.md, line by line.
+//! What a step costs, counted, and what a model takes of the memory: the tables of
+//! docs/embedded.md, line by line.
 
 mod counted;
 

@@ -36,8 +36,8 @@ fn parts<T: Scalar>((curve, bristle): Set) -> (Stribeck<T>, KelvinVoigt<T>) {
     (curve.unwrap(), bristle.unwrap())
 }
 
-/// Mean forces of some hundred thousand milliseconds, back and forth through the Stribeck range at 0.5 Hz, with ten
-/// seconds of creep in every twenty: held and passive.
+/// Mean forces of some hundred thousand milliseconds, back and forth through the Stribeck range at
+/// 0.5 Hz, with ten seconds of creep in every twenty: held and passive.
 fn forces<T: Scalar>(set: Set) -> impl Iterator<Item = [f64; 2]> {
     let (curve, bristle) = parts::<T>(set);
     let contact = FrBd::new(curve, bristle).under_load(lit(1.0)).unwrap();
@@ -113,7 +113,8 @@ fn lugre_keeps_its_digits_in_fast_sliding() {
     }
 }
 
-/// Stick-slip of the paper's rig in passive steps of a millisecond: times of breaking away, and every force.
+/// Stick-slip of the paper's rig in passive steps of a millisecond: times of breaking away, and
+/// every force.
 fn stick_slip<T: Scalar>(seconds: u32) -> (Vec<f64>, Vec<f64>) {
     let (curve, bristle) = parts::<T>(SETS[0]);
     let companion =

@@ -1,4 +1,5 @@
-//! Friction compensation: every compensator, built from parameters of run time and stepped over many samples.
+//! Friction compensation: every compensator, built from parameters of run time and stepped over
+//! many samples.
 
 use bristle::control::{
     DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,

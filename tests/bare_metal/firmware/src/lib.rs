@@ -1,9 +1,9 @@
-//! All that a real-time loop calls of bristle, as functions for C: `no_panic.rs` builds this archive and
-//! follows every call from them.
+//! All that a real-time loop calls of bristle, as functions for C: `no_panic.rs` builds this
+//! archive and follows every call from them.
 //!
-//! Everything is known at run time only, so that the compiler cannot work anything out beforehand. A panic
-//! would end in a function that exists nowhere; the probes at the end do panic and allocate, to
-//! show that it is seen.
+//! Everything is known at run time only, so that the compiler cannot work anything out beforehand.
+//! A panic would end in a function that exists nowhere; the probes at the end do panic and
+//! allocate, to show that it is seen.
 #![no_std]
 // Names that C can call.
 #![allow(unsafe_code, reason = "exporting a name is `unsafe`; nothing else here is")]
