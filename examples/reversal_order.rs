@@ -1,8 +1,8 @@
 //! The error of fixed steps across the kink of |v|, with and without a split at each reversal.
 //!
 //! A Dahl bristle follows a sinusoidal motion, for which the deflection is known in closed form:
-//! between two reversals z = ±z_m + (z_r ∓ z_m) exp(−|x − x_r|/z_m), with z_m = μ_d/σ0 and the state
-//! (x_r, z_r) at the last reversal.
+//! between two reversals z = ±z_m + (z_r ∓ z_m) exp(−|x − x_r|/z_m), with z_m = μ_d/σ0 and the
+//! state (x_r, z_r) at the last reversal.
 //!
 //! Leaves `reversal_order.csv` and `reversal_order.svg`, error over step length.
 

@@ -1,4 +1,5 @@
-//! A run allocates nothing: neither its construction nor a step, a rejection, a reversal or an event.
+//! A run allocates nothing: neither its construction nor a step, a rejection, a reversal or an
+//! event.
 #![allow(clippy::unwrap_used, reason = "a test panics to fail")]
 
 use core::ops::ControlFlow;

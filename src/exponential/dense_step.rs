@@ -79,7 +79,8 @@ pub struct DenseStep<T, const S: usize> {
 }
 
 impl<T: Scalar, const S: usize> DenseStep<T, S> {
-    /// Solves one step from what the model says at its nodes, and at its start for the curve between.
+    /// Solves one step from what the model says at its nodes, and at its start for the curve
+    /// between.
     #[inline]
     pub(super) fn new(
         (start_time, end_time): (T, T),
@@ -111,8 +112,8 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
             }
         }
         relaxation *= duration;
-        // A deflection that follows z_ss lags by its change over Λ: what is within that of the range
-        // belongs to the slow part, what is outside decays exactly.
+        // A deflection that follows z_ss lags by its change over Λ: what is within that of the
+        // range belongs to the slow part, what is outside decays exactly.
         let lag = (greatest - least) * (lit::<T>(0.5) + lit::<T>(2.0) / relaxation);
         let mut base = start;
         if base > greatest + lag {
@@ -239,7 +240,8 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
         }
     }
 
-    /// How far from the equation the curve is at a time \[m/s\]: its rate less that of the bristle there.
+    /// How far from the equation the curve is at a time \[m/s\]: its rate less that of the bristle
+    /// there.
     pub(super) fn defect(&self, time: T, sample: &Sample<T>) -> T {
         let duration = self.end_time - self.start_time;
         let fraction = (time - self.start_time) / duration;
@@ -397,7 +399,8 @@ fn slope<T: Scalar, const S: usize>(first: T, higher: &[T; S], fraction: T) -> T
     sum + first
 }
 
-/// The higher powers of the integral of the polynomial through a value at the start and those at the nodes.
+/// The higher powers of the integral of the polynomial through a value at the start and those at
+/// the nodes.
 #[inline(always)]
 fn integral<T: Scalar, const S: usize>(table: &Nodes<S>, at_start: T, at_nodes: &[T; S]) -> [T; S] {
     core::array::from_fn(|k| {
@@ -409,8 +412,9 @@ fn integral<T: Scalar, const S: usize>(table: &Nodes<S>, at_start: T, at_nodes: 
     })
 }
 
-/// The size over the step of the integral of what the polynomial through a value at the start and those
-/// at the nodes leaves out: its Legendre coefficients go on falling, two by two, as the last four do.
+/// The size over the step of the integral of what the polynomial through a value at the start and
+/// those at the nodes leaves out: its Legendre coefficients go on falling, two by two, as the last
+/// four do.
 #[inline(always)]
 fn unresolved<T: Scalar, const S: usize>(table: &Nodes<S>, at_start: T, at_nodes: &[T; S]) -> T {
     let size = |row: usize| {

@@ -1,6 +1,8 @@
-//! A bristle dragged at a known velocity v(t), to high order with any step: exponential collocation.
+//! A bristle dragged at a known velocity v(t), to high order with any step: exponential
+//! collocation.
 //!
-//! In one direction of sliding the deflection obeys a scalar linear equation with smooth coefficients,
+//! In one direction of sliding the deflection obeys a scalar linear equation with smooth
+//! coefficients,
 //!
 //! ż = −λ(t) z + r(t) v(t) = −λ (z − z_ss),  z_ss = r v/λ,
 //!
@@ -13,27 +15,29 @@
 //! | Λ | relaxation over the step | – |
 //! | S | nodes a step, 2 to 8 | – |
 //!
-//! so z(h) is a mean of z(0) and of the z_ss on the way, with positive weights. A step takes v, λ and
-//! r at S Radau nodes, all at once: none waits for another, as the stages of a Runge–Kutta method do.
+//! so z(h) is a mean of z(0) and of the z_ss on the way, with positive weights. A step takes v, λ
+//! and r at S Radau nodes, all at once: none waits for another, as the stages of a Runge–Kutta
+//! method do.
 //!
-//! * What of z(0) lies outside the range of z_ss at the nodes, by more than the lag of a bristle that
-//!   follows it, is the *excess*. It decays by e^−Λ. That is exact for any split, since the equation is
-//!   linear. At a held velocity the range is a point and nothing is left to approximate.
-//! * The rest is a polynomial of degree S that meets the equation at the nodes: collocation, which for
-//!   a linear equation is one small linear system. Its order is 2S − 1; as λh → ∞ the end becomes
-//!   z_ss there, and as λh → 0 it is Gauss–Radau quadrature of v.
-//! * z(h) is cut to the range of z(0) and of the z_ss at the nodes. The mean over these nodes with the
-//!   weights b_i hλ_i e^−(Λ − Λ_i), all positive, misses the exact solution by an error of the same
-//!   order, so the exact solution is never farther outside: the cut costs no order.
-//! * Between the ends runs a polynomial of one degree more, through the rate at the start too: an error
-//!   of order S + 2 in the length of the step.
-//! * Where v reverses the step is split, with the place of the reversal found to rounding: |v| has a
-//!   kink there.
+//! * What of z(0) lies outside the range of z_ss at the nodes, by more than the lag of a bristle
+//!   that follows it, is the *excess*. It decays by e^−Λ. That is exact for any split, since the
+//!   equation is linear. At a held velocity the range is a point and nothing is left to
+//!   approximate.
+//! * The rest is a polynomial of degree S that meets the equation at the nodes: collocation, which
+//!   for a linear equation is one small linear system. Its order is 2S − 1; as λh → ∞ the end
+//!   becomes z_ss there, and as λh → 0 it is Gauss–Radau quadrature of v.
+//! * z(h) is cut to the range of z(0) and of the z_ss at the nodes. The mean over these nodes with
+//!   the weights b_i hλ_i e^−(Λ − Λ_i), all positive, misses the exact solution by an error of the
+//!   same order, so the exact solution is never farther outside: the cut costs no order.
+//! * Between the ends runs a polynomial of one degree more, through the rate at the start too: an
+//!   error of order S + 2 in the length of the step.
+//! * Where v reverses the step is split, with the place of the reversal found to rounding: |v| has
+//!   a kink there.
 //!
 //! The mean force and the work come from the same nodes, to the order 2S − 1.
 //!
-//! An elasto-plastic model's α is frozen at the beginning of each step, and only the first order is left:
-//! take short steps.
+//! An elasto-plastic model's α is frozen at the beginning of each step, and only the first order is
+//! left: take short steps.
 //!
 //! Source: the collocation is Radau IIA of E. Hairer, G. Wanner, "Solving Ordinary Differential
 //! Equations II", section IV.5; splitting off the exact transient and the cut are of this crate.
@@ -103,7 +107,8 @@ pub struct Ramp<T> {
 impl<const S: usize> Exponential<S> {
     /// A step of length h ≥ 0 \[s\] over which the velocity varies linearly.
     ///
-    /// Where it reverses, the step is split. See [`Contact::hold`] for what such a step is good for.
+    /// Where it reverses, the step is split. See [`Contact::hold`] for what such a step is good
+    /// for.
     #[inline]
     pub fn ramp<T: Scalar, M: Bristle<T, Deflection = T>>(
         self,
@@ -136,11 +141,11 @@ impl<const S: usize> Exponential<S> {
         }
     }
 
-    /// A step of length h ≥ 0 \[s\] over which the velocity [m/s] is a smooth function of the part of
-    /// the step that is over, from 0 to 1.
+    /// A step of length h ≥ 0 \[s\] over which the velocity [m/s] is a smooth function of the part
+    /// of the step that is over, from 0 to 1.
     ///
-    /// Where it reverses, the step is split. A reversal and its return between two neighbouring nodes
-    /// may be missed.
+    /// Where it reverses, the step is split. A reversal and its return between two neighbouring
+    /// nodes may be missed.
     pub fn step<T: Scalar, M: Bristle<T, Deflection = T>>(
         self,
         contact: &Contact<T, M>,
@@ -191,8 +196,8 @@ impl<const S: usize> Exponential<S> {
         StepSummary::unknown()
     }
 
-    /// Steps chosen so that the error of each stays below a tolerance, as a part of the deflection at
-    /// breakaway.
+    /// Steps chosen so that the error of each stays below a tolerance, as a part of the deflection
+    /// at breakaway.
     ///
     /// # Errors
     ///

@@ -1,4 +1,5 @@
-//! Radau nodes and what collocation at them needs, worked out by the compiler for any number of nodes.
+//! Radau nodes and what collocation at them needs, worked out by the compiler for any number of
+//! nodes.
 //!
 //! On the unit step the S nodes c₁ < … < c_S = 1 are the zeros of P_S − P_{S−1}, the Legendre
 //! polynomials moved to [0, 1]. With weights b their quadrature is exact up to degree 2S − 2. A
@@ -24,7 +25,8 @@ pub(super) struct Nodes<const S: usize> {
     pub(super) powers_of_start: [f64; S],
     /// … and for each node. The power 0 is 1 for the point 0 and 0 for each node.
     pub(super) powers: [[f64; S]; S],
-    /// The last four Legendre coefficients, of degree S − 3 to S, of that polynomial: from the point 0 …
+    /// The last four Legendre coefficients, of degree S − 3 to S, of that polynomial: from the
+    /// point 0 …
     pub(super) tail_of_start: [f64; 4],
     /// … and from each node. For S = 2 the first is zero.
     pub(super) tail: [[f64; S]; 4],
@@ -49,7 +51,8 @@ impl<const S: usize> Nodes<S> {
         let order = S as f64;
         let mut i = 0;
         while i < S {
-            // With q = ∏(c − c_k) over the point 0 and the other nodes, D_ij = q_i/(q_j (c_i − c_j)).
+            // With q = ∏(c − c_k) over the point 0 and the other nodes, D_ij = q_i/(q_j (c_i −
+            // c_j)).
             let (q_i, poles) = product(&c, i);
             let mut j = 0;
             while j < S {

@@ -16,7 +16,8 @@ use crate::{Branch, Bristle, Contact, Scalar};
 
 /// Between speeds of at least this ratio no friction curve does much that the nodes do not show.
 const SLOW: f64 = 0.8;
-/// Most samples between a node and a slower end, each at half the distance: down to 2⁻²⁰ of the gap.
+/// Most samples between a node and a slower end, each at half the distance: down to 2⁻²⁰ of the
+/// gap.
 const MOST_SAMPLES: u32 = 20;
 /// Most cuts of one step at ever earlier reversals.
 const MOST_CUTS: u32 = 100;
@@ -242,9 +243,9 @@ where
         }
     }
 
-    /// The error \[m\] that the nodes may not show near rest, where friction changes within speeds far
-    /// below those at the nodes: ∫|defect| between an end at which it slides slower and the node next
-    /// to it.
+    /// The error \[m\] that the nodes may not show near rest, where friction changes within speeds
+    /// far below those at the nodes: ∫|defect| between an end at which it slides slower and the
+    /// node next to it.
     fn hidden(&mut self, allowed: T, step: &DenseStep<T, S>) -> T {
         let duration = step.end_time() - step.start_time();
         let at_start = self.sample;
@@ -264,8 +265,8 @@ where
         sum
     }
 
-    /// ∫|defect| \[m\] over the gap between an end of a step and a node, from samples ever nearer to the
-    /// end, until the rest of the gap cannot matter.
+    /// ∫|defect| \[m\] over the gap between an end of a step and a node, from samples ever nearer
+    /// to the end, until the rest of the gap cannot matter.
     fn towards(
         &mut self,
         allowed: T,

@@ -82,11 +82,11 @@ impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
         Run::new(self, contact, velocity, span, deflection)
     }
 
-    /// Runs over a time span \[s\] from a deflection \[m\], and hands over time and deflection at so
-    /// many times, at least 2, evenly spaced and including both ends.
+    /// Runs over a time span \[s\] from a deflection \[m\], and hands over time and deflection at
+    /// so many times, at least 2, evenly spaced and including both ends.
     ///
-    /// The model's limit of the deflection is kept at the ends of steps. Between those of long fixed
-    /// steps the dense output may exceed it by a part of what the deflection varies.
+    /// The model's limit of the deflection is kept at the ends of steps. Between those of long
+    /// fixed steps the dense output may exceed it by a part of what the deflection varies.
     ///
     /// # Errors
     ///
@@ -128,8 +128,8 @@ impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
     ///
     /// # Errors
     ///
-    /// Those of [`CollocationSolver::sample`]; the samples before are lost. Refuses more samples than
-    /// there is memory for.
+    /// Those of [`CollocationSolver::sample`]; the samples before are lost. Refuses more samples
+    /// than there is memory for.
     #[cfg(feature = "alloc")]
     pub fn deflections<M: Bristle<T, Deflection = T>, V: Signal<T>>(
         &self,

@@ -1,12 +1,13 @@
-//! The default: an explicit method while accuracy limits the step, a Rosenbrock method while stability
-//! would. The driver switches between them in mid-run, both ways.
+//! The default: an explicit method while accuracy limits the step, a Rosenbrock method while
+//! stability would. The driver switches between them in mid-run, both ways.
 //!
 //! Stick and slip differ: a stuck mass is stiff (its fast swing on the bristles has died out, but
 //! would still limit an explicit step); breakaway and arrest are not.
 //!
-//! An explicit step is limited by stability if h|λ| is near the limit of its stability region; |λ| is
-//! estimated from its last two stages, |f(x₁) − f(x̃)|/|x₁ − x̃| (Hairer and Wanner, below). In a
-//! Rosenbrock step the Jacobian J is at hand, and its spectral radius follows from traces of powers,
+//! An explicit step is limited by stability if h|λ| is near the limit of its stability region; |λ|
+//! is estimated from its last two stages, |f(x₁) − f(x̃)|/|x₁ − x̃| (Hairer and Wanner, below). In
+//! a Rosenbrock step the Jacobian J is at hand, and its spectral radius follows from traces of
+//! powers,
 //!
 //! ρ ≈ max(|tr J¹⁶|^(1/16), |tr J³²|^(1/32)).
 //!
@@ -89,8 +90,8 @@ const EASY: f64 = 2.5;
 
 /// The error estimate of a Rosenbrock step is multiplied by this. The slow creep towards breakaway
 /// decides when it comes, and a stuck mass does little else. On the stick-slip scene of the
-/// work-precision charts this cost up to a fifth more evaluations, and divided the error by a hundred
-/// at a tolerance of 10⁻⁴, by ten at 10⁻⁶ and by nothing at 10⁻⁹.
+/// work-precision charts this cost up to a fifth more evaluations, and divided the error by a
+/// hundred at a tolerance of 10⁻⁴, by ten at 10⁻⁶ and by nothing at 10⁻⁹.
 const CARE: f64 = 5.0;
 
 /// Votes for a change.

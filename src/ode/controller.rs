@@ -1,8 +1,9 @@
 //! The step-size controller.
 //!
-//! h ← h · 0.9 · err^(−α) · err₋₁^β with α = (1 − 3β'/4)/q, β = β'/q, β' = 0.2, where err is the error
-//! of the step over its tolerance, err₋₁ that of the step before, and q the order of the estimate. It
-//! is a PI controller: the second factor keeps the step steady where stability limits it, not accuracy.
+//! h ← h · 0.9 · err^(−α) · err₋₁^β with α = (1 − 3β'/4)/q, β = β'/q, β' = 0.2, where err is the
+//! error of the step over its tolerance, err₋₁ that of the step before, and q the order of the
+//! estimate. It is a PI controller: the second factor keeps the step steady where stability limits
+//! it, not accuracy.
 //!
 //! Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition
 //! (Springer, 1996), section IV.2.

@@ -41,8 +41,8 @@ const PARABOLAS: u32 = 4;
 const PROBES: [f64; 3] = [1e-3, 0.03, 0.3];
 
 impl<T: Scalar> Search<T> {
-    /// The first sign change of a speed, from its values at the start of the step and at two or more
-    /// places after it.
+    /// The first sign change of a speed, from its values at the start of the step and at two or
+    /// more places after it.
     #[inline]
     pub(crate) fn first(self, speed: impl Fn(T) -> T, sights: &[Sight<T>]) -> Crossing<T> {
         let Some(&start) = sights.first() else { return Crossing::None };

@@ -17,8 +17,8 @@ use crate::bounds::{larger, smaller};
 use crate::scalar::{lit, to_f64};
 use crate::{Branch, Scalar};
 
-/// The right-hand side jumps at zero velocity, and holds a contact there, if contacts slide in neither
-/// direction so many times within so small a part of the time span.
+/// The right-hand side jumps at zero velocity, and holds a contact there, if contacts slide in
+/// neither direction so many times within so small a part of the time span.
 const ENDLESS: (u32, f64) = (100, 1e-2);
 
 /// A run in progress: call [`Integration::advance`] until it answers `None`.
@@ -297,8 +297,8 @@ where
         Ok(end.map(|end| (end, trial, square)))
     }
 
-    /// The smooth stretch from here to a stop. At a kink the inputs answer with what holds just after
-    /// it.
+    /// The smooth stretch from here to a stop. At a kink the inputs answer with what holds just
+    /// after it.
     fn window(&self, stop: Stop<T>) -> Window<T> {
         let now = self.point.time;
         let before = |kink: bool, time: T| if kink { self.walk.just_before(time) } else { time };
@@ -365,7 +365,8 @@ where
         }
     }
 
-    /// Describes a trial step, with the method's own dense output or with the cubic through its ends.
+    /// Describes a trial step, with the method's own dense output or with the cubic through its
+    /// ends.
     #[inline]
     fn describe(&mut self, end: &Point<T, N>, full: bool, window: Window<T>) {
         let (stepper, mut field, from) = self.parts(window);
@@ -435,8 +436,8 @@ where
         let is_first = self.point.time == self.walk.start_time;
         self.turned = if self.turned == Some(contact) || is_first { None } else { Some(contact) };
         if !self.walk.is_adaptive() && self.branches().get(contact) == Some(&Branch::Free) {
-            // Neither branch leads anywhere, and without an error estimate nothing tells whether the
-            // free one does.
+            // Neither branch leads anywhere, and without an error estimate nothing tells whether
+            // the free one does.
             return Err(StopReason::EndlessReversals { contact });
         }
         Ok(())

@@ -21,10 +21,10 @@
 //!
 //! Tolerances are per component, because the states of a friction problem differ by many orders of
 //! magnitude. They bound the local error, which breakaway amplifies. Over a hundred seconds of
-//! stick-slip (`cargo bench --bench work_precision`) the position of a single method is off by up to
-//! a thousand times a tolerance of 10⁻⁶. With one of 10⁻³ a Rosenbrock method may miss whole slips or
-//! lose the solution, without notice. [`solve`] tightens loose tolerances by itself; its position
-//! stayed below seventy times.
+//! stick-slip (`cargo bench --bench work_precision`) the position of a single method is off by up
+//! to a thousand times a tolerance of 10⁻⁶. With one of 10⁻³ a Rosenbrock method may miss whole
+//! slips or lose the solution, without notice. [`solve`] tightens loose tolerances by itself; its
+//! position stayed below seventy times.
 
 mod automatic;
 mod controller;

@@ -8,8 +8,9 @@ use crate::bounds::{larger, smaller};
 use crate::scalar::lit;
 use crate::{Branch, Scalar};
 
-/// A velocity on the wrong side of zero by less than this part of the error that its tolerances allow
-/// is noise of the integration: to restart at each of its zeros would cost much and tell nothing.
+/// A velocity on the wrong side of zero by less than this part of the error that its tolerances
+/// allow is noise of the integration: to restart at each of its zeros would cost much and tell
+/// nothing.
 const NOISE: f64 = 1e-3;
 
 /// A step cut at a reversal has reached it if no more than this part of the velocity is left.
@@ -71,8 +72,8 @@ impl<T: Scalar> Lock<T> {
         }
     }
 
-    /// The length to try after a turn: a swinging stuck mass needs about the same step every time it
-    /// turns this way, which may differ from that of the other way.
+    /// The length to try after a turn: a swinging stuck mass needs about the same step every time
+    /// it turns this way, which may differ from that of the other way.
     pub(super) fn likely(&self, proposed: T) -> T {
         let before = self.firsts[usize::from(self.branch == Branch::Backward)];
         if before > T::zero() { smaller(proposed, before * lit(AGAIN)) } else { proposed }
@@ -196,9 +197,9 @@ where
         let ahead = |velocity: T| lock.branch.of(velocity).speed();
         let at = |fraction: T| velocities(fraction).get(index).map_or(T::zero(), |&v| ahead(v));
         let search = Search {
-            // On the wrong side by noise, or in the first step by the inexact place of the reversal.
-            // To forgive more would keep a creeping contact on the wrong branch for ever, where the
-            // bristle is driven beyond every limit.
+            // On the wrong side by noise, or in the first step by the inexact place of the
+            // reversal. To forgive more would keep a creeping contact on the wrong branch for ever,
+            // where the bristle is driven beyond every limit.
             forgiven: larger(lock.noise, lock.left * lit(2.0)),
             tolerance: T::default_epsilon() * lit(4.0),
             shortest: smallest_step * lit(4.0) / duration,

@@ -2,8 +2,9 @@
 //! order 4, eight stages and a dense output of order 4. On stiff, linear problems (Prothero and
 //! Robinson's) its order falls to 3, and that of RODAS to 1, with errors that fall as 1/λ.
 //!
-//! Source: G. Steinebach, "Construction of Rosenbrock–Wanner method Rodas5P and numerical benchmarks
-//! within the Julia Differential Equations package", BIT Numerical Mathematics 63 (2023), 27.
+//! Source: G. Steinebach, "Construction of Rosenbrock–Wanner method Rodas5P and numerical
+//! benchmarks within the Julia Differential Equations package", BIT Numerical Mathematics 63
+//! (2023), 27.
 
 use super::rosenbrock::{Rosenbrock, RosenbrockTableau};
 use super::stepper::{Embedded, Method};

@@ -3,8 +3,8 @@
 //!
 //! (I/(hγ) − J) Uᵢ = f(t + αᵢh, x + Σ aᵢⱼ Uⱼ) + Σ (cᵢⱼ/h) Uⱼ + h γᵢ ∂f/∂t,  J = ∂f/∂x,
 //!
-//! and the solution is the state of the last stage plus U of the last stage, which is also the error
-//! estimate. Nothing is iterated; an exact Jacobian is part of the method's order.
+//! and the solution is the state of the last stage plus U of the last stage, which is also the
+//! error estimate. Nothing is iterated; an exact Jacobian is part of the method's order.
 //!
 //! Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition
 //! (Springer, 1996), section IV.7, equation (7.25).

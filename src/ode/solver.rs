@@ -201,13 +201,14 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
 }
 
 impl<T: Scalar, const N: usize> Solver<T, Automatic, N> {
-    /// The default: methods and steps chosen from a tolerance alone, relative to a typical magnitude
-    /// of each state ([`System::scales`]), for a solution good to about that tolerance: on the scenes of
-    /// the work-precision charts it stayed below seventy times, samples between the steps included.
+    /// The default: methods and steps chosen from a tolerance alone, relative to a typical
+    /// magnitude of each state ([`System::scales`]), for a solution good to about that tolerance:
+    /// on the scenes of the work-precision charts it stayed below seventy times, samples between
+    /// the steps included.
     ///
-    /// Breakaway amplifies errors: a local error of 10⁻³ can shift a slip by much more than that. So
-    /// a loose tolerance ε is tightened, the local one is 10⁻⁵ (ε/10⁻³)^(2/3) where that is less than
-    /// ε, and the method's order follows from it.
+    /// Breakaway amplifies errors: a local error of 10⁻³ can shift a slip by much more than that.
+    /// So a loose tolerance ε is tightened, the local one is 10⁻⁵ (ε/10⁻³)^(2/3) where that is less
+    /// than ε, and the method's order follows from it.
     ///
     /// # Errors
     ///

@@ -10,7 +10,8 @@ use crate::Scalar;
 pub struct Step<T, const N: usize> {
     pub(super) start_time: T,
     pub(super) end_time: T,
-    /// Length of the step that the dense output spans: longer than this one if it was cut at an event.
+    /// Length of the step that the dense output spans: longer than this one if it was cut at an
+    /// event.
     pub(super) whole: T,
     pub(super) end: SVector<T, N>,
     pub(super) dense_output: DenseOutput<T, N>,

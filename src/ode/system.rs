@@ -48,9 +48,9 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
     fn rate(&self, time: T, state: &SVector<T, N>, branches: [Branch; K]) -> SVector<T, N>;
 
     /// The sliding velocity [m/s] of each contact, whose reversals are the kinks of f: in the same
-    /// order and with the same sign as [`Branch::of`] gets it in [`System::rate`]. With another sign
-    /// each contact is locked to the wrong side, and the answer is wrong without notice, or not
-    /// finite.
+    /// order and with the same sign as [`Branch::of`] gets it in [`System::rate`]. With another
+    /// sign each contact is locked to the wrong side, and the answer is wrong without notice, or
+    /// not finite.
     fn sliding_velocities(&self, time: T, state: &SVector<T, N>) -> [T; K];
 
     /// The right-hand side with its partial derivatives, if they are known.
@@ -74,8 +74,8 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
     /// A typical magnitude of each state: what [`solve`](super::solve) and finite differences are
     /// relative to. For a deflection that is μ_s/σ0, `contact.limits(0.0).deflection`.
     ///
-    /// If not given, one for each: far too coarse for a deflection in metres, and then an answer with
-    /// a wrong friction force, without notice.
+    /// If not given, one for each: far too coarse for a deflection in metres, and then an answer
+    /// with a wrong friction force, without notice.
     fn scales(&self) -> SVector<T, N> {
         SVector::repeat(T::one())
     }

@@ -6,8 +6,8 @@ use crate::Scalar;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
 
-/// Smallest relative tolerance over the rounding ε of the scalar type. The sums of one step round by
-/// a few ε, which no shorter step makes smaller.
+/// Smallest relative tolerance over the rounding ε of the scalar type. The sums of one step round
+/// by a few ε, which no shorter step makes smaller.
 const LEAST: f64 = 10.0;
 
 /// Tolerances of the local error, per component: |errorᵢ| ≤ absoluteᵢ + relativeᵢ |xᵢ|, in the

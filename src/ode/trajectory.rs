@@ -20,8 +20,9 @@ use crate::scalar::lit;
 /// Which points of a solution to store.
 ///
 /// Tolerances hold at the ends of steps. Between them lies the method's curve, whose error was
-/// measured to be up to a hundred times as large for [`DormandPrince8`](super::DormandPrince8), whose
-/// steps are long and may be held by stability alone, and mostly less than ten times for the others.
+/// measured to be up to a hundred times as large for [`DormandPrince8`](super::DormandPrince8),
+/// whose steps are long and may be held by stability alone, and mostly less than ten times for the
+/// others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Output<'a, T> {
     /// The start and the end of every step.
@@ -227,8 +228,8 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
 }
 
 /// Solves a system over a time span \[s\], given nothing but a tolerance: relative to each state's
-/// typical magnitude, which the system has to tell ([`System::scales`]). Methods and steps are chosen and changed on the
-/// way ([`Solver::automatic`]).
+/// typical magnitude, which the system has to tell ([`System::scales`]). Methods and steps are
+/// chosen and changed on the way ([`Solver::automatic`]).
 ///
 /// ```
 /// use bristle::ode::{self, Output};

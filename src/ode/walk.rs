@@ -1,5 +1,5 @@
-//! The way of a run over its time span: where a step has to end at the latest, and how long the next
-//! trial is.
+//! The way of a run over its time span: where a step has to end at the latest, and how long the
+//! next trial is.
 
 use super::controller::Controller;
 use super::failure::StopReason;

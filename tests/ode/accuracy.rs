@@ -86,8 +86,8 @@ fn dahl_errors<M: bristle::ode::Method<f64, 1>>(
         .collect()
 }
 
-/// A fit over halvings from a step that is only nearly asymptotic: up to half an order too high (one
-/// for order 8, whose leading coefficient is tiny), never as low as the order below.
+/// A fit over halvings from a step that is only nearly asymptotic: up to half an order too high
+/// (one for order 8, whose leading coefficient is tiny), never as low as the order below.
 #[track_caller]
 fn assert_order(what: &str, points: &[(f64, f64)], order: f64) {
     // Rounding is 1e-16 in each of some hundred steps.
@@ -322,8 +322,8 @@ fn the_valve_is_integrated_without_chatter() {
     // The stem only ever moves one way: every reversal is noise at rest.
     assert!(statistics.reversals * 20 < statistics.steps, "{statistics}");
     assert!(statistics.rejected * 10 < statistics.steps, "{statistics}");
-    // The stuck stem swings at √(σ0 p/m) = 6529 rad/s, at which this method is stable up to 3.3/6529
-    // = 0.5 ms: 3000 steps while it sticks, and fewer for the part in which it slides.
+    // The stuck stem swings at √(σ0 p/m) = 6529 rad/s, at which this method is stable up to
+    // 3.3/6529 = 0.5 ms: 3000 steps while it sticks, and fewer for the part in which it slides.
     assert!(statistics.steps > 500 && statistics.steps < 5000, "{statistics}");
     let error = (state - reference).component_div(&valve.scales()).abs();
     assert!(error.max() < 1e-5, "{error}");
@@ -442,8 +442,8 @@ fn two_contacts_in_one_system_slide_as_they_do_alone() {
             for ((t, both), (_, one)) in run.iter().zip(single.iter()) {
                 let error = both.fixed_rows::<3>(offset) - one;
                 let error = error.component_div(&alone.scales()).abs().max();
-                // A hundred tolerances of 1e-8 (six for one rig after 25 s, more within a slip), and
-                // as much for the fixed step of 0.7 ms.
+                // A hundred tolerances of 1e-8 (six for one rig after 25 s, more within a slip),
+                // and as much for the fixed step of 0.7 ms.
                 assert!(error < 1e-6, "{name}: {error:e} at {t} s");
             }
         }

@@ -187,7 +187,8 @@ fn cost<M: Method<f64, 3> + Embedded>(method: M) -> Statistics {
 #[test]
 fn the_default_takes_turns_both_ways() {
     let automatic = cost(Automatic::HIGH_ORDER);
-    // Jacobians in some steps and not in others; every slip is stiff with LuGre, every arrest is not.
+    // Jacobians in some steps and not in others; every slip is stiff with LuGre, every arrest is
+    // not.
     assert!(automatic.jacobians > 50, "{automatic}");
     assert!(automatic.jacobians < automatic.steps * 3 / 4, "{automatic}");
     // No explicit method comes near: λ reaches 5000 1/s in each slip.

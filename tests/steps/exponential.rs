@@ -38,7 +38,8 @@ fn dahl() -> Contact<f64, Dahl<f64>> {
         .unwrap()
 }
 
-/// The closed form of a Dahl bristle with z_m = 1e-4 m from one position to another, without reversal.
+/// The closed form of a Dahl bristle with z_m = 1e-4 m from one position to another, without
+/// reversal.
 fn along(z: f64, from: f64, to: f64) -> f64 {
     let end = 1e-4 * (to - from).signum();
     end + (z - end) * (-(to - from).abs() / 1e-4).exp()
@@ -52,7 +53,8 @@ struct Reference {
 }
 
 /// An independent reference: z(h) = e^−Λ(h) (z + ∫ e^Λ r v dt), ∫F dt and ∫F v dt by Gauss–Legendre
-/// quadrature with three points on each of so many panels (order 6), for a velocity without reversal.
+/// quadrature with three points on each of so many panels (order 6), for a velocity without
+/// reversal.
 fn reference<M: Bristle<f64, Deflection = f64>>(
     contact: &Contact<f64, M>,
     velocity: impl Fn(f64) -> f64,
@@ -252,7 +254,8 @@ fn an_adaptive_run_keeps_its_tolerance_also_across_reversals() {
 
 #[test]
 fn a_step_towards_rest_does_not_pass_by_the_stribeck_range_unseen() {
-    // Quarter periods in which nothing happens but for the last percent of the speed, where friction rises.
+    // Quarter periods in which nothing happens but for the last percent of the speed, where
+    // friction rises.
     let contact = friction();
     for amplitude in [0.01, 0.05, 0.2, 1.67, 5.0] {
         for (mean, frequency) in [(0.0, 0.003), (0.6, 0.003), (0.0, 0.011), (0.6, 0.1)] {
@@ -278,8 +281,8 @@ fn a_step_towards_rest_does_not_pass_by_the_stribeck_range_unseen() {
 
 #[test]
 fn a_dahl_bristle_on_a_ramp_is_exact_also_across_its_reversal() {
-    // λ is linear and z_ss constant: nothing is approximated. Tolerance: roundings of z_m, times Λ for
-    // that of e^−Λ.
+    // λ is linear and z_ss constant: nothing is approximated. Tolerance: roundings of z_m, times Λ
+    // for that of e^−Λ.
     let contact = dahl();
     for (from, to, h) in
         [(0.01, 0.02, 1e-3), (-0.01, 0.03, 0.1), (0.2, -0.1, 0.01), (0.0, -1.0, 1e-4)]
@@ -484,7 +487,8 @@ fn a_stiff_bristle_ends_at_the_stationary_deflection_to_rounding() {
         }
         let contact = Wrapped(&specimen).under_load(1.0).unwrap();
         for z in [0.0, -1e-4, 5e-4] {
-            // λ > 1 1/s at these speeds, so λh > 1e15 … 1e20 and what lags behind is below a rounding.
+            // λ > 1 1/s at these speeds, so λh > 1e15 … 1e20 and what lags behind is below a
+            // rounding.
             for h in [1e18, 1e20] {
                 let v = |s: f64| -0.02 - 0.01 * s * s;
                 let wanted = contact.stationary(v(1.0));
