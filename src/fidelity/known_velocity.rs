@@ -42,7 +42,8 @@ pub struct KnownVelocityParameters<T, M, V> {
 ///
 /// ```
 /// use bristle::curve::Stribeck;
-/// use bristle::fidelity::{KnownVelocity, KnownVelocityParameters, Level, Start, Tolerance, choose};
+/// use bristle::fidelity::{KnownVelocity, KnownVelocityParameters};
+/// use bristle::fidelity::{Level, Start, Tolerance, choose};
 /// use bristle::rheology::KelvinVoigt;
 /// use bristle::signal::{Sine, SineParameters};
 /// use bristle::{Bristle, FrBd, paper};

@@ -130,8 +130,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         self.system.force().value(time) + self.system.spring_force(time, state)
     }
 
-    /// Steps of the mass, (2m/h + kh/2 + c) v̄ = 2m v₀/h + f + k (V t − x₀) − F̄ with f and V t in the
-    /// middle of each, under a friction that answers v̄, and at an answer the force.
+    /// Steps of the mass, (2m/h + kh/2 + c) v̄ = 2m v₀/h + f + k (V t − x₀) − F̄ with f and V t in
+    /// the middle of each, under a friction that answers v̄, and at an answer the force.
     fn stepped(
         &self,
         steps: u32,
@@ -162,9 +162,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         Ok(samples)
     }
 
-    /// The friction curve with true rest. A step ends at rest (v₁ = 0, v̄ = v₀/2) if the F̄ that this
-    /// takes is no more than p μ_s. Else it slides the way of that force, F̄ that of the curve at the
-    /// extrapolated velocity.
+    /// The friction curve with true rest. A step ends at rest (v₁ = 0, v̄ = v₀/2) if the F̄ that
+    /// this takes is no more than p μ_s. Else it slides the way of that force, F̄ that of the curve
+    /// at the extrapolated velocity.
     fn slide(&self, steps: u32, run: &mut Run) -> Result<Vec<Sample<T>>, FidelityError> {
         let curve = |velocity, run: &mut Run| {
             run.count(1, cost::CURVE);
@@ -294,9 +294,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> Scene for Mechanism
     }
 
     /// Of the static curve the pre-sliding share: the breakaway distance over the farthest way from
-    /// the start, at most 1. Of Dahl the drop of the curve from rest to the fastest velocity, over its
-    /// value at rest. Of the reference the share of the answers at which the mass is stuck: slower
-    /// than a hundredth of its fastest velocity.
+    /// the start, at most 1. Of Dahl the drop of the curve from rest to the fastest velocity, over
+    /// its value at rest. Of the reference the share of the answers at which the mass is stuck:
+    /// slower than a hundredth of its fastest velocity.
     fn physics(&self, plan: &Plan) -> Option<(&'static str, f64)> {
         let samples = self.motion(plan, &mut Run::default()).ok()?;
         let size = |index: usize| move |(state, _): &Sample<T>| (state[index]).abs();

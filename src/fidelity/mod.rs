@@ -9,20 +9,21 @@
 //! | [`PatchScene`] | F of a contact patch along v(t), U(t) | slip curve, relaxation length, the patch |
 //! | [`MechanismScene`] | x, v or F of a mass with spring and drive | static curve, Dahl, the model itself |
 //!
-//! [`choose`] answers with a [`Choice`], which prints as a table. [`Scene::run`] runs the plan chosen.
+//! [`choose`] answers with a [`Choice`], which prints as a table. [`Scene::run`] runs the plan
+//! chosen.
 //!
 //! # How the search goes
 //!
-//! 1. The *reference*, the dearest level, runs over the scene with 1, 2, 4 … steps from one answer to
-//!    the next until two runs agree within a tenth of the tolerance, and a third one with them. That
-//!    one has an odd number of steps and looks at the inputs at other times. A force that all
-//!    runs but this one step over is therefore seen.
+//! 1. The *reference*, the dearest level, runs over the scene with 1, 2, 4 … steps from one answer
+//!    to the next until two runs agree within a tenth of the tolerance, and a third one with them.
+//!    That one has an odd number of steps and looks at the inputs at other times, so that it meets
+//!    a force that both of the others step over.
 //! 2. Every other level runs with 1, 2, 4 … steps until it is within the tolerance, settles on
 //!    something else, or would cost more than the best plan so far.
 //! 3. The cheapest plan that is within the tolerance is chosen.
 //!
-//! Every error is measured at every answer; nothing is estimated. A plan is accepted if its error and
-//! the difference of the last two runs of the reference together are within the tolerance.
+//! Every error is measured at every answer; nothing is estimated. A plan is accepted if its error
+//! and the difference of the last two runs of the reference together are within the tolerance.
 //!
 //! # When there is no answer
 //!
@@ -34,10 +35,10 @@
 //!
 //! # Cost
 //!
-//! A run counts its evaluations of the friction model. What they cost is given in evaluations of FrBD
-//! with one spring, about 10 ns each: a static curve 1, an exact step of Dahl 0.7, of FrBD 1.7, of a
-//! bristle of several springs 43, a passive step of a mass 3.5. The search itself costs about ten
-//! times the run of the reference that settles.
+//! A run counts its evaluations of the friction model. What they cost is given in evaluations of
+//! FrBD with one spring, about 10 ns each: a static curve 1, an exact step of Dahl 0.7, of FrBD
+//! 1.7, of a bristle of several springs 43, a passive step of a mass 3.5. What the search itself has
+//! cost is [`Choice::search_cost`].
 //!
 //! # Physics
 //!
@@ -54,10 +55,10 @@
 //!
 //! # Limits
 //!
-//! A choice holds for its scene, at its answers. An event that is shorter than the steps of the reference
-//! and that no signal declares ([`Signal::next_kink`](crate::signal::Signal::next_kink)) can be
-//! missed by all runs alike: the reference takes 4 steps from one answer to the next and 4096 over the
-//! scene at least.
+//! A choice holds for its scene, at its answers. An event that is shorter than the steps of the
+//! reference and that no signal declares ([`Signal::next_kink`](crate::signal::Signal::next_kink))
+//! can be missed by all runs alike: the reference takes 4 steps from one answer to the next and
+//! 4096 over the scene at least.
 
 mod choose;
 mod cost;

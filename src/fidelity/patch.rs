@@ -259,8 +259,8 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize, S: Signal<T>, W: Signal<T>>
     }
 
     /// Of the slip curve the lag: the change of the steady force in one transit over the largest
-    /// steady force. Of the relaxation length that length over the length of the patch. Of the patch
-    /// the share of the time in which no bristle relaxes on its way through it: it adheres.
+    /// steady force. Of the relaxation length that length over the length of the patch. Of the
+    /// patch the share of the time in which no bristle relaxes on its way through it: it adheres.
     fn physics(&self, plan: &Plan) -> Option<(&'static str, f64)> {
         let (length, count) = (self.patch.length(), self.clock.answers as f64);
         let steady = |time| self.patch.steady(self.at(time)).map_or(0.0, |s| to_f64(s.force));

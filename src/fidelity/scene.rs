@@ -209,7 +209,8 @@ pub enum Start {
     Steady,
 }
 
-/// Most steps from one answer to the next: a step of a microsecond where answers are a second apart.
+/// Most steps from one answer to the next: a step of a microsecond where answers are a second
+/// apart.
 pub(super) const MOST_STEPS: u32 = 1 << 20;
 
 /// Most answers of a scene: a quarter of an hour at 1 kHz, and 8 MB for each run that is kept.
@@ -252,8 +253,8 @@ impl<T: Scalar> Clock<T> {
     }
 
     /// The steps from one time to another, divided where an input is not smooth, each with the time
-    /// at which it looks at its inputs: its middle. Those of a check ([`Plan::steps`]) are shifted by
-    /// half a step and look at the ends of the others instead.
+    /// at which it looks at its inputs: its middle. Those of a check ([`Plan::steps`]) are shifted
+    /// by half a step and look at the ends of the others instead.
     #[inline]
     pub(super) fn each_step(
         (start, end): (T, T),

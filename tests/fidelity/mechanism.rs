@@ -90,9 +90,11 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
         let declared = force.clone().declared();
         let what = format!(
             "{index:3} kind {kind}, {mass:.2e} kg, {spring_stiffness:.2e} N/m, {force:?}, drive \
-             {drive_velocity:.2e} m/s, {answers} answers, {interval:.2e} s, {quantity:?} {share:.1e}"
+             {drive_velocity:.2e} m/s, {answers} answers, {interval:.2e} s, \
+             {quantity:?} {share:.1e}"
         );
-        // Swings of the stuck mass: without optimisation, or a million of them, the truth takes long.
+        // Swings of the stuck mass: without optimisation, or a million of them, the truth takes
+        // long.
         let swings = (stiffness / mass).sqrt() * interval * answers as f64;
         if swings > if cfg!(debug_assertions) { 3e2 } else { 1e5 } {
             continue;

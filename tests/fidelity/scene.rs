@@ -125,8 +125,8 @@ fn senseless_input_is_refused_by_name() {
 }
 
 /// A mass that is pulled so slowly that it waits on the falling part of its curve. Its steady
-/// sliding is unstable, σ = 8.668/s; it comes there at 22 s and slips at 24.37 s (multiple precision
-/// of 30 and of 40 digits), when roundings have grown as large as the motion.
+/// sliding is unstable, σ = 8.668/s; it comes there at 22 s and slips at 24.37 s (multiple
+/// precision of 30 and of 40 digits), when roundings have grown as large as the motion.
 #[test]
 #[ignore = "seconds, in release"]
 fn a_slip_whose_time_roundings_decide_is_undetermined() {
@@ -186,4 +186,25 @@ fn single_precision_gets_the_same_choice() {
     let tolerance = Tolerance::at_every_answer(0.015);
     let (single, double) = (choose(&scene.unwrap(), tolerance), choose(&lag(), tolerance));
     assert_eq!(single.unwrap().plan, double.unwrap().plan);
+}
+
+/// `cargo test --release --test fidelity -- --ignored --nocapture ten_thousand`
+#[test]
+#[ignore = "measures; in release"]
+fn how_long_a_search_over_ten_thousand_answers_takes() {
+    let rolling =
+        MotionOverTime { slip_velocity: sine(0.2, 0.2, 10.0), rolling_speed: sine(16.0, 2.0, 0.5) };
+    let (patch, start) = (patch(0, PolynomialExponential::parabolic()), Start::Steady);
+    let patch =
+        PatchSceneParameters { patch, motion: rolling, interval: 1e-3, answers: 10_000, start };
+    let scenes: [(&str, &dyn Scene, f64); 3] = [
+        ("known velocity", &dragged(sine(0.0055, 0.005, 25.0), 4e-4, 10_000).unwrap(), 0.015),
+        ("patch", &PatchScene::new(patch).unwrap(), 10.0),
+        ("mechanism", &pulled(1.0, 2.0, 0.1, (0.01, 10_000)), 0.0075),
+    ];
+    for (name, scene, error) in scenes {
+        let clock = std::time::Instant::now();
+        let choice = choose(scene, Tolerance::at_every_answer(error)).unwrap();
+        println!("{name}: {:.3} s\n{choice}\n", clock.elapsed().as_secs_f64());
+    }
 }
