@@ -123,11 +123,6 @@ pub enum Rule {
         /// Largest admissible count.
         most: usize,
     },
-    /// The same as a period before.
-    Periodic {
-        /// What it was then.
-        before: f64,
-    },
     /// Between two limits everywhere, which it is not at one velocity.
     BetweenAt {
         /// Smallest admissible value.
@@ -174,9 +169,6 @@ impl fmt::Display for Rule {
             }
             Rule::Count { least } => write!(f, "be at least {least}"),
             Rule::CountBetween { least, most } => write!(f, "lie between {least} and {most}"),
-            Rule::Periodic { before } => {
-                write!(f, "be as a period before, when it was {}", Number(before))
-            }
             Rule::BetweenAt { least, most, place } => {
                 let (least, most) = (Number(least), Number(most));
                 write!(f, "lie between {least} and {most} at {} m/s", Number(place))
