@@ -66,6 +66,7 @@ impl<T, const N: usize> fmt::Debug for Event<'_, T, N> {
 
 /// An event that happened.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Occurrence<T, const N: usize> {
     /// Which event, by its place in the list given to the run.
     pub event: usize,

@@ -315,6 +315,7 @@ impl<T: Scalar, F: FnMut(&Step<T, N>) -> ControlFlow<()>, const N: usize> Observ
 
 /// How a run came to its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Outcome {
     /// The end of the time span.
     End,
@@ -328,6 +329,7 @@ pub enum Outcome {
 
 /// Where a run ended, and what it cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Summary<T, const N: usize> {
     /// Time reached \[s\].
     pub time: T,

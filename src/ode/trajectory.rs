@@ -50,6 +50,7 @@ pub struct Trajectory<T, const N: usize> {
 
 /// A sliding direction that reversed.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Reversal<T> {
     /// Which contact, by its place among the system's sliding velocities.
     pub contact: usize,
@@ -144,6 +145,7 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
 
 /// A run that failed: why and where, and the trajectory until then.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Interrupted<T, const N: usize> {
     /// Why, when and where it stopped.
     pub failure: Failure<T, N>,
