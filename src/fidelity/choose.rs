@@ -66,7 +66,7 @@ const SETTLED: f64 = 0.1;
 
 /// Steps from one answer to the next from which on the agreement of two runs counts. Runs with one
 /// and two steps agree about every force that repeats itself twice from answer to answer.
-const FIRST_STEPS: u32 = 4;
+const FIRST_STEPS: u32 = 8;
 
 /// Steps of such a run over the whole scene, at least, for where answers are few, much may happen
 /// between two of them. They take some 50 µs.

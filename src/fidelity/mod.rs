@@ -57,7 +57,7 @@
 //!
 //! A choice holds for its scene, at its answers. An event that is shorter than the steps of the
 //! reference and that no signal declares ([`Signal::next_kink`](crate::signal::Signal::next_kink))
-//! can be missed by all runs alike: the reference takes 4 steps from one answer to the next and
+//! can be missed by all runs alike: the reference takes 8 steps from one answer to the next and
 //! 4096 over the scene at least.
 
 mod choose;
