@@ -54,6 +54,7 @@
 //! L. Romano, O. M. Aamo, J. Åslund, E. Frisk, "First-order friction models with bristle dynamics:
 //! lumped and distributed formulations", arXiv 2602.09429, cited below as Romano et al.
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
@@ -117,3 +118,8 @@ struct Readme;
 #[cfg(all(doctest, feature = "alloc"))]
 #[doc = include_str!("../docs/control-loop.md")]
 struct ControlLoop;
+
+/// And those of the page on choosing.
+#[cfg(all(doctest, feature = "alloc"))]
+#[doc = include_str!("../docs/choosing.md")]
+struct Choosing;
