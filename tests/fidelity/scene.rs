@@ -55,7 +55,7 @@ fn pulled(
 }
 
 #[test]
-fn what_the_readme_shows_is_what_comes_out() {
+fn what_the_documentation_shows_is_what_comes_out() {
     let choice = choose(&lag(), Tolerance::at_every_answer(0.015)).unwrap();
     let text: Vec<String> = choice.to_string().lines().map(|l| l.trim_end().into()).collect();
     let text = text.join("\n");
