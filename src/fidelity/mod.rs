@@ -37,8 +37,8 @@
 //!
 //! A run counts its evaluations of the friction model. What they cost is given in evaluations of
 //! FrBD with one spring, about 10 ns each: a static curve 1, an exact step of Dahl 0.7, of FrBD
-//! 1.7, of a bristle of several springs 43, a passive step of a mass 3.5. What the search itself has
-//! cost is [`Choice::search_cost`].
+//! 1.7, of a bristle of several springs 43, a passive step of a mass 3.5. What the search itself
+//! has cost is [`Choice::search_cost`].
 //!
 //! # Physics
 //!
