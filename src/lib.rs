@@ -1,9 +1,10 @@
 //! Dynamic friction models, and integrators that know about friction.
 //!
-//! A body rubs on another through elastic bristles. From a friction curve μ(v) and a law of what
-//! a bristle is made of follows a *friction model with bristle dynamics* ([`FrBd`]): one state, the
+//! A body rubs on another through elastic bristles. From a friction curve μ(v) and a law of what a
+//! bristle is made of follows a *friction model with bristle dynamics* ([`FrBd`]): one state, the
 //! deflection z, and a force that sticks, slips, lags and loops as measured friction does. Beside
-//! it stand [`LuGre`], [`Dahl`], [`ElastoPlastic`] and [`ImplicitBristle`], all behind one trait, [`Bristle`].
+//! it stand [`LuGre`], [`Dahl`], [`ElastoPlastic`] and [`ImplicitBristle`], all behind one trait,
+//! [`Bristle`].
 //!
 //! | step | what | where |
 //! |---|---|---|
@@ -19,8 +20,9 @@
 //! | 5e | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
 //! | 6 | a simulation | [`ode::solve`], or [`ode::Solver`] with a method of your choice |
 //!
-//! [`audit`] tells what a set of parameters promises, [`stability`] how long a step may be, [`linear`] how
-//! small motions go and where stick-slip begins, and a [`ledger`] where the energy of a run went.
+//! [`audit`] tells what a set of parameters promises, [`stability`] how long a step may be,
+//! [`linear`] how small motions go and where stick-slip begins, and a [`ledger`] where the energy
+//! of a run went.
 //!
 //! ```
 //! use bristle::{Bristle, FrBd, Law, curve::Stribeck, paper, rheology::KelvinVoigt};
@@ -46,8 +48,8 @@
 //! to match: for a joint take p = 1, μ in N m, σ0 in N m/rad, σ1 and σ2 in N m s/rad, v_S in rad/s.
 //!
 //! Parameters are checked once, when a value is built; afterwards a model does not fail, a run can
-//! and says why, and nothing panics. NaN given to a model at run time comes out as NaN; an integration that meets one stops
-//! and says where.
+//! and says why, and nothing panics. NaN given to a model at run time comes out as NaN; an
+//! integration that meets one stops and says where.
 //!
 //! # Source
 //!

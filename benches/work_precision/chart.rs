@@ -6,8 +6,8 @@ use crate::support::{Figure, Marker, Panel, Stroke};
 
 use crate::row::{NO_ANSWER, Row};
 
-/// The errors that are shown. There are no numbers in the last decade: there are the marks of runs that
-/// failed.
+/// The errors that are shown. There are no numbers in the last decade: there are the marks of runs
+/// that failed.
 const ERRORS: std::ops::RangeInclusive<f64> = 1e-15..=100.0;
 const FAILED_AT: f64 = 35.0;
 /// The method that `ode::solve` is, as the rows name it.

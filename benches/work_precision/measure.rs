@@ -1,8 +1,8 @@
 //! Error and time of one method over its settings.
 //!
 //! The error is the greatest one over all samples. The time is the shortest of several runs, dense
-//! output at the samples included: wall-clock time of a program of one thread, which on a machine that
-//! does other things besides only ever errs upward.
+//! output at the samples included: wall-clock time of a program of one thread, which on a machine
+//! that does other things besides only ever errs upward.
 
 use std::time::{Duration, Instant};
 
@@ -102,7 +102,8 @@ pub fn repeat(work: impl Fn() -> Run) -> (Run, Duration) {
     }
 }
 
-/// The greatest difference of two lists of samples; NaN if there are not as many as there should be.
+/// The greatest difference of two lists of samples; NaN if there are not as many as there should
+/// be.
 pub fn error(judged: &[f64], reference: &[f64]) -> f64 {
     if judged.len() != SAMPLES || reference.len() != SAMPLES {
         return f64::NAN;

@@ -51,7 +51,8 @@ pub struct Cost {
     pub rejected: u64,
 }
 
-/// A run of more trial steps has failed: about ten times what the explicit methods need on the valve.
+/// A run of more trial steps has failed: about ten times what the explicit methods need on the
+/// valve.
 const MOST_STEPS: u64 = 10_000_000;
 
 /// Every method of the crate that suits a scene.

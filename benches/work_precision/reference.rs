@@ -1,8 +1,8 @@
 //! Reference solutions, by a method that shares nothing with the crate's integrators.
 //!
 //! Over a step of length h the rate ẋ is a polynomial of degree s − 1 that satisfies ẋ = f(t, x) at
-//! the s nodes c₁ … c_s of the step (collocation, with Radau's nodes of order 2s − 1 at its end, and
-//! L-stable):
+//! the s nodes c₁ … c_s of the step (collocation, with Radau's nodes of order 2s − 1 at its end,
+//! and L-stable):
 //!
 //!     kᵢ = f(t₀ + cᵢh, x₀ + h Σⱼ aᵢⱼ kⱼ),   x₁ = x₀ + h Σⱼ bⱼ kⱼ
 //!
@@ -14,26 +14,27 @@
 //! | kᵢ | rate at the i-th node, the unknowns | unit of x per s |
 //!
 //! Newton's iteration solves for all kᵢ together, in units of each state's scale over h, with the
-//! system's own Jacobian at every node, until it gains nothing more. The step is chosen by the last two
-//! Legendre coefficients of the rate, so that the polynomial is accurate everywhere in the step; its
-//! end is more accurate than that by many powers of ten where the step resolves the fast parts. Steps
-//! end on every output sample, on every kink of an input (seen from before it), and where a sliding
-//! velocity reverses: the branch of |v| is locked within a step, and the length at which v = 0 is found
-//! by secants over steps of exactly that length. States are summed with their rounding errors kept.
+//! system's own Jacobian at every node, until it gains nothing more. The step is chosen by the last
+//! two Legendre coefficients of the rate, so that the polynomial is accurate everywhere in the
+//! step; its end is more accurate than that by many powers of ten where the step resolves the fast
+//! parts. Steps end on every output sample, on every kink of an input (seen from before it), and
+//! where a sliding velocity reverses: the branch of |v| is locked within a step, and the length at
+//! which v = 0 is found by secants over steps of exactly that length. States are summed with their
+//! rounding errors kept.
 //!
-//! A velocity on the wrong side of zero may be rounding. What rounds is the balance of forces (in the
-//! valve 9.3 kN of pressure against 60 N of friction), by 155 · 1.1e-16 = 2e-14 of the friction force
-//! and, on a bristle whose swing defines the velocity's scale, by as much of that scale; and the time of
-//! the last reversal, by an ulp. Less than that is no reversal.
+//! A velocity on the wrong side of zero may be rounding. What rounds is the balance of forces (in
+//! the valve 9.3 kN of pressure against 60 N of friction), by 155 · 1.1e-16 = 2e-14 of the friction
+//! force and, on a bristle whose swing defines the velocity's scale, by as much of that scale; and
+//! the time of the last reversal, by an ulp. Less than that is no reversal.
 //!
 //! # What is reached
 //!
 //! The judged component, largest difference over all samples and over the scale of the scene: from
-//! [`OTHER`] (Gauss nodes, order 18, steps at most 0.37 of a sample, ten times the noise); from Gauss
-//! nodes with 12 stages; and, as methods of another kind, from the crate's own at the best of their
-//! settings, with fixed steps too. Those are limited by their own rounding, over up to 10⁶ steps. The
-//! bench prints the first; the others, the slip periods and the words below were measured once, by
-//! hand.
+//! [`OTHER`] (Gauss nodes, order 18, steps at most 0.37 of a sample, ten times the noise); from
+//! Gauss nodes with 12 stages; and, as methods of another kind, from the crate's own at the best of
+//! their settings, with fixed steps too. Those are limited by their own rounding, over up to 10⁶
+//! steps. The bench prints the first; the others, the slip periods and the words below were
+//! measured once, by hand.
 //!
 //! | scene | FrBD: OTHER | Gauss 12 | the crate | LuGre: OTHER | Gauss 12 | the crate |
 //! |---|---|---|---|---|---|---|
@@ -45,12 +46,14 @@
 //! | S3 10 Hz | 4e-15 | 4e-15 | 4e-14 | 3e-15 | 4e-15 | 3e-14 |
 //! | S4, all | 2e-16 | 3e-16 | 7e-15 | 2e-16 | 3e-16 | 8e-15 |
 //!
-//! The time between slips in S1 comes out as 7.6392670 s (FrBD) and 7.6309184 s (LuGre). Twenty times
-//! less noise, or ten times more, changes no scene by more than 1.2e-15. In the ramp the valve's stem
-//! never reverses: held by almost its breakaway force it follows the pressure, which approaches its
-//! end as e^(−t/τ), and at 120 s still creeps forward at 2e-13 m/s, of which 4e-14 m/s is uncertain.
+//! The time between slips in S1 comes out as 7.6392670 s (FrBD) and 7.6309184 s (LuGre). Twenty
+//! times less noise, or ten times more, changes no scene by more than 1.2e-15. In the ramp the
+//! valve's stem never reverses: held by almost its breakaway force it follows the pressure, which
+//! approaches its end as e^(−t/τ), and at 120 s still creeps forward at 2e-13 m/s, of which 4e-14
+//! m/s is uncertain.
 //!
-//! Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", sections IV.5 and IV.8.
+//! Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", sections IV.5 and
+//! IV.8.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt;
@@ -141,8 +144,8 @@ pub struct Check {
     pub reversals: usize,
 }
 
-/// Compares a reference with one of other nodes, another order, other and shorter steps, and another
-/// tolerance of rounding at reversals.
+/// Compares a reference with one of other nodes, another order, other and shorter steps, and
+/// another tolerance of rounding at reversals.
 pub fn check<S: System<f64, N> + Clone, const N: usize>(
     scene: &Scene<S, N>,
     reference: &[f64],

@@ -53,7 +53,8 @@ fn clip(from: Point, to: Point, size: Point) -> Option<(Point, Point)> {
     (enter <= leave).then(|| (start, if leave == 1.0 { to } else { at(leave) }))
 }
 
-/// For a line from left to right: of every pixel's column the first, lowest, highest and last point.
+/// For a line from left to right: of every pixel's column the first, lowest, highest and last
+/// point.
 fn columns(run: &[Point]) -> Vec<Point> {
     let mut kept = Vec::new();
     for column in run.chunk_by(|p, q| (0.1 * p.0).floor() == (0.1 * q.0).floor()) {

@@ -64,8 +64,8 @@
 //! h k F̃̄ y = ΔW̃ + D̄ with D̄ ≥ 0
 //!
 //! (F̃̄ is the mean over the sample) for every sample time: the observer never gives energy, and
-//! without a tracking error z̃ never grows. By position z̃ never grows without a tracking error, and
-//! is at most e^(−λh) z̃ + k h e.
+//! without a tracking error z̃ never grows. By position z̃ never grows without a tracking error,
+//! and is at most e^(−λh) z̃ + k h e.
 //!
 //! The estimate is cut to the deflection's limit, which the true deflection obeys: this only brings
 //! the two together.

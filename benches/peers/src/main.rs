@@ -160,7 +160,8 @@ fn tell_failures(complaints: &[Complaint]) {
     }
 }
 
-/// Prints who reported success with an error above a tenth of the scale, at which tightest tolerance.
+/// Prints who reported success with an error above a tenth of the scale, at which tightest
+/// tolerance.
 fn tell_wrong_answers(rows: &[Row]) {
     println!("\n| method | successes | of these wrong | tightest of these on | at | error |");
     println!("|---|---|---|---|---|---|");

@@ -25,7 +25,8 @@ pub(crate) struct Row {
     pub(crate) method: String,
     /// What was asked of it: `rtol=1e-6`.
     pub(crate) setting: String,
-    /// Largest error over the output samples, in the scene's scale; only of runs that reached the end.
+    /// Largest error over the output samples, in the scene's scale; only of runs that reached the
+    /// end.
     pub(crate) error: Option<f64>,
     /// CPU time [s], the least of several runs.
     pub(crate) cpu_s: f64,

@@ -86,7 +86,8 @@ fn a_block_that_slides_has_the_right_acceleration() {
 
 #[test]
 fn a_block_that_is_launched_stops_where_it_should() {
-    // v²/(2μg) with the lower coefficient is the most; the last tenth of a metre per second has the higher one.
+    // v²/(2μg) with the lower coefficient is the most; the last tenth of a metre per second has the
+    // higher one.
     each(|friction, rate| {
         let mut scene = Scene::slope(friction, rate, 0.0).unwrap();
         for _ in 0..rate as usize {
@@ -99,7 +100,8 @@ fn a_block_that_is_launched_stops_where_it_should() {
         }
         let way = scene.place() - start;
         let expected = 25.0 / (2.0 * CURVE.dynamic_coefficient * 9.81);
-        // Friction does not know beforehand that the launch comes: half a step of 5 m/s at 60 Hz is 4 cm.
+        // Friction does not know beforehand that the launch comes: half a step of 5 m/s at 60 Hz is
+        // 4 cm.
         assert!((way / expected - 1.0).abs() < 0.015, "{friction:?} at {rate} Hz: {way} m");
         assert!(scene.velocity().abs() < 1e-6);
     });
@@ -121,8 +123,8 @@ fn load_cycles_make_frbd_drift_by_its_law_and_elasto_plastic_not_at_all() {
     each(|friction, rate| {
         let drift = last(&load_cycles(friction, rate, 10.0).unwrap()) / 10.0;
         match friction {
-            // The law is of slow cycles. That one takes a second only adds 1 %, a long step up to 4 %, and the block's
-            // rocking 8 %: with friction through its centre it is gone.
+            // The law is of slow cycles. That one takes a second only adds 1 %, a long step up to 4
+            // %, and the block's rocking 8 %: with friction through its centre it is gone.
             Friction::FrBd(_) => {
                 let ratio = drift / drift_law();
                 assert!(ratio > 1.0 && ratio < 1.15, "{ratio} at {rate} Hz");
@@ -144,7 +146,8 @@ fn the_belt_makes_the_block_stick_and_slip_as_without_an_engine() {
                 friction,
                 Friction::FrBd(Coupling::Motor) | Friction::ElastoPlastic(Coupling::Motor)
             );
-        // The motor has one coefficient for all substeps of the step in which the block breaks away.
+        // The motor has one coefficient for all substeps of the step in which the block breaks
+        // away.
         let tolerance = if long_motor_step { 0.16 } else { 0.05 };
         assert!(
             errors.iter().all(|e| e.abs() < tolerance),
