@@ -32,7 +32,7 @@ use std::process::ExitCode;
 
 use bristle::companion::VelocityHistory;
 use bristle::curve::{Stribeck, StribeckParameters};
-use bristle::identify::{self, Identifiability, Parameter, Residuals, Scaling, Settings};
+use bristle::identify::{self, Identifiability, Parameter, Residuals, Settings};
 use bristle::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters};
 use bristle::{
     Bristle, FoldRule, FrBd, ImplicitBristle, ImplicitBristleParameters, LuGre, ParameterError,
@@ -333,11 +333,16 @@ impl Rig {
 
 impl Residuals<COUNT> for Rig {
     fn parameters(&self) -> [Parameter; COUNT] {
-        let scaling = Scaling::Logarithmic;
         let means = self.runs.iter().map(|run| run.measured.mean);
         let mean = means.sum::<f64>() / self.runs.len().max(1) as f64;
-        let within =
-            |name, unit, start, least, most| Parameter { name, unit, start, least, most, scaling };
+        let within = |name, unit, start, least, most| Parameter {
+            name,
+            unit,
+            start,
+            least,
+            most,
+            typical: None,
+        };
         [
             Parameter::positive("dynamic_coefficient", "", 0.9 * mean, 10.0),
             Parameter::positive("static_excess", "", 0.1 * mean, 30.0),

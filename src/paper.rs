@@ -34,15 +34,11 @@ pub const STICK_SLIP_CURVE: StribeckParameters<f64> = StribeckParameters {
 pub const STICK_SLIP_BRISTLE: KelvinVoigtParameters<f64, f64> =
     KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 64.5 };
 
-/// The mass and the spring of the stick-slip rig of section V-A: m = 1 kg, k = 2 N/m.
-pub const STICK_SLIP_MECHANISM: Mechanism<f64> =
-    Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
-
-/// The stick-slip rig of section V-A: its mechanism, pulled by the spring at v_ref = 0.1 m/s.
+/// The stick-slip rig of section V-A: m = 1 kg on a spring of k = 2 N/m, pulled at v_ref = 0.1 m/s.
 pub fn stick_slip_rig<M>(contact: Contact<f64, M>) -> MassSpringDamperParameters<f64, M> {
     MassSpringDamperParameters {
         contact,
-        mechanism: STICK_SLIP_MECHANISM,
+        mechanism: Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 },
         drive_velocity: 0.1,
         force: Constant::zero(),
     }
@@ -62,15 +58,8 @@ pub const VALVE_CURVE: StribeckParameters<f64> = StribeckParameters {
 pub const VALVE_BRISTLE: KelvinVoigtParameters<f64, f64> =
     KelvinVoigtParameters { micro_stiffness: 6.82e7, micro_damping: 701.97 };
 
-/// Time constant τ \[s\] of the valve's I/P converter in Test 1.
-pub const VALVE_TIME_CONSTANT_TEST_1: f64 = 0.933;
-
-/// Time constant τ \[s\] of the valve's I/P converter in Test 2.
-pub const VALVE_TIME_CONSTANT_TEST_2: f64 = 0.425;
-
-/// Table 3: the stem of the diaphragm valve and its return spring.
-pub const VALVE_MECHANISM: Mechanism<f64> =
-    Mechanism { mass: 1.6, spring_stiffness: 203_495.8, viscous_damping: 0.0 };
+/// Time constants τ \[s\] of the valve's I/P converter in Test 1 and in Test 2.
+pub const VALVE_TIME_CONSTANTS: [f64; 2] = [0.933, 0.425];
 
 /// Table 3: the diaphragm valve, with an I/P converter of time constant τ \[s\] and the opening
 /// OP(t) \[%\] asked for.
@@ -81,7 +70,7 @@ pub fn valve<M, U>(
 ) -> DiaphragmValveParameters<f64, M, U> {
     DiaphragmValveParameters {
         contact,
-        mechanism: VALVE_MECHANISM,
+        mechanism: Mechanism { mass: 1.6, spring_stiffness: 203_495.8, viscous_damping: 0.0 },
         diaphragm_area: 445e-4,
         preload: 2578.3,
         least_pressure: 41_276.40,

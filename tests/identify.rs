@@ -149,13 +149,15 @@ fn estimates_lie_within_three_standard_errors_in_95_percent_of_200_seeds() {
     assert!(white >= 190 && coloured >= 190);
 }
 
+const SHAPE: CurveShape = CurveShape::Stribeck { exponent: 2.0 };
+
 /// The mean of a series.
 struct Mean(Vec<f64>);
 
 impl Residuals<1> for Mean {
     fn parameters(&self) -> [Parameter; 1] {
-        let scaling = Scaling::Linear { typical: 1.0 };
-        [Parameter { name: "mean", unit: "", start: 0.5, least: -10.0, most: 10.0, scaling }]
+        let typical = Some(1.0);
+        [Parameter { name: "mean", unit: "", start: 0.5, least: -10.0, most: 10.0, typical }]
     }
 
     fn evaluate<T: Scalar>(
@@ -392,7 +394,7 @@ fn the_curve_alone_comes_from_the_sliding_rows() {
         0.002 * draw.gauss() + if draw.next() < 0.05 { 0.5 * draw.next() } else { 0.0 }
     });
     let (guess, points) = InitialGuess::with_points(&log).unwrap();
-    let found = static_curve(&StribeckCurve { guess, exponent: 2.0 }, &points).unwrap();
+    let found = static_curve(SHAPE, &guess, &points).unwrap();
     for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
         // Rows near a reversal see the curve with the bristle's lag, which is part of the standard
         // errors.
@@ -699,7 +701,6 @@ fn noise_of_a_resting_position_is_no_sliding() {
 #[test]
 fn a_curve_ignores_two_outliers_in_ten_and_needs_ten_points() {
     let guess = InitialGuess::of(&log_of(&FrBdFit, &TRUTH, rich, 3000, || 0.0)).unwrap();
-    let candidate = StribeckCurve { guess, exponent: 2.0 };
     let points = |count: u32| -> Vec<SlidingPoint> {
         let point = |i: u32| {
             let speed = 1e-3 + 5e-2 * f64::from(i) / f64::from(count);
@@ -710,7 +711,7 @@ fn a_curve_ignores_two_outliers_in_ten_and_needs_ten_points() {
     };
     // All of 200 are used, of 12 000 every third.
     for count in [200, 12_000] {
-        let found = static_curve(&candidate, &points(count)).unwrap();
+        let found = static_curve(SHAPE, &guess, &points(count)).unwrap();
         for (value, truth) in found.values().into_iter().zip(TRUTH) {
             assert!((value / truth - 1.0).abs() < 1e-4, "{found}");
         }
@@ -722,12 +723,12 @@ fn a_curve_ignores_two_outliers_in_ten_and_needs_ten_points() {
         let wrong = if matches!(i % 10, 4 | 5) { 0.03 } else { 0.0 };
         point.coefficient = curve(point.speed) + wrong + 0.002 * draw.gauss();
     }
-    let found = static_curve(&candidate, &noisy).unwrap();
+    let found = static_curve(SHAPE, &guess, &noisy).unwrap();
     let level = found.estimate("dynamic_coefficient").unwrap();
     // With a weight the outliers would shift the level by up to a fifth of theirs, 0.006.
     assert!((level.value - TRUTH[0]).abs() < 0.0015, "{found}");
-    assert!(static_curve(&candidate, &points(10)).is_ok());
-    let refused = static_curve(&candidate, &points(9)).unwrap_err();
+    assert!(static_curve(SHAPE, &guess, &points(10)).is_ok());
+    let refused = static_curve(SHAPE, &guess, &points(9)).unwrap_err();
     assert_eq!(refused, IdentifyError::TooFewRows { rows: 9, least: 10 });
 }
 
@@ -761,8 +762,8 @@ fn no_initial_guess_makes_a_panic_or_a_fit_of_nothing() {
             let short = Settings { iterations: 1, ..Settings::default() };
             let simulation = Simulation::default();
             let fits = [
-                static_curve(&StribeckCurve { guess, exponent: 2.0 }, &points).map(|f| f.values()),
-                static_curve(&RationalCurve { guess }, &points).map(|f| f.values()),
+                static_curve(SHAPE, &guess, &points).map(|f| f.values()),
+                static_curve(CurveShape::Rational, &guess, &points).map(|f| f.values()),
             ];
             for values in fits.into_iter().flatten() {
                 assert!(values.iter().all(|x| x.is_finite()), "{field} {bad}: {values:?}");
@@ -783,9 +784,9 @@ struct Line {
 
 impl Residuals<2> for Line {
     fn parameters(&self) -> [Parameter; 2] {
-        let scaling = Scaling::Linear { typical: 1.0 };
+        let typical = Some(1.0);
         let parameter =
-            |name| Parameter { name, unit: "", start: 0.5, least: -10.0, most: 10.0, scaling };
+            |name| Parameter { name, unit: "", start: 0.5, least: -10.0, most: 10.0, typical };
         [parameter("a"), parameter("b")]
     }
 
@@ -935,8 +936,8 @@ struct Two;
 
 impl Residuals<1> for Two {
     fn parameters(&self) -> [Parameter; 1] {
-        let scaling = Scaling::Linear { typical: 1.0 };
-        [Parameter { name: "v", unit: "", start: -0.9, least: -3.0, most: 3.0, scaling }]
+        let typical = Some(1.0);
+        [Parameter { name: "v", unit: "", start: -0.9, least: -3.0, most: 3.0, typical }]
     }
 
     fn evaluate<T: Scalar>(

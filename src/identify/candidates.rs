@@ -4,7 +4,7 @@
 use core::fmt::Debug;
 
 use super::InitialGuess;
-use super::residuals::{Parameter, Scaling};
+use super::residuals::Parameter;
 use super::static_curve::{stribeck, stribeck_parameters};
 use crate::curve::Stribeck;
 use crate::parameter::ParameterError;
@@ -70,8 +70,14 @@ const EXPONENT: f64 = 2.0;
 
 fn offset(guess: &InitialGuess) -> Parameter {
     let size = guess.dynamic_coefficient;
-    let scaling = Scaling::Linear { typical: 0.1 * size };
-    Parameter { name: "offset", unit: "", start: 0.0, least: -size, most: size, scaling }
+    Parameter {
+        name: "offset",
+        unit: "",
+        start: 0.0,
+        least: -size,
+        most: size,
+        typical: Some(0.1 * size),
+    }
 }
 
 fn kelvin_voigt<T: Scalar>(
@@ -100,7 +106,7 @@ impl Candidate<6> for FrBdFit {
             start,
             least: 0.0,
             most: 1e3 * start,
-            scaling: Scaling::Linear { typical: start },
+            typical: Some(start),
         };
         [dynamic, excess, velocity, viscous, stiffness, damping]
     }
@@ -168,10 +174,10 @@ impl Candidate<8> for ElastoPlasticFit {
 
     fn parameters(&self, guess: &InitialGuess) -> [Parameter; 8] {
         let [a, b, c, d, e, f] = FrBdFit.parameters(guess);
-        let scaling = Scaling::Linear { typical: 0.5 };
+        let typical = Some(0.5);
         // At a share of one the knee would be a corner.
         let (least, most) = (1e-3, 0.99);
-        let share = Parameter { name: "stick_share", unit: "", start: 0.5, least, most, scaling };
+        let share = Parameter { name: "stick_share", unit: "", start: 0.5, least, most, typical };
         [a, b, c, d, e, f, share, offset(guess)]
     }
 

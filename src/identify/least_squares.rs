@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 
 use super::problem::{Point, Problem};
-use super::residuals::{Residuals, Scaling};
+use super::residuals::Residuals;
 use super::uncertainty::assess;
 use super::{Fit, IdentifyError, Outcome};
 
@@ -98,10 +98,7 @@ pub fn least_squares<R: Residuals<N>, const N: usize>(
         }
         let from = Point::from_fn(|i, _| {
             let (least, most) = (problem.least[i], problem.most[i]);
-            let span = match problem.parameters[i].scaling {
-                Scaling::Logarithmic => START_RANGE,
-                Scaling::Linear { .. } => most - least,
-            };
+            let span = problem.parameters[i].typical.map_or(START_RANGE, |_| most - least);
             let (low, high) = ((start[i] - span).max(least), (start[i] + span).min(most));
             low + (high - low) * draw.next()
         });
@@ -150,10 +147,7 @@ fn search<R: Residuals<N>, const N: usize>(
         for _ in 0..TRIALS {
             let step = linear.damped(&(scale * f64::sqrt(damping)), &free);
             let trial = Point::from_fn(|i, _| {
-                let longest = match problem.parameters[i].scaling {
-                    Scaling::Logarithmic => LONGEST_STEP,
-                    Scaling::Linear { .. } => f64::INFINITY,
-                };
+                let longest = problem.parameters[i].typical.map_or(LONGEST_STEP, |_| f64::INFINITY);
                 let reached = point[i] + step[i].clamp(-longest, longest);
                 reached.clamp(problem.least[i], problem.most[i])
             });

@@ -6,7 +6,7 @@
 use nalgebra::{Const, SVector, U1};
 use num_dual::DualSVec64;
 
-use super::residuals::{Parameter, Residuals, Scaling};
+use super::residuals::{Parameter, Residuals};
 use super::triangle::Triangle;
 use super::{Identifiability, IdentifyError};
 
@@ -15,10 +15,7 @@ pub(super) type Point<const N: usize> = SVector<f64, N>;
 
 /// The search variable of a value.
 fn coordinate(parameter: &Parameter, value: f64) -> f64 {
-    match parameter.scaling {
-        Scaling::Linear { typical } => value / typical,
-        Scaling::Logarithmic => value.ln(),
-    }
+    parameter.typical.map_or_else(|| value.ln(), |typical| value / typical)
 }
 
 /// Residuals with their parameters, and the bounds of the search variables.
@@ -33,13 +30,10 @@ impl<'a, R: Residuals<N>, const N: usize> Problem<'a, R, N> {
     /// Checks starts and bounds.
     pub(super) fn new(residuals: &'a R) -> Result<Self, IdentifyError> {
         let parameters = residuals.parameters();
-        for Parameter { name, start, least, most, scaling, .. } in parameters {
+        for Parameter { name, start, least, most, typical, .. } in parameters {
             let ordered = least.is_finite() && most.is_finite() && least <= start && start <= most;
-            let positive = match scaling {
-                Scaling::Linear { typical } => typical > 0.0 && typical.is_finite(),
-                Scaling::Logarithmic => least > 0.0,
-            };
-            if !(ordered && positive) {
+            let unit = typical.unwrap_or(least);
+            if !(ordered && unit > 0.0 && unit.is_finite()) {
                 return Err(IdentifyError::Bounds { name, start, least, most });
             }
         }
@@ -53,13 +47,13 @@ impl<'a, R: Residuals<N>, const N: usize> Problem<'a, R, N> {
 
     pub(super) fn values(&self, point: &Point<N>) -> [f64; N] {
         core::array::from_fn(|i| {
-            let Parameter { least, most, scaling, .. } = self.parameters[i];
-            match scaling {
+            let Parameter { least, most, typical, .. } = self.parameters[i];
+            match typical {
                 // At a bound to the last digit, where the exponential rounds.
                 _ if point[i] <= self.least[i] => least,
                 _ if point[i] >= self.most[i] => most,
-                Scaling::Linear { typical } => point[i] * typical,
-                Scaling::Logarithmic => point[i].exp(),
+                Some(typical) => point[i] * typical,
+                None => point[i].exp(),
             }
         })
     }
@@ -67,10 +61,7 @@ impl<'a, R: Residuals<N>, const N: usize> Problem<'a, R, N> {
     /// Derivatives of the values with respect to the search variables.
     pub(super) fn slopes(&self, point: &Point<N>) -> Point<N> {
         let values = self.values(point);
-        Point::from_fn(|i, _| match self.parameters[i].scaling {
-            Scaling::Linear { typical } => typical,
-            Scaling::Logarithmic => values[i],
-        })
+        Point::from_fn(|i, _| self.parameters[i].typical.unwrap_or(values[i]))
     }
 
     /// Σ r²; infinite where the model has no finite answer.

@@ -78,17 +78,6 @@ pub struct ResidualStatistics {
     pub window: usize,
 }
 
-/// A combination of parameters without any effect on the residuals.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct WeakDirection {
-    /// Its effect over that of the strongest combination.
-    pub strength: f64,
-    /// The parameters in it with their shares, the largest first, in units of each one's own
-    /// effect.
-    pub shares: Vec<(&'static str, f64)>,
-}
-
 /// Why a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -125,8 +114,9 @@ pub struct Fit<const N: usize> {
     pub correlation: SMatrix<f64, N, N>,
     /// Statistics of the residuals.
     pub residuals: ResidualStatistics,
-    /// Combinations that the data do not determine.
-    pub weak: Vec<WeakDirection>,
+    /// Combinations of parameters without any effect on the residuals: the names with their shares,
+    /// the largest first, in units of each one's own effect.
+    pub weak: Vec<Vec<(&'static str, f64)>>,
     /// Why the search ended.
     pub outcome: Outcome,
     /// Iterations of all starts together.
@@ -164,7 +154,7 @@ impl<const N: usize> fmt::Display for Fit<N> {
             let (value, error) = (Number(*value), Number(*standard_error));
             writeln!(f, "{:22} {value:>12.5} {error:>12.5}  {unit:5} {verdict}", parameter.name)?;
         }
-        for WeakDirection { shares, .. } in &self.weak {
+        for shares in &self.weak {
             write!(f, "no effect on the data:")?;
             for (name, share) in shares {
                 write!(f, " {share:+.2} {name}")?;

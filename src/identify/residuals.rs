@@ -2,18 +2,6 @@
 
 use crate::{ParameterError, Scalar};
 
-/// Scale on which a parameter is searched.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Scaling {
-    /// The value itself, in units of a typical magnitude.
-    Linear {
-        /// The typical magnitude, positive.
-        typical: f64,
-    },
-    /// The logarithm of the value: for a positive quantity whose magnitude is known roughly.
-    Logarithmic,
-}
-
 /// A parameter to be found: its name, its bounds, and where the search starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
@@ -27,8 +15,9 @@ pub struct Parameter {
     pub least: f64,
     /// Upper bound, finite.
     pub most: f64,
-    /// Scale of the search.
-    pub scaling: Scaling,
+    /// Typical magnitude, positive: the unit in which the value is searched. `None` searches the
+    /// logarithm of the value: for a positive quantity whose magnitude is known roughly.
+    pub typical: Option<f64>,
 }
 
 impl Parameter {
@@ -36,7 +25,7 @@ impl Parameter {
     /// start.
     pub fn positive(name: &'static str, unit: &'static str, start: f64, factor: f64) -> Self {
         let (least, most) = (start / factor, start * factor);
-        Self { name, unit, start, least, most, scaling: Scaling::Logarithmic }
+        Self { name, unit, start, least, most, typical: None }
     }
 }
 
@@ -59,7 +48,7 @@ pub(super) fn within<T: Scalar>(value: T, least: T, most: T) -> T {
 /// [`Candidate`](super::Candidate) instead.
 ///
 /// ```
-/// use bristle::identify::{self, Parameter, Residuals, Scaling, Settings};
+/// use bristle::identify::{self, Parameter, Residuals, Settings};
 /// use bristle::{ParameterError, Scalar};
 /// use core::ops::ControlFlow;
 ///

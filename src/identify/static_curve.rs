@@ -17,13 +17,13 @@
 //! Source: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2009), chapter 7; the constants are
 //! the usual ones.
 
+use alloc::boxed::Box;
 use alloc::vec::Vec;
-use core::fmt::Debug;
 use core::ops::ControlFlow;
 
 use super::initial_guess::{InitialGuess, SlidingPoint};
 use super::log::{median, quantile};
-use super::residuals::{Parameter, Residuals, Scaling, within};
+use super::residuals::{Parameter, Residuals, within};
 use super::{Fit, IdentifyError, Log, Progress, Settings, least_squares};
 use crate::Scalar;
 use crate::curve::{
@@ -45,22 +45,6 @@ const SETTLED: f64 = 1e-6;
 /// Searches for the first fit: a valley in v_S may have others beside it.
 const STARTS: usize = 6;
 
-/// A friction curve with N parameters to be found.
-pub trait CurveCandidate<const N: usize>: Debug {
-    /// The curve, in any scalar.
-    type Curve<T: Scalar>: FrictionCurve<T>;
-
-    /// The parameters, with their bounds and starts.
-    fn parameters(&self) -> [Parameter; N];
-
-    /// The curve with these parameters.
-    ///
-    /// # Errors
-    ///
-    /// Parameters out of their ranges.
-    fn curve<T: Scalar>(&self, values: &[T; N]) -> Result<Self::Curve<T>, ParameterError>;
-}
-
 /// The parameters that all Stribeck curves share: μ_d, μ_s − μ_d, v_S, σ2.
 ///
 /// The bounds are so wide that data which determine a parameter do not reach them: a decade and a
@@ -70,43 +54,53 @@ pub(super) fn stribeck_parameters(guess: &InitialGuess) -> [Parameter; 4] {
     let (size, fastest) = (guess.dynamic_coefficient, guess.fastest);
     let viscosity = size / fastest;
     // A start at a bound could rest there.
-    let inside = |name, unit, start, least: f64, most: f64, scaling| {
+    let inside = |name, unit, start, least: f64, most: f64, typical| {
         let start = within(start, 1.1 * least, 0.9 * most);
-        Parameter { name, unit, start, least, most, scaling }
+        Parameter { name, unit, start, least, most, typical }
     };
-    let logarithmic = Scaling::Logarithmic;
-    let linear = Scaling::Linear { typical: 0.1 * viscosity };
+    let typical = Some(0.1 * viscosity);
     let excess = guess.static_coefficient - size;
     let (velocity, viscous) = (guess.stribeck_velocity, guess.viscous_friction);
     [
         Parameter::positive("dynamic_coefficient", "", size, 30.0),
-        inside("static_excess", "", excess, 1e-3 * size, 30.0 * size, logarithmic),
-        inside("stribeck_velocity", "m/s", velocity, 1e-4 * fastest, 1e2 * fastest, logarithmic),
-        inside("viscous_friction", "s/m", viscous, 0.0, 10.0 * viscosity, linear),
+        inside("static_excess", "", excess, 1e-3 * size, 30.0 * size, None),
+        inside("stribeck_velocity", "m/s", velocity, 1e-4 * fastest, 1e2 * fastest, None),
+        inside("viscous_friction", "s/m", viscous, 0.0, 10.0 * viscosity, typical),
     ]
 }
 
-/// The [`Stribeck`] curve of a given exponent.
-///
-/// Four parameters: dynamic coefficient μ_d, static excess μ_s − μ_d, Stribeck velocity v_S,
-/// viscous friction σ2.
+/// Shape of a friction curve with four parameters: dynamic coefficient μ_d, static excess μ_s − μ_d,
+/// Stribeck velocity v_S, viscous friction σ2.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StribeckCurve {
-    /// Initial guess.
-    pub guess: InitialGuess,
-    /// Stribeck exponent δ \[–\].
-    pub exponent: f64,
+pub enum CurveShape {
+    /// The [`Stribeck`] curve.
+    Stribeck {
+        /// Stribeck exponent δ \[–\].
+        exponent: f64,
+    },
+    /// The [`RationalStribeck`] curve.
+    Rational,
 }
 
-impl CurveCandidate<4> for StribeckCurve {
-    type Curve<T: Scalar> = Stribeck<T>;
-
-    fn parameters(&self) -> [Parameter; 4] {
-        stribeck_parameters(&self.guess)
-    }
-
-    fn curve<T: Scalar>(&self, values: &[T; 4]) -> Result<Stribeck<T>, ParameterError> {
-        stribeck(values, lit(self.exponent))
+impl CurveShape {
+    /// The friction coefficient as a function of the speed.
+    fn curve<T: Scalar>(self, values: &[T; 4]) -> Result<Box<dyn Fn(T) -> T>, ParameterError> {
+        let &[dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = values;
+        Ok(match self {
+            Self::Stribeck { exponent } => {
+                let curve = stribeck(values, lit(exponent))?;
+                Box::new(move |speed| curve.at(speed))
+            }
+            Self::Rational => {
+                let curve = RationalStribeck::new(RationalStribeckParameters {
+                    static_coefficient: dynamic_coefficient + excess,
+                    dynamic_coefficient,
+                    stribeck_velocity,
+                    viscous_friction,
+                })?;
+                Box::new(move |speed| curve.at(speed))
+            }
+        })
     }
 }
 
@@ -123,55 +117,28 @@ pub(super) fn stribeck<T: Scalar>(
     })
 }
 
-/// The [`RationalStribeck`] curve, with the parameters of [`StribeckCurve`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RationalCurve {
-    /// Initial guess.
-    pub guess: InitialGuess,
-}
-
-impl CurveCandidate<4> for RationalCurve {
-    type Curve<T: Scalar> = RationalStribeck<T>;
-
-    fn parameters(&self) -> [Parameter; 4] {
-        stribeck_parameters(&self.guess)
-    }
-
-    fn curve<T: Scalar>(
-        &self,
-        &[dynamic_coefficient, excess, stribeck_velocity, viscous_friction]: &[T; 4],
-    ) -> Result<RationalStribeck<T>, ParameterError> {
-        RationalStribeck::new(RationalStribeckParameters {
-            static_coefficient: dynamic_coefficient + excess,
-            dynamic_coefficient,
-            stribeck_velocity,
-            viscous_friction,
-        })
-    }
-}
-
 /// Weighted distances of points from a curve.
-struct Points<'a, C, const N: usize> {
-    candidate: &'a C,
-    parameters: [Parameter; N],
+struct Points<'a> {
+    shape: CurveShape,
+    parameters: [Parameter; 4],
     points: &'a [SlidingPoint],
     /// √w of each.
     weights: Vec<f64>,
 }
 
-impl<C: CurveCandidate<N>, const N: usize> Residuals<N> for Points<'_, C, N> {
-    fn parameters(&self) -> [Parameter; N] {
+impl Residuals<4> for Points<'_> {
+    fn parameters(&self) -> [Parameter; 4] {
         self.parameters
     }
 
     fn evaluate<T: Scalar>(
         &self,
-        values: &[T; N],
+        values: &[T; 4],
         each: &mut impl FnMut(T),
     ) -> Result<(), ParameterError> {
-        let curve = self.candidate.curve(values)?;
+        let curve = self.shape.curve(values)?;
         for (point, &weight) in self.points.iter().zip(&self.weights) {
-            each((curve.at(lit(point.speed)) - lit(point.coefficient)) * lit(weight));
+            each((curve(lit(point.speed)) - lit(point.coefficient)) * lit(weight));
         }
         Ok(())
     }
@@ -180,7 +147,7 @@ impl<C: CurveCandidate<N>, const N: usize> Residuals<N> for Points<'_, C, N> {
 /// A robust fit of a friction curve through sliding data that may have outliers.
 ///
 /// ```
-/// use bristle::identify::{InitialGuess, SlidingPoint, StribeckCurve, static_curve};
+/// use bristle::identify::{CurveShape, InitialGuess, SlidingPoint, static_curve};
 ///
 /// // μ = 0.2 + 0.1 exp(−(v/v_S)²) + 2 v with v_S = 10 mm/s, and every tenth point wrong.
 /// let points: Vec<SlidingPoint> = (1..200)
@@ -202,7 +169,7 @@ impl<C: CurveCandidate<N>, const N: usize> Residuals<N> for Points<'_, C, N> {
 ///     fastest: 0.1,
 ///     reversals: 1,
 /// };
-/// let fit = static_curve(&StribeckCurve { guess, exponent: 2.0 }, &points)?;
+/// let fit = static_curve(CurveShape::Stribeck { exponent: 2.0 }, &guess, &points)?;
 /// assert!((fit.estimate("stribeck_velocity").unwrap().value - 0.01).abs() < 1e-6);
 /// # Ok::<(), bristle::identify::IdentifyError>(())
 /// ```
@@ -211,10 +178,11 @@ impl<C: CurveCandidate<N>, const N: usize> Residuals<N> for Points<'_, C, N> {
 ///
 /// Refuses fewer than ten points, a point that is not finite, and bounds that do not contain the
 /// start.
-pub fn static_curve<C: CurveCandidate<N>, const N: usize>(
-    candidate: &C,
+pub fn static_curve(
+    shape: CurveShape,
+    guess: &InitialGuess,
     points: &[SlidingPoint],
-) -> Result<Fit<N>, IdentifyError> {
+) -> Result<Fit<4>, IdentifyError> {
     if points.len() < FEWEST_POINTS {
         return Err(IdentifyError::TooFewRows { rows: points.len(), least: FEWEST_POINTS });
     }
@@ -228,15 +196,15 @@ pub fn static_curve<C: CurveCandidate<N>, const N: usize>(
     let every = points.len().div_ceil(MOST_POINTS);
     let points: Vec<SlidingPoint> = points.iter().step_by(every).copied().collect();
     let weights = alloc::vec![1.0; points.len()];
-    let mut problem =
-        Points { candidate, parameters: candidate.parameters(), points: &points, weights };
+    let parameters = stribeck_parameters(guess);
+    let mut problem = Points { shape, parameters, points: &points, weights };
     let mut settings = Settings { starts: STARTS, ..Settings::default() };
     let mut go_on = |_: &Progress<'_>| ControlFlow::Continue(());
     let mut fit = least_squares(&problem, &settings, &mut go_on)?;
     settings.starts = 1;
     for round in 0..ROUNDS {
-        let curve = candidate.curve(&fit.values())?;
-        let distance = |point: &SlidingPoint| (curve.at(point.speed) - point.coefficient).abs();
+        let curve = shape.curve(&fit.values())?;
+        let distance = |point: &SlidingPoint| (curve(point.speed) - point.coefficient).abs();
         let distances: Vec<f64> = points.iter().map(distance).collect();
         let spread = 1.4826 * median(&mut distances.clone());
         if !(spread > 0.0) {
@@ -274,7 +242,8 @@ impl InitialGuess {
         if !spread {
             return Ok(guess);
         }
-        let Ok(fit) = static_curve(&StribeckCurve { guess, exponent: 2.0 }, &points) else {
+        let shape = CurveShape::Stribeck { exponent: 2.0 };
+        let Ok(fit) = static_curve(shape, &guess, &points) else {
             return Ok(guess);
         };
         let [dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = fit.values();

@@ -8,7 +8,7 @@ use nalgebra::SMatrix;
 use super::problem::{Point, Problem};
 use super::residuals::{Residuals, within};
 use super::triangle::Triangle;
-use super::{Estimate, Fit, Identifiability, Outcome, ResidualStatistics, WeakDirection};
+use super::{Estimate, Fit, Identifiability, Outcome, ResidualStatistics};
 
 /// Singular values of the scaled sensitivities below this share of the largest have no effect: √ε,
 /// with which half of the digits are left.
@@ -64,7 +64,7 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
             }
         }
         shares.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
-        weak.push(WeakDirection { strength: value / largest, shares });
+        weak.push(shares);
     }
 
     let rows = residuals.len() as f64;

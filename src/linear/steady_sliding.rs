@@ -119,7 +119,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
     ///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
     /// );
-    /// let (contact, rig) = (friction.under_load(1.0)?, paper::STICK_SLIP_MECHANISM);
+    /// let contact = friction.under_load(1.0)?;
+    /// let rig = paper::stick_slip_rig(contact).mechanism;
     /// // The curve of Table 2 falls up to 30 mm/s: no small disturbance dies out below.
     /// let threshold = contact.critical_speed(rig, 1e-3..1.0)?;
     /// let Threshold::StableAbove(speed) = threshold else { unreachable!() };

@@ -136,7 +136,7 @@ pub struct StepLimits<T> {
 ///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
 /// );
 /// let contact = friction.under_load(1.0)?;
-/// let rig = Some(paper::STICK_SLIP_MECHANISM);
+/// let rig = Some(paper::stick_slip_rig(contact).mechanism);
 /// let limits = stability::largest_step(&contact, rig, 1.0, Scheme::RungeKutta4)?;
 /// assert_eq!(
 ///     limits.to_string(),
