@@ -94,14 +94,14 @@ impl Scene {
         let stiffness = tyre.slip_stiffness(self.rolling_speed)? / 1e3;
         let (small, full) = (tyre.force_ratio(at(0.05))?, tyre.force_ratio(at(1.0))?);
         let peak = match tyre.peak(at(1.0))? {
-            Some(peak) => format!("{:10.4}  {:7.4}", peak.force / NORMAL_FORCE, peak.slip_ratio),
+            Some(peak) => format!("{:10.4}  {:7.4}", tyre.force_ratio(peak)?, peak.slip_ratio),
             None => format!("{:>10}  {:>7}", "–", "–"),
         };
         println!("{name:11}  {stiffness:11.2} kN  {peak}  {small:13.6}  {full:8.6}");
         (0..self.samples)
             .map(|sample| {
                 let slip = (sample as f64 / (self.samples - 1) as f64).powi(2);
-                let trail = tyre.aligning(at(slip).motion())?.trail;
+                let trail = tyre.pneumatic_trail(at(slip).motion())?;
                 Ok([slip, tyre.force_ratio(at(slip))?, trail.unwrap_or(f64::NAN)])
             })
             .collect()

@@ -17,9 +17,7 @@ use std::process::ExitCode;
 
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
-use bristle::rolling::{
-    MotionOverTime, Patch, PatchParameters, PolynomialExponential, RateDependent,
-};
+use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential, RateDependent};
 use bristle::signal::{Constant, Function, Signal};
 use bristle::{FrBd, LuGre, paper};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule};
@@ -50,8 +48,7 @@ fn main() -> ExitCode {
         let (end, samples) = (arguments.number("end"), arguments.count("samples"));
         let rolling_speed = arguments.number("rolling-speed");
         let slip = Function::new(slip_velocity, []);
-        let motion =
-            MotionOverTime { slip_velocity: slip, rolling_speed: Constant::new(rolling_speed)? };
+        let motion = Motion { slip_velocity: slip, rolling_speed: Constant::new(rolling_speed)? };
         let times: Vec<f64> =
             (0..samples).map(|number| end * number as f64 / (samples - 1) as f64).collect();
 
@@ -104,7 +101,7 @@ fn slip_velocity(t: f64) -> (f64, f64) {
 /// Force over normal force under each pressure.
 fn forces<M, S, W>(
     model: M,
-    motion: &MotionOverTime<S, W>,
+    motion: &Motion<S, W>,
     times: &[f64],
 ) -> Result<[Vec<f64>; 3], Box<dyn Error>>
 where
@@ -123,7 +120,7 @@ where
 fn force<M, S, W, const N: usize>(
     model: M,
     pressure: PolynomialExponential<f64, N>,
-    motion: &MotionOverTime<S, W>,
+    motion: &Motion<S, W>,
     times: &[f64],
 ) -> Result<Vec<f64>, Box<dyn Error>>
 where
@@ -151,10 +148,8 @@ where
 fn steady(number: usize, rolling_speed: f64) -> Result<f64, Box<dyn Error>> {
     let model =
         FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?);
-    let motion = MotionOverTime {
-        slip_velocity: Constant::new(1.0)?,
-        rolling_speed: Constant::new(rolling_speed)?,
-    };
+    let motion =
+        Motion { slip_velocity: Constant::new(1.0)?, rolling_speed: Constant::new(rolling_speed)? };
     // Two transits, or long enough to slide where the patch stands.
     let time = 2.0 * paper::TYRE_LENGTH / rolling_speed.max(0.1);
     Ok(forces(model, &motion, &[0.0, time])?[number][1])

@@ -81,7 +81,7 @@ fn row<M: RateDependent<f64> + Copy, const N: usize>(
             let slip_velocity = velocities[n % 1024];
             // The prediction is right.
             let step = coupled.companion_step(Motion { slip_velocity, rolling_speed }, duration)?;
-            sum += step.commit(slip_velocity)?.force;
+            sum += step.commit(slip_velocity)?;
         }
         black_box(sum);
         coupled_time = coupled_time.min(begin.elapsed().as_secs_f64());

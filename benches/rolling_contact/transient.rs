@@ -9,8 +9,7 @@ use crate::support::Csv;
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{
-    Grid, Motion, MotionField, MotionOverTime, Patch, PatchParameters, PolynomialExponential,
-    Pressure, RateDependent,
+    Grid, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent,
 };
 use bristle::signal::{Constant, Function};
 use bristle::{FrBd, LuGre, paper};
@@ -151,7 +150,7 @@ fn run<M: RateDependent<f64> + Copy, const N: usize>(
         let follow = solver.ends_with("4th order");
         // The rate is never asked for.
         let signal = Function::new(|t| (slip(t), f64::NAN), []);
-        let motion = MotionOverTime { slip_velocity: signal, rolling_speed: Constant::new(SPEED)? };
+        let motion = Motion { slip_velocity: signal, rolling_speed: Constant::new(SPEED)? };
         let steps = SAMPLES * setting;
         let mut rolling = (*patch).exact_in((setting as f64 / way) as usize + 10)?;
         for number in 0..steps {
@@ -186,10 +185,8 @@ fn run<M: RateDependent<f64> + Copy, const N: usize>(
             let slip_velocity = slip(start + 0.5 * h);
             grid.step(Motion { slip_velocity, rolling_speed: SPEED }, h)?;
         } else {
-            let field = MotionField {
-                slip_velocity: |_, t: f64| slip(start + t),
-                rolling_speed: |_, _| SPEED,
-            };
+            let field =
+                Motion { slip_velocity: |_, t: f64| slip(start + t), rolling_speed: |_, _| SPEED };
             grid.step_field(&field, h)?;
         }
         if (number + 1) % parts == 0 {

@@ -7,7 +7,7 @@ use super::{FidelityError, cost};
 use crate::Scalar;
 use crate::bounds::smaller;
 use crate::parameter::{self, ParameterError};
-use crate::rolling::{Motion, MotionOverTime, Patch, PolynomialExponential, RateDependent};
+use crate::rolling::{Motion, Patch, PolynomialExponential, RateDependent};
 use crate::scalar::{lit, to_f64};
 use crate::signal::Signal;
 
@@ -29,7 +29,7 @@ pub struct PatchSceneParameters<T, M, const N: usize, S, W> {
     /// The patch under its normal force.
     pub patch: Patch<T, M, PolynomialExponential<T, N>>,
     /// Slip velocity v(t) and rolling speed U(t) ≥ 0 [m/s], from t = 0 on.
-    pub motion: MotionOverTime<S, W>,
+    pub motion: Motion<S, W>,
     /// Time between two answers Δ \[s\]: the friction force is wanted at Δ, 2Δ, …
     pub interval: T,
     /// Number of answers, up to a million.
@@ -44,7 +44,7 @@ pub struct PatchSceneParameters<T, M, const N: usize, S, W> {
 /// use bristle::curve::Stribeck;
 /// use bristle::fidelity::{Level, PatchScene, PatchSceneParameters, Start, Tolerance, choose};
 /// use bristle::rheology::KelvinVoigt;
-/// use bristle::rolling::{MotionOverTime, Patch, PatchParameters, PolynomialExponential};
+/// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
 /// use bristle::signal::{Constant, Sine, SineParameters};
 /// use bristle::{FrBd, paper};
 ///
@@ -58,7 +58,7 @@ pub struct PatchSceneParameters<T, M, const N: usize, S, W> {
 ///     let slip = SineParameters { mean: 0.2, amplitude: 0.2, frequency, phase: 0.0 };
 ///     PatchScene::new(PatchSceneParameters {
 ///         patch: tyre,
-///         motion: MotionOverTime {
+///         motion: Motion {
 ///             slip_velocity: Sine::new(slip)?,
 ///             rolling_speed: Constant::new(16.0)?,
 ///         },
@@ -76,7 +76,7 @@ pub struct PatchSceneParameters<T, M, const N: usize, S, W> {
 #[derive(Debug, Clone)]
 pub struct PatchScene<T, M, const N: usize, S, W> {
     patch: Patch<T, M, PolynomialExponential<T, N>>,
-    motion: MotionOverTime<S, W>,
+    motion: Motion<S, W>,
     clock: Clock<T>,
     start: Start,
     /// Relaxation length \[m\].
@@ -125,7 +125,7 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize, S: Signal<T>, W: Signal<T>>
     }
 
     fn next_kink(&self, from: T, to: T) -> Option<T> {
-        let MotionOverTime { slip_velocity, rolling_speed } = &self.motion;
+        let Motion { slip_velocity, rolling_speed } = &self.motion;
         let kinks = [slip_velocity.next_kink(from, to), rolling_speed.next_kink(from, to)];
         crate::signal::first_between(kinks.into_iter().flatten(), from, to)
     }
@@ -214,7 +214,7 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize, S: Signal<T>, W: Signal<T>>
     }
 }
 
-fn at<T: Scalar, S: Signal<T>, W: Signal<T>>(motion: &MotionOverTime<S, W>, time: T) -> Motion<T> {
+fn at<T: Scalar, S: Signal<T>, W: Signal<T>>(motion: &Motion<S, W>, time: T) -> Motion<T> {
     let (slip, rolling) = (motion.slip_velocity.value(time), motion.rolling_speed.value(time));
     Motion { slip_velocity: slip, rolling_speed: rolling }
 }

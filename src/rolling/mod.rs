@@ -60,15 +60,15 @@ mod pressure;
 mod quadrature;
 mod steady;
 
-pub use exact::{CompletedPatchStep, ExactPatch, MotionOverTime, PatchLedger, PatchStep, Segment};
+pub use exact::{ExactPatch, PatchLedger, PatchStep, Segment};
 pub use frequency::{LinearisedPatch, Wave};
 #[cfg(feature = "alloc")]
-pub use grid::{Grid, MotionField};
+pub use grid::Grid;
 pub use limits::{Origin, PatchLimits};
-pub use passivity::{PassiveDamping, Passivity, passivity};
+pub use passivity::{PassiveDamping, Passivity};
 pub use patch::{Motion, Patch, PatchParameters, RateDependent, SlipPoint};
 pub use pressure::{
     FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,
     PressureKnot, TabulatedPressure, TrapezoidalParameters,
 };
-pub use steady::{Aligning, Peak, Steady, SteadySlopes};
+pub use steady::{Steady, SteadySlopes};

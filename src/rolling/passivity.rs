@@ -50,7 +50,7 @@ pub enum Passivity<T> {
         /// The place ξ \[–\] where Σ0 V rises most steeply of those looked at.
         place: T,
         /// (Σ0 V)' there: [N/m²] from [`Patch::passivity`], which leaves V out, and
-        /// [N/(m s)] from [`passivity`], (Σ0 U)'. Infinite where the pressure jumps up.
+        /// [N/(m s)] from [`Passivity::of`], (Σ0 U)'. Infinite where the pressure jumps up.
         slope: T,
     },
     /// The friction model itself is not known to be passive.
@@ -60,71 +60,73 @@ pub enum Passivity<T> {
 /// Places looked at from each knot to the next, ends included.
 const PLACES: usize = 257;
 
-/// Checks the sufficient condition (Σ0 U)' ≤ 0 for a stiffness σ0(ξ) [1/m] and a rolling speed
-/// U(ξ) [m/s] that depend on the place: closures that answer the value and its slope. The friction
-/// model is taken to be passive.
-///
-/// Looked at are 257 places from each knot of the pressure to the next, and whether Σ0 V has risen
-/// from one to the next; σ0 and U must be smooth on that scale.
-///
-/// ```
-/// use bristle::rolling::{Passivity, PolynomialExponential, passivity};
-///
-/// let flat = PolynomialExponential::constant();
-/// let uniform = |_: f64| (252.0, 0.0);
-/// assert_eq!(passivity(&flat, uniform, |_| (100.0, 0.0)), Passivity::Passive);
-/// // Bristles that are carried ever faster.
-/// let faster = passivity(&flat, uniform, |place| (100.0 + 10.0 * place, 10.0));
-/// assert!(matches!(faster, Passivity::Rises { slope, .. } if (slope - 2520.0).abs() < 1e-9));
-/// ```
-pub fn passivity<T: Scalar, P: Pressure<T>>(
-    pressure: &P,
-    stiffness: impl Fn(T) -> (T, T),
-    rolling_speed: impl Fn(T) -> (T, T),
-) -> Passivity<T> {
-    let at = |place: T| {
-        let (p, p_slope) = pressure.at_and_slope(place);
-        let (s, s_slope) = stiffness(place);
-        let (v, v_slope) = rolling_speed(place);
-        let terms = (p_slope * s * v, p * s_slope * v, p * s * v_slope);
-        let size = terms.0.abs() + terms.1.abs() + terms.2.abs();
-        (p * s * v, terms.0 + terms.1 + terms.2, size)
-    };
-    let mut worst: Option<(T, T)> = None;
-    let mut note = |place: T, slope: T| {
-        // NaN is no proof either.
-        if worst.is_none_or(|(_, other)| slope > other) {
-            worst = Some((place, slope));
-        }
-    };
-    let rounding = lit::<T>(64.0) * T::default_epsilon();
-    let mut last: Option<(T, T)> = None;
-    super::quadrature::between_knots(pressure, |from, width| {
-        for number in 0..PLACES {
-            let mut place = from + width * lit(number as f64 / (PLACES - 1) as f64);
-            if number + 1 == PLACES {
-                // This side of the knot.
-                place *= T::one() - lit::<T>(2.0) * T::default_epsilon();
+impl<T: Scalar> Passivity<T> {
+    /// Checks the sufficient condition (Σ0 U)' ≤ 0 for a stiffness σ0(ξ) [1/m] and a rolling speed
+    /// U(ξ) [m/s] that depend on the place: closures that answer the value and its slope. The friction
+    /// model is taken to be passive.
+    ///
+    /// Looked at are 257 places from each knot of the pressure to the next, and whether Σ0 V has risen
+    /// from one to the next; σ0 and U must be smooth on that scale.
+    ///
+    /// ```
+    /// use bristle::rolling::{Passivity, PolynomialExponential};
+    ///
+    /// let flat = PolynomialExponential::constant();
+    /// let uniform = |_: f64| (252.0, 0.0);
+    /// assert_eq!(Passivity::of(&flat, uniform, |_| (100.0, 0.0)), Passivity::Passive);
+    /// // Bristles that are carried ever faster.
+    /// let faster = Passivity::of(&flat, uniform, |place| (100.0 + 10.0 * place, 10.0));
+    /// assert!(matches!(faster, Passivity::Rises { slope, .. } if (slope - 2520.0).abs() < 1e-9));
+    /// ```
+    pub fn of<P: Pressure<T>>(
+        pressure: &P,
+        stiffness: impl Fn(T) -> (T, T),
+        rolling_speed: impl Fn(T) -> (T, T),
+    ) -> Self {
+        let at = |place: T| {
+            let (p, p_slope) = pressure.at_and_slope(place);
+            let (s, s_slope) = stiffness(place);
+            let (v, v_slope) = rolling_speed(place);
+            let terms = (p_slope * s * v, p * s_slope * v, p * s * v_slope);
+            let size = terms.0.abs() + terms.1.abs() + terms.2.abs();
+            (p * s * v, terms.0 + terms.1 + terms.2, size)
+        };
+        let mut worst: Option<(T, T)> = None;
+        let mut note = |place: T, slope: T| {
+            // NaN is no proof either.
+            if worst.is_none_or(|(_, other)| slope > other) {
+                worst = Some((place, slope));
             }
-            let (value, slope, size) = at(place);
-            if !(slope <= rounding * size) {
-                note(place, slope);
-            }
-            if let Some((before, steepness)) = last {
-                let noise = rounding * (before.abs() + value.abs() + size + steepness);
-                if number == 0 && !(value - before <= noise) {
-                    note(place, T::one() / T::zero());
-                } else if !(value - before <= noise) && !(slope > T::zero()) {
-                    // It rose in between.
-                    note(place, (value - before) / width * lit((PLACES - 1) as f64));
+        };
+        let rounding = lit::<T>(64.0) * T::default_epsilon();
+        let mut last: Option<(T, T)> = None;
+        super::quadrature::between_knots(pressure, |from, width| {
+            for number in 0..PLACES {
+                let mut place = from + width * lit(number as f64 / (PLACES - 1) as f64);
+                if number + 1 == PLACES {
+                    // This side of the knot.
+                    place *= T::one() - lit::<T>(2.0) * T::default_epsilon();
                 }
+                let (value, slope, size) = at(place);
+                if !(slope <= rounding * size) {
+                    note(place, slope);
+                }
+                if let Some((before, steepness)) = last {
+                    let noise = rounding * (before.abs() + value.abs() + size + steepness);
+                    if number == 0 && !(value - before <= noise) {
+                        note(place, T::one() / T::zero());
+                    } else if !(value - before <= noise) && !(slope > T::zero()) {
+                        // It rose in between.
+                        note(place, (value - before) / width * lit((PLACES - 1) as f64));
+                    }
+                }
+                last = Some((value, size));
             }
-            last = Some((value, size));
+        });
+        match worst {
+            None => Passivity::Passive,
+            Some((place, slope)) => Passivity::Rises { place, slope },
         }
-    });
-    match worst {
-        None => Passivity::Passive,
-        Some((place, slope)) => Passivity::Rises { place, slope },
     }
 }
 
@@ -173,7 +175,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         }
         let stiffness = self.load() * self.model().storage_stiffness();
         let uniform = |value: T| move |_: T| (value, T::zero());
-        passivity(self.pressure(), uniform(stiffness), uniform(T::one()))
+        Passivity::of(self.pressure(), uniform(stiffness), uniform(T::one()))
     }
 
     /// The least damping with which the patch takes energy from every small sinusoid about v = 0

@@ -245,14 +245,19 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     }
 }
 
-/// How two bodies move on each other at a contact patch.
+/// How two bodies move on each other at a contact patch: two numbers, held over a step, two signals
+/// of the time for [`ExactPatch::follow`](super::ExactPatch::follow), or two functions of the place
+/// ξ \[–\] and of the time since the step's start \[s\] for
+#[cfg_attr(feature = "alloc", doc = "[`Grid::step_field`](super::Grid::step_field).")]
+#[cfg_attr(not(feature = "alloc"), doc = "`Grid::step_field`.")]
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion<T> {
+pub struct Motion<S, W = S> {
     /// Slip velocity v [m/s]: velocity of the body's surface over the ground if neither were
     /// elastic (the rigid sliding velocity). The friction force opposes it.
-    pub slip_velocity: T,
-    /// Rolling speed U [m/s] at which bristles cross the patch. For a wheel it is ωR.
-    pub rolling_speed: T,
+    pub slip_velocity: S,
+    /// Rolling speed U [m/s] at which bristles cross the patch. For a wheel it is ωR. Only a grid
+    /// also takes negative ones.
+    pub rolling_speed: W,
 }
 
 impl<T: Scalar> Motion<T> {

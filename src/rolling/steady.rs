@@ -84,28 +84,6 @@ pub struct SteadySlopes<T> {
     pub by_rolling_speed: T,
 }
 
-/// Where the force over slip has its maximum, see [`Patch::peak`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Peak<T> {
-    /// The slip ratio v/U \[–\] of the peak.
-    pub slip_ratio: T,
-    /// The friction force F \[N\] there.
-    pub force: T,
-}
-
-/// Moment of the friction force about the middle of the patch, see [`Patch::aligning`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Aligning<T> {
-    /// The self-aligning moment L² ∫₀¹ (ξ − ½) p μ_b dξ [N m] of a lateral force: positive where
-    /// it turns the wheel into the direction it moves in.
-    pub moment: T,
-    /// The pneumatic trail \[m\]: how far behind the middle of the patch the force acts. None for
-    /// a patch that stands still or carries nothing.
-    pub trail: Option<T>,
-}
-
 /// A patch about a steady motion, and what a change of v does there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Linearisation<T> {
@@ -257,6 +235,8 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// The peak of the steady force over the slip: its highest maximum at slips between 0 and a
     /// given one (of either sign) at a rolling speed. None where the force only grows.
     ///
+    /// [`Patch::steady`] at the [`SlipPoint::motion`] of the peak tells its force.
+    ///
     /// Maxima are looked for at 600 slips in geometric progression over the six decades below the
     /// given one, and then found to rounding as zeros of the slope.
     ///
@@ -264,7 +244,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a slip that is not finite or zero, a rolling speed that is not positive, and a slip
     /// on the way at which a coefficient of the model is not finite.
-    pub fn peak(&self, up_to: SlipPoint<T>) -> Result<Option<Peak<T>>, ParameterError> {
+    pub fn peak(&self, up_to: SlipPoint<T>) -> Result<Option<SlipPoint<T>>, ParameterError> {
         const SLIPS: usize = 600;
         const DECADES: f64 = 6.0;
         parameter::finite("slip_ratio", up_to.slip_ratio)?;
@@ -280,8 +260,9 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         };
         // A maximum counts once the force has fallen by more than rounding.
         let fallen = T::one() - lit::<T>(512.0) * T::default_epsilon();
-        let mut best: Option<Peak<T>> = None;
-        let mut candidate: Option<Peak<T>> = None;
+        // Slip and force.
+        let mut best: Option<(T, T)> = None;
+        let mut candidate: Option<(T, T)> = None;
         let mut before: Option<(T, T)> = None;
         for number in 0..SLIPS {
             let share = (number + 1) as f64 / SLIPS as f64;
@@ -294,35 +275,37 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
                 && !(here.1 > T::zero())
             {
                 let (found, _) = enclose(slope, (a, at_a), here, T::zero());
-                let found = Peak { slip_ratio: found, force: force(found) };
-                if candidate.is_none_or(|other| found.force > other.force) {
-                    candidate = Some(found);
+                let height = force(found);
+                if candidate.is_none_or(|(_, other)| height > other) {
+                    candidate = Some((found, height));
                 }
             }
-            if let Some(peak) = candidate
-                && force(slip) < peak.force * fallen
+            if let Some((_, height)) = candidate
+                && force(slip) < height * fallen
             {
-                if best.is_none_or(|other| peak.force > other.force) {
+                if best.is_none_or(|(_, other)| height > other) {
                     best = candidate;
                 }
                 candidate = None;
             }
             before = Some(here);
         }
-        Ok(best.map(|peak| Peak { slip_ratio: sign * peak.slip_ratio, force: sign * peak.force }))
+        Ok(best.map(|(slip, _)| SlipPoint { slip_ratio: sign * slip, ..up_to }))
     }
 
-    /// The moment of the steady force about the middle of the patch, and the trail at which the
-    /// force acts: for a lateral force the self-aligning moment and the pneumatic trail. By
-    /// quadrature.
+    /// The pneumatic trail \[m\]: how far behind the middle of the patch the steady force acts. A
+    /// lateral force F turns the wheel into the direction it moves in by the self-aligning moment
+    /// F times the trail. None for a patch that stands still or carries nothing. By quadrature of
+    ///
+    /// L ∫₀¹ (ξ − ½) p μ_b dξ / ∫₀¹ p μ_b dξ.
     ///
     /// In full slip the force acts where the pressure does: a pressure that leans to the inlet
-    /// turns the moment's sign there.
+    /// turns the sign there.
     ///
     /// # Errors
     ///
     /// Refuses a motion that is not finite, and a negative rolling speed.
-    pub fn aligning(&self, motion: Motion<T>) -> Result<Aligning<T>, ParameterError> {
+    pub fn pneumatic_trail(&self, motion: Motion<T>) -> Result<Option<T>, ParameterError> {
         let steady = self.steady(motion)?;
         let Crossing { slip_velocity, transport } = self.forward(motion)?;
         let half: T = lit(0.5);
@@ -339,13 +322,8 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
             force += pressure * coefficient;
             moment += pressure * coefficient * (place - half);
         });
-        let length = self.length();
-        let trail = length * moment / force;
-        let moment = if is_zero(slip_velocity) { T::zero() } else { moment };
-        Ok(Aligning {
-            moment: length * length * self.load() * moment,
-            trail: trail.is_finite().then_some(trail),
-        })
+        let trail = self.length() * moment / force;
+        Ok(trail.is_finite().then_some(trail))
     }
 }
 

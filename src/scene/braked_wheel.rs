@@ -38,9 +38,7 @@
 
 use crate::companion::{Companion, CompletedStep};
 use crate::parameter::{self, ParameterError};
-use crate::rolling::{
-    CompletedPatchStep, ExactPatch, Motion, PatchLedger, PatchStep, RateDependent, Segment,
-};
+use crate::rolling::{ExactPatch, Motion, PatchLedger, PatchStep, RateDependent, Segment};
 use crate::scalar::{is_zero, lit};
 use crate::{Bristle, Contact, Scalar};
 
@@ -365,8 +363,7 @@ where
         loads: WheelLoads<T>,
         duration: T,
     ) -> Result<WheelStep<T>, ParameterError> {
-        let (means, CompletedPatchStep { force, .. }, brake, _) =
-            self.advance(loads, duration, |tyre, v| tyre.commit(v))?;
+        let (means, force, brake, _) = self.advance(loads, duration, |tyre, v| tyre.commit(v))?;
         Ok(Self::told(means, force, &brake))
     }
 

@@ -148,7 +148,7 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
         let what = format!(
             "{index:3} {slip_velocity:?} at {rolling:?}, {answers} answers, {interval:.2e} s"
         );
-        let motion = MotionOverTime { slip_velocity, rolling_speed };
+        let motion = Motion { slip_velocity, rolling_speed };
         let set = index % 3;
         macro_rules! under {
             ($pressure:expr) => {{

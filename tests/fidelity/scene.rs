@@ -3,7 +3,7 @@
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::fidelity::*;
 use bristle::rheology::KelvinVoigt;
-use bristle::rolling::{MotionOverTime, PolynomialExponential};
+use bristle::rolling::{Motion, PolynomialExponential};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::{Constant, Function, Signal, Sine, SineParameters};
 use bristle::{Bristle, FrBd, Mechanism, ParameterError, Rule};
@@ -109,7 +109,7 @@ fn senseless_input_is_refused_by_name() {
     assert_eq!((error.name, error.component), ("velocity", Some(6)));
     for speed in [-1.0, f64::NAN] {
         let speed = Function::new(move |_: f64| (speed, 0.0), []);
-        let motion = MotionOverTime { slip_velocity: steady, rolling_speed: speed };
+        let motion = Motion { slip_velocity: steady, rolling_speed: speed };
         let patch = patch(0, PolynomialExponential::parabolic());
         let (interval, answers, start) = (0.1, 10, Start::Steady);
         let parameters = PatchSceneParameters { patch, motion, interval, answers, start };
@@ -193,7 +193,7 @@ fn single_precision_gets_the_same_choice() {
 #[ignore = "measures; in release"]
 fn how_long_a_search_over_ten_thousand_answers_takes() {
     let rolling =
-        MotionOverTime { slip_velocity: sine(0.2, 0.2, 10.0), rolling_speed: sine(16.0, 2.0, 0.5) };
+        Motion { slip_velocity: sine(0.2, 0.2, 10.0), rolling_speed: sine(16.0, 2.0, 0.5) };
     let (patch, start) = (patch(0, PolynomialExponential::parabolic()), Start::Steady);
     let patch =
         PatchSceneParameters { patch, motion: rolling, interval: 1e-3, answers: 10_000, start };

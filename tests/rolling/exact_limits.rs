@@ -8,8 +8,8 @@ use crate::common::tyre::{LENGTH, motion};
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{
-    ExactPatch, Motion, MotionOverTime, Patch, PatchParameters, PolynomialExponential, Pressure,
-    RateDependent, Segment,
+    ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent,
+    Segment,
 };
 use bristle::{FrBd, Rule, paper};
 
@@ -441,7 +441,7 @@ fn a_curve_that_has_no_answer_does_not_stay_in_the_patch() {
     assert_eq!(rolling.step(motion(3.0, 10.0), 1e-3).unwrap_err().name, NAMED);
     assert_eq!(rolling.settle(motion(3.0, 10.0)).unwrap_err().name, NAMED);
     let slip_velocity = bristle::signal::Constant::new(3.0).unwrap();
-    let over_time = MotionOverTime { slip_velocity, rolling_speed: slip_velocity };
+    let over_time = Motion { slip_velocity, rolling_speed: slip_velocity };
     let refused = rolling.follow(&over_time, 0.0..1e-3).unwrap_err();
     assert_eq!(refused.name, NAMED);
     assert_eq!(rolling.force(1.0), force);

@@ -8,8 +8,8 @@ use crate::common::{assert_within, check, integral, lit};
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
-    Grid, Motion, MotionField, Patch, PatchParameters, PolynomialExponential,
-    PolynomialExponentialParameters, Pressure,
+    Grid, Motion, Patch, PatchParameters, PolynomialExponential, PolynomialExponentialParameters,
+    Pressure,
 };
 use bristle::{
     Bristle, ElastoPlastic, ElastoPlasticParameters, FrBd, LuGre, ParameterError, Scalar, Sliding,
@@ -155,7 +155,7 @@ fn without_rolling_every_node_is_a_bristle_of_its_own() {
     let mut grid = uniform(20).with_profile(initial).unwrap();
     let mut field = grid.clone();
     let motion = Motion { slip_velocity: -0.4, rolling_speed: 0.0 };
-    let still = MotionField { slip_velocity: |_, _| -0.4, rolling_speed: |_, _| 0.0 };
+    let still = Motion { slip_velocity: |_, _| -0.4, rolling_speed: |_, _| 0.0 };
     grid.step(motion, 3e-3).unwrap();
     field.step_field(&still, 3e-3).unwrap();
     for (node, &place) in grid.places().iter().enumerate() {
@@ -192,11 +192,11 @@ fn rolling_backwards_is_the_mirror_image() {
         assert_within(1e-13, 1.0, one, other, || format!("step {n}"));
         let spin = |place: f64| slip + 3.0 * (place - 0.5);
         let fields = (
-            MotionField {
+            Motion {
                 slip_velocity: |place, _| spin(place),
                 rolling_speed: |place: f64, _| LENGTH * rolling * (1.0 + 0.3 * place),
             },
-            MotionField {
+            Motion {
                 slip_velocity: |place, _| spin(1.0 - place),
                 rolling_speed: |place: f64, _| -LENGTH * rolling * (1.0 + 0.3 * (1.0 - place)),
             },
@@ -278,7 +278,7 @@ fn field_errors(cells: usize, slip: impl Fn(f64, f64) -> f64, courant: f64) -> (
     let mut force = 0.0;
     for n in 0..steps {
         let start = n as f64 * duration;
-        let field = MotionField {
+        let field = Motion {
             slip_velocity: |place, time| slip(place, start + time),
             rolling_speed: |place: f64, _| LENGTH * (SLOW + FASTER * place),
         };
@@ -328,11 +328,11 @@ fn bristles_spread_from_a_place_inside_and_crowd_towards_one() {
     let mut spread = uniform(cells).with_profile(initial).unwrap();
     let mut crowd = uniform(cells);
     for _ in 0..40 {
-        let away = MotionField {
+        let away = Motion {
             slip_velocity: |_, _| slip,
             rolling_speed: |place: f64, _| LENGTH * rate * (place - 0.5),
         };
-        let towards = MotionField {
+        let towards = Motion {
             slip_velocity: |_, _| slip,
             rolling_speed: |place: f64, _| -LENGTH * rate * (place - 0.5),
         };
@@ -382,7 +382,7 @@ fn no_motion_drives_a_bristle_beyond_breakaway() {
             let most = breakaway * (1.0 + 1e-14);
             assert!(force.abs() <= strongest * (1.0 + 1e-13), "{force}");
             // V and v of both signs in the patch, V reversing within the step.
-            let field = MotionField {
+            let field = Motion {
                 slip_velocity: |place: f64, _| slip_velocity + 4.0 * (place - 0.5),
                 rolling_speed: |place: f64, time: f64| {
                     motion.rolling_speed
@@ -439,10 +439,8 @@ fn a_held_motion_in_time_varying_slip_is_second_order_by_midpoints() {
         let mut force = 0.0;
         for n in 0..cells * 2 {
             let start = n as f64 * duration;
-            let field = MotionField {
-                slip_velocity: |_, time| slip(start + time),
-                rolling_speed: |_, _| 2.0,
-            };
+            let field =
+                Motion { slip_velocity: |_, time| slip(start + time), rolling_speed: |_, _| 2.0 };
             force = grid.step_field(&field, duration).unwrap();
         }
         force
@@ -516,7 +514,7 @@ fn other_models_and_numbers_ride_along() {
         let want = large.step(Motion { slip_velocity: slip, rolling_speed: 2.0 }, 8e-4).unwrap();
         // The force is 0.06 N at most; eighty steps of a few roundings of f32.
         assert_within(1e-5, 0.06, f64::from(got), want, || format!("step {n}"));
-        let field = MotionField {
+        let field = Motion {
             slip_velocity: |place: f32, _| slip as f32 + place,
             rolling_speed: |place: f32, _| 2.0 - 0.1 * place,
         };
@@ -562,7 +560,7 @@ fn a_step_allocates_nothing() {
             let slip = f64::from(n).sin();
             let motion = Motion { slip_velocity: slip, rolling_speed: 2.0 };
             grid.step(motion, 2e-3).unwrap();
-            let field = MotionField {
+            let field = Motion {
                 slip_velocity: |place, _| slip - place,
                 rolling_speed: |place: f64, _| 2.0 - 3.0 * place,
             };
@@ -622,7 +620,7 @@ fn bad_input_is_named_and_changes_nothing() {
             ("duration", motion, -1e-9),
         ] {
             assert_eq!(grid.step(motion, duration).unwrap_err().name, name);
-            let field = MotionField {
+            let field = Motion {
                 slip_velocity: |_, _| motion.slip_velocity,
                 rolling_speed: |_, _| motion.rolling_speed,
             };
@@ -630,7 +628,7 @@ fn bad_input_is_named_and_changes_nothing() {
             assert_eq!(grid.deflections(), before.deflections());
         }
         // Somewhere in the patch only.
-        let field = MotionField {
+        let field = Motion {
             slip_velocity: |place, _| if place > 0.7 { wrong } else { 1.0 },
             rolling_speed: |_, _| 2.0,
         };
@@ -639,7 +637,7 @@ fn bad_input_is_named_and_changes_nothing() {
     assert!(grid.deflection_at(1.1).is_err() && grid.deflection_at(f64::NAN).is_err());
     // V that turns a million times within a step.
     let mut grid = uniform(10);
-    let shaking = MotionField {
+    let shaking = Motion {
         slip_velocity: |_, _| 1.0,
         rolling_speed: |_, time: f64| 1e6 * (1e8 * time).cos(),
     };
@@ -661,7 +659,7 @@ fn a_reversal_of_the_slip_within_a_step_is_met() {
         integral(from, to, 20, |t| (-relaxation(t, end)).exp() * affine(t).drive * slip(t))
     };
     let want = added(0.0, turn) + added(turn, end);
-    let field = MotionField { slip_velocity: |_, t| slip(t), rolling_speed: |_, _| 0.0 };
+    let field = Motion { slip_velocity: |_, t| slip(t), rolling_speed: |_, _| 0.0 };
     let mut grid = uniform(4);
     grid.step_field(&field, end).unwrap();
     for &got in grid.deflections() {

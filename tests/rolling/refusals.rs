@@ -80,7 +80,7 @@ fn a_curve_that_is_no_number_is_named_by_every_function() {
         named(patch.steady_slopes(motion).unwrap_err());
         named(patch.force_ratio(slip).unwrap_err());
         named(patch.peak(slip).unwrap_err());
-        named(patch.aligning(motion).unwrap_err());
+        named(patch.pneumatic_trail(motion).unwrap_err());
         named(patch.linearised(motion).unwrap_err());
         let mut rolling = patch.exact([Segment::default(); 30]).unwrap();
         named(rolling.step(motion, 1e-3).unwrap_err());

@@ -9,8 +9,8 @@ use crate::common::tyre::{LENGTH, bristle, curve, frbd};
 use bristle::curve::Stribeck;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
-    ExactPatch, Motion, MotionOverTime, Patch, PatchParameters, PolynomialExponential, Pressure,
-    RateDependent, Segment,
+    ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent,
+    Segment,
 };
 use bristle::signal::{Constant, Function, Polyline, Signal, Vertex};
 use bristle::{Bristle, FrBd, LuGre};
@@ -31,12 +31,11 @@ const SAMPLES: usize = 25;
 
 type Rolling<M, const N: usize> = ExactPatch<f64, M, N, Vec<Segment<f64, N>>>;
 /// How a patch rolls over a span of time, and the force at its end.
-type Step<M, S, W, const N: usize> =
-    fn(&mut Rolling<M, N>, &MotionOverTime<S, W>, Range<f64>) -> f64;
+type Step<M, S, W, const N: usize> = fn(&mut Rolling<M, N>, &Motion<S, W>, Range<f64>) -> f64;
 
 fn followed<M: RateDependent<f64>, S: Signal<f64>, W: Signal<f64>, const N: usize>(
     rolling: &mut Rolling<M, N>,
-    motion: &MotionOverTime<S, W>,
+    motion: &Motion<S, W>,
     span: Range<f64>,
 ) -> f64 {
     rolling.follow(motion, span).unwrap()
@@ -45,7 +44,7 @@ fn followed<M: RateDependent<f64>, S: Signal<f64>, W: Signal<f64>, const N: usiz
 /// The motion of the middle of the span, held.
 fn held<M: RateDependent<f64>, S: Signal<f64>, W: Signal<f64>, const N: usize>(
     rolling: &mut Rolling<M, N>,
-    motion: &MotionOverTime<S, W>,
+    motion: &Motion<S, W>,
     span: Range<f64>,
 ) -> f64 {
     let middle = 0.5 * (span.start + span.end);
@@ -59,7 +58,7 @@ fn held<M: RateDependent<f64>, S: Signal<f64>, W: Signal<f64>, const N: usize>(
 fn error<M, S, W, const N: usize>(
     model: M,
     pressure: PolynomialExponential<f64, N>,
-    motion: &MotionOverTime<S, W>,
+    motion: &Motion<S, W>,
     reference: &[f64],
     parts: usize,
     step: Step<M, S, W, N>,
@@ -85,7 +84,7 @@ where
 fn reference<M, S, W, const N: usize>(
     model: M,
     pressure: PolynomialExponential<f64, N>,
-    motion: &MotionOverTime<S, W>,
+    motion: &Motion<S, W>,
     kinks: &[f64],
 ) -> Vec<f64>
 where
@@ -128,7 +127,7 @@ fn orders<M, S, W, const N: usize>(
     name: &str,
     model: M,
     pressure: PolynomialExponential<f64, N>,
-    motion: &MotionOverTime<S, W>,
+    motion: &Motion<S, W>,
     kinks: &[f64],
 ) where
     M: RateDependent<f64> + Copy,
@@ -143,7 +142,7 @@ fn check_order<M, S, W, const N: usize>(
     name: &str,
     model: M,
     pressure: PolynomialExponential<f64, N>,
-    motion: &MotionOverTime<S, W>,
+    motion: &Motion<S, W>,
     reference: &[f64],
     (step, order): (Step<M, S, W, N>, f64),
 ) where
@@ -160,10 +159,8 @@ fn check_order<M, S, W, const N: usize>(
 
 #[test]
 fn steps_held_at_their_middle_are_of_second_order() {
-    let motion = MotionOverTime {
-        slip_velocity: Function::new(swing, []),
-        rolling_speed: Function::new(pulse, []),
-    };
+    let motion =
+        Motion { slip_velocity: Function::new(swing, []), rolling_speed: Function::new(pulse, []) };
     let uniform = PolynomialExponential::constant();
     let reference_uniform = reference(tyre(), uniform, &motion, &reversals());
     check_order("constant", tyre(), uniform, &motion, &reference_uniform, (held, 2.0));
@@ -200,8 +197,8 @@ fn reversals() -> Vec<f64> {
 fn the_force_converges_to_that_of_the_characteristics_with_its_order() {
     let constant = Constant::new(6.17).unwrap();
     let swing = Function::new(swing, []);
-    let steady = MotionOverTime { slip_velocity: swing, rolling_speed: constant };
-    let pulsing = MotionOverTime { slip_velocity: swing, rolling_speed: Function::new(pulse, []) };
+    let steady = Motion { slip_velocity: swing, rolling_speed: constant };
+    let pulsing = Motion { slip_velocity: swing, rolling_speed: Function::new(pulse, []) };
     let kinks = reversals();
     assert!(kinks.len() >= 4);
     let exponential = PolynomialExponential::exponential(0.7).unwrap();
@@ -228,10 +225,8 @@ fn kinks_and_jumps_of_the_signals_do_not_spoil_the_order() {
     ]);
     // U jumps.
     let speed = |t: f64| if t < 0.0319 { (5.0 + 90.0 * t, 90.0) } else { (9.0, 0.0) };
-    let motion = MotionOverTime {
-        slip_velocity: slip.unwrap(),
-        rolling_speed: Function::new(speed, [0.0319]),
-    };
+    let motion =
+        Motion { slip_velocity: slip.unwrap(), rolling_speed: Function::new(speed, [0.0319]) };
     let v = |t: f64| motion.slip_velocity.value(t);
     let mut kinks = vec![0.0113, 0.0319, 0.0517];
     kinks.push(crate::common::root(0.02, 0.05, |t| -v(t)));
@@ -243,7 +238,7 @@ fn kinks_and_jumps_of_the_signals_do_not_spoil_the_order() {
 fn halving_the_step_converges_to_itself() {
     // Nothing but the method: errors against a run of an eighth of the finest step.
     let slip = Function::new(|t: f64| (0.2 + 0.1 * (80.0 * t).sin(), 8.0 * (80.0 * t).cos()), []);
-    let motion = MotionOverTime { slip_velocity: slip, rolling_speed: Function::new(pulse, []) };
+    let motion = Motion { slip_velocity: slip, rolling_speed: Function::new(pulse, []) };
     let run = |parts: usize| {
         let mut rolling =
             patch(tyre(), PolynomialExponential::constant()).exact_in(20_000).unwrap();
@@ -276,7 +271,7 @@ fn constant_signals_make_a_held_step() {
         let v = 0.3 * (f64::from(number % 7) - 3.0);
         let transport = 20.0 * f64::from(number % 4);
         let h = 1e-3 * f64::from(1 + number % 5);
-        let motion = MotionOverTime {
+        let motion = Motion {
             slip_velocity: Constant::new(v).unwrap(),
             rolling_speed: Constant::new(LENGTH * transport).unwrap(),
         };
@@ -297,7 +292,7 @@ fn a_stiff_bristle_follows_its_stationary_deflection() {
         KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e7, micro_damping: 0.0 });
     let model = FrBd::new(curve, stiff.unwrap());
     let slip = Function::new(|t: f64| (5.0 + 4.0 * (30.0 * t).sin(), 120.0 * (30.0 * t).cos()), []);
-    let motion = MotionOverTime { slip_velocity: slip, rolling_speed: Constant::new(1.0).unwrap() };
+    let motion = Motion { slip_velocity: slip, rolling_speed: Constant::new(1.0).unwrap() };
     let mut rolling = patch(model, PolynomialExponential::parabolic()).exact_in(400).unwrap();
     for number in 0..400 {
         let time = 1e-3 * f64::from(number);
@@ -322,7 +317,7 @@ fn a_patch_comes_to_rest_and_starts_again() {
             (250.0 * (t - 0.06), 250.0)
         }
     };
-    let motion = MotionOverTime {
+    let motion = Motion {
         slip_velocity: Function::new(swing, []),
         rolling_speed: Function::new(speed, [0.04, 0.06]),
     };
@@ -341,10 +336,8 @@ fn a_patch_comes_to_rest_and_starts_again() {
 fn bad_signals_are_refused_by_name_and_change_nothing() {
     let mut rolling =
         patch(tyre(), PolynomialExponential::parabolic()).exact([Segment::default(); 50]).unwrap();
-    let good = MotionOverTime {
-        slip_velocity: Function::new(swing, []),
-        rolling_speed: Function::new(pulse, []),
-    };
+    let good =
+        Motion { slip_velocity: Function::new(swing, []), rolling_speed: Function::new(pulse, []) };
     for number in 0..20 {
         let time = 1e-3 * f64::from(number);
         rolling.follow(&good, time..time + 1e-3).unwrap();
@@ -359,24 +352,22 @@ fn bad_signals_are_refused_by_name_and_change_nothing() {
         |t| if t > 0.6 { f64::NAN } else { 1.0 },
     ];
     for slip in bad_slips {
-        let motion = MotionOverTime { slip_velocity: function(slip), rolling_speed: good_speed() };
+        let motion = Motion { slip_velocity: function(slip), rolling_speed: good_speed() };
         let refused = rolling.follow(&motion, 0.0..1.0).unwrap_err();
         assert_eq!(refused.name, "slip_velocity");
     }
     let bad_speeds: [fn(f64) -> f64; 4] =
         [|_| f64::NAN, |_| -1.0, |_| f64::INFINITY, |t| if t > 0.6 { -1e-9 } else { 1.0 }];
     for speed in bad_speeds {
-        let motion = MotionOverTime {
-            slip_velocity: Constant::new(1.0).unwrap(),
-            rolling_speed: function(speed),
-        };
+        let motion =
+            Motion { slip_velocity: Constant::new(1.0).unwrap(), rolling_speed: function(speed) };
         let refused = rolling.follow(&motion, 0.0..1.0).unwrap_err();
         assert_eq!(refused.name, "rolling_speed");
     }
     for span in [1.0..0.5, f64::NAN..1.0, 0.0..f64::NAN, 0.0..f64::INFINITY] {
         assert!(rolling.follow(&good, span).is_err());
     }
-    let fast = MotionOverTime {
+    let fast = Motion {
         slip_velocity: Constant::new(1.0).unwrap(),
         rolling_speed: Constant::new(100000.0).unwrap(),
     };
@@ -396,10 +387,8 @@ fn good_speed() -> Constant<f64> {
 #[test]
 fn following_allocates_nothing() {
     let mut slots = [Segment::default(); 100];
-    let motion = MotionOverTime {
-        slip_velocity: Function::new(swing, []),
-        rolling_speed: Function::new(pulse, []),
-    };
+    let motion =
+        Motion { slip_velocity: Function::new(swing, []), rolling_speed: Function::new(pulse, []) };
     let counted = allocation_counter::measure(|| {
         let mut rolling =
             patch(tyre(), PolynomialExponential::parabolic()).exact(&mut slots[..]).unwrap();

@@ -387,7 +387,7 @@ fn without_rolling_the_patch_slides_and_without_slip_there_is_no_force() {
             let want = 4000.0 * frbd(damping).stationary_coefficient(v);
             assert_within(1e-15, want.abs(), steady.force, want, || format!("locked at {v}"));
             assert_eq!(steady.deflection(0.5), frbd(damping).stationary(v));
-            assert_eq!(patch.aligning(locked).unwrap().trail.map(|x| x.abs() < 1e-16), Some(true));
+            assert_eq!(patch.pneumatic_trail(locked).unwrap().map(|x| x.abs() < 1e-16), Some(true));
             // The limit of slow rolling, which leaves its mark at the inlet: about V μ/(σ0 |v|) =
             // 1e-6.
             let slow = Motion { slip_velocity: v, rolling_speed: 1e-5 * v.abs() };
@@ -408,7 +408,7 @@ fn without_rolling_the_patch_slides_and_without_slip_there_is_no_force() {
             );
         }
         let still = Motion { slip_velocity: 0.0, rolling_speed: 0.0 };
-        assert_eq!(patch.aligning(still).unwrap().trail, None);
+        assert_eq!(patch.pneumatic_trail(still).unwrap(), None);
     }
 }
 
@@ -434,17 +434,19 @@ fn the_peak_is_the_highest_force() {
         let patch = patch(model, pressure);
         let up_to = at(0.9);
         let peak = patch.peak(up_to).unwrap().unwrap();
+        let force_at = |slip: SlipPoint<f64>| patch.steady(slip.motion()).unwrap().force;
+        let height = force_at(peak);
         // Twenty thousand slips around it: parabolic within, so that none is higher by rounding.
         for i in 1..=20_000 {
             let slip = 0.9 * f64::from(i) / 20_000.0;
             let force = 4000.0 * patch.force_ratio(at(slip)).unwrap();
-            assert!(force <= peak.force * (1.0 + 1e-14), "{slip}: {force} > {}", peak.force);
+            assert!(force <= height * (1.0 + 1e-14), "{slip}: {force} > {}", height);
         }
         let slopes = patch.steady_slopes(at(peak.slip_ratio).motion()).unwrap();
         // F'' is about F/slip²: the place to eleven digits.
-        assert!(slopes.by_slip_velocity.abs() * 16.0 * peak.slip_ratio < 1e-11 * peak.force);
+        assert!(slopes.by_slip_velocity.abs() * 16.0 * peak.slip_ratio < 1e-11 * height);
         let mirrored = patch.peak(at(-0.9)).unwrap().unwrap();
-        assert_eq!((mirrored.slip_ratio, mirrored.force), (-peak.slip_ratio, -peak.force));
+        assert_eq!((mirrored.slip_ratio, force_at(mirrored)), (-peak.slip_ratio, -height));
     }
     peak(frbd(0.0), PolynomialExponential::constant());
     peak(frbd(0.3), PolynomialExponential::parabolic());
@@ -475,7 +477,8 @@ fn a_force_that_only_grows_has_no_peak() {
         assert_eq!(damped.peak(at(up_to)).unwrap(), None, "{up_to}");
         if let Some(peak) = lugre.peak(at(up_to)).unwrap() {
             // LuGre's damping lifts the force above the curve: a peak of its own.
-            assert!(peak.force > 0.4 * 4000.0, "{peak:?} {up_to}");
+            let force = lugre.steady(peak.motion()).unwrap().force;
+            assert!(force > 0.4 * 4000.0, "{peak:?} {up_to}");
         }
     }
     // Before its peak a tyre's force only grows too.
@@ -489,15 +492,12 @@ fn the_trail_is_that_of_the_brush_model_and_vanishes_in_sliding() {
     let constant = patch(frbd(0.0), PolynomialExponential::constant());
     let parabola = patch(frbd(0.0), PolynomialExponential::parabolic());
     for slip in [0.0, 1e-12] {
-        let trail = |motion| constant.aligning(motion).unwrap().trail.unwrap();
+        let trail = |motion| constant.pneumatic_trail(motion).unwrap().unwrap();
         // The terms of ξ − ½ cancel to a sixth.
         assert_within(1e-10, 0.1, trail(at(slip).motion()), 0.1 / 6.0, || "constant".into());
-        let trail = parabola.aligning(at(slip).motion()).unwrap().trail.unwrap();
+        let trail = parabola.pneumatic_trail(at(slip).motion()).unwrap().unwrap();
         assert_within(1e-10, 0.1, trail, 0.01, || "parabola".into());
     }
-    let aligning = parabola.aligning(at(0.05).motion()).unwrap();
-    let force = parabola.steady(at(0.05).motion()).unwrap().force;
-    assert_within(1e-14, force, aligning.moment / aligning.trail.unwrap(), force, || "M/F".into());
     // In between, by quadrature of p and z with the stationary values of the model.
     for slip in [1e-3, 0.05, 0.3] {
         let v = slip * ROLLING_SPEED;
@@ -508,7 +508,7 @@ fn the_trail_is_that_of_the_brush_model_and_vanishes_in_sliding() {
             })
         };
         let want = paper::TYRE_LENGTH * part(1) / part(0);
-        let got = parabola.aligning(at(slip).motion()).unwrap().trail.unwrap();
+        let got = parabola.pneumatic_trail(at(slip).motion()).unwrap().unwrap();
         // Some hundred roundings of a sum that is ten times the moment.
         assert_within(1e-13, 0.01, got, want, || format!("trail at {slip}"));
         assert!(got > 0.0 && got < 0.01, "{slip}: {got}");
@@ -532,16 +532,17 @@ fn the_moment_of_a_sliding_patch_is_that_of_its_boundary_layer() {
             let flat = (0.5 * k - k * k, 1.0 - k);
             let arch =
                 (k * k * (3.0 - 18.0 * k + 36.0 * k * k), 1.0 - 6.0 * k * k + 12.0 * k * k * k);
-            for (got, (moment, force)) in [
-                (constant.aligning(motion).unwrap(), flat),
-                (parabola.aligning(motion).unwrap(), arch),
+            for (trail, steady, (moment, force)) in [
+                (constant.pneumatic_trail(motion), constant.steady(motion), flat),
+                (parabola.pneumatic_trail(motion), parabola.steady(motion), arch),
             ] {
+                let trail = trail.unwrap().unwrap();
+                let turning = steady.unwrap().force * trail;
                 // The halves of the patch before and behind its middle cancel to this: roundings
                 // of an eighth.
                 let want = unit * coefficient.signum() * moment;
-                assert_within(1e-16, unit, got.moment, want, || format!("moment at κ = {kappa}"));
+                assert_within(1e-16, unit, turning, want, || format!("moment at κ = {kappa}"));
                 let want = paper::TYRE_LENGTH * moment / force;
-                let trail = got.trail.unwrap();
                 assert_within(1e-16, paper::TYRE_LENGTH, trail, want, || format!("trail, {kappa}"));
             }
         }
@@ -582,7 +583,7 @@ fn of_two_maxima_the_peak_is_the_higher_one() {
             // by half the square of that.
             let v = peak.slip_ratio * ROLLING_SPEED * sign;
             assert!((v - want.1).abs() < 1e-3, "{peak:?} {want:?}");
-            let force = peak.force * sign;
+            let force = patch.steady(peak.motion()).unwrap().force * sign;
             assert!(force >= want.0 && force < want.0 + 5e-3, "{peak:?} {want:?}");
         }
     }
@@ -712,7 +713,7 @@ fn bad_input_is_refused_by_name() {
     ] {
         assert_eq!(good.steady(bad).unwrap_err().name, name);
         assert_eq!(good.steady_slopes(bad).unwrap_err().name, name);
-        assert_eq!(good.aligning(bad).unwrap_err().name, name);
+        assert_eq!(good.pneumatic_trail(bad).unwrap_err().name, name);
         assert_eq!(good.linearised(bad).unwrap_err().name, name);
     }
     assert_eq!(good.steady_slopes(motion(1.0, 0.0)).unwrap_err().name, "rolling_speed");

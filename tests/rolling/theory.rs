@@ -12,7 +12,6 @@ use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     FunctionPressure, Motion, Origin, Passivity, Patch, PatchParameters, PolynomialExponential,
     Pressure, PressureKnot, RateDependent, TabulatedPressure, TrapezoidalParameters, Wave,
-    passivity,
 };
 use bristle::{Dahl, DahlParameters, FrBd, LuGre, paper};
 use nalgebra::Complex;
@@ -66,10 +65,10 @@ fn falling_pressure_is_passive_and_rising_pressure_is_named_with_its_place() {
     let uniform = |_: f64| (252.0, 0.0);
     let knot = |(place, pressure)| PressureKnot { place, pressure };
     let table = TabulatedPressure::new([(0.0, 2.0), (0.3, 1.0), (0.6, 1.5), (1.0, 0.0)].map(knot));
-    near(passivity(&table.unwrap(), uniform, |_| (1.0, 0.0)), 0.3, 252.0 * 0.5 / 0.3);
+    near(Passivity::of(&table.unwrap(), uniform, |_| (1.0, 0.0)), 0.3, 252.0 * 0.5 / 0.3);
     let steps = |up: f64| {
         let step = move |x: f64| if x < 0.4 { (1.0, 0.0) } else { (1.0 + up, 0.0) };
-        passivity(&FunctionPressure::new(step, [0.4]).unwrap(), uniform, |_| (1.0, 0.0))
+        Passivity::of(&FunctionPressure::new(step, [0.4]).unwrap(), uniform, |_| (1.0, 0.0))
     };
     assert_eq!(steps(-0.5), Passivity::Passive);
     assert!(matches!(steps(0.1), Passivity::Rises { slope: f64::INFINITY, .. }));
@@ -80,7 +79,7 @@ fn the_condition_weighs_pressure_stiffness_and_rolling_speed() {
     // Σ0 V = e^((b + c − a)ξ): passive iff b + c ≤ a.
     check(100, (0.1..3.0_f64, -3.0..3.0_f64, -3.0..3.0_f64), |(a, b, c)| {
         let growing = |rate: f64| move |x: f64| ((rate * x).exp(), rate * (rate * x).exp());
-        let answer = passivity(&exponential(a), growing(b), growing(c));
+        let answer = Passivity::of(&exponential(a), growing(b), growing(c));
         let rate = b + c - a;
         match answer {
             Passivity::Passive => assert!(rate <= 1e-12, "{rate}"),
@@ -94,9 +93,9 @@ fn the_condition_weighs_pressure_stiffness_and_rolling_speed() {
     });
     // Exactly balanced, but for rounding of large terms.
     let growing = |rate: f64| move |x: f64| (1e6 * (rate * x).exp(), 1e6 * rate * (rate * x).exp());
-    assert_eq!(passivity(&exponential(2.1), growing(0.8), growing(1.3)), Passivity::Passive);
+    assert_eq!(Passivity::of(&exponential(2.1), growing(0.8), growing(1.3)), Passivity::Passive);
     let flat = PolynomialExponential::constant();
-    assert_ne!(passivity(&flat, |_| (f64::NAN, 0.0), |_| (1.0, 0.0)), Passivity::Passive);
+    assert_ne!(Passivity::of(&flat, |_| (f64::NAN, 0.0), |_| (1.0, 0.0)), Passivity::Passive);
 }
 
 #[test]
@@ -593,9 +592,9 @@ fn a_slope_that_is_not_a_number_is_no_proof() {
     // At the last place that is looked at, with no other after it.
     let at_the_end = |place: f64| (252.0, if place > 0.999 { f64::NAN } else { 0.0 });
     for found in [
-        passivity(&flat, nan, uniform),
-        passivity(&flat, uniform, nan),
-        passivity(&flat, at_the_end, uniform),
+        Passivity::of(&flat, nan, uniform),
+        Passivity::of(&flat, uniform, nan),
+        Passivity::of(&flat, at_the_end, uniform),
     ] {
         assert!(matches!(found, Passivity::Rises { .. }), "{found:?}");
     }
@@ -607,13 +606,13 @@ fn what_rises_between_two_places_is_seen_though_its_slope_is_not() {
     let uniform = |_: f64| (100.0, 0.0);
     // A step up from 200 to 300, at a third, which is none of the 257 places.
     let step = |place: f64| (if place < 1.0 / 3.0 { 200.0 } else { 300.0 }, 0.0);
-    for found in [passivity(&flat, step, uniform), passivity(&flat, uniform, step)] {
+    for found in [Passivity::of(&flat, step, uniform), Passivity::of(&flat, uniform, step)] {
         let Passivity::Rises { place, slope } = found else { panic!("{found:?}") };
         // Over one of 256 parts; the place is that at its end.
         assert_eq!((place, slope), (86.0 / 256.0, 1e4 * 256.0));
     }
     let down = |place: f64| (if place < 1.0 / 3.0 { 300.0 } else { 200.0 }, 0.0);
-    assert_eq!(passivity(&flat, down, uniform), Passivity::Passive);
+    assert_eq!(Passivity::of(&flat, down, uniform), Passivity::Passive);
 }
 
 #[test]

@@ -54,16 +54,6 @@ pub struct PatchStep<'a, T: Scalar, M, const N: usize, B> {
     damping: T,
 }
 
-/// A completed step of a patch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct CompletedPatchStep<T> {
-    /// Friction force averaged over the step \[N\]: its impulse on the mechanism is −F̄ h.
-    pub force: T,
-    /// Work of the mechanism on the patch \[J\], h F̄ v̄.
-    pub work: T,
-}
-
 /// Where the work of a step has gone: work = stored + volume + outlet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -306,17 +296,18 @@ where
         self.bias + self.damping * mean_slip_velocity
     }
 
-    /// Ends the step with the mean slip velocity v̄ [m/s] that the mechanism has found.
+    /// Ends the step with the mean slip velocity v̄ [m/s] that the mechanism has found, and returns
+    /// the mean friction force F̄ \[N\]: its impulse on the mechanism is −F̄ h.
     ///
     /// # Errors
     ///
     /// Refuses a velocity that is not finite; the patch is as it was.
-    pub fn commit(self, mean_slip_velocity: T) -> Result<CompletedPatchStep<T>, ParameterError> {
+    pub fn commit(self, mean_slip_velocity: T) -> Result<T, ParameterError> {
         let mean_slip_velocity = parameter::finite("mean_slip_velocity", mean_slip_velocity)?;
         let force = self.force(mean_slip_velocity);
         let Self { rolling, affine, transport, duration, .. } = self;
         rolling.roll(affine.relaxation, affine.drive * mean_slip_velocity, transport, duration);
-        Ok(CompletedPatchStep { force, work: duration * force * mean_slip_velocity })
+        Ok(force)
     }
 
     /// Ends the step as [`PatchStep::commit`] does, with an account of where the work has gone. The

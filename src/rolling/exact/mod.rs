@@ -21,9 +21,8 @@ mod profile;
 mod queue;
 mod smooth;
 
-pub use coupling::{CompletedPatchStep, PatchLedger, PatchStep};
+pub use coupling::{PatchLedger, PatchStep};
 pub use queue::Segment;
-pub use smooth::MotionOverTime;
 
 use super::patch::{Crossing, coefficients};
 use super::{Motion, Patch, PolynomialExponential, RateDependent};

@@ -33,15 +33,6 @@ use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
 use crate::{Affine, Scalar};
 
-/// How the bodies move on each other over time, see [`ExactPatch::follow`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotionOverTime<S, W> {
-    /// Slip velocity v(t) [m/s].
-    pub slip_velocity: S,
-    /// Rolling speed U(t) [m/s], never negative.
-    pub rolling_speed: W,
-}
-
 /// A piece of a span that moves the bristles by more of the patch than this is halved, …
 const LONGEST: f64 = 0.25;
 /// … at most so many times.
@@ -66,7 +57,7 @@ where
     /// are merged, V h below [`ExactPatch::narrowest`], gain nothing from being shorter.
     ///
     /// ```
-    /// use bristle::rolling::{MotionOverTime, Patch, PatchParameters, PolynomialExponential};
+    /// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
     /// use bristle::signal::{Constant, Sine, SineParameters};
     /// use bristle::{FrBd, paper};
     /// use bristle::curve::Stribeck;
@@ -80,7 +71,7 @@ where
     ///     pressure: PolynomialExponential::parabolic(),
     /// })?;
     /// let swing = SineParameters { mean: 0.1, amplitude: 0.5, frequency: 10.0, phase: 0.0 };
-    /// let motion = MotionOverTime {
+    /// let motion = Motion {
     ///     slip_velocity: Sine::new(swing)?,
     ///     rolling_speed: Constant::new(16.0)?,
     /// };
@@ -101,7 +92,7 @@ where
     /// span over more than about 64 crossings of the patch; the patch is as it was.
     pub fn follow<S: Signal<T>, W: Signal<T>>(
         &mut self,
-        motion: &MotionOverTime<S, W>,
+        motion: &Motion<S, W>,
         span: Range<T>,
     ) -> Result<T, ParameterError> {
         let from = parameter::finite("start of the span", span.start)?;
@@ -133,10 +124,10 @@ where
     /// what happens over it.
     fn next_piece<S: Signal<T>, W: Signal<T>>(
         &self,
-        motion: &MotionOverTime<S, W>,
+        motion: &Motion<S, W>,
         Range { start, mut end }: Range<T>,
     ) -> Result<(T, Held<T>), ParameterError> {
-        let MotionOverTime { slip_velocity, rolling_speed } = motion;
+        let Motion { slip_velocity, rolling_speed } = motion;
         let kinks = [slip_velocity.next_kink(start, end), rolling_speed.next_kink(start, end)];
         for kink in kinks.into_iter().flatten() {
             if kink > start && kink < end {
@@ -210,7 +201,7 @@ where
 }
 
 fn slip_at<T: Scalar, S: Signal<T>, W>(
-    motion: &MotionOverTime<S, W>,
+    motion: &Motion<S, W>,
     time: T,
 ) -> Result<T, ParameterError> {
     parameter::finite("slip_velocity", motion.slip_velocity.value(time))
@@ -218,7 +209,7 @@ fn slip_at<T: Scalar, S: Signal<T>, W>(
 
 /// The first reversal of v between two times.
 fn reversal<T: Scalar, S: Signal<T>, W>(
-    motion: &MotionOverTime<S, W>,
+    motion: &Motion<S, W>,
     from: T,
     to: T,
 ) -> Result<Option<T>, ParameterError> {

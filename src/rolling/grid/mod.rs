@@ -43,16 +43,6 @@ const MOST_CELLS: usize = 10_000_000;
 /// Samples of a given profile in each cell, for its range.
 const SAMPLES: usize = 8;
 
-/// A motion that varies along the patch and over a step: functions of the place ξ \[–\] and of the
-/// time since the step's start \[s\]. For spin, camber and curved paths.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotionField<F, G> {
-    /// Slip velocity v(ξ, t) [m/s].
-    pub slip_velocity: F,
-    /// Rolling speed U(ξ, t) [m/s] of any sign, smooth in both.
-    pub rolling_speed: G,
-}
-
 /// What the bristles are.
 #[derive(Debug, Clone, PartialEq)]
 enum Bristles<M> {
@@ -142,7 +132,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// own coefficients, and α is frozen over a step: first order in the length of the step.
     ///
     /// ```
-    /// use bristle::rolling::{Grid, MotionField, Patch, PatchParameters, PolynomialExponential};
+    /// use bristle::rolling::{Grid, Motion, Patch, PatchParameters, PolynomialExponential};
     /// use bristle::{FrBd, paper};
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
@@ -158,7 +148,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// let mut grid = Grid::varying(&patch, 100)?;
     ///
     /// // Spin: the slip velocity changes its sign inside the patch.
-    /// let spin = MotionField {
+    /// let spin = Motion {
     ///     slip_velocity: |place, _| 0.6 - place,
     ///     rolling_speed: |_, _| 16.0,
     /// };
@@ -305,7 +295,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         let slip = parameter::finite("slip_velocity", motion.slip_velocity)?;
         let speed = parameter::finite("rolling_speed", motion.rolling_speed)?;
         let Bristles::Uniform(model) = &self.bristles else {
-            let field = MotionField { slip_velocity: |_, _| slip, rolling_speed: |_, _| speed };
+            let field = Motion { slip_velocity: |_, _| slip, rolling_speed: |_, _| speed };
             return self.step_field(&field, duration);
         };
         let duration = parameter::non_negative("duration", duration)?;
@@ -320,8 +310,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         self.commit(affine.stiffness * sums.0 + affine.damping * slip * sums.1, &reach, duration)
     }
 
-    /// A step of length h ≥ 0 \[s\] with a motion that varies in place and time. Returns the force
-    /// F \[N\] at the end.
+    /// A step of length h ≥ 0 \[s\] with a motion that varies in place and time, for spin, camber
+    /// and curved paths: functions of the place ξ \[–\] and of the time since the step's start
+    /// \[s\], of which the rolling speed must be smooth. Returns the force F \[N\] at the end.
     ///
     /// In smooth motion the error is of fourth order in the width of a cell, and in the length of
     /// a step that crosses less than one. In a longer step each bristle is followed from cell to
@@ -333,7 +324,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// bristle crosses more than twenty times the cells of the grid (`panels of a path`).
     pub fn step_field<F, G>(
         &mut self,
-        field: &MotionField<F, G>,
+        field: &Motion<F, G>,
         duration: T,
     ) -> Result<T, ParameterError>
     where
@@ -341,7 +332,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         G: Fn(T, T) -> T,
     {
         let duration = parameter::non_negative("duration", duration)?;
-        let MotionField { slip_velocity, rolling_speed } = field;
+        let Motion { slip_velocity, rolling_speed } = field;
         let (bristles, deflections, length) = (&self.bristles, &self.deflections, self.length);
         let paths = Paths { bristles, deflections, slip_velocity, rolling_speed, length, duration };
         let mut reach = Reach::none();
