@@ -11,12 +11,13 @@ use crate::common::specimens::{
     coulomb, curves, function, hyperbolic_tangent, implicit, kelvin_voigt, specimens, square_root,
     stribeck, table, tabulated,
 };
-use crate::common::{assert_within, check};
+use crate::common::{assert_within, check, lit};
 use bristle::companion::VelocityHistory;
 use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Stribeck};
 use bristle::rheology::KelvinVoigt;
 use bristle::{
-    Bounds, Bristle, FoldRule, FrBd, ImplicitBristle, ImplicitBristleParameters, Law, Rule, paper,
+    Bounds, Bristle, FoldRule, FrBd, ImplicitBristle, ImplicitBristleParameters, Law, Rule, Scalar,
+    paper,
 };
 use num_dual::{Dual2_64, Dual64};
 
@@ -172,6 +173,19 @@ fn a_regularised_bristle_creeps_where_it_stuck() {
         assert_within(1e-5, want.abs(), tanh.tip_velocity(0.0, z), want, || format!("t {share}"));
         assert!(!root.sticks(0.0, z) && !tanh.sticks(0.0, z));
     }
+}
+
+#[test]
+fn a_tip_that_comes_from_fast_sliding_creeps_in_single_precision_too() {
+    // tanh is flat at the speeds the tip starts from and steep at the one it ends at.
+    fn held<T: Scalar + Into<f64>>() -> f64 {
+        let r = Recipe { dynamic: 4.0, stiffness: 1e7, threshold: 1e-6, ..Recipe::TABLE_2 };
+        let curve = coulomb::<T>(&Recipe { viscous: 0.0, ..r });
+        let bristle = kelvin_voigt(lit::<T>(r.stiffness), lit(1e-2));
+        let model = implicit(curve, bristle, None).regularised(hyperbolic_tangent(&r));
+        model.hold(lit(-2e-8), lit(-4.8e-7), lit(1e-3)).deflection.into()
+    }
+    assert_within(1e-5, 4e-7, held::<f32>(), held::<f64>(), || "deflection".to_owned());
 }
 
 #[test]

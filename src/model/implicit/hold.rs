@@ -251,9 +251,14 @@ where
         let mut wanted = None;
         loop {
             let slope = damping + path.here.carried_slope;
-            let steepest = damping + self.curve.viscous_friction() + path.here.carried_slope.abs();
-            if path.gap.abs() * steepest <= T::default_epsilon() * path.here.mu {
-                // Steady sliding, as far as the balance can tell.
+            // Steady sliding, as far as the balance can tell, here and where the tip is heading: a
+            // regularised f that is flat at this speed is steep near rest.
+            let steady = |at: &Surface<T>| {
+                let steepest = damping + self.curve.viscous_friction() + at.carried_slope.abs();
+                path.gap.abs() * steepest <= T::default_epsilon() * path.here.mu
+            };
+            let target = larger(path.velocity, T::zero());
+            if steady(&path.here) && steady(&self.surface(path.branch, target)) {
                 path.impulse += path.direction * path.here.carried * path.left;
                 self.settle(path);
                 return End::Time;
