@@ -35,7 +35,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::modes::{Pole, root};
-use super::{ElementBounds, Elements, GeneralisedMaxwell, MaxwellArm, maxwell};
+use super::{ElementBounds, Elements, GeneralisedMaxwell, MaxwellArm};
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Rheology;
@@ -161,7 +161,7 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
                 |name, value| parameter::component(index + 1, parameter::positive(name, value));
             arm.stiffness = checked("equivalent stiffness", one / (decay * slope))?;
             arm.series_damping = Some(checked("equivalent damping", arm.stiffness / decay)?);
-            parameter::component(index + 1, maxwell::check_decay(decay))?;
+            parameter::component(index + 1, arm.check_decay())?;
         }
         let damping = if instant.is_some() {
             zero
@@ -191,12 +191,7 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
 impl<T: Scalar, const N: usize> Rheology<T> for GeneralisedKelvinVoigt<T, N> {
     type Deflection = SVector<T, N>;
 
-    #[inline]
-    fn elements(&self, sliding: Sliding<T>) -> Elements<T, SVector<T, N>> {
-        Rheology::elements(&self.maxwell, sliding)
-    }
-
-    #[inline]
+    #[inline(always)]
     fn elements_and_slopes(
         &self,
         sliding: Sliding<T>,

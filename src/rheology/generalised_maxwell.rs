@@ -48,9 +48,10 @@
 
 use nalgebra::SVector;
 
-use super::{ElementBounds, Elements, VelocityLaw, maxwell};
+use super::{ElementBounds, Elements, VelocityLaw};
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Rheology;
+use crate::scalar::lit;
 use crate::{Bounds, Scalar, Sliding};
 
 /// One arm of a [`GeneralisedMaxwell`] bristle: a spring, alone or behind a dashpot.
@@ -62,6 +63,47 @@ pub struct MaxwellArm<T, S = T> {
     /// velocity; none makes the arm static.
     #[doc(alias = "eta")]
     pub series_damping: Option<S>,
+}
+
+impl<T: Scalar, S: VelocityLaw<T>> MaxwellArm<T, S> {
+    /// Checks stiffness and damping under the names they have in a bristle.
+    pub(super) fn check(
+        &self,
+        stiffness: &'static str,
+        damping: &'static str,
+    ) -> Result<(), ParameterError> {
+        parameter::positive(stiffness, self.stiffness)?;
+        self.series_damping.as_ref().map_or(Ok(()), |law| law.bounds().positive(damping).map(drop))
+    }
+
+    /// Checks the fastest decay rate K/η of a spring beside others. The modes of the step separate
+    /// coinciding springs by 1e-60 of the fastest rate (1e-17 for `f32`), which must remain
+    /// negligible over any run.
+    pub(super) fn check_decay(&self) -> Result<(), ParameterError> {
+        let single = T::default_epsilon() > lit(1e-10);
+        let limit: T = lit(if single { 1e10 } else { 1e50 });
+        let (name, what) = ("stiffness over series_damping", "the fastest decay of an arm [1/s]");
+        parameter::at_most(name, self.decay_bounds().max, what, limit).map(drop)
+    }
+
+    /// The decay rate K/η(v) [1/s], zero without a dashpot, and its derivative with respect to the
+    /// signed velocity.
+    #[inline(always)]
+    pub(super) fn decay_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
+        self.series_damping.as_ref().map_or((T::zero(), T::zero()), |law| {
+            let (damping, slope) = law.value_and_slope(sliding);
+            let decay = self.stiffness / damping;
+            (decay, -decay * slope / damping)
+        })
+    }
+
+    /// Range of the decay rate over all velocities.
+    pub(super) fn decay_bounds(&self) -> Bounds<T> {
+        self.series_damping.as_ref().map_or(Bounds::constant(T::zero()), |law| {
+            let bounds = law.bounds();
+            Bounds { min: self.stiffness / bounds.max, max: self.stiffness / bounds.min }
+        })
+    }
 }
 
 /// Parameters of [`GeneralisedMaxwell`].
@@ -116,12 +158,8 @@ impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>
         let GeneralisedMaxwellParameters { arms, micro_damping } = parameters;
         parameter::count("arms", N, 1)?;
         for (i, arm) in arms.iter().enumerate() {
-            parameter::component(i, parameter::positive("arms.stiffness", arm.stiffness))?;
-            if let Some(damping) = &arm.series_damping {
-                parameter::component(i, damping.bounds().positive("arms.series_damping"))?;
-                let fastest = maxwell::decay_bounds(arm.stiffness, damping).max;
-                parameter::component(i, maxwell::check_decay(fastest))?;
-            }
+            let checked = arm.check("arms.stiffness", "arms.series_damping");
+            parameter::component(i, checked.and_then(|()| arm.check_decay()))?;
         }
         micro_damping.bounds().non_negative("micro_damping")?;
         Ok(Self { arms, damping: micro_damping })
@@ -138,51 +176,36 @@ impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>> Rheology<T
 {
     type Deflection = SVector<T, N>;
 
-    #[inline]
-    fn elements(&self, sliding: Sliding<T>) -> Elements<T, SVector<T, N>> {
-        let decay = |arm: &MaxwellArm<T, S>| {
-            let dashpot = arm.series_damping.as_ref();
-            dashpot.map_or(T::zero(), |dashpot| maxwell::decay(arm.stiffness, dashpot, sliding))
-        };
-        Elements {
-            stiffness: self.storage_stiffness(),
-            decay: each(&self.arms, decay),
-            damping: self.damping.value(sliding),
-        }
-    }
-
-    #[inline]
+    #[inline(always)]
     fn elements_and_slopes(
         &self,
         sliding: Sliding<T>,
     ) -> (Elements<T, SVector<T, N>>, Elements<T, SVector<T, N>>) {
-        let slope = |arm: &MaxwellArm<T, S>| {
-            arm.series_damping.as_ref().map_or(T::zero(), |dashpot| {
-                maxwell::decay_and_slope(arm.stiffness, dashpot, sliding).1
-            })
-        };
+        let decays = self.arms.each_ref().map(|arm| arm.decay_and_slope(sliding));
+        let (damping, damping_slope) = self.damping.value_and_slope(sliding);
         (
-            self.elements(sliding),
+            Elements {
+                stiffness: self.storage_stiffness(),
+                decay: SVector::from_fn(|i, _| decays[i].0),
+                damping,
+            },
             Elements {
                 stiffness: SVector::zeros(),
-                decay: each(&self.arms, slope),
-                damping: self.damping.value_and_slope(sliding).1,
+                decay: SVector::from_fn(|i, _| decays[i].1),
+                damping: damping_slope,
             },
         )
     }
 
     #[inline]
     fn storage_stiffness(&self) -> SVector<T, N> {
-        each(&self.arms, |arm| arm.stiffness)
+        SVector::from_fn(|i, _| self.arms[i].stiffness)
     }
 
     fn bounds(&self) -> ElementBounds<T> {
         let zero = Bounds::constant(T::zero());
         let dashpots = || self.arms.iter().filter_map(|arm| arm.series_damping.as_ref());
-        let decay = self.arms.iter().map(|arm| {
-            let dashpot = arm.series_damping.as_ref();
-            dashpot.map_or(zero, |dashpot| maxwell::decay_bounds(arm.stiffness, dashpot))
-        });
+        let decay = self.arms.iter().map(MaxwellArm::decay_bounds);
         ElementBounds {
             stiffness: Bounds::constant(self.storage_stiffness().sum()),
             decay: decay.reduce(Bounds::union).unwrap_or(zero),
@@ -198,13 +221,4 @@ impl<T, const N: usize, S> GeneralisedMaxwell<T, N, S> {
     pub(super) fn from_parts(arms: [MaxwellArm<T, S>; N], damping: T) -> Self {
         Self { arms, damping }
     }
-}
-
-/// A number of each arm, in the order of the state.
-#[inline]
-fn each<T: Scalar, S, const N: usize>(
-    arms: &[MaxwellArm<T, S>; N],
-    of: impl Fn(&MaxwellArm<T, S>) -> T,
-) -> SVector<T, N> {
-    SVector::from_fn(|i, _| of(&arms[i]))
 }

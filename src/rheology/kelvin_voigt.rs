@@ -65,15 +65,6 @@ impl<T: Scalar, K: VelocityLaw<T>, D: VelocityLaw<T>> Rheology<T> for KelvinVoig
     type Deflection = T;
 
     #[inline(always)]
-    fn elements(&self, sliding: Sliding<T>) -> Elements<T> {
-        Elements {
-            stiffness: self.stiffness.value(sliding),
-            decay: T::zero(),
-            damping: self.damping.value(sliding),
-        }
-    }
-
-    #[inline(always)]
     fn elements_and_slopes(&self, sliding: Sliding<T>) -> (Elements<T>, Elements<T>) {
         let (stiffness, stiffness_slope) = self.stiffness.value_and_slope(sliding);
         let (damping, damping_slope) = self.damping.value_and_slope(sliding);

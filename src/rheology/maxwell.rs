@@ -22,11 +22,10 @@
 //! Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
 //! authors' own viscoelastic bristles are in arXiv 2601.13799.
 
-use super::{ElementBounds, Elements, VelocityLaw};
-use crate::parameter::{self, ParameterError};
+use super::{ElementBounds, Elements, GeneralisedMaxwell, MaxwellArm, VelocityLaw};
+use crate::parameter::ParameterError;
 use crate::rheology::Rheology;
-use crate::scalar::lit;
-use crate::{Bounds, Scalar, Sliding};
+use crate::{Scalar, Sliding};
 
 /// Parameters of [`Maxwell`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,10 +55,7 @@ pub struct MaxwellParameters<T, S = T> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Maxwell<T, S = T> {
-    stiffness: T,
-    series_damping: S,
-}
+pub struct Maxwell<T, S = T>(MaxwellArm<T, S>);
 
 impl<T: Scalar, S: VelocityLaw<T>> Maxwell<T, S> {
     /// Checks the parameters.
@@ -68,84 +64,31 @@ impl<T: Scalar, S: VelocityLaw<T>> Maxwell<T, S> {
     ///
     /// Names the parameter that is out of its range.
     pub fn new(parameters: MaxwellParameters<T, S>) -> Result<Self, ParameterError> {
-        let MaxwellParameters { micro_stiffness, series_damping } = parameters;
-        let stiffness = parameter::positive("micro_stiffness", micro_stiffness)?;
-        series_damping.bounds().positive("series_damping")?;
-        Ok(Self { stiffness, series_damping })
+        let MaxwellParameters { micro_stiffness: stiffness, series_damping } = parameters;
+        let arm = MaxwellArm { stiffness, series_damping: Some(series_damping) };
+        arm.check("micro_stiffness", "series_damping")?;
+        Ok(Self(arm))
     }
-}
-
-/// The decay rate K/η(v) [1/s] of a spring behind a dashpot.
-#[inline]
-pub(super) fn decay<T: Scalar>(
-    stiffness: T,
-    dashpot: &impl VelocityLaw<T>,
-    sliding: Sliding<T>,
-) -> T {
-    stiffness / dashpot.value(sliding)
-}
-
-/// Checks the fastest decay rate K/η of a spring beside others. The modes of the step separate
-/// coinciding springs by 1e-60 of the fastest rate (1e-17 for `f32`), which must remain negligible
-/// over any run.
-pub(super) fn check_decay<T: Scalar>(decay: T) -> Result<(), ParameterError> {
-    let single = T::default_epsilon() > lit(1e-10);
-    let limit: T = lit(if single { 1e10 } else { 1e50 });
-    let name = "stiffness over series_damping";
-    parameter::at_most(name, decay, "the fastest decay of an arm [1/s]", limit).map(drop)
-}
-
-/// The decay rate, and its derivative with respect to the signed velocity.
-#[inline]
-pub(super) fn decay_and_slope<T: Scalar>(
-    stiffness: T,
-    dashpot: &impl VelocityLaw<T>,
-    sliding: Sliding<T>,
-) -> (T, T) {
-    let (damping, slope) = dashpot.value_and_slope(sliding);
-    let decay = stiffness / damping;
-    (decay, -decay * slope / damping)
-}
-
-/// Range of the decay rate over all velocities.
-pub(super) fn decay_bounds<T: Scalar>(stiffness: T, dashpot: &impl VelocityLaw<T>) -> Bounds<T> {
-    let bounds = dashpot.bounds();
-    Bounds { min: stiffness / bounds.max, max: stiffness / bounds.min }
 }
 
 impl<T: Scalar, S: VelocityLaw<T>> Rheology<T> for Maxwell<T, S> {
     type Deflection = T;
 
-    #[inline]
-    fn elements(&self, sliding: Sliding<T>) -> Elements<T> {
-        Elements {
-            stiffness: self.stiffness,
-            decay: decay(self.stiffness, &self.series_damping, sliding),
-            damping: T::zero(),
-        }
-    }
-
-    #[inline]
+    #[inline(always)]
     fn elements_and_slopes(&self, sliding: Sliding<T>) -> (Elements<T>, Elements<T>) {
-        let (decay, slope) = decay_and_slope(self.stiffness, &self.series_damping, sliding);
+        let (zero, (decay, slope)) = (T::zero(), self.0.decay_and_slope(sliding));
         (
-            Elements { stiffness: self.stiffness, decay, damping: T::zero() },
-            Elements { stiffness: T::zero(), decay: slope, damping: T::zero() },
+            Elements { stiffness: self.0.stiffness, decay, damping: zero },
+            Elements { stiffness: zero, decay: slope, damping: zero },
         )
     }
 
     #[inline(always)]
     fn storage_stiffness(&self) -> T {
-        self.stiffness
+        self.0.stiffness
     }
 
     fn bounds(&self) -> ElementBounds<T> {
-        ElementBounds {
-            stiffness: Bounds::constant(self.stiffness),
-            decay: decay_bounds(self.stiffness, &self.series_damping),
-            damping: Bounds::constant(T::zero()),
-            constant_decay: self.series_damping.bounds().is_constant(),
-            even: self.series_damping.is_even(),
-        }
+        GeneralisedMaxwell::from_parts([self.0.clone()], T::zero()).bounds()
     }
 }

@@ -197,7 +197,7 @@ pub trait Rheology<T: Scalar>: Debug + Clone {
     type Deflection: Deflection<T>;
 
     /// The elements at a sliding velocity.
-    #[inline]
+    #[inline(always)]
     fn elements(&self, sliding: Sliding<T>) -> Elements<T, Self::Deflection> {
         self.elements_and_slopes(sliding).0
     }

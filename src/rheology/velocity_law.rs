@@ -8,7 +8,10 @@ use crate::{Bounds, Scalar, Sliding};
 /// [`VelocityDependent`] wraps a function.
 pub trait VelocityLaw<T: Scalar>: Debug + Clone {
     /// The value at a velocity.
-    fn value(&self, sliding: Sliding<T>) -> T;
+    #[inline(always)]
+    fn value(&self, sliding: Sliding<T>) -> T {
+        self.value_and_slope(sliding).0
+    }
 
     /// The value and its derivative with respect to the signed velocity.
     fn value_and_slope(&self, sliding: Sliding<T>) -> (T, T);
@@ -23,11 +26,6 @@ pub trait VelocityLaw<T: Scalar>: Debug + Clone {
 }
 
 impl<T: Scalar> VelocityLaw<T> for T {
-    #[inline(always)]
-    fn value(&self, _sliding: Sliding<T>) -> T {
-        *self
-    }
-
     #[inline(always)]
     fn value_and_slope(&self, _sliding: Sliding<T>) -> (T, T) {
         (*self, T::zero())
@@ -104,11 +102,6 @@ impl<T: Debug, F> Debug for VelocityDependent<T, F> {
 }
 
 impl<T: Scalar, F: Fn(Sliding<T>) -> (T, T) + Clone> VelocityLaw<T> for VelocityDependent<T, F> {
-    #[inline]
-    fn value(&self, sliding: Sliding<T>) -> T {
-        (self.function)(sliding).0
-    }
-
     #[inline]
     fn value_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
         (self.function)(sliding)

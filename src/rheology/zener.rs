@@ -20,8 +20,8 @@
 
 use nalgebra::SVector;
 
-use super::{ElementBounds, Elements, GeneralisedMaxwell, MaxwellArm, VelocityLaw, maxwell};
-use crate::parameter::{self, ParameterError};
+use super::{ElementBounds, Elements, GeneralisedMaxwell, MaxwellArm, VelocityLaw};
+use crate::parameter::ParameterError;
 use crate::rheology::Rheology;
 use crate::{Scalar, Sliding};
 
@@ -114,14 +114,14 @@ impl<T: Scalar, S: VelocityLaw<T>> Zener<T, S> {
     /// 10⁵⁰ 1/s (for `f32` 10¹⁰ 1/s), which no step can tell from an instant.
     pub fn new(parameters: ZenerParameters<T, S>) -> Result<Self, ParameterError> {
         let ZenerParameters { static_stiffness, relaxing_stiffness, series_damping } = parameters;
-        parameter::positive("static_stiffness", static_stiffness)?;
-        parameter::positive("relaxing_stiffness", relaxing_stiffness)?;
-        series_damping.bounds().positive("series_damping")?;
-        maxwell::check_decay(maxwell::decay_bounds(relaxing_stiffness, &series_damping).max)?;
         let arms = [
             MaxwellArm { stiffness: static_stiffness, series_damping: None },
             MaxwellArm { stiffness: relaxing_stiffness, series_damping: Some(series_damping) },
         ];
+        for (arm, stiffness) in arms.iter().zip(["static_stiffness", "relaxing_stiffness"]) {
+            arm.check(stiffness, "series_damping")?;
+            arm.check_decay()?;
+        }
         Ok(Self(GeneralisedMaxwell::from_parts(arms, T::zero())))
     }
 }
@@ -129,12 +129,7 @@ impl<T: Scalar, S: VelocityLaw<T>> Zener<T, S> {
 impl<T: Scalar, S: VelocityLaw<T>> Rheology<T> for Zener<T, S> {
     type Deflection = SVector<T, 2>;
 
-    #[inline]
-    fn elements(&self, sliding: Sliding<T>) -> Elements<T, SVector<T, 2>> {
-        self.0.elements(sliding)
-    }
-
-    #[inline]
+    #[inline(always)]
     fn elements_and_slopes(
         &self,
         sliding: Sliding<T>,
