@@ -123,28 +123,4 @@ impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
         }
         Ok(run.statistics())
     }
-
-    /// Runs as [`CollocationSolver::sample`] does, and stores the deflections.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`CollocationSolver::sample`]; the samples before are lost. Refuses more samples
-    /// than there is memory for.
-    #[cfg(feature = "alloc")]
-    pub fn deflections<M: Bristle<T, Deflection = T>, V: Signal<T>>(
-        &self,
-        contact: &Contact<T, M>,
-        velocity: &V,
-        span: Range<T>,
-        deflection: T,
-        samples: usize,
-    ) -> Result<alloc::vec::Vec<T>, Failure<T, 1>> {
-        let mut stored = alloc::vec::Vec::new();
-        crate::ode::reserve(&mut stored, samples)
-            .map_err(|error| Failure::refused(error, span.start, Vector1::new(deflection)))?;
-        self.sample(contact, velocity, span, deflection, samples, |_, deflection| {
-            stored.push(deflection);
-        })?;
-        Ok(stored)
-    }
 }

@@ -20,8 +20,8 @@
 use nalgebra::SMatrix;
 
 use super::dense_output::DenseOutput;
-use super::explicit::{Explicit, ExplicitTableau};
-use super::rosenbrock::{Rosenbrock, RosenbrockTableau};
+use super::explicit::Explicit;
+use super::rosenbrock::Rosenbrock;
 use super::stepper::{Embedded, Field, Method, Point, Stepper, TrialStep};
 use super::{DormandPrince, DormandPrince8, Rodas4, Rodas5P};
 use crate::Scalar;
@@ -45,32 +45,22 @@ impl Automatic {
 impl Embedded for Automatic {}
 
 impl<T: Scalar, const N: usize> Method<T, N> for Automatic {
-    type Stepper = Either<T, N>;
+    type Stepper = Alternating<T, N>;
 
     fn stepper(&self) -> Self::Stepper {
-        if self.high_order {
-            Either::High(Alternating::new())
+        let pair = if self.high_order {
+            Pair::High(Explicit::new(), Rosenbrock::new())
         } else {
-            Either::Low(Alternating::new())
-        }
+            Pair::Low(Explicit::new(), Rosenbrock::new())
+        };
+        Alternating { pair, is_explicit: false, since: 0, votes: 0, needed: VOTES }
     }
-}
-
-/// One of the two pairs of methods.
-#[derive(Debug, Clone)]
-#[allow(clippy::large_enum_variant, reason = "one for a run, and nothing is allocated")]
-pub enum Either<T: Scalar, const N: usize> {
-    /// Orders 5 and 4.
-    Low(Alternating<DormandPrince, Rodas4, T, N, 7, 6>),
-    /// Orders 8 and 5.
-    High(Alternating<DormandPrince8, Rodas5P, T, N, 16, 8>),
 }
 
 /// An explicit and a Rosenbrock method that take turns.
 #[derive(Debug, Clone)]
-pub struct Alternating<B, R, T: Scalar, const N: usize, const S: usize, const Q: usize> {
-    explicit: Explicit<B, T, N, S>,
-    rosenbrock: Rosenbrock<R, T, N, Q>,
+pub struct Alternating<T: Scalar, const N: usize> {
+    pair: Pair<T, N>,
     /// Whether it is the explicit method's turn.
     is_explicit: bool,
     /// Accepted steps since the last change.
@@ -79,6 +69,37 @@ pub struct Alternating<B, R, T: Scalar, const N: usize, const S: usize, const Q:
     votes: u32,
     /// Votes that a change to the explicit method needs: more after a change that did not last.
     needed: u32,
+}
+
+/// Two methods.
+#[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant, reason = "one for a run, and nothing is allocated")]
+enum Pair<T: Scalar, const N: usize> {
+    /// Orders 5 and 4.
+    Low(Explicit<DormandPrince, T, N, 7>, Rosenbrock<Rodas4, T, N, 6>),
+    /// Orders 8 and 5.
+    High(Explicit<DormandPrince8, T, N, 16>, Rosenbrock<Rodas5P, T, N, 8>),
+}
+
+/// Evaluates an expression of the explicit method, and another one of the Rosenbrock method.
+macro_rules! of_pair {
+    ($pair:expr, |$explicit:pat_param, $rosenbrock:pat_param| $value:expr) => {
+        match &mut $pair {
+            Pair::Low($explicit, $rosenbrock) => $value,
+            Pair::High($explicit, $rosenbrock) => $value,
+        }
+    };
+}
+
+/// Calls a function of the method at work.
+macro_rules! at_work {
+    ($self:ident.$function:ident($($argument:expr),*)) => {
+        if $self.is_explicit {
+            of_pair!($self.pair, |method, _| method.$function($($argument),*))
+        } else {
+            of_pair!($self.pair, |_, method| method.$function($($argument),*))
+        }
+    };
 }
 
 /// An explicit step beyond this part of its stability limit is limited by stability.
@@ -103,48 +124,22 @@ const MOST_VOTES: u32 = 32;
 /// An explicit turn of fewer steps was not worth the change.
 const SHORT: u32 = 12;
 
-impl<B, R, T, const N: usize, const S: usize, const Q: usize> Alternating<B, R, T, N, S, Q>
-where
-    B: ExplicitTableau,
-    R: RosenbrockTableau,
-    T: Scalar,
-{
-    fn new() -> Self {
-        Self {
-            explicit: Explicit::new(),
-            rosenbrock: Rosenbrock::new(),
-            is_explicit: false,
-            since: 0,
-            votes: 0,
-            needed: VOTES,
-        }
-    }
-
+impl<T: Scalar, const N: usize> Alternating<T, N> {
     /// Counts a step that speaks for a change or against it. Answers whether to change.
     fn vote(&mut self, for_change: bool, needed: u32) -> bool {
         self.votes = if for_change { self.votes + 1 } else { 0 };
         if self.votes < needed {
             return false;
         }
-        self.explicit.forget();
+        of_pair!(self.pair, |explicit, _| explicit.forget());
         (self.is_explicit, self.since, self.votes) = (!self.is_explicit, 0, 0);
         true
     }
 }
 
-impl<B, R, T, const N: usize, const S: usize, const Q: usize> Stepper<T, N>
-    for Alternating<B, R, T, N, S, Q>
-where
-    B: ExplicitTableau,
-    R: RosenbrockTableau,
-    T: Scalar,
-{
+impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
-        if self.is_explicit {
-            self.explicit.begin(field, point);
-        } else {
-            self.rosenbrock.begin(field, point);
-        }
+        at_work!(self.begin(field, point));
     }
 
     #[inline]
@@ -154,20 +149,16 @@ where
         from: &Point<T, N>,
         step: T,
     ) -> TrialStep<T, N> {
-        if self.is_explicit {
-            return self.explicit.attempt(field, from, step);
+        let mut trial = at_work!(self.attempt(field, from, step));
+        if !self.is_explicit {
+            trial.error *= lit::<T>(CARE);
         }
-        let trial = self.rosenbrock.attempt(field, from, step);
-        TrialStep { error: trial.error * lit::<T>(CARE), ..trial }
+        trial
     }
 
     #[inline]
     fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
-        if self.is_explicit {
-            self.explicit.arrive(field, end);
-        } else {
-            self.rosenbrock.arrive(field, end);
-        }
+        at_work!(self.arrive(field, end));
     }
 
     fn dense_output<F: Field<T, N>>(
@@ -176,11 +167,7 @@ where
         from: &Point<T, N>,
         end: &Point<T, N>,
     ) -> DenseOutput<T, N> {
-        if self.is_explicit {
-            self.explicit.dense_output(field, from, end)
-        } else {
-            self.rosenbrock.dense_output(field, from, end)
-        }
+        at_work!(self.dense_output(field, from, end))
     }
 
     fn accepted<F: Field<T, N>>(
@@ -190,77 +177,27 @@ where
         end: &Point<T, N>,
         proposed: Option<T>,
     ) -> Option<T> {
+        at_work!(self.accepted(field, from, end, proposed));
         self.since += 1;
         let step = (end.time - from.time).abs();
         if self.is_explicit {
-            self.explicit.accepted(field, from, end, proposed);
             let lasted = self.since > SHORT;
-            let held = self.explicit.is_held_by_stability(end, step, HELD);
+            let held =
+                of_pair!(self.pair, |method, _| method.is_held_by_stability(end, step, HELD));
             if self.vote(held, VOTES) {
                 self.needed = if lasted { VOTES } else { (self.needed * 2).min(MOST_VOTES) };
-                self.rosenbrock.begin(field, &mut end.clone());
+                self.begin(field, &mut end.clone());
             }
             return proposed;
         }
-        self.rosenbrock.accepted(field, from, end, proposed);
         // Fixed steps stay with the method that is stable at any length.
         let proposed = proposed?;
-        let reach = spectral_radius(&(self.rosenbrock.jacobian() * step));
+        let reach = of_pair!(self.pair, |_, method| spectral_radius(&(method.jacobian() * step)));
         if !self.vote(reach < EASY, self.needed) {
             return Some(proposed);
         }
-        let limit = B::REAL_LIMIT * 0.8 / if reach > 0.01 { reach } else { 0.01 };
-        Some(smaller(proposed, step * lit(limit)))
-    }
-}
-
-/// Calls a function of the pair at work.
-macro_rules! either {
-    ($self:ident.$function:ident($($argument:expr),*)) => {
-        match $self {
-            Self::Low(pair) => pair.$function($($argument),*),
-            Self::High(pair) => pair.$function($($argument),*),
-        }
-    };
-}
-
-impl<T: Scalar, const N: usize> Stepper<T, N> for Either<T, N> {
-    fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
-        either!(self.begin(field, point));
-    }
-
-    #[inline]
-    fn attempt<F: Field<T, N>>(
-        &mut self,
-        field: &mut F,
-        from: &Point<T, N>,
-        step: T,
-    ) -> TrialStep<T, N> {
-        either!(self.attempt(field, from, step))
-    }
-
-    #[inline]
-    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
-        either!(self.arrive(field, end));
-    }
-
-    fn dense_output<F: Field<T, N>>(
-        &mut self,
-        field: &mut F,
-        from: &Point<T, N>,
-        end: &Point<T, N>,
-    ) -> DenseOutput<T, N> {
-        either!(self.dense_output(field, from, end))
-    }
-
-    fn accepted<F: Field<T, N>>(
-        &mut self,
-        field: &mut F,
-        from: &Point<T, N>,
-        end: &Point<T, N>,
-        proposed: Option<T>,
-    ) -> Option<T> {
-        either!(self.accepted(field, from, end, proposed))
+        let limit = of_pair!(self.pair, |method, _| method.real_limit());
+        Some(smaller(proposed, step * lit(limit * 0.8 / if reach > 0.01 { reach } else { 0.01 })))
     }
 }
 

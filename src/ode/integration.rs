@@ -370,13 +370,8 @@ where
     #[inline]
     fn describe(&mut self, end: &Point<T, N>, full: bool, window: Window<T>) {
         let (stepper, mut field, from) = self.parts(window);
-        let dense_output = if full {
-            let own = stepper.dense_output(&mut field, from, end);
-            // A stage that serves the dense output alone may hit the pole beyond a reversal.
-            if own.is_finite() { own } else { from.cubic_to(end) }
-        } else {
-            from.cubic_to(end)
-        };
+        let dense_output =
+            if full { stepper.dense_output(&mut field, from, end) } else { from.cubic_to(end) };
         self.step = Step {
             start_time: self.point.time,
             end_time: end.time,

@@ -52,8 +52,6 @@ mod system;
 mod tolerance;
 #[cfg(feature = "alloc")]
 mod trajectory;
-#[cfg(test)]
-mod trees;
 mod walk;
 
 pub use automatic::Automatic;
@@ -73,9 +71,7 @@ pub use statistics::Statistics;
 pub use step::Step;
 pub use stepper::{Embedded, Method};
 pub use system::{Linearisation, System};
-pub use tolerance::{Tolerances, TolerancesParameters};
-#[cfg(feature = "alloc")]
-pub(crate) use trajectory::reserve;
+pub use tolerance::Tolerances;
 #[cfg(feature = "alloc")]
 pub use trajectory::{Interrupted, Output, Reversal, Trajectory, solve};
 pub(crate) use walk::{Pace, Trial, Walk};

@@ -232,7 +232,7 @@ impl<T: Scalar, const N: usize> Factors<T, N> {
 pub(super) mod laws {
     extern crate std;
     use super::RosenbrockTableau;
-    use crate::ode::trees::{Rosenbrock, trees};
+    use crate::ode::explicit::trees::{Rosenbrock, trees};
     use std::vec::Vec;
 
     /// All rows of aᵢⱼ, those that follow from the row before included.

@@ -177,14 +177,26 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         while let Some(step) = run.advance_observed(|from, to| {
             !events.is_empty() || observer.needs_dense_output(from, to)
         })? {
-            let stop = first_stop(events, step);
+            let stop = next_event(events, step, Action::Stop, None);
             let cut = stop.map(|(fraction, _)| step.until(fraction));
             let step = cut.as_ref().unwrap_or(step);
             let mut flow = observer.step(step);
-            let last = stop.map(|(_, event)| event);
-            let ended_by = report(events, step, last, observer, &mut flow);
-            let outcome = match (ended_by, flow) {
-                (Some(event), _) => Outcome::Event(event),
+            let mut tell = |event, time, state| {
+                if observer.event(&Occurrence { event, time, state }).is_break() {
+                    flow = ControlFlow::Break(());
+                }
+            };
+            let mut last = None;
+            while let Some((fraction, event)) = next_event(events, step, Action::Continue, last) {
+                tell(event, step.time_at(fraction), step.at_fraction(fraction));
+                last = Some((fraction, event));
+            }
+            if let Some((_, event)) = stop {
+                // The step was cut there.
+                tell(event, step.end_time, step.end);
+            }
+            let outcome = match (stop, flow) {
+                (Some((_, event)), _) => Outcome::Event(event),
                 (None, ControlFlow::Break(())) => Outcome::Observer,
                 (None, ControlFlow::Continue(())) => continue,
             };
@@ -225,66 +237,21 @@ impl<T: Scalar, const N: usize> Solver<T, Automatic, N> {
 /// Local tolerance above which methods of lower order are the cheaper ones.
 const LOW: f64 = 3e-6;
 
-/// The first fraction of a step at which an event stops the run, and which one.
-fn first_stop<T: Scalar, const N: usize>(
+/// The first event in a step with an action, after a fraction of the step and the place in the
+/// list of the event there: the fraction at which it happens, and its place in the list. Of several
+/// events at once, the first in the list.
+fn next_event<T: Scalar, const N: usize>(
     events: &[Event<'_, T, N>],
     step: &Step<T, N>,
+    action: Action,
+    after: Option<(T, usize)>,
 ) -> Option<(T, usize)> {
-    events
-        .iter()
-        .enumerate()
-        .filter(|(_, event)| event.action == Action::Stop)
-        .flat_map(|(index, event)| event.within(step).map(|place| (place, index)))
-        .filter_map(|(place, index)| Some((place?, index)))
-        .reduce(|a, b| if b.0 < a.0 { b } else { a })
-}
-
-/// Reports the events of a step in the order of time; answers which of them ends the run. The step
-/// has been cut at the one that does, so that one happens at its end, wherever a second search on
-/// the shorter step might find it.
-fn report<T: Scalar, O: Observer<T, N>, const N: usize>(
-    events: &[Event<'_, T, N>],
-    step: &Step<T, N>,
-    last: Option<usize>,
-    observer: &mut O,
-    flow: &mut ControlFlow<()>,
-) -> Option<usize> {
-    if events.is_empty() {
-        return None;
-    }
-    let mut after = -T::one();
-    let mut after_index = 0;
-    loop {
-        // The next occurrence in time; of several at once, the first in the list.
-        let mut next: Option<(T, usize)> = None;
-        for (index, event) in events.iter().enumerate() {
-            if event.action == Action::Stop {
-                continue;
-            }
-            for fraction in event.within(step).into_iter().flatten() {
-                let later = fraction > after || (fraction == after && index >= after_index);
-                let sooner = next.is_none_or(|(first, _)| fraction < first);
-                if later && sooner {
-                    next = Some((fraction, index));
-                }
-            }
-        }
-        let Some((fraction, index)) = next else { break };
-        let time = step.time_at(fraction);
-        let occurrence = Occurrence { event: index, time, state: step.at_fraction(fraction) };
-        if observer.event(&occurrence).is_break() {
-            *flow = ControlFlow::Break(());
-        }
-        after = fraction;
-        after_index = index + 1;
-    }
-    if let Some(event) = last {
-        let occurrence = Occurrence { event, time: step.end_time, state: step.end };
-        if observer.event(&occurrence).is_break() {
-            *flow = ControlFlow::Break(());
-        }
-    }
-    last
+    let wanted = events.iter().enumerate().filter(|(_, event)| event.action == action);
+    wanted
+        .flat_map(|(index, event)| event.within(step).map(|fraction| Some((fraction?, index))))
+        .flatten()
+        .filter(|&next| after.is_none_or(|after| next > after))
+        .reduce(|first, next| if next.0 < first.0 { next } else { first })
 }
 
 /// Who is told of the steps and events of a run. A closure that takes a [`Step`] is one.

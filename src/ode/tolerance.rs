@@ -30,24 +30,14 @@ pub struct Tolerances<T, const N: usize> {
     absolute: SVector<T, N>,
 }
 
-/// Parameters of [`Tolerances`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TolerancesParameters<T, const N: usize> {
-    /// Relative tolerance of each state \[–\], positive.
-    pub relative: SVector<T, N>,
-    /// Absolute tolerance of each state, in its unit, positive.
-    pub absolute: SVector<T, N>,
-}
-
 impl<T: Scalar, const N: usize> Tolerances<T, N> {
-    /// Checks the tolerances.
+    /// Relative tolerances \[–\] and absolute ones, in the unit of each state; all positive.
     ///
     /// # Errors
     ///
     /// Names the component that is not positive, and a relative tolerance that the rounding of the
     /// scalar type would exceed: below 10 ε, that is 2·10⁻¹⁵ in `f64` and 1.2·10⁻⁶ in `f32`.
-    pub fn new(parameters: TolerancesParameters<T, N>) -> Result<Self, ParameterError> {
-        let TolerancesParameters { relative, absolute } = parameters;
+    pub fn new(relative: SVector<T, N>, absolute: SVector<T, N>) -> Result<Self, ParameterError> {
         for (index, &value) in relative.iter().enumerate() {
             parameter::component(index, check(value))?;
         }
@@ -68,10 +58,7 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
         for (index, &scale) in scales.iter().enumerate() {
             parameter::component(index, parameter::positive("scales", scale))?;
         }
-        Self::new(TolerancesParameters {
-            relative: SVector::repeat(relative),
-            absolute: scales * relative,
-        })
+        Self::new(SVector::repeat(relative), scales * relative)
     }
 
     /// The absolute tolerance of each state.

@@ -194,13 +194,8 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         events: &[Event<'_, T, N>],
         output: Output<'_, T>,
     ) -> Result<Trajectory<T, N>, Box<Interrupted<T, N>>> {
-        let mut recorder = Recorder {
-            output,
-            span: span.clone(),
-            stored: 0,
-            next: None,
-            trajectory: Trajectory::empty(),
-        };
+        let mut recorder =
+            Recorder { output, span: span.clone(), next: None, trajectory: Trajectory::empty() };
         let interrupt = |failure: Failure<T, N>, recorder: Recorder<'_, T, N>| {
             let mut trajectory = recorder.trajectory;
             if matches!(failure.reason, StopReason::Refused(_)) {
@@ -273,8 +268,6 @@ pub fn solve<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize>(
 struct Recorder<'a, T, const N: usize> {
     output: Output<'a, T>,
     span: Range<T>,
-    /// Samples stored so far.
-    stored: usize,
     /// The time of the next sample.
     next: Option<T>,
     trajectory: Trajectory<T, N>,
@@ -296,7 +289,7 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
                 let mut previous = self.span.start;
                 for (index, &time) in times.iter().enumerate() {
                     let before = if index == 0 { "span.start" } else { "the time before" };
-                    let in_order = |time| {
+                    let checked = parameter::finite("times", time).and_then(|time| {
                         if forward {
                             parameter::at_least("times", time, before, previous)?;
                             parameter::at_most("times", time, "span.end", self.span.end)
@@ -304,8 +297,7 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
                             parameter::at_most("times", time, before, previous)?;
                             parameter::at_least("times", time, "span.end", self.span.end)
                         }
-                    };
-                    let checked = parameter::finite("times", time).and_then(in_order);
+                    });
                     parameter::component(index, checked)?;
                     previous = time;
                 }
@@ -315,76 +307,74 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
         }
     }
 
+    /// Whether the output is the ends of the steps, and not samples.
+    fn is_by_step(&self) -> bool {
+        matches!(self.output, Output::Steps | Output::Dense)
+    }
+
+    /// Whether a time comes before another on the way of the run.
+    fn is_before(&self, a: T, b: T) -> bool {
+        if self.span.end >= self.span.start { a < b } else { a > b }
+    }
+
     fn store(&mut self, time: T, state: SVector<T, N>) {
         self.trajectory.times.push(time);
         self.trajectory.states.push(state);
     }
 
-    /// Finds the time of the next sample.
-    fn look_up_next(&mut self) {
-        self.next = match self.output {
+    /// The time of the sample that follows those stored.
+    fn next_sample(&self) -> Option<T> {
+        let stored = self.trajectory.times.len();
+        match self.output {
             Output::Steps | Output::Dense => None,
-            Output::Times(times) => times.get(self.stored).copied(),
-            Output::Uniform(samples) if self.stored >= samples => None,
-            Output::Uniform(samples) if self.stored + 1 == samples => Some(self.span.end),
+            Output::Times(times) => times.get(stored).copied(),
+            Output::Uniform(samples) if stored >= samples => None,
+            Output::Uniform(samples) if stored + 1 == samples => Some(self.span.end),
             Output::Uniform(samples) => {
-                let fraction = lit::<T>(self.stored as f64) / lit((samples - 1) as f64);
+                let fraction = lit::<T>(stored as f64) / lit((samples - 1) as f64);
                 Some(self.span.start + (self.span.end - self.span.start) * fraction)
             }
-        };
+        }
+    }
+
+    /// Stores the samples up to a time.
+    fn sample(&mut self, reached: T, state: impl Fn(T) -> SVector<T, N>) {
+        while let Some(time) = self.next
+            && !self.is_before(reached, time)
+        {
+            self.store(time, state(time));
+            self.next = self.next_sample();
+        }
     }
 
     /// Stores what lies at the very start.
     fn start(&mut self, state: &SVector<T, N>) {
-        if matches!(self.output, Output::Steps | Output::Dense) {
+        if self.is_by_step() {
             self.store(self.span.start, *state);
         }
-        self.look_up_next();
-        while let Some(time) = self.next {
-            if time != self.span.start {
-                break;
-            }
-            self.store(time, *state);
-            self.stored += 1;
-            self.look_up_next();
-        }
+        self.next = self.next_sample();
+        self.sample(self.span.start, |_| *state);
     }
 }
 
 impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
     fn needs_dense_output(&self, _start_time: T, end_time: T) -> bool {
-        match self.output {
-            Output::Steps => false,
-            Output::Dense => true,
-            Output::Uniform(_) | Output::Times(_) => self.next.is_some_and(|time| {
-                if self.span.end >= self.span.start { time < end_time } else { time > end_time }
-            }),
-        }
+        self.output == Output::Dense || self.next.is_some_and(|time| self.is_before(time, end_time))
     }
 
     fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()> {
-        let forward = self.span.end >= self.span.start;
-        if matches!(self.output, Output::Steps | Output::Dense) {
+        if self.is_by_step() {
             self.store(step.end_time, step.end);
         }
         if self.output == Output::Dense {
             self.trajectory.steps.push(*step);
         }
-        if let Some(contact) = step.reversal_at_start {
-            self.trajectory.reversals.push(Reversal { contact, time: step.start_time });
+        for (contact, time) in
+            [(step.reversal_at_start, step.start_time), (step.reversal, step.end_time)]
+        {
+            self.trajectory.reversals.extend(contact.map(|contact| Reversal { contact, time }));
         }
-        if let Some(contact) = step.reversal {
-            self.trajectory.reversals.push(Reversal { contact, time: step.end_time });
-        }
-        while let Some(time) = self.next {
-            let reached = if forward { time <= step.end_time } else { time >= step.end_time };
-            if !reached {
-                break;
-            }
-            self.store(time, step.at(time));
-            self.stored += 1;
-            self.look_up_next();
-        }
+        self.sample(step.end_time, |time| step.at(time));
         ControlFlow::Continue(())
     }
 
@@ -395,7 +385,7 @@ impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
 }
 
 /// Makes room for so many samples, or refuses them.
-pub(crate) fn reserve<V>(list: &mut Vec<V>, samples: usize) -> Result<(), ParameterError> {
+fn reserve<V>(list: &mut Vec<V>, samples: usize) -> Result<(), ParameterError> {
     list.try_reserve_exact(samples).map_err(|_| {
         let value = samples as f64;
         let rule = Rule::Below { other: "what the memory holds", limit: value };

@@ -2,7 +2,7 @@
 
 use bristle::curve::Stribeck;
 use bristle::fidelity::*;
-use bristle::ode::{Output, Rodas5P, Solver, Tolerances, TolerancesParameters};
+use bristle::ode::{Output, Rodas5P, Solver, Tolerances};
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::Signal;
@@ -28,10 +28,8 @@ fn truth<F: Signal<f64>>(
     let deflection = contact.limits(0.0).deflection.unwrap();
     let load = contact.model().storage_stiffness() * deflection * contact.normal_force();
     let speed = (load * deflection / system.mechanism().mass).sqrt();
-    let tolerances = Tolerances::new(TolerancesParameters {
-        relative: Vector3::repeat(relative),
-        absolute: Vector3::new(deflection, speed, deflection) * relative,
-    });
+    let scales = Vector3::new(deflection, speed, deflection);
+    let tolerances = Tolerances::new(Vector3::repeat(relative), scales * relative);
     let drive_velocity = system.spring_force(1.0, &Vector3::zeros())
         / system.mechanism().spring_stiffness.max(f64::MIN_POSITIVE);
     let system = MassSpringDamper::new(MassSpringDamperParameters {

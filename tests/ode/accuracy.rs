@@ -267,10 +267,7 @@ fn a_small_state_beside_a_large_one_keeps_its_own_accuracy() {
 fn the_relative_tolerance_belongs_to_its_own_component_too() {
     // Absolute tolerances out of play: each state's error follows its own relative one.
     let error = |relative: Vector3<f64>| {
-        let tolerances = Tolerances::new(bristle::ode::TolerancesParameters {
-            relative,
-            absolute: Vector3::repeat(1e-14),
-        });
+        let tolerances = Tolerances::new(relative, Vector3::repeat(1e-14));
         let solver = Solver::adaptive(DormandPrince, tolerances.unwrap());
         let start = Vector3::new(1e5, 1e-6, 0.0);
         let run = solver.solve(&TwoScales, 0.0..3.0, start, Output::Uniform(2)).unwrap();

@@ -8,7 +8,6 @@ use std::error::Error;
 use crate::ode_common::{Counted, Integral, Oscillator, every_method, every_solver, tolerance};
 use bristle::ode::{
     DormandPrince, Interrupted, Output, RungeKutta4, Solver, StopReason, System, Tolerances,
-    TolerancesParameters,
 };
 use bristle::signal::Function;
 use bristle::{Branch, ParameterError, Rule};
@@ -318,8 +317,7 @@ fn tolerances_that_are_not_positive_are_refused_by_component() {
             for (relative, absolute, parameter) in
                 [(wrong, good, "relative"), (good, wrong, "absolute")]
             {
-                let parameters = TolerancesParameters { relative, absolute };
-                let error = Tolerances::new(parameters).unwrap_err();
+                let error = Tolerances::new(relative, absolute).unwrap_err();
                 assert_eq!((error.name, error.component), (parameter, Some(component)));
                 assert_eq!(error.value.to_bits(), bad.to_bits());
             }
@@ -336,11 +334,8 @@ fn scaled_tolerances_are_parts_of_the_scales() {
     let tolerances = Tolerances::scaled(1e-6, Vector2::new(3.0, 1e5)).unwrap();
     assert_eq!(*tolerances.relative(), Vector2::repeat(1e-6));
     assert_eq!(*tolerances.absolute(), Vector2::new(3.0, 1e5) * 1e-6);
-    let parameters = TolerancesParameters {
-        relative: Vector2::new(1e-3, 1e-4),
-        absolute: Vector2::new(1e-5, 1e-6),
-    };
-    let tolerances = Tolerances::new(parameters).unwrap();
+    let relative = Vector2::new(1e-3, 1e-4);
+    let tolerances = Tolerances::new(relative, Vector2::new(1e-5, 1e-6)).unwrap();
     assert_eq!(*tolerances.relative(), parameters.relative);
     assert_eq!(*tolerances.absolute(), parameters.absolute);
 }

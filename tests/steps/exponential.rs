@@ -717,20 +717,3 @@ fn nothing_is_allocated() {
     assert!(rejected > 0);
     assert_eq!(counted.count_total, 0);
 }
-
-#[cfg(feature = "alloc")]
-#[test]
-fn stored_samples_are_the_streamed_ones() {
-    let contact = friction();
-    let wave = sine(0.001, 0.01, 25.0, 0.0);
-    let solver = Exponential::<5>.adaptive(1e-6).unwrap();
-    let mut streamed = Vec::new();
-    solver.sample(&contact, &wave, 0.0..0.1, 0.0, 21, |_, z| streamed.push(z)).unwrap();
-    assert_eq!(solver.deflections(&contact, &wave, 0.0..0.1, 0.0, 21).unwrap(), streamed);
-    // More than there is memory for.
-    for samples in [1_000_000_000_000_000, usize::MAX] {
-        let failure = solver.deflections(&contact, &wave, 0.0..0.1, 0.0, samples).unwrap_err();
-        let StopReason::Refused(error) = failure.reason else { panic!("{failure}") };
-        assert_eq!((error.name, error.value), ("samples", samples as f64));
-    }
-}
