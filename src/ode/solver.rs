@@ -240,12 +240,16 @@ const LOW: f64 = 3e-6;
 /// The first event in a step with an action, after a fraction of the step and the place in the
 /// list of the event there: the fraction at which it happens, and its place in the list. Of several
 /// events at once, the first in the list.
+#[inline]
 fn next_event<T: Scalar, const N: usize>(
     events: &[Event<'_, T, N>],
     step: &Step<T, N>,
     action: Action,
     after: Option<(T, usize)>,
 ) -> Option<(T, usize)> {
+    if events.is_empty() {
+        return None;
+    }
     let wanted = events.iter().enumerate().filter(|(_, event)| event.action == action);
     wanted
         .flat_map(|(index, event)| event.within(step).map(|fraction| Some((fraction?, index))))

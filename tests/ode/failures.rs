@@ -335,9 +335,10 @@ fn scaled_tolerances_are_parts_of_the_scales() {
     assert_eq!(*tolerances.relative(), Vector2::repeat(1e-6));
     assert_eq!(*tolerances.absolute(), Vector2::new(3.0, 1e5) * 1e-6);
     let relative = Vector2::new(1e-3, 1e-4);
-    let tolerances = Tolerances::new(relative, Vector2::new(1e-5, 1e-6)).unwrap();
-    assert_eq!(*tolerances.relative(), parameters.relative);
-    assert_eq!(*tolerances.absolute(), parameters.absolute);
+    let absolute = Vector2::new(1e-5, 1e-6);
+    let tolerances = Tolerances::new(relative, absolute).unwrap();
+    assert_eq!(*tolerances.relative(), relative);
+    assert_eq!(*tolerances.absolute(), absolute);
 }
 
 #[test]
