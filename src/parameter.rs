@@ -89,23 +89,13 @@ pub enum Rule {
         /// Its value.
         limit: f64,
     },
-    /// Positive, or something else is given.
-    PositiveUnless {
-        /// What would do instead.
-        instead: &'static str,
-    },
     /// Exactly some value.
     Exactly {
         /// The only admissible value.
         value: f64,
     },
-    /// One of two values.
-    Either {
-        /// The first.
-        first: f64,
-        /// The second.
-        second: f64,
-    },
+    /// A rule of one construction, in words: the value must …
+    Stated(&'static str),
     /// Strictly larger than the component before it.
     Increasing {
         /// The component before.
@@ -159,11 +149,8 @@ impl fmt::Display for Rule {
             Rule::AtLeast { other, limit } => write!(f, "be at least {other} = {}", Number(limit)),
             Rule::AtMost { other, limit } => write!(f, "be at most {other} = {}", Number(limit)),
             Rule::Below { other, limit } => write!(f, "be below {other} = {}", Number(limit)),
-            Rule::PositiveUnless { instead } => write!(f, "be positive unless {instead}"),
             Rule::Exactly { value } => write!(f, "be exactly {}", Number(value)),
-            Rule::Either { first, second } => {
-                write!(f, "be {} or {} here", Number(first), Number(second))
-            }
+            Rule::Stated(rule) => f.write_str(rule),
             Rule::Increasing { previous } => {
                 write!(f, "be larger than its predecessor {}", Number(previous))
             }
@@ -195,8 +182,17 @@ fn check<T: Scalar>(
     passes: bool,
     rule: Rule,
 ) -> Result<T, ParameterError> {
-    let refused = ParameterError { name, component: None, value: to_f64(value), rule };
-    if passes { Ok(value) } else { Err(refused) }
+    if passes { Ok(value) } else { Err(refused(name, value, rule)) }
+}
+
+/// The error for a value that breaks a rule.
+pub(crate) fn refused<T: Scalar>(name: &'static str, value: T, rule: Rule) -> ParameterError {
+    ParameterError { name, component: None, value: to_f64(value), rule }
+}
+
+/// Not NaN.
+pub(crate) fn number<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
+    check(name, value, value.abs() >= T::zero(), Rule::Number)
 }
 
 /// Finite, of either sign and of admissible magnitude.

@@ -224,21 +224,10 @@ pub struct Audit<T> {
     /// Speeds at which steady sliding on the spring is stable, from a millionth of the fastest up
     /// to it; if there is a spring.
     pub steady_sliding: Option<Threshold<T>>,
-    /// The largest stable steps; without a mechanism those of the bristle alone.
-    pub steps: [MethodLimit<T>; Scheme::ALL.len()],
-}
-
-/// The largest stable steps of one method, and whether the sample time is within them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct MethodLimit<T> {
-    /// The method.
-    pub scheme: Scheme,
-    /// Its limits; `None` if the relaxation rate has no bound, or for a passive step of a contact
-    /// that is not passive at every deflection.
-    pub limits: Option<StepLimits<T>>,
-    /// Whether the sample time is within all of them; `None` without a sample time or limits.
-    pub within: Option<bool>,
+    /// The largest stable steps of every scheme, in the order of [`Scheme::ALL`]; without a
+    /// mechanism those of the bristle alone. `None` if the relaxation rate has no bound, or for a
+    /// passive step of a contact that is not passive at every deflection.
+    pub steps: [Option<StepLimits<T>>; Scheme::ALL.len()],
 }
 
 impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
@@ -271,9 +260,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             // A passive step needs a contact that is passive at every deflection.
             let promised = scheme != Scheme::Passive || passivity.excess <= T::one();
             let limits = stability::largest_step(self, mechanism, fastest, scheme).ok();
-            let limits = limits.filter(|_| promised);
-            let within = limits.zip(sample_time).map(|(limits, step)| limits.check(step).is_ok());
-            MethodLimit { scheme, limits, within }
+            limits.filter(|_| promised)
         });
         Ok(Audit {
             parameters,

@@ -2,11 +2,11 @@
 
 use core::fmt::{self, Write};
 
-use super::{Audit, LawStatus, MethodLimit, slowest_on_spring};
+use super::{Audit, LawStatus, slowest_on_spring};
 use crate::Scalar;
 use crate::linear::Threshold;
 use crate::number::{Text, number};
-use crate::stability::Scheme;
+use crate::stability::{Scheme, StepLimits};
 
 /// Widths of the first two columns.
 const NAME: usize = 19;
@@ -195,36 +195,40 @@ impl<T: Scalar> Audit<T> {
             write!(head, "at {time:.5} s")?;
         }
         row!(f, "largest step [s]", by "module stability", "{}", head.as_str())?;
-        self.steps.iter().try_for_each(|step| write_step(f, step, self.stuck.is_some()))
-    }
-}
-
-/// The limits of one method, in the columns of the head.
-fn write_step<T: Scalar>(
-    f: &mut fmt::Formatter<'_>,
-    step: &MethodLimit<T>,
-    mechanism: bool,
-) -> fmt::Result {
-    let mut cells = Cell::new();
-    match step.limits {
-        None if step.scheme == Scheme::Passive => {
-            cells.write_str("no promise: the contact is not passive at every deflection")?;
+        for (scheme, limits) in Scheme::ALL.into_iter().zip(self.steps) {
+            let mut cells = Cell::new();
+            self.write_limits(&mut cells, scheme, limits)?;
+            let mut name = Cell::new();
+            write!(name, "  {scheme}")?;
+            writeln!(f, "{:<NAME$} {}", name.as_str(), cells.as_str().trim_end())?;
         }
-        None => cells.write_str("none is known: the relaxation rate has no bound")?,
-        Some(limits) => {
-            let columns =
-                [(limits.bristle, 12), (limits.stuck_from_rest, 12), (limits.stuck_reversed, 14)];
-            for (limit, width) in columns.into_iter().take(if mechanism { 3 } else { 1 }) {
-                match limit {
-                    None => write!(cells, "{:<width$}", "any")?,
-                    Some(limit) if limit == T::zero() => write!(cells, "{:<width$}", "none")?,
-                    Some(limit) => write!(cells, "{:<width$.5}", number(limit))?,
-                }
+        Ok(())
+    }
+
+    /// The limits of one scheme, and whether the sample time is within them.
+    fn write_limits(
+        &self,
+        cells: &mut Cell,
+        scheme: Scheme,
+        limits: Option<StepLimits<T>>,
+    ) -> fmt::Result {
+        let Some(limits) = limits else {
+            return cells.write_str(if scheme == Scheme::Passive {
+                "no promise: the contact is not passive at every deflection"
+            } else {
+                "none is known: the relaxation rate has no bound"
+            });
+        };
+        let columns =
+            [(limits.bristle, 12), (limits.stuck_from_rest, 12), (limits.stuck_reversed, 14)];
+        for (limit, width) in columns.into_iter().take(if self.stuck.is_some() { 3 } else { 1 }) {
+            match limit {
+                None => write!(cells, "{:<width$}", "any")?,
+                Some(limit) if limit == T::zero() => write!(cells, "{:<width$}", "none")?,
+                Some(limit) => write!(cells, "{:<width$.5}", number(limit))?,
             }
         }
+        let within = self.parameters.sample_time.map(|step| limits.check(step).is_ok());
+        cells.write_str(within.map_or("", |within| if within { "ok" } else { "TOO LONG" }))
     }
-    cells.write_str(step.within.map_or("", |within| if within { "ok" } else { "TOO LONG" }))?;
-    let mut name = Cell::new();
-    write!(name, "  {}", step.scheme)?;
-    writeln!(f, "{:<NAME$} {}", name.as_str(), cells.as_str().trim_end())
 }

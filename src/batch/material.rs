@@ -7,7 +7,7 @@ use super::real::Real;
 use crate::curve::{Coulomb, RationalStribeck, Stribeck};
 use crate::parameter::{self, ParameterError, Rule};
 use crate::rheology::{KelvinVoigt, Rheology, Spring};
-use crate::scalar::{lit, to_f64};
+use crate::scalar::lit;
 use crate::{Dahl, FrBd, Sliding};
 
 /// How friction falls from its static to its dynamic coefficient, over u = |v|/v_S.
@@ -148,25 +148,18 @@ impl<T: Real> sealed::Curve<T> for Stribeck<T> {
         } else if exponent == lit(2.0) {
             Fall::Gaussian
         } else {
-            return Err(ParameterError {
-                name: "stribeck_exponent",
-                component: None,
-                value: to_f64(exponent),
-                rule: Rule::Either { first: 1.0, second: 2.0 },
-            });
+            let rule = Rule::Stated("be 1 or 2 here");
+            return Err(parameter::refused("stribeck_exponent", exponent, rule));
         };
         let &Stribeck { dynamic, drop, inverse_velocity, viscous, .. } = self;
-        let (stiffness, damping) = (T::zero(), T::zero());
-        Ok((fall, Material { dynamic, drop, inverse_velocity, viscous, stiffness, damping }))
+        Ok((fall, Material { drop, inverse_velocity, ..flat(dynamic, viscous) }))
     }
 }
 
 impl<T: Real> sealed::Curve<T> for RationalStribeck<T> {
     fn curve(&self) -> Result<(Fall, Material<T>), ParameterError> {
         let &RationalStribeck { dynamic, drop, inverse_velocity, viscous, .. } = self;
-        let (stiffness, damping) = (T::zero(), T::zero());
-        let material = Material { dynamic, drop, inverse_velocity, viscous, stiffness, damping };
-        Ok((Fall::Rational, material))
+        Ok((Fall::Rational, Material { drop, inverse_velocity, ..flat(dynamic, viscous) }))
     }
 }
 

@@ -39,11 +39,10 @@ pub(super) struct Output<T> {
 
 impl<T: Scalar> Output<T> {
     pub(super) fn new(parameters: OutputParameters<T>) -> Result<Self, ParameterError> {
-        let zero = T::zero();
         Ok(Self {
             share: parameter::non_negative("share", parameters.share)?,
             largest_force: parameter::positive("largest_force", parameters.largest_force)?,
-            last: Compensation { force: zero, deflection: zero, saturated: false, refused: 0 },
+            last: Self::start(),
         })
     }
 
@@ -57,8 +56,12 @@ impl<T: Scalar> Output<T> {
 
     /// Back to the beginning: an undeflected bristle.
     pub(super) fn reset(&mut self) {
+        self.last = Self::start();
+    }
+
+    fn start() -> Compensation<T> {
         let zero = T::zero();
-        self.last = Compensation { force: zero, deflection: zero, saturated: false, refused: 0 };
+        Compensation { force: zero, deflection: zero, saturated: false, refused: 0 }
     }
 
     /// The answer to a good sample, unless the model's numbers are not finite.

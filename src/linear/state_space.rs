@@ -18,7 +18,7 @@ use crate::Scalar;
 use crate::bounds::larger;
 use crate::eigenvalues::eigenvalues;
 use crate::number::Number;
-use crate::parameter::{ParameterError, Rule};
+use crate::parameter;
 use crate::scalar::{lit, to_f64};
 
 /// A linear system with N states, one input u and one output y: ẋ = A x + B u, y = C x + D u.
@@ -191,10 +191,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
         &self,
         angular_frequency: T,
     ) -> Result<Complex<T>, LinearisationError> {
-        if !(angular_frequency >= T::zero() || angular_frequency < T::zero()) {
-            let (name, value) = ("angular_frequency", to_f64(angular_frequency));
-            return Err(ParameterError { name, component: None, value, rule: Rule::Number }.into());
-        }
+        parameter::number("angular_frequency", angular_frequency)?;
         self.finite()?.stable()?;
         Ok(self.transfer(Complex::new(T::zero(), angular_frequency)))
     }

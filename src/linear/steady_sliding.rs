@@ -312,9 +312,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         let excess = |speed: T| {
             let excess = needed(speed) - force.abs();
             let rule = Rule::FiniteAt { place: to_f64(signed(speed)) };
-            let (name, value) = ("steady friction force", to_f64(excess));
-            let refused = ParameterError { name, component: None, value, rule };
-            if excess.is_finite() { Ok(excess) } else { Err(refused) }
+            let refused = || parameter::refused("steady friction force", excess, rule);
+            if excess.is_finite() { Ok(excess) } else { Err(refused()) }
         };
         let mut at_above = excess(fastest)?;
         if is_zero(at_above) {

@@ -2,7 +2,7 @@
 
 use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
-use crate::parameter::{ParameterError, Rule};
+use crate::parameter::{ParameterError, Rule, refused};
 use crate::rheology::ElementBounds;
 use crate::scalar::{is_zero, lit, to_f64, unlimited};
 use crate::{Bounds, Branch, Scalar};
@@ -112,10 +112,6 @@ fn curve_fault<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> Option<
         }
     }
     None
-}
-
-fn refused<T: Scalar>(name: &'static str, value: T, rule: Rule) -> ParameterError {
-    ParameterError { name, component: None, value: to_f64(value), rule }
 }
 
 /// The least dμ/d|v| at speeds up to `fastest`, by search.

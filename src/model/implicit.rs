@@ -70,7 +70,7 @@ use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, KelvinVoigt, Rheology};
-use crate::scalar::{is_zero, lit, to_f64, unlimited};
+use crate::scalar::{is_zero, lit, nan, unlimited};
 use crate::{Branch, Bristle, Scalar, Sliding};
 
 /// Which branch of a folded inversion to follow.
@@ -203,12 +203,9 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, Unregularised, T> {
         let rounding = damping * T::default_epsilon() * lit(16.0);
         let rises = margin.is_some_and(|margin| margin > rounding);
         if !rises && fold_rule.is_none() {
-            return Err(ParameterError {
-                name: "micro_damping + least slope of the curve",
-                component: None,
-                value: margin.map_or(f64::NAN, to_f64),
-                rule: Rule::PositiveUnless { instead: "a fold_rule is given" },
-            });
+            let rule = Rule::Stated("be positive unless a fold_rule is given");
+            let name = "micro_damping + least slope of the curve";
+            return Err(parameter::refused(name, margin.unwrap_or_else(nan), rule));
         }
         let least_slope = if rises { curve.least_slope() } else { None };
         let (regularisation, folds) = (Unregularised, [None; 2]);

@@ -66,12 +66,12 @@ mod solver;
 
 use core::fmt;
 
-use nalgebra::{Complex, ComplexField, SMatrix};
+use nalgebra::{Complex, ComplexField, Matrix2, SMatrix};
 
 use crate::eigenvalues::eigenvalues;
 use crate::number::number;
 use crate::parameter::{self, ParameterError, Rule};
-use crate::scalar::{lit, nan, to_f64};
+use crate::scalar::{lit, nan, to_f64, unlimited};
 use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 
 /// How a step is taken.
@@ -160,16 +160,10 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
     scheme: Scheme,
 ) -> Result<StepLimits<T>, ParameterError> {
     let mechanism = mechanism.map(Mechanism::checked).transpose()?;
-    let refused =
-        |name, value, rule| ParameterError { name, component: None, value: to_f64(value), rule };
-    if !(fastest.abs() >= T::zero()) {
-        return Err(refused("fastest", fastest, Rule::Number));
-    }
+    parameter::number("fastest", fastest)?;
     let bristle = if region::polynomial(scheme).is_some() {
-        let rate = contact
-            .limits(fastest)
-            .relaxation_rate
-            .ok_or_else(|| refused("relaxation_rate", T::one() / T::zero(), Rule::Finite))?;
+        let unbounded = || parameter::refused("relaxation_rate", unlimited::<T>(), Rule::Finite);
+        let rate = contact.limits(fastest).relaxation_rate.ok_or_else(unbounded)?;
         region::largest_step(scheme, Complex::new(-to_f64(rate), 0.0))
     } else {
         None
@@ -285,21 +279,6 @@ impl Swing {
         Self { damping: damping / mass + (relaxation - slow), stiffness: stiffness / mass }
     }
 
-    /// The roots s of s² + a s + b.
-    fn rates(&self) -> [Complex<f64>; 2] {
-        let Self { damping: a, stiffness: b } = *self;
-        let discriminant = 0.25 * a * a - b;
-        if discriminant < 0.0 {
-            let imaginary = ComplexField::sqrt(-discriminant);
-            [Complex::new(-0.5 * a, imaginary), Complex::new(-0.5 * a, -imaginary)]
-        } else {
-            // The larger root first: the other one by difference would lose its digits.
-            let fast = -0.5 * a - ComplexField::sqrt(discriminant).copysign(a);
-            let slow = if fast == 0.0 { 0.0 } else { b / fast };
-            [Complex::new(fast, 0.0), Complex::new(slow, 0.0)]
-        }
-    }
-
     fn largest_step(&self, scheme: Scheme) -> Option<f64> {
         let Self { damping: a, stiffness: b } = *self;
         let limit = match scheme {
@@ -307,10 +286,7 @@ impl Swing {
             Scheme::SemiImplicitEuler => 4.0 / (a + ComplexField::sqrt(a * a + 4.0 * b)),
             Scheme::ExactHold if b > 0.0 => (2.0 * a / b).min(2.0 / a),
             Scheme::ExactHold => 2.0 / a,
-            _ => {
-                let limits = self.rates().map(|rate| region::largest_step(scheme, rate));
-                return limits.into_iter().fold(None, smaller);
-            }
+            _ => return largest_step_of(&Matrix2::new(0.0, 1.0, -b, -a), scheme),
         };
         limit.is_finite().then_some(limit)
     }

@@ -412,7 +412,7 @@ fn the_threshold_of_table_2_is_the_closed_form() {
     };
     assert!(with(threshold * (1.0 + 1e-12)).unwrap().is_single_valued());
     let refused = with(threshold * (1.0 - 1e-12)).unwrap_err();
-    assert_eq!(refused.rule, Rule::PositiveUnless { instead: "a fold_rule is given" });
+    assert_eq!(refused.rule, Rule::Stated("be positive unless a fold_rule is given"));
     let refused = with(20.0).unwrap_err();
     assert_within(1e-12, 1.0, refused.value, 20.0 - threshold, || "margin".into());
     let told = refused.to_string();
