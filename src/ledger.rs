@@ -247,15 +247,12 @@ impl<T: Scalar> EnergyLedger<T> {
     /// assert!(ledger.is_passive(1e-6));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn observe<M: Bristle<T>, const N: usize>(
-        &mut self,
-        contact: &Contact<T, M>,
-        motion: impl Fn(T, &SVector<T, N>) -> (T, M::Deflection),
-    ) -> impl Observer<T, N> {
-        move |step: &Step<T, N>| {
-            self.integrate(contact, step, &motion);
-            ControlFlow::Continue(())
-        }
+    pub fn observe<'a, M, F>(
+        &'a mut self,
+        contact: &'a Contact<T, M>,
+        motion: F,
+    ) -> LedgerObserver<'a, T, M, F> {
+        LedgerObserver { ledger: self, contact, motion }
     }
 
     /// The energies since the beginning.
@@ -285,6 +282,26 @@ impl<T: Scalar> EnergyLedger<T> {
     /// Whether the contact was passive in this run: its gain is within a tolerance \[J\].
     pub fn is_passive(&self, tolerance: T) -> bool {
         self.gain <= tolerance
+    }
+}
+
+/// Enters every step of a run into a ledger. Made by [`EnergyLedger::observe`].
+#[derive(Debug)]
+pub struct LedgerObserver<'a, T, M, F> {
+    ledger: &'a mut EnergyLedger<T>,
+    contact: &'a Contact<T, M>,
+    motion: F,
+}
+
+impl<T, M, F, const N: usize> Observer<T, N> for LedgerObserver<'_, T, M, F>
+where
+    T: Scalar,
+    M: Bristle<T>,
+    F: Fn(T, &SVector<T, N>) -> (T, M::Deflection),
+{
+    fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()> {
+        self.ledger.integrate(self.contact, step, &self.motion);
+        ControlFlow::Continue(())
     }
 }
 
