@@ -55,7 +55,9 @@ fn main() -> ExitCode {
             .map(|i| MEAN + AMPLITUDE * (f64::from(i) / 100.0 - 1.0))
             .map(|v| (v * 1e3, curve.coefficient(v.into())))
             .collect();
-        let mut figure = Figure::new(900, 430).title("Frictional lag: loops of the friction force over the velocity around the steady curve").columns(2);
+        let mut figure = Figure::new(900, 430)
+            .title("Frictional lag: friction force over velocity, around the steady curve")
+            .columns(2);
         for (name, label) in [("frbd", "FrBD"), ("lugre", "LuGre")] {
             let axes = ("sliding velocity v / (mm/s)", "friction force F / N");
             let mut panel = Panel::new(axes.0, axes.1).title(label).line(

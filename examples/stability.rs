@@ -96,7 +96,7 @@ fn main() -> ExitCode {
         ];
         println!("The stick-slip rig, {end} s in fixed steps from {SHORTEST} to {LONGEST} s.");
         println!(
-            "Critical steps in ms, predicted / measured: of the bristle at the top speed, of the stuck mass."
+            "Critical steps in ms, predicted / measured: bristle at the top speed, stuck mass."
         );
         println!("Outcome, step by step: . right, w wrong, n no stick-slip, D diverged");
         for study in &studies {

@@ -71,7 +71,8 @@ fn main() -> ExitCode {
         );
         println!();
         println!(
-            "        slips  mean period  top speed  friction force     steps  evaluations  reversals"
+            "        slips  mean period  top speed  friction force     steps  evaluations  \
+             reversals"
         );
         for run in &runs {
             run.report();
@@ -130,7 +131,8 @@ impl Run {
         let most = self.force.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let statistics = self.trajectory.statistics();
         println!(
-            "{:6}  {:5}  {period:>11}  {top:5.3} m/s  {least:6.3} … {most:5.3} N  {:8}  {:11}  {:9}",
+            "{:6}  {:5}  {period:>11}  {top:5.3} m/s  {least:6.3} … {most:5.3} N  {:8}  {:11}  \
+             {:9}",
             self.label,
             slips.len(),
             statistics.steps,

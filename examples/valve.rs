@@ -234,7 +234,8 @@ impl Run {
         let speed = most(self.rows.iter().map(|row| row.state[1]));
         let statistics = self.trajectory.statistics();
         println!(
-            "{test:>4}  {:26}  {slips:5}  {:5}  {held:>8}  {band:>9}  {:9.4} mm  {:7.4} mm/s  {:8}  {:11}  {:9}",
+            "{test:>4}  {:26}  {slips:5}  {:5}  {held:>8}  {band:>9}  {:9.4} mm  {:7.4} mm/s  \
+             {:8}  {:11}  {:9}",
             self.label,
             holds.len(),
             behind * 1e3,

@@ -260,9 +260,7 @@ fn chart(run: &Run) -> Figure {
     panels.into_iter().fold(
         Figure::new(900, 640)
             .title("A wheel braked over lock-up to standstill: speeds, slip, forces, energies")
-            .note(
-                "The slip is undefined once the car stands; from there on it swings on its bristles.",
-            )
+            .note("The slip is undefined once the car stands; then it swings on its bristles.")
             .columns(2),
         Figure::panel,
     )

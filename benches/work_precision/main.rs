@@ -102,7 +102,8 @@ impl scenes::Visitor for Bench {
             }
         };
         println!(
-            "  reference: another one, of {} steps and {} reversals, differs by {:.1e}; both took {:.1} s",
+            "  reference: another one, of {} steps and {} reversals, differs by {:.1e}; \
+             both took {:.1} s",
             check.steps,
             check.reversals,
             check.difference,

@@ -41,7 +41,8 @@ macro_rules! every_method {
         every_method!(@one |$name, $method, $order, $dense| $body, Rodas4, 4.0, 4.0);
         every_method!(@one |$name, $method, $order, $dense| $body, Rodas5P, 5.0, 5.0);
     };
-    (@one |$name:ident, $method:ident, $order:ident, $dense:ident| $body:block, $type:ident, $o:expr, $d:expr) => {
+    (@one |$name:ident, $method:ident, $order:ident, $dense:ident|
+        $body:block, $type:ident, $o:expr, $d:expr) => {
         #[allow(unused_variables, reason = "not every law asks for every fact")]
         {
             let ($name, $method, $order, $dense): (&str, _, f64, f64) =
@@ -75,7 +76,8 @@ macro_rules! every_solver {
         let $solver = $solver.with_most_steps(crate::ode_common::MOST_STEPS);
         $body
     }};
-    (@adaptive $tolerances:expr, |$name:ident, $solver:ident| $body:block, $($method:ident)::+) => {{
+    (@adaptive $tolerances:expr, |$name:ident, $solver:ident|
+        $body:block, $($method:ident)::+) => {{
         let $name = concat!(stringify!($($method)::+), ", adaptive steps");
         let $solver = bristle::ode::Solver::adaptive(bristle::ode::$($method)::+, $tolerances);
         let $solver = $solver.with_most_steps(crate::ode_common::MOST_STEPS);

@@ -98,7 +98,8 @@ fn cost(envelope: &[(f64, &Row)], level: f64) -> Option<Cost> {
 /// The table in Markdown.
 pub(crate) fn markdown(comparisons: &[Comparison], ours: &str) -> String {
     let mut table = format!(
-        "| scene | model | error | best peer | ms | evaluations | {ours} | ms | evaluations | ratio |\n\
+        "| scene | model | error | best peer | ms | evaluations | {ours} | ms | evaluations \
+         | ratio |\n\
          |---|---|---|---|---|---|---|---|---|---|\n"
     );
     for comparison in comparisons {

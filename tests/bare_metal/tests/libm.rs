@@ -16,7 +16,8 @@
 //!     return end, r*(k*end + d*v), r*(k*mean + d*v), k*r*phi1*z, r*(k*r*phi2*h + d)
 //! v, z = 3*v_s/4, mpf(2)**-14
 //! print([mu(v, delta) for delta in (2, 1, mpf(3)/4)], v*coth(v/v_s), tanh(v/v_s))
-//! print(step(v, z, mpf(2)**-10, 2), step(-3*v, z, mpf(2)**-5, 2), step(v, z, mpf(2)**-10, mpf(3)/4))
+//! print(step(v, z, mpf(2)**-10, 2), step(-3*v, z, mpf(2)**-5, 2))
+//! print(step(v, z, mpf(2)**-10, mpf(3)/4))
 //! ```
 
 use bristle::curve::{FrictionCurve, Stribeck, StribeckParameters};

@@ -29,7 +29,9 @@ pub struct Counts {
 }
 
 thread_local! {
-    static COUNTS: Cell<Counts> = const { Cell::new(Counts { add: 0, mul: 0, div: 0, sqrt: 0, exp: 0, pow: 0, other: 0 }) };
+    static COUNTS: Cell<Counts> = const {
+        Cell::new(Counts { add: 0, mul: 0, div: 0, sqrt: 0, exp: 0, pow: 0, other: 0 })
+    };
 }
 
 /// What some work does.
@@ -247,8 +249,8 @@ impl ComplexField for Counted {
         sqrt: sqrt;
         exp: exp exp2 exp_m1;
         div: recip;
-        other: floor ceil round trunc fract sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh
-            log2 log10 ln ln_1p cbrt;
+        other: floor ceil round trunc fract sin cos tan asin acos atan sinh cosh tanh asinh acosh
+            atanh log2 log10 ln ln_1p cbrt;
     }
 
     fn from_real(re: Self) -> Self {
