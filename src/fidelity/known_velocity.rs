@@ -2,11 +2,12 @@
 
 use alloc::vec::Vec;
 
-use super::scene::{Clock, Level, Plan, Run, Scene, Start, direction};
+use super::scene::{BESIDE, Clock, Level, Plan, Run, Scene, Start, direction};
 use super::{FidelityError, Reducible, cost};
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Deflection;
+use crate::root::enclose;
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
 use crate::{Bristle, Contact, Dahl, DahlParameters, Scalar};
@@ -124,6 +125,22 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> KnownVelocity<T, M, V> {
         run
     }
 
+    /// The first time between two at which the velocity is not smooth or reverses: a step of a held
+    /// velocity knows one direction only.
+    fn next_kink(&self, from: T, to: T) -> Option<T> {
+        let kink = self.velocity.next_kink(from, to);
+        let end = kink.unwrap_or(to);
+        let beside = (end - from) * lit(BESIDE);
+        let ends = [from + beside, end - beside].map(|time| (time, self.velocity.value(time)));
+        let [(_, first), (_, last)] = ends;
+        let reverses =
+            first < T::zero() && last > T::zero() || first > T::zero() && last < T::zero();
+        if !reverses {
+            return kink;
+        }
+        Some(enclose(|time| self.velocity.value(time), ends[0], ends[1], beside).1)
+    }
+
     fn hold<N: Bristle<T>>(
         &self,
         contact: &Contact<T, N>,
@@ -135,9 +152,9 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> KnownVelocity<T, M, V> {
             Start::Steady => contact.stationary(self.velocity.value(T::zero())),
         };
         let (mut run, mut last) = (Run::default(), T::zero());
-        let next_kink = |from, to| self.velocity.next_kink(from, to);
         for time in self.clock.times() {
-            Clock::each_step((last, time), steps, next_kink, |step, look| {
+            let kink = |from, to| self.next_kink(from, to);
+            Clock::each_step((last, time), steps, kink, |step, look| {
                 z = contact.model().hold(self.velocity.value(look), z, step).deflection;
                 run.count(1, costs.0);
                 Ok(())

@@ -290,7 +290,7 @@ impl<T: Scalar> Clock<T> {
 
 /// How near to its ends a step looks, in lengths of the step: far above the roundings of the time
 /// after a million steps, and far below what a tolerance can tell.
-const BESIDE: f64 = 1e-8;
+pub(super) const BESIDE: f64 = 1e-8;
 
 /// The direction of a velocity; forward for zero, where a curve has no sign of its own.
 pub(super) fn direction<T: Scalar>(velocity: T) -> Branch {
