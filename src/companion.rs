@@ -91,7 +91,7 @@ use crate::{Affine, Bristle, Contact, Scalar};
 ///     (x, v) = (x + h * mean_velocity, 2.0 * mean_velocity - v);
 ///     history.push(v);
 /// }
-/// // Still stuck, or caught again, behind the spring's end at 2.5 m.
+/// // The mass follows the end of the spring, which is at 2.5 m.
 /// assert!(x > 1.5 && x < 2.5 && z.abs() <= 1.5e-4);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```

@@ -230,7 +230,7 @@ impl<T: Scalar> EnergyLedger<T> {
     /// use bristle::{Bristle, FrBd, paper};
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
-    /// use nalgebra::Vector3;
+    /// use bristle::nalgebra::Vector3;
     ///
     /// let friction = FrBd::new(
     ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,

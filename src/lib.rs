@@ -1,4 +1,4 @@
-//! Dynamic friction models, and integrators that know about friction.
+//! Dynamic friction models, and solvers that handle their kinks.
 //!
 //! A body rubs on another through elastic bristles. From a friction curve μ(v) and a law of what a
 //! bristle is made of follows a *friction model with bristle dynamics* ([`FrBd`]): one state, the
@@ -12,12 +12,13 @@
 //! | 2 | a bristle | [`rheology::KelvinVoigt`] and others, trait [`rheology::Rheology`] |
 //! | 3 | a model of both | [`FrBd`] and others, trait [`Bristle`] |
 //! | 4 | a normal force | [`Bristle::under_load`] makes a [`Contact`] |
-//! | 5a | in a loop | [`Contact::hold`] steps exactly over a sample, [`exponential`] along a known velocity |
-//! | 5a | in a controller, against friction | [`control`] |
-//! | 5b | in your own mechanism, any step | [`Contact::companion`] |
-//! | 5c | in a mechanism | [`scene`], or your own [`ode::System`] |
-//! | 5d | of many bristles at once | [`batch`] |
-//! | 5e | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
+//! | 5a | in a loop, at a held velocity | [`Contact::hold`] |
+//! | 5b | at a velocity known over time | [`exponential`] |
+//! | 5c | in a controller, against friction | [`control`] |
+//! | 5d | in your own mechanism, any step | [`Contact::companion`] |
+//! | 5e | in a mechanism to simulate | [`scene`], or your own [`ode::System`] |
+//! | 5f | of many bristles at once | [`batch`] |
+//! | 5g | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
 //! | 6 | a simulation | [`ode::solve`], or [`ode::Solver`] with a method of your choice |
 //!
 //! [`audit`] tells what a set of parameters promises, [`stability`] how long a step may be,

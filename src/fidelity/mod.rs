@@ -5,9 +5,9 @@
 //!
 //! | scene | wanted | models, from the cheapest on |
 //! |---|---|---|
-//! | [`KnownVelocity`] | F along v(t) | static curve, Dahl, lumped FrBD, the model itself |
-//! | [`PatchScene`] | F of a contact patch along v(t), U(t) | slip curve, relaxation length, the patch |
-//! | [`MechanismScene`] | x, v or F of a mass with spring and drive | static curve, Dahl, the model itself |
+//! | [`KnownVelocity`] | F along v(t) | static curve, Dahl, one spring, the model itself |
+//! | [`PatchScene`] | F of a patch along v(t), U(t) | slip curve, relaxation length, the patch |
+//! | [`MechanismScene`] | x, v or F of a mass on a spring | static curve, Dahl, the model itself |
 //!
 //! [`choose`] answers with a [`Choice`], which prints as a table. [`Scene::run`] runs the plan
 //! chosen.
@@ -29,7 +29,7 @@
 //!
 //! A reference that does not settle within the budget is [`FidelityError::Undetermined`], with the
 //! difference that is left. Either the scene needs more steps
-//! ([`Tolerance::within_budget`]), or no run in this arithmetic knows: steady sliding on the
+//! ([`Tolerance::budget`]), or no run in this arithmetic knows: steady sliding on the
 //! falling part of a curve is unstable, and a mass that waits there slips when roundings
 //! have grown as large as its motion.
 //!
@@ -48,7 +48,7 @@
 //! | number | of | small if |
 //! |---|---|---|
 //! | lag | static curve, slip curve | the bristle follows the velocity without delay |
-//! | presliding | Dahl at a known velocity, static curve of a mass | it slides much farther than to breakaway |
+//! | presliding | Dahl; static curve of a mass | it slides much farther than to breakaway |
 //! | drop | Dahl of a mass | friction hardly falls with the velocity |
 //! | ς/L | relaxation length | the patch forgets in much less than a transit |
 //! | stuck, adhering | the reference | the bristle slides most of the time |

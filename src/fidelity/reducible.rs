@@ -6,9 +6,10 @@ use crate::parameter::ParameterError;
 use crate::regularisation::Regularisation;
 use crate::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters, Rheology};
 use crate::scalar::is_zero;
-use crate::{Bristle, FrBd, ImplicitBristle, Scalar};
+use crate::{Bristle, ElastoPlastic, FrBd, ImplicitBristle, LuGre, Scalar};
 
-/// A model that can be the reference of a [`KnownVelocity`](super::KnownVelocity).
+/// A model that can be the reference of a [`KnownVelocity`](super::KnownVelocity): FrBD with any
+/// bristle, LuGre and elasto-plastic FrBD of one spring, the implicit bristle, or an own model.
 pub trait Reducible<T: Scalar>: Bristle<T> {
     /// A model of one spring.
     type Lumped: Bristle<T, Deflection = T>;
@@ -77,3 +78,27 @@ impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> Reducible<T>
 
     const COSTS: (f64, f64) = (cost::IMPLICIT_HOLD, cost::IMPLICIT_FORCE);
 }
+
+/// A model of one spring stands below itself, at the cost of FrBD.
+macro_rules! of_one_spring {
+    ($model:ident) => {
+        impl<T: Scalar, C, R, E> Reducible<T> for $model<C, R, E, T>
+        where
+            Self: Bristle<T, Deflection = T>,
+        {
+            type Lumped = Self;
+
+            fn lumped(&self, _angular_frequency: T) -> Result<Self, ParameterError> {
+                Ok(self.clone())
+            }
+
+            fn is_lumped(&self) -> bool {
+                true
+            }
+
+            const COSTS: (f64, f64) = (cost::HOLD, cost::FORCE);
+        }
+    };
+}
+of_one_spring!(LuGre);
+of_one_spring!(ElastoPlastic);

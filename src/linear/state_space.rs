@@ -25,7 +25,7 @@ use crate::scalar::{lit, to_f64};
 ///
 /// ```
 /// use bristle::linear::StateSpace;
-/// use nalgebra::{Complex, Matrix1};
+/// use bristle::nalgebra::{Complex, Matrix1};
 ///
 /// // y = (2 + s)/(1 + s) u
 /// let lead = StateSpace {
@@ -49,7 +49,7 @@ use crate::scalar::{lit, to_f64};
 /// use bristle::{Branch, Bristle, FrBd, paper};
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;
-/// use nalgebra::{RowVector3, Vector3};
+/// use bristle::nalgebra::{RowVector3, Vector3};
 ///
 /// let friction = FrBd::new(
 ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
@@ -116,7 +116,7 @@ impl<T: Scalar, const N: usize> Roots<T, N> {
 ///
 /// ```
 /// use bristle::linear::StateSpace;
-/// use nalgebra::{Matrix2, RowVector2, Vector2};
+/// use bristle::nalgebra::{Matrix2, RowVector2, Vector2};
 ///
 /// // s² + 2 s + 25 = 0
 /// let swing = StateSpace {

@@ -39,7 +39,7 @@ pub enum Action {
 ///
 /// ```
 /// use bristle::ode::{Action, Direction, Event};
-/// use nalgebra::Vector3;
+/// use bristle::nalgebra::Vector3;
 ///
 /// let velocity = |_time: f64, state: &Vector3<f64>| state[1];
 /// let comes_to_rest =

@@ -28,6 +28,9 @@ pub enum StopReason {
         contact: usize,
     },
     /// The tolerances, or a fixed step, ask for steps that no longer advance the time.
+    ///
+    /// Where the tolerances are loose, suspect the system: `sliding_velocities` of another sign
+    /// than `rate` gives to [`Branch::of`](crate::Branch::of), or a right-hand side that jumps.
     #[error("the step falls below {smallest:e} s, the smallest that still advances the time")]
     StepTooSmall {
         /// The smallest step that advances the time.

@@ -48,7 +48,7 @@ impl RungeKutta4 {
     /// ```
     /// use bristle::Branch;
     /// use bristle::ode::{RungeKutta4, System};
-    /// use nalgebra::Vector1;
+    /// use bristle::nalgebra::Vector1;
     ///
     /// struct Decay;
     /// impl System<f64, 1, 0> for Decay {

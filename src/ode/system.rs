@@ -14,7 +14,7 @@ use crate::{Branch, Scalar};
 /// ```
 /// use bristle::ode::{self, Output, System};
 /// use bristle::{Bristle, Branch, Contact, Dahl, DahlParameters};
-/// use nalgebra::Vector3;
+/// use bristle::nalgebra::Vector3;
 ///
 /// /// A pendulum with friction in its joint: angle, angular velocity, bristle deflection.
 /// struct Pendulum { joint: Contact<f64, Dahl<f64>> }

@@ -18,7 +18,7 @@ const LEAST: f64 = 10.0;
 ///
 /// ```
 /// use bristle::ode::Tolerances;
-/// use nalgebra::Vector3;
+/// use bristle::nalgebra::Vector3;
 ///
 /// // Position, velocity, bristle deflection: 1e-8 of their typical magnitudes.
 /// let tolerances = Tolerances::scaled(1e-8, Vector3::new(1.0, 0.1, 1e-4))?;

@@ -149,7 +149,7 @@ impl<T: Scalar> ElementBounds<T> {
 ///
 /// # A bristle of your own
 ///
-/// It takes four methods. Claims in [`ElementBounds`] are taken on trust; if a range is not known,
+/// It takes three methods. Claims in [`ElementBounds`] are taken on trust; if a range is not known,
 /// give zero to infinity, and `false` for what is not certain: laws that need it are then refused.
 ///
 /// ```

@@ -43,7 +43,7 @@ pub struct ZenerParameters<T, S = T> {
 /// use bristle::{Bristle, FrBd, paper};
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::{Zener, ZenerParameters};
-/// use nalgebra::Vector2;
+/// use bristle::nalgebra::Vector2;
 ///
 /// let bristle = Zener::new(ZenerParameters {
 ///     static_stiffness: 1e4,
@@ -68,7 +68,7 @@ pub struct ZenerParameters<T, S = T> {
 /// use bristle::{Branch, Bristle, Contact, FrBd, paper};
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::{Zener, ZenerParameters};
-/// use nalgebra::Vector4;
+/// use bristle::nalgebra::Vector4;
 ///
 /// /// A mass of 1 kg pulled at 0.1 m/s by a spring of 2 N/m: position, velocity, two stretches.
 /// struct Pulled { contact: Contact<f64, FrBd<Stribeck<f64>, Zener<f64>>> }

@@ -27,7 +27,7 @@ pub struct PrescribedVelocityParameters<T, M, V> {
 /// use bristle::{Bristle, FrBd, paper};
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::{Zener, ZenerParameters};
-/// use nalgebra::Vector2;
+/// use bristle::nalgebra::Vector2;
 ///
 /// let bristle = Zener::new(ZenerParameters {
 ///     static_stiffness: 1e4,

@@ -5,8 +5,8 @@ use bristle::fidelity::*;
 use bristle::ode::{Output, Rodas5P, Solver, System, Tolerances};
 use bristle::rheology::{Deflection, KelvinVoigt, States, Zener, ZenerParameters};
 use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
-use bristle::signal::Signal;
-use bristle::{Bristle, Contact, FrBd, paper};
+use bristle::signal::{Signal, Sine, SineParameters};
+use bristle::{Bristle, Contact, ElastoPlastic, ElastoPlasticParameters, FrBd, LuGre, paper};
 use nalgebra::SVector;
 
 use crate::common::draw::{Draw, Shape, Wave};
@@ -121,4 +121,26 @@ fn no_choice_along_a_drawn_velocity_is_wrong_and_hardly_one_is_dear() {
 #[ignore = "minutes, in release"]
 fn no_choice_along_three_hundred_drawn_velocities_is_wrong() {
     study(ALL, 10_000.0).verdict(3);
+}
+
+#[test]
+fn lugre_and_elasto_plastic_friction_can_be_the_reference() {
+    fn chosen<M: Reducible<f64>>(friction: M) -> Level {
+        let velocity = SineParameters { mean: 0.0, amplitude: 1e-4, frequency: 1.0, phase: 0.0 };
+        let scene = KnownVelocity::new(KnownVelocityParameters {
+            contact: friction.under_load(1.0).unwrap(),
+            velocity: Sine::new(velocity).unwrap(),
+            interval: 0.01,
+            answers: 200,
+            start: Start::Undeflected,
+        });
+        choose(&scene.unwrap(), Tolerance::at_every_answer(1e-6)).unwrap().plan.level
+    }
+    let (curve, bristle) = (
+        Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(),
+        KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap(),
+    );
+    assert_eq!(chosen(LuGre::classical(curve, bristle)), Level::REFERENCE);
+    let elasto_plastic = ElastoPlasticParameters { curve, rheology: bristle, stick_limit: 0.7e-4 };
+    assert_eq!(chosen(ElastoPlastic::new(elasto_plastic).unwrap()), Level::REFERENCE);
 }
