@@ -85,17 +85,6 @@ impl<T: Scalar> WheelLoads<T> {
     pub fn braking(brake_normal_force: T) -> Self {
         Self { brake_normal_force, drive_torque: T::zero(), force: T::zero() }
     }
-
-    fn checked(self) -> Result<Self, ParameterError> {
-        Ok(Self {
-            brake_normal_force: parameter::non_negative(
-                "brake_normal_force",
-                self.brake_normal_force,
-            )?,
-            drive_torque: parameter::finite("drive_torque", self.drive_torque)?,
-            force: parameter::finite("force", self.force)?,
-        })
-    }
 }
 
 /// The motion of a [`BrakedWheel`].
@@ -242,21 +231,6 @@ struct Body<T> {
     radius: T,
 }
 
-/// F̄ = bias + damping·v̄
-#[derive(Debug, Clone, Copy)]
-struct Element<T> {
-    bias: T,
-    damping: T,
-}
-
-/// Mean velocities of a step.
-#[derive(Debug, Clone, Copy)]
-struct Means<T> {
-    speed: T,
-    angular_velocity: T,
-    slip_velocity: T,
-}
-
 impl<T, M, const N: usize, B, K> BrakedWheel<T, M, N, B, K>
 where
     T: Scalar,
@@ -363,8 +337,7 @@ where
         loads: WheelLoads<T>,
         duration: T,
     ) -> Result<WheelStep<T>, ParameterError> {
-        let (means, force, brake, _) = self.advance(loads, duration, |tyre, v| tyre.commit(v))?;
-        Ok(Self::told(means, force, &brake))
+        Ok(self.advance(loads, duration, |tyre, v| tyre.commit(v))?.0)
     }
 
     /// A step as [`BrakedWheel::step`], with an account of where the energy has gone. The time is
@@ -379,26 +352,20 @@ where
         duration: T,
     ) -> Result<WheelLedger<T>, ParameterError> {
         let WheelState { speed, angular_velocity, .. } = self.state;
-        let (means, tyre, brake, loading) =
+        let (step, tyre, brake, loading) =
             self.advance(loads, duration, |tyre, v| tyre.commit_with_ledger(v))?;
+        let spin = step.angular_velocity;
+        let turned = self.state.angular_velocity - angular_velocity;
         Ok(WheelLedger {
-            step: Self::told(means, tyre.force, &brake),
-            external: duration
-                * (loads.force * means.speed + loads.drive_torque * means.angular_velocity),
+            step,
+            external: duration * (loads.force * step.speed + loads.drive_torque * spin),
             loading,
-            kinetic: self.body.mass * means.speed * (self.state.speed - speed)
-                + self.body.inertia
-                    * means.angular_velocity
-                    * (self.state.angular_velocity - angular_velocity),
+            kinetic: self.body.mass * step.speed * (self.state.speed - speed)
+                + self.body.inertia * spin * turned,
             tyre,
             brake_stored: brake.stored + loading,
             brake_dissipated: brake.dissipated,
         })
-    }
-
-    fn told(means: Means<T>, force: T, brake: &CompletedStep<T>) -> WheelStep<T> {
-        let Means { speed, angular_velocity, slip_velocity } = means;
-        WheelStep { force, brake_torque: brake.force, speed, angular_velocity, slip_velocity }
     }
 
     /// Solves a step and ends it.
@@ -407,112 +374,96 @@ where
         loads: WheelLoads<T>,
         duration: T,
         commit: impl FnOnce(PatchStep<'_, T, M, N, B>, T) -> Result<R, ParameterError>,
-    ) -> Result<(Means<T>, R, CompletedStep<T>, T), ParameterError> {
-        let loads = loads.checked()?;
+    ) -> Result<(WheelStep<T>, R, CompletedStep<T>, T), ParameterError> {
+        parameter::non_negative("brake_normal_force", loads.brake_normal_force)?;
+        parameter::finite("drive_torque", loads.drive_torque)?;
+        parameter::finite("force", loads.force)?;
         let duration = parameter::non_negative("duration", duration)?;
         let half = lit::<T>(0.5) * duration;
-        let (before, body) = (self.state, self.body);
+        let (before, body, moves) = (self.state, self.body, duration > T::zero());
+        let positive = |value: T| if value > T::zero() { value } else { T::zero() };
         let loading = self.brake.loading_work(loads.brake_normal_force, before.brake_deflection);
         let brake = self.brake.clone().with_normal_force(loads.brake_normal_force)?;
 
         let length = self.tyre.patch().length();
         // Forward beyond where it has been.
-        let motion = |means: &Means<T>| {
-            let rolling = means.angular_velocity * body.radius;
-            let rolling = if before.rolled_back > T::zero() && duration > T::zero() {
-                rolling - before.rolled_back * length / duration
-            } else {
-                rolling
-            };
-            Motion {
-                slip_velocity: means.slip_velocity,
-                rolling_speed: if rolling > T::zero() { rolling } else { T::zero() },
-            }
-        };
-        let pads_at = |means: &Means<T>| {
-            brake.step(means.angular_velocity, before.brake_deflection, duration)
+        let owed = if moves { before.rolled_back * length / duration } else { T::zero() };
+        let motion = |slip_velocity: T, spin: T| Motion {
+            slip_velocity,
+            rolling_speed: positive(spin * body.radius - owed),
         };
         let (speed_rate, angular_rate) = self.acceleration;
-        let mut means = body.moving(
-            before.speed + half * speed_rate,
-            before.angular_velocity + half * angular_rate,
-        );
+        let mut spin = before.angular_velocity + half * angular_rate;
+        let mut slip = before.speed + half * speed_rate - spin * body.radius;
         if self.twice {
-            let tyre = self.tyre.companion_step(motion(&means), duration)?;
-            let tyre = Element { bias: tyre.bias(), damping: tyre.damping() };
-            let pads = pads_at(&means);
-            let pads = Element { bias: pads.bias(), damping: pads.damping() };
-            means = body.balance(&before, &loads, tyre, pads, half);
+            let pads = brake.step(spin, before.brake_deflection, duration);
+            let tyre = self.tyre.companion_step(motion(slip, spin), duration)?;
+            let (tyre, pads) = ((tyre.bias(), tyre.damping()), (pads.bias(), pads.damping()));
+            let solved = body.balance(&before, &loads, tyre, pads, half);
+            (slip, spin) = (solved.slip_velocity, solved.angular_velocity);
         }
-        let pads = pads_at(&means);
-        let tyre = self.tyre.companion_step(motion(&means), duration)?;
-        let means = body.balance(
-            &before,
-            &loads,
-            Element { bias: tyre.bias(), damping: tyre.damping() },
-            Element { bias: pads.bias(), damping: pads.damping() },
-            half,
-        );
+        let pads = brake.step(spin, before.brake_deflection, duration);
+        let tyre = self.tyre.companion_step(motion(slip, spin), duration)?;
+        let (source, torque) = ((tyre.bias(), tyre.damping()), (pads.bias(), pads.damping()));
+        let step = body.balance(&before, &loads, source, torque, half);
 
         let two = lit::<T>(2.0);
-        let speed = parameter::finite("speed", two * means.speed - before.speed)?;
-        let angular_velocity = two * means.angular_velocity - before.angular_velocity;
+        let speed = parameter::finite("speed", two * step.speed - before.speed)?;
+        let angular_velocity = two * step.angular_velocity - before.angular_velocity;
         let angular_velocity = parameter::finite("angular_velocity", angular_velocity)?;
-        let rolled = means.angular_velocity * body.radius * duration / length;
-        let rolled_back = before.rolled_back - rolled;
-        let rolled_back = if rolled_back > T::zero() { rolled_back } else { T::zero() };
+        let rolled = step.angular_velocity * body.radius * duration / length;
+        let rolled_back = positive(before.rolled_back - rolled);
         let most = lit(ROCKING);
         parameter::at_most("rolled_back", rolled_back, "what a patch takes", most)?;
 
-        let done = commit(tyre, means.slip_velocity)?;
-        let pads = pads.commit(means.angular_velocity);
+        let done = commit(tyre, step.slip_velocity)?;
+        let pads = pads.commit(step.angular_velocity);
         self.brake = brake;
         self.state = WheelState {
             time: before.time + duration,
-            position: before.position + duration * means.speed,
-            angle: before.angle + duration * means.angular_velocity,
+            position: before.position + duration * step.speed,
+            angle: before.angle + duration * step.angular_velocity,
             speed,
             angular_velocity,
             brake_deflection: pads.deflection,
             rolled_back,
         };
-        if duration > T::zero() {
-            self.acceleration = (
-                (speed - before.speed) / duration,
-                (angular_velocity - before.angular_velocity) / duration,
-            );
+        if moves {
+            let turned = angular_velocity - before.angular_velocity;
+            self.acceleration = ((speed - before.speed) / duration, turned / duration);
         }
-        Ok((means, done, pads, loading))
+        Ok((step, done, pads, loading))
     }
 }
 
 impl<T: Scalar> Body<T> {
-    fn moving(&self, speed: T, angular_velocity: T) -> Means<T> {
-        Means { speed, angular_velocity, slip_velocity: speed - angular_velocity * self.radius }
-    }
-
-    /// The mean velocities of a step from both balances of momentum.
+    /// The mean velocities of a step from both balances of momentum, with bias and damping of the
+    /// tyre and of the brake.
     fn balance(
         &self,
         before: &WheelState<T>,
         loads: &WheelLoads<T>,
-        tyre: Element<T>,
-        brake: Element<T>,
+        (tyre_bias, tyre_damping): (T, T),
+        (brake_bias, brake_damping): (T, T),
         half: T,
-    ) -> Means<T> {
+    ) -> WheelStep<T> {
         let Self { mass, inertia, radius } = *self;
-        let (k, q) = (half * tyre.damping, half * brake.damping);
-        let forward = mass * before.speed + half * (loads.force - tyre.bias);
+        let (k, q) = (half * tyre_damping, half * brake_damping);
+        let forward = mass * before.speed + half * (loads.force - tyre_bias);
         let turning = inertia * before.angular_velocity
-            + half * (loads.drive_torque + radius * tyre.bias - brake.bias);
+            + half * (loads.drive_torque + radius * tyre_bias - brake_bias);
         let turned = inertia + q;
         let coupled = k * radius;
         let inverse = T::one() / (mass * (turned + coupled * radius) + k * turned);
-        Means {
+        let angular_velocity = ((mass + k) * turning + coupled * forward) * inverse;
+        // Not from the difference of the other two, which a stiff tyre makes nearly equal.
+        let slip_velocity = (turned * forward - mass * radius * turning) * inverse;
+        WheelStep {
+            force: tyre_bias + tyre_damping * slip_velocity,
+            brake_torque: brake_bias + brake_damping * angular_velocity,
             speed: ((turned + coupled * radius) * forward + coupled * turning) * inverse,
-            angular_velocity: ((mass + k) * turning + coupled * forward) * inverse,
-            // Not from the difference of the other two, which a stiff tyre makes nearly equal.
-            slip_velocity: (turned * forward - mass * radius * turning) * inverse,
+            angular_velocity,
+            slip_velocity,
         }
     }
 }
