@@ -138,14 +138,10 @@ impl<T: Scalar, P: Pressure<T>> PatchLimits<T, P> {
     /// γ(|v|_∞) \[m\]: the root mean square of the deflection that the motion can make.
     #[doc(alias = "gamma")]
     pub fn gain(&self) -> T {
-        let (slope, three) = (self.slope(), lit::<T>(3.0));
-        // Where along the patch the limit is reached.
-        let reached = self.deflection / slope;
-        if is_zero(slope) || !(reached < T::one()) {
-            slope / three.sqrt()
-        } else {
+        let three = lit::<T>(3.0);
+        self.reach().map_or(self.slope() / three.sqrt(), |reached| {
             self.deflection * (T::one() - lit::<T>(2.0) / three * reached).sqrt()
-        }
+        })
     }
 
     /// Input-to-state stability: ‖z(·, t)‖ ≤ β(‖z₀‖, t) + γ(|v|_∞) \[m\].
@@ -172,10 +168,7 @@ impl<T: Scalar, P: Pressure<T>> PatchLimits<T, P> {
             * self.stiffness
             * self.weighed(self.reach(), |place, p| p * self.deflection(place))
             + carried * self.damping * self.fastest;
-        let entered = match self.coefficient {
-            Some(coefficient) => smaller(entered, carried * coefficient),
-            None => entered,
-        };
+        let entered = self.coefficient.map_or(entered, |most| smaller(entered, carried * most));
         if is_zero(remainder) {
             return Ok(entered);
         }

@@ -19,6 +19,8 @@ use crate::scalar::{is_zero, lit};
 /// Below this sum of exponents a power series needs at most [`TERMS`] terms.
 const SMALL: f64 = 0.7;
 const TERMS: usize = 16;
+/// Sums of exponents below which fewer terms do.
+const TERMS_UP_TO: [(f64, usize); 5] = [(1e-4, 4), (0.01, 7), (0.03, 8), (0.1, 10), (0.3, 13)];
 
 /// ψ₀ … ψ_{N−1} at any real x.
 #[inline]
@@ -38,20 +40,14 @@ fn decaying_with<T: Scalar, const N: usize>(x: T, decay: T) -> [T; N] {
     }
     let top = N as f64;
     if x > lit(2.0 * top) || x < lit(-2.0 * top) {
-        // ψ_k = (k ψ_{k−1} − e⁻ˣ)/x shrinks errors where |x| > k.
-        let inverse = T::one() / x;
-        let mut last = (T::one() - decay) * inverse;
-        psi[0] = last;
-        for (k, psi) in psi.iter_mut().enumerate().skip(1) {
-            last = (lit::<T>(k as f64) * last - decay) * inverse;
-            *psi = last;
-        }
+        upwards(x, decay, psi.iter_mut());
         return psi;
     }
     // The highest from a series of positive terms, the others by ψ_{k−1} = (x ψ_k + e⁻ˣ)/k.
+    let mut term = T::one();
+    let mut last = T::one() / lit(top);
     if x < T::zero() {
         // Σ |x|ⁿ/(n! (k + n + 1))
-        let (mut term, mut last) = (T::one(), T::one() / lit(top));
         for n in 1..RECIPROCALS.len().saturating_sub(N) {
             term *= -x * lit(RECIPROCALS[n]);
             let next = last + term * lit(RECIPROCALS[N + n]);
@@ -60,50 +56,52 @@ fn decaying_with<T: Scalar, const N: usize>(x: T, decay: T) -> [T; N] {
             }
             last = next;
         }
-        // Downwards errors grow by |x|/k, upwards they shrink by k/|x|.
-        let mut open = 0;
-        for (k, psi) in psi.iter_mut().enumerate().rev() {
-            if k + 1 < N {
-                let above: T = lit((k + 1) as f64);
-                if !(above >= -x) {
-                    open = k + 1;
-                    break;
-                }
-                last = (x * last + decay) / above;
+    } else {
+        // e⁻ˣ Σ xⁿ/((k + 1) … (k + 1 + n))
+        term = last;
+        for n in 1..RECIPROCALS.len().saturating_sub(N) {
+            term *= x * lit(RECIPROCALS[N + n]);
+            let next = last + term;
+            if next == last {
+                break;
             }
-            *psi = last;
+            last = next;
         }
-        if open > 0 {
-            // Here x < −1.
-            let inverse = T::one() / x;
-            last = (T::one() - decay) * inverse;
-            psi[0] = last;
-            for (j, psi) in psi.iter_mut().enumerate().take(open).skip(1) {
-                last = (lit::<T>(j as f64) * last - decay) * inverse;
-                *psi = last;
-            }
-        }
-        return psi;
+        last *= decay;
     }
-    // e⁻ˣ Σ xⁿ/((k + 1) … (k + 1 + n))
-    let mut term = T::one() / lit(top);
-    let mut sum = term;
-    for n in 1..RECIPROCALS.len().saturating_sub(N) {
-        term *= x * lit(RECIPROCALS[N + n]);
-        let next = sum + term;
-        if next == sum {
-            break;
-        }
-        sum = next;
-    }
-    let mut last = decay * sum;
+    // Downwards errors grow by |x|/k for x < 0, upwards they shrink by k/|x|.
+    let mut open = 0;
     for (k, psi) in psi.iter_mut().enumerate().rev() {
         if k + 1 < N {
-            last = (x * last + decay) / lit((k + 1) as f64);
+            let above: T = lit((k + 1) as f64);
+            if !(above >= -x) {
+                open = k + 1;
+                break;
+            }
+            last = (x * last + decay) / above;
         }
         *psi = last;
     }
+    if open > 0 {
+        upwards(x, decay, psi.iter_mut().take(open));
+    }
     psi
+}
+
+/// ψ₀, ψ₁, … by ψ_k = (k ψ_{k−1} − e⁻ˣ)/x, which shrinks errors where |x| > k.
+#[inline]
+fn upwards<'a, C>(x: C, decay: C, psi: impl Iterator<Item = &'a mut C>)
+where
+    C: ComplexField<RealField: Scalar> + Copy,
+{
+    let inverse = C::one() / x;
+    let mut last = (C::one() - decay) * inverse;
+    for (k, psi) in psi.enumerate() {
+        if k > 0 {
+            last = (last.scale(lit(k as f64)) - decay) * inverse;
+        }
+        *psi = last;
+    }
 }
 
 /// χ₀ … χ_{N−1} for α ≥ −50 and x ≥ 0.
@@ -121,19 +119,8 @@ pub(super) fn rising<T: Scalar, const N: usize>(alpha: T, x: T) -> [T; N] {
         let mut power = alpha;
         // The last term of each choice is below a rounding of the first.
         let size = if alpha < T::zero() { x - alpha } else { both };
-        let terms = if size < lit(1e-4) {
-            4
-        } else if size < lit(0.01) {
-            7
-        } else if size < lit(0.03) {
-            8
-        } else if size < lit(0.1) {
-            10
-        } else if size < lit(0.3) {
-            13
-        } else {
-            TERMS
-        };
+        let terms = TERMS_UP_TO.iter().find(|(most, _)| size < lit(*most));
+        let terms = terms.map_or(TERMS, |&(_, terms)| terms);
         for n in 1..=terms {
             for (k, chi) in chi.iter_mut().enumerate() {
                 *chi += term * lit(RECIPROCALS[(k + n + 1).min(RECIPROCALS.len() - 1)]);
@@ -192,13 +179,7 @@ pub(super) fn complex_decaying<T: Scalar, const N: usize>(x: Complex<T>) -> [Com
     let decay = (-x).exp();
     let size = x.modulus();
     if size > lit(2.0 * N as f64 + 2.0) {
-        let inverse = Complex::new(T::one(), T::zero()) / x;
-        let mut last = (Complex::new(T::one(), T::zero()) - decay) * inverse;
-        psi[0] = last;
-        for (k, psi) in psi.iter_mut().enumerate().skip(1) {
-            last = (last.scale(lit(k as f64)) - decay) * inverse;
-            *psi = last;
-        }
+        upwards(x, decay, psi.iter_mut());
         return psi;
     }
     integrate(size, |t, weight| {

@@ -247,22 +247,16 @@ fn most_active<T: Scalar, P: Pressure<T>>(pressure: &P, total: T) -> (T, T) {
     if !(most > T::zero()) {
         return (T::zero(), T::zero());
     }
-    // Golden section on the steps at both sides: the value to rounding, the place to half of the
-    // digits.
-    let ratio = lit::<T>(0.618_033_988_749_894_9);
+    // Thirds of the steps at both sides: the value to rounding, the place to half of the digits.
     let step: T = lit(STEP);
     let (mut low, mut high) = (place - step, place + step);
-    let mut inner = (high - ratio * (high - low), low + ratio * (high - low));
-    let mut values = (activity(inner.0), activity(inner.1));
-    for _ in 0..40 {
-        if values.0 > values.1 {
-            high = inner.1;
-            inner = (high - ratio * (high - low), inner.0);
-            values = (activity(inner.0), values.0);
+    for _ in 0..48 {
+        let third = (high - low) / lit(3.0);
+        let (before, after) = (low + third, high - third);
+        if activity(before) > activity(after) {
+            high = after;
         } else {
-            low = inner.0;
-            inner = (inner.1, low + ratio * (high - low));
-            values = (values.1, activity(inner.1));
+            low = before;
         }
     }
     let middle = (low + high) * lit(0.5);

@@ -107,22 +107,23 @@ pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Result<Affine<T>, Paramet
     if relaxation >= T::zero() && (relaxation + drive + stiffness + damping).is_finite() {
         return Ok(affine);
     }
-    let named = [
-        ("relaxation rate of the friction model", relaxation),
-        ("drive of the friction model", drive),
-        ("stiffness of the friction model", stiffness),
-        ("damping of the friction model", damping),
-    ];
-    for (name, value) in named {
-        if !value.is_finite() {
-            let rule = Rule::Finite;
-            return Err(ParameterError { name, component: None, value: to_f64(value), rule });
-        }
-    }
+    finite("relaxation rate of the friction model", relaxation)?;
+    finite("drive of the friction model", drive)?;
+    finite("stiffness of the friction model", stiffness)?;
+    finite("damping of the friction model", damping)?;
     if !(relaxation >= T::zero()) {
         parameter::non_negative("relaxation rate of the friction model", relaxation)?;
     }
     Ok(affine)
+}
+
+/// A computed number of any magnitude, if it is finite.
+#[inline]
+pub(super) fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(ParameterError { name, component: None, value: to_f64(value), rule: Rule::Finite })
 }
 
 /// Parameters of [`Patch`].

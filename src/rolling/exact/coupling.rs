@@ -31,12 +31,12 @@
 use super::ExactPatch;
 use super::profile::{level_moments, shifted};
 use super::queue::Segment;
-use crate::parameter::{self, ParameterError, Rule};
+use crate::parameter::{self, ParameterError};
 use crate::rolling::moments::phi1;
-use crate::rolling::patch::Crossing;
+use crate::rolling::patch::{Crossing, finite};
 use crate::rolling::quadrature::{integrate, integrate_gentle};
 use crate::rolling::{Motion, Pressure, RateDependent};
-use crate::scalar::{lit, to_f64};
+use crate::scalar::lit;
 use crate::{Affine, Scalar};
 
 /// Friction of a patch over one step: F̄ = bias + damping·v̄.
@@ -172,12 +172,8 @@ where
         let damping = weight * (model.storage_stiffness() * affine.drive * driven + beyond);
         // A rounding, where a stiffness varies.
         let damping = if damping < T::zero() { T::zero() } else { damping };
-        for (name, value) in [("bias", bias), ("damping", damping)] {
-            if !value.is_finite() {
-                let (value, rule) = (to_f64(value), Rule::Finite);
-                return Err(ParameterError { name, component: None, value, rule });
-            }
-        }
+        finite("bias", bias)?;
+        finite("damping", damping)?;
         Ok(PatchStep { rolling: self, affine, transport, duration, bias, damping })
     }
 
@@ -237,26 +233,20 @@ where
     /// The energy stored in the bristles, W = (L/2) ∫ K p z² dξ \[J\]. The time is
     /// proportional to the number of segments.
     pub fn stored_energy(&self) -> T {
-        let factor = lit::<T>(0.5) * self.patch.model().storage_stiffness();
-        factor
-            * self.integral(|place, deflection| {
-                self.patch.pressure().at(place) * deflection * deflection
-            })
-    }
-
-    /// L load ∫ f(ξ, z) dξ over the profile.
-    fn integral(&self, value: impl Fn(T, T) -> T) -> T {
-        let mut sum = T::zero();
-        let steep = self.patch.pressure().decay().abs();
+        let pressure = self.patch.pressure();
+        let (mut sum, steep) = (T::zero(), pressure.decay().abs());
         self.queue.profile(|segment, place, part| {
             let width = segment.width * part;
             let steepness = lit::<T>(2.0) * segment.exponent * part + steep * width;
             integrate(steepness, |at, weight| {
                 let at = at * part;
-                sum += weight * width * value(place + segment.width * at, segment.at(at));
+                let deflection = segment.at(at);
+                let load = pressure.at(place + segment.width * at);
+                sum += weight * width * (load * deflection * deflection);
             });
         });
-        self.patch.length() * self.patch.load() * sum
+        let half = lit::<T>(0.5) * self.patch.model().storage_stiffness();
+        half * (self.patch.length() * self.patch.load() * sum)
     }
 
     /// The deflection z \[m\] at a place ξ between 0 and 1, NaN elsewhere. The time is proportional

@@ -19,6 +19,7 @@
 use super::profile::{Map, Profile, shifted};
 use crate::Scalar;
 use crate::bounds::smaller;
+use crate::rheology::Deflection as _;
 use crate::scalar::{is_zero, lit};
 
 /// Memory for one segment of the deflection profile of an
@@ -63,9 +64,7 @@ impl<T: Scalar> Held<T> {
     #[inline]
     pub(super) fn new(relaxation: T, drive: T, transport: T, duration: T) -> Self {
         let distance = transport * duration;
-        let affine =
-            crate::Affine { relaxation, drive: T::one(), stiffness: T::zero(), damping: T::zero() };
-        let weights = affine.weights(duration);
+        let weights = T::weights(relaxation, duration);
         let map =
             Map { decay: weights.end(T::one(), T::zero()), offset: weights.end(T::zero(), drive) };
         Self { distance, map, inflow: Profile::inflow(distance, relaxation, drive, duration) }

@@ -36,7 +36,7 @@ use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Affine, Bristle, Scalar, Sliding};
 use interpolation::{Interpolation, cut};
-use path::{Paths, Reach, located};
+use path::{Paths, Reach, located, widened};
 
 /// Most cells of a grid.
 const MOST_CELLS: usize = 10_000_000;
@@ -217,8 +217,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
             // The extrema may lie between the nodes.
             for sample in 0..if node < cells { SAMPLES } else { 1 } {
                 let value = at(place + lit::<T>(sample as f64 / (SAMPLES * cells) as f64))?;
-                range.0 = if value < range.0 { value } else { range.0 };
-                range.1 = if value > range.1 { value } else { range.1 };
+                range = widened(range, value);
             }
         }
         self.range = range;

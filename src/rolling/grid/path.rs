@@ -21,9 +21,12 @@
 
 use super::Bristles;
 use super::interpolation::{Interpolation, cut};
+use crate::bounds::{larger, smaller};
 use crate::parameter::{self, ParameterError};
+use crate::rheology::Deflection as _;
+use crate::root::enclose;
 use crate::scalar::{lit, to_f64};
-use crate::{Affine, Bristle, Scalar, Sliding};
+use crate::{Bristle, Scalar, Sliding};
 
 /// √6
 const ROOT: f64 = 2.449_489_742_783_178;
@@ -70,29 +73,43 @@ impl<T: Scalar> Reach<T> {
 
     #[inline]
     pub(super) fn include(&mut self, relaxation: T, drive: T) {
-        let widen = |range: &mut (T, T), value: T| {
-            if value < range.0 {
-                range.0 = value;
-            }
-            if value > range.1 {
-                range.1 = value;
-            }
-        };
-        widen(&mut self.drive, drive);
+        self.drive = widened(self.drive, drive);
         // Infinite for a bristle that does not relax: then the drive is the limit.
         if relaxation > T::zero() || drive < T::zero() || drive > T::zero() {
-            widen(&mut self.stationary, drive / relaxation);
+            self.stationary = widened(self.stationary, drive / relaxation);
         }
     }
 
     /// What deflections in a range can have become after a duration.
     #[inline]
     pub(super) fn widened(&self, (low, high): (T, T), duration: T) -> (T, T) {
-        let (least, most) = (low + duration * self.drive.0, high + duration * self.drive.1);
-        let least = if self.stationary.0 > least { self.stationary.0 } else { least };
-        let most = if self.stationary.1 < most { self.stationary.1 } else { most };
-        (if least < low { least } else { low }, if most > high { most } else { high })
+        let least = larger(low + duration * self.drive.0, self.stationary.0);
+        let most = smaller(high + duration * self.drive.1, self.stationary.1);
+        (smaller(low, least), larger(high, most))
     }
+}
+
+/// A range and a value in one range; NaN does not widen it.
+#[inline]
+pub(super) fn widened<T: Scalar>((low, high): (T, T), value: T) -> (T, T) {
+    (smaller(low, value), larger(high, value))
+}
+
+/// Where a function passes zero between two places at which its signs differ.
+fn crossing<T: Scalar>(
+    function: impl Fn(T) -> Result<T, ParameterError>,
+    (a, b): ((T, T), (T, T)),
+    tolerance: T,
+) -> Result<T, ParameterError> {
+    let mut refused = None;
+    let look = |at: T| {
+        function(at).unwrap_or_else(|error| {
+            refused = Some(error);
+            T::zero()
+        })
+    };
+    let (from, to) = enclose(look, a, b, tolerance);
+    refused.map_or(Ok((from + to) * lit(0.5)), Err)
 }
 
 /// Everything the paths of a step share.
@@ -223,36 +240,11 @@ where
 
     /// Time, end of the patch and V at which a path entered that is outside at `outside`.
     fn entry(&self, here: (T, T, T), outside: (T, T, T)) -> Result<(T, T, T), ParameterError> {
-        // Newton's method, kept between a step that stays inside and one that does not.
-        const ITERATIONS: usize = 40;
         let gate = if outside.1 < lit(0.5) { T::zero() } else { T::one() };
-        let (mut short, mut long) = (T::zero(), here.0 - outside.0);
-        let mut velocity = outside.2;
-        let mut step = long;
-        let mut beyond = outside.1 - gate;
-        for _ in 0..ITERATIONS {
-            let next = step + beyond / velocity;
-            // A step back over the gate gives nothing better than rounding.
-            let next = if next > short && next < long { next } else { (short + long) * lit(0.5) };
-            let change = (next - step).abs();
-            step = next;
-            let origin = self.back(here, step)?;
-            velocity = self.transport(origin, here.0 - step)?;
-            beyond = origin - gate;
-            let is_inside = origin > T::zero() && origin < T::one();
-            if is_inside {
-                short = step;
-            } else {
-                long = step;
-            }
-            if change <= T::default_epsilon() * here.0 || !(long > short) {
-                break;
-            }
-            if beyond.abs() <= T::default_epsilon() {
-                break;
-            }
-        }
-        Ok((here.0 - step, gate, velocity))
+        let beyond = |step: T| Ok(self.back(here, step)? - gate);
+        let ends = ((T::zero(), here.1 - gate), (here.0 - outside.0, outside.1 - gate));
+        let time = here.0 - crossing(beyond, ends, T::default_epsilon() * here.0)?;
+        Ok((time, gate, self.transport(gate, time)?))
     }
 
     /// Adds what happens along a panel, with v at its start and end.
@@ -265,28 +257,14 @@ where
     ) -> Result<(), ParameterError> {
         let (zero, one) = (T::zero(), T::one());
         if before < zero && after > zero || before > zero && after < zero {
-            let turn = self.reversal(panel, before)?;
+            // To a millionth of the panel: what λ's kink costs there is beyond notice.
+            let slip = |part: T| self.slip(panel.place(part), panel.time(part));
+            let turn = crossing(slip, ((zero, before), (one, after)), lit(1e-6))?;
             self.collect(panel, (turn, one), arrival, reach)?;
             self.collect(panel, (zero, turn), arrival, reach)
         } else {
             self.collect(panel, (zero, one), arrival, reach)
         }
-    }
-
-    /// The part of a panel at which v changes its sign.
-    fn reversal(&self, panel: &Panel<T>, before: T) -> Result<T, ParameterError> {
-        let (mut low, mut high) = (T::zero(), T::one());
-        // Bisection to a millionth of the panel: what λ's kink costs there is beyond notice.
-        for _ in 0..20 {
-            let middle = (low + high) * lit(0.5);
-            let slip = self.slip(panel.place(middle), panel.time(middle))?;
-            if (slip > T::zero()) == (before > T::zero()) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        Ok((low + high) * lit(0.5))
     }
 
     /// Adds what happens along a part of a panel.
@@ -318,16 +296,10 @@ where
             weights.iter().zip(values).fold(T::zero(), |sum, (&w, value)| sum + w * value)
         };
         // A hold at the mean relaxation knows e^−Λ and (1 − e^−Λ)/Λ to the last digits.
-        let held = Affine {
-            relaxation: whole / duration,
-            drive: T::one(),
-            stiffness: T::zero(),
-            damping: T::zero(),
-        };
         let (decay, gained) = if duration > T::zero() {
-            let hold = held.weights(duration);
-            let (relaxed, met) =
-                (hold.end(T::zero(), held.relaxation), mean(relaxations) * duration);
+            let held = whole / duration;
+            let hold = T::weights(held, duration);
+            let (relaxed, met) = (hold.end(T::zero(), held), mean(relaxations) * duration);
             // The quotient is 1 up to the fourth order; nodes too few for λ may not make more of
             // it.
             let quotient = if met > T::zero() { relaxed / met } else { T::one() };
@@ -374,20 +346,13 @@ impl<M> Bristles<M> {
         let count = (cells + 1).min(4);
         let first = cell.saturating_sub(1).min(cells + 1 - count);
         let (mut relaxations, mut drives) = ([T::zero(); 4], [T::zero(); 4]);
-        let (mut range, mut all_relax) = ((T::zero(), T::zero()), true);
+        let none = T::one() / T::zero();
+        let (mut range, mut all_relax) = ((none, -none), true);
         for k in 0..count {
             let (relaxation, drive) = at(first + k);
             (relaxations[k], drives[k]) = (relaxation, drive);
-            let stationary = drive / relaxation;
             all_relax &= relaxation > T::zero();
-            range = if k == 0 {
-                (stationary, stationary)
-            } else {
-                (
-                    if stationary < range.0 { stationary } else { range.0 },
-                    if stationary > range.1 { stationary } else { range.1 },
-                )
-            };
+            range = widened(range, drive / relaxation);
         }
         let mut interpolation = Interpolation::new(part);
         let mut between =

@@ -70,9 +70,7 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
         if without_rolling(decay) {
             return self.total();
         }
-        let mut sum = T::zero();
-        weigh(self, decay.into(), |place, pressure| sum -= pressure * (-decay * place).exp_m1());
-        sum
+        weighed(self, decay, |place| -(-decay * place).exp_m1())
     }
 
     /// ∫₀¹ p e^(−κξ) dξ [N/m] for κ ≥ 0, which may be infinite: what [`Pressure::rise`] leaves, to
@@ -81,9 +79,7 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
         if without_rolling(decay) {
             return T::zero();
         }
-        let mut sum = T::zero();
-        weigh(self, decay.into(), |place, pressure| sum += pressure * (-decay * place).exp());
-        sum
+        weighed(self, decay, |place| (-decay * place).exp())
     }
 
     /// ∫₀¹ p ξ e^(−κξ) dξ [N/m] for κ ≥ 0, which may be infinite: the derivative of
@@ -92,11 +88,7 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
         if without_rolling(decay) {
             return T::zero();
         }
-        let mut sum = T::zero();
-        weigh(self, decay.into(), |place, pressure| {
-            sum += pressure * place * (-decay * place).exp()
-        });
-        sum
+        weighed(self, decay, |place| place * (-decay * place).exp())
     }
 
     /// ∫₀¹ p e^(−sξ) dξ [N/m] for a complex s with Re s ≥ 0, to a rounding of [`Pressure::total`].
@@ -126,6 +118,13 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
         });
         sum
     }
+}
+
+/// ∫ p f dξ of a function as steep as e^(−κξ).
+fn weighed<T: Scalar, P: Pressure<T>>(pressure: &P, decay: T, function: impl Fn(T) -> T) -> T {
+    let mut sum = T::zero();
+    weigh(pressure, decay.into(), |place, pressure| sum += pressure * function(place));
+    sum
 }
 
 /// Whether κ is infinite: the patch slides without rolling.
