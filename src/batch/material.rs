@@ -4,7 +4,7 @@
 
 use super::BatchError;
 use super::real::Real;
-use crate::curve::{Coulomb, RationalStribeck, Stribeck};
+use crate::curve::{Coulomb, RationalStribeck, Stribeck, Valley};
 use crate::parameter::{self, ParameterError, Rule};
 use crate::rheology::{KelvinVoigt, Rheology, Spring};
 use crate::scalar::lit;
@@ -151,14 +151,14 @@ impl<T: Real> sealed::Curve<T> for Stribeck<T> {
             let rule = Rule::Stated("be 1 or 2 here");
             return Err(parameter::refused("stribeck_exponent", exponent, rule));
         };
-        let &Stribeck { dynamic, drop, inverse_velocity, viscous, .. } = self;
+        let Valley { dynamic, drop, inverse_velocity, viscous } = self.valley;
         Ok((fall, Material { drop, inverse_velocity, ..flat(dynamic, viscous) }))
     }
 }
 
 impl<T: Real> sealed::Curve<T> for RationalStribeck<T> {
     fn curve(&self) -> Result<(Fall, Material<T>), ParameterError> {
-        let &RationalStribeck { dynamic, drop, inverse_velocity, viscous, .. } = self;
+        let Valley { dynamic, drop, inverse_velocity, viscous } = self.0;
         Ok((Fall::Rational, Material { drop, inverse_velocity, ..flat(dynamic, viscous) }))
     }
 }

@@ -16,6 +16,7 @@ pub use function::FunctionCurve;
 pub use rational_stribeck::{RationalStribeck, RationalStribeckParameters};
 pub use stribeck::{Stribeck, StribeckParameters};
 pub use tabulated::{Knot, Tabulated};
+pub(crate) use valley::Valley;
 
 use crate::{Bounds, Branch, Scalar, Sliding};
 

@@ -10,7 +10,7 @@
 
 use super::valley::Valley;
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::ParameterError;
 use crate::scalar::lit;
 use crate::{Bounds, Scalar, Sliding};
 
@@ -46,14 +46,7 @@ pub struct RationalStribeckParameters<T> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RationalStribeck<T> {
-    pub(crate) dynamic: T,
-    /// μ_s − μ_d
-    pub(crate) drop: T,
-    /// 1/v_S
-    pub(crate) inverse_velocity: T,
-    pub(crate) viscous: T,
-}
+pub struct RationalStribeck<T>(pub(crate) Valley<T>);
 
 impl<T: Scalar> RationalStribeck<T> {
     /// Checks the parameters.
@@ -63,63 +56,49 @@ impl<T: Scalar> RationalStribeck<T> {
     /// Names the parameter that is out of its range, or a static coefficient below the dynamic
     /// one.
     pub fn new(parameters: RationalStribeckParameters<T>) -> Result<Self, ParameterError> {
-        let dynamic = parameter::positive("dynamic_coefficient", parameters.dynamic_coefficient)?;
-        let static_ = parameter::positive("static_coefficient", parameters.static_coefficient)?;
-        parameter::at_least("static_coefficient", static_, "dynamic_coefficient", dynamic)?;
-        let velocity = parameter::positive("stribeck_velocity", parameters.stribeck_velocity)?;
-        Ok(Self {
-            dynamic,
-            drop: static_ - dynamic,
-            inverse_velocity: T::one() / velocity,
-            viscous: parameter::non_negative("viscous_friction", parameters.viscous_friction)?,
-        })
+        Ok(Self(Valley::new([
+            parameters.static_coefficient,
+            parameters.dynamic_coefficient,
+            parameters.stribeck_velocity,
+            parameters.viscous_friction,
+        ])?))
     }
 }
 
 impl<T: Scalar> FrictionCurve<T> for RationalStribeck<T> {
     #[inline]
     fn coefficient(&self, sliding: Sliding<T>) -> T {
-        let u = sliding.speed() * self.inverse_velocity;
-        self.dynamic + self.drop / (T::one() + u * u) + self.viscous * sliding.speed()
+        let u = sliding.speed() * self.0.inverse_velocity;
+        self.0.dynamic + self.0.drop / (T::one() + u * u) + self.0.viscous * sliding.speed()
     }
 
     #[inline]
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        let u = sliding.speed() * self.inverse_velocity;
+        let u = sliding.speed() * self.0.inverse_velocity;
         let decay = T::one() / (T::one() + u * u);
-        let fall = self.drop * decay * (u + u) * decay * self.inverse_velocity;
+        let fall = self.0.drop * decay * (u + u) * decay * self.0.inverse_velocity;
         (
-            self.dynamic + self.drop * decay + self.viscous * sliding.speed(),
-            (self.viscous - fall) * sliding.direction(),
+            self.0.dynamic + self.0.drop * decay + self.0.viscous * sliding.speed(),
+            (self.0.viscous - fall) * sliding.direction(),
         )
     }
 
     fn bounds(&self, fastest: T) -> Bounds<T> {
-        let velocity = T::one() / self.inverse_velocity;
-        let decay = |u: T| T::one() / (T::one() + u * u);
-        let valley = Valley {
-            value: |u: T| {
-                let viscous =
-                    if self.viscous == T::zero() { T::zero() } else { self.viscous * u * velocity };
-                self.dynamic + self.drop * decay(u) + viscous
-            },
-            steepness: |u: T| (u + u) * decay(u) * decay(u),
-        };
         // 2u/(1+u²)² is largest where 1 + u² = 4u².
         let steepest = lit::<T>(1.0 / 3.0).sqrt();
-        valley.bounds(
-            fastest * self.inverse_velocity,
-            steepest,
-            self.viscous * velocity / self.drop,
-        )
+        let decay_and_steepness = |u: T| {
+            let decay = T::one() / (T::one() + u * u);
+            (decay, (u + u) * decay * decay)
+        };
+        self.0.bounds(fastest, decay_and_steepness, steepest)
     }
 
     fn viscous_friction(&self) -> T {
-        self.viscous
+        self.0.viscous
     }
 
     fn with_less_viscous_friction(&self, part: T) -> Self {
-        Self { viscous: self.viscous - part, ..*self }
+        Self(Valley { viscous: self.0.viscous - part, ..self.0 })
     }
 
     fn is_even(&self) -> bool {
@@ -129,6 +108,6 @@ impl<T: Scalar> FrictionCurve<T> for RationalStribeck<T> {
     fn least_slope(&self) -> Option<T> {
         // 2u/(1+u²)² = (3/8)√3 at u² = 1/3.
         let steepest = lit::<T>(0.375) * lit::<T>(3.0).sqrt();
-        Some(self.viscous - self.drop * self.inverse_velocity * steepest)
+        Some(self.0.viscous - self.0.drop * self.0.inverse_velocity * steepest)
     }
 }

@@ -61,13 +61,8 @@ pub struct StribeckParameters<T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stribeck<T> {
-    pub(crate) dynamic: T,
-    /// μ_s − μ_d
-    pub(crate) drop: T,
-    /// 1/v_S
-    pub(crate) inverse_velocity: T,
+    pub(crate) valley: Valley<T>,
     exponent: Exponent<T>,
-    pub(crate) viscous: T,
     /// Power w beyond which (μ_s − μ_d) exp(−w) is less than a rounding of μ_d.
     negligible: T,
 }
@@ -88,16 +83,15 @@ impl<T: Scalar> Stribeck<T> {
     /// Names the parameter that is out of its range, or a static coefficient below the dynamic
     /// one.
     pub fn new(parameters: StribeckParameters<T>) -> Result<Self, ParameterError> {
-        let dynamic = parameter::positive("dynamic_coefficient", parameters.dynamic_coefficient)?;
-        let static_ = parameter::positive("static_coefficient", parameters.static_coefficient)?;
-        parameter::at_least("static_coefficient", static_, "dynamic_coefficient", dynamic)?;
-        let velocity = parameter::positive("stribeck_velocity", parameters.stribeck_velocity)?;
+        let valley = Valley::new([
+            parameters.static_coefficient,
+            parameters.dynamic_coefficient,
+            parameters.stribeck_velocity,
+            parameters.viscous_friction,
+        ])?;
         let exponent = parameter::positive("stribeck_exponent", parameters.stribeck_exponent)?;
-        let drop = static_ - dynamic;
         Ok(Self {
-            dynamic,
-            drop,
-            inverse_velocity: T::one() / velocity,
+            valley,
             exponent: if exponent == T::one() {
                 Exponent::One
             } else if exponent == lit(2.0) {
@@ -105,9 +99,9 @@ impl<T: Scalar> Stribeck<T> {
             } else {
                 Exponent::Other(exponent)
             },
-            viscous: parameter::non_negative("viscous_friction", parameters.viscous_friction)?,
             // Without a drop this is −∞, and the exponential is never needed.
-            negligible: (lit::<T>(4.0) * drop / (T::default_epsilon() * dynamic)).ln(),
+            negligible: (lit::<T>(4.0) * valley.drop / (T::default_epsilon() * valley.dynamic))
+                .ln(),
         })
     }
 
@@ -170,44 +164,38 @@ impl<T: Scalar> Stribeck<T> {
 impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
     #[inline]
     fn coefficient(&self, sliding: Sliding<T>) -> T {
-        let (w, _) = self.power(sliding.speed() * self.inverse_velocity);
-        self.dynamic + self.drop * self.decay(w) + self.viscous * sliding.speed()
+        let (w, _) = self.power(sliding.speed() * self.valley.inverse_velocity);
+        self.valley.dynamic
+            + self.valley.drop * self.decay(w)
+            + self.valley.viscous * sliding.speed()
     }
 
     #[inline]
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        let (w, w_slope) = self.power(sliding.speed() * self.inverse_velocity);
-        let stribeck = self.drop * self.decay(w);
+        let (w, w_slope) = self.power(sliding.speed() * self.valley.inverse_velocity);
+        let stribeck = self.valley.drop * self.decay(w);
         // The power's slope may overflow where the exponential has vanished.
         let fall = if stribeck == T::zero() { stribeck } else { stribeck * w_slope };
-        let slope = self.viscous - fall * self.inverse_velocity;
-        (self.dynamic + stribeck + self.viscous * sliding.speed(), slope * sliding.direction())
+        let slope = self.valley.viscous - fall * self.valley.inverse_velocity;
+        (
+            self.valley.dynamic + stribeck + self.valley.viscous * sliding.speed(),
+            slope * sliding.direction(),
+        )
     }
 
     fn bounds(&self, fastest: T) -> Bounds<T> {
-        let velocity = T::one() / self.inverse_velocity;
-        let valley = Valley {
-            value: |u: T| {
-                let viscous =
-                    if self.viscous == T::zero() { T::zero() } else { self.viscous * u * velocity };
-                self.dynamic + self.drop * self.decay(self.power(u).0) + viscous
-            },
-            steepness: |u: T| {
-                let (w, slope) = self.power(u);
-                slope * self.decay(w)
-            },
+        let decay_and_steepness = |u: T| {
+            let (w, slope) = self.power(u);
+            let decay = self.decay(w);
+            (decay, slope * decay)
         };
-        valley.bounds(
-            fastest * self.inverse_velocity,
-            self.steepest(),
-            self.viscous * velocity / self.drop,
-        )
+        self.valley.bounds(fastest, decay_and_steepness, self.steepest())
     }
 
     fn slope_at_rest(&self) -> T {
         match self.exponent {
             // −∞, of which the slope at rest itself says nothing.
-            Exponent::Other(exponent) if exponent < T::one() && self.drop > T::zero() => {
+            Exponent::Other(exponent) if exponent < T::one() && self.valley.drop > T::zero() => {
                 -T::one() / T::zero()
             }
             _ => self.coefficient_and_slope(Branch::Forward.of(T::zero())).1,
@@ -215,11 +203,11 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
     }
 
     fn viscous_friction(&self) -> T {
-        self.viscous
+        self.valley.viscous
     }
 
     fn with_less_viscous_friction(&self, part: T) -> Self {
-        Self { viscous: self.viscous - part, ..*self }
+        Self { valley: Valley { viscous: self.viscous_friction() - part, ..self.valley }, ..*self }
     }
 
     fn is_even(&self) -> bool {
@@ -229,7 +217,7 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
     fn least_slope(&self) -> Option<T> {
         let steepest = self.steepest();
         let steepness = match self.exponent {
-            _ if self.drop == T::zero() => T::zero(),
+            _ if self.valley.drop == T::zero() => T::zero(),
             // δ u^(δ−1) exp(−u^δ) grows without limit towards rest.
             Exponent::Other(exponent) if exponent < T::one() => return Some(-unlimited::<T>()),
             // At its summit u^δ = (δ−1)/δ.
@@ -238,6 +226,6 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
                 slope * (-w).exp()
             }
         };
-        Some(self.viscous - self.drop * self.inverse_velocity * steepness)
+        Some(self.valley.viscous - self.valley.drop * self.valley.inverse_velocity * steepness)
     }
 }

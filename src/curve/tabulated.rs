@@ -10,7 +10,7 @@
 //! (SIAM, 2004), section 3.4; that at the last knot is the slope of the last secant, or zero if it
 //! falls.
 
-use crate::bounds::{larger, smaller};
+use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{lit, nan};
@@ -180,14 +180,6 @@ impl<T: Scalar, const N: usize> FrictionCurve<T> for Tabulated<T, N> {
     }
 
     fn bounds(&self, fastest: T) -> Bounds<T> {
-        let mut bounds = Bounds::constant(self.piece(T::zero()).coefficients[0]);
-        for piece in &self.pieces {
-            if piece.start <= fastest {
-                let value = piece.coefficients[0];
-                bounds.min = smaller(bounds.min, value);
-                bounds.max = larger(bounds.max, value);
-            }
-        }
         let last = self.piece(fastest);
         let [c0, c1, c2, c3] = last.coefficients;
         // Beyond the last knot the curve is straight; taken as a cubic, infinity would be NaN, and
@@ -198,9 +190,10 @@ impl<T: Scalar, const N: usize> FrictionCurve<T> for Tabulated<T, N> {
             (true, false) => c0 + c1 * (fastest - last.start),
             (false, _) => last.value(fastest),
         };
-        bounds.min = smaller(bounds.min, value);
-        bounds.max = larger(bounds.max, value);
-        bounds
+        let knots = self.pieces.iter().take_while(|piece| piece.start <= fastest);
+        let first = Bounds::constant(self.piece(T::zero()).coefficients[0]);
+        let of_knots = knots.map(|piece| Bounds::constant(piece.coefficients[0]));
+        of_knots.fold(first, Bounds::union).union(Bounds::constant(value))
     }
 
     fn is_even(&self) -> bool {

@@ -5,66 +5,85 @@
 //! only falls), there are at most two such points: a maximum just above rest, where viscosity
 //! outruns a decay that starts flat, and then the minimum of the Stribeck valley.
 
-use crate::bounds::{larger, smaller};
-use crate::scalar::lit;
+use crate::bounds::larger;
+use crate::parameter::{self, ParameterError};
+use crate::scalar::{is_zero, lit};
 use crate::{Bounds, Scalar};
 
-/// A Stribeck-like curve over the scaled speed u = s/v_S.
-pub(crate) struct Valley<V, S> {
-    /// μ at u.
-    pub(crate) value: V,
-    /// −D'(u), the steepness of the decay.
-    pub(crate) steepness: S,
+/// The parameters of a curve that falls from static to dynamic friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Valley<T> {
+    /// μ_d
+    pub(crate) dynamic: T,
+    /// μ_s − μ_d
+    pub(crate) drop: T,
+    /// 1/v_S
+    pub(crate) inverse_velocity: T,
+    /// σ2
+    pub(crate) viscous: T,
 }
 
-impl<V, S> Valley<V, S> {
-    /// Range of the curve for 0 ≤ u ≤ `fastest`, given where the steepness is largest and the
-    /// steepness at which viscosity balances the fall, σ2 v_S/(μ_s − μ_d).
-    pub(crate) fn bounds<T: Scalar>(&self, fastest: T, steepest: T, balance: T) -> Bounds<T>
-    where
-        V: Fn(T) -> T,
-        S: Fn(T) -> T,
-    {
-        let start = (self.value)(T::zero());
-        let end = (self.value)(fastest);
-        let mut bounds = Bounds { min: smaller(start, end), max: larger(start, end) };
-        if balance > T::zero() && balance < (self.steepness)(steepest) {
+impl<T: Scalar> Valley<T> {
+    /// Checks μ_s, μ_d, v_S and σ2.
+    pub(super) fn new(
+        [static_, dynamic, velocity, viscous]: [T; 4],
+    ) -> Result<Self, ParameterError> {
+        parameter::positive("dynamic_coefficient", dynamic)?;
+        parameter::positive("static_coefficient", static_)?;
+        parameter::at_least("static_coefficient", static_, "dynamic_coefficient", dynamic)?;
+        parameter::positive("stribeck_velocity", velocity)?;
+        parameter::non_negative("viscous_friction", viscous)?;
+        let inverse_velocity = T::one() / velocity;
+        Ok(Self { dynamic, drop: static_ - dynamic, inverse_velocity, viscous })
+    }
+
+    /// Range of the curve for speeds up to `fastest` [m/s], given D(u) and −D'(u) and where the
+    /// latter is largest.
+    pub(super) fn bounds(
+        &self,
+        fastest: T,
+        decay_and_steepness: impl Fn(T) -> (T, T),
+        steepest: T,
+    ) -> Bounds<T> {
+        let fastest = fastest * self.inverse_velocity;
+        let velocity = T::one() / self.inverse_velocity;
+        let value = |u: T| {
+            let viscous =
+                if is_zero(self.viscous) { T::zero() } else { self.viscous * u * velocity };
+            self.dynamic + self.drop * decay_and_steepness(u).0 + viscous
+        };
+        let steepness = |u: T| decay_and_steepness(u).1;
+        // The steepness at which viscosity balances the fall.
+        let balance = self.viscous * velocity / self.drop;
+        let (start, end) = (value(T::zero()), value(fastest));
+        let mut bounds = Bounds::constant(start).union(Bounds::constant(end));
+        if balance > T::zero() && balance < steepness(steepest) {
             // Far enough for the steepness to have fallen below the balance again.
             let mut far = larger(steepest, T::one());
             for _ in 0..64 {
-                if (self.steepness)(far) < balance {
+                if steepness(far) < balance {
                     break;
                 }
                 far *= lit(2.0);
             }
-            let summit = self.balanced(T::zero(), steepest, balance);
-            let valley = self.balanced(far, steepest, balance);
-            for turn in [summit, valley] {
+            // The summit and the valley, by bisection between a gentle and a steep place. The value
+            // at the turn is flat: half the digits of its place are enough for all of its own.
+            for mut gentle in [T::zero(), far] {
+                let mut steep = steepest;
+                for _ in 0..60 {
+                    let middle = (gentle + steep) * lit(0.5);
+                    if steepness(middle) < balance {
+                        gentle = middle;
+                    } else {
+                        steep = middle;
+                    }
+                }
+                let turn = (gentle + steep) * lit(0.5);
                 if turn <= fastest {
-                    let value = (self.value)(turn);
-                    bounds.min = smaller(bounds.min, value);
-                    bounds.max = larger(bounds.max, value);
+                    bounds = bounds.union(Bounds::constant(value(turn)));
                 }
             }
         }
         bounds
-    }
-
-    /// Bisection for the u between a gentle and a steep place where the steepness is `balance`.
-    fn balanced<T: Scalar>(&self, mut gentle: T, mut steep: T, balance: T) -> T
-    where
-        S: Fn(T) -> T,
-    {
-        // The value at the turn is flat: half the digits of its place are enough for all of its
-        // own.
-        for _ in 0..60 {
-            let middle = (gentle + steep) * lit(0.5);
-            if (self.steepness)(middle) < balance {
-                gentle = middle;
-            } else {
-                steep = middle;
-            }
-        }
-        (gentle + steep) * lit(0.5)
     }
 }

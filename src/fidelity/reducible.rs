@@ -40,8 +40,8 @@ impl<T: Scalar, C: FrictionCurve<T>, R: Rheology<T>, E: Regularisation<T>> Reduc
     fn lumped(&self, angular_frequency: T) -> Result<Self::Lumped, ParameterError> {
         let modulus = self.rheology().complex_modulus(angular_frequency);
         let bristle = KelvinVoigt::new(KelvinVoigtParameters {
-            micro_stiffness: modulus.storage,
-            micro_damping: modulus.loss / angular_frequency,
+            micro_stiffness: modulus.re,
+            micro_damping: modulus.im / angular_frequency,
         })?;
         Ok(FrBd::new(self.curve().clone(), bristle).regularised(self.regularisation().clone()))
     }

@@ -76,7 +76,7 @@ pub struct GeneralisedKelvinVoigtParameters<T, const N: usize> {
 /// })?;
 /// // That is a Zener bristle of 10 000/m and 10 000/m.
 /// assert!((bristle.storage_stiffness() - nalgebra::Vector2::repeat(1e4)).amax() < 1e-9);
-/// assert!((bristle.complex_modulus(0.0_f64).storage - 1e4).abs() < 1e-9);
+/// assert!((bristle.complex_modulus(0.0_f64).re - 1e4).abs() < 1e-9);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -132,8 +132,8 @@ pub struct GeneralisedMaxwellParameters<T, const N: usize, S = T, D = T> {
 ///     micro_damping: 1.0,
 /// })?;
 /// // Soft where it has time, stiff where it has not.
-/// assert!((bristle.complex_modulus(1e-3_f64).storage - 1e4).abs() < 1.0);
-/// assert!((bristle.complex_modulus(1e6_f64).storage - 3.5e4).abs() < 1.0);
+/// assert!((bristle.complex_modulus(1e-3_f64).re - 1e4).abs() < 1.0);
+/// assert!((bristle.complex_modulus(1e6_f64).re - 3.5e4).abs() < 1.0);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]

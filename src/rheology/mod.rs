@@ -46,6 +46,8 @@ pub use weights::Weights;
 pub(crate) use weights::relaxed;
 pub use zener::{Zener, ZenerParameters};
 
+use nalgebra::Complex;
+
 use crate::scalar::is_zero;
 use crate::{Bounds, Scalar, Sliding};
 
@@ -218,41 +220,27 @@ pub trait Rheology<T: Scalar>: Debug + Clone {
     ///
     /// G\*(iω) = Σ Kᵢ iω/(aᵢ + iω) + iω d.
     ///
-    /// A stuck bristle answers a small oscillation z = Re ẑ e^(iωt) with F/p = Re G\* ẑ e^(iωt). At
-    /// ω = 0 the modulus is the static stiffness.
+    /// A stuck bristle answers a small oscillation z = Re ẑ e^(iωt) with F/p = Re G\* ẑ e^(iωt). The
+    /// real part is the storage modulus G', in phase with the deflection; at ω = 0 it is the static
+    /// stiffness. The imaginary part is the loss modulus G'': the work lost per period is π p G'' ẑ².
     #[doc(alias = "storage modulus")]
     #[doc(alias = "loss modulus")]
-    fn complex_modulus(&self, angular_frequency: T) -> ComplexModulus<T> {
+    fn complex_modulus(&self, angular_frequency: T) -> Complex<T> {
         let (one, omega) = (T::one(), angular_frequency);
         let Elements { stiffness, decay, damping } = self.elements(Sliding::from(T::zero()));
         // ω²/(a² + ω²) and aω/(a² + ω²), with squares of numbers up to one only.
         let part = |a: T| {
-            if is_zero(a) {
-                (one, T::zero())
-            } else if omega < a {
-                let ratio = omega / a;
-                let inverse = one / (one + ratio * ratio);
-                (ratio * ratio * inverse, ratio * inverse)
-            } else {
-                let ratio = a / omega;
-                let inverse = one / (one + ratio * ratio);
-                (inverse, ratio * inverse)
+            let (ratio, slow) = if omega < a { (omega / a, true) } else { (a / omega, false) };
+            let inverse = one / (one + ratio * ratio);
+            match (is_zero(a), slow) {
+                (true, _) => (one, T::zero()),
+                (_, true) => (ratio * ratio * inverse, ratio * inverse),
+                _ => (inverse, ratio * inverse),
             }
         };
-        ComplexModulus {
-            storage: stiffness.dot(decay.each(|a| part(a).0)),
-            loss: stiffness.dot(decay.each(|a| part(a).1)) + omega * damping,
-        }
+        Complex::new(
+            stiffness.dot(decay.each(|a| part(a).0)),
+            stiffness.dot(decay.each(|a| part(a).1)) + omega * damping,
+        )
     }
-}
-
-/// The complex modulus of a bristle at one frequency, see [`Rheology::complex_modulus`].
-#[non_exhaustive]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ComplexModulus<T> {
-    /// Storage modulus G' [1/m]: the part in phase with the deflection.
-    pub storage: T,
-    /// Loss modulus G'' [1/m]: the part a quarter of a period ahead of it. The work lost per period
-    /// is π p G'' ẑ².
-    pub loss: T,
 }

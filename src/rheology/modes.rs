@@ -29,6 +29,8 @@
 //! efficient algorithm for the rank-one modification of the symmetric eigenproblem", SIAM Journal
 //! on Matrix Analysis and Applications 15 (1994), 1266–1276.
 
+use core::cmp::Ordering;
+
 use nalgebra::{SMatrix, SVector};
 
 use super::{DiagonalPlusRankOne, Weights};
@@ -160,7 +162,8 @@ fn coupled<T: Scalar, const N: usize>(
         let pole = Pole { rate: decay[index] / unit, weight: larger(row[index] / unit, tiny) };
         Spring { pole, index, root: Root::nowhere() }
     });
-    sort(&mut springs, |before, after| before.pole.rate <= after.pole.rate);
+    let by_rate = |a: &Spring<T>, b: &Spring<T>| a.pole.rate.partial_cmp(&b.pole.rate);
+    springs.sort_unstable_by(|a, b| by_rate(a, b).unwrap_or(Ordering::Equal));
     let mut least = zero;
     for Spring { pole, .. } in &mut springs {
         pole.rate = larger(pole.rate, least);
@@ -171,7 +174,7 @@ fn coupled<T: Scalar, const N: usize>(
         spring.root = root(&poles, one, j);
     }
     // Each spring with the root above it, back where it came from.
-    sort(&mut springs, |before, after| before.index < after.index);
+    springs.sort_unstable_by_key(|spring| spring.index);
 
     let rates = SVector::from_fn(|j, _| springs[j].root.value() * unit);
     let driven = |j: usize| springs[j].root.distance;
@@ -236,20 +239,6 @@ struct Spring<T> {
     pole: Pole<T>,
     index: usize,
     root: Root<T>,
-}
-
-/// Sorts a few items by insertion; items in order cost nothing.
-fn sort<S, const N: usize>(items: &mut [S; N], in_order: impl Fn(&S, &S) -> bool) {
-    for end in 1..N {
-        for k in (0..end).rev() {
-            match items.get_mut(k..).and_then(|rest| rest.first_chunk_mut()) {
-                Some([before, after]) if !in_order(before, after) => {
-                    core::mem::swap(before, after);
-                }
-                _ => break,
-            }
-        }
-    }
 }
 
 /// The j-th root of c = Σ wᵢ/(λ − aᵢ) for increasing aᵢ, positive wᵢ, and c positive, or zero (then

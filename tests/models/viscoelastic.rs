@@ -1203,8 +1203,8 @@ fn a_row_answers_with_the_sum_of_its_compliances() {
         let (storage, loss) = (re / size, -im / size);
         // Each part accurate in itself: all terms are positive on either side. Retardation times
         // may be as close as 1.5 to each other; further apart is easier.
-        assert_within(1e-11, storage, got.storage, storage, || format!("G' at {omega:e}"));
-        assert_within(1e-11, loss, got.loss, loss, || format!("G'' at {omega:e}"));
+        assert_within(1e-11, storage, got.re, storage, || format!("G' at {omega:e}"));
+        assert_within(1e-11, loss, got.im, loss, || format!("G'' at {omega:e}"));
     });
 }
 
@@ -1270,15 +1270,15 @@ fn the_complex_modulus_is_the_sum_of_its_arms() {
             storage += c * c * k[i] / (k[i] * k[i] + c * c);
             loss += c * k[i] * k[i] / (k[i] * k[i] + c * c);
         }
-        assert_within(ROUNDING, storage, got.storage, storage, || format!("G' at {omega:e}"));
-        assert_within(ROUNDING, loss, got.loss, loss, || format!("G'' at {omega:e}"));
+        assert_within(ROUNDING, storage, got.re, storage, || format!("G' at {omega:e}"));
+        assert_within(ROUNDING, loss, got.im, loss, || format!("G'' at {omega:e}"));
     });
     let still = zener(1e4, 2e4, 50.0).complex_modulus(0.0);
-    assert_eq!((still.storage, still.loss), (1e4, 0.0));
+    assert_eq!((still.re, still.im), (1e4, 0.0));
     let flowing = maxwell(1e4, 50.0).complex_modulus(0.0);
-    assert_eq!((flowing.storage, flowing.loss), (0.0, 0.0));
+    assert_eq!((flowing.re, flowing.im), (0.0, 0.0));
     let fast = zener(1e4, 2e4, 50.0).complex_modulus(1e300);
-    assert_within(ROUNDING, 3e4, fast.storage, 3e4, || "G'(∞)".into());
+    assert_within(ROUNDING, 3e4, fast.re, 3e4, || "G'(∞)".into());
 }
 
 #[test]
@@ -1310,14 +1310,14 @@ fn a_small_oscillation_is_answered_by_the_complex_modulus() {
     for omega in [20.0, 300.0, 4e3] {
         let zener = zener(1e4, 2e4, 200.0);
         let (got, want) = (answer(zener, omega), zener.complex_modulus(omega));
-        let size = want.storage + want.loss;
-        assert_within(1e-4, size, got.0, want.storage, || format!("G' at {omega}"));
-        assert_within(1e-4, size, got.1, want.loss, || format!("G'' at {omega}"));
+        let size = want.re + want.im;
+        assert_within(1e-4, size, got.0, want.re, || format!("G' at {omega}"));
+        assert_within(1e-4, size, got.1, want.im, || format!("G'' at {omega}"));
         let three = arms([(1e4, None), (2e4, Some(200.0)), (5e4, Some(20.0))], 3.0);
         let (got, want) = (answer(three, omega), three.complex_modulus(omega));
-        let size = want.storage + want.loss;
-        assert_within(1e-4, size, got.0, want.storage, || format!("G' at {omega}"));
-        assert_within(1e-4, size, got.1, want.loss, || format!("G'' at {omega}"));
+        let size = want.re + want.im;
+        assert_within(1e-4, size, got.0, want.re, || format!("G' at {omega}"));
+        assert_within(1e-4, size, got.1, want.im, || format!("G'' at {omega}"));
     }
 }
 
