@@ -46,41 +46,21 @@ pub(crate) fn number<T: Scalar>(value: T) -> Number {
 
 impl Number {
     fn write(self, digits: Option<usize>, to: &mut impl Write) -> fmt::Result {
-        let mut text = Text::<32>::new();
-        match digits {
-            Some(digits) => write!(text, "{:.*e}", digits.saturating_sub(1), self.0)?,
-            None => write!(text, "{:e}", self.0)?,
-        }
-        // NaN and infinity have no exponent.
-        let Some((mantissa, exponent)) = text.as_str().split_once('e') else {
-            return to.write_str(text.as_str());
+        let rounded = match digits {
+            Some(digits) => {
+                let mut text = Text::<32>::new();
+                write!(text, "{:.*e}", digits.saturating_sub(1), self.0)?;
+                text.as_str().parse().unwrap_or(self.0)
+            }
+            None => self.0,
         };
-        if self.0 == 0.0 {
-            return to.write_str("0");
-        }
-        let (first, rest) = mantissa.split_once('.').unwrap_or((mantissa, ""));
-        let rest = rest.trim_end_matches('0');
-        let point = if rest.is_empty() { "" } else { "." };
-        match exponent {
-            "-1" | "-2" | "-3" => {
-                let sign = if self.0 < 0.0 { "-" } else { "" };
-                let first = first.trim_start_matches('-');
-                let zeros = match exponent {
-                    "-1" => "",
-                    "-2" => "0",
-                    _ => "00",
-                };
-                write!(to, "{sign}0.{zeros}{first}{rest}")
-            }
-            "0" | "1" | "2" | "3" | "4" | "5" => {
-                let power = exponent.parse().unwrap_or(0);
-                match rest.split_at_checked(power) {
-                    Some((whole, "")) => write!(to, "{first}{whole}"),
-                    Some((whole, fraction)) => write!(to, "{first}{whole}.{fraction}"),
-                    None => write!(to, "{first}{rest:0<power$}"),
-                }
-            }
-            _ => write!(to, "{first}{point}{rest}e{exponent}"),
+        let size = f64::abs(rounded);
+        if rounded == 0.0 {
+            to.write_str("0")
+        } else if size.is_finite() && !(1e-3..1e6).contains(&size) {
+            write!(to, "{rounded:e}")
+        } else {
+            write!(to, "{rounded}")
         }
     }
 }

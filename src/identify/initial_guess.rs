@@ -20,12 +20,12 @@
 
 use alloc::vec::Vec;
 
-use super::log::{median, quantile, range};
+use super::log::{median, pairs, quantile, range};
 use super::{IdentifyError, Log};
 
 /// The range of nearly all rows is that between this share and the same share from the top: a few
 /// bad rows do not change it.
-pub(super) const TAIL: f64 = 0.02;
+const TAIL: f64 = 0.02;
 /// Distances μ/σ0 after which a row counts as sliding: e⁻⁵ of the bristle's lag is left, below 1 %.
 const SETTLED: f64 = 5.0;
 /// Share of the longest stroke that is passed over at most, so that short strokes have sliding rows
@@ -92,8 +92,7 @@ impl InitialGuess {
         if strokes.len() < 2 {
             return Err(IdentifyError::NoReversal { threshold, least, most });
         }
-        let mut sorted = log.coefficient.clone();
-        let (low, high) = (quantile(&mut sorted, TAIL), quantile(&mut sorted, 1.0 - TAIL));
+        let (low, high) = bulk(&mut log.coefficient.clone());
         let (swing, middle) = (high - low, 0.5 * (high + low));
         if !(swing > 0.0) {
             return Err(IdentifyError::NoChange { value: middle });
@@ -117,8 +116,7 @@ impl InitialGuess {
         let offset_free: Vec<f64> = log.coefficient.iter().map(|mu| mu - middle).collect();
         let work = log.work(&offset_free);
         if !(work >= 0.0) {
-            let steps = position.iter().zip(position.iter().skip(1));
-            let path = steps.map(|(&from, &to)| length((from, to))).sum();
+            let path = pairs(&position).map(length).sum();
             return Err(IdentifyError::DrivesMotion { work, path });
         }
 
@@ -142,7 +140,7 @@ impl InitialGuess {
         }
         let mut speeds: Vec<f64> = points.iter().map(|point| point.speed).collect();
         let mut friction: Vec<f64> = points.iter().map(|point| point.coefficient).collect();
-        let (slow, fast) = (quantile(&mut speeds, TAIL), quantile(&mut speeds, 1.0 - TAIL));
+        let (slow, fast) = bulk(&mut speeds);
         let usual = median(&mut friction);
         let size = if usual > 0.0 { usual } else { 0.5 * swing };
         let fastest = most.max(-least);
@@ -180,14 +178,17 @@ fn half_turn(rows: impl Iterator<Item = (f64, f64, f64)>, swing: f64) -> Option<
     None
 }
 
+/// The range of nearly all values.
+pub(super) fn bulk(values: &mut [f64]) -> (f64, f64) {
+    (quantile(values, TAIL), quantile(values, 1.0 - TAIL))
+}
+
 /// Six standard deviations of the noise of a position, from its second differences: three quarters
 /// of the second differences of Gaussian noise of deviation s are below 1.15 √6 s = 2.82 s. (The
 /// median would be zero for a position rounded to a grid, where half of them may vanish.)
 fn noise(position: &[f64]) -> f64 {
-    let bends = position.windows(3).filter_map(|three| match *three {
-        [a, b, c] => Some((a - 2.0 * b + c).abs()),
-        _ => None,
-    });
+    let three = pairs(position).zip(position.iter().skip(2));
+    let bends = three.map(|((a, b), c)| (a - 2.0 * b + c).abs());
     6.0 * quantile(&mut bends.collect::<Vec<f64>>(), 0.75) / 2.82
 }
 

@@ -96,10 +96,8 @@ impl Log {
             }
             every(column, values, "be finite", |x| x.is_finite())?;
         }
-        for (row, pair) in time.windows(2).enumerate() {
-            if let [before, value] = *pair
-                && !(value > before && (value - before).is_finite())
-            {
+        for (row, (before, value)) in pairs(time).enumerate() {
+            if !(value > before && (value - before).is_finite()) {
                 let rule = "be later than the row before, by a finite time";
                 return Err(IdentifyError::Row { row: row + 1, column: "time", value, rule });
             }
@@ -113,12 +111,11 @@ impl Log {
         };
         // The quotient of two finite numbers can be infinite.
         every("friction/normal_force", &coefficient, "be finite", |mu| mu.is_finite())?;
-        let secant = |(times, ends): (&[f64], &[f64])| match (times, ends, motion) {
-            (&[t0, t1], &[a, b], Motion::Position(_)) => (b - a) / (t1 - t0),
-            (_, &[a, b], _) => 0.5 * (a + b),
-            _ => 0.0,
+        let mean_velocity = |((start, end), (a, b))| match motion {
+            Motion::Position(_) => (b - a) / (end - start),
+            Motion::Velocity(_) => 0.5 * (a + b),
         };
-        let mut held: Vec<f64> = time.windows(2).zip(along.windows(2)).map(secant).collect();
+        let mut held: Vec<f64> = pairs(time).zip(pairs(along)).map(mean_velocity).collect();
         held.insert(0, held.first().copied().unwrap_or(0.0));
         let velocity = match motion {
             Motion::Velocity(v) => v.to_vec(),
@@ -202,28 +199,25 @@ impl Log {
 
     /// Work of a friction coefficient along the log, over the normal force \[m\], by trapezia.
     pub(super) fn work(&self, coefficients: &[f64]) -> f64 {
-        let positions = self.positions();
-        let steps = positions.windows(2).zip(coefficients.windows(2));
-        let step = |(x, mu): (&[f64], &[f64])| match (x, mu) {
-            (&[from, to], &[before, after]) => (to - from) * 0.5 * (before + after),
-            _ => 0.0,
-        };
-        steps.map(step).sum()
+        let step = |((from, to), (before, after))| (to - from) * 0.5 * (before + after);
+        pairs(&self.positions()).zip(pairs(coefficients)).map(step).sum()
     }
 
     /// Position \[m\] at each row, from zero at the first.
     pub fn positions(&self) -> Vec<f64> {
         let mut position = 0.0;
-        let mut before = None;
-        let rows = self.time.iter().zip(&self.held);
-        rows.map(|(&time, &velocity)| {
-            if let Some(before) = before.replace(time) {
-                position += velocity * (time - before);
-            }
+        let steps = pairs(&self.time).zip(self.held.iter().skip(1));
+        let positions = steps.map(|((before, time), velocity)| {
+            position += velocity * (time - before);
             position
-        })
-        .collect()
+        });
+        core::iter::once(0.0).chain(positions).collect()
     }
+}
+
+/// Neighbouring values.
+pub(super) fn pairs(values: &[f64]) -> impl Iterator<Item = (f64, f64)> {
+    values.iter().copied().zip(values.iter().copied().skip(1))
 }
 
 /// Refuses the first value of a column that breaks a rule.

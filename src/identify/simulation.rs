@@ -3,8 +3,8 @@
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
-use super::initial_guess::TAIL;
-use super::log::{FEWEST, quantile};
+use super::initial_guess::bulk;
+use super::log::FEWEST;
 use super::residuals::{Parameter, Residuals, within};
 use super::{Candidate, Fit, IdentifyError, InitialGuess, Log, Progress, Settings, least_squares};
 use crate::parameter::ParameterError;
@@ -57,8 +57,7 @@ impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
             let rule = "be at least 1";
             return Err(IdentifyError::Value { name: "substeps", value: 0.0, rule });
         }
-        let mut sorted = log.coefficient.clone();
-        let (low, high) = (quantile(&mut sorted, TAIL), quantile(&mut sorted, 1.0 - TAIL));
+        let (low, high) = bulk(&mut log.coefficient.clone());
         let first = within(log.coefficient.first().copied().unwrap_or(0.0), low, high);
         let along = Self { candidate, parameters, log, simulation, first };
         let counts_from = along.counts_from();
@@ -75,15 +74,17 @@ impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
         self.log.time.first().copied().unwrap_or(0.0) + self.simulation.settle
     }
 
-    /// Passes the model's friction coefficient at every row to `each`, with the row.
+    /// Passes the model's friction coefficient at every row to `each`, with the residual if the row
+    /// counts.
     fn run<T: Scalar>(
         &self,
         values: &[T; N],
-        mut each: impl FnMut(usize, T),
+        mut each: impl FnMut(T, Option<T>),
     ) -> Result<(), ParameterError> {
         let model = self.candidate.model(values)?;
         let offset = self.candidate.offset(values);
-        let Log { time, held, velocity, .. } = self.log;
+        let Log { time, held, velocity, coefficient } = self.log;
+        let counts_from = self.counts_from();
         let substeps = self.simulation.substeps;
         let count = 1.0 / substeps as f64;
         // The deflection that gives the first measured friction at rest. Slow sliding carries no
@@ -97,8 +98,8 @@ impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
         let one = T::one();
         let mut deflection = full * within((first - offset) / carried, -one, one);
         let mut before: Option<f64> = None;
-        let rows = time.iter().zip(held).zip(velocity).enumerate();
-        for (row, ((&time, &held), &velocity)) in rows {
+        let rows = time.iter().zip(held).zip(velocity).zip(coefficient);
+        for (((&time, &held), &velocity), &measured) in rows {
             if let Some(before) = before {
                 let duration = lit((time - before) * count);
                 for _ in 0..substeps {
@@ -106,7 +107,8 @@ impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
                 }
             }
             before = Some(time);
-            each(row, model.coefficient(lit::<T>(velocity), deflection) + offset);
+            let friction = model.coefficient(lit::<T>(velocity), deflection) + offset;
+            each(friction, (time >= counts_from).then(|| friction - lit(measured)));
         }
         Ok(())
     }
@@ -122,15 +124,7 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C, N> {
         values: &[T; N],
         each: &mut impl FnMut(T),
     ) -> Result<(), ParameterError> {
-        let Log { time, coefficient, .. } = self.log;
-        let counts_from = self.counts_from();
-        self.run(values, |row, model| {
-            if let (Some(&time), Some(&measured)) = (time.get(row), coefficient.get(row))
-                && time >= counts_from
-            {
-                each(model - lit(measured));
-            }
-        })
+        self.run(values, |_, residual| residual.into_iter().for_each(&mut *each))
     }
 }
 
@@ -240,15 +234,15 @@ pub fn predict<C: Candidate<N>, const N: usize>(
     let parameters = values.map(|start| Parameter::positive("", "", start, 1.0));
     let along = Along::new(candidate, parameters, log, simulation)?;
     let mut coefficients = Vec::with_capacity(log.len());
-    along.run(values, |_, model: f64| coefficients.push(model))?;
+    let (mut squares, mut rows) = (0.0, 0.0);
+    along.run(values, |model: f64, residual| {
+        coefficients.push(model);
+        squares += residual.map_or(0.0, |r| r * r);
+        rows += if residual.is_some() { 1.0 } else { 0.0 };
+    })?;
     if !coefficients.iter().all(|mu| mu.is_finite()) {
         return Err(IdentifyError::NotFinite);
     }
-    let (mut squares, mut rows) = (0.0, 0.0);
-    along.evaluate(values, &mut |r: f64| {
-        squares += r * r;
-        rows += 1.0;
-    })?;
     let (work, measured_work) = (log.work(&coefficients), log.work(&log.coefficient));
     Ok(Prediction { coefficients, rmse: f64::sqrt(squares / rows), work, measured_work })
 }

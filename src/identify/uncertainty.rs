@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 
 use nalgebra::SMatrix;
 
+use super::log::pairs;
 use super::problem::{Point, Problem};
 use super::residuals::{Residuals, within};
 use super::triangle::Triangle;
@@ -46,12 +47,9 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
     let mut weak = Vec::new();
     for (value, direction) in &directions {
         if *value > SINGULAR * largest {
+            // A column of zeros has no share in any direction.
             let unscaled =
-                Point::<N>::from_fn(
-                    |i, _| {
-                        if norms[i] > 0.0 { direction[i] / norms[i] } else { 0.0 }
-                    },
-                );
+                direction.zip_map(&norms, |x, norm| if norm > 0.0 { x / norm } else { x });
             inverse += unscaled * unscaled.transpose() / (value * value);
             continue;
         }
@@ -121,8 +119,7 @@ fn statistics(residuals: &[f64]) -> ResidualStatistics {
     let mean = residuals.iter().sum::<f64>() / count;
     let squares: f64 = residuals.iter().map(|r| r * r).sum();
     let variance: f64 = residuals.iter().map(|r| (r - mean) * (r - mean)).sum();
-    let pairs = residuals.iter().zip(residuals.iter().skip(1));
-    let next: f64 = pairs.map(|(a, b)| (a - mean) * (b - mean)).sum();
+    let next: f64 = pairs(residuals).map(|(a, b)| (a - mean) * (b - mean)).sum();
     let longest = (rows / 10).max(1);
     let time = correlation_time(residuals.iter().map(|r| r - mean).collect()).max(1.0);
     ResidualStatistics {
