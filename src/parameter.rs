@@ -176,7 +176,7 @@ fn limits<T: Scalar>() -> (f64, f64) {
 }
 
 /// Returns a value that passes a check, or the error that names the rule.
-fn check<T: Scalar>(
+pub(crate) fn check<T: Scalar>(
     name: &'static str,
     value: T,
     passes: bool,

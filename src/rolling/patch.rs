@@ -6,7 +6,7 @@ use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::regularisation::Regularisation;
 use crate::rheology::{KelvinVoigt, Rheology, VelocityLaw};
-use crate::scalar::{is_zero, to_f64};
+use crate::scalar::is_zero;
 use crate::{Affine, Bristle, Dahl, FrBd, LuGre, Scalar, Sliding};
 
 /// A friction model with one deflection whose coefficients depend on the velocity alone, so that
@@ -120,10 +120,7 @@ pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Result<Affine<T>, Paramet
 /// A computed number of any magnitude, if it is finite.
 #[inline]
 pub(super) fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
-    if value.is_finite() {
-        return Ok(value);
-    }
-    Err(ParameterError { name, component: None, value: to_f64(value), rule: Rule::Finite })
+    parameter::check(name, value, value.is_finite(), Rule::Finite)
 }
 
 /// Parameters of [`Patch`].

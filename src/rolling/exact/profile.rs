@@ -1,7 +1,7 @@
 //! Part of a deflection profile: the bristles that entered during one step.
 
 use crate::Scalar;
-use crate::bounds::smaller;
+use crate::bounds::{larger, smaller};
 use crate::rolling::moments::{decaying, phi1, rising};
 use crate::scalar::{is_zero, lit};
 
@@ -140,23 +140,14 @@ impl<T: Scalar> Profile<T> {
         let tilt = (first - middle * integral) / (weight2 - middle * weight1);
 
         let ends = [newer.base, newer.at(T::one()), self.base, self.at(T::one())];
-        let (mut least, mut most) = (ends[0], ends[0]);
-        for end in ends {
-            least = if end < least { end } else { least };
-            most = if end > most { end } else { most };
-        }
-        let positive = |room: T| if room > T::zero() { room } else { T::zero() };
-        let (below, above) = (positive(mean - least), positive(most - mean));
+        let (least, most) = ends
+            .into_iter()
+            .fold((mean, mean), |(least, most), end| (smaller(least, end), larger(most, end)));
+        let (below, above) = (mean - least, most - mean);
         let rest = T::one() - middle;
         let rising = smaller(below / middle, above / rest);
         let falling = smaller(above / middle, below / rest);
-        let tilt = if tilt > rising {
-            rising
-        } else if tilt < -falling {
-            -falling
-        } else {
-            tilt
-        };
+        let tilt = larger(smaller(tilt, rising), -falling);
         Self::straight(width, mean - middle * tilt, mean + rest * tilt)
     }
 }

@@ -29,7 +29,7 @@ use super::queue::{Held, Segment};
 use super::{Crossing, ExactPatch, Motion, RateDependent};
 use crate::parameter::{self, ParameterError, Rule};
 use crate::root::enclose;
-use crate::scalar::{is_zero, lit, to_f64};
+use crate::scalar::{is_zero, lit};
 use crate::signal::Signal;
 use crate::{Affine, Scalar};
 
@@ -157,15 +157,9 @@ where
             crossed = crossed.or(Some(distance));
             end = middle;
         }
-        Err(ParameterError {
-            name: "crossings of the patch",
-            component: None,
-            value: to_f64(crossed.unwrap_or_else(T::zero)),
-            rule: Rule::AtMost {
-                other: "the limit for one span",
-                limit: LONGEST * (1_usize << HALVINGS) as f64,
-            },
-        })
+        let limit = LONGEST * (1_usize << HALVINGS) as f64;
+        let rule = Rule::AtMost { other: "the limit for one span", limit };
+        Err(parameter::refused("crossings of the patch", crossed.unwrap_or_else(T::zero), rule))
     }
 
     /// A step with the motions at its two Gauss points.

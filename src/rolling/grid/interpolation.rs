@@ -15,6 +15,7 @@
 //! schemes with Runge–Kutta time stepping", Journal of Computational Physics 136 (1997), 83–99.
 
 use crate::Scalar;
+use crate::bounds::{larger, smaller};
 use crate::scalar::lit;
 
 /// Most nodes of a polynomial.
@@ -102,30 +103,22 @@ fn limited<T: Scalar>(values: &[T], cell: usize, part: T, value: T) -> T {
     };
     let bent = here + part * rise - part * (T::one() - part) * bend;
     let (low, high) = if here < next { (here, next) } else { (next, here) };
-    let low = if bent < low { bent } else { low };
-    let high = if bent > high { bent } else { high };
-    cut(value, low, high)
+    cut(value, smaller(low, bent), larger(high, bent))
 }
 
 /// A value cut to a range; NaN stays NaN.
 #[inline(always)]
 pub(super) fn cut<T: Scalar>(value: T, low: T, high: T) -> T {
-    if value < low {
-        low
-    } else if value > high {
-        high
-    } else {
-        value
-    }
+    smaller(larger(value, low), high)
 }
 
 /// The smaller of two values of one sign, 0 for two of different signs.
 #[inline(always)]
 fn minmod<T: Scalar>(a: T, b: T) -> T {
     if a > T::zero() && b > T::zero() {
-        if a < b { a } else { b }
+        smaller(a, b)
     } else if a < T::zero() && b < T::zero() {
-        if a > b { a } else { b }
+        larger(a, b)
     } else {
         T::zero()
     }

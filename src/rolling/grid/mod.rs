@@ -176,11 +176,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         cells: usize,
         bristles: impl FnOnce(&[T]) -> Result<Bristles<M>, ParameterError>,
     ) -> Result<Self, ParameterError> {
-        if cells == 0 || cells > MOST_CELLS {
-            let rule = Rule::CountBetween { least: 1, most: MOST_CELLS };
-            let value = cells as f64;
-            return Err(ParameterError { name: "cells", component: None, value, rule });
-        }
+        let rule = Rule::CountBetween { least: 1, most: MOST_CELLS };
+        parameter::check("cells", cells as f64, (1..=MOST_CELLS).contains(&cells), rule)?;
         let share = T::one() / lit(cells as f64);
         let mut places: Vec<T> = (0..cells).map(|i| lit::<T>(i as f64) * share).collect();
         places.push(T::one());
@@ -273,11 +270,6 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// The force F \[N\] of the deflections as they are, at a slip velocity [m/s].
     pub fn force(&self, slip_velocity: T) -> T {
         self.force_of(&self.deflections, &|_| slip_velocity)
-    }
-
-    /// The force F \[N\] of the deflections as they are, at slip velocities v(ξ) [m/s].
-    pub fn force_along(&self, slip_velocity: impl Fn(T) -> T) -> T {
-        self.force_of(&self.deflections, &slip_velocity)
     }
 
     /// A step of length h ≥ 0 \[s\] with the motion held. The patch may also roll backwards (U <

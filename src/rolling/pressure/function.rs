@@ -58,7 +58,10 @@ impl<T: Scalar, F: Fn(T) -> (T, T) + Clone, const K: usize> FunctionPressure<T, 
             let (value, slope) = pressure.at_and_slope(place);
             let checked = parameter::finite("pressure", value)
                 .and_then(|_| parameter::finite("the pressure's slope", slope))
-                .and_then(|_| non_negative_at(place, value));
+                .and_then(|_| {
+                    let rule = Rule::NonNegativeAt { place: to_f64(place) };
+                    parameter::check("pressure", value, value >= T::zero(), rule)
+                });
             if let (Err(error), None) = (checked, refused) {
                 refused = Some(error);
             }
@@ -75,20 +78,6 @@ impl<T: Scalar, F: Fn(T) -> (T, T) + Clone, const K: usize> FunctionPressure<T, 
         }
         pressure.total = total;
         Ok(pressure)
-    }
-}
-
-/// A pressure at a place, unless it is negative there.
-pub(super) fn non_negative_at<T: Scalar>(place: T, pressure: T) -> Result<T, ParameterError> {
-    if pressure >= T::zero() {
-        Ok(pressure)
-    } else {
-        Err(ParameterError {
-            name: "pressure",
-            component: None,
-            value: to_f64(pressure),
-            rule: Rule::NonNegativeAt { place: to_f64(place) },
-        })
     }
 }
 

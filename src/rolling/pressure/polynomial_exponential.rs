@@ -64,12 +64,7 @@ impl<T: Scalar> PolynomialExponential<T, 3> {
 
 fn admissible<T: Scalar>(decay: T) -> Result<T, ParameterError> {
     const MOST: f64 = 50.0;
-    if decay >= lit(-MOST) && decay <= lit(MOST) {
-        Ok(decay)
-    } else {
-        let rule = Rule::Magnitude { most: MOST };
-        Err(ParameterError { name: "decay", component: None, value: to_f64(decay), rule })
-    }
+    parameter::check("decay", decay, decay.abs() <= lit(MOST), Rule::Magnitude { most: MOST })
 }
 
 /// More would lose their digits to each other.
@@ -142,27 +137,17 @@ impl<T: Scalar, const N: usize> PolynomialExponential<T, N> {
     /// negative somewhere in the patch, and more coefficients than 12 or none.
     pub fn new(parameters: PolynomialExponentialParameters<T, N>) -> Result<Self, ParameterError> {
         let PolynomialExponentialParameters { coefficients, decay } = parameters;
-        if N == 0 || N > MOST_COEFFICIENTS {
-            return Err(ParameterError {
-                name: "coefficients",
-                component: None,
-                value: N as f64,
-                rule: Rule::CountBetween { least: 1, most: MOST_COEFFICIENTS },
-            });
-        }
+        let rule = Rule::CountBetween { least: 1, most: MOST_COEFFICIENTS };
+        parameter::check("coefficients", N as f64, (1..=MOST_COEFFICIENTS).contains(&N), rule)?;
         for (index, &coefficient) in coefficients.iter().enumerate() {
             parameter::component(index, parameter::finite("coefficients", coefficient))?;
         }
         let pressure = Self { coefficients, decay: admissible(decay)? };
-        match negative_place(&coefficients) {
-            None => Ok(pressure),
-            Some(place) => Err(ParameterError {
-                name: "pressure",
-                component: None,
-                value: to_f64(pressure.at(lit(place))),
-                rule: Rule::NonNegativeAt { place },
-            }),
+        if let Some(place) = negative_place(&coefficients) {
+            let rule = Rule::NonNegativeAt { place };
+            return Err(parameter::refused("pressure", pressure.at(lit(place)), rule));
         }
+        Ok(pressure)
     }
 
     /// The coefficients c₀ … c_{N−1} [N/m].
@@ -248,17 +233,12 @@ impl<T: Scalar, const N: usize> Pressure<T> for PolynomialExponential<T, N> {
 
     fn lever(&self, decay: T) -> T {
         let moments = decaying::<T, { MOST_COEFFICIENTS + 1 }>(self.decay + decay);
-        let shifted = self.coefficients.iter().zip(moments.iter().skip(1));
-        shifted.fold(T::zero(), |sum, (&c, &m)| sum + c * m)
+        self.weigh(&core::array::from_fn(|k| moments[k + 1]))
     }
 
     fn transform(&self, rate: Complex<T>) -> Complex<T> {
         let moments = complex_decaying::<T, N>(rate + Complex::from(self.decay));
-        let mut sum = Complex::new(T::zero(), T::zero());
-        for (&coefficient, moment) in self.coefficients.iter().zip(moments) {
-            sum += moment.scale(coefficient);
-        }
-        sum
+        self.coefficients.iter().zip(moments).map(|(&c, moment)| moment.scale(c)).sum()
     }
 }
 

@@ -77,6 +77,18 @@ impl<T: Scalar, const N: usize> TabulatedPressure<T, N> {
             _ => None,
         })
     }
+
+    /// ∫ p e^(−sξ) dξ, with the moments ψ₀ and ψ₁ of a number of its kind.
+    fn faded<C>(&self, rate: C, moments: impl Fn(C) -> [C; 2]) -> C
+    where
+        C: ComplexField<RealField = T>,
+    {
+        self.pieces().fold(C::zero(), |sum, (from, width, start, end)| {
+            let [flat, tilted] = moments(rate.clone().scale(width));
+            let within = (flat - tilted.clone()).scale(start) + tilted.scale(end);
+            sum + ((-rate.clone().scale(from)).exp() * within).scale(width)
+        })
+    }
 }
 
 /// Parameters of [`TabulatedPressure::trapezoidal`].
@@ -173,11 +185,7 @@ impl<T: Scalar, const N: usize> Pressure<T> for TabulatedPressure<T, N> {
         if without_rolling(decay) {
             return T::zero();
         }
-        self.pieces().fold(T::zero(), |sum, (from, width, start, end)| {
-            let [flat, tilted] = decaying::<T, 2>(decay * width);
-            let within = start * (flat - tilted) + end * tilted;
-            sum + (-decay * from).exp() * width * within
-        })
+        self.faded(decay, decaying)
     }
 
     fn lever(&self, decay: T) -> T {
@@ -193,11 +201,6 @@ impl<T: Scalar, const N: usize> Pressure<T> for TabulatedPressure<T, N> {
     }
 
     fn transform(&self, rate: Complex<T>) -> Complex<T> {
-        let zero = Complex::new(T::zero(), T::zero());
-        self.pieces().fold(zero, |sum, (from, width, start, end)| {
-            let [flat, tilted] = complex_decaying::<T, 2>(rate.scale(width));
-            let within = (flat - tilted).scale(start) + tilted.scale(end);
-            sum + ((-rate.scale(from)).exp() * within).scale(width)
-        })
+        self.faded(rate, complex_decaying)
     }
 }
