@@ -22,7 +22,7 @@ use nalgebra::SMatrix;
 use super::dense_output::DenseOutput;
 use super::explicit::Explicit;
 use super::rosenbrock::Rosenbrock;
-use super::stepper::{Embedded, Field, Method, Point, Stepper, TrialStep};
+use super::stepper::{Embedded, Field, OneStep, Point, Stepper, TrialStep};
 use super::{DormandPrince, DormandPrince8, Rodas4, Rodas5P};
 use crate::Scalar;
 use crate::bounds::smaller;
@@ -44,7 +44,7 @@ impl Automatic {
 
 impl Embedded for Automatic {}
 
-impl<T: Scalar, const N: usize> Method<T, N> for Automatic {
+impl<T: Scalar, const N: usize> OneStep<T, N> for Automatic {
     type Stepper = Alternating<T, N>;
 
     fn stepper(&self) -> Self::Stepper {
@@ -59,7 +59,7 @@ impl<T: Scalar, const N: usize> Method<T, N> for Automatic {
 
 /// An explicit and a Rosenbrock method that take turns.
 #[derive(Debug, Clone)]
-pub struct Alternating<T: Scalar, const N: usize> {
+pub(crate) struct Alternating<T: Scalar, const N: usize> {
     pair: Pair<T, N>,
     /// Whether it is the explicit method's turn.
     is_explicit: bool,

@@ -17,7 +17,7 @@ pub(super) const MOST_TERMS: usize = 7;
 
 /// The dense output of one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DenseOutput<T, const N: usize> {
+pub(crate) struct DenseOutput<T, const N: usize> {
     start: SVector<T, N>,
     terms: [SVector<T, N>; MOST_TERMS],
     /// Number of terms in use.

@@ -8,14 +8,14 @@
 //! 1993), section II.6.
 
 use super::explicit::{Explicit, ExplicitTableau};
-use super::stepper::{Embedded, Method};
+use super::stepper::{Embedded, OneStep};
 use crate::Scalar;
 
 /// The Dormand–Prince method of order 5(4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DormandPrince;
 
-impl<T: Scalar, const N: usize> Method<T, N> for DormandPrince {
+impl<T: Scalar, const N: usize> OneStep<T, N> for DormandPrince {
     type Stepper = Explicit<Self, T, N, 7>;
 
     fn stepper(&self) -> Self::Stepper {

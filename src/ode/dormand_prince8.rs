@@ -9,14 +9,14 @@
 //! II.10, and their program DOP853.
 
 use super::explicit::{Explicit, ExplicitTableau};
-use super::stepper::{Embedded, Method};
+use super::stepper::{Embedded, OneStep};
 use crate::Scalar;
 
 /// The Dormand–Prince method of order 8(5,3), for tight tolerances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DormandPrince8;
 
-impl<T: Scalar, const N: usize> Method<T, N> for DormandPrince8 {
+impl<T: Scalar, const N: usize> OneStep<T, N> for DormandPrince8 {
     type Stepper = Explicit<Self, T, N, 16>;
 
     fn stepper(&self) -> Self::Stepper {

@@ -26,7 +26,7 @@ use crate::Scalar;
 use crate::scalar::lit;
 
 /// The coefficients of an explicit Runge–Kutta method.
-pub trait ExplicitTableau: Debug + Copy {
+pub(crate) trait ExplicitTableau: Debug + Copy {
     /// Number s of stages of a step. Stage s lies at the end of the step, with the rate there.
     const STAGES: usize;
     /// cᵢ.
@@ -81,7 +81,7 @@ pub(super) const fn row(table: &'static [&'static [f64]], index: usize) -> &'sta
 
 /// An explicit Runge–Kutta method with S stages, those of its dense output included.
 #[derive(Debug, Clone, Copy)]
-pub struct Explicit<B, T, const N: usize, const S: usize> {
+pub(crate) struct Explicit<B, T, const N: usize, const S: usize> {
     k: [SVector<T, N>; S],
     /// The state at which the last stage before the end was evaluated.
     before_end: SVector<T, N>,

@@ -5,14 +5,14 @@
 //! (Springer, 1996), section IV.7, and their program of the same name.
 
 use super::rosenbrock::{Rosenbrock, RosenbrockTableau};
-use super::stepper::{Embedded, Method};
+use super::stepper::{Embedded, OneStep};
 use crate::Scalar;
 
 /// The L-stable Rosenbrock method RODAS of order 4(3), for stiff systems and moderate tolerances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Rodas4;
 
-impl<T: Scalar, const N: usize> Method<T, N> for Rodas4 {
+impl<T: Scalar, const N: usize> OneStep<T, N> for Rodas4 {
     type Stepper = Rosenbrock<Self, T, N, 6>;
 
     fn stepper(&self) -> Self::Stepper {

@@ -7,14 +7,14 @@
 //! (2023), 27.
 
 use super::rosenbrock::{Rosenbrock, RosenbrockTableau};
-use super::stepper::{Embedded, Method};
+use super::stepper::{Embedded, OneStep};
 use crate::Scalar;
 
 /// The L-stable Rosenbrock method Rodas5P of order 5(4), for stiff systems and tight tolerances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Rodas5P;
 
-impl<T: Scalar, const N: usize> Method<T, N> for Rodas5P {
+impl<T: Scalar, const N: usize> OneStep<T, N> for Rodas5P {
     type Stepper = Rosenbrock<Self, T, N, 8>;
 
     fn stepper(&self) -> Self::Stepper {

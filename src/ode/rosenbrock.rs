@@ -22,7 +22,7 @@ use crate::Scalar;
 use crate::scalar::{lit, nan};
 
 /// The coefficients of a Rosenbrock method.
-pub trait RosenbrockTableau: Debug + Copy {
+pub(crate) trait RosenbrockTableau: Debug + Copy {
     /// γ.
     const GAMMA: f64;
     /// Times αᵢ of the stages as fractions of the step.
@@ -41,7 +41,7 @@ pub trait RosenbrockTableau: Debug + Copy {
 
 /// A Rosenbrock method with S stages.
 #[derive(Debug, Clone, Copy)]
-pub struct Rosenbrock<B, T: Scalar, const N: usize, const S: usize> {
+pub(crate) struct Rosenbrock<B, T: Scalar, const N: usize, const S: usize> {
     u: [SVector<T, N>; S],
     /// The derivatives where the next step starts.
     at_start: Linearisation<T, N>,

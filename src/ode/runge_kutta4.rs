@@ -6,7 +6,7 @@
 use nalgebra::SVector;
 
 use super::explicit::{Explicit, ExplicitTableau};
-use super::stepper::Method;
+use super::stepper::OneStep;
 use super::system::System;
 use crate::scalar::lit;
 use crate::{Branch, Scalar};
@@ -19,7 +19,7 @@ use crate::{Branch, Scalar};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RungeKutta4;
 
-impl<T: Scalar, const N: usize> Method<T, N> for RungeKutta4 {
+impl<T: Scalar, const N: usize> OneStep<T, N> for RungeKutta4 {
     type Stepper = Explicit<Self, T, N, 5>;
 
     fn stepper(&self) -> Self::Stepper {

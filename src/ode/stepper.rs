@@ -9,7 +9,7 @@ use super::system::Linearisation;
 use crate::Scalar;
 
 /// The right-hand side on locked branches, as a method sees it: smooth, and its calls counted.
-pub trait Field<T: Scalar, const N: usize> {
+pub(crate) trait Field<T: Scalar, const N: usize> {
     /// f(t, x).
     fn rate(&mut self, time: T, state: &SVector<T, N>) -> SVector<T, N>;
 
@@ -20,7 +20,7 @@ pub trait Field<T: Scalar, const N: usize> {
 
 /// The start or the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point<T, const N: usize> {
+pub(crate) struct Point<T, const N: usize> {
     /// Time \[s\].
     pub(super) time: T,
     /// State x.
@@ -53,7 +53,7 @@ impl<T: Scalar, const N: usize> Point<T, N> {
 
 /// The result of a trial step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrialStep<T, const N: usize> {
+pub(crate) struct TrialStep<T, const N: usize> {
     /// State at the end.
     pub(super) state: SVector<T, N>,
     /// Estimate of the local error; zero for a method without one.
@@ -65,7 +65,7 @@ pub struct TrialStep<T, const N: usize> {
 }
 
 /// A one-step method at work: its stages, and what one step passes on to the next.
-pub trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
+pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
     /// Evaluates the rate, and whatever else the method needs, at a point where a run starts or
     /// continues after a reversal or a kink.
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>);
@@ -103,13 +103,17 @@ pub trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
 /// A one-step method of this module: [`RungeKutta4`](super::RungeKutta4),
 /// [`DormandPrince`](super::DormandPrince), [`DormandPrince8`](super::DormandPrince8),
 /// [`Rodas4`](super::Rodas4), [`Rodas5P`](super::Rodas5P) or [`Automatic`](super::Automatic).
-pub trait Method<T: Scalar, const N: usize>: Debug + Clone {
+#[allow(private_bounds, reason = "the methods are those of this module")]
+pub trait Method<T: Scalar, const N: usize>: OneStep<T, N> {}
+
+impl<T: Scalar, M: OneStep<T, N>, const N: usize> Method<T, N> for M {}
+
+/// What the driver asks of a method.
+pub(crate) trait OneStep<T: Scalar, const N: usize>: Debug + Clone {
     /// What steps with it.
-    #[doc(hidden)]
     type Stepper: Stepper<T, N>;
 
     /// The method at the start of a run.
-    #[doc(hidden)]
     fn stepper(&self) -> Self::Stepper;
 }
 
