@@ -56,8 +56,9 @@ impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
 
     /// A limit on the number of trial steps, 10⁸ if not given.
     #[must_use]
-    pub fn with_most_steps(self, most: u64) -> Self {
-        Self { pace: self.pace.with_most_steps(most), ..self }
+    pub fn with_most_steps(mut self, most: u64) -> Self {
+        self.pace.most_steps = most;
+        self
     }
 
     /// Starts a run over a time span \[s\] from a deflection \[m\], to be stepped by hand.

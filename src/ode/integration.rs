@@ -45,9 +45,7 @@ const ENDLESS: (u32, f64) = (100, 1e-2);
 pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const K: usize> {
     pub(super) system: &'a S,
     stepper: M::Stepper,
-    settings: Settings<T, N>,
-    /// Whether sliding directions are locked, and steps split at reversals and kinks.
-    pub(super) is_locking: bool,
+    pub(super) settings: Settings<T, N>,
     pub(super) walk: Walk<T>,
     pub(super) point: Point<T, N>,
     pub(super) locks: [Lock<T>; K],
@@ -78,7 +76,6 @@ where
         let mut run = Self {
             system,
             stepper: method.stepper(),
-            is_locking: settings.locks,
             walk: Walk::new(settings.pace, (start_time, end_time)),
             point: Point { time: start_time, state, rate, scale: settings.scale(&state) },
             settings,
@@ -199,7 +196,7 @@ where
 
     /// The next kink of an input between two times, if steps are split there.
     fn kinks(&self) -> impl Fn(T, T) -> Option<T> + use<'a, T, S, M, N, K> {
-        let (system, is_locking) = (self.system, self.is_locking);
+        let (system, is_locking) = (self.system, self.settings.locks);
         move |from, towards| if is_locking { system.next_kink(from, towards) } else { None }
     }
 
@@ -217,7 +214,7 @@ where
                 continue;
             };
             let is_clear =
-                !self.is_locking || surely_none(self.system, &self.locks, &self.point, &end);
+                !self.settings.locks || surely_none(self.system, &self.locks, &self.point, &end);
             let full = !is_clear || needs_dense_output(self.point.time, end_time);
             self.describe(&end, full, window);
             let reversal = if is_clear {
@@ -400,7 +397,7 @@ where
         self.walk.propose(length);
         self.walk.time = end.time;
         self.point = *end;
-        if self.is_locking {
+        if self.settings.locks {
             self.update_locks();
         }
     }

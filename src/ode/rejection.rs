@@ -24,7 +24,7 @@ where
         square: f64,
     ) -> Result<(), StopReason> {
         let can_go_on = self.walk.reject(tried, square, trial.order);
-        if !self.is_locking && !self.walk.is_adaptive() {
+        if !self.settings.locks && !self.walk.is_adaptive() {
             // Plain fixed steps have a fixed cost: there is no second trial.
             if is_finite(&trial.state) {
                 let rate = self.evaluate(self.point.time + tried, &trial.state);
@@ -42,7 +42,7 @@ where
         let time = self.point.time;
         let ahead = self.point.state + self.point.rate * tried;
         let mut found = check_finite(&self.evaluate(time + tried, &ahead));
-        if self.is_locking {
+        if self.settings.locks {
             let velocities = self.system.sliding_velocities(time + tried, &ahead);
             if let Some(contact) = velocities.iter().position(|velocity| !velocity.is_finite()) {
                 return StopReason::VelocityNotFinite { contact };

@@ -75,7 +75,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
 
     /// The length of a fixed step \[s\].
     pub(crate) fn fixed_step(&self) -> Option<T> {
-        self.settings.pace.fixed_step()
+        self.settings.pace.fixed_step
     }
 
     /// The method.
@@ -113,7 +113,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// A limit on the number of trial steps, 10⁸ if not given.
     #[must_use]
     pub fn with_most_steps(mut self, most: u64) -> Self {
-        self.settings.pace = self.settings.pace.with_most_steps(most);
+        self.settings.pace.most_steps = most;
         self
     }
 

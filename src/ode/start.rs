@@ -21,7 +21,7 @@ where
     /// First evaluation, first step size, first branches.
     pub(super) fn start(&mut self) -> Result<(), StopReason> {
         let time = self.point.time;
-        self.at_kink = self.is_locking && {
+        self.at_kink = self.settings.locks && {
             let before = self.walk.just_before(time);
             self.system.next_kink(before, time + (time - before)).is_some()
         };
@@ -32,7 +32,7 @@ where
             None => self.first_step(),
         };
         self.walk.start(length)?;
-        if self.is_locking {
+        if self.settings.locks {
             self.choose_branches()?;
             self.refresh_locks();
             self.refresh_rate();

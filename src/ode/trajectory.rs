@@ -153,6 +153,16 @@ pub struct Interrupted<T, const N: usize> {
     pub trajectory: Trajectory<T, N>,
 }
 
+impl<T: Scalar, const N: usize> Interrupted<T, N> {
+    fn new(failure: Failure<T, N>, stored: Trajectory<T, N>) -> Box<Self> {
+        // Nothing of a start that was refused is a solution.
+        let is_refused = matches!(failure.reason, StopReason::Refused(_));
+        let stored = if is_refused { Trajectory::empty() } else { stored };
+        let (outcome, statistics) = (Outcome::Failed, failure.statistics);
+        Box::new(Self { failure, trajectory: Trajectory { outcome, statistics, ..stored } })
+    }
+}
+
 impl<T: Scalar, const N: usize> fmt::Display for Interrupted<T, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(&self.failure, f)
@@ -196,20 +206,9 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ) -> Result<Trajectory<T, N>, Box<Interrupted<T, N>>> {
         let mut recorder =
             Recorder { output, span: span.clone(), next: None, trajectory: Trajectory::empty() };
-        let interrupt = |failure: Failure<T, N>, recorder: Recorder<'_, T, N>| {
-            let mut trajectory = recorder.trajectory;
-            if matches!(failure.reason, StopReason::Refused(_)) {
-                // Nothing of a start that was refused is a solution.
-                trajectory.times.clear();
-                trajectory.states.clear();
-            }
-            trajectory.outcome = Outcome::Failed;
-            trajectory.statistics = failure.statistics;
-            Box::new(Interrupted { failure, trajectory })
-        };
         if let Err(error) = recorder.check() {
             let failure = Failure::refused(error, span.start, initial_state);
-            return Err(interrupt(failure, recorder));
+            return Err(Interrupted::new(failure, recorder.trajectory));
         }
         recorder.start(&initial_state);
         match self.stream(system, span, initial_state, events, &mut recorder) {
@@ -219,7 +218,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
                 trajectory.statistics = summary.statistics;
                 Ok(trajectory)
             }
-            Err(failure) => Err(interrupt(failure, recorder)),
+            Err(failure) => Err(Interrupted::new(failure, recorder.trajectory)),
         }
     }
 }
@@ -258,8 +257,7 @@ pub fn solve<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize>(
         Ok(solver) => solver.solve(system, span, initial_state, output),
         Err(error) => {
             let failure = Failure::refused(error, span.start, initial_state);
-            let trajectory = Trajectory { outcome: Outcome::Failed, ..Trajectory::empty() };
-            Err(Box::new(Interrupted { failure, trajectory }))
+            Err(Interrupted::new(failure, Trajectory::empty()))
         }
     }
 }

@@ -15,64 +15,33 @@ const INSTANT: f64 = 1e-30;
 /// A run that needs more trial steps calls for another method.
 const MOST_STEPS: u64 = 100_000_000;
 
-/// How the lengths of steps are chosen.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum StepLength<T> {
-    /// All alike \[s\].
-    Fixed(T),
-    /// By the error, with a limit and a first length \[s\] if given.
-    Adaptive {
-        /// The first length.
-        first: Option<T>,
-        /// The limit.
-        largest: Option<T>,
-    },
-}
-
 /// How a run chooses its steps, and how many it may try.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pace<T> {
-    length: StepLength<T>,
-    most_steps: u64,
+    /// The length of all steps \[s\]; chosen by the error if there is none.
+    pub(crate) fixed_step: Option<T>,
+    /// The length of the first adaptive step \[s\]; estimated if there is none.
+    first_step: Option<T>,
+    /// A limit of adaptive steps \[s\].
+    largest_step: Option<T>,
+    pub(crate) most_steps: u64,
 }
 
 impl<T: Scalar> Pace<T> {
     pub(crate) fn adaptive() -> Self {
-        let length = StepLength::Adaptive { first: None, largest: None };
-        Self { length, most_steps: MOST_STEPS }
+        Self { fixed_step: None, first_step: None, largest_step: None, most_steps: MOST_STEPS }
     }
 
     pub(crate) fn fixed(step: T) -> Result<Self, ParameterError> {
-        let length = StepLength::Fixed(parameter::positive("step", step)?);
-        Ok(Self { length, most_steps: MOST_STEPS })
+        Ok(Self { fixed_step: Some(parameter::positive("step", step)?), ..Self::adaptive() })
     }
 
-    pub(crate) fn with_largest_step(mut self, limit: T) -> Result<Self, ParameterError> {
-        let limit = parameter::positive("largest_step", limit)?;
-        if let StepLength::Adaptive { largest, .. } = &mut self.length {
-            *largest = Some(limit);
-        }
-        Ok(self)
+    pub(crate) fn with_largest_step(self, limit: T) -> Result<Self, ParameterError> {
+        Ok(Self { largest_step: Some(parameter::positive("largest_step", limit)?), ..self })
     }
 
-    pub(crate) fn with_first_step(mut self, step: T) -> Result<Self, ParameterError> {
-        let step = parameter::positive("first_step", step)?;
-        if let StepLength::Adaptive { first, .. } = &mut self.length {
-            *first = Some(step);
-        }
-        Ok(self)
-    }
-
-    pub(crate) fn with_most_steps(self, most_steps: u64) -> Self {
-        Self { most_steps, ..self }
-    }
-
-    /// The length of a fixed step \[s\].
-    pub(crate) fn fixed_step(&self) -> Option<T> {
-        match self.length {
-            StepLength::Fixed(step) => Some(step),
-            StepLength::Adaptive { .. } => None,
-        }
+    pub(crate) fn with_first_step(self, step: T) -> Result<Self, ParameterError> {
+        Ok(Self { first_step: Some(parameter::positive("first_step", step)?), ..self })
     }
 }
 
@@ -130,10 +99,7 @@ impl<T: Scalar> Walk<T> {
 
     /// The length of the first step, if it is fixed or was asked for.
     pub(crate) fn given_length(&self) -> Option<T> {
-        match self.pace.length {
-            StepLength::Fixed(step) => Some(step),
-            StepLength::Adaptive { first, .. } => first,
-        }
+        self.pace.fixed_step.or(self.pace.first_step)
     }
 
     /// Sets the length of the first step: as given, or a guess.
@@ -152,7 +118,7 @@ impl<T: Scalar> Walk<T> {
     }
 
     pub(crate) fn is_adaptive(&self) -> bool {
-        self.pace.fixed_step().is_none()
+        self.pace.fixed_step.is_none()
     }
 
     pub(crate) fn is_over(&self) -> bool {
@@ -224,7 +190,7 @@ impl<T: Scalar> Walk<T> {
             let time = if is_before(kink, stop.time) { kink } else { stop.time };
             stop = Stop { time, is_kink: true };
         }
-        if let Some(step) = self.pace.fixed_step() {
+        if let Some(step) = self.pace.fixed_step {
             let grid = self.start_time + step * lit((self.grid + 1) as f64) * direction;
             // Rounding must not leave a last step of nothing.
             if (stop.time - grid) * direction > self.rounding(stop.time) {
@@ -300,7 +266,7 @@ impl<T: Scalar> Walk<T> {
         order: u8,
     ) -> Option<T> {
         self.statistics.steps += 1;
-        if let Some(step) = self.pace.fixed_step() {
+        if let Some(step) = self.pace.fixed_step {
             // After a trial shortened at a pole of the field: back to the grid in doublings.
             self.length = smaller(step, self.length * lit(2.0));
             self.controller = Controller::new();
@@ -313,15 +279,15 @@ impl<T: Scalar> Walk<T> {
     /// Sets the length of the next step, if one is given.
     pub(crate) fn propose(&mut self, length: Option<T>) {
         let Some(length) = length else { return };
-        self.length = match self.pace.length {
-            StepLength::Adaptive { largest: Some(largest), .. } => smaller(length, largest),
+        self.length = match self.pace.largest_step {
+            Some(largest) if self.is_adaptive() => smaller(length, largest),
             _ => length,
         };
     }
 
     /// Counts a stop that a step has reached and that is not the end of the span.
     pub(crate) fn pass(&mut self, stop: Stop<T>) {
-        if let Some(step) = self.pace.fixed_step() {
+        if let Some(step) = self.pace.fixed_step {
             // A kink may fall on a grid point, and a grid point on a kink but for rounding.
             let travelled = (self.time - self.start_time).abs();
             let next = step * lit((self.grid + 1) as f64);
