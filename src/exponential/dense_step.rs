@@ -6,6 +6,7 @@
 )]
 
 use super::nodes::Nodes;
+use crate::bounds::{larger, smaller};
 use crate::scalar::{is_zero, lit, nan};
 use crate::{Affine, Branch, Bristle, Scalar};
 
@@ -57,7 +58,8 @@ pub struct DenseStep<T, const S: usize> {
     normal_force: T,
     start: T,
     end: T,
-    samples: [Sample<T>; S],
+    /// The bristle at the nodes.
+    pub(super) samples: [Sample<T>; S],
     /// Between these lie the start and every z_ss at the nodes.
     least: T,
     greatest: T,
@@ -67,15 +69,52 @@ pub struct DenseStep<T, const S: usize> {
     relaxation: T,
     /// How far the collocated part has come at each node: z = start − excess (1 − e^−Λ) + this.
     way: [T; S],
-    /// The same as a polynomial of θ, from the first power on: its rate at the start …
+    /// That way between the nodes.
+    way_curve: Curve<T, S>,
+    /// Λ between the nodes; zero without an excess.
+    relaxation_curve: Curve<T, S>,
+    /// An estimate of the error of the curve \[m\].
+    pub(super) error: T,
+}
+
+/// A polynomial of the part θ of the step that is over, zero at the start:
+/// first θ + Σ higher_k θ^(k+2).
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Curve<T, const S: usize> {
     first: T,
-    /// … and the higher powers.
     higher: [T; S],
-    /// Λ as a polynomial of θ, alike; not filled without an excess.
-    first_relaxation: T,
-    higher_relaxation: [T; S],
-    /// Estimate of the error of the curve.
-    error: T,
+}
+
+impl<T: Scalar, const S: usize> Curve<T, S> {
+    /// The integral of the polynomial through a value at the start and those at the nodes.
+    #[inline(always)]
+    fn integral(at_start: T, at_nodes: &[T; S]) -> Self {
+        let table = &Nodes::<S>::OF;
+        let higher = core::array::from_fn(|k| {
+            let mut sum = at_start * lit(table.powers_of_start[k]);
+            for j in 0..S {
+                sum += at_nodes[j] * lit(table.powers[k][j]);
+            }
+            sum * lit(1.0 / (k + 2) as f64)
+        });
+        Self { first: at_start, higher }
+    }
+
+    #[inline(always)]
+    fn at(&self, fraction: T) -> T {
+        let sum = self.higher.iter().rev().fold(T::zero(), |sum, &power| sum * fraction + power);
+        (sum * fraction + self.first) * fraction
+    }
+
+    /// The derivative.
+    #[inline(always)]
+    fn slope(&self, fraction: T) -> T {
+        let mut sum = T::zero();
+        for (k, &power) in self.higher.iter().enumerate().rev() {
+            sum = (sum + power * lit((k + 2) as f64)) * fraction;
+        }
+        sum + self.first
+    }
 }
 
 impl<T: Scalar, const S: usize> DenseStep<T, S> {
@@ -93,38 +132,19 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
         let duration = end_time - start_time;
         let mut relaxation = T::zero();
         let (mut least, mut greatest) = (T::one() / T::zero(), -T::one() / T::zero());
-        let mut matrix = [[T::zero(); S]; S];
-        for i in 0..S {
-            let sample = &samples[i];
-            relaxation += sample.relaxation * lit(table.weights[i]);
-            for j in 0..S {
-                matrix[i][j] = lit(table.slopes[i][j]);
-            }
-            matrix[i][i] += sample.relaxation * duration;
+        for (sample, &weight) in samples.iter().zip(&table.weights) {
+            relaxation += sample.relaxation * lit(weight);
             // Without relaxation nothing holds the deflection on the side to which it is driven;
             // 0/0 is neither side.
             let stationary = sample.drive / sample.relaxation;
-            if stationary < least {
-                least = stationary;
-            }
-            if stationary > greatest {
-                greatest = stationary;
-            }
+            (least, greatest) = (smaller(least, stationary), larger(greatest, stationary));
         }
         relaxation *= duration;
         // A deflection that follows z_ss lags by its change over Λ: what is within that of the
         // range belongs to the slow part, what is outside decays exactly.
         let lag = (greatest - least) * (lit::<T>(0.5) + lit::<T>(2.0) / relaxation);
-        let mut base = start;
-        if base > greatest + lag {
-            base = greatest + lag;
-        }
-        if base < least - lag {
-            base = least - lag;
-        }
-        if !base.is_finite() {
-            base = start;
-        }
+        let held = larger(smaller(start, greatest + lag), least - lag);
+        let base = if held.is_finite() { held } else { start };
         let excess = start - base;
         if !(least < start) {
             least = start;
@@ -135,7 +155,7 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
 
         let driven: [T; S] =
             core::array::from_fn(|i| (samples[i].drive - samples[i].relaxation * base) * duration);
-        let way = solve(matrix, driven);
+        let way = collocated(samples, duration, driven);
         // What each node's slope is, θ as the time; their mean is the way, and keeps the digits
         // of a short one that the elimination may lose.
         let slopes: [T; S] =
@@ -151,16 +171,15 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
         };
 
         let first = (at_start.drive - at_start.relaxation * base) * duration;
-        let higher = integral(table, first, &slopes);
-        let mut error = unresolved(table, first, &slopes);
-        let (mut first_relaxation, mut higher_relaxation) = (T::zero(), [T::zero(); S]);
+        let way_curve = Curve::integral(first, &slopes);
+        let mut error = unresolved(first, &slopes);
+        let mut relaxation_curve = Curve { first: T::zero(), higher: [T::zero(); S] };
         if !is_zero(excess) {
-            first_relaxation = at_start.relaxation * duration;
+            let first = at_start.relaxation * duration;
             let rates = core::array::from_fn(|i| samples[i].relaxation * duration);
-            higher_relaxation = integral(table, first_relaxation, &rates);
+            relaxation_curve = Curve::integral(first, &rates);
             // Where this counts Λ is about one.
-            error += excess.abs() * unresolved(table, first_relaxation, &rates)
-                / (T::one() + relaxation);
+            error += excess.abs() * unresolved(first, &rates) / (T::one() + relaxation);
         }
         let mut step = Self {
             start_time,
@@ -174,26 +193,18 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
             excess,
             relaxation,
             way,
-            first,
-            higher,
-            first_relaxation,
-            higher_relaxation,
+            way_curve,
+            relaxation_curve,
             error,
         };
-        step.end = step.within(end);
+        step.end = step.within(end, T::zero());
         step
     }
 
-    /// Cut to the range that the exact solution keeps.
+    /// Cut to the range that the exact solution keeps, and a margin on both sides.
     #[inline(always)]
-    fn within(&self, deflection: T) -> T {
-        if deflection > self.greatest {
-            self.greatest
-        } else if deflection < self.least {
-            self.least
-        } else {
-            deflection
-        }
+    fn within(&self, deflection: T, margin: T) -> T {
+        larger(smaller(deflection, self.greatest + margin), self.least - margin)
     }
 
     /// Time at which the step starts \[s\].
@@ -223,21 +234,12 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
             return self.end;
         }
         let fraction = (time - self.start_time) / (self.end_time - self.start_time);
-        let way = polynomial(self.first, &self.higher, fraction);
-        let mut deflection = self.start + way;
+        let mut deflection = self.start + self.way_curve.at(fraction);
         if !is_zero(self.excess) {
-            let relaxation = polynomial(self.first_relaxation, &self.higher_relaxation, fraction);
-            deflection -= self.excess * fallen(relaxation);
+            deflection -= self.excess * fallen(self.relaxation_curve.at(fraction));
         }
         // The nodes may miss the extreme of z_ss between them; of a parabola, no more than this.
-        let margin = (self.greatest - self.least) * lit(0.25);
-        if deflection > self.greatest + margin {
-            self.greatest + margin
-        } else if deflection < self.least - margin {
-            self.least - margin
-        } else {
-            deflection
-        }
+        self.within(deflection, (self.greatest - self.least) * lit(0.25))
     }
 
     /// How far from the equation the curve is at a time \[m/s\]: its rate less that of the bristle
@@ -245,11 +247,10 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
     pub(super) fn defect(&self, time: T, sample: &Sample<T>) -> T {
         let duration = self.end_time - self.start_time;
         let fraction = (time - self.start_time) / duration;
-        let mut rate = slope(self.first, &self.higher, fraction);
+        let mut rate = self.way_curve.slope(fraction);
         if !is_zero(self.excess) {
-            let relaxation = polynomial(self.first_relaxation, &self.higher_relaxation, fraction);
-            let falling = slope(self.first_relaxation, &self.higher_relaxation, fraction);
-            rate -= self.excess * (-relaxation).exp() * falling;
+            let relaxation = &self.relaxation_curve;
+            rate -= self.excess * (-relaxation.at(fraction)).exp() * relaxation.slope(fraction);
         }
         rate / duration - (sample.drive - sample.relaxation * self.at(time))
     }
@@ -260,21 +261,6 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
         let range = self.greatest - self.least;
         let turnover = sample.relaxation * time;
         range * if turnover < T::one() { turnover } else { T::one() }
-    }
-
-    /// The bristle at a node.
-    pub(super) fn sample(&self, node: usize) -> Option<&Sample<T>> {
-        self.samples.get(node)
-    }
-
-    /// The bristle at the end.
-    pub(super) fn last_sample(&self) -> Sample<T> {
-        self.samples[S - 1]
-    }
-
-    /// An estimate of the error of the curve \[m\].
-    pub(super) fn error(&self) -> T {
-        self.error
     }
 
     /// Force, work and deflection of the step.
@@ -300,7 +286,7 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
         // With positive stiffness the mean deflection keeps the range of the exact one.
         let shift = if positive {
             let mean = weighted / stiffness;
-            self.within(mean) - mean
+            self.within(mean, T::zero()) - mean
         } else {
             T::zero()
         };
@@ -323,15 +309,8 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
     fn falls(&self) -> [T; S] {
         let table = &Nodes::<S>::OF;
         let duration = self.end_time - self.start_time;
-        let mut matrix = [[T::zero(); S]; S];
-        for i in 0..S {
-            for j in 0..S {
-                matrix[i][j] = lit(table.slopes[i][j]);
-            }
-            matrix[i][i] += self.samples[i].relaxation * duration;
-        }
-        let mut falls =
-            solve(matrix, core::array::from_fn(|i| -self.samples[i].relaxation * duration));
+        let fading = core::array::from_fn(|i| -self.samples[i].relaxation * duration);
+        let mut falls = collocated(&self.samples, duration, fading);
         let mut integral = T::zero();
         for i in 0..S {
             integral += falls[i] * self.samples[i].relaxation * duration * lit(table.weights[i]);
@@ -382,41 +361,12 @@ fn fallen<T: Scalar>(x: T) -> T {
     -(-x).exp_m1()
 }
 
-/// first θ + Σ higher_k θ^(k+2).
-#[inline(always)]
-fn polynomial<T: Scalar, const S: usize>(first: T, higher: &[T; S], fraction: T) -> T {
-    let sum = higher.iter().rev().fold(T::zero(), |sum, &power| sum * fraction + power);
-    (sum * fraction + first) * fraction
-}
-
-/// The derivative of that polynomial.
-#[inline(always)]
-fn slope<T: Scalar, const S: usize>(first: T, higher: &[T; S], fraction: T) -> T {
-    let mut sum = T::zero();
-    for (k, &power) in higher.iter().enumerate().rev() {
-        sum = (sum + power * lit((k + 2) as f64)) * fraction;
-    }
-    sum + first
-}
-
-/// The higher powers of the integral of the polynomial through a value at the start and those at
-/// the nodes.
-#[inline(always)]
-fn integral<T: Scalar, const S: usize>(table: &Nodes<S>, at_start: T, at_nodes: &[T; S]) -> [T; S] {
-    core::array::from_fn(|k| {
-        let mut sum = at_start * lit(table.powers_of_start[k]);
-        for j in 0..S {
-            sum += at_nodes[j] * lit(table.powers[k][j]);
-        }
-        sum * lit(1.0 / (k + 2) as f64)
-    })
-}
-
 /// The size over the step of the integral of what the polynomial through a value at the start and
 /// those at the nodes leaves out: its Legendre coefficients go on falling, two by two, as the last
 /// four do.
 #[inline(always)]
-fn unresolved<T: Scalar, const S: usize>(table: &Nodes<S>, at_start: T, at_nodes: &[T; S]) -> T {
+fn unresolved<T: Scalar, const S: usize>(at_start: T, at_nodes: &[T; S]) -> T {
+    let table = &Nodes::<S>::OF;
     let size = |row: usize| {
         let mut sum = at_start * lit(table.tail_of_start[row]);
         for j in 0..S {
@@ -429,10 +379,21 @@ fn unresolved<T: Scalar, const S: usize>(table: &Nodes<S>, at_start: T, at_nodes
     left * lit(1.0 / (2 * S + 1) as f64)
 }
 
-/// Solves a system by elimination. Without pivots: the matrix D with λ ≥ 0 on its diagonal is, its
-/// rows weighted by b, positive definite.
+/// Solves (D + λh) y = right by elimination. Without pivots: the matrix D with λ ≥ 0 on its
+/// diagonal is, its rows weighted by b, positive definite.
 #[inline(always)]
-fn solve<T: Scalar, const S: usize>(mut matrix: [[T; S]; S], mut right: [T; S]) -> [T; S] {
+fn collocated<T: Scalar, const S: usize>(
+    samples: &[Sample<T>; S],
+    duration: T,
+    mut right: [T; S],
+) -> [T; S] {
+    let mut matrix = [[T::zero(); S]; S];
+    for i in 0..S {
+        for j in 0..S {
+            matrix[i][j] = lit(Nodes::<S>::OF.slopes[i][j]);
+        }
+        matrix[i][i] += samples[i].relaxation * duration;
+    }
     for k in 0..S {
         let inverse = T::one() / matrix[k][k];
         for j in k + 1..S {

@@ -8,7 +8,7 @@ use nalgebra::Vector1;
 use super::dense_step::{DenseStep, Sample};
 use super::nodes::Nodes;
 use super::{CollocationSolver, crossing, direction, places};
-use crate::bounds::smaller;
+use crate::bounds::{larger, smaller};
 use crate::ode::{Crossing, Failure, Statistics, StopReason, Trial, Walk};
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::signal::Signal;
@@ -132,19 +132,15 @@ where
             let is_finite = step.end().is_finite();
             let square = match self.allowed {
                 Some(allowed) if is_finite => {
-                    let error = step.error();
-                    let hidden =
-                        if error <= allowed { self.hidden(allowed, &step) } else { T::zero() };
-                    let ratio = to_f64((if hidden > error { hidden } else { error }) / allowed);
+                    let mut error = step.error;
+                    if error <= allowed {
+                        error = larger(error, self.hidden(allowed, &step));
+                    }
+                    let ratio = to_f64(error / allowed);
                     ratio * ratio
                 }
-                _ => {
-                    if is_finite {
-                        0.0
-                    } else {
-                        f64::NAN
-                    }
-                }
+                _ if is_finite => 0.0,
+                _ => f64::NAN,
             };
             if square <= 1.0 {
                 let is_cut = trial.reaches || end == End::Reversal;
@@ -234,7 +230,7 @@ where
                 self.refresh(velocity);
             }
             End::Smooth => {
-                self.sample = step.last_sample();
+                self.sample = step.samples[S - 1];
                 self.now = self.sample.velocity;
             }
         }
@@ -248,21 +244,14 @@ where
     /// node next to it.
     fn hidden(&mut self, allowed: T, step: &DenseStep<T, S>) -> T {
         let duration = step.end_time() - step.start_time();
+        let places = &Nodes::<S>::OF.places;
         let at_start = self.sample;
-        let mut sum = T::zero();
-        if let (Some(&place), Some(node)) = (Nodes::<S>::OF.places.first(), step.sample(0)) {
-            sum += self.towards(
-                allowed,
-                step,
-                (step.start_time(), at_start),
-                (duration * lit(place), *node),
-            );
-        }
-        if let (Some(&place), Some(node)) = (Nodes::<S>::OF.places.get(S - 2), step.sample(S - 2)) {
-            let gap = duration * lit(place - 1.0);
-            sum += self.towards(allowed, step, (step.end_time(), step.last_sample()), (gap, *node));
-        }
-        sum
+        let mut gap = |end, at_end, from: f64, node: usize| {
+            let gap = duration * lit(places[node] - from);
+            self.towards(allowed, step, (end, at_end), (gap, step.samples[node]))
+        };
+        gap(step.start_time(), at_start, 0.0, 0)
+            + gap(step.end_time(), step.samples[S - 1], 1.0, S - 2)
     }
 
     /// ∫|defect| \[m\] over the gap between an end of a step and a node, from samples ever nearer
