@@ -37,11 +37,17 @@ impl<T: Scalar> Pace<T> {
     }
 
     pub(crate) fn with_largest_step(self, limit: T) -> Result<Self, ParameterError> {
-        Ok(Self { largest_step: Some(parameter::positive("largest_step", limit)?), ..self })
+        let limit = parameter::positive("largest_step", limit)?;
+        Ok(Self { largest_step: self.if_adaptive(limit), ..self })
     }
 
     pub(crate) fn with_first_step(self, step: T) -> Result<Self, ParameterError> {
-        Ok(Self { first_step: Some(parameter::positive("first_step", step)?), ..self })
+        let step = parameter::positive("first_step", step)?;
+        Ok(Self { first_step: self.if_adaptive(step), ..self })
+    }
+
+    fn if_adaptive(&self, length: T) -> Option<T> {
+        if self.fixed_step.is_none() { Some(length) } else { None }
     }
 }
 
@@ -280,7 +286,7 @@ impl<T: Scalar> Walk<T> {
     pub(crate) fn propose(&mut self, length: Option<T>) {
         let Some(length) = length else { return };
         self.length = match self.pace.largest_step {
-            Some(largest) if self.is_adaptive() => smaller(length, largest),
+            Some(largest) => smaller(length, largest),
             _ => length,
         };
     }
