@@ -87,38 +87,24 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     {
         let sliding = sliding.into();
         parameter::finite("velocity", sliding.velocity())?;
-        let deflection = self.equilibrium(sliding)?;
-        if undecided(sliding) {
-            return self.state_space(sliding, deflection);
-        }
-        self.steady_linearised(sliding).matrices().finite()
-    }
-
-    /// The deflection of steady sliding, if it is one equilibrium.
-    fn equilibrium<const N: usize>(
-        &self,
-        sliding: Sliding<T>,
-    ) -> Result<M::Deflection, LinearisationError>
-    where
-        M::Deflection: States<T, N>,
-    {
-        if undecided(sliding) {
-            let side = |branch: Branch| self.stationary(branch.of(T::zero())).states();
-            if side(Branch::Forward) != side(Branch::Backward) {
-                return Err(LinearisationError::Kink);
-            }
+        let side = |branch: Branch| self.stationary(branch.of(T::zero())).states();
+        if undecided(sliding) && side(Branch::Forward) != side(Branch::Backward) {
+            return Err(LinearisationError::Kink);
         }
         let deflection = self.stationary(sliding);
         let velocity = sliding.velocity();
-        let rate = self.rate(sliding, deflection).states();
         // The rate is a difference of terms of the size of the velocity.
-        for &rate in rate.iter() {
-            if !(rate.abs() <= lit::<T>(1e4) * T::default_epsilon() * velocity.abs()) {
+        let rounding = lit::<T>(1e4) * T::default_epsilon() * velocity.abs();
+        for &rate in self.rate(sliding, deflection).states().iter() {
+            if !(rate.abs() <= rounding) {
                 let (velocity, rate) = (to_f64(velocity), to_f64(rate));
                 return Err(LinearisationError::NoEquilibrium { velocity, rate });
             }
         }
-        Ok(deflection)
+        if undecided(sliding) {
+            return self.state_space(sliding, deflection);
+        }
+        self.steady_linearised(sliding).matrices().finite()
     }
 }
 

@@ -336,10 +336,6 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     }
 }
 
-fn size<T: Scalar>(z: Complex<T>) -> T {
-    z.re.abs() + z.im.abs()
-}
-
 /// a/b, with b scaled to one so that its square neither overflows nor vanishes.
 fn quotient<T: Scalar>(a: Complex<T>, b: Complex<T>) -> Complex<T> {
     let (re, im) = (b.re.abs(), b.im.abs());
@@ -359,19 +355,19 @@ fn solve<T: Scalar, const N: usize>(
     mut right: SVector<Complex<T>, N>,
 ) -> Option<SVector<Complex<T>, N>> {
     // Sum of the moduli of the terms in each entry.
-    let mut terms = matrix.map(size);
+    let mut terms = matrix.map(ComplexField::norm1);
     let mut scales = SVector::<T, N>::from_fn(|i, _| {
         terms.row(i).iter().fold(T::zero(), |most, &term| larger(most, term))
     });
     for k in 0..N {
-        let weigh = |i: usize| (i, size(matrix[(i, k)]) / scales[i]);
+        let weigh = |i: usize| (i, matrix[(i, k)].norm1() / scales[i]);
         let (best, _) = (k..N).map(weigh).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
         matrix.swap_rows(k, best);
         terms.swap_rows(k, best);
         right.swap_rows(k, best);
         scales.swap_rows(k, best);
         let pivot = matrix[(k, k)];
-        if !(size(pivot) > lit::<T>(8.0) * T::default_epsilon() * terms[(k, k)]) {
+        if !(pivot.norm1() > lit::<T>(8.0) * T::default_epsilon() * terms[(k, k)]) {
             return None;
         }
         for i in k + 1..N {
@@ -379,7 +375,7 @@ fn solve<T: Scalar, const N: usize>(
             for j in k..N {
                 let row = matrix[(k, j)];
                 matrix[(i, j)] -= factor * row;
-                let part = size(factor) * terms[(k, j)];
+                let part = factor.norm1() * terms[(k, j)];
                 terms[(i, j)] += part;
             }
             let above = right[k];

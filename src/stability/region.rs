@@ -3,6 +3,7 @@
 use nalgebra::{Complex, ComplexField};
 
 use super::Scheme;
+use crate::root::enclose;
 
 const EULER: [f64; 2] = [1.0, 1.0];
 
@@ -99,17 +100,8 @@ fn reach(polynomial: &[f64], direction: Complex<f64>) -> f64 {
     while inside < 16.0 && !(excess(inside + 1.0 / 64.0) > 0.0) {
         inside += 1.0 / 64.0;
     }
-    let mut outside = inside + 1.0 / 64.0;
-    // Halved to the last digit.
-    for _ in 0..60 {
-        let middle = 0.5 * (inside + outside);
-        if excess(middle) > 0.0 {
-            outside = middle;
-        } else {
-            inside = middle;
-        }
-    }
-    inside
+    let outside = inside + 1.0 / 64.0;
+    enclose(excess, (inside, excess(inside)), (outside, excess(outside)), 0.0).0
 }
 
 #[cfg(test)]
