@@ -5,7 +5,7 @@ use crate::curve::FrictionCurve;
 use crate::parameter::{ParameterError, Rule, refused};
 use crate::rheology::ElementBounds;
 use crate::scalar::{is_zero, lit, to_f64, unlimited};
-use crate::{Bounds, Branch, Scalar};
+use crate::{Bounds, Branch, Scalar, Sliding};
 
 /// What a model is made of, as far as the laws of friction speak of it. From
 /// [`Bristle::characteristics`](crate::Bristle::characteristics).
@@ -84,20 +84,27 @@ impl<T: Scalar> Characteristics<T> {
     }
 }
 
+/// The speeds of the search, falling from the fastest.
+fn speeds<T: Scalar>(fastest: T) -> impl Iterator<Item = T> {
+    core::iter::successors(Some(fastest), |&speed| Some(speed * lit::<T>(NEXT)))
+        .take(PER_DECADE * DECADES + 1)
+}
+
+/// Sliding at a speed in one direction.
+fn sliding<T: Scalar>(branch: Branch, speed: T) -> Sliding<T> {
+    branch.of(if branch == Branch::Backward { -speed } else { speed })
+}
+
 /// The first speed of the search at which the curve is not finite or leaves its bounds.
 fn curve_fault<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> Option<ParameterError> {
     let bounds = curve.bounds(fastest);
     // The bounds are sums of the parameters, the values of a few functions.
     let rounding = T::one() + lit::<T>(1e2) * T::default_epsilon();
-    let count = if is_zero(fastest) { 0 } else { PER_DECADE * DECADES };
-    let looked_at = core::iter::successors(Some(fastest), |&speed| Some(speed * lit::<T>(NEXT)))
-        .take(count)
-        .chain(core::iter::once(T::zero()));
-    for speed in looked_at {
+    for speed in speeds(fastest).chain(core::iter::once(T::zero())) {
         for branch in [Branch::Forward, Branch::Backward] {
-            let velocity = if branch == Branch::Backward { -speed } else { speed };
-            let (mu, slope) = curve.coefficient_and_slope(branch.of(velocity));
-            let at = to_f64(velocity);
+            let sliding = sliding(branch, speed);
+            let (mu, slope) = curve.coefficient_and_slope(sliding);
+            let at = to_f64(sliding.velocity());
             let inside = mu * rounding >= bounds.min && mu <= bounds.max * rounding;
             if !(inside && mu > T::zero() && mu.is_finite()) {
                 let (least, most) = (to_f64(bounds.min), to_f64(bounds.max));
@@ -116,36 +123,30 @@ fn curve_fault<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> Option<
 
 /// The least dμ/d|v| at speeds up to `fastest`, by search.
 fn least_slope<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> T {
-    let side = |branch: Branch| {
-        let backward = branch == Branch::Backward;
-        let slope = |speed: T| {
-            let velocity = if backward { -speed } else { speed };
-            let (_, slope) = curve.coefficient_and_slope(branch.of(velocity));
-            if backward { -slope } else { slope }
+    let side =
+        |branch: Branch| {
+            let slope = |speed: T| {
+                let sliding = sliding(branch, speed);
+                curve.coefficient_and_slope(sliding).1 * sliding.direction()
+            };
+            let searched = speeds(fastest).map(|speed| (speed, slope(speed)));
+            let (at, least) = searched.fold((fastest, slope(fastest)), |least, here| {
+                if here.1 < least.1 { here } else { least }
+            });
+            let ratio: T = lit(NEXT);
+            // Thirds of the interval around it; flat at the bottom, so that half the digits are all of
+            // them.
+            let (mut low, mut high) = (at * ratio, smaller(at / ratio, fastest));
+            for _ in 0..80 {
+                let third = (high - low) / lit(3.0);
+                if slope(low + third) < slope(high - third) {
+                    high -= third;
+                } else {
+                    low += third;
+                }
+            }
+            smaller(least, slope((low + high) * lit(0.5)))
         };
-        let ratio: T = lit(NEXT);
-        let mut speed = fastest;
-        let (mut at, mut least) = (speed, slope(speed));
-        for _ in 0..PER_DECADE * DECADES {
-            speed *= ratio;
-            let here = slope(speed);
-            if here < least {
-                (at, least) = (speed, here);
-            }
-        }
-        // Thirds of the interval around it; flat at the bottom, so that half the digits are all of
-        // them.
-        let (mut low, mut high) = (at * ratio, smaller(at / ratio, fastest));
-        for _ in 0..80 {
-            let third = (high - low) / lit(3.0);
-            if slope(low + third) < slope(high - third) {
-                high -= third;
-            } else {
-                low += third;
-            }
-        }
-        smaller(least, slope((low + high) * lit(0.5)))
-    };
     if is_zero(fastest) {
         return curve.slope_at_rest();
     }

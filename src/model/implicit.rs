@@ -387,9 +387,7 @@ where
     }
 
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
-        let sliding = sliding.into();
-        let coefficient = self.regularisation.sign(sliding) * self.curve.coefficient(sliding);
-        coefficient / self.rheology.storage_stiffness()
+        self.stationary_coefficient(sliding) / self.rheology.storage_stiffness()
     }
 
     /// On the curve, on any branch.

@@ -28,7 +28,7 @@
 //! there the coefficients are frozen over the step.
 
 use super::ImplicitBristle;
-use super::solve::{Fold, Surface};
+use super::solve::{Fold, Surface, heading};
 use crate::bounds::{larger, smaller};
 use crate::curve::FrictionCurve;
 use crate::regularisation::Regularisation;
@@ -113,18 +113,17 @@ where
         let tip = self.tip(velocity, deflection);
         let mut sticks = tip.sticks;
         let rate = self.affine_at(&tip).rate(velocity, deflection);
-        let branch = if tip.direction < T::zero() { Branch::Backward } else { Branch::Forward };
         let size = self.trial(velocity, deflection).abs();
-        let beyond = self.switch(branch).is_some_and(|(load, ..)| match self.fold_rule {
+        let beyond = self.switch(tip.branch).is_some_and(|(load, ..)| match self.fold_rule {
             Some(FoldRule::Fastest) => size >= load,
             _ => size > load,
         });
         let mut path = Path {
-            branch,
+            branch: tip.branch,
             direction: tip.direction,
             velocity: tip.direction * velocity,
             gap: tip.direction * rate,
-            here: self.surface(branch, tip.surface.speed),
+            here: self.surface(tip.branch, tip.surface.speed),
             beyond,
             deflection,
             left: duration,
@@ -195,8 +194,7 @@ where
 
     /// E*, u⁻ and u⁺ in one direction.
     fn switch(&self, branch: Branch) -> Option<(T, T, T)> {
-        let Fold { summit, valley, other } =
-            self.folds.get(usize::from(branch == Branch::Backward)).and_then(|fold| *fold)?;
+        let Fold { summit, valley, other } = self.fold_of(branch)?;
         Some(match self.fold_rule? {
             FoldRule::Slowest => (summit.1, summit.0, other),
             FoldRule::Fastest => (valley.1, other, valley.0),
@@ -212,11 +210,7 @@ where
 
     /// The load has passed zero: from rest in the direction of the velocity.
     fn turn(&self, path: &mut Path<T>, velocity: T) {
-        (path.branch, path.direction) = if velocity < T::zero() {
-            (Branch::Backward, -T::one())
-        } else {
-            (Branch::Forward, T::one())
-        };
+        (path.branch, path.direction) = heading(velocity);
         path.velocity = velocity.abs();
         self.place(path, T::zero(), false);
     }

@@ -39,7 +39,8 @@ pub(super) struct Surface<T> {
 /// The state of the tip.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tip<T> {
-    /// ±1, the direction in which it slides or would slide.
+    /// The direction in which it slides or would slide, and its sign ±1.
+    pub(super) branch: Branch,
     pub(super) direction: T,
     pub(super) surface: Surface<T>,
     /// At rest for a range of loads (never with a regularisation).
@@ -103,21 +104,17 @@ where
     #[inline]
     pub(super) fn tip(&self, velocity: T, deflection: T) -> Tip<T> {
         let trial = self.trial(velocity, deflection);
-        let (branch, direction, size) = if trial < T::zero() {
-            (Branch::Backward, -T::one(), -trial)
-        } else {
-            (Branch::Forward, T::one(), trial)
-        };
+        let (branch, direction) = heading(trial);
+        let size = direction * trial;
         let zero = T::zero();
         let rest = self.surface(branch, zero);
-        let tip = |surface, sticks| Tip { direction, surface, sticks };
+        let tip = |surface, sticks| Tip { branch, direction, surface, sticks };
         if !size.is_finite() {
             return tip(Surface { speed: nan(), mu: nan(), ..rest }, false);
         }
         let exact = rest.carried > zero;
-        let fold = self.folds.get(usize::from(branch == Branch::Backward)).and_then(|fold| *fold);
         // From where on, what Φ is there, and how far.
-        let ((low, carried), high) = match (fold, self.fold_rule) {
+        let ((low, carried), high) = match (self.fold_of(branch), self.fold_rule) {
             (Some(Fold { summit, valley, .. }), Some(rule)) => {
                 let (slow, fast) = (((zero, rest.carried), Some(summit.0)), (valley, None));
                 let between = (summit, Some(valley.0));
@@ -135,10 +132,7 @@ where
         }
         let (_, damping) = self.elements();
         let viscous = self.curve.viscous_friction();
-        // Φ(u) ≥ σ1 u + σ2 u²/(u + |0|_ε) > σ1 u + σ2 (u − |0|_ε), which is e at this u.
-        let farthest = (size + viscous * self.regularisation.speed_at_rest()) / (damping + viscous);
-        // A few roundings beyond, so that it is not met by a step that should end short of it.
-        let farthest = farthest * (T::one() + T::default_epsilon() * lit(8.0));
+        let farthest = self.farthest(size);
         let high = high.map_or(farthest, |high| smaller(high, farthest));
         // Beyond μ(0), or from a valley on, a straight line; a regularised tip below that creeps.
         let share = size / rest.mu;
@@ -149,6 +143,22 @@ where
             low + (size - carried) / (damping + viscous)
         };
         tip(self.root(branch, size, (low, high), guess), false)
+    }
+
+    /// A speed beyond every solution of Φ(u) = `size`:
+    /// Φ(u) ≥ σ1 u + σ2 u²/(u + |0|_ε) > σ1 u + σ2 (u − |0|_ε), which is `size` there.
+    fn farthest(&self, size: T) -> T {
+        let viscous = self.curve.viscous_friction();
+        let rise = self.elements().1 + viscous;
+        let farthest = (size + viscous * self.regularisation.speed_at_rest()) / rise;
+        // A few roundings beyond, so that it is not met by a step that should end short of it.
+        farthest * (T::one() + T::default_epsilon() * lit(8.0))
+    }
+
+    /// The fold of Φ in one direction, if it has one.
+    pub(super) fn fold_of(&self, branch: Branch) -> Option<Fold<T>> {
+        let [forward, backward] = self.folds;
+        if branch == Branch::Backward { backward } else { forward }
     }
 
     /// The surface where Φ(u) = `size`, within a bracket.
@@ -203,7 +213,7 @@ where
         }
     }
 
-    /// The fold of Φ in one direction, if it has one. Φ is looked at from 1e-12 to 1e6 m/s, at
+    /// Finds the fold of Φ in one direction, if it has one. Φ is looked at from 1e-12 to 1e6 m/s, at
     /// sixteen speeds to each doubling; a fall between two of these is too shallow to matter.
     #[cold]
     pub(super) fn fold(&self, branch: Branch) -> Option<Fold<T>> {
@@ -249,21 +259,22 @@ where
                 if rest.carried >= valley.1 {
                     T::zero()
                 } else {
-                    let ends = (T::zero(), summit.0);
-                    self.root(branch, valley.1, ends, middle(ends.0, ends.1)).speed
+                    self.root(branch, valley.1, (T::zero(), summit.0), nan()).speed
                 }
             }
             _ => {
-                // As in the solution of the balance.
-                let viscous = self.curve.viscous_friction();
-                let rise = damping + viscous;
-                let farthest = (summit.1 + viscous * self.regularisation.speed_at_rest()) / rise;
-                let ends = (valley.0, farthest * (T::one() + T::default_epsilon() * lit(8.0)));
+                let rise = damping + self.curve.viscous_friction();
+                let ends = (valley.0, self.farthest(summit.1));
                 self.root(branch, summit.1, ends, valley.0 + (summit.1 - valley.1) / rise).speed
             }
         };
         Some(Fold { summit, valley, other })
     }
+}
+
+/// The direction of a load or velocity, and its sign ±1.
+pub(super) fn heading<T: Scalar>(signed: T) -> (Branch, T) {
+    if signed < T::zero() { (Branch::Backward, -T::one()) } else { (Branch::Forward, T::one()) }
 }
 
 /// Where to halve a bracket: in the middle of its ends if these are close, else of their
