@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use super::scene::{BESIDE, Clock, Level, Plan, Run, Scene, Start, direction};
+use super::scene::{Clock, Level, Plan, Run, Scene, Start, direction};
 use super::{FidelityError, Reducible, cost};
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
@@ -130,7 +130,8 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> KnownVelocity<T, M, V> {
     fn next_kink(&self, from: T, to: T) -> Option<T> {
         let kink = self.velocity.next_kink(from, to);
         let end = kink.unwrap_or(to);
-        let beside = (end - from) * lit(BESIDE);
+        // Beside the ends, where the velocity may jump or be zero.
+        let beside = (end - from) * lit(1e-8);
         let ends = [from + beside, end - beside].map(|time| (time, self.velocity.value(time)));
         let [(_, first), (_, last)] = ends;
         let reverses =

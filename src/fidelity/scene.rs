@@ -3,7 +3,6 @@
 use alloc::vec::Vec;
 
 use super::FidelityError;
-use crate::bounds::{larger, smaller};
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::lit;
 use crate::{Branch, Scalar};
@@ -254,7 +253,7 @@ impl<T: Scalar> Clock<T> {
 
     /// The steps from one time to another, divided where an input is not smooth, each with the time
     /// at which it looks at its inputs: its middle. Those of a check ([`Plan::steps`]) are shifted
-    /// by half a step and look at the ends of the others instead.
+    /// by half a step, so that they look where other runs have their ends.
     #[inline]
     pub(super) fn each_step(
         (start, end): (T, T),
@@ -273,24 +272,16 @@ impl<T: Scalar> Clock<T> {
             } else {
                 start + length * lit(place)
             };
-            let node = start + length * lit(place - 0.5);
             while from < to {
                 let kink = next_kink(from, to).filter(|kink| *kink > from && *kink < to);
                 let until = kink.unwrap_or(to);
-                // Next to a jump, on the side of the step.
-                let beside = (until - from) * lit(BESIDE);
-                let look = if check { node } else { (from + until) * lit(0.5) };
-                step(until - from, smaller(larger(look, from + beside), until - beside))?;
+                step(until - from, (from + until) * lit(0.5))?;
                 from = until;
             }
         }
         Ok(())
     }
 }
-
-/// How near to its ends a step looks, in lengths of the step: far above the roundings of the time
-/// after a million steps, and far below what a tolerance can tell.
-pub(super) const BESIDE: f64 = 1e-8;
 
 /// The direction of a velocity; forward for zero, where a curve has no sign of its own.
 pub(super) fn direction<T: Scalar>(velocity: T) -> Branch {
