@@ -19,6 +19,13 @@
 //! F̃/ṽ = L ((c₀/V*) (b₀ Q(0, s) + b₁ Q(κ, s)) + (c₂ + c₂'v*) P(0) + c₀'z_ss R(κ)),
 //! F̃/Ũ = −c₀ z_ss (κ/V*) Q(κ, s),  V = U/L.
 //!
+//! For ω = 0 these are the slopes of the steady force, with R' = dR/dκ = ∫₀¹ p ξ e^(−κξ) dξ,
+//!
+//! ∂F/∂v = L (c₀ (b₀ R/κ + b₁ R')/V + c₀'z_ss R + (c₂ + c₂'v) P(0)),
+//! ∂F/∂U = −c₀ z_ss R' κ/V,
+//!
+//! in which nothing is divided by λ, so that v = 0 is a velocity like any other.
+//!
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | H₁, H₂ | the paper's names for how ṽ drives the bristle and the force | –, s/m |
@@ -30,10 +37,11 @@
 
 use nalgebra::Complex;
 
-use super::steady::Linearisation;
+use super::patch::{Crossing, checked};
 use super::{Motion, Patch, Pressure, RateDependent};
 use crate::Scalar;
 use crate::parameter::ParameterError;
+use crate::scalar::is_zero;
 
 /// A patch linearised about a steady motion, see [`Patch::linearised`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +51,30 @@ pub struct LinearisedPatch<T, P> {
     weight: T,
     transport: T,
     length: T,
-    tangent: Linearisation<T>,
+    /// c₀
+    stiffness: T,
+    /// κ
+    decay: T,
+    /// z_ss
+    stationary: T,
+    /// b₀ = r + r'v − λ'z_ss
+    b0: T,
+    /// b₁ = λ'z_ss
+    b1: T,
+    /// c₂ + c₂'v
+    direct: T,
+    /// c₀'z_ss
+    rising_direct: T,
+}
+
+/// How the steady force changes, see [`Patch::steady_slopes`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct SteadySlopes<T> {
+    /// ∂F/∂v [N s/m].
+    pub by_slip_velocity: T,
+    /// ∂F/∂U [N s/m].
+    pub by_rolling_speed: T,
 }
 
 impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
@@ -86,13 +117,46 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a motion that is not finite, and a rolling speed that is not positive.
     pub fn linearised(&self, motion: Motion<T>) -> Result<LinearisedPatch<T, P>, ParameterError> {
-        let motion = self.rolling(motion)?;
+        let Crossing { slip_velocity: v, transport } = self.rolling(motion)?;
+        let (affine, slopes) = self.model().affine_and_slopes(v.into(), T::zero());
+        let affine = checked(affine)?;
+        let stationary = self.model().stationary(v);
+        // A slope can be infinite at rest (|v|^δ with δ < 1), where nothing is there to be
+        // multiplied.
+        let times = |slope: T, value: T| if is_zero(value) { T::zero() } else { slope * value };
+        let b1 = times(slopes.relaxation, stationary);
         Ok(LinearisedPatch {
             pressure: self.pressure().clone(),
             weight: self.length() * self.load(),
-            transport: motion.transport,
+            transport,
             length: self.length(),
-            tangent: Linearisation::new(self.model(), motion)?,
+            stiffness: affine.stiffness,
+            decay: affine.relaxation / transport,
+            stationary,
+            b0: affine.drive + times(slopes.drive, v) - b1,
+            b1,
+            direct: affine.damping + times(slopes.damping, v),
+            rising_direct: times(slopes.stiffness, stationary),
+        })
+    }
+
+    /// How the steady force changes with the slip velocity and with the rolling speed, in closed
+    /// form. At v = 0 the two one-sided slopes agree. LuGre's loses the digits by which c₀ z_ss'
+    /// and c₂ exceed their sum.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a motion that is not finite, and a rolling speed that is not positive.
+    pub fn steady_slopes(&self, motion: Motion<T>) -> Result<SteadySlopes<T>, ParameterError> {
+        let about = self.linearised(motion)?;
+        let (decay, lever) = (about.decay, self.pressure().lever(about.decay));
+        let rise_per_decay =
+            if is_zero(decay) { lever } else { self.pressure().rise(decay) / decay };
+        let deflection = (about.b0 * rise_per_decay + about.b1 * lever) / about.transport;
+        Ok(SteadySlopes {
+            by_slip_velocity: about.weight * (about.stiffness * deflection + about.direct_force()),
+            by_rolling_speed: -self.load() * about.stiffness * about.stationary * lever * decay
+                / about.transport,
         })
     }
 }
@@ -110,32 +174,31 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     /// κ = λ/V \[–\]: how often a bristle relaxes on its way through the patch.
     #[doc(alias = "kappa")]
     pub fn decay(&self) -> T {
-        self.tangent.decay
+        self.decay
     }
 
     /// H₁(ξ) = b₀ + b₁ e^(−κξ) \[–\]: how the slip velocity drives the bristle at a place.
     #[doc(alias = "H1")]
     pub fn drive(&self, place: T) -> T {
-        self.tangent.drive + self.tangent.fading_drive * (-self.tangent.decay * place).exp()
+        self.b0 + self.b1 * (-self.decay * place).exp()
     }
 
     /// H₂(ξ) = c₂ + c₂'v + c₀'z*(ξ) [s/m]: how the slip velocity acts on the friction coefficient
     /// at a place directly.
     #[doc(alias = "H2")]
     pub fn direct(&self, place: T) -> T {
-        self.tangent.direct - self.tangent.rising_direct * (-self.tangent.decay * place).exp_m1()
+        self.direct - self.rising_direct * (-self.decay * place).exp_m1()
     }
 
     /// The deflection over the slip velocity, z̃(ξ)/ṽ \[s\], at a place and an angular frequency.
     pub fn deflection(&self, at: Wave<T>) -> Complex<T> {
         let Wave { place, angular_frequency } = at;
-        let tangent = &self.tangent;
         let wave = Complex::new(T::zero(), angular_frequency / self.transport);
-        let both = wave + Complex::from(tangent.decay);
+        let both = wave + Complex::from(self.decay);
         let age = place / self.transport;
-        let gathered = super::moments::complex_phi1(both.scale(place)).scale(tangent.drive);
+        let gathered = super::moments::complex_phi1(both.scale(place)).scale(self.b0);
         let faded = super::moments::complex_phi1(wave.scale(place))
-            .scale(tangent.fading_drive * (-tangent.decay * place).exp());
+            .scale(self.b1 * (-self.decay * place).exp());
         (gathered + faded).scale(age)
     }
 
@@ -143,29 +206,29 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     /// frequency ω [rad/s] of either sign. At ω = 0 it is the slope of the steady force, see
     /// [`Patch::steady_slopes`].
     pub fn by_slip_velocity(&self, angular_frequency: T) -> Complex<T> {
-        let (tangent, pressure) = (&self.tangent, &self.pressure);
-        let both = self.exponent(angular_frequency);
-        let gathered = pressure.transform_slope(T::zero(), both).scale(tangent.drive)
-            + pressure.transform_slope(tangent.decay, both).scale(tangent.fading_drive);
-        // Risen and remaining apart, of which LuGre's first is a small difference.
-        let direct = (tangent.rising_direct + tangent.direct) * pressure.rise(tangent.decay)
-            + tangent.direct * pressure.remaining(tangent.decay);
-        (gathered.scale(tangent.stiffness / self.transport) + Complex::from(direct))
+        let (pressure, both) = (&self.pressure, self.exponent(angular_frequency));
+        let gathered = pressure.transform_slope(T::zero(), both).scale(self.b0)
+            + pressure.transform_slope(self.decay, both).scale(self.b1);
+        (gathered.scale(self.stiffness / self.transport) + Complex::from(self.direct_force()))
             .scale(self.weight)
+    }
+
+    /// ∫ p H₂ dξ, risen and remaining apart: LuGre's first is a small difference.
+    fn direct_force(&self) -> T {
+        (self.rising_direct + self.direct) * self.pressure.rise(self.decay)
+            + self.direct * self.pressure.remaining(self.decay)
     }
 
     /// The frequency response from the rolling speed to the force, F̃/Ũ [N s/m], at an angular
     /// frequency ω [rad/s] of either sign.
     pub fn by_rolling_speed(&self, angular_frequency: T) -> Complex<T> {
-        let tangent = &self.tangent;
-        let shifted =
-            self.pressure.transform_slope(tangent.decay, self.exponent(angular_frequency));
-        let share = tangent.decay / (self.transport * self.length);
-        shifted.scale(-self.weight * tangent.stiffness * tangent.stationary * share)
+        let shifted = self.pressure.transform_slope(self.decay, self.exponent(angular_frequency));
+        let share = self.decay / (self.transport * self.length);
+        shifted.scale(-self.weight * self.stiffness * self.stationary * share)
     }
 
     /// s = κ + iω/V
     fn exponent(&self, angular_frequency: T) -> Complex<T> {
-        Complex::new(self.tangent.decay, angular_frequency / self.transport)
+        Complex::new(self.decay, angular_frequency / self.transport)
     }
 }

@@ -61,7 +61,7 @@ mod quadrature;
 mod steady;
 
 pub use exact::{ExactPatch, PatchLedger, PatchStep, Segment};
-pub use frequency::{LinearisedPatch, Wave};
+pub use frequency::{LinearisedPatch, SteadySlopes, Wave};
 #[cfg(feature = "alloc")]
 pub use grid::Grid;
 pub use limits::{Origin, PatchLimits};
@@ -71,4 +71,4 @@ pub use pressure::{
     FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,
     PressureKnot, TabulatedPressure, TrapezoidalParameters,
 };
-pub use steady::{Steady, SteadySlopes};
+pub use steady::Steady;

@@ -17,17 +17,10 @@
 //! | μ_ss | friction coefficient of steady sliding | – |
 //! | R, P | what of the pressure rises with the deflection, and all of it | N/m |
 //!
-//! Derivatives: with b₀ = r + r'v − λ'z_ss (= λ z_ss') and b₁ = λ'z_ss, primes for d/dv,
-//!
-//! ∂F/∂v = L (c₀ (b₀ R/κ + b₁ R')/V + (c₀'z_ss + c₂ + c₂'v) R + (c₂ + c₂'v)(P − R)),
-//! ∂F/∂U = −c₀ z_ss R' κ/V,  R' = dR/dκ = ∫₀¹ p ξ e^(−κξ) dξ,
-//!
-//! in which nothing is divided by λ, so that v = 0 is a velocity like any other.
-//!
 //! Source: Romano et al. (arXiv 2602.09429), section IV-A, where the force is written out for
 //! constant, exponential and parabolic pressure.
 
-use super::patch::{Crossing, checked, coefficients};
+use super::patch::{Crossing, coefficients};
 use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure, RateDependent, SlipPoint};
 use crate::Scalar;
@@ -71,61 +64,6 @@ impl<T: Scalar> Steady<T> {
 
     fn left(&self, place: T) -> T {
         if self.decay.is_finite() { (-self.decay * place).exp() } else { T::zero() }
-    }
-}
-
-/// How the steady force changes, see [`Patch::steady_slopes`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct SteadySlopes<T> {
-    /// ∂F/∂v [N s/m].
-    pub by_slip_velocity: T,
-    /// ∂F/∂U [N s/m].
-    pub by_rolling_speed: T,
-}
-
-/// A patch about a steady motion, and what a change of v does there.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Linearisation<T> {
-    /// c₀
-    pub(super) stiffness: T,
-    /// κ
-    pub(super) decay: T,
-    /// z_ss
-    pub(super) stationary: T,
-    /// b₀ = r + r'v − λ'z_ss
-    pub(super) drive: T,
-    /// b₁ = λ'z_ss
-    pub(super) fading_drive: T,
-    /// c₂ + c₂'v
-    pub(super) direct: T,
-    /// c₀'z_ss
-    pub(super) rising_direct: T,
-}
-
-impl<T: Scalar> Linearisation<T> {
-    /// Refuses a motion at which a coefficient of the model is not finite.
-    pub(super) fn new<M: RateDependent<T>>(
-        model: &M,
-        motion: Crossing<T>,
-    ) -> Result<Self, ParameterError> {
-        let v = motion.slip_velocity;
-        let (affine, slopes) = model.affine_and_slopes(v.into(), T::zero());
-        let affine = checked(affine)?;
-        let stationary = model.stationary(v);
-        // A slope can be infinite at rest (|v|^δ with δ < 1), where nothing is there to be
-        // multiplied.
-        let times = |slope: T, value: T| if is_zero(value) { T::zero() } else { slope * value };
-        let fading_drive = times(slopes.relaxation, stationary);
-        Ok(Self {
-            decay: affine.relaxation / motion.transport,
-            stationary,
-            drive: affine.drive + times(slopes.drive, v) - fading_drive,
-            fading_drive,
-            direct: affine.damping + times(slopes.damping, v),
-            rising_direct: times(slopes.stiffness, stationary),
-            stiffness: affine.stiffness,
-        })
     }
 }
 
@@ -189,33 +127,6 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     fn carried(&self, steady: &Steady<T>) -> T {
         steady.stationary_coefficient * self.pressure().rise(steady.decay)
             + steady.entry_coefficient * self.pressure().remaining(steady.decay)
-    }
-
-    /// How the steady force changes with the slip velocity and with the rolling speed, in closed
-    /// form. At v = 0 the two one-sided slopes agree. LuGre's loses the digits by which c₀ z_ss'
-    /// and c₂ exceed their sum.
-    ///
-    /// # Errors
-    ///
-    /// Refuses a motion that is not finite, and a rolling speed that is not positive.
-    pub fn steady_slopes(&self, motion: Motion<T>) -> Result<SteadySlopes<T>, ParameterError> {
-        let motion = self.rolling(motion)?;
-        let tangent = Linearisation::new(self.model(), motion)?;
-        let (pressure, decay) = (self.pressure(), tangent.decay);
-        let (rise, lever) = (pressure.rise(decay), pressure.lever(decay));
-        let rise_per_decay = if is_zero(decay) { lever } else { rise / decay };
-        let deflection =
-            (tangent.drive * rise_per_decay + tangent.fading_drive * lever) / motion.transport;
-        let weight = self.length() * self.load();
-        let stiffness = tangent.stiffness;
-        Ok(SteadySlopes {
-            by_slip_velocity: weight
-                * (stiffness * deflection
-                    + (tangent.rising_direct + tangent.direct) * rise
-                    + tangent.direct * pressure.remaining(decay)),
-            by_rolling_speed: -self.load() * stiffness * tangent.stationary * lever * decay
-                / motion.transport,
-        })
     }
 
     /// Slip stiffness: the slope dF/ds \[N\] of the steady force over the slip ratio s = v/U at s
