@@ -61,12 +61,12 @@ pub enum Passivity<T> {
 const PLACES: usize = 257;
 
 impl<T: Scalar> Passivity<T> {
-    /// Checks the sufficient condition (Σ0 U)' ≤ 0 for a stiffness σ0(ξ) [1/m] and a rolling speed
-    /// U(ξ) [m/s] that depend on the place: closures that answer the value and its slope. The friction
-    /// model is taken to be passive.
+    /// Checks the sufficient condition (Σ0 U)' ≤ 0 for a stiffness σ0(ξ) [1/m] and a rolling
+    /// speed U(ξ) [m/s] that depend on the place: closures that answer the value and its slope.
+    /// The friction model is taken to be passive.
     ///
-    /// Looked at are 257 places from each knot of the pressure to the next, and whether Σ0 V has risen
-    /// from one to the next; σ0 and U must be smooth on that scale.
+    /// Looked at are 257 places from each knot of the pressure to the next, and whether Σ0 V has
+    /// risen from one to the next; σ0 and U must be smooth on that scale.
     ///
     /// ```
     /// use bristle::rolling::{Passivity, PolynomialExponential};

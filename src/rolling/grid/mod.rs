@@ -205,9 +205,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     pub fn with_profile(mut self, profile: impl Fn(T) -> T) -> Result<Self, ParameterError> {
         let mut range = (T::zero(), T::zero());
         let cells = self.cells();
-        for (node, (deflection, &place)) in
-            self.deflections.iter_mut().zip(&self.places).enumerate()
-        {
+        let nodes = self.deflections.iter_mut().zip(&self.places);
+        for (node, (deflection, &place)) in nodes.enumerate() {
             let at =
                 |place| parameter::component(node, parameter::finite("profile", profile(place)));
             *deflection = at(place)?;
@@ -248,13 +247,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     ///
     /// Refuses a place outside 0 … 1.
     pub fn deflection_at(&self, place: T) -> Result<T, ParameterError> {
-        parameter::at_most(
-            "place",
-            parameter::non_negative("place", place)?,
-            "the outlet",
-            T::one(),
-        )?;
-        Ok(self.between(&self.deflections, place))
+        parameter::non_negative("place", place)?;
+        parameter::at_most("place", place, "the outlet", T::one())?;
+        Ok(between(&self.deflections, self.range, place))
     }
 
     /// The energy stored in the bristles, W = (L/2) ∫ σ0 p z² dξ \[J\].
@@ -329,11 +324,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         let mut reach = Reach::none();
         for (next, &place) in self.next.iter_mut().zip(&self.places) {
             let arrival = paths.arrival(place, &mut reach)?;
-            let before = arrival.origin.map_or_else(T::zero, |origin| {
-                let (cell, part) = located(origin, deflections.len() - 1);
-                let value = Interpolation::new(part).at(deflections, cell);
-                cut(value, self.range.0, self.range.1)
-            });
+            let before =
+                arrival.origin.map_or_else(T::zero, |at| between(deflections, self.range, at));
             *next = arrival.decay * before + arrival.gained;
         }
         for &place in &self.places {
@@ -397,20 +389,19 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         Ok(force)
     }
 
-    fn between(&self, values: &[T], place: T) -> T {
-        let (cell, part) = located(place, self.cells());
-        cut(Interpolation::new(part).at(values, cell), self.range.0, self.range.1)
-    }
-
     fn force_of(&self, deflections: &[T], slip_velocity: &impl Fn(T) -> T) -> T {
         let nodes = self.weights.iter().zip(deflections).zip(&self.places).enumerate();
         nodes.fold(T::zero(), |sum, (node, ((&weight, &deflection), &place))| {
             let slip = slip_velocity(place);
-            let coefficient = self
-                .bristles
-                .at(node)
-                .map_or_else(T::zero, |model| model.coefficient(Sliding::from(slip), deflection));
-            sum + weight * coefficient
+            self.bristles.at(node).map_or(sum, |model| {
+                sum + weight * model.coefficient(Sliding::from(slip), deflection)
+            })
         })
     }
+}
+
+/// The deflection at a place, within a range.
+fn between<T: Scalar>(deflections: &[T], (low, high): (T, T), place: T) -> T {
+    let (cell, part) = located(place, deflections.len().saturating_sub(1));
+    cut(Interpolation::new(part).at(deflections, cell), low, high)
 }

@@ -12,6 +12,7 @@ use alloc::vec::Vec;
 use super::super::Pressure;
 use super::interpolation::{lagrange, stencil};
 use crate::Scalar;
+use crate::bounds::smaller;
 use crate::parameter::{self, ParameterError};
 use crate::rolling::quadrature::evenly;
 use crate::scalar::lit;
@@ -31,25 +32,17 @@ pub(super) fn weights<T: Scalar, P: Pressure<T>>(
     cells: usize,
 ) -> Result<Vec<T>, ParameterError> {
     let mut linear = vec![false; cells];
-    let mut attempt = 0;
-    loop {
+    for _ in 0..ATTEMPTS {
         let weights = attempted(pressure, &linear)?;
-        let mut negative = false;
-        for (node, &weight) in weights.iter().enumerate() {
-            if weight < T::zero() {
-                negative = true;
-                let around = linear.iter_mut().skip(node.saturating_sub(3)).take(6);
-                around.for_each(|linear| *linear = true);
-            }
-        }
-        if !negative {
+        if !weights.iter().any(|&weight| weight < T::zero()) {
             return Ok(weights);
         }
-        attempt += 1;
-        if attempt >= ATTEMPTS {
-            linear.fill(true);
+        for (node, _) in weights.iter().enumerate().filter(|(_, weight)| **weight < T::zero()) {
+            let around = linear.iter_mut().skip(node.saturating_sub(3)).take(6);
+            around.for_each(|linear| *linear = true);
         }
     }
+    attempted(pressure, &vec![true; cells])
 }
 
 fn attempted<T: Scalar, P: Pressure<T>>(
@@ -64,14 +57,9 @@ fn attempted<T: Scalar, P: Pressure<T>>(
         let edge = |i: usize| lit::<T>(i as f64) * width;
         let (mut from, end) = (edge(cell), edge(cell + 1));
         while from < end {
-            let widest = from + lit(WIDEST);
-            let mut to = if widest < end { widest } else { end };
-            if let Some(knot) = pressure.next_knot(from)
-                && knot > from
-                && knot < to
-            {
-                to = knot;
-            }
+            let to = smaller(from + lit(WIDEST), end);
+            let knot = pressure.next_knot(from).filter(|&knot| knot > from);
+            let to = knot.map_or(to, |knot| smaller(to, knot));
             let mut refused = None;
             evenly((from, to), 1, &mut |place, share| {
                 let load = parameter::non_negative("pressure", pressure.at(place));
