@@ -58,7 +58,7 @@
 
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
-use crate::rheology::Deflection;
+use crate::rheology::{Deflection, HeldWeights};
 use crate::scalar::{is_zero, lit, nan, unlimited};
 use crate::{Affine, Bristle, Contact, Scalar};
 
@@ -327,8 +327,8 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
         (deflection, duration): (D, T),
     ) -> Self {
         // The mean deflection for z₀ = 0, v̄ = 1, and that for v̄ = 0.
-        let driven = D::driven_mean(&weights, affine.drive);
-        let undriven = D::undriven_mean(&weights, deflection);
+        let driven = weights.driven_mean(affine.drive);
+        let undriven = weights.undriven_mean(deflection);
         // c₀ z̄ + c₂ v̄ = K r z̄ + rest. For FrBD c₀ − K r is the difference of two equal numbers.
         let springs = storage_stiffness * affine.drive;
         let excess = affine.stiffness - springs;
@@ -442,7 +442,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     pub fn commit(&self, mean_velocity: T) -> CompletedStep<T, D> {
         let Self { affine, weights, deflection: before, duration, .. } = *self;
         let drive = affine.drive * mean_velocity;
-        let free = D::end(&weights, before, drive);
+        let free = weights.end(before, drive);
         let after = free.within(self.limit);
 
         let force = self.force(mean_velocity);
@@ -452,7 +452,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
         };
         // For FrBD the rest is c₂ v̄, and all are squares.
         let rest = self.rest_bias + self.rest_damping * mean_velocity;
-        let dissipated = D::relaxed_energy(&weights, self.storage_stiffness, before, drive)
+        let dissipated = weights.relaxed_energy(self.storage_stiffness, before, drive)
             + rest * (duration * mean_velocity);
         CompletedStep {
             deflection: after,

@@ -31,7 +31,7 @@ use nalgebra::SVector;
 use crate::bounds::larger;
 use crate::companion::CompletedStep;
 use crate::ode::{Observer, Step};
-use crate::rheology::Deflection;
+use crate::rheology::{Deflection, HeldWeights};
 use crate::scalar::lit;
 use crate::{Bristle, Contact, HeldContact, Scalar};
 
@@ -174,12 +174,12 @@ impl<T: Scalar> EnergyLedger<T> {
         let hold = contact.hold(velocity, deflection, duration);
         let affine = contact.model().affine(velocity.into(), deflection);
         let (weights, drive) = (affine.weights(duration), affine.drive * velocity);
-        let mean = M::Deflection::mean(&weights, deflection, drive);
-        let change = M::Deflection::end(&weights, deflection, drive) - deflection;
+        let mean = weights.mean(deflection, drive);
+        let change = weights.end(deflection, drive) - deflection;
         let stiffness = contact.model().storage_stiffness();
         let path = duration * velocity;
         // Σ K x·(Λx) integrated over the step, + (c₀ − K r) h z̄ v + c₂ h v²
-        let dissipated = M::Deflection::relaxed_energy(&weights, stiffness, deflection, drive)
+        let dissipated = weights.relaxed_energy(stiffness, deflection, drive)
             + (affine.stiffness - stiffness * affine.drive).dot(mean) * path
             + affine.damping * path * velocity;
         let half = stiffness * (lit::<T>(0.5) * contact.normal_force());

@@ -87,7 +87,7 @@
 use super::output::{Compensation, Output, OutputParameters};
 use super::velocity_from_position::{VelocityFromPosition, VelocityFromPositionParameters, along};
 use crate::parameter::{self, ParameterError};
-use crate::rheology::{Deflection, KelvinVoigt, Spring};
+use crate::rheology::{Deflection, HeldWeights, KelvinVoigt, Spring};
 use crate::scalar::{lit, unlimited};
 use crate::{Affine, Bristle, Contact, Dahl, FrBd, Law, LuGre, Scalar};
 
@@ -360,7 +360,7 @@ impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
             Injection::Position { gain } => (gain * error, self.micro_damping * gain * error),
         };
         let drive = affine.drive * secant - rate;
-        let deflection = T::end(&weights, before, drive).within(self.limit);
+        let deflection = weights.end(before, drive).within(self.limit);
         let force =
             self.contact.normal_force() * (affine.coefficient(velocity, deflection) - coefficient);
         (deflection, force)

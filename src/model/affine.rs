@@ -17,7 +17,7 @@
 //! exact for every h ≥ 0, and for λ = 0 where z grows as r v t.
 
 use crate::Scalar;
-use crate::rheology::Deflection;
+use crate::rheology::{Deflection, HeldWeights};
 use crate::scalar::nan;
 
 /// The four coefficients of a model at one velocity, or their derivatives with respect to it.
@@ -86,8 +86,8 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
     #[inline]
     pub fn hold(&self, velocity: T, deflection: D, duration: T) -> HeldStep<T, D> {
         let (weights, drive) = (self.weights(forwards(duration)), self.drive * velocity);
-        let end = D::end(&weights, deflection, drive);
-        let mean = D::mean(&weights, deflection, drive);
+        let end = weights.end(deflection, drive);
+        let mean = weights.mean(deflection, drive);
         HeldStep {
             deflection: end,
             end_coefficient: self.coefficient(velocity, end),
@@ -105,6 +105,7 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
 #[cfg(test)]
 mod tests {
     use super::Affine;
+    use crate::rheology::HeldWeights as _;
     use approx::assert_relative_eq;
 
     #[test]

@@ -15,7 +15,7 @@ use super::frbd::{inverse_resistance, least_slope};
 use super::{Affine, Characteristics, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
 use crate::regularisation::{Regularisation, Unregularised};
-use crate::rheology::{Elements, KelvinVoigt, Rheology, VelocityLaw, Weights};
+use crate::rheology::{Elements, HeldWeights, KelvinVoigt, Rheology, VelocityLaw, Weights};
 use crate::scalar::{lit, unlimited};
 use crate::{Bristle, Scalar, Sliding};
 

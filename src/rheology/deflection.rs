@@ -37,34 +37,11 @@ pub trait Deflection<T: Scalar>:
     fn relax(relaxation: Self::Relaxation, state: Self) -> Self;
 
     /// The step of a given length as a linear map, see [`Deflection::weights`].
-    type Weights: Copy + Debug + PartialEq;
+    type Weights: HeldWeights<T, Self>;
 
     /// The exact step of length h ≥ 0 \[s\] of ẋ = −Λx + u·1, with the matrix Λ and the drive u
     /// held: both its end and its mean are linear in the state x at its start and in u.
     fn weights(relaxation: Self::Relaxation, duration: T) -> Self::Weights;
-
-    /// The state at the end of the step, under a drive u [m/s].
-    fn end(weights: &Self::Weights, state: Self, drive: T) -> Self;
-
-    /// The state averaged over the step, under a drive u [m/s].
-    fn mean(weights: &Self::Weights, state: Self, drive: T) -> Self;
-
-    /// The state averaged over the step, without a drive.
-    #[inline]
-    fn undriven_mean(weights: &Self::Weights, state: Self) -> Self {
-        Self::mean(weights, state, T::zero())
-    }
-
-    /// The state averaged over the step, from zero under a drive u [m/s].
-    #[inline]
-    fn driven_mean(weights: &Self::Weights, drive: T) -> Self {
-        Self::mean(weights, Self::fill(T::zero()), drive)
-    }
-
-    /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step \[m\]: the energy that springs of stiffness K dissipate per
-    /// unit normal force, with the matrix of a bristle diag(decay) + 1·(share K)ᵀ. It is a sum of
-    /// squares, so that no rounding makes it negative.
-    fn relaxed_energy(weights: &Self::Weights, stiffness: Self, state: Self, drive: T) -> T;
 
     /// The largest |xᵢ|.
     #[inline(always)]
@@ -104,6 +81,32 @@ pub trait Deflection<T: Scalar>:
     fn each(self, function: impl FnMut(T) -> T) -> Self;
 }
 
+/// The exact step of a relaxing state under a held drive, see [`Deflection::weights`].
+pub trait HeldWeights<T: Scalar, D: Deflection<T>>: Copy + Debug + PartialEq {
+    /// The state at the end of the step, under a drive u [m/s].
+    fn end(&self, state: D, drive: T) -> D;
+
+    /// The state averaged over the step, under a drive u [m/s].
+    fn mean(&self, state: D, drive: T) -> D;
+
+    /// The state averaged over the step, without a drive.
+    #[inline]
+    fn undriven_mean(&self, state: D) -> D {
+        self.mean(state, T::zero())
+    }
+
+    /// The state averaged over the step, from zero under a drive u [m/s].
+    #[inline]
+    fn driven_mean(&self, drive: T) -> D {
+        self.mean(D::fill(T::zero()), drive)
+    }
+
+    /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step \[m\]: the energy that springs of stiffness K dissipate per
+    /// unit normal force, with the matrix of a bristle diag(decay) + 1·(share K)ᵀ. It is a sum of
+    /// squares, so that no rounding makes it negative.
+    fn relaxed_energy(&self, stiffness: D, state: D, drive: T) -> T;
+}
+
 mod sealed {
     use nalgebra::SVector;
 
@@ -134,33 +137,6 @@ impl<T: Scalar> Deflection<T> for T {
     #[inline]
     fn weights(relaxation: T, duration: T) -> Weights<T> {
         Weights::new(relaxation, duration)
-    }
-
-    #[inline(always)]
-    fn end(weights: &Weights<T>, state: T, drive: T) -> T {
-        weights.end(state, drive)
-    }
-
-    #[inline(always)]
-    fn mean(weights: &Weights<T>, state: T, drive: T) -> T {
-        weights.mean(state, drive)
-    }
-
-    // Neither waits for a product with zero.
-    #[inline(always)]
-    fn undriven_mean(weights: &Weights<T>, state: T) -> T {
-        weights.undriven_mean(state)
-    }
-
-    #[inline(always)]
-    fn driven_mean(weights: &Weights<T>, drive: T) -> T {
-        weights.driven_mean(drive)
-    }
-
-    #[inline(always)]
-    fn relaxed_energy(weights: &Weights<T>, stiffness: T, state: T, drive: T) -> T {
-        let change = weights.end(state, drive) - state;
-        stiffness * weights.relaxed_square(weights.mean(state, drive), change)
     }
 
     #[inline(always)]
@@ -230,21 +206,6 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
     #[inline]
     fn weights(relaxation: DiagonalPlusRankOne<Self>, duration: T) -> Modes<T, N> {
         Modes::new(relaxation, duration)
-    }
-
-    #[inline]
-    fn end(weights: &Modes<T, N>, state: Self, drive: T) -> Self {
-        weights.end(state, drive)
-    }
-
-    #[inline]
-    fn mean(weights: &Modes<T, N>, state: Self, drive: T) -> Self {
-        weights.mean(state, drive)
-    }
-
-    #[inline]
-    fn relaxed_energy(weights: &Modes<T, N>, stiffness: Self, state: Self, drive: T) -> T {
-        weights.relaxed_energy(stiffness, state, drive)
     }
 
     #[inline]

@@ -30,7 +30,7 @@ mod zener;
 use core::fmt::Debug;
 
 #[doc(hidden)]
-pub use deflection::{Deflection, DiagonalPlusRankOne, States};
+pub use deflection::{Deflection, DiagonalPlusRankOne, HeldWeights, States};
 pub use generalised_kelvin_voigt::{
     GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, KelvinVoigtElement,
 };

@@ -33,7 +33,7 @@ use core::cmp::Ordering;
 
 use nalgebra::{SMatrix, SVector};
 
-use super::{DiagonalPlusRankOne, Weights};
+use super::{DiagonalPlusRankOne, HeldWeights, Weights};
 use crate::Scalar;
 use crate::bounds::larger;
 use crate::scalar::{is_zero, lit, nan};
@@ -89,36 +89,6 @@ impl<T: Scalar, const N: usize> Modes<T, N> {
         }
     }
 
-    /// The state at the end of the step, under a drive u [m/s].
-    #[inline]
-    pub(crate) fn end(&self, state: SVector<T, N>, drive: T) -> SVector<T, N> {
-        self.step(state, drive, Weights::end)
-    }
-
-    /// The state averaged over the step, under a drive u [m/s].
-    #[inline]
-    pub(crate) fn mean(&self, state: SVector<T, N>, drive: T) -> SVector<T, N> {
-        self.step(state, drive, Weights::mean)
-    }
-
-    /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step, as a sum over the modes, which are orthogonal in ΣKᵢxᵢ².
-    pub(crate) fn relaxed_energy(
-        &self,
-        stiffness: SVector<T, N>,
-        state: SVector<T, N>,
-        drive: T,
-    ) -> T {
-        let coordinates = self.coordinates * state;
-        (0..N).fold(T::zero(), |sum, j| {
-            let shape = self.shapes.column(j);
-            let stiffness = stiffness.dot(&shape.component_mul(&shape));
-            let (start, drive) = (coordinates[j], self.driven[j] * drive);
-            let step = &self.steps[j];
-            let change = step.end(start, drive) - start;
-            sum + stiffness * step.relaxed_square(step.mean(start, drive), change)
-        })
-    }
-
     fn step(
         &self,
         state: SVector<T, N>,
@@ -141,6 +111,31 @@ impl<T: Scalar, const N: usize> Modes<T, N> {
                         of_mode(&self.steps[j], T::zero(), rate)
                     })
         }
+    }
+}
+
+impl<T: Scalar, const N: usize> HeldWeights<T, SVector<T, N>> for Modes<T, N> {
+    #[inline]
+    fn end(&self, state: SVector<T, N>, drive: T) -> SVector<T, N> {
+        self.step(state, drive, Weights::end)
+    }
+
+    #[inline]
+    fn mean(&self, state: SVector<T, N>, drive: T) -> SVector<T, N> {
+        self.step(state, drive, Weights::mean)
+    }
+
+    // As a sum over the modes, which are orthogonal in ΣKᵢxᵢ².
+    fn relaxed_energy(&self, stiffness: SVector<T, N>, state: SVector<T, N>, drive: T) -> T {
+        let coordinates = self.coordinates * state;
+        (0..N).fold(T::zero(), |sum, j| {
+            let shape = self.shapes.column(j);
+            let stiffness = stiffness.dot(&shape.component_mul(&shape));
+            let (start, drive) = (coordinates[j], self.driven[j] * drive);
+            let step = &self.steps[j];
+            let change = step.end(start, drive) - start;
+            sum + stiffness * step.relaxed_square(step.mean(start, drive), change)
+        })
     }
 }
 

@@ -4,6 +4,7 @@
 //!
 //! z(h) = e⁻ˣ z + φ1 h u,  mean of z over the step = φ1 z + φ2 h u.
 
+use super::HeldWeights;
 use crate::Scalar;
 use crate::scalar::lit;
 
@@ -39,30 +40,6 @@ impl<T: Scalar> Weights<T> {
         Self { exponent, decay, end_by_drive, phi1, mean_by_drive }
     }
 
-    /// Deflection at the end of the step.
-    #[inline(always)]
-    pub(crate) fn end(&self, deflection: T, drive: T) -> T {
-        self.decay * deflection + self.end_by_drive * drive
-    }
-
-    /// Deflection averaged over the step.
-    #[inline(always)]
-    pub(crate) fn mean(&self, deflection: T, drive: T) -> T {
-        self.undriven_mean(deflection) + self.driven_mean(drive)
-    }
-
-    /// Deflection averaged over the step, without a drive.
-    #[inline(always)]
-    pub(crate) fn undriven_mean(&self, deflection: T) -> T {
-        self.phi1 * deflection
-    }
-
-    /// Deflection averaged over the step, from zero.
-    #[inline(always)]
-    pub(crate) fn driven_mean(&self, drive: T) -> T {
-        self.mean_by_drive * drive
-    }
-
     /// λ ∫ z² dt over the step \[m²\], from the deflection's mean and its change Δz: both terms of
     ///
     /// x z̄² + ½ L(x/2) Δz²,  L(y) = coth y − 1/y (Langevin's function)
@@ -91,6 +68,35 @@ impl<T: Scalar> Weights<T> {
             (lit::<T>(0.5) * (one + self.decay) - self.phi1) / (one - self.decay)
         };
         x * mean * mean + spread * change * change
+    }
+}
+
+impl<T: Scalar> HeldWeights<T, T> for Weights<T> {
+    #[inline(always)]
+    fn end(&self, deflection: T, drive: T) -> T {
+        self.decay * deflection + self.end_by_drive * drive
+    }
+
+    #[inline(always)]
+    fn mean(&self, deflection: T, drive: T) -> T {
+        self.undriven_mean(deflection) + self.driven_mean(drive)
+    }
+
+    // Neither waits for a product with zero.
+    #[inline(always)]
+    fn undriven_mean(&self, deflection: T) -> T {
+        self.phi1 * deflection
+    }
+
+    #[inline(always)]
+    fn driven_mean(&self, drive: T) -> T {
+        self.mean_by_drive * drive
+    }
+
+    #[inline(always)]
+    fn relaxed_energy(&self, stiffness: T, deflection: T, drive: T) -> T {
+        let change = self.end(deflection, drive) - deflection;
+        stiffness * self.relaxed_square(self.mean(deflection, drive), change)
     }
 }
 

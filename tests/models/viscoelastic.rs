@@ -9,8 +9,9 @@ use crate::common::{assert_within, check, lit};
 use bristle::curve::{Coulomb, CoulombParameters};
 use bristle::rheology::{
     Deflection, ElementBounds, Elements, GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters,
-    GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigtElement, Maxwell, MaxwellArm,
-    MaxwellParameters, Rheology, VelocityDependent, VelocityLaw, Zener, ZenerParameters,
+    GeneralisedMaxwell, GeneralisedMaxwellParameters, HeldWeights, KelvinVoigtElement, Maxwell,
+    MaxwellArm, MaxwellParameters, Rheology, VelocityDependent, VelocityLaw, Zener,
+    ZenerParameters,
 };
 use bristle::{
     Bounds, Bristle, Contact, ContactLimits, FrBd, Law, LuGre, ParameterError, Rule, Scalar,
@@ -662,9 +663,9 @@ fn golden<const N: usize>(
     let (x, end, mean): (State<N>, State<N>, State<N>) = (x.into(), end.into(), mean.into());
     // Four thousand random matrices with rates from 1e-12 to 1e12 1/s came within 2e-15.
     let tolerance = 4e-15 * norm(x).max(norm(end)).max(norm(mean));
-    let off = norm(Deflection::end(&weights, x, u) - end);
+    let off = norm(weights.end(x, u) - end);
     assert!(off <= tolerance, "end off by {off:e} of {:e}", norm(end));
-    let off = norm(Deflection::mean(&weights, x, u) - mean);
+    let off = norm(weights.mean(x, u) - mean);
     assert!(off <= tolerance, "mean off by {off:e} of {:e}", norm(mean));
 }
 
@@ -913,7 +914,7 @@ fn what_is_no_number_stays_none() {
     // A row with the wrong sign belongs to no passive bristle.
     let relaxation = <Vector2<f64> as Deflection<f64>>::relaxation(x, Vector2::new(1.0, -1.0));
     let weights = <Vector2<f64> as Deflection<f64>>::weights(relaxation, 1.0);
-    assert!(Deflection::end(&weights, x, 0.0)[0].is_nan());
+    assert!(weights.end(x, 0.0)[0].is_nan());
 }
 
 #[test]

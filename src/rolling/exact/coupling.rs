@@ -32,6 +32,7 @@ use super::ExactPatch;
 use super::profile::{level_moments, shifted};
 use super::queue::Segment;
 use crate::parameter::{self, ParameterError};
+use crate::rheology::HeldWeights as _;
 use crate::rolling::moments::phi1;
 use crate::rolling::patch::{Crossing, finite};
 use crate::rolling::quadrature::{integrate, integrate_gentle};

@@ -19,7 +19,7 @@
 use super::profile::{Map, Profile, shifted};
 use crate::Scalar;
 use crate::bounds::smaller;
-use crate::rheology::Deflection as _;
+use crate::rheology::{Deflection as _, HeldWeights as _};
 use crate::scalar::{is_zero, lit};
 
 /// Memory for one segment of the deflection profile of an

@@ -33,6 +33,7 @@ use alloc::vec::Vec;
 
 use super::{Motion, Patch, Pressure, RateDependent};
 use crate::parameter::{self, ParameterError, Rule};
+use crate::rheology::HeldWeights as _;
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Affine, Bristle, Scalar, Sliding};
 use interpolation::{Interpolation, cut};

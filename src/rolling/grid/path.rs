@@ -23,7 +23,7 @@ use super::Bristles;
 use super::interpolation::{Interpolation, cut};
 use crate::bounds::{larger, smaller};
 use crate::parameter::{self, ParameterError};
-use crate::rheology::Deflection as _;
+use crate::rheology::{Deflection as _, HeldWeights as _};
 use crate::root::enclose;
 use crate::scalar::{lit, to_f64};
 use crate::{Bristle, Scalar, Sliding};
