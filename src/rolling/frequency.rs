@@ -37,6 +37,7 @@
 
 use nalgebra::Complex;
 
+use super::moments::complex_phi1;
 use super::patch::{Crossing, checked};
 use super::{Motion, Patch, Pressure, RateDependent};
 use crate::Scalar;
@@ -161,15 +162,6 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     }
 }
 
-/// Where and how fast, see [`LinearisedPatch::deflection`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wave<T> {
-    /// Place ξ in the patch \[–\].
-    pub place: T,
-    /// Angular frequency ω [rad/s].
-    pub angular_frequency: T,
-}
-
 impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     /// κ = λ/V \[–\]: how often a bristle relaxes on its way through the patch.
     #[doc(alias = "kappa")]
@@ -190,16 +182,17 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
         self.direct - self.rising_direct * (-self.decay * place).exp_m1()
     }
 
-    /// The deflection over the slip velocity, z̃(ξ)/ṽ \[s\], at a place and an angular frequency.
-    pub fn deflection(&self, at: Wave<T>) -> Complex<T> {
-        let Wave { place, angular_frequency } = at;
+    /// The deflection over the slip velocity, z̃(ξ)/ṽ \[s\], at an angular frequency ω [rad/s]: a
+    /// function of the place ξ.
+    pub fn profile(&self, angular_frequency: T) -> impl Fn(T) -> Complex<T> + '_ {
         let wave = Complex::new(T::zero(), angular_frequency / self.transport);
         let both = wave + Complex::from(self.decay);
-        let age = place / self.transport;
-        let gathered = super::moments::complex_phi1(both.scale(place)).scale(self.b0);
-        let faded = super::moments::complex_phi1(wave.scale(place))
-            .scale(self.b1 * (-self.decay * place).exp());
-        (gathered + faded).scale(age)
+        move |place| {
+            let gathered = complex_phi1(both.scale(place)).scale(self.b0);
+            let faded =
+                complex_phi1(wave.scale(place)).scale(self.b1 * (-self.decay * place).exp());
+            (gathered + faded).scale(place / self.transport)
+        }
     }
 
     /// The frequency response from the slip velocity to the force, F̃/ṽ [N s/m], at an angular

@@ -61,7 +61,7 @@ mod quadrature;
 mod steady;
 
 pub use exact::{ExactPatch, PatchLedger, PatchStep, Segment};
-pub use frequency::{LinearisedPatch, SteadySlopes, Wave};
+pub use frequency::{LinearisedPatch, SteadySlopes};
 #[cfg(feature = "alloc")]
 pub use grid::Grid;
 pub use limits::{Origin, PatchLimits};

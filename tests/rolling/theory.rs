@@ -11,7 +11,7 @@ use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     FunctionPressure, Motion, Origin, Passivity, Patch, PatchParameters, PolynomialExponential,
-    Pressure, PressureKnot, RateDependent, TabulatedPressure, TrapezoidalParameters, Wave,
+    Pressure, PressureKnot, RateDependent, TabulatedPressure, TrapezoidalParameters,
 };
 use bristle::{Dahl, DahlParameters, FrBd, LuGre, paper};
 use nalgebra::Complex;
@@ -287,7 +287,7 @@ fn check_response<M: RateDependent<f64>, P: Pressure<f64>>(
             let size = linearised.by_rolling_speed(0.0).norm().max(want.norm());
             assert_within(1e-6, size, (got - want).norm(), 0.0, name("F̃/Ṽ"));
             // The profile is that of the bristles.
-            let deflection = |place| linearised.deflection(Wave { place, angular_frequency });
+            let deflection = linearised.profile(angular_frequency);
             let (place, at) = (0.6, deflection(0.6));
             let affine = patch.model().at_velocity(slip_velocity);
             let spatial = (deflection(place + 1e-4) - deflection(place - 1e-4)) / 2e-4;
