@@ -67,21 +67,11 @@ impl<const S: usize> Nodes<S> {
             let mut k = 0;
             while k < S {
                 nodes.powers[k][i] = powers[k];
+                // All of them together are 1 everywhere.
+                nodes.powers_of_start[k] -= powers[k];
                 k += 1;
             }
             i += 1;
-        }
-        // The powers for the point 0: all of them together are 1 everywhere.
-        let mut k = 0;
-        while k < S {
-            let mut sum = 0.0;
-            let mut i = 0;
-            while i < S {
-                sum += nodes.powers[k][i];
-                i += 1;
-            }
-            nodes.powers_of_start[k] = -sum;
-            k += 1;
         }
         let mut row = 0;
         while row < 4 {

@@ -105,6 +105,7 @@ macro_rules! for_each_stage {
         $stepper.$stage::<F, $index>($($argument),*)
     };
 }
+pub(super) use for_each_stage;
 
 impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, T, N, S> {
     pub(super) fn new() -> Self {

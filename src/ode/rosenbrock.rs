@@ -15,7 +15,7 @@ use core::marker::PhantomData;
 use nalgebra::{SMatrix, SVector};
 
 use super::dense_output::DenseOutput;
-use super::explicit::{combine, entry, row};
+use super::explicit::{combine, entry, for_each_stage, row};
 use super::stepper::{Field, Point, Stepper, TrialStep};
 use super::system::Linearisation;
 use crate::Scalar;
@@ -119,14 +119,7 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T,
         let first: T = lit(const { entry(B::TIME_WEIGHTS, 0) });
         self.u[0] = matrix.solve(self.at_start.rate + self.at_start.by_time * (step * first));
         let mut trial = Trial { from, step, per_step, matrix, state: from.state };
-        // One by one, so that the sums over the stages before have known lengths.
-        self.stage::<F, 1>(field, &mut trial);
-        self.stage::<F, 2>(field, &mut trial);
-        self.stage::<F, 3>(field, &mut trial);
-        self.stage::<F, 4>(field, &mut trial);
-        self.stage::<F, 5>(field, &mut trial);
-        self.stage::<F, 6>(field, &mut trial);
-        self.stage::<F, 7>(field, &mut trial);
+        for_each_stage!(self.stage(field, &mut trial));
         let error = self.u[S - 1];
         let state = trial.state + error;
         TrialStep { state, error, coarse_error: None, order: B::ERROR_ORDER }

@@ -174,41 +174,22 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         observer: &mut O,
     ) -> Result<Summary<T, N>, Failure<T, N>> {
         let mut run = self.begin(system, span, initial_state)?;
-        while let Some(step) = run.advance_observed(|from, to| {
-            !events.is_empty() || observer.needs_dense_output(from, to)
-        })? {
-            let stop = next_event(events, step, Action::Stop, None);
-            let cut = stop.map(|(fraction, _)| step.until(fraction));
-            let step = cut.as_ref().unwrap_or(step);
-            let mut flow = observer.step(step);
-            let mut tell = |event, time, state| {
-                if observer.event(&Occurrence { event, time, state }).is_break() {
-                    flow = ControlFlow::Break(());
-                }
+        let mut end = None;
+        while end.is_none()
+            && let Some(step) = run.advance_observed(|from, to| {
+                !events.is_empty() || observer.needs_dense_output(from, to)
+            })?
+        {
+            end = if !events.is_empty() {
+                with_events(events, step, observer)
+            } else if observer.step(step).is_break() {
+                Some((Outcome::Observer, step.end_time, step.end))
+            } else {
+                None
             };
-            let mut last = None;
-            while let Some((fraction, event)) = next_event(events, step, Action::Continue, last) {
-                tell(event, step.time_at(fraction), step.at_fraction(fraction));
-                last = Some((fraction, event));
-            }
-            if let Some((_, event)) = stop {
-                // The step was cut there.
-                tell(event, step.end_time, step.end);
-            }
-            let outcome = match (stop, flow) {
-                (Some((_, event)), _) => Outcome::Event(event),
-                (None, ControlFlow::Break(())) => Outcome::Observer,
-                (None, ControlFlow::Continue(())) => continue,
-            };
-            let (time, state) = (step.end_time, step.end);
-            return Ok(Summary { time, state, outcome, statistics: run.statistics() });
         }
-        Ok(Summary {
-            time: run.time(),
-            state: *run.state(),
-            outcome: Outcome::End,
-            statistics: run.statistics(),
-        })
+        let (outcome, time, state) = end.unwrap_or((Outcome::End, run.time(), *run.state()));
+        Ok(Summary { time, state, outcome, statistics: run.statistics() })
     }
 }
 
@@ -237,19 +218,40 @@ impl<T: Scalar, const N: usize> Solver<T, Automatic, N> {
 /// Local tolerance above which methods of lower order are the cheaper ones.
 const LOW: f64 = 3e-6;
 
+/// Tells an observer of a step, cut at the first event that stops the run, and of its events in
+/// the order of time. Answers how and where the run ends there, if it does.
+fn with_events<T: Scalar, O: Observer<T, N>, const N: usize>(
+    events: &[Event<'_, T, N>],
+    step: &Step<T, N>,
+    observer: &mut O,
+) -> Option<(Outcome, T, SVector<T, N>)> {
+    let stop = next_event(events, step, Action::Stop, None);
+    let cut = stop.map(|(fraction, _)| step.until(fraction));
+    let step = cut.as_ref().unwrap_or(step);
+    let mut is_over = observer.step(step).is_break();
+    let mut last = None;
+    while let Some((fraction, event)) = next_event(events, step, Action::Continue, last) {
+        let (time, state) = (step.time_at(fraction), step.at_fraction(fraction));
+        is_over |= observer.event(&Occurrence { event, time, state }).is_break();
+        last = Some((fraction, event));
+    }
+    let (time, state) = (step.end_time, step.end);
+    if let Some((_, event)) = stop {
+        let _ = observer.event(&Occurrence { event, time, state });
+        return Some((Outcome::Event(event), time, state));
+    }
+    is_over.then_some((Outcome::Observer, time, state))
+}
+
 /// The first event in a step with an action, after a fraction of the step and the place in the
 /// list of the event there: the fraction at which it happens, and its place in the list. Of several
 /// events at once, the first in the list.
-#[inline]
 fn next_event<T: Scalar, const N: usize>(
     events: &[Event<'_, T, N>],
     step: &Step<T, N>,
     action: Action,
     after: Option<(T, usize)>,
 ) -> Option<(T, usize)> {
-    if events.is_empty() {
-        return None;
-    }
     let wanted = events.iter().enumerate().filter(|(_, event)| event.action == action);
     wanted
         .flat_map(|(index, event)| event.within(step).map(|fraction| Some((fraction?, index))))

@@ -253,13 +253,11 @@ pub fn solve<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize>(
     tolerance: T,
     output: Output<'_, T>,
 ) -> Result<Trajectory<T, N>, Box<Interrupted<T, N>>> {
-    match Solver::automatic(tolerance, system.scales()) {
-        Ok(solver) => solver.solve(system, span, initial_state, output),
-        Err(error) => {
-            let failure = Failure::refused(error, span.start, initial_state);
-            Err(Interrupted::new(failure, Trajectory::empty()))
-        }
-    }
+    let solver = Solver::automatic(tolerance, system.scales()).map_err(|error| {
+        let failure = Failure::refused(error, span.start, initial_state);
+        Interrupted::new(failure, Trajectory::empty())
+    })?;
+    solver.solve(system, span, initial_state, output)
 }
 
 /// The observer that stores.
@@ -287,15 +285,11 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
                 let mut previous = self.span.start;
                 for (index, &time) in times.iter().enumerate() {
                     let before = if index == 0 { "span.start" } else { "the time before" };
-                    let checked = parameter::finite("times", time).and_then(|time| {
-                        if forward {
-                            parameter::at_least("times", time, before, previous)?;
-                            parameter::at_most("times", time, "span.end", self.span.end)
-                        } else {
-                            parameter::at_most("times", time, before, previous)?;
-                            parameter::at_least("times", time, "span.end", self.span.end)
-                        }
-                    });
+                    let (first, last) = ((before, previous), ("span.end", self.span.end));
+                    let (least, most) = if forward { (first, last) } else { (last, first) };
+                    let checked = parameter::finite("times", time)
+                        .and_then(|_| parameter::at_least("times", time, least.0, least.1))
+                        .and_then(|_| parameter::at_most("times", time, most.0, most.1));
                     parameter::component(index, checked)?;
                     previous = time;
                 }
