@@ -63,6 +63,7 @@ impl<T: Scalar> Search<T> {
 
     /// The first sight with a negative speed, and the last one before it with a speed that is not,
     /// if there is one.
+    #[inline(always)]
     fn bracket(
         self,
         speed: &impl Fn(T) -> T,
