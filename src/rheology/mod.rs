@@ -220,9 +220,10 @@ pub trait Rheology<T: Scalar>: Debug + Clone {
     ///
     /// G\*(iω) = Σ Kᵢ iω/(aᵢ + iω) + iω d.
     ///
-    /// A stuck bristle answers a small oscillation z = Re ẑ e^(iωt) with F/p = Re G\* ẑ e^(iωt). The
-    /// real part is the storage modulus G', in phase with the deflection; at ω = 0 it is the static
-    /// stiffness. The imaginary part is the loss modulus G'': the work lost per period is π p G'' ẑ².
+    /// A stuck bristle answers a small oscillation z = Re ẑ e^(iωt) with F/p = Re G\* ẑ e^(iωt).
+    /// The real part is the storage modulus G', in phase with the deflection; at ω = 0 it is the
+    /// static stiffness. The imaginary part is the loss modulus G'': the work lost per period is
+    /// π p G'' ẑ².
     #[doc(alias = "storage modulus")]
     #[doc(alias = "loss modulus")]
     fn complex_modulus(&self, angular_frequency: T) -> Complex<T> {
