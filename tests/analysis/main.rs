@@ -1,4 +1,5 @@
 //! Audit, energy ledger and linearisation.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 #[path = "../common/mod.rs"]
 mod common;

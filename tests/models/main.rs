@@ -1,5 +1,6 @@
 //! Curves, bristles, regularisations and models: their laws, closed forms, derivatives and
 //! refusals.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 #[path = "../common/mod.rs"]
 mod common;

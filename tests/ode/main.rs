@@ -1,4 +1,5 @@
 //! The integrators, and the scenes and signals that they run.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 #[path = "../common/mod.rs"]
 mod common;
