@@ -42,6 +42,5 @@ pub(crate) fn passive<T: Scalar>(input: &Input<T>) -> Result<T, ParameterError> 
     let mut rolling = rolling(input)?;
     let step = rolling.companion_step(motion(input), input.duration)?;
     let sum = step.bias() + step.damping();
-    let done = step.commit(input.next_velocity)?;
-    Ok(sum + done.force + done.work)
+    Ok(sum + step.commit(input.next_velocity)?)
 }
