@@ -2,16 +2,16 @@
 //!
 //! | line | what is checked | by |
 //! |---|---|---|
-//! | passivity | F v ≥ Ẇ with W = ½ p K z² | theorem of the model; σ2 ≥ σ1 (μ_s − μ_d)/μ_d for classical LuGre; otherwise a search for (c₀ − K r)² > 4 K λ c₂ |
+//! | passivity | F v ≥ Ẇ, W = ½ p K z² | a theorem, or a search for (c₀ − K r)² > 4 K λ c₂ |
 //! | deflection, force, relaxation | bounds of \|z\|, \|F\|, λ | [`Bristle::limits`] |
-//! | inversion | σ0 z + σ1 ż = μ(v − ż) has one root ż: σ1 + dμ/d\|v\| ≥ 0 at every speed | a search for the least slope |
-//! | smoothness | dμ/d\|v\| = 0 at rest | [`FrictionCurve::slope_at_rest`](crate::curve::FrictionCurve::slope_at_rest) |
-//! | creep | steady velocity under a force below breakaway, F_ss(v) = F, of a regularised contact or a Maxwell bristle | a search for the velocity |
+//! | inversion | σ0 z + σ1 ż = μ(v − ż) has one root ż: σ1 + dμ/d\|v\| ≥ 0 | search for the slope |
+//! | smoothness | dμ/d\|v\| = 0 at rest | `FrictionCurve::slope_at_rest` |
+//! | creep | steady velocity under a force below breakaway, F_ss(v) = F | a search for it |
 //! | relaxation at rest | λ(0): how fast the bristles of a resting contact let go | |
-//! | drift | Δx = (μ_s/σ0) ln[(F_b² − F₁²)/(F_b² − F₂²)] per slow load cycle F₁ ↔ F₂ | closed form |
-//! | stuck mass | ω² = (σ0 c p + k)/m, 2ζω = (σ1 c p + d)/m, c = 1 from rest, about 2 after a reversal | [`stability`] |
-//! | | of a Maxwell bristle: (s + λ)(m s² + d s + k) + σ0 c p s = 0 with λ(0), without its slow root | |
-//! | stick-slip | speeds at which steady sliding on the spring is stable | [`linear`](crate::linear) |
+//! | drift | Δx = (μ_s/σ0) ln[(F_b² − F₁²)/(F_b² − F₂²)] a load cycle F₁ ↔ F₂ | closed form |
+//! | stuck mass | ω² = (σ0 c p + k)/m, 2ζω = (σ1 c p + d)/m, c = 1, or 2 reversed | [`stability`] |
+//! | | Maxwell bristle: (s + λ)(m s² + d s + k) + σ0 c p s = 0, λ(0), fast roots | |
+//! | stick-slip | speeds of stable sliding on the spring | [`linear`](crate::linear) |
 //! | steps | largest stable step of each method | [`stability`] |
 //!
 //! For FrBD with a stiffness σ0(v) that depends on the velocity, the condition of the search is
@@ -174,24 +174,24 @@ pub struct StuckMass<T> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 ///
-/// The table:
+/// The table, here without its last column, which names the source of each finding:
 ///
 /// ```text
 /// audit of classical LuGre under 1 N, |v| ≤ 1 m/s
-/// passivity           FAILS: needs σ2 ≥ 32.25 s/m, has 0.04                              Barabanov, Ortega 2000
-///   worst case        F v − Ẇ = -29.96 W at v = 1 m/s, z = 1.5e-4 m                      by search
-/// deflection          |z| ≤ 1.5e-4 m                                                     Romano et al., Lemma III.1
-/// force               no bound                                                           z within its bound
-/// relaxation rate     λ ≤ 10000 1/s                                                      Romano et al., III-B
-/// inversion           one solution: σ1 = 64.5, least dμ/d|v| = -42.848 s/m               Romano et al., II-B; by search
-/// curve at rest       differentiable                                                     Romano et al., II-B
-/// modulus |v|         exact, with its kink                                               Romano et al., II-B
-/// breakaway           F_b = p μ_s = 1.5 N                                                Romano et al., II-B
-/// drift               4.3152e-5 m per slow cycle 0 ↔ 0.75 N                              Dupont et al. 2002
-/// creep               none under 0.75 N                                                  F_ss(v) = F
-/// stuck mass          ω = 100.01 rad/s, ζ = 0.32267; after a reversal ζ = 0.4562         module stability
-/// sliding on spring   small motions die out above 0.029863 m/s, GROW just below          Routh–Hurwitz, 1e-6 … 1 m/s
-/// largest step [s]    bristle     stuck       reversed      at 0.001 s                   module stability
+/// passivity           FAILS: needs σ2 ≥ 32.25 s/m, has 0.04
+///   worst case        F v − Ẇ = -29.96 W at v = 1 m/s, z = 1.5e-4 m
+/// deflection          |z| ≤ 1.5e-4 m
+/// force               no bound
+/// relaxation rate     λ ≤ 10000 1/s
+/// inversion           one solution: σ1 = 64.5, least dμ/d|v| = -42.848 s/m
+/// curve at rest       differentiable
+/// modulus |v|         exact, with its kink
+/// breakaway           F_b = p μ_s = 1.5 N
+/// drift               4.3152e-5 m per slow cycle 0 ↔ 0.75 N
+/// creep               none under 0.75 N
+/// stuck mass          ω = 100.01 rad/s, ζ = 0.32267; after a reversal ζ = 0.4562
+/// sliding on spring   small motions die out above 0.029863 m/s, GROW just below
+/// largest step [s]    bristle     stuck       reversed      at 0.001 s
 ///   Euler             2e-4        0.0064527   0.0064514     TOO LONG
 ///   SemiImplicitEuler 2e-4        0.014561    0.0090921     TOO LONG
 ///   RungeKutta4       2.7853e-4   0.028037    0.01871       TOO LONG

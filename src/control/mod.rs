@@ -15,10 +15,10 @@
 //!
 //! | compensator | driven by | what it needs | what it cannot do |
 //! |---|---|---|---|
-//! | [`FeedForwardCompensator`] | the reference's velocity | no sensor, no noise | know of a tracking error |
-//! | [`FeedbackCompensator`] | the measured displacement | an encoder | bear more over-compensation than the controller's stiffness |
-//! | [`FrictionObserver`] | both, with injection of the tracking error | gains within a limit, which is checked | – |
-//! | [`StaticCompensator`] | a velocity | a curve: the baseline of the literature | know what a stuck contact carries |
+//! | [`FeedForwardCompensator`] | the reference velocity | no sensor, no noise | know of errors |
+//! | [`FeedbackCompensator`] | the measured displacement | an encoder | bear over-compensation |
+//! | [`FrictionObserver`] | both, and the tracking error | gains within a checked limit | – |
+//! | [`StaticCompensator`] | a velocity | a curve: the baseline | know the force while stuck |
 //!
 //! Every compensator has a fixed number of operations per sample and allocates nothing. Its bristle
 //! takes the exact step of a held velocity, so that it is stable by itself at any sample time. This

@@ -10,8 +10,8 @@
 //!
 //! | [`Injection`] | estimate | condition |
 //! |---|---|---|
-//! | `Velocity` | dẑ/dt = −λ ẑ + r (v − k y),  F̂ = p (c₀ ẑ + c₂ (v − k y)),  y = ė + α e | K_d > α m, K_i < α K_p |
-//! | `Position` | dẑ/dt = −λ ẑ + r v − k e,  F̂ = p (c₀ ẑ + c₂ v − σ1 k e) | these two with α = σ0/σ1 |
+//! | `Velocity` | dẑ/dt = −λẑ + r w, F̂ = p (c₀ẑ + c₂w), w = v − k(ė + αe) | K_d > αm, K_i < αK_p |
+//! | `Position` | dẑ/dt = −λ ẑ + r v − k e, F̂ = p (c₀ ẑ + c₂ v − σ1 k e) | both with α = σ0/σ1 |
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -23,7 +23,7 @@
 //! | α | corner rate of the injection | 1/s |
 //! | m | mass | kg |
 //! | λ, r, c₀, c₂, K | coefficients of the model and stiffness of its storage, see [`Affine`] | |
-//! | σ0, σ1, σ2 | micro-stiffness, micro-damping, viscous friction outside the bristle | 1/m, s/m, s/m |
+//! | σ0, σ1, σ2 | micro-stiffness, micro-damping, viscous friction | 1/m, s/m, s/m |
 //!
 //! # Why it converges
 //!

@@ -85,7 +85,8 @@ const MOST_SEARCHES: usize = 64;
 /// let mut deflection = 0.0;
 /// let mut work = 0.0;
 /// for pair in samples.windows(2) {
-///     let step = Exponential::<3>.ramp(&contact, Ramp { from: pair[0], to: pair[1] }, deflection, 1e-3);
+///     let ramp = Ramp { from: pair[0], to: pair[1] };
+///     let step = Exponential::<3>.ramp(&contact, ramp, deflection, 1e-3);
 ///     deflection = step.deflection;
 ///     work += step.work;
 /// }

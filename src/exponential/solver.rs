@@ -25,7 +25,8 @@ use crate::{Bristle, Contact, Scalar};
 /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
 /// let contact = FrBd::new(curve, bristle).under_load(1.0)?;
-/// let velocity = Sine::new(SineParameters { mean: 0.0, amplitude: 0.01, frequency: 25.0, phase: 0.0 })?;
+/// let sine = SineParameters { mean: 0.0, amplitude: 0.01, frequency: 25.0, phase: 0.0 };
+/// let velocity = Sine::new(sine)?;
 ///
 /// let solver = Exponential::<5>.adaptive(1e-8)?;
 /// let mut largest = 0.0;

@@ -6,7 +6,7 @@
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | q | search variables: logarithms of positive parameters, others over a typical magnitude | – |
-//! | μ_model | friction coefficient of the model, run along the measured motion by exact steps | – |
+//! | μ_model | friction coefficient of the model, run along the measured motion | – |
 //! | Fₖ, pₖ | measured friction and normal force at the time tₖ | N |
 //! | r, J | residuals, and their sensitivities ∂r/∂q | – |
 //! | n, N | number of rows and of parameters | – |
@@ -15,8 +15,8 @@
 //! |---|---|---|
 //! | 1 | columns, checked row by row | [`Log`] |
 //! | 2 | starting values for stiffness and curve | [`InitialGuess`], [`static_curve`] |
-//! | 3 | a model with free parameters | [`FrBdFit`], [`MaxwellFit`], [`ElastoPlasticFit`], or a [`Candidate`] of your own |
-//! | 4 | the best parameters, with standard errors | [`fit`] gives a [`Fit`], which prints as a table |
+//! | 3 | a model with free parameters | [`FrBdFit`], [`MaxwellFit`] …, or your own [`Candidate`] |
+//! | 4 | the best parameters, with standard errors | [`fit`] gives a [`Fit`], which prints |
 //! | 5 | a test on data that the fit has not seen | [`predict`] |
 //!
 //! Problems of another kind implement [`Residuals`] and call [`least_squares`]: the search and the

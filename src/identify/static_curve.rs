@@ -69,8 +69,8 @@ pub(super) fn stribeck_parameters(guess: &InitialGuess) -> [Parameter; 4] {
     ]
 }
 
-/// Shape of a friction curve with four parameters: dynamic coefficient μ_d, static excess μ_s − μ_d,
-/// Stribeck velocity v_S, viscous friction σ2.
+/// Shape of a friction curve with four parameters: dynamic coefficient μ_d, static excess μ_s −
+/// μ_d, Stribeck velocity v_S, viscous friction σ2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CurveShape {
     /// The [`Stribeck`] curve.

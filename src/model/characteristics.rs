@@ -134,8 +134,8 @@ fn least_slope<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> T {
                 if here.1 < least.1 { here } else { least }
             });
             let ratio: T = lit(NEXT);
-            // Thirds of the interval around it; flat at the bottom, so that half the digits are all of
-            // them.
+            // Thirds of the interval around it; flat at the bottom, so that half the digits are all
+            // of them.
             let (mut low, mut high) = (at * ratio, smaller(at / ratio, fastest));
             for _ in 0..80 {
                 let third = (high - low) / lit(3.0);

@@ -142,10 +142,10 @@ pub struct ImplicitBristleParameters<C, T = f64> {
 ///
 /// | relative tolerance | 1e-4 | 1e-6 | 1e-8 | 1e-10 |
 /// |---|---|---|---|---|
-/// | error of the period \[s\], [`DormandPrince8`](crate::ode::DormandPrince8) | 2e-5 | 3e-6 | 4e-8 | 1e-9 |
+/// | error of the period \[s\], `DormandPrince8` | 2e-5 | 3e-6 | 4e-8 | 1e-9 |
 /// | … of [`DormandPrince`](crate::ode::DormandPrince) | 3e-3 | 4e-6 | 7e-8 | 1e-9 |
 /// | … of [`Rodas5P`](crate::ode::Rodas5P) | 9e-5 | 1e-5 | 5e-8 | 1e-9 |
-/// | evaluations, `DormandPrince8` (FrBD at 1e-4 and 1e-8: 15 190, 24 585) | 20 318 | 23 338 | 29 195 | 40 924 |
+/// | evaluations (FrBD at 1e-4, 1e-8: 15 190, 24 585) | 20 318 | 23 338 | 29 195 | 40 924 |
 /// | evaluations, `Rodas5P` | 4 342 | 8 101 | 16 221 | 35 380 |
 ///
 /// [`Contact::companion`](crate::Contact::companion) freezes the coefficients at the beginning of a

@@ -425,8 +425,8 @@ pub(super) mod trees {
             self.stages(tree).iter().zip(weights).map(|(s, w)| s * w).sum()
         }
 
-        /// The sum over a tree within the step, for the nested form of `DenseOutput`: weights of the
-        /// solution, the stage at the end of the step, weights of the terms from the fourth on.
+        /// The sum over a tree within the step, for the nested form of `DenseOutput`: weights of
+        /// the solution, the stage at the end of the step, weights of the terms from the fourth on.
         pub(in crate::ode) fn extended(
             &self,
             tree: &Tree,
@@ -487,8 +487,8 @@ pub(super) mod trees {
             self.gammas[stage].iter().sum()
         }
 
-        /// The elementary weight of a tree at each stage: β where a node has one child, α where it has
-        /// more.
+        /// The elementary weight of a tree at each stage: β where a node has one child, α where it
+        /// has more.
         fn stages(&self, tree: &Tree) -> Vec<f64> {
             let rows = if tree.0.len() == 1 { &self.beta } else { &self.alpha };
             let mut product = vec![1.0; rows.len()];
@@ -507,7 +507,8 @@ pub(super) mod trees {
             self.stages(tree).iter().zip(weights).map(|(s, w)| s * w).sum()
         }
 
-        /// The sum over a tree within the step, for the nested form: weights of the Uᵢ in each term.
+        /// The sum over a tree within the step, for the nested form: weights of the Uᵢ in each
+        /// term.
         pub(in crate::ode) fn extended(&self, tree: &Tree, theta: f64, terms: &[&[f64]]) -> f64 {
             let terms: Vec<f64> =
                 terms.iter().map(|weights| self.weighted(tree, weights)).collect();

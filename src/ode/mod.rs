@@ -11,7 +11,7 @@
 //! | [`DormandPrince`] | explicit, order 5(4): inputs of low smoothness, moderate tolerances |
 //! | [`DormandPrince8`] | explicit, order 8(5,3): tight tolerances |
 //! | [`Rodas4`], [`Rodas5P`] | L-stable Rosenbrock methods of order 4(3) and 5(4): stiff systems |
-//! | [`RungeKutta4`] | fixed steps, split at reversals; or [`plain`](Solver::plain) at a fixed cost |
+//! | [`RungeKutta4`] | fixed steps, split at reversals or [`plain`](Solver::plain) |
 //!
 //! All but the last choose their steps by an error estimate and have a dense output of their own. A
 //! Rosenbrock method needs the Jacobian: give [`System::linearised`]. Otherwise finite differences

@@ -149,14 +149,16 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// use bristle::scene::MassSpringDamper;
     /// use bristle::{Bristle, Dahl, DahlParameters, paper};
     ///
-    /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
+    /// let bristle = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 };
+    /// let friction = Dahl::new(bristle)?;
     /// let rig = MassSpringDamper::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
     /// let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-6, rig.scales())?);
     /// let mut fastest = 0.0;
-    /// let summary = solver.stream(&rig, 0.0..10.0, rig.at_rest(), &[], &mut |step: &Step<f64, 3>| {
+    /// let mut observer = |step: &Step<f64, 3>| {
     ///     fastest = f64::max(fastest, step.end()[1]);
     ///     ControlFlow::Continue(())
-    /// })?;
+    /// };
+    /// let summary = solver.stream(&rig, 0.0..10.0, rig.at_rest(), &[], &mut observer)?;
     /// assert_eq!(summary.time, 10.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```

@@ -138,7 +138,7 @@ impl<T: Scalar> ElementBounds<T> {
 /// | [`Spring`], [`KelvinVoigt`] | one | on the curve |
 /// | [`Maxwell`] | one, behind a dashpot | creeps |
 /// | [`Zener`] | two, one behind a dashpot | on the curve |
-/// | [`GeneralisedMaxwell`] | N side by side, each with or without a dashpot in series | on the curve, or creeps |
+/// | [`GeneralisedMaxwell`] | N in parallel, some behind dashpots | on the curve, or creeps |
 /// | [`GeneralisedKelvinVoigt`] | N in a row, each with a dashpot beside it | on the curve |
 ///
 /// # Energy

@@ -13,7 +13,7 @@
 //! | v | slip velocity | m/s |
 //! | s = v/U | slip ratio | – |
 //! | p(ξ) | pressure: normal force per length | N/m |
-//! | λ, r, c₀, c₂ | coefficients of the friction model, see [`Affine`](crate::Affine) | 1/s, –, 1/m, s/m |
+//! | λ, r, c₀, c₂ | coefficients of the model, see [`Affine`](crate::Affine) | 1/s, –, 1/m, s/m |
 //!
 //! # Slip ratio
 //!
@@ -23,7 +23,7 @@
 //! | motion | v | s |
 //! |---|---|---|
 //! | any | | v/U |
-//! | longitudinal, wheel of radius R | v_x − ωR, with U = ωR | (v_x − ωR)/(ωR): positive in braking, infinite when locked |
+//! | wheel of radius R | v_x − ωR, with U = ωR | (v_x − ωR)/(ωR) > 0 in braking, ∞ if locked |
 //! | lateral, wheel at a slip angle α | v_y = v_x tan α, with U = ωR ≈ v_x | tan α |
 //!
 //! The longitudinal slip of ISO 8855 and SAE J670 is κ_x = (ωR − v_x)/v_x: negative in braking, −1

@@ -3,7 +3,7 @@
 //! | moment | of |
 //! |---|---|
 //! | ψ_k(x) = ∫₀¹ tᵏ e^(−xt) dt | a decaying weight |
-//! | χ_k(α, x) = ∫₀¹ tᵏ⁺¹ φ1(xt) e^(−αt) dt = (ψ_k(α) − ψ_k(α + x))/x | a profile 1 − e^(−xt), per x |
+//! | χ_k(α, x) = ∫₀¹ tᵏ⁺¹ φ1(xt) e^(−αt) dt = (ψ_k(α) − ψ_k(α + x))/x | 1 − e^(−xt), per x |
 //!
 //! with φ1(x) = (1 − e⁻ˣ)/x. ψ_k follows from ψ_{k−1} without loss where |x| > k, and ψ_{k−1} from
 //! ψ_k where |x| < k. χ is taken from its power series, from the difference where that keeps its

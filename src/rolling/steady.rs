@@ -12,7 +12,7 @@
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | κ | how often a bristle relaxes on its way through the patch: small is adhesion, large is sliding | – |
+//! | κ | relaxation of a bristle over one transit: small is adhesion, large sliding | – |
 //! | z_ss | deflection of steady sliding | m |
 //! | μ_ss | friction coefficient of steady sliding | – |
 //! | R, P | what of the pressure rises with the deflection, and all of it | N/m |

@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | m, J, R | mass carried, moment of inertia, effective rolling radius | kg, kg m², m |
 //! | v_x, ω | speed of the vehicle, angular velocity of the wheel | m/s, rad/s |
-//! | F | friction force of the tyre, a rolling [`Patch`](crate::rolling::Patch): positive slows the vehicle | N |
+//! | F | friction force of the tyre ([`Patch`](crate::rolling::Patch)), slows the car if > 0 | N |
 //! | T | torque of the brake, a [`Contact`] in units of torque | N m |
 //! | f, τ | other forward force (grade, wind), drive torque | N, N m |
 //!

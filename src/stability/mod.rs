@@ -23,7 +23,8 @@
 //! |---|---|---|
 //! | h | step | s |
 //! | m, k, d | mass, stiffness and damping of the mechanism without its friction | kg, N/m, N s/m |
-//! | p, σ0, σ1, σ2 | normal force; stiffness, damping, viscous friction per unit of it | N, 1/m, s/m, s/m |
+//! | p | normal force | N |
+//! | σ0, σ1, σ2 | stiffness, damping, viscous friction per unit of it | 1/m, s/m, s/m |
 //! | μ_s, g | static coefficient, resistance of the bristle | – |
 //! | λ | relaxation rate at a held velocity | 1/s |
 //! | s | rate of a motion e^(st) | 1/s |

@@ -47,7 +47,8 @@ where
     /// let contact = FrBd::new(curve, bristle).under_load(1.0)?;
     /// let mechanism = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
     /// let solver = |step| {
-    ///     Solver::<f64, _, 3>::fixed(RungeKutta4, step)?.within_stability(&contact, mechanism, 1.0)
+    ///     let solver = Solver::<f64, _, 3>::fixed(RungeKutta4, step)?;
+    ///     solver.within_stability(&contact, mechanism, 1.0)
     /// };
     /// assert!(solver(5e-3).is_ok());
     /// let refused = solver(20e-3).unwrap_err().to_string();

@@ -352,7 +352,10 @@ fn the_table_in_the_documentation_is_the_one_that_is_printed() {
     };
     let documentation = include_str!("../../src/audit/mod.rs");
     for line in contact.audit(parameters).unwrap().to_string().lines() {
-        assert!(documentation.lines().any(|doc| doc == format!("/// {line}")), "{line}");
+        // Name and finding take 20 and 66 columns; the source after them is not shown.
+        let shown: String = line.chars().take(87).collect();
+        let shown = shown.trim_end();
+        assert!(documentation.lines().any(|doc| doc == format!("/// {shown}")), "{shown}");
     }
 }
 

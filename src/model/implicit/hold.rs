@@ -6,10 +6,10 @@
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | u, w | speed of the tip and velocity of the body, in the direction of the load e = σ0 z + σ1 v | m/s |
+//! | u, w | speed of the tip, velocity of the body, along the load e = σ0 z + σ1 v | m/s |
 //! | g = w − u | distance from steady sliding; ż in that direction | m/s |
 //! | Φ = σ1 u + f(u), f = μ sgn_ε | as in the model | – |
-//! | E*, u⁻, u⁺ | where a folded Φ changes its branch: the load, and the tip's speed below and above it | –, m/s |
+//! | E*, u⁻, u⁺ | load where a folded Φ changes its branch; tip's speeds beside it | –, m/s |
 //!
 //! While the tip sticks, z and the load grow as v t. While it slides, g = g₀ e^(−Λ), and
 //!

@@ -213,8 +213,8 @@ where
         }
     }
 
-    /// Finds the fold of Φ in one direction, if it has one. Φ is looked at from 1e-12 to 1e6 m/s, at
-    /// sixteen speeds to each doubling; a fall between two of these is too shallow to matter.
+    /// Finds the fold of Φ in one direction, if it has one. Φ is looked at from 1e-12 to 1e6 m/s,
+    /// at sixteen speeds to each doubling; a fall between two of these is too shallow to matter.
     #[cold]
     pub(super) fn fold(&self, branch: Branch) -> Option<Fold<T>> {
         const PER_DOUBLING: u32 = 16;
