@@ -86,6 +86,7 @@ mod number;
 pub mod ode;
 pub mod paper;
 mod parameter;
+pub mod plane;
 pub mod regularisation;
 pub mod rheology;
 pub mod rolling;
