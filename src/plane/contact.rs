@@ -207,8 +207,8 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneCompanion<T, M, N> {
         &self.contact
     }
 
-    /// The source and the damper of each axis that stand for the friction over a step of length
-    /// h ≥ 0 \[s\], from a deflection \[m\] and a velocity [m/s] predicted for the middle of the step.
+    /// The source and the damper of each axis that stand for the friction over a step of length h ≥
+    /// 0 \[s\], from a deflection \[m\] and a velocity [m/s] predicted for the middle of the step.
     #[inline]
     pub fn step(
         &self,
@@ -281,8 +281,8 @@ impl<T: Scalar, const N: usize> PlaneCompanionStep<T, N> {
         SVector::from_fn(|i, _| self.axes[i].force(mean_velocity[i]))
     }
 
-    /// The mean velocity v̄ = (v₀ + v₁)/2 [m/s] of a free mass \[kg\] at a velocity v₀ [m/s], under this
-    /// friction and other forces \[N\] averaged over the step. NaN for a negative mass.
+    /// The mean velocity v̄ = (v₀ + v₁)/2 [m/s] of a free mass \[kg\] at a velocity v₀ [m/s], under
+    /// this friction and other forces \[N\] averaged over the step. NaN for a negative mass.
     pub fn point_mass(
         &self,
         mass: T,
@@ -299,8 +299,8 @@ impl<T: Scalar, const N: usize> PlaneCompanionStep<T, N> {
         })
     }
 
-    /// The mean velocity [m/s] of a body with a mass matrix \[kg\] whose axes are coupled, such as one
-    /// that is pushed off its centre. `None` if the matrix is singular.
+    /// The mean velocity [m/s] of a body with a mass matrix \[kg\] whose axes are coupled, such as
+    /// one that is pushed off its centre. `None` if the matrix is singular.
     pub fn body(
         &self,
         mass: &SMatrix<T, N, N>,

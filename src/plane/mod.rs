@@ -86,7 +86,8 @@ pub trait PlaneBristle<T: Scalar, const N: usize>: Debug + Clone {
     fn affine(&self, velocity: &SVector<T, N>) -> [Affine<T>; N];
 
     /// The coefficients, and the derivatives of those of axis i with respect to the velocity of
-    /// axis j in `slopes[i][j]`. At v = 0 the derivatives depend on the direction; zero stands for them.
+    /// axis j in `slopes[i][j]`. At v = 0 the derivatives depend on the direction; zero stands for
+    /// them.
     fn affine_and_slopes(&self, velocity: &SVector<T, N>) -> ([Affine<T>; N], [[Affine<T>; N]; N]);
 
     /// The bristles.
@@ -161,14 +162,14 @@ pub struct LinearisedPlane<T: Scalar, const N: usize> {
     pub coefficient_by_velocity: SMatrix<T, N, N>,
 }
 
-/// The radius R \[m\] that turns the spin of a disc of this radius \[m\], under a uniform pressure, into
-/// an axis R ω: its full friction torque is ⅔ of radius times force.
+/// The radius R \[m\] that turns the spin of a disc of this radius \[m\], under a uniform pressure,
+/// into an axis R ω: its full friction torque is ⅔ of radius times force.
 pub fn spin_radius_of_disc<T: Scalar>(radius: T) -> T {
     radius * lit(2.0 / 3.0)
 }
 
-/// The radius R \[m\] that turns the spin of a circular Hertz contact of this radius \[m\] into an axis
-/// R ω: its full friction torque is 3π/16 of radius times force.
+/// The radius R \[m\] that turns the spin of a circular Hertz contact of this radius \[m\] into an
+/// axis R ω: its full friction torque is 3π/16 of radius times force.
 pub fn spin_radius_of_hertz_contact<T: Scalar>(radius: T) -> T {
     radius * lit(3.0 * core::f64::consts::PI / 16.0)
 }

@@ -111,7 +111,8 @@ fn dissipates<const N: usize>() {
             }
             scale += draw.load * (axes[i].micro_stiffness * z[i] * rate[i]).abs();
         }
-        // Slip is the difference v − ż, with roundings of v: their squares, too, and twice the product.
+        // Slip is the difference v − ż, with roundings of v: their squares, too, and twice the
+        // product.
         let got = contact.dissipated_power(&v, &z);
         assert_within(1e-12, scale.max(want), got, want, || format!("{draw:?}"));
         assert!(got >= -1e-12 * scale, "{got} of {scale}: {draw:?}");
@@ -226,7 +227,7 @@ fn compare<M: PlaneBristle<f64, 3>, D: PlaneBristle<Dual64, 3>>(
 ) {
     let (v, z) = (draw.velocity, draw.deflection());
     let (linearised, (axes, slopes)) = (model.linearised(&v, &z), model.affine_and_slopes(&v));
-    for j in 0..3 {
+    for j in [0, 1, 2] {
         let seed = |x: SVector<f64, 3>, along: f64| {
             SVector::<Dual64, 3>::from_fn(|i, _| {
                 Dual64::new(x[i], if i == j { along } else { 0.0 })
@@ -452,7 +453,8 @@ fn a_block_on_a_tilted_plane_stands_for_an_hour() {
 
 #[test]
 fn spin_radii_are_those_of_the_full_torque() {
-    // ∫ r dF over a disc: uniform pressure 2/3 a F; Hertz p ∝ √(1 − r²/a²), 3π/16 a F. By quadrature.
+    // ∫ r dF over a disc: uniform pressure 2/3 a F; Hertz p ∝ √(1 − r²/a²), 3π/16 a F. By
+    // quadrature.
     let torque = |pressure: &dyn Fn(f64) -> f64| {
         let weigh = |power: i32| {
             crate::common::integral(0.0, 1.0, 4000, |r: f64| pressure(r) * r.powi(power))
