@@ -319,7 +319,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     /// and the limit of the deflection, the part of the damping that the model tells itself, the
     /// normal force, and the deflection before the step and its length.
     #[inline]
-    pub(crate) fn from_affine(
+    fn from_affine(
         (affine, weights): (Affine<T, D>, D::Weights),
         (storage_stiffness, limit): (D, T),
         rest_damping: Option<T>,

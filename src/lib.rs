@@ -86,7 +86,6 @@ mod number;
 pub mod ode;
 pub mod paper;
 mod parameter;
-pub mod plane;
 pub mod regularisation;
 pub mod rheology;
 pub mod rolling;

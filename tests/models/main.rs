@@ -11,5 +11,4 @@ mod implicit;
 mod implicit_hold;
 mod laws;
 mod parameters;
-mod plane;
 mod viscoelastic;
