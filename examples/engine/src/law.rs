@@ -3,10 +3,10 @@
 
 use std::fmt::Debug;
 
-use bristle::ledger::{EnergyBalance, EnergyLedger};
-use bristle::{Bristle, ParameterError};
 use bristle::companion::{Companion, CompanionStep, PointMass, Prediction, VelocityHistory};
 use bristle::curve::{FrictionCurve, Stribeck};
+use bristle::ledger::{EnergyBalance, EnergyLedger};
+use bristle::{Bristle, ParameterError};
 
 /// Friction along one direction of one contact.
 pub trait Law: Debug {

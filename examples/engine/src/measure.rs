@@ -3,10 +3,10 @@
 use std::error::Error;
 
 use bristle::ode::{self, Output};
+use bristle::rheology::KelvinVoigtParameters;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::Constant;
 use bristle::{Bristle, Mechanism};
-use bristle::rheology::KelvinVoigtParameters;
 
 use crate::scene::{BELT, BRISTLE, CURVE, Friction, GRAVITY, MASS, SPRING, Scene, frbd};
 

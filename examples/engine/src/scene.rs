@@ -2,9 +2,9 @@
 
 use std::error::Error;
 
-use bristle::{Bristle, ElastoPlastic, ElastoPlasticParameters, FrBd};
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::{Bristle, ElastoPlastic, ElastoPlasticParameters, FrBd};
 use rapier3d_f64::prelude::*;
 
 use crate::bond::{Bond, Coupling, Part};
