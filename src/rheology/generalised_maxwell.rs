@@ -89,6 +89,12 @@ impl<T: Scalar, S: VelocityLaw<T>> MaxwellArm<T, S> {
     /// The decay rate K/η(v) [1/s], zero without a dashpot, and its derivative with respect to the
     /// signed velocity.
     #[inline(always)]
+    fn decay(&self, sliding: Sliding<T>) -> T {
+        let decay = |law: &S| self.stiffness / law.value(sliding);
+        self.series_damping.as_ref().map_or(T::zero(), decay)
+    }
+
+    #[inline(always)]
     pub(super) fn decay_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
         self.series_damping.as_ref().map_or((T::zero(), T::zero()), |law| {
             let (damping, slope) = law.value_and_slope(sliding);
@@ -175,6 +181,15 @@ impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>> Rheology<T
     for GeneralisedMaxwell<T, N, S, D>
 {
     type Deflection = SVector<T, N>;
+
+    #[inline(always)]
+    fn elements(&self, sliding: Sliding<T>) -> Elements<T, SVector<T, N>> {
+        Elements {
+            stiffness: self.storage_stiffness(),
+            decay: SVector::from_fn(|i, _| self.arms[i].decay(sliding)),
+            damping: self.damping.value(sliding),
+        }
+    }
 
     #[inline(always)]
     fn elements_and_slopes(

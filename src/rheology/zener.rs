@@ -130,6 +130,11 @@ impl<T: Scalar, S: VelocityLaw<T>> Rheology<T> for Zener<T, S> {
     type Deflection = SVector<T, 2>;
 
     #[inline(always)]
+    fn elements(&self, sliding: Sliding<T>) -> Elements<T, SVector<T, 2>> {
+        self.0.elements(sliding)
+    }
+
+    #[inline(always)]
     fn elements_and_slopes(
         &self,
         sliding: Sliding<T>,
