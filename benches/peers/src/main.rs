@@ -127,10 +127,7 @@ impl Visitor for Study {
     }
 }
 
-fn charts(
-    rows: &[Row],
-    folder: &std::path::Path,
-) -> support::Result<Vec<std::path::PathBuf>> {
+fn charts(rows: &[Row], folder: &std::path::Path) -> support::Result<Vec<std::path::PathBuf>> {
     let mut scenes: Vec<&str> = Vec::new();
     for row in rows {
         if !scenes.contains(&row.scene.as_str()) {
