@@ -9,9 +9,7 @@ mod support;
 use std::process::ExitCode;
 
 use bristle::curve::Stribeck;
-use bristle::fidelity::{
-    Choice, FidelityError, KnownVelocity, KnownVelocityParameters, Level, Start, Tolerance, choose,
-};
+use bristle::fidelity::{Answers, Choice, FidelityError, KnownVelocity, Level, Tolerance, choose};
 use bristle::rheology::KelvinVoigt;
 use bristle::signal::{Sine, SineParameters};
 use bristle::{Bristle, FrBd, paper};
@@ -52,19 +50,14 @@ fn main() -> ExitCode {
                 for &frequency in &frequencies {
                     let mean = mean * amplitude;
                     let choice = chosen(mean, amplitude, frequency, share)?;
-                    let plan = choice.plan;
+                    let best = choice.best;
                     let texts = [amplitude, frequency, mean].map(|number| number.to_string());
                     let [amplitude_text, frequency_text, mean_text] = texts.each_ref();
                     table.row(
-                        &[amplitude_text, frequency_text, mean_text, plan.level.model],
-                        &[
-                            f64::from(plan.steps),
-                            choice.error,
-                            choice.evaluations as f64,
-                            choice.cost,
-                        ],
+                        &[amplitude_text, frequency_text, mean_text, best.level.model],
+                        &[f64::from(best.steps), best.error, best.evaluations as f64, best.cost],
                     )?;
-                    let kind = match (plan.level, plan.steps) {
+                    let kind = match (best.level, best.steps) {
                         (Level::STATIC_CURVE, _) => 0,
                         (Level::DAHL, 1) => 1,
                         (Level::DAHL, _) => 2,
@@ -100,13 +93,8 @@ fn chosen(mean: f64, amplitude: f64, frequency: f64, share: f64) -> Result<Choic
     let friction = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?);
     let contact = friction.under_load(1.0)?;
     let velocity = SineParameters { mean, amplitude, frequency, phase: 0.03 };
-    let scene = KnownVelocity::new(KnownVelocityParameters {
-        contact,
-        velocity: Sine::new(velocity)?,
-        interval: 1.0 / (frequency * PERIOD as f64),
-        answers: 10 * PERIOD,
-        start: Start::Steady,
-    })?;
+    let answers = Answers { interval: 1.0 / (frequency * PERIOD as f64), count: 10 * PERIOD };
+    let scene = KnownVelocity::new(contact, Sine::new(velocity)?, answers)?.starting_steadily();
     let largest = contact.limits(mean + amplitude).force.unwrap_or(f64::NAN);
     choose(&scene, Tolerance::root_mean_square(share * largest))
 }

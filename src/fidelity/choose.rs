@@ -3,43 +3,16 @@
 use alloc::vec::Vec;
 
 use super::report::{Choice, FidelityError, Trial, Verdict};
-use super::scene::{Level, MOST_STEPS, Plan, Refinement, Run, Scene};
+use super::scene::{Level, MOST_STEPS, Run, Scene};
 use crate::parameter::{self, ParameterError, Rule};
 
-/// In which sense an error is small.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Norm {
-    /// The largest error of any answer.
-    Greatest,
-    /// The root of the mean square over all answers.
-    RootMeanSquare,
-}
-
-impl Norm {
-    /// The distance between two runs; NaN if an answer is not finite.
-    fn distance(self, a: &Run, b: &Run) -> f64 {
-        if a.answers.len() != b.answers.len() {
-            return f64::NAN;
-        }
-        let off = a.answers.iter().zip(&b.answers).map(|(a, b)| (a - b).abs());
-        match self {
-            // Not `f64::max`, which passes over NaN.
-            Norm::Greatest => off.fold(0.0, |most, off| if off <= most { most } else { off }),
-            Norm::RootMeanSquare => {
-                let sum: f64 = off.map(|off| off * off).sum();
-                nalgebra::ComplexField::sqrt(sum / a.answers.len() as f64)
-            }
-        }
-    }
-}
-
-/// The error allowed, and what the search for a plan may cost.
+/// The error allowed, and what the search for the cheapest run may cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
-    /// In which sense the error is small.
-    pub norm: Norm,
     /// The error allowed, in the unit of the scene's quantity.
     pub error: f64,
+    /// Whether that is the root of the mean square over all answers; else no answer may exceed it.
+    pub root_mean_square: bool,
     /// What the search may cost, in evaluations of FrBD with one spring.
     pub budget: f64,
 }
@@ -50,13 +23,27 @@ const BUDGET: f64 = 1e8;
 impl Tolerance {
     /// Every answer is within this error, in the unit of the scene's quantity.
     pub const fn at_every_answer(error: f64) -> Self {
-        Self { norm: Norm::Greatest, error, budget: BUDGET }
+        Self { error, root_mean_square: false, budget: BUDGET }
     }
 
     /// The root of the mean square error of all answers is within this, in the unit of the scene's
     /// quantity.
     pub const fn root_mean_square(error: f64) -> Self {
-        Self { norm: Norm::RootMeanSquare, error, budget: BUDGET }
+        Self { root_mean_square: true, ..Self::at_every_answer(error) }
+    }
+
+    /// The distance between two runs; NaN if an answer is not finite.
+    fn distance(&self, a: &Run, b: &Run) -> f64 {
+        if a.answers.len() != b.answers.len() {
+            return f64::NAN;
+        }
+        let off = a.answers.iter().zip(&b.answers).map(|(a, b)| (a - b).abs());
+        if self.root_mean_square {
+            let sum: f64 = off.map(|off| off * off).sum();
+            return nalgebra::ComplexField::sqrt(sum / a.answers.len() as f64);
+        }
+        // Not `f64::max`, which passes over NaN.
+        off.fold(0.0, |most, off| if off <= most { most } else { off })
     }
 }
 
@@ -72,7 +59,7 @@ const FIRST_STEPS: u32 = 8;
 /// between two of them. They take some 50 µs.
 const FEWEST_STEPS: usize = 4096;
 
-/// Finds the cheapest plan whose answers are within a tolerance of the reference.
+/// Finds the cheapest level and steps whose answers are within a tolerance of the reference.
 ///
 /// # Errors
 ///
@@ -86,30 +73,30 @@ pub fn choose<S: Scene + ?Sized>(scene: &S, tolerance: Tolerance) -> Result<Choi
     let (&level, others) = levels.split_last().ok_or_else(|| none("levels"))?;
     let mut search = Search { scene, tolerance, spent: 0.0 };
     let reference = search.settle(level)?;
-    let own = search.coarsest(level, &reference)?;
+    let own = search.measure(level, &reference, f64::INFINITY)?;
+    if own.verdict != Verdict::Enough {
+        return search.undetermined(own.error, own.steps);
+    }
     let mut best = own;
     let mut trials = Vec::with_capacity(levels.len());
     for &level in others {
         let trial = search.measure(level, &reference, best.cost)?;
-        // Of plans that cost the same the one of the simplest model.
-        let tied = best.plan.level == own.plan.level && trial.cost <= best.cost;
+        // Of runs that cost the same the one of the simplest model.
+        let tied = best.level == own.level && trial.cost <= best.cost;
         if trial.verdict == Verdict::Enough && (tied || trial.cost < best.cost) {
             best = trial;
         }
         trials.push(trial);
     }
     trials.push(own);
-    for trial in &mut trials {
-        trial.physics = scene.physics(&trial.plan);
+    for trial in trials.iter_mut().chain([&mut best]) {
+        trial.physics = scene.physics(trial.level, trial.steps);
     }
     Ok(Choice {
-        plan: best.plan,
-        evaluations: best.evaluations,
-        cost: best.cost,
-        error: best.error,
+        best,
         tolerance,
         trials,
-        reference: Plan { level, steps: reference.steps },
+        reference_steps: reference.steps,
         uncertainty: reference.uncertainty,
         search_cost: search.spent,
         quantity: scene.quantity(),
@@ -123,15 +110,11 @@ fn none(name: &'static str) -> ParameterError {
 
 /// A reference that has settled.
 struct Reference {
-    /// Its runs with 1, 2, 4 … steps from one answer to the next.
-    coarser: Vec<Run>,
     /// The last and finest run.
     run: Run,
     steps: u32,
     /// By how much the last two runs differ.
     uncertainty: f64,
-    /// Steps from which on the agreement of two runs counts.
-    first_steps: u32,
 }
 
 struct Search<'a, S: ?Sized> {
@@ -140,16 +123,22 @@ struct Search<'a, S: ?Sized> {
     spent: f64,
 }
 
+/// Steps from which on the agreement of two runs with so many answers counts.
+fn first_steps(run: &Run) -> u32 {
+    let fewest = FEWEST_STEPS.checked_div(run.answers.len()).unwrap_or(FEWEST_STEPS);
+    FIRST_STEPS.max(fewest as u32)
+}
+
 impl<S: Scene + ?Sized> Search<'_, S> {
     fn run(&mut self, level: Level, steps: u32) -> Result<Run, FidelityError> {
-        let run = self.scene.run(&Plan { level, steps })?;
+        let run = self.scene.run(level, steps)?;
         self.spent += run.cost;
-        Ok(run)
+        if run.answers.is_empty() { Err(none("answers").into()) } else { Ok(run) }
     }
 
     /// By how much two runs differ, and whether that is little enough for a settled reference.
     fn compare(&self, a: &Run, b: &Run) -> (f64, bool) {
-        let difference = self.tolerance.norm.distance(a, b);
+        let difference = self.tolerance.distance(a, b);
         (difference, difference <= SETTLED * self.tolerance.error)
     }
 
@@ -157,35 +146,26 @@ impl<S: Scene + ?Sized> Search<'_, S> {
     /// about twice as many steps again, but an odd number: what two runs step over in the same way
     /// (a force whose period divides all their steps) the third one meets.
     fn settle(&mut self, level: Level) -> Result<Reference, FidelityError> {
-        let (mut coarser, mut steps) = (Vec::<Run>::new(), 1_u32);
+        let (mut before, mut steps) = (None::<Run>, 1_u32);
         loop {
             let run = self.run(level, steps)?;
-            let answers = run.answers.len();
-            let fewest = FEWEST_STEPS.checked_div(answers).ok_or_else(|| none("answers"))?;
-            let first_steps = FIRST_STEPS.max(fewest as u32);
-            if level.refinement == Refinement::Memoryless {
-                let coarser = alloc::vec![run.clone()];
-                return Ok(Reference { coarser, run, steps, uncertainty: 0.0, first_steps });
-            }
             let finer = 2 * steps + 3;
             let left = self.tolerance.budget - self.spent;
             let affordable = 2.0 * run.cost <= left && finer <= MOST_STEPS;
             let (mut difference, agreed) =
-                coarser.last().map_or((f64::NAN, false), |coarser| self.compare(coarser, &run));
-            if agreed && steps >= 2 * first_steps && affordable {
+                before.map_or((f64::NAN, false), |before| self.compare(&before, &run));
+            if agreed && steps >= 2 * first_steps(&run) && affordable {
                 let last = self.run(level, finer)?;
                 let (uncertainty, confirmed) = self.compare(&run, &last);
                 if confirmed {
-                    coarser.push(run);
-                    let (run, steps) = (last, finer);
-                    return Ok(Reference { coarser, run, steps, uncertainty, first_steps });
+                    return Ok(Reference { run: last, steps: finer, uncertainty });
                 }
                 difference = uncertainty;
             }
             if !affordable {
                 return self.undetermined(difference, steps);
             }
-            coarser.push(run);
+            before = Some(run);
             steps *= 2;
         }
     }
@@ -195,30 +175,8 @@ impl<S: Scene + ?Sized> Search<'_, S> {
         Err(FidelityError::Undetermined { quantity, difference, allowed, steps })
     }
 
-    /// What a run is worth.
-    fn trial(&self, plan: Plan, run: &Run, reference: &Reference) -> Trial {
-        let error = self.tolerance.norm.distance(run, &reference.run);
-        // The reference may be off in the same direction.
-        let enough = error + reference.uncertainty <= self.tolerance.error;
-        let verdict = if enough { Verdict::Enough } else { Verdict::NotEnough };
-        let (evaluations, cost) = (run.evaluations, run.cost);
-        Trial { plan, evaluations, cost, error, verdict, physics: None }
-    }
-
-    /// The coarsest run of the reference itself that is good enough: the last of them is.
-    fn coarsest(&self, level: Level, reference: &Reference) -> Result<Trial, FidelityError> {
-        for (doublings, run) in reference.coarser.iter().enumerate() {
-            let trial = self.trial(Plan { level, steps: 1 << doublings }, run, reference);
-            if trial.verdict == Verdict::Enough {
-                return Ok(trial);
-            }
-        }
-        // Only if it is memoryless, and its answers are not finite.
-        self.undetermined(f64::NAN, 1)
-    }
-
     /// Doubles the steps of a level until it is good enough, settles on something else, or would
-    /// cost more than the best plan so far.
+    /// cost more than the best run so far.
     fn measure(
         &mut self,
         level: Level,
@@ -228,26 +186,30 @@ impl<S: Scene + ?Sized> Search<'_, S> {
         let (mut steps, mut agreements, mut before) = (1, 0, None::<Run>);
         loop {
             let run = self.run(level, steps)?;
-            let trial = self.trial(Plan { level, steps }, &run, reference);
-            if trial.verdict == Verdict::Enough || level.refinement == Refinement::Memoryless {
-                return Ok(trial);
-            }
+            let error = self.tolerance.distance(&run, &reference.run);
+            // The reference may be off in the same direction.
+            let enough = error + reference.uncertainty <= self.tolerance.error;
             // The cost is affine in the number of steps.
             let mut next = run.cost;
             if let Some(before) = &before {
                 next += 2.0 * (run.cost - before.cost);
-                let agreed = steps > reference.first_steps && self.compare(before, &run).1;
+                let agreed = steps > first_steps(&run) && self.compare(before, &run).1;
                 agreements = if agreed { agreements + 1 } else { 0 };
             }
-            // Three runs agree: what is left is the model's own.
-            if agreements == 2 {
-                return Ok(trial);
-            }
-            if !(next < best) || steps == MOST_STEPS {
-                return Ok(Trial { verdict: Verdict::TooDear, ..trial });
-            }
-            before = Some(run);
-            steps *= 2;
+            let verdict = if enough {
+                Verdict::Enough
+            } else if level.method.is_none() || agreements == 2 {
+                // Three runs agree: what is left is the model's own.
+                Verdict::NotEnough
+            } else if !(next < best) || steps == MOST_STEPS {
+                Verdict::TooDear
+            } else {
+                before = Some(run);
+                steps *= 2;
+                continue;
+            };
+            let (evaluations, cost) = (run.evaluations, run.cost);
+            return Ok(Trial { level, steps, evaluations, cost, error, verdict, physics: None });
         }
     }
 }

@@ -38,7 +38,3 @@ pub(super) const SLIDE: f64 = 2.4;
 pub(super) const DAHL_COMPANION: f64 = 3.1;
 /// A passive step of a mass on any other bristle of one deflection.
 pub(super) const COMPANION: f64 = 3.5;
-/// A right-hand side under error control, its share of the method included.
-pub(super) const STAGE: f64 = 4.7;
-/// A Jacobian and its decomposition.
-pub(super) const JACOBIAN: f64 = 9.6;

@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use super::scene::{Clock, Level, Plan, Run, Scene, Start, direction};
+use super::scene::{Answers, Level, Run, Scene, check_run, direction, each_step};
 use super::{FidelityError, Reducible, cost};
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
@@ -14,57 +14,37 @@ use crate::{Bristle, Contact, Dahl, DahlParameters, Scalar};
 
 impl Level {
     /// F = p μ(v) sgn v: no memory.
-    pub const STATIC_CURVE: Self = Self::memoryless("static curve");
+    pub const STATIC_CURVE: Self = Self { model: "static curve", method: None };
     /// A bristle under a constant friction coefficient, the mean of μ over the scene; each step
     /// exact at the velocity in its middle.
-    pub const DAHL: Self = Self::stepped("Dahl", "exact hold");
+    pub const DAHL: Self = Self { model: "Dahl", method: Some("exact hold") };
     /// The model of one spring below the reference ([`Reducible::lumped`]), in such steps.
-    pub const LUMPED: Self = Self::stepped("lumped FrBD", "exact hold");
+    pub const LUMPED: Self = Self { model: "lumped FrBD", method: Some("exact hold") };
     /// The scene's own model; each step exact at the velocity in its middle ([`Bristle::hold`]).
-    pub const REFERENCE: Self = Self::stepped("reference", "exact hold");
-}
-
-/// Parameters of [`KnownVelocity`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct KnownVelocityParameters<T, M, V> {
-    /// The reference model under its normal force.
-    pub contact: Contact<T, M>,
-    /// Sliding velocity v(t) [m/s], from t = 0 on.
-    pub velocity: V,
-    /// Time between two answers Δ \[s\]: the friction force is wanted at Δ, 2Δ, …
-    pub interval: T,
-    /// Number of answers, up to a million.
-    pub answers: usize,
-    /// How the bristle begins.
-    pub start: Start,
+    pub const REFERENCE: Self = Self { model: "reference", method: Some("exact hold") };
 }
 
 /// The friction force at equal intervals along a known sliding velocity.
 ///
 /// ```
 /// use bristle::curve::Stribeck;
-/// use bristle::fidelity::{KnownVelocity, KnownVelocityParameters};
-/// use bristle::fidelity::{Level, Start, Tolerance, choose};
+/// use bristle::fidelity::{Answers, KnownVelocity, Level, Tolerance, choose};
 /// use bristle::rheology::KelvinVoigt;
 /// use bristle::signal::{Sine, SineParameters};
-/// use bristle::{Bristle, FrBd, paper};
+/// use bristle::{Bristle, FrBd, ParameterError, paper};
 ///
 /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 /// let friction = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?);
-/// let scene = |mean, amplitude| {
-///     let velocity = SineParameters { mean, amplitude, frequency: 1.0, phase: 0.0 };
-///     KnownVelocity::new(KnownVelocityParameters {
-///         contact: friction.under_load(1.0)?,
-///         velocity: Sine::new(velocity)?,
-///         interval: 0.01_f64,
-///         answers: 1000,
-///         start: Start::Steady,
-///     })
+/// let scene = |mean, amplitude| -> Result<_, ParameterError> {
+///     let velocity = Sine::new(SineParameters { mean, amplitude, frequency: 1.0, phase: 0.0 })?;
+///     let answers = Answers { interval: 0.01_f64, count: 1000 };
+///     let scene = KnownVelocity::new(friction.under_load(1.0)?, velocity, answers)?;
+///     Ok(scene.starting_steadily())
 /// };
 /// let tolerance = Tolerance::at_every_answer(0.015); // N, 1 % of breakaway
 /// // Where it slides on the bristle follows the curve. In pre-sliding it is a spring.
-/// assert_eq!(choose(&scene(0.03, 0.02)?, tolerance)?.plan.level, Level::STATIC_CURVE);
-/// assert_eq!(choose(&scene(0.0, 1e-4)?, tolerance)?.plan.level, Level::DAHL);
+/// assert_eq!(choose(&scene(0.03, 0.02)?, tolerance)?.best.level, Level::STATIC_CURVE);
+/// assert_eq!(choose(&scene(0.0, 1e-4)?, tolerance)?.best.level, Level::DAHL);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -73,26 +53,30 @@ pub struct KnownVelocity<T: Scalar, M: Reducible<T>, V> {
     lumped: Contact<T, M::Lumped>,
     dahl: Contact<T, Dahl<T>>,
     velocity: V,
-    clock: Clock<T>,
-    start: Start,
+    answers: Answers<T>,
+    steady: bool,
 }
 
 impl<T: Scalar, M: Reducible<T>, V: Signal<T>> KnownVelocity<T, M, V> {
-    /// Checks the parameters.
+    /// The force of a contact, which is the reference, along a velocity v(t) [m/s] from t = 0 on.
+    /// The bristle starts undeflected.
     ///
     /// # Errors
     ///
     /// Refuses an interval or a normal force that is not positive, no answers or more than a
     /// million, a velocity that is not finite at an answer, and a model whose lumped one is out of
     /// range.
-    pub fn new(parameters: KnownVelocityParameters<T, M, V>) -> Result<Self, ParameterError> {
-        let KnownVelocityParameters { contact, velocity, interval, answers, start } = parameters;
-        let clock = Clock::new(interval, answers)?;
+    pub fn new(
+        contact: Contact<T, M>,
+        velocity: V,
+        answers: Answers<T>,
+    ) -> Result<Self, ParameterError> {
+        let answers = answers.checked()?;
         let normal_force = parameter::positive("normal_force", contact.normal_force())?;
         // How fast the velocity changes: its root-mean-square rate over that of itself.
         let (mut rates, mut squares) = (T::zero(), T::zero());
         let mut last = parameter::finite("velocity", velocity.value(T::zero()))?;
-        for (index, time) in clock.times().enumerate() {
+        for (index, time) in answers.times().enumerate() {
             let checked = parameter::finite("velocity", velocity.value(time));
             let now = parameter::component(index + 1, checked)?;
             rates += (now - last) * (now - last);
@@ -100,25 +84,32 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> KnownVelocity<T, M, V> {
             last = now;
         }
         let frequency =
-            if is_zero(squares) { squares } else { (rates / squares).sqrt() / interval };
-        let lumped = contact.model().lumped(larger(frequency, T::one() / clock.time(answers)))?;
-        let mean = clock.times().fold(T::zero(), |sum, time| {
+            if is_zero(squares) { squares } else { (rates / squares).sqrt() / answers.interval };
+        let lumped =
+            contact.model().lumped(larger(frequency, T::one() / answers.time(answers.count)))?;
+        let mean = answers.times().fold(T::zero(), |sum, time| {
             // The curve beside v = 0, where it has no sign and is 0.
             let now = velocity.value(time);
             let now = if is_zero(now) { T::default_epsilon() } else { now };
-            sum + lumped.stationary_coefficient(now).abs() / lit(answers as f64)
+            sum + lumped.stationary_coefficient(now).abs() / lit(answers.count as f64)
         });
         let dahl = Dahl::new(DahlParameters {
             dynamic_coefficient: mean,
             micro_stiffness: lumped.storage_stiffness(),
         })?;
         let (dahl, lumped) = (dahl.under_load(normal_force)?, lumped.under_load(normal_force)?);
-        Ok(Self { contact, lumped, dahl, velocity, clock, start })
+        Ok(Self { contact, lumped, dahl, velocity, answers, steady: false })
+    }
+
+    /// Starts as in steady sliding at the first velocity.
+    #[must_use]
+    pub fn starting_steadily(self) -> Self {
+        Self { steady: true, ..self }
     }
 
     fn static_curve(&self) -> Run {
         let mut run = Run::default();
-        for time in self.clock.times() {
+        for time in self.answers.times() {
             run.answers.push(to_f64(self.contact.stationary_force(self.velocity.value(time))));
             run.count(1, cost::CURVE);
         }
@@ -142,29 +133,22 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> KnownVelocity<T, M, V> {
         Some(enclose(|time| self.velocity.value(time), ends[0], ends[1], beside).1)
     }
 
-    fn hold<N: Bristle<T>>(
-        &self,
-        contact: &Contact<T, N>,
-        steps: u32,
-        costs: (f64, f64),
-    ) -> Result<Run, FidelityError> {
-        let mut z = match self.start {
-            Start::Undeflected => N::Deflection::fill(T::zero()),
-            Start::Steady => contact.stationary(self.velocity.value(T::zero())),
+    fn hold<N: Bristle<T>>(&self, contact: &Contact<T, N>, steps: u32, costs: (f64, f64)) -> Run {
+        let mut z = if self.steady {
+            contact.stationary(self.velocity.value(T::zero()))
+        } else {
+            N::Deflection::fill(T::zero())
         };
-        let (mut run, mut last) = (Run::default(), T::zero());
-        for time in self.clock.times() {
-            let kink = |from, to| self.next_kink(from, to);
-            Clock::each_step((last, time), steps, kink, |step, look| {
+        let mut run = Run::default();
+        for span in self.answers.spans() {
+            for (step, look, _) in each_step(span, steps, |from, to| self.next_kink(from, to)) {
                 z = contact.model().hold(self.velocity.value(look), z, step).deflection;
                 run.count(1, costs.0);
-                Ok(())
-            })?;
-            run.answers.push(to_f64(contact.force(self.velocity.value(time), z)));
+            }
+            run.answers.push(to_f64(contact.force(self.velocity.value(span.1), z)));
             run.count(1, costs.1);
-            last = time;
         }
-        Ok(run)
+        run
     }
 }
 
@@ -179,30 +163,30 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Scene for KnownVelocity<T, M, V> 
     }
 
     fn interval(&self) -> f64 {
-        to_f64(self.clock.interval)
+        to_f64(self.answers.interval)
     }
 
-    fn run(&self, plan: &Plan) -> Result<Run, FidelityError> {
-        let steps = plan.checked(&self.levels())?;
-        match plan.level {
-            Level::STATIC_CURVE => Ok(self.static_curve()),
+    fn run(&self, level: Level, steps: u32) -> Result<Run, FidelityError> {
+        check_run(&self.levels(), level, steps)?;
+        Ok(match level {
+            Level::STATIC_CURVE => self.static_curve(),
             Level::DAHL => self.hold(&self.dahl, steps, (cost::DAHL_HOLD, 0.0)),
             Level::LUMPED => self.hold(&self.lumped, steps, (cost::HOLD, cost::FORCE)),
             _ => self.hold(&self.contact, steps, M::COSTS),
-        }
+        })
     }
 
     /// Of the static curve the lag: the change of the steady deflection in one relaxation time, in
     /// breakaway distances, 2 where the velocity reverses. Of Dahl the pre-sliding share: the
     /// breakaway distance over the longest way in one direction, at most 1. Of the others the share
     /// of the time that the bristle is stuck: since it last reversed it has slid less than that.
-    fn physics(&self, plan: &Plan) -> Option<(&'static str, f64)> {
+    fn physics(&self, level: Level, _: u32) -> Option<(&'static str, f64)> {
         let model = self.lumped.model();
         let breakaway = to_f64(model.limits(T::zero()).deflection?);
         let dt = self.interval();
         let mut last = self.velocity.value(T::zero());
         let (mut lag, mut way, mut longest, mut stuck) = (0.0_f64, 0.0_f64, 0.0_f64, 0_u32);
-        for now in self.clock.times().map(|time| self.velocity.value(time)) {
+        for now in self.answers.times().map(|time| self.velocity.value(time)) {
             let rate = to_f64(model.stationary(now) - model.stationary(last)).abs() / dt;
             let relaxation = to_f64(model.affine(direction(now).of(now), T::zero()).relaxation);
             let reversed = direction(now) != direction(last);
@@ -213,10 +197,10 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Scene for KnownVelocity<T, M, V> 
             stuck += u32::from(way < breakaway);
             last = now;
         }
-        Some(match plan.level {
+        Some(match level {
             Level::STATIC_CURVE => ("lag", lag),
             Level::DAHL => ("presliding", (breakaway / longest).min(1.0)),
-            _ => ("stuck", f64::from(stuck) / self.clock.answers as f64),
+            _ => ("stuck", f64::from(stuck) / self.answers.count as f64),
         })
     }
 }

@@ -1,15 +1,12 @@
 //! A mass with a spring and a damper under friction, drive and force.
 
 use alloc::vec::Vec;
-use core::ops::ControlFlow;
-
 use nalgebra::Vector3;
 
-use super::scene::{Clock, Level, Plan, Quantity, Refinement, Run, Scene};
+use super::scene::{Answers, Level, Quantity, Run, Scene, check_run, each_step};
 use super::{FidelityError, cost};
 use crate::bounds::{larger, smaller};
 use crate::companion::VelocityHistory;
-use crate::ode::{Solver, Step};
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::scene::MassSpringDamper;
@@ -18,30 +15,11 @@ use crate::{Bristle, Contact, Dahl, DahlParameters, Scalar};
 
 impl Level {
     /// The friction curve with true rest: the mass stops where a force up to p μ_s can hold it.
-    pub const TRUE_REST: Self = Self::stepped("static curve", "true rest");
+    pub const TRUE_REST: Self = Self { model: "static curve", method: Some("true rest") };
     /// A bristle under the coefficient at rest in passive steps ([`companion`](crate::companion)).
-    pub const DAHL_COMPANION: Self = Self::stepped("Dahl", "companion");
+    pub const DAHL_COMPANION: Self = Self { model: "Dahl", method: Some("companion") };
     /// The scene's own model in passive steps ([`companion`](crate::companion)).
-    pub const REFERENCE_COMPANION: Self = Self::stepped("reference", "companion");
-    /// The scene's own model under error control ([`Solver::automatic`]).
-    pub const REFERENCE_CONTROLLED: Self =
-        Self { model: "reference", method: "controlled", refinement: Refinement::ErrorControl };
-}
-
-/// Parameters of [`MechanismScene`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MechanismSceneParameters<T: Scalar, M, F> {
-    /// The mechanism with the reference model. A spring whose far end does not move steadily, but
-    /// by y(t), is one with V = 0 under the force k y(t).
-    pub system: MassSpringDamper<T, M, F>,
-    /// Position \[m\], velocity [m/s] and deflection \[m\] at the start.
-    pub start: Vector3<T>,
-    /// Time between two answers Δ \[s\]: they are wanted at Δ, 2Δ, …
-    pub interval: T,
-    /// Number of answers, up to a million.
-    pub answers: usize,
-    /// What is wanted.
-    pub quantity: Quantity,
+    pub const REFERENCE_COMPANION: Self = Self { model: "reference", method: Some("companion") };
 }
 
 /// Position, velocity or friction force at equal intervals of a mass on a spring. The stick-slip
@@ -49,9 +27,7 @@ pub struct MechanismSceneParameters<T: Scalar, M, F> {
 ///
 /// ```
 /// use bristle::curve::Stribeck;
-/// use bristle::fidelity::{
-///     MechanismScene, MechanismSceneParameters, Quantity, Scene, Tolerance, choose,
-/// };
+/// use bristle::fidelity::{Answers, MechanismScene, Quantity, Scene, Tolerance, choose};
 /// use bristle::rheology::KelvinVoigt;
 /// use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 /// use bristle::signal::Constant;
@@ -65,16 +41,12 @@ pub struct MechanismSceneParameters<T: Scalar, M, F> {
 ///     drive_velocity: 0.1,
 ///     force: Constant::zero(),
 /// })?;
-/// let scene = MechanismScene::new(MechanismSceneParameters {
-///     start: system.at_rest(),
-///     system,
-///     interval: 0.1_f64,
-///     answers: 200,
-///     quantity: Quantity::Position,
-/// })?;
+/// let (start, answers) = (system.at_rest(), Answers { interval: 0.1_f64, count: 200 });
+/// let scene = MechanismScene::new(system, start, answers, Quantity::Position)?;
 /// let choice = choose(&scene, Tolerance::at_every_answer(7.5e-3))?; // m, 1 % of the stretch
-/// assert_eq!(choice.plan.level.model, "reference"); // others drift apart from slip to slip
-/// assert_eq!(scene.run(&choice.plan)?.evaluations, choice.evaluations);
+/// let best = choice.best;
+/// assert_eq!(best.level.model, "reference"); // others drift apart from slip to slip
+/// assert_eq!(scene.run(best.level, best.steps)?.evaluations, best.evaluations);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -84,12 +56,12 @@ pub struct MechanismScene<T: Scalar, M, F> {
     /// p μ_s \[N\].
     breakaway: T,
     start: Vector3<T>,
-    clock: Clock<T>,
+    answers: Answers<T>,
     quantity: Quantity,
 }
 
-/// Position, velocity and deflection at an answer, and the friction force.
-type Sample<T> = (Vector3<T>, T);
+/// A run, and position, velocity and deflection at its answers.
+type Motion<T> = (Run, Vec<Vector3<T>>);
 
 /// A step of the mass for its mean velocity v̄ = (v₀ + v₁)/2: resistance · v̄ = push − F̄.
 struct MassStep<T> {
@@ -101,14 +73,20 @@ struct MassStep<T> {
 }
 
 impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M, F> {
-    /// Checks the parameters.
+    /// A mechanism with the reference model, from position \[m\], velocity [m/s] and deflection
+    /// \[m\] at t = 0 on. A spring whose far end does not move steadily, but by y(t), is one with
+    /// V = 0 under the force k y(t).
     ///
     /// # Errors
     ///
     /// Refuses an interval or a breakaway force that is not positive, no answers or more than a
     /// million, and a start that is not finite.
-    pub fn new(parameters: MechanismSceneParameters<T, M, F>) -> Result<Self, ParameterError> {
-        let MechanismSceneParameters { system, start, interval, answers, quantity } = parameters;
+    pub fn new(
+        system: MassSpringDamper<T, M, F>,
+        start: Vector3<T>,
+        answers: Answers<T>,
+        quantity: Quantity,
+    ) -> Result<Self, ParameterError> {
         for (index, &state) in start.iter().enumerate() {
             parameter::component(index, parameter::finite("start", state))?;
         }
@@ -121,8 +99,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         let dynamic_coefficient = breakaway / normal_force;
         let dahl = Dahl::new(DahlParameters { dynamic_coefficient, micro_stiffness })?;
         let dahl = dahl.under_load(normal_force)?;
-        let clock = Clock::new(interval, answers)?;
-        Ok(Self { system, dahl, breakaway, start, clock, quantity })
+        let answers = answers.checked()?;
+        Ok(Self { system, dahl, breakaway, start, answers, quantity })
     }
 
     /// f + k (V t − x) \[N\].
@@ -135,37 +113,40 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
     fn stepped(
         &self,
         steps: u32,
-        run: &mut Run,
         mut mean_velocity: impl FnMut(&MassStep<T>, &mut Vector3<T>, &mut Run) -> T,
         force: impl Fn(T, &Vector3<T>, &mut Run) -> T,
-    ) -> Result<Vec<Sample<T>>, FidelityError> {
+    ) -> Motion<T> {
         let mechanism = self.system.mechanism();
-        let (mut state, mut samples, mut last) = (self.start, Vec::new(), T::zero());
+        let (mut state, mut states, mut run) = (self.start, Vec::new(), Run::default());
         let mut history = VelocityHistory::new(state[1]);
         let next_kink = |from, to| self.system.force().next_kink(from, to);
-        for time in self.clock.times() {
-            Clock::each_step((last, time), steps, next_kink, |duration, look| {
+        for span in self.answers.spans() {
+            for (duration, look, _) in each_step(span, steps, next_kink) {
                 let inertia = mechanism.mass * lit(2.0) / duration;
                 let spring = mechanism.spring_stiffness * duration * lit(0.5);
                 let resistance = inertia + spring + mechanism.viscous_damping;
                 let push = inertia * state[1] + self.applied(look, &state);
                 let step = MassStep { duration, resistance, push, predicted: history.predict() };
-                let mean = mean_velocity(&step, &mut state, run);
+                let mean = mean_velocity(&step, &mut state, &mut run);
                 state[0] += mean * duration;
                 state[1] = lit::<T>(2.0) * mean - state[1];
                 history.push(state[1]);
-                Ok(())
-            })?;
-            samples.push((state, force(time, &state, run)));
-            last = time;
+            }
+            states.push(state);
+            let answer = match self.quantity {
+                Quantity::Force => force(span.1, &state, &mut run),
+                Quantity::Position => state[0],
+                Quantity::Velocity => state[1],
+            };
+            run.answers.push(to_f64(answer));
         }
-        Ok(samples)
+        (run, states)
     }
 
     /// The friction curve with true rest. A step ends at rest (v₁ = 0, v̄ = v₀/2) if the F̄ that
     /// this takes is no more than p μ_s. Else it slides the way of that force, F̄ that of the curve
     /// at the extrapolated velocity.
-    fn slide(&self, steps: u32, run: &mut Run) -> Result<Vec<Sample<T>>, FidelityError> {
+    fn slide(&self, steps: u32) -> Motion<T> {
         let curve = |velocity, run: &mut Run| {
             run.count(1, cost::CURVE);
             self.system.contact().stationary_force(velocity)
@@ -184,7 +165,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
             // It does not slide on past rest.
             if (mean - to_rest) * way > T::zero() { mean } else { to_rest }
         };
-        self.stepped(steps, run, mean_velocity, |time, state, run| {
+        self.stepped(steps, mean_velocity, |time, state, run| {
             if is_zero(state[1]) {
                 return larger(smaller(self.applied(time, state), self.breakaway), -self.breakaway);
             }
@@ -196,9 +177,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
     fn companion<N: Bristle<T, Deflection = T>>(
         &self,
         contact: &Contact<T, N>,
-        (steps, cost_of_step): (u32, f64),
-        run: &mut Run,
-    ) -> Result<Vec<Sample<T>>, FidelityError> {
+        steps: u32,
+        cost_of_step: f64,
+    ) -> Result<Motion<T>, FidelityError> {
         let companion = contact.clone().companion(T::zero())?;
         let mean_velocity = |step: &MassStep<T>, state: &mut Vector3<T>, run: &mut Run| {
             run.count(1, cost_of_step);
@@ -207,104 +188,50 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
             state[2] = friction.commit(mean).deflection;
             mean
         };
-        self.stepped(steps, run, mean_velocity, |_, state, run| self.force(contact, state, run))
+        Ok(self.stepped(steps, mean_velocity, |_, state, run| {
+            run.count(1, cost::FORCE);
+            contact.force(state[1], state[2])
+        }))
     }
 
-    /// The force of a bristle, if it is wanted.
-    fn force<N>(&self, contact: &Contact<T, N>, state: &Vector3<T>, run: &mut Run) -> T
-    where
-        N: Bristle<T, Deflection = T>,
-    {
-        if self.quantity != Quantity::Force {
-            return T::zero();
-        }
-        run.count(1, cost::FORCE);
-        contact.force(state[1], state[2])
-    }
-
-    /// Error control. Steps are no longer than the time between 4/n answers, so that no force is
-    /// stepped over when n is doubled.
-    fn controlled(&self, plan: &Plan, run: &mut Run) -> Result<Vec<Sample<T>>, FidelityError> {
-        // Tighter than this error control sees nothing but roundings.
-        let tolerance = larger(lit(plan.error_control()), T::default_epsilon() * lit(64.0));
-        let largest = self.clock.interval * lit(4.0 / f64::from(plan.steps));
-        let solver = Solver::automatic(tolerance, self.system.scales())?
-            .with_largest_step(largest)?
-            .with_most_steps(MOST_CONTROLLED_STEPS);
-        let end = self.clock.time(self.clock.answers);
-        let mut samples = Vec::new();
-        let mut times = self.clock.times().peekable();
-        let mut observe = |step: &Step<T, 3>| {
-            while let Some(time) = times.next_if(|time| *time <= step.end_time()) {
-                let state = step.at(time);
-                samples.push((state, self.force(self.system.contact(), &state, run)));
-            }
-            ControlFlow::Continue(())
-        };
-        let done = solver.stream(&self.system, T::zero()..end, self.start, &[], &mut observe);
-        let statistics = done
-            .map_err(|failure| FidelityError::Stopped {
-                level: plan.level,
-                time: to_f64(failure.time),
-                reason: failure.reason,
-            })?
-            .statistics;
-        run.count(statistics.evaluations, cost::STAGE);
-        run.count(statistics.jacobians, cost::JACOBIAN);
-        Ok(samples)
-    }
-
-    fn motion(&self, plan: &Plan, run: &mut Run) -> Result<Vec<Sample<T>>, FidelityError> {
-        let (steps, reference) = (plan.checked(&self.levels())?, self.system.contact());
-        match plan.level {
-            Level::TRUE_REST => self.slide(steps, run),
-            Level::DAHL_COMPANION => self.companion(&self.dahl, (steps, cost::DAHL_COMPANION), run),
-            Level::REFERENCE_COMPANION => self.companion(reference, (steps, cost::COMPANION), run),
-            _ => self.controlled(plan, run),
+    fn motion(&self, level: Level, steps: u32) -> Result<Motion<T>, FidelityError> {
+        check_run(&self.levels(), level, steps)?;
+        match level {
+            Level::TRUE_REST => Ok(self.slide(steps)),
+            Level::DAHL_COMPANION => self.companion(&self.dahl, steps, cost::DAHL_COMPANION),
+            _ => self.companion(self.system.contact(), steps, cost::COMPANION),
         }
     }
 }
 
-/// Steps of a run under error control at most: some seconds.
-const MOST_CONTROLLED_STEPS: u64 = 10_000_000;
-
 impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> Scene for MechanismScene<T, M, F> {
     fn levels(&self) -> Vec<Level> {
-        let reference = [Level::REFERENCE_COMPANION, Level::REFERENCE_CONTROLLED];
-        [Level::TRUE_REST, Level::DAHL_COMPANION].into_iter().chain(reference).collect()
+        alloc::vec![Level::TRUE_REST, Level::DAHL_COMPANION, Level::REFERENCE_COMPANION]
     }
 
     fn interval(&self) -> f64 {
-        to_f64(self.clock.interval)
+        to_f64(self.answers.interval)
     }
 
     fn quantity(&self) -> Quantity {
         self.quantity
     }
 
-    fn run(&self, plan: &Plan) -> Result<Run, FidelityError> {
-        let mut run = Run::default();
-        let answer = |(state, force): Sample<T>| match self.quantity {
-            Quantity::Force => to_f64(force),
-            Quantity::Position => to_f64(state[0]),
-            Quantity::Velocity => to_f64(state[1]),
-        };
-        run.answers = self.motion(plan, &mut run)?.into_iter().map(answer).collect();
-        Ok(run)
+    fn run(&self, level: Level, steps: u32) -> Result<Run, FidelityError> {
+        Ok(self.motion(level, steps)?.0)
     }
 
     /// Of the static curve the pre-sliding share: the breakaway distance over the farthest way from
     /// the start, at most 1. Of Dahl the drop of the curve from rest to the fastest velocity, over
     /// its value at rest. Of the reference the share of the answers at which the mass is stuck:
     /// slower than a hundredth of its fastest velocity.
-    fn physics(&self, plan: &Plan) -> Option<(&'static str, f64)> {
-        let samples = self.motion(plan, &mut Run::default()).ok()?;
-        let size = |index: usize| move |(state, _): &Sample<T>| (state[index]).abs();
-        let fastest = samples.iter().map(size(1)).fold(T::zero(), larger);
-        Some(match plan.level {
+    fn physics(&self, level: Level, steps: u32) -> Option<(&'static str, f64)> {
+        let (_, states) = self.motion(level, steps).ok()?;
+        let fastest = states.iter().fold(T::zero(), |most, state| larger(most, state[1].abs()));
+        Some(match level {
             Level::TRUE_REST => {
-                let way = |(state, _): &Sample<T>| (state[0] - self.start[0]).abs();
-                let farthest = samples.iter().map(way).fold(T::zero(), larger);
+                let way = |state: &Vector3<T>| (state[0] - self.start[0]).abs();
+                let farthest = states.iter().map(way).fold(T::zero(), larger);
                 let stiffness = self.dahl.model().storage_stiffness() * self.dahl.normal_force();
                 ("presliding", to_f64(self.breakaway / (stiffness * farthest)).min(1.0))
             }
@@ -313,8 +240,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> Scene for Mechanism
                 ("drop", to_f64((self.breakaway - sliding) / self.breakaway))
             }
             _ => {
-                let stuck = samples.iter().filter(|s| size(1)(s) * lit(100.0) <= fastest).count();
-                ("stuck", stuck as f64 / samples.len() as f64)
+                let stuck = |state: &&Vector3<T>| state[1].abs() * lit(100.0) <= fastest;
+                let stuck = states.iter().filter(stuck).count();
+                ("stuck", stuck as f64 / states.len() as f64)
             }
         })
     }

@@ -9,8 +9,8 @@
 //! | [`PatchScene`] | F of a patch along v(t), U(t) | slip curve, relaxation length, the patch |
 //! | [`MechanismScene`] | x, v or F of a mass on a spring | static curve, Dahl, the model itself |
 //!
-//! [`choose`] answers with a [`Choice`], which prints as a table. [`Scene::run`] runs the plan
-//! chosen.
+//! [`choose`] answers with a [`Choice`], which prints as a table. [`Scene::run`] runs the level and
+//! steps chosen.
 //!
 //! # How the search goes
 //!
@@ -19,10 +19,10 @@
 //!    That one has an odd number of steps and looks at the inputs at other times, so that it meets
 //!    a force that both of the others step over.
 //! 2. Every other level runs with 1, 2, 4 … steps until it is within the tolerance, settles on
-//!    something else, or would cost more than the best plan so far.
-//! 3. The cheapest plan that is within the tolerance is chosen.
+//!    something else, or would cost more than the best run so far.
+//! 3. The cheapest run that is within the tolerance is chosen.
 //!
-//! Every error is measured at every answer; nothing is estimated. A plan is accepted if its error
+//! Every error is measured at every answer; nothing is estimated. A run is accepted if its error
 //! and the difference of the last two runs of the reference together are within the tolerance.
 //!
 //! # When there is no answer
@@ -69,10 +69,10 @@ mod reducible;
 mod report;
 mod scene;
 
-pub use choose::{Norm, Tolerance, choose};
-pub use known_velocity::{KnownVelocity, KnownVelocityParameters};
-pub use mechanism::{MechanismScene, MechanismSceneParameters};
-pub use patch::{PatchScene, PatchSceneParameters};
+pub use choose::{Tolerance, choose};
+pub use known_velocity::KnownVelocity;
+pub use mechanism::MechanismScene;
+pub use patch::PatchScene;
 pub use reducible::Reducible;
 pub use report::{Choice, FidelityError, Trial, Verdict};
-pub use scene::{Level, Plan, Quantity, Refinement, Run, Scene, Start};
+pub use scene::{Answers, Level, Quantity, Run, Scene};

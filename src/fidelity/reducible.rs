@@ -29,7 +29,11 @@ pub trait Reducible<T: Scalar>: Bristle<T> {
     fn is_lumped(&self) -> bool;
 
     /// The cost of an exact step and of the force after it, in evaluations of FrBD with one spring.
-    const COSTS: (f64, f64);
+    const COSTS: (f64, f64) = if Self::Deflection::SPRINGS == 1 {
+        (cost::HOLD, cost::FORCE)
+    } else {
+        (cost::MATRIX_HOLD, cost::FORCE)
+    };
 }
 
 impl<T: Scalar, C: FrictionCurve<T>, R: Rheology<T>, E: Regularisation<T>> Reducible<T>
@@ -53,12 +57,6 @@ impl<T: Scalar, C: FrictionCurve<T>, R: Rheology<T>, E: Regularisation<T>> Reduc
             && bounds.stiffness.is_constant()
             && bounds.damping.is_constant()
     }
-
-    const COSTS: (f64, f64) = if R::Deflection::SPRINGS == 1 {
-        (cost::HOLD, cost::FORCE)
-    } else {
-        (cost::MATRIX_HOLD, cost::FORCE)
-    };
 }
 
 /// FrBD on the same spring and dashpot, which is one step of linearisation away.
@@ -95,8 +93,6 @@ macro_rules! of_one_spring {
             fn is_lumped(&self) -> bool {
                 true
             }
-
-            const COSTS: (f64, f64) = (cost::HOLD, cost::FORCE);
         }
     };
 }

@@ -5,8 +5,9 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt;
 
-use super::choose::{Norm, Tolerance};
-use super::scene::{Level, Plan, Quantity, Refinement};
+use super::choose::Tolerance;
+use super::scene::{Level, Quantity};
+use crate::number::Number;
 use crate::parameter::ParameterError;
 
 /// What a level came to.
@@ -35,8 +36,10 @@ impl fmt::Display for Verdict {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Trial {
-    /// The plan.
-    pub plan: Plan,
+    /// The level.
+    pub level: Level,
+    /// Steps from one answer to the next.
+    pub steps: u32,
     /// Evaluations of the friction model over the scene, counted.
     pub evaluations: u64,
     /// Their cost, in evaluations of FrBD with one spring.
@@ -50,24 +53,18 @@ pub struct Trial {
     pub physics: Option<(&'static str, f64)>,
 }
 
-/// The cheapest plan that is good enough, and what was measured on the way.
+/// The cheapest run that is good enough, and what was measured on the way.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Choice {
-    /// The plan.
-    pub plan: Plan,
-    /// Evaluations of the friction model over the scene, counted.
-    pub evaluations: u64,
-    /// Their cost, in evaluations of FrBD with one spring.
-    pub cost: f64,
-    /// The error against the reference, measured at every answer.
-    pub error: f64,
+    /// The level and steps to take.
+    pub best: Trial,
     /// What was asked for.
     pub tolerance: Tolerance,
     /// Every level, from the cheapest model to the reference.
     pub trials: Vec<Trial>,
-    /// The finest run of the reference.
-    pub reference: Plan,
+    /// Steps from one answer to the next in the finest run of the reference.
+    pub reference_steps: u32,
     /// By how much its last two runs differ.
     pub uncertainty: f64,
     /// What the search has cost, in evaluations of FrBD with one spring.
@@ -78,69 +75,48 @@ pub struct Choice {
     pub interval: f64,
 }
 
-/// A number to three digits, with an exponent where it is very small or very large.
-struct Three(f64);
-
-impl fmt::Display for Three {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let size = self.0.abs();
-        if !size.is_finite() {
-            return f.pad("–");
-        }
-        if size > 0.0 && !(1e-3..1e5).contains(&size) {
-            return f.pad(&format!("{:.2e}", self.0));
-        }
-        // Digits after the point: two for a number of one digit.
-        let before = if size > 0.0 { nalgebra::ComplexField::log10(size) } else { 2.0 };
-        let decimals = (2.0 - nalgebra::ComplexField::floor(before)).clamp(0.0, 5.0) as usize;
-        f.pad(&format!("{:.decimals$}", self.0))
-    }
-}
-
 impl Choice {
-    /// The step of a plan, as a table shows it.
-    fn step(&self, plan: &Plan) -> String {
-        match plan.level.refinement {
-            Refinement::Memoryless => String::from("–"),
-            Refinement::Steps => format!("{} s", Three(self.interval / f64::from(plan.steps))),
-            Refinement::ErrorControl => format!("tol {:.0e}", plan.error_control()),
-        }
+    /// The step of a run, as a table shows it.
+    fn step(&self, level: Level, steps: u32) -> String {
+        let step = Number(self.interval / f64::from(steps));
+        level.method.map_or_else(|| String::from("–"), |_| format!("{step:.3} s"))
     }
 }
 
 impl fmt::Display for Choice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (quantity, unit) = self.quantity.name_and_unit();
-        let sense = match self.tolerance.norm {
-            Norm::Greatest => "at every answer",
-            Norm::RootMeanSquare => "root mean square",
-        };
-        writeln!(f, "{quantity} within {} {unit}, {sense}", Three(self.tolerance.error))?;
-        let Level { model, method, .. } = self.reference.level;
-        let (step, off) = (self.step(&self.reference), Three(self.uncertainty));
-        writeln!(
-            f,
-            "measured against {model}, {method}, {step}, which is settled to {off} {unit}"
-        )?;
+        let Tolerance { error, root_mean_square, .. } = self.tolerance;
+        let sense = if root_mean_square { "root mean square" } else { "at every answer" };
+        writeln!(f, "{quantity} within {:.3} {unit}, {sense}", Number(error))?;
+        if let Some(Trial { level, .. }) = self.trials.last() {
+            let (step, off) = (self.step(*level, self.reference_steps), Number(self.uncertainty));
+            writeln!(f, "measured against {level}, {step}, which is settled to {off:.3} {unit}\n")?;
+        }
+        let (mut models, mut methods) = (5, 10);
+        for Trial { level, .. } in &self.trials {
+            models = models.max(level.model.chars().count());
+            methods = methods.max(level.method.map_or(0, |method| method.chars().count()));
+        }
         let error = format!("error / {unit}");
         writeln!(
             f,
-            "\n{:18}{:11}{:>10}{:>12}{:>8}{:>12} {:11}physics",
+            "{:models$}  {:methods$}{:>12}{:>13}{:>9}{:>13}  {:10}  physics",
             "model", "method", "step", "evaluations", "cost", error, "verdict",
         )?;
-        for Trial { plan, evaluations, cost, error, verdict, physics } in &self.trials {
-            let Level { model, method, .. } = plan.level;
-            let (step, cost, error) = (self.step(plan), Three(*cost), Three(*error));
-            write!(f, "{model:18}{method:11}{step:>10}{evaluations:>12}{cost:>8}{error:>12} ")?;
+        for Trial { level, steps, evaluations, cost, error, verdict, physics } in &self.trials {
+            let (model, method) = (level.model, level.method.unwrap_or("evaluation"));
+            let (step, cost, error) = (self.step(*level, *steps), Number(*cost), Number(*error));
+            write!(f, "{model:models$}  {method:methods$}{step:>12}{evaluations:>13}")?;
+            write!(f, "{cost:>9.3}{error:>13.3}  {verdict:10}")?;
             match physics {
-                Some((name, value)) => writeln!(f, "{verdict:11}{name} {}", Three(*value))?,
-                None => writeln!(f, "{verdict}")?,
+                Some((name, value)) => writeln!(f, "  {name} {:.3}", Number(*value))?,
+                None => writeln!(f)?,
             }
         }
-        let Level { model, method, refinement } = self.plan.level;
-        write!(f, "\ntake: {model}")?;
-        if refinement != Refinement::Memoryless {
-            write!(f, ", {method}, {}", self.step(&self.plan))?;
+        write!(f, "\ntake: {}", self.best.level)?;
+        if self.best.level.method.is_some() {
+            write!(f, ", {}", self.step(self.best.level, self.best.steps))?;
         }
         Ok(())
     }
@@ -153,12 +129,9 @@ pub enum FidelityError {
     /// A number that is out of its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// A plan that belongs to another scene.
-    #[error("this scene has no {}, {}", level.model, level.method)]
-    NoSuchLevel {
-        /// The level of the plan.
-        level: Level,
-    },
+    /// A level that belongs to another scene.
+    #[error("this scene has no {0}")]
+    NoSuchLevel(Level),
     /// Runs of the reference keep on differing: the scene needs shorter steps than the budget
     /// allows, or roundings decide about it.
     #[error(
@@ -178,14 +151,7 @@ pub enum FidelityError {
         /// Steps from one answer to the next in the last run.
         steps: u32,
     },
-    /// A run stopped.
-    #[error("{}, {} stopped at t = {time} s: {reason}", level.model, level.method)]
-    Stopped {
-        /// The level.
-        level: Level,
-        /// The time \[s\].
-        time: f64,
-        /// Why.
-        reason: crate::ode::StopReason,
-    },
+    /// The integration behind a run stopped.
+    #[error(transparent)]
+    Stopped(#[from] crate::ode::StopReason),
 }

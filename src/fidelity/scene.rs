@@ -1,6 +1,7 @@
 //! What a scene is: a quantity wanted at equal intervals, and models that can compute it.
 
 use alloc::vec::Vec;
+use core::fmt;
 
 use super::FidelityError;
 use crate::parameter::{self, ParameterError, Rule};
@@ -14,7 +15,7 @@ use crate::{Branch, Scalar};
 ///
 /// ```
 /// use bristle::curve::Stribeck;
-/// use bristle::fidelity::{FidelityError, Level, Plan, Quantity, Run, Scene, Tolerance, choose};
+/// use bristle::fidelity::{FidelityError, Level, Quantity, Run, Scene, Tolerance, choose};
 /// use bristle::rheology::KelvinVoigt;
 /// use bristle::{Bristle, Contact, FrBd, paper};
 ///
@@ -22,8 +23,8 @@ use crate::{Branch, Scalar};
 ///     friction: Contact<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>>, // of 1 kg
 /// }
 ///
-/// const COULOMB: Level = Level::stepped("Coulomb", "Euler");
-/// const BRISTLE: Level = Level::stepped("FrBD", "exact hold, Euler");
+/// const COULOMB: Level = Level { model: "Coulomb", method: Some("Euler") };
+/// const BRISTLE: Level = Level { model: "FrBD", method: Some("exact hold, Euler") };
 ///
 /// impl Scene for SlidingBlock {
 ///     fn levels(&self) -> Vec<Level> {
@@ -38,12 +39,12 @@ use crate::{Branch, Scalar};
 ///         Quantity::Velocity
 ///     }
 ///
-///     fn run(&self, plan: &Plan) -> Result<Run, FidelityError> {
-///         let h = self.interval() / f64::from(plan.steps);
+///     fn run(&self, level: Level, steps: u32) -> Result<Run, FidelityError> {
+///         let h = self.interval() / f64::from(steps);
 ///         let (mut v, mut z, mut run) = (1.0_f64, 0.0, Run::default());
 ///         for _ in 0..50 {
-///             for _ in 0..plan.steps {
-///                 if plan.level == COULOMB {
+///             for _ in 0..steps {
+///                 if level == COULOMB {
 ///                     v -= h * self.friction.normal_force(); // μ = 1
 ///                     run.count(1, 0.1);
 ///                 } else {
@@ -61,8 +62,8 @@ use crate::{Branch, Scalar};
 /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 /// let model = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?);
 /// let block = SlidingBlock { friction: model.under_load(1.0)? };
-/// assert_eq!(choose(&block, Tolerance::at_every_answer(0.05))?.plan.level, COULOMB);
-/// assert_eq!(choose(&block, Tolerance::at_every_answer(0.002))?.plan.level, BRISTLE);
+/// assert_eq!(choose(&block, Tolerance::at_every_answer(0.05))?.best.level, COULOMB);
+/// assert_eq!(choose(&block, Tolerance::at_every_answer(0.002))?.best.level, BRISTLE);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Scene {
@@ -72,12 +73,14 @@ pub trait Scene {
     /// The time between two answers \[s\].
     fn interval(&self) -> f64;
 
-    /// Runs a plan over the whole scene.
+    /// Runs a level over the whole scene, with so many steps from one answer to the next: 1, 2, 4 …
+    /// The run that checks a reference has an odd number above 1, and best looks at the inputs of
+    /// the scene elsewhere than the other runs.
     ///
     /// # Errors
     ///
-    /// Refuses a plan that is not one of this scene's, and says why a run stopped.
-    fn run(&self, plan: &Plan) -> Result<Run, FidelityError>;
+    /// Refuses a level that is not one of this scene's, and says why a run stopped.
+    fn run(&self, level: Level, steps: u32) -> Result<Run, FidelityError>;
 
     /// The quantity that the answers are.
     fn quantity(&self) -> Quantity {
@@ -86,8 +89,8 @@ pub trait Scene {
 
     /// A dimensionless number that tells whether the physics that a level leaves out matters in
     /// this scene, with its name.
-    fn physics(&self, plan: &Plan) -> Option<(&'static str, f64)> {
-        let _ = plan;
+    fn physics(&self, level: Level, steps: u32) -> Option<(&'static str, f64)> {
+        let _ = (level, steps);
         None
     }
 }
@@ -97,61 +100,15 @@ pub trait Scene {
 pub struct Level {
     /// The model.
     pub model: &'static str,
-    /// The method.
-    pub method: &'static str,
-    /// What more steps do to it.
-    pub refinement: Refinement,
+    /// The method, which more steps make more accurate; `None` for a model without memory, each of
+    /// whose answers is one evaluation.
+    pub method: Option<&'static str>,
 }
 
-/// How a level becomes more accurate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Refinement {
-    /// Not at all: the model has no memory, and each answer is one evaluation.
-    Memoryless,
-    /// By more steps from one answer to the next.
-    Steps,
-    /// By error control with a tighter tolerance, [`Plan::error_control`].
-    ErrorControl,
-}
-
-impl Level {
-    /// A model without memory.
-    pub const fn memoryless(model: &'static str) -> Self {
-        Self { model, method: "evaluation", refinement: Refinement::Memoryless }
-    }
-
-    /// A model that is stepped.
-    pub const fn stepped(model: &'static str, method: &'static str) -> Self {
-        Self { model, method, refinement: Refinement::Steps }
-    }
-}
-
-/// A way to compute the answers of a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Plan {
-    /// The model and its method.
-    pub level: Level,
-    /// Steps from one answer to the next: 1, 2, 4 … The run that checks a reference has an odd
-    /// number above 1, and best looks at the inputs of the scene elsewhere than the other runs.
-    pub steps: u32,
-}
-
-impl Plan {
-    /// The relative tolerance of a run under error control, 10⁻²/n³ where the plan has n steps.
-    ///
-    /// Doubling n divides the tolerance by eight, the error that doubling the steps of a method of
-    /// third order would divide by as much.
-    pub fn error_control(&self) -> f64 {
-        let steps = f64::from(self.steps);
-        0.01 / (steps * steps * steps)
-    }
-
-    /// Checks that the plan is one of a scene with these levels.
-    pub(super) fn checked(&self, levels: &[Level]) -> Result<u32, FidelityError> {
-        if !levels.contains(&self.level) {
-            return Err(FidelityError::NoSuchLevel { level: self.level });
-        }
-        Ok(count("plan.steps", self.steps as usize, MOST_STEPS as usize)? as u32)
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.model)?;
+        self.method.map_or(Ok(()), |method| write!(f, ", {method}"))
     }
 }
 
@@ -198,16 +155,6 @@ impl Quantity {
     }
 }
 
-/// How the bristles begin.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Start {
-    /// Undeflected.
-    #[default]
-    Undeflected,
-    /// As they are in steady sliding, or in steady rolling, at the first velocity.
-    Steady,
-}
-
 /// Most steps from one answer to the next: a step of a microsecond where answers are a second
 /// apart.
 pub(super) const MOST_STEPS: u32 = 1 << 20;
@@ -215,12 +162,7 @@ pub(super) const MOST_STEPS: u32 = 1 << 20;
 /// Most answers of a scene: a quarter of an hour at 1 kHz, and 8 MB for each run that is kept.
 const MOST_ANSWERS: usize = 1_000_000;
 
-/// A count from 1 to a most.
-pub(super) fn count(
-    name: &'static str,
-    value: usize,
-    most: usize,
-) -> Result<usize, ParameterError> {
+fn count(name: &'static str, value: usize, most: usize) -> Result<usize, ParameterError> {
     if (1..=most).contains(&value) {
         return Ok(value);
     }
@@ -228,17 +170,28 @@ pub(super) fn count(
     Err(ParameterError { name, component: None, value: value as f64, rule })
 }
 
-/// When answers are wanted: at Δ, 2Δ, …
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Clock<T> {
-    pub(super) interval: T,
-    pub(super) answers: usize,
+/// Checks that a scene with these levels has such a run.
+pub(super) fn check_run(levels: &[Level], level: Level, steps: u32) -> Result<(), FidelityError> {
+    if !levels.contains(&level) {
+        return Err(FidelityError::NoSuchLevel(level));
+    }
+    count("steps", steps as usize, MOST_STEPS as usize)?;
+    Ok(())
 }
 
-impl<T: Scalar> Clock<T> {
-    pub(super) fn new(interval: T, answers: usize) -> Result<Self, ParameterError> {
-        let interval = parameter::positive("interval", interval)?;
-        Ok(Self { interval, answers: count("answers", answers, MOST_ANSWERS)? })
+/// When answers are wanted: at Δ, 2Δ, …
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Answers<T> {
+    /// Time between two answers Δ \[s\].
+    pub interval: T,
+    /// Number of answers, up to a million.
+    pub count: usize,
+}
+
+impl<T: Scalar> Answers<T> {
+    pub(super) fn checked(self) -> Result<Self, ParameterError> {
+        let interval = parameter::positive("interval", self.interval)?;
+        Ok(Self { interval, count: count("count", self.count, MOST_ANSWERS)? })
     }
 
     /// The time of an answer; the start is that of answer 0.
@@ -248,39 +201,44 @@ impl<T: Scalar> Clock<T> {
 
     /// The times of all answers.
     pub(super) fn times(&self) -> impl Iterator<Item = T> + '_ {
-        (1..=self.answers).map(|answer| self.time(answer))
+        self.spans().map(|(_, time)| time)
     }
 
-    /// The steps from one time to another, divided where an input is not smooth, each with the time
-    /// at which it looks at its inputs: its middle. Those of a check ([`Plan::steps`]) are shifted
-    /// by half a step, so that they look where other runs have their ends.
-    #[inline]
-    pub(super) fn each_step(
-        (start, end): (T, T),
-        steps: u32,
-        next_kink: impl Fn(T, T) -> Option<T>,
-        mut step: impl FnMut(T, T) -> Result<(), FidelityError>,
-    ) -> Result<(), FidelityError> {
-        let length = (end - start) / lit(f64::from(steps));
-        let check = steps > 1 && !steps.is_multiple_of(2);
-        let shift = if check { 0.5 } else { 0.0 };
-        let mut from = start;
-        for index in 1..=steps + u32::from(check) {
+    /// The spans from one answer to the next.
+    pub(super) fn spans(&self) -> impl Iterator<Item = (T, T)> + '_ {
+        (1..=self.count).map(|answer| (self.time(answer - 1), self.time(answer)))
+    }
+}
+
+/// The steps from one time to another, divided where an input is not smooth: length, middle, where
+/// it looks at its inputs, and end of each. Those of a check ([`Scene::run`]) are shifted by half a
+/// step, so that they look where other runs have their ends.
+#[inline]
+pub(super) fn each_step<T: Scalar>(
+    (start, end): (T, T),
+    steps: u32,
+    next_kink: impl Fn(T, T) -> Option<T>,
+) -> impl Iterator<Item = (T, T, T)> {
+    let length = (end - start) / lit(f64::from(steps));
+    let check = steps > 1 && !steps.is_multiple_of(2);
+    let shift = if check { 0.5 } else { 0.0 };
+    let (mut from, mut index) = (start, 1);
+    core::iter::from_fn(move || {
+        while index <= steps + u32::from(check) {
             let place = f64::from(index) - shift;
-            let to = if index >= steps && place >= steps.into() {
-                end
-            } else {
-                start + length * lit(place)
-            };
-            while from < to {
+            let last = index >= steps && place >= steps.into();
+            let to = if last { end } else { start + length * lit(place) };
+            if from < to {
                 let kink = next_kink(from, to).filter(|kink| *kink > from && *kink < to);
                 let until = kink.unwrap_or(to);
-                step(until - from, (from + until) * lit(0.5))?;
+                let step = (until - from, (from + until) * lit(0.5), until);
                 from = until;
+                return Some(step);
             }
+            index += 1;
         }
-        Ok(())
-    }
+        None
+    })
 }
 
 /// The direction of a velocity; forward for zero, where a curve has no sign of its own.

@@ -14,16 +14,16 @@ use crate::judge::{ALL, Tally, distance};
 use crate::known_velocity::sets;
 
 type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
-type Parameters<F> = MechanismSceneParameters<f64, Lumped, F>;
 
 /// The answers by Rodas5P with steps no longer than an interval, at a relative tolerance, which
 /// shares no method with passive steps, and under declared forces.
 fn truth<F: Signal<f64>>(
-    parameters: &Parameters<F>,
+    system: &MassSpringDamper<f64, Lumped, F>,
+    Answers { interval, count }: Answers<f64>,
+    quantity: Quantity,
     relative: f64,
     declared: impl Signal<f64>,
 ) -> Vec<f64> {
-    let MechanismSceneParameters { system, interval, answers, quantity, .. } = parameters;
     let contact = *system.contact();
     let deflection = contact.limits(0.0).deflection.unwrap();
     let load = contact.model().storage_stiffness() * deflection * contact.normal_force();
@@ -41,8 +41,8 @@ fn truth<F: Signal<f64>>(
     .unwrap();
     let solver = Solver::adaptive(Rodas5P, tolerances.unwrap());
     let solver = solver.with_largest_step(interval / 8.0).unwrap();
-    let times: Vec<f64> = (1..=*answers).map(|answer| interval * answer as f64).collect();
-    let span = 0.0..interval * *answers as f64;
+    let times: Vec<f64> = (1..=count).map(|answer| interval * answer as f64).collect();
+    let span = 0.0..interval * count as f64;
     let run = solver.solve(&system, span, Vector3::zeros(), Output::Times(&times)).unwrap();
     let answer = |state: &Vector3<f64>| match quantity {
         Quantity::Position => state[0],
@@ -68,7 +68,7 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
         let frequency = dice.logarithmic(0.01, 1000.0);
         let quantity = dice.one_of(&[Quantity::Position, Quantity::Velocity, Quantity::Force]);
         let share = dice.logarithmic(1e-3, 1e-1);
-        let norm = dice.one_of(&[Norm::Greatest, Norm::RootMeanSquare]);
+        let root_mean_square = dice.one_of(&[false, true]);
         let bias = dice.one_of(&[0.0, 0.0, 0.2, 0.6]) * breakaway;
         let answers = dice.logarithmic(20.0, most_answers) as usize;
         // A base that moves steadily, for some times the time to the first breakaway; a force, with
@@ -98,25 +98,22 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
             continue;
         }
         index += 1;
-        let parameters = MechanismSceneParameters {
-            system: MassSpringDamper::new(MassSpringDamperParameters {
-                contact,
-                mechanism: Mechanism { mass, spring_stiffness, viscous_damping },
-                drive_velocity,
-                force,
-            })
-            .unwrap(),
-            start: Vector3::zeros(),
-            interval,
-            answers,
-            quantity,
-        };
-        let found = truth(&parameters, 1e-11, declared.clone());
+        let system = MassSpringDamper::new(MassSpringDamperParameters {
+            contact,
+            mechanism: Mechanism { mass, spring_stiffness, viscous_damping },
+            drive_velocity,
+            force,
+        })
+        .unwrap();
+        let answers = Answers { interval, count: answers };
+        let found = truth(&system, answers, quantity, 1e-11, declared.clone());
         let largest = found.iter().fold(0.0_f64, |most, answer| most.max(answer.abs()));
-        let tolerance = Tolerance { norm, ..Tolerance::at_every_answer(share * largest) };
-        let other = truth(&parameters, 1e-10, declared);
-        let truth = (found.as_slice(), distance(norm, &found, &other));
-        tally.judge_within(&MechanismScene::new(parameters).unwrap(), tolerance, truth, &what);
+        let tolerance =
+            Tolerance { root_mean_square, ..Tolerance::at_every_answer(share * largest) };
+        let other = truth(&system, answers, quantity, 1e-10, declared);
+        let truth = (found.as_slice(), distance(tolerance, &found, &other));
+        let scene = MechanismScene::new(system, Vector3::zeros(), answers, quantity).unwrap();
+        tally.judge_within(&scene, tolerance, truth, &what);
     }
     tally
 }

@@ -11,7 +11,14 @@ use crate::common::draw::{Draw, Shape, Wave};
 use crate::judge::{ALL, Tally};
 
 type Model = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
-type Parameters<const N: usize> = PatchSceneParameters<f64, Model, N, Wave, Sine<f64>>;
+
+/// What a scene is made of.
+struct Parameters<const N: usize> {
+    patch: Patch<f64, Model, PolynomialExponential<f64, N>>,
+    motion: Motion<Wave, Sine<f64>>,
+    answers: Answers<f64>,
+    steady: bool,
+}
 
 /// The paper's tyre, a rubber with damping, the paper's stick-slip rig.
 fn model(set: usize) -> Model {
@@ -40,7 +47,7 @@ pub(crate) fn patch<P: Pressure<f64>>(set: usize, pressure: P) -> Patch<f64, Mod
 /// The force at a time, from nothing but the model's coefficients: every bristle followed back to
 /// where it entered, in steps that cross a `finesse`th of the patch.
 fn force_at<const N: usize>(parameters: &Parameters<N>, time: f64, finesse: f64) -> f64 {
-    let PatchSceneParameters { patch, motion, start, .. } = parameters;
+    let Parameters { patch, motion, steady: steady_start, .. } = parameters;
     let model = patch.model();
     let slip_at = |t: f64| motion.slip_velocity.value(t);
     let transport_at = |t: f64| motion.rolling_speed.value(t) / patch.length();
@@ -77,9 +84,8 @@ fn force_at<const N: usize>(parameters: &Parameters<N>, time: f64, finesse: f64)
         let at_start = Motion { slip_velocity: slip_at(0.0), rolling_speed };
         let steady = patch.steady(at_start).unwrap();
         let (width, parts) = (1.0 - place, 2000);
-        let z = |xi: f64| match start {
-            Start::Steady => kept * steady.deflection(xi) + gained,
-            Start::Undeflected => gained,
+        let z = |xi: f64| {
+            if *steady_start { kept * steady.deflection(xi) + gained } else { gained }
         };
         for part in 0..parts {
             let [a, b] = [part, part + 1].map(|p| width * f64::from(p) / f64::from(parts));
@@ -93,8 +99,8 @@ fn force_at<const N: usize>(parameters: &Parameters<N>, time: f64, finesse: f64)
 
 /// The forces; between the jumps of a square wave (at a constant rolling speed) exactly.
 fn truth<const N: usize>(parameters: &Parameters<N>, finesse: f64) -> Vec<f64> {
-    let PatchSceneParameters { patch, motion, interval, answers, start } = parameters;
-    let times = (1..=*answers).map(|answer| interval * answer as f64);
+    let Parameters { patch, motion, answers: Answers { interval, count }, steady } = parameters;
+    let times = (1..=*count).map(|answer| interval * answer as f64);
     let slip = motion.slip_velocity.clone().declared();
     if !matches!(slip, Wave::Repeated { shape: Shape::Square, .. }) {
         return times.map(|time| force_at(parameters, time, finesse)).collect();
@@ -104,7 +110,7 @@ fn truth<const N: usize>(parameters: &Parameters<N>, finesse: f64) -> Vec<f64> {
         rolling_speed: motion.rolling_speed.value(time),
     };
     let mut exact = patch.exact_in(40_000).unwrap();
-    if *start == Start::Steady {
+    if *steady {
         exact.settle(motion(0.0)).unwrap();
     }
     let mut time = 0.0;
@@ -141,21 +147,24 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
         }
         let rolling = SineParameters { mean: speed, amplitude: swing, frequency, phase: 0.5 };
         let rolling_speed = Sine::new(rolling).unwrap();
-        let start = dice.one_of(&[Start::Undeflected, Start::Steady]);
+        let steady = dice.one_of(&[false, true]);
         let error = 1000.0 * dice.logarithmic(1e-3, 0.1);
-        let norm = dice.one_of(&[Norm::Greatest, Norm::RootMeanSquare]);
-        let tolerance = Tolerance { norm, ..Tolerance::at_every_answer(error) };
+        let root_mean_square = dice.one_of(&[false, true]);
+        let tolerance = Tolerance { root_mean_square, ..Tolerance::at_every_answer(error) };
         let what = format!(
             "{index:3} {slip_velocity:?} at {rolling:?}, {answers} answers, {interval:.2e} s"
         );
         let motion = Motion { slip_velocity, rolling_speed };
+        let answers = Answers { interval, count: answers };
         let set = index % 3;
         macro_rules! under {
             ($pressure:expr) => {{
                 let patch = patch(set, $pressure);
-                let parameters = PatchSceneParameters { patch, motion, interval, answers, start };
+                let parameters = Parameters { patch, motion, answers, steady };
                 let truth = truth(&parameters, finesse);
-                tally.judge(&PatchScene::new(parameters).unwrap(), tolerance, &truth, &what);
+                let scene = PatchScene::new(patch, parameters.motion, answers).unwrap();
+                let scene = if steady { scene.starting_steadily() } else { scene };
+                tally.judge(&scene, tolerance, &truth, &what);
             }};
         }
         match (index / 3) % 3 {

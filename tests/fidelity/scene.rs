@@ -24,9 +24,9 @@ fn dragged<V: Signal<f64>>(
     interval: f64,
     answers: usize,
 ) -> Result<KnownVelocity<f64, Lumped, V>, ParameterError> {
-    let contact = sets()[0].under_load(1.0)?;
-    let start = Start::Steady;
-    KnownVelocity::new(KnownVelocityParameters { contact, velocity, interval, answers, start })
+    let answers = Answers { interval, count: answers };
+    let scene = KnownVelocity::new(sets()[0].under_load(1.0)?, velocity, answers)?;
+    Ok(scene.starting_steadily())
 }
 
 fn lag() -> KnownVelocity<f64, Lumped, Sine<f64>> {
@@ -44,14 +44,9 @@ fn pulled(
     let contact = sets()[0].under_load(1.0).unwrap();
     let force = Constant::zero();
     let system = MassSpringDamperParameters { contact, mechanism, drive_velocity, force };
-    MechanismScene::new(MechanismSceneParameters {
-        system: MassSpringDamper::new(system).unwrap(),
-        start: Vector3::zeros(),
-        interval,
-        answers,
-        quantity: Quantity::Position,
-    })
-    .unwrap()
+    let system = MassSpringDamper::new(system).unwrap();
+    let answers = Answers { interval, count: answers };
+    MechanismScene::new(system, Vector3::zeros(), answers, Quantity::Position).unwrap()
 }
 
 #[test]
@@ -67,10 +62,10 @@ fn what_the_documentation_shows_is_what_comes_out() {
 fn the_report_lists_every_level_with_what_its_plan_costs_when_it_runs() {
     for scene in [&lag() as &dyn Scene, &pulled(1.0, 2.0, 0.1, (0.1, 100))] {
         let choice = choose(scene, Tolerance::at_every_answer(0.01)).unwrap();
-        let levels: Vec<Level> = choice.trials.iter().map(|trial| trial.plan.level).collect();
+        let levels: Vec<Level> = choice.trials.iter().map(|trial| trial.level).collect();
         assert_eq!(levels, scene.levels());
         for trial in &choice.trials {
-            let run = scene.run(&trial.plan).unwrap();
+            let run = scene.run(trial.level, trial.steps).unwrap();
             assert_eq!((run.evaluations, run.cost), (trial.evaluations, trial.cost));
             let (_, physics) = trial.physics.unwrap();
             assert!((0.0..=2.0).contains(&physics), "{choice}");
@@ -79,16 +74,15 @@ fn the_report_lists_every_level_with_what_its_plan_costs_when_it_runs() {
 }
 
 #[test]
-fn plans_of_other_scenes_and_no_steps_are_refused() {
+fn levels_of_other_scenes_and_no_steps_are_refused() {
     let (scene, level) = (lag(), Level::REFERENCE);
-    let other = Plan { level: Level::PATCH, steps: 1 };
-    let error = scene.run(&other).unwrap_err();
-    assert_eq!(error, FidelityError::NoSuchLevel { level: Level::PATCH });
+    let error = scene.run(Level::PATCH, 1).unwrap_err();
+    assert_eq!(error, FidelityError::NoSuchLevel(Level::PATCH));
     assert_eq!(error.to_string(), "this scene has no patch, exact hold");
     for steps in [0, (1 << 20) + 1, u32::MAX] {
-        let error = scene.run(&Plan { level, steps }).unwrap_err();
+        let error = scene.run(level, steps).unwrap_err();
         let FidelityError::Parameter(error) = error else { panic!("{error}") };
-        assert_eq!((error.name, error.value), ("plan.steps", f64::from(steps)));
+        assert_eq!((error.name, error.value), ("steps", f64::from(steps)));
     }
 }
 
@@ -102,7 +96,7 @@ fn senseless_input_is_refused_by_name() {
     for answers in [0, 1_000_001, usize::MAX] {
         let error = dragged(steady, 0.1, answers).unwrap_err();
         assert_eq!(error.rule, Rule::CountBetween { least: 1, most: 1_000_000 });
-        assert_eq!(error.name, "answers");
+        assert_eq!(error.name, "count");
     }
     let broken = |time: f64| (if time < 0.55 { 1.0 } else { f64::NAN }, 0.0);
     let error = dragged(Function::new(broken, []), 0.1, 10).unwrap_err();
@@ -111,12 +105,11 @@ fn senseless_input_is_refused_by_name() {
         let speed = Function::new(move |_: f64| (speed, 0.0), []);
         let motion = Motion { slip_velocity: steady, rolling_speed: speed };
         let patch = patch(0, PolynomialExponential::parabolic());
-        let (interval, answers, start) = (0.1, 10, Start::Steady);
-        let parameters = PatchSceneParameters { patch, motion, interval, answers, start };
-        assert_eq!(name(PatchScene::new(parameters).map(|_| ())), "rolling_speed");
+        let scene = PatchScene::new(patch, motion, Answers { interval: 0.1, count: 10 });
+        assert_eq!(name(scene.map(|_| ())), "rolling_speed");
     }
     for (error, budget) in [(0.0, 1.0), (f64::NAN, 1.0), (1.0, -1.0), (1.0, f64::NAN)] {
-        let tolerance = Tolerance { norm: Norm::Greatest, error, budget };
+        let tolerance = Tolerance { budget, ..Tolerance::at_every_answer(error) };
         let FidelityError::Parameter(error) = choose(&lag(), tolerance).unwrap_err() else {
             panic!("{tolerance:?}")
         };
@@ -155,10 +148,11 @@ fn what_cannot_settle_is_undetermined_with_the_difference_that_is_left() {
 fn what_happens_between_answers_is_seen() {
     for periods in [4.0, 8.0, 96.0, 100.0] {
         let scene = dragged(sine(0.0, 1e-3, periods), 1.0, 20).unwrap();
-        let choice = choose(&scene, Tolerance::at_every_answer(0.015)).unwrap();
-        let fine = scene.run(&Plan { level: Level::REFERENCE, steps: 12_345 }).unwrap();
-        let found = scene.run(&choice.plan).unwrap();
-        let off = crate::judge::distance(Norm::Greatest, &found.answers, &fine.answers);
+        let tolerance = Tolerance::at_every_answer(0.015);
+        let choice = choose(&scene, tolerance).unwrap();
+        let fine = scene.run(Level::REFERENCE, 12_345).unwrap();
+        let found = scene.run(choice.best.level, choice.best.steps).unwrap();
+        let off = crate::judge::distance(tolerance, &found.answers, &fine.answers);
         assert!(off <= 0.015, "{periods} {off}\n{choice}");
     }
 }
@@ -176,16 +170,14 @@ fn single_precision_gets_the_same_choice() {
         bristle::rheology::KelvinVoigtParameters { micro_stiffness: 1e4_f32, micro_damping: 64.5 };
     let friction = FrBd::new(curve.unwrap(), KelvinVoigt::new(bristle).unwrap());
     let wave = SineParameters { mean: 0.0055_f32, amplitude: 0.005, frequency: 25.0, phase: 0.0 };
-    let scene = KnownVelocity::new(KnownVelocityParameters {
-        contact: friction.under_load(1.0).unwrap(),
-        velocity: Sine::new(wave).unwrap(),
-        interval: 4e-4,
-        answers: 200,
-        start: Start::Steady,
-    });
+    let contact = friction.under_load(1.0).unwrap();
+    let answers = Answers { interval: 4e-4, count: 200 };
+    let scene = KnownVelocity::new(contact, Sine::new(wave).unwrap(), answers).unwrap();
+    let scene = scene.starting_steadily();
     let tolerance = Tolerance::at_every_answer(0.015);
-    let (single, double) = (choose(&scene.unwrap(), tolerance), choose(&lag(), tolerance));
-    assert_eq!(single.unwrap().plan, double.unwrap().plan);
+    let [single, double] =
+        [choose(&scene, tolerance), choose(&lag(), tolerance)].map(|choice| choice.unwrap().best);
+    assert_eq!((single.level, single.steps), (double.level, double.steps));
 }
 
 /// `cargo test --release --test fidelity -- --ignored --nocapture ten_thousand`
@@ -194,12 +186,12 @@ fn single_precision_gets_the_same_choice() {
 fn how_long_a_search_over_ten_thousand_answers_takes() {
     let rolling =
         Motion { slip_velocity: sine(0.2, 0.2, 10.0), rolling_speed: sine(16.0, 2.0, 0.5) };
-    let (patch, start) = (patch(0, PolynomialExponential::parabolic()), Start::Steady);
-    let patch =
-        PatchSceneParameters { patch, motion: rolling, interval: 1e-3, answers: 10_000, start };
+    let answers = Answers { interval: 1e-3, count: 10_000 };
+    let patch = PatchScene::new(patch(0, PolynomialExponential::parabolic()), rolling, answers);
+    let patch = patch.unwrap().starting_steadily();
     let scenes: [(&str, &dyn Scene, f64); 3] = [
         ("known velocity", &dragged(sine(0.0055, 0.005, 25.0), 4e-4, 10_000).unwrap(), 0.015),
-        ("patch", &PatchScene::new(patch).unwrap(), 10.0),
+        ("patch", &patch, 10.0),
         ("mechanism", &pulled(1.0, 2.0, 0.1, (0.01, 10_000)), 0.0075),
     ];
     for (name, scene, error) in scenes {

@@ -598,9 +598,7 @@ fn a_step_allocates_nothing() {
 #[cfg(feature = "alloc")]
 mod ladder {
     use super::*;
-    use bristle::fidelity::{
-        KnownVelocity, KnownVelocityParameters, Level, Scene, Start, Tolerance, choose,
-    };
+    use bristle::fidelity::{Answers, KnownVelocity, Level, Scene, Tolerance, choose};
     use bristle::signal::{Signal, Sine, SineParameters};
 
     /// Two periods of forty answers each.
@@ -649,18 +647,13 @@ mod ladder {
         let contact = set.model().under_load(1.0).unwrap();
         let fastest = wave.mean + wave.amplitude;
         let tolerance = Tolerance::root_mean_square(share * contact.limits(fastest).force.unwrap());
-        let scene = KnownVelocity::new(KnownVelocityParameters {
-            contact,
-            velocity: wave.velocity(),
-            interval: wave.interval(),
-            answers: 2 * PERIOD,
-            start: Start::Undeflected,
-        })
-        .unwrap();
+        let answers = Answers { interval: wave.interval(), count: 2 * PERIOD };
+        let scene = KnownVelocity::new(contact, wave.velocity(), answers).unwrap();
         let choice = choose(&scene, tolerance).unwrap_or_else(|e| panic!("{set:?}: {e}"));
-        let forces = scene.run(&choice.plan).unwrap().answers;
+        let best = choice.best;
+        let forces = scene.run(best.level, best.steps).unwrap().answers;
         let off = forces.iter().zip(truth(set, wave)).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-        (choice.plan.level, (off / forces.len() as f64).sqrt() / tolerance.error)
+        (best.level, (off / forces.len() as f64).sqrt() / tolerance.error)
     }
 
     #[test]
