@@ -101,14 +101,14 @@ impl fmt::Display for Choice {
         let error = format!("error / {unit}");
         writeln!(
             f,
-            "{:models$}  {:methods$}{:>12}{:>13}{:>9}{:>13}  {:10}  physics",
+            "{:models$}  {:methods$}{:>11}{:>13}{:>8}{:>12}  {:10}  physics",
             "model", "method", "step", "evaluations", "cost", error, "verdict",
         )?;
         for Trial { level, steps, evaluations, cost, error, verdict, physics } in &self.trials {
             let (model, method) = (level.model, level.method.unwrap_or("evaluation"));
             let (step, cost, error) = (self.step(*level, *steps), Number(*cost), Number(*error));
-            write!(f, "{model:models$}  {method:methods$}{step:>12}{evaluations:>13}")?;
-            write!(f, "{cost:>9.3}{error:>13.3}  {verdict:10}")?;
+            write!(f, "{model:models$}  {method:methods$}{step:>11}{evaluations:>13}")?;
+            write!(f, "{cost:>8.3}{error:>12.3}  {verdict:10}")?;
             match physics {
                 Some((name, value)) => writeln!(f, "  {name} {:.3}", Number(*value))?,
                 None => writeln!(f)?,
