@@ -9,7 +9,7 @@
 //! | u, w | speed of the tip, velocity of the body, along the load e = σ0 z + σ1 v | m/s |
 //! | g = w − u | distance from steady sliding; ż in that direction | m/s |
 //! | Φ = σ1 u + f(u), f = μ sgn_ε | as in the model | – |
-//! | E*, u⁻, u⁺ | load where a folded Φ changes its branch; tip's speeds beside it | –, m/s |
+//! | E*, u⁻, u⁺ | load at which a folded Φ changes its branch; tip's speeds beside it | –, m/s |
 //!
 //! While the tip sticks, z and the load grow as v t. While it slides, g = g₀ e^(−Λ), and
 //!
@@ -33,16 +33,13 @@ use crate::bounds::{larger, smaller};
 use crate::curve::FrictionCurve;
 use crate::regularisation::Regularisation;
 use crate::scalar::{is_zero, lit, to_f64};
-use crate::{Branch, Bristle, FoldRule, HeldStep, Scalar};
+use crate::{Branch, Bristle, HeldStep, Scalar};
 
 /// Most pieces of Λ, tried or kept, in one step. The rest is done with the coefficients frozen.
 const PIECES: u32 = 288;
 
-/// Pieces after which the accuracy is relaxed by a factor of a hundred, and again after as many.
-const PATIENCE: u32 = 96;
-
-/// Most changes between sticking and sliding, branches and directions: from fast sliding one way to
-/// fast sliding the other way takes five.
+/// Most phases of sticking and sliding: from fast sliding one way to fast sliding the other way,
+/// over both folds, takes seven.
 const PHASES: u32 = 8;
 
 /// Longest piece: e^−40 is below the roundings of an `f64`.
@@ -67,8 +64,7 @@ struct Path<T> {
     velocity: T,
     gap: T,
     here: Surface<T>,
-    /// On the branch beyond the fold.
-    beyond: bool,
+    sticks: bool,
     deflection: T,
     /// Time left, and ∫ F/p dt so far.
     left: T,
@@ -85,13 +81,6 @@ struct Piece<T> {
     error: T,
 }
 
-/// What ended a phase.
-enum End {
-    Time,
-    Edge,
-    TooManyPieces,
-}
-
 impl<C, E, T> ImplicitBristle<C, E, T>
 where
     T: Scalar,
@@ -103,28 +92,18 @@ where
             self.affine(velocity.into(), deflection).hold(velocity, deflection, duration)
         };
         let finite = velocity.is_finite() && deflection.is_finite() && duration.is_finite();
-        // Several folds between the first summit and the last valley are not ordered by the rules.
-        let several = |fold: &Fold<T>| !(fold.valley.1 <= fold.summit.1);
-        if !finite || !(duration > T::zero()) || self.folds.iter().flatten().any(several) {
+        let rises = self.folds.iter().flatten().all(|fold| fold.single);
+        if !finite || !rises || !(duration > T::zero()) {
             return frozen(deflection, duration);
         }
-        let (stiffness, damping) = self.elements();
-        let exact = is_zero(self.regularisation.speed_at_rest());
         let tip = self.tip(velocity, deflection);
-        let mut sticks = tip.sticks;
-        let rate = self.affine_at(&tip).rate(velocity, deflection);
-        let size = self.trial(velocity, deflection).abs();
-        let beyond = self.switch(tip.branch).is_some_and(|(load, ..)| match self.fold_rule {
-            Some(FoldRule::Fastest) => size >= load,
-            _ => size > load,
-        });
         let mut path = Path {
             branch: tip.branch,
             direction: tip.direction,
             velocity: tip.direction * velocity,
-            gap: tip.direction * rate,
+            gap: tip.direction * self.affine_at(&tip).rate(velocity, deflection),
             here: self.surface(tip.branch, tip.surface.speed),
-            beyond,
+            sticks: tip.sticks,
             deflection,
             left: duration,
             impulse: T::zero(),
@@ -136,54 +115,13 @@ where
             mean_coefficient: path.impulse / duration,
         };
         for _ in 0..PHASES {
-            // The speed at which the branch ends on the way to w, if it does before.
-            let switch = self.switch(path.branch);
-            let falls = path.gap < T::zero();
-            let edge = match switch {
-                Some((_, _, fast)) if path.beyond && falls => Some(fast),
-                Some((_, slow, _)) if !path.beyond && !falls => Some(slow),
-                _ if falls => Some(T::zero()),
-                _ => None,
-            };
-            let edge = edge
-                .filter(|&edge| if falls { path.velocity < edge } else { path.velocity > edge });
-            let ended =
-                if sticks { self.stick(&mut path, velocity) } else { self.slide(&mut path, edge) };
-            match ended {
-                End::Time if sticks => {
-                    let end = stiffness * path.deflection + damping * velocity;
-                    return answer(&path, end);
-                }
-                End::Time => return answer(&path, path.direction * path.here.carried),
-                End::TooManyPieces => break,
-                End::Edge => {}
-            }
-            // From sticking over the fold only if the load is there already.
-            let switch = self.switch(path.branch);
-            let held = path.here.carried;
-            let crossing = if sticks {
-                switch.filter(|&(load, ..)| load <= held)
+            if path.sticks {
+                self.stick(&mut path, velocity);
             } else {
-                switch.filter(|_| path.beyond || !falls)
-            };
-            match crossing {
-                Some((load, slow, fast)) => {
-                    let w = path.velocity;
-                    if w >= slow && w <= fast {
-                        // Both branches lead here.
-                        let carried = path.direction * (load - damping * w);
-                        path.deflection = carried / stiffness;
-                        path.impulse += carried * path.left;
-                        return answer(&path, carried);
-                    }
-                    let down = !sticks && falls;
-                    let to = if down { slow } else { fast };
-                    self.place(&mut path, to, !down);
-                    sticks = exact && down && is_zero(to);
-                }
-                None if sticks => sticks = false,
-                None if exact => sticks = true,
-                None => self.turn(&mut path, velocity),
+                self.slide(&mut path);
+            }
+            if !(path.left > T::zero()) {
+                return answer(&path, path.direction * path.here.carried);
             }
         }
         let rest = frozen(path.deflection, path.left);
@@ -192,59 +130,75 @@ where
         answer(&path, rest.end_coefficient)
     }
 
-    /// E*, u⁻ and u⁺ in one direction.
-    fn switch(&self, branch: Branch) -> Option<(T, T, T)> {
-        let Fold { summit, valley, other } = self.fold_of(branch)?;
-        Some(match self.fold_rule? {
-            FoldRule::Slowest => (summit.1, summit.0, other),
-            FoldRule::Fastest => (valley.1, other, valley.0),
-        })
-    }
-
-    /// Puts the tip at a speed of its branch.
-    fn place(&self, path: &mut Path<T>, speed: T, beyond: bool) {
-        path.here = self.surface(path.branch, speed);
-        path.gap = path.velocity - speed;
-        path.beyond = beyond;
-    }
-
-    /// The load has passed zero: from rest in the direction of the velocity.
-    fn turn(&self, path: &mut Path<T>, velocity: T) {
+    /// Sticks until the load is as large as the surface can hold, in the direction of the velocity:
+    /// with a regularisation for no time.
+    fn stick(&self, path: &mut Path<T>, velocity: T) {
         (path.branch, path.direction) = heading(velocity);
         path.velocity = velocity.abs();
-        self.place(path, T::zero(), false);
-    }
-
-    /// Sticks until the load is as large as the surface can hold, in the direction of the velocity.
-    fn stick(&self, path: &mut Path<T>, velocity: T) -> End {
-        self.turn(path, velocity);
+        self.place(path, T::zero());
         let (stiffness, _) = self.elements();
         let load = path.direction * self.trial(velocity, path.deflection);
         let held = path.here.carried;
-        let most = self.switch(path.branch).map_or(held, |(load, ..)| smaller(held, load));
+        let most = self.fold_of(path.branch).map_or(held, |fold| smaller(held, fold.load));
         let until = (most - load) / (stiffness * path.velocity);
-        let lasts = !(until < path.left);
-        let time = if lasts { path.left } else { larger(until, T::zero()) };
-        let way = velocity * time;
-        path.deflection += way;
-        path.impulse += path.direction * time * (load + lit::<T>(0.5) * stiffness * way.abs());
+        path.sticks = !(until < path.left);
+        let time = if path.sticks { path.left } else { larger(until, T::zero()) };
+        let way = path.velocity * time;
+        path.deflection += path.direction * way;
+        path.impulse += path.direction * time * (load + lit::<T>(0.5) * stiffness * way);
         path.left -= time;
-        if lasts { End::Time } else { End::Edge }
+        if path.sticks {
+            path.here.carried = load + stiffness * way;
+        }
+    }
+
+    /// Puts the tip at a speed of its branch.
+    fn place(&self, path: &mut Path<T>, speed: T) {
+        path.here = self.surface(path.branch, speed);
+        path.gap = path.velocity - speed;
+    }
+
+    /// Keeps the load for the rest of the time.
+    fn stay(&self, path: &mut Path<T>) {
+        path.impulse += path.direction * path.here.carried * path.left;
+        path.left = T::zero();
+        self.settle(path);
+    }
+
+    /// Over a fold if the tip is at one, and on to where the branch ends or the time is over.
+    fn slide(&self, path: &mut Path<T>) {
+        let (falls, w) = (path.gap < T::zero(), path.velocity);
+        let mut edge = falls.then(T::zero);
+        if let Some(Fold { load, slow, fast, .. }) = self.fold_of(path.branch) {
+            let u = path.here.speed;
+            let inside = if falls { u > slow && u <= fast } else { u >= slow && u < fast };
+            if inside && w >= slow && w <= fast {
+                // Both branches lead here.
+                path.here.carried = load - self.elements().1 * w;
+                path.gap = T::zero();
+                return self.stay(path);
+            }
+            if inside {
+                self.place(path, if falls { slow } else { fast });
+            } else if falls && u > fast {
+                edge = Some(fast);
+            } else if !falls && u < slow {
+                edge = Some(slow);
+            }
+        }
+        let edge = edge.filter(|&edge| if falls { w < edge } else { w > edge });
+        self.slide_to(path, edge);
+        path.sticks = path.left > T::zero() && edge.is_some_and(is_zero);
     }
 
     /// Slides until the time is over, or the tip's speed has come to an edge.
-    fn slide(&self, path: &mut Path<T>, edge: Option<T>) -> End {
+    fn slide_to(&self, path: &mut Path<T>, edge: Option<T>) {
         let (stiffness, damping) = self.elements();
         let accuracy = lit::<T>(ACCURACY) + T::default_epsilon() * lit(16.0);
-        let rest = self.regularisation.speed_at_rest();
-        // The longest piece that the error allows. A regularised Φ' changes with u + |0|_ε.
+        // The longest piece that the error allows, and one that should end with the time.
         let mut reach = lit::<T>(LONGEST);
-        if !is_zero(rest) {
-            reach = smaller(reach, (path.here.speed + rest) / path.gap.abs());
-        }
         let mut wanted = None;
-        loop {
-            let slope = damping + path.here.carried_slope;
+        while path.pieces < PIECES {
             // Steady sliding, as far as the balance can tell, here and where the tip is heading: a
             // regularised f that is flat at this speed is steep near rest.
             let steady = |at: &Surface<T>| {
@@ -253,28 +207,23 @@ where
             };
             let target = larger(path.velocity, T::zero());
             if steady(&path.here) && steady(&self.surface(path.branch, target)) {
-                path.impulse += path.direction * path.here.carried * path.left;
-                self.settle(path);
-                return End::Time;
+                return self.stay(path);
             }
             // ln(g/(w − edge)).
             let to_edge =
                 edge.map(|edge| ((edge - path.here.speed) / (path.velocity - edge)).ln_1p());
             if to_edge.is_some_and(|to_edge| !(to_edge > T::zero())) {
-                return End::Edge;
-            }
-            if path.pieces >= PIECES {
-                return End::TooManyPieces;
+                return;
             }
             path.pieces += 1;
+            let slope = damping + path.here.carried_slope;
             let guess = stiffness * path.left / larger(slope, T::zero());
             let length = smaller(reach, wanted.take().unwrap_or(guess));
             // The derivative of a dual number comes with the last correction, or with the edge.
             let last = to_edge.filter(|&to_edge| to_edge <= length);
             let length = last.unwrap_or_else(|| lit(to_f64(length)));
             let piece = self.piece(path, length, edge.filter(|_| last.is_some()));
-            let patience = i32::try_from(path.pieces / PATIENCE).unwrap_or(0);
-            let allowed = accuracy * piece.end.mu * lit::<T>(100.0).powi(patience);
+            let allowed = accuracy * piece.end.mu;
             // The rule is of sixth order.
             let share = allowed / (piece.error + allowed * lit(1e-3));
             let factor = share.powf(lit(1.0 / 7.0)) * lit(0.9);
@@ -293,12 +242,12 @@ where
                 let way = -behind * piece.gap / slope;
                 let near = way.abs() <= (path.gap - piece.gap).abs();
                 let way = if near { way } else { T::zero() };
+                path.impulse += path.direction * (piece.impulse - late * piece.end.carried);
                 let carried = piece.end.carried + piece.end.carried_slope * way;
                 path.here = Surface { carried, ..piece.end };
                 path.gap = piece.gap - way;
-                path.impulse += path.direction * (piece.impulse - late * carried);
-                self.settle(path);
-                return End::Time;
+                path.left = T::zero();
+                return self.settle(path);
             }
             if late > T::zero() {
                 let newton = length - behind / slope;
@@ -311,7 +260,7 @@ where
             (path.gap, path.here) = (piece.gap, piece.end);
             self.settle(path);
             if last.is_some() {
-                return End::Edge;
+                return;
             }
             reach = smaller(length * smaller(factor, lit(8.0)), lit(LONGEST));
         }

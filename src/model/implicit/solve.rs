@@ -47,17 +47,18 @@ pub(super) struct Tip<T> {
     pub(super) sticks: bool,
 }
 
-/// A fold of Φ: it rises to the summit and again from the valley on.
+/// A fold of Φ: where the rule goes over from one rising branch to the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fold<T> {
-    /// Speed of the (first) summit [m/s] and Φ there.
-    pub(super) summit: (T, T),
-    /// Speed of the (last) valley [m/s] and Φ there.
-    pub(super) valley: (T, T),
-    /// With [`FoldRule::Slowest`]: the speed [m/s] beyond the valley that carries as much as the
-    /// summit. With [`FoldRule::Fastest`]: the speed before the summit that carries as much as the
-    /// valley, or zero.
-    pub(super) other: T,
+    /// The load E* that both branches carry there: Φ at the first summit with
+    /// [`FoldRule::Slowest`], at the last valley with [`FoldRule::Fastest`].
+    pub(super) load: T,
+    /// The tip's speeds u⁻ and u⁺ on the slow and on the fast branch [m/s]; u⁻ is zero if the
+    /// surface holds more than E* at rest.
+    pub(super) slow: T,
+    pub(super) fast: T,
+    /// Whether there is nothing but one summit and one valley between these.
+    pub(super) single: bool,
 }
 
 impl<T, C, E> ImplicitBristle<C, E, T>
@@ -113,27 +114,18 @@ where
             return tip(Surface { speed: nan(), mu: nan(), ..rest }, false);
         }
         let exact = rest.carried > zero;
+        let farthest = self.farthest(size);
         // From where on, what Φ is there, and how far.
-        let ((low, carried), high) = match (self.fold_of(branch), self.fold_rule) {
-            (Some(Fold { summit, valley, .. }), Some(rule)) => {
-                let (slow, fast) = (((zero, rest.carried), Some(summit.0)), (valley, None));
-                let between = (summit, Some(valley.0));
-                match (rule, size <= summit.1, size >= valley.1) {
-                    (FoldRule::Slowest, true, _) | (FoldRule::Fastest, true, false) => slow,
-                    (_, _, true) => fast,
-                    (FoldRule::Slowest, ..) => (summit, None),
-                    (FoldRule::Fastest, ..) => between,
-                }
-            }
-            _ => ((zero, rest.carried), None),
+        let (low, carried, high) = match self.fold_of(branch) {
+            Some(fold) if self.is_beyond(&fold, size) => (fold.fast, fold.load, farthest),
+            Some(fold) => (zero, rest.carried, smaller(fold.slow, farthest)),
+            None => (zero, rest.carried, farthest),
         };
         if is_zero(low) && rest.carried >= size {
             return tip(rest, exact);
         }
         let (_, damping) = self.elements();
         let viscous = self.curve.viscous_friction();
-        let farthest = self.farthest(size);
-        let high = high.map_or(farthest, |high| smaller(high, farthest));
         // Beyond μ(0), or from a valley on, a straight line; a regularised tip below that creeps.
         let share = size / rest.mu;
         let guess = if share < T::one() && is_zero(low) {
@@ -159,6 +151,14 @@ where
     pub(super) fn fold_of(&self, branch: Branch) -> Option<Fold<T>> {
         let [forward, backward] = self.folds;
         if branch == Branch::Backward { backward } else { forward }
+    }
+
+    /// Whether the rule takes the fast branch at a load.
+    fn is_beyond(&self, fold: &Fold<T>, size: T) -> bool {
+        match self.fold_rule {
+            Some(FoldRule::Fastest) => size >= fold.load,
+            _ => size > fold.load,
+        }
     }
 
     /// The surface where Φ(u) = `size`, within a bracket.
@@ -220,10 +220,8 @@ where
         const PER_DOUBLING: u32 = 16;
         const DOUBLINGS: u32 = 60;
         let (_, damping) = self.elements();
+        let load = |speed: T| damping * speed + self.surface(branch, speed).carried;
         let rises = |speed: T| damping + self.surface(branch, speed).carried_slope >= T::zero();
-        let exact = is_zero(self.regularisation.speed_at_rest());
-        // Next to rest, where |v|^δ with δ < 1 falls steepest.
-        let next: T = lit(1e-30);
         // Brackets of the first summit, if it is not at rest, and of the last valley.
         let ratio = lit::<T>(2.0).powf(lit(1.0 / f64::from(PER_DOUBLING)));
         let (mut summit, mut valley) = (None, None);
@@ -237,38 +235,33 @@ where
             }
             (before, speed, rose) = (speed, speed * ratio, up);
         }
-        let (summit, valley) = (summit?, valley?);
         let turn = |(mut low, mut high): (T, T), first: bool| {
             for _ in 0..200 {
                 let middle = (low + high) * lit(0.5);
                 if rises(middle) == first { low = middle } else { high = middle }
             }
-            let place = (low + high) * lit(0.5);
-            (place, damping * place + self.surface(branch, place).carried)
+            (low + high) * lit(0.5)
         };
         // From rest on it falls if it does just beyond: at rest |v|^δ with δ < 1 does not tell.
-        let summit = if exact && !rises(next) {
-            (T::zero(), self.surface(branch, T::zero()).carried)
-        } else {
-            turn(summit, true)
-        };
-        let valley = turn(valley, false);
-        let other = match self.fold_rule {
+        let falls_at_rest = is_zero(self.regularisation.speed_at_rest()) && !rises(lit(1e-30));
+        let summit = if falls_at_rest { T::zero() } else { turn(summit?, true) };
+        let valley = turn(valley?, false);
+        let (most, least) = (load(summit), load(valley));
+        let single = least <= most;
+        Some(match self.fold_rule {
             Some(FoldRule::Fastest) => {
-                let rest = self.surface(branch, T::zero());
-                if rest.carried >= valley.1 {
-                    T::zero()
-                } else {
-                    self.root(branch, valley.1, (T::zero(), summit.0), nan()).speed
-                }
+                let before = (T::zero(), if single { summit } else { valley });
+                let rests = load(T::zero()) >= least;
+                let slow =
+                    if rests { T::zero() } else { self.root(branch, least, before, nan()).speed };
+                Fold { load: least, slow, fast: valley, single }
             }
             _ => {
-                let rise = damping + self.curve.viscous_friction();
-                let ends = (valley.0, self.farthest(summit.1));
-                self.root(branch, summit.1, ends, valley.0 + (summit.1 - valley.1) / rise).speed
+                let after = if single { (valley, self.farthest(most)) } else { (summit, valley) };
+                let fast = self.root(branch, most, after, nan()).speed;
+                Fold { load: most, slow: summit, fast, single }
             }
-        };
-        Some(Fold { summit, valley, other })
+        })
     }
 }
 
