@@ -23,8 +23,8 @@ use bristle::rheology::{
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::Constant;
 use bristle::{
-    Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd, LuGre,
-    Mechanism, ParameterError, Scalar, paper,
+    Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, Mechanism, ParameterError,
+    Scalar, paper,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{SVector, Vector2, Vector3, convert};
@@ -99,8 +99,7 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
         let response = dahl.response(v, z);
         response.rate + response.coefficient
     });
-    let elastic = ElastoPlasticParameters { curve, rheology: bristle, stick_limit: t(5e-5) };
-    if let Ok(model) = ElastoPlastic::new(elastic) {
+    if let Ok(model) = ElastoPlastic::new(curve, bristle, t(5e-5)) {
         one(c, "rate and force, elasto-plastic FrBD", &|v| {
             let response = model.response(v, z);
             response.rate + response.coefficient

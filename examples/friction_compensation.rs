@@ -30,7 +30,7 @@ use bristle::control::{
 };
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bristle, FrBd, ImplicitBristle, ImplicitBristleParameters, LuGre, ParameterError};
+use bristle::{Bristle, FrBd, ImplicitBristle, LuGre, ParameterError};
 use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Stroke};
 
 /// The axis: mass [kg], encoder count [m], limit of the motor [N].
@@ -261,9 +261,7 @@ pub(crate) fn run(setting: Setting) -> Result<Outcome, Box<dyn Error>> {
             simulate(setting, FrBd::new(curve, bristle).under_load(1.0)?.companion(FASTEST)?)
         }
         Plant::Implicit => {
-            let parameters =
-                ImplicitBristleParameters { curve, rheology: bristle, fold_rule: None };
-            let friction = ImplicitBristle::new(parameters)?;
+            let friction = ImplicitBristle::new(curve, bristle, None)?;
             simulate(setting, friction.under_load(1.0)?.companion(FASTEST)?)
         }
     }

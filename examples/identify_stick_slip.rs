@@ -34,10 +34,7 @@ use bristle::companion::VelocityHistory;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::identify::{self, Identifiability, Parameter, Residuals, Settings};
 use bristle::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters};
-use bristle::{
-    Bristle, FoldRule, FrBd, ImplicitBristle, ImplicitBristleParameters, LuGre, ParameterError,
-    Scalar,
-};
+use bristle::{Bristle, FoldRule, FrBd, ImplicitBristle, LuGre, ParameterError, Scalar};
 use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Values};
 
 /// Acceleration of gravity \[m/s²\]: the load is the slider's own weight.
@@ -238,8 +235,7 @@ impl Rig {
             Model::LuGre => self.drive(LuGre::classical(curve, rheology), mass, span),
             Model::Implicit => {
                 let fold_rule = Some(FoldRule::Slowest);
-                let parameters = ImplicitBristleParameters { curve, rheology, fold_rule };
-                self.drive(ImplicitBristle::new(parameters)?, mass, span)
+                self.drive(ImplicitBristle::new(curve, rheology, fold_rule)?, mass, span)
             }
         }
     }

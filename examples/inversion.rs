@@ -18,7 +18,7 @@ use bristle::scene::{
     MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity, PrescribedVelocityParameters,
 };
 use bristle::signal::{Sine, SineParameters};
-use bristle::{Bristle, FrBd, ImplicitBristle, ImplicitBristleParameters, Mechanism, paper};
+use bristle::{Bristle, FrBd, ImplicitBristle, Mechanism, paper};
 use nalgebra::Vector3;
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
@@ -53,8 +53,7 @@ fn main() -> ExitCode {
         let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
         let rheology = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
         let one_step = FrBd::new(curve, rheology);
-        let solved =
-            ImplicitBristle::new(ImplicitBristleParameters { curve, rheology, fold_rule: None })?;
+        let solved = ImplicitBristle::new(curve, rheology, None)?;
         let runs = [
             run("implicit", "implicit bristle", Colour::Black.into(), &solved, samples, rtol)?,
             run("frbd", "FrBD", Colour::Blue.dashed(), &one_step, samples, rtol)?,

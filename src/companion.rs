@@ -200,22 +200,16 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
     /// then, and the step is of second order:
     ///
     /// ```
-    /// use bristle::{Bristle, ElastoPlastic, ElastoPlasticParameters};
+    /// use bristle::{Bristle, ElastoPlastic};
     /// use bristle::companion::Prediction;
     /// use bristle::curve::{Coulomb, CoulombParameters};
     /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
     ///
-    /// let friction = ElastoPlastic::new(ElastoPlasticParameters {
-    ///     curve: Coulomb::new(CoulombParameters {
-    ///         dynamic_coefficient: 0.5,
-    ///         viscous_friction: 0.0,
-    ///     })?,
-    ///     rheology: KelvinVoigt::new(KelvinVoigtParameters {
-    ///         micro_stiffness: 3e3,
-    ///         micro_damping: 20.0,
-    ///     })?,
-    ///     stick_limit: 1e-4,
-    /// })?;
+    /// let curve =
+    ///     Coulomb::new(CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 })?;
+    /// let bristle =
+    ///     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 3e3, micro_damping: 20.0 })?;
+    /// let friction = ElastoPlastic::new(curve, bristle, 1e-4)?;
     /// let joint = friction.under_load(10.0)?.companion(5.0)?;
     /// let (velocity, deflection, h) = (1.0, 0.0, 1.0 / 60.0); // a block has just been struck
     /// let elastic = joint.step(velocity, deflection, h).force(velocity);

@@ -104,9 +104,8 @@ pub use contact::{Contact, ContactLimits, ContactResponse, HeldContact, Linearis
 pub use error::Error;
 pub use mechanism::Mechanism;
 pub use model::{
-    Affine, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters,
-    FoldRule, FrBd, HeldStep, ImplicitBristle, ImplicitBristleParameters, Law, Limits, Linearised,
-    LuGre, Response,
+    Affine, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, FoldRule, FrBd,
+    HeldStep, ImplicitBristle, Law, Limits, Linearised, LuGre, Response,
 };
 pub use parameter::{ParameterError, Rule};
 pub use scalar::Scalar;

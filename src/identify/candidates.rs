@@ -14,7 +14,7 @@ use crate::rheology::{
     MaxwellArm,
 };
 use crate::scalar::lit;
-use crate::{Bristle, ElastoPlastic, ElastoPlasticParameters, FrBd, Scalar};
+use crate::{Bristle, ElastoPlastic, FrBd, Scalar};
 
 /// A friction model with N parameters to be found. Implement it for a model of your own:
 ///
@@ -183,11 +183,11 @@ impl Candidate<8> for ElastoPlasticFit {
 
     fn model<T: Scalar>(&self, values: &[T; 8]) -> Result<Self::Model<T>, ParameterError> {
         let &[dynamic, excess, velocity, viscous, s0, s1, share, _] = values;
-        ElastoPlastic::new(ElastoPlasticParameters {
-            curve: stribeck(&[dynamic, excess, velocity, viscous], lit(EXPONENT))?,
-            rheology: kelvin_voigt(s0, s1)?,
-            stick_limit: share * dynamic / s0,
-        })
+        ElastoPlastic::new(
+            stribeck(&[dynamic, excess, velocity, viscous], lit(EXPONENT))?,
+            kelvin_voigt(s0, s1)?,
+            share * dynamic / s0,
+        )
     }
 
     fn offset<T: Scalar>(&self, &[.., offset]: &[T; 8]) -> T {

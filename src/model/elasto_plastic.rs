@@ -17,26 +17,14 @@
 //! friction models", IEEE Transactions on Automatic Control 47 (2002), 787–792, in the FrBD model
 //! of Romano et al. (arXiv 2602.09429), section III-A.
 
-use super::frbd::{Series, inverse_resistance, least_slope};
-use super::{Affine, Characteristics, Law, Limits, Linearised, finite};
+use super::frbd::{Series, inverse_resistance};
+use super::{Affine, Characteristics, FrBd, Law, Limits, Linearised};
 use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError};
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, KelvinVoigt, Rheology, VelocityLaw};
-use crate::scalar::unlimited;
+use crate::scalar::{is_zero, unlimited};
 use crate::{Bristle, Scalar, Sliding};
-
-/// Parameters of [`ElastoPlastic`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ElastoPlasticParameters<C, R, T = f64> {
-    /// Friction curve.
-    pub curve: C,
-    /// Kelvin–Voigt bristle of constant stiffness.
-    pub rheology: R,
-    /// Stick limit z_b \[m\], positive and below min μ/σ0: up to it the bristle is elastic.
-    #[doc(alias = "breakaway")]
-    pub stick_limit: T,
-}
 
 /// The elasto-plastic FrBD model of a friction curve C, a [`KelvinVoigt`] bristle R of constant
 /// stiffness and a regularisation E.
@@ -56,66 +44,53 @@ pub struct ElastoPlasticParameters<C, R, T = f64> {
 /// et al. (arXiv 2602.09429), section III-A.
 ///
 /// ```
-/// use bristle::{Bristle, ElastoPlastic, ElastoPlasticParameters};
+/// use bristle::{Bristle, ElastoPlastic};
 /// use bristle::curve::{Coulomb, CoulombParameters};
 /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 ///
-/// let friction = ElastoPlastic::new(ElastoPlasticParameters {
-///     curve: Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 })?,
-///     rheology: KelvinVoigt::new(KelvinVoigtParameters {
-///         micro_stiffness: 1e4,
-///         micro_damping: 60.0,
-///     })?,
-///     stick_limit: 5e-5,
-/// })?;
+/// let curve = Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 })?;
+/// let bristle =
+///     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 60.0 })?;
+/// let friction = ElastoPlastic::new(curve, bristle, 5e-5)?;
 /// // Below the stick limit the bristle follows the body.
 /// assert_eq!(friction.rate(0.01, 4e-5), 0.01);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElastoPlastic<C, R, E = Unregularised, T = f64> {
-    curve: C,
-    rheology: R,
-    regularisation: E,
+    /// The model for α = 1.
+    plastic: FrBd<C, R, E>,
     stick_limit: T,
 }
 
 impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
     ElastoPlastic<C, KelvinVoigt<T, T, D>, Unregularised, T>
 {
-    /// Checks the stick limit against the curve.
+    /// The model with a stick limit z_b \[m\]: positive and below min μ/σ0; up to it the bristle is
+    /// elastic.
     ///
     /// # Errors
     ///
     /// Refuses a stick limit that is not positive or not below min μ/σ0.
+    #[doc(alias = "breakaway")]
     pub fn new(
-        parameters: ElastoPlasticParameters<C, KelvinVoigt<T, T, D>, T>,
+        curve: C,
+        rheology: KelvinVoigt<T, T, D>,
+        stick_limit: T,
     ) -> Result<Self, ParameterError> {
-        let ElastoPlasticParameters { curve, rheology, stick_limit } = parameters;
         parameter::positive("stick_limit", stick_limit)?;
         let least = curve.bounds(unlimited()).min / rheology.storage_stiffness();
         parameter::below("stick_limit", stick_limit, "min μ/σ0", least)?;
-        Ok(Self { curve, rheology, regularisation: Unregularised, stick_limit })
+        Ok(Self { plastic: FrBd::new(curve, rheology), stick_limit })
     }
 }
 
 impl<C, R, E, T> ElastoPlastic<C, R, E, T> {
     /// The model with another regularisation of |v|.
     pub fn regularised<F>(self, regularisation: F) -> ElastoPlastic<C, R, F, T> {
-        ElastoPlastic {
-            curve: self.curve,
-            rheology: self.rheology,
-            regularisation,
-            stick_limit: self.stick_limit,
-        }
+        let plastic = self.plastic.regularised(regularisation);
+        ElastoPlastic { plastic, stick_limit: self.stick_limit }
     }
-}
-
-/// α and its partial derivatives.
-struct Plasticity<T> {
-    alpha: T,
-    by_deflection: T,
-    by_velocity: T,
 }
 
 impl<T, C, D, E> ElastoPlastic<C, KelvinVoigt<T, T, D>, E, T>
@@ -134,21 +109,20 @@ where
     #[doc(alias = "alpha")]
     pub fn plasticity(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> T {
         let sliding = sliding.into();
-        self.plastic(sliding, deflection, self.curve.coefficient(sliding), T::zero()).alpha
+        self.alpha(sliding, deflection, self.plastic.curve().coefficient(sliding), T::zero())[0]
     }
 
-    fn plastic(&self, sliding: Sliding<T>, deflection: T, mu: T, mu_slope: T) -> Plasticity<T> {
-        let constant =
-            |alpha| Plasticity { alpha, by_deflection: T::zero(), by_velocity: T::zero() };
-        let aligned = sliding.direction() * deflection;
-        let stiffness = self.rheology.storage_stiffness();
+    /// α and its derivatives with respect to the deflection and to the velocity.
+    fn alpha(&self, sliding: Sliding<T>, deflection: T, mu: T, mu_slope: T) -> [T; 3] {
+        let (zero, aligned) = (T::zero(), sliding.direction() * deflection);
+        let stiffness = self.storage_stiffness();
         let full = mu / stiffness;
         if !(aligned > self.stick_limit) {
             // Elastic; a NaN deflection stays NaN.
-            return constant(if aligned.is_finite() { T::zero() } else { aligned });
+            return [if aligned.is_finite() { zero } else { aligned }, zero, zero];
         }
         if aligned >= full {
-            return constant(T::one());
+            return [T::one(), zero, zero];
         }
         let width = full - self.stick_limit;
         // ½ + ½ sin(2w − π/2) = sin² w, which keeps its digits near the stick limit.
@@ -156,37 +130,27 @@ where
         let slope = T::pi() * sin * cos / width;
         // dα/dz_m at fixed z, with w = (π/2)(z − z_b)/(z_m − z_b).
         let by_full = -slope * (aligned - self.stick_limit) / width;
-        Plasticity {
-            alpha: sin * sin,
-            by_deflection: slope * sliding.direction(),
-            by_velocity: by_full * mu_slope / stiffness,
-        }
+        [sin * sin, slope * sliding.direction(), by_full * mu_slope / stiffness]
     }
 
     /// 1/g.
     #[inline]
     fn inverse(&self, sliding: Sliding<T>, series: &Series<T>, alpha: T) -> T {
         inverse_resistance(sliding, series.resistance(), |right| {
-            let viscous = self.rheology.elements(right).damping * self.regularisation.speed(right);
-            alpha * viscous + self.curve.coefficient(right)
+            let Series { elements, speed, mu } = self.plastic.series(right);
+            alpha * elements.damping * speed + mu
         })
     }
 
     /// The coefficients, their derivatives with respect to the velocity, and those with respect to
     /// the deflection.
     fn affine_and_derivatives(&self, sliding: Sliding<T>, deflection: T) -> [Affine<T>; 3] {
-        let (elements, elements_slope) = self.rheology.elements_and_slopes(sliding);
-        let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
-        let (mu, mu_slope) = self.curve.coefficient_and_slope(sliding);
-        let Plasticity { alpha, by_deflection, by_velocity } =
-            self.plastic(sliding, deflection, mu, mu_slope);
-        let series = Series { elements, speed: alpha * speed, mu };
-        let slope = Series {
-            elements: elements_slope,
-            speed: alpha * speed_slope + by_velocity * speed,
-            mu: mu_slope,
-        };
-        let zero = T::zero();
+        let [mut series, mut slope] = self.plastic.series_and_slopes(sliding);
+        let [alpha, by_deflection, by_velocity] =
+            self.alpha(sliding, deflection, series.mu, slope.mu);
+        let (zero, speed) = (T::zero(), series.speed);
+        series.speed = alpha * speed;
+        slope.speed = alpha * slope.speed + by_velocity * speed;
         let still = Elements { stiffness: zero, decay: zero, damping: zero };
         let along = Series { elements: still, speed: by_deflection * speed, mu: zero };
         let inverse = self.inverse(sliding, &series, alpha);
@@ -205,13 +169,9 @@ where
 
     #[inline]
     fn affine(&self, sliding: Sliding<T>, deflection: T) -> Affine<T> {
-        let mu = self.curve.coefficient(sliding);
-        let alpha = self.plastic(sliding, deflection, mu, T::zero()).alpha;
-        let series = Series {
-            elements: self.rheology.elements(sliding),
-            speed: alpha * self.regularisation.speed(sliding),
-            mu,
-        };
+        let mut series = self.plastic.series(sliding);
+        let [alpha, ..] = self.alpha(sliding, deflection, series.mu, T::zero());
+        series.speed *= alpha;
         series.affine(self.inverse(sliding, &series, alpha))
     }
 
@@ -224,57 +184,41 @@ where
         let sliding = sliding.into();
         let velocity = sliding.velocity();
         let [affine, slopes, along] = self.affine_and_derivatives(sliding, deflection);
-        let held = Linearised::new(&affine, &slopes, velocity, deflection);
-        Linearised {
-            rate_by_deflection: held.rate_by_deflection + along.rate(velocity, deflection),
-            coefficient_by_deflection: held.coefficient_by_deflection
-                + along.coefficient(velocity, deflection),
-            ..held
-        }
+        let mut linearised = Linearised::new(&affine, &slopes, velocity, deflection);
+        linearised.rate_by_deflection += along.rate(velocity, deflection);
+        linearised.coefficient_by_deflection += along.coefficient(velocity, deflection);
+        linearised
     }
 
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
-        let sliding = sliding.into();
-        let coefficient = self.regularisation.sign(sliding) * self.curve.coefficient(sliding);
-        coefficient / self.rheology.storage_stiffness()
+        self.plastic.stationary(sliding)
     }
 
     fn storage_stiffness(&self) -> T {
-        self.rheology.storage_stiffness()
+        self.plastic.storage_stiffness()
     }
 
     fn obeys(&self, law: Law) -> bool {
         match law {
             // Regularised, the stationary deflection is below z_m and α is below one there.
-            Law::SteadySliding => self.regularisation.speed_at_rest() == T::zero(),
-            Law::Passivity | Law::NoDrift => true,
-            Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
-            Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
-            Law::OddSymmetry => self.curve.is_even() && self.rheology.bounds().even,
+            Law::SteadySliding => is_zero(self.plastic.regularisation().speed_at_rest()),
+            Law::NoDrift => true,
             Law::Secant | Law::BoundedForce => false,
+            Law::Passivity | Law::BoundedDeflection | Law::BoundedRelaxation | Law::OddSymmetry => {
+                self.plastic.obeys(law)
+            }
         }
     }
 
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
-        let bounds = self.rheology.bounds();
         Some(Characteristics {
-            speed_at_rest: self.regularisation.speed_at_rest(),
+            name: "elasto-plastic FrBD",
             stick_limit: Some(self.stick_limit),
-            ..Characteristics::new("elasto-plastic FrBD", &self.curve, &bounds, fastest)?
+            ..self.plastic.characteristics(fastest)?
         })
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {
-        Limits::up_to(fastest, |fastest| {
-            let mu = self.curve.bounds(fastest);
-            let stiffness = self.rheology.storage_stiffness();
-            let damping = self.rheology.bounds().damping;
-            let slope = least_slope(&self.curve, &self.regularisation, fastest);
-            Limits {
-                deflection: finite(mu.max / stiffness),
-                coefficient: None,
-                relaxation_rate: finite(stiffness / (damping.min + slope)),
-            }
-        })
+        Limits { coefficient: None, ..self.plastic.limits(fastest) }
     }
 }

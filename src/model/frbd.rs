@@ -142,13 +142,28 @@ impl<C, R, E> FrBd<C, R, E> {
         R: Rheology<T>,
         E: Regularisation<T>,
     {
-        self.rheology.elements(sliding).damping * self.regularisation.speed(sliding)
-            + self.curve.coefficient(sliding)
+        self.series(sliding).resistance()
+    }
+
+    /// The bristle and the surface at a velocity.
+    #[inline(always)]
+    pub(super) fn series<T>(&self, sliding: Sliding<T>) -> Series<T, R::Deflection>
+    where
+        T: Scalar,
+        C: FrictionCurve<T>,
+        R: Rheology<T>,
+        E: Regularisation<T>,
+    {
+        Series {
+            elements: self.rheology.elements(sliding),
+            speed: self.regularisation.speed(sliding),
+            mu: self.curve.coefficient(sliding),
+        }
     }
 
     /// The bristle and the surface at a velocity, and their derivatives.
     #[inline(always)]
-    fn series_and_slopes<T>(&self, sliding: Sliding<T>) -> [Series<T, R::Deflection>; 2]
+    pub(super) fn series_and_slopes<T>(&self, sliding: Sliding<T>) -> [Series<T, R::Deflection>; 2]
     where
         T: Scalar,
         C: FrictionCurve<T>,
@@ -235,11 +250,7 @@ where
 
     #[inline]
     fn affine(&self, sliding: Sliding<T>, _deflection: R::Deflection) -> Affine<T, R::Deflection> {
-        let series = Series {
-            elements: self.rheology.elements(sliding),
-            speed: self.regularisation.speed(sliding),
-            mu: self.curve.coefficient(sliding),
-        };
+        let series = self.series(sliding);
         let resistance = series.resistance();
         series.affine(inverse_resistance(sliding, resistance, |other| self.resistance(other)))
     }

@@ -92,18 +92,6 @@ pub enum FoldRule {
     Fastest,
 }
 
-/// Parameters of [`ImplicitBristle`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ImplicitBristleParameters<C, T = f64> {
-    /// Friction curve.
-    pub curve: C,
-    /// Kelvin–Voigt bristle of constant stiffness σ0 and damping σ1, with σ1 + σ2 > 0.
-    pub rheology: KelvinVoigt<T>,
-    /// What to do where the inversion is folded. With `None` a folded one is refused. A rule for an
-    /// inversion that is not folded has no effect.
-    pub fold_rule: Option<FoldRule>,
-}
-
 /// The bristle with its force balance solved, of a friction curve C and a regularisation E:
 /// σ0 z + σ1 ż = μ(v_s) sgn_ε(v_s), v_s = v − ż.
 ///
@@ -111,15 +99,13 @@ pub struct ImplicitBristleParameters<C, T = f64> {
 /// sticks exactly and leaves no drift under loads below breakaway.
 ///
 /// ```
-/// use bristle::{Bristle, ImplicitBristle, ImplicitBristleParameters, paper};
+/// use bristle::{Bristle, ImplicitBristle, paper};
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;
 ///
-/// let friction = ImplicitBristle::new(ImplicitBristleParameters {
-///     curve: Stribeck::new(paper::STICK_SLIP_CURVE)?,
-///     rheology: KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
-///     fold_rule: None,
-/// })?;
+/// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+/// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+/// let friction = ImplicitBristle::new(curve, bristle, None)?;
 /// // 1.2 of 1.5 carried, at rest: it sticks, and the bristle follows the body.
 /// assert_eq!(friction.rate(1e-3, 1.2e-4), 1e-3);
 /// // Steady sliding is on the curve, as with FrBD; disturbances fade at 418 1/s and not at 32 1/s.
@@ -186,37 +172,38 @@ pub struct ImplicitBristle<C, E = Unregularised, T = f64> {
 }
 
 impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, Unregularised, T> {
-    /// Checks that the force balance has a single solution at every state, or a rule which to take.
+    /// Checks that the force balance has a single solution at every state, or a rule which to take
+    /// where it is folded. A rule for an inversion that is not folded has no effect.
     ///
     /// # Errors
     ///
     /// Refuses σ1 + σ2 = 0, for which fast sliding could carry no more than slow. Without a fold
     /// rule, refuses a curve that falls as steeply as σ1 or more (the value is σ1 + min dμ/d|v|),
     /// or whose steepest fall is not known (the value is NaN).
-    pub fn new(parameters: ImplicitBristleParameters<C, T>) -> Result<Self, ParameterError> {
-        let ImplicitBristleParameters { curve, rheology, fold_rule } = parameters;
+    pub fn new(
+        curve: C,
+        rheology: KelvinVoigt<T>,
+        fold_rule: Option<FoldRule>,
+    ) -> Result<Self, ParameterError> {
         let (_, damping) = elements(&rheology);
         let viscous = curve.viscous_friction();
         parameter::positive("micro_damping + viscous_friction", damping + viscous)?;
-        let margin = Self::margin(&curve, &rheology);
-        // Above the roundings of the slope.
-        let rounding = damping * T::default_epsilon() * lit(16.0);
-        let rises = margin.is_some_and(|margin| margin > rounding);
+        // The solution is unique if and only if σ1 + min dμ/d|v| is positive: above the roundings
+        // of the slope.
+        let margin = curve.least_slope().map_or_else(nan, |slope| damping + slope);
+        let rises = margin > damping * T::default_epsilon() * lit(16.0);
         if !rises && fold_rule.is_none() {
             let rule = Rule::Stated("be positive unless a fold_rule is given");
-            let name = "micro_damping + least slope of the curve";
-            return Err(parameter::refused(name, margin.unwrap_or_else(nan), rule));
+            return Err(parameter::refused(
+                "micro_damping + least slope of the curve",
+                margin,
+                rule,
+            ));
         }
-        let least_slope = if rises { curve.least_slope() } else { None };
+        let least_slope = curve.least_slope().filter(|_| rises);
         let (regularisation, folds) = (Unregularised, [None; 2]);
         let implicit = Self { curve, rheology, regularisation, fold_rule, least_slope, folds };
         Ok(implicit.regularised(Unregularised))
-    }
-
-    /// σ1 + min dμ/d|v| [s/m]: the solution is unique if and only if it is positive. `None` if the
-    /// curve does not know its least slope.
-    pub fn margin(curve: &C, rheology: &KelvinVoigt<T>) -> Option<T> {
-        curve.least_slope().map(|slope| elements(rheology).1 + slope)
     }
 }
 

@@ -14,9 +14,9 @@ use core::fmt::Debug;
 pub use affine::{Affine, HeldStep};
 pub use characteristics::Characteristics;
 pub use dahl::{Dahl, DahlParameters};
-pub use elasto_plastic::{ElastoPlastic, ElastoPlasticParameters};
+pub use elasto_plastic::ElastoPlastic;
 pub use frbd::FrBd;
-pub use implicit::{FoldRule, ImplicitBristle, ImplicitBristleParameters};
+pub use implicit::{FoldRule, ImplicitBristle};
 pub use law::Law;
 pub use lugre::LuGre;
 

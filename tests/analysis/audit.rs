@@ -20,8 +20,7 @@ use bristle::rheology::{
 };
 use bristle::stability::Scheme;
 use bristle::{
-    Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
-    LuGre, Sliding, paper,
+    Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, Sliding, paper,
 };
 
 const RIG: Mechanism<f64> = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
@@ -93,11 +92,7 @@ fn frbd_dahl_and_elasto_plastic_models_are_passive() {
     );
     let dahl =
         Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 }).unwrap();
-    let soft = ElastoPlastic::new(ElastoPlasticParameters {
-        curve: table_2_curve(),
-        rheology: table_2_bristle(),
-        stick_limit: 8e-5,
-    });
+    let soft = ElastoPlastic::new(table_2_curve(), table_2_bristle(), 8e-5);
     for passivity in [
         audit(valve).passivity,
         audit(table_2()).passivity,
@@ -227,11 +222,7 @@ fn the_drift_of_a_load_cycle_is_that_of_a_slow_simulation() {
         assert_drift(LuGre::classical(table_2_curve(), table_2_bristle()), cycle);
     }
     // An elasto-plastic bristle has none below its stick limit, and above it no closed form.
-    let soft = ElastoPlastic::new(ElastoPlasticParameters {
-        curve: table_2_curve(),
-        rheology: table_2_bristle(),
-        stick_limit: 8e-5,
-    });
+    let soft = ElastoPlastic::new(table_2_curve(), table_2_bristle(), 8e-5);
     let contact = soft.unwrap().under_load(1.0).unwrap();
     let drift = |to| {
         let load_cycle = Some(LoadCycle { from: 0.0, to });
@@ -530,11 +521,7 @@ fn rounding_makes_no_threshold_in_single_precision() {
 #[test]
 fn a_cycle_is_as_large_as_the_larger_of_its_two_forces() {
     // Elastic up to 8e-5 m · 1e4 N/m = 0.8 N: the pull of 1.2 N is beyond it, whatever the push.
-    let model = ElastoPlastic::new(ElastoPlasticParameters {
-        curve: table_2_curve(),
-        rheology: table_2_bristle(),
-        stick_limit: 8e-5,
-    });
+    let model = ElastoPlastic::new(table_2_curve(), table_2_bristle(), 8e-5);
     let contact = model.unwrap().under_load(1.0).unwrap();
     let yielding = |from, to| {
         let load_cycle = Some(LoadCycle { from, to });

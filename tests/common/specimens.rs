@@ -9,9 +9,8 @@ use bristle::rheology::{
     KelvinVoigt, KelvinVoigtParameters, Spring, SpringParameters, VelocityDependent, VelocityLaw,
 };
 use bristle::{
-    Affine, Bounds, Bristle, Contact, ContactLimits, Dahl, DahlParameters, ElastoPlastic,
-    ElastoPlasticParameters, FoldRule, FrBd, HeldContact, ImplicitBristle,
-    ImplicitBristleParameters, Law, LinearisedContact, LuGre, Scalar, Sliding,
+    Affine, Bounds, Bristle, Contact, ContactLimits, Dahl, DahlParameters, ElastoPlastic, FoldRule,
+    FrBd, HeldContact, ImplicitBristle, Law, LinearisedContact, LuGre, Scalar, Sliding,
 };
 
 use super::closed_form::{
@@ -387,7 +386,7 @@ pub fn elasto_plastic<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>(
     rheology: KelvinVoigt<T, T, D>,
     stick_limit: T,
 ) -> ElastoPlastic<C, KelvinVoigt<T, T, D>, Unregularised, T> {
-    ElastoPlastic::new(ElastoPlasticParameters { curve, rheology, stick_limit }).unwrap()
+    ElastoPlastic::new(curve, rheology, stick_limit).unwrap()
 }
 
 pub fn implicit<T: Scalar, C: FrictionCurve<T>>(
@@ -395,7 +394,7 @@ pub fn implicit<T: Scalar, C: FrictionCurve<T>>(
     rheology: KelvinVoigt<T>,
     fold_rule: Option<FoldRule>,
 ) -> ImplicitBristle<C, Unregularised, T> {
-    ImplicitBristle::new(ImplicitBristleParameters { curve, rheology, fold_rule }).unwrap()
+    ImplicitBristle::new(curve, rheology, fold_rule).unwrap()
 }
 
 pub fn dahl<T: Scalar>(r: &Recipe) -> Dahl<T> {

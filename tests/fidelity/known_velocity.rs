@@ -6,7 +6,7 @@ use bristle::ode::{Output, Rodas5P, Solver, System, Tolerances};
 use bristle::rheology::{Deflection, KelvinVoigt, States, Zener, ZenerParameters};
 use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
 use bristle::signal::{Signal, Sine, SineParameters};
-use bristle::{Bristle, Contact, ElastoPlastic, ElastoPlasticParameters, FrBd, LuGre, paper};
+use bristle::{Bristle, Contact, ElastoPlastic, FrBd, LuGre, paper};
 use nalgebra::SVector;
 
 use crate::common::draw::{Draw, Shape, Wave};
@@ -133,6 +133,6 @@ fn lugre_and_elasto_plastic_friction_can_be_the_reference() {
         KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap(),
     );
     assert_eq!(chosen(LuGre::classical(curve, bristle)), Level::REFERENCE);
-    let elasto_plastic = ElastoPlasticParameters { curve, rheology: bristle, stick_limit: 0.7e-4 };
-    assert_eq!(chosen(ElastoPlastic::new(elasto_plastic).unwrap()), Level::REFERENCE);
+    let elasto_plastic = ElastoPlastic::new(curve, bristle, 0.7e-4).unwrap();
+    assert_eq!(chosen(elasto_plastic), Level::REFERENCE);
 }

@@ -15,10 +15,7 @@ use crate::common::{assert_within, check, lit};
 use bristle::companion::VelocityHistory;
 use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Stribeck};
 use bristle::rheology::KelvinVoigt;
-use bristle::{
-    Bounds, Bristle, FoldRule, FrBd, ImplicitBristle, ImplicitBristleParameters, Law, Rule, Scalar,
-    paper,
-};
+use bristle::{Bounds, Bristle, FoldRule, FrBd, ImplicitBristle, Law, Rule, Scalar, paper};
 use num_dual::{Dual2_64, Dual64};
 
 /// Some twenty roundings.
@@ -403,13 +400,7 @@ fn the_threshold_of_table_2_is_the_closed_form() {
     // (μ_s − μ_d)√(2/e)/v_S − σ2 = 50·0.857763885 − 0.04.
     let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
     let threshold = 50.0 * (2.0 / std::f64::consts::E).sqrt() - 0.04;
-    let with = |damping| {
-        ImplicitBristle::new(ImplicitBristleParameters {
-            curve,
-            rheology: kelvin_voigt(1e4, damping),
-            fold_rule: None,
-        })
-    };
+    let with = |damping| ImplicitBristle::new(curve, kelvin_voigt(1e4, damping), None);
     assert!(with(threshold * (1.0 + 1e-12)).unwrap().is_single_valued());
     let refused = with(threshold * (1.0 - 1e-12)).unwrap_err();
     assert_eq!(refused.rule, Rule::Stated("be positive unless a fold_rule is given"));
@@ -421,7 +412,7 @@ fn the_threshold_of_table_2_is_the_closed_form() {
         "{told}"
     );
     assert!(told.ends_with(", but must be positive unless a fold_rule is given"), "{told}");
-    let margin = ImplicitBristle::margin(&curve, &kelvin_voigt(1e4, 64.5)).unwrap();
+    let margin = 64.5 + curve.least_slope().unwrap();
     assert_within(1e-12, 1.0, margin, 64.5 - threshold, || "margin".into());
 }
 
@@ -431,11 +422,7 @@ fn what_has_no_answer_is_refused_by_name() {
         Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction }).unwrap()
     };
     let with = |viscous, damping, fold_rule| {
-        ImplicitBristle::new(ImplicitBristleParameters {
-            curve: coulomb(viscous),
-            rheology: kelvin_voigt(1e4, damping),
-            fold_rule,
-        })
+        ImplicitBristle::new(coulomb(viscous), kelvin_voigt(1e4, damping), fold_rule)
     };
     // A Coulomb curve on a spring: every speed carries the same.
     for rule in [None, Some(FoldRule::Slowest), Some(FoldRule::Fastest)] {
@@ -449,13 +436,7 @@ fn what_has_no_answer_is_refused_by_name() {
         FunctionCurve::new(|speed: f64| (1.0 + speed, 1.0), Bounds { min: 1.0, max: f64::INFINITY })
             .unwrap()
     };
-    let with = |fold_rule| {
-        ImplicitBristle::new(ImplicitBristleParameters {
-            curve: unknown(),
-            rheology: kelvin_voigt(1e4, 5.0),
-            fold_rule,
-        })
-    };
+    let with = |fold_rule| ImplicitBristle::new(unknown(), kelvin_voigt(1e4, 5.0), fold_rule);
     let refused = with(None).unwrap_err();
     assert!(refused.value.is_nan() && refused.name == "micro_damping + least slope of the curve");
     let model = with(Some(FoldRule::Slowest)).unwrap();
@@ -571,7 +552,7 @@ fn curves_of_several_valleys_and_of_unknown_slope_have_an_answer_everywhere() {
         }
     }
     // The function of the other tests, and a table, when they are damped enough.
-    assert!(ImplicitBristle::margin(&function::<f64>(&r), &kelvin_voigt(1e4, 64.5)).unwrap() > 0.0);
+    assert!(64.5 + function::<f64>(&r).least_slope().unwrap() > 0.0);
     assert!(implicit(tabulated::<f64>(&r), kelvin_voigt(1e4, 64.5), None).is_single_valued());
 }
 

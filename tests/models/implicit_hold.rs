@@ -8,9 +8,7 @@ use std::cell::Cell;
 use bristle::curve::{FrictionCurve, Stribeck, StribeckParameters};
 use bristle::regularisation::{SquareRoot, Unregularised};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{
-    Bounds, Bristle, FoldRule, HeldStep, ImplicitBristle, ImplicitBristleParameters, Sliding, paper,
-};
+use bristle::{Bounds, Bristle, FoldRule, HeldStep, ImplicitBristle, Sliding, paper};
 
 type Model<E> = ImplicitBristle<Stribeck<f64>, E>;
 
@@ -49,11 +47,11 @@ const TABLE_2: Set = Set {
 
 impl Set {
     fn model(&self) -> Model<Unregularised> {
-        ImplicitBristle::new(ImplicitBristleParameters {
-            curve: Stribeck::new(self.curve).unwrap(),
-            rheology: KelvinVoigt::new(self.bristle).unwrap(),
-            fold_rule: self.rule,
-        })
+        ImplicitBristle::new(
+            Stribeck::new(self.curve).unwrap(),
+            KelvinVoigt::new(self.bristle).unwrap(),
+            self.rule,
+        )
         .unwrap()
     }
 
@@ -485,12 +483,8 @@ fn looks_at_the_curve_are_few_and_never_more_than_1500() {
         let mut dice = Draw(seed);
         let (mut most, mut sum) = (0, 0);
         let curve = Counted(Stribeck::new(set.curve).unwrap());
-        let model = ImplicitBristle::new(ImplicitBristleParameters {
-            curve,
-            rheology: KelvinVoigt::new(set.bristle).unwrap(),
-            fold_rule: set.rule,
-        })
-        .unwrap();
+        let model =
+            ImplicitBristle::new(curve, KelvinVoigt::new(set.bristle).unwrap(), set.rule).unwrap();
         let soft = (set.rest > 0.0)
             .then(|| model.clone().regularised(SquareRoot::new(set.rest * set.rest).unwrap()));
         for _ in 0..many {
@@ -532,12 +526,7 @@ fn in_single_precision_it_is_the_same_step() {
     .unwrap();
     let rheology =
         KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4_f32, micro_damping: 64.5 });
-    let single = ImplicitBristle::new(ImplicitBristleParameters {
-        curve,
-        rheology: rheology.unwrap(),
-        fold_rule: None,
-    })
-    .unwrap();
+    let single = ImplicitBristle::new(curve, rheology.unwrap(), None).unwrap();
     let mut dice = Draw(4);
     for _ in 0..300 {
         let Scene { velocity, deflection, duration } = draw(&mut dice, &TABLE_2);
@@ -567,12 +556,7 @@ fn a_short_slide_from_a_flat_valley_stays_short_in_single_precision() {
         });
         let (micro_stiffness, micro_damping) = (t(3.5), t(1.0 / 96.0));
         let rheology = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping });
-        ImplicitBristle::new(ImplicitBristleParameters {
-            curve: curve.unwrap(),
-            rheology: rheology.unwrap(),
-            fold_rule: Some(FoldRule::Fastest),
-        })
-        .unwrap()
+        ImplicitBristle::new(curve.unwrap(), rheology.unwrap(), Some(FoldRule::Fastest)).unwrap()
     }
     for h in [1e-4_f32, 3e-4, 1e-3, 3e-3] {
         let got = model::<f32>().hold(12.0, 0.0, h).deflection;

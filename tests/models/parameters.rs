@@ -14,8 +14,8 @@ use bristle::rheology::{
     Deflection, KelvinVoigt, KelvinVoigtParameters, Spring, SpringParameters, VelocityDependent,
 };
 use bristle::{
-    Bounds, Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
-    LuGre, ParameterError, Rule, Scalar, Sliding,
+    Bounds, Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, ParameterError,
+    Rule, Scalar, Sliding,
 };
 
 // ---------------------------------------------------------------------------------------------
@@ -156,16 +156,16 @@ fn gates<T: Scalar>() -> Vec<Gate<T>> {
             .map(drop)
     }));
     list.push(plain("ElastoPlastic", "stick_limit", Kind::Positive, |stick_limit: T| {
-        ElastoPlastic::new(ElastoPlasticParameters {
+        ElastoPlastic::new(
             // So that min μ/σ0 is as large as it can be.
-            curve: Coulomb::new(CoulombParameters {
+            Coulomb::new(CoulombParameters {
                 dynamic_coefficient: lit(1e15),
                 viscous_friction: T::zero(),
             })
             .unwrap(),
-            rheology: kelvin_voigt(lit::<T>(1e-18), T::zero()),
+            kelvin_voigt(lit::<T>(1e-18), T::zero()),
             stick_limit,
-        })
+        )
         .map(drop)
     }));
     list
@@ -275,14 +275,8 @@ fn the_stick_limit_lies_below_the_least_full_deflection() {
             .map(|(speed, coefficient)| Knot { speed, coefficient }),
     )
     .unwrap();
-    let with = |stick_limit| {
-        ElastoPlastic::new(ElastoPlasticParameters {
-            curve,
-            rheology: kelvin_voigt(1e4, 60.0),
-            stick_limit,
-        })
-        .map(drop)
-    };
+    let with =
+        |stick_limit| ElastoPlastic::new(curve, kelvin_voigt(1e4, 60.0), stick_limit).map(drop);
     let limit = 0.2 / 1e4;
     let rule = Rule::Below { other: "min μ/σ0", limit };
     assert_refused(with(limit), ("stick_limit", None, limit, rule), "equal");
@@ -426,13 +420,9 @@ fn refusals_read_well() {
         message(Tabulated::<f64, 0>::new([]).map(drop)),
         "knots is 0, but must be at least 2"
     );
-    let plastic = ElastoPlasticParameters {
-        curve: Coulomb::new(CoulombParameters { viscous_friction: 0.0, ..coulomb }).unwrap(),
-        rheology: kelvin_voigt(1e4, 60.0),
-        stick_limit: 6.25e-5,
-    };
+    let dry = Coulomb::new(CoulombParameters { viscous_friction: 0.0, ..coulomb }).unwrap();
     assert_eq!(
-        message(ElastoPlastic::new(plastic).map(drop)),
+        message(ElastoPlastic::new(dry, kelvin_voigt(1e4, 60.0), 6.25e-5).map(drop)),
         "stick_limit is 6.25e-5, but must be below min μ/σ0 = 5e-5"
     );
     let error: Box<dyn std::error::Error> = Box::new(spring(-3.0).unwrap_err());
@@ -604,11 +594,7 @@ fn assert_everything_finite<T: Scalar>(e: &Extremes) {
     assert_model_finite(model.unwrap(), load, &|| name("Dahl"));
     let half: T = lit(0.5);
     let stick_limit = half * lit::<T>(e.dynamic) / lit(e.stiffness);
-    let plastic = ElastoPlastic::new(ElastoPlasticParameters {
-        curve: stribeck,
-        rheology: damped(),
-        stick_limit,
-    });
+    let plastic = ElastoPlastic::new(stribeck, damped(), stick_limit);
     // The least μ over the largest σ0 is no admissible length.
     if let Ok(model) = plastic {
         assert_model_finite(model, load, &|| name("ElastoPlastic"));
@@ -725,11 +711,7 @@ fn a_locked_branch_ends_a_third_of_the_way_to_its_pole_and_not_before() {
             let frbd = FrBd::new(coulomb::<f64>(&r), bristle());
             assert_pole(&frbd, branch, before, beyond, -d * 5e-5);
             // Beyond the full deflection, where α = 1.
-            let plastic = ElastoPlastic::new(ElastoPlasticParameters {
-                curve: coulomb::<f64>(&r),
-                rheology: bristle(),
-                stick_limit: 5e-5,
-            });
+            let plastic = ElastoPlastic::new(coulomb::<f64>(&r), bristle(), 5e-5);
             assert_pole(&plastic.unwrap(), branch, before, beyond, -d * 1.0);
             // LuGre's g knows no damping.
             let pole = d * r.dynamic / r.viscous / 3.0;

@@ -11,10 +11,7 @@ use bristle::rolling::{
     Grid, Motion, Patch, PatchParameters, PolynomialExponential, PolynomialExponentialParameters,
     Pressure,
 };
-use bristle::{
-    Bristle, ElastoPlastic, ElastoPlasticParameters, FrBd, LuGre, ParameterError, Scalar, Sliding,
-    paper,
-};
+use bristle::{Bristle, ElastoPlastic, FrBd, LuGre, ParameterError, Scalar, Sliding, paper};
 use proptest::prelude::*;
 
 type Friction<T = f64> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
@@ -533,12 +530,7 @@ fn other_models_and_numbers_ride_along() {
         .step(Motion { slip_velocity: 1.0, rolling_speed: 1e-10 }, 1.0);
     // Steady sliding, but for what entered in a nanosecond of a transit.
     assert_within(1e-6, 1.0, force.unwrap(), 1.0, || "LuGre".to_owned());
-    let switching = ElastoPlastic::new(ElastoPlasticParameters {
-        curve: curve.unwrap(),
-        rheology,
-        stick_limit: 5e-4,
-    })
-    .unwrap();
+    let switching = ElastoPlastic::new(curve.unwrap(), rheology, 5e-4).unwrap();
     let model = patch(|_| Ok(switching), PolynomialExponential::constant());
     let mut grid = Grid::varying(&model, 10).unwrap();
     for _ in 0..12 {

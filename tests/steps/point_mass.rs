@@ -11,10 +11,7 @@ use bristle::ode::{DormandPrince, Output, Solver, Tolerances};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Spring, SpringParameters};
 #[cfg(feature = "alloc")]
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
-use bristle::{
-    Bristle, ElastoPlastic, ElastoPlasticParameters, FrBd, ImplicitBristle,
-    ImplicitBristleParameters,
-};
+use bristle::{Bristle, ElastoPlastic, FrBd, ImplicitBristle};
 use proptest::prelude::*;
 
 fn curve() -> Stribeck<f64> {
@@ -34,13 +31,12 @@ fn bristle() -> KelvinVoigt<f64> {
 
 fn elasto_plastic() -> ElastoPlastic<Stribeck<f64>, KelvinVoigt<f64>> {
     let (curve, rheology) = (curve(), bristle());
-    ElastoPlastic::new(ElastoPlasticParameters { curve, rheology, stick_limit: 1e-4 }).unwrap()
+    ElastoPlastic::new(curve, rheology, 1e-4).unwrap()
 }
 
 fn implicit() -> ImplicitBristle<Stribeck<f64>> {
     let (curve, rheology) = (curve(), bristle());
-    let parameters = ImplicitBristleParameters { curve, rheology, fold_rule: None };
-    ImplicitBristle::new(parameters).unwrap()
+    ImplicitBristle::new(curve, rheology, None).unwrap()
 }
 
 /// m (v₁ − v₀) = h (f − F̄) with v̄ = v₀ + θ (v₁ − v₀), relative to the sum of its terms.

@@ -13,10 +13,7 @@ use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{DiaphragmValve, MassSpringDamper};
 use bristle::signal::Constant;
 use bristle::stability::{Scheme, StepLimits, largest_step, largest_step_of};
-use bristle::{
-    Branch, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
-    LuGre, paper,
-};
+use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, paper};
 use nalgebra::{Matrix2, Matrix3, Vector1, Vector2, Vector3, Vector4};
 
 /// Schemes whose stuck limit can be met.
@@ -150,11 +147,11 @@ fn an_overdamped_swing_is_held_by_its_faster_root() {
 
 #[test]
 fn an_elasto_plastic_bristle_holds_on_after_a_reversal() {
-    let model = ElastoPlastic::new(ElastoPlasticParameters {
-        curve: Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(),
-        rheology: KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap(),
-        stick_limit: 5e-5,
-    });
+    let model = ElastoPlastic::new(
+        Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(),
+        KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap(),
+        5e-5,
+    );
     let contact = model.unwrap().under_load(1.0).unwrap();
     for scheme in Scheme::ALL {
         let limits = largest_step(&contact, Some(FREE), 1.0, scheme).unwrap();

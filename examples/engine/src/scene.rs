@@ -4,7 +4,7 @@ use std::error::Error;
 
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bristle, ElastoPlastic, ElastoPlasticParameters, FrBd};
+use bristle::{Bristle, ElastoPlastic, FrBd};
 use rapier3d_f64::prelude::*;
 
 use crate::bond::{Bond, Coupling, Part};
@@ -101,11 +101,7 @@ pub fn frbd() -> Result<impl Bristle<f64, Deflection = f64>, Box<dyn Error>> {
 /// The elasto-plastic model of all scenes: elastic up to nine tenths of the least deflection of
 /// sliding.
 pub fn elasto_plastic() -> Result<impl Bristle<f64, Deflection = f64>, Box<dyn Error>> {
-    Ok(ElastoPlastic::new(ElastoPlasticParameters {
-        curve: Stribeck::new(CURVE)?,
-        rheology: KelvinVoigt::new(BRISTLE)?,
-        stick_limit: 0.9 * CURVE.dynamic_coefficient / BRISTLE.micro_stiffness,
-    })?)
+    Ok(ElastoPlastic::new(Stribeck::new(CURVE)?, KelvinVoigt::new(BRISTLE)?, 0.9 * CURVE.dynamic_coefficient / BRISTLE.micro_stiffness)?)
 }
 
 /// A block on a ground.

@@ -20,8 +20,8 @@ use bristle::exponential::{Exponential, Ramp};
 use bristle::regularisation::Unregularised;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Zener};
 use bristle::{
-    Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters, FrBd,
-    ImplicitBristle, ImplicitBristleParameters, LuGre, Scalar, paper,
+    Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd,
+    ImplicitBristle, LuGre, Scalar, paper,
 };
 use counted::{Counted, Counts, counts};
 use nalgebra::{Vector2, convert};
@@ -81,20 +81,12 @@ fn dahl<T: Scalar>() -> Dahl<T> {
 }
 
 fn elasto_plastic<T: Scalar>() -> ElastoPlastic<Stribeck<T>, KelvinVoigt<T>, Unregularised, T> {
-    ElastoPlastic::new(ElastoPlasticParameters {
-        curve: stribeck(2.0),
-        rheology: bristle(),
-        stick_limit: lit(5e-5),
-    })
+    ElastoPlastic::new(stribeck(2.0), bristle(), lit(5e-5))
     .unwrap()
 }
 
 fn implicit<T: Scalar>() -> ImplicitBristle<Stribeck<T>, Unregularised, T> {
-    ImplicitBristle::new(ImplicitBristleParameters {
-        curve: stribeck(2.0),
-        rheology: bristle(),
-        fold_rule: None,
-    })
+    ImplicitBristle::new(stribeck(2.0), bristle(), None)
     .unwrap()
 }
 

@@ -14,8 +14,7 @@ use bristle::rheology::{
     ZenerParameters,
 };
 use bristle::{
-    Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ElastoPlasticParameters,
-    FoldRule, FrBd, ImplicitBristle, ImplicitBristleParameters, LuGre, ParameterError, Scalar,
+    Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic,     FoldRule, FrBd, ImplicitBristle, LuGre, ParameterError, Scalar,
 };
 use nalgebra::SVector;
 
@@ -247,11 +246,7 @@ pub(crate) fn dahl<T: Scalar>(input: &Input<T>) -> Answer<T> {
 pub(crate) fn elasto_plastic_model<T: Scalar>(
     input: &Input<T>,
 ) -> Answer<ElastoPlastic<Stribeck<T>, KelvinVoigt<T>, Unregularised, T>> {
-    ElastoPlastic::new(ElastoPlasticParameters {
-        curve: stribeck(input)?,
-        rheology: bristle(input)?,
-        stick_limit: input.stick_limit,
-    })
+    ElastoPlastic::new(stribeck(input)?, bristle(input)?, input.stick_limit)
 }
 
 pub(crate) fn elasto_plastic<T: Scalar>(input: &Input<T>) -> Answer<T> {
@@ -261,11 +256,7 @@ pub(crate) fn elasto_plastic<T: Scalar>(input: &Input<T>) -> Answer<T> {
 pub(crate) fn implicit_model<T: Scalar>(
     input: &Input<T>,
 ) -> Answer<ImplicitBristle<Stribeck<T>, Unregularised, T>> {
-    ImplicitBristle::new(ImplicitBristleParameters {
-        curve: stribeck(input)?,
-        rheology: bristle(input)?,
-        fold_rule: Some(FoldRule::Slowest),
-    })
+    ImplicitBristle::new(stribeck(input)?, bristle(input)?, Some(FoldRule::Slowest))
 }
 
 pub(crate) fn implicit<T: Scalar>(input: &Input<T>) -> Answer<T> {
