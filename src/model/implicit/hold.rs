@@ -180,6 +180,10 @@ where
             }
             if inside {
                 self.place(path, if falls { slow } else { fast });
+                path.sticks = falls && is_zero(slow);
+                if path.sticks {
+                    return;
+                }
             } else if falls && u > fast {
                 edge = Some(fast);
             } else if !falls && u < slow {
