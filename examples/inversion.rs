@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 use std::process::ExitCode;
 
 use bristle::curve::{FrictionCurve, Stribeck};
-use bristle::ode::{Action, Direction, DormandPrince8, Event, Output, Solver, Tolerances};
+use bristle::ode::{Direction, DormandPrince8, Event, Output, Solver, Tolerances};
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
     MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity, PrescribedVelocityParameters,
@@ -143,8 +143,7 @@ fn run<M: Bristle<f64, Deflection = f64>>(
     let rig = MassSpringDamper::new(paper::stick_slip_rig(contact()?))?;
     let solver = Solver::adaptive(DormandPrince8, Tolerances::scaled(rtol, rig.scales())?);
     let slips = |_: f64, state: &Vector3<f64>| state[1] - paper::STICK_SLIP_CURVE.stribeck_velocity;
-    let events =
-        [Event { function: &slips, direction: Direction::Rising, action: Action::Continue }];
+    let events = [Event { function: &slips, direction: Direction::Rising, stops: false }];
     let output = Output::Uniform(samples);
     let trajectory =
         solver.solve_with_events(&rig, 0.0..STICK_SLIP_END, rig.at_rest(), &events, output)?;

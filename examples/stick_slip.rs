@@ -11,9 +11,7 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use bristle::curve::Stribeck;
-use bristle::ode::{
-    Action, Direction, DormandPrince, Event, Output, Solver, Tolerances, Trajectory,
-};
+use bristle::ode::{Direction, DormandPrince, Event, Output, Solver, Tolerances, Trajectory};
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::MassSpringDamper;
 use bristle::{Bristle, FrBd, LuGre, paper};
@@ -109,8 +107,7 @@ fn run<M: Bristle<f64, Deflection = f64>>(
     let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(rtol, rig.scales())?);
     // A slip begins where the speed passes the Stribeck velocity.
     let slips = |_: f64, state: &Vector3<f64>| state[1] - paper::STICK_SLIP_CURVE.stribeck_velocity;
-    let events =
-        [Event { function: &slips, direction: Direction::Rising, action: Action::Continue }];
+    let events = [Event { function: &slips, direction: Direction::Rising, stops: false }];
     let output = Output::Uniform(samples);
     let trajectory = solver.solve_with_events(&rig, 0.0..end, rig.at_rest(), &events, output)?;
     let force = trajectory.states().iter().map(|state| rig.friction_force(state)).collect();

@@ -15,7 +15,7 @@ use std::ops::RangeInclusive;
 use std::process::ExitCode;
 
 use bristle::curve::Stribeck;
-use bristle::ode::{Action, Direction, Event, Output, Solver, Trajectory};
+use bristle::ode::{Direction, Event, Output, Solver, Trajectory};
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::DiaphragmValve;
 use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
@@ -153,8 +153,7 @@ impl Settings {
         let (gain, stiffness) = (parameters.pressure_gain, parameters.mechanism.spring_stiffness);
         let valve = DiaphragmValve::new(parameters)?;
         let speed = |_: f64, state: &State| state[1].abs() - HELD;
-        let events =
-            [Event { function: &speed, direction: Direction::Either, action: Action::Continue }];
+        let events = [Event { function: &speed, direction: Direction::Either, stops: false }];
         // As `ode::solve` does it, with events besides.
         let trajectory = Solver::automatic(self.rtol, valve.scales())?.solve_with_events(
             &valve,

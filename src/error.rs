@@ -64,10 +64,3 @@ impl<T: Scalar, const N: usize> From<Failure<T, N>> for Error {
         }
     }
 }
-
-#[cfg(feature = "alloc")]
-impl<T: Scalar, const N: usize> From<alloc::boxed::Box<crate::ode::Interrupted<T, N>>> for Error {
-    fn from(run: alloc::boxed::Box<crate::ode::Interrupted<T, N>>) -> Self {
-        run.failure.into()
-    }
-}

@@ -6,8 +6,8 @@ use core::ops::ControlFlow;
 
 use bristle::curve::Stribeck;
 use bristle::ode::{
-    Action, Direction, DormandPrince, DormandPrince8, Event, Method, Rodas4, Rodas5P, RungeKutta4,
-    Solver, Statistics, Step, Tolerances,
+    Direction, DormandPrince, DormandPrince8, Event, Method, Rodas4, Rodas5P, RungeKutta4, Solver,
+    Statistics, Step, Tolerances,
 };
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::MassSpringDamper;
@@ -27,8 +27,7 @@ fn rig() -> Rig {
 fn allocations<M: Method<f64, 3>>(solver: &Solver<f64, M, 3>) -> (u64, Statistics) {
     let rig = rig();
     let velocity = |_: f64, state: &Vector3<f64>| state[1] - 0.1;
-    let events =
-        [Event { function: &velocity, direction: Direction::Either, action: Action::Continue }];
+    let events = [Event { function: &velocity, direction: Direction::Either, stops: false }];
     let mut statistics = Statistics::default();
     let counted = allocation_counter::measure(|| {
         let mut observer = |_: &Step<f64, 3>| ControlFlow::Continue(());

@@ -1,8 +1,8 @@
 //! The methods that are compared, in one table: a new one is a line of [`all`].
 
 use bristle::ode::{
-    self, DormandPrince, DormandPrince8, Embedded, Output, Rodas4, Rodas5P, RungeKutta4, Solver,
-    Statistics, System, Tolerances,
+    self, DormandPrince, DormandPrince8, Output, Rodas4, Rodas5P, RungeKutta4, Solver, Statistics,
+    System, Tolerances,
 };
 
 use crate::scenes::{DragSetting, SAMPLES, Scene};
@@ -97,7 +97,7 @@ fn failed(failure: String) -> Run {
 fn adaptive<S, M, const N: usize>(method: M, scene: &Scene<S, N>, tolerance: f64) -> Run
 where
     S: System<f64, N> + Clone,
-    M: ode::Method<f64, N> + Embedded,
+    M: ode::Method<f64, N>,
 {
     let tolerances = Tolerances::scaled(tolerance, scene.scales);
     run(tolerances.map(|tolerances| Solver::adaptive(method, tolerances)), scene)
@@ -134,12 +134,15 @@ where
     let output = Output::Uniform(SAMPLES);
     let solved = solver.solve(&scene.system, 0.0..scene.end, scene.start, output);
     let (trajectory, failure) = match solved {
-        Ok(trajectory) => (trajectory, None),
-        Err(interrupted) => (interrupted.trajectory, Some(interrupted.failure.reason.to_string())),
+        Ok(trajectory) => (Some(trajectory), None),
+        Err(failure) => {
+            (failure.trajectory.map(|stored| *stored), Some(failure.reason.to_string()))
+        }
     };
+    let states = trajectory.iter().flat_map(|stored| stored.states());
     Run {
-        judged: trajectory.states().iter().map(|state| state[scene.judged]).collect(),
-        cost: trajectory.statistics().into(),
+        judged: states.map(|state| state[scene.judged]).collect(),
+        cost: trajectory.as_ref().map(|stored| stored.statistics()).unwrap_or_default().into(),
         failure,
     }
 }

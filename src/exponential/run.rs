@@ -111,7 +111,7 @@ where
 
     fn failure(&self, reason: StopReason) -> Failure<T, 1> {
         let state = Vector1::new(self.deflection);
-        Failure { reason, time: self.time(), state, statistics: self.statistics() }
+        Failure::new(reason, (self.time(), state), self.statistics())
     }
 
     /// Evaluates the bristle at the current point anew.

@@ -20,49 +20,43 @@
 use nalgebra::SMatrix;
 
 use super::dense_output::DenseOutput;
-use super::explicit::Explicit;
+use super::explicit::{Explicit, ExplicitTableau};
 use super::rosenbrock::Rosenbrock;
-use super::stepper::{Embedded, Field, OneStep, Point, Stepper, TrialStep};
-use super::{DormandPrince, DormandPrince8, Rodas4, Rodas5P};
+use super::stepper::{Field, OneStep, Point, Stepper, TrialStep};
+use super::{DormandPrince8, Rodas5P};
 use crate::Scalar;
 use crate::bounds::smaller;
 use crate::scalar::{lit, to_f64};
 
-/// The method behind [`solve`](super::solve): an explicit and a Rosenbrock method that take turns.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Automatic {
-    high_order: bool,
-}
-
-impl Automatic {
-    /// [`DormandPrince`] and [`Rodas4`], for loose tolerances.
-    pub const LOW_ORDER: Self = Self { high_order: false };
-
-    /// [`DormandPrince8`] and [`Rodas5P`], for all others.
-    pub const HIGH_ORDER: Self = Self { high_order: true };
-}
-
-impl Embedded for Automatic {}
+/// The method behind [`solve`](super::solve): [`DormandPrince8`] and [`Rodas5P`] take turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Automatic;
 
 impl<T: Scalar, const N: usize> OneStep<T, N> for Automatic {
     type Stepper = Alternating<T, N>;
 
     fn stepper(&self) -> Self::Stepper {
-        let pair = if self.high_order {
-            Pair::High(Explicit::new(), Rosenbrock::new())
-        } else {
-            Pair::Low(Explicit::new(), Rosenbrock::new())
-        };
-        Alternating { pair, is_explicit: false, since: 0, votes: 0, needed: VOTES }
+        Alternating {
+            explicit: Explicit::new(),
+            rosenbrock: Rosenbrock::new(),
+            is_explicit: false,
+            is_new: false,
+            since: 0,
+            votes: 0,
+            needed: VOTES,
+        }
     }
 }
 
 /// An explicit and a Rosenbrock method that take turns.
 #[derive(Debug, Clone)]
 pub(crate) struct Alternating<T: Scalar, const N: usize> {
-    pair: Pair<T, N>,
+    explicit: Explicit<DormandPrince8, T, N, 16>,
+    rosenbrock: Rosenbrock<Rodas5P, T, N, 8>,
     /// Whether it is the explicit method's turn.
     is_explicit: bool,
+    /// Whether the Rosenbrock method has yet to see the point where its turn starts.
+    is_new: bool,
     /// Accepted steps since the last change.
     since: u32,
     /// Steps in a row that spoke for a change.
@@ -71,33 +65,13 @@ pub(crate) struct Alternating<T: Scalar, const N: usize> {
     needed: u32,
 }
 
-/// Two methods.
-#[derive(Debug, Clone)]
-#[allow(clippy::large_enum_variant, reason = "one for a run, and nothing is allocated")]
-enum Pair<T: Scalar, const N: usize> {
-    /// Orders 5 and 4.
-    Low(Explicit<DormandPrince, T, N, 7>, Rosenbrock<Rodas4, T, N, 6>),
-    /// Orders 8 and 5.
-    High(Explicit<DormandPrince8, T, N, 16>, Rosenbrock<Rodas5P, T, N, 8>),
-}
-
-/// Evaluates an expression of the explicit method, and another one of the Rosenbrock method.
-macro_rules! of_pair {
-    ($pair:expr, |$explicit:pat_param, $rosenbrock:pat_param| $value:expr) => {
-        match &mut $pair {
-            Pair::Low($explicit, $rosenbrock) => $value,
-            Pair::High($explicit, $rosenbrock) => $value,
-        }
-    };
-}
-
 /// Calls a function of the method at work.
 macro_rules! at_work {
     ($self:ident.$function:ident($($argument:expr),*)) => {
         if $self.is_explicit {
-            of_pair!($self.pair, |method, _| method.$function($($argument),*))
+            $self.explicit.$function($($argument),*)
         } else {
-            of_pair!($self.pair, |_, method| method.$function($($argument),*))
+            $self.rosenbrock.$function($($argument),*)
         }
     };
 }
@@ -131,7 +105,7 @@ impl<T: Scalar, const N: usize> Alternating<T, N> {
         if self.votes < needed {
             return false;
         }
-        of_pair!(self.pair, |explicit, _| explicit.forget());
+        self.explicit.forget();
         (self.is_explicit, self.since, self.votes) = (!self.is_explicit, 0, 0);
         true
     }
@@ -139,6 +113,7 @@ impl<T: Scalar, const N: usize> Alternating<T, N> {
 
 impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
+        self.is_new = false;
         at_work!(self.begin(field, point));
     }
 
@@ -149,6 +124,9 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
         from: &Point<T, N>,
         step: T,
     ) -> TrialStep<T, N> {
+        if self.is_new {
+            self.begin(field, &mut from.clone());
+        }
         let mut trial = at_work!(self.attempt(field, from, step));
         if !self.is_explicit {
             trial.error *= lit::<T>(CARE);
@@ -170,34 +148,27 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
         at_work!(self.dense_output(field, from, end))
     }
 
-    fn accepted<F: Field<T, N>>(
-        &mut self,
-        field: &mut F,
-        from: &Point<T, N>,
-        end: &Point<T, N>,
-        proposed: Option<T>,
-    ) -> Option<T> {
-        at_work!(self.accepted(field, from, end, proposed));
+    fn accepted(&mut self, step: T, end: &Point<T, N>, proposed: Option<T>) -> Option<T> {
+        at_work!(self.accepted(step, end, proposed));
         self.since += 1;
-        let step = (end.time - from.time).abs();
         if self.is_explicit {
             let lasted = self.since > SHORT;
-            let held =
-                of_pair!(self.pair, |method, _| method.is_held_by_stability(end, step, HELD));
+            let held = self.explicit.is_held_by_stability(end, step, HELD);
             if self.vote(held, VOTES) {
                 self.needed = if lasted { VOTES } else { (self.needed * 2).min(MOST_VOTES) };
-                self.begin(field, &mut end.clone());
+                self.is_new = true;
             }
             return proposed;
         }
         // Fixed steps stay with the method that is stable at any length.
         let proposed = proposed?;
-        let reach = of_pair!(self.pair, |_, method| spectral_radius(&(method.jacobian() * step)));
+        let length = step.abs();
+        let reach = spectral_radius(&(self.rosenbrock.jacobian() * length));
         if !self.vote(reach < EASY, self.needed) {
             return Some(proposed);
         }
-        let limit = of_pair!(self.pair, |method, _| method.real_limit());
-        Some(smaller(proposed, step * lit(limit * 0.8 / if reach > 0.01 { reach } else { 0.01 })))
+        let reach = if reach > 0.01 { reach } else { 0.01 };
+        Some(smaller(proposed, length * lit(DormandPrince8::REAL_LIMIT * 0.8 / reach)))
     }
 }
 

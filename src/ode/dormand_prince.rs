@@ -8,7 +8,7 @@
 //! 1993), section II.6.
 
 use super::explicit::{Explicit, ExplicitTableau};
-use super::stepper::{Embedded, OneStep};
+use super::stepper::OneStep;
 use crate::Scalar;
 
 /// The Dormand–Prince method of order 5(4).
@@ -22,8 +22,6 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for DormandPrince {
         Explicit::new()
     }
 }
-
-impl Embedded for DormandPrince {}
 
 #[rustfmt::skip] // Several coefficients a line.
 impl ExplicitTableau for DormandPrince {

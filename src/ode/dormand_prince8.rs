@@ -9,7 +9,7 @@
 //! II.10, and their program DOP853.
 
 use super::explicit::{Explicit, ExplicitTableau};
-use super::stepper::{Embedded, OneStep};
+use super::stepper::OneStep;
 use crate::Scalar;
 
 /// The Dormand–Prince method of order 8(5,3), for tight tolerances.
@@ -23,8 +23,6 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for DormandPrince8 {
         Explicit::new()
     }
 }
-
-impl Embedded for DormandPrince8 {}
 
 #[rustfmt::skip] // Several coefficients a line.
 impl ExplicitTableau for DormandPrince8 {

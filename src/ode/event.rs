@@ -21,16 +21,6 @@ pub enum Direction {
     Either,
 }
 
-/// What happens at an event.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Action {
-    /// It is reported, and the run goes on.
-    #[default]
-    Continue,
-    /// It is reported, and the run ends there.
-    Stop,
-}
-
 /// A zero of a function g(t, x) along the solution, located on the dense output.
 ///
 /// A step is looked at in both its halves: a function that passes zero twice within one of them
@@ -38,12 +28,11 @@ pub enum Action {
 /// ([`Solver::with_largest_step`](super::Solver::with_largest_step)).
 ///
 /// ```
-/// use bristle::ode::{Action, Direction, Event};
+/// use bristle::ode::{Direction, Event};
 /// use bristle::nalgebra::Vector3;
 ///
 /// let velocity = |_time: f64, state: &Vector3<f64>| state[1];
-/// let comes_to_rest =
-///     Event { function: &velocity, direction: Direction::Falling, action: Action::Stop };
+/// let comes_to_rest = Event { function: &velocity, direction: Direction::Falling, stops: true };
 /// ```
 #[derive(Clone, Copy)]
 pub struct Event<'a, T, const N: usize> {
@@ -51,25 +40,26 @@ pub struct Event<'a, T, const N: usize> {
     pub function: &'a dyn Fn(T, &SVector<T, N>) -> T,
     /// In which direction it has to pass zero.
     pub direction: Direction,
-    /// What happens then.
-    pub action: Action,
+    /// Whether the run ends there. The event is reported in any case.
+    pub stops: bool,
 }
 
 impl<T, const N: usize> fmt::Debug for Event<'_, T, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Event")
             .field("direction", &self.direction)
-            .field("action", &self.action)
+            .field("stops", &self.stops)
             .finish_non_exhaustive()
     }
 }
 
-/// An event that happened.
+/// An event that happened, or a sliding direction that reversed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Occurrence<T, const N: usize> {
-    /// Which event, by its place in the list given to the run.
-    pub event: usize,
+    /// Which event, by its place in the list given to the run; which contact, by its place among
+    /// the system's sliding velocities.
+    pub index: usize,
     /// When \[s\].
     pub time: T,
     /// The state then.

@@ -164,11 +164,6 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
         under > lit(1e-6) && over * step * step > under * limit * limit
     }
 
-    /// Largest stable h|λ| on the negative real axis.
-    pub(super) fn real_limit(&self) -> f64 {
-        B::REAL_LIMIT
-    }
-
     /// Forgets what the last step tells of the next.
     pub(super) fn forget(&mut self) {
         self.smoothness.0 = T::zero();
@@ -270,13 +265,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
     }
 
     #[inline]
-    fn accepted<F: Field<T, N>>(
-        &mut self,
-        _field: &mut F,
-        _from: &Point<T, N>,
-        _end: &Point<T, N>,
-        proposed: Option<T>,
-    ) -> Option<T> {
+    fn accepted(&mut self, _step: T, _end: &Point<T, N>, proposed: Option<T>) -> Option<T> {
         let (_, latest) = self.smoothness;
         self.smoothness.0 = if latest.is_finite() { latest } else { T::zero() };
         proposed

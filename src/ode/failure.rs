@@ -52,7 +52,8 @@ pub enum StopReason {
 }
 
 /// A run that ended before its time: why, when and where.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Failure<T, const N: usize> {
     /// Why it stopped.
     pub reason: StopReason,
@@ -62,19 +63,35 @@ pub struct Failure<T, const N: usize> {
     pub state: SVector<T, N>,
     /// What the run cost.
     pub statistics: Statistics,
+    /// What a run that stores its solution had stored until then.
+    #[cfg(feature = "alloc")]
+    pub trajectory: Option<alloc::boxed::Box<super::Trajectory<T, N>>>,
 }
 
 impl<T, const N: usize> Failure<T, N> {
+    pub(crate) fn new(
+        reason: StopReason,
+        (time, state): (T, SVector<T, N>),
+        statistics: Statistics,
+    ) -> Self {
+        #[cfg(feature = "alloc")]
+        return Self { reason, time, state, statistics, trajectory: None };
+        #[cfg(not(feature = "alloc"))]
+        Self { reason, time, state, statistics }
+    }
+
     /// A run that did not start.
     pub(crate) fn refused(error: ParameterError, time: T, state: SVector<T, N>) -> Self {
-        let reason = StopReason::Refused(error);
-        Self { reason, time, state, statistics: Statistics::default() }
+        Self::new(StopReason::Refused(error), (time, state), Statistics::default())
     }
 }
 
 impl<T: Scalar, const N: usize> fmt::Display for Failure<T, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "integration stopped at t = {} s: {}", number(self.time), self.reason)
+        match &self.reason {
+            StopReason::Refused(refused) => write!(f, "the integration did not start: {refused}"),
+            reason => write!(f, "integration stopped at t = {} s: {reason}", number(self.time)),
+        }
     }
 }
 

@@ -13,7 +13,7 @@ use super::step::Step;
 use super::stepper::{Method, Point, Stepper, TrialStep};
 use super::walk::{Stop, Trial, Walk};
 use super::{Statistics, System};
-use crate::bounds::{larger, smaller};
+use crate::bounds::larger;
 use crate::scalar::{lit, to_f64};
 use crate::{Branch, Scalar};
 
@@ -59,11 +59,8 @@ pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const 
     step: Step<T, N>,
 }
 
-impl<'a, T, S, M, const N: usize, const K: usize> Integration<'a, T, S, M, N, K>
-where
-    T: Scalar,
-    S: System<T, N, K>,
-    M: Method<T, N>,
+impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: usize>
+    Integration<'a, T, S, M, N, K>
 {
     pub(super) fn new(
         method: &M,
@@ -144,8 +141,7 @@ where
     }
 
     fn failure(&self, reason: StopReason) -> Failure<T, N> {
-        let Point { time, state, .. } = self.point;
-        Failure { reason, time, state, statistics: self.statistics() }
+        Failure::new(reason, (self.point.time, self.point.state), self.statistics())
     }
 
     /// The method, the system on the current branches, and the current point.
@@ -389,11 +385,8 @@ where
         for lock in &mut self.locks {
             lock.took(tried);
         }
-        let now = self.point.time;
         self.at_kink = false;
-        let (stepper, mut field, from) =
-            self.parts((smaller(now, end.time), larger(now, end.time)));
-        let length = stepper.accepted(&mut field, from, end, proposed);
+        let length = self.stepper.accepted(end.time - self.point.time, end, proposed);
         self.walk.propose(length);
         self.walk.time = end.time;
         self.point = *end;

@@ -7,7 +7,7 @@
 //!
 //! | method | for |
 //! |---|---|
-//! | [`Automatic`] | the default of [`solve`]: an explicit and a Rosenbrock method take turns |
+//! | [`Automatic`] | the default of [`solve`]: `DormandPrince8` and `Rodas5P` take turns |
 //! | [`DormandPrince`] | explicit, order 5(4): inputs of low smoothness, moderate tolerances |
 //! | [`DormandPrince8`] | explicit, order 8(5,3): tight tolerances |
 //! | [`Rodas4`], [`Rodas5P`] | L-stable Rosenbrock methods of order 4(3) and 5(4): stiff systems |
@@ -59,19 +59,19 @@ pub(crate) use crossing::{Crossing, Search};
 
 pub use dormand_prince::DormandPrince;
 pub use dormand_prince8::DormandPrince8;
-pub use event::{Action, Direction, Event, Occurrence};
+pub use event::{Direction, Event, Occurrence};
 pub use failure::{Failure, StopReason};
 pub use integration::Integration;
 pub use rodas4::Rodas4;
 pub use rodas5p::Rodas5P;
 pub use runge_kutta4::RungeKutta4;
 pub(crate) use solver::check_samples;
-pub use solver::{Observer, Outcome, Solver, Summary};
+pub use solver::{Observer, Solver, Summary};
 pub use statistics::Statistics;
 pub use step::Step;
-pub use stepper::{Embedded, Method};
+pub use stepper::Method;
 pub use system::{Linearisation, System};
 pub use tolerance::Tolerances;
 #[cfg(feature = "alloc")]
-pub use trajectory::{Interrupted, Output, Reversal, Trajectory, solve};
+pub use trajectory::{Output, Trajectory, solve};
 pub(crate) use walk::{Pace, Trial, Walk};

@@ -9,11 +9,8 @@ use super::stepper::{Field, Method, TrialStep};
 use crate::Scalar;
 use crate::bounds::{larger, smaller};
 
-impl<T, S, M, const N: usize, const K: usize> Integration<'_, T, S, M, N, K>
-where
-    T: Scalar,
-    S: System<T, N, K>,
-    M: Method<T, N>,
+impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: usize>
+    Integration<'_, T, S, M, N, K>
 {
     /// Shortens the step after a rejected trial, or gives up at the smallest one.
     #[cold]

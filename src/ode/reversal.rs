@@ -127,16 +127,12 @@ const CLOSE: f64 = 0.05;
 /// through the velocity at both ends and at the thirds, which stays within the hull of its four
 /// control points.
 #[inline]
-pub(super) fn surely_none<T, S, const N: usize, const K: usize>(
-    system: &S,
+pub(super) fn surely_none<T: Scalar, const N: usize, const K: usize>(
+    system: &impl System<T, N, K>,
     locks: &[Lock<T>; K],
     from: &Point<T, N>,
     end: &Point<T, N>,
-) -> bool
-where
-    T: Scalar,
-    S: System<T, N, K>,
-{
+) -> bool {
     let duration = end.time - from.time;
     let third = duration * lit(1.0 / 3.0);
     // The cubic through both states with their rates, at one and two thirds.
@@ -168,16 +164,12 @@ where
 }
 
 /// Whether a trial step takes a contact to the wrong side of zero, and which one first.
-pub(super) fn first_reversal<T, S, const N: usize, const K: usize>(
-    system: &S,
+pub(super) fn first_reversal<T: Scalar, const N: usize, const K: usize>(
+    system: &impl System<T, N, K>,
     locks: &[Lock<T>; K],
     step: &Step<T, N>,
     smallest_step: T,
-) -> Reversal<T>
-where
-    T: Scalar,
-    S: System<T, N, K>,
-{
+) -> Reversal<T> {
     let half: T = lit(0.5);
     let velocities = |fraction: T| {
         system.sliding_velocities(step.time_at(fraction), &step.at_fraction(fraction))

@@ -5,7 +5,7 @@
 //! (Springer, 1996), section IV.7, and their program of the same name.
 
 use super::rosenbrock::{Rosenbrock, RosenbrockTableau};
-use super::stepper::{Embedded, OneStep};
+use super::stepper::OneStep;
 use crate::Scalar;
 
 /// The L-stable Rosenbrock method RODAS of order 4(3), for stiff systems and moderate tolerances.
@@ -19,8 +19,6 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for Rodas4 {
         Rosenbrock::new()
     }
 }
-
-impl Embedded for Rodas4 {}
 
 #[rustfmt::skip] // Several coefficients a line.
 impl RosenbrockTableau for Rodas4 {

@@ -7,7 +7,7 @@
 //! (2023), 27.
 
 use super::rosenbrock::{Rosenbrock, RosenbrockTableau};
-use super::stepper::{Embedded, OneStep};
+use super::stepper::OneStep;
 use crate::Scalar;
 
 /// The L-stable Rosenbrock method Rodas5P of order 5(4), for stiff systems and tight tolerances.
@@ -21,8 +21,6 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for Rodas5P {
         Rosenbrock::new()
     }
 }
-
-impl Embedded for Rodas5P {}
 
 #[rustfmt::skip] // Several coefficients a line.
 impl RosenbrockTableau for Rodas5P {

@@ -151,13 +151,7 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T,
     }
 
     #[inline]
-    fn accepted<F: Field<T, N>>(
-        &mut self,
-        _field: &mut F,
-        _from: &Point<T, N>,
-        _end: &Point<T, N>,
-        proposed: Option<T>,
-    ) -> Option<T> {
+    fn accepted(&mut self, _step: T, _end: &Point<T, N>, proposed: Option<T>) -> Option<T> {
         self.at_start = self.at_end;
         proposed
     }

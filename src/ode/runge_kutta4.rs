@@ -21,6 +21,7 @@ pub struct RungeKutta4;
 
 impl<T: Scalar, const N: usize> OneStep<T, N> for RungeKutta4 {
     type Stepper = Explicit<Self, T, N, 5>;
+    const ESTIMATES_ERROR: bool = false;
 
     fn stepper(&self) -> Self::Stepper {
         Explicit::new()
@@ -63,16 +64,12 @@ impl RungeKutta4 {
     /// assert!((x[0] - (-0.1f64).exp()).abs() < 1e-7);
     /// ```
     #[inline]
-    pub fn step<T, S, const N: usize, const K: usize>(
+    pub fn step<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize>(
         system: &S,
         time: T,
         state: &SVector<T, N>,
         step: T,
-    ) -> SVector<T, N>
-    where
-        T: Scalar,
-        S: System<T, N, K>,
-    {
+    ) -> SVector<T, N> {
         let rate = |time, state: &SVector<T, N>| system.rate(time, state, [Branch::Free; K]);
         let [half, third, sixth]: [T; 3] = [0.5, 1.0 / 3.0, 1.0 / 6.0].map(lit);
         // In the order of the tableau's sums, so that a plain solver gives the same bits.

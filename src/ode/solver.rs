@@ -5,11 +5,11 @@ use core::ops::{ControlFlow, Range};
 use nalgebra::SVector;
 
 use super::controller::rough_power;
-use super::event::{Action, Event, Occurrence};
+use super::event::{Event, Occurrence};
 use super::failure::Failure;
 use super::integration::Integration;
 use super::step::Step;
-use super::stepper::{Embedded, Method};
+use super::stepper::Method;
 use super::walk::Pace;
 use super::{Automatic, Statistics, System, Tolerances};
 use crate::Scalar;
@@ -51,10 +51,10 @@ pub struct Solver<T: Scalar, M, const N: usize> {
 
 impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// Steps chosen so that the local error meets the tolerances.
-    pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self
-    where
-        M: Embedded,
-    {
+    ///
+    /// [`RungeKutta4`](super::RungeKutta4) has no error estimate, and does not compile here.
+    pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
+        const { assert!(M::ESTIMATES_ERROR, "the method has no error estimate") };
         let (pace, tolerances) = (Pace::adaptive(), Some(tolerances));
         Self { method, settings: Settings { pace, tolerances, locks: true } }
     }
@@ -185,13 +185,13 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
             end = if !events.is_empty() {
                 with_events(events, step, observer)
             } else if observer.step(step).is_break() {
-                Some((Outcome::Observer, step.end_time, step.end))
+                Some((None, step.end_time, step.end))
             } else {
                 None
             };
         }
-        let (outcome, time, state) = end.unwrap_or((Outcome::End, run.time(), *run.state()));
-        Ok(Summary { time, state, outcome, statistics: run.statistics() })
+        let (event, time, state) = end.unwrap_or((None, run.time(), *run.state()));
+        Ok(Summary { time, state, event, statistics: run.statistics() })
     }
 }
 
@@ -203,7 +203,7 @@ impl<T: Scalar, const N: usize> Solver<T, Automatic, N> {
     ///
     /// Breakaway amplifies errors: a local error of 10⁻³ can shift a slip by much more than that.
     /// So a loose tolerance ε is tightened, the local one is 10⁻⁵ (ε/10⁻³)^(2/3) where that is less
-    /// than ε, and the method's order follows from it.
+    /// than ε.
     ///
     /// # Errors
     ///
@@ -212,49 +212,46 @@ impl<T: Scalar, const N: usize> Solver<T, Automatic, N> {
         let asked = parameter::positive("tolerance", tolerance)?;
         let tight = lit::<T>(1e-3 * rough_power(to_f64(asked), 2.0 / 3.0));
         let local = if tight < asked { tight } else { asked };
-        let method = if local > lit(LOW) { Automatic::LOW_ORDER } else { Automatic::HIGH_ORDER };
-        Ok(Self::adaptive(method, Tolerances::scaled(local, scales)?))
+        Ok(Self::adaptive(Automatic, Tolerances::scaled(local, scales)?))
     }
 }
 
-/// Local tolerance above which methods of lower order are the cheaper ones.
-const LOW: f64 = 3e-6;
-
 /// Tells an observer of a step, cut at the first event that stops the run, and of its events in
-/// the order of time. Answers how and where the run ends there, if it does.
+/// the order of time. If the run ends there, answers with that event, if there is one, the time
+/// and the state.
 fn with_events<T: Scalar, O: Observer<T, N>, const N: usize>(
     events: &[Event<'_, T, N>],
     step: &Step<T, N>,
     observer: &mut O,
-) -> Option<(Outcome, T, SVector<T, N>)> {
-    let stop = next_event(events, step, Action::Stop, None);
+) -> Option<(Option<usize>, T, SVector<T, N>)> {
+    let stop = next_event(events, step, true, None);
     let cut = stop.map(|(fraction, _)| step.until(fraction));
     let step = cut.as_ref().unwrap_or(step);
     let mut is_over = observer.step(step).is_break();
     let mut last = None;
-    while let Some((fraction, event)) = next_event(events, step, Action::Continue, last) {
+    while let Some((fraction, index)) = next_event(events, step, false, last) {
         let (time, state) = (step.time_at(fraction), step.at_fraction(fraction));
-        is_over |= observer.event(&Occurrence { event, time, state }).is_break();
-        last = Some((fraction, event));
+        is_over |= observer.event(&Occurrence { index, time, state }).is_break();
+        last = Some((fraction, index));
     }
     let (time, state) = (step.end_time, step.end);
-    if let Some((_, event)) = stop {
-        let _ = observer.event(&Occurrence { event, time, state });
-        return Some((Outcome::Event(event), time, state));
+    if let Some((_, index)) = stop {
+        let _ = observer.event(&Occurrence { index, time, state });
+        return Some((Some(index), time, state));
     }
-    is_over.then_some((Outcome::Observer, time, state))
+    is_over.then_some((None, time, state))
 }
 
-/// The first event in a step with an action, after a fraction of the step and the place in the
-/// list of the event there: the fraction at which it happens, and its place in the list. Of several
-/// events at once, the first in the list.
+/// The first event in a step that stops the run, or does not, after a fraction of the step and the
+/// place in the list of the event there: the fraction at which it happens, and its place in the
+/// list. Of several events at once, the first in the list.
 fn next_event<T: Scalar, const N: usize>(
     events: &[Event<'_, T, N>],
     step: &Step<T, N>,
-    action: Action,
+    stops: bool,
     after: Option<(T, usize)>,
 ) -> Option<(T, usize)> {
-    let wanted = events.iter().enumerate().filter(|(_, event)| event.action == action);
+    let wanted = events.iter().enumerate().filter(|(_, event)| event.stops == stops);
     wanted
         .flat_map(|(index, event)| event.within(step).map(|fraction| Some((fraction?, index))))
         .flatten()
@@ -288,20 +285,6 @@ impl<T: Scalar, F: FnMut(&Step<T, N>) -> ControlFlow<()>, const N: usize> Observ
     }
 }
 
-/// How a run came to its end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Outcome {
-    /// The end of the time span.
-    End,
-    /// An event that stops, by its place in the list.
-    Event(usize),
-    /// The observer broke off.
-    Observer,
-    /// It failed; the [`Failure`] says why.
-    Failed,
-}
-
 /// Where a run ended, and what it cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -310,8 +293,9 @@ pub struct Summary<T, const N: usize> {
     pub time: T,
     /// State there.
     pub state: SVector<T, N>,
-    /// Why it ended there.
-    pub outcome: Outcome,
+    /// The event that ended the run, by its place in the list. `None` if it ended with the time
+    /// span, or where the observer broke off.
+    pub event: Option<usize>,
     /// What it cost.
     pub statistics: Statistics,
 }

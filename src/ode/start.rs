@@ -12,11 +12,8 @@ use crate::bounds::{larger, smaller};
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Branch, Scalar};
 
-impl<T, S, M, const N: usize, const K: usize> Integration<'_, T, S, M, N, K>
-where
-    T: Scalar,
-    S: System<T, N, K>,
-    M: Method<T, N>,
+impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: usize>
+    Integration<'_, T, S, M, N, K>
 {
     /// First evaluation, first step size, first branches.
     pub(super) fn start(&mut self) -> Result<(), StopReason> {

@@ -89,15 +89,9 @@ pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
         end: &Point<T, N>,
     ) -> DenseOutput<T, N>;
 
-    /// Takes note that the step to `end` was accepted. Given the length proposed for the next step
-    /// (`None` if steps are fixed), answers with the length to take.
-    fn accepted<F: Field<T, N>>(
-        &mut self,
-        field: &mut F,
-        from: &Point<T, N>,
-        end: &Point<T, N>,
-        proposed: Option<T>,
-    ) -> Option<T>;
+    /// Takes note that a step of so signed a length was accepted. Given the length proposed for the
+    /// next step (`None` if steps are fixed), answers with the length to take.
+    fn accepted(&mut self, step: T, end: &Point<T, N>, proposed: Option<T>) -> Option<T>;
 }
 
 /// A one-step method of this module: [`RungeKutta4`](super::RungeKutta4),
@@ -113,9 +107,9 @@ pub(crate) trait OneStep<T: Scalar, const N: usize>: Debug + Clone {
     /// What steps with it.
     type Stepper: Stepper<T, N>;
 
+    /// Whether the method estimates its local error, so that the driver can choose the step.
+    const ESTIMATES_ERROR: bool = true;
+
     /// The method at the start of a run.
     fn stepper(&self) -> Self::Stepper;
 }
-
-/// A method that estimates its local error, so that the driver can choose the step.
-pub trait Embedded {}

@@ -2,17 +2,16 @@
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
-use core::fmt;
 use core::ops::{ControlFlow, Range};
 
 use nalgebra::SVector;
 
 use super::event::{Event, Occurrence};
 use super::failure::{Failure, StopReason};
-use super::solver::{Observer, Outcome, Solver, check_samples};
+use super::solver::{Observer, Solver, check_samples};
 use super::step::Step;
 use super::stepper::Method;
-use super::{Statistics, System};
+use super::{Statistics, Summary, System};
 use crate::Scalar;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::lit;
@@ -43,19 +42,9 @@ pub struct Trajectory<T, const N: usize> {
     /// Empty unless the output is dense.
     steps: Vec<Step<T, N>>,
     events: Vec<Occurrence<T, N>>,
-    reversals: Vec<Reversal<T>>,
-    outcome: Outcome,
+    reversals: Vec<Occurrence<T, N>>,
+    stopped_by: Option<usize>,
     statistics: Statistics,
-}
-
-/// A sliding direction that reversed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Reversal<T> {
-    /// Which contact, by its place among the system's sliding velocities.
-    pub contact: usize,
-    /// When \[s\].
-    pub time: T,
 }
 
 impl<T: Scalar, const N: usize> Trajectory<T, N> {
@@ -66,7 +55,7 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
             steps: Vec::new(),
             events: Vec::new(),
             reversals: Vec::new(),
-            outcome: Outcome::End,
+            stopped_by: None,
             statistics: Statistics::default(),
         }
     }
@@ -123,7 +112,7 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
     }
 
     /// The reversals of sliding directions at which a step was split, in the order of the run.
-    pub fn reversals(&self) -> &[Reversal<T>] {
+    pub fn reversals(&self) -> &[Occurrence<T, N>] {
         &self.reversals
     }
 
@@ -132,46 +121,14 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
         &self.events
     }
 
-    /// How the run came to its end.
-    pub fn outcome(&self) -> Outcome {
-        self.outcome
+    /// The event that stopped the run, by its place in the list, if one did.
+    pub fn stopped_by(&self) -> Option<usize> {
+        self.stopped_by
     }
 
     /// What the run cost.
     pub fn statistics(&self) -> Statistics {
         self.statistics
-    }
-}
-
-/// A run that failed: why and where, and the trajectory until then.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct Interrupted<T, const N: usize> {
-    /// Why, when and where it stopped.
-    pub failure: Failure<T, N>,
-    /// What was stored until then.
-    pub trajectory: Trajectory<T, N>,
-}
-
-impl<T: Scalar, const N: usize> Interrupted<T, N> {
-    fn new(failure: Failure<T, N>, stored: Trajectory<T, N>) -> Box<Self> {
-        // Nothing of a start that was refused is a solution.
-        let is_refused = matches!(failure.reason, StopReason::Refused(_));
-        let stored = if is_refused { Trajectory::empty() } else { stored };
-        let (outcome, statistics) = (Outcome::Failed, failure.statistics);
-        Box::new(Self { failure, trajectory: Trajectory { outcome, statistics, ..stored } })
-    }
-}
-
-impl<T: Scalar, const N: usize> fmt::Display for Interrupted<T, N> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Display::fmt(&self.failure, f)
-    }
-}
-
-impl<T: Scalar, const N: usize> core::error::Error for Interrupted<T, N> {
-    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
-        Some(&self.failure.reason)
     }
 }
 
@@ -187,7 +144,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         span: Range<T>,
         initial_state: SVector<T, N>,
         output: Output<'_, T>,
-    ) -> Result<Trajectory<T, N>, Box<Interrupted<T, N>>> {
+    ) -> Result<Trajectory<T, N>, Failure<T, N>> {
         self.solve_with_events(system, span, initial_state, &[], output)
     }
 
@@ -203,22 +160,25 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         initial_state: SVector<T, N>,
         events: &[Event<'_, T, N>],
         output: Output<'_, T>,
-    ) -> Result<Trajectory<T, N>, Box<Interrupted<T, N>>> {
+    ) -> Result<Trajectory<T, N>, Failure<T, N>> {
         let mut recorder =
             Recorder { output, span: span.clone(), next: None, trajectory: Trajectory::empty() };
         if let Err(error) = recorder.check() {
-            let failure = Failure::refused(error, span.start, initial_state);
-            return Err(Interrupted::new(failure, recorder.trajectory));
+            return Err(Failure::refused(error, span.start, initial_state));
         }
         recorder.start(&initial_state);
-        match self.stream(system, span, initial_state, events, &mut recorder) {
-            Ok(summary) => {
-                let mut trajectory = recorder.trajectory;
-                trajectory.outcome = summary.outcome;
-                trajectory.statistics = summary.statistics;
-                Ok(trajectory)
+        let ended = self.stream(system, span, initial_state, events, &mut recorder);
+        let stored = recorder.trajectory;
+        match ended {
+            Ok(Summary { event: stopped_by, statistics, .. }) => {
+                Ok(Trajectory { stopped_by, statistics, ..stored })
             }
-            Err(failure) => Err(Interrupted::new(failure, recorder.trajectory)),
+            // Nothing of a start that was refused is a solution.
+            Err(failure) if matches!(failure.reason, StopReason::Refused(_)) => Err(failure),
+            Err(failure) => {
+                let stored = Trajectory { statistics: failure.statistics, ..stored };
+                Err(Failure { trajectory: Some(Box::new(stored)), ..failure })
+            }
         }
     }
 }
@@ -252,11 +212,9 @@ pub fn solve<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize>(
     initial_state: SVector<T, N>,
     tolerance: T,
     output: Output<'_, T>,
-) -> Result<Trajectory<T, N>, Box<Interrupted<T, N>>> {
-    let solver = Solver::automatic(tolerance, system.scales()).map_err(|error| {
-        let failure = Failure::refused(error, span.start, initial_state);
-        Interrupted::new(failure, Trajectory::empty())
-    })?;
+) -> Result<Trajectory<T, N>, Failure<T, N>> {
+    let solver = Solver::automatic(tolerance, system.scales())
+        .map_err(|error| Failure::refused(error, span.start, initial_state))?;
     solver.solve(system, span, initial_state, output)
 }
 
@@ -361,10 +319,10 @@ impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
         if self.output == Output::Dense {
             self.trajectory.steps.push(*step);
         }
-        for (contact, time) in
-            [(step.reversal_at_start, step.start_time), (step.reversal, step.end_time)]
-        {
-            self.trajectory.reversals.extend(contact.map(|contact| Reversal { contact, time }));
+        let start = (step.reversal_at_start, step.start_time, *step.start());
+        for (contact, time, state) in [start, (step.reversal, step.end_time, step.end)] {
+            let reversal = contact.map(|index| Occurrence { index, time, state });
+            self.trajectory.reversals.extend(reversal);
         }
         self.sample(step.end_time, |time| step.at(time));
         ControlFlow::Continue(())

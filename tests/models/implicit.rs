@@ -644,8 +644,7 @@ fn an_evaluation_allocates_nothing() {
 mod runs {
     use super::*;
     use bristle::ode::{
-        Action, Direction, DormandPrince8, Embedded, Event, Method, Output, Rodas5P, Solver,
-        Tolerances,
+        Direction, DormandPrince8, Event, Method, Output, Rodas5P, Solver, Tolerances,
     };
     use bristle::scene::{
         MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity,
@@ -662,14 +661,13 @@ mod runs {
     fn period<M, N>(model: M, method: N, rtol: f64) -> f64
     where
         M: Bristle<f64, Deflection = f64>,
-        N: Method<f64, 3> + Embedded,
+        N: Method<f64, 3>,
     {
         let contact = model.under_load(1.0).unwrap();
         let rig = MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap();
         let solver = Solver::adaptive(method, Tolerances::scaled(rtol, rig.scales()).unwrap());
         let slips = |_: f64, state: &Vector3<f64>| state[1] - 0.01;
-        let events =
-            [Event { function: &slips, direction: Direction::Rising, action: Action::Continue }];
+        let events = [Event { function: &slips, direction: Direction::Rising, stops: false }];
         let trajectory = solver
             .solve_with_events(&rig, 0.0..60.0, rig.at_rest(), &events, Output::Uniform(2))
             .unwrap();
@@ -756,8 +754,7 @@ mod runs {
         let rig =
             MassSpringDamper::new(paper::stick_slip_rig(model.under_load(1.0).unwrap())).unwrap();
         let breaks_away = |_: f64, state: &Vector3<f64>| model.stick_excess(state[1], state[2]);
-        let events =
-            [Event { function: &breaks_away, direction: Direction::Rising, action: Action::Stop }];
+        let events = [Event { function: &breaks_away, direction: Direction::Rising, stops: true }];
         let solver = Solver::adaptive(Rodas5P, Tolerances::scaled(1e-8, rig.scales()).unwrap());
         let run = solver
             .solve_with_events(&rig, 0.0..60.0, rig.at_rest(), &events, Output::Uniform(2))

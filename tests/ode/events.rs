@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::ControlFlow;
 
 use crate::ode_common::{Oscillator, every_solver, tolerance};
-use bristle::ode::{Action, Direction, Event, Observer, Occurrence, Outcome, Output, Step, System};
+use bristle::ode::{Direction, Event, Observer, Occurrence, Output, Step, System};
 use nalgebra::Vector2;
 
 /// Times are as good as the solution: RK4 with steps of 0.05 is off by h⁴/120 = 5e-8 per radian
@@ -22,8 +22,8 @@ fn start() -> Vector2<f64> {
 
 type Function<'a> = &'a dyn Fn(f64, &Vector2<f64>) -> f64;
 
-fn event(function: Function<'_>, direction: Direction, action: Action) -> Event<'_, f64, 2> {
-    Event { function, direction, action }
+fn event(function: Function<'_>, direction: Direction, stops: bool) -> Event<'_, f64, 2> {
+    Event { function, direction, stops }
 }
 
 #[track_caller]
@@ -45,15 +45,15 @@ fn events_happen_where_the_function_passes_zero_in_the_direction_asked_for() {
         (Direction::Either, vec![FRAC_PI_2, 3.0 * FRAC_PI_2, 5.0 * FRAC_PI_2]),
     ] {
         every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
-            let events = [event(position, direction, Action::Continue)];
+            let events = [event(position, direction, false)];
             let run =
                 solver.solve_with_events(&Oscillator, 0.0..9.0, start(), &events, Output::Steps);
             let run = run.unwrap();
             assert_times(name, run.events(), &times);
-            assert_eq!(run.outcome(), Outcome::End, "{name}");
+            assert_eq!(run.stopped_by(), None, "{name}");
             assert_eq!(run.last().unwrap().0, 9.0, "{name}");
             for occurrence in run.events() {
-                assert_eq!(occurrence.event, 0);
+                assert_eq!(occurrence.index, 0);
                 let exact = Oscillator::exact(occurrence.time);
                 assert!((occurrence.state - exact).norm() < TIMES, "{name}: {occurrence:?}");
             }
@@ -71,7 +71,7 @@ fn backward_in_time_the_direction_is_that_of_the_run() {
         (Direction::Either, vec![-FRAC_PI_2]),
     ] {
         every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
-            let events = [event(position, direction, Action::Continue)];
+            let events = [event(position, direction, false)];
             let run =
                 solver.solve_with_events(&Oscillator, 0.0..-3.0, start(), &events, Output::Steps);
             assert_times(name, run.unwrap().events(), &times);
@@ -87,10 +87,10 @@ fn a_stop_ends_the_run_there() {
         let shift = 0.013 * f64::from(i);
         let from = Oscillator::exact(shift);
         every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
-            let events = [event(velocity, Direction::Rising, Action::Stop)];
+            let events = [event(velocity, Direction::Rising, true)];
             let run = solver.solve_with_events(&Oscillator, 0.0..9.0, from, &events, Output::Steps);
             let run = run.unwrap();
-            assert_eq!(run.outcome(), Outcome::Event(0), "{name}");
+            assert_eq!(run.stopped_by(), Some(0), "{name}");
             assert_times(name, run.events(), &[PI - PI / 6.0 - shift]);
             let (time, state) = run.last().unwrap();
             let occurrence = run.events()[0];
@@ -108,7 +108,7 @@ fn a_run_that_stopped_goes_on_without_stopping_at_once() {
     let first = f64::acos(0.3);
     every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
         for direction in [Direction::Falling, Direction::Either] {
-            let events = [event(position, direction, Action::Stop)];
+            let events = [event(position, direction, true)];
             let (mut time, mut state) = (0.0, start());
             let mut stops = Vec::new();
             while time < 12.0 {
@@ -140,7 +140,7 @@ fn a_run_that_stopped_goes_on_without_stopping_at_once() {
 fn samples_end_at_a_stop() {
     let position: Function<'_> = &|_, x| x[0];
     every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
-        let events = [event(position, Direction::Either, Action::Stop)];
+        let events = [event(position, Direction::Either, true)];
         let run = solver.solve_with_events(
             &Oscillator,
             0.0..10.0,
@@ -167,9 +167,9 @@ fn two_events_in_a_step_are_reported_in_the_order_of_time() {
     for (sign, span) in [(1.0, 0.0..1.0), (-1.0, 1.0..0.0)] {
         every_solver!(3.0, tolerance(1e-2), |name, solver| {
             let events = [
-                event(late, Direction::Either, Action::Continue),
-                event(early, Direction::Either, Action::Continue),
-                event(early, Direction::Either, Action::Continue),
+                event(late, Direction::Either, false),
+                event(early, Direction::Either, false),
+                event(early, Direction::Either, false),
             ];
             let solver = solver.with_first_step(1.0).unwrap();
             let run = solver.solve_with_events(
@@ -180,7 +180,7 @@ fn two_events_in_a_step_are_reported_in_the_order_of_time() {
                 Output::Steps,
             );
             let run = run.unwrap();
-            let order: Vec<usize> = run.events().iter().map(|event| event.event).collect();
+            let order: Vec<usize> = run.events().iter().map(|event| event.index).collect();
             let expected = if sign > 0.0 { [1, 2, 0] } else { [0, 1, 2] };
             assert_eq!(order, expected, "{name}");
         });
@@ -193,13 +193,13 @@ fn an_event_after_a_stop_is_not_reported() {
     let second: Function<'_> = &|t, _| t - 0.3;
     every_solver!(3.0, tolerance(1e-2), |name, solver| {
         let events = [
-            event(second, Direction::Either, Action::Continue),
-            event(first, Direction::Either, Action::Stop),
-            event(second, Direction::Either, Action::Stop),
+            event(second, Direction::Either, false),
+            event(first, Direction::Either, true),
+            event(second, Direction::Either, true),
         ];
         let run = solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
         let run = run.unwrap();
-        assert_eq!(run.outcome(), Outcome::Event(1), "{name}");
+        assert_eq!(run.stopped_by(), Some(1), "{name}");
         assert_eq!(run.events().len(), 1, "{name}: {:?}", run.events());
         assert!((run.last().unwrap().0 - 0.2).abs() < 1e-14, "{name}");
     });
@@ -209,7 +209,7 @@ fn an_event_after_a_stop_is_not_reported() {
 fn a_function_that_passes_zero_twice_in_a_step_is_seen_in_both_halves() {
     let window: Function<'_> = &|t, _| (t - 0.2) * (t - 0.8);
     every_solver!(3.0, tolerance(1e-2), |name, solver| {
-        let events = [event(window, Direction::Either, Action::Continue)];
+        let events = [event(window, Direction::Either, false)];
         let solver = solver.with_first_step(1.0).unwrap();
         let run = solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
         assert_times(name, run.unwrap().events(), &[0.2, 0.8]);
@@ -223,7 +223,7 @@ fn a_limit_on_the_step_finds_what_is_shorter_than_a_step() {
     let solver = bristle::ode::Solver::adaptive(bristle::ode::DormandPrince, tolerance(1e-2));
     let solver = solver.with_largest_step(0.15).unwrap();
     for solver in [solver, solver.with_first_step(1.0).unwrap()] {
-        let events = [event(window, Direction::Either, Action::Continue)];
+        let events = [event(window, Direction::Either, false)];
         let run = solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
         let run = run.unwrap();
         assert_times("limited", run.events(), &[0.1, 0.3]);
@@ -238,17 +238,13 @@ fn a_limit_on_the_step_finds_what_is_shorter_than_a_step() {
 fn an_event_at_an_end_of_the_span_counts_at_the_end_and_not_at_the_start() {
     let both: Function<'_> = &|t, _| t * (t - 1.0);
     every_solver!(0.25, tolerance(1e-6), |name, solver| {
-        for action in [Action::Continue, Action::Stop] {
-            let events = [event(both, Direction::Either, action)];
+        for stops in [false, true] {
+            let events = [event(both, Direction::Either, stops)];
             let run =
                 solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
             let run = run.unwrap();
             assert_times(name, run.events(), &[1.0]);
-            let outcome = match action {
-                Action::Continue => Outcome::End,
-                Action::Stop => Outcome::Event(0),
-            };
-            assert_eq!(run.outcome(), outcome, "{name}");
+            assert_eq!(run.stopped_by(), stops.then_some(0), "{name}");
             assert_eq!(run.last().unwrap().0, 1.0, "{name}");
         }
     });
@@ -260,10 +256,8 @@ fn an_event_at_the_end_of_a_step_is_reported_once() {
     let grid: Function<'_> = &|t, _| t - 0.5;
     let middle: Function<'_> = &|t, _| t - 0.125;
     every_solver!(0.25, tolerance(1e-6), |name, solver| {
-        let events = [
-            event(grid, Direction::Rising, Action::Continue),
-            event(middle, Direction::Either, Action::Continue),
-        ];
+        let events =
+            [event(grid, Direction::Rising, false), event(middle, Direction::Either, false)];
         let run = solver.solve_with_events(&Oscillator, 0.0..1.0, start(), &events, Output::Steps);
         assert_times(name, run.unwrap().events(), &[0.125, 0.5]);
     });
@@ -298,10 +292,10 @@ fn an_observer_sees_every_step_and_every_event() {
     let position: Function<'_> = &|_, x| x[0];
     every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
         let mut listener = Listener::default();
-        let events = [event(position, Direction::Either, Action::Continue)];
+        let events = [event(position, Direction::Either, false)];
         let summary =
             solver.stream(&Oscillator, 0.0..3.0, start(), &events, &mut listener).unwrap();
-        assert_eq!(summary.outcome, Outcome::End, "{name}");
+        assert_eq!(summary.event, None, "{name}");
         assert_eq!((summary.time, listener.events.len()), (3.0, 1), "{name}");
         assert_eq!(summary.statistics.steps, listener.steps.len() as u64, "{name}");
         // One step begins where the one before ends.
@@ -317,11 +311,11 @@ fn an_observer_sees_every_step_and_every_event() {
 fn an_observer_can_break_off() {
     let position: Function<'_> = &|_, x| x[0];
     every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
-        let events = [event(position, Direction::Either, Action::Continue)];
+        let events = [event(position, Direction::Either, false)];
         let mut listener = Listener { break_at_step: Some(3), ..Listener::default() };
         let summary =
             solver.stream(&Oscillator, 0.0..3.0, start(), &events, &mut listener).unwrap();
-        assert_eq!(summary.outcome, Outcome::Observer, "{name}");
+        assert_eq!(summary.event, None, "{name}");
         assert_eq!((listener.steps.len(), summary.statistics.steps), (3, 3), "{name}");
         assert_eq!(summary.time, listener.steps[2].1, "{name}");
 
@@ -329,18 +323,18 @@ fn an_observer_can_break_off() {
         let mut listener = Listener { break_at_event: true, ..Listener::default() };
         let summary =
             solver.stream(&Oscillator, 0.0..3.0, start(), &events, &mut listener).unwrap();
-        assert_eq!(summary.outcome, Outcome::Observer, "{name}");
+        assert_eq!(summary.event, None, "{name}");
         let (from, to) = *listener.steps.last().unwrap();
         assert_eq!(summary.time, to, "{name}");
         assert!(from <= listener.events[0] && listener.events[0] <= to, "{name}");
         assert!((summary.state - Oscillator::exact(to)).norm() < TIMES, "{name}");
 
         // An event that stops wins over an observer that breaks off at it.
-        let events = [event(position, Direction::Either, Action::Stop)];
+        let events = [event(position, Direction::Either, true)];
         let mut listener = Listener { break_at_event: true, ..Listener::default() };
         let summary =
             solver.stream(&Oscillator, 0.0..3.0, start(), &events, &mut listener).unwrap();
-        assert_eq!(summary.outcome, Outcome::Event(0), "{name}");
+        assert_eq!(summary.event, Some(0), "{name}");
     });
 }
 
@@ -354,7 +348,7 @@ fn events_are_found_on_the_solution_and_not_on_trial_steps() {
             worst.replace_with(|&mut worst| worst.max(error));
             x[0]
         };
-        let events = [event(&function, Direction::Either, Action::Continue)];
+        let events = [event(&function, Direction::Either, false)];
         let solver = solver.with_first_step(5.0).unwrap();
         let mut listener = Listener::default();
         solver.stream(&Oscillator, 0.0..5.0, start(), &events, &mut listener).unwrap();
@@ -377,13 +371,13 @@ fn a_stop_is_a_place_to_switch_the_system() {
     }
     let height: Function<'_> = &|_, x| x[0];
     every_solver!(0.1, tolerance(1e-9), |name, solver| {
-        let hits = [event(height, Direction::Falling, Action::Stop)];
+        let hits = [event(height, Direction::Falling, true)];
         let (mut time, mut state) = (0.0, Vector2::new(1.0, 0.0));
         let root = f64::sqrt(2.0);
         for expected in [root, 2.0 * root, 2.5 * root, 2.75 * root] {
             let run =
                 solver.solve_with_events(&Ball, time..10.0, state, &hits, Output::Steps).unwrap();
-            assert_eq!(run.outcome(), Outcome::Event(0), "{name}");
+            assert_eq!(run.stopped_by(), Some(0), "{name}");
             time = run.last().unwrap().0;
             // Parabolas are exact for both interpolants; what is left is the place of the zero.
             assert!((time - expected).abs() < 1e-12, "{name}: {time} {expected}");
@@ -398,7 +392,7 @@ fn a_function_that_is_zero_at_the_end_of_a_step_has_its_event_there() {
     for sign in [1.0, -1.0] {
         let function = move |t: f64, _: &Vector2<f64>| sign * (t - 0.5);
         every_solver!(0.5, tolerance(1e-2), |name, solver| {
-            let events = [event(&function, Direction::Either, Action::Stop)];
+            let events = [event(&function, Direction::Either, true)];
             let solver = solver.with_first_step(0.5).unwrap();
             let run =
                 solver.solve_with_events(&Oscillator, 0.0..2.0, start(), &events, Output::Steps);

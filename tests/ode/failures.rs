@@ -7,7 +7,7 @@ use std::error::Error;
 
 use crate::ode_common::{Counted, Integral, Oscillator, every_method, every_solver, tolerance};
 use bristle::ode::{
-    DormandPrince, Interrupted, Output, RungeKutta4, Solver, StopReason, System, Tolerances,
+    DormandPrince, Failure, Output, RungeKutta4, Solver, StopReason, System, Tolerances,
 };
 use bristle::signal::Function;
 use bristle::{Branch, ParameterError, Rule};
@@ -37,7 +37,7 @@ impl System<f64, 2, 0> for Breaks {
 const LATE: Breaks = Breaks { time: 1.0, position: f64::INFINITY };
 const FAR: Breaks = Breaks { time: f64::INFINITY, position: 1.0 };
 
-type Stopped = Box<Interrupted<f64, 2>>;
+type Stopped = Failure<f64, 2>;
 
 #[test]
 fn a_right_hand_side_that_breaks_ends_the_run_where_it_breaks() {
@@ -45,8 +45,8 @@ fn a_right_hand_side_that_breaks_ends_the_run_where_it_breaks() {
         every_solver!(0.3, tolerance(1e-6), |name, solver| {
             let system = Counted::new(system);
             let run = solver.solve(&system, 0.0..2.0, Vector2::new(0.0, 1.0), Output::Steps);
-            let stopped: Stopped = run.unwrap_err();
-            let failure = stopped.failure;
+            let failure: Stopped = run.unwrap_err();
+            let stored = failure.trajectory.as_ref().unwrap();
             assert_eq!(failure.reason, StopReason::NotFinite { component: 1 }, "{name}");
             // Shortened until a step no longer advances the time.
             assert!((failure.time - 1.0).abs() < 1e-12, "{name}: {}", failure.time);
@@ -54,13 +54,13 @@ fn a_right_hand_side_that_breaks_ends_the_run_where_it_breaks() {
             assert!(failure.time <= 1.0 + 1e-14, "{name}: {}", failure.time);
             assert!(system.calls.get() < 2000, "{name}: {} calls", system.calls.get());
             // What was stored until then is there, finite, and right.
-            let (time, state) = stopped.trajectory.last().unwrap();
+            let (time, state) = stored.last().unwrap();
             assert_eq!((time, *state), (failure.time, failure.state), "{name}");
-            for (time, state) in stopped.trajectory.iter() {
+            for (time, state) in stored.iter() {
                 let exact = Vector2::new(time, 1.0 + 2.0 * time);
                 assert!((state - exact).norm() < 1e-12, "{name}: {state} at {time}");
             }
-            assert_eq!(stopped.trajectory.statistics(), failure.statistics, "{name}");
+            assert_eq!(stored.statistics(), failure.statistics, "{name}");
         });
     }
 }
@@ -71,11 +71,11 @@ fn a_plain_fixed_step_does_not_try_again() {
         let solver = Solver::fixed(method, 0.3).unwrap().plain();
         let run = solver.solve(&LATE, 0.0..2.0, Vector2::new(0.0, 1.0), Output::Steps);
         let stopped = run.unwrap_err();
-        assert_eq!(stopped.failure.reason, StopReason::NotFinite { component: 1 }, "{name}");
+        assert_eq!(stopped.reason, StopReason::NotFinite { component: 1 }, "{name}");
         // 0.9 is the last point of the grid before 1.
-        assert!((stopped.failure.time - 0.9).abs() < 1e-15, "{name}: {}", stopped.failure.time);
-        assert_eq!(stopped.failure.statistics.rejected, 1, "{name}");
-        assert_eq!(stopped.trajectory.times().len(), 4, "{name}");
+        assert!((stopped.time - 0.9).abs() < 1e-15, "{name}: {}", stopped.time);
+        assert_eq!(stopped.statistics.rejected, 1, "{name}");
+        assert_eq!(stopped.trajectory.as_ref().unwrap().times().len(), 4, "{name}");
     });
 }
 
@@ -103,7 +103,7 @@ fn a_right_hand_side_that_is_broken_from_the_start_is_refused_there() {
         assert_eq!(failure.reason, StopReason::NotFinite { component: 1 }, "{name}");
         assert_eq!((failure.time, failure.state), (0.0, Vector2::zeros()), "{name}");
         let stopped = solver.solve(&broken, 0.0..2.0, Vector2::zeros(), Output::Steps);
-        assert_eq!(stopped.unwrap_err().failure.reason, failure.reason, "{name}");
+        assert_eq!(stopped.unwrap_err().reason, failure.reason, "{name}");
     });
 }
 
@@ -123,21 +123,21 @@ fn a_state_that_overflows_is_never_a_solution() {
     let solver = Solver::adaptive(DormandPrince, tolerance(1e-6));
     let stopped = solver.solve(&Explosion, 0.0..2.0, Vector1::new(1.0), Output::Steps);
     let stopped = stopped.unwrap_err();
-    let reason = stopped.failure.reason;
+    let reason = stopped.reason;
     assert!(matches!(reason, StopReason::StepTooSmall { smallest } if smallest < 1e-14));
     // The pole is placed to the error of the run so far.
-    assert!((stopped.failure.time - 1.0).abs() < 1e-5, "{}", stopped.failure.time);
-    assert!(stopped.trajectory.states().iter().all(|x| x[0].is_finite()));
+    assert!((stopped.time - 1.0).abs() < 1e-5, "{}", stopped.time);
+    assert!(stopped.trajectory.as_ref().unwrap().states().iter().all(|x| x[0].is_finite()));
     assert_eq!(
         stopped.to_string().split(':').next().unwrap(),
-        format!("integration stopped at t = {} s", stopped.failure.time)
+        format!("integration stopped at t = {} s", stopped.time)
     );
     // A fixed step walks past the pole, until the numbers end.
     let solver = Solver::fixed(RungeKutta4, 0.1).unwrap();
     let stopped = solver.solve(&Explosion, 0.0..2.0, Vector1::new(1.0), Output::Steps);
     let stopped = stopped.unwrap_err();
-    assert_eq!(stopped.failure.reason, StopReason::NotFinite { component: 0 });
-    assert!(stopped.trajectory.states().iter().all(|x| x[0].is_finite()));
+    assert_eq!(stopped.reason, StopReason::NotFinite { component: 0 });
+    assert!(stopped.trajectory.as_ref().unwrap().states().iter().all(|x| x[0].is_finite()));
 }
 
 #[test]
@@ -146,13 +146,13 @@ fn the_number_of_steps_is_limited() {
         let solver = solver.with_most_steps(10);
         let run = solver.solve(&Oscillator, 0.0..5.0, Vector2::new(1.0, 0.0), Output::Steps);
         let stopped = run.unwrap_err();
-        let failure = stopped.failure;
+        let (failure, stored) = (&stopped, stopped.trajectory.as_ref().unwrap());
         assert_eq!(failure.reason, StopReason::TooManySteps { limit: 10 }, "{name}");
         let trials = failure.statistics.steps + failure.statistics.rejected;
         assert_eq!(trials, 10, "{name}: {}", failure.statistics);
-        let (time, state) = stopped.trajectory.last().unwrap();
+        let (time, state) = stored.last().unwrap();
         assert_eq!((time, *state), (failure.time, failure.state), "{name}");
-        assert_eq!(stopped.trajectory.times().len() as u64, failure.statistics.steps + 1);
+        assert_eq!(stored.times().len() as u64, failure.statistics.steps + 1);
         assert_eq!(
             stopped.to_string(),
             format!("integration stopped at t = {time} s: the limit of 10 steps is used up")
@@ -174,7 +174,7 @@ fn a_step_below_the_rounding_of_the_time_is_refused() {
         // At t = 1 the next number is 2e-16 away.
         let solver = Solver::fixed(method, 1e-20).unwrap().with_most_steps(1000);
         let run = solver.solve(&Oscillator, 1.0..2.0, Vector2::zeros(), Output::Steps);
-        let reason = run.unwrap_err().failure.reason;
+        let reason = run.unwrap_err().reason;
         assert!(matches!(reason, StopReason::StepTooSmall { .. }), "{name}: {reason:?}");
     });
 }
@@ -182,22 +182,18 @@ fn a_step_below_the_rounding_of_the_time_is_refused() {
 #[test]
 fn failures_are_errors_with_a_cause() {
     let solver = Solver::fixed(RungeKutta4, 0.3).unwrap();
-    let stopped: Stopped =
+    let failure: Stopped =
         solver.solve(&LATE, 0.0..2.0, Vector2::zeros(), Output::Steps).unwrap_err();
-    let failure = stopped.failure;
     let message = format!(
         "integration stopped at t = {} s: component 1 of the right-hand side or of the state is \
          not finite",
         failure.time
     );
-    assert_eq!(stopped.to_string(), message);
     assert_eq!(failure.to_string(), message);
-    for error in [&failure as &dyn Error, &*stopped as &dyn Error] {
-        let source = error.source().and_then(|source| source.downcast_ref::<StopReason>());
-        assert_eq!(source, Some(&failure.reason));
-    }
+    let source = failure.source().and_then(|source| source.downcast_ref::<StopReason>());
+    assert_eq!(source, Some(&failure.reason));
     // A question mark in a main function takes it.
-    let boxed: Box<dyn Error> = stopped;
+    let boxed: Box<dyn Error> = Box::new(failure);
     assert_eq!(boxed.to_string(), message);
 }
 
@@ -219,10 +215,10 @@ fn every_reason_says_what_happened() {
 
 /// The parameter error for which a run was refused.
 #[track_caller]
-fn refusal<const N: usize>(stopped: &Interrupted<f64, N>) -> ParameterError {
-    assert_eq!(stopped.trajectory.times().len(), 0);
-    assert_eq!(stopped.failure.statistics.evaluations, 0);
-    match stopped.failure.reason {
+fn refusal<const N: usize>(stopped: &Failure<f64, N>) -> ParameterError {
+    assert_eq!(stopped.trajectory, None);
+    assert_eq!(stopped.statistics.evaluations, 0);
+    match stopped.reason {
         StopReason::Refused(error) => error,
         other => panic!("refused for {other}"),
     }
@@ -385,14 +381,14 @@ fn a_field_that_ends_with_the_span_ends_the_run() {
             let cost = match &run {
                 Ok(run) => run.statistics(),
                 Err(stopped) => {
-                    let reason = stopped.failure.reason;
+                    let reason = stopped.reason;
                     let is_named = matches!(
                         reason,
                         StopReason::NotFinite { .. } | StopReason::StepTooSmall { .. }
                     );
                     assert!(is_named, "{name}, field {index}: {reason}");
-                    assert!(stopped.failure.time > 0.99, "{name}, field {index}: {stopped}");
-                    stopped.failure.statistics
+                    assert!(stopped.time > 0.99, "{name}, field {index}: {stopped}");
+                    stopped.statistics
                 }
             };
             // Each trial leaves a part of the rest, which ends at a rounding of the time.
@@ -410,9 +406,9 @@ fn an_undeclared_jump_at_the_end_of_the_span_does_not_hold_the_run() {
             every_solver!(end / 64.0, tolerance(1e-9), |name, solver| {
                 let run = solver.solve(&path, 0.0..end, Vector1::zeros(), Output::Steps);
                 if let Err(stopped) = run {
-                    let reason = stopped.failure.reason;
+                    let reason = stopped.reason;
                     assert!(matches!(reason, StopReason::StepTooSmall { .. }), "{name}: {reason}");
-                    assert!(stopped.failure.time > 0.999 * end, "{name}: {stopped}");
+                    assert!(stopped.time > 0.999 * end, "{name}: {stopped}");
                 }
             });
         }
@@ -473,7 +469,7 @@ fn a_sliding_velocity_that_is_not_a_number_stops_the_run() {
     every_solver!(0.25, tolerance(1e-6), |name, solver| {
         for from in [0.0, 1.5] {
             let run = solver.solve(&Lost, from..2.0, Vector1::new(0.0), Output::Steps);
-            let failure = run.expect_err(name).failure;
+            let failure = run.expect_err(name);
             assert_eq!(failure.reason, StopReason::VelocityNotFinite { contact: 0 }, "{name}");
             assert!(failure.time <= from.max(1.0), "{name}: {failure}");
         }

@@ -62,13 +62,12 @@ macro_rules! every_solver {
         every_solver!(@fixed $step, |$name, $solver| $body, DormandPrince8);
         every_solver!(@fixed $step, |$name, $solver| $body, Rodas4);
         every_solver!(@fixed $step, |$name, $solver| $body, Rodas5P);
-        every_solver!(@fixed $step, |$name, $solver| $body, Automatic::HIGH_ORDER);
+        every_solver!(@fixed $step, |$name, $solver| $body, Automatic);
         every_solver!(@adaptive $tolerances, |$name, $solver| $body, DormandPrince);
         every_solver!(@adaptive $tolerances, |$name, $solver| $body, DormandPrince8);
         every_solver!(@adaptive $tolerances, |$name, $solver| $body, Rodas4);
         every_solver!(@adaptive $tolerances, |$name, $solver| $body, Rodas5P);
-        every_solver!(@adaptive $tolerances, |$name, $solver| $body, Automatic::LOW_ORDER);
-        every_solver!(@adaptive $tolerances, |$name, $solver| $body, Automatic::HIGH_ORDER);
+        every_solver!(@adaptive $tolerances, |$name, $solver| $body, Automatic);
     };
     (@fixed $step:expr, |$name:ident, $solver:ident| $body:block, $($method:ident)::+) => {{
         let $name = concat!(stringify!($($method)::+), ", fixed steps");

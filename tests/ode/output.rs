@@ -8,7 +8,7 @@ use crate::ode_common::{
     tolerance,
 };
 use bristle::Branch;
-use bristle::ode::{DormandPrince, Linearisation, Outcome, Output, RungeKutta4, Solver, System};
+use bristle::ode::{DormandPrince, Linearisation, Output, RungeKutta4, Solver, System};
 use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
 use bristle::signal::{Polyline, Vertex};
 use nalgebra::{Matrix1, Vector1, Vector2};
@@ -65,10 +65,10 @@ fn the_last_state_does_not_depend_on_what_is_stored() {
         let start = Oscillator::exact(0.0);
         let end = |output: Output<'_, f64>| {
             let run = solver.solve(&Oscillator, 0.0..3.21, start, output).unwrap();
-            (run.last().map(|(t, x)| (t, *x)), but_evaluations(run.statistics()), run.outcome())
+            (run.last().map(|(t, x)| (t, *x)), but_evaluations(run.statistics()), run.stopped_by())
         };
         let steps = end(Output::Steps);
-        assert_eq!(steps.2, Outcome::End);
+        assert_eq!(steps.2, None);
         assert_eq!(steps, end(Output::Uniform(2)), "{name}");
         assert_eq!(steps, end(Output::Uniform(1000)), "{name}");
         assert_eq!(steps, end(Output::Times(&[1.0, 3.21])), "{name}");
@@ -131,7 +131,7 @@ fn a_span_of_no_length_is_its_start() {
     every_solver!(STEP, tolerance(TOLERANCE), |name, solver| {
         let run = solver.solve(&system, 2.0..2.0, start, Output::Steps).unwrap();
         assert_eq!((run.times(), run.states()), (&[2.0][..], &[start][..]), "{name}");
-        assert_eq!(run.outcome(), Outcome::End, "{name}");
+        assert_eq!(run.stopped_by(), None, "{name}");
         let run = solver.solve(&system, 2.0..2.0, start, Output::Uniform(3)).unwrap();
         assert_eq!(run.times(), [2.0; 3], "{name}");
         let run = solver.solve(&system, 2.0..2.0, start, Output::Times(&[2.0])).unwrap();
@@ -337,7 +337,7 @@ fn a_run_by_hand_is_the_same_run() {
             but_evaluations(stored.statistics()),
             "{name}"
         );
-        assert_eq!(summary.outcome, Outcome::End, "{name}");
+        assert_eq!(summary.event, None, "{name}");
     });
 }
 

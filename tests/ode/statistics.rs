@@ -60,7 +60,7 @@ fn evaluations_of_a_run_that_fails_are_counted_too() {
     every_solver!(0.03, tolerance(1e-6), |name, solver| {
         let system = Counted::new(Breaks);
         let run = solver.solve(&system, 0.0..1.0, Vector1::new(0.0), Output::Steps);
-        let statistics = run.unwrap_err().failure.statistics;
+        let statistics = run.unwrap_err().statistics;
         assert_eq!(statistics.evaluations, system.calls.get(), "{name}");
         assert!(statistics.rejected > 0, "{name}");
     });
@@ -162,7 +162,7 @@ fn a_kink_does_not_make_the_steps_after_it_short() {
     let smooth = Function::new(|t: f64| ((0.3 * t).sin(), f64::NAN), []);
     let solver = Solver::adaptive(DormandPrince, tolerance(1e-6));
     let steps = |run: Result<bristle::ode::Trajectory<f64, 1>, _>| {
-        let run: Result<_, Box<bristle::ode::Interrupted<f64, 1>>> = run;
+        let run: Result<_, bristle::ode::Failure<f64, 1>> = run;
         run.unwrap().statistics().steps
     };
     let start = Vector1::new(0.0);
