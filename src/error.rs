@@ -64,3 +64,10 @@ impl<T: Scalar, const N: usize> From<Failure<T, N>> for Error {
         }
     }
 }
+
+#[cfg(feature = "alloc")]
+impl<T: Scalar, const N: usize> From<alloc::boxed::Box<Failure<T, N>>> for Error {
+    fn from(failure: alloc::boxed::Box<Failure<T, N>>) -> Self {
+        (*failure).into()
+    }
+}

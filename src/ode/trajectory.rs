@@ -144,7 +144,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         span: Range<T>,
         initial_state: SVector<T, N>,
         output: Output<'_, T>,
-    ) -> Result<Trajectory<T, N>, Failure<T, N>> {
+    ) -> Result<Trajectory<T, N>, Box<Failure<T, N>>> {
         self.solve_with_events(system, span, initial_state, &[], output)
     }
 
@@ -160,11 +160,11 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         initial_state: SVector<T, N>,
         events: &[Event<'_, T, N>],
         output: Output<'_, T>,
-    ) -> Result<Trajectory<T, N>, Failure<T, N>> {
+    ) -> Result<Trajectory<T, N>, Box<Failure<T, N>>> {
         let mut recorder =
             Recorder { output, span: span.clone(), next: None, trajectory: Trajectory::empty() };
         if let Err(error) = recorder.check() {
-            return Err(Failure::refused(error, span.start, initial_state));
+            return Err(Box::new(Failure::refused(error, span.start, initial_state)));
         }
         recorder.start(&initial_state);
         let ended = self.stream(system, span, initial_state, events, &mut recorder);
@@ -173,11 +173,13 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
             Ok(Summary { event: stopped_by, statistics, .. }) => {
                 Ok(Trajectory { stopped_by, statistics, ..stored })
             }
-            // Nothing of a start that was refused is a solution.
-            Err(failure) if matches!(failure.reason, StopReason::Refused(_)) => Err(failure),
-            Err(failure) => {
-                let stored = Trajectory { statistics: failure.statistics, ..stored };
-                Err(Failure { trajectory: Some(Box::new(stored)), ..failure })
+            Err(mut failure) => {
+                // Nothing of a start that was refused is a solution.
+                if !matches!(failure.reason, StopReason::Refused(_)) {
+                    let stored = Trajectory { statistics: failure.statistics, ..stored };
+                    failure.trajectory = Some(Box::new(stored));
+                }
+                Err(Box::new(failure))
             }
         }
     }
@@ -212,7 +214,7 @@ pub fn solve<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize>(
     initial_state: SVector<T, N>,
     tolerance: T,
     output: Output<'_, T>,
-) -> Result<Trajectory<T, N>, Failure<T, N>> {
+) -> Result<Trajectory<T, N>, Box<Failure<T, N>>> {
     let solver = Solver::automatic(tolerance, system.scales())
         .map_err(|error| Failure::refused(error, span.start, initial_state))?;
     solver.solve(system, span, initial_state, output)

@@ -37,7 +37,7 @@ impl System<f64, 2, 0> for Breaks {
 const LATE: Breaks = Breaks { time: 1.0, position: f64::INFINITY };
 const FAR: Breaks = Breaks { time: f64::INFINITY, position: 1.0 };
 
-type Stopped = Failure<f64, 2>;
+type Stopped = Box<Failure<f64, 2>>;
 
 #[test]
 fn a_right_hand_side_that_breaks_ends_the_run_where_it_breaks() {
@@ -193,7 +193,7 @@ fn failures_are_errors_with_a_cause() {
     let source = failure.source().and_then(|source| source.downcast_ref::<StopReason>());
     assert_eq!(source, Some(&failure.reason));
     // A question mark in a main function takes it.
-    let boxed: Box<dyn Error> = Box::new(failure);
+    let boxed: Box<dyn Error> = failure;
     assert_eq!(boxed.to_string(), message);
 }
 

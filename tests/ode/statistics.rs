@@ -162,7 +162,7 @@ fn a_kink_does_not_make_the_steps_after_it_short() {
     let smooth = Function::new(|t: f64| ((0.3 * t).sin(), f64::NAN), []);
     let solver = Solver::adaptive(DormandPrince, tolerance(1e-6));
     let steps = |run: Result<bristle::ode::Trajectory<f64, 1>, _>| {
-        let run: Result<_, bristle::ode::Failure<f64, 1>> = run;
+        let run: Result<_, Box<bristle::ode::Failure<f64, 1>>> = run;
         run.unwrap().statistics().steps
     };
     let start = Vector1::new(0.0);
