@@ -21,7 +21,6 @@ use bristle::rheology::{
     MaxwellArm, Zener, ZenerParameters,
 };
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
-use bristle::signal::Constant;
 use bristle::{
     Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, Mechanism, ParameterError,
     Scalar, paper,
@@ -191,7 +190,7 @@ fn rig<T: Scalar>() -> Result<MassSpringDamper<T, Friction<T>>, ParameterError> 
         contact: FrBd::new(curve, bristle).under_load(t(1.0))?,
         mechanism: Mechanism { mass: t(1.0), spring_stiffness: t(2.0), viscous_damping: t(0.0) },
         drive_velocity: t(SPEED),
-        force: Constant::zero(),
+        force: t(0.0),
     })
 }
 

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use bristle::curve::{FrictionCurve, Stribeck};
 use bristle::ode::{DormandPrince, Output, Solver, Tolerances};
 use bristle::rheology::KelvinVoigt;
-use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
+use bristle::scene::PrescribedVelocity;
 use bristle::signal::{Sine, SineParameters};
 use bristle::{Bristle, FrBd, LuGre, paper};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
@@ -99,10 +99,7 @@ fn run<M: Bristle<f64, Deflection = f64>>(
     rtol: f64,
 ) -> Result<Vec<Row>, Box<dyn Error>> {
     let velocity = SineParameters { mean: MEAN, amplitude: AMPLITUDE, frequency, phase: 0.0 };
-    let scene = PrescribedVelocity::new(PrescribedVelocityParameters {
-        contact: model.under_load(1.0)?,
-        velocity: Sine::new(velocity)?,
-    });
+    let scene = PrescribedVelocity::new(model.under_load(1.0)?, Sine::new(velocity)?);
     let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(rtol, scene.scales())?);
     let before = solver.solve(&scene, 0.0..SETTLED, scene.stationary(0.0), Output::Uniform(2))?;
     let span = SETTLED..SETTLED + PERIODS as f64 / frequency;

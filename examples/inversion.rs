@@ -14,9 +14,7 @@ use std::process::ExitCode;
 use bristle::curve::{FrictionCurve, Stribeck};
 use bristle::ode::{Direction, DormandPrince8, Event, Output, Solver, Tolerances};
 use bristle::rheology::KelvinVoigt;
-use bristle::scene::{
-    MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity, PrescribedVelocityParameters,
-};
+use bristle::scene::{MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity};
 use bristle::signal::{Sine, SineParameters};
 use bristle::{Bristle, FrBd, ImplicitBristle, Mechanism, paper};
 use nalgebra::Vector3;
@@ -127,8 +125,7 @@ fn run<M: Bristle<f64, Deflection = f64>>(
     let mut lag = Vec::new();
     for frequency in LAG_FREQUENCIES {
         let velocity = sine(0.0055, 0.005, frequency)?;
-        let parameters = PrescribedVelocityParameters { contact: contact()?, velocity };
-        let scene = PrescribedVelocity::new(parameters);
+        let scene = PrescribedVelocity::new(contact()?, velocity);
         let solver = Solver::adaptive(DormandPrince8, Tolerances::scaled(rtol, scene.scales())?);
         // After whole periods in which it settles: a disturbance of FrBD fades with 32 1/s.
         let settled = solver.solve(&scene, 0.0..1.0, scene.stationary(0.0), Output::Uniform(2))?;

@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 use std::process::ExitCode;
 
 use bristle::ode::{DormandPrince, Method, Output, RungeKutta4, Solver};
-use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
+use bristle::scene::PrescribedVelocity;
 use bristle::signal::{Sine, SineParameters};
 use bristle::{Bristle, Dahl, DahlParameters};
 use nalgebra::Vector1;
@@ -44,10 +44,8 @@ fn main() -> ExitCode {
             frequency: FREQUENCY,
             phase: TAU / 4.0,
         };
-        let scene = PrescribedVelocity::new(PrescribedVelocityParameters {
-            contact: Dahl::new(FRICTION)?.under_load(1.0)?,
-            velocity: Sine::new(velocity)?,
-        });
+        let scene =
+            PrescribedVelocity::new(Dahl::new(FRICTION)?.under_load(1.0)?, Sine::new(velocity)?);
         let rows = [
             sweep("rk4_plain", RungeKutta4, true, &scene, samples)?,
             sweep("rk4_split", RungeKutta4, false, &scene, samples)?,

@@ -17,10 +17,7 @@ use bristle::companion::Companion;
 use bristle::curve::Stribeck;
 use bristle::ode::{DormandPrince, Output, RungeKutta4, Solver, System, Tolerances, Trajectory};
 use bristle::rheology::KelvinVoigt;
-use bristle::scene::{
-    MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity, PrescribedVelocityParameters,
-};
-use bristle::signal::Constant;
+use bristle::scene::{MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity};
 use bristle::stability::{self, Scheme};
 use bristle::{Branch, Bristle, FrBd, LuGre, Mechanism, paper};
 use nalgebra::{Vector1, Vector3};
@@ -381,10 +378,7 @@ fn study<M: Bristle<f64, Deflection = f64>>(
         drive_velocity: 0.0,
         ..paper::stick_slip_rig(contact.clone())
     })?;
-    let dragged = PrescribedVelocity::new(PrescribedVelocityParameters {
-        contact: contact.clone(),
-        velocity: Constant::new(top_speed)?,
-    });
+    let dragged = PrescribedVelocity::new(contact.clone(), top_speed);
     let mut sweeps = Vec::new();
     for way in &WAYS {
         let limits = stability::largest_step(&contact, Some(mechanism), top_speed, way.scheme)?;

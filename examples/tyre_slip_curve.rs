@@ -11,8 +11,8 @@ use std::process::ExitCode;
 
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
-use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Pressure, SlipPoint};
-use bristle::{FrBd, paper};
+use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Pressure};
+use bristle::{FrBd, ParameterError, paper};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 /// Carries the tyre \[N\]; force ratios do not depend on it.
@@ -90,19 +90,21 @@ impl Scene {
             pressure,
         })?
         .carrying(NORMAL_FORCE)?;
-        let at = |slip_ratio| SlipPoint { slip_ratio, rolling_speed: self.rolling_speed };
-        let stiffness = tyre.slip_stiffness(self.rolling_speed)? / 1e3;
-        let (small, full) = (tyre.force_ratio(at(0.05))?, tyre.force_ratio(at(1.0))?);
+        let rolling_speed = self.rolling_speed;
+        let at = |slip_ratio| Motion { slip_velocity: slip_ratio * rolling_speed, rolling_speed };
+        let ratio = |motion| Ok::<_, ParameterError>(tyre.steady(motion)?.force / NORMAL_FORCE);
+        let stiffness = tyre.slip_stiffness(rolling_speed)? / 1e3;
+        let (small, full) = (ratio(at(0.05))?, ratio(at(1.0))?);
         let peak = match tyre.peak(at(1.0))? {
-            Some(peak) => format!("{:10.4}  {:7.4}", tyre.force_ratio(peak)?, peak.slip_ratio),
+            Some(peak) => format!("{:10.4}  {:7.4}", ratio(peak)?, peak.slip_ratio()),
             None => format!("{:>10}  {:>7}", "–", "–"),
         };
         println!("{name:11}  {stiffness:11.2} kN  {peak}  {small:13.6}  {full:8.6}");
         (0..self.samples)
             .map(|sample| {
                 let slip = (sample as f64 / (self.samples - 1) as f64).powi(2);
-                let trail = tyre.pneumatic_trail(at(slip).motion())?;
-                Ok([slip, tyre.force_ratio(at(slip))?, trail.unwrap_or(f64::NAN)])
+                let trail = tyre.pneumatic_trail(at(slip))?;
+                Ok([slip, ratio(at(slip))?, trail.unwrap_or(f64::NAN)])
             })
             .collect()
     }

@@ -17,7 +17,7 @@ use std::process::ExitCode;
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Segment};
-use bristle::scene::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState, WheelStep};
+use bristle::scene::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState};
 use bristle::{Bristle, FrBd};
 use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule};
 
@@ -43,7 +43,6 @@ struct Pedal {
 struct Row {
     state: WheelState<f64>,
     slip: f64,
-    step: WheelStep<f64>,
     /// Since the beginning \[J\]: lost in the patch, in the brake.
     lost: [f64; 2],
 }
@@ -97,10 +96,10 @@ fn main() -> ExitCode {
         report(&run);
         let columns = ["t", "speed", "wheel_speed", "slip", "force", "brake_torque"];
         let mut table = Csv::create(arguments.out_dir(), "wheel_braking", &columns)?;
-        for Row { state, slip, step, .. } in &run.rows {
+        for Row { state, slip, .. } in &run.rows {
             let wheel_speed = state.angular_velocity * RADIUS;
             let numbers =
-                [state.time, state.speed, wheel_speed, *slip, step.force, step.brake_torque];
+                [state.time, state.speed, wheel_speed, *slip, state.force, state.brake_torque];
             table.row(&[], &numbers)?;
         }
         table.finish()?;
@@ -171,15 +170,22 @@ fn simulate(
     let mut run = Run { rows: Vec::new(), distance: 0.0, defect: 0.0 };
     let mut lost = [0.0; 2];
     for number in 0..steps {
-        let done = wheel.step_with_ledger(pedal.over(h * f64::from(number), h), h)?;
-        run.defect = run.defect.max(done.defect().abs() / start);
-        // Bristles that leave deflected carry nothing away: the pressure vanishes at the outlet.
-        lost[0] += done.tyre.volume + done.tyre.outlet;
-        lost[1] += done.brake_dissipated;
+        let (before, kinetic) = (wheel.state(), wheel.kinetic_energy());
+        let in_tyre = wheel.tyre().stored_energy();
+        let state = wheel.step(pedal.over(h * f64::from(number), h), h)?;
+        let speed = 0.5 * (before.speed + state.speed);
+        let spin = 0.5 * (before.angular_velocity + state.angular_velocity);
+        let works = [h * state.force * (speed - RADIUS * spin), h * state.brake_torque * spin];
+        let defect = wheel.kinetic_energy() - kinetic + works[0] + works[1];
+        run.defect = run.defect.max(defect.abs() / start);
+        // What tyre and brake do not store. The brake's bristle gets energy from its normal force.
+        let brake = wheel.brake();
+        lost[0] += works[0] - (wheel.tyre().stored_energy() - in_tyre);
+        lost[1] += works[1] + brake.stored_energy(before.brake_deflection)
+            - brake.stored_energy(state.brake_deflection);
         if stored {
-            let state = wheel.state();
             let slip = if state.speed > CRAWL { wheel.braking_slip() } else { f64::NAN };
-            run.rows.push(Row { state, slip, step: done.step, lost });
+            run.rows.push(Row { state, slip, lost });
         }
     }
     run.distance = wheel.state().position;
@@ -189,12 +195,12 @@ fn simulate(
 fn report(run: &Run) {
     let locked = run.rows.iter().position(|row| row.state.angular_velocity <= 0.0);
     let rolling = run.rows.iter().take(locked.unwrap_or(run.rows.len()));
-    let peak = rolling.max_by(|a, b| a.step.force.total_cmp(&b.step.force));
+    let peak = rolling.max_by(|a, b| a.state.force.total_cmp(&b.state.force));
     let locked = locked.and_then(|number| run.rows.get(number));
     let stands = run.rows.iter().find(|row| row.state.speed <= 0.0);
     println!();
-    if let Some(Row { state, slip, step, .. }) = peak {
-        let (share, time) = (step.force / (MASS * GRAVITY), state.time);
+    if let Some(Row { state, slip, .. }) = peak {
+        let (share, time) = (state.force / (MASS * GRAVITY), state.time);
         println!("peak     {time:.3} s  F = {share:.3} F_z at a slip of {:.1} %", 100.0 * slip);
     }
     if let Some(Row { state, .. }) = locked {
@@ -239,11 +245,11 @@ fn chart(run: &Run) -> Figure {
         rows.map(|row| (row.state.time, row.slip)).collect::<Vec<_>>()
     });
     let forces = over("force / kN")
-        .line("tyre F", Colour::Blue, over_time(&|row| 1e-3 * row.step.force))
+        .line("tyre F", Colour::Blue, over_time(&|row| 1e-3 * row.state.force))
         .line(
             "brake T/R",
             Colour::Orange.dashed(),
-            over_time(&|row| 1e-3 * row.step.brake_torque / RADIUS),
+            over_time(&|row| 1e-3 * row.state.brake_torque / RADIUS),
         );
     let energies = over("energy / kJ")
         .line(

@@ -18,7 +18,6 @@
 use crate::curve::StribeckParameters;
 use crate::rheology::KelvinVoigtParameters;
 use crate::scene::{DiaphragmValveParameters, MassSpringDamperParameters};
-use crate::signal::Constant;
 use crate::{Contact, Mechanism};
 
 /// Table 2: the friction curve of the pre-sliding, lag and stick-slip experiments (section V-A).
@@ -40,7 +39,7 @@ pub fn stick_slip_rig<M>(contact: Contact<f64, M>) -> MassSpringDamperParameters
         contact,
         mechanism: Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 },
         drive_velocity: 0.1,
-        force: Constant::zero(),
+        force: 0.0,
     }
 }
 

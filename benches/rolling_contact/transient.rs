@@ -11,7 +11,7 @@ use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{
     Grid, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent,
 };
-use bristle::signal::{Constant, Function};
+use bristle::signal::Function;
 use bristle::{FrBd, LuGre, paper};
 
 use crate::characteristics::{SmoothHistory, gauss};
@@ -150,7 +150,7 @@ fn run<M: RateDependent<f64> + Copy, const N: usize>(
         let follow = solver.ends_with("4th order");
         // The rate is never asked for.
         let signal = Function::new(|t| (slip(t), f64::NAN), []);
-        let motion = Motion { slip_velocity: signal, rolling_speed: Constant::new(SPEED)? };
+        let motion = Motion { slip_velocity: signal, rolling_speed: SPEED };
         let steps = SAMPLES * setting;
         let mut rolling = (*patch).exact_in((setting as f64 / way) as usize + 10)?;
         for number in 0..steps {

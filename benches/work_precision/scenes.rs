@@ -17,7 +17,6 @@ use bristle::ode::{Statistics, System};
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
     DiaphragmValve, MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity,
-    PrescribedVelocityParameters,
 };
 use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
 use bristle::{Bristle, FrBd, LuGre, Mechanism, ParameterError, paper};
@@ -222,10 +221,7 @@ fn lag<M: Bristle<f64, Deflection = f64> + 'static>(
     let velocity = SineParameters { mean: 0.0055, amplitude: 0.005, frequency, phase: 0.0 };
     let (contact, velocity) = (friction.under_load(1.0)?, Sine::new(velocity)?);
     let end = 20.0 / frequency;
-    let scene = PrescribedVelocity::new(PrescribedVelocityParameters {
-        contact: contact.clone(),
-        velocity,
-    });
+    let scene = PrescribedVelocity::new(contact.clone(), velocity);
     let dragged = Dragged(Rc::new(move |setting| {
         let method = Exponential::<5>;
         let solver = match setting {

@@ -30,7 +30,6 @@ impl Level {
 /// use bristle::fidelity::{Answers, MechanismScene, Quantity, Scene, Tolerance, choose};
 /// use bristle::rheology::KelvinVoigt;
 /// use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
-/// use bristle::signal::Constant;
 /// use bristle::{Bristle, FrBd, Mechanism, paper};
 ///
 /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
@@ -39,7 +38,7 @@ impl Level {
 ///     contact: friction.under_load(1.0)?,
 ///     mechanism: Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 },
 ///     drive_velocity: 0.1,
-///     force: Constant::zero(),
+///     force: 0.0,
 /// })?;
 /// let (start, answers) = (system.at_rest(), Answers { interval: 0.1_f64, count: 200 });
 /// let scene = MechanismScene::new(system, start, answers, Quantity::Position)?;

@@ -30,7 +30,7 @@ impl Level {
 /// use bristle::fidelity::{Answers, Level, PatchScene, Tolerance, choose};
 /// use bristle::rheology::KelvinVoigt;
 /// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
-/// use bristle::signal::{Constant, Sine, SineParameters};
+/// use bristle::signal::{Sine, SineParameters};
 /// use bristle::{FrBd, ParameterError, paper};
 ///
 /// let tyre = Patch::new(PatchParameters {
@@ -41,8 +41,7 @@ impl Level {
 /// .carrying(4000.0)?; // N
 /// let scene = |frequency: f64| -> Result<_, ParameterError> {
 ///     let slip = SineParameters { mean: 0.2, amplitude: 0.2, frequency, phase: 0.0 };
-///     let motion =
-///         Motion { slip_velocity: Sine::new(slip)?, rolling_speed: Constant::new(16.0)? };
+///     let motion = Motion { slip_velocity: Sine::new(slip)?, rolling_speed: 16.0 };
 ///     let answers = Answers { interval: 0.01 / frequency, count: 1000 };
 ///     Ok(PatchScene::new(tyre, motion, answers)?.starting_steadily())
 /// };

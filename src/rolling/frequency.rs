@@ -68,16 +68,6 @@ pub struct LinearisedPatch<T, P> {
     rising_direct: T,
 }
 
-/// How the steady force changes, see [`Patch::steady_slopes`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct SteadySlopes<T> {
-    /// ∂F/∂v [N s/m].
-    pub by_slip_velocity: T,
-    /// ∂F/∂U [N s/m].
-    pub by_rolling_speed: T,
-}
-
 impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// The patch linearised about a steady motion. About v = 0 it takes the middle of the one-sided
     /// slopes: there λ = 0 and λ' = 0, and it is the patch in adhesion.
@@ -140,26 +130,6 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
             rising_direct: times(slopes.stiffness, stationary),
         })
     }
-
-    /// How the steady force changes with the slip velocity and with the rolling speed, in closed
-    /// form. At v = 0 the two one-sided slopes agree. LuGre's loses the digits by which c₀ z_ss'
-    /// and c₂ exceed their sum.
-    ///
-    /// # Errors
-    ///
-    /// Refuses a motion that is not finite, and a rolling speed that is not positive.
-    pub fn steady_slopes(&self, motion: Motion<T>) -> Result<SteadySlopes<T>, ParameterError> {
-        let about = self.linearised(motion)?;
-        let (decay, lever) = (about.decay, self.pressure().lever(about.decay));
-        let rise_per_decay =
-            if is_zero(decay) { lever } else { self.pressure().rise(decay) / decay };
-        let deflection = (about.b0 * rise_per_decay + about.b1 * lever) / about.transport;
-        Ok(SteadySlopes {
-            by_slip_velocity: about.weight * (about.stiffness * deflection + about.direct_force()),
-            by_rolling_speed: -self.load() * about.stiffness * about.stationary * lever * decay
-                / about.transport,
-        })
-    }
 }
 
 impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
@@ -196,14 +166,25 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     }
 
     /// The frequency response from the slip velocity to the force, F̃/ṽ [N s/m], at an angular
-    /// frequency ω [rad/s] of either sign. At ω = 0 it is the slope of the steady force, see
-    /// [`Patch::steady_slopes`].
+    /// frequency ω [rad/s] of either sign. At ω = 0 it is ∂F/∂v, the slope of the steady force.
+    /// LuGre's loses the digits by which c₀ z_ss' and c₂ exceed their sum.
     pub fn by_slip_velocity(&self, angular_frequency: T) -> Complex<T> {
+        if is_zero(angular_frequency) {
+            return self.steady_slope().into();
+        }
         let (pressure, both) = (&self.pressure, self.exponent(angular_frequency));
         let gathered = pressure.transform_slope(T::zero(), both).scale(self.b0)
             + pressure.transform_slope(self.decay, both).scale(self.b1);
         (gathered.scale(self.stiffness / self.transport) + Complex::from(self.direct_force()))
             .scale(self.weight)
+    }
+
+    /// ∂F/∂v [N s/m] of the steady force.
+    pub(super) fn steady_slope(&self) -> T {
+        let (decay, lever) = (self.decay, self.pressure.lever(self.decay));
+        let rise_per_decay = if is_zero(decay) { lever } else { self.pressure.rise(decay) / decay };
+        let deflection = (self.b0 * rise_per_decay + self.b1 * lever) / self.transport;
+        self.weight * (self.stiffness * deflection + self.direct_force())
     }
 
     /// ∫ p H₂ dξ, risen and remaining apart: LuGre's first is a small difference.
@@ -213,9 +194,13 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     }
 
     /// The frequency response from the rolling speed to the force, F̃/Ũ [N s/m], at an angular
-    /// frequency ω [rad/s] of either sign.
+    /// frequency ω [rad/s] of either sign. At ω = 0 it is ∂F/∂U, the slope of the steady force.
     pub fn by_rolling_speed(&self, angular_frequency: T) -> Complex<T> {
-        let shifted = self.pressure.transform_slope(self.decay, self.exponent(angular_frequency));
+        let shifted = if is_zero(angular_frequency) {
+            self.pressure.lever(self.decay).into()
+        } else {
+            self.pressure.transform_slope(self.decay, self.exponent(angular_frequency))
+        };
         let share = self.decay / (self.transport * self.length);
         shifted.scale(-self.weight * self.stiffness * self.stationary * share)
     }

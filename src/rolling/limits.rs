@@ -40,41 +40,39 @@ use super::{Motion, Patch, Pressure, RateDependent};
 use crate::Scalar;
 use crate::bounds::smaller;
 use crate::parameter::{self, ParameterError};
-use crate::scalar::{is_zero, lit};
+use crate::scalar::lit;
 
-/// Where the patch started from and how long ago.
+/// Limits of deflection and force, see [`Patch::limits`]. Both grow with the root mean square ‖z₀‖
+/// \[m\] of the initial deflection:
+///
+/// ‖z‖ ≤ `gain` + `remaining_deflection` ‖z₀‖,  |F| ≤ `force` + `remaining_force` ‖z₀‖.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Origin<T> {
-    /// ‖z₀‖ \[m\]: root mean square of the initial deflection over the patch.
-    pub initial_norm: T,
-    /// Time t \[s\] since then, zero or positive.
-    pub elapsed: T,
-}
-
-/// Limits of deflection and force, see [`Patch::limits`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PatchLimits<T, P> {
-    pressure: P,
-    /// L, and what multiplies the pressure.
-    weight: T,
-    fastest: T,
-    /// V = U/L
-    transport: T,
+#[non_exhaustive]
+pub struct PatchLimits<T> {
+    /// γ(|v|_∞) \[m\]: the root mean square of the deflection that the motion can make.
+    #[doc(alias = "ISS")]
+    pub gain: T,
+    /// What |F| \[N\] cannot exceed from undeflected bristles. Infinite for a model without a
+    /// limit of c₀.
+    #[doc(alias = "IOS")]
+    pub force: T,
+    /// β/‖z₀‖ \[–\]: 1 until the initial bristles have left the patch, then 0.
+    pub remaining_deflection: T,
+    /// The rise of the limit of the force with ‖z₀‖ [N/m].
+    pub remaining_force: T,
     /// Z; infinite if there is none.
     deflection: T,
-    /// C₀, C₂
-    stiffness: T,
-    damping: T,
-    /// max μ of a model with bounded force.
-    coefficient: Option<T>,
+    /// |v|_∞/V \[m\]
+    slope: T,
 }
 
 impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// Limits of deflection and force for every motion with |v| ≤ |v|_∞, the slip velocity given,
-    /// at a constant rolling speed.
+    /// at a constant rolling speed, a time t \[s\] after the beginning: input-to-state and
+    /// input-to-output stability.
     ///
     /// ```
-    /// use bristle::rolling::{Motion, Origin, Patch, PatchParameters, PolynomialExponential};
+    /// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
     /// use bristle::{FrBd, paper};
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
@@ -87,106 +85,43 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///     pressure: PolynomialExponential::constant(),
     /// })?
     /// .carrying(4000.0)?; // N
-    /// let limits = tyre.limits(Motion { slip_velocity: 0.1, rolling_speed: 16.0 })?;
+    /// // After a second the initial bristles have left.
+    /// let limits = tyre.limits(Motion { slip_velocity: 0.1, rolling_speed: 16.0 }, 1.0)?;
     /// // In little slip no bristle comes far enough to slide: σ0 |v| L/(2 U) of the normal force.
-    /// let settled = Origin { initial_norm: 0.0, elapsed: 1.0 };
-    /// assert!((limits.force(settled)? - 4000.0 * 252.0 * 0.1 / 320.0).abs() < 1e-9);
+    /// assert!((limits.force - 4000.0 * 252.0 * 0.1 / 320.0).abs() < 1e-9);
+    /// assert_eq!(limits.remaining_force, 0.0);
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// Refuses a slip velocity that is negative or not finite, and a rolling speed that is not
-    /// positive.
-    pub fn limits(&self, fastest: Motion<T>) -> Result<PatchLimits<T, P>, ParameterError> {
+    /// Refuses a slip velocity or a time that is negative or not finite, and a rolling speed that
+    /// is not positive.
+    pub fn limits(&self, fastest: Motion<T>, elapsed: T) -> Result<PatchLimits<T>, ParameterError> {
         let Crossing { slip_velocity: fastest, transport } = self.rolling(fastest)?;
         let fastest = parameter::non_negative("slip_velocity", fastest)?;
-        let limits = self.model().limits(fastest);
+        let elapsed = parameter::non_negative("elapsed", elapsed)?;
+        let model = self.model().limits(fastest);
         let (stiffness, damping) = self.model().output_limits(fastest);
-        Ok(PatchLimits {
-            pressure: self.pressure().clone(),
-            weight: self.length() * self.load(),
-            fastest,
-            transport,
-            deflection: limits.deflection.unwrap_or_else(|| T::one() / T::zero()),
-            stiffness,
-            damping,
-            coefficient: limits.coefficient,
-        })
-    }
-}
+        let (zero, one) = (T::zero(), T::one());
+        let (slope, deflection) = (fastest / transport, model.deflection.unwrap_or(one / zero));
+        let (weight, carried) = (self.length() * self.load(), self.normal_force());
 
-impl<T: Scalar, P: Pressure<T>> PatchLimits<T, P> {
-    /// a(ξ) = min(|v|_∞ ξ/V, Z) \[m\]: what |z| at a place cannot exceed once the initial
-    /// deflection has left the patch.
-    pub fn deflection(&self, place: T) -> T {
-        smaller(self.deflection, self.slope() * place)
-    }
-
-    /// β(‖z₀‖, t) \[m\]: what is left of the initial deflection.
-    ///
-    /// # Errors
-    ///
-    /// Refuses an initial norm or a time that is negative or not finite.
-    pub fn remainder(&self, origin: Origin<T>) -> Result<T, ParameterError> {
-        let norm = parameter::non_negative("initial_norm", origin.initial_norm)?;
-        let elapsed = parameter::non_negative("elapsed", origin.elapsed)?;
-        let left = self.transport * elapsed < T::one();
-        Ok(if left { norm } else { T::zero() })
-    }
-
-    /// γ(|v|_∞) \[m\]: the root mean square of the deflection that the motion can make.
-    #[doc(alias = "gamma")]
-    pub fn gain(&self) -> T {
-        let three = lit::<T>(3.0);
-        self.reach().map_or(self.slope() / three.sqrt(), |reached| {
-            self.deflection * (T::one() - lit::<T>(2.0) / three * reached).sqrt()
-        })
-    }
-
-    /// Input-to-state stability: ‖z(·, t)‖ ≤ β(‖z₀‖, t) + γ(|v|_∞) \[m\].
-    ///
-    /// # Errors
-    ///
-    /// Refuses an initial norm or a time that is negative or not finite.
-    #[doc(alias = "ISS")]
-    pub fn deflection_norm(&self, origin: Origin<T>) -> Result<T, ParameterError> {
-        Ok(self.remainder(origin)? + self.gain())
-    }
-
-    /// Input-to-output stability: what |F(t)| \[N\] cannot exceed. Infinite for a model without a
-    /// limit of c₀.
-    ///
-    /// # Errors
-    ///
-    /// Refuses an initial norm or a time that is negative or not finite.
-    #[doc(alias = "IOS")]
-    pub fn force(&self, origin: Origin<T>) -> Result<T, ParameterError> {
-        let remainder = self.remainder(origin)?;
-        let carried = self.weight * self.pressure.total();
-        let entered = self.weight
-            * self.stiffness
-            * self.weighed(self.reach(), |place, p| p * self.deflection(place))
-            + carried * self.damping * self.fastest;
-        let entered = self.coefficient.map_or(entered, |most| smaller(entered, carried * most));
-        if is_zero(remainder) {
-            return Ok(entered);
+        // Where the limit of the deflection is reached, if within the patch.
+        let reach = Some(deflection / slope).filter(|&reach| reach < one);
+        let gain = reach.map_or(slope / lit::<T>(3.0).sqrt(), |reach| {
+            deflection * (one - lit::<T>(2.0 / 3.0) * reach).sqrt()
+        });
+        let bent = self.weighed(reach, |place, p| p * smaller(deflection, slope * place));
+        let force = weight * stiffness * bent + carried * damping * fastest;
+        let force = model.coefficient.map_or(force, |most| smaller(force, carried * most));
+        let inlet = transport * elapsed;
+        let (mut remaining_deflection, mut remaining_force) = (zero, zero);
+        if inlet < one {
+            let square = self.weighed(Some(inlet), |at, p| if at < inlet { zero } else { p * p });
+            (remaining_deflection, remaining_force) = (one, weight * stiffness * square.sqrt());
         }
-        let inlet = self.transport * origin.elapsed;
-        let square =
-            self.weighed(Some(inlet), |place, p| if place < inlet { T::zero() } else { p * p });
-        Ok(entered + self.weight * self.stiffness * square.sqrt() * remainder)
-    }
-
-    /// |v|_∞/V \[m\]
-    fn slope(&self) -> T {
-        self.fastest / self.transport
-    }
-
-    /// Where the limit of the deflection is reached, if within the patch.
-    fn reach(&self) -> Option<T> {
-        let reached = self.deflection / self.slope();
-        (reached < T::one()).then_some(reached)
+        Ok(PatchLimits { gain, force, remaining_deflection, remaining_force, deflection, slope })
     }
 
     /// ∫₀¹ f(ξ, p(ξ)) dξ of a function that is smooth between the knots and one more place.
@@ -195,10 +130,10 @@ impl<T: Scalar, P: Pressure<T>> PatchLimits<T, P> {
         let mut part = |from: T, width: T| {
             integrate_in(PANELS, T::zero(), |t, weight| {
                 let place = from + width * t;
-                sum += width * weight * function(place, self.pressure.at(place));
+                sum += width * weight * function(place, self.pressure().at(place));
             });
         };
-        between_knots(&self.pressure, |from, width| match kink {
+        between_knots(self.pressure(), |from, width| match kink {
             Some(kink) if kink > from && kink < from + width => {
                 part(from, kink - from);
                 part(kink, from + width - kink);
@@ -206,5 +141,13 @@ impl<T: Scalar, P: Pressure<T>> PatchLimits<T, P> {
             _ => part(from, width),
         });
         sum
+    }
+}
+
+impl<T: Scalar> PatchLimits<T> {
+    /// a(ξ) = min(|v|_∞ ξ/V, Z) \[m\]: what |z| at a place cannot exceed once the initial
+    /// deflection has left the patch.
+    pub fn deflection(&self, place: T) -> T {
+        smaller(self.deflection, self.slope * place)
     }
 }

@@ -61,14 +61,13 @@ mod quadrature;
 mod steady;
 
 pub use exact::{ExactPatch, PatchLedger, PatchStep, Segment};
-pub use frequency::{LinearisedPatch, SteadySlopes};
+pub use frequency::LinearisedPatch;
 #[cfg(feature = "alloc")]
 pub use grid::Grid;
-pub use limits::{Origin, PatchLimits};
-pub use passivity::{PassiveDamping, Passivity};
-pub use patch::{Motion, Patch, PatchParameters, RateDependent, SlipPoint};
+pub use limits::PatchLimits;
+pub use passivity::Passivity;
+pub use patch::{Motion, Patch, PatchParameters, RateDependent};
 pub use pressure::{
     FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,
-    PressureKnot, TabulatedPressure, TrapezoidalParameters,
 };
 pub use steady::Steady;

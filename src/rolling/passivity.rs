@@ -130,20 +130,6 @@ impl<T: Scalar> Passivity<T> {
     }
 }
 
-/// How much damping a patch needs not to give away energy to small sinusoids about v = 0, see
-/// [`Patch::least_passive_damping`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct PassiveDamping<T> {
-    /// The damping c₂ [s/m] at v = 0 (σ1, and for the classical LuGre model σ1 + σ2) below which
-    /// the patch is active. Zero if it needs none.
-    pub damping: T,
-    /// D = c₂ V/c₀ \[–\] of that damping.
-    pub damping_number: T,
-    /// θ = ω/V \[rad\] at which an undamped patch is most active; zero if it is not.
-    pub phase: T,
-}
-
 impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// Checks the sufficient condition (Σ0 V)' ≤ 0 for uniform σ0 and V, which is dp/dξ ≤ 0, after
     /// having asked the model whether it is passive itself.
@@ -178,9 +164,10 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         Passivity::of(self.pressure(), uniform(stiffness), uniform(T::one()))
     }
 
-    /// The least damping with which the patch takes energy from every small sinusoid about v = 0
-    /// at a rolling speed U > 0 [m/s]: a *necessary* condition for passivity, and a sufficient one
-    /// for small signals, of a model without regularisation.
+    /// The least damping c₂ [s/m] at v = 0 (σ1, and for the classical LuGre model σ1 + σ2) with
+    /// which the patch takes energy from every small sinusoid about v = 0 at a rolling speed
+    /// U > 0 [m/s]; zero if it needs none. It is a *necessary* condition for passivity, and a
+    /// sufficient one for small signals, of a model without regularisation.
     ///
     /// The phase θ = ω/V is searched up to 400 rad in steps of a twentieth; pressures that vary
     /// within less than a sixtieth of the patch can hide more above.
@@ -197,32 +184,24 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// let (model, length) = (friction, 0.1);
     /// let tyre = Patch::new(PatchParameters { model, length, pressure: parabola })?;
     /// let least = tyre.least_passive_damping(16.0)?;
-    /// assert!((least.damping * 160.0 / 252.0 - 0.0111157223).abs() < 1e-10);
-    /// assert!((least.phase - 7.31442).abs() < 1e-5);
+    /// assert!((least * 160.0 / 252.0 - 0.0111157223).abs() < 1e-10);
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     ///
     /// # Errors
     ///
     /// Refuses a rolling speed that is not positive and a pressure that carries nothing.
-    pub fn least_passive_damping(
-        &self,
-        rolling_speed: T,
-    ) -> Result<PassiveDamping<T>, ParameterError> {
+    pub fn least_passive_damping(&self, rolling_speed: T) -> Result<T, ParameterError> {
         let rolling_speed = parameter::positive("rolling_speed", rolling_speed)?;
         let total = parameter::positive("total pressure", self.pressure().total())?;
-        let (phase, damping_number) = most_active(self.pressure(), total);
         let stiffness = coefficients(self.model(), T::zero())?.stiffness;
-        Ok(PassiveDamping {
-            damping: damping_number * stiffness * self.length() / rolling_speed,
-            damping_number,
-            phase,
-        })
+        let number = damping_number(self.pressure(), total);
+        Ok(number * stiffness * self.length() / rolling_speed)
     }
 }
 
-/// Where −S(θ)/P is largest, and how large; zeros if it is nowhere positive.
-fn most_active<T: Scalar, P: Pressure<T>>(pressure: &P, total: T) -> (T, T) {
+/// D, the largest −S(θ)/P; zero if it is nowhere positive.
+fn damping_number<T: Scalar, P: Pressure<T>>(pressure: &P, total: T) -> T {
     const STEP: f64 = 0.05;
     const STEPS: usize = 8000;
     let activity = |theta: T| {
@@ -240,25 +219,19 @@ fn most_active<T: Scalar, P: Pressure<T>>(pressure: &P, total: T) -> (T, T) {
         }
         let here = activity(theta);
         if here > most && here * theta > rounding {
-            most = here;
-            place = theta;
+            (place, most) = (theta, here);
         }
     }
     if !(most > T::zero()) {
-        return (T::zero(), T::zero());
+        return T::zero();
     }
-    // Thirds of the steps at both sides: the value to rounding, the place to half of the digits.
-    let step: T = lit(STEP);
-    let (mut low, mut high) = (place - step, place + step);
+    // Thirds of the steps at both sides: the value to rounding.
+    let (mut low, mut high) = (place - lit(STEP), place + lit(STEP));
     for _ in 0..48 {
         let third = (high - low) / lit(3.0);
         let (before, after) = (low + third, high - third);
-        if activity(before) > activity(after) {
-            high = after;
-        } else {
-            low = before;
-        }
+        (low, high) =
+            if activity(before) > activity(after) { (low, after) } else { (before, high) };
     }
-    let middle = (low + high) * lit(0.5);
-    (middle, activity(middle))
+    activity((low + high) * lit(0.5))
 }

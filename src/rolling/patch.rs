@@ -265,24 +265,6 @@ impl<T: Scalar> Motion<T> {
     }
 }
 
-/// A slip ratio at a rolling speed. [`SlipPoint::motion`] is its [`Motion`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SlipPoint<T> {
-    /// Slip ratio s = v/U \[–\], positive in braking. It is not the κ of ISO 8855, see
-    /// [the module](crate::rolling#slip-ratio).
-    pub slip_ratio: T,
-    /// Rolling speed U [m/s].
-    pub rolling_speed: T,
-}
-
-impl<T: Scalar> SlipPoint<T> {
-    /// The motion with the slip velocity v = s U.
-    pub fn motion(self) -> Motion<T> {
-        let Self { slip_ratio, rolling_speed } = self;
-        Motion { slip_velocity: slip_ratio * rolling_speed, rolling_speed }
-    }
-}
-
 /// A motion in lengths of the patch.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Crossing<T> {

@@ -22,7 +22,7 @@
 
 use super::patch::{Crossing, coefficients};
 use super::quadrature::weigh;
-use super::{Motion, Patch, Pressure, RateDependent, SlipPoint};
+use super::{Motion, Patch, Pressure, RateDependent};
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};
 use crate::root::enclose;
@@ -72,7 +72,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     /// rolling and F = F_z μ_ss(v); with v = 0 there is no force.
     ///
     /// ```
-    /// use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, SlipPoint};
+    /// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
     /// use bristle::{FrBd, paper};
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
@@ -85,7 +85,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///     pressure: PolynomialExponential::constant(),
     /// })?
     /// .carrying(4000.0)?; // N
-    /// let motion = SlipPoint { slip_ratio: 0.05, rolling_speed: 16.0 }.motion(); // m/s
+    /// let motion = Motion { slip_velocity: 0.05 * 16.0, rolling_speed: 16.0 }; // m/s
     /// let steady = tyre.steady(motion)?;
     /// assert!((steady.force - 4000.0 * 0.348954).abs() < 4000.0 * 5e-7);
     /// // κ = 2.1: at the outlet bristles have 88 % of the deflection of full sliding.
@@ -107,26 +107,10 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
             stationary_coefficient: self.model().stationary_coefficient(v),
             entry_coefficient: affine.damping * v,
         };
-        let force = self.length() * self.load() * self.carried(&steady);
-        Ok(Steady { force, ..steady })
-    }
-
-    /// The friction force over the normal force, F/F_z \[–\], in steady rolling at a slip.
-    ///
-    /// # Errors
-    ///
-    /// Refuses a slip that is not finite, a rolling speed that is not positive, and a pressure that
-    /// carries nothing.
-    pub fn force_ratio(&self, at: SlipPoint<T>) -> Result<T, ParameterError> {
-        let total = parameter::positive("total pressure", self.pressure().total())?;
-        let steady = self.steady(checked_motion(at)?)?;
-        Ok(self.carried(&steady) / total)
-    }
-
-    /// μ_ss R(κ) + c₂ v (P − R(κ)).
-    fn carried(&self, steady: &Steady<T>) -> T {
-        steady.stationary_coefficient * self.pressure().rise(steady.decay)
-            + steady.entry_coefficient * self.pressure().remaining(steady.decay)
+        // μ_ss R(κ) + c₂ v (P − R(κ))
+        let carried = steady.stationary_coefficient * self.pressure().rise(steady.decay)
+            + steady.entry_coefficient * self.pressure().remaining(steady.decay);
+        Ok(Steady { force: self.length() * self.load() * carried, ..steady })
     }
 
     /// Slip stiffness: the slope dF/ds \[N\] of the steady force over the slip ratio s = v/U at s
@@ -139,69 +123,58 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a rolling speed that is not positive.
     pub fn slip_stiffness(&self, rolling_speed: T) -> Result<T, ParameterError> {
-        let motion = checked_motion(SlipPoint { slip_ratio: T::zero(), rolling_speed })?;
-        Ok(self.steady_slopes(motion)?.by_slip_velocity * rolling_speed)
+        let about = self.linearised(Motion { slip_velocity: T::zero(), rolling_speed })?;
+        Ok(about.steady_slope() * rolling_speed)
     }
 
-    /// The peak of the steady force over the slip: its highest maximum at slips between 0 and a
-    /// given one (of either sign) at a rolling speed. None where the force only grows.
+    /// The peak of the steady force over the slip: its highest maximum at slip velocities between 0
+    /// and a given one (of either sign), at a rolling speed. None where the force only grows.
     ///
-    /// [`Patch::steady`] at the [`SlipPoint::motion`] of the peak tells its force.
+    /// [`Patch::steady`] at the motion of the peak tells its force.
     ///
     /// Maxima are looked for at 600 slips in geometric progression over the six decades below the
     /// given one, and then found to rounding as zeros of the slope.
     ///
     /// # Errors
     ///
-    /// Refuses a slip that is not finite or zero, a rolling speed that is not positive, and a slip
-    /// on the way at which a coefficient of the model is not finite.
-    pub fn peak(&self, up_to: SlipPoint<T>) -> Result<Option<SlipPoint<T>>, ParameterError> {
+    /// Refuses a slip velocity that is not finite or zero, a rolling speed that is not positive,
+    /// and a slip on the way at which a coefficient of the model is not finite.
+    pub fn peak(&self, up_to: Motion<T>) -> Result<Option<Motion<T>>, ParameterError> {
         const SLIPS: usize = 600;
         const DECADES: f64 = 6.0;
-        parameter::finite("slip_ratio", up_to.slip_ratio)?;
-        parameter::positive("magnitude of the slip ratio", up_to.slip_ratio.abs())?;
-        self.rolling(checked_motion(up_to)?)?;
+        self.rolling(up_to)?;
+        let most = parameter::positive("magnitude of slip_velocity", up_to.slip_velocity.abs())?;
         // The magnitude of the force over that of the slip, and its slope: of checked motions, so
         // that neither can fail.
-        let sign = if up_to.slip_ratio < T::zero() { -T::one() } else { T::one() };
-        let at = |slip: T| SlipPoint { slip_ratio: sign * slip, ..up_to }.motion();
+        let sign = if up_to.slip_velocity < T::zero() { -T::one() } else { T::one() };
+        let at = |slip: T| Motion { slip_velocity: sign * slip, ..up_to };
         let force = |slip: T| self.steady(at(slip)).map_or(T::zero(), |steady| sign * steady.force);
-        let slope = |slip: T| {
-            self.steady_slopes(at(slip)).map_or(T::zero(), |slopes| slopes.by_slip_velocity)
+        let slope = |slip: T| self.linearised(at(slip)).map_or(T::zero(), |at| at.steady_slope());
+        let higher = |a: Option<(T, T)>, b: Option<(T, T)>| match (a, b) {
+            (Some(a), Some(b)) => Some(if b.1 > a.1 { b } else { a }),
+            (a, b) => a.or(b),
         };
         // A maximum counts once the force has fallen by more than rounding.
         let fallen = T::one() - lit::<T>(512.0) * T::default_epsilon();
-        // Slip and force.
-        let mut best: Option<(T, T)> = None;
-        let mut candidate: Option<(T, T)> = None;
+        // Slip and force of the best maximum, and of those that do not count yet.
+        let (mut best, mut candidate) = (None, None);
         let mut before: Option<(T, T)> = None;
-        for number in 0..SLIPS {
-            let share = (number + 1) as f64 / SLIPS as f64;
-            let below: T = lit(DECADES * core::f64::consts::LN_10 * (share - 1.0));
-            let slip = up_to.slip_ratio.abs() * below.exp();
-            coefficients(self.model(), at(slip).slip_velocity)?;
+        for number in 1..=SLIPS {
+            let decades = DECADES * (number as f64 / SLIPS as f64 - 1.0);
+            let slip = most * lit::<T>(core::f64::consts::LN_10 * decades).exp();
+            coefficients(self.model(), sign * slip)?;
             let here = (slip, slope(slip));
-            if let Some((a, at_a)) = before
-                && at_a > T::zero()
-                && !(here.1 > T::zero())
-            {
-                let (found, _) = enclose(slope, (a, at_a), here, T::zero());
-                let height = force(found);
-                if candidate.is_none_or(|(_, other)| height > other) {
-                    candidate = Some((found, height));
-                }
+            let rising = before.filter(|&(_, slope)| slope > T::zero() && !(here.1 > T::zero()));
+            if let Some(rising) = rising {
+                let (found, _) = enclose(slope, rising, here, T::zero());
+                candidate = higher(candidate, Some((found, force(found))));
             }
-            if let Some((_, height)) = candidate
-                && force(slip) < height * fallen
-            {
-                if best.is_none_or(|(_, other)| height > other) {
-                    best = candidate;
-                }
-                candidate = None;
+            if candidate.is_some_and(|(_, height)| force(slip) < height * fallen) {
+                best = higher(best, candidate.take());
             }
             before = Some(here);
         }
-        Ok(best.map(|(slip, _)| SlipPoint { slip_ratio: sign * slip, ..up_to }))
+        Ok(best.map(|(slip, _)| at(slip)))
     }
 
     /// The pneumatic trail \[m\]: how far behind the middle of the patch the steady force acts. A
@@ -236,10 +209,4 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         let trail = self.length() * moment / force;
         Ok(trail.is_finite().then_some(trail))
     }
-}
-
-fn checked_motion<T: Scalar>(at: SlipPoint<T>) -> Result<Motion<T>, ParameterError> {
-    let slip_ratio = parameter::finite("slip_ratio", at.slip_ratio)?;
-    let rolling_speed = parameter::positive("rolling_speed", at.rolling_speed)?;
-    Ok(SlipPoint { slip_ratio, rolling_speed }.motion())
 }

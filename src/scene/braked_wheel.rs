@@ -29,16 +29,17 @@
 //!   = Δ(½ m v_x² + ½ J ω²) + ΔW_tyre + D_volume + D_outlet + ΔW_brake + D_brake,
 //!
 //! where W is stored energy, D dissipated energy, and the loading is the work that a change of the
-//! brake's normal force does on its bristles. With FrBD, a pressure that does not rise and
+//! brake's normal force does on its bristles
+//! ([`Companion::loading_work`](crate::companion::Companion::loading_work)). With FrBD, a pressure that does not rise and
 //! f = τ = 0 the total energy never grows.
 //!
 //! Source: the balances are those of the single-wheel (quarter-car) model of braking, e.g. C.
 //! Canudas-de-Wit et al., "Dynamic friction models for road/tire longitudinal interaction",
 //! Vehicle System Dynamics 39 (2003); the step is derived here.
 
-use crate::companion::{Companion, CompletedStep};
+use crate::companion::Companion;
 use crate::parameter::{self, ParameterError};
-use crate::rolling::{ExactPatch, Motion, PatchLedger, PatchStep, RateDependent, Segment};
+use crate::rolling::{ExactPatch, Motion, RateDependent, Segment};
 use crate::scalar::{is_zero, lit};
 use crate::{Bristle, Contact, Scalar};
 
@@ -87,7 +88,7 @@ impl<T: Scalar> WheelLoads<T> {
     }
 }
 
-/// The motion of a [`BrakedWheel`].
+/// The motion of a [`BrakedWheel`], and what acted on it over the last step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct WheelState<T> {
@@ -106,52 +107,10 @@ pub struct WheelState<T> {
     /// How far the wheel has rocked back from where it had rolled to, in lengths of the patch
     /// \[–\].
     pub rolled_back: T,
-}
-
-/// What acted over a step of a [`BrakedWheel`], averaged over it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct WheelStep<T> {
-    /// Friction force of the tyre F̄ \[N\].
+    /// Friction force of the tyre F̄ \[N\], averaged over the last step.
     pub force: T,
-    /// Torque of the brake T̄ [N m].
+    /// Torque of the brake T̄ [N m], averaged over the last step.
     pub brake_torque: T,
-    /// Speed v̄_x [m/s].
-    pub speed: T,
-    /// Angular velocity ω̄ [rad/s].
-    pub angular_velocity: T,
-    /// Slip velocity v̄ = v̄_x − ω̄R [m/s].
-    pub slip_velocity: T,
-}
-
-/// Where the energy of a step has gone: external + loading = kinetic + tyre.stored + tyre.volume +
-/// tyre.outlet + brake_stored + brake_dissipated, up to rounding.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct WheelLedger<T> {
-    /// What acted.
-    pub step: WheelStep<T>,
-    /// Work of the given force and of the drive torque \[J\], h (f v̄_x + τ ω̄).
-    pub external: T,
-    /// Work of the change of the brake's normal force on its bristle \[J\].
-    pub loading: T,
-    /// Change of the kinetic energy of vehicle and wheel \[J\].
-    pub kinetic: T,
-    /// The tyre's part.
-    pub tyre: PatchLedger<T>,
-    /// Change of the energy stored in the brake's bristle \[J\], the loading included.
-    pub brake_stored: T,
-    /// Energy dissipated by the brake \[J\].
-    pub brake_dissipated: T,
-}
-
-impl<T: Scalar> WheelLedger<T> {
-    /// By how much the account does not balance \[J\].
-    pub fn defect(&self) -> T {
-        let tyre = self.tyre.stored + self.tyre.volume + self.tyre.outlet;
-        let brake = self.brake_stored + self.brake_dissipated;
-        self.external + self.loading - self.kinetic - tyre - brake
-    }
 }
 
 /// A wheel with a tyre of bristles and a brake of one bristle, and the mass that it carries. It is
@@ -260,6 +219,8 @@ where
             angular_velocity,
             brake_deflection: brake.stationary(angular_velocity),
             rolled_back: zero,
+            force: zero,
+            brake_torque: zero,
         };
         Ok(Self {
             tyre,
@@ -300,8 +261,7 @@ where
         self.brake.contact()
     }
 
-    /// Slip velocity v = v_x − ωR [m/s]: the difference of two states, right to a rounding of the
-    /// speed. [`WheelStep::slip_velocity`] keeps its digits.
+    /// Slip velocity v = v_x − ωR [m/s], to a rounding of the speed.
     pub fn slip_velocity(&self) -> T {
         self.state.speed - self.state.angular_velocity * self.body.radius
     }
@@ -326,7 +286,7 @@ where
         self.tyre.stored_energy() + self.brake.contact().stored_energy(self.state.brake_deflection)
     }
 
-    /// A step of length h ≥ 0 \[s\].
+    /// A step of length h ≥ 0 \[s\]; returns the motion at its end.
     ///
     /// # Errors
     ///
@@ -336,45 +296,7 @@ where
         &mut self,
         loads: WheelLoads<T>,
         duration: T,
-    ) -> Result<WheelStep<T>, ParameterError> {
-        Ok(self.advance(loads, duration, |tyre, v| tyre.commit(v))?.0)
-    }
-
-    /// A step as [`BrakedWheel::step`], with an account of where the energy has gone. The time is
-    /// proportional to the number of segments.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`BrakedWheel::step`].
-    pub fn step_with_ledger(
-        &mut self,
-        loads: WheelLoads<T>,
-        duration: T,
-    ) -> Result<WheelLedger<T>, ParameterError> {
-        let WheelState { speed, angular_velocity, .. } = self.state;
-        let (step, tyre, brake, loading) =
-            self.advance(loads, duration, |tyre, v| tyre.commit_with_ledger(v))?;
-        let spin = step.angular_velocity;
-        let turned = self.state.angular_velocity - angular_velocity;
-        Ok(WheelLedger {
-            step,
-            external: duration * (loads.force * step.speed + loads.drive_torque * spin),
-            loading,
-            kinetic: self.body.mass * step.speed * (self.state.speed - speed)
-                + self.body.inertia * spin * turned,
-            tyre,
-            brake_stored: brake.stored + loading,
-            brake_dissipated: brake.dissipated,
-        })
-    }
-
-    /// Solves a step and ends it.
-    fn advance<R>(
-        &mut self,
-        loads: WheelLoads<T>,
-        duration: T,
-        commit: impl FnOnce(PatchStep<'_, T, M, N, B>, T) -> Result<R, ParameterError>,
-    ) -> Result<(WheelStep<T>, R, CompletedStep<T>, T), ParameterError> {
+    ) -> Result<WheelState<T>, ParameterError> {
         parameter::non_negative("brake_normal_force", loads.brake_normal_force)?;
         parameter::finite("drive_torque", loads.drive_torque)?;
         parameter::finite("force", loads.force)?;
@@ -382,7 +304,6 @@ where
         let half = lit::<T>(0.5) * duration;
         let (before, body, moves) = (self.state, self.body, duration > T::zero());
         let positive = |value: T| if value > T::zero() { value } else { T::zero() };
-        let loading = self.brake.loading_work(loads.brake_normal_force, before.brake_deflection);
         let brake = self.brake.clone().with_normal_force(loads.brake_normal_force)?;
 
         let length = self.tyre.patch().length();
@@ -398,55 +319,54 @@ where
         if self.twice {
             let pads = brake.step(spin, before.brake_deflection, duration);
             let tyre = self.tyre.companion_step(motion(slip, spin), duration)?;
-            let (tyre, pads) = ((tyre.bias(), tyre.damping()), (pads.bias(), pads.damping()));
-            let solved = body.balance(&before, &loads, tyre, pads, half);
-            (slip, spin) = (solved.slip_velocity, solved.angular_velocity);
+            let forces = [tyre.bias(), tyre.damping(), pads.bias(), pads.damping()];
+            (slip, spin, _) = body.balance(&before, &loads, forces, half);
         }
         let pads = brake.step(spin, before.brake_deflection, duration);
         let tyre = self.tyre.companion_step(motion(slip, spin), duration)?;
-        let (source, torque) = ((tyre.bias(), tyre.damping()), (pads.bias(), pads.damping()));
-        let step = body.balance(&before, &loads, source, torque, half);
+        let forces = [tyre.bias(), tyre.damping(), pads.bias(), pads.damping()];
+        let (slip, spin, mean_speed) = body.balance(&before, &loads, forces, half);
 
         let two = lit::<T>(2.0);
-        let speed = parameter::finite("speed", two * step.speed - before.speed)?;
-        let angular_velocity = two * step.angular_velocity - before.angular_velocity;
+        let speed = parameter::finite("speed", two * mean_speed - before.speed)?;
+        let angular_velocity = two * spin - before.angular_velocity;
         let angular_velocity = parameter::finite("angular_velocity", angular_velocity)?;
-        let rolled = step.angular_velocity * body.radius * duration / length;
-        let rolled_back = positive(before.rolled_back - rolled);
+        let rolled_back = positive(before.rolled_back - spin * body.radius * duration / length);
         let most = lit(ROCKING);
         parameter::at_most("rolled_back", rolled_back, "what a patch takes", most)?;
 
-        let done = commit(tyre, step.slip_velocity)?;
-        let pads = pads.commit(step.angular_velocity);
+        let force = tyre.commit(slip)?;
+        let pads = pads.commit(spin);
         self.brake = brake;
-        self.state = WheelState {
-            time: before.time + duration,
-            position: before.position + duration * step.speed,
-            angle: before.angle + duration * step.angular_velocity,
-            speed,
-            angular_velocity,
-            brake_deflection: pads.deflection,
-            rolled_back,
-        };
         if moves {
             let turned = angular_velocity - before.angular_velocity;
             self.acceleration = ((speed - before.speed) / duration, turned / duration);
+            self.state = WheelState {
+                time: before.time + duration,
+                position: before.position + duration * mean_speed,
+                angle: before.angle + duration * spin,
+                speed,
+                angular_velocity,
+                brake_deflection: pads.deflection,
+                rolled_back,
+                force,
+                brake_torque: pads.force,
+            };
         }
-        Ok((step, done, pads, loading))
+        Ok(self.state)
     }
 }
 
 impl<T: Scalar> Body<T> {
-    /// The mean velocities of a step from both balances of momentum, with bias and damping of the
-    /// tyre and of the brake.
+    /// The mean velocities v̄, ω̄ and v̄_x of a step from both balances of momentum, with bias and
+    /// damping of the tyre and of the brake.
     fn balance(
         &self,
         before: &WheelState<T>,
         loads: &WheelLoads<T>,
-        (tyre_bias, tyre_damping): (T, T),
-        (brake_bias, brake_damping): (T, T),
+        [tyre_bias, tyre_damping, brake_bias, brake_damping]: [T; 4],
         half: T,
-    ) -> WheelStep<T> {
+    ) -> (T, T, T) {
         let Self { mass, inertia, radius } = *self;
         let (k, q) = (half * tyre_damping, half * brake_damping);
         let forward = mass * before.speed + half * (loads.force - tyre_bias);
@@ -455,15 +375,10 @@ impl<T: Scalar> Body<T> {
         let turned = inertia + q;
         let coupled = k * radius;
         let inverse = T::one() / (mass * (turned + coupled * radius) + k * turned);
-        let angular_velocity = ((mass + k) * turning + coupled * forward) * inverse;
         // Not from the difference of the other two, which a stiff tyre makes nearly equal.
         let slip_velocity = (turned * forward - mass * radius * turning) * inverse;
-        WheelStep {
-            force: tyre_bias + tyre_damping * slip_velocity,
-            brake_torque: brake_bias + brake_damping * angular_velocity,
-            speed: ((turned + coupled * radius) * forward + coupled * turning) * inverse,
-            angular_velocity,
-            slip_velocity,
-        }
+        let angular_velocity = ((mass + k) * turning + coupled * forward) * inverse;
+        let speed = ((turned + coupled * radius) * forward + coupled * turning) * inverse;
+        (slip_velocity, angular_velocity, speed)
     }
 }

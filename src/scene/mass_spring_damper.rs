@@ -21,19 +21,19 @@ use crate::bounds::larger;
 use crate::ode::{Linearisation, System};
 use crate::parameter::{self, ParameterError};
 use crate::scalar::is_zero;
-use crate::signal::{Constant, Signal};
+use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 
 /// Parameters of [`MassSpringDamper`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MassSpringDamperParameters<T, M, F = Constant<T>> {
+pub struct MassSpringDamperParameters<T, M, F = T> {
     /// Friction under its normal force.
     pub contact: Contact<T, M>,
     /// Mass, spring and damper; the spring and the damper may be absent (zero).
     pub mechanism: Mechanism<T>,
     /// Velocity V [m/s] of the spring's far end; zero for a spring fixed to the ground.
     pub drive_velocity: T,
-    /// Applied force f(t) \[N\]; [`Constant::zero`] for none.
+    /// Applied force f(t) \[N\]; a number for a constant one, 0 for none.
     pub force: F,
 }
 
@@ -44,7 +44,6 @@ pub struct MassSpringDamperParameters<T, M, F = Constant<T>> {
 /// ```
 /// use bristle::ode::{self, Output};
 /// use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
-/// use bristle::signal::Constant;
 /// use bristle::{Bristle, Dahl, DahlParameters, Mechanism};
 ///
 /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 5e3 })?;
@@ -52,7 +51,7 @@ pub struct MassSpringDamperParameters<T, M, F = Constant<T>> {
 ///     contact: friction.under_load(10.0)?, // N
 ///     mechanism: Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 },
 ///     drive_velocity: 0.0,
-///     force: Constant::new(7.0)?, // N
+///     force: 7.0, // N
 /// })?;
 /// let run = ode::solve(&block, 0.0..1.0, block.at_rest(), 1e-6, Output::Uniform(11))?;
 /// // Sliding friction is 5 N: the block gains 0.2 m/s in each tenth of a second.
@@ -61,7 +60,7 @@ pub struct MassSpringDamperParameters<T, M, F = Constant<T>> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MassSpringDamper<T, M, F = Constant<T>> {
+pub struct MassSpringDamper<T, M, F = T> {
     body: Body<T, M>,
     drive_velocity: T,
     force: F,

@@ -17,12 +17,10 @@ mod diaphragm_valve;
 mod mass_spring_damper;
 mod prescribed_velocity;
 
-pub use braked_wheel::{
-    BrakedWheel, BrakedWheelParameters, WheelLedger, WheelLoads, WheelState, WheelStep,
-};
+pub use braked_wheel::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState};
 pub use diaphragm_valve::{DiaphragmValve, DiaphragmValveParameters};
 pub use mass_spring_damper::{MassSpringDamper, MassSpringDamperParameters};
-pub use prescribed_velocity::{PrescribedVelocity, PrescribedVelocityParameters};
+pub use prescribed_velocity::PrescribedVelocity;
 
 use nalgebra::{SMatrix, SVector};
 

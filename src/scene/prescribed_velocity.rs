@@ -8,21 +8,12 @@ use crate::scalar::lit;
 use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Scalar};
 
-/// Parameters of [`PrescribedVelocity`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PrescribedVelocityParameters<T, M, V> {
-    /// Friction under its normal force.
-    pub contact: Contact<T, M>,
-    /// Sliding velocity v(t) [m/s].
-    pub velocity: V,
-}
-
 /// A bristle dragged at a given velocity. State: its deflection \[m\], or the stretches of its
 /// springs.
 ///
 /// ```
 /// use bristle::ode::{self, Output};
-/// use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
+/// use bristle::scene::PrescribedVelocity;
 /// use bristle::signal::{Sine, SineParameters};
 /// use bristle::{Bristle, FrBd, paper};
 /// use bristle::curve::Stribeck;
@@ -35,10 +26,8 @@ pub struct PrescribedVelocityParameters<T, M, V> {
 ///     series_damping: 100.0,
 /// })?;
 /// let velocity = SineParameters { mean: 0.0, amplitude: 0.01, frequency: 1.0, phase: 0.0 };
-/// let scene = PrescribedVelocity::new(PrescribedVelocityParameters {
-///     contact: FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle).under_load(1.0)?,
-///     velocity: Sine::new(velocity)?,
-/// });
+/// let friction = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle);
+/// let scene = PrescribedVelocity::new(friction.under_load(1.0)?, Sine::new(velocity)?);
 /// let run = ode::solve(&scene, 0.0..1.0, Vector2::zeros(), 1e-6, Output::Uniform(101))?;
 /// assert!(run.iter().all(|(time, state)| scene.friction_force(time, state).abs() <= 1.5));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -50,9 +39,8 @@ pub struct PrescribedVelocity<T, M, V> {
 }
 
 impl<T: Scalar, M: Bristle<T>, V: Signal<T>> PrescribedVelocity<T, M, V> {
-    /// The scene.
-    pub fn new(parameters: PrescribedVelocityParameters<T, M, V>) -> Self {
-        let PrescribedVelocityParameters { contact, velocity } = parameters;
+    /// A contact that is dragged at a sliding velocity v(t) [m/s].
+    pub fn new(contact: Contact<T, M>, velocity: V) -> Self {
         Self { contact, velocity }
     }
 

@@ -3,21 +3,19 @@
 //! A signal answers its value and its rate of change at a time, and says where it is not smooth,
 //! so that an integrator can end a step there.
 
-mod constant;
 mod function;
 mod polyline;
 mod sine;
 
 use core::fmt::Debug;
 
-pub use constant::Constant;
 pub use function::Function;
 pub use polyline::{Polyline, Vertex};
 pub use sine::{Sine, SineParameters};
 
 use crate::Scalar;
 
-/// A quantity that depends on time alone.
+/// A quantity that depends on time alone. A number is one that does not change.
 pub trait Signal<T: Scalar>: Debug + Clone {
     /// The value at a time \[s\].
     fn value(&self, time: T) -> T;
@@ -30,6 +28,19 @@ pub trait Signal<T: Scalar>: Debug + Clone {
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         let _ = (time, towards);
         None
+    }
+}
+
+/// A number is a signal that does not change.
+impl<T: Scalar> Signal<T> for T {
+    #[inline]
+    fn value(&self, _time: T) -> T {
+        *self
+    }
+
+    #[inline]
+    fn value_and_rate(&self, _time: T) -> (T, T) {
+        (*self, T::zero())
     }
 }
 

@@ -13,8 +13,7 @@ use bristle::ode::{
     DormandPrince, DormandPrince8, Method, Rodas4, Rodas5P, RungeKutta4, Solver, Step, Tolerances,
 };
 use bristle::rheology::KelvinVoigt;
-use bristle::scene::{MassSpringDamper, PrescribedVelocity, PrescribedVelocityParameters};
-use bristle::signal::Constant;
+use bristle::scene::{MassSpringDamper, PrescribedVelocity};
 use bristle::{Bristle, Contact, FrBd, LuGre, paper};
 use nalgebra::Vector1;
 
@@ -71,10 +70,7 @@ fn the_energy_machine_of_an_integrator_gives_the_printed_work_too() {
         for _ in 0..12 {
             ledger.close_cycle();
             for (velocity, duration) in PHASES {
-                let scene = PrescribedVelocity::new(PrescribedVelocityParameters {
-                    contact: contact.clone(),
-                    velocity: Constant::new(velocity).unwrap(),
-                });
+                let scene = PrescribedVelocity::new(contact.clone(), velocity);
                 let tolerances = Tolerances::scaled(1e-10, scene.scales()).unwrap();
                 let solver = Solver::adaptive(DormandPrince8, tolerances);
                 let mut meter =

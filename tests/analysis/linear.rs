@@ -21,9 +21,8 @@ use bristle::rheology::{
 };
 use bristle::scene::{
     DiaphragmValve, MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity,
-    PrescribedVelocityParameters,
 };
-use bristle::signal::{Constant, Sine, SineParameters};
+use bristle::signal::{Sine, SineParameters};
 use bristle::{
     Bounds, Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Mechanism, Scalar,
     Sliding, paper,
@@ -303,7 +302,7 @@ fn a_small_oscillation_of_the_velocity_gives_the_force_of_the_frequency_response
             let sine = SineParameters { mean, amplitude, frequency, phase: 0.0 };
             let velocity = Sine::new(sine).unwrap();
             let contact = contact.clone();
-            let scene = PrescribedVelocity::new(PrescribedVelocityParameters { contact, velocity });
+            let scene = PrescribedVelocity::new(contact, velocity);
             // Long enough for e^(−λt) to vanish: λ ≥ 31 1/s.
             let periods = (1.2 * frequency).ceil() + 1.0;
             let start = scene.stationary(0.0);
@@ -416,7 +415,7 @@ fn the_eigenvalues_of_a_sliding_mass_are_those_of_a_dual_jacobian() {
             contact: model.clone().under_load(1.3).unwrap(),
             mechanism,
             drive_velocity: drive,
-            force: Constant::zero(),
+            force: 0.0,
         })
         .unwrap();
         let twin = MassSpringDamper::new(MassSpringDamperParameters {
@@ -427,7 +426,7 @@ fn the_eigenvalues_of_a_sliding_mass_are_those_of_a_dual_jacobian() {
                 viscous_damping: lit(0.4),
             },
             drive_velocity: lit(drive),
-            force: Constant::zero(),
+            force: lit(0.0),
         })
         .unwrap();
         let steady = rig.contact().steady_sliding(mechanism, drive).unwrap();
@@ -486,7 +485,7 @@ fn the_valve_at_a_state_is_a_state_space_too() {
         KelvinVoigt::new(paper::VALVE_BRISTLE).unwrap(),
     );
     let contact = friction.under_load(1.0).unwrap();
-    let valve = paper::valve(contact, 0.425, Constant::new(50.0).unwrap());
+    let valve = paper::valve(contact, 0.425, 50.0);
     let valve = DiaphragmValve::new(valve).unwrap();
     let state = Vector4::new(6e-3, 1e-3, 8e-7, 1.2e5);
     let (input, output) = (Vector4::new(0.0, 1.0, 0.0, 0.0), RowVector4::new(0.0, 1.0, 0.0, 0.0));

@@ -2,7 +2,7 @@
 
 use bristle::curve::Stribeck;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::rolling::Motion;
+use bristle::rolling::{FunctionPressure, Motion, Pressure};
 use bristle::{FrBd, paper};
 
 /// Length of its contact patch [m].
@@ -26,4 +26,15 @@ pub fn bristle(micro_damping: f64) -> KelvinVoigt<f64> {
 /// Its model with that.
 pub fn frbd(micro_damping: f64) -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
     FrBd::new(curve(), bristle(micro_damping))
+}
+
+/// Pressure along straight lines between four points (place, pressure).
+pub fn table(points: [(f64, f64); 4]) -> impl Pressure<f64> + Copy {
+    let lines = move |place: f64| {
+        let piece = usize::from(place >= points[1].0) + usize::from(place >= points[2].0);
+        let ((from, start), (to, end)) = (points[piece], points[piece + 1]);
+        let part = (place - from) / (to - from);
+        (start * (1.0 - part) + end * part, (end - start) / (to - from))
+    };
+    FunctionPressure::new(lines, [points[1].0, points[2].0]).unwrap()
 }

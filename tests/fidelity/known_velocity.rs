@@ -4,7 +4,7 @@ use bristle::curve::Stribeck;
 use bristle::fidelity::*;
 use bristle::ode::{Output, Rodas5P, Solver, System, Tolerances};
 use bristle::rheology::{Deflection, KelvinVoigt, States, Zener, ZenerParameters};
-use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
+use bristle::scene::PrescribedVelocity;
 use bristle::signal::{Signal, Sine, SineParameters};
 use bristle::{Bristle, Contact, ElastoPlastic, FrBd, LuGre, paper};
 use nalgebra::SVector;
@@ -54,7 +54,7 @@ where
         };
         return times.iter().map(to_answer).collect();
     }
-    let system = PrescribedVelocity::new(PrescribedVelocityParameters { contact, velocity });
+    let system = PrescribedVelocity::new(contact, velocity);
     let state: SVector<f64, N> = if steady { system.stationary(0.0) } else { SVector::zeros() };
     let tolerances = Tolerances::scaled(1e-9, System::<f64, N, 1>::scales(&system)).unwrap();
     let solver = Solver::adaptive(Rodas5P, tolerances);

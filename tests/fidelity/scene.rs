@@ -5,7 +5,7 @@ use bristle::fidelity::*;
 use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{Motion, PolynomialExponential};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
-use bristle::signal::{Constant, Function, Signal, Sine, SineParameters};
+use bristle::signal::{Function, Signal, Sine, SineParameters};
 use bristle::{Bristle, FrBd, Mechanism, ParameterError, Rule};
 use nalgebra::Vector3;
 
@@ -39,10 +39,10 @@ fn pulled(
     spring_stiffness: f64,
     drive_velocity: f64,
     (interval, answers): (f64, usize),
-) -> MechanismScene<f64, Lumped, Constant<f64>> {
+) -> MechanismScene<f64, Lumped, f64> {
     let mechanism = Mechanism { mass, spring_stiffness, viscous_damping: 0.0 };
     let contact = sets()[0].under_load(1.0).unwrap();
-    let force = Constant::zero();
+    let force = 0.0;
     let system = MassSpringDamperParameters { contact, mechanism, drive_velocity, force };
     let system = MassSpringDamper::new(system).unwrap();
     let answers = Answers { interval, count: answers };
@@ -89,7 +89,7 @@ fn levels_of_other_scenes_and_no_steps_are_refused() {
 #[test]
 fn senseless_input_is_refused_by_name() {
     let name = |scene: Result<_, ParameterError>| scene.map(|_| ()).unwrap_err().name;
-    let steady = Constant::new(0.1).unwrap();
+    let steady = 0.1;
     for interval in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert_eq!(name(dragged(steady, interval, 10).map(|_| ())), "interval");
     }

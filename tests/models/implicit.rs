@@ -646,10 +646,7 @@ mod runs {
     use bristle::ode::{
         Direction, DormandPrince8, Event, Method, Output, Rodas5P, Solver, Tolerances,
     };
-    use bristle::scene::{
-        MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity,
-        PrescribedVelocityParameters,
-    };
+    use bristle::scene::{MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity};
     use bristle::signal::{Sine, SineParameters};
     use nalgebra::Vector3;
 
@@ -696,10 +693,10 @@ mod runs {
     fn the_loops_of_frictional_lag_are_two_tenths_apart() {
         let (solved, one_step) = table_2();
         fn forces<M: Bristle<f64, Deflection = f64>>(model: M, frequency: f64) -> Vec<f64> {
-            let scene = PrescribedVelocity::new(PrescribedVelocityParameters {
-                contact: model.under_load(1.0).unwrap(),
-                velocity: sine(0.0055, 0.005, frequency),
-            });
+            let scene = PrescribedVelocity::new(
+                model.under_load(1.0).unwrap(),
+                sine(0.0055, 0.005, frequency),
+            );
             let tolerances = Tolerances::scaled(1e-8, scene.scales()).unwrap();
             let solver = Solver::adaptive(DormandPrince8, tolerances);
             let span = 0.0..10.0 / frequency;

@@ -1331,15 +1331,12 @@ fn a_small_oscillation_is_answered_by_the_complex_modulus() {
 fn a_scene_of_several_springs_has_the_exact_steps_and_its_own_jacobian() {
     use bristle::Branch;
     use bristle::ode::{self, Output, System};
-    use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
-    use bristle::signal::{Constant, Sine, SineParameters};
+    use bristle::scene::PrescribedVelocity;
+    use bristle::signal::{Sine, SineParameters};
 
     let contact =
         FrBd::new(stribeck(&Recipe::TABLE_2, 2.0), zener(1e4, 2e4, 100.0)).under_load(2.0).unwrap();
-    let held = PrescribedVelocity::new(PrescribedVelocityParameters {
-        contact,
-        velocity: Constant::new(0.02).unwrap(),
-    });
+    let held = PrescribedVelocity::new(contact, 0.02);
     let start = Vector2::new(1e-5, -2e-5);
     let run = ode::solve(&held, 0.0..0.05, start, 1e-9, Output::Steps).unwrap();
     let exact = contact.hold(0.02, start, 0.05);
@@ -1350,16 +1347,11 @@ fn a_scene_of_several_springs_has_the_exact_steps_and_its_own_jacobian() {
     let scales = System::scales(&held);
     assert_eq!(scales, Vector2::repeat(1.5 / 3e4));
 
-    let sine = PrescribedVelocity::new(PrescribedVelocityParameters {
+    let sine = PrescribedVelocity::new(
         contact,
-        velocity: Sine::new(SineParameters {
-            mean: 0.0,
-            amplitude: 0.01,
-            frequency: 1.0,
-            phase: 0.0,
-        })
-        .unwrap(),
-    });
+        Sine::new(SineParameters { mean: 0.0, amplitude: 0.01, frequency: 1.0, phase: 0.0 })
+            .unwrap(),
+    );
     let (time, branch) = (0.05, [Branch::Forward]);
     let tangent = sine.linearised(time, &start, branch).unwrap();
     assert_eq!(tangent.rate, sine.rate(time, &start, branch));

@@ -12,7 +12,6 @@ use bristle::ode::{DormandPrince, Output, RungeKutta4, Solver, System, Tolerance
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{
     DiaphragmValve, DiaphragmValveParameters, MassSpringDamper, PrescribedVelocity,
-    PrescribedVelocityParameters,
 };
 use bristle::signal::{Polyline, Vertex};
 use bristle::{Branch, Bristle, FrBd};
@@ -72,8 +71,7 @@ fn dahl_errors<M: bristle::ode::Method<f64, 1>>(
     locked: bool,
     output: Output<'_, f64>,
 ) -> Vec<(f64, f64)> {
-    let bristle =
-        PrescribedVelocity::new(PrescribedVelocityParameters { contact: dahl(), velocity: SWING });
+    let bristle = PrescribedVelocity::new(dahl(), SWING);
     (0..=halvings)
         .map(|k| {
             let step = if order > 6.0 { 0.2 } else { 0.05 } / 2f64.powi(k);
@@ -186,8 +184,7 @@ fn runge_kutta_converges_at_order_four_to_the_reference_state() {
 
 #[test]
 fn a_tighter_tolerance_gives_a_smaller_error() {
-    let bristle =
-        PrescribedVelocity::new(PrescribedVelocityParameters { contact: dahl(), velocity: SWING });
+    let bristle = PrescribedVelocity::new(dahl(), SWING);
     let error = |relative: f64| {
         let tolerances = Tolerances::scaled(relative, bristle.scales()).unwrap();
         let solver = Solver::adaptive(DormandPrince, tolerances);

@@ -4,12 +4,12 @@
 
 use crate::ode_common::{Oscillator, Swing, but_evaluations, dahl, every_solver, tolerance};
 use bristle::ode::{Direction, Event, Output, System};
-use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
+use bristle::scene::PrescribedVelocity;
 use bristle::{Branch, Dahl};
 use nalgebra::{Vector1, Vector2};
 
 fn swung(swing: Swing) -> PrescribedVelocity<f64, Dahl<f64>, Swing> {
-    PrescribedVelocity::new(PrescribedVelocityParameters { contact: dahl(), velocity: swing })
+    PrescribedVelocity::new(dahl(), swing)
 }
 
 #[test]

@@ -18,7 +18,6 @@ use bristle::ode::{Linearisation, Observer, Solver, Statistics, Step, System, To
 use bristle::regularisation::Unregularised;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
-use bristle::signal::Constant;
 use bristle::signal::Signal;
 use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Mechanism, Scalar};
 use nalgebra::{Matrix1, SVector, Vector1, Vector2};
@@ -150,7 +149,7 @@ pub fn rig<T: Scalar, M: Bristle<T, Deflection = T>>(
             viscous_damping: T::zero(),
         },
         drive_velocity,
-        force: Constant::zero(),
+        force: 0.0,
     })
     .unwrap()
 }

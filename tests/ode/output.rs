@@ -9,7 +9,7 @@ use crate::ode_common::{
 };
 use bristle::Branch;
 use bristle::ode::{DormandPrince, Linearisation, Output, RungeKutta4, Solver, System};
-use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
+use bristle::scene::PrescribedVelocity;
 use bristle::signal::{Polyline, Vertex};
 use nalgebra::{Matrix1, Vector1, Vector2};
 
@@ -47,8 +47,7 @@ fn uniform_samples_include_both_ends_and_lie_on_the_solution() {
 #[test]
 fn samples_between_reversals_lie_on_the_solution() {
     let swing = Swing { amplitude: 0.5, angular: 2.0, phase: 0.3 };
-    let bristle =
-        PrescribedVelocity::new(PrescribedVelocityParameters { contact: dahl(), velocity: swing });
+    let bristle = PrescribedVelocity::new(dahl(), swing);
     every_solver!(0.013, tolerance(1e-10), |name, solver| {
         let run = solver.solve(&bristle, 0.0..10.0, Vector1::new(0.0), Output::Uniform(1234));
         for (time, state) in run.unwrap().iter() {
@@ -147,8 +146,7 @@ fn a_span_of_no_length_is_its_start() {
 fn a_run_returns_to_where_it_came_from() {
     // There and back, smooth and across reversals: what is left is twice the error of one way.
     let swing = Swing { amplitude: 0.02, angular: 2.0, phase: 0.0 };
-    let bristle =
-        PrescribedVelocity::new(PrescribedVelocityParameters { contact: dahl(), velocity: swing });
+    let bristle = PrescribedVelocity::new(dahl(), swing);
     every_solver!(0.01, tolerance(1e-10), |name, solver| {
         let start = Vector2::new(0.3, -0.8);
         let there = solver.solve(&Oscillator, -1.0..6.0, start, Output::Uniform(2)).unwrap();
@@ -301,8 +299,7 @@ fn a_reversal_between_grid_points_does_not_shift_the_grid() {
 #[test]
 fn a_run_by_hand_is_the_same_run() {
     let swing = Swing { amplitude: 0.5, angular: 2.0, phase: 0.3 };
-    let bristle =
-        PrescribedVelocity::new(PrescribedVelocityParameters { contact: dahl(), velocity: swing });
+    let bristle = PrescribedVelocity::new(dahl(), swing);
     every_solver!(0.03, tolerance(1e-7), |name, solver| {
         let start = Vector1::new(0.01);
         let stored = solver.solve(&bristle, 0.0..5.0, start, Output::Steps).unwrap();
@@ -372,8 +369,7 @@ fn a_step_knows_the_state_at_both_its_ends_and_between() {
 #[test]
 fn the_bare_step_of_runge_kutta_is_the_plain_solver() {
     let swing = Swing { amplitude: 0.5, angular: 2.0, phase: 0.3 };
-    let bristle =
-        PrescribedVelocity::new(PrescribedVelocityParameters { contact: dahl(), velocity: swing });
+    let bristle = PrescribedVelocity::new(dahl(), swing);
     let solver = Solver::fixed(RungeKutta4, 0.125).unwrap().plain();
     let run = solver.solve(&bristle, 0.0..8.0, Vector1::new(0.0), Output::Steps).unwrap();
     let mut state = Vector1::new(0.0);

@@ -11,10 +11,8 @@ use bristle::Branch;
 use bristle::curve::Stribeck;
 use bristle::ode::{Linearisation, Output, Statistics, StopReason, System, Tolerances};
 use bristle::rheology::KelvinVoigt;
-use bristle::scene::{
-    MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity, PrescribedVelocityParameters,
-};
-use bristle::signal::{Constant, Function, Signal, Sine, SineParameters};
+use bristle::scene::{MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity};
+use bristle::signal::{Function, Signal, Sine, SineParameters};
 use bristle::{Bristle, Contact, FrBd, Mechanism};
 use nalgebra::{Matrix1, Vector1, Vector2, Vector3};
 
@@ -199,10 +197,7 @@ fn the_branch_of_a_run_is_the_direction_of_sliding() {
 fn a_swing_reverses_as_often_as_its_sine() {
     for (phase, angular) in [(0.0, 2.0), (0.3, 2.0), (-1.0, 3.7), (3.0, 0.9)] {
         let swing = Swing { amplitude: 0.5, angular, phase };
-        let bristle = PrescribedVelocity::new(PrescribedVelocityParameters {
-            contact: dahl(),
-            velocity: swing,
-        });
+        let bristle = PrescribedVelocity::new(dahl(), swing);
         let reversals = swing.reversals(20.0).len() as u64;
         for relative in [1e-3, 1e-6, 1e-9] {
             let tolerances = Tolerances::scaled(relative, bristle.scales()).unwrap();
@@ -227,10 +222,7 @@ fn a_reversal_on_the_grid_of_a_fixed_step_is_one_like_any_other() {
                 angular: std::f64::consts::TAU * frequency,
                 phase: 0.0,
             };
-            let bristle = PrescribedVelocity::new(PrescribedVelocityParameters {
-                contact: dahl(),
-                velocity: swing,
-            });
+            let bristle = PrescribedVelocity::new(dahl(), swing);
             let end = 5.0 / frequency;
             let steps = 5 * u64::from(per_period);
             let fixed = 1.0 / (frequency * f64::from(per_period));
@@ -439,7 +431,7 @@ fn pushed() -> MassSpringDamper<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>> {
         contact: table_2_frbd().under_load(1.0).unwrap(),
         mechanism: Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 },
         drive_velocity: 0.0,
-        force: Constant::new(-20.0).unwrap(),
+        force: -20.0,
     })
     .unwrap()
 }

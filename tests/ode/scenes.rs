@@ -10,9 +10,9 @@ use bristle::ode::{DormandPrince, Output, Solver, System, Tolerances};
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
     DiaphragmValve, DiaphragmValveParameters, MassSpringDamper, MassSpringDamperParameters,
-    PrescribedVelocity, PrescribedVelocityParameters,
+    PrescribedVelocity,
 };
-use bristle::signal::{Constant, Polyline, Signal, Sine, SineParameters, Vertex};
+use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
 use bristle::{
     Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, Mechanism, ParameterError, Scalar,
 };
@@ -39,10 +39,7 @@ fn input<T: Scalar>() -> Sine<T> {
 fn prescribed<T: Scalar, M: Bristle<T, Deflection = T>>(
     friction: M,
 ) -> PrescribedVelocity<T, M, Sine<T>> {
-    PrescribedVelocity::new(PrescribedVelocityParameters {
-        contact: friction.under_load(lit(LOAD)).unwrap(),
-        velocity: input(),
-    })
+    PrescribedVelocity::new(friction.under_load(lit(LOAD)).unwrap(), input())
 }
 
 fn mechanism<T: Scalar>(spring_stiffness: f64, viscous_damping: f64) -> Mechanism<T> {
@@ -72,7 +69,7 @@ fn driven<T: Scalar, M: Bristle<T, Deflection = T>>(friction: M) -> MassSpringDa
         contact: friction.under_load(lit(LOAD)).unwrap(),
         mechanism: mechanism(SPRING, 0.0),
         drive_velocity: lit(DRIVE),
-        force: Constant::zero(),
+        force: 0.0,
     })
     .unwrap()
 }
@@ -254,10 +251,7 @@ fn a_scene_knows_its_sliding_velocity_and_its_kinks() {
         assert_eq!((next(0.0, 9.0), next(1.0, 9.0), next(2.0, 9.0)), (Some(1.0), Some(2.0), None));
         assert_eq!((next(9.0, 0.0), next(2.0, 0.0), next(1.0, 0.0)), (Some(2.0), Some(1.0), None));
     };
-    let dragged = PrescribedVelocity::new(PrescribedVelocityParameters {
-        contact: contact(),
-        velocity: ramp,
-    });
+    let dragged = PrescribedVelocity::new(contact(), ramp);
     kinks(&|a, b| dragged.next_kink(a, b));
     assert_eq!(dragged.sliding_velocities(1.5, &Vector1::new(7.0)), [0.25]);
     assert_eq!(dragged.velocity(1.5), 0.25);
@@ -290,7 +284,7 @@ fn in_steady_sliding_the_spring_carries_the_friction() {
             contact: table_2_frbd::<f64>().under_load(LOAD).unwrap(),
             mechanism: mechanism(SPRING, 0.0),
             drive_velocity: drive,
-            force: Constant::zero(),
+            force: 0.0,
         })
         .unwrap();
         // Table 2 at the speed |v_ref|, written out.
@@ -310,9 +304,9 @@ fn in_steady_sliding_the_spring_carries_the_friction() {
 
 #[test]
 fn a_dragged_bristle_settles_at_its_stationary_force() {
-    let velocity = Constant::new(-0.02).unwrap();
+    let velocity = -0.02;
     let contact = table_2_frbd::<f64>().under_load(LOAD).unwrap();
-    let scene = PrescribedVelocity::new(PrescribedVelocityParameters { contact, velocity });
+    let scene = PrescribedVelocity::new(contact, velocity);
     let mu = 1.0 + 0.5 * (-4.0f64).exp() + 0.04 * 0.02;
     let stationary = scene.stationary(0.0);
     assert!((stationary.x + mu / 1e4).abs() < 1e-18 * 10.0, "{stationary}");
@@ -409,7 +403,7 @@ fn at_rest_is_an_equilibrium_of_what_is_not_driven() {
         contact: table_2_frbd::<f64>().under_load(LOAD).unwrap(),
         mechanism: mechanism(0.0, 0.0),
         drive_velocity: 0.0,
-        force: Constant::new(0.0).unwrap(),
+        force: 0.0,
     })
     .unwrap();
     assert_eq!(mass.rate(0.0, &mass.at_rest(), [Branch::Free]), Vector3::zeros());
@@ -417,8 +411,7 @@ fn at_rest_is_an_equilibrium_of_what_is_not_driven() {
 
 #[test]
 fn a_balanced_valve_moves_with_its_pressure_alone() {
-    let valve = DiaphragmValve::new(valve_parameters(table_2_frbd(), Constant::new(40.0).unwrap()))
-        .unwrap();
+    let valve = DiaphragmValve::new(valve_parameters(table_2_frbd(), 40.0)).unwrap();
     let state = valve.balanced(0.0);
     // P = 410 + 17·40 = 1090 Pa; x = (0.04·1090 − 25)/2000 m.
     let expected = Vector4::new(18.6 / 2e3, 0.0, 0.0, 1090.0);
@@ -460,7 +453,7 @@ fn the_scales_are_those_of_a_breakaway() {
         contact: table_2_frbd::<f64>().under_load(LOAD).unwrap(),
         mechanism: mechanism(SPRING, 0.0),
         drive_velocity: -50.0,
-        force: Constant::zero(),
+        force: 0.0,
     });
     assert_eq!(fast.unwrap().scales()[1], 50.0);
 
@@ -499,7 +492,7 @@ fn assert_refused<S>(result: Result<S, ParameterError>, name: &str, value: f64) 
 
 #[test]
 fn a_parameter_out_of_its_range_is_refused_by_name() {
-    let force = Constant::new(1.0).unwrap();
+    let force = 1.0;
     let whole = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.5 };
     let driven = MassSpringDamperParameters {
         contact: dahl(),

@@ -1,8 +1,10 @@
 //! Signals: values, rates of change, and the times at which they are not smooth.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use bristle::signal::{Constant, Function, Polyline, Signal, Sine, SineParameters, Vertex};
-use bristle::{ParameterError, Rule};
+use bristle::ode::{self, Output};
+use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
+use bristle::signal::{Function, Polyline, Signal, Sine, SineParameters, Vertex};
+use bristle::{Bristle, Dahl, DahlParameters, ParameterError, Rule, paper};
 use num_dual::Dual64;
 
 /// Some times, on either side of every corner used below.
@@ -17,7 +19,7 @@ macro_rules! every_signal {
         let vertex = |time: f64, value: f64| Vertex { time: lit(time), value: lit(value) };
         {
             let $name = "constant";
-            let $signal = Constant::new(lit(-3.5)).unwrap();
+            let $signal: $scalar = lit(-3.5);
             $body
         }
         {
@@ -133,7 +135,7 @@ fn kinks_are_the_same_in_both_directions() {
 
 #[test]
 fn a_constant_is_constant() {
-    let constant = Constant::new(2.5).unwrap();
+    let constant = 2.5;
     for time in times() {
         assert_eq!(constant.value_and_rate(time), (2.5, 0.0));
         assert_eq!(constant.value(time), 2.5);
@@ -211,9 +213,13 @@ fn name(error: ParameterError) -> (&'static str, Option<usize>) {
 }
 
 #[test]
-fn a_constant_refuses_what_is_not_a_number() {
-    for bad in NOT_NUMBERS {
-        assert_eq!(name(Constant::new(bad).unwrap_err()), ("value", None));
+fn a_run_under_a_force_that_is_not_a_number_fails() {
+    let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 5e3 });
+    let parameters = paper::stick_slip_rig(friction.unwrap().under_load(1.0).unwrap());
+    for force in NOT_NUMBERS {
+        let parameters = MassSpringDamperParameters { force, ..parameters };
+        let rig = MassSpringDamper::new(parameters).unwrap();
+        assert!(ode::solve(&rig, 0.0..1.0, rig.at_rest(), 1e-6, Output::Steps).is_err());
     }
 }
 

@@ -6,7 +6,7 @@ use crate::ode_common::{
     Counted, Integral, Oscillator, Swing, dahl, every_method, every_solver, stick_slip, tolerance,
 };
 use bristle::ode::{DormandPrince, Output, RungeKutta4, Solver, Statistics, Tolerances};
-use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
+use bristle::scene::PrescribedVelocity;
 use bristle::signal::Function;
 use bristle::{Branch, ode::System};
 use nalgebra::{Vector1, Vector2, Vector3};
@@ -15,8 +15,7 @@ use nalgebra::{Vector1, Vector2, Vector3};
 fn evaluations_are_counted_to_the_last_one() {
     let rig = stick_slip::<f64>();
     let swing = Swing { amplitude: 0.5, angular: 2.0, phase: 0.0 };
-    let bristle =
-        PrescribedVelocity::new(PrescribedVelocityParameters { contact: dahl(), velocity: swing });
+    let bristle = PrescribedVelocity::new(dahl(), swing);
     every_solver!(0.004, Tolerances::scaled(1e-5, rig.scales()).unwrap(), |name, solver| {
         for solver in [solver, solver.plain()] {
             let system = Counted::new(rig);
@@ -104,10 +103,7 @@ fn a_reversal_costs_a_step_and_a_rate() {
     // One trial that is cut, the step that is taken instead, and the rate on the other branch.
     every_method!(|name, method, order, dense| {
         let swing = Swing { amplitude: 0.5, angular: 2.0, phase: 0.3 };
-        let bristle = PrescribedVelocity::new(PrescribedVelocityParameters {
-            contact: dahl(),
-            velocity: swing,
-        });
+        let bristle = PrescribedVelocity::new(dahl(), swing);
         let solver = Solver::fixed(method, 0.03125).unwrap();
         let run = solver.solve(&bristle, 0.0..8.0, Vector1::new(0.0), Output::Uniform(3));
         let statistics = run.unwrap().statistics();

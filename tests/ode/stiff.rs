@@ -7,7 +7,7 @@ use bristle::ode::{
     self, Automatic, DormandPrince, DormandPrince8, Linearisation, Method, Output, Rodas4, Rodas5P,
     Solver, Statistics, StopReason, System, Tolerances,
 };
-use bristle::scene::{PrescribedVelocity, PrescribedVelocityParameters};
+use bristle::scene::PrescribedVelocity;
 use bristle::signal::{Sine, SineParameters};
 use bristle::{Branch, Bristle};
 use nalgebra::{Matrix1, Matrix2, SVector, Vector1, Vector2};
@@ -205,10 +205,8 @@ fn what_an_error_estimate_misses_by_chance_does_not_reach_the_solution() {
     let mut worst = 0.0f64;
     for frequency in [25.0, 50.0, 100.0] {
         let velocity = SineParameters { mean: 0.0055, amplitude: 0.005, frequency, phase: 0.0 };
-        let scene = PrescribedVelocity::new(PrescribedVelocityParameters {
-            contact: curve.under_load(1.0).unwrap(),
-            velocity: Sine::new(velocity).unwrap(),
-        });
+        let scene =
+            PrescribedVelocity::new(curve.under_load(1.0).unwrap(), Sine::new(velocity).unwrap());
         let run = |tolerance: f64| {
             let scales = Vector1::new(1.5e-4);
             let solver =

@@ -440,7 +440,7 @@ fn a_curve_that_has_no_answer_does_not_stay_in_the_patch() {
     let force = rolling.step(motion(1.0, 10.0), 1e-3).unwrap();
     assert_eq!(rolling.step(motion(3.0, 10.0), 1e-3).unwrap_err().name, NAMED);
     assert_eq!(rolling.settle(motion(3.0, 10.0)).unwrap_err().name, NAMED);
-    let slip_velocity = bristle::signal::Constant::new(3.0).unwrap();
+    let slip_velocity = 3.0;
     let over_time = Motion { slip_velocity, rolling_speed: slip_velocity };
     let refused = rolling.follow(&over_time, 0.0..1e-3).unwrap_err();
     assert_eq!(refused.name, NAMED);

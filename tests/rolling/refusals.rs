@@ -7,7 +7,6 @@ use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, RateDependent, Segment,
-    SlipPoint,
 };
 use bristle::{Bounds, FrBd, LuGre, paper};
 
@@ -72,14 +71,11 @@ fn a_curve_that_is_no_number_is_named_by_every_function() {
         let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap();
         let patch = patch(FrBd::new(curve, bristle));
         let motion = Motion { slip_velocity: 1.0, rolling_speed: 10.0 };
-        let slip = SlipPoint { slip_ratio: 0.1, rolling_speed: 10.0 };
         let named = |error: bristle::ParameterError| {
             assert!(error.name.contains("friction model"), "{error}");
         };
         named(patch.steady(motion).unwrap_err());
-        named(patch.steady_slopes(motion).unwrap_err());
-        named(patch.force_ratio(slip).unwrap_err());
-        named(patch.peak(slip).unwrap_err());
+        named(patch.peak(motion).unwrap_err());
         named(patch.pneumatic_trail(motion).unwrap_err());
         named(patch.linearised(motion).unwrap_err());
         let mut rolling = patch.exact([Segment::default(); 30]).unwrap();

@@ -12,7 +12,7 @@ use bristle::rolling::{
     ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent,
     Segment,
 };
-use bristle::signal::{Constant, Function, Polyline, Signal, Vertex};
+use bristle::signal::{Function, Polyline, Signal, Vertex};
 use bristle::{Bristle, FrBd, LuGre};
 
 fn tyre() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
@@ -195,7 +195,7 @@ fn reversals() -> Vec<f64> {
 
 #[test]
 fn the_force_converges_to_that_of_the_characteristics_with_its_order() {
-    let constant = Constant::new(6.17).unwrap();
+    let constant = 6.17;
     let swing = Function::new(swing, []);
     let steady = Motion { slip_velocity: swing, rolling_speed: constant };
     let pulsing = Motion { slip_velocity: swing, rolling_speed: Function::new(pulse, []) };
@@ -271,10 +271,7 @@ fn constant_signals_make_a_held_step() {
         let v = 0.3 * (f64::from(number % 7) - 3.0);
         let transport = 20.0 * f64::from(number % 4);
         let h = 1e-3 * f64::from(1 + number % 5);
-        let motion = Motion {
-            slip_velocity: Constant::new(v).unwrap(),
-            rolling_speed: Constant::new(LENGTH * transport).unwrap(),
-        };
+        let motion = Motion { slip_velocity: v, rolling_speed: LENGTH * transport };
         let got = followed.follow(&motion, 5.0..5.0 + h).unwrap();
         let h = (5.0 + h) - 5.0;
         let want =
@@ -292,7 +289,7 @@ fn a_stiff_bristle_follows_its_stationary_deflection() {
         KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e7, micro_damping: 0.0 });
     let model = FrBd::new(curve, stiff.unwrap());
     let slip = Function::new(|t: f64| (5.0 + 4.0 * (30.0 * t).sin(), 120.0 * (30.0 * t).cos()), []);
-    let motion = Motion { slip_velocity: slip, rolling_speed: Constant::new(1.0).unwrap() };
+    let motion = Motion { slip_velocity: slip, rolling_speed: 1.0 };
     let mut rolling = patch(model, PolynomialExponential::parabolic()).exact_in(400).unwrap();
     for number in 0..400 {
         let time = 1e-3 * f64::from(number);
@@ -359,18 +356,14 @@ fn bad_signals_are_refused_by_name_and_change_nothing() {
     let bad_speeds: [fn(f64) -> f64; 4] =
         [|_| f64::NAN, |_| -1.0, |_| f64::INFINITY, |t| if t > 0.6 { -1e-9 } else { 1.0 }];
     for speed in bad_speeds {
-        let motion =
-            Motion { slip_velocity: Constant::new(1.0).unwrap(), rolling_speed: function(speed) };
+        let motion = Motion { slip_velocity: 1.0, rolling_speed: function(speed) };
         let refused = rolling.follow(&motion, 0.0..1.0).unwrap_err();
         assert_eq!(refused.name, "rolling_speed");
     }
     for span in [1.0..0.5, f64::NAN..1.0, 0.0..f64::NAN, 0.0..f64::INFINITY] {
         assert!(rolling.follow(&good, span).is_err());
     }
-    let fast = Motion {
-        slip_velocity: Constant::new(1.0).unwrap(),
-        rolling_speed: Constant::new(100000.0).unwrap(),
-    };
+    let fast = Motion { slip_velocity: 1.0, rolling_speed: 100000.0 };
     let refused = rolling.follow(&fast, 0.0..1.0).unwrap_err();
     assert_eq!((refused.name, refused.value), ("crossings of the patch", 1e6));
     assert_eq!(format!("{rolling:?}"), before);
@@ -380,8 +373,8 @@ fn bad_signals_are_refused_by_name_and_change_nothing() {
     assert_eq!(format!("{rolling:?}"), before);
 }
 
-fn good_speed() -> Constant<f64> {
-    Constant::new(1.0).unwrap()
+fn good_speed() -> f64 {
+    1.0
 }
 
 #[test]

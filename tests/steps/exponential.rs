@@ -10,7 +10,7 @@ use bristle::curve::Stribeck;
 use bristle::exponential::{Exponential, Ramp, StepSummary};
 use bristle::ode::StopReason;
 use bristle::rheology::KelvinVoigt;
-use bristle::signal::{Constant, Function, Polyline, Signal, Sine, SineParameters, Vertex};
+use bristle::signal::{Function, Polyline, Signal, Sine, SineParameters, Vertex};
 use bristle::{
     Affine, Bristle, Contact, Dahl, DahlParameters, FrBd, Law, Limits, LuGre, Sliding, paper,
 };
@@ -644,7 +644,7 @@ fn what_is_not_a_number_stays_one() {
 #[test]
 fn a_run_refuses_what_it_cannot_do_and_says_where_it_stopped() {
     let contact = friction();
-    let constant = Constant::new(0.01).unwrap();
+    let constant = 0.01;
     assert!(Exponential::<4>.adaptive(0.0).is_err() && Exponential::<4>.fixed(f64::NAN).is_err());
     let solver = Exponential::<4>.adaptive(1e-6).unwrap();
     assert!(solver.with_largest_step(-1.0).is_err());

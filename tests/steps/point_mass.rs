@@ -143,7 +143,7 @@ fn errors<M: Bristle<f64, Deflection = f64>>(model: M, foreseen: bool, steps: u3
         contact: contact.clone(),
         mechanism: bristle::Mechanism { mass, spring_stiffness, viscous_damping: 0.0 },
         drive_velocity,
-        force: bristle::signal::Constant::zero(),
+        force: 0.0,
     })
     .unwrap();
     let state = nalgebra::Vector3::new(0.0, start[0], start[1]);

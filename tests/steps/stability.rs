@@ -11,7 +11,6 @@ use bristle::ode::{DormandPrince, DormandPrince8, Method, RungeKutta4, Solver, S
 use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{DiaphragmValve, MassSpringDamper};
-use bristle::signal::Constant;
 use bristle::stability::{Scheme, StepLimits, largest_step, largest_step_of};
 use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, paper};
 use nalgebra::{Matrix2, Matrix3, Vector1, Vector2, Vector3, Vector4};
@@ -227,7 +226,7 @@ fn the_stability_functions_are_those_of_the_methods() {
 #[test]
 fn a_scenes_jacobian_at_rest_gives_the_stuck_limits() {
     let rig = MassSpringDamper::new(paper::stick_slip_rig(table_2())).unwrap();
-    let opening = Constant::new(50.0).unwrap();
+    let opening = 50.0;
     let valve = DiaphragmValve::new(paper::valve(table_3(), 0.425, opening)).unwrap();
     let mechanism = Mechanism { spring_stiffness: 2.0, ..FREE };
     for scheme in

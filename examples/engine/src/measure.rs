@@ -5,7 +5,6 @@ use std::error::Error;
 use bristle::ode::{self, Output};
 use bristle::rheology::KelvinVoigtParameters;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
-use bristle::signal::Constant;
 use bristle::{Bristle, Mechanism};
 
 use crate::scene::{BELT, BRISTLE, CURVE, Friction, GRAVITY, MASS, SPRING, Scene, frbd};
@@ -128,7 +127,7 @@ pub fn belt_reference(seconds: f64) -> Outcome<Course> {
         contact: frbd()?.under_load(MASS * GRAVITY)?,
         mechanism: Mechanism { mass: MASS, spring_stiffness: SPRING, viscous_damping: 0.0 },
         drive_velocity: -BELT,
-        force: Constant::zero(),
+        force: 0.0,
     })?;
     let samples = Output::Uniform((200.0 * seconds) as usize + 1);
     let motion = ode::solve(&rig, 0.0..seconds, rig.at_rest(), 1e-9, samples)?;

@@ -58,7 +58,7 @@ where
     ///
     /// ```
     /// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
-    /// use bristle::signal::{Constant, Sine, SineParameters};
+    /// use bristle::signal::{Sine, SineParameters};
     /// use bristle::{FrBd, paper};
     /// use bristle::curve::Stribeck;
     /// use bristle::rheology::KelvinVoigt;
@@ -73,7 +73,7 @@ where
     /// let swing = SineParameters { mean: 0.1, amplitude: 0.5, frequency: 10.0, phase: 0.0 };
     /// let motion = Motion {
     ///     slip_velocity: Sine::new(swing)?,
-    ///     rolling_speed: Constant::new(16.0)?,
+    ///     rolling_speed: 16.0,
     /// };
     /// let mut rolling = tyre.exact_in(100)?;
     /// let mut force = 0.0;

@@ -24,6 +24,14 @@ use crate::scalar::to_f64;
 ///     [],
 /// )?;
 /// assert!((arch.total() - 2.0 / PI).abs() < 1e-15);
+///
+/// // Measured: straight lines between points.
+/// use bristle::signal::{Polyline, Signal, Vertex};
+///
+/// let points = [(0.0, 0.0), (0.2, 900.0), (0.7, 600.0), (1.0, 0.0)];
+/// let lines = Polyline::new(points.map(|(time, value)| Vertex { time, value }))?;
+/// let measured = FunctionPressure::new(|place: f64| lines.value_and_rate(place), [0.2, 0.7])?;
+/// assert!((measured.total() - 555.0).abs() < 1e-12);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Clone, Copy)]

@@ -3,13 +3,11 @@
 
 mod function;
 mod polynomial_exponential;
-mod tabulated;
 
 use core::fmt::Debug;
 
 pub use function::FunctionPressure;
 pub use polynomial_exponential::{PolynomialExponential, PolynomialExponentialParameters};
-pub use tabulated::{PressureKnot, TabulatedPressure, TrapezoidalParameters};
 
 use nalgebra::{Complex, ComplexField};
 
