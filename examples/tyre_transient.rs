@@ -48,7 +48,7 @@ fn main() -> ExitCode {
         let (end, samples) = (arguments.number("end"), arguments.count("samples"));
         let rolling_speed = arguments.number("rolling-speed");
         let slip = Function::new(slip_velocity, []);
-        let motion = Motion { slip_velocity: slip, rolling_speed: rolling_speed };
+        let motion = Motion { slip_velocity: slip, rolling_speed };
         let times: Vec<f64> =
             (0..samples).map(|number| end * number as f64 / (samples - 1) as f64).collect();
 
@@ -148,7 +148,7 @@ where
 fn steady(number: usize, rolling_speed: f64) -> Result<f64, Box<dyn Error>> {
     let model =
         FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?);
-    let motion = Motion { slip_velocity: 1.0, rolling_speed: rolling_speed };
+    let motion = Motion { slip_velocity: 1.0, rolling_speed };
     // Two transits, or long enough to slide where the patch stands.
     let time = 2.0 * paper::TYRE_LENGTH / rolling_speed.max(0.1);
     Ok(forces(model, &motion, &[0.0, time])?[number][1])

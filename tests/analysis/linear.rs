@@ -426,7 +426,7 @@ fn the_eigenvalues_of_a_sliding_mass_are_those_of_a_dual_jacobian() {
                 viscous_damping: lit(0.4),
             },
             drive_velocity: lit(drive),
-            force: lit(0.0),
+            force: lit::<Dual64>(0.0),
         })
         .unwrap();
         let steady = rig.contact().steady_sliding(mechanism, drive).unwrap();

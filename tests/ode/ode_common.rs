@@ -149,7 +149,7 @@ pub fn rig<T: Scalar, M: Bristle<T, Deflection = T>>(
             viscous_damping: T::zero(),
         },
         drive_velocity,
-        force: 0.0,
+        force: T::zero(),
     })
     .unwrap()
 }

@@ -69,7 +69,7 @@ fn driven<T: Scalar, M: Bristle<T, Deflection = T>>(friction: M) -> MassSpringDa
         contact: friction.under_load(lit(LOAD)).unwrap(),
         mechanism: mechanism(SPRING, 0.0),
         drive_velocity: lit(DRIVE),
-        force: 0.0,
+        force: T::zero(),
     })
     .unwrap()
 }
