@@ -12,14 +12,15 @@
 mod support;
 
 use std::error::Error;
+use std::num::NonZero;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::ExitCode;
 
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::identify::{
-    self, Candidate, ElastoPlasticFit, FrBdFit, Log, LogParameters, MaxwellFit, Motion, Settings,
-    Simulation,
+    self, Candidate, ElastoPlasticFit, FrBdFit, InitialGuess, Log, LogParameters, MaxwellFit,
+    Motion, Settings,
 };
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd};
@@ -48,7 +49,7 @@ fn main() -> ExitCode {
                 .number("predict", 1e9, "s", "last time to predict, from the last one fitted on")
                 .number("settle", 0.0, "s", "time at the beginning that does not count")
                 .must_be(Rule::AtLeast(0.0))
-                .count("substeps", 1, "steps per row")
+                .count("substeps", 1, "steps per row of the model yielding")
                 .must_be(Rule::Between(1.0, 1e3))
                 .count("starts", 1, "searches from different places")
                 .must_be(Rule::Between(1.0, 1e3))
@@ -63,7 +64,11 @@ fn main() -> ExitCode {
         match arguments.text("model") {
             "lumped" => report(&FrBdFit, &log, &arguments),
             "relaxing" => report(&MaxwellFit, &log, &arguments),
-            "yielding" => report(&ElastoPlasticFit, &log, &arguments),
+            "yielding" => {
+                let substeps = u32::try_from(arguments.count("substeps"))?;
+                let candidate = ElastoPlasticFit { substeps: NonZero::try_from(substeps)? };
+                report(&candidate, &log, &arguments)
+            }
             other => Err(format!(
                 "--model must be lumped, relaxing or yielding, but {other:?} was given"
             )
@@ -149,9 +154,8 @@ fn report<C: Candidate<N>, const N: usize>(
     arguments: &Values,
 ) -> Result<(), Box<dyn Error>> {
     let (from, to) = (arguments.number("from"), arguments.number("to"));
+    let log = &log.clone().settling(arguments.number("settle"))?;
     let seen = log.between(from, to)?;
-    let simulation =
-        Simulation { settle: arguments.number("settle"), substeps: arguments.count("substeps") };
     let settings = Settings { starts: arguments.count("starts"), ..Settings::default() };
     let mut watch = |now: &identify::Progress<'_>| {
         if now.iteration.is_multiple_of(10) {
@@ -159,7 +163,8 @@ fn report<C: Candidate<N>, const N: usize>(
         }
         ControlFlow::Continue(())
     };
-    let fit = identify::fit(candidate, &seen, simulation, &settings, &mut watch)?;
+    let parameters = candidate.parameters(&InitialGuess::of(&seen)?);
+    let fit = identify::fit(candidate, parameters, &seen, &settings, &mut watch)?;
     println!("\n{fit}\n");
 
     let mut table =
@@ -179,18 +184,20 @@ fn report<C: Candidate<N>, const N: usize>(
     println!("                 rmse   work of friction over p: model, data");
     for (name, log, colour) in parts {
         let Some(log) = log else { continue };
-        let model = identify::predict(candidate, &fit.values(), &log, simulation)?;
+        let model = identify::predict(candidate, &fit.values(), &log)?;
+        let data = log.coefficients();
         println!(
             "{name:9}  {:10.5}   {:.6e} m, {:.6e} m",
-            model.rmse, model.work, model.measured_work
+            log.rmse(&model),
+            log.work(&model),
+            log.work(data)
         );
         let zero = begin(&log);
         let positions = log.positions().into_iter().map(|x| zero + x).collect();
         let columns = [log.times().to_vec(), positions, log.velocities().to_vec()];
         let [t, x, v] = &columns;
-        let data = log.coefficients();
         for row in 0..log.len() {
-            table.row(&[name], &[t[row], x[row], v[row], data[row], model.coefficients[row]])?;
+            table.row(&[name], &[t[row], x[row], v[row], data[row], model[row]])?;
         }
         // A few loops; all of them would hide one another.
         let rows = log.len().min(1600);
@@ -202,11 +209,11 @@ fn report<C: Candidate<N>, const N: usize>(
         over_time = new_over_time().line("data", Colour::Grey.width(2.5), pairs(t, data)).line(
             name,
             colour,
-            pairs(t, &model.coefficients),
+            pairs(t, &model),
         );
         over_position = over_position
             .line("data", Colour::Grey.width(2.5), pairs(&millimetres, data))
-            .line(name, colour, pairs(&millimetres, &model.coefficients));
+            .line(name, colour, pairs(&millimetres, &model));
     }
     table.finish()?;
     let figure = Figure::new(760, 640)

@@ -327,7 +327,8 @@ impl Rig {
     }
 }
 
-impl Residuals<COUNT> for Rig {
+impl Rig {
+    /// Starts and bounds.
     fn parameters(&self) -> [Parameter; COUNT] {
         let means = self.runs.iter().map(|run| run.measured.mean);
         let mean = means.sum::<f64>() / self.runs.len().max(1) as f64;
@@ -349,7 +350,9 @@ impl Residuals<COUNT> for Rig {
             Parameter::positive("moving_mass", "of load", 1.0, self.mass_factor),
         ]
     }
+}
 
+impl Residuals<COUNT> for Rig {
     fn evaluate<T: Scalar>(
         &self,
         values: &[T; COUNT],
@@ -407,7 +410,7 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         }
         ControlFlow::Continue(())
     };
-    let fit = identify::least_squares(&rig, &settings, &mut watch)?;
+    let fit = identify::least_squares(&rig, rig.parameters(), &settings, &mut watch)?;
     progress.step();
     let values = fit.values();
     println!("\nparameter                value {}", if synthetic { "      truth" } else { "" });
@@ -423,11 +426,8 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         };
         println!("{name:20} {:10.3e} {truth} {unit:7}  {remark}", estimate.value);
     }
-    if fit.residuals.rows <= COUNT {
-        println!(
-            "{} statistics do not tell {COUNT} parameters: one set of many.",
-            fit.residuals.rows
-        );
+    if fit.rows <= COUNT {
+        println!("{} statistics do not tell {COUNT} parameters: one set of many.", fit.rows);
     }
 
     // Longer, and with a quarter of the step, so that the result does not depend on the search's
@@ -468,10 +468,7 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         );
     }
     table.finish()?;
-    println!(
-        "\nrmse {:.4} of {} statistics; {}",
-        fit.residuals.rmse, fit.residuals.rows, fit.outcome
-    );
+    println!("\nrmse {:.4} of {} statistics; {}", fit.rmse, fit.rows, fit.outcome);
     println!("\n{}", figure.save(arguments.out_dir(), "identify_stick_slip")?.display());
     Ok(())
 }

@@ -50,10 +50,6 @@ pub enum Error {
     #[cfg(feature = "alloc")]
     #[error(transparent)]
     Fidelity(#[from] crate::fidelity::FidelityError),
-    /// A log or a candidate model was refused.
-    #[cfg(feature = "identify")]
-    #[error(transparent)]
-    Identify(#[from] crate::identify::IdentifyError),
 }
 
 impl<T: Scalar, const N: usize> From<Failure<T, N>> for Error {

@@ -35,7 +35,19 @@ pub struct ParameterError {
 
 impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name)?;
+        let (name, count) = (self.name, self.value);
+        match self.rule {
+            Rule::Count { least } => {
+                return write!(f, "there must be at least {least} {name}, not {count}");
+            }
+            Rule::CountBetween { least, most } if least == most => {
+                return write!(f, "there must be {least} {name}, not {count}");
+            }
+            Rule::CountBetween { least, most } => {
+                return write!(f, "there must be {least} to {most} {name}, not {count}");
+            }
+            _ => f.write_str(name)?,
+        }
         if let Some(component) = self.component {
             write!(f, "[{component}]")?;
         }
@@ -51,21 +63,11 @@ pub enum Rule {
     Finite,
     /// Not NaN (infinity is allowed).
     Number,
-    /// Between two positive limits.
-    Positive {
+    /// Between two limits, or at one of them.
+    Between {
         /// Smallest admissible value.
         least: f64,
         /// Largest admissible value.
-        most: f64,
-    },
-    /// Zero, or positive up to a limit.
-    NonNegative {
-        /// Largest admissible value.
-        most: f64,
-    },
-    /// Finite, of either sign, with a limited magnitude.
-    Magnitude {
-        /// Largest admissible magnitude.
         most: f64,
     },
     /// At least as large as another parameter.
@@ -139,12 +141,8 @@ impl fmt::Display for Rule {
         match *self {
             Rule::Finite => write!(f, "be finite"),
             Rule::Number => write!(f, "be a number"),
-            Rule::Positive { least, most } => {
+            Rule::Between { least, most } => {
                 write!(f, "lie between {} and {}", Number(least), Number(most))
-            }
-            Rule::NonNegative { most } => write!(f, "lie between 0 and {}", Number(most)),
-            Rule::Magnitude { most } => {
-                write!(f, "lie between {} and {}", Number(-most), Number(most))
             }
             Rule::AtLeast { other, limit } => write!(f, "be at least {other} = {}", Number(limit)),
             Rule::AtMost { other, limit } => write!(f, "be at most {other} = {}", Number(limit)),
@@ -190,6 +188,16 @@ pub(crate) fn refused<T: Scalar>(name: &'static str, value: T, rule: Rule) -> Pa
     ParameterError { name, component: None, value: to_f64(value), rule }
 }
 
+/// A rule of one construction: the value must …
+pub(crate) fn stated<T: Scalar>(
+    name: &'static str,
+    value: T,
+    passes: bool,
+    rule: &'static str,
+) -> Result<T, ParameterError> {
+    check(name, value, passes, Rule::Stated(rule))
+}
+
 /// Not NaN.
 pub(crate) fn number<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
     check(name, value, value.abs() >= T::zero(), Rule::Number)
@@ -198,22 +206,30 @@ pub(crate) fn number<T: Scalar>(name: &'static str, value: T) -> Result<T, Param
 /// Finite, of either sign and of admissible magnitude.
 pub(crate) fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
     let (_, most) = limits::<T>();
-    let inside = value >= lit(-most) && value <= lit(most);
-    check(name, value, inside, Rule::Magnitude { most })
+    between(name, value, -most, most)
 }
 
 /// Strictly positive.
 pub(crate) fn positive<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
     let (least, most) = limits::<T>();
-    let inside = value >= lit(least) && value <= lit(most);
-    check(name, value, inside, Rule::Positive { least, most })
+    between(name, value, least, most)
 }
 
 /// Zero or positive; −0 becomes 0, because what is divided by it has a sign.
 pub(crate) fn non_negative<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
     let (_, most) = limits::<T>();
-    let inside = value >= T::zero() && value <= lit(most);
-    check(name, value, inside, Rule::NonNegative { most }).map(|value| value + T::zero())
+    between(name, value, 0.0, most).map(|value| value + T::zero())
+}
+
+/// Between two limits, or at one of them.
+pub(crate) fn between<T: Scalar>(
+    name: &'static str,
+    value: T,
+    least: f64,
+    most: f64,
+) -> Result<T, ParameterError> {
+    let inside = value >= lit(least) && value <= lit(most);
+    check(name, value, inside, Rule::Between { least, most })
 }
 
 /// Not smaller than another parameter (both are checked to be finite elsewhere).

@@ -2,6 +2,7 @@
 //! bristles of growing richness.
 
 use core::fmt::Debug;
+use core::num::NonZero;
 
 use super::InitialGuess;
 use super::residuals::Parameter;
@@ -13,7 +14,6 @@ use crate::rheology::{
     GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters,
     MaxwellArm,
 };
-use crate::scalar::lit;
 use crate::{Bristle, ElastoPlastic, FrBd, Scalar};
 
 /// A friction model with N parameters to be found. Implement it for a model of your own:
@@ -58,6 +58,12 @@ pub trait Candidate<const N: usize>: Debug {
     /// Parameters out of their ranges.
     fn model<T: Scalar>(&self, values: &[T; N]) -> Result<Self::Model<T>, ParameterError>;
 
+    /// Exact steps per row of a log: more than one for a model that freezes a coefficient over a
+    /// step, where rows lie far apart.
+    fn substeps(&self) -> NonZero<u32> {
+        NonZero::<u32>::MIN
+    }
+
     /// What the force sensor adds to the friction coefficient \[–\]: zero, or one of the
     /// parameters.
     fn offset<T: Scalar>(&self, _values: &[T; N]) -> T {
@@ -65,19 +71,10 @@ pub trait Candidate<const N: usize>: Debug {
     }
 }
 
-/// Stribeck exponent of the ready candidates: the usual one.
-const EXPONENT: f64 = 2.0;
-
 fn offset(guess: &InitialGuess) -> Parameter {
-    let size = guess.dynamic_coefficient;
-    Parameter {
-        name: "offset",
-        unit: "",
-        start: 0.0,
-        least: -size,
-        most: size,
-        typical: Some(0.1 * size),
-    }
+    let most = guess.dynamic_coefficient;
+    let typical = Some(0.1 * most);
+    Parameter { name: "offset", unit: "", start: 0.0, least: -most, most, typical }
 }
 
 fn kelvin_voigt<T: Scalar>(
@@ -100,14 +97,9 @@ impl Candidate<6> for FrBdFit {
         let [dynamic, excess, velocity, viscous] = stribeck_parameters(guess);
         let stiffness = Parameter::positive("micro_stiffness", "1/m", guess.micro_stiffness, 100.0);
         let start = guess.micro_damping;
-        let damping = Parameter {
-            name: "micro_damping",
-            unit: "s/m",
-            start,
-            least: 0.0,
-            most: 1e3 * start,
-            typical: Some(start),
-        };
+        let (name, typical) = ("micro_damping", Some(start));
+        let damping =
+            Parameter { name, unit: "s/m", start, least: 0.0, most: 1e3 * start, typical };
         [dynamic, excess, velocity, viscous, stiffness, damping]
     }
 
@@ -115,10 +107,8 @@ impl Candidate<6> for FrBdFit {
         &self,
         &[dynamic, excess, velocity, viscous, s0, s1]: &[T; 6],
     ) -> Result<Self::Model<T>, ParameterError> {
-        Ok(FrBd::new(
-            stribeck(&[dynamic, excess, velocity, viscous], lit(EXPONENT))?,
-            kelvin_voigt(s0, s1)?,
-        ))
+        let curve = stribeck(&[dynamic, excess, velocity, viscous])?;
+        Ok(FrBd::new(curve, kelvin_voigt(s0, s1)?))
     }
 }
 
@@ -153,7 +143,7 @@ impl Candidate<9> for MaxwellFit {
             ],
             micro_damping: s1,
         })?;
-        Ok(FrBd::new(stribeck(&[dynamic, excess, velocity, viscous], lit(EXPONENT))?, bristle))
+        Ok(FrBd::new(stribeck(&[dynamic, excess, velocity, viscous])?, bristle))
     }
 
     fn offset<T: Scalar>(&self, &[.., offset]: &[T; 9]) -> T {
@@ -165,9 +155,20 @@ impl Candidate<9> for MaxwellFit {
 /// force sensor: for loops with straight flanks and a sharp knee.
 ///
 /// Eight parameters: those of [`FrBdFit`], then the stick share z_b σ0/μ_d, below one, and the
-/// offset. Use [`Simulation::substeps`](super::Simulation) where rows lie far apart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct ElastoPlasticFit;
+/// offset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ElastoPlasticFit {
+    /// Exact steps per row, because a step freezes the elastic share of the sliding. More than one
+    /// where the velocity changes much from row to row.
+    pub substeps: NonZero<u32>,
+}
+
+impl Default for ElastoPlasticFit {
+    /// One step per row.
+    fn default() -> Self {
+        Self { substeps: NonZero::<u32>::MIN }
+    }
+}
 
 impl Candidate<8> for ElastoPlasticFit {
     type Model<T: Scalar> = ElastoPlastic<Stribeck<T>, KelvinVoigt<T>, Unregularised, T>;
@@ -184,10 +185,14 @@ impl Candidate<8> for ElastoPlasticFit {
     fn model<T: Scalar>(&self, values: &[T; 8]) -> Result<Self::Model<T>, ParameterError> {
         let &[dynamic, excess, velocity, viscous, s0, s1, share, _] = values;
         ElastoPlastic::new(
-            stribeck(&[dynamic, excess, velocity, viscous], lit(EXPONENT))?,
+            stribeck(&[dynamic, excess, velocity, viscous])?,
             kelvin_voigt(s0, s1)?,
             share * dynamic / s0,
         )
+    }
+
+    fn substeps(&self) -> NonZero<u32> {
+        self.substeps
     }
 
     fn offset<T: Scalar>(&self, &[.., offset]: &[T; 8]) -> T {

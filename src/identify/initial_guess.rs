@@ -20,8 +20,9 @@
 
 use alloc::vec::Vec;
 
+use super::Log;
 use super::log::{median, pairs, quantile, range};
-use super::{IdentifyError, Log};
+use crate::parameter::{self, ParameterError};
 
 /// The range of nearly all rows is that between this share and the same share from the top: a few
 /// bad rows do not change it.
@@ -75,28 +76,26 @@ pub struct SlidingPoint {
 
 impl InitialGuess {
     /// A first guess without a fit of the curve, and the rows in sliding, for
-    /// [`static_curve`](super::static_curve).
+    /// [`InitialGuess::static_curve`].
     ///
     /// # Errors
     ///
     /// Refuses a log without a reversal, or in which no stroke is long enough to slide, and
     /// friction that never changes, or that drives the motion (without its offset, over the whole
     /// log).
-    pub fn with_points(log: &Log) -> Result<(Self, Vec<SlidingPoint>), IdentifyError> {
+    pub fn with_points(log: &Log) -> Result<(Self, Vec<SlidingPoint>), ParameterError> {
         let position = log.positions();
         let noise = noise(&position);
         let (first, last) = range(&position);
         let threshold = f64::max(noise, TURN * (last - first));
         let strokes = strokes(&position, threshold);
-        let (least, most) = range(&log.held);
-        if strokes.len() < 2 {
-            return Err(IdentifyError::NoReversal { threshold, least, most });
-        }
+        let reversals = strokes.len().saturating_sub(1);
+        let rule = "be at least 1: a turn by more than its noise and 1/1000 of the travel";
+        parameter::stated("number of reversals", reversals as f64, reversals > 0, rule)?;
         let (low, high) = bulk(&mut log.coefficient.clone());
         let (swing, middle) = (high - low, 0.5 * (high + low));
-        if !(swing > 0.0) {
-            return Err(IdentifyError::NoChange { value: middle });
-        }
+        let rule = "not stay there all along: does the sensor work?";
+        parameter::stated("friction/normal_force", middle, swing > 0.0, rule)?;
 
         let rows = |stroke: &core::ops::RangeInclusive<usize>| {
             let rows = position.iter().zip(&log.coefficient).zip(&log.velocity);
@@ -109,16 +108,13 @@ impl InitialGuess {
         // The first stroke does not begin with a reversal.
         let halves = strokes.iter().skip(1).filter_map(|stroke| half_turn(rows(stroke), swing));
         let half = median(&mut halves.collect::<Vec<f64>>());
-        let needed = STRETCH * half;
-        if !(half > 0.0) || longest < needed {
-            return Err(IdentifyError::NoSliding { longest, least: needed });
-        }
+        let stretch = "the distance over which a bristle turns the force";
+        let needed = STRETCH * parameter::positive("distance to half of the swing", half)?;
+        parameter::at_least("longest stroke", longest, stretch, needed)?;
         let offset_free: Vec<f64> = log.coefficient.iter().map(|mu| mu - middle).collect();
         let work = log.work(&offset_free);
-        if !(work >= 0.0) {
-            let path = pairs(&position).map(length).sum();
-            return Err(IdentifyError::DrivesMotion { work, path });
-        }
+        let rule = "not be negative, as if friction drove the motion: is its sign right?";
+        parameter::stated("work of friction over the normal force", work, work >= 0.0, rule)?;
 
         let breakaway = half / core::f64::consts::LN_2;
         let passed = f64::min(SETTLED * breakaway, SKIPPED * longest);
@@ -143,7 +139,7 @@ impl InitialGuess {
         let (slow, fast) = bulk(&mut speeds);
         let usual = median(&mut friction);
         let size = if usual > 0.0 { usual } else { 0.5 * swing };
-        let fastest = most.max(-least);
+        let fastest = log.held.iter().fold(0.0, |most, v| f64::max(most, v.abs()));
         // Of the curve only the level is known here. The rest is a mild fall in the middle of the
         // speeds seen, and viscous parts that hardly count at the largest speed.
         let guess = Self {
@@ -155,7 +151,7 @@ impl InitialGuess {
             micro_damping: 0.1 * size / fastest,
             offset: middle,
             fastest,
-            reversals: strokes.len() - 1,
+            reversals,
         };
         Ok((guess, points))
     }

@@ -3,9 +3,10 @@
 use core::ops::ControlFlow;
 
 use super::problem::{Point, Problem};
-use super::residuals::Residuals;
+use super::residuals::{Parameter, Residuals};
 use super::uncertainty::assess;
-use super::{Fit, IdentifyError, Outcome};
+use super::{Fit, Outcome};
+use crate::parameter::{self, ParameterError, Rule};
 
 /// Settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,21 +75,17 @@ struct Search<const N: usize> {
 /// start, and a start at which the model has no answer.
 pub fn least_squares<R: Residuals<N>, const N: usize>(
     residuals: &R,
+    parameters: [Parameter; N],
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
-) -> Result<Fit<N>, IdentifyError> {
-    let value = settings.tolerance;
-    if !(value.is_finite() && value >= 0.0) {
-        let rule = "be finite and not negative";
-        return Err(IdentifyError::Value { name: "tolerance", value, rule });
-    }
-    let problem = Problem::new(residuals)?;
+) -> Result<Fit<N>, ParameterError> {
+    parameter::non_negative("tolerance", settings.tolerance)?;
+    let problem = Problem::new(residuals, parameters)?;
     let start = problem.start();
     // With the model's own error, if it refuses the start.
     residuals.evaluate(&problem.values(&start), &mut |_: f64| ())?;
-    if !problem.cost(&start).is_finite() {
-        return Err(IdentifyError::NotFinite);
-    }
+    let cost = problem.cost(&start);
+    parameter::check("sum of squares at the start", cost, cost.is_finite(), Rule::Finite)?;
     let mut best = search(&problem, start, settings, 0, progress);
     let mut iterations = best.iterations;
     let mut draw = Draw(1);
@@ -124,18 +121,15 @@ fn search<R: Residuals<N>, const N: usize>(
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Search<N> {
     let (mut point, mut cost, mut iterations) = (from, problem.cost(&from), 0);
-    let ended = |point, cost, outcome, iterations| Search { point, cost, outcome, iterations };
-    if !cost.is_finite() {
-        return ended(point, cost, Outcome::NoDerivative, 0);
-    }
     let mut scale = Point::<N>::zeros();
     let (mut damping, mut growth) = (1e-3, 2.0);
     let mut small_steps = 0;
-    while iterations < settings.iterations {
+    let outcome = 'search: loop {
+        if iterations == settings.iterations {
+            break Outcome::IterationLimit;
+        }
         iterations += 1;
-        let Some(linear) = problem.linearised(&point) else {
-            return ended(point, cost, Outcome::NoDerivative, iterations);
-        };
+        let Some(linear) = problem.linearised(&point) else { break Outcome::NoDerivative };
         // Marquardt's scaling by the lengths of the columns, which never falls (Moré). A column of
         // zeros gets a little.
         let norms = linear.column_norms();
@@ -153,7 +147,7 @@ fn search<R: Residuals<N>, const N: usize>(
             });
             let taken = trial - point;
             if taken.amax() <= SMALLEST_STEP {
-                return ended(point, cost, Outcome::Converged, iterations);
+                break 'search Outcome::Converged;
             }
             let reached = problem.cost(&trial);
             if reached < cost {
@@ -174,14 +168,14 @@ fn search<R: Residuals<N>, const N: usize>(
         let rmse = (cost / linear.rows.max(1) as f64).sqrt();
         let values = &problem.values(&point);
         if progress(&Progress { start, iteration: iterations, rmse, values }).is_break() {
-            return ended(point, cost, Outcome::Stopped, iterations);
+            break Outcome::Stopped;
         }
         // Twice in a row: one step that a bound has cut short does not end the search.
         if !accepted || small_steps >= 2 || cost == 0.0 {
-            return ended(point, cost, Outcome::Converged, iterations);
+            break Outcome::Converged;
         }
-    }
-    ended(point, cost, Outcome::IterationLimit, iterations)
+    };
+    Search { point, cost, outcome, iterations }
 }
 
 /// Uniform numbers in [0, 1) by Knuth's 64-bit linear congruential generator (MMIX), upper 53 bits.

@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use super::IdentifyError;
+use crate::parameter::{self, ParameterError, Rule};
 
 /// Fewest rows of a log.
 pub(super) const FEWEST: usize = 20;
@@ -45,7 +45,10 @@ pub struct LogParameters<'a> {
 ///     normal_force: None,
 /// };
 /// let refused = Log::new(columns).unwrap_err();
-/// assert_eq!(refused.to_string(), "row 42: friction is NaN, but must be finite");
+/// assert_eq!(
+///     refused.to_string(),
+///     "friction[42] is NaN, but must lie between -1e100 and 1e100"
+/// );
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Log {
@@ -56,6 +59,8 @@ pub struct Log {
     pub(super) velocity: Vec<f64>,
     /// F/p at each row.
     pub(super) coefficient: Vec<f64>,
+    /// Time at the beginning that does not count.
+    settle: f64,
 }
 
 /// Fastest speed [m/s] that a log may have; millimetres taken for metres give more.
@@ -71,46 +76,37 @@ impl Log {
     ///
     /// # Errors
     ///
-    /// Names the row, the column, the value and the rule. Columns must have one length of at least
-    /// 20 rows. Every number must be finite, F/p too, the time increasing and the normal force
-    /// positive.
+    /// Names the column, the row, the value and the rule. Columns must have one length of at least
+    /// 20 rows. Every number must be finite, the time increasing and the normal force positive.
     ///
     /// Magnitudes that only a mistake in units explains are refused: a speed above 10⁴ m/s, a
     /// travel below a nanometre, and, with a normal force, a median |F|/p outside 10⁻⁴ … 100.
-    pub fn new(parameters: LogParameters<'_>) -> Result<Self, IdentifyError> {
+    pub fn new(parameters: LogParameters<'_>) -> Result<Self, ParameterError> {
         let LogParameters { time, motion, friction, normal_force } = parameters;
         let (motion_name, along) = match motion {
             Motion::Position(x) => ("position", x),
             Motion::Velocity(v) => ("velocity", v),
         };
-        let rows = time.len();
-        if rows < FEWEST {
-            return Err(IdentifyError::TooFewRows { rows, least: FEWEST });
-        }
-        let columns = [("time", time), (motion_name, along), ("friction", friction)];
-        for (column, values) in
-            columns.into_iter().chain(normal_force.map(|normal| ("normal_force", normal)))
-        {
-            if values.len() != rows {
-                return Err(IdentifyError::Lengths { column, length: values.len(), rows });
-            }
-            every(column, values, "be finite", |x| x.is_finite())?;
+        parameter::count("rows", time.len(), FEWEST)?;
+        for (name, count, values) in [
+            ("time", "rows of time", time),
+            (motion_name, "rows of motion", along),
+            ("friction", "rows of friction", friction),
+        ] {
+            same_length(count, values, time)?;
+            column(name, values, parameter::finite)?;
         }
         for (row, (before, value)) in pairs(time).enumerate() {
-            if !(value > before && (value - before).is_finite()) {
-                let rule = "be later than the row before, by a finite time";
-                return Err(IdentifyError::Row { row: row + 1, column: "time", value, rule });
-            }
+            parameter::component(row + 1, parameter::increasing("time", value, before))?;
         }
         let coefficient = match normal_force {
             Some(normal) => {
-                every("normal_force", normal, "be positive", |p| p > 0.0)?;
+                same_length("rows of normal_force", normal, time)?;
+                column("normal_force", normal, parameter::positive)?;
                 friction.iter().zip(normal).map(|(f, p)| f / p).collect()
             }
             None => friction.to_vec(),
         };
-        // The quotient of two finite numbers can be infinite.
-        every("friction/normal_force", &coefficient, "be finite", |mu| mu.is_finite())?;
         let mean_velocity = |((start, end), (a, b))| match motion {
             Motion::Position(_) => (b - a) / (end - start),
             Motion::Velocity(_) => 0.5 * (a + b),
@@ -125,53 +121,58 @@ impl Log {
                 held.iter().zip(after).map(|(before, after)| 0.5 * (before + after)).collect()
             }
         };
-        let log = Self { time: time.to_vec(), held, velocity, coefficient };
+        let log = Self { time: time.to_vec(), held, velocity, coefficient, settle: 0.0 };
         log.check_magnitudes(normal_force.is_some())?;
         Ok(log)
     }
 
     /// Refuses what only a mistake in units explains.
-    fn check_magnitudes(&self, normalised: bool) -> Result<(), IdentifyError> {
+    fn check_magnitudes(&self, normalised: bool) -> Result<(), ParameterError> {
         let rule = "lie between -10000 and 10000 m/s (units?)";
-        every("velocity", &self.held, rule, |v| v.abs() <= FASTEST)?;
-        let require = |possible, name, value, rule| {
-            if possible { Ok(()) } else { Err(IdentifyError::Value { name, value, rule }) }
-        };
+        let usual = |name, v: f64| parameter::stated(name, v, v.abs() <= FASTEST, rule);
+        column("velocity", &self.held, usual)?;
         if normalised {
             let name = "the median of |friction|/normal_force";
             let mut sizes: Vec<f64> = self.coefficient.iter().map(|mu| mu.abs()).collect();
             let median = median(&mut sizes);
             let (least, most) = COEFFICIENTS;
-            require(median >= least, name, median, "be at least 0.0001 (units?)")?;
-            require(median <= most, name, median, "be at most 100 (units?)")?;
+            parameter::stated(name, median, median >= least, "be at least 0.0001 (units?)")?;
+            parameter::stated(name, median, median <= most, "be at most 100 (units?)")?;
         }
         let (least, most) = range(&self.positions());
         let travel = most - least;
-        require(travel >= SHORTEST, "the travel in m", travel, "be at least 1e-9 (units?)")
+        let rule = "be at least 1e-9 (units?)";
+        parameter::stated("the travel in m", travel, travel >= SHORTEST, rule).map(drop)
     }
 
-    /// The rows with from ≤ t ≤ to \[s\].
+    /// The log whose first `duration` \[s\] does not count in [`fit`](super::fit) and
+    /// [`Log::rmse`]: until then the bristle has not forgotten its initial deflection.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a duration that is negative or not finite.
+    pub fn settling(self, duration: f64) -> Result<Self, ParameterError> {
+        Ok(Self { settle: parameter::non_negative("settling time", duration)?, ..self })
+    }
+
+    /// The rows with from ≤ t ≤ to \[s\]; the settling time begins anew.
     ///
     /// # Errors
     ///
     /// Refuses a window of fewer than 20 rows, and an end that is NaN; both may be infinite.
-    pub fn between(&self, from: f64, to: f64) -> Result<Self, IdentifyError> {
-        for (name, value) in [("from", from), ("to", to)] {
-            if value.is_nan() {
-                return Err(IdentifyError::Value { name, value, rule: "be a number" });
-            }
-        }
+    pub fn between(&self, from: f64, to: f64) -> Result<Self, ParameterError> {
+        parameter::number("from", from)?;
+        parameter::number("to", to)?;
         let first = self.time.partition_point(|&t| t < from);
         let end = self.time.partition_point(|&t| t <= to).max(first);
-        if end - first < FEWEST {
-            return Err(IdentifyError::TooFewRows { rows: end - first, least: FEWEST });
-        }
+        parameter::count("rows", end - first, FEWEST)?;
         let part = |column: &[f64]| column.get(first..end).unwrap_or_default().to_vec();
         Ok(Self {
             time: part(&self.time),
             held: part(&self.held),
             velocity: part(&self.velocity),
             coefficient: part(&self.coefficient),
+            settle: self.settle,
         })
     }
 
@@ -197,8 +198,25 @@ impl Log {
         &self.coefficient
     }
 
-    /// Work of a friction coefficient along the log, over the normal force \[m\], by trapezia.
-    pub(super) fn work(&self, coefficients: &[f64]) -> f64 {
+    /// The first row that counts.
+    pub(super) fn settled(&self) -> usize {
+        let begin = self.time.first().copied().unwrap_or(0.0) + self.settle;
+        self.time.partition_point(|&t| t < begin)
+    }
+
+    /// Root mean square of the difference between a friction coefficient at every row and the
+    /// measured one, over the rows that count.
+    pub fn rmse(&self, coefficients: &[f64]) -> f64 {
+        let rows = coefficients.iter().zip(&self.coefficient).skip(self.settled());
+        let (squares, count) = rows.fold((0.0, 0.0), |(sum, count), (model, measured)| {
+            (sum + (model - measured) * (model - measured), count + 1.0)
+        });
+        f64::sqrt(squares / count)
+    }
+
+    /// Work \[m\] of a friction coefficient at every row, over the normal force, along the whole
+    /// log: [`Log::coefficients`] gives the measured one.
+    pub fn work(&self, coefficients: &[f64]) -> f64 {
         let step = |((from, to), (before, after))| (to - from) * 0.5 * (before + after);
         pairs(&self.positions()).zip(pairs(coefficients)).map(step).sum()
     }
@@ -220,17 +238,21 @@ pub(super) fn pairs(values: &[f64]) -> impl Iterator<Item = (f64, f64)> {
     values.iter().copied().zip(values.iter().copied().skip(1))
 }
 
+/// Refuses a column of another length than that of the time.
+fn same_length(name: &'static str, values: &[f64], time: &[f64]) -> Result<(), ParameterError> {
+    let (count, rows) = (values.len(), time.len());
+    let rule = Rule::CountBetween { least: rows, most: rows };
+    parameter::check(name, count as f64, count == rows, rule).map(drop)
+}
+
 /// Refuses the first value of a column that breaks a rule.
-fn every(
-    column: &'static str,
+fn column(
+    name: &'static str,
     values: &[f64],
-    rule: &'static str,
-    obeys: impl Fn(f64) -> bool,
-) -> Result<(), IdentifyError> {
-    match values.iter().enumerate().find(|&(_, &value)| !obeys(value)) {
-        Some((row, &value)) => Err(IdentifyError::Row { row, column, value, rule }),
-        None => Ok(()),
-    }
+    check: impl Fn(&'static str, f64) -> Result<f64, ParameterError>,
+) -> Result<(), ParameterError> {
+    let mut rows = values.iter().enumerate();
+    rows.try_for_each(|(row, &value)| parameter::component(row, check(name, value)).map(drop))
 }
 
 /// The smallest and the largest value.

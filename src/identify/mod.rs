@@ -14,7 +14,7 @@
 //! | step | what | where |
 //! |---|---|---|
 //! | 1 | columns, checked row by row | [`Log`] |
-//! | 2 | starting values for stiffness and curve | [`InitialGuess`], [`static_curve`] |
+//! | 2 | starting values for stiffness and curve | [`InitialGuess`] |
 //! | 3 | a model with free parameters | [`FrBdFit`], [`MaxwellFit`] …, or your own [`Candidate`] |
 //! | 4 | the best parameters, with standard errors | [`fit`] gives a [`Fit`], which prints |
 //! | 5 | a test on data that the fit has not seen | [`predict`] |
@@ -67,7 +67,6 @@
 //! 703–708.
 
 mod candidates;
-mod error;
 mod initial_guess;
 mod least_squares;
 mod log;
@@ -80,11 +79,9 @@ mod triangle;
 mod uncertainty;
 
 pub use candidates::{Candidate, ElastoPlasticFit, FrBdFit, MaxwellFit};
-pub use error::IdentifyError;
 pub use initial_guess::{InitialGuess, SlidingPoint};
 pub use least_squares::{Progress, Settings, least_squares};
 pub use log::{Log, LogParameters, Motion};
-pub use report::{Estimate, Fit, Identifiability, Outcome, ResidualStatistics};
+pub use report::{Estimate, Fit, Identifiability, Outcome};
 pub use residuals::{Parameter, Residuals};
-pub use simulation::{Prediction, Simulation, fit, fit_from, predict};
-pub use static_curve::{CurveShape, static_curve};
+pub use simulation::{fit, predict};

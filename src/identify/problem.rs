@@ -6,9 +6,10 @@
 use nalgebra::{Const, SVector, U1};
 use num_dual::DualSVec64;
 
+use super::Identifiability;
 use super::residuals::{Parameter, Residuals};
 use super::triangle::Triangle;
-use super::{Identifiability, IdentifyError};
+use crate::parameter::{self, ParameterError, Rule};
 
 /// Values of the search variables.
 pub(super) type Point<const N: usize> = SVector<f64, N>;
@@ -28,14 +29,16 @@ pub(super) struct Problem<'a, R, const N: usize> {
 
 impl<'a, R: Residuals<N>, const N: usize> Problem<'a, R, N> {
     /// Checks starts and bounds.
-    pub(super) fn new(residuals: &'a R) -> Result<Self, IdentifyError> {
-        let parameters = residuals.parameters();
+    pub(super) fn new(
+        residuals: &'a R,
+        parameters: [Parameter; N],
+    ) -> Result<Self, ParameterError> {
         for Parameter { name, start, least, most, typical, .. } in parameters {
-            let ordered = least.is_finite() && most.is_finite() && least <= start && start <= most;
+            let inside = least.is_finite() && most.is_finite() && least <= start && start <= most;
+            parameter::check(name, start, inside, Rule::Between { least, most })?;
             let unit = typical.unwrap_or(least);
-            if !(ordered && unit > 0.0 && unit.is_finite()) {
-                return Err(IdentifyError::Bounds { name, start, least, most });
-            }
+            let rule = "have a positive lower bound or typical magnitude";
+            parameter::stated(name, unit, unit > 0.0 && unit.is_finite(), rule)?;
         }
         let point = |of: fn(&Parameter) -> f64| parameters.map(|p| coordinate(&p, of(&p))).into();
         Ok(Self { residuals, parameters, least: point(|p| p.least), most: point(|p| p.most) })

@@ -57,27 +57,6 @@ pub struct Estimate {
     pub verdict: Identifiability,
 }
 
-/// Statistics of the differences between model and data.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct ResidualStatistics {
-    /// Their number.
-    pub rows: usize,
-    /// Root mean square.
-    pub rmse: f64,
-    /// Mean.
-    pub mean: f64,
-    /// Largest magnitude.
-    pub largest: f64,
-    /// Correlation of each with the next: near zero for noise, near one for errors of the model.
-    pub correlation: f64,
-    /// Number of independent rows with the same information: rows over the correlation time 1 + 2 Σ
-    /// ρ.
-    pub effective_rows: f64,
-    /// Number of rows over which the standard errors account for correlation.
-    pub window: usize,
-}
-
 /// Why a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -112,8 +91,22 @@ pub struct Fit<const N: usize> {
     /// Correlation of their errors on the scale of the search; NaN where there is no standard
     /// error.
     pub correlation: SMatrix<f64, N, N>,
-    /// Statistics of the residuals.
-    pub residuals: ResidualStatistics,
+    /// Number of residuals.
+    pub rows: usize,
+    /// Root mean square of the residuals.
+    pub rmse: f64,
+    /// Mean of the residuals.
+    pub mean: f64,
+    /// Largest magnitude of a residual.
+    pub largest: f64,
+    /// Correlation of each residual with the next: near zero for noise, near one for errors of the
+    /// model.
+    pub neighbour_correlation: f64,
+    /// Number of independent rows with the same information: rows over the correlation time 1 + 2 Σ
+    /// ρ of the residuals.
+    pub effective_rows: f64,
+    /// Number of rows over which the standard errors account for correlation.
+    pub window: usize,
     /// Combinations of parameters without any effect on the residuals: the names with their shares,
     /// the largest first, in units of each one's own effect.
     pub weak: Vec<Vec<(&'static str, f64)>>,
@@ -170,16 +163,11 @@ impl<const N: usize> fmt::Display for Fit<N> {
                 }
             }
         }
-        let ResidualStatistics { rows, rmse, mean, largest, correlation, effective_rows, .. } =
-            self.residuals;
-        writeln!(
-            f,
-            "residuals: rmse {:.5}, mean {:.5}, largest {:.5}; {rows} rows worth \
-             {effective_rows:.0} independent ones (correlation of neighbours {correlation:.2})",
-            Number(rmse),
-            Number(mean),
-            Number(largest)
-        )?;
+        let [rmse, mean, largest] = [self.rmse, self.mean, self.largest].map(Number);
+        let Self { rows, effective_rows, neighbour_correlation, .. } = self;
+        write!(f, "residuals: rmse {rmse:.5}, mean {mean:.5}, largest {largest:.5}; {rows} rows ")?;
+        write!(f, "worth {effective_rows:.0} independent ones ")?;
+        writeln!(f, "(correlation of neighbours {neighbour_correlation:.2})")?;
         write!(f, "{}, {} iterations", self.outcome, self.iterations)
     }
 }

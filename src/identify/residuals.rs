@@ -56,9 +56,6 @@ pub(super) fn within<T: Scalar>(value: T, least: T, most: T) -> T {
 /// struct Decay;
 ///
 /// impl Residuals<2> for Decay {
-///     fn parameters(&self) -> [Parameter; 2] {
-///         [Parameter::positive("a", "", 1.0, 1e3), Parameter::positive("b", "1/s", 1.0, 1e3)]
-///     }
 ///     fn evaluate<T: Scalar>(
 ///         &self,
 ///         &[a, b]: &[T; 2],
@@ -73,15 +70,14 @@ pub(super) fn within<T: Scalar>(value: T, least: T, most: T) -> T {
 /// }
 ///
 /// let mut go_on = |_: &identify::Progress<'_>| ControlFlow::Continue(());
-/// let fit = identify::least_squares(&Decay, &Settings::default(), &mut go_on)?;
+/// let parameters =
+///     [Parameter::positive("a", "", 1.0, 1e3), Parameter::positive("b", "1/s", 1.0, 1e3)];
+/// let fit = identify::least_squares(&Decay, parameters, &Settings::default(), &mut go_on)?;
 /// let [a, b] = fit.values();
 /// assert!((a - 2.0).abs() < 1e-6 && (b - 2_f64.ln()).abs() < 1e-6);
-/// # Ok::<(), identify::IdentifyError>(())
+/// # Ok::<(), ParameterError>(())
 /// ```
 pub trait Residuals<const N: usize> {
-    /// The parameters, with their bounds and starts.
-    fn parameters(&self) -> [Parameter; N];
-
     /// Passes every residual to `each`, always the same number in the same order. The standard
     /// errors need the order of time, if there is one.
     ///

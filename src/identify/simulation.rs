@@ -6,87 +6,44 @@ use core::ops::ControlFlow;
 use super::initial_guess::bulk;
 use super::log::FEWEST;
 use super::residuals::{Parameter, Residuals, within};
-use super::{Candidate, Fit, IdentifyError, InitialGuess, Log, Progress, Settings, least_squares};
-use crate::parameter::ParameterError;
+use super::{Candidate, Fit, Log, Progress, Settings, least_squares};
+use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
 use crate::{Bristle, Scalar};
 
-/// How a model is run along a log.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Simulation {
-    /// Time \[s\] at the beginning that is left out, until the bristle has forgotten its initial
-    /// deflection. Not negative.
-    pub settle: f64,
-    /// Exact steps per row, at least one. One is enough unless the model freezes a coefficient over
-    /// a step, as the elasto-plastic one does.
-    pub substeps: usize,
-}
-
-impl Default for Simulation {
-    /// Every row counts, one step each.
-    fn default() -> Self {
-        Self { settle: 0.0, substeps: 1 }
-    }
-}
-
 /// The residuals of a candidate along a log.
-struct Along<'a, C, const N: usize> {
+struct Along<'a, C> {
     candidate: &'a C,
-    parameters: [Parameter; N],
     log: &'a Log,
-    simulation: Simulation,
     /// Initial friction coefficient: the first row, cut to the range of nearly all rows. Otherwise
     /// the search would bend the whole curve to reach one bad row.
     first: f64,
 }
 
-impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
-    /// Checks the settings, and that enough rows are left.
-    fn new(
-        candidate: &'a C,
-        parameters: [Parameter; N],
-        log: &'a Log,
-        simulation: Simulation,
-    ) -> Result<Self, IdentifyError> {
-        let Simulation { settle, substeps } = simulation;
-        if !(settle.is_finite() && settle >= 0.0) {
-            let rule = "be finite and not negative";
-            return Err(IdentifyError::Value { name: "settle", value: settle, rule });
-        }
-        if substeps == 0 {
-            let rule = "be at least 1";
-            return Err(IdentifyError::Value { name: "substeps", value: 0.0, rule });
-        }
+impl<'a, C> Along<'a, C> {
+    /// Checks that enough rows count for so many parameters.
+    fn new(candidate: &'a C, log: &'a Log, parameters: usize) -> Result<Self, ParameterError> {
+        let counted = log.len() - log.settled();
+        parameter::count("rows after settling", counted, FEWEST.max(parameters + 1))?;
         let (low, high) = bulk(&mut log.coefficient.clone());
         let first = within(log.coefficient.first().copied().unwrap_or(0.0), low, high);
-        let along = Self { candidate, parameters, log, simulation, first };
-        let counts_from = along.counts_from();
-        let rows = log.time.iter().filter(|&&time| time >= counts_from).count();
-        let least = FEWEST.max(N + 1);
-        if rows < least {
-            return Err(IdentifyError::TooFewRows { rows, least });
-        }
-        Ok(along)
+        Ok(Self { candidate, log, first })
     }
 
-    /// The time \[s\] from which rows count.
-    fn counts_from(&self) -> f64 {
-        self.log.time.first().copied().unwrap_or(0.0) + self.simulation.settle
-    }
-
-    /// Passes the model's friction coefficient at every row to `each`, with the residual if the row
-    /// counts.
-    fn run<T: Scalar>(
+    /// Passes the model's friction coefficient at every row to `each`.
+    fn run<T: Scalar, const N: usize>(
         &self,
         values: &[T; N],
-        mut each: impl FnMut(T, Option<T>),
-    ) -> Result<(), ParameterError> {
+        mut each: impl FnMut(T),
+    ) -> Result<(), ParameterError>
+    where
+        C: Candidate<N>,
+    {
         let model = self.candidate.model(values)?;
         let offset = self.candidate.offset(values);
-        let Log { time, held, velocity, coefficient } = self.log;
-        let counts_from = self.counts_from();
-        let substeps = self.simulation.substeps;
-        let count = 1.0 / substeps as f64;
+        let Log { time, held, velocity, .. } = self.log;
+        let substeps = self.candidate.substeps().get();
+        let share = 1.0 / f64::from(substeps);
         // The deflection that gives the first measured friction at rest. Slow sliding carries no
         // more than `carried`: a first row beyond that is an error of the sensor, not a stretched
         // bristle.
@@ -98,43 +55,45 @@ impl<'a, C: Candidate<N>, const N: usize> Along<'a, C, N> {
         let one = T::one();
         let mut deflection = full * within((first - offset) / carried, -one, one);
         let mut before: Option<f64> = None;
-        let rows = time.iter().zip(held).zip(velocity).zip(coefficient);
-        for (((&time, &held), &velocity), &measured) in rows {
+        for ((&time, &held), &velocity) in time.iter().zip(held).zip(velocity) {
             if let Some(before) = before {
-                let duration = lit((time - before) * count);
+                let duration = lit((time - before) * share);
                 for _ in 0..substeps {
                     deflection = model.hold(lit(held), deflection, duration).deflection;
                 }
             }
             before = Some(time);
-            let friction = model.coefficient(lit::<T>(velocity), deflection) + offset;
-            each(friction, (time >= counts_from).then(|| friction - lit(measured)));
+            each(model.coefficient(lit::<T>(velocity), deflection) + offset);
         }
         Ok(())
     }
 }
 
-impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C, N> {
-    fn parameters(&self) -> [Parameter; N] {
-        self.parameters
-    }
-
+impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C> {
     fn evaluate<T: Scalar>(
         &self,
         values: &[T; N],
         each: &mut impl FnMut(T),
     ) -> Result<(), ParameterError> {
-        self.run(values, |_, residual| residual.into_iter().for_each(&mut *each))
+        let (mut row, settled) = (0, self.log.settled());
+        self.run(values, |model: T| {
+            if row >= settled
+                && let Some(&measured) = self.log.coefficient.get(row)
+            {
+                each(model - lit(measured));
+            }
+            row += 1;
+        })
     }
 }
 
 /// Finds the parameters of a candidate with the least simulation error along a log.
 ///
-/// It takes starting values from [`InitialGuess::of`] and calls [`least_squares`].
+/// The starts and bounds are those of [`Candidate::parameters`], or your own.
 ///
 /// ```
 /// use bristle::identify::{
-///     self, FrBdFit, Log, LogParameters, Motion, Progress, Settings, Simulation,
+///     self, Candidate, FrBdFit, InitialGuess, Log, LogParameters, Motion, Progress, Settings,
 /// };
 /// use bristle::{Bristle, FrBd, paper};
 /// use bristle::curve::Stribeck;
@@ -162,9 +121,9 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C, N> {
 ///     normal_force: Some(&vec![10.0; time.len()]),
 /// })?;
 ///
-/// let (simulation, settings) = (Simulation::default(), Settings::default());
+/// let parameters = FrBdFit.parameters(&InitialGuess::of(&log)?);
 /// let mut go_on = |_: &Progress<'_>| ControlFlow::Continue(());
-/// let fit = identify::fit(&FrBdFit, &log, simulation, &settings, &mut go_on)?;
+/// let fit = identify::fit(&FrBdFit, parameters, &log, &Settings::default(), &mut go_on)?;
 /// println!("{fit}");
 /// let stiffness = fit.estimate("micro_stiffness").unwrap();
 /// assert!((stiffness.value - 1e4).abs() < 1.0);
@@ -173,78 +132,36 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C, N> {
 ///
 /// # Errors
 ///
-/// Those of [`InitialGuess::of`] and [`fit_from`].
+/// Refuses a log in which, after its settling time, fewer than 20 rows are left or no more rows
+/// than parameters; and what [`least_squares`] refuses.
 pub fn fit<C: Candidate<N>, const N: usize>(
-    candidate: &C,
-    log: &Log,
-    simulation: Simulation,
-    settings: &Settings,
-    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
-) -> Result<Fit<N>, IdentifyError> {
-    let parameters = candidate.parameters(&InitialGuess::of(log)?);
-    fit_from(candidate, parameters, log, simulation, settings, progress)
-}
-
-/// As [`fit`], with your own starts and bounds.
-///
-/// # Errors
-///
-/// Refuses bounds that do not contain the start, a start that the model refuses, no
-/// [`Simulation::substeps`], and a [`Simulation::settle`] that is negative or not finite or leaves
-/// fewer than 20 rows or no more rows than parameters; and what [`least_squares`] refuses.
-pub fn fit_from<C: Candidate<N>, const N: usize>(
     candidate: &C,
     parameters: [Parameter; N],
     log: &Log,
-    simulation: Simulation,
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
-) -> Result<Fit<N>, IdentifyError> {
-    let along = Along::new(candidate, parameters, log, simulation)?;
-    least_squares(&along, settings, progress)
+) -> Result<Fit<N>, ParameterError> {
+    least_squares(&Along::new(candidate, log, N)?, parameters, settings, progress)
 }
 
-/// A simulation of data that the fit has not seen.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct Prediction {
-    /// The model's friction coefficient \[–\] at every row.
-    pub coefficients: Vec<f64>,
-    /// Root mean square of model minus data over the rows that count.
-    pub rmse: f64,
-    /// Work of the model's friction along the log, over the normal force \[m\].
-    pub work: f64,
-    /// Work of the measured friction along the log, over the normal force \[m\].
-    pub measured_work: f64,
-}
-
-/// Runs a candidate along a log and compares: how well does a fit predict data that it has not
-/// seen?
+/// The friction coefficient \[–\] of a candidate at every row of a log: how well does a fit predict
+/// data that it has not seen? [`Log::rmse`] and [`Log::work`] compare it with the data.
 ///
 /// # Errors
 ///
-/// Refuses values that the model refuses or for which its friction is not finite, and settings that
-/// [`fit_from`] refuses.
+/// Refuses values that the model refuses or for which its friction is not finite (with the row),
+/// and a log that [`fit`] refuses.
 pub fn predict<C: Candidate<N>, const N: usize>(
     candidate: &C,
     values: &[f64; N],
     log: &Log,
-    simulation: Simulation,
-) -> Result<Prediction, IdentifyError> {
-    let parameters = values.map(|start| Parameter::positive("", "", start, 1.0));
-    let along = Along::new(candidate, parameters, log, simulation)?;
+) -> Result<Vec<f64>, ParameterError> {
     let mut coefficients = Vec::with_capacity(log.len());
-    let (mut squares, mut rows) = (0.0, 0.0);
-    along.run(values, |model: f64, residual| {
-        coefficients.push(model);
-        squares += residual.map_or(0.0, |r| r * r);
-        rows += if residual.is_some() { 1.0 } else { 0.0 };
-    })?;
-    if !coefficients.iter().all(|mu| mu.is_finite()) {
-        return Err(IdentifyError::NotFinite);
+    Along::new(candidate, log, N)?.run(values, |model: f64| coefficients.push(model))?;
+    for (row, &mu) in coefficients.iter().enumerate() {
+        parameter::component(row, parameter::finite("friction of the model", mu))?;
     }
-    let (work, measured_work) = (log.work(&coefficients), log.work(&log.coefficient));
-    Ok(Prediction { coefficients, rmse: f64::sqrt(squares / rows), work, measured_work })
+    Ok(coefficients)
 }
 
 #[cfg(test)]
@@ -252,6 +169,7 @@ pub fn predict<C: Candidate<N>, const N: usize>(
 mod tests {
     use super::*;
     use crate::identify::{ElastoPlasticFit, FrBdFit, LogParameters, MaxwellFit, Motion};
+    use core::num::NonZero;
     use num_dual::DualSVec64;
 
     /// Dual numbers against central differences, row by row.
@@ -268,14 +186,7 @@ mod tests {
             normal_force: None,
         })
         .unwrap();
-        let parameters = values.map(|start| Parameter::positive("", "", start, 2.0));
-        let along = Along {
-            candidate,
-            parameters,
-            log: &log,
-            simulation: Simulation { settle: 0.0, substeps: 2 },
-            first: log.coefficient[0],
-        };
+        let along = Along { candidate, log: &log, first: log.coefficient[0] };
         let duals: [DualSVec64<N>; N] =
             core::array::from_fn(|i| DualSVec64::from_re(values[i]).derivative(i));
         let mut exact = Vec::new();
@@ -310,6 +221,7 @@ mod tests {
     fn sensitivities_are_those_of_the_residuals() {
         sensitivities(&FrBdFit, [0.2, 0.1, 0.01, 0.8, 6e3, 8.0]);
         sensitivities(&MaxwellFit, [0.2, 0.1, 0.01, 0.8, 6e3, 4.0, 4e3, 0.02, 0.01]);
-        sensitivities(&ElastoPlasticFit, [0.2, 0.1, 0.01, 0.8, 6e3, 8.0, 0.7, 0.01]);
+        let elasto_plastic = ElastoPlasticFit { substeps: NonZero::new(2).unwrap() };
+        sensitivities(&elasto_plastic, [0.2, 0.1, 0.01, 0.8, 6e3, 8.0, 0.7, 0.01]);
     }
 }

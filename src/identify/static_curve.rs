@@ -17,19 +17,16 @@
 //! Source: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2009), chapter 7; the constants are
 //! the usual ones.
 
-use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
 use super::initial_guess::{InitialGuess, SlidingPoint};
 use super::log::{median, quantile};
 use super::residuals::{Parameter, Residuals, within};
-use super::{Fit, IdentifyError, Log, Progress, Settings, least_squares};
+use super::{Fit, Log, Progress, Settings, least_squares};
 use crate::Scalar;
-use crate::curve::{
-    FrictionCurve, RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters,
-};
-use crate::parameter::ParameterError;
+use crate::curve::{FrictionCurve, Stribeck, StribeckParameters};
+use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
 
 /// Fewest points of a curve: its four parameters, and as many again to judge them by.
@@ -69,183 +66,130 @@ pub(super) fn stribeck_parameters(guess: &InitialGuess) -> [Parameter; 4] {
     ]
 }
 
-/// Shape of a friction curve with four parameters: dynamic coefficient μ_d, static excess μ_s −
-/// μ_d, Stribeck velocity v_S, viscous friction σ2.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum CurveShape {
-    /// The [`Stribeck`] curve.
-    Stribeck {
-        /// Stribeck exponent δ \[–\].
-        exponent: f64,
-    },
-    /// The [`RationalStribeck`] curve.
-    Rational,
-}
-
-impl CurveShape {
-    /// The friction coefficient as a function of the speed.
-    fn curve<T: Scalar>(self, values: &[T; 4]) -> Result<Box<dyn Fn(T) -> T>, ParameterError> {
-        let &[dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = values;
-        Ok(match self {
-            Self::Stribeck { exponent } => {
-                let curve = stribeck(values, lit(exponent))?;
-                Box::new(move |speed| curve.at(speed))
-            }
-            Self::Rational => {
-                let curve = RationalStribeck::new(RationalStribeckParameters {
-                    static_coefficient: dynamic_coefficient + excess,
-                    dynamic_coefficient,
-                    stribeck_velocity,
-                    viscous_friction,
-                })?;
-                Box::new(move |speed| curve.at(speed))
-            }
-        })
-    }
-}
-
+/// The [`Stribeck`] curve of these parameters, with the usual exponent.
 pub(super) fn stribeck<T: Scalar>(
     &[dynamic_coefficient, excess, stribeck_velocity, viscous_friction]: &[T; 4],
-    stribeck_exponent: T,
 ) -> Result<Stribeck<T>, ParameterError> {
     Stribeck::new(StribeckParameters {
         static_coefficient: dynamic_coefficient + excess,
         dynamic_coefficient,
         stribeck_velocity,
-        stribeck_exponent,
+        stribeck_exponent: lit(2.0),
         viscous_friction,
     })
 }
 
 /// Weighted distances of points from a curve.
 struct Points<'a> {
-    shape: CurveShape,
-    parameters: [Parameter; 4],
     points: &'a [SlidingPoint],
     /// √w of each.
     weights: Vec<f64>,
 }
 
 impl Residuals<4> for Points<'_> {
-    fn parameters(&self) -> [Parameter; 4] {
-        self.parameters
-    }
-
     fn evaluate<T: Scalar>(
         &self,
         values: &[T; 4],
         each: &mut impl FnMut(T),
     ) -> Result<(), ParameterError> {
-        let curve = self.shape.curve(values)?;
+        let curve = stribeck(values)?;
         for (point, &weight) in self.points.iter().zip(&self.weights) {
-            each((curve(lit(point.speed)) - lit(point.coefficient)) * lit(weight));
+            each((curve.at(lit(point.speed)) - lit(point.coefficient)) * lit(weight));
         }
         Ok(())
     }
 }
 
-/// A robust fit of a friction curve through sliding data that may have outliers.
-///
-/// ```
-/// use bristle::identify::{CurveShape, InitialGuess, SlidingPoint, static_curve};
-///
-/// // μ = 0.2 + 0.1 exp(−(v/v_S)²) + 2 v with v_S = 10 mm/s, and every tenth point wrong.
-/// let points: Vec<SlidingPoint> = (1..200)
-///     .map(|i| {
-///         let speed = 5e-4 * f64::from(i);
-///         let wrong = if i % 10 == 0 { 0.5 } else { 0.0 };
-///         let fall = 0.1 * (-(speed / 0.01).powi(2)).exp();
-///         SlidingPoint { speed, coefficient: 0.2 + fall + 2.0 * speed + wrong }
-///     })
-///     .collect();
-/// let guess = InitialGuess {
-///     static_coefficient: 0.4,
-///     dynamic_coefficient: 0.25,
-///     stribeck_velocity: 0.03,
-///     viscous_friction: 0.1,
-///     micro_stiffness: 1e4,
-///     micro_damping: 1.0,
-///     offset: 0.0,
-///     fastest: 0.1,
-///     reversals: 1,
-/// };
-/// let fit = static_curve(CurveShape::Stribeck { exponent: 2.0 }, &guess, &points)?;
-/// assert!((fit.estimate("stribeck_velocity").unwrap().value - 0.01).abs() < 1e-6);
-/// # Ok::<(), bristle::identify::IdentifyError>(())
-/// ```
-///
-/// # Errors
-///
-/// Refuses fewer than ten points, a point that is not finite, and bounds that do not contain the
-/// start.
-pub fn static_curve(
-    shape: CurveShape,
-    guess: &InitialGuess,
-    points: &[SlidingPoint],
-) -> Result<Fit<4>, IdentifyError> {
-    if points.len() < FEWEST_POINTS {
-        return Err(IdentifyError::TooFewRows { rows: points.len(), least: FEWEST_POINTS });
-    }
-    for (row, point) in points.iter().enumerate() {
-        for (column, value) in [("speed", point.speed), ("coefficient", point.coefficient)] {
-            if !value.is_finite() {
-                return Err(IdentifyError::Row { row, column, value, rule: "be finite" });
+impl InitialGuess {
+    /// A robust fit of a [`Stribeck`] curve (δ = 2) through sliding data that may have outliers,
+    /// from the start of this guess.
+    ///
+    /// ```
+    /// use bristle::identify::{InitialGuess, SlidingPoint};
+    ///
+    /// // μ = 0.2 + 0.1 exp(−(v/v_S)²) + 2 v with v_S = 10 mm/s, and every tenth point wrong.
+    /// let points: Vec<SlidingPoint> = (1..200)
+    ///     .map(|i| {
+    ///         let speed = 5e-4 * f64::from(i);
+    ///         let wrong = if i % 10 == 0 { 0.5 } else { 0.0 };
+    ///         let fall = 0.1 * (-(speed / 0.01).powi(2)).exp();
+    ///         SlidingPoint { speed, coefficient: 0.2 + fall + 2.0 * speed + wrong }
+    ///     })
+    ///     .collect();
+    /// let guess = InitialGuess {
+    ///     static_coefficient: 0.4,
+    ///     dynamic_coefficient: 0.25,
+    ///     stribeck_velocity: 0.03,
+    ///     viscous_friction: 0.1,
+    ///     micro_stiffness: 1e4,
+    ///     micro_damping: 1.0,
+    ///     offset: 0.0,
+    ///     fastest: 0.1,
+    ///     reversals: 1,
+    /// };
+    /// let fit = guess.static_curve(&points)?;
+    /// assert!((fit.estimate("stribeck_velocity").unwrap().value - 0.01).abs() < 1e-6);
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Refuses fewer than ten points, a point that is not finite, and bounds that do not contain
+    /// the start.
+    pub fn static_curve(&self, points: &[SlidingPoint]) -> Result<Fit<4>, ParameterError> {
+        parameter::count("points", points.len(), FEWEST_POINTS)?;
+        for (row, point) in points.iter().enumerate() {
+            for (name, value) in [("speed", point.speed), ("coefficient", point.coefficient)] {
+                parameter::component(row, parameter::finite(name, value))?;
             }
         }
+        let every = points.len().div_ceil(MOST_POINTS);
+        let points: Vec<SlidingPoint> = points.iter().step_by(every).copied().collect();
+        let mut parameters = stribeck_parameters(self);
+        let mut problem = Points { points: &points, weights: alloc::vec![1.0; points.len()] };
+        let mut settings = Settings { starts: STARTS, ..Settings::default() };
+        let mut go_on = |_: &Progress<'_>| ControlFlow::Continue(());
+        let mut fit = least_squares(&problem, parameters, &settings, &mut go_on)?;
+        settings.starts = 1;
+        for round in 0..ROUNDS {
+            let curve = stribeck(&fit.values())?;
+            let distance = |point: &SlidingPoint| (curve.at(point.speed) - point.coefficient).abs();
+            let distances: Vec<f64> = points.iter().map(distance).collect();
+            let spread = 1.4826 * median(&mut distances.clone());
+            if !(spread > 0.0) {
+                break;
+            }
+            let huber = |u: f64| (1.345 / u).min(1.0).sqrt();
+            let tukey = |u: f64| (1.0 - (u / 4.685).powi(2)).max(0.0);
+            let weight = |u| if round < HUBER_ROUNDS { huber(u) } else { tukey(u) };
+            problem.weights = distances.iter().map(|distance| weight(distance / spread)).collect();
+            for (parameter, value) in parameters.iter_mut().zip(fit.values()) {
+                parameter.start = value;
+            }
+            let next = least_squares(&problem, parameters, &settings, &mut go_on)?;
+            let changed = |(a, b): (f64, f64)| (a - b).abs() > SETTLED * (a.abs() + b.abs());
+            let settled = !fit.values().into_iter().zip(next.values()).any(changed);
+            fit = next;
+            if round > HUBER_ROUNDS && settled {
+                break;
+            }
+        }
+        Ok(fit)
     }
-    let every = points.len().div_ceil(MOST_POINTS);
-    let points: Vec<SlidingPoint> = points.iter().step_by(every).copied().collect();
-    let weights = alloc::vec![1.0; points.len()];
-    let parameters = stribeck_parameters(guess);
-    let mut problem = Points { shape, parameters, points: &points, weights };
-    let mut settings = Settings { starts: STARTS, ..Settings::default() };
-    let mut go_on = |_: &Progress<'_>| ControlFlow::Continue(());
-    let mut fit = least_squares(&problem, &settings, &mut go_on)?;
-    settings.starts = 1;
-    for round in 0..ROUNDS {
-        let curve = shape.curve(&fit.values())?;
-        let distance = |point: &SlidingPoint| (curve(point.speed) - point.coefficient).abs();
-        let distances: Vec<f64> = points.iter().map(distance).collect();
-        let spread = 1.4826 * median(&mut distances.clone());
-        if !(spread > 0.0) {
-            break;
-        }
-        let huber = |u: f64| (1.345 / u).min(1.0).sqrt();
-        let tukey = |u: f64| (1.0 - (u / 4.685).powi(2)).max(0.0);
-        let weight = |u| if round < HUBER_ROUNDS { huber(u) } else { tukey(u) };
-        problem.weights = distances.iter().map(|distance| weight(distance / spread)).collect();
-        for (parameter, value) in problem.parameters.iter_mut().zip(fit.values()) {
-            parameter.start = value;
-        }
-        let next = least_squares(&problem, &settings, &mut go_on)?;
-        let changed = |(a, b): (f64, f64)| (a - b).abs() > SETTLED * (a.abs() + b.abs());
-        let settled = !fit.values().into_iter().zip(next.values()).any(changed);
-        fit = next;
-        if round > HUBER_ROUNDS && settled {
-            break;
-        }
-    }
-    Ok(fit)
-}
 
-impl InitialGuess {
     /// A guess from a look at a log, with a robust fit of the curve where the speeds allow one.
     ///
     /// # Errors
     ///
     /// As [`InitialGuess::with_points`].
-    pub fn of(log: &Log) -> Result<Self, IdentifyError> {
+    pub fn of(log: &Log) -> Result<Self, ParameterError> {
         let (guess, points) = Self::with_points(log)?;
         // Speeds that lie within a factor of two do not determine how friction depends on them.
         let mut speeds: Vec<f64> = points.iter().map(|point| point.speed).collect();
-        let spread = quantile(&mut speeds, 0.9) > 2.0 * quantile(&mut speeds, 0.1);
-        if !spread {
+        if !(quantile(&mut speeds, 0.9) > 2.0 * quantile(&mut speeds, 0.1)) {
             return Ok(guess);
         }
-        let shape = CurveShape::Stribeck { exponent: 2.0 };
-        let Ok(fit) = static_curve(shape, &guess, &points) else {
-            return Ok(guess);
-        };
+        let Ok(fit) = guess.static_curve(&points) else { return Ok(guess) };
         let [dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = fit.values();
         Ok(Self {
             static_coefficient: dynamic_coefficient + excess,

@@ -59,22 +59,18 @@ impl<const N: usize> Triangle<N> {
     /// that is not `free`.
     pub(super) fn damped(&self, diagonal: &SVector<f64, N>, free: &[bool; N]) -> SVector<f64, N> {
         let mut both = Self::new();
-        let masked =
-            |row: SVector<f64, N>| SVector::from_fn(|j, _| if free[j] { row[j] } else { 0.0 });
+        let damping = SMatrix::from_diagonal(diagonal);
+        let rows = self.factor.row_iter().zip(self.right.iter().copied());
+        for (row, right) in rows.chain(damping.row_iter().map(|row| (row, 0.0))) {
+            both.push(SVector::from_fn(|j, _| if free[j] { row[j] } else { 0.0 }), right);
+        }
+        // A row that stayed empty leaves its component zero.
         for i in 0..N {
-            both.push(masked(self.factor.row(i).transpose()), self.right[i]);
+            if both.factor[(i, i)] == 0.0 {
+                both.factor[(i, i)] = 1.0;
+            }
         }
-        for i in 0..N {
-            let entry = |j: usize, _| if j == i { diagonal[i] } else { 0.0 };
-            both.push(masked(SVector::from_fn(entry)), 0.0);
-        }
-        let mut x = SVector::zeros();
-        for i in (0..N).rev() {
-            let known: f64 = (i + 1..N).map(|j| both.factor[(i, j)] * x[j]).sum();
-            let pivot = both.factor[(i, i)];
-            x[i] = if pivot == 0.0 { 0.0 } else { (both.right[i] - known) / pivot };
-        }
-        x
+        both.factor.solve_upper_triangular(&both.right).unwrap_or_else(SVector::zeros)
     }
 
     /// Singular values, largest first, and right singular vectors of A, its free columns scaled to

@@ -9,7 +9,7 @@ use super::log::pairs;
 use super::problem::{Point, Problem};
 use super::residuals::{Residuals, within};
 use super::triangle::Triangle;
-use super::{Estimate, Fit, Identifiability, Outcome, ResidualStatistics};
+use super::{Estimate, Fit, Identifiability, Outcome};
 
 /// Singular values of the scaled sensitivities below this share of the largest have no effect: √ε,
 /// with which half of the digits are left.
@@ -32,7 +32,16 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
         residuals.push(residual);
         triangle.push(*gradient, -residual);
     });
-    let statistics = statistics(&residuals);
+    let rows = residuals.len();
+    let count = rows.max(1) as f64;
+    let mean = residuals.iter().sum::<f64>() / count;
+    let deviations: Vec<f64> = residuals.iter().map(|r| r - mean).collect();
+    let squares: f64 = deviations.iter().map(|d| d * d).sum();
+    let next: f64 = pairs(&deviations).map(|(a, b)| a * b).sum();
+    let rmse = (residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt();
+    let time = correlation_time(deviations).max(1.0);
+    // Bartlett's weights lose about (correlation time)/window of the variance: a tenth.
+    let window = ((10.0 * time) as usize).clamp(1, (rows / 10).max(1));
     let resting = problem.resting(point, &triangle.gradient());
     let free = resting.map(|rests| rests.is_none());
 
@@ -65,18 +74,14 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
         weak.push(shares);
     }
 
-    let rows = residuals.len() as f64;
-    let spare = rows - N as f64;
-    let known = smooth && spare > 0.0;
-    let correction = if known { rows / spare } else { 1.0 };
-    let covariance = inverse * scores(problem, point, statistics.window) * inverse * correction;
+    let known = smooth && rows > N;
+    let correction = if known { count / (rows - N) as f64 } else { 1.0 };
+    let covariance = inverse * scores(problem, point, window) * inverse * correction;
     // Rounding leaves the product of three symmetric matrices slightly unsymmetric.
     let covariance = (covariance + covariance.transpose()) * 0.5;
     // Where few rows determine a parameter, the sum over scores is uncertain, and too small on
     // average.
-    let variance = statistics.rmse.powi(2) * rows
-        / statistics.effective_rows.max(f64::MIN_POSITIVE)
-        * correction;
+    let variance = rmse * rmse * time * correction;
     // `max` alone would turn NaN into zero.
     let root =
         |square: f64| if square.is_finite() { square.max(0.0).sqrt() } else { f64::INFINITY };
@@ -98,39 +103,29 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
         let (verdict, standard_error) = match resting[i] {
             Some(rests) => (rests, f64::NAN),
             None if undetermined[i] || !smooth => (Identifiability::Undetermined, f64::INFINITY),
-            None if !known => (Identifiability::Uncertain, f64::INFINITY),
             None => {
                 let error = spread(i).max(root(variance * inverse[(i, i)])) * slopes[i];
-                if error <= value.abs() {
-                    (Identifiability::Determined, error)
-                } else {
-                    (Identifiability::Uncertain, error)
-                }
+                let error = if known { error } else { f64::INFINITY };
+                let clear = error <= value.abs();
+                let uncertain = Identifiability::Uncertain;
+                (if clear { Identifiability::Determined } else { uncertain }, error)
             }
         };
         Estimate { parameter, value, standard_error, verdict }
     });
-    Fit { estimates, correlation, residuals: statistics, weak, outcome, iterations }
-}
-
-fn statistics(residuals: &[f64]) -> ResidualStatistics {
-    let rows = residuals.len();
-    let count = rows.max(1) as f64;
-    let mean = residuals.iter().sum::<f64>() / count;
-    let squares: f64 = residuals.iter().map(|r| r * r).sum();
-    let variance: f64 = residuals.iter().map(|r| (r - mean) * (r - mean)).sum();
-    let next: f64 = pairs(residuals).map(|(a, b)| (a - mean) * (b - mean)).sum();
-    let longest = (rows / 10).max(1);
-    let time = correlation_time(residuals.iter().map(|r| r - mean).collect()).max(1.0);
-    ResidualStatistics {
+    Fit {
+        estimates,
+        correlation,
         rows,
-        rmse: (squares / count).sqrt(),
+        rmse,
         mean,
         largest: residuals.iter().fold(0.0, |most, r| f64::max(most, r.abs())),
-        correlation: if variance > 0.0 { next / variance } else { 0.0 },
-        effective_rows: count / time,
-        // Bartlett's weights lose about (correlation time)/window of the variance: a tenth.
-        window: ((10.0 * time) as usize).clamp(1, longest),
+        neighbour_correlation: if squares > 0.0 { next / squares } else { 0.0 },
+        effective_rows: rows as f64 / time,
+        window,
+        weak,
+        outcome,
+        iterations,
     }
 }
 

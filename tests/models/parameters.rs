@@ -194,8 +194,8 @@ fn every_parameter_refuses<T: Scalar>(least: f64, most: f64, subnormal: T, large
     let wide = |value: T| value.to_subset_unchecked();
     for gate in gates::<T>() {
         let rule = match gate.kind {
-            Kind::Positive => Rule::Positive { least, most },
-            Kind::NonNegative => Rule::NonNegative { most },
+            Kind::Positive => Rule::Between { least, most },
+            Kind::NonNegative => Rule::Between { least: 0.0, most },
         };
         let infinity = T::one() / T::zero();
         let always = [
@@ -320,8 +320,8 @@ fn a_table_starts_at_rest_and_goes_on() {
         Tabulated::new(knots.map(|(speed, coefficient)| Knot { speed, coefficient })).map(drop)
     }
     let nan = f64::NAN;
-    let range = Rule::Positive { least: 1e-100, most: 1e100 };
-    let magnitude = Rule::Magnitude { most: 1e100 };
+    let range = Rule::Between { least: 1e-100, most: 1e100 };
+    let magnitude = Rule::Between { least: -1e100, most: 1e100 };
     let count = Rule::Count { least: 2 };
     assert_refused(with([]), ("knots", None, 0.0, count), "none");
     assert_refused(with([(0.0, 1.0)]), ("knots", None, 1.0, count), "one");
@@ -418,7 +418,7 @@ fn refusals_read_well() {
     );
     assert_eq!(
         message(Tabulated::<f64, 0>::new([]).map(drop)),
-        "knots is 0, but must be at least 2"
+        "there must be at least 2 knots, not 0"
     );
     let dry = Coulomb::new(CoulombParameters { viscous_friction: 0.0, ..coulomb }).unwrap();
     assert_eq!(

@@ -273,7 +273,7 @@ fn fewer_than_two_samples_are_refused() {
             assert_eq!(error.rule, Rule::Count { least: 2 }, "{name}");
             assert_eq!(
                 error.to_string(),
-                format!("samples is {samples}, but must be at least 2"),
+                format!("there must be at least 2 samples, not {samples}"),
                 "{name}"
             );
         });

@@ -64,7 +64,7 @@ impl<T: Scalar> PolynomialExponential<T, 3> {
 
 fn admissible<T: Scalar>(decay: T) -> Result<T, ParameterError> {
     const MOST: f64 = 50.0;
-    parameter::check("decay", decay, decay.abs() <= lit(MOST), Rule::Magnitude { most: MOST })
+    parameter::between("decay", decay, -MOST, MOST)
 }
 
 /// More would lose their digits to each other.
