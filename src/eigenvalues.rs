@@ -11,33 +11,30 @@ use nalgebra::{Complex, ComplexField, SMatrix};
 /// QR steps per eigenvalue; two or three are usual.
 const MOST_STEPS: usize = 60;
 
-/// The eigenvalues of the leading block of a given order, in no order; the rest of the array is
-/// zero.
+/// The eigenvalues of a matrix, in no order.
 ///
 /// Real eigenvalues have an imaginary part of exactly zero, the others come in exact conjugates.
-/// `None` if the block is not finite or the QR steps do not converge.
+/// `None` if the matrix is not finite or the QR steps do not converge.
 pub(crate) fn eigenvalues<const N: usize>(
     matrix: &SMatrix<f64, N, N>,
-    order: usize,
 ) -> Option<[Complex<f64>; N]> {
     let mut values = [Complex::new(0.0, 0.0); N];
-    let block = matrix.view((0, 0), (order, order));
-    if !block.iter().all(|entry| entry.is_finite()) {
+    if !matrix.iter().all(|entry| entry.is_finite()) {
         return None;
     }
     // In units of the largest entry squares neither overflow nor vanish.
-    let unit = block.iter().fold(0.0, |most, entry| f64::max(most, entry.abs()));
+    let unit = matrix.iter().fold(0.0, |most, entry| f64::max(most, entry.abs()));
     if unit == 0.0 {
         return Some(values);
     }
-    let mut a = balanced(matrix / unit, order);
-    for k in 2..order {
+    let mut a = balanced(matrix / unit);
+    for k in 2..N {
         let column: [f64; N] =
-            core::array::from_fn(|i| if i + k > order { 0.0 } else { a[(i + k - 1, k - 2)] });
-        reflect(&mut a, order, k - 1, column.get(..order + 1 - k)?);
+            core::array::from_fn(|i| if i + k > N { 0.0 } else { a[(i + k - 1, k - 2)] });
+        reflect(&mut a, k - 1, column.get(..N + 1 - k)?);
     }
     let whole = ComplexField::sqrt(a.iter().map(|entry| entry * entry).sum::<f64>());
-    let (mut end, mut steps) = (order, 0);
+    let (mut end, mut steps) = (N, 0);
     while let Some(last) = end.checked_sub(1) {
         // The block that ends at `last` starts where the entry below the diagonal vanishes.
         let mut first = last;
@@ -58,7 +55,7 @@ pub(crate) fn eigenvalues<const N: usize>(
             return None;
         } else {
             steps += 1;
-            double_step(&mut a, order, first, last, steps % 10 == 0);
+            double_step(&mut a, first, last, steps % 10 == 0);
             continue;
         }
         (end, steps) = (first, 0);
@@ -84,7 +81,6 @@ fn pair<const N: usize>(a: &SMatrix<f64, N, N>, last: usize) -> [Complex<f64>; 2
 /// One QR step with two shifts on the diagonal block `first..=last` of at least three rows.
 fn double_step<const N: usize>(
     a: &mut SMatrix<f64, N, N>,
-    order: usize,
     first: usize,
     last: usize,
     exceptional: bool,
@@ -105,11 +101,11 @@ fn double_step<const N: usize>(
         below(first) * (one + next - sum),
         below(first) * below(first + 1),
     ];
-    reflect(a, order, first, &column);
+    reflect(a, first, &column);
     // The entries that this made below the Hessenberg form are chased down.
     for k in first..last - 1 {
         let bulge = [a[(k + 1, k)], a[(k + 2, k)], if k + 3 > last { 0.0 } else { a[(k + 3, k)] }];
-        reflect(a, order, k + 1, bulge.get(..last - k).unwrap_or(&bulge));
+        reflect(a, k + 1, bulge.get(..last - k).unwrap_or(&bulge));
         for i in k + 2..=last.min(k + 3) {
             a[(i, k)] = 0.0;
         }
@@ -118,7 +114,7 @@ fn double_step<const N: usize>(
 
 /// A ← H A H with the reflection H of rows and columns from `start` on that turns a vector into a
 /// multiple of its first axis.
-fn reflect<const N: usize>(a: &mut SMatrix<f64, N, N>, order: usize, start: usize, vector: &[f64]) {
+fn reflect<const N: usize>(a: &mut SMatrix<f64, N, N>, start: usize, vector: &[f64]) {
     let size = vector.iter().fold(0.0, |most, x| f64::max(most, x.abs()));
     if !(size > 0.0) {
         return;
@@ -128,11 +124,11 @@ fn reflect<const N: usize>(a: &mut SMatrix<f64, N, N>, order: usize, start: usiz
     let norm = |u: &[f64; N]| u.iter().map(|x| x * x).sum::<f64>();
     u[0] += ComplexField::sqrt(norm(&u)).copysign(u[0]);
     let (scale, rows) = (2.0 / norm(&u), 0..vector.len());
-    for j in 0..order {
+    for j in 0..N {
         let sum = scale * rows.clone().map(|i| u[i] * a[(start + i, j)]).sum::<f64>();
         rows.clone().for_each(|i| a[(start + i, j)] -= sum * u[i]);
     }
-    for i in 0..order {
+    for i in 0..N {
         let sum = scale * rows.clone().map(|j| u[j] * a[(i, start + j)]).sum::<f64>();
         rows.clone().for_each(|j| a[(i, start + j)] -= sum * u[j]);
     }
@@ -140,12 +136,12 @@ fn reflect<const N: usize>(a: &mut SMatrix<f64, N, N>, order: usize, start: usiz
 
 /// The matrix in units (powers of two) in which row and column i are of similar size: a micrometre
 /// of deflection and 10⁵ Pa then count alike.
-fn balanced<const N: usize>(mut a: SMatrix<f64, N, N>, order: usize) -> SMatrix<f64, N, N> {
+fn balanced<const N: usize>(mut a: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     // Two or three sweeps suffice; a few more for units that are far apart.
     for _ in 0..20 {
         let mut settled = true;
-        for i in 0..order {
-            let others = (0..order).filter(|&j| j != i);
+        for i in 0..N {
+            let others = (0..N).filter(|&j| j != i);
             let (column, row) =
                 others.fold((0.0, 0.0), |(c, r), j| (c + a[(j, i)].abs(), r + a[(i, j)].abs()));
             if !(column > 0.0 && row > 0.0) {
@@ -164,7 +160,7 @@ fn balanced<const N: usize>(mut a: SMatrix<f64, N, N>, order: usize) -> SMatrix<
             }
             if column * unit + row / unit < 0.95 * (column + row) {
                 settled = false;
-                for j in 0..order {
+                for j in 0..N {
                     a[(j, i)] *= unit;
                     a[(i, j)] /= unit;
                 }
@@ -185,7 +181,7 @@ mod tests {
 
     /// The eigenvalues sorted by imaginary, then real part.
     fn sorted<const N: usize>(matrix: SMatrix<f64, N, N>) -> [Complex<f64>; N] {
-        let mut values = eigenvalues(&matrix, N).unwrap();
+        let mut values = eigenvalues(&matrix).unwrap();
         values.sort_by(|a, b| {
             // Real ones have an imaginary part of a few roundings.
             let side = |z: &Complex<f64>| if z.im.abs() > 1e-9 { z.im } else { 0.0 };
@@ -231,7 +227,7 @@ mod tests {
 
     #[test]
     fn a_matrix_that_is_not_finite_has_no_answer() {
-        assert!(eigenvalues(&Matrix2::new(f64::NAN, 0.0, 0.0, 1.0), 2).is_none());
-        assert!(eigenvalues(&Matrix2::new(0.0, f64::INFINITY, 0.0, 1.0), 2).is_none());
+        assert!(eigenvalues(&Matrix2::new(f64::NAN, 0.0, 0.0, 1.0)).is_none());
+        assert!(eigenvalues(&Matrix2::new(0.0, f64::INFINITY, 0.0, 1.0)).is_none());
     }
 }

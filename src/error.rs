@@ -1,7 +1,6 @@
 //! One error for all.
 
 use crate::batch::BatchError;
-use crate::linear::LinearisationError;
 use crate::number::Number;
 use crate::ode::{Failure, StopReason};
 use crate::parameter::ParameterError;
@@ -40,9 +39,6 @@ pub enum Error {
         #[source]
         reason: StopReason,
     },
-    /// A contact or a mechanism has no linearisation of the kind asked for.
-    #[error(transparent)]
-    Linearisation(#[from] LinearisationError),
     /// A batch or a step of it was refused.
     #[error(transparent)]
     Batch(#[from] BatchError),

@@ -1,10 +1,10 @@
 //! A contact as a linear system from its velocity to its force.
 
-use super::{LinearisationError, StateSpace};
+use super::StateSpace;
 use crate::bounds::larger;
-use crate::parameter;
+use crate::parameter::{self, ParameterError};
 use crate::rheology::{Deflection, States};
-use crate::scalar::{is_zero, lit, to_f64};
+use crate::scalar::{is_zero, lit};
 use crate::{Branch, Bristle, Contact, LinearisedContact, Scalar, Sliding};
 
 impl<T: Scalar, D: Deflection<T>> LinearisedContact<T, D> {
@@ -35,7 +35,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         &self,
         sliding: impl Into<Sliding<T>>,
         deflection: M::Deflection,
-    ) -> Result<StateSpace<T, N>, LinearisationError>
+    ) -> Result<StateSpace<T, N>, ParameterError>
     where
         M::Deflection: States<T, N>,
     {
@@ -45,9 +45,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
                 self.linearised(branch.of(T::zero()), deflection).matrices().finite()
             };
             let (one, other) = (side(Branch::Forward)?, side(Branch::Backward)?);
-            if !same(&one, &other) {
-                return Err(LinearisationError::Kink);
-            }
+            parameter::stated("velocity", T::zero(), same(&one, &other), KINK)?;
         }
         self.linearised(sliding, deflection).matrices().finite()
     }
@@ -71,7 +69,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// assert!((small.corner_frequency()? - 31.9).abs() < 0.1);
     /// // Much faster, it falls by a fifth of that.
     /// assert!((small.frequency_response(1e6)?.re + 8.353).abs() < 1e-3);
-    /// # Ok::<(), bristle::linear::LinearisationError>(())
+    /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     ///
     /// # Errors
@@ -81,25 +79,22 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     pub fn steady_state_space<const N: usize>(
         &self,
         sliding: impl Into<Sliding<T>>,
-    ) -> Result<StateSpace<T, N>, LinearisationError>
+    ) -> Result<StateSpace<T, N>, ParameterError>
     where
         M::Deflection: States<T, N>,
     {
         let sliding = sliding.into();
         parameter::finite("velocity", sliding.velocity())?;
         let side = |branch: Branch| self.stationary(branch.of(T::zero())).states();
-        if undecided(sliding) && side(Branch::Forward) != side(Branch::Backward) {
-            return Err(LinearisationError::Kink);
-        }
-        let deflection = self.stationary(sliding);
         let velocity = sliding.velocity();
+        let decided = !undecided(sliding) || side(Branch::Forward) == side(Branch::Backward);
+        parameter::stated("velocity", velocity, decided, KINK)?;
+        let deflection = self.stationary(sliding);
         // The rate is a difference of terms of the size of the velocity.
         let rounding = lit::<T>(1e4) * T::default_epsilon() * velocity.abs();
         for &rate in self.rate(sliding, deflection).states().iter() {
-            if !(rate.abs() <= rounding) {
-                let (velocity, rate) = (to_f64(velocity), to_f64(rate));
-                return Err(LinearisationError::NoEquilibrium { velocity, rate });
-            }
+            let rule = "vanish in steady sliding: the model has no equilibrium there";
+            parameter::stated("rate of the deflection", rate, rate.abs() <= rounding, rule)?;
         }
         if undecided(sliding) {
             return self.state_space(sliding, deflection);
@@ -107,6 +102,10 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         self.steady_linearised(sliding).matrices().finite()
     }
 }
+
+/// At rest, with an exact modulus of the velocity, the two sliding directions differ: there is
+/// neither a derivative nor a single stationary deflection.
+const KINK: &str = "not be 0, where friction has a kink: choose a side by Branch, or regularise";
 
 /// Rest, with no side chosen.
 fn undecided<T: Scalar>(sliding: Sliding<T>) -> bool {

@@ -53,10 +53,8 @@
 //! F. R. Gantmacher, "The Theory of Matrices", volume 2 (Chelsea, 1959), chapter XV.
 
 mod contact;
-mod error;
 mod state_space;
 mod steady_sliding;
 
-pub use error::LinearisationError;
-pub use state_space::{Roots, StateSpace};
+pub use state_space::StateSpace;
 pub use steady_sliding::{SteadySliding, Threshold};

@@ -3,22 +3,16 @@
 //! ẋ = A x + B u,  y = C x + D u,  G(s) = C (sI − A)⁻¹ B + D
 //!
 //! Poles are the eigenvalues of A. Zeros are the eigenvalues of the system whose input keeps y = 0.
-//! With D ≠ 0 that input is u = −C x/D, and the zeros are the eigenvalues of A − B C/D. With D = 0
-//! the equation C x = 0 expresses one state by the others, and its derivative C A x + C B u = 0 is
-//! the output of a system with one state less.
+//! With D ≠ 0 that input is u = −C x/D, and the zeros are the eigenvalues of A − B C/D.
 //!
 //! Source: T. Kailath, "Linear Systems" (Prentice-Hall, 1980), section 2.5, for zeros by inversion.
 
-use core::fmt;
-
 use nalgebra::{Complex, ComplexField, RowSVector, SMatrix, SVector};
 
-use super::LinearisationError;
 use crate::Scalar;
-use crate::bounds::larger;
+use crate::bounds::{larger, smaller};
 use crate::eigenvalues::eigenvalues;
-use crate::number::Number;
-use crate::parameter;
+use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{lit, to_f64};
 
 /// A linear system with N states, one input u and one output y: ẋ = A x + B u, y = C x + D u.
@@ -36,8 +30,8 @@ use crate::scalar::{lit, to_f64};
 /// };
 /// assert_eq!(lead.static_gain()?, 2.0);
 /// assert_eq!(lead.frequency_response(1.0)?, Complex::new(1.5, -0.5));
-/// assert_eq!(lead.zeros()?.as_slice(), [Complex::new(-2.0, 0.0)]);
-/// # Ok::<(), bristle::linear::LinearisationError>(())
+/// assert_eq!(lead.zeros()?, [Complex::new(-2.0, 0.0)]);
+/// # Ok::<(), bristle::ParameterError>(())
 /// ```
 ///
 /// The small motions of a whole mechanism have its Jacobian as A:
@@ -64,10 +58,9 @@ use crate::scalar::{lit, to_f64};
 ///     feedthrough: 0.0,
 /// };
 /// // The stuck mass swings on its bristles and its spring: ω² = (σ0 p + k)/m.
-/// let poles = stuck.poles()?;
-/// let moduli = poles.as_slice().iter().map(|pole| pole.norm_sqr().sqrt());
-/// assert!((moduli.fold(0.0, f64::max) - 10002f64.sqrt()).abs() < 1e-9);
-/// # Ok::<(), bristle::linear::LinearisationError>(())
+/// let moduli = stuck.poles()?.map(|pole| pole.norm_sqr().sqrt());
+/// assert!((moduli.into_iter().fold(0.0, f64::max) - 10002f64.sqrt()).abs() < 1e-9);
+/// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StateSpace<T: Scalar, const N: usize> {
@@ -85,80 +78,27 @@ pub struct StateSpace<T: Scalar, const N: usize> {
     pub feedthrough: T,
 }
 
-/// A list of at most N roots, real or complex.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Roots<T, const N: usize> {
-    values: [Complex<T>; N],
-    count: usize,
-}
-
-impl<T: Scalar, const N: usize> Roots<T, N> {
-    /// The eigenvalues of the leading block of a matrix.
-    fn of(matrix: &SMatrix<T, N, N>, count: usize) -> Result<Self, LinearisationError> {
-        let values = eigenvalues(&matrix.map(to_f64), count);
-        let values = values.ok_or(LinearisationError::NotFinite)?;
-        Ok(Self { values: values.map(|root| Complex::new(lit(root.re), lit(root.im))), count })
-    }
-
-    /// The roots, in no order. Real ones have an imaginary part of exactly zero, the others come in
-    /// exact conjugates.
-    pub fn as_slice(&self) -> &[Complex<T>] {
-        self.values.get(..self.count).unwrap_or(&self.values)
-    }
-
-    /// The largest real part; `None` for an empty list.
-    pub fn abscissa(&self) -> Option<T> {
-        self.as_slice().iter().map(|root| root.re).reduce(|a, b| if b > a { b } else { a })
-    }
-}
-
-/// A line for each real root, and one for each pair with its undamped frequency and damping ratio.
-///
-/// ```
-/// use bristle::linear::StateSpace;
-/// use bristle::nalgebra::{Matrix2, RowVector2, Vector2};
-///
-/// // s² + 2 s + 25 = 0
-/// let swing = StateSpace {
-///     dynamics: Matrix2::new(0.0, 1.0, -25.0, -2.0),
-///     input: Vector2::new(0.0, 1.0),
-///     output: RowVector2::new(1.0, 0.0),
-///     feedthrough: 0.0,
-/// };
-/// assert_eq!(swing.poles()?.to_string(), "-1 ± 4.899i 1/s (ω = 5 rad/s, ζ = 0.2)");
-/// # Ok::<(), bristle::linear::LinearisationError>(())
-/// ```
-impl<T: Scalar, const N: usize> fmt::Display for Roots<T, N> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // One line for a pair, by its upper root.
-        let upper = self.as_slice().iter().filter(|root| !(root.im < T::zero()));
-        for (i, root) in upper.enumerate() {
-            if i > 0 {
-                writeln!(f)?;
-            }
-            let (re, im) = (to_f64(root.re), to_f64(root.im));
-            let real = Number(re);
-            if im > 0.0 {
-                let frequency = ComplexField::hypot(re, im);
-                let (ratio, omega, im) = (Number(-re / frequency), Number(frequency), Number(im));
-                write!(f, "{real:.5} ± {im:.5}i 1/s (ω = {omega:.5} rad/s, ζ = {ratio:.5})")?;
-            } else {
-                write!(f, "{real:.5} 1/s")?;
-            }
-        }
-        Ok(())
-    }
+/// The eigenvalues of a matrix, in no order.
+fn roots<T: Scalar, const N: usize>(
+    matrix: &SMatrix<T, N, N>,
+) -> Result<[Complex<T>; N], ParameterError> {
+    let rule = Rule::Stated("be finite, and its eigenvalues be found");
+    let values = eigenvalues(&matrix.map(to_f64));
+    let values = values.ok_or_else(|| parameter::refused("sum of a matrix", matrix.sum(), rule))?;
+    Ok(values.map(|root| Complex::new(lit(root.re), lit(root.im))))
 }
 
 impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// The system, if every entry is finite.
-    pub(super) fn finite(self) -> Result<Self, LinearisationError> {
-        let mut entries = self.dynamics.iter().chain(&self.input).chain(&self.output);
-        if entries.all(|entry| entry.is_finite()) && self.feedthrough.is_finite() {
-            Ok(self)
-        } else {
-            Err(LinearisationError::NotFinite)
+    pub(super) fn finite(self) -> Result<Self, ParameterError> {
+        let dynamics = self.dynamics.iter().map(|&entry| ("dynamics", entry));
+        let input = self.input.iter().map(|&entry| ("input", entry));
+        let output = self.output.iter().map(|&entry| ("output", entry));
+        let feedthrough = core::iter::once(("feedthrough", self.feedthrough));
+        for (name, entry) in dynamics.chain(input).chain(output).chain(feedthrough) {
+            parameter::check(name, entry, entry.is_finite(), Rule::Finite)?;
         }
+        Ok(self)
     }
 
     /// The transfer function G(s) = C (sI − A)⁻¹ B + D; not finite at a pole, D at infinity.
@@ -187,10 +127,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     ///
     /// Refuses a system whose transients do not die out, one that is not finite, and a frequency
     /// that is NaN.
-    pub fn frequency_response(
-        &self,
-        angular_frequency: T,
-    ) -> Result<Complex<T>, LinearisationError> {
+    pub fn frequency_response(&self, angular_frequency: T) -> Result<Complex<T>, ParameterError> {
         parameter::number("angular_frequency", angular_frequency)?;
         self.finite()?.stable()?;
         Ok(self.transfer(Complex::new(T::zero(), angular_frequency)))
@@ -203,101 +140,34 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     ///
     /// Refuses a system with a pole at zero, one whose transients do not die out, and one that is
     /// not finite.
-    pub fn static_gain(&self) -> Result<T, LinearisationError> {
+    pub fn static_gain(&self) -> Result<T, ParameterError> {
         self.finite()?;
         let gain = self.transfer(Complex::new(T::zero(), T::zero())).re;
-        if !gain.is_finite() {
-            return Err(LinearisationError::Singular);
-        }
+        let rule = "be finite: there is a pole at zero";
+        parameter::stated("static gain", gain, gain.is_finite(), rule)?;
         self.stable()?;
         Ok(gain)
     }
 
-    /// The poles, eigenvalues of A [1/s].
+    /// The poles, eigenvalues of A [1/s], in no order. Real ones have an imaginary part of exactly
+    /// zero, the others come in exact conjugates.
     ///
     /// # Errors
     ///
     /// Refuses a matrix that is not finite.
-    pub fn poles(&self) -> Result<Roots<T, N>, LinearisationError> {
-        Roots::of(&self.dynamics, N)
+    pub fn poles(&self) -> Result<[Complex<T>; N], ParameterError> {
+        roots(&self.dynamics)
     }
 
-    /// The zeros [1/s]: fewer than poles if D = 0, none for a system whose input does not reach its
-    /// output.
-    ///
-    /// A small D adds a zero far out, near −C B/D. The others are then those of the system without
-    /// D, and the far one is left out where it exceeds the range of the scalar type.
+    /// The zeros [1/s] of a system whose output follows its input at once, D ≠ 0, in no order.
     ///
     /// # Errors
     ///
-    /// Refuses a system that is not finite.
-    pub fn zeros(&self) -> Result<Roots<T, N>, LinearisationError> {
-        self.finite()?;
-        if self.feedthrough == T::zero() {
-            return self.zeros_with(T::zero());
-        }
-        let near = self.zeros_with(T::zero())?;
-        let Ok(all) = self.zeros_with(self.feedthrough) else { return Ok(near) };
-        let length = |root: &Complex<T>| ComplexField::hypot(root.re, root.im);
-        let far = all.as_slice().iter().reduce(|a, b| if length(b) > length(a) { b } else { a });
-        let Some(far) = far.filter(|_| near.count + 1 == N) else { return Ok(all) };
-        // With half the digits either way where the two meet.
-        let limit = length(far) * T::default_epsilon().sqrt();
-        let poles = self.poles()?;
-        let small = |roots: &Roots<T, N>| roots.as_slice().iter().all(|root| length(root) < limit);
-        if !(small(&near) && small(&poles)) {
-            return Ok(all);
-        }
-        let mut values = near.values;
-        match values.get_mut(near.count) {
-            Some(last) if far.re.is_finite() => *last = Complex::new(far.re, T::zero()),
-            _ => return Ok(near),
-        }
-        Ok(Roots { values, count: N })
-    }
-
-    /// The zeros with another D.
-    fn zeros_with(&self, feedthrough: T) -> Result<Roots<T, N>, LinearisationError> {
-        let (mut a, mut b, mut c, mut d, mut order) =
-            (self.dynamics, self.input, self.output, feedthrough, N);
-        while d == T::zero() {
-            // By the state that weighs most in the output.
-            let weights = (0..order).map(|i| (i, c[i].abs()));
-            let heaviest = weights.reduce(|a, b| if b.1 > a.1 { b } else { a });
-            let Some((k, weight)) = heaviest else { break };
-            if !(weight > T::zero()) {
-                break;
-            }
-            let (next, terms) = (0..order).fold((T::zero(), T::zero()), |(sum, size), i| {
-                (sum + c[i] * b[i], size + (c[i] * b[i]).abs())
-            });
-            // A difference of rounding size is none.
-            let rounding = lit::<T>(8.0) * T::default_epsilon() * terms;
-            let next = if next.abs() > rounding { next } else { T::zero() };
-            // The derivative of the output, with the state taken out.
-            let rate = SVector::<T, N>::from_fn(|j, _| {
-                (0..order).fold(T::zero(), |sum, i| sum + c[i] * a[(i, j)])
-            });
-            let share = SVector::<T, N>::from_fn(|j, _| c[j] / c[k]);
-            let kept = |i: usize| if i < k { i } else { i + 1 };
-            order -= 1;
-            let (old_a, old_b) = (a, b);
-            a = SMatrix::zeros();
-            b = SVector::zeros();
-            c = RowSVector::zeros();
-            for i in 0..order {
-                for j in 0..order {
-                    a[(i, j)] = old_a[(kept(i), kept(j))] - old_a[(kept(i), k)] * share[kept(j)];
-                }
-                b[i] = old_b[kept(i)];
-                c[i] = rate[kept(i)] - rate[k] * share[kept(i)];
-            }
-            d = next;
-        }
-        if d == T::zero() {
-            order = 0;
-        }
-        Roots::of(&(a - b * c * (T::one() / d)), order)
+    /// Refuses D = 0, with which there are fewer zeros than poles, and a system that is not finite.
+    pub fn zeros(&self) -> Result<[Complex<T>; N], ParameterError> {
+        let direct = self.finite()?.feedthrough;
+        parameter::stated("feedthrough", direct, direct != T::zero(), "not be 0 for N zeros")?;
+        roots(&(self.dynamics - self.input * self.output * (T::one() / direct)))
     }
 
     /// The largest real part of the poles [1/s]: small motions grow if it is positive.
@@ -305,8 +175,9 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// # Errors
     ///
     /// Refuses a matrix that is not finite.
-    pub fn abscissa(&self) -> Result<T, LinearisationError> {
-        Ok(self.poles()?.abscissa().unwrap_or_else(T::zero))
+    pub fn abscissa(&self) -> Result<T, ParameterError> {
+        let parts = self.poles()?.into_iter().map(|pole| pole.re);
+        Ok(parts.reduce(larger).unwrap_or_else(T::zero))
     }
 
     /// The corner frequency [rad/s]: the modulus of the slowest pole. Below it the output follows
@@ -315,10 +186,9 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// # Errors
     ///
     /// Refuses a matrix that is not finite.
-    pub fn corner_frequency(&self) -> Result<T, LinearisationError> {
-        let poles = self.poles()?;
-        let sizes = poles.as_slice().iter().map(|pole| ComplexField::hypot(pole.re, pole.im));
-        Ok(sizes.reduce(|a, b| if b < a { b } else { a }).unwrap_or_else(T::zero))
+    pub fn corner_frequency(&self) -> Result<T, ParameterError> {
+        let sizes = self.poles()?.into_iter().map(|pole| ComplexField::hypot(pole.re, pole.im));
+        Ok(sizes.reduce(smaller).unwrap_or_else(T::zero))
     }
 
     /// Accepts a system whose transients die out.
@@ -326,13 +196,11 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// # Errors
     ///
     /// Names the largest growth rate otherwise.
-    pub fn stable(&self) -> Result<(), LinearisationError> {
+    pub fn stable(&self) -> Result<(), ParameterError> {
         let abscissa = self.abscissa()?;
-        if abscissa < T::zero() {
-            Ok(())
-        } else {
-            Err(LinearisationError::Unstable { abscissa: to_f64(abscissa) })
-        }
+        let rule = "be negative: small motions must die out for a steady response";
+        parameter::stated("largest real part of the poles", abscissa, abscissa < T::zero(), rule)
+            .map(drop)
     }
 }
 

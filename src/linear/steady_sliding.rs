@@ -18,11 +18,10 @@ use core::cmp::Ordering;
 
 use nalgebra::{RowVector3, Vector3};
 
-use super::{LinearisationError, StateSpace};
-use crate::bounds::{larger, smaller};
-use crate::parameter::{self, ParameterError, Rule};
-use crate::root::enclose;
-use crate::scalar::{is_zero, lit, to_f64};
+use super::StateSpace;
+use crate::bounds::larger;
+use crate::parameter::{self, ParameterError};
+use crate::scalar::lit;
 use crate::{Bristle, Contact, Mechanism, Scalar, Sliding};
 
 /// Steady sliding of a mass on a driven spring, and the small motions about it. Made by
@@ -65,12 +64,6 @@ const DOWN: f64 = 0.964_661_619_911_199;
 fn on_spring<T: Scalar>(mechanism: Mechanism<T>) -> Result<Mechanism<T>, ParameterError> {
     parameter::positive("spring_stiffness", mechanism.checked()?.spring_stiffness)?;
     Ok(mechanism)
-}
-
-/// Neighbouring speeds of a search from above, as (upper, lower).
-fn downwards<T: Scalar>(from: T, to: T) -> impl Iterator<Item = (T, T)> {
-    let next = move |above: T| (above > to).then(|| (above, larger(above * lit(DOWN), to)));
-    core::iter::successors(next(from), move |&(_, below)| next(below))
 }
 
 /// The quantities in the Routh–Hurwitz conditions.
@@ -133,7 +126,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     /// let sliding = contact.steady_sliding(rig, 0.1)?;
     /// assert!(sliding.state_space.abscissa()? < 0.0);
     /// assert!((sliding.stretch - 0.502).abs() < 1e-12); // 1.004 N on 2 N/m
-    /// # Ok::<(), bristle::linear::LinearisationError>(())
+    /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     ///
     /// # Errors
@@ -144,7 +137,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         &self,
         mechanism: Mechanism<T>,
         sliding: impl Into<Sliding<T>>,
-    ) -> Result<SteadySliding<T>, LinearisationError> {
+    ) -> Result<SteadySliding<T>, ParameterError> {
         let Mechanism { mass, spring_stiffness, viscous_damping } = on_spring(mechanism)?;
         let sliding = sliding.into();
         let friction = self.steady_state_space::<1>(sliding)?;
@@ -188,7 +181,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         &self,
         mechanism: Mechanism<T>,
         sliding: impl Into<Sliding<T>>,
-    ) -> Result<Threshold<T>, LinearisationError> {
+    ) -> Result<Threshold<T>, ParameterError> {
         let conditions = self.conditions(on_spring(mechanism)?, sliding.into())?;
         let zero = T::zero();
         if !(conditions.relaxation > zero && conditions.shifted > zero) {
@@ -220,21 +213,24 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         &self,
         mechanism: Mechanism<T>,
         speeds: core::ops::Range<T>,
-    ) -> Result<Threshold<T>, LinearisationError> {
+    ) -> Result<Threshold<T>, ParameterError> {
         let mechanism = on_spring(mechanism)?;
         let start = parameter::positive("speeds.start", speeds.start)?;
         let end = parameter::positive("speeds.end", speeds.end)?;
         parameter::at_least("speeds.end", end, "speeds.start", start)?;
         let mut marginal = true;
-        let mut stable = |speed: T| -> Result<bool, LinearisationError> {
+        let mut stable = |speed: T| -> Result<bool, ParameterError> {
             let conditions = self.conditions(mechanism, Sliding::from(speed))?;
             let decay = conditions.decay(mechanism.spring_stiffness);
             marginal &= decay == Ordering::Equal;
             Ok(decay == Ordering::Greater)
         };
         let at_top = stable(end)?;
-        for (mut above, mut below) in downwards(end, start) {
+        let mut above = end;
+        while above > start {
+            let mut below = larger(above * lit(DOWN), start);
             if stable(below)? == at_top {
+                above = below;
                 continue;
             }
             for _ in 0..200 {
@@ -259,82 +255,12 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         &self,
         Mechanism { mass, viscous_damping, .. }: Mechanism<T>,
         sliding: Sliding<T>,
-    ) -> Result<Conditions<T>, LinearisationError> {
+    ) -> Result<Conditions<T>, ParameterError> {
         let friction = self.steady_state_space::<1>(sliding)?;
         let relaxation = -friction.dynamics.x;
         let quick = viscous_damping + friction.feedthrough;
         // λ S = λ D + C B.
         let slope = quick + friction.output.x * friction.input.x / relaxation;
         Ok(Conditions { relaxation, shifted: mass * relaxation + quick, quick, slope })
-    }
-    /// The velocity [m/s] at which steady sliding balances an applied force f \[N\]:
-    /// F_ss(v) + d v = f, with a damping d [N s/m] beside the friction.
-    ///
-    /// Of several it is the fastest up to `fastest` [m/s] at which friction rises with the speed;
-    /// at the others a mass under a constant force does not stay. The search goes down from
-    /// `fastest`, 64 speeds a decade over fifteen decades.
-    ///
-    /// ```
-    /// use bristle::{Bristle, FrBd, paper};
-    /// use bristle::curve::{Coulomb, CoulombParameters};
-    /// use bristle::rheology::KelvinVoigt;
-    ///
-    /// let curve = CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 2.0 };
-    /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
-    /// let friction = FrBd::new(Coulomb::new(curve)?, bristle).under_load(1.0)?;
-    /// let velocity = friction.steady_velocity(-1.5, 0.0, 10.0)?;
-    /// assert!((velocity + 0.25).abs() < 1e-15);
-    /// assert_eq!(
-    ///     friction.steady_velocity(0.5, 0.0, 10.0).unwrap_err().to_string(),
-    ///     "no speed up to 10 m/s balances 0.5 N: steady sliding takes 1.00000000000002 to 21 N"
-    /// );
-    /// # Ok::<(), bristle::linear::LinearisationError>(())
-    /// ```
-    ///
-    /// # Errors
-    ///
-    /// Refuses parameters out of range, a force below or above that of steady sliding, and a curve
-    /// that is not finite at one of the speeds searched.
-    pub fn steady_velocity(
-        &self,
-        force: T,
-        viscous_damping: T,
-        fastest: T,
-    ) -> Result<T, LinearisationError> {
-        parameter::finite("force", force)?;
-        parameter::non_negative("viscous_damping", viscous_damping)?;
-        let fastest = parameter::positive("fastest", fastest)?;
-        let signed = |speed: T| if force < T::zero() { -speed } else { speed };
-        let needed = |speed: T| {
-            let velocity = signed(speed);
-            signed(self.stationary_force(velocity) + viscous_damping * velocity)
-        };
-        let excess = |speed: T| {
-            let excess = needed(speed) - force.abs();
-            let rule = Rule::FiniteAt { place: to_f64(signed(speed)) };
-            let refused = || parameter::refused("steady friction force", excess, rule);
-            if excess.is_finite() { Ok(excess) } else { Err(refused()) }
-        };
-        let mut at_above = excess(fastest)?;
-        if is_zero(at_above) {
-            return Ok(signed(fastest));
-        }
-        let (mut least, mut most) = (needed(fastest), needed(fastest));
-        for (above, below) in downwards(fastest, fastest * lit(1e-15)) {
-            let at_below = excess(below)?;
-            if at_above > T::zero() && at_below <= T::zero() {
-                let excess = |speed| needed(speed) - force.abs();
-                let (speed, _) = enclose(excess, (below, at_below), (above, at_above), T::zero());
-                return Ok(signed(speed));
-            }
-            (least, most) = (smaller(least, needed(below)), larger(most, needed(below)));
-            at_above = at_below;
-        }
-        Err(LinearisationError::NoForceBalance {
-            force: to_f64(force),
-            fastest: to_f64(fastest),
-            least: to_f64(least),
-            most: to_f64(most),
-        })
     }
 }

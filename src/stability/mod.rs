@@ -224,7 +224,7 @@ pub fn largest_step_of<T: Scalar, const N: usize>(
     match scheme {
         Scheme::SemiImplicitEuler | Scheme::ExactHold | Scheme::Passive => Some(nan()),
         _ => {
-            let Some(rates) = eigenvalues(&jacobian.map(to_f64), N) else {
+            let Some(rates) = eigenvalues(&jacobian.map(to_f64)) else {
                 return Some(nan());
             };
             // A mode that stands still, such as the difference of position and deflection of a
