@@ -60,14 +60,11 @@ impl<T: Scalar, C: FrictionCurve<T>, R: Rheology<T>, E: Regularisation<T>> Reduc
 }
 
 /// FrBD on the same spring and dashpot, which is one step of linearisation away.
-impl<T: Scalar, C: FrictionCurve<T>, E: Regularisation<T>> Reducible<T>
-    for ImplicitBristle<C, E, T>
-{
-    type Lumped = FrBd<C, KelvinVoigt<T>, E>;
+impl<T: Scalar, C: FrictionCurve<T>> Reducible<T> for ImplicitBristle<C, T> {
+    type Lumped = FrBd<C, KelvinVoigt<T>>;
 
     fn lumped(&self, _: T) -> Result<Self::Lumped, ParameterError> {
-        let lumped = FrBd::new(self.curve().clone(), *self.rheology());
-        Ok(lumped.regularised(self.regularisation().clone()))
+        Ok(FrBd::new(self.curve().clone(), *self.rheology()))
     }
 
     fn is_lumped(&self) -> bool {

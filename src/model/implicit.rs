@@ -3,7 +3,7 @@
 //! A bristle (spring σ0 beside a dashpot σ1) presses on the sliding surface with its tip, which
 //! slides at v_s = v − ż. It carries what the surface gives at *that* velocity:
 //!
-//! σ0 z + σ1 ż = μ(v_s) sgn_ε(v_s)
+//! σ0 z + σ1 ż = μ(v_s) sgn(v_s)
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -12,14 +12,13 @@
 //! | e = σ0 z + σ1 v | trial coefficient: what the bristle would carry if it stuck | – |
 //! | μ | friction curve | – |
 //! | σ0, σ1, σ2 | micro-stiffness, micro-damping, viscous friction (a part of μ) | 1/m, s/m, s/m |
-//! | \|v\|_ε, sgn_ε | regularised modulus and sign | m/s, – |
 //!
 //! [`FrBd`](crate::FrBd) makes one Newton-like step of this equation. Here it is solved: with
 //! ż = v − v_s it is a scalar equation for v_s,
 //!
-//! Φ(v_s) = e,  Φ(u) = σ1 u + μ(u) sgn_ε(u).
+//! Φ(v_s) = e,  Φ(u) = σ1 u + μ(u) sgn u.
 //!
-//! Without regularisation the bristle sticks, v_s = 0 and ż = v, if |e| ≤ μ(0); otherwise the tip
+//! The bristle sticks, v_s = 0 and ż = v, if |e| ≤ μ(0); otherwise the tip
 //! slides in the direction of e. Φ rises, so that there is a single solution, if and only if
 //! σ1 + dμ/d|v| > 0 at every speed. For the [`Stribeck`](crate::curve::Stribeck) curve with δ = 2
 //! that is σ1 + σ2 > (μ_s − μ_d)√(2/e)/v_S. Otherwise Φ is folded, and a [`FoldRule`] says which
@@ -29,16 +28,16 @@
 //!
 //! FrBD's own coefficients, with the surface taken at v_s in place of v,
 //!
-//! s = |v_s|_ε/μ(v_s),  λ = σ0 s r,  r = 1/(1 + σ1 s),  c₀ = σ0 r,  c₂ = σ1 r,
+//! s = |v_s|/μ(v_s),  λ = σ0 s r,  r = 1/(1 + σ1 s),  c₀ = σ0 r,  c₂ = σ1 r,
 //!
-//! give rate and force of this model exactly: r e = μ sgn_ε(v_s), and v − ż = s r e = v_s. Sticking
+//! give rate and force of this model exactly: r e = μ sgn v_s, and v − ż = s r e = v_s. Sticking
 //! is s = 0. A step with these coefficients frozen is passive, because c₀ = σ0 r, and of first
 //! order, because they depend on z. At a held velocity the tip is followed instead, see
 //! [`ImplicitBristle`].
 //!
 //! # Derivatives
 //!
-//! From Φ(v_s) = σ0 z + σ1 v, with f(u) = μ(u) sgn_ε(u) and Φ' = σ1 + f':
+//! From Φ(v_s) = σ0 z + σ1 v, with f(u) = μ(u) sgn u and Φ' = σ1 + f':
 //!
 //! ∂ż/∂z = −σ0/Φ',  ∂ż/∂v = f'/Φ',  ∂μ_b/∂z = σ0 f'/Φ',  ∂μ_b/∂v = σ1 f'/Φ'
 //!
@@ -65,12 +64,10 @@ mod solve;
 use solve::{Fold, Surface, Tip};
 
 use super::{Affine, HeldStep, Law, Limits, Linearised, finite};
-use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError, Rule};
-use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, KelvinVoigt, Rheology};
-use crate::scalar::{is_zero, lit, nan, unlimited};
+use crate::scalar::{lit, nan, unlimited};
 use crate::{Branch, Bristle, Scalar, Sliding};
 
 /// Which branch of a folded inversion to follow.
@@ -92,10 +89,10 @@ pub enum FoldRule {
     Fastest,
 }
 
-/// The bristle with its force balance solved, of a friction curve C and a regularisation E:
-/// σ0 z + σ1 ż = μ(v_s) sgn_ε(v_s), v_s = v − ż.
+/// The bristle with its force balance solved, of a friction curve C:
+/// σ0 z + σ1 ż = μ(v_s) sgn(v_s), v_s = v − ż.
 ///
-/// [`FrBd`](crate::FrBd) is one step of linearisation away from it. Without regularisation it
+/// [`FrBd`](crate::FrBd) is one step of linearisation away from it. It
 /// sticks exactly and leaves no drift under loads below breakaway.
 ///
 /// ```
@@ -142,14 +139,13 @@ pub enum FoldRule {
 ///
 /// [`Bristle::hold`] follows the tip through a step of any length: it sticks for exactly as long as
 /// the surface holds, changes branches by the [`FoldRule`], and slides with an error of about 1e-9
-/// of μ/σ0 (2e-6 in `f32`, 1e-4 with a regularisation). Two half steps make a whole one, and the
+/// of μ/σ0 (2e-6 in `f32`). Two half steps make a whole one, and the
 /// work is what is stored and dissipated, within that error.
 ///
 /// Where both branches of a fold lead to it, the load stays at the fold.
 ///
 /// In Table 2 a step evaluates the curve 7 times on average for 10 µs, and 23 times for steps of up
-/// to 1000 s. A regularised tip that creeps for a while and then slides takes some hundred; 1500 is
-/// the most. If 288 pieces of a step have not sufficed, the rest of it is done with the
+/// to 1000 s; 1500 is the most. If 288 pieces of a step have not sufficed, the rest of it is done with the
 /// coefficients frozen, and so is every step of a curve with several folds at one load (see
 /// [`FoldRule`]).
 ///
@@ -160,10 +156,9 @@ pub enum FoldRule {
 /// frictional lag at 25 to 100 Hz are 0.20 to 0.21 apart in μ_b; the period of stick-slip is
 /// 7.7558 s against 7.6393 s. At high speed the forces agree up to σ1σ2μ_d/(σ1 + σ2)².
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ImplicitBristle<C, E = Unregularised, T = f64> {
+pub struct ImplicitBristle<C, T = f64> {
     curve: C,
     rheology: KelvinVoigt<T>,
-    regularisation: E,
     fold_rule: Option<FoldRule>,
     /// A lower bound of dμ/d|v|, if Φ is known to rise everywhere.
     least_slope: Option<T>,
@@ -171,7 +166,7 @@ pub struct ImplicitBristle<C, E = Unregularised, T = f64> {
     folds: [Option<Fold<T>>; 2],
 }
 
-impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, Unregularised, T> {
+impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
     /// Checks that the force balance has a single solution at every state, or a rule which to take
     /// where it is folded. A rule for an inversion that is not folded has no effect.
     ///
@@ -185,7 +180,7 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, Unregularised, T> {
         rheology: KelvinVoigt<T>,
         fold_rule: Option<FoldRule>,
     ) -> Result<Self, ParameterError> {
-        let (_, damping) = elements(&rheology);
+        let damping = rheology.elements(Branch::Forward.of(T::zero())).damping;
         let viscous = curve.viscous_friction();
         parameter::positive("micro_damping + viscous_friction", damping + viscous)?;
         // The solution is unique if and only if σ1 + min dμ/d|v| is positive: above the roundings
@@ -201,31 +196,11 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, Unregularised, T> {
             ));
         }
         let least_slope = curve.least_slope().filter(|_| rises);
-        let (regularisation, folds) = (Unregularised, [None; 2]);
-        let implicit = Self { curve, rheology, regularisation, fold_rule, least_slope, folds };
-        Ok(implicit.regularised(Unregularised))
-    }
-}
-
-impl<T: Scalar, C, E> ImplicitBristle<C, E, T> {
-    /// The model with another regularisation of |v_s|: it then creeps where it stuck.
-    ///
-    /// A regularisation never folds what is not folded without it.
-    pub fn regularised<F: Regularisation<T>>(self, regularisation: F) -> ImplicitBristle<C, F, T>
-    where
-        C: FrictionCurve<T>,
-    {
-        let Self { curve, rheology, fold_rule, least_slope, .. } = self;
-        let folds = [None; 2];
-        let mut implicit =
-            ImplicitBristle { curve, rheology, regularisation, fold_rule, least_slope, folds };
-        if least_slope.is_none() {
-            let forward = implicit.fold(Branch::Forward);
-            let even = implicit.curve.is_even();
-            let backward = if even { forward } else { implicit.fold(Branch::Backward) };
-            implicit.folds = [forward, backward];
+        let mut implicit = Self { curve, rheology, fold_rule, least_slope, folds: [None; 2] };
+        if !rises {
+            implicit.folds = [Branch::Forward, Branch::Backward].map(|way| implicit.fold(way));
         }
-        implicit
+        Ok(implicit)
     }
 
     /// The friction curve.
@@ -238,11 +213,6 @@ impl<T: Scalar, C, E> ImplicitBristle<C, E, T> {
         &self.rheology
     }
 
-    /// The regularisation.
-    pub fn regularisation(&self) -> &E {
-        &self.regularisation
-    }
-
     /// The rule for a folded inversion.
     pub fn fold_rule(&self) -> Option<FoldRule> {
         self.fold_rule
@@ -252,21 +222,15 @@ impl<T: Scalar, C, E> ImplicitBristle<C, E, T> {
     pub fn is_single_valued(&self) -> bool {
         self.least_slope.is_some()
     }
-}
 
-/// σ0 and σ1.
-#[inline]
-fn elements<T: Scalar>(rheology: &KelvinVoigt<T>) -> (T, T) {
-    let Elements { stiffness, damping, .. } = rheology.elements(Branch::Forward.of(T::zero()));
-    (stiffness, damping)
-}
+    /// σ0 and σ1.
+    #[inline]
+    fn elements(&self) -> (T, T) {
+        let Elements { stiffness, damping, .. } =
+            self.rheology.elements(Branch::Forward.of(T::zero()));
+        (stiffness, damping)
+    }
 
-impl<T, C, E> ImplicitBristle<C, E, T>
-where
-    T: Scalar,
-    C: FrictionCurve<T>,
-    E: Regularisation<T>,
-{
     /// The sliding velocity of the bristle's tip, v_s = v − ż [m/s]: zero if it sticks.
     #[doc(alias = "v_s")]
     pub fn tip_velocity(&self, velocity: T, deflection: T) -> T {
@@ -274,9 +238,9 @@ where
         tip.direction * tip.surface.speed
     }
 
-    /// Whether the tip sticks, ż = v. Never with a regularisation.
+    /// Whether the tip sticks, ż = v.
     pub fn sticks(&self, velocity: T, deflection: T) -> bool {
-        self.tip(velocity, deflection).sticks
+        self.tip(velocity, deflection).sticks()
     }
 
     /// |σ0 z + σ1 v| − μ(0) \[–\]: positive if the tip cannot stick, and a kink of the field at
@@ -287,9 +251,9 @@ where
         trial.abs() - self.curve.coefficient(Branch::towards(trial).of(T::zero()))
     }
 
-    /// By the compliance s = |v_s|_ε/μ of the surface, which keeps more digits at low speed than g.
+    /// By the compliance s = |v_s|/μ of the surface, which keeps more digits at low speed than g.
     fn affine_at(&self, tip: &Tip<T>) -> Affine<T> {
-        let compliance = tip.surface.modulus / tip.surface.mu;
+        let compliance = tip.surface.speed / tip.surface.mu;
         let (stiffness, damping) = self.elements();
         let drive = T::one() / (T::one() + damping * compliance);
         Affine {
@@ -302,21 +266,16 @@ where
 
     /// 1/Φ' and f'/Φ'.
     fn shares(&self, tip: &Tip<T>) -> (T, T) {
-        if tip.sticks {
+        if tip.sticks() {
             return (T::zero(), T::one());
         }
-        let slope = tip.surface.carried_slope;
+        let slope = tip.surface.mu_slope;
         let inverse = T::one() / (self.elements().1 + slope);
         (inverse, slope * inverse)
     }
 }
 
-impl<T, C, E> Bristle<T> for ImplicitBristle<C, E, T>
-where
-    T: Scalar,
-    C: FrictionCurve<T>,
-    E: Regularisation<T>,
-{
+impl<T: Scalar, C: FrictionCurve<T>> Bristle<T> for ImplicitBristle<C, T> {
     type Deflection = T;
 
     /// The coefficients with the surface taken at the tip velocity: they give rate and force at
@@ -329,11 +288,11 @@ where
     fn affine_and_slopes(&self, sliding: Sliding<T>, deflection: T) -> (Affine<T>, Affine<T>) {
         let tip = self.tip(sliding.velocity(), deflection);
         let affine = self.affine_at(&tip);
-        let Surface { mu, mu_slope, modulus, modulus_slope, .. } = tip.surface;
+        let Surface { speed, mu, mu_slope } = tip.surface;
         let (stiffness, damping) = self.elements();
         // ds/dv, with du/dv = ±σ1/Φ'.
-        let compliance_slope = (modulus_slope * mu - modulus * mu_slope) / (mu * mu)
-            * (tip.direction * damping * self.shares(&tip).0);
+        let compliance_slope =
+            (mu - speed * mu_slope) / (mu * mu) * (tip.direction * damping * self.shares(&tip).0);
         let share_slope = affine.drive * affine.drive * compliance_slope;
         let drive = -damping * share_slope;
         let slopes = Affine {
@@ -380,7 +339,7 @@ where
     /// On the curve, on any branch.
     fn stationary_coefficient(&self, sliding: impl Into<Sliding<T>>) -> T {
         let sliding = sliding.into();
-        self.regularisation.sign(sliding) * self.curve.coefficient(sliding)
+        sliding.direction() * self.curve.coefficient(sliding)
     }
 
     fn storage_stiffness(&self) -> T {
@@ -389,10 +348,9 @@ where
 
     fn obeys(&self, law: Law) -> bool {
         match law {
-            Law::Passivity | Law::BoundedForce => true,
+            Law::Passivity | Law::BoundedForce | Law::NoDrift => true,
             // On a fold, steady sliding may be on a branch that the rule does not follow.
             Law::SteadySliding => self.is_single_valued(),
-            Law::NoDrift => is_zero(self.regularisation.speed_at_rest()),
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
             Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
             Law::OddSymmetry => self.curve.is_even(),
@@ -404,12 +362,8 @@ where
         Limits::up_to(fastest, |fastest| {
             let mu = self.curve.bounds(fastest).max;
             let (stiffness, damping) = self.elements();
-            let exact = is_zero(self.regularisation.speed_at_rest());
-            let relaxation_rate = self.least_slope.and_then(|slope| {
-                // (μ sgn_ε)' ≥ μ' sgn_ε with sgn_ε ≤ 1: a rise may be lost to the regularisation.
-                let slope = if exact { slope } else { smaller(slope, T::zero()) };
-                finite(stiffness / (damping + slope))
-            });
+            let relaxation_rate =
+                self.least_slope.and_then(|slope| finite(stiffness / (damping + slope)));
             // Without damping a folded bristle sits on its limit and jumps across it.
             let turns_back = damping > T::zero() || self.is_single_valued();
             Limits {

@@ -236,7 +236,7 @@ fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
         let form =
             ClosedForm { recipe: r, ..form(Family::Implicit(Option::None), Constant, Constant) };
         let bristle = kelvin_voigt(k, lit(r.damping));
-        in_each_regularisation!(list, form, implicit(c.clone(), bristle, Option::None));
+        push(list, form, implicit(c.clone(), bristle, Option::None));
     }
     // … and folded, unless by chance it is not. (A table may have several folds, see
     // tests/models/implicit.rs.)
@@ -393,7 +393,7 @@ pub fn implicit<T: Scalar, C: FrictionCurve<T>>(
     curve: C,
     rheology: KelvinVoigt<T>,
     fold_rule: Option<FoldRule>,
-) -> ImplicitBristle<C, Unregularised, T> {
+) -> ImplicitBristle<C, T> {
     ImplicitBristle::new(curve, rheology, fold_rule).unwrap()
 }
 

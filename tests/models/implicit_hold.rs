@@ -6,11 +6,10 @@
 use std::cell::Cell;
 
 use bristle::curve::{FrictionCurve, Stribeck, StribeckParameters};
-use bristle::regularisation::{SquareRoot, Unregularised};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bounds, Bristle, FoldRule, HeldStep, ImplicitBristle, Sliding, paper};
 
-type Model<E> = ImplicitBristle<Stribeck<f64>, E>;
+type Model = ImplicitBristle<Stribeck<f64>>;
 
 /// Uniform numbers in [0, 1) by the 64-bit linear congruential generator of Knuth (MMIX), upper 53
 /// bits.
@@ -34,19 +33,13 @@ struct Set {
     curve: StribeckParameters<f64>,
     bristle: KelvinVoigtParameters<f64, f64>,
     rule: Option<FoldRule>,
-    /// √ε [m/s], or zero.
-    rest: f64,
 }
 
-const TABLE_2: Set = Set {
-    curve: paper::STICK_SLIP_CURVE,
-    bristle: paper::STICK_SLIP_BRISTLE,
-    rule: None,
-    rest: 0.0,
-};
+const TABLE_2: Set =
+    Set { curve: paper::STICK_SLIP_CURVE, bristle: paper::STICK_SLIP_BRISTLE, rule: None };
 
 impl Set {
-    fn model(&self) -> Model<Unregularised> {
+    fn model(&self) -> Model {
         ImplicitBristle::new(
             Stribeck::new(self.curve).unwrap(),
             KelvinVoigt::new(self.bristle).unwrap(),
@@ -55,30 +48,18 @@ impl Set {
         .unwrap()
     }
 
-    fn regularised(&self) -> Model<SquareRoot<f64>> {
-        self.model().regularised(SquareRoot::new(self.rest * self.rest).unwrap())
-    }
-
-    /// Table 2; the same folded, with a valley below and above what sticks at rest; Table 1. Sharp,
-    /// and regularised.
+    /// Table 2; the same folded, with a valley below and above what sticks at rest; Table 1.
     fn all() -> Vec<Set> {
-        let mut sets = vec![TABLE_2, Set { rest: 1e-5, ..TABLE_2 }];
+        let mut sets = vec![TABLE_2];
         for rule in [FoldRule::Slowest, FoldRule::Fastest] {
-            let table_1 = Set {
-                curve: paper::TYRE_CURVE,
-                bristle: paper::TYRE_BRISTLE,
-                rule: Some(rule),
-                rest: 0.0,
-            };
+            let table_1 =
+                Set { curve: paper::TYRE_CURVE, bristle: paper::TYRE_BRISTLE, rule: Some(rule) };
             let damped = |micro_damping| Set {
                 bristle: KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping },
                 rule: Some(rule),
                 ..TABLE_2
             };
-            for set in [table_1, damped(5.0), damped(35.0)] {
-                let rest = 1e-3 * set.curve.stribeck_velocity;
-                sets.extend([set, Set { rest, ..set }]);
-            }
+            sets.extend([table_1, damped(5.0), damped(35.0)]);
         }
         sets
     }
@@ -93,8 +74,7 @@ impl Set {
 
     /// Φ for u > 0, and at zero just above.
     fn phi(&self, u: f64) -> f64 {
-        let sign = if self.rest > 0.0 { u / u.hypot(self.rest) } else { 1.0 };
-        self.bristle.micro_damping * u + self.mu(u) * sign
+        self.bristle.micro_damping * u + self.mu(u)
     }
 
     /// By bisection over [low, high], the end where Φ does not reach the load.
@@ -160,7 +140,7 @@ impl Set {
         let mode = |z: f64| {
             let load = s0 * z + s1 * v;
             let beyond = fold.is_some_and(|(most, ..)| load.abs() > most);
-            let sticks = self.rest == 0.0 && load.abs() <= self.phi(0.0) && !beyond;
+            let sticks = load.abs() <= self.phi(0.0) && !beyond;
             let way = if load < 0.0 { -1 } else { 1 };
             if sticks {
                 0
@@ -194,13 +174,13 @@ impl Set {
             // A fiftieth of what it takes to change the load, Φ' and the tip's speed, but never a
             // millionth.
             let slope = |u: f64| {
-                let d = 1e-4 * (u.abs() + self.rest + 1e-6 * self.curve.stribeck_velocity);
+                let d = 1e-4 * (u.abs() + 1e-6 * self.curve.stribeck_velocity);
                 (self.phi(u.abs() + d) - self.phi(u.abs())) / d
             };
             let load_time = self.mu(0.0) / (s0 * gap.abs());
             let mut dt = 0.02 * load_time;
             if now != 0 {
-                let scale = u.abs() + self.rest + 0.05 * self.curve.stribeck_velocity;
+                let scale = u.abs() + 0.05 * self.curve.stribeck_velocity;
                 let phi = slope(u).max(0.0);
                 dt = dt.min(0.02 * phi / s0).min(0.02 * scale * phi / (s0 * gap.abs()));
                 dt = dt.max(1e-6 * self.mu(0.0) / (s0 * (v.abs() + u.abs())));
@@ -262,11 +242,7 @@ fn draw(dice: &mut Draw, set: &Set) -> Scene {
 /// What a model gives in a scene of a set.
 fn hold(set: &Set, scene: Scene) -> HeldStep<f64> {
     let Scene { velocity, deflection, duration } = scene;
-    if set.rest > 0.0 {
-        set.regularised().hold(velocity, deflection, duration)
-    } else {
-        set.model().hold(velocity, deflection, duration)
-    }
+    set.model().hold(velocity, deflection, duration)
 }
 
 /// Compares with tiny steps; the reference errs most in the last millionth before a fold.
@@ -312,9 +288,8 @@ fn two_half_steps_make_a_whole_one_and_no_step_gives_energy() {
             let second = hold(&set, Scene { deflection: first.deflection, ..half });
             let full = set.mu(0.0) / stiffness;
             let off = (second.deflection - to).abs() / full;
-            // A few tens of pieces of an accuracy of 1e-9, more of them where the tip is
-            // regularised.
-            let enough = if set.rest > 0.0 { 1e-6 } else { 1e-7 };
+            // A few tens of pieces of an accuracy of 1e-9.
+            let enough = 1e-7;
             assert!(off < enough, "{set:?} {scene:?}: {off:e}");
             let off = (0.5 * (first.mean_coefficient + second.mean_coefficient)
                 - whole.mean_coefficient)
@@ -367,12 +342,7 @@ fn between_the_branches_the_load_stays_at_the_fold() {
     // Table 1 at 5 m/s, on the falling part of the curve: it sticks and slips without end, at the
     // summit or at the valley of Φ = μ, and not at μ(5 m/s) = 0.5205 where steady sliding would be.
     for (rule, rest_like) in [(FoldRule::Slowest, true), (FoldRule::Fastest, false)] {
-        let set = Set {
-            curve: paper::TYRE_CURVE,
-            bristle: paper::TYRE_BRISTLE,
-            rule: Some(rule),
-            rest: 0.0,
-        };
+        let set = Set { curve: paper::TYRE_CURVE, bristle: paper::TYRE_BRISTLE, rule: Some(rule) };
         let (load, ..) = set.fold().unwrap();
         // μ is flat at rest: σ2 lifts the summit above 0.6 by 2e-4; the valley is at
         // 2.134 v_S, where 0.8·2.134 e^−4.554 = 0.018.
@@ -406,7 +376,6 @@ fn coarse_steps_do_not_settle_on_a_branch_that_the_rule_does_not_follow() {
         },
         bristle: KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 1.0 },
         rule: Some(FoldRule::Slowest),
-        rest: 0.0,
     };
     for velocity in [5e-4, 0.2] {
         for steps in [1_u32, 2, 16] {
@@ -485,16 +454,11 @@ fn looks_at_the_curve_are_few_and_never_more_than_1500() {
         let curve = Counted(Stribeck::new(set.curve).unwrap());
         let model =
             ImplicitBristle::new(curve, KelvinVoigt::new(set.bristle).unwrap(), set.rule).unwrap();
-        let soft = (set.rest > 0.0)
-            .then(|| model.clone().regularised(SquareRoot::new(set.rest * set.rest).unwrap()));
         for _ in 0..many {
             let scene = draw(&mut dice, set);
             let h = duration.unwrap_or(scene.duration);
             LOOKS.set(0);
-            let held = match &soft {
-                Some(soft) => soft.hold(scene.velocity, scene.deflection, h),
-                None => model.hold(scene.velocity, scene.deflection, h),
-            };
+            let held = model.hold(scene.velocity, scene.deflection, h);
             assert!(held.mean_coefficient.is_finite());
             most = LOOKS.get().max(most);
             sum += LOOKS.get();
@@ -510,7 +474,7 @@ fn looks_at_the_curve_are_few_and_never_more_than_1500() {
             "{short:?}: {set:?}"
         );
         assert!(most <= 1500, "{most}: {set:?}");
-        assert!(mean <= if set.rest > 0.0 { 500 } else { 150 }, "{mean}: {set:?}");
+        assert!(mean <= 150, "{mean}: {set:?}");
     }
 }
 
@@ -545,7 +509,7 @@ fn in_single_precision_it_is_the_same_step() {
 fn a_short_slide_from_a_flat_valley_stays_short_in_single_precision() {
     // Broken away at the valley, where Φ' = 0, with 12 m/s ahead: σ1/σ0 = 3 ms to get there. A
     // piece that goes all the way meets f at both ends to the roundings of an f32.
-    fn model<T: bristle::Scalar>() -> ImplicitBristle<Stribeck<T>, Unregularised, T> {
+    fn model<T: bristle::Scalar>() -> ImplicitBristle<Stribeck<T>, T> {
         let t = |x: f64| nalgebra::convert::<f64, T>(x);
         let curve = Stribeck::new(StribeckParameters {
             static_coefficient: t(0.25),
@@ -686,9 +650,7 @@ mod ladder {
 fn at_a_valley_the_tip_is_at_its_bottom() {
     // Where Φ is flat a rounding of the load must not throw the tip off.
     for set in Set::all() {
-        if let (Some(FoldRule::Fastest), Some((load, _, fast)), 0.0) =
-            (set.rule, set.fold(), set.rest)
-        {
+        if let (Some(FoldRule::Fastest), Some((load, _, fast))) = (set.rule, set.fold()) {
             for roundings in -4..=4 {
                 let load = load * (1.0 + f64::from(roundings) * f64::EPSILON);
                 let z = load / set.bristle.micro_stiffness;

@@ -8,17 +8,17 @@
 //! |---|---|---|
 //! | u, w | speed of the tip, velocity of the body, along the load e = σ0 z + σ1 v | m/s |
 //! | g = w − u | distance from steady sliding; ż in that direction | m/s |
-//! | Φ = σ1 u + f(u), f = μ sgn_ε | as in the model | – |
+//! | Φ = σ1 u + μ(u) | the load that the tip carries at a speed | – |
 //! | E*, u⁻, u⁺ | load at which a folded Φ changes its branch; tip's speeds beside it | –, m/s |
 //!
 //! While the tip sticks, z and the load grow as v t. While it slides, g = g₀ e^(−Λ), and
 //!
-//! t = (1/σ0) ∫ Φ'(u) dΛ,  ∫ F dt = (p/σ0) ∫ f(u) Φ'(u) dΛ.
+//! t = (1/σ0) ∫ Φ'(u) dΛ,  ∫ F dt = (p/σ0) ∫ μ(u) Φ'(u) dΛ.
 //!
 //! The integrands are finite at a fold (Φ' = 0) and constant near steady sliding. They are taken
-//! over pieces of Λ by Gauss's rule with three nodes; the part of f that is linear in u is
-//! integrated in closed form. The rule must also return the change of f over the piece,
-//! ∫ f' g dΛ, which the ends tell: that is the estimate of its error.
+//! over pieces of Λ by Gauss's rule with three nodes; the part of μ that is linear in u is
+//! integrated in closed form. The rule must also return the change of μ over the piece,
+//! ∫ μ' g dΛ, which the ends tell: that is the estimate of its error.
 //!
 //! Where the load reaches E*, the tip goes over from u⁻ to u⁺ or back. With u⁻ < w < u⁺ both
 //! branches lead to E*. There the load stays: the tip alternates between the branches, at the mean
@@ -31,7 +31,6 @@ use super::ImplicitBristle;
 use super::solve::{Fold, Surface, heading};
 use crate::bounds::{larger, smaller};
 use crate::curve::FrictionCurve;
-use crate::regularisation::Regularisation;
 use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Branch, Bristle, HeldStep, Scalar};
 
@@ -45,7 +44,7 @@ const PHASES: u32 = 8;
 /// Longest piece: e^−40 is below the roundings of an `f64`.
 const LONGEST: f64 = 40.0;
 
-/// Error of a piece in f, as a share of μ, beside sixteen roundings.
+/// Error of a piece in μ, as a share of μ, beside sixteen roundings.
 const ACCURACY: f64 = 1e-9;
 
 /// Gauss's rule with three nodes on [0, 1].
@@ -81,12 +80,7 @@ struct Piece<T> {
     error: T,
 }
 
-impl<C, E, T> ImplicitBristle<C, E, T>
-where
-    T: Scalar,
-    C: FrictionCurve<T>,
-    E: Regularisation<T>,
-{
+impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
     pub(super) fn step(&self, velocity: T, deflection: T, duration: T) -> HeldStep<T> {
         let frozen = |deflection: T, duration: T| {
             self.affine(velocity.into(), deflection).hold(velocity, deflection, duration)
@@ -103,7 +97,7 @@ where
             velocity: tip.direction * velocity,
             gap: tip.direction * self.affine_at(&tip).rate(velocity, deflection),
             here: self.surface(tip.branch, tip.surface.speed),
-            sticks: tip.sticks,
+            sticks: tip.sticks(),
             deflection,
             left: duration,
             impulse: T::zero(),
@@ -121,7 +115,7 @@ where
                 self.slide(&mut path);
             }
             if !(path.left > T::zero()) {
-                return answer(&path, path.direction * path.here.carried);
+                return answer(&path, path.direction * path.here.mu);
             }
         }
         let rest = frozen(path.deflection, path.left);
@@ -130,15 +124,14 @@ where
         answer(&path, rest.end_coefficient)
     }
 
-    /// Sticks until the load is as large as the surface can hold, in the direction of the velocity:
-    /// with a regularisation for no time.
+    /// Sticks until the load is as large as the surface can hold, in the direction of the velocity.
     fn stick(&self, path: &mut Path<T>, velocity: T) {
         (path.branch, path.direction) = heading(velocity);
         path.velocity = velocity.abs();
         self.place(path, T::zero());
         let (stiffness, _) = self.elements();
         let load = path.direction * self.trial(velocity, path.deflection);
-        let held = path.here.carried;
+        let held = path.here.mu;
         let most = self.fold_of(path.branch).map_or(held, |fold| smaller(held, fold.load));
         let until = (most - load) / (stiffness * path.velocity);
         path.sticks = !(until < path.left);
@@ -148,7 +141,7 @@ where
         path.impulse += path.direction * time * (load + lit::<T>(0.5) * stiffness * way);
         path.left -= time;
         if path.sticks {
-            path.here.carried = load + stiffness * way;
+            path.here.mu = load + stiffness * way;
         }
     }
 
@@ -160,7 +153,7 @@ where
 
     /// Keeps the load for the rest of the time.
     fn stay(&self, path: &mut Path<T>) {
-        path.impulse += path.direction * path.here.carried * path.left;
+        path.impulse += path.direction * path.here.mu * path.left;
         path.left = T::zero();
         self.settle(path);
     }
@@ -174,7 +167,7 @@ where
             let inside = if falls { u > slow && u <= fast } else { u >= slow && u < fast };
             if inside && w >= slow && w <= fast {
                 // Both branches lead here.
-                path.here.carried = load - self.elements().1 * w;
+                path.here.mu = load - self.elements().1 * w;
                 path.gap = T::zero();
                 return self.stay(path);
             }
@@ -203,14 +196,9 @@ where
         let mut reach = lit::<T>(LONGEST);
         let mut wanted = None;
         while path.pieces < PIECES {
-            // Steady sliding, as far as the balance can tell, here and where the tip is heading: a
-            // regularised f that is flat at this speed is steep near rest.
-            let steady = |at: &Surface<T>| {
-                let steepest = damping + self.curve.viscous_friction() + at.carried_slope.abs();
-                path.gap.abs() * steepest <= T::default_epsilon() * path.here.mu
-            };
-            let target = larger(path.velocity, T::zero());
-            if steady(&path.here) && steady(&self.surface(path.branch, target)) {
+            // Steady sliding, as far as the balance can tell.
+            let steepest = damping + self.curve.viscous_friction() + path.here.mu_slope.abs();
+            if path.gap.abs() * steepest <= T::default_epsilon() * path.here.mu {
                 return self.stay(path);
             }
             // ln(g/(w − edge)).
@@ -220,7 +208,7 @@ where
                 return;
             }
             path.pieces += 1;
-            let slope = damping + path.here.carried_slope;
+            let slope = damping + path.here.mu_slope;
             let guess = stiffness * path.left / larger(slope, T::zero());
             let length = smaller(reach, wanted.take().unwrap_or(guess));
             // The derivative of a dual number comes with the last correction, or with the edge.
@@ -237,7 +225,7 @@ where
             }
             let late = piece.time - path.left;
             let behind = late * stiffness;
-            let slope = damping + piece.end.carried_slope;
+            let slope = damping + piece.end.mu_slope;
             // Late by one e-fold at most: before that the gap was larger.
             let arrived = (behind * piece.gap).abs() <= allowed && !(behind > slope);
             if arrived && slope > T::zero() && !(last.is_some() && late < T::zero()) {
@@ -246,9 +234,9 @@ where
                 let way = -behind * piece.gap / slope;
                 let near = way.abs() <= (path.gap - piece.gap).abs();
                 let way = if near { way } else { T::zero() };
-                path.impulse += path.direction * (piece.impulse - late * piece.end.carried);
-                let carried = piece.end.carried + piece.end.carried_slope * way;
-                path.here = Surface { carried, ..piece.end };
+                path.impulse += path.direction * (piece.impulse - late * piece.end.mu);
+                let mu = piece.end.mu + piece.end.mu_slope * way;
+                path.here = Surface { mu, ..piece.end };
                 path.gap = piece.gap - way;
                 path.left = T::zero();
                 return self.settle(path);
@@ -273,7 +261,7 @@ where
     /// The deflection at which the balance has its tip here.
     fn settle(&self, path: &mut Path<T>) {
         let (stiffness, damping) = self.elements();
-        path.deflection = path.direction * (path.here.carried - damping * path.gap) / stiffness;
+        path.deflection = path.direction * (path.here.mu - damping * path.gap) / stiffness;
     }
 
     /// A piece of Λ of some length, which ends at a known speed or not.
@@ -295,22 +283,22 @@ where
             let (_, gap, speed) = at(length * lit(node));
             (lit::<T>(weight), gap, self.surface(path.branch, speed))
         });
-        // f is a line through the end, integrated in closed form, and a rest that is left to the
+        // μ is a line through the end, integrated in closed form, and a rest that is left to the
         // rule.
-        let chord = weighted(&nodes, |_, at| at.carried_slope);
-        let line = |gap: T| end.carried + chord * (gap_there - gap);
-        let bend = weighted(&nodes, |gap, at| (at.carried_slope - chord) * gap);
+        let chord = weighted(&nodes, |_, at| at.mu_slope);
+        let line = |gap: T| end.mu + chord * (gap_there - gap);
+        let bend = weighted(&nodes, |gap, at| (at.mu_slope - chord) * gap);
         let rest = weighted(&nodes, |gap, at| {
-            at.carried * (damping + at.carried_slope) - line(gap) * (damping + chord)
+            at.mu * (damping + at.mu_slope) - line(gap) * (damping + chord)
         });
         // ∫ (u − u_end) dΛ = g_end Λ − (u_end − u₀).
-        let lines = end.carried * length + chord * (gap_there * length - way);
+        let lines = end.mu * length + chord * (gap_there * length - way);
         Piece {
             gap: gap_there,
             end,
             time: length * (damping + chord) / stiffness,
             impulse: (lines * (damping + chord) + length * rest) / stiffness,
-            error: (chord * way + length * bend - (end.carried - here.carried)).abs(),
+            error: (chord * way + length * bend - (end.mu - here.mu)).abs(),
         }
     }
 }

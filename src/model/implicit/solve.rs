@@ -1,15 +1,11 @@
 //! The tip of the implicit bristle: the solution of Φ(v_s) = e, and the folds of Φ.
 //!
-//! Newton's method within a bracket. Without a fold Φ rises from μ(0) sgn_ε(0) on, and
-//!
-//! Φ(u) ≥ σ1 u + σ2 u²/(u + |0|_ε) > σ1 u + σ2 (u − |0|_ε)
-//!
+//! Newton's method within a bracket. Without a fold Φ rises from μ(0) on, and Φ(u) > (σ1 + σ2) u
 //! bounds the solution from above. With a fold the rule says on which side of it to look.
 
-use super::{FoldRule, ImplicitBristle, elements};
+use super::{FoldRule, ImplicitBristle};
 use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
-use crate::regularisation::Regularisation;
 use crate::scalar::{is_zero, lit, nan, to_f64};
 use crate::{Branch, Scalar};
 
@@ -28,12 +24,6 @@ pub(super) struct Surface<T> {
     /// μ and dμ/d|v|.
     pub(super) mu: T,
     pub(super) mu_slope: T,
-    /// |u|_ε and its slope.
-    pub(super) modulus: T,
-    pub(super) modulus_slope: T,
-    /// f = μ sgn_ε and f'.
-    pub(super) carried: T,
-    pub(super) carried_slope: T,
 }
 
 /// The state of the tip.
@@ -43,8 +33,13 @@ pub(super) struct Tip<T> {
     pub(super) branch: Branch,
     pub(super) direction: T,
     pub(super) surface: Surface<T>,
-    /// At rest for a range of loads (never with a regularisation).
-    pub(super) sticks: bool,
+}
+
+impl<T: Scalar> Tip<T> {
+    /// At rest, for a range of loads.
+    pub(super) fn sticks(&self) -> bool {
+        is_zero(self.surface.speed)
+    }
 }
 
 /// A fold of Φ: where the rule goes over from one rising branch to the other.
@@ -61,18 +56,7 @@ pub(super) struct Fold<T> {
     pub(super) single: bool,
 }
 
-impl<T, C, E> ImplicitBristle<C, E, T>
-where
-    T: Scalar,
-    C: FrictionCurve<T>,
-    E: Regularisation<T>,
-{
-    /// σ0 and σ1.
-    #[inline]
-    pub(super) fn elements(&self) -> (T, T) {
-        elements(&self.rheology)
-    }
-
+impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
     /// e = σ0 z + σ1 v.
     #[inline]
     pub(super) fn trial(&self, velocity: T, deflection: T) -> T {
@@ -83,22 +67,11 @@ where
     /// The surface at a tip speed in one direction.
     #[inline]
     pub(super) fn surface(&self, branch: Branch, speed: T) -> Surface<T> {
-        let forward = Branch::Forward.of(speed);
-        let sliding = if branch == Branch::Backward { branch.of(-speed) } else { forward };
+        let velocity = if branch == Branch::Backward { -speed } else { speed };
+        let sliding = branch.of(velocity);
         let (mu, slope) = self.curve.coefficient_and_slope(sliding);
         // By the speed: the slope comes with the sign of the direction.
-        let mu_slope = slope * sliding.direction();
-        let (modulus, modulus_slope) = self.regularisation.speed_and_slope(forward);
-        let (sign, sign_slope) = self.regularisation.sign_and_slope(forward);
-        Surface {
-            speed,
-            mu,
-            mu_slope,
-            modulus,
-            modulus_slope,
-            carried: mu * sign,
-            carried_slope: mu_slope * sign + mu * sign_slope,
-        }
+        Surface { speed, mu, mu_slope: slope * sliding.direction() }
     }
 
     /// Solves Φ(v_s) = e.
@@ -107,44 +80,30 @@ where
         let trial = self.trial(velocity, deflection);
         let (branch, direction) = heading(trial);
         let size = direction * trial;
-        let zero = T::zero();
-        let rest = self.surface(branch, zero);
-        let tip = |surface, sticks| Tip { branch, direction, surface, sticks };
+        let rest = self.surface(branch, T::zero());
+        let tip = |surface| Tip { branch, direction, surface };
         if !size.is_finite() {
-            return tip(Surface { speed: nan(), mu: nan(), ..rest }, false);
+            return tip(Surface { speed: nan(), mu: nan(), ..rest });
         }
-        let exact = rest.carried > zero;
         let farthest = self.farthest(size);
         // From where on, what Φ is there, and how far.
         let (low, carried, high) = match self.fold_of(branch) {
             Some(fold) if self.is_beyond(&fold, size) => (fold.fast, fold.load, farthest),
-            Some(fold) => (zero, rest.carried, smaller(fold.slow, farthest)),
-            None => (zero, rest.carried, farthest),
+            Some(fold) => (T::zero(), rest.mu, smaller(fold.slow, farthest)),
+            None => (T::zero(), rest.mu, farthest),
         };
-        if is_zero(low) && rest.carried >= size {
-            return tip(rest, exact);
+        if is_zero(low) && rest.mu >= size {
+            return tip(rest);
         }
-        let (_, damping) = self.elements();
-        let viscous = self.curve.viscous_friction();
-        // Beyond μ(0), or from a valley on, a straight line; a regularised tip below that creeps.
-        let share = size / rest.mu;
-        let guess = if share < T::one() && is_zero(low) {
-            rest.modulus * share / (T::one() - share * share).sqrt()
-        } else {
-            let carried = if is_zero(low) { rest.mu } else { carried };
-            low + (size - carried) / (damping + viscous)
-        };
-        tip(self.root(branch, size, (low, high), guess), false)
+        let rise = self.elements().1 + self.curve.viscous_friction();
+        tip(self.root(branch, size, (low, high), low + (size - carried) / rise))
     }
 
-    /// A speed beyond every solution of Φ(u) = `size`:
-    /// Φ(u) ≥ σ1 u + σ2 u²/(u + |0|_ε) > σ1 u + σ2 (u − |0|_ε), which is `size` there.
+    /// A speed beyond every solution of Φ(u) = `size`, because Φ(u) > (σ1 + σ2) u: a few roundings,
+    /// so that it is not met by a step that should end short of it.
     fn farthest(&self, size: T) -> T {
-        let viscous = self.curve.viscous_friction();
-        let rise = self.elements().1 + viscous;
-        let farthest = (size + viscous * self.regularisation.speed_at_rest()) / rise;
-        // A few roundings beyond, so that it is not met by a step that should end short of it.
-        farthest * (T::one() + T::default_epsilon() * lit(8.0))
+        let rise = self.elements().1 + self.curve.viscous_friction();
+        size / rise * (T::one() + T::default_epsilon() * lit(8.0))
     }
 
     /// The fold of Φ in one direction, if it has one.
@@ -174,8 +133,8 @@ where
             // Of a dual number the value alone: the last correction brings the derivative.
             speed = lit(to_f64(speed));
             let here = self.surface(branch, speed);
-            let excess = damping * speed + here.carried - size;
-            let correction = excess / (damping + here.carried_slope);
+            let excess = damping * speed + here.mu - size;
+            let correction = excess / (damping + here.mu_slope);
             if excess < T::zero() {
                 low = speed;
             } else {
@@ -183,9 +142,9 @@ where
             }
             let newton = speed - correction;
             // Next to a fold, where Φ is flat, roundings over its slope are no small step.
-            let steep = damping + here.carried_slope > least_rise;
+            let steep = damping + here.mu_slope > least_rise;
             let admissible = newton >= low && newton <= high && steep;
-            let rounding = epsilon * lit(2.0) * (damping * speed + here.carried + size);
+            let rounding = epsilon * lit(2.0) * (damping * speed + here.mu + size);
             let arrived = excess.abs() <= rounding || correction.abs() <= epsilon * speed;
             let inside = newton > low && newton < high;
             let next = if inside && (round <= FREE || round % 2 == 0) {
@@ -199,12 +158,7 @@ where
                     return here;
                 }
                 // One more step, a few roundings long, to first order.
-                return Surface {
-                    speed: newton,
-                    mu: here.mu - here.mu_slope * correction,
-                    modulus: here.modulus - here.modulus_slope * correction,
-                    ..here
-                };
+                return Surface { speed: newton, mu: here.mu - here.mu_slope * correction, ..here };
             }
             if round >= MOST {
                 return here;
@@ -220,8 +174,8 @@ where
         const PER_DOUBLING: u32 = 16;
         const DOUBLINGS: u32 = 60;
         let (_, damping) = self.elements();
-        let load = |speed: T| damping * speed + self.surface(branch, speed).carried;
-        let rises = |speed: T| damping + self.surface(branch, speed).carried_slope >= T::zero();
+        let load = |speed: T| damping * speed + self.surface(branch, speed).mu;
+        let rises = |speed: T| damping + self.surface(branch, speed).mu_slope >= T::zero();
         // Brackets of the first summit, if it is not at rest, and of the last valley.
         let ratio = lit::<T>(2.0).powf(lit(1.0 / f64::from(PER_DOUBLING)));
         let (mut summit, mut valley) = (None, None);
@@ -243,8 +197,7 @@ where
             (low + high) * lit(0.5)
         };
         // From rest on it falls if it does just beyond: at rest |v|^δ with δ < 1 does not tell.
-        let falls_at_rest = is_zero(self.regularisation.speed_at_rest()) && !rises(lit(1e-30));
-        let summit = if falls_at_rest { T::zero() } else { turn(summit?, true) };
+        let summit = if !rises(lit(1e-30)) { T::zero() } else { turn(summit?, true) };
         let valley = turn(valley?, false);
         let (most, least) = (load(summit), load(valley));
         let single = least <= most;

@@ -85,7 +85,7 @@ fn elasto_plastic<T: Scalar>() -> ElastoPlastic<Stribeck<T>, KelvinVoigt<T>, Unr
     .unwrap()
 }
 
-fn implicit<T: Scalar>() -> ImplicitBristle<Stribeck<T>, Unregularised, T> {
+fn implicit<T: Scalar>() -> ImplicitBristle<Stribeck<T>, T> {
     ImplicitBristle::new(stribeck(2.0), bristle(), None)
     .unwrap()
 }

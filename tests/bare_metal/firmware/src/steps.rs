@@ -255,7 +255,7 @@ pub(crate) fn elasto_plastic<T: Scalar>(input: &Input<T>) -> Answer<T> {
 
 pub(crate) fn implicit_model<T: Scalar>(
     input: &Input<T>,
-) -> Answer<ImplicitBristle<Stribeck<T>, Unregularised, T>> {
+) -> Answer<ImplicitBristle<Stribeck<T>, T>> {
     ImplicitBristle::new(stribeck(input)?, bristle(input)?, Some(FoldRule::Slowest))
 }
 
