@@ -22,8 +22,8 @@ use bristle::rheology::{
 };
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::{
-    Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, Mechanism, ParameterError,
-    Scalar, paper,
+    Affine, Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, Mechanism,
+    ParameterError, Scalar, paper,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{SVector, Vector2, Vector3, convert};
@@ -79,30 +79,16 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
     };
     let z = t(DEFLECTION);
     let h = t(1e-3);
+    let both = |affine: Affine<T>, v| affine.rate(v, z) + affine.coefficient(v, z);
     let frbd = FrBd::new(curve, bristle);
     let quick = FrBd::new(rational, bristle);
     let lugre = LuGre::classical(curve, bristle);
-    one(c, "rate and force, FrBD", &|v| {
-        let response = frbd.response(v, z);
-        response.rate + response.coefficient
-    });
-    one(c, "rate and force, FrBD with rational curve", &|v| {
-        let response = quick.response(v, z);
-        response.rate + response.coefficient
-    });
-    one(c, "rate and force, LuGre", &|v| {
-        let response = lugre.response(v, z);
-        response.rate + response.coefficient
-    });
-    one(c, "rate and force, Dahl", &|v| {
-        let response = dahl.response(v, z);
-        response.rate + response.coefficient
-    });
+    one(c, "rate and force, FrBD", &|v| both(frbd.affine(v.into(), z), v));
+    one(c, "rate and force, FrBD with rational curve", &|v| both(quick.affine(v.into(), z), v));
+    one(c, "rate and force, LuGre", &|v| both(lugre.affine(v.into(), z), v));
+    one(c, "rate and force, Dahl", &|v| both(dahl.affine(v.into(), z), v));
     if let Ok(model) = ElastoPlastic::new(curve, bristle, t(5e-5)) {
-        one(c, "rate and force, elasto-plastic FrBD", &|v| {
-            let response = model.response(v, z);
-            response.rate + response.coefficient
-        });
+        one(c, "rate and force, elasto-plastic FrBD", &|v| both(model.affine(v.into(), z), v));
     }
     one(c, "all derivatives, FrBD", &|v| {
         let linear = frbd.linearised(v, z);
@@ -117,8 +103,8 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
         let zener = FrBd::new(curve, bristle);
         let x = Vector2::new(z, t(1e-5));
         one(c, "rate and force, FrBD with Zener bristle", &|v| {
-            let response = zener.response(v, x);
-            response.rate[0] + response.rate[1] + response.coefficient
+            let affine = zener.affine(v.into(), x);
+            affine.rate(v, x).sum() + affine.coefficient(v, x)
         });
         one(c, "exact step, FrBD with Zener bristle", &|v| zener.hold(v, x, h).mean_coefficient);
     }
@@ -139,8 +125,8 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
         let five = FrBd::new(curve, bristle);
         let x = SVector::<T, 5>::repeat(t(1e-5));
         one(c, "rate and force, FrBD with five arms", &|v| {
-            let response = five.response(v, x);
-            response.rate.sum() + response.coefficient
+            let affine = five.affine(v.into(), x);
+            affine.rate(v, x).sum() + affine.coefficient(v, x)
         });
         one(c, "exact step, FrBD with five arms", &|v| five.hold(v, x, h).mean_coefficient);
     }

@@ -138,8 +138,12 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         sliding: impl Into<Sliding<T>>,
         deflection: M::Deflection,
     ) -> ContactResponse<T, M::Deflection> {
-        let response = self.model.response(sliding, deflection);
-        ContactResponse { rate: response.rate, force: self.normal_force * response.coefficient }
+        let sliding = sliding.into();
+        let affine = self.model.affine(sliding, deflection);
+        ContactResponse {
+            rate: affine.rate(sliding.velocity(), deflection),
+            force: self.normal_force * affine.coefficient(sliding.velocity(), deflection),
+        }
     }
 
     /// Rate and force with all their partial derivatives.

@@ -105,7 +105,7 @@ pub use error::Error;
 pub use mechanism::Mechanism;
 pub use model::{
     Affine, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, FoldRule, FrBd,
-    HeldStep, ImplicitBristle, Law, Limits, Linearised, LuGre, Response,
+    HeldStep, ImplicitBristle, Law, Limits, Linearised, LuGre,
 };
 pub use parameter::{ParameterError, Rule};
 pub use scalar::Scalar;

@@ -236,7 +236,7 @@ impl<T: Real> Task<T> for Exact {
                 let want = contact.hold(v, before, lit(h));
                 // The two terms of each sum, in size: what came and what was there.
                 let steady = f(contact.stationary(v)).abs();
-                let x = (f(model.relaxation_rate(v, before)) * h).min(1.0);
+                let x = (f(model.affine(v.into(), before).relaxation) * h).min(1.0);
                 let size = f(before).abs() + x * steady;
                 let a = model.affine(v.into(), before);
                 let force = f(run.load[i]) * (f(a.stiffness) * size + f(a.damping) * f(v).abs());

@@ -367,7 +367,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
                 (known.then_some(drift), self.creep(characteristics, peak, fastest))
             }
         };
-        let relaxation_at_rest = self.model().relaxation_rate(zero, zero);
+        let relaxation_at_rest = self.model().affine(zero.into(), zero).relaxation;
         Ok(Yielding { breakaway, cycle, drift, creep, relaxation_at_rest })
     }
 

@@ -5,7 +5,7 @@ use crate::curve::FrictionCurve;
 use crate::parameter::{ParameterError, Rule, refused};
 use crate::rheology::ElementBounds;
 use crate::scalar::{is_zero, lit, to_f64, unlimited};
-use crate::{Bounds, Branch, Scalar, Sliding};
+use crate::{Bounds, Branch, Scalar};
 
 /// What a model is made of, as far as the laws of friction speak of it. From
 /// [`Bristle::characteristics`](crate::Bristle::characteristics).
@@ -65,90 +65,71 @@ impl<T: Scalar> Characteristics<T> {
         elements: &ElementBounds<T>,
         fastest: T,
     ) -> Option<Self> {
-        let slope_at_rest = curve.slope_at_rest();
-        (fastest >= T::zero() && fastest.is_finite()).then(|| Self {
+        if !(fastest >= T::zero() && fastest.is_finite()) {
+            return None;
+        }
+        let (least_slope, curve_fault) = searched(curve, fastest);
+        Some(Self {
             name,
             micro_stiffness: elements.stiffness,
             micro_damping: elements.damping,
             static_coefficient: curve.at(T::zero()),
             dry_coefficient: curve.without_viscous_friction().bounds(unlimited()),
-            slope_at_rest,
-            least_slope: smaller(slope_at_rest, least_slope(curve, fastest)),
+            slope_at_rest: curve.slope_at_rest(),
+            least_slope,
             viscous_friction: T::zero(),
             needed_viscous_friction: None,
             speed_at_rest: T::zero(),
             stick_limit: None,
             creeps: false,
-            curve_fault: curve_fault(curve, fastest),
+            curve_fault,
         })
     }
 }
 
-/// The speeds of the search, falling from the fastest.
-fn speeds<T: Scalar>(fastest: T) -> impl Iterator<Item = T> {
-    core::iter::successors(Some(fastest), |&speed| Some(speed * lit::<T>(NEXT)))
-        .take(PER_DECADE * DECADES + 1)
-}
-
-/// Sliding at a speed in one direction.
-fn sliding<T: Scalar>(branch: Branch, speed: T) -> Sliding<T> {
-    branch.of(if branch == Branch::Backward { -speed } else { speed })
-}
-
-/// The first speed of the search at which the curve is not finite or leaves its bounds.
-fn curve_fault<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> Option<ParameterError> {
+/// The least dμ/d|v| at speeds up to `fastest`, by search, and the first speed of the search, of
+/// either direction, at which the curve is not finite or leaves its bounds.
+fn searched<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> (T, Option<ParameterError>) {
     let bounds = curve.bounds(fastest);
     // The bounds are sums of the parameters, the values of a few functions.
     let rounding = T::one() + lit::<T>(1e2) * T::default_epsilon();
-    for speed in speeds(fastest).chain(core::iter::once(T::zero())) {
-        for branch in [Branch::Forward, Branch::Backward] {
-            let sliding = sliding(branch, speed);
-            let (mu, slope) = curve.coefficient_and_slope(sliding);
-            let at = to_f64(sliding.velocity());
+    let ratio: T = lit(NEXT);
+    let (mut least, mut fault) = (curve.slope_at_rest(), None);
+    for branch in [Branch::Forward, Branch::Backward] {
+        let sliding = |speed: T| branch.of(if branch == Branch::Backward { -speed } else { speed });
+        let slope =
+            |speed: T| curve.coefficient_and_slope(sliding(speed)).1 * sliding(speed).direction();
+        let speeds = core::iter::successors(Some(fastest), |&speed| Some(speed * ratio));
+        let mut steepest = (fastest, slope(fastest));
+        for speed in speeds.take(PER_DECADE * DECADES + 1).chain(core::iter::once(T::zero())) {
+            let (mu, slope) = (curve.coefficient(sliding(speed)), slope(speed));
+            let place = to_f64(sliding(speed).velocity());
             let inside = mu * rounding >= bounds.min && mu <= bounds.max * rounding;
             if !(inside && mu > T::zero() && mu.is_finite()) {
                 let (least, most) = (to_f64(bounds.min), to_f64(bounds.max));
-                let rule = Rule::BetweenAt { least, most, place: at };
-                return Some(refused("friction curve", mu, rule));
+                let rule = Rule::BetweenAt { least, most, place };
+                fault = fault.or(Some(refused("friction curve", mu, rule)));
+            } else if !slope.is_finite() && !is_zero(speed) {
+                // Infinitely steep it may be at rest.
+                let rule = Rule::FiniteAt { place };
+                fault = fault.or(Some(refused("slope of the friction curve", slope, rule)));
             }
-            // Infinitely steep it may be at rest.
-            if !slope.is_finite() && !is_zero(speed) {
-                let rule = Rule::FiniteAt { place: at };
-                return Some(refused("slope of the friction curve", slope, rule));
+            if slope < steepest.1 {
+                steepest = (speed, slope);
             }
         }
-    }
-    None
-}
-
-/// The least dμ/d|v| at speeds up to `fastest`, by search.
-fn least_slope<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> T {
-    let side =
-        |branch: Branch| {
-            let slope = |speed: T| {
-                let sliding = sliding(branch, speed);
-                curve.coefficient_and_slope(sliding).1 * sliding.direction()
-            };
-            let searched = speeds(fastest).map(|speed| (speed, slope(speed)));
-            let (at, least) = searched.fold((fastest, slope(fastest)), |least, here| {
-                if here.1 < least.1 { here } else { least }
-            });
-            let ratio: T = lit(NEXT);
-            // Thirds of the interval around it; flat at the bottom, so that half the digits are all
-            // of them.
-            let (mut low, mut high) = (at * ratio, smaller(at / ratio, fastest));
-            for _ in 0..80 {
-                let third = (high - low) / lit(3.0);
-                if slope(low + third) < slope(high - third) {
-                    high -= third;
-                } else {
-                    low += third;
-                }
+        // Thirds of the interval around it; flat at the bottom, so that half the digits are all
+        // of them.
+        let (mut low, mut high) = (steepest.0 * ratio, smaller(steepest.0 / ratio, fastest));
+        for _ in 0..80 {
+            let third = (high - low) / lit(3.0);
+            if slope(low + third) < slope(high - third) {
+                high -= third;
+            } else {
+                low += third;
             }
-            smaller(least, slope((low + high) * lit(0.5)))
-        };
-    if is_zero(fastest) {
-        return curve.slope_at_rest();
+        }
+        least = smaller(least, smaller(steepest.1, slope((low + high) * lit(0.5))));
     }
-    smaller(side(Branch::Forward), side(Branch::Backward))
+    (least, fault)
 }

@@ -107,7 +107,7 @@ pub enum FoldRule {
 /// assert_eq!(friction.rate(1e-3, 1.2e-4), 1e-3);
 /// // Steady sliding is on the curve, as with FrBD; disturbances fade at 418 1/s and not at 32 1/s.
 /// let steady = friction.stationary(5.5e-3);
-/// assert!((friction.relaxation_rate(5.5e-3, steady) - 418.0).abs() < 0.5);
+/// assert!((friction.linearised(5.5e-3, steady).rate_by_deflection + 418.0).abs() < 0.5);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 ///
@@ -318,14 +318,6 @@ impl<T: Scalar, C: FrictionCurve<T>> Bristle<T> for ImplicitBristle<C, T> {
             coefficient_by_deflection: stiffness * share,
             coefficient_by_velocity: damping * share,
         }
-    }
-
-    /// The rate −∂ż/∂z = σ0/Φ'(v_s) [1/s] at which a small disturbance fades at a held velocity;
-    /// zero where it sticks. (The λ of [`Bristle::affine`] is that of the chord: in steady sliding,
-    /// FrBD's.)
-    fn relaxation_rate(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> T {
-        let tip = self.tip(sliding.into().velocity(), deflection);
-        self.rheology.storage_stiffness() * self.shares(&tip).0
     }
 
     fn hold(&self, velocity: T, deflection: T, duration: T) -> HeldStep<T> {

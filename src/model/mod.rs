@@ -101,21 +101,6 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         self.affine(sliding, deflection).coefficient(sliding.velocity(), deflection)
     }
 
-    /// Rate and coefficient at once.
-    #[inline]
-    fn response(
-        &self,
-        sliding: impl Into<Sliding<T>>,
-        deflection: Self::Deflection,
-    ) -> Response<T, Self::Deflection> {
-        let sliding = sliding.into();
-        let affine = self.affine(sliding, deflection);
-        Response {
-            rate: affine.rate(sliding.velocity(), deflection),
-            coefficient: affine.coefficient(sliding.velocity(), deflection),
-        }
-    }
-
     /// Rate and coefficient with all their partial derivatives.
     #[inline]
     fn linearised(
@@ -149,17 +134,6 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
             coefficient_by_velocity: cleared(linearised.coefficient_by_velocity, coefficient_terms),
             ..linearised
         }
-    }
-
-    /// The relaxation rate λ(v) [1/s]: at a held velocity, e^(−λt) of a disturbance is left after
-    /// t.
-    #[inline]
-    fn relaxation_rate(
-        &self,
-        sliding: impl Into<Sliding<T>>,
-        deflection: Self::Deflection,
-    ) -> <Self::Deflection as Deflection<T>>::Relaxation {
-        self.affine(sliding.into(), deflection).relaxation
     }
 
     /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s].
@@ -203,17 +177,7 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     }
 }
 
-/// Deflection rate and virtual friction coefficient at one instant.
-#[non_exhaustive]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Response<T, D = T> {
-    /// Deflection rate ż [m/s].
-    pub rate: D,
-    /// Virtual friction coefficient μ_b = F/p \[–\].
-    pub coefficient: T,
-}
-
-/// A [`Response`] with its partial derivatives.
+/// Deflection rate and virtual friction coefficient at one instant, with their partial derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Linearised<T: Scalar, D: Deflection<T> = T> {
     /// Deflection rate ż [m/s].

@@ -500,13 +500,18 @@ fn in_the_stribeck_range_disturbances_fade_thirteen_times_as_fast_as_with_frbd()
     let decay = (-0.3025_f64).exp();
     let one = 1e4 * v / (64.5 * v + 1.0 + 0.5 * decay + 0.04 * v);
     let exact = 1e4 / (64.54 - v * decay / 1e-4);
-    assert_within(1e-12, one, one_step.relaxation_rate(v, z), one, || "FrBD".into());
-    assert_within(1e-12, exact, solved.relaxation_rate(v, z), exact, || "solved".into());
+    assert_within(1e-12, one, -one_step.linearised(v, z).rate_by_deflection, one, || "FrBD".into());
+    assert_within(1e-12, exact, -solved.linearised(v, z).rate_by_deflection, exact, || {
+        "solved".into()
+    });
     assert_eq!((one.round(), exact.round()), (32.0, 418.0));
     // In steady sliding the chord of the one is that of the other, and the forces are the same.
     assert_within(1e-12, one, solved.affine(v.into(), z).relaxation, one, || "chord".into());
     // Fast, they fade alike: σ0/(σ1 + σ2) of both within μ/(σ1 v).
-    let (fast, slow) = (solved.relaxation_rate(100.0, z), one_step.relaxation_rate(100.0, z));
+    let (fast, slow) = (
+        -solved.linearised(100.0, z).rate_by_deflection,
+        -one_step.linearised(100.0, z).rate_by_deflection,
+    );
     assert_within(2e-3, fast, slow, fast, || "fast".into());
 }
 
