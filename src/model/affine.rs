@@ -59,28 +59,7 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
             + (self.stiffness - storage_stiffness * self.drive).dot(deflection) * velocity
             + self.damping * velocity * velocity
     }
-}
 
-/// A length of a step; NaN for a negative one: a bristle cannot be run backwards, what it has
-/// forgotten would grow.
-#[inline(always)]
-pub(super) fn forwards<T: Scalar>(duration: T) -> T {
-    if duration >= T::zero() { duration } else { nan() }
-}
-
-/// The result of an exact step at a held velocity, from [`Bristle::hold`](crate::Bristle::hold).
-#[must_use]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HeldStep<T, D = T> {
-    /// Deflection at the end of the step \[m\].
-    pub deflection: D,
-    /// Friction coefficient at the end of the step \[–\].
-    pub end_coefficient: T,
-    /// Friction coefficient averaged over the step \[–\].
-    pub mean_coefficient: T,
-}
-
-impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
     /// The exact step of length h ≥ 0 \[s\] at a held velocity, with these coefficients frozen. NaN
     /// for a negative length.
     #[inline]
@@ -100,6 +79,25 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
     pub(crate) fn weights(&self, duration: T) -> D::Weights {
         D::weights(self.relaxation, duration)
     }
+}
+
+/// A length of a step; NaN for a negative one: a bristle cannot be run backwards, what it has
+/// forgotten would grow.
+#[inline(always)]
+pub(super) fn forwards<T: Scalar>(duration: T) -> T {
+    if duration >= T::zero() { duration } else { nan() }
+}
+
+/// The result of an exact step at a held velocity, from [`Bristle::hold`](crate::Bristle::hold).
+#[must_use]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeldStep<T, D = T> {
+    /// Deflection at the end of the step \[m\].
+    pub deflection: D,
+    /// Friction coefficient at the end of the step \[–\].
+    pub end_coefficient: T,
+    /// Friction coefficient averaged over the step \[–\].
+    pub mean_coefficient: T,
 }
 
 #[cfg(test)]

@@ -100,11 +100,6 @@ where
     D: VelocityLaw<T>,
     E: Regularisation<T>,
 {
-    /// The stick limit z_b \[m\].
-    pub fn stick_limit(&self) -> T {
-        self.stick_limit
-    }
-
     /// How plastic the bristle is at a state, α ∈ [0, 1].
     #[doc(alias = "alpha")]
     pub fn plasticity(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> T {

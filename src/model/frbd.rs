@@ -284,13 +284,13 @@ where
     /// out.
     fn steady_linearised(&self, sliding: impl Into<Sliding<T>>) -> Linearised<T, Self::Deflection> {
         let sliding = sliding.into();
-        let (velocity, deflection) = (sliding.velocity(), self.stationary(sliding));
+        let deflection = self.stationary(sliding);
         let [series, slope] = self.series_and_slopes(sliding);
         let (sign, sign_slope) = self.regularisation.sign_and_slope(sliding);
         let Series { elements, speed, mu } = series;
         let resistance = series.resistance();
         let inverse = inverse_resistance(sliding, resistance, |other| self.resistance(other));
-        let affine = series.affine(inverse);
+        let (affine, slopes) = (series.affine(inverse), series.slopes(&slope, inverse));
         // ż/|v|_ε: zero unless the bristle creeps.
         let fluidity = elements.fluidity();
         let creep = if is_zero(fluidity) {
@@ -302,15 +302,12 @@ where
         let by_velocity = speed * inverse * (slope.mu * sign + mu * sign_slope - stiffening)
             + creep * resistance * series.share_slope(&slope, inverse);
         Linearised {
-            rate: affine.rate(velocity, deflection),
-            coefficient: affine.coefficient(velocity, deflection),
-            rate_by_deflection: -affine.relaxation,
             rate_by_velocity: R::Deflection::fill(by_velocity)
                 - slope.elements.decay.scaled_by(deflection),
-            coefficient_by_deflection: affine.stiffness,
             coefficient_by_velocity: elements.damping * by_velocity
                 + slope.elements.damping * (creep * speed)
                 + stiffening,
+            ..Linearised::new(&affine, &slopes, sliding.velocity(), deflection)
         }
     }
 

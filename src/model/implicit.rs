@@ -213,11 +213,6 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
         &self.rheology
     }
 
-    /// The rule for a folded inversion.
-    pub fn fold_rule(&self) -> Option<FoldRule> {
-        self.fold_rule
-    }
-
     /// Whether the force balance is known to have a single solution at every state.
     pub fn is_single_valued(&self) -> bool {
         self.least_slope.is_some()

@@ -11,12 +11,12 @@
 //! systems with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425.
 
 use super::affine::forwards;
-use super::frbd::{inverse_resistance, least_slope};
-use super::{Affine, Characteristics, HeldStep, Law, Limits, Linearised, finite};
+use super::frbd::{Series, inverse_resistance, least_slope};
+use super::{Affine, Characteristics, FrBd, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, HeldWeights, KelvinVoigt, Rheology, VelocityLaw, Weights};
-use crate::scalar::{lit, unlimited};
+use crate::scalar::{is_zero, lit, unlimited};
 use crate::{Bristle, Scalar, Sliding};
 
 /// The LuGre model of a friction curve C, a [`KelvinVoigt`] bristle R of constant stiffness and a
@@ -73,10 +73,8 @@ use crate::{Bristle, Scalar, Sliding};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LuGre<C, R, E = Unregularised, T = f64> {
-    /// g(v)
-    curve: C,
-    rheology: R,
-    regularisation: E,
+    /// Curve g(v), bristle and regularisation.
+    parts: FrBd<C, R, E>,
     /// σ2 of the term outside g
     viscous: T,
 }
@@ -90,34 +88,34 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
         let inside = curve.without_viscous_friction();
         // What has been taken out of the curve, neither more nor less.
         let viscous = curve.viscous_friction() - inside.viscous_friction();
-        Self { curve: inside, rheology, regularisation: Unregularised, viscous }
+        Self { parts: FrBd::new(inside, rheology), viscous }
     }
 
     /// The variant whose g(v) is the whole curve, viscous part included.
     pub fn with_viscous_part_inside(curve: C, rheology: KelvinVoigt<T, T, D>) -> Self {
-        Self { viscous: T::zero(), curve, rheology, regularisation: Unregularised }
+        Self { parts: FrBd::new(curve, rheology), viscous: T::zero() }
     }
 }
 
 impl<C, R, E, T> LuGre<C, R, E, T> {
     /// The model with another regularisation of |v|.
     pub fn regularised<F>(self, regularisation: F) -> LuGre<C, R, F, T> {
-        LuGre { curve: self.curve, rheology: self.rheology, regularisation, viscous: self.viscous }
+        LuGre { parts: self.parts.regularised(regularisation), viscous: self.viscous }
     }
 
     /// The curve g(v) of steady sliding, without the viscous term outside it.
     pub fn curve(&self) -> &C {
-        &self.curve
+        self.parts.curve()
     }
 
     /// The bristle.
     pub fn rheology(&self) -> &R {
-        &self.rheology
+        self.parts.rheology()
     }
 
     /// The regularisation.
     pub fn regularisation(&self) -> &E {
-        &self.regularisation
+        self.parts.regularisation()
     }
 }
 
@@ -131,7 +129,7 @@ where
     /// deflection, because λ m = 1 − kept with the mean m of what a unit velocity makes.
     #[inline]
     pub(crate) fn damping_of(&self, sliding: Sliding<T>, kept: T, carried: T) -> T {
-        self.rheology.elements(sliding).damping * kept + self.viscous * carried
+        self.rheology().elements(sliding).damping * kept + self.viscous * carried
     }
 
     /// The viscous friction σ2 [s/m] of the term σ2 v outside g; zero for the variant with the
@@ -144,19 +142,14 @@ where
     /// Whether the bristle damps nothing and nothing viscous stands outside g: then the model is
     /// the undamped FrBD one.
     fn is_undamped(&self) -> bool {
-        self.viscous == T::zero() && self.rheology.bounds().damping.max == T::zero()
+        self.viscous == T::zero() && self.rheology().bounds().damping.max == T::zero()
     }
 
-    /// 1/g and the coefficients, from the elements, |v|_ε and g at a velocity.
+    /// 1/g and the coefficients, from the bristle and the surface at a velocity.
     #[inline(always)]
-    fn frozen(
-        &self,
-        sliding: Sliding<T>,
-        elements: &Elements<T>,
-        speed: T,
-        g: T,
-    ) -> (T, Affine<T>) {
-        let inverse = inverse_resistance(sliding, g, |other| self.curve.coefficient(other));
+    fn frozen(&self, sliding: Sliding<T>, series: &Series<T>) -> (T, Affine<T>) {
+        let Series { elements, speed, mu: g } = *series;
+        let inverse = inverse_resistance(sliding, g, |other| self.curve().coefficient(other));
         let relaxation = elements.stiffness * speed * inverse;
         let affine = Affine {
             relaxation,
@@ -171,11 +164,11 @@ where
     ///
     /// F v − Ẇ = p (σ0λz² − σ1λ z v + (σ1 + σ2)v²), with λ|z| ≤ |v| max g/min g.
     fn is_passive(&self) -> bool {
-        let g = self.curve.bounds(unlimited());
-        let damping = self.rheology.bounds().damping;
-        let exact = self.regularisation.speed_at_rest() == T::zero();
+        let g = self.curve().bounds(unlimited());
+        let damping = self.rheology().bounds().damping;
+        let exact = self.regularisation().speed_at_rest() == T::zero();
         // The cross term is covered by the two squares for every z: σ1²λ ≤ 4σ0(σ1 + σ2).
-        let slope = least_slope(&self.curve, &self.regularisation, unlimited());
+        let slope = least_slope(self.curve(), self.regularisation(), unlimited());
         let by_squares =
             damping.max * damping.max <= lit::<T>(4.0) * slope * (damping.min + self.viscous);
         // Or by the damping alone for |z| ≤ max g/σ0: σ1(max g/min g) ≤ σ1 + σ2.
@@ -196,25 +189,22 @@ where
 
     #[inline]
     fn affine(&self, sliding: Sliding<T>, _deflection: T) -> Affine<T> {
-        let speed = self.regularisation.speed(sliding);
-        let g = self.curve.coefficient(sliding);
-        self.frozen(sliding, &self.rheology.elements(sliding), speed, g).1
+        self.frozen(sliding, &self.parts.series(sliding)).1
     }
 
     #[inline]
     fn affine_and_slopes(&self, sliding: Sliding<T>, _deflection: T) -> (Affine<T>, Affine<T>) {
-        let (elements, elements_slope) = self.rheology.elements_and_slopes(sliding);
-        let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
-        let (g, g_slope) = self.curve.coefficient_and_slope(sliding);
-        let (inverse, affine) = self.frozen(sliding, &elements, speed, g);
+        let [series, slope] = self.parts.series_and_slopes(sliding);
+        let (inverse, affine) = self.frozen(sliding, &series);
+        let Series { elements, speed, .. } = series;
         let relaxation_slope =
-            elements.stiffness * (speed_slope - speed * g_slope * inverse) * inverse;
+            elements.stiffness * (slope.speed - speed * slope.mu * inverse) * inverse;
         let slopes = Affine {
             relaxation: relaxation_slope,
             drive: T::zero(),
-            stiffness: -elements_slope.damping * affine.relaxation
+            stiffness: -slope.elements.damping * affine.relaxation
                 - elements.damping * relaxation_slope,
-            damping: elements_slope.damping,
+            damping: slope.elements.damping,
         };
         (affine, slopes)
     }
@@ -226,7 +216,7 @@ where
         let affine = self.affine(Sliding::from(velocity), deflection);
         let weights = affine.weights(forwards(duration));
         let (end, mean) = (weights.end(deflection, velocity), weights.mean(deflection, velocity));
-        let Elements { stiffness, damping, .. } = self.rheology.elements(Sliding::from(velocity));
+        let Elements { stiffness, damping, .. } = self.rheology().elements(Sliding::from(velocity));
         let rate = damping * affine.rate(velocity, deflection);
         let viscous = self.viscous * velocity;
         // e⁻ˣ and φ1 of the rate are its value at the end and its mean.
@@ -245,41 +235,34 @@ where
     }
 
     fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
-        let sliding = sliding.into();
-        let coefficient = self.regularisation.sign(sliding) * self.curve.coefficient(sliding);
-        coefficient / self.rheology.storage_stiffness()
+        self.parts.stationary(sliding)
     }
 
     /// ∂ż/∂v = (|v|_ε/g)(g sgn_ε)' and ∂μ_b/∂v = σ1 ∂ż/∂v + σ2: the terms that cancel in steady
     /// sliding are left out.
     fn steady_linearised(&self, sliding: impl Into<Sliding<T>>) -> Linearised<T> {
         let sliding = sliding.into();
-        let deflection = self.stationary(sliding);
-        let affine = self.affine(sliding, deflection);
-        let velocity = sliding.velocity();
-        let (sign, sign_slope) = self.regularisation.sign_and_slope(sliding);
-        let (g, g_slope) = self.curve.coefficient_and_slope(sliding);
-        let Elements { stiffness, damping, .. } = self.rheology.elements(sliding);
+        let (affine, slopes) = self.affine_and_slopes(sliding, T::zero());
+        let (sign, sign_slope) = self.regularisation().sign_and_slope(sliding);
+        let (g, g_slope) = self.curve().coefficient_and_slope(sliding);
+        let Elements { stiffness, damping, .. } = self.rheology().elements(sliding);
         let by_velocity = affine.relaxation / stiffness * (g_slope * sign + g * sign_slope);
         Linearised {
-            rate: affine.rate(velocity, deflection),
-            coefficient: affine.coefficient(velocity, deflection),
-            rate_by_deflection: -affine.relaxation,
             rate_by_velocity: by_velocity,
-            coefficient_by_deflection: affine.stiffness,
             coefficient_by_velocity: damping * by_velocity + self.viscous,
+            ..Linearised::new(&affine, &slopes, sliding.velocity(), self.stationary(sliding))
         }
     }
 
     fn stationary_coefficient(&self, sliding: impl Into<Sliding<T>>) -> T {
         // σ1 ż is zero; in c₀ z + c₂ v it would be the difference of two large numbers.
         let sliding = sliding.into();
-        self.regularisation.sign(sliding) * self.curve.coefficient(sliding)
+        self.regularisation().sign(sliding) * self.curve().coefficient(sliding)
             + self.viscous * sliding.velocity()
     }
 
     fn storage_stiffness(&self) -> T {
-        self.rheology.storage_stiffness()
+        self.parts.storage_stiffness()
     }
 
     fn obeys(&self, law: Law) -> bool {
@@ -289,33 +272,32 @@ where
             Law::Passivity => self.is_passive(),
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
             Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
-            Law::OddSymmetry => self.curve.is_even() && self.rheology.bounds().even,
+            Law::OddSymmetry => self.parts.obeys(law),
             Law::NoDrift => false,
         }
     }
 
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
-        let damping = self.rheology.bounds().damping;
-        let inside = self.curve.viscous_friction() > T::zero();
+        let damping = self.rheology().bounds().damping;
+        let inside = self.curve().viscous_friction() > T::zero();
         let name = if inside { "LuGre, viscous part inside g" } else { "classical LuGre" };
-        let speed_at_rest = self.regularisation.speed_at_rest();
-        let g = self.curve.bounds(unlimited());
+        let g = self.curve().bounds(unlimited());
         // Necessary and sufficient for a constant σ1 and an exact modulus, where g is bounded.
-        let applies = damping.is_constant() && speed_at_rest == T::zero();
+        let applies = damping.is_constant() && is_zero(self.regularisation().speed_at_rest());
         let needed = finite(damping.max * (g.max - g.min) / g.min).filter(|_| applies);
         Some(Characteristics {
+            name,
             viscous_friction: self.viscous,
             needed_viscous_friction: needed,
-            speed_at_rest,
-            ..Characteristics::new(name, &self.curve, &self.rheology.bounds(), fastest)?
+            ..self.parts.characteristics(fastest)?
         })
     }
 
     fn limits(&self, fastest: T) -> Limits<T> {
         Limits::up_to(fastest, |fastest| {
-            let g = self.curve.bounds(fastest);
-            let stiffness = self.rheology.storage_stiffness();
-            let slope = least_slope(&self.curve, &self.regularisation, fastest);
+            let g = self.curve().bounds(fastest);
+            let stiffness = self.parts.storage_stiffness();
+            let slope = least_slope(self.curve(), self.regularisation(), fastest);
             Limits {
                 deflection: finite(g.max / stiffness),
                 coefficient: if self.is_undamped() { finite(g.max) } else { None },

@@ -235,7 +235,7 @@ fn plasticity_rises_from_zero_at_the_stick_limit_to_one_at_full_deflection() {
             assert_within(1e-14, 1.0, model.plasticity(v, z), alpha, || format!("α({v}, {z})"));
         }
     }
-    assert_eq!(model.stick_limit(), 5e-5);
+    assert_eq!(model.characteristics(1.0).unwrap().stick_limit, Some(5e-5));
     assert!(model.plasticity(0.1, f64::NAN).is_nan());
     assert!(model.rate(0.1, f64::NAN).is_nan());
 }

@@ -85,7 +85,7 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
         let frozen = |deflection: T, duration: T| {
             self.affine(velocity.into(), deflection).hold(velocity, deflection, duration)
         };
-        let finite = velocity.is_finite() && deflection.is_finite() && duration.is_finite();
+        let finite = [velocity, deflection, duration].iter().all(T::is_finite);
         let rises = self.folds.iter().flatten().all(|fold| fold.single);
         if !finite || !rises || !(duration > T::zero()) {
             return frozen(deflection, duration);
