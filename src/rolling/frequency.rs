@@ -37,7 +37,6 @@
 
 use nalgebra::Complex;
 
-use super::moments::complex_phi1;
 use super::patch::{Crossing, checked};
 use super::{Motion, Patch, Pressure, RateDependent};
 use crate::Scalar;
@@ -150,19 +149,6 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     #[doc(alias = "H2")]
     pub fn direct(&self, place: T) -> T {
         self.direct - self.rising_direct * (-self.decay * place).exp_m1()
-    }
-
-    /// The deflection over the slip velocity, z̃(ξ)/ṽ \[s\], at an angular frequency ω [rad/s]: a
-    /// function of the place ξ.
-    pub fn profile(&self, angular_frequency: T) -> impl Fn(T) -> Complex<T> + '_ {
-        let wave = Complex::new(T::zero(), angular_frequency / self.transport);
-        let both = wave + Complex::from(self.decay);
-        move |place| {
-            let gathered = complex_phi1(both.scale(place)).scale(self.b0);
-            let faded =
-                complex_phi1(wave.scale(place)).scale(self.b1 * (-self.decay * place).exp());
-            (gathered + faded).scale(place / self.transport)
-        }
     }
 
     /// The frequency response from the slip velocity to the force, F̃/ṽ [N s/m], at an angular

@@ -35,7 +35,7 @@
 //! gives |F| in terms of the largest p. These are sharper: a step of v in adhesion attains γ.
 
 use super::patch::Crossing;
-use super::quadrature::{PANELS, between_knots, integrate_in};
+use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure, RateDependent};
 use crate::Scalar;
 use crate::bounds::smaller;
@@ -112,35 +112,22 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         let gain = reach.map_or(slope / lit::<T>(3.0).sqrt(), |reach| {
             deflection * (one - lit::<T>(2.0 / 3.0) * reach).sqrt()
         });
-        let bent = self.weighed(reach, |place, p| p * smaller(deflection, slope * place));
+        let mut bent = zero;
+        weigh(self.pressure(), reach, zero.into(), |place, weighted| {
+            bent += weighted * smaller(deflection, slope * place);
+        });
         let force = weight * stiffness * bent + carried * damping * fastest;
         let force = model.coefficient.map_or(force, |most| smaller(force, carried * most));
         let inlet = transport * elapsed;
         let (mut remaining_deflection, mut remaining_force) = (zero, zero);
         if inlet < one {
-            let square = self.weighed(Some(inlet), |at, p| if at < inlet { zero } else { p * p });
+            let mut square = zero;
+            weigh(self.pressure(), Some(inlet), zero.into(), |place, weighted| {
+                square += if place < inlet { zero } else { weighted * self.pressure().at(place) };
+            });
             (remaining_deflection, remaining_force) = (one, weight * stiffness * square.sqrt());
         }
         Ok(PatchLimits { gain, force, remaining_deflection, remaining_force, deflection, slope })
-    }
-
-    /// ∫₀¹ f(ξ, p(ξ)) dξ of a function that is smooth between the knots and one more place.
-    fn weighed(&self, kink: Option<T>, function: impl Fn(T, T) -> T) -> T {
-        let mut sum = T::zero();
-        let mut part = |from: T, width: T| {
-            integrate_in(PANELS, T::zero(), |t, weight| {
-                let place = from + width * t;
-                sum += width * weight * function(place, self.pressure().at(place));
-            });
-        };
-        between_knots(self.pressure(), |from, width| match kink {
-            Some(kink) if kink > from && kink < from + width => {
-                part(from, kink - from);
-                part(kink, from + width - kink);
-            }
-            _ => part(from, width),
-        });
-        sum
     }
 }
 

@@ -29,16 +29,7 @@ pub(super) fn decaying<T: Scalar, const N: usize>(x: T) -> [T; N] {
     if N == 1 && x < lit(0.5) && x > lit(-0.5) {
         return [relaxed(x).1; N];
     }
-    decaying_with(x, (-x).exp())
-}
-
-/// ψ₀ … ψ_{N−1} at x with e⁻ˣ given.
-#[inline]
-fn decaying_with<T: Scalar, const N: usize>(x: T, decay: T) -> [T; N] {
-    let mut psi = [T::zero(); N];
-    if N == 0 {
-        return psi;
-    }
+    let (mut psi, decay) = ([T::zero(); N], (-x).exp());
     let top = N as f64;
     if x > lit(2.0 * top) || x < lit(-2.0 * top) {
         upwards(x, decay, psi.iter_mut());
@@ -173,12 +164,7 @@ pub(super) fn phi1<T: Scalar>(x: T) -> T {
 /// ψ₀ … ψ_{N−1} at a complex x.
 pub(super) fn complex_decaying<T: Scalar, const N: usize>(x: Complex<T>) -> [Complex<T>; N] {
     let zero = Complex::new(T::zero(), T::zero());
-    let mut psi = [zero; N];
-    if N == 0 {
-        return psi;
-    }
-    let decay = (-x).exp();
-    let size = x.modulus();
+    let (mut psi, decay, size) = ([zero; N], (-x).exp(), x.modulus());
     if size > lit(2.0 * N as f64 + 2.0) {
         upwards(x, decay, psi.iter_mut());
         return psi;

@@ -92,33 +92,32 @@ impl<T: Scalar> Passivity<T> {
             (p * s * v, terms.0 + terms.1 + terms.2, size)
         };
         let mut worst: Option<(T, T)> = None;
-        let mut note = |place: T, slope: T| {
-            // NaN is no proof either.
-            if worst.is_none_or(|(_, other)| slope > other) {
-                worst = Some((place, slope));
-            }
-        };
         let rounding = lit::<T>(64.0) * T::default_epsilon();
         let mut last: Option<(T, T)> = None;
-        super::quadrature::between_knots(pressure, |from, width| {
+        super::quadrature::between_knots(pressure, None, |from, width| {
             for number in 0..PLACES {
                 let mut place = from + width * lit(number as f64 / (PLACES - 1) as f64);
                 if number + 1 == PLACES {
                     // This side of the knot.
                     place *= T::one() - lit::<T>(2.0) * T::default_epsilon();
                 }
-                let (value, slope, size) = at(place);
-                if !(slope <= rounding * size) {
-                    note(place, slope);
-                }
-                if let Some((before, steepness)) = last {
-                    let noise = rounding * (before.abs() + value.abs() + size + steepness);
-                    if number == 0 && !(value - before <= noise) {
-                        note(place, T::one() / T::zero());
-                    } else if !(value - before <= noise) && !(slope > T::zero()) {
+                let (value, mut slope, size) = at(place);
+                // NaN is no proof either.
+                let mut rises = !(slope <= rounding * size);
+                if let Some((before, steepness)) = last
+                    && !(value - before
+                        <= rounding * (before.abs() + value.abs() + size + steepness))
+                {
+                    rises = true;
+                    if number == 0 {
+                        slope = T::one() / T::zero();
+                    } else if !(slope > T::zero()) {
                         // It rose in between.
-                        note(place, (value - before) / width * lit((PLACES - 1) as f64));
+                        slope = (value - before) / width * lit((PLACES - 1) as f64);
                     }
+                }
+                if rises && worst.is_none_or(|(_, other)| slope > other) {
+                    worst = Some((place, slope));
                 }
                 last = Some((value, size));
             }

@@ -111,9 +111,8 @@ pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Result<Affine<T>, Paramet
     finite("drive of the friction model", drive)?;
     finite("stiffness of the friction model", stiffness)?;
     finite("damping of the friction model", damping)?;
-    if !(relaxation >= T::zero()) {
-        parameter::non_negative("relaxation rate of the friction model", relaxation)?;
-    }
+    let least = larger(relaxation, T::zero());
+    parameter::at_least("relaxation rate of the friction model", relaxation, "zero", least)?;
     Ok(affine)
 }
 

@@ -6,11 +6,11 @@ use nalgebra::{Complex, ComplexField};
 
 use super::Pressure;
 use crate::Scalar;
-use crate::bounds::larger;
-use crate::scalar::{lit, nan};
+use crate::bounds::{larger, smaller};
+use crate::scalar::{lit, nan, to_f64};
 
 /// Least number of panels from one knot of a pressure to the next.
-pub(super) const PANELS: usize = 16;
+const PANELS: usize = 16;
 
 /// Calls `visit` with places t ∈ (0, 1) and weights of a quadrature that is exact to rounding for
 /// polynomials up to degree 15 times factors that decay by up to e^(−steepness) from either end.
@@ -50,11 +50,7 @@ fn integrate_wave<T: Scalar>(panels: usize, rate: Complex<T>, mut visit: impl Fn
 const PANEL: f64 = 2.0;
 
 fn enough<T: Scalar>(panels: usize, steepness: T) -> usize {
-    let mut number = panels;
-    while lit::<T>(number as f64 * PANEL) < steepness {
-        number += 1;
-    }
-    number
+    panels.max(to_f64((steepness / lit(PANEL)).ceil()) as usize)
 }
 
 /// As [`integrate`], with five points where they are enough: for a polynomial of at most the fourth
@@ -75,13 +71,14 @@ pub(super) fn integrate_gentle<T: Scalar>(
 }
 
 /// Calls `visit` with places ξ and p(ξ) × weight of a quadrature over the patch that resolves a
-/// factor e^(−sξ).
+/// factor e^(−sξ), and a kink at one place.
 pub(super) fn weigh<T: Scalar, P: Pressure<T>>(
     pressure: &P,
+    kink: Option<T>,
     rate: Complex<T>,
     mut visit: impl FnMut(T, T),
 ) {
-    between_knots(pressure, |from, width| {
+    between_knots(pressure, kink, |from, width| {
         integrate_wave(PANELS, rate.scale(width), |t, weight| {
             let place = from + width * t;
             visit(place, pressure.at(place) * (weight * width));
@@ -89,11 +86,17 @@ pub(super) fn weigh<T: Scalar, P: Pressure<T>>(
     });
 }
 
-/// Calls `visit` with the start and the width of each smooth piece of a pressure.
-pub(super) fn between_knots<T: Scalar, P: Pressure<T>>(pressure: &P, mut visit: impl FnMut(T, T)) {
+/// Calls `visit` with the start and the width of each smooth piece of a pressure, which one more
+/// kink may divide.
+pub(super) fn between_knots<T: Scalar, P: Pressure<T>>(
+    pressure: &P,
+    kink: Option<T>,
+    mut visit: impl FnMut(T, T),
+) {
     let mut from = T::zero();
     while from < T::one() {
         let to = larger(from, pressure.next_knot(from).unwrap_or_else(T::one));
+        let to = kink.filter(|&kink| kink > from).map_or(to, |kink| smaller(to, kink));
         if !(to > from) {
             break;
         }

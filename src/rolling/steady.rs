@@ -196,7 +196,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         let steepness = if steady.decay.is_finite() { steady.decay } else { T::zero() };
         let (mut force, mut moment) = (T::zero(), T::zero());
         let affine = coefficients(self.model(), slip_velocity)?;
-        weigh(self.pressure(), steepness.into(), |place, pressure| {
+        weigh(self.pressure(), None, steepness.into(), |place, pressure| {
             let coefficient = if is_zero(slip_velocity) {
                 // Per slip velocity, of which the trail takes the limit.
                 affine.drive * affine.stiffness * place / transport + affine.damping

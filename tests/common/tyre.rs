@@ -3,6 +3,7 @@
 use bristle::curve::Stribeck;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{FunctionPressure, Motion, Pressure};
+use bristle::signal::Function;
 use bristle::{FrBd, paper};
 
 /// Length of its contact patch [m].
@@ -36,5 +37,5 @@ pub fn table(points: [(f64, f64); 4]) -> impl Pressure<f64> + Copy {
         let part = (place - from) / (to - from);
         (start * (1.0 - part) + end * part, (end - start) / (to - from))
     };
-    FunctionPressure::new(lines, [points[1].0, points[2].0]).unwrap()
+    FunctionPressure::new(Function::new(lines, [points[1].0, points[2].0])).unwrap()
 }

@@ -31,6 +31,7 @@
 use super::ExactPatch;
 use super::profile::{level_moments, shifted};
 use super::queue::Segment;
+use crate::bounds::smaller;
 use crate::parameter::{self, ParameterError};
 use crate::rheology::HeldWeights as _;
 use crate::rolling::moments::phi1;
@@ -73,16 +74,6 @@ pub struct PatchLedger<T> {
     /// Never negative, up to rounding, if the patch is passive. Where the pressure rises towards
     /// the outlet, bristles gain energy as they move on, and it can be negative.
     pub volume: T,
-}
-
-/// Integrals over the patch, weighted with the pressure and averaged over a step.
-struct MeanDeflections<T> {
-    /// Of the bristles that are there, if nothing drives them.
-    free: T,
-    /// Of an undeflected patch under r v = 1.
-    driven: T,
-    /// Of e^(−λ age), where the age is the time since the bristle entered or the step began.
-    kept: T,
 }
 
 impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
@@ -162,8 +153,7 @@ where
         let duration = parameter::non_negative("duration", duration)?;
         let affine = self.coefficients(slip_velocity)?;
         self.queue.make_room(transport * duration);
-        let MeanDeflections { free, driven, kept } =
-            self.mean_deflections(&affine, transport, duration);
+        let [free, driven, kept] = self.mean_deflections(&affine, transport, duration);
         let (patch, model) = (&self.patch, self.patch.model());
         let weight = patch.load() * patch.length();
         let driven = affine.drive * driven;
@@ -178,17 +168,15 @@ where
         Ok(PatchStep { rolling: self, affine, transport, duration, bias, damping })
     }
 
-    /// ∫ p z dξ averaged over a step. After `make_room`.
+    /// Integrals over the patch, weighted with the pressure and averaged over a step, of the
+    /// deflection if nothing drives the bristles; of an undeflected patch under r v = 1; and of
+    /// e^(−λ age), where the age is the time since the bristle entered or the step began. After
+    /// `make_room`.
     ///
-    /// Both are one integral over the bristles, each with the pressure that it meets on its way:
-    /// in closed form for those that stay, by quadrature over the segments that leave and over the
+    /// Each is one integral over the bristles with the pressure that they meet on their way: in
+    /// closed form for those that stay, by quadrature over the segments that leave and over the
     /// part that is new at the end.
-    fn mean_deflections(
-        &self,
-        affine: &Affine<T>,
-        transport: T,
-        duration: T,
-    ) -> MeanDeflections<T> {
+    fn mean_deflections(&self, affine: &Affine<T>, transport: T, duration: T) -> [T; 3] {
         let pressure = self.patch.pressure();
         let decay = pressure.decay();
         let (zero, one) = (T::zero(), T::one());
@@ -197,16 +185,18 @@ where
         let staying = self.queue.staying(distance);
         let mut free = pressure.weigh_on_the_way(&staying, distance, exponent);
         let whole = affine.weights(duration);
-        let staying = pressure.weigh(&beyond(distance, decay));
+        // How far old bristles get, and ∫ p dξ of those that stay.
+        let reach = smaller(distance, one);
+        let staying = shifted(level_moments(one - reach, decay), reach, decay);
+        let staying = pressure.weigh(&staying);
         let mut driven = whole.driven_mean(one) * staying;
         let mut kept = whole.undriven_mean(one) * staying;
         if !(distance > zero) {
-            return MeanDeflections { free, driven, kept };
+            return [free, driven, kept];
         }
 
-        // The part of the step during which old bristles are inside, and how far they get.
-        let crossing = if distance < one { one } else { one / distance };
-        let reach = if distance < one { distance } else { one };
+        // The part of the step during which old bristles are inside.
+        let crossing = reach / distance;
         self.queue.leaving(reach, |from, to, steepness, outgoing| {
             let way = to - from;
             let steepness = steepness + exponent * (way / distance) + decay.abs() * way;
@@ -228,7 +218,7 @@ where
             driven += carried * (old * until.end(zero, one) + new * until.driven_mean(one));
             kept += carried * (old * until.end(one, zero) + new * until.undriven_mean(one));
         });
-        MeanDeflections { free, driven, kept }
+        [free, driven, kept]
     }
 
     /// The energy stored in the bristles, W = (L/2) ∫ K p z² dξ \[J\]. The time is
@@ -295,10 +285,9 @@ where
     /// Refuses a velocity that is not finite; the patch is as it was.
     pub fn commit(self, mean_slip_velocity: T) -> Result<T, ParameterError> {
         let mean_slip_velocity = parameter::finite("mean_slip_velocity", mean_slip_velocity)?;
-        let force = self.force(mean_slip_velocity);
-        let Self { rolling, affine, transport, duration, .. } = self;
-        rolling.roll(affine.relaxation, affine.drive * mean_slip_velocity, transport, duration);
-        Ok(force)
+        let Self { affine: Affine { relaxation, drive, .. }, transport, duration, .. } = self;
+        self.rolling.roll(relaxation, drive * mean_slip_velocity, transport, duration);
+        Ok(self.bias + self.damping * mean_slip_velocity)
     }
 
     /// Ends the step as [`PatchStep::commit`] does, with an account of where the work has gone. The
@@ -312,13 +301,12 @@ where
         mean_slip_velocity: T,
     ) -> Result<PatchLedger<T>, ParameterError> {
         let mean_slip_velocity = parameter::finite("mean_slip_velocity", mean_slip_velocity)?;
-        let drive = self.affine.drive * mean_slip_velocity;
-        let outlet = self.outlet_loss(drive);
-        let Self { rolling, affine, transport, duration, bias, damping } = self;
-        let before = rolling.stored_energy();
-        rolling.roll(affine.relaxation, drive, transport, duration);
-        let stored = rolling.stored_energy() - before;
-        let force = bias + damping * mean_slip_velocity;
+        let outlet = self.outlet_loss(self.affine.drive * mean_slip_velocity);
+        let Self { affine: Affine { relaxation, drive, .. }, transport, duration, .. } = self;
+        let force = self.force(mean_slip_velocity);
+        let before = self.rolling.stored_energy();
+        self.rolling.roll(relaxation, drive * mean_slip_velocity, transport, duration);
+        let stored = self.rolling.stored_energy() - before;
         let work = duration * force * mean_slip_velocity;
         Ok(PatchLedger { force, work, stored, outlet, volume: work - stored - outlet })
     }
@@ -330,35 +318,22 @@ where
         let (transport, duration, one) = (*transport, *duration, T::one());
         let reach = transport * duration;
         let mut squares = T::zero();
-        let inside = if reach < one { reach } else { one };
-        if inside > T::zero() {
-            rolling.queue.leaving(inside, |from, to, steepness, outgoing| {
-                let way = to - from;
-                let steepness = lit::<T>(2.0) * (steepness + affine.relaxation * (way / transport));
-                integrate(steepness, |part, weight| {
-                    let at = from + way * part;
-                    let time = at / transport;
-                    let x = affine.relaxation * time;
-                    let z = (-x).exp() * outgoing(at) + drive * time * phi1(x);
-                    squares += weight * way * z * z;
-                });
+        rolling.queue.leaving(smaller(reach, one), |from, to, steepness, outgoing| {
+            let way = to - from;
+            let steepness = lit::<T>(2.0) * (steepness + affine.relaxation * (way / transport));
+            integrate(steepness, |part, weight| {
+                let at = from + way * part;
+                let time = at / transport;
+                let x = affine.relaxation * time;
+                let z = (-x).exp() * outgoing(at) + drive * time * phi1(x);
+                squares += weight * way * z * z;
             });
-        }
+        });
         if reach > one {
             let z = drive / transport * phi1(affine.relaxation / transport);
             squares += (reach - one) * z * z;
         }
         let stiffness = patch.model().storage_stiffness() * patch.pressure().at(one);
         lit::<T>(0.5) * patch.length() * patch.load() * stiffness * squares
-    }
-}
-
-/// ∫ ξᵏ e^(−aξ) dξ from a place to the outlet.
-fn beyond<T: Scalar, const N: usize>(place: T, decay: T) -> [T; N] {
-    let length = T::one() - place;
-    if length > T::zero() {
-        shifted(level_moments(length, decay), place, decay)
-    } else {
-        [T::zero(); N]
     }
 }

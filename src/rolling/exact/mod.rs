@@ -26,6 +26,7 @@ pub use queue::Segment;
 
 use super::patch::{Crossing, coefficients};
 use super::{Motion, Patch, PolynomialExponential, RateDependent};
+use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
 use crate::{Affine, Scalar};
@@ -159,7 +160,7 @@ where
 
     /// Steps with V h below this are merged.
     pub fn narrowest(&self) -> T {
-        self.queue.narrowest()
+        self.queue.narrowest
     }
 
     /// Number of segments of which the profile consists.
@@ -175,13 +176,8 @@ where
     pub fn settle(&mut self, motion: Motion<T>) -> Result<(), ParameterError> {
         let Crossing { slip_velocity, transport } = self.patch.forward(motion)?;
         let Affine { relaxation, drive, .. } = self.coefficients(slip_velocity)?;
-        // A crossing that takes for ever is none.
-        if (T::one() / transport).is_finite() {
-            self.queue.replace(relaxation, drive * slip_velocity, transport);
-        } else {
-            let z = self.patch.model().stationary(slip_velocity);
-            self.queue.fill(1, |_| Profile::straight(T::one(), z, z));
-        }
+        // A patch that stands settles as one that takes very long to cross.
+        self.queue.replace(relaxation, drive * slip_velocity, larger(transport, lit(1e-30)));
         Ok(())
     }
 

@@ -169,22 +169,16 @@ pub(super) fn level_moments<T: Scalar, const N: usize>(length: T, decay: T) -> [
     everywhere.of_moments([T::zero(); N], length, decay)
 }
 
-/// ∫₀¹ tᵏ (t − part t²) e^(−αt) dt
+/// ∫₀¹ tᵏ (t − part t²) e^(−αt) dt, for up to the 12 coefficients that a pressure has.
 #[inline]
 fn bulges<T: Scalar, const N: usize>(alpha: T, part: T) -> [T; N] {
-    if is_zero(alpha) {
-        return core::array::from_fn(|k| {
-            lit::<T>(1.0 / (k + 2) as f64) - part * lit(1.0 / (k + 3) as f64)
-        });
-    }
-    fn of<T: Scalar, const M: usize, const N: usize>(alpha: T, part: T) -> [T; N] {
-        let psi: [T; M] = decaying(alpha);
+    fn of<T: Scalar, const M: usize, const N: usize>(psi: [T; M], part: T) -> [T; N] {
         core::array::from_fn(|k| match psi.get(k + 1..k + 3) {
             Some(&[near, far]) => near - part * far,
-            _ => T::zero(), // for more than the 12 coefficients that a pressure has
+            _ => T::zero(),
         })
     }
-    if N <= 2 { of::<T, 4, N>(alpha, part) } else { of::<T, 14, N>(alpha, part) }
+    if N <= 2 { of(level::<T, 4>(alpha), part) } else { of(level::<T, 14>(alpha), part) }
 }
 
 /// Moments ∫ ξᵏ e^(−aξ) … dξ of what has moved on by a distance.

@@ -91,7 +91,7 @@ pub(super) struct Queue<T, const N: usize, B> {
     /// a of the weight e^(−aξ).
     decay: T,
     /// Steps that move on by less are merged with each other.
-    narrowest: T,
+    pub(super) narrowest: T,
 }
 
 impl<T: Scalar, const N: usize, B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>> Queue<T, N, B> {
@@ -118,10 +118,6 @@ impl<T: Scalar, const N: usize, B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>
         };
         queue.fill(1, |_| Profile::straight(T::one(), T::zero(), T::zero()));
         queue
-    }
-
-    pub(super) fn narrowest(&self) -> T {
-        self.narrowest
     }
 
     pub(super) fn capacity(&self) -> usize {
@@ -411,7 +407,7 @@ mod tests {
         };
         for (slots, decay) in [(22, 0.0), (22, 0.7), (40, -1.3), (80, 4.0)] {
             let mut queue = Queue::new(vec![Segment::<f64, 3>::default(); slots], decay);
-            let narrowest = queue.narrowest();
+            let narrowest = queue.narrowest;
             let (mut merged, mut drive) = (0, 0.0);
             for number in 0..3000 {
                 if number % 37 == 0 {

@@ -1,15 +1,9 @@
 //! Values between equidistant nodes: high order where the profile is smooth, no oscillation where
 //! it is not.
 //!
-//! Between two nodes, at the part θ of the cell, the polynomial through up to six nodes is cut to
-//! the range of
-//!
-//! z₀,  z₁,  z₀ + θ(z₁ − z₀) − θ(1 − θ) minmod(d₀, d₁),
-//!
-//! with the second differences d₀, d₁ at the two nodes. Through data that rise or fall it stays
-//! between its neighbours: there minmod(d₀, d₁) is at most |z₁ − z₀|, and the third value lies
-//! between the other two. At a smooth extremum d₀ and d₁ agree, the third value is twice as far
-//! from the chord as the curve, and nothing is cut.
+//! Between two nodes the value is that of the polynomial through up to six nodes. Where the data
+//! rise or fall, over the cell and its two neighbours, it is cut to lie between the two nodes; at
+//! an extremum it is not.
 //!
 //! Source: the idea of such limits is A. Suresh, H. T. Huynh, "Accurate monotonicity-preserving
 //! schemes with Runge–Kutta time stepping", Journal of Computational Physics 136 (1997), 83–99.
@@ -77,58 +71,29 @@ impl<T: Scalar> Interpolation<T> {
         let around = values.get(first..).unwrap_or(&[]);
         let sum = (around.iter().zip(&self.weights).take(count))
             .fold(T::zero(), |sum, (&value, &weight)| sum + weight * value);
-        limited(values, cell, self.part, sum)
+        limited(values, cell, sum)
     }
 }
 
-/// A value in a cell, cut to what its neighbours allow.
+/// A value in a cell, cut to the values at its two nodes unless there is an extremum near.
 #[inline]
-fn limited<T: Scalar>(values: &[T], cell: usize, part: T, value: T) -> T {
-    let at = |i: usize| values.get(i).copied();
-    let (Some(here), Some(next)) = (at(cell), at(cell + 1)) else { return value };
-    let curvature = |middle: usize| {
-        let (before, after) = (at(middle.checked_sub(1)?)?, at(middle + 1)?);
-        Some(before - lit::<T>(2.0) * at(middle)? + after)
-    };
-    let rise = next - here;
-    let bend = match (curvature(cell), curvature(cell + 1)) {
-        (Some(a), Some(b)) => minmod(a, b),
-        // At an end of the grid, as far as rising data stay rising.
-        (None, Some(a)) => at_most(curvature(cell + 2).map_or(a, |b| minmod(a, b)), rise),
-        (Some(b), None) => {
-            let before = cell.checked_sub(1).and_then(curvature);
-            at_most(before.map_or(b, |a| minmod(a, b)), rise)
+fn limited<T: Scalar>(values: &[T], cell: usize, value: T) -> T {
+    let (Some(&here), Some(&next)) = (values.get(cell), values.get(cell + 1)) else { return value };
+    let around = values.get(cell.saturating_sub(1)..).unwrap_or(&[]);
+    let (mut rises, mut falls) = (false, false);
+    for pair in around.windows(2).take(cell.min(1) + 2) {
+        if let [a, b] = pair {
+            rises |= b > a;
+            falls |= b < a;
         }
-        (None, None) => T::zero(),
-    };
-    let bent = here + part * rise - part * (T::one() - part) * bend;
-    let (low, high) = if here < next { (here, next) } else { (next, here) };
-    cut(value, smaller(low, bent), larger(high, bent))
+    }
+    if rises && falls { value } else { cut(value, smaller(here, next), larger(here, next)) }
 }
 
 /// A value cut to a range; NaN stays NaN.
 #[inline(always)]
 pub(super) fn cut<T: Scalar>(value: T, low: T, high: T) -> T {
     smaller(larger(value, low), high)
-}
-
-/// The smaller of two values of one sign, 0 for two of different signs.
-#[inline(always)]
-fn minmod<T: Scalar>(a: T, b: T) -> T {
-    if a > T::zero() && b > T::zero() {
-        smaller(a, b)
-    } else if a < T::zero() && b < T::zero() {
-        larger(a, b)
-    } else {
-        T::zero()
-    }
-}
-
-/// A value cut to ±|most|.
-#[inline(always)]
-fn at_most<T: Scalar>(value: T, most: T) -> T {
-    let most = most.abs();
-    cut(value, -most, most)
 }
 
 #[cfg(test)]

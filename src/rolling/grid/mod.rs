@@ -34,10 +34,10 @@ use alloc::vec::Vec;
 use super::{Motion, Patch, Pressure, RateDependent};
 use crate::parameter::{self, ParameterError, Rule};
 use crate::rheology::HeldWeights as _;
-use crate::scalar::{is_zero, lit, to_f64};
+use crate::scalar::{is_zero, lit, nan, to_f64};
 use crate::{Affine, Bristle, Scalar, Sliding};
 use interpolation::{Interpolation, cut};
-use path::{Paths, Reach, located, widened};
+use path::{Paths, located, widened};
 
 /// Most cells of a grid.
 const MOST_CELLS: usize = 10_000_000;
@@ -242,15 +242,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         &self.weights
     }
 
-    /// The deflection \[m\] at a place, interpolated between the nodes.
-    ///
-    /// # Errors
-    ///
-    /// Refuses a place outside 0 … 1.
-    pub fn deflection_at(&self, place: T) -> Result<T, ParameterError> {
-        parameter::non_negative("place", place)?;
-        parameter::at_most("place", place, "the outlet", T::one())?;
-        Ok(between(&self.deflections, self.range, place))
+    /// The deflection \[m\] at a place ξ between 0 and 1, interpolated between the nodes; NaN
+    /// elsewhere.
+    pub fn deflection(&self, place: T) -> T {
+        let inside = place >= T::zero() && place <= T::one();
+        if inside { between(&self.deflections, self.range, place) } else { nan() }
     }
 
     /// The energy stored in the bristles, W = (L/2) ∫ σ0 p z² dξ \[J\].
@@ -290,11 +286,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         let drive = affine.drive * slip;
         let courant = speed / self.length * duration * lit(self.cells() as f64);
         self.shift(&affine, drive, courant, duration);
-        let mut reach = Reach::none();
-        reach.include(affine.relaxation, drive);
+        let range = widened(self.range, drive / affine.relaxation);
         let sums = (self.weights.iter().zip(&self.next))
             .fold((T::zero(), T::zero()), |sums, (&w, &z)| (sums.0 + w * z, sums.1 + w));
-        self.commit(affine.stiffness * sums.0 + affine.damping * slip * sums.1, &reach, duration)
+        self.commit(affine.stiffness * sums.0 + affine.damping * slip * sums.1, range)
     }
 
     /// A step of length h ≥ 0 \[s\] with a motion that varies in place and time, for spin, camber
@@ -322,18 +317,15 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         let Motion { slip_velocity, rolling_speed } = field;
         let (bristles, deflections, length) = (&self.bristles, &self.deflections, self.length);
         let paths = Paths { bristles, deflections, slip_velocity, rolling_speed, length, duration };
-        let mut reach = Reach::none();
+        let mut range = self.range;
         for (next, &place) in self.next.iter_mut().zip(&self.places) {
-            let arrival = paths.arrival(place, &mut reach)?;
+            let arrival = paths.arrival(place, &mut range)?;
             let before =
                 arrival.origin.map_or_else(T::zero, |at| between(deflections, self.range, at));
             *next = arrival.decay * before + arrival.gained;
         }
-        for &place in &self.places {
-            parameter::finite("slip_velocity", slip_velocity(place, duration))?;
-        }
         let force = self.force_of(&self.next, &|place| slip_velocity(place, duration));
-        self.commit(force, &reach, duration)
+        self.commit(force, range)
     }
 
     /// The semi-Lagrangian step of equal bristles in a uniform motion.
@@ -383,9 +375,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     }
 
     /// Takes over the next deflections, unless the force is not finite.
-    fn commit(&mut self, force: T, reach: &Reach<T>, duration: T) -> Result<T, ParameterError> {
+    fn commit(&mut self, force: T, range: (T, T)) -> Result<T, ParameterError> {
         let force = parameter::finite("force", force)?;
-        self.range = reach.widened(self.range, duration);
+        self.range = range;
         core::mem::swap(&mut self.deflections, &mut self.next);
         Ok(force)
     }

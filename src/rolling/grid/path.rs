@@ -20,10 +20,9 @@
 //! Ordinary Differential Equations II", table IV.5.6).
 
 use super::Bristles;
-use super::interpolation::{Interpolation, cut};
+use super::interpolation::{cut, lagrange};
 use crate::bounds::{larger, smaller};
 use crate::parameter::{self, ParameterError};
-use crate::rheology::{Deflection as _, HeldWeights as _};
 use crate::root::enclose;
 use crate::scalar::{lit, to_f64};
 use crate::{Bristle, Scalar, Sliding};
@@ -56,60 +55,10 @@ pub(super) struct Arrival<T> {
     pub(super) origin: Option<T>,
 }
 
-/// Range of what drove the bristles over a step.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Reach<T> {
-    /// The stationary deflections.
-    pub(super) stationary: (T, T),
-    /// The drives u = r v.
-    pub(super) drive: (T, T),
-}
-
-impl<T: Scalar> Reach<T> {
-    pub(super) fn none() -> Self {
-        let none = (T::zero(), T::zero());
-        Self { stationary: none, drive: none }
-    }
-
-    #[inline]
-    pub(super) fn include(&mut self, relaxation: T, drive: T) {
-        self.drive = widened(self.drive, drive);
-        // Infinite for a bristle that does not relax: then the drive is the limit.
-        if relaxation > T::zero() || drive < T::zero() || drive > T::zero() {
-            self.stationary = widened(self.stationary, drive / relaxation);
-        }
-    }
-
-    /// What deflections in a range can have become after a duration.
-    #[inline]
-    pub(super) fn widened(&self, (low, high): (T, T), duration: T) -> (T, T) {
-        let least = larger(low + duration * self.drive.0, self.stationary.0);
-        let most = smaller(high + duration * self.drive.1, self.stationary.1);
-        (smaller(low, least), larger(high, most))
-    }
-}
-
 /// A range and a value in one range; NaN does not widen it.
 #[inline]
 pub(super) fn widened<T: Scalar>((low, high): (T, T), value: T) -> (T, T) {
     (smaller(low, value), larger(high, value))
-}
-
-/// Where a function passes zero between two places at which its signs differ.
-fn crossing<T: Scalar>(
-    function: impl Fn(T) -> Result<T, ParameterError>,
-    (a, b): ((T, T), (T, T)),
-    tolerance: T,
-) -> Result<T, ParameterError> {
-    let mut refused = None;
-    let look = |at: T| {
-        function(at).unwrap_or_else(|error| {
-            refused = Some(error);
-            T::zero()
-        })
-    };
-    let (from, to) = enclose(look, a, b, tolerance);
-    refused.map_or(Ok((from + to) * lit(0.5)), Err)
 }
 
 /// Everything the paths of a step share.
@@ -169,82 +118,82 @@ where
         self.deflections.len().saturating_sub(1)
     }
 
-    fn transport(&self, place: T, time: T) -> Result<T, ParameterError> {
-        let speed = (self.rolling_speed)(inside(place), time);
-        parameter::finite("rolling_speed", speed / self.length)
+    fn transport(&self, place: T, time: T) -> T {
+        (self.rolling_speed)(inside(place), time) / self.length
     }
 
-    fn slip(&self, place: T, time: T) -> Result<T, ParameterError> {
-        parameter::finite("slip_velocity", (self.slip_velocity)(inside(place), time))
+    fn slip(&self, place: T, time: T) -> T {
+        (self.slip_velocity)(inside(place), time)
     }
 
-    /// Follows the bristle that is at a place at the end of the step.
+    /// Follows the bristle that is at a place at the end of the step, and adds the stationary
+    /// deflections that it has met to a range. Velocities that are not
+    /// finite on the way make its deflection NaN.
     pub(super) fn arrival(
         &self,
         node: T,
-        reach: &mut Reach<T>,
+        range: &mut (T, T),
     ) -> Result<Arrival<T>, ParameterError> {
         let (zero, one) = (T::zero(), T::one());
         let width = one / lit(self.cells() as f64);
         let mut arrival = Arrival { decay: one, gained: zero, origin: None };
-        let mut here = (self.duration, node, self.transport(node, self.duration)?);
-        let mut slip = self.slip(node, self.duration)?;
+        let transport = parameter::finite("rolling_speed", self.transport(node, self.duration))?;
+        let mut slip = parameter::finite("slip_velocity", self.slip(node, self.duration))?;
+        let mut here = (self.duration, node, transport);
         if node <= zero && here.2 > zero || node >= one && here.2 < zero {
             return Ok(arrival);
         }
-        let most = (PANELS_A_CELL * self.cells() + MORE_PANELS) as f64;
-        let mut panels = 0.0;
+        let most = PANELS_A_CELL * self.cells() + MORE_PANELS;
+        let mut panels = 0;
         while here.0 > zero {
             let (time, place, velocity) = here;
             let speed = velocity.abs();
             let mut step = if speed * time <= width * lit(WHOLE) { time } else { width / speed };
-            let mut origin = self.back(here, step)?;
+            let mut origin = self.back(here, step);
             while (origin - place).abs() > width * lit(FARTHEST) {
                 step *= lit(0.5);
-                origin = self.back(here, step)?;
-                panels += 1.0;
-                parameter::at_most("panels of a path", panels, "limit", most)?;
+                origin = self.back(here, step);
+                panels += 1;
             }
             let from = if step < time { time - step } else { zero };
-            let mut start = (from, origin, self.transport(origin, from)?);
+            let mut start = (from, origin, self.transport(origin, from));
             let entered = origin <= zero && start.2 > zero
                 || origin >= one && start.2 < zero
                 || origin < zero
                 || origin > one;
             if entered {
-                start = self.entry(here, start)?;
+                start = self.entry(here, start);
             }
-            let panel = Panel { start, end: here };
-            let before = self.slip(start.1, start.0)?;
-            self.pass(&panel, (before, slip), &mut arrival, reach)?;
+            let before = self.slip(start.1, start.0);
+            self.pass(&Panel { start, end: here }, (before, slip), &mut arrival, range);
             if entered {
                 return Ok(arrival);
             }
             (here, slip) = (start, before);
-            panels += 1.0;
-            parameter::at_most("panels of a path", panels, "limit", most)?;
+            panels += 1;
+            parameter::at_most("panels of a path", panels as f64, "limit", most as f64)?;
         }
         arrival.origin = Some(inside(here.1));
         Ok(arrival)
     }
 
     /// The place a while before, by the classical Runge–Kutta method.
-    fn back(&self, (time, place, velocity): (T, T, T), step: T) -> Result<T, ParameterError> {
+    fn back(&self, (time, place, velocity): (T, T, T), step: T) -> T {
         let half = step * lit(0.5);
-        let second = self.transport(place - half * velocity, time - half)?;
-        let third = self.transport(place - half * second, time - half)?;
-        let fourth = self.transport(place - step * third, time - step)?;
-        let two = lit::<T>(2.0);
-        Ok(place - step * lit(1.0 / 6.0) * (velocity + two * (second + third) + fourth))
+        let second = self.transport(place - half * velocity, time - half);
+        let third = self.transport(place - half * second, time - half);
+        let fourth = self.transport(place - step * third, time - step);
+        place - step * lit(1.0 / 6.0) * (velocity + lit::<T>(2.0) * (second + third) + fourth)
     }
 
     /// Time, end of the patch and V at which a path entered that is outside at `outside`.
-    fn entry(&self, here: (T, T, T), outside: (T, T, T)) -> Result<(T, T, T), ParameterError> {
+    fn entry(&self, here: (T, T, T), outside: (T, T, T)) -> (T, T, T) {
         let gate = if outside.1 < lit(0.5) { T::zero() } else { T::one() };
-        let beyond = |step: T| Ok(self.back(here, step)? - gate);
         let ends = ((T::zero(), here.1 - gate), (here.0 - outside.0, outside.1 - gate));
-        let time = here.0 - crossing(beyond, ends, T::default_epsilon() * here.0)?;
-        Ok((time, gate, self.transport(gate, time)?))
+        let beyond = |step: T| self.back(here, step) - gate;
+        let (step, _) = enclose(beyond, ends.0, ends.1, T::default_epsilon() * here.0);
+        let time = here.0 - step;
+        (time, gate, self.transport(gate, time))
     }
 
     /// Adds what happens along a panel, with v at its start and end.
@@ -253,17 +202,18 @@ where
         panel: &Panel<T>,
         (before, after): (T, T),
         arrival: &mut Arrival<T>,
-        reach: &mut Reach<T>,
-    ) -> Result<(), ParameterError> {
+        range: &mut (T, T),
+    ) {
         let (zero, one) = (T::zero(), T::one());
+        let mut turn = zero;
         if before < zero && after > zero || before > zero && after < zero {
             // To a millionth of the panel: what λ's kink costs there is beyond notice.
             let slip = |part: T| self.slip(panel.place(part), panel.time(part));
-            let turn = crossing(slip, ((zero, before), (one, after)), lit(1e-6))?;
-            self.collect(panel, (turn, one), arrival, reach)?;
-            self.collect(panel, (zero, turn), arrival, reach)
-        } else {
-            self.collect(panel, (zero, one), arrival, reach)
+            (turn, _) = enclose(slip, (zero, before), (one, after), lit(1e-6));
+        }
+        self.collect(panel, (turn, one), arrival, range);
+        if turn > zero {
+            self.collect(panel, (zero, turn), arrival, range);
         }
     }
 
@@ -273,44 +223,35 @@ where
         panel: &Panel<T>,
         (from, to): (T, T),
         arrival: &mut Arrival<T>,
-        reach: &mut Reach<T>,
-    ) -> Result<(), ParameterError> {
+        range: &mut (T, T),
+    ) {
         let duration = (panel.end.0 - panel.start.0) * (to - from);
-        let (mut relaxations, mut drives) = ([T::zero(); 3], [T::zero(); 3]);
-        for (k, place) in PLACES.iter().enumerate() {
-            let part = if *place < 1.0 { from + (to - from) * lit(*place) } else { to };
+        let mut met = [(T::zero(), T::zero()); 3];
+        for (met, place) in met.iter_mut().zip(PLACES) {
+            let part = if place < 1.0 { from + (to - from) * lit(place) } else { to };
             let (place, time) = (panel.place(part), panel.time(part));
-            let slip = self.slip(place, time)?;
-            let (relaxation, drive) = self.bristles.driven(place, slip, self.deflections);
-            reach.include(relaxation, drive);
-            (relaxations[k], drives[k]) = (relaxation, drive);
+            *met = self.bristles.driven(place, self.slip(place, time), self.deflections);
+            *range = widened(*range, met.1 / met.0);
         }
         let sum = |row: &[f64; 3]| {
-            let terms = row.iter().zip(relaxations);
-            terms.fold(T::zero(), |sum, (&a, relaxation)| sum + lit::<T>(a) * relaxation) * duration
+            let terms = row.iter().zip(met);
+            terms.fold(T::zero(), |sum, (&a, (relaxation, _))| sum + lit::<T>(a) * relaxation)
+                * duration
         };
         let whole = sum(&WEIGHTS);
         let [first, second] = INTEGRALS.map(|row| (sum(&row) - whole).exp());
         let weights = [first * lit(WEIGHTS[0]), second * lit(WEIGHTS[1]), lit(WEIGHTS[2])];
-        let mean = |values: [T; 3]| {
-            weights.iter().zip(values).fold(T::zero(), |sum, (&w, value)| sum + w * value)
-        };
-        // A hold at the mean relaxation knows e^−Λ and (1 − e^−Λ)/Λ to the last digits.
-        let (decay, gained) = if duration > T::zero() {
-            let held = whole / duration;
-            let hold = T::weights(held, duration);
-            let (relaxed, met) = (hold.end(T::zero(), held), mean(relaxations) * duration);
-            // The quotient is 1 up to the fourth order; nodes too few for λ may not make more of
-            // it.
-            let quotient = if met > T::zero() { relaxed / met } else { T::one() };
-            let quotient = if quotient < lit(2.0) { quotient } else { lit(2.0) };
-            (hold.end(T::one(), T::zero()), quotient * duration * mean(drives))
-        } else {
-            (T::one(), T::zero())
-        };
-        arrival.gained += arrival.decay * gained;
-        arrival.decay *= decay;
-        Ok(())
+        let (mut relaxation, mut gained) = (T::zero(), T::zero());
+        for (weight, met) in weights.into_iter().zip(met) {
+            relaxation += weight * duration * met.0;
+            gained += weight * duration * met.1;
+        }
+        // 1 − e^−Λ over its mean is 1 up to the fourth order; nodes too few for λ may not make
+        // more of it.
+        let faded = (-whole).exp_m1();
+        let quotient = if relaxation > T::zero() { -faded / relaxation } else { T::one() };
+        arrival.gained += arrival.decay * smaller(quotient, lit(2.0)) * gained;
+        arrival.decay *= T::one() + faded;
     }
 }
 
@@ -336,35 +277,29 @@ impl<M> Bristles<M> {
             _ => (T::zero(), T::zero()),
         };
         // At a node but for rounding.
-        let close = T::default_epsilon() * lit(8.0 * cells as f64);
-        if part <= close {
-            return at(cell);
-        }
-        if T::one() - part <= close {
-            return at(cell + 1);
+        let nearest = part.round();
+        if (part - nearest).abs() <= T::default_epsilon() * lit(8.0 * cells as f64) {
+            return at(if nearest > T::zero() { cell + 1 } else { cell });
         }
         let count = (cells + 1).min(4);
         let first = cell.saturating_sub(1).min(cells + 1 - count);
-        let (mut relaxations, mut drives) = ([T::zero(); 4], [T::zero(); 4]);
+        let (mut relaxation, mut drive) = (T::zero(), T::zero());
         let none = T::one() / T::zero();
         let (mut range, mut all_relax) = ((none, -none), true);
-        for k in 0..count {
-            let (relaxation, drive) = at(first + k);
-            (relaxations[k], drives[k]) = (relaxation, drive);
-            all_relax &= relaxation > T::zero();
-            range = widened(range, drive / relaxation);
+        let weights = lagrange(part + lit((cell - first) as f64), count);
+        for (node, weight) in (first..).zip(weights).take(count) {
+            let met = at(node);
+            relaxation += weight * met.0;
+            drive += weight * met.1;
+            all_relax &= met.0 > T::zero();
+            range = widened(range, met.1 / met.0);
         }
-        let mut interpolation = Interpolation::new(part);
-        let mut between =
-            |values: &[T; 4]| interpolation.at(values.get(..count).unwrap_or(values), cell - first);
-        let (relaxation, drive) = (between(&relaxations), between(&drives));
         let relaxation = if relaxation < T::zero() { T::zero() } else { relaxation };
         // No stationary deflection beyond those of the nodes around; between two nodes a smooth
         // extremum lies beyond them by an eighth of their range.
         let margin = (range.1 - range.0) * lit(0.25);
-        let (low, high) = (range.0 - margin, range.1 + margin);
-        let drive = if all_relax { cut(drive, relaxation * low, relaxation * high) } else { drive };
-        (relaxation, drive)
+        let (low, high) = (relaxation * (range.0 - margin), relaxation * (range.1 + margin));
+        (relaxation, if all_relax { cut(drive, low, high) } else { drive })
     }
 }
 

@@ -60,21 +60,15 @@ fn attempted<T: Scalar, P: Pressure<T>>(
             let to = smaller(from + lit(WIDEST), end);
             let knot = pressure.next_knot(from).filter(|&knot| knot > from);
             let to = knot.map_or(to, |knot| smaller(to, knot));
-            let mut refused = None;
+            let mut checked = Ok(T::zero());
             evenly((from, to), 1, &mut |place, share| {
-                let load = parameter::non_negative("pressure", pressure.at(place));
-                match parameter::component(cell, load) {
-                    Ok(load) => {
-                        let polynomials = lagrange(place / width - lit(first as f64), count);
-                        let nodes = weights.iter_mut().skip(first).zip(polynomials).take(count);
-                        nodes.for_each(|(weight, l)| *weight += load * share * l);
-                    }
-                    Err(error) => refused = refused.or(Some(error)),
-                }
+                let load = pressure.at(place);
+                checked = checked.and_then(|_| parameter::non_negative("pressure", load));
+                let polynomials = lagrange(place / width - lit(first as f64), count);
+                let nodes = weights.iter_mut().skip(first).zip(polynomials).take(count);
+                nodes.for_each(|(weight, l)| *weight += load * share * l);
             });
-            if let Some(error) = refused {
-                return Err(error);
-            }
+            parameter::component(cell, checked)?;
             from = to;
         }
     }

@@ -65,28 +65,19 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
     /// ∫₀¹ p (1 − e^(−κξ)) dξ [N/m] for κ ≥ 0, which may be infinite, to the last digits however
     /// small κ is.
     fn rise(&self, decay: T) -> T {
-        if without_rolling(decay) {
-            return self.total();
-        }
-        weighed(self, decay, |place| -(-decay * place).exp_m1())
+        weighed(self, decay, |place| -(-decay * place).exp_m1()).unwrap_or_else(|| self.total())
     }
 
     /// ∫₀¹ p e^(−κξ) dξ [N/m] for κ ≥ 0, which may be infinite: what [`Pressure::rise`] leaves, to
     /// the last digits however large κ is.
     fn remaining(&self, decay: T) -> T {
-        if without_rolling(decay) {
-            return T::zero();
-        }
-        weighed(self, decay, |place| (-decay * place).exp())
+        weighed(self, decay, |place| (-decay * place).exp()).unwrap_or_else(T::zero)
     }
 
     /// ∫₀¹ p ξ e^(−κξ) dξ [N/m] for κ ≥ 0, which may be infinite: the derivative of
     /// [`Pressure::rise`] with respect to κ.
     fn lever(&self, decay: T) -> T {
-        if without_rolling(decay) {
-            return T::zero();
-        }
-        weighed(self, decay, |place| place * (-decay * place).exp())
+        weighed(self, decay, |place| place * (-decay * place).exp()).unwrap_or_else(T::zero)
     }
 
     /// ∫₀¹ p e^(−sξ) dξ [N/m] for a complex s with Re s ≥ 0, to a rounding of [`Pressure::total`].
@@ -94,7 +85,7 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
     /// By quadrature it is work that grows with |s|, and NaN for waves beyond |s| = 2 097 152.
     fn transform(&self, rate: Complex<T>) -> Complex<T> {
         let mut sum = Complex::new(T::zero(), T::zero());
-        weigh(self, rate, |place, pressure| {
+        weigh(self, None, rate, |place, pressure| {
             sum += (-rate.scale(place)).exp().scale(pressure);
         });
         sum
@@ -110,7 +101,7 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
             return (self.transform(from) - self.transform(to)) / gap;
         }
         let mut sum = Complex::new(T::zero(), T::zero());
-        weigh(self, to.modulus().into(), |place, pressure| {
+        weigh(self, None, to.modulus().into(), |place, pressure| {
             let weight = pressure * place * (-from.re * place).exp();
             sum += complex_phi1(gap.scale(place)).scale(weight);
         });
@@ -118,14 +109,17 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
     }
 }
 
-/// ∫ p f dξ of a function as steep as e^(−κξ).
-fn weighed<T: Scalar, P: Pressure<T>>(pressure: &P, decay: T, function: impl Fn(T) -> T) -> T {
+/// ∫ p f dξ of a function as steep as e^(−κξ); none for a κ that is infinite, of a patch that slides
+/// without rolling.
+fn weighed<T: Scalar, P: Pressure<T>>(
+    pressure: &P,
+    decay: T,
+    function: impl Fn(T) -> T,
+) -> Option<T> {
+    if !decay.is_finite() && decay > T::zero() {
+        return None;
+    }
     let mut sum = T::zero();
-    weigh(pressure, decay.into(), |place, pressure| sum += pressure * function(place));
-    sum
-}
-
-/// Whether κ is infinite: the patch slides without rolling.
-fn without_rolling<T: Scalar>(decay: T) -> bool {
-    !decay.is_finite() && decay > T::zero()
+    weigh(pressure, None, decay.into(), |place, pressure| sum += pressure * function(place));
+    Some(sum)
 }
