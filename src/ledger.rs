@@ -24,13 +24,11 @@
 //! quadrature as in M. Abramowitz, I. A. Stegun, "Handbook of Mathematical Functions" (1964), table
 //! 25.4.
 
-use core::ops::ControlFlow;
-
 use nalgebra::SVector;
 
 use crate::bounds::larger;
 use crate::companion::CompletedStep;
-use crate::ode::{Observer, Step};
+use crate::ode::Step;
 use crate::rheology::{Deflection, HeldWeights};
 use crate::scalar::lit;
 use crate::{Bristle, Contact, HeldContact, Scalar};
@@ -194,7 +192,36 @@ impl<T: Scalar> EnergyLedger<T> {
     /// Enters a step of an integration, by quadrature at five points of its dense output.
     ///
     /// `motion` returns the sliding velocity [m/s] and the deflection \[m\] of the contact, of one
-    /// spring or several, at a time and state.
+    /// spring or several, at a time and state. An observer of a run enters all of its steps, see
+    /// [`Solver::stream`](crate::ode::Solver::stream):
+    ///
+    /// ```
+    /// use bristle::ledger::EnergyLedger;
+    /// use bristle::ode::{DormandPrince, Solver, Step, Tolerances};
+    /// use bristle::scene::MassSpringDamper;
+    /// use bristle::{Bristle, FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::KelvinVoigt;
+    /// use core::ops::ControlFlow;
+    ///
+    /// let friction = FrBd::new(
+    ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
+    ///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
+    /// );
+    /// let contact = friction.under_load(1.0)?;
+    /// let rig = MassSpringDamper::new(paper::stick_slip_rig(contact))?;
+    /// let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-8, rig.scales())?);
+    /// let mut ledger = EnergyLedger::new();
+    /// let mut meter = |step: &Step<f64, 3>| {
+    ///     ledger.integrate(&contact, step, |_, state| (state[1], state[2]));
+    ///     ControlFlow::Continue(())
+    /// };
+    /// solver.stream(&rig, 0.0..60.0, rig.at_rest(), &[], &mut meter)?;
+    /// let energy = ledger.total();
+    /// assert!(energy.supplied > 5.0 && energy.residual().abs() < 1e-6);
+    /// assert!(ledger.is_passive(1e-6));
+    /// # Ok::<(), bristle::Error>(())
+    /// ```
     pub fn integrate<M: Bristle<T>, const N: usize>(
         &mut self,
         contact: &Contact<T, M>,
@@ -218,41 +245,6 @@ impl<T: Scalar> EnergyLedger<T> {
         let (rise, sum) = (after - before, after + before);
         let stored = half * contact.model().storage_stiffness().scaled_by(rise).dot(sum);
         self.enter(EnergyBalance { supplied, stored, dissipated });
-    }
-
-    /// An observer that enters every step of an [`ode`](crate::ode) run, see
-    /// [`Solver::stream`](crate::ode::Solver::stream).
-    ///
-    /// ```
-    /// use bristle::ledger::EnergyLedger;
-    /// use bristle::ode::{DormandPrince, Solver, Tolerances};
-    /// use bristle::scene::MassSpringDamper;
-    /// use bristle::{Bristle, FrBd, paper};
-    /// use bristle::curve::Stribeck;
-    /// use bristle::rheology::KelvinVoigt;
-    /// use bristle::nalgebra::Vector3;
-    ///
-    /// let friction = FrBd::new(
-    ///     Stribeck::new(paper::STICK_SLIP_CURVE)?,
-    ///     KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?,
-    /// );
-    /// let contact = friction.under_load(1.0)?;
-    /// let rig = MassSpringDamper::new(paper::stick_slip_rig(contact))?;
-    /// let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-8, rig.scales())?);
-    /// let mut ledger = EnergyLedger::new();
-    /// let mut meter = ledger.observe(&contact, |_, state: &Vector3<f64>| (state[1], state[2]));
-    /// solver.stream(&rig, 0.0..60.0, rig.at_rest(), &[], &mut meter)?;
-    /// let energy = ledger.total();
-    /// assert!(energy.supplied > 5.0 && energy.residual().abs() < 1e-6);
-    /// assert!(ledger.is_passive(1e-6));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn observe<'a, M, F>(
-        &'a mut self,
-        contact: &'a Contact<T, M>,
-        motion: F,
-    ) -> LedgerObserver<'a, T, M, F> {
-        LedgerObserver { ledger: self, contact, motion }
     }
 
     /// The energies since the beginning.
@@ -282,26 +274,6 @@ impl<T: Scalar> EnergyLedger<T> {
     /// Whether the contact was passive in this run: its gain is within a tolerance \[J\].
     pub fn is_passive(&self, tolerance: T) -> bool {
         self.gain <= tolerance
-    }
-}
-
-/// Enters every step of a run into a ledger. Made by [`EnergyLedger::observe`].
-#[derive(Debug)]
-pub struct LedgerObserver<'a, T, M, F> {
-    ledger: &'a mut EnergyLedger<T>,
-    contact: &'a Contact<T, M>,
-    motion: F,
-}
-
-impl<T, M, F, const N: usize> Observer<T, N> for LedgerObserver<'_, T, M, F>
-where
-    T: Scalar,
-    M: Bristle<T>,
-    F: Fn(T, &SVector<T, N>) -> (T, M::Deflection),
-{
-    fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()> {
-        self.ledger.integrate(self.contact, step, &self.motion);
-        ControlFlow::Continue(())
     }
 }
 

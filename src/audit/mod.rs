@@ -36,7 +36,9 @@ use crate::parameter::{self, ParameterError};
 use crate::root::enclose;
 use crate::scalar::{is_zero, lit};
 use crate::stability::{self, Scheme, StepLimits, Swing};
-use crate::{Branch, Bristle, Characteristics, Contact, ContactLimits, Law, Mechanism, Scalar};
+use crate::{
+    Bounds, Branch, Bristle, Characteristics, Contact, ContactLimits, Law, Mechanism, Scalar,
+};
 
 /// Operating range and mechanism of an audit.
 ///
@@ -53,30 +55,15 @@ pub struct AuditParameters<T> {
     pub mechanism: Option<Mechanism<T>>,
     /// Length \[s\] of a fixed step, positive.
     pub sample_time: Option<T>,
-    /// A load cycle below breakaway; if none is given, from zero to half of breakaway.
-    pub load_cycle: Option<LoadCycle<T>>,
+    /// A force \[N\] below breakaway that goes slowly up and down between two values; if none is
+    /// given, between zero and half of breakaway.
+    pub load_cycle: Option<Bounds<T>>,
 }
 
 impl<T: Scalar> AuditParameters<T> {
     /// An audit of the contact alone, for speeds up to `fastest` [m/s].
     pub fn up_to(fastest: T) -> Self {
         Self { fastest, mechanism: None, sample_time: None, load_cycle: None }
-    }
-}
-
-/// A force \[N\] that goes slowly up and down between two values.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LoadCycle<T> {
-    /// The smaller force \[N\].
-    pub from: T,
-    /// The larger force \[N\].
-    pub to: T,
-}
-
-impl<T: Scalar> LoadCycle<T> {
-    /// The force of larger magnitude \[N\].
-    fn peak(&self) -> T {
-        if -self.from > self.to { self.from } else { self.to }
     }
 }
 
@@ -97,43 +84,16 @@ pub enum LawStatus {
 pub struct Passivity<T> {
     /// F v ≥ Ẇ at every velocity and admissible deflection.
     pub verdict: LawStatus,
-    /// For classical LuGre the viscous friction σ2 [s/m] it needs.
-    pub needed_viscous_friction: Option<T>,
     /// The largest (c₀ − K r)²/(4 K λ c₂) \[–\] over the velocities searched. Where it is at most
     /// one, the model is passive at every deflection. Zero for FrBD of constant stiffness.
     pub excess: T,
-    /// The state that returns most power, if the law fails.
-    pub witness: Option<Witness<T>>,
-}
-
-/// A state in which friction returns more power than its bristles release.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Witness<T> {
-    /// Velocity [m/s].
+    /// The least F v − Ẇ \[W\] found: negative where friction returns more power than its bristles
+    /// release; otherwise zero.
+    pub least_power: T,
+    /// Velocity [m/s] of the least power.
     pub velocity: T,
-    /// Deflection \[m\], within its limit.
+    /// Deflection \[m\] of the least power, within its limit.
     pub deflection: T,
-    /// F v − Ẇ \[W\], negative.
-    pub dissipated_power: T,
-}
-
-/// How a contact yields to a force below breakaway.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Yielding<T> {
-    /// The breakaway force p μ_s \[N\]; for an asymmetric curve that of forward sliding.
-    pub breakaway: T,
-    /// The load cycle.
-    pub cycle: LoadCycle<T>,
-    /// Displacement \[m\] left by each slow cycle, at an exact modulus. `None` where no closed form
-    /// is known, as for an asymmetric curve, and for a bristle that creeps without end.
-    pub drift: Option<T>,
-    /// Steady velocity [m/s] under the force of larger magnitude: zero if the contact sticks;
-    /// `None` if it slides.
-    pub creep: Option<T>,
-    /// Relaxation rate λ(0) [1/s] of bristles at rest.
-    pub relaxation_at_rest: T,
 }
 
 /// The oscillation of a stuck mass on its bristles.
@@ -168,7 +128,7 @@ pub struct StuckMass<T> {
 ///     ..AuditParameters::up_to(1.0)
 /// })?;
 /// assert_eq!(audit.passivity.verdict, LawStatus::Fails);
-/// assert_eq!(audit.passivity.needed_viscous_friction, Some(32.25));
+/// assert_eq!(audit.characteristics.and_then(|it| it.needed_viscous_friction), Some(32.25));
 /// let table = audit.to_string();
 /// assert!(table.contains("FAILS: needs σ2 ≥ 32.25 s/m, has 0.04"));
 /// # Ok::<(), bristle::ParameterError>(())
@@ -217,8 +177,19 @@ pub struct Audit<T> {
     /// σ1 + the least dμ/d|v| [s/m]. Where it is negative, the bristle's implicit equation has
     /// several solutions. `None` for a model that does not tell its characteristics.
     pub inversion_margin: Option<T>,
-    /// Response to forces below breakaway; `None` as above.
-    pub yielding: Option<Yielding<T>>,
+    /// The breakaway force p μ_s \[N\]; for an asymmetric curve that of forward sliding. `None` as
+    /// above.
+    pub breakaway: Option<T>,
+    /// The load cycle; `None` as above.
+    pub load_cycle: Option<Bounds<T>>,
+    /// Displacement \[m\] left by each slow load cycle, at an exact modulus. `None` where no closed
+    /// form is known, as for an asymmetric curve, and for a bristle that creeps without end.
+    pub drift: Option<T>,
+    /// Steady velocity [m/s] under the force of larger magnitude: zero if the contact sticks;
+    /// `None` if it slides, or as above.
+    pub creep: Option<T>,
+    /// Relaxation rate λ(0) [1/s] of bristles at rest.
+    pub relaxation_at_rest: T,
     /// The stuck mass, if there is a mechanism.
     pub stuck: Option<StuckMass<T>>,
     /// Speeds at which steady sliding on the spring is stable, from a millionth of the fastest up
@@ -253,8 +224,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         if let Some(fault) = characteristics.and_then(|model| model.curve_fault) {
             return Err(fault);
         }
-        let yielding =
-            characteristics.map(|model| self.yielding(&model, load_cycle, fastest)).transpose()?;
+        let breakaway = characteristics.map(|model| self.normal_force() * model.static_coefficient);
+        let load_cycle = breakaway.map(|force| checked(load_cycle, force)).transpose()?;
+        let (drift, creep) = characteristics
+            .zip(load_cycle)
+            .map_or((None, None), |(model, cycle)| self.yielding(&model, cycle, fastest));
         let passivity = self.passivity(characteristics.as_ref(), fastest);
         let steps = Scheme::ALL.map(|scheme| {
             // A passive step needs a contact that is passive at every deflection.
@@ -270,7 +244,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             limits: self.limits(fastest),
             inversion_margin: characteristics
                 .map(|model| model.micro_damping.min + model.viscous_friction + model.least_slope),
-            yielding,
+            breakaway,
+            load_cycle,
+            drift,
+            creep,
+            relaxation_at_rest: self.model().affine(T::zero().into(), T::zero()).relaxation,
             stuck: mechanism.map(|mechanism| self.stuck_mass(mechanism, fastest)),
             steady_sliding: mechanism.and_then(|mechanism| {
                 self.critical_speed(mechanism, slowest_on_spring(fastest)..fastest).ok()
@@ -285,7 +263,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         let theorem = self.model().obeys(Law::Passivity);
         let stiffness = self.model().storage_stiffness();
         let limit = self.limits(fastest).deflection;
-        let (mut excess, mut witness) = (zero, None::<Witness<T>>);
+        let mut found = Passivity {
+            verdict: LawStatus::Holds,
+            excess: zero,
+            least_power: zero,
+            velocity: zero,
+            deflection: zero,
+        };
         for velocity in speeds(fastest).flat_map(|speed| [speed, -speed]) {
             // D/p = K λ z² + (c₀ − K r) v z + c₂ v², with the coefficients at z = 0: the models
             // whose coefficients depend on z have a theorem.
@@ -294,57 +278,44 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
             let cross = affine.stiffness - stiffness * affine.drive;
             // For FrBD the difference of two equal numbers, of which a few roundings are left.
             let rounding = lit::<T>(4.0) * T::default_epsilon() * affine.stiffness.abs();
-            if cross.abs() > rounding {
-                let ratio = cross * cross / (lit::<T>(4.0) * square * affine.damping);
-                excess = larger(excess, ratio);
-            }
             let cross = if cross.abs() > rounding { cross } else { zero };
+            if cross != zero {
+                let ratio = cross * cross / (lit::<T>(4.0) * square * affine.damping);
+                found.excess = larger(found.excess, ratio);
+            }
             // The deflection of least D, within its bound.
             let lowest = -cross * velocity / (lit::<T>(2.0) * square);
             let deflection = limit.map_or(lowest, |limit| larger(smaller(lowest, limit), -limit));
             let power = square * deflection * deflection
                 + cross * velocity * deflection
                 + affine.damping * velocity * velocity;
-            let dissipated_power = self.normal_force() * power;
-            if dissipated_power < witness.map_or(zero, |worst| worst.dissipated_power) {
-                witness = Some(Witness { velocity, deflection, dissipated_power });
+            let least_power = self.normal_force() * power;
+            // Under a theorem what is negative is rounding.
+            if least_power < found.least_power && !theorem {
+                found = Passivity { least_power, velocity, deflection, ..found };
             }
         }
-        // Under a theorem what is negative is rounding.
-        let witness = witness.filter(|_| !theorem);
         let short = characteristics.is_some_and(|model| {
             model.needed_viscous_friction.is_some_and(|needed| !(model.viscous_friction >= needed))
         });
-        let verdict = if theorem {
-            LawStatus::Holds
-        } else if witness.is_some() || short {
-            LawStatus::Fails
-        } else {
-            LawStatus::Unrefuted
-        };
-        let needed_viscous_friction =
-            characteristics.and_then(|model| model.needed_viscous_friction);
-        Passivity { verdict, needed_viscous_friction, excess, witness }
+        if !theorem {
+            let fails = short || found.least_power < zero;
+            found.verdict = if fails { LawStatus::Fails } else { LawStatus::Unrefuted };
+        }
+        found
     }
 
+    /// Drift and creep in a load cycle.
     fn yielding(
         &self,
         characteristics: &Characteristics<T>,
-        cycle: Option<LoadCycle<T>>,
+        cycle: Bounds<T>,
         fastest: T,
-    ) -> Result<Yielding<T>, ParameterError> {
-        let (zero, half): (T, T) = (T::zero(), lit(0.5));
+    ) -> (Option<T>, Option<T>) {
+        let zero = T::zero();
         let breakaway = self.normal_force() * characteristics.static_coefficient;
-        let cycle = cycle.unwrap_or(LoadCycle { from: zero, to: half * breakaway });
-        parameter::finite("load_cycle.from", cycle.from)?;
-        parameter::finite("load_cycle.to", cycle.to)?;
-        parameter::at_least("load_cycle.to", cycle.to, "load_cycle.from", cycle.from)?;
-        if !is_zero(breakaway) {
-            parameter::below("load_cycle.to", cycle.to, "breakaway force", breakaway)?;
-            parameter::below("-load_cycle.from", -cycle.from, "breakaway force", breakaway)?;
-        }
         let stiffness = self.model().storage_stiffness();
-        let peak = cycle.peak();
+        let peak = peak(cycle);
         // The formula is for friction that is equal in both directions.
         let known = !characteristics.creeps && self.is_even(fastest);
         // An elasto-plastic bristle neither drifts nor creeps within its stick limit; beyond it no
@@ -352,23 +323,16 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         let elastic = characteristics
             .stick_limit
             .map(|limit| peak.abs() <= self.normal_force() * stiffness * limit);
-        let (drift, creep) = match elastic {
-            Some(elastic) => {
-                let none = elastic.then_some(zero);
-                (none.filter(|_| known), none)
-            }
-            None => {
-                let known =
-                    known && characteristics.micro_stiffness.is_constant() && breakaway > zero;
-                // (F_b² − F₁²)/(F_b² − F₂²), as one plus what the cycle makes of it.
-                let gain = (cycle.to - cycle.from) * (cycle.to + cycle.from)
-                    / ((breakaway - cycle.to) * (breakaway + cycle.to));
-                let drift = characteristics.static_coefficient / stiffness * gain.ln_1p();
-                (known.then_some(drift), self.creep(characteristics, peak, fastest))
-            }
-        };
-        let relaxation_at_rest = self.model().affine(zero.into(), zero).relaxation;
-        Ok(Yielding { breakaway, cycle, drift, creep, relaxation_at_rest })
+        if let Some(elastic) = elastic {
+            let none = elastic.then_some(zero);
+            return (none.filter(|_| known), none);
+        }
+        let known = known && characteristics.micro_stiffness.is_constant() && breakaway > zero;
+        // (F_b² − F₁²)/(F_b² − F₂²), as one plus what the cycle makes of it.
+        let gain = (cycle.max - cycle.min) * (cycle.max + cycle.min)
+            / ((breakaway - cycle.max) * (breakaway + cycle.max));
+        let drift = characteristics.static_coefficient / stiffness * gain.ln_1p();
+        (known.then_some(drift), self.creep(characteristics, peak, fastest))
     }
 
     /// Whether steady friction is equal in both directions, by samples.
@@ -414,6 +378,24 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
         let (reversed_frequency, reversed_damping_ratio) = swing(true);
         StuckMass { frequency, damping_ratio, reversed_frequency, reversed_damping_ratio }
     }
+}
+
+/// The load cycle, of which both forces must be below breakaway.
+fn checked<T: Scalar>(cycle: Option<Bounds<T>>, breakaway: T) -> Result<Bounds<T>, ParameterError> {
+    let cycle = cycle.unwrap_or(Bounds { min: T::zero(), max: lit::<T>(0.5) * breakaway });
+    for (name, force) in [("load_cycle.max", cycle.max), ("-load_cycle.min", -cycle.min)] {
+        parameter::finite(name, force)?;
+        if !is_zero(breakaway) {
+            parameter::below(name, force, "breakaway force", breakaway)?;
+        }
+    }
+    parameter::at_least("load_cycle.max", cycle.max, "load_cycle.min", cycle.min)?;
+    Ok(cycle)
+}
+
+/// The force of larger magnitude in a load cycle.
+fn peak<T: Scalar>(cycle: Bounds<T>) -> T {
+    if -cycle.min > cycle.max { cycle.min } else { cycle.max }
 }
 
 /// The slowest steady sliding on the spring that is looked at [m/s].

@@ -8,7 +8,7 @@ use crate::common::recipe::recipe;
 use crate::common::specimens::{kelvin_voigt, stribeck};
 use crate::common::{assert_within, check};
 use bristle::Mechanism;
-use bristle::audit::{Audit, AuditParameters, LawStatus, LoadCycle};
+use bristle::audit::{Audit, AuditParameters, LawStatus};
 use bristle::curve::{
     Asymmetric, Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Stribeck,
     StribeckParameters,
@@ -43,19 +43,19 @@ fn audit<M: Bristle<f64, Deflection = f64>>(model: M) -> Audit<f64> {
 
 #[test]
 fn classical_lugre_of_table_2_is_not_passive_and_the_audit_says_what_it_lacks() {
-    let verdict = audit(LuGre::classical(table_2_curve(), table_2_bristle())).passivity;
-    assert_eq!(verdict.verdict, LawStatus::Fails);
+    let audited = audit(LuGre::classical(table_2_curve(), table_2_bristle()));
+    let worst = audited.passivity;
+    assert_eq!(worst.verdict, LawStatus::Fails);
     // σ1 (μ_s − μ_d)/μ_d = 64.5 · 0.5.
-    assert_eq!(verdict.needed_viscous_friction, Some(32.25));
+    assert_eq!(audited.characteristics.unwrap().needed_viscous_friction, Some(32.25));
     // At 1 m/s the curve is flat at μ_d: F v − Ẇ = σ0²z² − σ0σ1 z + σ1 + σ2 at z = 1.5e-4, the most
     // that the deflection may be.
-    let witness = verdict.witness.unwrap();
     let (z, s0, s1) = (1.5e-4, 1e4, 64.5);
     let want = s0 * s0 * z * z - s0 * s1 * z + s1 + 0.04;
-    assert_eq!((witness.velocity.abs(), witness.deflection.abs()), (1.0, z));
-    assert_within(1e-12, s1, witness.dissipated_power, want, || "witness".to_owned());
+    assert_eq!((worst.velocity.abs(), worst.deflection.abs()), (1.0, z));
+    assert_within(1e-12, s1, worst.least_power, want, || "worst case".to_owned());
     let contact = LuGre::classical(table_2_curve(), table_2_bristle()).under_load(1.0).unwrap();
-    let power = contact.dissipated_power(witness.velocity, witness.deflection);
+    let power = contact.dissipated_power(worst.velocity, worst.deflection);
     assert_within(1e-12, s1, power, want, || "the contact's own".to_owned());
 
     // With as much as it needs it is passive; with a little less it is not.
@@ -69,14 +69,16 @@ fn classical_lugre_of_table_2_is_not_passive_and_the_audit_says_what_it_lacks() 
 }
 
 #[test]
-fn lugre_with_its_viscous_part_inside_fails_by_a_witness() {
+fn lugre_with_its_viscous_part_inside_fails_in_a_state_that_is_named() {
     let model = LuGre::with_viscous_part_inside(table_2_curve(), table_2_bristle());
-    let passivity = audit(model).passivity;
+    let audited = audit(model);
+    let passivity = audited.passivity;
     assert_eq!(passivity.verdict, LawStatus::Fails);
-    assert_eq!(passivity.needed_viscous_friction, None);
-    let Some(witness) = passivity.witness else { panic!("a failing law has a witness") };
+    assert_eq!(audited.characteristics.unwrap().needed_viscous_friction, None);
     let contact = model.under_load(1.0).unwrap();
-    assert!(contact.dissipated_power(witness.velocity, witness.deflection) < -1.0);
+    let power = contact.dissipated_power(passivity.velocity, passivity.deflection);
+    assert!(power < -1.0);
+    assert_within(1e-12, power.abs(), passivity.least_power, power, || "worst case".to_owned());
     // (c₀ − K r)²/(4 K λ c₂) = σ1 λ/(4 σ0) at the fastest.
     let lambda = model.affine(1.0.into(), 0.0).relaxation;
     assert_within(1e-13, 1.0, passivity.excess / (64.5 * lambda / 4e4), 1.0, || {
@@ -100,7 +102,7 @@ fn frbd_dahl_and_elasto_plastic_models_are_passive() {
         audit(soft.unwrap()).passivity,
     ] {
         assert_eq!(passivity.verdict, LawStatus::Holds);
-        assert_eq!((passivity.excess, passivity.witness), (0.0, None));
+        assert_eq!((passivity.excess, passivity.least_power), (0.0, 0.0));
     }
 }
 
@@ -125,12 +127,12 @@ fn a_stiffness_that_varies_is_passive_with_enough_damping_only() {
     let (at, mu) = (s * (1.0 + 0.3 * t), 1.04);
     let ratio = |damping: f64| mu * (at - s) * (at - s) / (4.0 * damping * s * at);
     let damped = with(64.5);
-    assert_eq!((damped.verdict, damped.witness), (LawStatus::Unrefuted, None));
+    assert_eq!((damped.verdict, damped.least_power), (LawStatus::Unrefuted, 0.0));
     assert_within(1e-12, damped.excess, damped.excess, ratio(64.5), || "excess".to_owned());
     let undamped = with(0.0);
     assert_eq!(undamped.verdict, LawStatus::Fails);
     assert_eq!(undamped.excess, f64::INFINITY);
-    assert!(undamped.witness.unwrap().dissipated_power < 0.0);
+    assert!(undamped.least_power < 0.0);
     // Between them: not for every deflection, but perhaps for the admissible ones.
     let slight = with(64.5 * ratio(64.5) * 0.5);
     assert_within(1e-12, 2.0, slight.excess, 2.0, || "slight".to_owned());
@@ -200,23 +202,23 @@ fn drag(contact: &Contact<f64, impl Bristle<f64, Deflection = f64>>, z: &mut f64
 
 #[test]
 fn the_drift_of_a_load_cycle_is_that_of_a_slow_simulation() {
-    fn assert_drift(model: impl Bristle<f64, Deflection = f64>, cycle: LoadCycle<f64>) {
+    fn assert_drift(model: impl Bristle<f64, Deflection = f64>, cycle: Bounds<f64>) {
         let contact = model.under_load(2.0).unwrap();
         let parameters = AuditParameters { load_cycle: Some(cycle), ..AuditParameters::up_to(1.0) };
-        let yielding = contact.audit(parameters).unwrap().yielding.unwrap();
+        let yielding = contact.audit(parameters).unwrap();
         let mut z = 0.0;
-        drag(&contact, &mut z, cycle.from + 1e-3);
-        drag(&contact, &mut z, cycle.from);
-        let drift = drag(&contact, &mut z, cycle.to) + drag(&contact, &mut z, cycle.from);
+        drag(&contact, &mut z, cycle.min + 1e-3);
+        drag(&contact, &mut z, cycle.min);
+        let drift = drag(&contact, &mut z, cycle.max) + drag(&contact, &mut z, cycle.min);
         // The viscous force is 1e-10 N of the cycle's 1 N.
         let want = yielding.drift.unwrap();
         assert_within(1e-8, 1e-4, drift, want, || format!("{cycle:?} {contact:?}"));
     }
     for cycle in [
-        LoadCycle { from: 0.5, to: 2.5 },
-        LoadCycle { from: -1.0, to: 2.9 },
-        LoadCycle { from: -2.0, to: 2.0 },
-        LoadCycle { from: -2.5, to: -1.0 },
+        Bounds { min: 0.5, max: 2.5 },
+        Bounds { min: -1.0, max: 2.9 },
+        Bounds { min: -2.0, max: 2.0 },
+        Bounds { min: -2.5, max: -1.0 },
     ] {
         assert_drift(table_2(), cycle);
         assert_drift(LuGre::classical(table_2_curve(), table_2_bristle()), cycle);
@@ -225,9 +227,9 @@ fn the_drift_of_a_load_cycle_is_that_of_a_slow_simulation() {
     let soft = ElastoPlastic::new(table_2_curve(), table_2_bristle(), 8e-5);
     let contact = soft.unwrap().under_load(1.0).unwrap();
     let drift = |to| {
-        let load_cycle = Some(LoadCycle { from: 0.0, to });
+        let load_cycle = Some(Bounds { min: 0.0, max: to });
         let parameters = AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) };
-        contact.audit(parameters).unwrap().yielding.unwrap().drift
+        contact.audit(parameters).unwrap().drift
     };
     assert_eq!((drift(0.8), drift(0.81)), (Some(0.0), None));
 }
@@ -237,10 +239,10 @@ fn a_regularised_contact_creeps_and_leaks_as_the_closed_forms_say() {
     let epsilon: f64 = 1e-14;
     let model = table_2().regularised(SquareRoot::new(epsilon).unwrap());
     for fraction in [0.1, 0.5, 0.9, 0.99] {
-        let load_cycle = Some(LoadCycle { from: 0.0, to: fraction * 3.0 });
+        let load_cycle = Some(Bounds { min: 0.0, max: fraction * 3.0 });
         let parameters = AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) };
         let contact = model.under_load(2.0).unwrap();
-        let yielding = contact.audit(parameters).unwrap().yielding.unwrap();
+        let yielding = contact.audit(parameters).unwrap();
         // √ε r/√(1 − r²) for a creep far below v_S: its square is 1e-10 of v_S², σ2 v 3e-8 of μ_s.
         let want = epsilon.sqrt() * fraction / (1.0 - fraction * fraction).sqrt();
         let creep = yielding.creep.unwrap();
@@ -250,12 +252,13 @@ fn a_regularised_contact_creeps_and_leaks_as_the_closed_forms_say() {
         assert_within(1e-14, leak, yielding.relaxation_at_rest, leak, || "leak".to_owned());
     }
     // An exact modulus sticks.
-    let stuck = audit(table_2()).yielding.unwrap();
-    assert_eq!((stuck.creep, stuck.relaxation_at_rest, stuck.breakaway), (Some(0.0), 0.0, 1.5));
+    let stuck = audit(table_2());
+    let found = (stuck.creep, stuck.relaxation_at_rest, stuck.breakaway);
+    assert_eq!(found, (Some(0.0), 0.0, Some(1.5)));
     // LuGre's bristles leak at σ0√ε/μ_s.
     let lugre = LuGre::classical(table_2_curve(), table_2_bristle())
         .regularised(SquareRoot::new(1e-8).unwrap());
-    let leak = audit(lugre).yielding.unwrap().relaxation_at_rest;
+    let leak = audit(lugre).relaxation_at_rest;
     assert_within(1e-14, 1.0, leak, 1e4 * 1e-4 / 1.5, || "LuGre".to_owned());
 }
 
@@ -366,11 +369,11 @@ fn an_audit_in_single_precision_says_the_same() {
     let parameters = AuditParameters { mechanism: Some(mechanism), ..AuditParameters::up_to(1.0) };
     let audit = contact.audit(parameters).unwrap();
     assert_eq!(audit.passivity.verdict, LawStatus::Fails);
-    assert_eq!(audit.passivity.needed_viscous_friction, Some(32.25));
+    assert_eq!(audit.characteristics.unwrap().needed_viscous_friction, Some(32.25));
     // A few roundings of 6e-8.
     assert!((audit.inversion_margin.unwrap() - (64.5 - 42.848_194)).abs() < 1e-4);
     assert!((audit.stuck.unwrap().damping_ratio - 64.54 / 200.02).abs() < 1e-5);
-    let yielding = audit.yielding.unwrap();
+    let yielding = &audit;
     assert!((yielding.drift.unwrap() / (1.5e-4 * (1.0_f32 / 0.75).ln()) - 1.0).abs() < 1e-5);
 }
 
@@ -406,7 +409,8 @@ fn an_audit_and_its_table_allocate_nothing() {
 fn what_is_out_of_range_is_refused_by_name() {
     let contact = table_2().under_load(1.0).unwrap();
     let good = AuditParameters::up_to(1.0);
-    let cycle = |from, to| AuditParameters { load_cycle: Some(LoadCycle { from, to }), ..good };
+    let cycle =
+        |from, to| AuditParameters { load_cycle: Some(Bounds { min: from, max: to }), ..good };
     let rig = |rig| AuditParameters { mechanism: Some(rig), ..good };
     for (parameters, name) in [
         (AuditParameters::up_to(f64::NAN), "fastest"),
@@ -414,10 +418,10 @@ fn what_is_out_of_range_is_refused_by_name() {
         (AuditParameters::up_to(0.0), "fastest"),
         (AuditParameters { sample_time: Some(f64::NAN), ..good }, "sample_time"),
         (AuditParameters { sample_time: Some(0.0), ..good }, "sample_time"),
-        (cycle(0.0, 1.5), "load_cycle.to"),
-        (cycle(-1.6, 1.0), "-load_cycle.from"),
-        (cycle(1.0, 0.5), "load_cycle.to"),
-        (cycle(f64::NAN, 0.5), "load_cycle.from"),
+        (cycle(0.0, 1.5), "load_cycle.max"),
+        (cycle(-1.6, 1.0), "-load_cycle.min"),
+        (cycle(1.0, 0.5), "load_cycle.max"),
+        (cycle(f64::NAN, 0.5), "-load_cycle.min"),
         (rig(Mechanism { mass: 0.0, ..RIG }), "mass"),
         (rig(Mechanism { spring_stiffness: -1.0, ..RIG }), "spring_stiffness"),
         (rig(Mechanism { viscous_damping: f64::NAN, ..RIG }), "viscous_damping"),
@@ -426,7 +430,7 @@ fn what_is_out_of_range_is_refused_by_name() {
     }
     // No load: nothing to break away, and still an answer.
     let free = table_2().under_load(0.0).unwrap().audit(good).unwrap();
-    assert_eq!(free.yielding.unwrap().breakaway, 0.0);
+    assert_eq!(free.breakaway.unwrap(), 0.0);
 }
 
 #[test]
@@ -437,7 +441,7 @@ fn a_bristle_that_creeps_is_audited_as_one() {
     let mechanism = Some(Mechanism { spring_stiffness: 0.0, ..RIG });
     let parameters = AuditParameters { mechanism, ..AuditParameters::up_to(1.0) };
     let audit = contact.audit(parameters).unwrap();
-    let yielding = audit.yielding.unwrap();
+    let yielding = &audit;
     // F_ss = v/(v/μ + 1/200) = 0.75 N.
     let creep = yielding.creep.unwrap();
     let mu = table_2_curve().coefficient(creep.into());
@@ -498,11 +502,11 @@ fn constant_friction_no_friction_and_backward_cycles_are_told_as_what_they_are()
 
     // Under the force of larger magnitude: √ε r/√(1 − r²) with r = ½, backward.
     let model = table_2().regularised(SquareRoot::new(1e-14).unwrap());
-    let load_cycle = Some(LoadCycle { from: -0.75, to: 0.0 });
+    let load_cycle = Some(Bounds { min: -0.75, max: 0.0 });
     let parameters = AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) };
     let audit = model.under_load(1.0).unwrap().audit(parameters).unwrap();
     let want = -1e-7 * 0.5 / 0.75_f64.sqrt();
-    assert_within(1e-5, -want, audit.yielding.unwrap().creep.unwrap(), want, || "creep".to_owned());
+    assert_within(1e-5, -want, audit.creep.unwrap(), want, || "creep".to_owned());
     assert!(audit.to_string().contains("m/s under -0.75 N"), "{audit}");
 }
 
@@ -524,9 +528,9 @@ fn a_cycle_is_as_large_as_the_larger_of_its_two_forces() {
     let model = ElastoPlastic::new(table_2_curve(), table_2_bristle(), 8e-5);
     let contact = model.unwrap().under_load(1.0).unwrap();
     let yielding = |from, to| {
-        let load_cycle = Some(LoadCycle { from, to });
+        let load_cycle = Some(Bounds { min: from, max: to });
         let audit = contact.audit(AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) });
-        let yielding = audit.unwrap().yielding.unwrap();
+        let yielding = audit.unwrap();
         (yielding.drift, yielding.creep)
     };
     assert_eq!(yielding(-0.7, 0.1), (Some(0.0), Some(0.0)));
@@ -540,12 +544,12 @@ fn a_cycle_is_as_large_as_the_larger_of_its_two_forces() {
 fn under_a_pull_a_regularised_contact_creeps_backward() {
     let epsilon: f64 = 1e-14;
     let model = table_2().regularised(SquareRoot::new(epsilon).unwrap());
-    let load_cycle = Some(LoadCycle { from: -1.2, to: -0.3 });
+    let load_cycle = Some(Bounds { min: -1.2, max: -0.3 });
     let contact = model.under_load(1.0).unwrap();
     let audit = contact.audit(AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) });
     // Of the two forces the one of larger magnitude, r = −1.2/1.5: √ε r/√(1 − r²).
     let want = -epsilon.sqrt() * 0.8 / (1.0_f64 - 0.64).sqrt();
-    let creep = audit.unwrap().yielding.unwrap().creep.unwrap();
+    let creep = audit.unwrap().creep.unwrap();
     assert_within(1e-5, 1e-7, creep, want, || "creep".to_owned());
 }
 
@@ -632,9 +636,9 @@ fn no_drift_is_told_of_friction_that_is_not_the_same_both_ways() {
     let drift = |backward| {
         let curve = Asymmetric { forward: curve(1.5), backward: curve(backward) };
         let contact = FrBd::new(curve, table_2_bristle()).under_load(1.0).unwrap();
-        let load_cycle = Some(LoadCycle { from: 0.0, to: 0.5 });
+        let load_cycle = Some(Bounds { min: 0.0, max: 0.5 });
         let parameters = AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) };
-        contact.audit(parameters).unwrap().yielding.unwrap().drift
+        contact.audit(parameters).unwrap().drift
     };
     assert_eq!(drift(0.8), None);
     // The closed form, (μ_s/σ0) ln[F_b²/(F_b² − F²)].
