@@ -148,16 +148,8 @@ fn balanced<const N: usize>(mut a: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
                 continue;
             }
             // The power of two next to √(row/column).
-            let mut unit = 1.0;
-            for _ in 0..1100 {
-                if column * unit * unit * 2.0 < row {
-                    unit *= 2.0;
-                } else if column * unit * unit > row * 2.0 {
-                    unit *= 0.5;
-                } else {
-                    break;
-                }
-            }
+            let exponent = 0.5 * (ComplexField::log2(row) - ComplexField::log2(column));
+            let unit = ComplexField::powi(2.0, ComplexField::round(exponent) as i32);
             if column * unit + row / unit < 0.95 * (column + row) {
                 settled = false;
                 for j in 0..N {

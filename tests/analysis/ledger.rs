@@ -73,8 +73,10 @@ fn the_energy_machine_of_an_integrator_gives_the_printed_work_too() {
                 let scene = PrescribedVelocity::new(contact.clone(), velocity);
                 let tolerances = Tolerances::scaled(1e-10, scene.scales()).unwrap();
                 let solver = Solver::adaptive(DormandPrince8, tolerances);
-                let mut meter =
-                    ledger.observe(&contact, |_, state: &Vector1<f64>| (velocity, state.x));
+                let mut meter = |step: &Step<f64, 1>| {
+                    ledger.integrate(&contact, step, |_, state| (velocity, state.x));
+                    ControlFlow::Continue(())
+                };
                 let run = solver.stream(&scene, 0.0..duration, state, &[], &mut meter);
                 state = run.unwrap().state;
             }
