@@ -34,18 +34,6 @@ pub struct Automatic;
 
 impl<T: Scalar, const N: usize> OneStep<T, N> for Automatic {
     type Stepper = Alternating<T, N>;
-
-    fn stepper(&self) -> Self::Stepper {
-        Alternating {
-            explicit: Explicit::new(),
-            rosenbrock: Rosenbrock::new(),
-            is_explicit: false,
-            is_new: false,
-            since: 0,
-            votes: 0,
-            needed: VOTES,
-        }
-    }
 }
 
 /// An explicit and a Rosenbrock method that take turns.
@@ -112,22 +100,23 @@ impl<T: Scalar, const N: usize> Alternating<T, N> {
 }
 
 impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
+    fn new() -> Self {
+        let (explicit, rosenbrock) = (Explicit::new(), Rosenbrock::new());
+        let (is_explicit, is_new, since, votes, needed) = (false, false, 0, 0, VOTES);
+        Self { explicit, rosenbrock, is_explicit, is_new, since, votes, needed }
+    }
+
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
         self.is_new = false;
         at_work!(self.begin(field, point));
     }
 
     #[inline]
-    fn attempt<F: Field<T, N>>(
-        &mut self,
-        field: &mut F,
-        from: &Point<T, N>,
-        step: T,
-    ) -> TrialStep<T, N> {
+    fn step(&mut self, field: &mut impl Field<T, N>, from: &Point<T, N>, h: T) -> TrialStep<T, N> {
         if self.is_new {
             self.begin(field, &mut from.clone());
         }
-        let mut trial = at_work!(self.attempt(field, from, step));
+        let mut trial = at_work!(self.step(field, from, h));
         if !self.is_explicit {
             trial.error *= lit::<T>(CARE);
         }

@@ -25,31 +25,20 @@ pub(crate) struct DenseOutput<T, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> DenseOutput<T, N> {
-    /// The polynomial from a state with the first few of the terms q₀, q₁, …
-    #[inline]
-    pub(super) fn new(
-        start: SVector<T, N>,
-        terms: [SVector<T, N>; MOST_TERMS],
-        count: usize,
-    ) -> Self {
-        Self { start, terms, count: count as u8 }
+    /// The polynomial from a state with the terms q₀, q₁, …, at most seven.
+    #[inline(always)]
+    pub(super) fn new(start: SVector<T, N>, terms: &[SVector<T, N>]) -> Self {
+        Self { start, terms: [SVector::zeros(); MOST_TERMS], count: 0 }.with(terms)
     }
 
-    /// The cubic through two states with the rates there, a signed duration apart, with the first
-    /// few of some further terms.
-    #[inline]
-    pub(super) fn hermite(
-        [start, end]: [&SVector<T, N>; 2],
-        [start_rate, end_rate]: [&SVector<T, N>; 2],
-        duration: T,
-        further: [SVector<T, N>; MOST_TERMS - 3],
-        count: usize,
-    ) -> Self {
-        let chord = end - start;
-        let from_start = start_rate * duration - chord;
-        let from_end = chord - end_rate * duration - from_start;
-        let [q3, q4, q5, q6] = further;
-        Self::new(*start, [chord, from_start, from_end, q3, q4, q5, q6], 3 + count)
+    /// The polynomial with some further terms.
+    #[inline(always)]
+    pub(super) fn with(mut self, further: &[SVector<T, N>]) -> Self {
+        for (place, term) in self.terms.iter_mut().skip(usize::from(self.count)).zip(further) {
+            *place = *term;
+        }
+        self.count += further.len() as u8;
+        self
     }
 
     /// The state at the start of the step.

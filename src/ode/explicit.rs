@@ -99,25 +99,15 @@ macro_rules! for_each_stage {
         for_each_stage!(@ $stepper.$stage($($argument),*) 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15)
     };
     (@ $stepper:ident.$stage:ident $arguments:tt $($index:literal)*) => {
-        $( for_each_stage!(# $stepper.$stage::<F, $index> $arguments); )*
+        $( for_each_stage!(# $stepper.$stage::<$index> $arguments); )*
     };
-    (# $stepper:ident.$stage:ident::<F, $index:literal> ($($argument:expr),*)) => {
-        $stepper.$stage::<F, $index>($($argument),*)
+    (# $stepper:ident.$stage:ident::<$index:literal> ($($argument:expr),*)) => {
+        $stepper.$stage::<$index>($($argument),*)
     };
 }
 pub(super) use for_each_stage;
 
 impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, T, N, S> {
-    pub(super) fn new() -> Self {
-        const { assert!(B::WEIGHTS.len() == S && B::TIMES.len() == S && B::STAGES < S) };
-        Self {
-            k: [SVector::zeros(); S],
-            before_end: SVector::zeros(),
-            smoothness: (T::zero(), T::zero()),
-            tableau: PhantomData,
-        }
-    }
-
     /// The state at which stage I is evaluated: x + h Σ aᵢⱼ kⱼ.
     #[inline(always)]
     fn state_at<const I: usize>(&self, from: &Point<T, N>, step: T) -> SVector<T, N> {
@@ -130,9 +120,9 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
 
     /// Evaluates stage I if it belongs to the given range.
     #[inline(always)]
-    fn stage<F: Field<T, N>, const I: usize>(
+    fn stage<const I: usize>(
         &mut self,
-        field: &mut F,
+        field: &mut impl Field<T, N>,
         from: &Point<T, N>,
         step: T,
         stages: Range<usize>,
@@ -202,32 +192,39 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
 impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N>
     for Explicit<B, T, N, S>
 {
+    const ESTIMATES_ERROR: bool = !B::ERROR.is_empty();
+
+    fn new() -> Self {
+        const { assert!(B::WEIGHTS.len() == S && B::TIMES.len() == S && B::STAGES < S) };
+        Self {
+            k: [SVector::zeros(); S],
+            before_end: SVector::zeros(),
+            smoothness: (T::zero(), T::zero()),
+            tableau: PhantomData,
+        }
+    }
+
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
         self.forget();
         point.rate = field.rate(point.time, &point.state);
     }
 
     #[inline]
-    fn attempt<F: Field<T, N>>(
-        &mut self,
-        field: &mut F,
-        from: &Point<T, N>,
-        step: T,
-    ) -> TrialStep<T, N> {
+    fn step(&mut self, field: &mut impl Field<T, N>, from: &Point<T, N>, h: T) -> TrialStep<T, N> {
         self.k[0] = from.rate;
-        for_each_stage!(self.stage(field, from, step, 1..B::STAGES));
+        for_each_stage!(self.stage(field, from, h, 1..B::STAGES));
         let mut state: SVector<T, N> = combine!(self.k, row(B::WEIGHTS, B::STAGES));
         for i in 0..N {
-            state[i] = from.state[i] + step * state[i];
+            state[i] = from.state[i] + h * state[i];
         }
         if B::ERROR.len() > B::STAGES {
-            self.k[B::STAGES] = field.rate(from.time + step, &state);
+            self.k[B::STAGES] = field.rate(from.time + h, &state);
         }
-        let fine = combine!(self.k, B::ERROR) * step;
+        let fine = combine!(self.k, B::ERROR) * h;
         let (mut error, mut coarse_error) = (fine, None);
         if !B::COARSE_ERROR.is_empty() {
-            let coarse = combine!(self.k, B::COARSE_ERROR) * step;
-            error = self.likely(fine, &coarse, &from.scale, step);
+            let coarse = combine!(self.k, B::COARSE_ERROR) * h;
+            error = self.likely(fine, &coarse, &from.scale, h);
             coarse_error = Some(coarse);
         }
         TrialStep { state, error, coarse_error, order: B::ERROR_ORDER }
@@ -248,9 +245,6 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
         from: &Point<T, N>,
         end: &Point<T, N>,
     ) -> DenseOutput<T, N> {
-        if B::EXTENSION.is_empty() {
-            return from.cubic_to(end);
-        }
         let step = end.time - from.time;
         for_each_stage!(self.stage(field, from, step, B::STAGES + 1..S));
         let further: [SVector<T, N>; 4] = [
@@ -259,7 +253,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
             combine!(self.k, row(B::EXTENSION, 2)) * step,
             combine!(self.k, row(B::EXTENSION, 3)) * step,
         ];
-        let own = from.cubic_with(end, further, B::EXTENSION.len());
+        let own = from.cubic_to(end).with(&further[..B::EXTENSION.len()]);
         // A stage that serves the dense output alone may hit the pole beyond a reversal.
         if own.is_finite() { own } else { from.cubic_to(end) }
     }

@@ -63,7 +63,6 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     Integration<'a, T, S, M, N, K>
 {
     pub(super) fn new(
-        method: &M,
         settings: Settings<T, N>,
         system: &'a S,
         (start_time, end_time): (T, T),
@@ -72,7 +71,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         let rate = SVector::zeros();
         let mut run = Self {
             system,
-            stepper: method.stepper(),
+            stepper: M::Stepper::new(),
             walk: Walk::new(settings.pace, (start_time, end_time)),
             point: Point { time: start_time, state, rate, scale: settings.scale(&state) },
             settings,
@@ -85,7 +84,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
                 end_time: start_time,
                 whole: T::zero(),
                 end: state,
-                dense_output: DenseOutput::new(state, [SVector::zeros(); 7], 0),
+                dense_output: DenseOutput::new(state, &[]),
                 reversal_at_start: None,
                 reversal: None,
             },
@@ -305,7 +304,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     #[inline]
     fn attempt(&mut self, step: T, window: Window<T>) -> TrialStep<T, N> {
         let (stepper, mut field, from) = self.parts(window);
-        stepper.attempt(&mut field, from, step)
+        stepper.step(&mut field, from, step)
     }
 
     /// The end of a trial step with the rate there, or nothing if one of them is not finite and the

@@ -55,23 +55,12 @@ struct Trial<'a, T: Scalar, const N: usize> {
     from: &'a Point<T, N>,
     step: T,
     per_step: T,
-    matrix: Factors<T, N>,
+    factors: SMatrix<T, N, N>,
     /// The state at which the last stage was evaluated.
     state: SVector<T, N>,
 }
 
 impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Rosenbrock<B, T, N, S> {
-    pub(super) fn new() -> Self {
-        const { assert!(B::COUPLING.len() == S && B::TIMES.len() == S && S <= 8) };
-        const { assert!(B::EXTENSION.len() < 4) };
-        let unknown = Linearisation {
-            rate: SVector::zeros(),
-            by_state: SMatrix::zeros(),
-            by_time: SVector::zeros(),
-        };
-        Self { u: [SVector::zeros(); S], at_start: unknown, at_end: unknown, tableau: PhantomData }
-    }
-
     /// The Jacobian where the next step starts.
     pub(super) fn jacobian(&self) -> &SMatrix<T, N, N> {
         &self.at_start.by_state
@@ -79,7 +68,7 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Rosenbrock
 
     /// Solves for stage I, if the method has it.
     #[inline(always)]
-    fn stage<F: Field<T, N>, const I: usize>(&mut self, field: &mut F, trial: &mut Trial<T, N>) {
+    fn stage<const I: usize>(&mut self, field: &mut impl Field<T, N>, trial: &mut Trial<T, N>) {
         if I >= S {
             return;
         }
@@ -95,30 +84,34 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Rosenbrock
         if weight != 0.0 {
             right += self.at_start.by_time * (trial.step * lit(weight));
         }
-        self.u[I] = trial.matrix.solve(right);
+        self.u[I] = solution(&trial.factors, right);
     }
 }
 
 impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N>
     for Rosenbrock<B, T, N, S>
 {
+    fn new() -> Self {
+        const { assert!(B::COUPLING.len() == S && B::TIMES.len() == S && S <= 8) };
+        const { assert!(B::EXTENSION.len() < 4) };
+        let (zero, by_state) = (SVector::zeros(), SMatrix::zeros());
+        let unknown = Linearisation { rate: zero, by_state, by_time: zero };
+        Self { u: [zero; S], at_start: unknown, at_end: unknown, tableau: PhantomData }
+    }
+
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
         self.at_start = field.linearised(point.time, &point.state);
         point.rate = self.at_start.rate;
     }
 
     #[inline(always)]
-    fn attempt<F: Field<T, N>>(
-        &mut self,
-        field: &mut F,
-        from: &Point<T, N>,
-        step: T,
-    ) -> TrialStep<T, N> {
-        let per_step = T::one() / step;
-        let matrix = Factors::of_shifted(self.jacobian(), per_step / lit(B::GAMMA));
+    fn step(&mut self, field: &mut impl Field<T, N>, from: &Point<T, N>, h: T) -> TrialStep<T, N> {
+        let per_step = T::one() / h;
+        let factors = factorised(self.jacobian(), per_step / lit(B::GAMMA));
         let first: T = lit(const { entry(B::TIME_WEIGHTS, 0) });
-        self.u[0] = matrix.solve(self.at_start.rate + self.at_start.by_time * (step * first));
-        let mut trial = Trial { from, step, per_step, matrix, state: from.state };
+        let right = self.at_start.rate + self.at_start.by_time * (h * first);
+        self.u[0] = solution(&factors, right);
+        let mut trial = Trial { from, step: h, per_step, factors, state: from.state };
         for_each_stage!(self.stage(field, &mut trial));
         let error = self.u[S - 1];
         let state = trial.state + error;
@@ -137,17 +130,13 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T,
         from: &Point<T, N>,
         end: &Point<T, N>,
     ) -> DenseOutput<T, N> {
-        let zero = SVector::zeros();
         let terms = [
             end.state - from.state,
             combine!(self.u, row(B::EXTENSION, 0)),
             combine!(self.u, row(B::EXTENSION, 1)),
             combine!(self.u, row(B::EXTENSION, 2)),
-            zero,
-            zero,
-            zero,
         ];
-        DenseOutput::new(from.state, terms, 1 + B::EXTENSION.len())
+        DenseOutput::new(from.state, &terms[..=B::EXTENSION.len()])
     }
 
     #[inline]
@@ -160,58 +149,60 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T,
 /// A pivot is refused if cancellation leaves less than this part of its terms.
 const WORN: f64 = 1e-4;
 
-/// The factors of sI − J, eliminated in the order of the states.
+/// The factors of sI − J, eliminated in the order of the states: below the diagonal the
+/// multipliers, on it the reciprocal pivots.
 ///
 /// Rows are not exchanged: a pivot vanishes only where the first few states alone, the others held,
 /// would grow by about e⁴ within the step. Such a step is not accurate: the result is NaN, and the
 /// driver tries a shorter one.
-struct Factors<T: Scalar, const N: usize> {
-    /// Below the diagonal the multipliers, on it the reciprocal pivots.
-    lu: SMatrix<T, N, N>,
+#[inline(always)]
+fn factorised<T: Scalar, const N: usize>(
+    jacobian: &SMatrix<T, N, N>,
+    shift: T,
+) -> SMatrix<T, N, N> {
+    let mut lu = -jacobian;
+    for i in 0..N {
+        lu[(i, i)] += shift;
+    }
+    for k in 0..N {
+        let before = shift.abs() + jacobian[(k, k)].abs();
+        let pivot = lu[(k, k)];
+        let sound = pivot.abs() > before * lit(WORN);
+        let inverse = if sound { T::one() / pivot } else { nan() };
+        lu[(k, k)] = inverse;
+        for i in k + 1..N {
+            let multiplier = lu[(i, k)] * inverse;
+            lu[(i, k)] = multiplier;
+            for j in k + 1..N {
+                let row = lu[(k, j)];
+                lu[(i, j)] -= multiplier * row;
+            }
+        }
+    }
+    lu
 }
 
-impl<T: Scalar, const N: usize> Factors<T, N> {
-    #[inline(always)]
-    fn of_shifted(jacobian: &SMatrix<T, N, N>, shift: T) -> Self {
-        let mut lu = -jacobian;
-        for i in 0..N {
-            lu[(i, i)] += shift;
+/// Solves (sI − J) x = right by the factors.
+#[inline(always)]
+fn solution<T: Scalar, const N: usize>(
+    lu: &SMatrix<T, N, N>,
+    right: SVector<T, N>,
+) -> SVector<T, N> {
+    let mut x = right;
+    for i in 1..N {
+        for j in 0..i {
+            let below = x[j];
+            x[i] -= lu[(i, j)] * below;
         }
-        for k in 0..N {
-            let before = shift.abs() + jacobian[(k, k)].abs();
-            let pivot = lu[(k, k)];
-            let sound = pivot.abs() > before * lit(WORN);
-            let inverse = if sound { T::one() / pivot } else { nan() };
-            lu[(k, k)] = inverse;
-            for i in k + 1..N {
-                let multiplier = lu[(i, k)] * inverse;
-                lu[(i, k)] = multiplier;
-                for j in k + 1..N {
-                    let row = lu[(k, j)];
-                    lu[(i, j)] -= multiplier * row;
-                }
-            }
-        }
-        Self { lu }
     }
-
-    #[inline(always)]
-    fn solve(&self, mut x: SVector<T, N>) -> SVector<T, N> {
-        for i in 1..N {
-            for j in 0..i {
-                let below = x[j];
-                x[i] -= self.lu[(i, j)] * below;
-            }
+    for i in (0..N).rev() {
+        for j in i + 1..N {
+            let above = x[j];
+            x[i] -= lu[(i, j)] * above;
         }
-        for i in (0..N).rev() {
-            for j in i + 1..N {
-                let above = x[j];
-                x[i] -= self.lu[(i, j)] * above;
-            }
-            x[i] *= self.lu[(i, i)];
-        }
-        x
+        x[i] *= lu[(i, i)];
     }
+    x
 }
 
 /// The laws that every tableau keeps, whatever its order.

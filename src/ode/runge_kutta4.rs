@@ -21,11 +21,6 @@ pub struct RungeKutta4;
 
 impl<T: Scalar, const N: usize> OneStep<T, N> for RungeKutta4 {
     type Stepper = Explicit<Self, T, N, 5>;
-    const ESTIMATES_ERROR: bool = false;
-
-    fn stepper(&self) -> Self::Stepper {
-        Explicit::new()
-    }
 }
 
 impl ExplicitTableau for RungeKutta4 {

@@ -9,7 +9,7 @@ use super::event::{Event, Occurrence};
 use super::failure::Failure;
 use super::integration::Integration;
 use super::step::Step;
-use super::stepper::Method;
+use super::stepper::{Method, Stepper};
 use super::walk::Pace;
 use super::{Automatic, Statistics, System, Tolerances};
 use crate::Scalar;
@@ -54,7 +54,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// [`RungeKutta4`](super::RungeKutta4) has no error estimate, and does not compile here.
     pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
-        const { assert!(M::ESTIMATES_ERROR, "the method has no error estimate") };
+        const { assert!(M::Stepper::ESTIMATES_ERROR, "the method has no error estimate") };
         let (pace, tolerances) = (Pace::adaptive(), Some(tolerances));
         Self { method, settings: Settings { pace, tolerances, locks: true } }
     }
@@ -137,7 +137,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
             parameter::component(index, checked).map_err(refuse)?;
         }
         let span = (span.start, span.end);
-        Integration::new(&self.method, self.settings, system, span, initial_state)
+        Integration::new(self.settings, system, span, initial_state)
     }
 
     /// Runs over a time span \[s\], handing every step and every event to an observer.

@@ -100,14 +100,14 @@ mod tests {
         let chord = value(b) - value(a);
         let from_start = 2.0 * slope(a) - chord;
         let from_end = chord - 2.0 * slope(b) - from_start;
-        let terms = [chord, from_start, from_end, 0.25 * 2f64.powi(4), 0.0, 0.0, 0.0];
+        let terms = [chord, from_start, from_end, 0.25 * 2f64.powi(4)];
         let start = Vector1::new(value(a));
         let step = Step {
             start_time: a,
             end_time: b,
             whole: b - a,
             end: Vector1::new(value(b)),
-            dense_output: DenseOutput::new(start, terms.map(Vector1::new), 4),
+            dense_output: DenseOutput::new(start, &terms.map(Vector1::new)),
             reversal_at_start: None,
             reversal: None,
         };

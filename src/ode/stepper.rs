@@ -35,19 +35,11 @@ impl<T: Scalar, const N: usize> Point<T, N> {
     /// The cubic through this point and another with the rates at both.
     #[inline]
     pub(super) fn cubic_to(&self, end: &Self) -> DenseOutput<T, N> {
-        self.cubic_with(end, [SVector::zeros(); 4], 0)
-    }
-
-    /// That cubic with the first few of some further terms of the dense output.
-    #[inline]
-    pub(super) fn cubic_with(
-        &self,
-        end: &Self,
-        further: [SVector<T, N>; 4],
-        count: usize,
-    ) -> DenseOutput<T, N> {
-        let (states, rates) = ([&self.state, &end.state], [&self.rate, &end.rate]);
-        DenseOutput::hermite(states, rates, end.time - self.time, further, count)
+        let step = end.time - self.time;
+        let chord = end.state - self.state;
+        let from_start = self.rate * step - chord;
+        let from_end = chord - end.rate * step - from_start;
+        DenseOutput::new(self.state, &[chord, from_start, from_end])
     }
 }
 
@@ -66,17 +58,18 @@ pub(crate) struct TrialStep<T, const N: usize> {
 
 /// A one-step method at work: its stages, and what one step passes on to the next.
 pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
+    /// Whether the method estimates its local error, so that the driver can choose the step.
+    const ESTIMATES_ERROR: bool = true;
+
+    /// The method at the start of a run.
+    fn new() -> Self;
+
     /// Evaluates the rate, and whatever else the method needs, at a point where a run starts or
     /// continues after a reversal or a kink.
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>);
 
     /// Tries a step of signed length h from a point.
-    fn attempt<F: Field<T, N>>(
-        &mut self,
-        field: &mut F,
-        from: &Point<T, N>,
-        step: T,
-    ) -> TrialStep<T, N>;
+    fn step(&mut self, field: &mut impl Field<T, N>, from: &Point<T, N>, h: T) -> TrialStep<T, N>;
 
     /// Evaluates the rate at the end of a trial step. Another trial from the same start may follow.
     fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>);
@@ -106,10 +99,4 @@ impl<T: Scalar, M: OneStep<T, N>, const N: usize> Method<T, N> for M {}
 pub(crate) trait OneStep<T: Scalar, const N: usize>: Debug + Clone {
     /// What steps with it.
     type Stepper: Stepper<T, N>;
-
-    /// Whether the method estimates its local error, so that the driver can choose the step.
-    const ESTIMATES_ERROR: bool = true;
-
-    /// The method at the start of a run.
-    fn stepper(&self) -> Self::Stepper;
 }
