@@ -127,7 +127,7 @@ fn sweep<M: Method<f64, 1>>(
     for halving in 0..7 {
         // No whole number of steps a period, so that no grid point meets a reversal.
         let step = 1.0 / (FREQUENCY * 51.3) * 0.5f64.powi(halving);
-        let solver = Solver::fixed(method.clone(), step)?;
+        let solver = Solver::fixed(method, step)?;
         let solver = if plain { solver.plain() } else { solver };
         let span = 0.0..PERIODS / FREQUENCY;
         let output = Output::Uniform(samples);

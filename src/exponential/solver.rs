@@ -51,8 +51,9 @@ impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
     /// # Errors
     ///
     /// Refuses a limit that is not positive.
-    pub fn with_largest_step(self, largest: T) -> Result<Self, ParameterError> {
-        Ok(Self { pace: self.pace.with_largest_step(largest)?, ..self })
+    pub fn with_largest_step(mut self, largest: T) -> Result<Self, ParameterError> {
+        self.pace.largest_step = Some(parameter::positive("largest_step", largest)?);
+        Ok(self)
     }
 
     /// A limit on the number of trial steps, 10⁸ if not given.

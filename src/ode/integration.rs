@@ -6,14 +6,13 @@ use nalgebra::SVector;
 use super::dense_output::DenseOutput;
 use super::failure::{Failure, StopReason};
 use super::locked::{Locked, Window};
-use super::rejection::is_finite;
 use super::reversal::{Lock, Reversal, first_reversal, surely_none};
-use super::solver::Settings;
+use super::solver::Solver;
 use super::step::Step;
-use super::stepper::{Method, Point, Stepper, TrialStep};
+use super::stepper::{Field, Method, Point, Stepper, TrialStep};
 use super::walk::{Stop, Trial, Walk};
 use super::{Statistics, System};
-use crate::bounds::larger;
+use crate::bounds::{larger, smaller};
 use crate::scalar::{lit, to_f64};
 use crate::{Branch, Scalar};
 
@@ -45,7 +44,7 @@ const ENDLESS: (u32, f64) = (100, 1e-2);
 pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const K: usize> {
     pub(super) system: &'a S,
     stepper: M::Stepper,
-    pub(super) settings: Settings<T, N>,
+    pub(super) settings: Solver<T, M, N>,
     pub(super) walk: Walk<T>,
     pub(super) point: Point<T, N>,
     pub(super) locks: [Lock<T>; K],
@@ -63,7 +62,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     Integration<'a, T, S, M, N, K>
 {
     pub(super) fn new(
-        settings: Settings<T, N>,
+        settings: Solver<T, M, N>,
         system: &'a S,
         (start_time, end_time): (T, T),
         state: SVector<T, N>,
@@ -205,7 +204,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             let trial = self.walk.trial(self.kinks())?;
             let Trial { step, end_time, stop, reaches } = trial;
             let window = self.window(stop);
-            let Some((end, tried, square)) = self.try_step(step, end_time, window)? else {
+            let Some((end, tried, square)) = self.try_step((step, end_time), window, false)? else {
                 continue;
             };
             let is_clear =
@@ -240,9 +239,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
                     // of its own: that keeps the order of the method.
                     let cut = self.walk.rounded(step * fraction);
                     let cut_time = self.point.time + cut;
-                    let trial = self.attempt(cut, window);
-                    let scale = self.settings.scale(&trial.state);
-                    let Some(end) = self.arrive(cut, cut_time, &trial, scale, window)? else {
+                    let Some((end, ..)) = self.try_step((cut, cut_time), window, true)? else {
                         continue;
                     };
                     let full = needs_dense_output(self.point.time, cut_time);
@@ -267,26 +264,37 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         Ok(false)
     }
 
-    /// Tries a step. Answers with its end, the trial and the mean square of its error over the
-    /// tolerances, or with nothing if it was rejected and the next one shortened.
-    #[inline(always)]
+    /// Tries a step, which may be cut at a reversal: its error is then that of the whole step.
+    /// Answers with its end, the trial and the mean square of its error over the tolerances, or
+    /// with nothing if it was rejected and the next one shortened.
+    #[inline]
     #[allow(clippy::type_complexity, reason = "the three results of one trial")]
     fn try_step(
         &mut self,
-        step: T,
-        end_time: T,
+        (step, end_time): (T, T),
         window: Window<T>,
+        is_cut: bool,
     ) -> Result<Option<(Point<T, N>, TrialStep<T, N>, f64)>, StopReason> {
-        let trial = self.attempt(step, window);
+        let (stepper, mut field, from) = self.parts(window);
+        let trial = stepper.step(&mut field, from, step);
         let scale = self.settings.scale(&trial.state);
-        let square =
-            if is_finite(&trial.state) { self.mean_square(&trial, &scale) } else { f64::NAN };
-        if !(square <= 1.0) {
-            self.shorten(step, &trial, square)?;
-            return Ok(None);
+        let mut square = match is_finite(&trial.state) {
+            true if is_cut => 0.0,
+            true => self.mean_square(&trial, &scale),
+            false => f64::NAN,
+        };
+        if square <= 1.0 {
+            let rate = SVector::zeros();
+            let mut end = Point { time: end_time, state: trial.state, rate, scale };
+            let (stepper, mut field, _) = self.parts(window);
+            stepper.arrive(&mut field, &mut end);
+            if is_finite(&end.rate) {
+                return Ok(Some((end, trial, square)));
+            }
+            square = f64::NAN;
         }
-        let end = self.arrive(step, end_time, &trial, scale, window)?;
-        Ok(end.map(|end| (end, trial, square)))
+        self.shorten(step, &trial, square)?;
+        Ok(None)
     }
 
     /// The smooth stretch from here to a stop. At a kink the inputs answer with what holds just
@@ -299,36 +307,6 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         } else {
             (stop.time, before(self.at_kink, now))
         }
-    }
-
-    #[inline]
-    fn attempt(&mut self, step: T, window: Window<T>) -> TrialStep<T, N> {
-        let (stepper, mut field, from) = self.parts(window);
-        stepper.step(&mut field, from, step)
-    }
-
-    /// The end of a trial step with the rate there, or nothing if one of them is not finite and the
-    /// next trial was shortened.
-    #[inline]
-    fn arrive(
-        &mut self,
-        step: T,
-        end_time: T,
-        trial: &TrialStep<T, N>,
-        scale: SVector<T, N>,
-        window: Window<T>,
-    ) -> Result<Option<Point<T, N>>, StopReason> {
-        let rate = SVector::zeros();
-        let mut end = Point { time: end_time, state: trial.state, rate, scale };
-        if is_finite(&end.state) {
-            let (stepper, mut field, _) = self.parts(window);
-            stepper.arrive(&mut field, &mut end);
-            if is_finite(&end.rate) {
-                return Ok(Some(end));
-            }
-        }
-        self.shorten(step, trial, f64::NAN)?;
-        Ok(None)
     }
 
     /// Mean square of the error of a trial over the tolerances.
@@ -449,5 +427,74 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         self.refresh_locks();
         self.refresh_rate();
         Ok(())
+    }
+
+    /// Shortens the step after a rejected trial, or gives up at the smallest one.
+    #[cold]
+    fn shorten(
+        &mut self,
+        tried: T,
+        trial: &TrialStep<T, N>,
+        square: f64,
+    ) -> Result<(), StopReason> {
+        let can_go_on = self.walk.reject(tried, square, trial.order);
+        if !self.settings.locks && !self.walk.is_adaptive() {
+            // Plain fixed steps have a fixed cost: there is no second trial.
+            if is_finite(&trial.state) {
+                let rate = self.evaluate(self.point.time + tried, &trial.state);
+                return check_finite(&rate);
+            }
+        } else if can_go_on {
+            return Ok(());
+        }
+        self.diagnosis(tried, trial)
+    }
+
+    /// Why no step from the current point succeeds.
+    fn diagnosis(&mut self, tried: T, trial: &TrialStep<T, N>) -> Result<(), StopReason> {
+        // The state that went bad first is the one whose rate did, a tiny step ahead.
+        let Point { time, state, rate, .. } = self.point;
+        let ahead = state + rate * tried;
+        if self.settings.locks {
+            self.velocities(time + tried, &ahead)?;
+        }
+        check_finite(&self.evaluate(time + tried, &ahead))?;
+        if self.walk.statistics.jacobians > 0 {
+            // Or the one whose derivatives did.
+            let end = self.walk.end_time;
+            let (_, mut field, _) = self.parts((smaller(time, end), larger(time, end)));
+            let tangent = field.linearised(time, &state);
+            check_finite(&tangent.by_time)?;
+            for column in tangent.by_state.column_iter() {
+                check_finite(&column.into_owned())?;
+            }
+        }
+        check_finite(&trial.state)?;
+        let contact = self.locks.iter().position(|lock| lock.stalled > 0);
+        Err(contact
+            .map_or(self.walk.too_small(), |contact| StopReason::EndlessReversals { contact }))
+    }
+
+    /// The sliding velocities, all of them finite.
+    pub(super) fn velocities(&self, time: T, state: &SVector<T, N>) -> Result<[T; K], StopReason> {
+        let velocities = self.system.sliding_velocities(time, state);
+        match velocities.iter().position(|velocity| !velocity.is_finite()) {
+            Some(contact) => Err(StopReason::VelocityNotFinite { contact }),
+            None => Ok(velocities),
+        }
+    }
+}
+
+fn is_finite<T: Scalar, const N: usize>(vector: &SVector<T, N>) -> bool {
+    vector.iter().all(|value| value.is_finite())
+}
+
+/// Names the first component that is not finite.
+pub(super) fn check_finite<T: Scalar, const N: usize>(
+    vector: &SVector<T, N>,
+) -> Result<(), StopReason> {
+    match vector.iter().position(|value| !value.is_finite()) {
+        Some(component) => Err(StopReason::NotFinite { component }),
+        None => Ok(()),
     }
 }

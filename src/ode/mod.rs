@@ -37,7 +37,6 @@ mod explicit;
 mod failure;
 mod integration;
 mod locked;
-mod rejection;
 mod reversal;
 mod rodas4;
 mod rodas5p;

@@ -16,27 +16,6 @@ use crate::Scalar;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{lit, to_f64};
 
-/// How a run chooses its steps.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Settings<T: Scalar, const N: usize> {
-    pub(super) pace: Pace<T>,
-    /// None for fixed steps.
-    pub(super) tolerances: Option<Tolerances<T, N>>,
-    /// Whether sliding directions are locked, and steps split at reversals and input kinks.
-    pub(super) locks: bool,
-}
-
-impl<T: Scalar, const N: usize> Settings<T, N> {
-    /// The error of each state that is allowed where it is found.
-    #[inline]
-    pub(super) fn scale(&self, state: &SVector<T, N>) -> SVector<T, N> {
-        match &self.tolerances {
-            Some(tolerances) => tolerances.at(state),
-            None => SVector::repeat(T::one()),
-        }
-    }
-}
-
 /// A method with its step control.
 ///
 /// Forward and backward in time (a span whose end lies before its start; a relaxing bristle grows
@@ -46,7 +25,11 @@ impl<T: Scalar, const N: usize> Settings<T, N> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solver<T: Scalar, M, const N: usize> {
     method: M,
-    settings: Settings<T, N>,
+    pub(super) pace: Pace<T>,
+    /// None for fixed steps.
+    pub(super) tolerances: Option<Tolerances<T, N>>,
+    /// Whether sliding directions are locked, and steps split at reversals and input kinks.
+    pub(super) locks: bool,
 }
 
 impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
@@ -55,8 +38,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// [`RungeKutta4`](super::RungeKutta4) has no error estimate, and does not compile here.
     pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
         const { assert!(M::Stepper::ESTIMATES_ERROR, "the method has no error estimate") };
-        let (pace, tolerances) = (Pace::adaptive(), Some(tolerances));
-        Self { method, settings: Settings { pace, tolerances, locks: true } }
+        Self { method, pace: Pace::adaptive(), tolerances: Some(tolerances), locks: true }
     }
 
     /// Steps of a fixed length h \[s\], each split where a sliding direction reverses or an input
@@ -69,13 +51,21 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// Refuses a step that is not positive.
     pub fn fixed(method: M, step: T) -> Result<Self, ParameterError> {
-        let pace = Pace::fixed(step)?;
-        Ok(Self { method, settings: Settings { pace, tolerances: None, locks: true } })
+        Ok(Self { method, pace: Pace::fixed(step)?, tolerances: None, locks: true })
+    }
+
+    /// The error of each state that is allowed where it is found.
+    #[inline]
+    pub(super) fn scale(&self, state: &SVector<T, N>) -> SVector<T, N> {
+        match &self.tolerances {
+            Some(tolerances) => tolerances.at(state),
+            None => SVector::repeat(T::one()),
+        }
     }
 
     /// The length of a fixed step \[s\].
     pub(crate) fn fixed_step(&self) -> Option<T> {
-        self.settings.pace.fixed_step
+        self.pace.fixed_step
     }
 
     /// The method.
@@ -87,7 +77,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// each then costs the same; the kinks cost accuracy, down to first or second order.
     #[must_use]
     pub fn plain(self) -> Self {
-        Self { settings: Settings { locks: false, ..self.settings }, ..self }
+        Self { locks: false, ..self }
     }
 
     /// A limit on the length of adaptive steps \[s\]. Fixed steps ignore it.
@@ -96,7 +86,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// Refuses a limit that is not positive.
     pub fn with_largest_step(mut self, largest: T) -> Result<Self, ParameterError> {
-        self.settings.pace = self.settings.pace.with_largest_step(largest)?;
+        self.pace.largest_step = Some(parameter::positive("largest_step", largest)?);
         Ok(self)
     }
 
@@ -106,14 +96,14 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// Refuses a step that is not positive.
     pub fn with_first_step(mut self, first: T) -> Result<Self, ParameterError> {
-        self.settings.pace = self.settings.pace.with_first_step(first)?;
+        self.pace.first_step = Some(parameter::positive("first_step", first)?);
         Ok(self)
     }
 
     /// A limit on the number of trial steps, 10⁸ if not given.
     #[must_use]
     pub fn with_most_steps(mut self, most: u64) -> Self {
-        self.settings.pace.most_steps = most;
+        self.pace.most_steps = most;
         self
     }
 
@@ -137,7 +127,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
             parameter::component(index, checked).map_err(refuse)?;
         }
         let span = (span.start, span.end);
-        Integration::new(self.settings, system, span, initial_state)
+        Integration::new(*self, system, span, initial_state)
     }
 
     /// Runs over a time span \[s\], handing every step and every event to an observer.

@@ -5,8 +5,7 @@ use nalgebra::SVector;
 use super::System;
 use super::controller::rough_power;
 use super::failure::StopReason;
-use super::integration::Integration;
-use super::rejection::check_finite;
+use super::integration::{Integration, check_finite};
 use super::stepper::{Method, Point};
 use crate::bounds::{larger, smaller};
 use crate::scalar::{is_zero, lit, to_f64};
@@ -39,27 +38,26 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
 
     /// Locks each contact to the direction in which it slides, or is about to.
     fn choose_branches(&mut self) -> Result<(), StopReason> {
-        let Point { time, state, rate, .. } = self.point;
+        let Point { mut time, mut state, mut rate, .. } = self.point;
         let later = self.walk.length() * self.walk.direction() * lit(1e-3);
-        let next = state + rate * later;
-        let now = self.system.sliding_velocities(time, &state);
-        if let Some(contact) = now.iter().position(|velocity| !velocity.is_finite()) {
-            return Err(StopReason::VelocityNotFinite { contact });
-        }
-        // Without a velocity, the one a little later tells the direction.
-        let mut soon = self.system.sliding_velocities(time + later, &next);
-        if now.iter().zip(&soon).any(|(&now, &soon)| is_zero(now) && is_zero(soon)) {
-            // Without an acceleration, the one a little later does.
-            let rate = self.evaluate(time + later, &next);
-            let then = self.system.sliding_velocities(time + later + later, &(next + rate * later));
-            for (soon, then) in soon.iter_mut().zip(then) {
-                if is_zero(*soon) {
-                    *soon = then;
-                }
+        let mut velocities = self.velocities(time, &state)?;
+        // Without a velocity, the one a little later tells the direction; without an acceleration,
+        // the one after that.
+        for attempt in 0..2 {
+            if !velocities.iter().any(|&velocity| is_zero(velocity)) {
+                break;
+            }
+            if attempt > 0 {
+                rate = self.evaluate(time, &state);
+            }
+            (time, state) = (time + later, state + rate * later);
+            let soon = self.system.sliding_velocities(time, &state);
+            for (velocity, soon) in velocities.iter_mut().zip(soon) {
+                *velocity = if is_zero(*velocity) { soon } else { *velocity };
             }
         }
-        for ((lock, now), soon) in self.locks.iter_mut().zip(now).zip(soon) {
-            lock.branch = match Branch::towards(if is_zero(now) { soon } else { now }) {
+        for (lock, velocity) in self.locks.iter_mut().zip(velocities) {
+            lock.branch = match Branch::towards(velocity) {
                 Branch::Free => Branch::Forward,
                 branch => branch,
             };

@@ -96,7 +96,7 @@ pub trait Method<T: Scalar, const N: usize>: OneStep<T, N> {}
 impl<T: Scalar, M: OneStep<T, N>, const N: usize> Method<T, N> for M {}
 
 /// What the driver asks of a method.
-pub(crate) trait OneStep<T: Scalar, const N: usize>: Debug + Clone {
+pub(crate) trait OneStep<T: Scalar, const N: usize>: Debug + Copy {
     /// What steps with it.
     type Stepper: Stepper<T, N>;
 }

@@ -21,9 +21,9 @@ pub(crate) struct Pace<T> {
     /// The length of all steps \[s\]; chosen by the error if there is none.
     pub(crate) fixed_step: Option<T>,
     /// The length of the first adaptive step \[s\]; estimated if there is none.
-    first_step: Option<T>,
+    pub(crate) first_step: Option<T>,
     /// A limit of adaptive steps \[s\].
-    largest_step: Option<T>,
+    pub(crate) largest_step: Option<T>,
     pub(crate) most_steps: u64,
 }
 
@@ -34,20 +34,6 @@ impl<T: Scalar> Pace<T> {
 
     pub(crate) fn fixed(step: T) -> Result<Self, ParameterError> {
         Ok(Self { fixed_step: Some(parameter::positive("step", step)?), ..Self::adaptive() })
-    }
-
-    pub(crate) fn with_largest_step(self, limit: T) -> Result<Self, ParameterError> {
-        let limit = parameter::positive("largest_step", limit)?;
-        Ok(Self { largest_step: self.if_adaptive(limit), ..self })
-    }
-
-    pub(crate) fn with_first_step(self, step: T) -> Result<Self, ParameterError> {
-        let step = parameter::positive("first_step", step)?;
-        Ok(Self { first_step: self.if_adaptive(step), ..self })
-    }
-
-    fn if_adaptive(&self, length: T) -> Option<T> {
-        if self.fixed_step.is_none() { Some(length) } else { None }
     }
 }
 
@@ -286,7 +272,7 @@ impl<T: Scalar> Walk<T> {
     pub(crate) fn propose(&mut self, length: Option<T>) {
         let Some(length) = length else { return };
         self.length = match self.pace.largest_step {
-            Some(largest) => smaller(length, largest),
+            Some(largest) if self.is_adaptive() => smaller(length, largest),
             _ => length,
         };
     }

@@ -75,7 +75,7 @@ fn dahl_errors<M: bristle::ode::Method<f64, 1>>(
     (0..=halvings)
         .map(|k| {
             let step = if order > 6.0 { 0.2 } else { 0.05 } / 2f64.powi(k);
-            let solver = Solver::fixed(method.clone(), step).unwrap();
+            let solver = Solver::fixed(*method, step).unwrap();
             let solver = if locked { solver } else { solver.plain() };
             let run = solver.solve(&bristle, 0.0..SPAN, Vector1::new(0.0), output).unwrap();
             let error = run.iter().map(|(t, z)| (z[0] - SWING.deflection(t)).abs());

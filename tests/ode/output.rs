@@ -401,7 +401,10 @@ fn a_first_step_is_taken_as_given() {
 fn what_is_only_for_adaptive_steps_does_not_touch_fixed_ones() {
     let solver = Solver::<f64, _, 2>::fixed(RungeKutta4, 0.25).unwrap();
     let limited = solver.with_largest_step(0.1).unwrap().with_first_step(0.01).unwrap();
-    assert_eq!(solver, limited);
+    let run = |solver: Solver<f64, RungeKutta4, 2>| {
+        solver.solve(&Oscillator, 0.0..3.0, Oscillator::exact(0.0), Output::Steps).unwrap()
+    };
+    assert_eq!(run(solver), run(limited));
 }
 
 /// A system whose right-hand side depends on time alone and is known to the last digit.

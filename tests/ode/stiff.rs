@@ -44,7 +44,7 @@ fn stiff_errors<M: Method<f64, 1>>(method: M, rate: f64) -> Vec<(f64, f64)> {
     let step = |halving: i32| 0.2 * 0.5f64.powi(halving);
     (0..4)
         .map(|halving| {
-            let solver = Solver::fixed(method.clone(), step(halving)).unwrap();
+            let solver = Solver::fixed(method, step(halving)).unwrap();
             let run = solver.solve(&Stiff { rate }, 0.0..10.0, Vector1::new(1.0), Output::Steps);
             let run = run.unwrap();
             let error = run.iter().map(|(t, x)| (x[0] - t.cos()).abs()).fold(0.0, f64::max);
