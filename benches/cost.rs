@@ -18,7 +18,7 @@ use bristle::ode::{
 };
 use bristle::rheology::{
     GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters,
-    MaxwellArm, Zener, ZenerParameters,
+    MaxwellArm, ZenerParameters,
 };
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::{
@@ -95,7 +95,7 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
         linear.rate_by_velocity + linear.coefficient_by_velocity
     });
     one(c, "exact step, FrBD", &|v| frbd.affine(v.into(), z).hold(v, z, h).mean_coefficient);
-    if let Ok(bristle) = Zener::new(ZenerParameters {
+    if let Ok(bristle) = GeneralisedMaxwell::zener(ZenerParameters {
         static_stiffness: t(1e4),
         relaxing_stiffness: t(2e4),
         series_damping: t(100.0),

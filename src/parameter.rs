@@ -13,9 +13,10 @@ use crate::scalar::{Scalar, lit, to_f64};
 /// Why a parameter was refused: its name, its value and the rule it breaks.
 ///
 /// ```
-/// use bristle::rheology::{Spring, SpringParameters};
+/// use bristle::{Dahl, DahlParameters};
 ///
-/// let refused = Spring::new(SpringParameters { micro_stiffness: -3.0 }).unwrap_err();
+/// let parameters = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: -3.0 };
+/// let refused = Dahl::new(parameters).unwrap_err();
 /// assert_eq!(
 ///     refused.to_string(),
 ///     "micro_stiffness is -3, but must lie between 1e-100 and 1e100"

@@ -14,7 +14,7 @@ use bristle::curve::{
     Coulomb, CoulombParameters, RationalStribeck, RationalStribeckParameters, Stribeck,
     StribeckParameters,
 };
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Spring, SpringParameters};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, Dahl, DahlParameters, FrBd, Scalar};
 use common::draw::Draw;
 use common::lit;
@@ -150,7 +150,11 @@ fn every_model<T: Real>(task: &impl Task<T>) {
         viscous_friction: lit(0.2),
     })
     .unwrap();
-    let spring = Spring::new(SpringParameters { micro_stiffness: lit(3e3) }).unwrap();
+    let spring = KelvinVoigt::new(KelvinVoigtParameters {
+        micro_stiffness: lit(3e3),
+        micro_damping: lit(0.0),
+    })
+    .unwrap();
     let dahl = DahlParameters { dynamic_coefficient: lit(0.5), micro_stiffness: lit(1e4) };
     task.does(friction());
     task.does(FrBd::new(stribeck(1.0), kelvin_voigt()));
@@ -445,7 +449,9 @@ fn the_deflection_is_cut_to_its_limit_only_when_the_velocity_was_mispredicted() 
 
 #[test]
 fn a_step_of_no_length_changes_no_deflection() {
-    let spring = Spring::new(SpringParameters { micro_stiffness: 1e4 }).unwrap();
+    let spring =
+        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 0.0 })
+            .unwrap();
     // Without damping κ = σ1 + h σ0/2 is zero too.
     let batch = Batch::of(&FrBd::new(stribeck(2.0), spring)).unwrap();
     let mut run = Run::<f64>::random(40);

@@ -6,7 +6,7 @@ use super::BatchError;
 use super::real::Real;
 use crate::curve::{Coulomb, RationalStribeck, Stribeck, Valley};
 use crate::parameter::{self, ParameterError, Rule};
-use crate::rheology::{KelvinVoigt, Rheology, Spring};
+use crate::rheology::{KelvinVoigt, Rheology};
 use crate::scalar::lit;
 use crate::{Dahl, FrBd, Sliding};
 
@@ -116,7 +116,7 @@ impl<T: Real> Material<T> {
 }
 
 /// A model that all bristles of a batch can share: [`FrBd`] of a [`Coulomb`], [`Stribeck`]
-/// (exponent 1 or 2) or [`RationalStribeck`] curve and a [`Spring`] or constant [`KelvinVoigt`]
+/// (exponent 1 or 2) or [`RationalStribeck`] curve and a constant [`KelvinVoigt`]
 /// bristle, or [`Dahl`].
 pub trait Uniform<T>: sealed::Model<T> {}
 
@@ -137,7 +137,6 @@ pub(super) mod sealed {
     pub trait Constant {}
 }
 
-impl<T> sealed::Constant for Spring<T> {}
 impl<T> sealed::Constant for KelvinVoigt<T> {}
 
 impl<T: Real> sealed::Curve<T> for Stribeck<T> {

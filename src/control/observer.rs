@@ -87,7 +87,7 @@
 use super::output::{Compensation, Output, OutputParameters};
 use super::velocity_from_position::{VelocityFromPosition, VelocityFromPositionParameters, along};
 use crate::parameter::{self, ParameterError};
-use crate::rheology::{Deflection, HeldWeights, KelvinVoigt, Spring};
+use crate::rheology::{Deflection, HeldWeights, KelvinVoigt};
 use crate::scalar::{lit, unlimited};
 use crate::{Affine, Bristle, Contact, Dahl, FrBd, Law, LuGre, Scalar};
 
@@ -157,7 +157,6 @@ mod sealed {
 }
 
 impl<T, C, E> sealed::Linear for FrBd<C, KelvinVoigt<T>, E> {}
-impl<T, C, E> sealed::Linear for FrBd<C, Spring<T>, E> {}
 impl<T, C, E> sealed::Linear for LuGre<C, KelvinVoigt<T>, E, T> {}
 impl<T> sealed::Linear for Dahl<T> {}
 

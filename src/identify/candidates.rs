@@ -116,7 +116,7 @@ impl Candidate<6> for FrBdFit {
 ///
 /// The bristle is a [`GeneralisedMaxwell`] one: a spring σ0, an arm of stiffness K₁ and relaxation
 /// time τ, and a damper σ1. Nine parameters: those of [`FrBdFit`], then K₁, τ and the offset. With
-/// σ1 at its lower bound, zero, the bristle is a [`Zener`](crate::rheology::Zener) one.
+/// σ1 at its lower bound, zero, the bristle is a [Zener](crate::rheology::GeneralisedMaxwell::zener) one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MaxwellFit;
 

@@ -35,45 +35,23 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::modes::{Pole, root};
-use super::{ElementBounds, Elements, GeneralisedMaxwell, MaxwellArm};
+use super::{ElementBounds, Elements, GeneralisedMaxwell, KelvinVoigtParameters, MaxwellArm};
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Rheology;
 use crate::scalar::is_zero;
 use crate::{Scalar, Sliding};
 
-/// One element of a [`GeneralisedKelvinVoigt`] bristle: a spring, and a dashpot beside it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct KelvinVoigtElement<T> {
-    /// Normalised stiffness Kⱼ [1/m], positive.
-    pub stiffness: T,
-    /// Normalised damping ηⱼ [s/m], positive; zero makes a spring alone.
-    #[doc(alias = "eta")]
-    pub damping: T,
-}
-
-/// Parameters of [`GeneralisedKelvinVoigt`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GeneralisedKelvinVoigtParameters<T, const N: usize> {
-    /// The elements, at least one, with increasing retardation times ηⱼ/Kⱼ. (Two with equal times
-    /// are one element: their compliances add up.)
-    pub elements: [KelvinVoigtElement<T>; N],
-}
-
 /// Springs in a row, each with a dashpot beside it; the first may be a spring alone.
 ///
 /// ```
-/// use bristle::rheology::{
-///     GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, KelvinVoigtElement, Rheology,
-/// };
+/// use bristle::rheology::{GeneralisedKelvinVoigt, KelvinVoigtParameters, Rheology};
 ///
 /// // Springs at once by 1/20 000 m per unit of F/p, and as much again with 10 ms.
-/// let bristle = GeneralisedKelvinVoigt::new(GeneralisedKelvinVoigtParameters {
-///     elements: [
-///         KelvinVoigtElement { stiffness: 2e4, damping: 0.0 },
-///         KelvinVoigtElement { stiffness: 2e4, damping: 200.0 },
-///     ],
-/// })?;
+/// let bristle = GeneralisedKelvinVoigt::new([
+///     KelvinVoigtParameters { micro_stiffness: 2e4, micro_damping: 0.0 },
+///     KelvinVoigtParameters { micro_stiffness: 2e4, micro_damping: 200.0 },
+/// ])?;
 /// // That is a Zener bristle of 10 000/m and 10 000/m.
 /// assert!((bristle.storage_stiffness() - nalgebra::Vector2::repeat(1e4)).amax() < 1e-9);
 /// assert!((bristle.complex_modulus(0.0_f64).re - 1e4).abs() < 1e-9);
@@ -81,63 +59,64 @@ pub struct GeneralisedKelvinVoigtParameters<T, const N: usize> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GeneralisedKelvinVoigt<T: Scalar, const N: usize> {
-    elements: [KelvinVoigtElement<T>; N],
     maxwell: GeneralisedMaxwell<T, N>,
     /// 1/(Kⱼ − aᵢηⱼ) in row j, column i.
     compliance: SMatrix<T, N, N>,
 }
 
 impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
-    /// Checks the parameters, and finds the equivalent springs side by side.
+    /// Checks the elements, at least one, with increasing retardation times ηⱼ/Kⱼ, and finds the
+    /// equivalent springs side by side. (Two with equal times are one element: their compliances
+    /// add up.)
     ///
     /// # Errors
     ///
     /// Names the parameter that is out of its range, and the element; refuses a bristle without
     /// elements, retardation times that do not increase, and elements so unlike each other that an
     /// equivalent spring or dashpot would be out of its range.
-    pub fn new(parameters: GeneralisedKelvinVoigtParameters<T, N>) -> Result<Self, ParameterError> {
-        let GeneralisedKelvinVoigtParameters { elements } = parameters;
+    pub fn new(elements: [KelvinVoigtParameters<T, T>; N]) -> Result<Self, ParameterError> {
+        let elements = elements.map(|element| (element.micro_stiffness, element.micro_damping));
         let (zero, one) = (T::zero(), T::one());
         parameter::count("elements", N, 1)?;
         let mut last = None;
-        for (j, element) in elements.iter().enumerate() {
-            parameter::component(j, parameter::positive("elements.stiffness", element.stiffness))?;
-            parameter::component(j, parameter::non_negative("elements.damping", element.damping))?;
+        for (j, &(stiffness, damping)) in elements.iter().enumerate() {
+            parameter::component(j, parameter::positive("micro_stiffness", stiffness))?;
+            parameter::component(j, parameter::non_negative("micro_damping", damping))?;
             // Behind the first element it must be positive, too: the times increase.
-            let time = element.damping / element.stiffness;
+            let time = damping / stiffness;
             if let Some(last) = last {
-                let name = "elements' retardation time";
+                let name = "retardation time";
                 parameter::component(j, parameter::increasing(name, time, last))?;
             }
             last = Some(time);
         }
-        let springs = elements.iter().take_while(|element| is_zero(element.damping)).count();
+        let springs = elements.iter().take_while(|element| is_zero(element.1)).count();
         // Retardation rates pⱼ, increasing, of the elements with a dashpot, from the last to the
         // first.
         let damped = N - springs;
         // 1/K = Σ (1/η)/(a − p) with the spring alone, 0 = Σ … without: scaled to rates up to one.
         let mut poles = [Pole { rate: zero, weight: zero }; N];
-        for (pole, element) in poles.iter_mut().zip(elements.iter().rev()).take(damped) {
-            *pole =
-                Pole { rate: element.stiffness / element.damping, weight: one / element.damping };
+        let from_last = elements.iter().rev().take(damped);
+        for (pole, &(stiffness, damping)) in poles.iter_mut().zip(from_last) {
+            *pole = Pole { rate: stiffness / damping, weight: one / damping };
         }
-        let instant = elements.iter().find(|element| is_zero(element.damping));
+        let instant = elements.first().filter(|_| springs > 0).map(|element| element.0);
         let most = |of: fn(&Pole<T>) -> T| poles.iter().fold(zero, |most, p| larger(most, of(p)));
         let unit = most(|pole| pole.rate);
         let (scale, constant) = match instant {
-            Some(spring) => (spring.stiffness / unit, one),
+            Some(stiffness) => (stiffness / unit, one),
             None => (one / most(|pole| pole.weight), zero),
         };
         let scaled = poles.map(|pole| Pole { rate: pole.rate / unit, weight: pole.weight * scale });
 
-        let compliances = elements.iter().fold(zero, |sum, element| sum + one / element.stiffness);
+        let compliances = elements.iter().fold(zero, |sum, element| sum + one / element.0);
         let mut arms = [MaxwellArm { stiffness: one / compliances, series_damping: None }; N];
         let mut compliance = SMatrix::<T, N, N>::zeros();
         // Element by element, in one column for each arm.
         let mut columns = compliance.column_iter_mut();
         if let Some(mut column) = columns.next() {
             for (compliance, element) in column.iter_mut().zip(&elements) {
-                *compliance = one / element.stiffness;
+                *compliance = one / element.0;
             }
         }
         // One root for each arm but the static one.
@@ -146,8 +125,8 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
             let root = root(scaled.get(..damped).unwrap_or_default(), constant, index);
             let decay = root.value() * unit;
             let mut slope = zero;
-            if let (Some(spring), Some(first)) = (instant, column.iter_mut().next()) {
-                *first = one / spring.stiffness;
+            if let (Some(stiffness), Some(first)) = (instant, column.iter_mut().next()) {
+                *first = one / stiffness;
             }
             let of_poles = scaled.iter().zip(&poles).zip(column.iter_mut().rev());
             for ((scaled, pole), compliance) in of_poles.take(damped) {
@@ -166,15 +145,10 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
         let damping = if instant.is_some() {
             zero
         } else {
-            one / elements.iter().fold(zero, |sum, element| sum + one / element.damping)
+            one / elements.iter().fold(zero, |sum, element| sum + one / element.1)
         };
         let maxwell = GeneralisedMaxwell::from_parts(arms, damping);
-        Ok(Self { elements, maxwell, compliance })
-    }
-
-    /// The parameters.
-    pub fn parameters(&self) -> GeneralisedKelvinVoigtParameters<T, N> {
-        GeneralisedKelvinVoigtParameters { elements: self.elements }
+        Ok(Self { maxwell, compliance })
     }
 
     /// The equivalent bristle of springs side by side, the static one first.

@@ -1,4 +1,4 @@
-//! A spring and a dashpot side by side: F/p = σ0 z + σ1 ż.
+//! A spring and a dashpot side by side: F/p = σ0 z + σ1 ż. With σ1 = 0 it is a spring alone.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -26,7 +26,7 @@ pub struct KelvinVoigtParameters<K, D> {
     pub micro_damping: D,
 }
 
-/// A spring and a dashpot side by side, F/p = σ0 z + σ1 ż.
+/// A spring and a dashpot side by side, F/p = σ0 z + σ1 ż; with σ1 = 0 a spring alone.
 ///
 /// ```
 /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};

@@ -22,7 +22,6 @@ mod generalised_maxwell;
 mod kelvin_voigt;
 mod maxwell;
 mod modes;
-mod spring;
 mod velocity_law;
 mod weights;
 mod zener;
@@ -31,20 +30,17 @@ use core::fmt::Debug;
 
 #[doc(hidden)]
 pub use deflection::{Deflection, DiagonalPlusRankOne, HeldWeights, States};
-pub use generalised_kelvin_voigt::{
-    GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, KelvinVoigtElement,
-};
+pub use generalised_kelvin_voigt::GeneralisedKelvinVoigt;
 pub use generalised_maxwell::{GeneralisedMaxwell, GeneralisedMaxwellParameters, MaxwellArm};
 pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtParameters};
 pub use maxwell::{Maxwell, MaxwellParameters};
 #[doc(hidden)]
 pub use modes::Modes;
-pub use spring::{Spring, SpringParameters};
 pub use velocity_law::{VelocityDependent, VelocityLaw};
 #[doc(hidden)]
 pub use weights::Weights;
 pub(crate) use weights::relaxed;
-pub use zener::{Zener, ZenerParameters};
+pub use zener::ZenerParameters;
 
 use nalgebra::Complex;
 
@@ -135,9 +131,9 @@ impl<T: Scalar> ElementBounds<T> {
 ///
 /// | bristle | springs | in steady sliding |
 /// |---|---|---|
-/// | [`Spring`], [`KelvinVoigt`] | one | on the curve |
+/// | [`KelvinVoigt`] | one | on the curve |
 /// | [`Maxwell`] | one, behind a dashpot | creeps |
-/// | [`Zener`] | two, one behind a dashpot | on the curve |
+/// | [Zener](GeneralisedMaxwell::zener) | two, one behind a dashpot | on the curve |
 /// | [`GeneralisedMaxwell`] | N in parallel, some behind dashpots | on the curve, or creeps |
 /// | [`GeneralisedKelvinVoigt`] | N in a row, each with a dashpot beside it | on the curve |
 ///

@@ -18,14 +18,11 @@
 //! Source: derived from the secant law of the models of Romano et al. (arXiv 2602.09429); their
 //! authors' own viscoelastic bristles are in arXiv 2601.13799.
 
-use nalgebra::SVector;
-
-use super::{ElementBounds, Elements, GeneralisedMaxwell, MaxwellArm, VelocityLaw};
+use super::{GeneralisedMaxwell, MaxwellArm, VelocityLaw};
+use crate::Scalar;
 use crate::parameter::ParameterError;
-use crate::rheology::Rheology;
-use crate::{Scalar, Sliding};
 
-/// Parameters of [`Zener`].
+/// Parameters of a Zener bristle, see [`GeneralisedMaxwell::zener`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ZenerParameters<T, S = T> {
     /// Normalised stiffness K₀ [1/m] of the static spring, positive.
@@ -37,82 +34,78 @@ pub struct ZenerParameters<T, S = T> {
     pub series_damping: S,
 }
 
-/// A spring beside a spring with a dashpot: the standard linear solid.
-///
-/// ```
-/// use bristle::{Bristle, FrBd, paper};
-/// use bristle::curve::Stribeck;
-/// use bristle::rheology::{Zener, ZenerParameters};
-/// use bristle::nalgebra::Vector2;
-///
-/// let bristle = Zener::new(ZenerParameters {
-///     static_stiffness: 1e4,
-///     relaxing_stiffness: 2e4,
-///     series_damping: 100.0,
-/// })?;
-/// let contact = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle).under_load(10.0)?;
-///
-/// // Pulled by 20 µm within 1 ms, then held: the force falls by the second spring's share.
-/// let pulled = contact.hold(0.02, Vector2::zeros(), 1e-3);
-/// let held = contact.hold(0.0, pulled.deflection, 1.0);
-/// assert!(held.end_force < 0.45 * pulled.end_force);
-/// let stored = |state| contact.stored_energy(state);
-/// assert!(stored(held.deflection) < stored(pulled.deflection));
-/// # Ok::<(), bristle::ParameterError>(())
-/// ```
-///
-/// In a mechanism of one's own the stretches are two of its states:
-///
-/// ```
-/// use bristle::ode::{self, Output, System};
-/// use bristle::{Branch, Bristle, Contact, FrBd, paper};
-/// use bristle::curve::Stribeck;
-/// use bristle::rheology::{Zener, ZenerParameters};
-/// use bristle::nalgebra::Vector4;
-///
-/// /// A mass of 1 kg pulled at 0.1 m/s by a spring of 2 N/m: position, velocity, two stretches.
-/// struct Pulled { contact: Contact<f64, FrBd<Stribeck<f64>, Zener<f64>>> }
-///
-/// impl System<f64, 4> for Pulled {
-///     fn rate(&self, time: f64, state: &Vector4<f64>, [branch]: [Branch; 1]) -> Vector4<f64> {
-///         let stretches = state.fixed_rows::<2>(2).into_owned();
-///         let friction = self.contact.response(branch.of(state[1]), stretches);
-///         let pull = 2.0 * (0.1 * time - state[0]);
-///         Vector4::new(state[1], pull - friction.force, friction.rate[0], friction.rate[1])
-///     }
-///     fn sliding_velocities(&self, _: f64, state: &Vector4<f64>) -> [f64; 1] {
-///         [state[1]]
-///     }
-///     fn scales(&self) -> Vector4<f64> {
-///         Vector4::new(0.1, 0.1, 1e-4, 1e-4)
-///     }
-/// }
-///
-/// let bristle = Zener::new(ZenerParameters {
-///     static_stiffness: 1e4,
-///     relaxing_stiffness: 2e4,
-///     series_damping: 100.0,
-/// })?;
-/// let contact = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle).under_load(1.0)?;
-/// let (system, start) = (Pulled { contact }, Vector4::zeros());
-/// let run = ode::solve(&system, 0.0..7.0, start, 1e-6, Output::Uniform(8))?;
-/// // Stuck until the pull has grown to μ_s p = 1.5 N, at 7.5 s.
-/// let (_, state) = run.last().unwrap();
-/// assert!(state[0] < 1e-3 && (1e4 * state[2] - 1.4).abs() < 1e-2);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[doc(alias = "standard linear solid")]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Zener<T, S = T>(GeneralisedMaxwell<T, 2, S>);
-
-impl<T: Scalar, S: VelocityLaw<T>> Zener<T, S> {
-    /// Checks the parameters.
+impl<T: Scalar, S: VelocityLaw<T>> GeneralisedMaxwell<T, 2, S> {
+    /// A spring beside a spring with a dashpot: the standard linear solid.
+    ///
+    /// ```
+    /// use bristle::{Bristle, FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::{GeneralisedMaxwell, ZenerParameters};
+    /// use bristle::nalgebra::Vector2;
+    ///
+    /// let bristle = GeneralisedMaxwell::zener(ZenerParameters {
+    ///     static_stiffness: 1e4,
+    ///     relaxing_stiffness: 2e4,
+    ///     series_damping: 100.0,
+    /// })?;
+    /// let contact = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle).under_load(10.0)?;
+    ///
+    /// // Pulled by 20 µm within 1 ms, then held: the force falls by the second spring's share.
+    /// let pulled = contact.hold(0.02, Vector2::zeros(), 1e-3);
+    /// let held = contact.hold(0.0, pulled.deflection, 1.0);
+    /// assert!(held.end_force < 0.45 * pulled.end_force);
+    /// let stored = |state| contact.stored_energy(state);
+    /// assert!(stored(held.deflection) < stored(pulled.deflection));
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    ///
+    /// In a mechanism of one's own the stretches are two of its states:
+    ///
+    /// ```
+    /// use bristle::ode::{self, Output, System};
+    /// use bristle::{Branch, Bristle, Contact, FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::{GeneralisedMaxwell, ZenerParameters};
+    /// use bristle::nalgebra::Vector4;
+    ///
+    /// /// A mass of 1 kg pulled at 0.1 m/s by a spring of 2 N/m: position, velocity, two stretches.
+    /// struct Pulled { contact: Contact<f64, FrBd<Stribeck<f64>, Zener<f64>>> }
+    ///
+    /// impl System<f64, 4> for Pulled {
+    ///     fn rate(&self, time: f64, state: &Vector4<f64>, [branch]: [Branch; 1]) -> Vector4<f64> {
+    ///         let stretches = state.fixed_rows::<2>(2).into_owned();
+    ///         let friction = self.contact.response(branch.of(state[1]), stretches);
+    ///         let pull = 2.0 * (0.1 * time - state[0]);
+    ///         Vector4::new(state[1], pull - friction.force, friction.rate[0], friction.rate[1])
+    ///     }
+    ///     fn sliding_velocities(&self, _: f64, state: &Vector4<f64>) -> [f64; 1] {
+    ///         [state[1]]
+    ///     }
+    ///     fn scales(&self) -> Vector4<f64> {
+    ///         Vector4::new(0.1, 0.1, 1e-4, 1e-4)
+    ///     }
+    /// }
+    ///
+    /// let bristle = GeneralisedMaxwell::zener(ZenerParameters {
+    ///     static_stiffness: 1e4,
+    ///     relaxing_stiffness: 2e4,
+    ///     series_damping: 100.0,
+    /// })?;
+    /// let contact = FrBd::new(Stribeck::new(paper::STICK_SLIP_CURVE)?, bristle).under_load(1.0)?;
+    /// let (system, start) = (Pulled { contact }, Vector4::zeros());
+    /// let run = ode::solve(&system, 0.0..7.0, start, 1e-6, Output::Uniform(8))?;
+    /// // Stuck until the pull has grown to μ_s p = 1.5 N, at 7.5 s.
+    /// let (_, state) = run.last().unwrap();
+    /// assert!(state[0] < 1e-3 && (1e4 * state[2] - 1.4).abs() < 1e-2);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     ///
     /// Names the parameter that is out of its range. Also refuses a decay rate K₁/η above
     /// 10⁵⁰ 1/s (for `f32` 10¹⁰ 1/s), which no step can tell from an instant.
-    pub fn new(parameters: ZenerParameters<T, S>) -> Result<Self, ParameterError> {
+    #[doc(alias = "standard linear solid")]
+    pub fn zener(parameters: ZenerParameters<T, S>) -> Result<Self, ParameterError> {
         let ZenerParameters { static_stiffness, relaxing_stiffness, series_damping } = parameters;
         let arms = [
             MaxwellArm { stiffness: static_stiffness, series_damping: None },
@@ -122,32 +115,6 @@ impl<T: Scalar, S: VelocityLaw<T>> Zener<T, S> {
             arm.check(stiffness, "series_damping")?;
             arm.check_decay()?;
         }
-        Ok(Self(GeneralisedMaxwell::from_parts(arms, T::zero())))
-    }
-}
-
-impl<T: Scalar, S: VelocityLaw<T>> Rheology<T> for Zener<T, S> {
-    type Deflection = SVector<T, 2>;
-
-    #[inline(always)]
-    fn elements(&self, sliding: Sliding<T>) -> Elements<T, SVector<T, 2>> {
-        self.0.elements(sliding)
-    }
-
-    #[inline(always)]
-    fn elements_and_slopes(
-        &self,
-        sliding: Sliding<T>,
-    ) -> (Elements<T, SVector<T, 2>>, Elements<T, SVector<T, 2>>) {
-        self.0.elements_and_slopes(sliding)
-    }
-
-    #[inline]
-    fn storage_stiffness(&self) -> SVector<T, 2> {
-        self.0.storage_stiffness()
-    }
-
-    fn bounds(&self) -> ElementBounds<T> {
-        self.0.bounds()
+        Ok(Self::from_parts(arms, T::zero()))
     }
 }

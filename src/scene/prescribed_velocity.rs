@@ -17,10 +17,10 @@ use crate::{Branch, Bristle, Contact, Scalar};
 /// use bristle::signal::{Sine, SineParameters};
 /// use bristle::{Bristle, FrBd, paper};
 /// use bristle::curve::Stribeck;
-/// use bristle::rheology::{Zener, ZenerParameters};
+/// use bristle::rheology::{GeneralisedMaxwell, ZenerParameters};
 /// use bristle::nalgebra::Vector2;
 ///
-/// let bristle = Zener::new(ZenerParameters {
+/// let bristle = GeneralisedMaxwell::zener(ZenerParameters {
 ///     static_stiffness: 1e4,
 ///     relaxing_stiffness: 2e4,
 ///     series_damping: 100.0,

@@ -5,9 +5,7 @@ use bristle::curve::{
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
-use bristle::rheology::{
-    KelvinVoigt, KelvinVoigtParameters, Spring, SpringParameters, VelocityDependent, VelocityLaw,
-};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, VelocityDependent, VelocityLaw};
 use bristle::{
     Affine, Bounds, Bristle, Contact, ContactLimits, Dahl, DahlParameters, ElastoPlastic, FoldRule,
     FrBd, HeldContact, ImplicitBristle, Law, LinearisedContact, LuGre, Scalar, Sliding,
@@ -370,8 +368,8 @@ pub fn even_damping<T: Scalar>(
     )
 }
 
-pub fn spring<T: Scalar>(micro_stiffness: T) -> Spring<T> {
-    Spring::new(SpringParameters { micro_stiffness }).unwrap()
+pub fn spring<T: Scalar>(micro_stiffness: T) -> KelvinVoigt<T> {
+    kelvin_voigt(micro_stiffness, T::zero())
 }
 
 pub fn kelvin_voigt<T: Scalar, K: VelocityLaw<T>, D: VelocityLaw<T>>(

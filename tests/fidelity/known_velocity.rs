@@ -3,7 +3,7 @@
 use bristle::curve::Stribeck;
 use bristle::fidelity::*;
 use bristle::ode::{Output, Rodas5P, Solver, System, Tolerances};
-use bristle::rheology::{Deflection, KelvinVoigt, States, Zener, ZenerParameters};
+use bristle::rheology::{Deflection, GeneralisedMaxwell, KelvinVoigt, States, ZenerParameters};
 use bristle::scene::PrescribedVelocity;
 use bristle::signal::{Signal, Sine, SineParameters};
 use bristle::{Bristle, Contact, ElastoPlastic, FrBd, LuGre, paper};
@@ -89,7 +89,7 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
         let answers = Answers { interval, count: answers };
         let lumped = sets()[index % 3].under_load(1.0).unwrap();
         if index % 4 == 3 {
-            let bristle = Zener::new(ZenerParameters {
+            let bristle = GeneralisedMaxwell::zener(ZenerParameters {
                 static_stiffness: 1e4,
                 relaxing_stiffness: 2e4,
                 series_damping: dice.logarithmic(10.0, 1e4),

@@ -17,7 +17,7 @@ use crate::common::specimens::{
     varying_stiffness,
 };
 use crate::common::{assert_within, check, lit};
-use bristle::rheology::{Elements, KelvinVoigt, Rheology, Spring, VelocityDependent};
+use bristle::rheology::{Elements, KelvinVoigt, Rheology, VelocityDependent};
 use bristle::{Affine, Branch, Law, Scalar, Sliding};
 use num_dual::Dual64;
 use proptest::prelude::*;
@@ -140,7 +140,7 @@ where
 #[test]
 fn the_slopes_of_every_bristle_are_its_derivatives() {
     check(256, inputs(), |(r, v, _)| {
-        let spring64: Spring<f64> = spring(r.stiffness);
+        let spring64: KelvinVoigt<f64> = spring(r.stiffness);
         assert_elements(&spring64, &spring::<Dual64>(lit(r.stiffness)), v, (0.0, 0.0), "spring");
         let constant: KelvinVoigt<f64> = kelvin_voigt(r.stiffness, r.damping);
         let dual =

@@ -10,9 +10,7 @@ use bristle::curve::{
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot};
-use bristle::rheology::{
-    Deflection, KelvinVoigt, KelvinVoigtParameters, Spring, SpringParameters, VelocityDependent,
-};
+use bristle::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters, VelocityDependent};
 use bristle::{
     Bounds, Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, ParameterError,
     Rule, Scalar, Sliding,
@@ -109,13 +107,6 @@ fn gates<T: Scalar>() -> Vec<Gate<T>> {
     let d = DahlParameters { dynamic_coefficient: lit::<T>(0.3), micro_stiffness: lit(1e4) };
     gate!(list, Positive, Dahl, d, dynamic_coefficient);
     gate!(list, Positive, Dahl, d, micro_stiffness);
-    gate!(
-        list,
-        Positive,
-        Spring,
-        SpringParameters { micro_stiffness: lit::<T>(1e4) },
-        micro_stiffness
-    );
     let kv =
         KelvinVoigtParameters { micro_stiffness: lit::<T>(1e4), micro_damping: lit::<T>(60.0) };
     gate!(list, Positive, KelvinVoigt, kv, micro_stiffness);
@@ -368,13 +359,16 @@ fn a_table_starts_at_rest_and_goes_on() {
 #[test]
 fn refusals_read_well() {
     let message = |refused: Result<(), ParameterError>| refused.unwrap_err().to_string();
-    let spring = |micro_stiffness: f64| Spring::new(SpringParameters { micro_stiffness }).map(drop);
+    let spring = |micro_stiffness: f64| {
+        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping: 0.0 }).map(drop)
+    };
+    let single = KelvinVoigtParameters { micro_stiffness: f32::INFINITY, micro_damping: 0.0 };
     assert_eq!(
         message(spring(f64::NAN)),
         "micro_stiffness is NaN, but must lie between 1e-100 and 1e100"
     );
     assert_eq!(
-        message(Spring::new(SpringParameters { micro_stiffness: f32::INFINITY }).map(drop)),
+        message(KelvinVoigt::new(single).map(drop)),
         "micro_stiffness is inf, but must lie between 1e-18 and 1e15"
     );
     assert_eq!(

@@ -8,10 +8,9 @@ use crate::common::specimens::{kelvin_voigt, spring, square_root, stribeck};
 use crate::common::{assert_within, check, lit};
 use bristle::curve::{Coulomb, CoulombParameters};
 use bristle::rheology::{
-    Deflection, ElementBounds, Elements, GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters,
-    GeneralisedMaxwell, GeneralisedMaxwellParameters, HeldWeights, KelvinVoigtElement, Maxwell,
-    MaxwellArm, MaxwellParameters, Rheology, VelocityDependent, VelocityLaw, Zener,
-    ZenerParameters,
+    Deflection, ElementBounds, Elements, GeneralisedKelvinVoigt, GeneralisedMaxwell,
+    GeneralisedMaxwellParameters, HeldWeights, KelvinVoigtParameters, Maxwell, MaxwellArm,
+    MaxwellParameters, Rheology, VelocityDependent, VelocityLaw, ZenerParameters,
 };
 use bristle::{
     Bounds, Bristle, Contact, ContactLimits, FrBd, Law, LuGre, ParameterError, Rule, Scalar,
@@ -225,13 +224,13 @@ fn maxwell<T: Scalar, S: VelocityLaw<T>>(k: f64, eta: S) -> Maxwell<T, S> {
     Maxwell::new(MaxwellParameters { micro_stiffness: lit(k), series_damping: eta }).unwrap()
 }
 
-fn zener<T: Scalar, S: VelocityLaw<T>>(k0: f64, k1: f64, eta: S) -> Zener<T, S> {
+fn zener<T: Scalar, S: VelocityLaw<T>>(k0: f64, k1: f64, eta: S) -> GeneralisedMaxwell<T, 2, S> {
     let parameters = ZenerParameters {
         static_stiffness: lit(k0),
         relaxing_stiffness: lit(k1),
         series_damping: eta,
     };
-    Zener::new(parameters).unwrap()
+    GeneralisedMaxwell::zener(parameters).unwrap()
 }
 
 fn arms<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>(
@@ -242,12 +241,12 @@ fn arms<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>(
     GeneralisedMaxwell::new(GeneralisedMaxwellParameters { arms, micro_damping }).unwrap()
 }
 
+fn element<T>(micro_stiffness: T, micro_damping: T) -> KelvinVoigtParameters<T, T> {
+    KelvinVoigtParameters { micro_stiffness, micro_damping }
+}
+
 fn row<T: Scalar, const N: usize>(elements: [(f64, f64); N]) -> GeneralisedKelvinVoigt<T, N> {
-    let elements = elements.map(|(stiffness, damping)| KelvinVoigtElement {
-        stiffness: lit(stiffness),
-        damping: lit(damping),
-    });
-    GeneralisedKelvinVoigt::new(GeneralisedKelvinVoigtParameters { elements }).unwrap()
+    GeneralisedKelvinVoigt::new(elements.map(|(k, eta)| element(lit(k), lit(eta)))).unwrap()
 }
 
 /// Elements with increasing retardation times, from any stiffnesses and times.
@@ -1389,7 +1388,7 @@ fn what_makes_no_bristle_is_refused_by_name() {
         refused(maxwell(bad, 1.0), "micro_stiffness", None);
         refused(maxwell(1.0, bad), "series_damping", None);
         let zener = |k0, k1, eta| {
-            Zener::<f64>::new(ZenerParameters {
+            GeneralisedMaxwell::zener(ZenerParameters {
                 static_stiffness: k0,
                 relaxing_stiffness: k1,
                 series_damping: eta,
@@ -1412,31 +1411,19 @@ fn what_makes_no_bristle_is_refused_by_name() {
         if bad != 0.0 {
             refused(arms(1.0, 1.0, bad), "micro_damping", None);
         }
-        let row = |k, eta| {
-            GeneralisedKelvinVoigt::<f64, 2>::new(GeneralisedKelvinVoigtParameters {
-                elements: [
-                    KelvinVoigtElement { stiffness: 1.0, damping: 0.0 },
-                    KelvinVoigtElement { stiffness: k, damping: eta },
-                ],
-            })
-        };
-        refused(row(bad, 1.0), "elements.stiffness", Some(1));
-        let name = if bad == 0.0 { "elements' retardation time" } else { "elements.damping" };
+        let row = |k, eta| GeneralisedKelvinVoigt::new([element(1.0, 0.0), element(k, eta)]);
+        refused(row(bad, 1.0), "micro_stiffness", Some(1));
+        let name = if bad == 0.0 { "retardation time" } else { "micro_damping" };
         refused(row(1.0, bad), name, Some(1));
     }
     let none = GeneralisedMaxwellParameters::<f64, 0> { arms: [], micro_damping: 1.0 };
     refused(GeneralisedMaxwell::new(none), "arms", None);
-    let none = GeneralisedKelvinVoigtParameters::<f64, 0> { elements: [] };
-    refused(GeneralisedKelvinVoigt::new(none), "elements", None);
-    let element = |stiffness, damping| KelvinVoigtElement { stiffness, damping };
-    let wrong =
-        GeneralisedKelvinVoigtParameters { elements: [element(1.0, 2.0), element(2.0, 4.0)] };
+    refused(GeneralisedKelvinVoigt::<f64, 0>::new([]), "elements", None);
+    let wrong = [element(1.0, 2.0), element(2.0, 4.0)];
     let error = GeneralisedKelvinVoigt::new(wrong).unwrap_err();
     assert_eq!(error.rule, Rule::Increasing { previous: 2.0 });
     // Retardation times one rounding apart are still two elements; what is left of one is tiny.
-    let close = GeneralisedKelvinVoigtParameters {
-        elements: [element(1.0, 1.0), element(1.0, 1.0 + f64::EPSILON)],
-    };
+    let close = [element(1.0, 1.0), element(1.0, 1.0 + f64::EPSILON)];
     let row = GeneralisedKelvinVoigt::new(close).unwrap();
     assert!(row.storage_stiffness()[1] < 1e-30 && row.storage_stiffness()[0] == 0.5);
 }
@@ -1451,7 +1438,7 @@ fn of_one<T: Scalar>() -> Coulomb<T> {
 #[test]
 fn an_arm_that_lets_go_faster_than_a_step_can_tell_is_refused() {
     let zener = |series_damping: f32| {
-        Zener::new(ZenerParameters {
+        GeneralisedMaxwell::zener(ZenerParameters {
             static_stiffness: 1e4_f32,
             relaxing_stiffness: 1e4,
             series_damping,
@@ -1492,7 +1479,8 @@ fn a_step_backwards_is_none() {
     assert!(lugre.hold(0.1, 1e-5, -1e-3).end_coefficient.is_nan());
     let parameters =
         ZenerParameters { static_stiffness: 1e4, relaxing_stiffness: 1e4, series_damping: 10.0 };
-    let two = FrBd::new(curve, Zener::new(parameters).unwrap()).under_load(1.0).unwrap();
+    let two =
+        FrBd::new(curve, GeneralisedMaxwell::zener(parameters).unwrap()).under_load(1.0).unwrap();
     assert!(two.hold(0.1, Vector2::new(1e-5, 1e-5), -1e-3).end_force.is_nan());
 }
 

@@ -18,10 +18,10 @@ use bristle::curve::{
 };
 use bristle::exponential::{Exponential, Ramp};
 use bristle::regularisation::Unregularised;
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Zener};
+use bristle::rheology::{GeneralisedMaxwell, KelvinVoigt, KelvinVoigtParameters};
 use bristle::{
-    Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd,
-    ImplicitBristle, LuGre, Scalar, paper,
+    Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, ImplicitBristle, LuGre, Scalar,
+    paper,
 };
 use counted::{Counted, Counts, counts};
 use nalgebra::{Vector2, convert};
@@ -81,22 +81,20 @@ fn dahl<T: Scalar>() -> Dahl<T> {
 }
 
 fn elasto_plastic<T: Scalar>() -> ElastoPlastic<Stribeck<T>, KelvinVoigt<T>, Unregularised, T> {
-    ElastoPlastic::new(stribeck(2.0), bristle(), lit(5e-5))
-    .unwrap()
+    ElastoPlastic::new(stribeck(2.0), bristle(), lit(5e-5)).unwrap()
 }
 
 fn implicit<T: Scalar>() -> ImplicitBristle<Stribeck<T>, T> {
-    ImplicitBristle::new(stribeck(2.0), bristle(), None)
-    .unwrap()
+    ImplicitBristle::new(stribeck(2.0), bristle(), None).unwrap()
 }
 
-fn zener<T: Scalar>() -> FrBd<Stribeck<T>, Zener<T>> {
+fn zener<T: Scalar>() -> FrBd<Stribeck<T>, GeneralisedMaxwell<T, 2>> {
     let parameters = bristle::rheology::ZenerParameters {
         static_stiffness: lit(1e4),
         relaxing_stiffness: lit(2e4),
         series_damping: lit(100.0),
     };
-    FrBd::new(stribeck(2.0), Zener::new(parameters).unwrap())
+    FrBd::new(stribeck(2.0), GeneralisedMaxwell::zener(parameters).unwrap())
 }
 
 fn frbd<T: Scalar, C: FrictionCurve<T>>(curve: C) -> FrBd<C, KelvinVoigt<T>> {

@@ -6,7 +6,7 @@ use bristle::batch::{
     PassiveOutput, Real, Uniform,
 };
 use bristle::curve::{RationalStribeck, RationalStribeckParameters};
-use bristle::rheology::{Spring, SpringParameters};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 
 use crate::steps::{bristle, coulomb, dahl_model, stribeck};
 use crate::{Input, MANY};
@@ -62,7 +62,10 @@ pub(crate) fn rational<T: Real>(input: &Input<T>) -> Answer<T> {
 }
 
 pub(crate) fn spring<T: Real>(input: &Input<T>) -> Answer<T> {
-    let spring = Spring::new(SpringParameters { micro_stiffness: input.micro_stiffness })?;
+    let spring = KelvinVoigt::new(KelvinVoigtParameters {
+        micro_stiffness: input.micro_stiffness,
+        micro_damping: T::zero(),
+    })?;
     uniform(&FrBd::new(coulomb(input)?, spring), input)
 }
 

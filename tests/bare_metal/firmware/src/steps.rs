@@ -8,13 +8,13 @@ use bristle::curve::{
 use bristle::exponential::{Exponential, Ramp};
 use bristle::regularisation::{HyperbolicTangent, SquareRoot, Unregularised};
 use bristle::rheology::{
-    Deflection, GeneralisedKelvinVoigt, GeneralisedKelvinVoigtParameters, GeneralisedMaxwell,
-    GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtElement, KelvinVoigtParameters, Maxwell,
-    MaxwellArm, MaxwellParameters, Rheology, Spring, SpringParameters, VelocityDependent, Zener,
-    ZenerParameters,
+    Deflection, GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters,
+    KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters, Rheology,
+    VelocityDependent, ZenerParameters,
 };
 use bristle::{
-    Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic,     FoldRule, FrBd, ImplicitBristle, LuGre, ParameterError, Scalar,
+    Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FoldRule, FrBd, ImplicitBristle,
+    LuGre, ParameterError, Scalar,
 };
 use nalgebra::SVector;
 
@@ -159,7 +159,10 @@ pub(crate) fn frbd_function<T: Scalar>(input: &Input<T>) -> Answer<T> {
 }
 
 pub(crate) fn frbd_spring<T: Scalar>(input: &Input<T>) -> Answer<T> {
-    let spring = Spring::new(SpringParameters { micro_stiffness: input.micro_stiffness })?;
+    let spring = KelvinVoigt::new(KelvinVoigtParameters {
+        micro_stiffness: input.micro_stiffness,
+        micro_damping: T::zero(),
+    })?;
     scalar(on(spring, input)?, input)
 }
 
@@ -196,7 +199,7 @@ pub(crate) fn frbd_maxwell<T: Scalar>(input: &Input<T>) -> Answer<T> {
 
 pub(crate) fn frbd_zener<T: Scalar>(input: &Input<T>) -> Answer<T> {
     let [[relaxing_stiffness, series_damping], ..] = input.elements;
-    let bristle = Zener::new(ZenerParameters {
+    let bristle = GeneralisedMaxwell::zener(ZenerParameters {
         static_stiffness: input.micro_stiffness,
         relaxing_stiffness,
         series_damping,
@@ -217,10 +220,11 @@ pub(crate) fn frbd_maxwell_arms<T: Scalar>(input: &Input<T>) -> Answer<T> {
 }
 
 pub(crate) fn frbd_kelvin_voigt_elements<T: Scalar>(input: &Input<T>) -> Answer<T> {
-    let elements =
-        input.elements.map(|[stiffness, damping]| KelvinVoigtElement { stiffness, damping });
-    let parameters = GeneralisedKelvinVoigtParameters { elements };
-    let bristle = GeneralisedKelvinVoigt::new(parameters)?;
+    let elements = input.elements.map(|[micro_stiffness, micro_damping]| KelvinVoigtParameters {
+        micro_stiffness,
+        micro_damping,
+    });
+    let bristle = GeneralisedKelvinVoigt::new(elements)?;
     springs(on(bristle, input)?, input)
 }
 
