@@ -23,12 +23,11 @@ use std::process::ExitCode;
 
 use bristle::companion::{Companion, VelocityHistory};
 use bristle::control::{
-    DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
-    FeedbackParameters, FrictionObserver, Injection, MicroDamping, ObserverParameters,
-    OutputParameters, StaticCompensator, StaticParameters, VelocityFromPosition,
-    VelocityFromPositionParameters,
+    FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator, FeedbackParameters,
+    FrictionObserver, Injection, MicroDamping, ObserverParameters, OutputParameters,
+    VelocityFromPosition, VelocityFromPositionParameters,
 };
-use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
+use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd, ImplicitBristle, LuGre, ParameterError};
 use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Stroke};
@@ -110,11 +109,30 @@ impl Gains {
     }
 }
 
+/// What stands for the sign of the velocity in Coulomb compensation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Sign {
+    /// sgn v, and zero up to a speed [m/s].
+    DeadBand(f64),
+    /// tanh(v/v_t) with v_t [m/s].
+    Smooth(f64),
+}
+
+impl Sign {
+    fn of(self, velocity: f64) -> f64 {
+        match self {
+            Sign::DeadBand(width) if velocity.abs() > width => velocity.signum(),
+            Sign::DeadBand(_) => 0.0,
+            Sign::Smooth(width) => (velocity / width).tanh(),
+        }
+    }
+}
+
 /// The kind of compensation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Way {
     None,
-    Coulomb(DirectionLaw<f64>),
+    Coulomb(Sign),
     LuGre,
     FrBd,
     FeedForward,
@@ -193,17 +211,14 @@ fn compensator(setting: &Setting) -> Result<Ask, ParameterError> {
     let damping = MicroDamping::Filtered;
     Ok(match setting.way {
         Way::None => Box::new(|_| 0.0),
-        Way::Coulomb(direction) => {
-            let mut law = StaticCompensator::new(StaticParameters {
-                curve: Coulomb::new(CoulombParameters {
-                    dynamic_coefficient: curve.dynamic_coefficient,
-                    viscous_friction: curve.viscous_friction,
-                })?,
-                normal_force: 1.0,
-                direction,
-                output,
-            })?;
-            Box::new(move |sample| law.step(sample.velocity).force)
+        Way::Coulomb(sign) => {
+            let StribeckParameters { dynamic_coefficient, viscous_friction, .. } = curve;
+            let share = setting.share;
+            Box::new(move |sample| {
+                let friction = dynamic_coefficient + viscous_friction * sample.velocity.abs();
+                let wanted = share * friction * sign.of(sample.velocity);
+                wanted.clamp(-MOTOR, MOTOR)
+            })
         }
         Way::LuGre => {
             let contact = lugre.under_load(1.0)?;
@@ -366,10 +381,10 @@ impl Outcome {
 
 /// The signs of Coulomb compensation: half widths of a dead band, from zero to beyond the largest
 /// speed of the axis, and of a smooth sign [m/s].
-fn signs() -> impl Iterator<Item = DirectionLaw<f64>> {
+fn signs() -> impl Iterator<Item = Sign> {
     let widths = [5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3, 3.2e-3, 6.4e-3, 1.28e-2];
-    let bands = [0.0].into_iter().chain(widths).map(DirectionLaw::DeadBand);
-    bands.chain(widths.into_iter().map(DirectionLaw::Smooth))
+    let bands = [0.0].into_iter().chain(widths).map(Sign::DeadBand);
+    bands.chain(widths.into_iter().map(Sign::Smooth))
 }
 
 /// The Coulomb compensation that tracks best at a setting, and the best without hunting at rest.

@@ -3,15 +3,14 @@
 #![allow(clippy::unwrap_used, reason = "a test panics to fail")]
 
 use bristle::control::{
-    Compensation, DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
+    Compensation, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
     FeedbackParameters, FrictionObserver, Injection, Measured, MicroDamping, ObserverParameters,
-    OutputParameters, StaticCompensator, StaticParameters, VelocityFromPosition,
-    VelocityFromPositionParameters,
+    OutputParameters, VelocityFromPosition, VelocityFromPositionParameters,
 };
 use bristle::curve::{Asymmetric, Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bristle, Contact, FrBd, LuGre};
+use bristle::{Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre};
 use proptest::prelude::*;
 
 #[allow(dead_code, reason = "its `main` and its chart are not needed here")]
@@ -110,12 +109,6 @@ fn feedback(sample_time: f64, time_constant: f64) -> FeedbackCompensator<f64, Fr
     feedback_of(friction(), velocity, MicroDamping::Uncompensated, 1.0)
 }
 
-fn fixed(direction: DirectionLaw<f64>) -> StaticCompensator<f64, Stribeck<f64>> {
-    let curve = Stribeck::new(CURVE).unwrap();
-    let parameters = StaticParameters { curve, normal_force: LOAD, direction, output: output(1.0) };
-    StaticCompensator::new(parameters).unwrap()
-}
-
 fn refusal<T: core::fmt::Debug, E: core::fmt::Display>(result: Result<T, E>) -> String {
     result.unwrap_err().to_string()
 }
@@ -201,16 +194,6 @@ fn compensators_refuse_bad_parameters() {
         assert!(FeedForwardCompensator::new(feed).is_err());
         let feed = FeedForwardParameters { sample_time: 1e-3, output: output(bad), ..feed };
         assert!(FeedForwardCompensator::new(feed).is_err());
-        let curve = Stribeck::new(CURVE).unwrap();
-        for direction in [DirectionLaw::DeadBand(bad), DirectionLaw::Smooth(bad)] {
-            let law = StaticParameters { curve, normal_force: 1.0, direction, output: output(1.0) };
-            let refused = refusal(StaticCompensator::new(law));
-            assert!(refused.contains(if matches!(direction, DirectionLaw::Smooth(_)) {
-                "smooth width"
-            } else {
-                "dead band width"
-            }));
-        }
         assert!(VelocityFromPosition::new(filtered(bad, 0.0)).is_err());
         assert!(VelocityFromPosition::new(filtered(1.0, bad)).is_err());
     }
@@ -456,7 +439,7 @@ proptest! {
 }
 
 /// Every compensator behind one function of its input.
-fn laws() -> [Box<dyn FnMut(f64) -> Compensation<f64>>; 6] {
+fn laws() -> [Box<dyn FnMut(f64) -> Compensation<f64>>; 5] {
     let mut forward = fed_forward(1e-3);
     let mut back = feedback(1e-3, 2e-3);
     let mut damped = feedback_of(lugre(), filtered(1e-3, 2e-3), MicroDamping::Filtered, 1.0);
@@ -469,14 +452,12 @@ fn laws() -> [Box<dyn FnMut(f64) -> Compensation<f64>>; 6] {
     };
     let mut by_velocity = observe(Injection::Velocity { gain: 0.1, corner: 20.0 });
     let mut by_position = observe(Injection::Position { gain: 1.0 });
-    let mut fixed = fixed(DirectionLaw::DeadBand(1e-3));
     [
         Box::new(move |x| forward.step(x)),
         Box::new(move |x| back.step(x)),
         Box::new(move |x| damped.step(x)),
         Box::new(move |x| by_velocity.step(x, 0.0)),
         Box::new(move |x| by_position.step(x, 0.0)),
-        Box::new(move |x| fixed.step(x)),
     ]
 }
 
@@ -846,11 +827,6 @@ fn a_reset_compensator_equals_a_new_one() {
     assert_eq!(inputs.map(|x| observer.step(x, 2.0 * x).refused), [0, 0, 1, 0, 1]);
     observer.reset();
     assert_eq!(observer, new_observer);
-    let mut fixed = fixed(DirectionLaw::Smooth(1e-3));
-    let new_fixed = fixed;
-    assert!(fixed.step(0.02).force > 0.1);
-    fixed.reset();
-    assert_eq!(fixed, new_fixed);
 }
 
 // ---- what each does -----------------------------------------------------------------------------
@@ -935,19 +911,20 @@ fn the_next_displacement_covers_missed_samples() {
 
 #[test]
 fn the_output_is_the_share_within_the_limit() {
+    let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 });
     let law = |share, largest_force| {
-        let mut law = StaticCompensator::new(StaticParameters {
-            curve: Coulomb::new(CoulombParameters {
-                dynamic_coefficient: 0.5,
-                viscous_friction: 0.0,
-            })
-            .unwrap(),
-            normal_force: 10.0,
-            direction: DirectionLaw::Smooth(1e-3),
+        let mut law = FeedForwardCompensator::new(FeedForwardParameters {
+            contact: friction.unwrap().under_load(10.0).unwrap(),
+            sample_time: 1.0,
+            fastest: 1.0,
             output: OutputParameters { share, largest_force },
         })
         .unwrap();
-        let [backward, forward] = [-1.0, 1.0].map(|velocity| law.step(velocity));
+        // After a second each way the bristle slides steadily: 5 N.
+        let [backward, forward] = [-1.0, 1.0].map(|velocity| {
+            let _ = law.step(velocity);
+            law.step(velocity)
+        });
         assert_eq!((forward.force, forward.saturated), (-backward.force, backward.saturated));
         (backward.force, backward.saturated)
     };
@@ -998,8 +975,7 @@ fn single_precision_follows_double_over_half_a_million_counts() {
 // ------------------------------------------------------------------------
 
 mod servo {
-    use super::DirectionLaw;
-    use super::example::{Outcome, Plant, Setting, Way, best_coulomb, run};
+    use super::example::{Outcome, Plant, Setting, Sign, Way, best_coulomb, run};
 
     fn outcome(setting: Setting) -> Outcome {
         run(setting).unwrap()
@@ -1066,7 +1042,7 @@ mod servo {
     fn against_the_implicit_bristle_the_model_is_what_limits_it() {
         let at = |way| Setting { plant: Plant::Implicit, ..Setting::of(way) };
         // The best of the example's list.
-        let coulomb = outcome(at(Way::Coulomb(DirectionLaw::DeadBand(5e-5))));
+        let coulomb = outcome(at(Way::Coulomb(Sign::DeadBand(5e-5))));
         let guessed = outcome(at(Way::FrBd));
         let informed = outcome(Setting { informed: true, ..at(Way::FrBd) });
         assert!(guessed.rms < 0.75 * coulomb.rms, "{} {}", guessed.rms, coulomb.rms);

@@ -82,7 +82,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
         if !(reference_velocity.abs() <= self.fastest) {
             return self.output.refuse();
         }
-        let deflection = self.output.deflection();
+        let deflection = self.output.last.deflection;
         let held = self.contact.hold(reference_velocity, deflection, self.sample_time);
         self.output.answer(held.mean_force, held.deflection)
     }

@@ -157,8 +157,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
         let Some(MotionSample { velocity, secant, .. }) = sample else {
             return self.output.refuse();
         };
-        let (model, duration) = (self.contact.model(), self.encoder.sample_time());
-        let before = self.output.deflection();
+        let (model, duration) = (self.contact.model(), self.encoder.sample_time);
+        let before = self.output.last.deflection;
         let deflection =
             along(model, secant, velocity, before).hold(secant, before, duration).deflection;
         let coefficient = match self.damping {
@@ -185,14 +185,14 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
     /// Choose the encoder, or a smaller stiffness, so that the actuator tolerates this force.
     pub fn step_per_count(&self, count: T) -> Option<T> {
         let model = self.contact.model();
-        let fastest = self.encoder.fastest();
+        let fastest = self.encoder.fastest;
         let characteristics = model.characteristics(fastest)?;
         let stiffness = model.storage_stiffness();
         let most = model.limits(fastest).deflection? * stiffness;
         let ratio = most / characteristics.dry_coefficient.min;
-        let viscous = self.viscous * self.encoder.weight() / self.encoder.sample_time();
+        let viscous = self.viscous * self.encoder.weight / self.encoder.sample_time;
         let per_metre = stiffness * (T::one() + ratio) + viscous + viscous;
-        let step = self.output.share() * self.contact.normal_force() * per_metre * count.abs();
+        let step = self.output.share * self.contact.normal_force() * per_metre * count.abs();
         let bounded =
             self.damping == MicroDamping::Uncompensated && is_zero(characteristics.speed_at_rest);
         (bounded && step.is_finite()).then_some(step)

@@ -18,7 +18,6 @@
 //! | [`FeedForwardCompensator`] | the reference velocity | no sensor, no noise | know of errors |
 //! | [`FeedbackCompensator`] | the measured displacement | an encoder | bear over-compensation |
 //! | [`FrictionObserver`] | both, and the tracking error | gains within a checked limit | – |
-//! | [`StaticCompensator`] | a velocity | a curve: the baseline | know the force while stuck |
 //!
 //! Every compensator has a fixed number of operations per sample and allocates nothing. Its bristle
 //! takes the exact step of a held velocity, so that it is stable by itself at any sample time. This
@@ -33,8 +32,13 @@
 //! clocks run on.
 //!
 //! If only the reference is bad, the observer's bristle still follows the measured displacement.
-//! The static compensator has no memory and knows no fastest speed: it refuses only non-finite
-//! input.
+//!
+//! # Why not a sign
+//!
+//! Static compensation, s p μ(v) sgn v, is the baseline of the literature and takes one line:
+//! `share * normal_force * curve.at(v) * v.signum()`. Around zero velocity friction is no function
+//! of the velocity: a stuck contact carries any force up to breakaway. A sign switches the whole
+//! friction with the noise or, with a dead band, gives nothing while the mechanism sticks.
 //!
 //! The page `docs/control-loop.md` goes from a datasheet to a running compensator.
 //!
@@ -48,14 +52,12 @@ mod feed_forward;
 mod feedback;
 mod observer;
 mod output;
-mod static_curve;
 mod velocity_from_position;
 
 pub use feed_forward::{FeedForwardCompensator, FeedForwardParameters};
 pub use feedback::{FeedbackCompensator, FeedbackParameters, MicroDamping};
 pub use observer::{FrictionObserver, Injection, Measured, ObserverModel, ObserverParameters};
 pub use output::{Compensation, OutputParameters};
-pub use static_curve::{DirectionLaw, StaticCompensator, StaticParameters};
 pub use velocity_from_position::{
     MotionSample, VelocityFromPosition, VelocityFromPositionParameters,
 };

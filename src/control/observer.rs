@@ -314,7 +314,7 @@ impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
     /// past sample, with all three numbers held. A velocity beyond the fastest is refused.
     #[inline]
     pub fn step_measured(&mut self, measured: Measured<T>) -> Compensation<T> {
-        if !(measured.velocity.abs() <= self.position.fastest()) {
+        if !(measured.velocity.abs() <= self.position.fastest) {
             return self.output.refuse();
         }
         self.follow(measured.velocity, measured)
@@ -322,7 +322,7 @@ impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
 
     /// The estimate ẑ of the deflection \[m\].
     pub fn deflection(&self) -> T {
-        self.output.deflection()
+        self.output.last.deflection
     }
 
     /// The contact.
@@ -347,9 +347,9 @@ impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
     #[inline]
     fn estimate(&self, secant: T, measured: Measured<T>) -> (T, T) {
         let Measured { velocity, error, error_rate } = measured;
-        let before = self.output.deflection();
+        let before = self.output.last.deflection;
         let affine: Affine<T> = along(self.contact.model(), secant, velocity, before);
-        let weights = affine.weights(self.position.sample_time());
+        let weights = affine.weights(self.position.sample_time);
         // What the injection takes from the bristle's rate and from the friction coefficient.
         let (rate, coefficient) = match self.injection {
             Injection::Velocity { gain, corner } => {

@@ -32,9 +32,9 @@ pub struct Compensation<T> {
 /// The checked parameters and the last answer, which also keeps the deflection of the bristle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Output<T> {
-    share: T,
+    pub(super) share: T,
     largest_force: T,
-    last: Compensation<T>,
+    pub(super) last: Compensation<T>,
 }
 
 impl<T: Scalar> Output<T> {
@@ -44,14 +44,6 @@ impl<T: Scalar> Output<T> {
             largest_force: parameter::positive("largest_force", parameters.largest_force)?,
             last: Self::start(),
         })
-    }
-
-    pub(super) fn share(&self) -> T {
-        self.share
-    }
-
-    pub(super) fn deflection(&self) -> T {
-        self.last.deflection
     }
 
     /// Back to the beginning: an undeflected bristle.

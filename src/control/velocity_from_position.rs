@@ -76,10 +76,10 @@ pub struct MotionSample<T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VelocityFromPosition<T> {
-    sample_time: T,
-    /// h/(τ + h)
-    weight: T,
-    fastest: T,
+    pub(super) sample_time: T,
+    /// h/(τ + h): what a new velocity weighs in the filter.
+    pub(super) weight: T,
+    pub(super) fastest: T,
     /// Two counts.
     slack: T,
     /// Position of the last good sample.
@@ -180,19 +180,6 @@ impl<T: Scalar> VelocityFromPosition<T> {
     /// The filtered velocity v_f [m/s].
     pub fn velocity(&self) -> T {
         self.filtered
-    }
-
-    /// The weight h/(τ + h) \[–\] of a new velocity in the filter.
-    pub(super) fn weight(&self) -> T {
-        self.weight
-    }
-
-    pub(super) fn sample_time(&self) -> T {
-        self.sample_time
-    }
-
-    pub(super) fn fastest(&self) -> T {
-        self.fastest
     }
 
     /// Back to the beginning: no position yet, and no velocity.

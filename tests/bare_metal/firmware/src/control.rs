@@ -2,10 +2,9 @@
 //! many samples.
 
 use bristle::control::{
-    DirectionLaw, FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator,
-    FeedbackParameters, FrictionObserver, Injection, Measured, MicroDamping, ObserverModel,
-    ObserverParameters, OutputParameters, StaticCompensator, StaticParameters,
-    VelocityFromPosition, VelocityFromPositionParameters,
+    FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator, FeedbackParameters,
+    FrictionObserver, Injection, Measured, MicroDamping, ObserverModel, ObserverParameters,
+    OutputParameters, VelocityFromPosition, VelocityFromPositionParameters,
 };
 use bristle::{Bristle, FrBd, LuGre, Scalar};
 
@@ -38,25 +37,6 @@ pub(crate) fn secant<T: Scalar>(input: &Input<T>) -> Answer<T> {
     }
     encoder.reset();
     Ok(sum + encoder.velocity())
-}
-
-/// A curve and a sign, sharp and smooth.
-pub(crate) fn static_curve<T: Scalar>(input: &Input<T>) -> Answer<T> {
-    let mut sum = T::zero();
-    let width = input.threshold_velocity;
-    for direction in [DirectionLaw::DeadBand(width), DirectionLaw::Smooth(width)] {
-        let mut compensator = StaticCompensator::new(StaticParameters {
-            curve: stribeck(input)?,
-            normal_force: input.normal_force,
-            direction,
-            output: output(input),
-        })?;
-        for &velocity in &input.many[0] {
-            let answer = compensator.step(velocity);
-            sum += if answer.saturated { T::one() } else { answer.force };
-        }
-    }
-    Ok(sum)
 }
 
 fn forward_of<T: Scalar, M: Bristle<T, Deflection = T>>(model: M, input: &Input<T>) -> Answer<T> {

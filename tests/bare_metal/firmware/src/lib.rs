@@ -136,7 +136,6 @@ entries! {
     steps::elasto_plastic => entry_elasto_plastic_f32, entry_elasto_plastic_f64;
     steps::implicit => entry_implicit_f32, entry_implicit_f64;
     control::secant => entry_control_secant_f32, entry_control_secant_f64;
-    control::static_curve => entry_control_static_curve_f32, entry_control_static_curve_f64;
     control::feed_forward => entry_control_feed_forward_f32, entry_control_feed_forward_f64;
     control::feedback => entry_control_feedback_f32, entry_control_feedback_f64;
     control::observer => entry_control_observer_f32, entry_control_observer_f64;
