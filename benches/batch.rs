@@ -13,9 +13,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use bristle::batch::{
-    Batch, BatchError, CommitInput, HeldInput, HeldOutput, PassiveInput, PassiveOutput, Real,
-};
+use bristle::batch::{Batch, BatchError, CommitInput, PassiveOutput, Real, StepInput};
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd};
@@ -78,10 +76,10 @@ fn compare<T: Real>(name: &str) -> Result<(), BatchError> {
             black_box(&mut biases);
         });
         begin.time(COUNT, || {
-            let predicted = PassiveInput {
+            let predicted = StepInput {
                 velocities: &velocities,
                 normal_forces: &normal_forces,
-                deflections: &deflections,
+                deflections: &mut deflections,
             };
             let dampers =
                 PassiveOutput { shares: &mut shares, biases: &mut biases, dampings: &mut dampings };
@@ -92,9 +90,12 @@ fn compare<T: Real>(name: &str) -> Result<(), BatchError> {
             let _ = black_box(batch.commit(found, h, &mut deflections));
         });
         hold.time(COUNT, || {
-            let held = HeldInput { velocities: &velocities, normal_forces: &normal_forces };
-            let moved = HeldOutput { deflections: &mut deflections, mean_forces: &mut biases };
-            let _ = black_box(batch.hold(held, h, moved));
+            let held = StepInput {
+                velocities: &velocities,
+                normal_forces: &normal_forces,
+                deflections: &mut deflections,
+            };
+            let _ = black_box(batch.hold(held, h, &mut biases));
         });
         scalar_passive.time(COUNT, || {
             for (((z, &v), bias), damping) in
@@ -150,10 +151,12 @@ fn threads() -> Result<(), BatchError> {
     for _ in 0..ROUNDS / 10 {
         for (best, batch) in best.iter_mut().zip([one, one.in_parallel()]) {
             best.time(MANY, || {
-                let held = HeldInput { velocities: &velocities, normal_forces: &normal_forces };
-                let moved =
-                    HeldOutput { deflections: &mut deflections, mean_forces: &mut mean_forces };
-                let _ = black_box(batch.hold(held, 1e-3, moved));
+                let held = StepInput {
+                    velocities: &velocities,
+                    normal_forces: &normal_forces,
+                    deflections: &mut deflections,
+                };
+                let _ = black_box(batch.hold(held, 1e-3, &mut mean_forces));
             });
         }
     }

@@ -7,8 +7,7 @@ mod common;
 use std::fmt::Debug;
 
 use bristle::batch::{
-    Batch, BatchError, Columns, CommitInput, Fall, HeldInput, HeldOutput, Outcome, PassiveInput,
-    PassiveOutput, Real, Uniform,
+    Batch, BatchError, Columns, CommitInput, Fall, Outcome, PassiveOutput, Real, StepInput, Uniform,
 };
 use bristle::curve::{
     Coulomb, CoulombParameters, RationalStribeck, RationalStribeckParameters, Stribeck,
@@ -81,10 +80,11 @@ impl<T: Real> Run<T> {
     /// Both kinds of step: what the beginning and the end of the passive one report, and the exact
     /// one.
     fn step(&mut self, batch: &Batch<'_, T>, duration: T) -> [Outcome; 3] {
-        let predicted = PassiveInput {
+        self.after.copy_from_slice(&self.before);
+        let predicted = StepInput {
             velocities: &self.predicted,
             normal_forces: &self.load,
-            deflections: &self.before,
+            deflections: &mut self.after,
         };
         let dampers = PassiveOutput {
             shares: &mut self.share,
@@ -92,13 +92,16 @@ impl<T: Real> Run<T> {
             dampings: &mut self.damping,
         };
         let begun = batch.companions(predicted, duration, dampers).unwrap();
-        self.after.copy_from_slice(&self.before);
+        // The beginning leaves the deflections to the end.
         let found = CommitInput { shares: &self.share, velocities: &self.mean };
         let ended = batch.commit(found, duration, &mut self.after).unwrap();
         self.held.copy_from_slice(&self.before);
-        let held = HeldInput { velocities: &self.predicted, normal_forces: &self.load };
-        let moved = HeldOutput { deflections: &mut self.held, mean_forces: &mut self.held_force };
-        [begun, ended, batch.hold(held, duration, moved).unwrap()]
+        let held = StepInput {
+            velocities: &self.predicted,
+            normal_forces: &self.load,
+            deflections: &mut self.held,
+        };
+        [begun, ended, batch.hold(held, duration, &mut self.held_force).unwrap()]
     }
 
     /// The bits of everything that a step leaves of one bristle; NaN has none of its own.
@@ -439,7 +442,7 @@ fn every_bristle_obeys_its_own_parameters() {
 #[test]
 fn the_deflection_is_cut_to_its_limit_only_when_the_velocity_was_mispredicted() {
     let batch = Batch::of(&friction::<f64>()).unwrap();
-    // PassiveInput at rest, then 1 m/s for 1 s: the bristle would follow by 1 m.
+    // Predicted at rest, then 1 m/s for 1 s: the bristle would follow by 1 m.
     let mut deflections = [0.0, 0.0, 4e-4];
     let found = CommitInput { shares: &[1.0; 3], velocities: &[1.0, -1.0, 1.0] };
     assert!(batch.commit(found, 1.0, &mut deflections).unwrap().is_finite());
@@ -513,11 +516,11 @@ fn slices_of_other_lengths_are_refused_by_name_and_nothing_is_written() {
     let names = ["normal_forces", "deflections", "shares", "biases", "dampings"];
     for (odd, name) in names.into_iter().enumerate() {
         let length = |k| if k == odd { 4 } else { 5 };
-        let (load, z) = (vec![1.0; length(0)], vec![0.0; length(1)]);
+        let (load, mut z) = (vec![1.0; length(0)], vec![0.0; length(1)]);
         let mut out = [2, 3, 4].map(|k| vec![7.0; length(k)]);
         let [shares, biases, dampings] = &mut out;
         let refused = batch.companions(
-            PassiveInput { velocities: &[0.1; 5], normal_forces: &load, deflections: &z },
+            StepInput { velocities: &[0.1; 5], normal_forces: &load, deflections: &mut z },
             1e-3,
             PassiveOutput { shares, biases, dampings },
         );
@@ -536,9 +539,8 @@ fn slices_of_other_lengths_are_refused_by_name_and_nothing_is_written() {
         [("normal_forces", [2, 3, 3]), ("deflections", [3, 2, 3]), ("mean_forces", [3, 3, 2])]
     {
         let [load, mut z, mut force] = lengths.map(|length| vec![1.0; length]);
-        let held = HeldInput { velocities: &[0.1; 3], normal_forces: &load };
-        let refused =
-            batch.hold(held, 1e-3, HeldOutput { deflections: &mut z, mean_forces: &mut force });
+        let held = StepInput { velocities: &[0.1; 3], normal_forces: &load, deflections: &mut z };
+        let refused = batch.hold(held, 1e-3, &mut force);
         let want = BatchError::Length { name, length: 2, other: "velocities", expected: 3 };
         assert_eq!(refused, Err(want));
     }
@@ -578,12 +580,8 @@ fn parameters_out_of_range_are_refused_by_name_and_index() {
         };
         let mut out = [[0.0; 3]; 2];
         let [deflections, mean_forces] = &mut out;
-        let held = HeldInput { velocities: &[0.1; 3], normal_forces: &[1.0; 3] };
-        Batch::of_each(Fall::Rational, columns)?.hold(
-            held,
-            1e-3,
-            HeldOutput { deflections, mean_forces },
-        )
+        let held = StepInput { velocities: &[0.1; 3], normal_forces: &[1.0; 3], deflections };
+        Batch::of_each(Fall::Rational, columns)?.hold(held, 1e-3, mean_forces)
     };
     let columns = [1.5, 1.0, 0.01, 0.04, 1e4, 64.5].map(|value| vec![value; 3]);
     assert!(of(&columns).unwrap().is_finite());

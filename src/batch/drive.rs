@@ -33,7 +33,7 @@ fn block<T: Real, const P: usize, const I: usize, const O: usize>(
         let after = kernel.apply(parameters.map(at), inputs.map(at), before);
         // Finite only if all terms are: ∞ − ∞ is NaN.
         let sum = after.into_iter().reduce(|sum, value| sum + value);
-        finite &= sum.is_none_or(|sum| sum.is_number());
+        finite &= sum.is_none_or(|sum| sum.is_finite());
         for (column, value) in outputs.iter_mut().zip(after) {
             if let Some(to) = column.get_mut(k) {
                 *to = value;
@@ -46,12 +46,9 @@ fn block<T: Real, const P: usize, const I: usize, const O: usize>(
 /// The next block of every slice; ones for what a slice lacks.
 #[inline(always)]
 fn next<'a, T: Real, const N: usize>(slices: &mut [&'a [T]; N]) -> [&'a [T; BLOCK]; N] {
-    slices.each_mut().map(|slice| match slice.split_first_chunk() {
-        Some((block, rest)) => {
-            *slice = rest;
-            block
-        }
-        None => T::ONES,
+    slices.each_mut().map(|slice| {
+        let block = slice.split_off(..BLOCK).and_then(|block| block.first_chunk());
+        block.unwrap_or(T::ONES)
     })
 }
 
@@ -67,25 +64,22 @@ fn padded<T: Real, const N: usize>(slices: [&[T]; N]) -> [[T; BLOCK]; N] {
 
 /// All blocks.
 #[inline(always)]
-fn sweep<T: Real, const P: usize, const I: usize, const O: usize>(
-    kernel: impl Kernel<T, P, I, O>,
+fn sweep<T: Real, K: Kernel<T, P, I, O>, const P: usize, const I: usize, const O: usize>(
+    kernel: K,
     slices: Slices<'_, T, P, I, O>,
 ) -> Outcome {
     let Slices { mut parameters, mut inputs, mut outputs, length } = slices;
-    let mut outcome = Outcome::default();
+    let (mut outcome, mut done) = (Outcome::default(), 0);
     let mut results = [*T::ONES; O];
-    let mut done = 0;
     while done + BLOCK <= length {
-        if kernel.reads_outputs() {
-            for (result, slice) in results.iter_mut().zip(&outputs) {
-                *result = slice.first_chunk().copied().unwrap_or(*T::ONES);
-            }
+        if K::READS_OUTPUTS {
+            let ones = *T::ONES;
+            results = outputs.each_ref().map(|slice| slice.first_chunk().copied().unwrap_or(ones));
         }
         let finite = block(&kernel, next(&mut parameters), next(&mut inputs), &mut results);
         for (slice, result) in outputs.iter_mut().zip(&results) {
-            if let Some((to, rest)) = core::mem::take(slice).split_first_chunk_mut() {
+            if let Some(to) = slice.split_off_mut(..BLOCK).and_then(|to| to.first_chunk_mut()) {
                 *to = *result;
-                *slice = rest;
             }
         }
         if !finite {
@@ -134,9 +128,9 @@ mod tests {
     use super::{Slices, run, sweep};
     use crate::batch::Real;
     use crate::batch::kernel::{Bound, Hold, Predict};
-    use crate::batch::material::{Gaussian, Material};
+    use crate::batch::material::{GAUSSIAN, Material};
+    use crate::curve::Valley;
     use crate::scalar::{lit, to_f64};
-    use core::marker::PhantomData;
 
     /// Velocities, normal forces and deflections of many decades.
     fn inputs<T: Real>() -> [[T; 501]; 3] {
@@ -147,14 +141,9 @@ mod tests {
     }
 
     fn the_widest_vectors_give_the_bits_of_the_narrowest<T: Real>() {
-        let source = Material {
-            dynamic: T::one(),
-            drop: lit(0.5),
-            inverse_velocity: lit(100.0),
-            viscous: lit(0.04),
-            stiffness: lit(1e4),
-            damping: lit(64.5),
-        };
+        let (drop, viscous) = (lit(0.5), lit(0.04));
+        let curve = Valley { dynamic: T::one(), drop, inverse_velocity: lit(100.0), viscous };
+        let source = Material { curve, stiffness: lit(1e4), damping: lit(64.5) };
         let [velocities, loads, deflections] = inputs::<T>();
         let loads = loads.map(|load| load.abs());
         let bits = |values: &[T]| -> std::vec::Vec<u64> {
@@ -162,19 +151,18 @@ mod tests {
         };
         for h in [1e-4, 0.1] {
             let duration = lit(h);
-            let fall = PhantomData::<Gaussian>;
             let outcome = |wide: bool| {
                 let mut out = [[T::zero(); 501]; 3];
                 let outputs = out.each_mut().map(|column| column.as_mut_slice());
                 let inputs = [&velocities[..], &loads, &deflections];
                 let slices = Slices { parameters: [], inputs, outputs, length: 501 };
-                let kernel = Bound { fall, source, operation: Predict { duration } };
+                let kernel = Bound::<_, _, GAUSSIAN> { source, operation: Predict { duration } };
                 let _ = if wide { run(kernel, slices) } else { sweep(kernel, slices) };
                 let mut held = [deflections, deflections];
                 let outputs = held.each_mut().map(|column| column.as_mut_slice());
                 let inputs = [&velocities[..], &loads];
                 let slices = Slices { parameters: [], inputs, outputs, length: 501 };
-                let kernel = Bound { fall, source, operation: Hold { duration } };
+                let kernel = Bound::<_, _, GAUSSIAN> { source, operation: Hold { duration } };
                 let _ = if wide { run(kernel, slices) } else { sweep(kernel, slices) };
                 (out.map(|column| bits(&column)), held.map(|column| bits(&column)))
             };

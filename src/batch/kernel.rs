@@ -1,8 +1,6 @@
 //! The arithmetic of one bristle: what a step reads, and what it writes.
 
-use core::marker::PhantomData;
-
-use super::material::{Falling, Material, Source};
+use super::material::{Material, Source};
 use super::real::{self, Real};
 use crate::scalar::{lit, nan};
 
@@ -11,34 +9,30 @@ pub(super) trait Kernel<T, const P: usize, const I: usize, const O: usize>:
     Copy + Send + Sync
 {
     /// Whether the step depends on the outputs before it. Reading them for nothing costs bandwidth.
-    fn reads_outputs(&self) -> bool;
+    const READS_OUTPUTS: bool;
     /// The O outputs after the step.
     fn apply(&self, parameters: [T; P], inputs: [T; I], before: [T; O]) -> [T; O];
 }
 
-/// An operation on bristles with parameters from a source and a curve that falls in one way.
+/// An operation on bristles with parameters from a source and a curve that falls in one way, a
+/// [`Fall`](super::Fall) as a number: chosen before the loop over the bristles.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bound<F, S, K> {
-    pub(super) fall: PhantomData<F>,
+pub(super) struct Bound<S, K, const FALL: u8> {
     pub(super) source: S,
     pub(super) operation: K,
 }
 
-impl<T, F, S, K, const P: usize, const I: usize, const O: usize> Kernel<T, P, I, O>
-    for Bound<F, S, K>
+impl<T, S, K, const FALL: u8, const P: usize, const I: usize, const O: usize> Kernel<T, P, I, O>
+    for Bound<S, K, FALL>
 where
-    F: Falling<T>,
     S: Source<T, P>,
     K: Operation<T, I, O>,
 {
-    #[inline(always)]
-    fn reads_outputs(&self) -> bool {
-        K::READS_OUTPUTS
-    }
+    const READS_OUTPUTS: bool = K::READS_OUTPUTS;
 
     #[inline(always)]
     fn apply(&self, parameters: [T; P], inputs: [T; I], before: [T; O]) -> [T; O] {
-        self.operation.apply::<F>(&self.source.material(parameters), inputs, before)
+        self.operation.apply::<FALL>(&self.source.material(parameters), inputs, before)
     }
 }
 
@@ -47,7 +41,7 @@ pub(super) trait Operation<T, const I: usize, const O: usize>: Copy + Send + Syn
     /// Whether the step depends on the outputs before it.
     const READS_OUTPUTS: bool = true;
     /// The O outputs after the step.
-    fn apply<F: Falling<T>>(
+    fn apply<const FALL: u8>(
         &self,
         material: &Material<T>,
         inputs: [T; I],
@@ -59,7 +53,7 @@ pub(super) trait Operation<T, const I: usize, const O: usize>: Copy + Send + Syn
 #[inline(always)]
 fn speed<T: Real>(velocity: T) -> T {
     let speed = velocity.size();
-    if speed.is_number() { speed } else { nan() }
+    if speed.is_finite() { speed } else { nan() }
 }
 
 /// The normal force; NaN for a negative one.
@@ -78,7 +72,7 @@ impl<T: Real> Operation<T, 3, 3> for Predict<T> {
     const READS_OUTPUTS: bool = false;
 
     #[inline(always)]
-    fn apply<F: Falling<T>>(
+    fn apply<const FALL: u8>(
         &self,
         material: &Material<T>,
         [velocity, normal_force, deflection]: [T; 3],
@@ -86,7 +80,7 @@ impl<T: Real> Operation<T, 3, 3> for Predict<T> {
     ) -> [T; 3] {
         let stiffening = lit::<T>(0.5) * self.duration * material.stiffness + material.damping;
         let speed = speed(velocity);
-        let mu = material.coefficient::<F>(speed);
+        let mu = material.coefficient::<FALL>(speed);
         let share = mu / (mu + stiffening * speed);
         let carried = load(normal_force) * share;
         [share, carried * (material.stiffness * deflection), carried * stiffening]
@@ -101,7 +95,7 @@ pub(super) struct Commit<T> {
 
 impl<T: Real> Operation<T, 2, 1> for Commit<T> {
     #[inline(always)]
-    fn apply<F: Falling<T>>(
+    fn apply<const FALL: u8>(
         &self,
         material: &Material<T>,
         [velocity, share]: [T; 2],
@@ -138,7 +132,7 @@ pub(super) struct Hold<T> {
 
 impl<T: Real> Operation<T, 2, 2> for Hold<T> {
     #[inline(always)]
-    fn apply<F: Falling<T>>(
+    fn apply<const FALL: u8>(
         &self,
         material: &Material<T>,
         [velocity, normal_force]: [T; 2],
@@ -146,7 +140,7 @@ impl<T: Real> Operation<T, 2, 2> for Hold<T> {
     ) -> [T; 2] {
         let one = T::one();
         let speed = speed(velocity);
-        let mu = material.coefficient::<F>(speed);
+        let mu = material.coefficient::<FALL>(speed);
         let inverse = one / (material.damping * speed + mu);
         let drive = mu * inverse;
         // x = λh

@@ -3,12 +3,13 @@
 //! μ(v) = μ_d + (μ_s − μ_d) fall(|v|/v_S) + σ2|v|, with a Kelvin–Voigt bristle σ0, σ1.
 
 use super::BatchError;
-use super::real::Real;
+use super::real::{self, Real};
 use crate::curve::{Coulomb, RationalStribeck, Stribeck, Valley};
 use crate::parameter::{self, ParameterError, Rule};
 use crate::rheology::{KelvinVoigt, Rheology};
 use crate::scalar::lit;
 use crate::{Dahl, FrBd, Sliding};
+pub(super) use sealed::Material;
 
 /// How friction falls from its static to its dynamic coefficient, over u = |v|/v_S.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,6 +21,10 @@ pub enum Fall {
     /// 1/(1 + u²): the rational Stribeck curve, which needs no exponential.
     Rational,
 }
+
+pub(super) const EXPONENTIAL: u8 = Fall::Exponential as u8;
+pub(super) const GAUSSIAN: u8 = Fall::Gaussian as u8;
+pub(super) const RATIONAL: u8 = Fall::Rational as u8;
 
 /// Parameters of every bristle of a batch, one slice for each: FrBD with a Kelvin–Voigt bristle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,46 +65,33 @@ impl<'a, T: Real> Columns<'a, T> {
     /// Checks the lengths and every value.
     pub(super) fn check(&self) -> Result<(), BatchError> {
         super::same_length(self.named().map(|(name, column)| (name, column.len())))?;
-        let (positive, non_negative) = (parameter::positive::<T>, parameter::non_negative::<T>);
-        type Gate<T> = fn(&'static str, T) -> Result<T, ParameterError>;
-        let gates: [Gate<T>; 6] =
-            [positive, positive, positive, non_negative, positive, non_negative];
-        for ((name, column), gate) in self.named().into_iter().zip(gates) {
+        for (name, column) in self.named() {
+            let zero_too = matches!(name, "viscous_frictions" | "micro_dampings");
+            let gate = if zero_too { parameter::non_negative } else { parameter::positive };
             for (index, &value) in column.iter().enumerate() {
                 parameter::component(index, gate(name, value))?;
             }
         }
-        let [(static_name, statics), (dynamic_name, dynamics), ..] = self.named();
+        let [(name, statics), (other, dynamics), ..] = self.named();
         for (index, (&static_, &dynamic)) in statics.iter().zip(dynamics).enumerate() {
-            let above = parameter::at_least(static_name, static_, dynamic_name, dynamic);
-            parameter::component(index, above)?;
+            parameter::component(index, parameter::at_least(name, static_, other, dynamic))?;
         }
         Ok(())
     }
 }
 
-/// The parameters of one bristle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Material<T> {
-    /// μ_d
-    pub(super) dynamic: T,
-    /// μ_s − μ_d
-    pub(super) drop: T,
-    /// 1/v_S
-    pub(super) inverse_velocity: T,
-    /// σ2
-    pub(super) viscous: T,
-    /// σ0
-    pub(super) stiffness: T,
-    /// σ1
-    pub(super) damping: T,
-}
-
 impl<T: Real> Material<T> {
     /// μ(v) at a speed |v|.
     #[inline(always)]
-    pub(super) fn coefficient<F: Falling<T>>(&self, speed: T) -> T {
-        self.dynamic + self.drop * F::fall(speed * self.inverse_velocity) + self.viscous * speed
+    pub(super) fn coefficient<const FALL: u8>(&self, speed: T) -> T {
+        let Valley { dynamic, drop, inverse_velocity, viscous } = self.curve;
+        let u = speed * inverse_velocity;
+        let fall = match FALL {
+            EXPONENTIAL => real::decay(-u).decay,
+            GAUSSIAN => real::decay(-(u * u)).decay,
+            _ => T::one() / (T::one() + u * u),
+        };
+        dynamic + drop * fall + viscous * speed
     }
 
     /// 1/σ0. Of shared parameters the compiler takes it out of the loop.
@@ -111,7 +103,7 @@ impl<T: Real> Material<T> {
     /// An upper bound of μ up to a speed, without an exponential.
     #[inline(always)]
     pub(super) fn most(&self, speed: T) -> T {
-        self.dynamic + self.drop + self.viscous * speed
+        self.curve.dynamic + self.curve.drop + self.curve.viscous * speed
     }
 }
 
@@ -121,7 +113,18 @@ impl<T: Real> Material<T> {
 pub trait Uniform<T>: sealed::Model<T> {}
 
 pub(super) mod sealed {
-    use super::{Fall, Material, ParameterError};
+    use super::{Fall, ParameterError, Valley};
+
+    /// The parameters of one bristle.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Material<T> {
+        /// μ_d, μ_s − μ_d, 1/v_S and σ2
+        pub(in crate::batch) curve: Valley<T>,
+        /// σ0
+        pub(in crate::batch) stiffness: T,
+        /// σ1
+        pub(in crate::batch) damping: T,
+    }
 
     /// A model that a batch can compute.
     pub trait Model<T> {
@@ -150,15 +153,13 @@ impl<T: Real> sealed::Curve<T> for Stribeck<T> {
             let rule = Rule::Stated("be 1 or 2 here");
             return Err(parameter::refused("stribeck_exponent", exponent, rule));
         };
-        let Valley { dynamic, drop, inverse_velocity, viscous } = self.valley;
-        Ok((fall, Material { drop, inverse_velocity, ..flat(dynamic, viscous) }))
+        Ok((fall, without_bristle(self.valley)))
     }
 }
 
 impl<T: Real> sealed::Curve<T> for RationalStribeck<T> {
     fn curve(&self) -> Result<(Fall, Material<T>), ParameterError> {
-        let Valley { dynamic, drop, inverse_velocity, viscous } = self.0;
-        Ok((Fall::Rational, Material { drop, inverse_velocity, ..flat(dynamic, viscous) }))
+        Ok((Fall::Rational, without_bristle(self.0)))
     }
 }
 
@@ -168,17 +169,15 @@ impl<T: Real> sealed::Curve<T> for Coulomb<T> {
     }
 }
 
-/// A curve that does not fall, at any speed; without a bristle.
+/// A curve whose bristle is still to be filled in.
+fn without_bristle<T: Real>(curve: Valley<T>) -> Material<T> {
+    Material { curve, stiffness: T::zero(), damping: T::zero() }
+}
+
+/// A curve that does not fall, at any speed.
 fn flat<T: Real>(dynamic: T, viscous: T) -> Material<T> {
-    let zero = T::zero();
-    Material {
-        dynamic,
-        drop: zero,
-        inverse_velocity: zero,
-        viscous,
-        stiffness: zero,
-        damping: zero,
-    }
+    let (drop, inverse_velocity) = (T::zero(), T::zero());
+    without_bristle(Valley { dynamic, drop, inverse_velocity, viscous })
 }
 
 impl<T, C, R> sealed::Model<T> for FrBd<C, R>
@@ -228,30 +227,7 @@ impl<T: Real> Source<T, 6> for Stored {
         [static_, dynamic, velocity, viscous, stiffness, damping]: [T; 6],
     ) -> Material<T> {
         let (drop, inverse_velocity) = (static_ - dynamic, T::one() / velocity);
-        Material { dynamic, drop, inverse_velocity, viscous, stiffness, damping }
+        let curve = Valley { dynamic, drop, inverse_velocity, viscous };
+        Material { curve, stiffness, damping }
     }
-}
-
-/// The fall of a curve as a type, chosen before the loop over the bristles.
-pub(super) trait Falling<T>: Copy + Send + Sync {
-    fn fall(u: T) -> T;
-}
-
-macro_rules! falling {
-    ($($name:ident: $u:ident => $fall:expr;)*) => {$(
-        #[derive(Debug, Clone, Copy)]
-        pub(super) struct $name;
-        impl<T: Real> Falling<T> for $name {
-            #[inline(always)]
-            fn fall($u: T) -> T {
-                $fall
-            }
-        }
-    )*};
-}
-
-falling! {
-    Exponential: u => super::real::decay(-u).decay;
-    Gaussian: u => super::real::decay(-(u * u)).decay;
-    Rational: u => T::one() / (T::one() + u * u);
 }

@@ -61,7 +61,7 @@
 //! x = λh, φ1 = (1 − e⁻ˣ)/x, z_ss = sgn(v) μ(v)/σ0. A step costs two exponentials.
 //!
 //! ```
-//! use bristle::batch::{Batch, PassiveOutput, CommitInput, PassiveInput};
+//! use bristle::batch::{Batch, CommitInput, PassiveOutput, StepInput};
 //! use bristle::{FrBd, paper};
 //! use bristle::curve::Stribeck;
 //! use bristle::rheology::KelvinVoigt;
@@ -76,7 +76,7 @@
 //! for _ in 0..100 {
 //!     let slip = v.map(|v| v - belt); // predicted by the velocity before the step
 //!     let input =
-//!         PassiveInput { velocities: &slip, normal_forces: &normal_forces, deflections: &z };
+//!         StepInput { velocities: &slip, normal_forces: &normal_forces, deflections: &mut z };
 //!     let output =
 //!         PassiveOutput { shares: &mut shares, biases: &mut biases, dampings: &mut dampings };
 //!     let begun = grains.companions(input, h, output)?;
@@ -155,12 +155,10 @@ pub use material::{Columns, Fall, Uniform};
 pub use outcome::{BatchError, Outcome};
 pub use real::Real;
 
-use core::marker::PhantomData;
-
 use crate::parameter;
 use drive::Slices;
 use kernel::{Bound, Commit, Hold, Kernel, Operation, Predict};
-use material::{Exponential, Gaussian, Material, Rational, Source, Stored};
+use material::{EXPONENTIAL, GAUSSIAN, Material, RATIONAL, Source, Stored};
 
 /// What the bristles are made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -177,15 +175,15 @@ enum Bristles<'a, T> {
 /// parameters for), and any number of steps.
 ///
 /// ```
-/// use bristle::batch::{Batch, HeldInput, HeldOutput};
+/// use bristle::batch::{Batch, StepInput};
 /// use bristle::{Dahl, DahlParameters};
 ///
 /// let parameters = DahlParameters { dynamic_coefficient: 0.5_f32, micro_stiffness: 1e4 };
 /// let batch = Batch::of(&Dahl::new(parameters)?)?;
 /// let (mut deflections, mut mean_forces) = ([0.0; 2], [0.0; 2]);
-/// let input = HeldInput { velocities: &[0.1, f32::NAN], normal_forces: &[20.0, 20.0] };
-/// let output = HeldOutput { deflections: &mut deflections, mean_forces: &mut mean_forces };
-/// let outcome = batch.hold(input, 1e-3, output)?; // s
+/// let (velocities, normal_forces) = (&[0.1, f32::NAN], &[20.0, 20.0]);
+/// let input = StepInput { velocities, normal_forces, deflections: &mut deflections };
+/// let outcome = batch.hold(input, 1e-3, &mut mean_forces)?; // s
 /// assert!(mean_forces[0] > 0.0 && mean_forces[0] < 10.0);
 /// assert_eq!((outcome.not_finite, outcome.first), (1, Some(1)));
 /// # Ok::<(), bristle::batch::BatchError>(())
@@ -198,15 +196,16 @@ pub struct Batch<'a, T> {
     parallel: bool,
 }
 
-/// Input of a passive step: [`Batch::companions`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PassiveInput<'a, T> {
-    /// Velocities v\* predicted for the middle of the step [m/s].
+/// Motion, load and state of every bristle: input of [`Batch::companions`] and [`Batch::hold`].
+#[derive(Debug, PartialEq)]
+pub struct StepInput<'a, T> {
+    /// Velocities [m/s]: v\* predicted for the middle of a passive step, v held over an exact one.
     pub velocities: &'a [T],
     /// Normal forces p \[N\].
     pub normal_forces: &'a [T],
-    /// Deflections z₀ before the step \[m\].
-    pub deflections: &'a [T],
+    /// Deflections \[m\] before the step. [`Batch::hold`] replaces them by those after it,
+    /// [`Batch::companions`] leaves them as they are.
+    pub deflections: &'a mut [T],
 }
 
 /// Output of a passive step: the mean force of every bristle is F̄ = bias + damping·v̄.
@@ -227,24 +226,6 @@ pub struct CommitInput<'a, T> {
     pub shares: &'a [T],
     /// Mean velocities v̄ over the step [m/s].
     pub velocities: &'a [T],
-}
-
-/// Input of an exact step: [`Batch::hold`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HeldInput<'a, T> {
-    /// Velocities v, held over the step [m/s].
-    pub velocities: &'a [T],
-    /// Normal forces p \[N\].
-    pub normal_forces: &'a [T],
-}
-
-/// Output of an exact step: [`Batch::hold`].
-#[derive(Debug, PartialEq)]
-pub struct HeldOutput<'a, T> {
-    /// Deflections \[m\]: read as those before the step, written as those after it.
-    pub deflections: &'a mut [T],
-    /// Friction forces averaged over the step \[N\].
-    pub mean_forces: &'a mut [T],
 }
 
 impl<'a, T: Real> Batch<'a, T> {
@@ -314,7 +295,7 @@ impl<'a, T: Real> Batch<'a, T> {
     /// not finite.
     pub fn companions(
         &self,
-        input: PassiveInput<'_, T>,
+        input: StepInput<'_, T>,
         duration: T,
         output: PassiveOutput<'_, T>,
     ) -> Result<Outcome, BatchError> {
@@ -343,8 +324,7 @@ impl<'a, T: Real> Batch<'a, T> {
         deflections: &mut [T],
     ) -> Result<Outcome, BatchError> {
         // The curve is not evaluated again; any fall will do, and one needs no code for the others.
-        let batch = Self { fall: Fall::Rational, ..*self };
-        batch.apply(
+        Self { fall: Fall::Rational, ..*self }.apply(
             Commit { duration: parameter::non_negative("duration", duration)? },
             [("velocities", input.velocities), ("shares", input.shares)],
             [("deflections", deflections)],
@@ -352,7 +332,7 @@ impl<'a, T: Real> Batch<'a, T> {
     }
 
     /// The exact step of length h ≥ 0 \[s\] at held velocities: the new deflections, in place, and
-    /// the mean forces.
+    /// the friction forces averaged over the step \[N\].
     ///
     /// # Errors
     ///
@@ -360,14 +340,14 @@ impl<'a, T: Real> Batch<'a, T> {
     /// not finite.
     pub fn hold(
         &self,
-        input: HeldInput<'_, T>,
+        input: StepInput<'_, T>,
         duration: T,
-        output: HeldOutput<'_, T>,
+        mean_forces: &mut [T],
     ) -> Result<Outcome, BatchError> {
         self.apply(
             Hold { duration: parameter::non_negative("duration", duration)? },
             [("velocities", input.velocities), ("normal_forces", input.normal_forces)],
-            [("deflections", output.deflections), ("mean_forces", output.mean_forces)],
+            [("deflections", input.deflections), ("mean_forces", mean_forces)],
         )
     }
 
@@ -380,12 +360,13 @@ impl<'a, T: Real> Batch<'a, T> {
     ) -> Result<Outcome, BatchError> {
         let stored = match self.bristles {
             Bristles::Shared(_) => None,
-            Bristles::Each(columns) => Some(("static_coefficients", columns.static_coefficients)),
+            Bristles::Each(columns) => {
+                Some(("static_coefficients", columns.static_coefficients.len()))
+            }
         };
-        let lengths = inputs.iter().map(|(name, slice)| (*name, slice.len()));
+        let read = inputs.iter().map(|(name, slice)| (*name, slice.len()));
         let written = outputs.iter().map(|(name, slice)| (*name, slice.len()));
-        let stored = stored.into_iter().map(|(name, slice)| (name, slice.len()));
-        let length = same_length(lengths.chain(written).chain(stored))?;
+        let length = same_length(read.chain(written).chain(stored))?;
         let (inputs, outputs) = (inputs.map(|(_, slice)| slice), outputs.map(|(_, slice)| slice));
         Ok(match self.bristles {
             Bristles::Shared(material) => {
@@ -408,15 +389,9 @@ impl<'a, T: Real> Batch<'a, T> {
         slices: Slices<'_, T, P, I, O>,
     ) -> Outcome {
         match self.fall {
-            Fall::Exponential => {
-                self.run(Bound { fall: PhantomData::<Exponential>, source, operation }, slices)
-            }
-            Fall::Gaussian => {
-                self.run(Bound { fall: PhantomData::<Gaussian>, source, operation }, slices)
-            }
-            Fall::Rational => {
-                self.run(Bound { fall: PhantomData::<Rational>, source, operation }, slices)
-            }
+            Fall::Exponential => self.run(Bound::<_, _, EXPONENTIAL> { source, operation }, slices),
+            Fall::Gaussian => self.run(Bound::<_, _, GAUSSIAN> { source, operation }, slices),
+            Fall::Rational => self.run(Bound::<_, _, RATIONAL> { source, operation }, slices),
         }
     }
 

@@ -32,7 +32,7 @@ impl Outcome {
         used: usize,
     ) {
         for k in 0..used {
-            let finite = block.iter().all(|column| column.get(k).is_some_and(|x| x.is_number()));
+            let finite = block.iter().all(|column| column.get(k).is_some_and(|x| x.is_finite()));
             if !finite {
                 self.not_finite += 1;
                 self.first = self.first.or(Some(start + k));

@@ -9,29 +9,16 @@ use super::real::{BLOCK, Real};
 const GRAIN: usize = 4096;
 
 impl<'a, T, const P: usize, const I: usize, const O: usize> Slices<'a, T, P, I, O> {
-    /// The bristles before an index, which is within the length, and the others.
-    fn split_at(self, index: usize) -> (Self, Self) {
-        let Slices { parameters, inputs, mut outputs, length } = self;
-        let halves = |slice: &'a [T]| slice.split_at_checked(index).unwrap_or((slice, &[]));
-        let heads = outputs.each_mut().map(|slice| {
-            let whole = core::mem::take(slice);
-            let (head, tail) = whole.split_at_mut_checked(index).unwrap_or_default();
-            *slice = tail;
-            head
-        });
-        let head = Slices {
-            parameters: parameters.map(|slice| halves(slice).0),
-            inputs: inputs.map(|slice| halves(slice).0),
-            outputs: heads,
+    /// Takes off the bristles before an index, which is within the length.
+    fn split_off(&mut self, index: usize) -> Self {
+        self.length -= index;
+        let head = |slice: &mut &'a [T]| slice.split_off(..index).unwrap_or_default();
+        Slices {
+            parameters: self.parameters.each_mut().map(head),
+            inputs: self.inputs.each_mut().map(head),
+            outputs: self.outputs.each_mut().map(|s| s.split_off_mut(..index).unwrap_or_default()),
             length: index,
-        };
-        let tail = Slices {
-            parameters: parameters.map(|slice| halves(slice).1),
-            inputs: inputs.map(|slice| halves(slice).1),
-            outputs,
-            length: length - index,
-        };
-        (head, tail)
+        }
     }
 }
 
@@ -44,14 +31,14 @@ pub(super) fn run<
     const O: usize,
 >(
     kernel: K,
-    slices: Slices<'_, T, P, I, O>,
+    mut slices: Slices<'_, T, P, I, O>,
 ) -> Outcome {
     if slices.length < 2 * GRAIN {
         return drive::run(kernel, slices);
     }
     // At the edge of a block, so that only the last block of all is padded.
     let middle = slices.length / 2 / BLOCK * BLOCK;
-    let (left, right) = slices.split_at(middle);
-    let (left, right) = rayon::join(|| run(kernel, left), || run(kernel, right));
+    let left = slices.split_off(middle);
+    let (left, right) = rayon::join(|| run(kernel, left), || run(kernel, slices));
     left.and(right, middle)
 }

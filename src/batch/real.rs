@@ -59,8 +59,6 @@ pub(super) mod sealed {
         fn power_of_two(shifted: Self) -> Self;
         /// |x|
         fn size(self) -> Self;
-        /// Whether the number is neither infinite nor NaN.
-        fn is_number(&self) -> bool;
     }
 }
 
@@ -100,11 +98,6 @@ impl sealed::Parts for f64 {
     fn size(self) -> f64 {
         self.abs()
     }
-
-    #[inline(always)]
-    fn is_number(&self) -> bool {
-        self.is_finite()
-    }
 }
 
 impl sealed::Parts for f32 {
@@ -126,11 +119,6 @@ impl sealed::Parts for f32 {
     #[inline(always)]
     fn size(self) -> f32 {
         self.abs()
-    }
-
-    #[inline(always)]
-    fn is_number(&self) -> bool {
-        self.is_finite()
     }
 }
 

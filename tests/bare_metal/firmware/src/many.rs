@@ -2,8 +2,7 @@
 
 use bristle::FrBd;
 use bristle::batch::{
-    Batch, BatchError, Columns, CommitInput, Fall, HeldInput, HeldOutput, PassiveInput,
-    PassiveOutput, Real, Uniform,
+    Batch, BatchError, Columns, CommitInput, Fall, PassiveOutput, Real, StepInput, Uniform,
 };
 use bristle::curve::{RationalStribeck, RationalStribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
@@ -23,16 +22,16 @@ fn steps<T: Real>(batch: Batch<'_, T>, input: &Input<T>) -> Answer<T> {
     let mut room = [[T::zero(); MANY]; 5];
     let [shares, biases, dampings, after, mean_forces] =
         room.each_mut().map(|values| values.get_mut(..length).unwrap_or_default());
+    after.iter_mut().zip(deflections).for_each(|(to, from)| *to = *from);
     let begun = batch.companions(
-        PassiveInput { velocities, normal_forces, deflections },
+        StepInput { velocities, normal_forces, deflections: &mut *after },
         input.duration,
         PassiveOutput { shares: &mut *shares, biases: &mut *biases, dampings: &mut *dampings },
     )?;
-    after.iter_mut().zip(deflections).for_each(|(to, from)| *to = *from);
     let found = CommitInput { shares: &*shares, velocities: part(3) };
     let ended = batch.commit(found, input.duration, after)?;
-    let moved = HeldOutput { deflections: after, mean_forces };
-    let held = batch.hold(HeldInput { velocities, normal_forces }, input.duration, moved)?;
+    let held = StepInput { velocities, normal_forces, deflections: after };
+    let held = batch.hold(held, input.duration, mean_forces)?;
     let mut sum = T::zero();
     for outcome in [begun, ended, held] {
         if outcome.is_finite() && outcome.first.is_none() {
