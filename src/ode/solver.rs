@@ -63,16 +63,6 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         }
     }
 
-    /// The length of a fixed step \[s\].
-    pub(crate) fn fixed_step(&self) -> Option<T> {
-        self.pace.fixed_step
-    }
-
-    /// The method.
-    pub(crate) fn method(&self) -> &M {
-        &self.method
-    }
-
     /// The plain method: |v| as it is, no step split at reversals or input kinks. With fixed steps
     /// each then costs the same; the kinks cost accuracy, down to first or second order.
     #[must_use]

@@ -63,7 +63,6 @@
 //! (arXiv 2602.09429), section III-A, linearised at rest.
 
 mod region;
-mod solver;
 
 use core::fmt;
 
