@@ -4,11 +4,11 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use crate::ode_common::{
-    MOST_STEPS, Oscillator, Swing, dahl, every_method, every_solver, observed_order, rig,
+    MOST_STEPS, OfAny, Oscillator, Swing, dahl, every_method, every_solver, observed_order, rig,
     stick_slip, table_2_frbd, table_2_lugre, tolerance,
 };
 use bristle::curve::{Stribeck, StribeckParameters};
-use bristle::ode::{DormandPrince, Output, RungeKutta4, Solver, System, Tolerances};
+use bristle::ode::{DormandPrince, Output, RungeKutta4, System, Tolerances};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{
     DiaphragmValve, DiaphragmValveParameters, MassSpringDamper, PrescribedVelocity,
@@ -31,7 +31,7 @@ fn at_25_seconds<M: Bristle<f64, Deflection = f64>>(
     rig: &MassSpringDamper<f64, M>,
 ) -> Vector3<f64> {
     let tolerances = Tolerances::scaled(1e-10, rig.scales()).unwrap();
-    let solver = Solver::adaptive(DormandPrince, tolerances);
+    let solver = OfAny::adaptive(DormandPrince, tolerances);
     let run = solver.solve(rig, 0.0..25.0, rig.at_rest(), Output::Uniform(2)).unwrap();
     *run.last().unwrap().1
 }
@@ -75,7 +75,7 @@ fn dahl_errors<M: bristle::ode::Method<f64, 1>>(
     (0..=halvings)
         .map(|k| {
             let step = if order > 6.0 { 0.2 } else { 0.05 } / 2f64.powi(k);
-            let solver = Solver::fixed(*method, step).unwrap();
+            let solver = OfAny::fixed(*method, step).unwrap();
             let solver = if locked { solver } else { solver.plain() };
             let run = solver.solve(&bristle, 0.0..SPAN, Vector1::new(0.0), output).unwrap();
             let error = run.iter().map(|(t, z)| (z[0] - SWING.deflection(t)).abs());
@@ -131,7 +131,7 @@ fn the_dense_output_has_its_order_on_a_smooth_problem() {
         let errors: Vec<_> = [0.4, 0.2, 0.1, 0.05]
             .iter()
             .map(|&step| {
-                let solver = Solver::fixed(method, step).unwrap();
+                let solver = OfAny::fixed(method, step).unwrap();
                 let start = Oscillator::exact(0.0);
                 let run = solver.solve(&Oscillator, 0.0..2.0, start, Output::Uniform(2001));
                 let run = run.unwrap();
@@ -148,7 +148,7 @@ fn the_dense_output_is_as_good_as_the_steps() {
     // Over a short span the interpolant's own error shows: with rates that do not belong to the
     // ends of the step, or a wrong quartic term, it would be of order 2 or 3.
     every_method!(|name, method, order, dense| {
-        let solver = Solver::fixed(method, 0.1).unwrap();
+        let solver = OfAny::fixed(method, 0.1).unwrap();
         let mut run = solver.begin(&Oscillator, 0.0..0.1, Oscillator::exact(0.0)).unwrap();
         let step = run.advance().unwrap().unwrap();
         let end = (step.end() - Oscillator::exact(0.1)).norm();
@@ -170,7 +170,7 @@ fn runge_kutta_converges_at_order_four_to_the_reference_state() {
     let errors: Vec<_> = [4e-3, 2e-3, 1e-3]
         .iter()
         .map(|&step| {
-            let solver = Solver::fixed(RungeKutta4, step).unwrap();
+            let solver = OfAny::fixed(RungeKutta4, step).unwrap();
             let run = solver.solve(&rig, 0.0..25.0, rig.at_rest(), Output::Uniform(2)).unwrap();
             (step, (run.last().unwrap().1[0] - FRBD[0]).abs())
         })
@@ -187,7 +187,7 @@ fn a_tighter_tolerance_gives_a_smaller_error() {
     let bristle = PrescribedVelocity::new(dahl(), SWING);
     let error = |relative: f64| {
         let tolerances = Tolerances::scaled(relative, bristle.scales()).unwrap();
-        let solver = Solver::adaptive(DormandPrince, tolerances);
+        let solver = OfAny::adaptive(DormandPrince, tolerances);
         let run = solver.solve(&bristle, 0.0..SPAN, Vector1::new(0.0), Output::Uniform(2001));
         let run = run.unwrap();
         let error = run.iter().map(|(t, z)| (z[0] - SWING.deflection(t)).abs());
@@ -211,7 +211,7 @@ fn a_tighter_tolerance_gives_a_smaller_error() {
 #[test]
 fn the_work_grows_with_the_fifth_root_of_the_tolerance() {
     let steps = [1e-5, 1e-10].map(|relative| {
-        let solver = Solver::adaptive(DormandPrince, tolerance(relative));
+        let solver = OfAny::adaptive(DormandPrince, tolerance(relative));
         let run = solver.solve(&Oscillator, 0.0..30.0, Oscillator::exact(0.0), Output::Uniform(2));
         let statistics = run.unwrap().statistics();
         // On a problem that does not change, the controller hardly ever guesses wrong.
@@ -245,7 +245,7 @@ impl System<f64, 3, 0> for TwoScales {
 fn a_small_state_beside_a_large_one_keeps_its_own_accuracy() {
     // Errors in parts of each state's own size, after five periods of the vibration.
     let errors = |scales: Vector3<f64>| {
-        let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-6, scales).unwrap());
+        let solver = OfAny::adaptive(DormandPrince, Tolerances::scaled(1e-6, scales).unwrap());
         let start = Vector3::new(1e5, 1e-6, 0.0);
         let run = solver.solve(&TwoScales, 0.0..3.0, start, Output::Uniform(2)).unwrap();
         let state = run.last().unwrap().1;
@@ -265,7 +265,7 @@ fn the_relative_tolerance_belongs_to_its_own_component_too() {
     // Absolute tolerances out of play: each state's error follows its own relative one.
     let error = |relative: Vector3<f64>| {
         let tolerances = Tolerances::new(relative, Vector3::repeat(1e-14));
-        let solver = Solver::adaptive(DormandPrince, tolerances.unwrap());
+        let solver = OfAny::adaptive(DormandPrince, tolerances.unwrap());
         let start = Vector3::new(1e5, 1e-6, 0.0);
         let run = solver.solve(&TwoScales, 0.0..3.0, start, Output::Uniform(2)).unwrap();
         (run.last().unwrap().1[1] - 1e-6 * 30f64.cos()).abs() / 1e-6
@@ -307,7 +307,7 @@ fn the_valve_is_integrated_without_chatter() {
     .unwrap();
     let run = |relative: f64| {
         let tolerances = Tolerances::scaled(relative, valve.scales()).unwrap();
-        let solver = Solver::adaptive(DormandPrince, tolerances);
+        let solver = OfAny::adaptive(DormandPrince, tolerances);
         let run = solver.solve(&valve, 0.0..1.5, valve.balanced(0.0), Output::Uniform(2)).unwrap();
         (*run.last().unwrap().1, run.statistics())
     };
@@ -332,14 +332,14 @@ fn the_valve_is_integrated_without_chatter() {
 fn single_precision_runs_the_rig_to_its_own_accuracy() {
     let rig = stick_slip::<f32>();
     let tolerances = Tolerances::scaled(1e-4, rig.scales()).unwrap();
-    let solver = Solver::adaptive(DormandPrince, tolerances);
+    let solver = OfAny::adaptive(DormandPrince, tolerances);
     let run = solver.solve(&rig, 0.0..25.0, rig.at_rest(), Output::Uniform(2)).unwrap();
     // Twenty tolerances, as in double precision.
     let error = run.last().unwrap().1[0] - FRBD[0] as f32;
     assert!(error.abs() < 2e-3, "{error}");
 
     let steps = 12_500;
-    let solver = Solver::fixed(RungeKutta4, 2e-3).unwrap();
+    let solver = OfAny::fixed(RungeKutta4, 2e-3).unwrap();
     let run = solver.solve(&rig, 0.0..25.0, rig.at_rest(), Output::Uniform(2)).unwrap();
     // A position of 2 rounded to 1.2e-7 at each of 12500 steps: at random 3e-5, at worst 3e-3.
     let error = run.last().unwrap().1[0] - FRBD[0] as f32;
@@ -352,7 +352,7 @@ fn single_precision_runs_the_rig_to_its_own_accuracy() {
 fn the_grid_of_a_fixed_step_holds_in_single_precision() {
     // Times of 20 s are rounded to 2e-6 s, a part in 500 of the step.
     let rig = stick_slip::<f32>();
-    let solver = Solver::fixed(RungeKutta4, 1e-3).unwrap().with_most_steps(MOST_STEPS);
+    let solver = OfAny::fixed(RungeKutta4, 1e-3).unwrap().with_most_steps(MOST_STEPS);
     let run = solver.solve(&rig, 18.0..20.0, rig.at_rest(), Output::Uniform(2)).unwrap();
     assert_eq!(run.statistics().steps, 2000 + run.statistics().reversals);
 }
@@ -366,9 +366,9 @@ fn twelve_seconds(drive: Dual64, position: Dual64, adaptive: bool) -> Dual64 {
     let (span, output) = (dual(0.0)..dual(12.0), Output::Uniform(2));
     let run = if adaptive {
         let tolerances = Tolerances::scaled(dual(1e-9), rig.scales()).unwrap();
-        Solver::adaptive(DormandPrince, tolerances).solve(&rig, span, start, output).unwrap()
+        OfAny::adaptive(DormandPrince, tolerances).solve(&rig, span, start, output).unwrap()
     } else {
-        Solver::fixed(RungeKutta4, dual(4e-3)).unwrap().solve(&rig, span, start, output).unwrap()
+        OfAny::fixed(RungeKutta4, dual(4e-3)).unwrap().solve(&rig, span, start, output).unwrap()
     };
     assert!(run.statistics().reversals > 0, "nothing to differentiate across");
     run.last().unwrap().1[0]
@@ -429,7 +429,7 @@ fn two_contacts_in_one_system_slide_as_they_do_alone() {
         let mut reversals = 0;
         for (offset, alone) in [(0, &two.0), (3, &two.1)] {
             let tolerances = Tolerances::scaled(1e-10, alone.scales()).unwrap();
-            let solver = Solver::adaptive(DormandPrince, tolerances);
+            let solver = OfAny::adaptive(DormandPrince, tolerances);
             let single = solver.solve(alone, 0.0..end, Vector3::zeros(), Output::Uniform(49));
             let single = single.unwrap();
             reversals += single.statistics().reversals;
@@ -470,7 +470,7 @@ fn a_mirrored_rig_moves_in_mirror_image() {
 fn the_scales_of_the_rig_are_the_size_of_its_states() {
     // The scales are what the tolerances above rest on: a run's extremes are within a decade.
     let rig = stick_slip::<f64>();
-    let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-6, rig.scales()).unwrap());
+    let solver = OfAny::adaptive(DormandPrince, Tolerances::scaled(1e-6, rig.scales()).unwrap());
     let run = solver.solve(&rig, 0.0..25.0, rig.at_rest(), Output::Uniform(2001)).unwrap();
     let stretch = run.iter().map(|(t, x)| (rig.spring_force(t, x) / 2.0).abs());
     let extremes = [

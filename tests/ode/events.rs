@@ -6,7 +6,7 @@ use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::ControlFlow;
 
-use crate::ode_common::{Oscillator, every_solver, tolerance};
+use crate::ode_common::{OfAny, Oscillator, every_solver, tolerance};
 use bristle::ode::{Direction, Event, Observer, Occurrence, Output, Step, System};
 use nalgebra::Vector2;
 
@@ -220,7 +220,7 @@ fn a_function_that_passes_zero_twice_in_a_step_is_seen_in_both_halves() {
 fn a_limit_on_the_step_finds_what_is_shorter_than_a_step() {
     // Both zeros lie in the first half of a step of length 1; the first step is limited too.
     let window: Function<'_> = &|t, _| (t - 0.1) * (t - 0.3);
-    let solver = bristle::ode::Solver::adaptive(bristle::ode::DormandPrince, tolerance(1e-2));
+    let solver = OfAny::adaptive(bristle::ode::DormandPrince, tolerance(1e-2));
     let solver = solver.with_largest_step(0.15).unwrap();
     for solver in [solver, solver.with_first_step(1.0).unwrap()] {
         let events = [event(window, Direction::Either, false)];

@@ -5,7 +5,9 @@
 
 use std::error::Error;
 
-use crate::ode_common::{Counted, Integral, Oscillator, every_method, every_solver, tolerance};
+use crate::ode_common::{
+    Counted, Integral, OfAny, Oscillator, every_method, every_solver, tolerance,
+};
 use bristle::ode::{
     DormandPrince, Failure, Output, RungeKutta4, Solver, StopReason, System, Tolerances,
 };
@@ -68,7 +70,7 @@ fn a_right_hand_side_that_breaks_ends_the_run_where_it_breaks() {
 #[test]
 fn a_plain_fixed_step_does_not_try_again() {
     every_method!(|name, method, order, dense| {
-        let solver = Solver::fixed(method, 0.3).unwrap().plain();
+        let solver = OfAny::fixed(method, 0.3).unwrap().plain();
         let run = solver.solve(&LATE, 0.0..2.0, Vector2::new(0.0, 1.0), Output::Steps);
         let stopped = run.unwrap_err();
         assert_eq!(stopped.reason, StopReason::NotFinite { component: 1 }, "{name}");
@@ -120,7 +122,7 @@ fn a_state_that_overflows_is_never_a_solution() {
             []
         }
     }
-    let solver = Solver::adaptive(DormandPrince, tolerance(1e-6));
+    let solver = OfAny::adaptive(DormandPrince, tolerance(1e-6));
     let stopped = solver.solve(&Explosion, 0.0..2.0, Vector1::new(1.0), Output::Steps);
     let stopped = stopped.unwrap_err();
     let reason = stopped.reason;
@@ -133,7 +135,7 @@ fn a_state_that_overflows_is_never_a_solution() {
         format!("integration stopped at t = {} s", stopped.time)
     );
     // A fixed step walks past the pole, until the numbers end.
-    let solver = Solver::fixed(RungeKutta4, 0.1).unwrap();
+    let solver = OfAny::fixed(RungeKutta4, 0.1).unwrap();
     let stopped = solver.solve(&Explosion, 0.0..2.0, Vector1::new(1.0), Output::Steps);
     let stopped = stopped.unwrap_err();
     assert_eq!(stopped.reason, StopReason::NotFinite { component: 0 });
@@ -162,7 +164,7 @@ fn the_number_of_steps_is_limited() {
 
 #[test]
 fn a_limit_that_is_just_enough_is_enough() {
-    let solver = Solver::fixed(RungeKutta4, 0.125).unwrap().with_most_steps(8);
+    let solver = OfAny::fixed(RungeKutta4, 0.125).unwrap().with_most_steps(8);
     assert!(solver.solve(&Oscillator, 0.0..1.0, Vector2::zeros(), Output::Steps).is_ok());
     let solver = solver.with_most_steps(7);
     assert!(solver.solve(&Oscillator, 0.0..1.0, Vector2::zeros(), Output::Steps).is_err());
@@ -172,7 +174,7 @@ fn a_limit_that_is_just_enough_is_enough() {
 fn a_step_below_the_rounding_of_the_time_is_refused() {
     every_method!(|name, method, order, dense| {
         // At t = 1 the next number is 2e-16 away.
-        let solver = Solver::fixed(method, 1e-20).unwrap().with_most_steps(1000);
+        let solver = OfAny::fixed(method, 1e-20).unwrap().with_most_steps(1000);
         let run = solver.solve(&Oscillator, 1.0..2.0, Vector2::zeros(), Output::Steps);
         let reason = run.unwrap_err().reason;
         assert!(matches!(reason, StopReason::StepTooSmall { .. }), "{name}: {reason:?}");
@@ -181,7 +183,7 @@ fn a_step_below_the_rounding_of_the_time_is_refused() {
 
 #[test]
 fn failures_are_errors_with_a_cause() {
-    let solver = Solver::fixed(RungeKutta4, 0.3).unwrap();
+    let solver = OfAny::fixed(RungeKutta4, 0.3).unwrap();
     let failure: Stopped =
         solver.solve(&LATE, 0.0..2.0, Vector2::zeros(), Output::Steps).unwrap_err();
     let message = format!(
@@ -339,7 +341,7 @@ fn scaled_tolerances_are_parts_of_the_scales() {
 
 #[test]
 fn steps_that_are_not_positive_are_refused_by_name() {
-    let adaptive = Solver::adaptive(DormandPrince, tolerance::<2>(1e-6));
+    let adaptive = OfAny::adaptive(DormandPrince, tolerance::<2>(1e-6));
     for bad in [0.0, -0.1, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         every_method!(|name, method, order, dense| {
             let error = Solver::<f64, _, 2>::fixed(method, bad).unwrap_err();
@@ -427,7 +429,7 @@ fn a_first_step_advances_a_late_time() {
         }
     }
     let solver =
-        Solver::adaptive(DormandPrince, Tolerances::scaled(1e-3f32, Vector1::new(1.0)).unwrap());
+        OfAny::adaptive(DormandPrince, Tolerances::scaled(1e-3f32, Vector1::new(1.0)).unwrap());
     let run = solver.solve(&Clock, 1000.0f32..1001.0, Vector1::new(0.0), Output::Steps).unwrap();
     assert!((run.last().unwrap().1[0] - 1.0).abs() < 1e-3);
     every_solver!(0.25, tolerance(1e-6), |name, solver| {
@@ -478,7 +480,7 @@ fn a_sliding_velocity_that_is_not_a_number_stops_the_run() {
 
 #[test]
 fn more_samples_than_there_is_memory_for_are_refused() {
-    let solver = Solver::fixed(RungeKutta4, 0.125).unwrap();
+    let solver = OfAny::fixed(RungeKutta4, 0.125).unwrap();
     for samples in [1_000_000_000_000_000, usize::MAX] {
         let output = Output::Uniform(samples);
         let stopped = solver.solve(&Oscillator, 0.0..1.0, Vector2::zeros(), output).unwrap_err();

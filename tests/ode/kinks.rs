@@ -2,7 +2,7 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::ode_common::{Integral, every_solver, table_2_frbd, tolerance};
+use crate::ode_common::{Integral, OfAny, every_solver, table_2_frbd, tolerance};
 use bristle::Mechanism;
 use bristle::ode::{Output, System};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
@@ -232,11 +232,11 @@ fn a_scene_meets_the_kinks_of_its_input() {
         .unwrap()
     };
     let force = Function::new(|t: f64| (if t < 0.0312 { 0.1 } else { 0.5 }, 0.0), [0.0312]);
-    let fine = bristle::ode::Solver::fixed(bristle::ode::DormandPrince, 1e-4).unwrap();
+    let fine = OfAny::fixed(bristle::ode::DormandPrince, 1e-4).unwrap();
     let start = Vector3::zeros();
     let fine = fine.solve(&scene(force), 0.0..0.1, start, Output::Uniform(2)).unwrap();
     let error = |force| {
-        let coarse = bristle::ode::Solver::fixed(bristle::ode::DormandPrince, 4e-3).unwrap();
+        let coarse = OfAny::fixed(bristle::ode::DormandPrince, 4e-3).unwrap();
         let coarse = coarse.solve(&scene(force), 0.0..0.1, start, Output::Uniform(2)).unwrap();
         (coarse.last().unwrap().1[2] - fine.last().unwrap().1[2]).abs() / 1.5e-4
     };

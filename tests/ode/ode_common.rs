@@ -12,14 +12,20 @@
 )]
 
 use std::cell::Cell;
+use std::ops::{Deref, Range};
 
 use bristle::curve::{Stribeck, StribeckParameters};
-use bristle::ode::{Linearisation, Observer, Solver, Statistics, Step, System, Tolerances};
+use bristle::ode::{
+    Event, Failure, Linearisation, Method, Observer, Output, Solver, Statistics, Step, Summary,
+    System, Tolerances, Trajectory,
+};
 use bristle::regularisation::Unregularised;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::Signal;
-use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Mechanism, Scalar};
+use bristle::{
+    Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, Mechanism, ParameterError, Scalar,
+};
 use nalgebra::{Matrix1, SVector, Vector1, Vector2};
 
 /// The literal in a scalar type.
@@ -70,19 +76,90 @@ macro_rules! every_solver {
     };
     (@fixed $step:expr, |$name:ident, $solver:ident| $body:block, $($method:ident)::+) => {{
         let $name = concat!(stringify!($($method)::+), ", fixed steps");
-        let $solver = bristle::ode::Solver::fixed(bristle::ode::$($method)::+, $step).unwrap();
+        let $solver = crate::ode_common::OfAny::fixed(bristle::ode::$($method)::+, $step).unwrap();
         let $solver = $solver.with_most_steps(crate::ode_common::MOST_STEPS);
         $body
     }};
     (@adaptive $tolerances:expr, |$name:ident, $solver:ident|
         $body:block, $($method:ident)::+) => {{
         let $name = concat!(stringify!($($method)::+), ", adaptive steps");
-        let $solver = bristle::ode::Solver::adaptive(bristle::ode::$($method)::+, $tolerances);
+        let $solver = crate::ode_common::OfAny::adaptive(bristle::ode::$($method)::+, $tolerances);
         let $solver = $solver.with_most_steps(crate::ode_common::MOST_STEPS);
         $body
     }};
 }
 pub(crate) use every_solver;
+
+/// A solver of systems behind `&dyn System`: the driver is compiled once for each method and
+/// number of states, not for each test.
+#[derive(Debug, Clone, Copy)]
+pub struct OfAny<T: Scalar, M, const N: usize>(pub Solver<T, M, N>);
+
+impl<T: Scalar, M, const N: usize> Deref for OfAny<T, M, N> {
+    type Target = Solver<T, M, N>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl<T: Scalar, M: Method<T, N>, const N: usize> OfAny<T, M, N> {
+    pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
+        Self(Solver::adaptive(method, tolerances))
+    }
+
+    pub fn fixed(method: M, step: T) -> Result<Self, ParameterError> {
+        Solver::fixed(method, step).map(Self)
+    }
+
+    pub fn plain(self) -> Self {
+        Self(self.0.plain())
+    }
+
+    pub fn with_largest_step(self, largest: T) -> Result<Self, ParameterError> {
+        self.0.with_largest_step(largest).map(Self)
+    }
+
+    pub fn with_first_step(self, first: T) -> Result<Self, ParameterError> {
+        self.0.with_first_step(first).map(Self)
+    }
+
+    pub fn with_most_steps(self, most: u64) -> Self {
+        Self(self.0.with_most_steps(most))
+    }
+
+    pub fn solve<const K: usize>(
+        &self,
+        system: &dyn System<T, N, K>,
+        span: Range<T>,
+        initial_state: SVector<T, N>,
+        output: Output<'_, T>,
+    ) -> Result<Trajectory<T, N>, Box<Failure<T, N>>> {
+        self.0.solve(&system, span, initial_state, output)
+    }
+
+    pub fn solve_with_events<const K: usize>(
+        &self,
+        system: &dyn System<T, N, K>,
+        span: Range<T>,
+        initial_state: SVector<T, N>,
+        events: &[Event<'_, T, N>],
+        output: Output<'_, T>,
+    ) -> Result<Trajectory<T, N>, Box<Failure<T, N>>> {
+        self.0.solve_with_events(&system, span, initial_state, events, output)
+    }
+
+    pub fn stream<O: Observer<T, N>, const K: usize>(
+        &self,
+        system: &dyn System<T, N, K>,
+        span: Range<T>,
+        initial_state: SVector<T, N>,
+        events: &[Event<'_, T, N>],
+        observer: &mut O,
+    ) -> Result<Summary<T, N>, Failure<T, N>> {
+        self.0.stream(&system, span, initial_state, events, observer)
+    }
+}
 
 /// The same relative tolerance for every state, and as absolute one: for states of order one.
 pub fn tolerance<const N: usize>(relative: f64) -> Tolerances<f64, N> {

@@ -4,8 +4,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use crate::ode_common::{
-    Counted, Integral, Oscillator, Sided, Swing, but_evaluations, dahl, every_method, every_solver,
-    tolerance,
+    Counted, Integral, OfAny, Oscillator, Sided, Swing, but_evaluations, dahl, every_method,
+    every_solver, tolerance,
 };
 use bristle::Branch;
 use bristle::ode::{DormandPrince, Linearisation, Output, RungeKutta4, Solver, System};
@@ -197,7 +197,7 @@ fn fixed_steps_lie_on_their_grid_wherever_it_starts() {
             every_method!(|name, method, order, dense| {
                 let system = Counted::new(Oscillator);
                 // A limit, so that the test ends if the run does not.
-                let solver = Solver::fixed(method, step).unwrap().with_most_steps(2000);
+                let solver = OfAny::fixed(method, step).unwrap().with_most_steps(2000);
                 let start = Oscillator::exact(from);
                 let run = solver.solve(&system, from..to, start, Output::Steps);
                 let Ok(run) = run else {
@@ -240,7 +240,7 @@ fn a_kink_on_the_grid_does_not_shift_it() {
         let system = Integral(ramp.unwrap());
         for (from, to) in [(0.0, 1.0), (1.0, 0.0)] {
             every_method!(|name, method, order, dense| {
-                let solver = Solver::fixed(method, 0.1).unwrap();
+                let solver = OfAny::fixed(method, 0.1).unwrap();
                 let run = solver.solve(&system, from..to, Vector1::new(0.0), Output::Steps);
                 let run = run.unwrap();
                 assert_eq!(run.statistics().steps, 10, "{name}, kink at {kink}");
@@ -262,7 +262,7 @@ fn a_kink_between_grid_points_is_a_step_of_its_own() {
         Polyline::new([Vertex { time: 0.23, value: 0.0 }, Vertex { time: 10.23, value: 10.0 }]);
     let system = Integral(ramp.unwrap());
     every_method!(|name, method, order, dense| {
-        let solver = Solver::fixed(method, 0.1).unwrap();
+        let solver = OfAny::fixed(method, 0.1).unwrap();
         let run = solver.solve(&system, 0.0..0.5, Vector1::new(0.0), Output::Steps).unwrap();
         let expected = [0.0, 0.1, 0.2, 0.23, 0.3, 0.4, 0.5];
         assert_eq!(run.times().len(), expected.len(), "{name}: {:?}", run.times());
@@ -282,7 +282,7 @@ fn a_reversal_between_grid_points_does_not_shift_the_grid() {
         Polyline::new([Vertex { time: -10.0, value: 10.23 }, Vertex { time: 10.0, value: -9.77 }]);
     let system = Sided(ramp.unwrap());
     every_method!(|name, method, order, dense| {
-        let solver = Solver::fixed(method, 0.1).unwrap();
+        let solver = OfAny::fixed(method, 0.1).unwrap();
         let run = solver.solve(&system, 0.0..0.5, Vector1::new(0.0), Output::Steps).unwrap();
         let expected = [0.0, 0.1, 0.2, 0.23, 0.3, 0.4, 0.5];
         assert_eq!(run.times().len(), expected.len(), "{name}: {:?}", run.times());
@@ -370,7 +370,7 @@ fn a_step_knows_the_state_at_both_its_ends_and_between() {
 fn the_bare_step_of_runge_kutta_is_the_plain_solver() {
     let swing = Swing { amplitude: 0.5, angular: 2.0, phase: 0.3 };
     let bristle = PrescribedVelocity::new(dahl(), swing);
-    let solver = Solver::fixed(RungeKutta4, 0.125).unwrap().plain();
+    let solver = OfAny::fixed(RungeKutta4, 0.125).unwrap().plain();
     let run = solver.solve(&bristle, 0.0..8.0, Vector1::new(0.0), Output::Steps).unwrap();
     let mut state = Vector1::new(0.0);
     for (k, (time, stored)) in run.iter().enumerate() {
@@ -382,8 +382,8 @@ fn the_bare_step_of_runge_kutta_is_the_plain_solver() {
 
 #[test]
 fn a_first_step_is_taken_as_given() {
-    let solver = Solver::adaptive(DormandPrince, tolerance(1e-3));
-    let first = |solver: Solver<f64, DormandPrince, 2>| {
+    let solver = OfAny::adaptive(DormandPrince, tolerance(1e-3));
+    let first = |solver: OfAny<f64, DormandPrince, 2>| {
         let mut run = solver.begin(&Oscillator, 1.0..9.0, Oscillator::exact(1.0)).unwrap();
         run.advance().unwrap().unwrap().end_time() - 1.0
     };

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use crate::ode_common::{
-    Counted, Sided, Swing, dahl, every_method, every_solver, rig, stick_slip, table_2_frbd,
+    Counted, OfAny, Sided, Swing, dahl, every_method, every_solver, rig, stick_slip, table_2_frbd,
     tolerance,
 };
 use bristle::Branch;
@@ -106,7 +106,7 @@ fn a_step_cut_at_a_reversal_is_as_exact_as_any_other() {
         }
     }
     every_method!(|name, method, order, dense| {
-        let solver = bristle::ode::Solver::fixed(method, 0.5).unwrap();
+        let solver = OfAny::fixed(method, 0.5).unwrap();
         let power = Power(order as i32);
         let run = solver.solve(&power, 0.0..2.0, Vector1::new(0.0), Output::Steps).unwrap();
         for (time, x) in run.iter() {
@@ -164,7 +164,7 @@ fn a_rig_that_starts_a_little_ahead_of_its_drive_is_first_pulled_back() {
         for drive in [0.1, -0.1] {
             let rig = rig(table_2_frbd::<f64>(), drive);
             let start = Vector3::new(ahead * drive.signum(), 0.0, 0.0);
-            let fine = bristle::ode::Solver::fixed(bristle::ode::DormandPrince, 1e-4).unwrap();
+            let fine = OfAny::fixed(bristle::ode::DormandPrince, 1e-4).unwrap();
             let fine = fine.solve(&rig, 0.0..0.5, start, Output::Uniform(2)).unwrap();
             for step in [1e-3, 4e-3, 0.01] {
                 let tolerances = Tolerances::scaled(1e-6, rig.scales()).unwrap();
@@ -270,7 +270,7 @@ fn what_is_smaller_than_the_tolerance_is_noise_and_not_a_reversal() {
     }
     // A part of an absolute tolerance of 1e-6 is allowed for: at least a thousandth, and never
     // more than the whole.
-    let solver = bristle::ode::Solver::adaptive(bristle::ode::DormandPrince, tolerance(1e-6));
+    let solver = OfAny::adaptive(bristle::ode::DormandPrince, tolerance(1e-6));
     let solver = solver.with_largest_step(0.1).unwrap();
     for tremor in [Tremor(0), Tremor(1)] {
         let reversals = |amplitude: f64| {
@@ -283,7 +283,7 @@ fn what_is_smaller_than_the_tolerance_is_noise_and_not_a_reversal() {
         assert_eq!(reversals(1e-5), 6);
         assert_eq!(reversals(1.0), 6);
         // A fixed step has no tolerance, and every sign counts.
-        let solver = bristle::ode::Solver::fixed(bristle::ode::RungeKutta4, 0.1).unwrap();
+        let solver = OfAny::fixed(bristle::ode::RungeKutta4, 0.1).unwrap();
         let run = solver.solve(&tremor, 0.0..20.0, tremor.start(0.5e-9), Output::Uniform(2));
         assert_eq!(run.unwrap().statistics().reversals, 6);
     }
@@ -451,7 +451,7 @@ fn a_step_across_the_pole_of_a_locked_branch_is_taken_again() {
     // From 0.1 m/s to −0.3 m/s in a step of 0.02 s; the pole is at −0.0155 m/s. Smaller steps
     // serve as reference.
     let fine = |step: f64| {
-        let solver = bristle::ode::Solver::fixed(bristle::ode::DormandPrince, step).unwrap();
+        let solver = OfAny::fixed(bristle::ode::DormandPrince, step).unwrap();
         let start = Vector3::new(0.0, 0.1, 1e-4);
         let run = solver.solve(&mass, 0.0..0.1, start, Output::Uniform(2)).unwrap();
         *run.last().unwrap().1
@@ -477,7 +477,7 @@ fn a_step_across_the_pole_of_a_locked_branch_is_taken_again() {
 fn a_fixed_step_returns_to_its_grid_after_a_pole() {
     let mass = pushed();
     let step = 0.01;
-    let solver = bristle::ode::Solver::fixed(bristle::ode::RungeKutta4, step).unwrap();
+    let solver = OfAny::fixed(bristle::ode::RungeKutta4, step).unwrap();
     let start = Vector3::new(0.0, 0.1, 1e-4);
     let run = solver.solve(&mass, 0.0..0.2, start, Output::Steps).unwrap();
     for k in 0..=20 {
@@ -515,7 +515,7 @@ fn a_step_near_the_pole_of_a_locked_branch_does_no_harm() {
     for i in 0..30 {
         every_method!(|name, method, order, dense| {
             let step = 0.01 + 2e-5 * f64::from(i);
-            let solver = bristle::ode::Solver::fixed(method, step).unwrap();
+            let solver = OfAny::fixed(method, step).unwrap();
             let run = solver.solve(&mass, 0.0..4.0, mass.at_rest(), Output::Steps).unwrap();
             for (time, state) in run.iter() {
                 // The bound of the model is μ_s/σ0 = 1.5e-4 ; a third more for
@@ -532,11 +532,11 @@ fn an_adaptive_run_of_the_rig_reverses_as_often_as_a_fine_one() {
     let rig = stick_slip();
     let count = |relative: f64| {
         let tolerances = Tolerances::scaled(relative, rig.scales()).unwrap();
-        let solver = bristle::ode::Solver::adaptive(bristle::ode::DormandPrince, tolerances);
+        let solver = OfAny::adaptive(bristle::ode::DormandPrince, tolerances);
         let run = solver.solve(&rig, 0.0..25.0, rig.at_rest(), Output::Uniform(2)).unwrap();
         run.statistics().reversals
     };
-    let solver = bristle::ode::Solver::fixed(bristle::ode::RungeKutta4, 2e-3).unwrap();
+    let solver = OfAny::fixed(bristle::ode::RungeKutta4, 2e-3).unwrap();
     let fine = solver.solve(&rig, 0.0..25.0, rig.at_rest(), Output::Uniform(2)).unwrap();
     let fine = fine.statistics().reversals;
     assert_eq!([count(1e-6), count(1e-8)], [fine, fine]);
@@ -553,7 +553,7 @@ fn a_creeping_contact_is_not_kept_on_the_wrong_branch() {
         let rig = MassSpringDamper::new(MassSpringDamperParameters { mechanism, ..parameters });
         let rig = rig.unwrap();
         let tolerances = Tolerances::scaled(relative, rig.scales()).unwrap();
-        let solver = bristle::ode::Solver::adaptive(bristle::ode::DormandPrince, tolerances);
+        let solver = OfAny::adaptive(bristle::ode::DormandPrince, tolerances);
         for solver in [solver, solver.with_largest_step(1e-3).unwrap()] {
             let run = solver.solve(&rig, 0.0..12.0, rig.at_rest(), Output::Steps).unwrap();
             let most = run.states().iter().map(|state| state[2].abs()).fold(0.0, f64::max);

@@ -3,9 +3,10 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use crate::ode_common::{
-    Counted, Integral, Oscillator, Swing, dahl, every_method, every_solver, stick_slip, tolerance,
+    Counted, Integral, OfAny, Oscillator, Swing, dahl, every_method, every_solver, stick_slip,
+    tolerance,
 };
-use bristle::ode::{DormandPrince, Output, RungeKutta4, Solver, Statistics, Tolerances};
+use bristle::ode::{DormandPrince, Output, RungeKutta4, Statistics, Tolerances};
 use bristle::scene::PrescribedVelocity;
 use bristle::signal::Function;
 use bristle::{Branch, ode::System};
@@ -68,7 +69,7 @@ fn evaluations_of_a_run_that_fails_are_counted_too() {
 #[test]
 fn a_plain_step_of_runge_kutta_costs_four_evaluations() {
     let rig = stick_slip::<f64>();
-    let solver = Solver::fixed(RungeKutta4, 1.0 / 256.0).unwrap().plain();
+    let solver = OfAny::fixed(RungeKutta4, 1.0 / 256.0).unwrap().plain();
     let run = solver.solve(&rig, 0.0..8.0, rig.at_rest(), Output::Uniform(3)).unwrap();
     // And one for the first rate.
     let expected = Statistics { steps: 2048, evaluations: 4 * 2048 + 1, ..Statistics::default() };
@@ -83,7 +84,7 @@ fn a_plain_step_of_runge_kutta_costs_four_evaluations() {
 fn a_step_of_dormand_and_prince_costs_six_evaluations() {
     // Seven stages, the last of which is the first of the next step. Two first rates: one to see
     // whether there is a solution, one on the branch on which it starts.
-    let solver = Solver::fixed(DormandPrince, 0.125).unwrap();
+    let solver = OfAny::fixed(DormandPrince, 0.125).unwrap();
     for (solver, first) in [(solver, 2), (solver.plain(), 1)] {
         let run = solver.solve(&Oscillator, 0.0..8.0, Vector2::new(1.0, 0.0), Output::Uniform(3));
         let statistics = run.unwrap().statistics();
@@ -92,7 +93,7 @@ fn a_step_of_dormand_and_prince_costs_six_evaluations() {
         assert!(statistics.evaluations > 6 * 64, "{statistics}");
     }
     // Adaptive: rejected trials cost as much, but for the last stage; one more for the first step.
-    let solver = Solver::adaptive(DormandPrince, tolerance(1e-9));
+    let solver = OfAny::adaptive(DormandPrince, tolerance(1e-9));
     let run = solver.solve(&Oscillator, 0.0..8.0, Vector2::new(1.0, 0.0), Output::Uniform(3));
     let Statistics { steps, rejected, evaluations, .. } = run.unwrap().statistics();
     assert!(evaluations <= 6 * (steps + rejected) + 3, "{evaluations} in {steps} + {rejected}");
@@ -104,7 +105,7 @@ fn a_reversal_costs_a_step_and_a_rate() {
     every_method!(|name, method, order, dense| {
         let swing = Swing { amplitude: 0.5, angular: 2.0, phase: 0.3 };
         let bristle = PrescribedVelocity::new(dahl(), swing);
-        let solver = Solver::fixed(method, 0.03125).unwrap();
+        let solver = OfAny::fixed(method, 0.03125).unwrap();
         let run = solver.solve(&bristle, 0.0..8.0, Vector1::new(0.0), Output::Uniform(3));
         let statistics = run.unwrap().statistics();
         let reversals = swing.reversals(8.0).len() as u64;
@@ -138,8 +139,8 @@ fn statistics_read_as_a_sentence() {
 fn rejected_steps_leave_no_trace_but_their_count() {
     // A first step that is far too long is taken back, and the run is as good as another.
     let rig = stick_slip::<f64>();
-    let solver = Solver::adaptive(DormandPrince, Tolerances::scaled(1e-8, rig.scales()).unwrap());
-    let end = |solver: Solver<f64, DormandPrince, 3>| {
+    let solver = OfAny::adaptive(DormandPrince, Tolerances::scaled(1e-8, rig.scales()).unwrap());
+    let end = |solver: OfAny<f64, DormandPrince, 3>| {
         let run = solver.solve(&rig, 0.0..1.0, Vector3::new(0.0, 0.0, 1e-5), Output::Uniform(2));
         let run = run.unwrap();
         (*run.last().unwrap().1, run.statistics().rejected)
@@ -156,7 +157,7 @@ fn a_kink_does_not_make_the_steps_after_it_short() {
     // Two kinks a millionth of a second apart, in a signal that hardly bends there.
     let close = Function::new(|t: f64| ((0.3 * t).sin(), f64::NAN), [5.0, 5.000_001]);
     let smooth = Function::new(|t: f64| ((0.3 * t).sin(), f64::NAN), []);
-    let solver = Solver::adaptive(DormandPrince, tolerance(1e-6));
+    let solver = OfAny::adaptive(DormandPrince, tolerance(1e-6));
     let steps = |run: Result<bristle::ode::Trajectory<f64, 1>, _>| {
         let run: Result<_, Box<bristle::ode::Failure<f64, 1>>> = run;
         run.unwrap().statistics().steps

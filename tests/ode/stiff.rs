@@ -2,10 +2,10 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::ode_common::{observed_order, rig, table_2_frbd, table_2_lugre};
+use crate::ode_common::{OfAny, observed_order, rig, table_2_frbd, table_2_lugre};
 use bristle::ode::{
     self, Automatic, DormandPrince, DormandPrince8, Linearisation, Method, Output, Rodas4, Rodas5P,
-    Solver, Statistics, StopReason, System, Tolerances,
+    Statistics, StopReason, System, Tolerances,
 };
 use bristle::scene::PrescribedVelocity;
 use bristle::signal::{Sine, SineParameters};
@@ -44,7 +44,7 @@ fn stiff_errors<M: Method<f64, 1>>(method: M, rate: f64) -> Vec<(f64, f64)> {
     let step = |halving: i32| 0.2 * 0.5f64.powi(halving);
     (0..4)
         .map(|halving| {
-            let solver = Solver::fixed(method, step(halving)).unwrap();
+            let solver = OfAny::fixed(method, step(halving)).unwrap();
             let run = solver.solve(&Stiff { rate }, 0.0..10.0, Vector1::new(1.0), Output::Steps);
             let run = run.unwrap();
             let error = run.iter().map(|(t, x)| (x[0] - t.cos()).abs()).fold(0.0, f64::max);
@@ -73,7 +73,7 @@ fn stiffness_costs_rodas5p_two_orders_at_most_and_no_accuracy() {
 fn a_stiff_transient_is_gone_after_one_step() {
     // R(∞) = 0. What is left of the 1 it starts off by is of the order of 1/(hλ).
     fn left<M: Method<f64, 1>>(method: M) -> f64 {
-        let solver = Solver::fixed(method, 0.1).unwrap();
+        let solver = OfAny::fixed(method, 0.1).unwrap();
         let run = solver.solve(&Stiff { rate: 1e9 }, 0.0..0.1, Vector1::new(2.0), Output::Steps);
         let run = run.unwrap();
         assert_eq!(run.statistics().steps, 1);
@@ -110,7 +110,7 @@ fn a_state_that_grows_is_no_obstacle_where_the_matrix_is_singular() {
         }
     }
     // I/(hγ) − J is singular at h = 1/γ = 4: refused, and taken again shorter.
-    let solver = Solver::fixed(Rodas4, 4.0).unwrap();
+    let solver = OfAny::fixed(Rodas4, 4.0).unwrap();
     let run = solver.solve(&Saddle, 0.0..4.0, Vector2::new(1.0, 1.0), Output::Steps).unwrap();
     assert!(run.statistics().rejected > 0);
     let error = run.last().unwrap().1[0] / 4f64.exp() - 1.0;
@@ -136,7 +136,7 @@ impl<S: System<f64, N, K>, const N: usize, const K: usize> System<f64, N, K> for
 fn finite_differences_stand_in_for_a_jacobian() {
     let rig = rig(table_2_frbd::<f64>(), 0.1);
     let tolerances = Tolerances::scaled(1e-7, rig.scales()).unwrap();
-    let solver = Solver::adaptive(Rodas5P, tolerances);
+    let solver = OfAny::adaptive(Rodas5P, tolerances);
     let span = 0.0..16.0;
     let known = solver.solve(&rig, span.clone(), rig.at_rest(), Output::Uniform(17)).unwrap();
     let system = WithoutTangent(rig);
@@ -179,7 +179,7 @@ fn the_default_keeps_its_tolerance_from_loose_to_tight() {
 fn cost<M: Method<f64, 3>>(method: M) -> Statistics {
     let rig = rig(table_2_lugre::<f64>(), 0.1);
     let tolerances = Tolerances::scaled(1e-7, rig.scales()).unwrap();
-    let solver = Solver::adaptive(method, tolerances);
+    let solver = OfAny::adaptive(method, tolerances);
     let run = solver.solve(&rig, 0.0..25.0, rig.at_rest(), Output::Uniform(2)).unwrap();
     run.statistics()
 }
@@ -210,7 +210,7 @@ fn what_an_error_estimate_misses_by_chance_does_not_reach_the_solution() {
         let run = |tolerance: f64| {
             let scales = Vector1::new(1.5e-4);
             let solver =
-                Solver::adaptive(DormandPrince8, Tolerances::scaled(tolerance, scales).unwrap());
+                OfAny::adaptive(DormandPrince8, Tolerances::scaled(tolerance, scales).unwrap());
             let span = 0.0..20.0 / frequency;
             solver.solve(&scene, span, Vector1::new(0.0), Output::Dense).unwrap()
         };
