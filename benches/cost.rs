@@ -12,7 +12,7 @@
 use std::hint::black_box;
 
 use bristle::curve::{RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters};
-use bristle::exponential::{Exponential, Ramp};
+use bristle::exponential::Exponential;
 use bristle::ode::{
     DormandPrince, DormandPrince8, Method, Rodas4, Rodas5P, RungeKutta4, Solver, System,
 };
@@ -146,7 +146,7 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
     }
     if let Ok(contact) = frbd.under_load(t(1.0)) {
         one(c, "exponential step of three nodes, FrBD", &|v| {
-            let ramp = Ramp { from: v, to: v + t(1e-4) };
+            let ramp = v..v + t(1e-4);
             Exponential::<3>.ramp(&contact, ramp, z, h).deflection
         });
     }

@@ -349,6 +349,12 @@ pub struct StepSummary<T> {
 }
 
 impl<T: Scalar> StepSummary<T> {
+    /// Adds what happens in the part of the step that follows, given the length of that part.
+    pub(super) fn then(self, next: Self, part: T) -> Self {
+        let (mean, work) = (self.mean + next.mean * part, self.work + next.work);
+        Self { mean, work, ..next }
+    }
+
     /// The answer to input that is not a number.
     pub(super) fn unknown() -> Self {
         Self { deflection: nan(), end: nan(), mean: nan(), work: nan() }

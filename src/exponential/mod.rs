@@ -51,6 +51,8 @@ pub use dense_step::{DenseStep, StepSummary};
 pub use run::Run;
 pub use solver::CollocationSolver;
 
+use core::ops::Range;
+
 use crate::bounds::larger;
 use crate::ode::{Crossing, Pace, Search};
 use crate::parameter::{self, ParameterError};
@@ -71,7 +73,7 @@ const MOST_SEARCHES: usize = 64;
 /// simulation.
 ///
 /// ```
-/// use bristle::exponential::{Exponential, Ramp};
+/// use bristle::exponential::Exponential;
 /// use bristle::{Bristle, FrBd, paper};
 /// use bristle::curve::Stribeck;
 /// use bristle::rheology::KelvinVoigt;
@@ -85,8 +87,7 @@ const MOST_SEARCHES: usize = 64;
 /// let mut deflection = 0.0;
 /// let mut work = 0.0;
 /// for pair in samples.windows(2) {
-///     let ramp = Ramp { from: pair[0], to: pair[1] };
-///     let step = Exponential::<3>.ramp(&contact, ramp, deflection, 1e-3);
+///     let step = Exponential::<3>.ramp(&contact, pair[0]..pair[1], deflection, 1e-3);
 ///     deflection = step.deflection;
 ///     work += step.work;
 /// }
@@ -96,17 +97,9 @@ const MOST_SEARCHES: usize = 64;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Exponential<const S: usize>;
 
-/// A velocity that varies linearly over a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ramp<T> {
-    /// Velocity at the start of the step [m/s].
-    pub from: T,
-    /// Velocity at its end [m/s].
-    pub to: T,
-}
-
 impl<const S: usize> Exponential<S> {
-    /// A step of length h ≥ 0 \[s\] over which the velocity varies linearly.
+    /// A step of length h ≥ 0 \[s\] over which the velocity [m/s] varies linearly, from the start
+    /// of a range to its end.
     ///
     /// Where it reverses, the step is split. See [`Contact::hold`] for what such a step is good
     /// for.
@@ -114,14 +107,14 @@ impl<const S: usize> Exponential<S> {
     pub fn ramp<T: Scalar, M: Bristle<T, Deflection = T>>(
         self,
         contact: &Contact<T, M>,
-        velocities: Ramp<T>,
+        velocities: Range<T>,
         deflection: T,
         duration: T,
     ) -> StepSummary<T> {
         if !(duration >= T::zero()) {
             return StepSummary::unknown();
         }
-        let Ramp { from, to } = velocities;
+        let Range { start: from, end: to } = velocities;
         let along = |place: T| from + (to - from) * place;
         let (zero, one) = (T::zero(), T::one());
         let part = |span: (T, T), branch, deflection| {
@@ -135,11 +128,7 @@ impl<const S: usize> Exponential<S> {
         let turn = from / (from - to);
         let before = part((zero, turn), branch, deflection);
         let after = part((turn, one), branch.reversed(), before.deflection);
-        StepSummary {
-            mean: before.mean * turn + after.mean * (one - turn),
-            work: before.work + after.work,
-            ..after
-        }
+        StepSummary { mean: before.mean * turn, ..before }.then(after, one - turn)
     }
 
     /// A step of length h ≥ 0 \[s\] over which the velocity [m/s] is a smooth function of the part
@@ -181,12 +170,7 @@ impl<const S: usize> Exponential<S> {
             let span = (start, end);
             let part =
                 smooth::<T, M, _, S>(contact, branch, &velocity, span, duration, total.deflection);
-            let summary = part.summary();
-            total = StepSummary {
-                mean: total.mean + summary.mean * (end - start),
-                work: total.work + summary.work,
-                ..summary
-            };
+            total = total.then(part.summary(), end - start);
             if !(end < one) {
                 return total;
             }

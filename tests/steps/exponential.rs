@@ -7,7 +7,7 @@ use crate::common::check;
 use crate::common::recipe::{Recipe, decades, recipe};
 use crate::common::specimens::{Specimen, specimens};
 use bristle::curve::Stribeck;
-use bristle::exponential::{Exponential, Ramp, StepSummary};
+use bristle::exponential::{Exponential, StepSummary};
 use bristle::ode::StopReason;
 use bristle::rheology::KelvinVoigt;
 use bristle::signal::{Function, Polyline, Signal, Sine, SineParameters, Vertex};
@@ -288,7 +288,7 @@ fn a_dahl_bristle_on_a_ramp_is_exact_also_across_its_reversal() {
         [(0.01, 0.02, 1e-3), (-0.01, 0.03, 0.1), (0.2, -0.1, 0.01), (0.0, -1.0, 1e-4)]
     {
         for z in [-1e-4, 0.0, 3e-5, 4e-4] {
-            let step = Exponential::<2>.ramp(&contact, Ramp { from, to }, z, h);
+            let step = Exponential::<2>.ramp(&contact, from..to, z, h);
             let closure = Exponential::<3>.step(&contact, |s| from + (to - from) * s, z, h);
             let exact = if from * to < 0.0 {
                 let turn = from / (from - to) * h;
@@ -449,7 +449,7 @@ fn a_constant_velocity_gives_the_exact_hold() {
                     close(found.end, wanted.end_force, force, &what);
                     close(found.mean, wanted.mean_force, force, &what);
                     close(found.work, wanted.mean_force * v * h, force * (v * h).abs(), &what);
-                    let ramp = Exponential::<3>.ramp(&contact, Ramp { from: v, to: v }, z, h);
+                    let ramp = Exponential::<3>.ramp(&contact, v..v, z, h);
                     close(ramp.deflection, wanted.deflection, size, &what);
                 }
             }
@@ -506,7 +506,7 @@ fn a_stiff_bristle_ends_at_the_stationary_deflection_to_rounding() {
                     tolerance,
                     &what,
                 );
-                let ramp = Ramp { from: 0.05, to: -0.03 };
+                let ramp = 0.05..-0.03;
                 let end = Exponential::<4>.ramp(&contact, ramp, z, h).deflection;
                 close(end, wanted, tolerance, &what);
             }
@@ -541,7 +541,7 @@ fn no_step_of_any_length_leaves_the_bound() {
                 let mut z: f64 = start * limit;
                 for (&h, [a, b, c, d]) in lengths.iter().zip(&coefficients) {
                     let v = |s: f64| speed * (a + b * s + c * s * s + d * (waves * s).sin());
-                    let ramp = Ramp { from: v(0.0), to: v(1.0) };
+                    let ramp = v(0.0)..v(1.0);
                     let steps = [
                         Exponential::<4>.step(&contact, v, z, h),
                         Exponential::<2>.step(&contact, v, z, h),
@@ -597,8 +597,8 @@ fn single_precision_loses_nothing_but_digits() {
     for n in 0..400_u16 {
         let v = |n: u16| 0.01 * (f64::from(n) * 0.07).sin();
         let (from, to) = (v(n), v(n + 1));
-        let one = Exponential::<3>.ramp(&wide, Ramp { from, to }, a, 1e-3);
-        let velocities = Ramp { from: from as f32, to: to as f32 };
+        let one = Exponential::<3>.ramp(&wide, from..to, a, 1e-3);
+        let velocities = from as f32..to as f32;
         let other = Exponential::<3>.ramp(&narrow, velocities, b, 1e-3);
         // Roundings of f32, as many as steps that are not yet forgotten.
         close(f64::from(other.deflection), one.deflection, 20.0 * 1.2e-7 * BREAKAWAY, "deflection");
@@ -630,11 +630,11 @@ fn what_is_not_a_number_stays_one() {
     assert!(all(Exponential::<4>.step(&contact, |s| if s < 0.5 { 0.01 } else { nan }, 1e-5, 1e-3)));
     for duration in [nan, -1e-3] {
         assert!(all(Exponential::<4>.step(&contact, |_| 0.01, 1e-5, duration)));
-        let ramp = Ramp { from: -0.02, to: 0.1 };
+        let ramp = -0.02..0.1;
         assert!(all(Exponential::<3>.ramp(&contact, ramp, 1e-5, duration)));
     }
     for (from, to) in [(nan, 0.1), (0.1, nan), (nan, nan)] {
-        assert!(all(Exponential::<3>.ramp(&contact, Ramp { from, to }, 1e-5, 1e-3)));
+        assert!(all(Exponential::<3>.ramp(&contact, from..to, 1e-5, 1e-3)));
     }
     // A velocity that jumps about ends as a number or as none, but it ends.
     let rough = |s: f64| ((s * 1e15).sin() * 1e4).sin();

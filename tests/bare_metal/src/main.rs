@@ -6,7 +6,7 @@
 //! arithmetic.
 
 use bristle::curve::{Stribeck, StribeckParameters};
-use bristle::exponential::{Exponential, Ramp};
+use bristle::exponential::Exponential;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Segment};
 use bristle::{Bristle, FrBd, LuGre, ParameterError, Scalar, paper};
@@ -95,7 +95,7 @@ fn run<T: Scalar>() -> Result<u64, ParameterError> {
         hash.add(done.force);
         hash.add(done.dissipated);
         if number % 8 == 0 {
-            let ramp = Ramp { from: before, to: velocity };
+            let ramp = before..velocity;
             let step = Exponential::<3>.ramp(&frbd, ramp, dragged, duration);
             dragged = step.deflection;
             hash.add(step.work);

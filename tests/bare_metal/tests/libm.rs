@@ -153,7 +153,7 @@ fn held_and_passive_steps_keep_their_digits() {
 /// Numbers that no sensor should give: the answer may be NaN, but it comes.
 #[test]
 fn inputs_that_are_no_numbers_come_out_of_a_fixed_number_of_operations() {
-    use bristle::exponential::{Exponential, Ramp};
+    use bristle::exponential::Exponential;
     fn all<T: Scalar>(odd: &[T]) {
         let contact = contact::<T>(0.75);
         let companion = contact.companion(convert(1.0)).unwrap();
@@ -163,7 +163,7 @@ fn inputs_that_are_no_numbers_come_out_of_a_fixed_number_of_operations() {
                     let hold = contact.hold(v, z, h);
                     let nan = |x: T| !(x >= x);
                     let done = companion.step(v, z, h).commit(v);
-                    let drag = Exponential::<3>.ramp(&contact, Ramp { from: v, to: z }, z, h);
+                    let drag = Exponential::<3>.ramp(&contact, v..z, z, h);
                     // NaN does not turn into a plausible number.
                     if nan(v) || nan(z) || nan(h) {
                         assert!(

@@ -15,7 +15,7 @@ use bristle::curve::{
     Coulomb, CoulombParameters, FrictionCurve, Knot, RationalStribeck, RationalStribeckParameters,
     Stribeck, StribeckParameters, Tabulated,
 };
-use bristle::exponential::{Exponential, Ramp};
+use bristle::exponential::Exponential;
 use bristle::regularisation::Unregularised;
 use bristle::rheology::{GeneralisedMaxwell, KelvinVoigt, KelvinVoigtParameters};
 use bristle::{
@@ -142,7 +142,7 @@ fn line<M: Bristle<Counted>>(
 
 fn one_spring<M: Bristle<Counted, Deflection = Counted>>(name: &str, model: M) -> String {
     line(name, model, DEFLECTION, &|contact| {
-        let ramp = Ramp { from: VELOCITY, to: Counted(0.009) };
+        let ramp = VELOCITY..Counted(0.009);
         cell(counts(|| Exponential::<3>.ramp(contact, ramp, DEFLECTION, SHORT)))
     })
 }

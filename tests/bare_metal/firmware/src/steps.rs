@@ -5,7 +5,7 @@ use bristle::curve::{
     Asymmetric, Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Knot, RationalStribeck,
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
-use bristle::exponential::{Exponential, Ramp};
+use bristle::exponential::Exponential;
 use bristle::regularisation::{HyperbolicTangent, SquareRoot, Unregularised};
 use bristle::rheology::{
     Deflection, GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters,
@@ -73,7 +73,7 @@ fn scalar<T: Scalar, M: Bristle<T, Deflection = T>>(model: M, input: &Input<T>) 
     let [deflection, ..] = input.deflections;
     let &Input { velocity: from, next_velocity: to, duration, .. } = input;
     let (contact, mut sum) = steps(model, deflection, input)?;
-    let ramp = Exponential::<3>.ramp(&contact, Ramp { from, to }, deflection, duration);
+    let ramp = Exponential::<3>.ramp(&contact, from..to, deflection, duration);
     sum += ramp.deflection + ramp.end + ramp.mean + ramp.work;
     let smooth = |part: T| from + (to - from) * part * part;
     let step = Exponential::<3>.step(&contact, smooth, deflection, duration);
