@@ -144,7 +144,7 @@ impl<T> sealed::Constant for KelvinVoigt<T> {}
 
 impl<T: Real> sealed::Curve<T> for Stribeck<T> {
     fn curve(&self) -> Result<(Fall, Material<T>), ParameterError> {
-        let exponent = self.exponent();
+        let exponent = self.exponent;
         let fall = if exponent == T::one() {
             Fall::Exponential
         } else if exponent == lit(2.0) {

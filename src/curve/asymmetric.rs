@@ -30,15 +30,6 @@ pub struct Asymmetric<F, B> {
 
 impl<T: Scalar, F: FrictionCurve<T>, B: FrictionCurve<T>> FrictionCurve<T> for Asymmetric<F, B> {
     #[inline]
-    fn coefficient(&self, sliding: Sliding<T>) -> T {
-        if sliding.direction() < T::zero() {
-            self.backward.coefficient(sliding)
-        } else {
-            self.forward.coefficient(sliding)
-        }
-    }
-
-    #[inline]
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
         if sliding.direction() < T::zero() {
             self.backward.coefficient_and_slope(sliding)

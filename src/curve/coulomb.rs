@@ -52,13 +52,8 @@ impl<T: Scalar> Coulomb<T> {
 
 impl<T: Scalar> FrictionCurve<T> for Coulomb<T> {
     #[inline]
-    fn coefficient(&self, sliding: Sliding<T>) -> T {
-        self.dynamic + self.viscous * sliding.speed()
-    }
-
-    #[inline]
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        (self.coefficient(sliding), self.viscous * sliding.direction())
+        (self.dynamic + self.viscous * sliding.speed(), self.viscous * sliding.direction())
     }
 
     fn bounds(&self, fastest: T) -> Bounds<T> {

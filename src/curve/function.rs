@@ -65,11 +65,6 @@ impl<T: fmt::Debug, F> fmt::Debug for FunctionCurve<T, F> {
 
 impl<T: Scalar, F: Fn(T) -> (T, T) + Clone> FrictionCurve<T> for FunctionCurve<T, F> {
     #[inline]
-    fn coefficient(&self, sliding: Sliding<T>) -> T {
-        (self.function)(sliding.speed()).0
-    }
-
-    #[inline]
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
         let (coefficient, slope) = (self.function)(sliding.speed());
         (coefficient, slope * sliding.direction())

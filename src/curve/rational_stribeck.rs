@@ -67,18 +67,13 @@ impl<T: Scalar> RationalStribeck<T> {
 
 impl<T: Scalar> FrictionCurve<T> for RationalStribeck<T> {
     #[inline]
-    fn coefficient(&self, sliding: Sliding<T>) -> T {
-        let u = sliding.speed() * self.0.inverse_velocity;
-        self.0.dynamic + self.0.drop / (T::one() + u * u) + self.0.viscous * sliding.speed()
-    }
-
-    #[inline]
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
         let u = sliding.speed() * self.0.inverse_velocity;
-        let decay = T::one() / (T::one() + u * u);
-        let fall = self.0.drop * decay * (u + u) * decay * self.0.inverse_velocity;
+        let rise = T::one() + u * u;
+        let stribeck = self.0.drop / rise;
+        let fall = stribeck / rise * (u + u) * self.0.inverse_velocity;
         (
-            self.0.dynamic + self.0.drop * decay + self.0.viscous * sliding.speed(),
+            self.0.dynamic + stribeck + self.0.viscous * sliding.speed(),
             (self.0.viscous - fall) * sliding.direction(),
         )
     }

@@ -62,17 +62,10 @@ pub struct StribeckParameters<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stribeck<T> {
     pub(crate) valley: Valley<T>,
-    exponent: Exponent<T>,
+    /// δ
+    pub(crate) exponent: T,
     /// Power w beyond which (μ_s − μ_d) exp(−w) is less than a rounding of μ_d.
     negligible: T,
-}
-
-/// The Stribeck exponent, with the two that need no power function apart.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Exponent<T> {
-    One,
-    Two,
-    Other(T),
 }
 
 impl<T: Scalar> Stribeck<T> {
@@ -92,26 +85,11 @@ impl<T: Scalar> Stribeck<T> {
         let exponent = parameter::positive("stribeck_exponent", parameters.stribeck_exponent)?;
         Ok(Self {
             valley,
-            exponent: if exponent == T::one() {
-                Exponent::One
-            } else if exponent == lit(2.0) {
-                Exponent::Two
-            } else {
-                Exponent::Other(exponent)
-            },
+            exponent,
             // Without a drop this is −∞, and the exponential is never needed.
             negligible: (lit::<T>(4.0) * valley.drop / (T::default_epsilon() * valley.dynamic))
                 .ln(),
         })
-    }
-
-    /// The exponent δ.
-    pub(crate) fn exponent(&self) -> T {
-        match self.exponent {
-            Exponent::One => T::one(),
-            Exponent::Two => lit(2.0),
-            Exponent::Other(exponent) => exponent,
-        }
     }
 
     /// exp(−w), without the exponential where the curve cannot tell: most of a stick-slip run lies
@@ -134,29 +112,30 @@ impl<T: Scalar> Stribeck<T> {
     /// The scaled speed u at which the steepness δ u^(δ−1) exp(−u^δ) is largest: u^δ = (δ−1)/δ; for
     /// δ ≤ 1 at rest. There it has no finite value for δ < 1, so searches start next to rest.
     fn steepest(&self) -> T {
-        match self.exponent {
-            Exponent::One => T::zero(),
-            Exponent::Two => T::one() / lit::<T>(2.0).sqrt(),
-            Exponent::Other(exponent) if exponent > T::one() => {
-                ((exponent - T::one()) / exponent).powf(T::one() / exponent)
-            }
-            Exponent::Other(_) => T::default_epsilon(),
+        let exponent = self.exponent;
+        if exponent == T::one() {
+            T::zero()
+        } else if exponent > T::one() {
+            ((exponent - T::one()) / exponent).powf(T::one() / exponent)
+        } else {
+            T::default_epsilon()
         }
     }
 
-    /// The power w = |u|^δ of the scaled speed u, and dw/du.
+    /// The power w = |u|^δ of the scaled speed u, and dw/du. Exponents of one and two need no power
+    /// function.
     #[inline(always)]
     fn power(&self, u: T) -> (T, T) {
-        match self.exponent {
-            Exponent::Two => (u * u, u + u),
+        if self.exponent == lit(2.0) {
+            (u * u, u + u)
+        } else if self.exponent == T::one() {
             // u itself, not |u|: the smooth continuation to speeds of the wrong sign.
-            Exponent::One => (u, T::one()),
-            Exponent::Other(_) if is_zero(u) => (T::zero(), T::zero()),
-            Exponent::Other(exponent) => {
-                let size = if u < T::zero() { -u } else { u };
-                let w = size.powf(exponent);
-                (w, exponent * w / u)
-            }
+            (u, T::one())
+        } else if is_zero(u) {
+            (T::zero(), T::zero())
+        } else {
+            let w = u.abs().powf(self.exponent);
+            (w, self.exponent * w / u)
         }
     }
 }
@@ -193,13 +172,11 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
     }
 
     fn slope_at_rest(&self) -> T {
-        match self.exponent {
-            // −∞, of which the slope at rest itself says nothing.
-            Exponent::Other(exponent) if exponent < T::one() && self.valley.drop > T::zero() => {
-                -T::one() / T::zero()
-            }
-            _ => self.coefficient_and_slope(Branch::Forward.of(T::zero())).1,
+        if self.exponent < T::one() && self.valley.drop > T::zero() {
+            // Of which the slope at rest itself says nothing.
+            return -unlimited::<T>();
         }
+        self.coefficient_and_slope(Branch::Forward.of(T::zero())).1
     }
 
     fn viscous_friction(&self) -> T {
@@ -215,17 +192,15 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
     }
 
     fn least_slope(&self) -> Option<T> {
-        let steepest = self.steepest();
-        let steepness = match self.exponent {
-            _ if self.valley.drop == T::zero() => T::zero(),
+        if is_zero(self.valley.drop) {
+            return Some(self.valley.viscous);
+        }
+        if self.exponent < T::one() {
             // δ u^(δ−1) exp(−u^δ) grows without limit towards rest.
-            Exponent::Other(exponent) if exponent < T::one() => return Some(-unlimited::<T>()),
-            // At its summit u^δ = (δ−1)/δ.
-            _ => {
-                let (w, slope) = self.power(steepest);
-                slope * (-w).exp()
-            }
-        };
+            return Some(-unlimited::<T>());
+        }
+        let (w, slope) = self.power(self.steepest());
+        let steepness = slope * (-w).exp();
         Some(self.valley.viscous - self.valley.drop * self.valley.inverse_velocity * steepness)
     }
 }

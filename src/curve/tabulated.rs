@@ -80,20 +80,12 @@ impl<T: Scalar, const N: usize> Tabulated<T, N> {
         for (index, knot) in knots.iter().enumerate() {
             parameter::component(index, parameter::positive("coefficient", knot.coefficient))?;
         }
-        for (index, pair) in knots.windows(2).enumerate() {
-            let [before, knot] = pair else { continue };
-            let spacing = knot.speed - before.speed;
-            let slope = (knot.coefficient - before.coefficient) / spacing;
+        for (index, (slope, spacing)) in (0..N).map_while(|i| secant(&knots, i)).enumerate() {
             parameter::component(index + 1, parameter::finite("slope", slope))?;
             parameter::component(index + 1, parameter::positive("spacing", spacing))?;
         }
-        let mut i = 0;
-        let pieces = knots.map(|knot| {
-            let piece = piece(&knots, knot, i);
-            i += 1;
-            piece
-        });
-        Ok(Self { pieces })
+        let mut indices = 0..N;
+        Ok(Self { pieces: knots.map(|knot| piece(&knots, knot, indices.next().unwrap_or(N))) })
     }
 
     /// The cubic that holds at a speed: the last one that does not start beyond it, or the first.
@@ -168,11 +160,6 @@ fn piece<T: Scalar>(knots: &[Knot<T>], knot: Knot<T>, i: usize) -> Piece<T> {
 }
 
 impl<T: Scalar, const N: usize> FrictionCurve<T> for Tabulated<T, N> {
-    #[inline]
-    fn coefficient(&self, sliding: Sliding<T>) -> T {
-        self.piece(sliding.speed()).value(sliding.speed())
-    }
-
     #[inline]
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
         let piece = self.piece(sliding.speed());
