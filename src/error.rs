@@ -1,10 +1,10 @@
 //! One error for all.
 
 use crate::batch::BatchError;
-use crate::number::Number;
+use crate::number::{Number, decimal};
 use crate::ode::{Failure, StopReason};
 use crate::parameter::ParameterError;
-use crate::scalar::{Scalar, to_f64};
+use crate::scalar::Scalar;
 
 /// Any error of this crate: each of them converts into it by `?`.
 ///
@@ -52,7 +52,7 @@ impl<T: Scalar, const N: usize> From<Failure<T, N>> for Error {
     fn from(failure: Failure<T, N>) -> Self {
         match failure.reason {
             StopReason::Refused(refused) => Self::Parameter(refused),
-            reason => Self::Integration { time: to_f64(failure.time), reason },
+            reason => Self::Integration { time: decimal(failure.time), reason },
         }
     }
 }

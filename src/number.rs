@@ -41,7 +41,18 @@ pub(crate) struct Number(pub(crate) f64);
 
 /// A scalar as a [`Number`].
 pub(crate) fn number<T: Scalar>(value: T) -> Number {
-    Number(to_f64(value))
+    Number(decimal(value))
+}
+
+/// A number as its shortest digits say: of a single 1e-7 this is 1e-7, not 1.0000000116860974e-7.
+pub(crate) fn decimal<T: Scalar>(value: T) -> f64 {
+    let wide = to_f64(value);
+    if to_f64(T::default_epsilon()) < 1e-10 {
+        return wide;
+    }
+    let mut text = Text::<32>::new();
+    let written = write!(text, "{:e}", wide as f32);
+    written.ok().and_then(|()| text.as_str().parse().ok()).unwrap_or(wide)
 }
 
 impl Number {

@@ -7,7 +7,7 @@
 
 use core::fmt;
 
-use crate::number::Number;
+use crate::number::{Number, decimal};
 use crate::scalar::{Scalar, lit, to_f64};
 
 /// Why a parameter was refused: its name, its value and the rule it breaks.
@@ -28,7 +28,7 @@ pub struct ParameterError {
     pub name: &'static str,
     /// Which component, if the parameter is an array or a vector.
     pub component: Option<usize>,
-    /// The value that was given.
+    /// The value that was given; of a single one, what its digits say.
     pub value: f64,
     /// The rule the value breaks.
     pub rule: Rule,
@@ -184,9 +184,20 @@ pub(crate) fn check<T: Scalar>(
     if passes { Ok(value) } else { Err(refused(name, value, rule)) }
 }
 
+/// Returns a value that passes a comparison with a limit, or the error that names both.
+fn against<T: Scalar>(
+    name: &'static str,
+    value: T,
+    passes: bool,
+    limit: T,
+    rule: impl FnOnce(f64) -> Rule,
+) -> Result<T, ParameterError> {
+    if passes { Ok(value) } else { Err(refused(name, value, rule(decimal(limit)))) }
+}
+
 /// The error for a value that breaks a rule.
 pub(crate) fn refused<T: Scalar>(name: &'static str, value: T, rule: Rule) -> ParameterError {
-    ParameterError { name, component: None, value: to_f64(value), rule }
+    ParameterError { name, component: None, value: decimal(value), rule }
 }
 
 /// A rule of one construction: the value must …
@@ -240,7 +251,7 @@ pub(crate) fn at_least<T: Scalar>(
     other: &'static str,
     limit: T,
 ) -> Result<T, ParameterError> {
-    check(name, value, value >= limit, Rule::AtLeast { other, limit: to_f64(limit) })
+    against(name, value, value >= limit, limit, |limit| Rule::AtLeast { other, limit })
 }
 
 /// Not larger than another parameter (both are checked to be finite elsewhere).
@@ -250,7 +261,7 @@ pub(crate) fn at_most<T: Scalar>(
     other: &'static str,
     limit: T,
 ) -> Result<T, ParameterError> {
-    check(name, value, value <= limit, Rule::AtMost { other, limit: to_f64(limit) })
+    against(name, value, value <= limit, limit, |limit| Rule::AtMost { other, limit })
 }
 
 /// Strictly smaller than another quantity.
@@ -260,7 +271,7 @@ pub(crate) fn below<T: Scalar>(
     other: &'static str,
     limit: T,
 ) -> Result<T, ParameterError> {
-    check(name, value, value < limit, Rule::Below { other, limit: to_f64(limit) })
+    against(name, value, value < limit, limit, |limit| Rule::Below { other, limit })
 }
 
 /// Strictly larger than the component before it.
@@ -269,7 +280,7 @@ pub(crate) fn increasing<T: Scalar>(
     value: T,
     previous: T,
 ) -> Result<T, ParameterError> {
-    check(name, value, value > previous, Rule::Increasing { previous: to_f64(previous) })
+    against(name, value, value > previous, previous, |previous| Rule::Increasing { previous })
 }
 
 /// Exactly the value that the construction needs.
@@ -278,7 +289,7 @@ pub(crate) fn exactly<T: Scalar>(
     value: T,
     wanted: T,
 ) -> Result<T, ParameterError> {
-    check(name, value, value == wanted, Rule::Exactly { value: to_f64(wanted) })
+    against(name, value, value == wanted, wanted, |value| Rule::Exactly { value })
 }
 
 /// A count of at least `least`.

@@ -156,6 +156,7 @@ fn an_observer_whose_gains_break_the_condition_is_refused_with_number_and_limit(
         assert!(at(&|p| p.velocity.sample_time = bad), "{bad}");
         assert!(bad == 0.0 || at(&|p| p.velocity.time_constant = bad), "{bad}");
         assert!(bad == 0.0 || at(&|p| p.output.share = bad), "{bad}");
+        assert!(at(&|p| p.output.share = 2.001) && !at(&|p| p.output.share = 2.0));
         assert!(at(&|p| p.output.largest_force = bad), "{bad}");
         assert!(at(&|p| p.injection = Injection::Velocity { gain: bad, corner: 1.0 }), "{bad}");
         assert!(at(&|p| p.injection = velocity(bad)), "{bad}");

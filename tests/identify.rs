@@ -783,6 +783,166 @@ fn no_initial_guess_makes_a_panic_or_a_fit_of_nothing() {
     }
 }
 
+/// Strokes of a length in x₅₀ each, at speeds that alternate from stroke to stroke in mm/s, under a
+/// force that turns by 2 μ in proportion to the distance over 2 x₅₀ and then stays: x₅₀ = 10 µm,
+/// μ = 0.3. A row each 10 nm at the first speed.
+fn elastic_then_sliding(length: f64, speeds: &[f64]) -> Log {
+    let (half, mu) = (1e-5, 0.3);
+    let stroke = length * half;
+    let (mut time, mut position, mut friction) = (vec![], vec![], vec![]);
+    let mut begin = 0.0;
+    for number in 0..8 {
+        let speed = 1e-3 * speeds[number % speeds.len()];
+        let direction = if number % 2 == 0 { 1.0 } else { -1.0 };
+        let rows = (stroke / 1e-8 * 1e-3 * speeds[0] / speed).round();
+        for row in 0..rows as usize {
+            let x = stroke * row as f64 / rows;
+            time.push(begin + x / speed);
+            position.push(if direction > 0.0 { x } else { stroke - x });
+            friction.push(direction * mu * (-1.0 + x / half).min(1.0));
+        }
+        begin += stroke / speed;
+    }
+    let motion = Motion::Position(&position);
+    Log::new(LogParameters { time: &time, motion, friction: &friction, normal_force: None })
+        .unwrap()
+}
+
+#[test]
+fn the_initial_guess_of_an_elastic_stroke_is_that_of_its_closed_form() {
+    let guess = InitialGuess::of(&elastic_then_sliding(20.0, &[1.0])).unwrap();
+    // Half of the swing at x₅₀, between rows of a thousandth of it; velocities of positions have
+    // eleven digits.
+    for (name, value, want) in [
+        ("μ_s", guess.static_coefficient, 1.2 * 0.3),
+        ("μ_d", guess.dynamic_coefficient, 0.9 * 0.3),
+        ("v_S", guess.stribeck_velocity, 1e-3),
+        ("σ2", guess.viscous_friction, 0.01 * 0.3 / 1e-3),
+        ("σ0", guess.micro_stiffness, 2_f64.ln() * 0.3 / 1e-5),
+        ("σ1", guess.micro_damping, 0.1 * 0.3 / 1e-3),
+        ("fastest", guess.fastest, 1e-3),
+    ] {
+        assert!((value / want - 1.0).abs() < 1e-3, "{name}: {value} {want}");
+    }
+    assert!(guess.offset.abs() < 1e-12 && guess.reversals == 7, "{guess:?}");
+}
+
+#[test]
+fn a_contact_slides_in_strokes_of_two_and_a_half_times_the_way_to_half_of_the_swing() {
+    let refused = InitialGuess::of(&elastic_then_sliding(2.48, &[1.0])).unwrap_err();
+    assert_eq!(refused.name, "longest stroke", "{refused}");
+    assert!(InitialGuess::of(&elastic_then_sliding(2.52, &[1.0])).is_ok());
+}
+
+#[test]
+fn rows_slide_beyond_five_breakaway_distances_or_six_tenths_of_the_longest_stroke() {
+    // Of strokes of 20 and 13 x₅₀, 5/ln 2 = 7.21 x₅₀ are passed over; of 5 x₅₀, six tenths.
+    for (length, passed) in [(20.0, 5.0 / 2_f64.ln()), (13.0, 5.0 / 2_f64.ln()), (5.0, 3.0)] {
+        let log = elastic_then_sliding(length, &[1.0]);
+        let (_, points) = InitialGuess::with_points(&log).unwrap();
+        let share = points.len() as f64 / log.len() as f64;
+        let want = 1.0 - passed / length;
+        // A few rows of a thousand or more in each stroke.
+        assert!((share / want - 1.0).abs() < 0.01, "{length}: {share} {want}");
+        for point in points {
+            assert!((point.coefficient / 0.3 - 1.0).abs() < 1e-12, "{point:?}");
+        }
+    }
+}
+
+#[test]
+fn speeds_within_a_factor_of_two_do_not_make_a_curve() {
+    for (fast, fitted) in [(1.96, false), (2.04, true)] {
+        let log = elastic_then_sliding(20.0, &[1.0, 1.0, fast, fast]);
+        let (plain, _) = InitialGuess::with_points(&log).unwrap();
+        let guess = InitialGuess::of(&log).unwrap();
+        assert_eq!(guess != plain, fitted, "{fast}: {guess:?}");
+        // The level is 0.3 at every speed.
+        assert!(!fitted || (guess.dynamic_coefficient / 0.3 - 1.0).abs() < 0.05, "{guess:?}");
+    }
+}
+
+#[test]
+fn a_curve_takes_every_point_up_to_four_thousand() {
+    let guess = InitialGuess::of(&log_of(&FrBdFit, &TRUTH, rich, 3000, || 0.0)).unwrap();
+    for (count, used) in [(4000, 4000), (4001, 2001), (8001, 2667)] {
+        let points: Vec<SlidingPoint> = (0..count)
+            .map(|i| {
+                let speed = 1e-3 + 5e-2 * f64::from(i) / f64::from(count);
+                SlidingPoint { speed, coefficient: curve(speed) }
+            })
+            .collect();
+        assert_eq!(guess.static_curve(&points).unwrap().rows, used, "{count}");
+    }
+}
+
+#[test]
+fn a_point_beyond_4_685_deviations_has_no_weight() {
+    let guess = InitialGuess::of(&log_of(&FrBdFit, &TRUTH, rich, 3000, || 0.0)).unwrap();
+    // Points in pairs at ±a from the curve, so that the median of their distances is a, and one
+    // more in ten at so many of the deviations 1.4826 a above it.
+    let a = 1e-3;
+    let level = |deviations: f64| {
+        let mut points = vec![];
+        for i in 0..600 {
+            let speed = 1e-3 + 8e-5 * f64::from(i);
+            let mut add =
+                |off| points.push(SlidingPoint { speed, coefficient: curve(speed) + off });
+            (add(a), add(-a));
+            if i % 5 == 0 {
+                add(deviations * 1.4826 * a);
+            }
+        }
+        let found = guess.static_curve(&points).unwrap();
+        (found.estimate("dynamic_coefficient").unwrap().value - TRUTH[0]) / a
+    };
+    // Without weight, nothing; at 4.5 deviations (1 − (4.5/4.685)²)² = 0.006 of one point in eleven,
+    // or a shift of the level by about 0.004 a.
+    let (near, beyond) = (level(4.5), level(4.8));
+    assert!(near.abs() > 1e-3 && beyond.abs() < 1e-4, "{near} {beyond}");
+}
+
+#[test]
+fn bounds_lie_as_far_from_the_guess_as_documented() {
+    let guess = InitialGuess {
+        static_coefficient: 0.3,
+        dynamic_coefficient: 0.2,
+        stribeck_velocity: 0.01,
+        viscous_friction: 0.5,
+        micro_stiffness: 1e4,
+        micro_damping: 2.0,
+        offset: 0.0,
+        fastest: 0.1,
+        reversals: 1,
+    };
+    // Start, lower and upper bound; the viscous force at the largest speed is up to ten times μ_d.
+    let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
+    let assert_bounds = |parameters: &[Parameter], want: &[[f64; 3]]| {
+        for (parameter, &[start, least, most]) in parameters.iter().zip(want) {
+            let found = near(parameter.start, start) && near(parameter.least, least);
+            assert!(found && near(parameter.most, most), "{parameter:?}");
+        }
+    };
+    let shared = [
+        [0.2, 0.2 / 30.0, 6.0],
+        [0.1, 2e-4, 6.0],
+        [0.01, 1e-5, 10.0],
+        [0.5, 0.0, 20.0],
+        [1e4, 1e2, 1e6],
+        [2.0, 0.0, 2e3],
+    ];
+    assert_bounds(&FrBdFit.parameters(&guess), &shared);
+    let relaxing = MaxwellFit.parameters(&guess);
+    assert_bounds(&relaxing[..6], &shared);
+    // The time in which the breakaway distance μ/σ0 is slid.
+    let time = 0.2 / (1e4 * 0.1);
+    let more = [[3e3, 10.0, 9e5], [time, time / 1e3, time * 1e3], [0.0, -0.2, 0.2]];
+    assert_bounds(&relaxing[6..], &more);
+    let yielding = ElastoPlasticFit::default().parameters(&guess);
+    assert_bounds(&yielding[..6], &shared);
+    assert_bounds(&yielding[6..], &[[0.5, 1e-3, 0.99], [0.0, -0.2, 0.2]]);
+}
+
 /// The line a + b x through the points of a series, at x = first, first + 1, …
 struct Line {
     points: Vec<f64>,

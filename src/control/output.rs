@@ -7,7 +7,7 @@ use crate::parameter::{self, ParameterError};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutputParameters<T> {
     /// Share s \[–\] of the model's force that is given out: 1 compensates all of it, 1.2 a fifth
-    /// too much.
+    /// too much. Between 0 and 2, at which the whole force comes back with the opposite sign.
     pub share: T,
     /// Largest force \[N\] that is given out, positive: what the actuator can spare.
     pub largest_force: T,
@@ -40,7 +40,7 @@ pub(super) struct Output<T> {
 impl<T: Scalar> Output<T> {
     pub(super) fn new(parameters: OutputParameters<T>) -> Result<Self, ParameterError> {
         Ok(Self {
-            share: parameter::non_negative("share", parameters.share)?,
+            share: parameter::between("share", parameters.share, 0.0, 2.0)? + T::zero(),
             largest_force: parameter::positive("largest_force", parameters.largest_force)?,
             last: Self::start(),
         })

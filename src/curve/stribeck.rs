@@ -32,7 +32,7 @@ pub struct StribeckParameters<T> {
     /// Stribeck velocity v_S [m/s], positive.
     #[doc(alias = "v_S")]
     pub stribeck_velocity: T,
-    /// Stribeck exponent δ \[–\], positive; 1 and 2 need no power function.
+    /// Stribeck exponent δ \[–\], between 0.1 and 100; 1 and 2 need no power function.
     #[doc(alias = "delta")]
     pub stribeck_exponent: T,
     /// Viscous friction σ2 [s/m], zero or positive.
@@ -82,7 +82,8 @@ impl<T: Scalar> Stribeck<T> {
             parameters.stribeck_velocity,
             parameters.viscous_friction,
         ])?;
-        let exponent = parameter::positive("stribeck_exponent", parameters.stribeck_exponent)?;
+        let exponent =
+            parameter::between("stribeck_exponent", parameters.stribeck_exponent, 0.1, 100.0)?;
         Ok(Self {
             valley,
             exponent,

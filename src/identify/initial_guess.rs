@@ -212,3 +212,45 @@ fn strokes(position: &[f64], threshold: f64) -> Vec<core::ops::RangeInclusive<us
     }
     strokes
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{bulk, noise, strokes};
+    use alloc::vec::Vec;
+
+    #[test]
+    fn nearly_all_values_are_those_between_the_fiftieth_from_either_end() {
+        let mut values: Vec<f64> = (0..=100).rev().map(f64::from).collect();
+        assert_eq!(bulk(&mut values), (2.0, 98.0));
+    }
+
+    #[test]
+    fn the_noise_of_a_position_is_six_of_its_deviations_whatever_the_motion() {
+        // Sums of twelve uniform numbers, of variance one; the motion is as smooth as 1e-3 of it.
+        let mut seed = 7_u64;
+        let mut uniform = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        for deviation in [1e-6, 3e-3] {
+            let row = |i| deviation * (f64::from(i) * 0.03).sin();
+            let position: Vec<f64> = (0..40_000)
+                .map(|i| row(i) + deviation * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0))
+                .collect();
+            // A quartile of 40 000 values has an error of 0.7 %, and the constant one of 0.4 %.
+            let ratio = noise(&position) / (6.0 * deviation);
+            assert!((ratio - 1.0).abs() < 0.02, "{deviation}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn a_stroke_ends_at_the_farthest_row_before_a_turn_beyond_the_threshold() {
+        let position = [0.0, 0.5, 2.0, 5.0, 4.5, 4.0, 5.0, 6.0, 4.9, 3.0, 4.0, 5.0];
+        // Back by 1 from 5 does not count as more than 1; back by 3 from 6 does, and by 2 from 3.
+        assert_eq!(strokes(&position, 1.0), [0..=7, 7..=9, 9..=11]);
+        assert_eq!(strokes(&position, 0.99), [0..=3, 3..=5, 5..=7, 7..=9, 9..=11]);
+        assert_eq!(strokes(&position, 3.0), [0..=11]);
+        assert_eq!(strokes(&position, 6.0), []);
+        assert_eq!(strokes(&[], 0.0), []);
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
-use crate::parameter::{ParameterError, Rule, refused};
+use crate::parameter::{ParameterError, Rule, at_least, refused};
 use crate::rheology::ElementBounds;
 use crate::scalar::{is_zero, lit, to_f64, unlimited};
 use crate::{Bounds, Branch, Scalar};
@@ -94,7 +94,8 @@ fn searched<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> (T, Option
     // The bounds are sums of the parameters, the values of a few functions.
     let rounding = T::one() + lit::<T>(1e2) * T::default_epsilon();
     let ratio: T = lit(NEXT);
-    let (mut least, mut fault) = (curve.slope_at_rest(), None);
+    let ordered = at_least("upper bound of a curve", bounds.max, "its lower bound", bounds.min);
+    let (mut least, mut fault) = (curve.slope_at_rest(), ordered.err());
     for branch in [Branch::Forward, Branch::Backward] {
         let sliding = |speed: T| branch.of(if branch == Branch::Backward { -speed } else { speed });
         let slope =

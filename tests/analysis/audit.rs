@@ -490,6 +490,30 @@ fn a_curve_that_is_none_is_refused_with_the_speed_and_the_value() {
 }
 
 #[test]
+fn bounds_of_a_curve_in_the_wrong_order_are_refused_as_such() {
+    /// Constant friction with bounds of its own.
+    #[derive(Debug, Clone)]
+    struct Bounded(Bounds<f64>);
+    impl FrictionCurve<f64> for Bounded {
+        fn coefficient_and_slope(&self, _: Sliding<f64>) -> (f64, f64) {
+            (1.0, 0.0)
+        }
+        fn bounds(&self, _: f64) -> Bounds<f64> {
+            self.0
+        }
+    }
+    let refused = |min, max| {
+        let curve = Bounded(Bounds { min, max });
+        let contact = FrBd::new(curve, table_2_bristle()).under_load(1.0).unwrap();
+        contact.audit(AuditParameters::up_to(1.0)).map(drop).map_err(|error| error.to_string())
+    };
+    let want = "upper bound of a curve is 0.5, but must be at least its lower bound = 1.5";
+    assert_eq!(refused(1.5, 0.5), Err(want.to_owned()));
+    assert!(refused(f64::NAN, 1.5).unwrap_err().starts_with("upper bound of a curve is 1.5"));
+    assert_eq!(refused(1.0, 1.0), Ok(()));
+}
+
+#[test]
 fn constant_friction_no_friction_and_backward_cycles_are_told_as_what_they_are() {
     let coulomb = CoulombParameters { dynamic_coefficient: 0.7, viscous_friction: 0.0 };
     let constant = FrBd::new(Coulomb::new(coulomb).unwrap(), table_2_bristle());

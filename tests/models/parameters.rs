@@ -97,7 +97,6 @@ fn gates<T: Scalar>() -> Vec<Gate<T>> {
     gate!(list, Positive, Stribeck, s, static_coefficient);
     gate!(list, Positive, Stribeck, s, dynamic_coefficient);
     gate!(list, Positive, Stribeck, s, stribeck_velocity);
-    gate!(list, Positive, Stribeck, s, stribeck_exponent);
     gate!(list, NonNegative, Stribeck, s, viscous_friction);
     let r = rational_parameters::<T>();
     gate!(list, Positive, RationalStribeck, r, static_coefficient);
@@ -181,8 +180,8 @@ fn assert_refused(
 /// Puts every bad number into every parameter. `least` and `most` are the documented limits of
 /// the scalar type, `subnormal` one of its subnormal numbers.
 fn every_parameter_refuses<T: Scalar>(least: f64, most: f64, subnormal: T, largest: T) {
-    // As this type rounds them.
-    let wide = |value: T| value.to_subset_unchecked();
+    // As this type prints them.
+    let wide = |value: T| value.to_string().parse::<f64>().unwrap();
     for gate in gates::<T>() {
         let rule = match gate.kind {
             Kind::Positive => Rule::Between { least, most },
@@ -419,8 +418,38 @@ fn refusals_read_well() {
         message(ElastoPlastic::new(dry, kelvin_voigt(1e4, 60.0), 6.25e-5).map(drop)),
         "stick_limit is 6.25e-5, but must be below min μ/σ0 = 5e-5"
     );
+    // Singles with their own digits, not those of the double next to them.
+    let single = KelvinVoigtParameters { micro_stiffness: -1e-7_f32, micro_damping: 0.0 };
+    assert_eq!(
+        message(KelvinVoigt::new(single).map(drop)),
+        "micro_stiffness is -1e-7, but must lie between 1e-18 and 1e15"
+    );
+    let single = StribeckParameters {
+        static_coefficient: 0.1_f32,
+        dynamic_coefficient: 0.3,
+        ..stribeck_parameters()
+    };
+    assert_eq!(
+        message(Stribeck::new(single).map(drop)),
+        "static_coefficient is 0.1, but must be at least dynamic_coefficient = 0.3"
+    );
     let error: Box<dyn std::error::Error> = Box::new(spring(-3.0).unwrap_err());
     assert_eq!(error.to_string(), "micro_stiffness is -3, but must lie between 1e-100 and 1e100");
+}
+
+#[test]
+fn a_stribeck_exponent_lies_between_a_tenth_and_a_hundred() {
+    let with = |stribeck_exponent| {
+        Stribeck::new(StribeckParameters { stribeck_exponent, ..stribeck_parameters::<f64>() })
+    };
+    for exponent in [0.1, 0.5, 100.0] {
+        assert!(with(exponent).is_ok(), "{exponent}");
+    }
+    for exponent in [f64::NAN, f64::INFINITY, -1.0, 0.0, 0.099, 101.0, 1e9] {
+        let rule = Rule::Between { least: 0.1, most: 100.0 };
+        let expected = ("stribeck_exponent", None, exponent, rule);
+        assert_refused(with(exponent).map(drop), expected, "exponent");
+    }
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -463,7 +492,6 @@ fn single_extremes(least: f64, most: f64) -> Vec<Extremes> {
             Extremes { dynamic: limit, static_: limit, ..MODERATE },
             Extremes { static_: limit.max(1.0), ..MODERATE },
             Extremes { stribeck_velocity: limit, ..MODERATE },
-            Extremes { exponent: limit, ..MODERATE },
             Extremes { viscous: limit, ..MODERATE },
             Extremes { stiffness: limit, ..MODERATE },
             Extremes { damping: limit, ..MODERATE },
