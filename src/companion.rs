@@ -133,23 +133,6 @@ pub struct Companion<T, M> {
 }
 
 impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
-    /// Prepares a contact, with the limit of its deflection for speeds up to `fastest` [m/s].
-    ///
-    /// A mean velocity that differs from the predicted one can take the deflection beyond the limit
-    /// that its theorem gives; a step cuts it back, which only removes energy. The limit is
-    /// computed here, once. `fastest` need not be exact: a step predicted to be faster also allows
-    /// the stationary deflection of its prediction, at the cost of one more evaluation of the
-    /// curve. Zero gives the limit at rest.
-    ///
-    /// # Errors
-    ///
-    /// Refuses a speed that is negative or not finite.
-    pub fn new(contact: Contact<T, M>, fastest: T) -> Result<Self, ParameterError> {
-        let fastest = parameter::non_negative("fastest", fastest)?;
-        let limit = contact.model().limits(fastest).deflection.unwrap_or_else(unlimited);
-        Ok(Self { contact, fastest, limit })
-    }
-
     /// The contact.
     pub fn contact(&self) -> &Contact<T, M> {
         &self.contact
@@ -238,27 +221,56 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         if velocity.abs() > self.fastest {
             limit = larger(limit, model.stationary(velocity).largest());
         }
-        let rest_damping = model.mean_damping(sliding, &weights);
-        let springs = (model.storage_stiffness(), limit);
-        let normal_force = self.contact.normal_force();
-        CompanionStep::from_affine(
-            (affine, weights),
-            springs,
+        let (storage_stiffness, normal_force) =
+            (model.storage_stiffness(), self.contact.normal_force());
+        // The mean deflection for z₀ = 0, v̄ = 1, and that for v̄ = 0.
+        let driven = weights.driven_mean(affine.drive);
+        let undriven = weights.undriven_mean(deflection);
+        // c₀ z̄ + c₂ v̄ = K r z̄ + rest. For FrBD c₀ − K r is the difference of two equal numbers.
+        let springs = storage_stiffness * affine.drive;
+        let excess = affine.stiffness - springs;
+        let mut rest_damping = model
+            .mean_damping(sliding, &weights)
+            .unwrap_or_else(|| excess.dot(driven) + affine.damping);
+        let mut damping = springs.dot(driven) + rest_damping;
+        if damping < T::zero() {
+            // A rounding, where a stiffness varies. Force and dissipation use the same numbers.
+            rest_damping -= damping;
+            damping = T::zero();
+        }
+        CompanionStep {
+            bias: normal_force * affine.stiffness.dot(undriven),
+            damping: normal_force * damping,
+            rest_bias: excess.dot(undriven),
             rest_damping,
+            affine,
+            weights,
             normal_force,
-            (deflection, duration),
-        )
+            storage_stiffness,
+            deflection,
+            duration,
+            limit,
+        }
     }
 }
 
 impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
-    /// Prepares the contact for passive steps inside a mechanism, see [`Companion::new`].
+    /// Prepares the contact for passive steps inside a mechanism, with the limit of its deflection
+    /// for speeds up to `fastest` [m/s].
+    ///
+    /// A mean velocity that differs from the predicted one can take the deflection beyond the limit
+    /// that its theorem gives; a step cuts it back, which only removes energy. The limit is
+    /// computed here, once. `fastest` need not be exact: a step predicted to be faster also allows
+    /// the stationary deflection of its prediction, at the cost of one more evaluation of the
+    /// curve. Zero gives the limit at rest.
     ///
     /// # Errors
     ///
     /// Refuses a speed that is negative or not finite.
     pub fn companion(self, fastest: T) -> Result<Companion<T, M>, ParameterError> {
-        Companion::new(self, fastest)
+        let fastest = parameter::non_negative("fastest", fastest)?;
+        let limit = self.model().limits(fastest).deflection.unwrap_or_else(unlimited);
+        Ok(Companion { contact: self, fastest, limit })
     }
 }
 
@@ -309,45 +321,6 @@ pub struct CompanionStep<T: Scalar, D: Deflection<T> = T> {
 }
 
 impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
-    /// From frozen coefficients and their weights over the step, the stiffness in the stored energy
-    /// and the limit of the deflection, the part of the damping that the model tells itself, the
-    /// normal force, and the deflection before the step and its length.
-    #[inline]
-    fn from_affine(
-        (affine, weights): (Affine<T, D>, D::Weights),
-        (storage_stiffness, limit): (D, T),
-        rest_damping: Option<T>,
-        normal_force: T,
-        (deflection, duration): (D, T),
-    ) -> Self {
-        // The mean deflection for z₀ = 0, v̄ = 1, and that for v̄ = 0.
-        let driven = weights.driven_mean(affine.drive);
-        let undriven = weights.undriven_mean(deflection);
-        // c₀ z̄ + c₂ v̄ = K r z̄ + rest. For FrBD c₀ − K r is the difference of two equal numbers.
-        let springs = storage_stiffness * affine.drive;
-        let excess = affine.stiffness - springs;
-        let mut rest_damping = rest_damping.unwrap_or_else(|| excess.dot(driven) + affine.damping);
-        let mut damping = springs.dot(driven) + rest_damping;
-        if damping < T::zero() {
-            // A rounding, where a stiffness varies. Force and dissipation use the same numbers.
-            rest_damping -= damping;
-            damping = T::zero();
-        }
-        Self {
-            bias: normal_force * affine.stiffness.dot(undriven),
-            damping: normal_force * damping,
-            rest_bias: excess.dot(undriven),
-            rest_damping,
-            affine,
-            weights,
-            normal_force,
-            storage_stiffness,
-            deflection,
-            duration,
-            limit,
-        }
-    }
-
     /// Mean friction force \[N\] if the mean velocity is zero.
     #[inline]
     pub fn bias(&self) -> T {
@@ -430,7 +403,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     /// Ends the step with the mean velocity v̄ [m/s] that the mechanism has found. Returns the new
     /// deflection, the force and the energies.
     ///
-    /// The deflection is cut to its limit (see [`Companion::new`]) or to its size before the step,
+    /// The deflection is cut to its limit (see [`Contact::companion`]) or to its size before the step,
     /// whichever is larger.
     #[inline]
     pub fn commit(&self, mean_velocity: T) -> CompletedStep<T, D> {
@@ -490,7 +463,7 @@ pub struct CompletedStep<T, D = T> {
 /// let mut history = VelocityHistory::new(0.0);
 /// history.push(0.2);
 /// assert_eq!(history.predict(), 1.5 * 0.2);
-/// history.reset(-0.1); // an impact
+/// history = VelocityHistory::new(-0.1); // an impact
 /// assert_eq!(history.predict(), -0.1);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -500,7 +473,7 @@ pub struct VelocityHistory<T> {
 }
 
 impl<T: Scalar> VelocityHistory<T> {
-    /// Begins with a constant velocity [m/s].
+    /// Begins with a constant velocity [m/s]; and again after an impact or another jump.
     pub fn new(velocity: T) -> Self {
         Self { last: velocity, change: T::zero() }
     }
@@ -515,10 +488,5 @@ impl<T: Scalar> VelocityHistory<T> {
     #[inline]
     pub fn push(&mut self, velocity: T) {
         *self = Self { last: velocity, change: velocity - self.last };
-    }
-
-    /// Begins again with a velocity [m/s], after an impact or another jump.
-    pub fn reset(&mut self, velocity: T) {
-        *self = Self::new(velocity);
     }
 }

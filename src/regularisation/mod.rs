@@ -18,8 +18,11 @@ use crate::{Scalar, Sliding};
 /// regularisation but [`Unregularised`] nothing ever sticks: under a force F below the breakaway
 /// force F_b the body creeps, for the square root at v ≈ √ε r/√(1 − r²) with r = F/F_b.
 pub trait Regularisation<T: Scalar>: Debug + Clone {
-    /// The regularised speed |v|_ε [m/s].
-    fn speed(&self, sliding: Sliding<T>) -> T;
+    /// The regularised speed |v|_ε [m/s]. Override it where the slope costs extra.
+    #[inline(always)]
+    fn speed(&self, sliding: Sliding<T>) -> T {
+        self.speed_and_slope(sliding).0
+    }
 
     /// The regularised speed and its slope d|v|_ε/dv \[–\].
     fn speed_and_slope(&self, sliding: Sliding<T>) -> (T, T);

@@ -34,13 +34,8 @@ impl<T: Scalar> SquareRoot<T> {
 
 impl<T: Scalar> Regularisation<T> for SquareRoot<T> {
     #[inline]
-    fn speed(&self, sliding: Sliding<T>) -> T {
-        (sliding.velocity() * sliding.velocity() + self.epsilon).sqrt()
-    }
-
-    #[inline]
     fn speed_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        let speed = self.speed(sliding);
+        let speed = (sliding.velocity() * sliding.velocity() + self.epsilon).sqrt();
         (speed, sliding.velocity() / speed)
     }
 

@@ -16,11 +16,6 @@ pub struct Unregularised;
 
 impl<T: Scalar> Regularisation<T> for Unregularised {
     #[inline(always)]
-    fn speed(&self, sliding: Sliding<T>) -> T {
-        sliding.speed()
-    }
-
-    #[inline(always)]
     fn speed_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
         (sliding.speed(), sliding.direction())
     }

@@ -891,7 +891,7 @@ fn the_history_extrapolates_to_the_middle_of_the_next_step() {
     assert_eq!(history.predict(), 3.5);
     history.push(1.0);
     assert_eq!(history.predict(), 0.0);
-    history.reset(-4.0);
+    history = VelocityHistory::new(-4.0);
     assert_eq!(history.predict(), -4.0);
     history.push(-5.0);
     assert_eq!(history.predict(), -5.5);
