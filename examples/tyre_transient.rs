@@ -22,8 +22,8 @@ use bristle::signal::{Function, Signal};
 use bristle::{FrBd, LuGre, paper};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule};
 
-/// Longest step of the integration [s], whatever the number of samples.
-const STEP: f64 = 5e-4;
+/// Error of the force ratios; the integration chooses its steps, whatever the number of samples.
+const TOLERANCE: f64 = 1e-9;
 /// The normal force / N: forces are then ratios.
 const LOAD: f64 = 1.0;
 
@@ -129,17 +129,10 @@ where
     W: Signal<f64>,
 {
     let patch = Patch::new(PatchParameters { model, length: paper::TYRE_LENGTH, pressure })?;
-    let mut rolling = patch.carrying(LOAD)?.exact_in(400)?;
+    let mut rolling = patch.carrying(LOAD)?.exact_in(4000)?;
     let mut forces = vec![rolling.force(motion.slip_velocity.value(0.0)) / LOAD];
     for pair in times.windows(2) {
-        let (start, span) = (pair[0], pair[1] - pair[0]);
-        let steps = (span / STEP - 1e-9).ceil().max(1.0);
-        let mut force = f64::NAN;
-        for number in 0..steps as usize {
-            let at = |number: usize| start + span * number as f64 / steps;
-            force = rolling.follow(motion, at(number)..at(number + 1))?;
-        }
-        forces.push(force / LOAD);
+        forces.push(rolling.follow_within(motion, pair[0]..pair[1], TOLERANCE)? / LOAD);
     }
     Ok(forces)
 }

@@ -121,6 +121,11 @@ struct Readme;
 #[doc = include_str!("../docs/control-loop.md")]
 struct ControlLoop;
 
+/// And that of the page on rolling contact.
+#[cfg(all(doctest, feature = "alloc"))]
+#[doc = include_str!("../docs/rolling-contact.md")]
+struct RollingContact;
+
 /// And those of the page on choosing.
 #[cfg(all(doctest, feature = "alloc"))]
 #[doc = include_str!("../docs/choosing.md")]

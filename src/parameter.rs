@@ -161,7 +161,7 @@ impl fmt::Display for Rule {
             }
             Rule::FiniteAt { place } => write!(f, "be finite at {} m/s", Number(place)),
             Rule::NonNegativeAt { place } => {
-                write!(f, "not be negative, and it is at {}", Number(place))
+                write!(f, "be zero or positive at ξ = {}", Number(place))
             }
         }
     }

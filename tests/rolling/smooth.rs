@@ -215,6 +215,57 @@ fn the_force_converges_to_that_of_the_characteristics_with_its_order() {
 }
 
 #[test]
+fn the_error_of_the_force_is_within_the_tolerance() {
+    fn each<M: RateDependent<f64> + Copy, const N: usize>(
+        name: &str,
+        model: M,
+        pressure: PolynomialExponential<f64, N>,
+        motion: &Motion<impl Signal<f64>, impl Signal<f64>>,
+    ) {
+        let reference = reference(model, pressure, motion, &reversals());
+        for tolerance in [1e-3, 1e-5, 1e-7, 1e-9] {
+            let mut rolling = patch(model, pressure).exact_in(20_000).unwrap();
+            let mut worst = 0.0_f64;
+            for (number, want) in reference.iter().enumerate() {
+                let time = |number: usize| END * number as f64 / SAMPLES as f64;
+                let span = time(number)..time(number + 1);
+                let force = rolling.follow_within(motion, span, tolerance).unwrap();
+                worst = worst.max((force - want).abs() / LENGTH);
+            }
+            assert!(worst <= tolerance, "{name}, {tolerance:e}: {worst:e}");
+        }
+    }
+    let swing = Function::new(swing, []);
+    let steady = Motion { slip_velocity: swing, rolling_speed: 6.17 };
+    let pulsing = Motion { slip_velocity: swing, rolling_speed: Function::new(pulse, []) };
+    let (uniform, parabola) =
+        (PolynomialExponential::constant(), PolynomialExponential::parabolic());
+    each("FrBD, constant", tyre(), uniform, &steady);
+    each("FrBD, parabola", tyre(), parabola, &pulsing);
+    each("damped", FrBd::new(curve(), bristle(0.5)), uniform, &pulsing);
+    each("LuGre", LuGre::classical(curve(), bristle(0.5)), parabola, &pulsing);
+    let stiff = KelvinVoigtParameters { micro_stiffness: 1e5, micro_damping: 0.0 };
+    each("stiff", FrBd::new(curve(), KelvinVoigt::new(stiff).unwrap()), parabola, &pulsing);
+}
+
+#[test]
+fn a_tolerance_that_cannot_be_kept_is_refused() {
+    let mut rolling = patch(tyre(), PolynomialExponential::constant()).exact_in(400).unwrap();
+    let before = format!("{rolling:?}");
+    let motion = Motion { slip_velocity: Function::new(swing, []), rolling_speed: 6.17 };
+    for tolerance in [0.0, -1.0, 1e-14, f64::NAN, f64::INFINITY] {
+        let refused = rolling.follow_within(&motion, 0.0..0.01, tolerance).unwrap_err();
+        assert_eq!(refused.name, "tolerance");
+    }
+    // Noise of 10 % at a time scale of a nanosecond.
+    let noisy = |t: f64| (1.0 + 0.1 * (1e9 * t).sin(), 0.0);
+    let noise = Motion { slip_velocity: Function::new(noisy, []), rolling_speed: 6.17 };
+    let refused = rolling.follow_within(&noise, 0.0..1.0, 1e-12).unwrap_err();
+    assert_eq!(refused.name, "pieces of the span");
+    assert_eq!(format!("{rolling:?}"), before);
+}
+
+#[test]
 fn kinks_and_jumps_of_the_signals_do_not_spoil_the_order() {
     let vertex = |time, value| Vertex { time, value };
     let slip = Polyline::new([

@@ -283,7 +283,7 @@ mod tests {
         assert_eq!(error.rule, Rule::NonNegativeAt { place: 1.0 });
         assert_eq!(
             format!("{}", refused([-1.0]).unwrap()),
-            "pressure is -1, but must not be negative, and it is at 0"
+            "pressure is -1, but must be zero or positive at ξ = 0"
         );
     }
 
