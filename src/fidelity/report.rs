@@ -27,7 +27,7 @@ impl fmt::Display for Verdict {
         f.pad(match self {
             Verdict::Enough => "enough",
             Verdict::NotEnough => "not enough",
-            Verdict::TooDear => "too dear",
+            Verdict::TooDear => "too costly",
         })
     }
 }
