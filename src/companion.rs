@@ -292,8 +292,8 @@ pub struct PointMass<T> {
     pub velocity: T,
     /// Sum f of all other forces, averaged over the step \[N\].
     pub force: T,
-    /// Weight θ of the velocity v₁ at the end of the step in its displacement h v̄,
-    /// v̄ = v₀ + θ (v₁ − v₀) \[–\]. It belongs to the integrator of the mass: ½ for the trapezoidal
+    /// Weight θ of the velocity v₁ at the end of the step in its displacement h v̄ \[–\]:
+    /// v̄ = v₀ + θ (v₁ − v₀), hence v₁ = v₀ + (v̄ − v₀)/θ. It belongs to the integrator of the mass: ½ for the trapezoidal
     /// rule, 1 for semi-implicit Euler, (n + 1)/(2n) for n such substeps under constant forces.
     /// Below ½ the mass can gain energy by the step.
     pub end_weight: T,
@@ -431,12 +431,13 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     }
 }
 
-/// The result of a step: work = stored + dissipated, up to rounding.
+/// The result of a step: work = stored + dissipated, up to a few roundings of the terms that these
+/// energies are sums of.
 ///
-/// For models with c₀ = K r the roundings are those of the three energies themselves. LuGre's
-/// dissipated energy contains p σ1 h v̄² and p σ1λ h z̄ v̄, which nearly cancel in fast sliding.
-/// Its balance is good to a few roundings of these two terms, which can exceed the three energies
-/// by orders of magnitude: errors of 3.5e-12 of the energies have been met, and 4e-4 in `f32`.
+/// For models with c₀ = K r no term exceeds the energies themselves. LuGre's dissipated energy
+/// contains p σ1 h v̄² and p σ1λ h z̄ v̄, which nearly cancel in fast sliding and can exceed the
+/// three energies by orders of magnitude: errors of 3.5e-12 of the energies have been met in `f64`,
+/// and 4e-4 in `f32`.
 #[must_use]
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]

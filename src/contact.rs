@@ -82,7 +82,7 @@ pub struct ContactLimits<T> {
     pub deflection: Option<T>,
     /// Upper bound of |F| \[N\], see [`Limits::coefficient`](crate::Limits::coefficient).
     pub force: Option<T>,
-    /// Upper bound of the relaxation rate λ [1/s].
+    /// Upper bound of λ [1/s], see [`Limits::relaxation_rate`](crate::Limits::relaxation_rate).
     pub relaxation_rate: Option<T>,
 }
 

@@ -78,7 +78,8 @@ pub enum LawStatus {
     Fails,
 }
 
-/// Whether the friction is passive: never returns more energy than it was given.
+/// Whether the friction is passive: never returns more energy than it was given. (Of a contact
+/// patch see [`rolling::Passivity`](crate::rolling::Passivity).)
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Passivity<T> {

@@ -5,7 +5,8 @@ use core::fmt;
 use super::real::{BLOCK, Real};
 use crate::ParameterError;
 
-/// How many bristles a step has left with a result that is NaN or infinite.
+/// How many bristles a step has left with a result that is NaN or infinite. (Why a search for
+/// parameters ended is an `identify::Outcome`.)
 ///
 /// Such a bristle affects no other: the step is done for all. The module's table says what it gets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -39,7 +39,10 @@ impl<T: Scalar, F: Fn(T) -> (T, T)> FunctionCurve<T, F> {
     /// # Errors
     ///
     /// Names the bound that is not positive or not in order. The upper bound may be infinite, for a
-    /// curve that grows without limit.
+    /// curve that grows without limit. Then no model of it has a limit of the deflection or of the
+    /// force, at any speed: [`Bristle::limits`](crate::Bristle::limits) answers `None`, a companion
+    /// step cuts no deflection, and LuGre is passive only where its damping covers every deflection.
+    /// The passivity of FrBD needs no bound.
     pub fn new(function: F, bounds: Bounds<T>) -> Result<Self, ParameterError> {
         parameter::positive("bounds.min", bounds.min)?;
         parameter::at_least("bounds.max", bounds.max, "bounds.min", bounds.min)?;

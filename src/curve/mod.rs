@@ -26,7 +26,8 @@ use crate::{Bounds, Branch, Scalar, Sliding};
 /// continues smoothly, or evenly where |v|^δ has no smooth continuation.
 ///
 /// A curve of your own takes two methods. The others are claims that unlock theorems and models;
-/// their defaults claim nothing.
+/// their defaults claim nothing. A curve that depends on the speed alone claims that it is even, or
+/// it counts as one that distinguishes the directions.
 ///
 /// ```
 /// use bristle::{Bounds, Sliding};
@@ -45,6 +46,10 @@ use crate::{Bounds, Branch, Scalar, Sliding};
 ///
 ///     fn bounds(&self, fastest: f64) -> Bounds<f64> {
 ///         Bounds { min: 0.1, max: self.at(fastest) }
+///     }
+///
+///     fn is_even(&self) -> bool {
+///         true
 ///     }
 /// }
 ///

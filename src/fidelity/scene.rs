@@ -112,7 +112,8 @@ impl fmt::Display for Level {
     }
 }
 
-/// What a run gives, and what it costs.
+/// What a run gives, and what it costs. (A run at a known velocity that is advanced step by step is
+/// an [`exponential::Run`](crate::exponential::Run).)
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Run {
     /// The answers, in the unit of the scene's quantity.

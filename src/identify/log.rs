@@ -7,7 +7,8 @@ use crate::parameter::{self, ParameterError, Rule};
 /// Fewest rows of a log.
 pub(super) const FEWEST: usize = 20;
 
-/// What was measured of the motion.
+/// What was measured of the motion. (Of a contact patch see
+/// [`rolling::Motion`](crate::rolling::Motion).)
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Motion<'a> {
     /// Position x \[m\] at each time. Between two rows the velocity is Δx/Δt.

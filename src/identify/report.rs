@@ -57,7 +57,7 @@ pub struct Estimate {
     pub verdict: Identifiability,
 }
 
-/// Why a search ended.
+/// Why a search ended. (Of a batch's step see [`batch::Outcome`](crate::batch::Outcome).)
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Outcome {

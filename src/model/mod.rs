@@ -214,7 +214,8 @@ impl<T: Scalar, D: Deflection<T>> Linearised<T, D> {
     }
 }
 
-/// What the theorems promise for a range of velocities. `None` where a model has no such theorem,
+/// What the theorems promise of a model for a range of velocities, per unit normal force; of a
+/// contact see [`ContactLimits`](crate::ContactLimits). `None` where a model has no such theorem,
 /// or only an infinite limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits<T> {
@@ -225,7 +226,9 @@ pub struct Limits<T> {
     /// a bristle of several springs, which has no deflection limit: in every run from rest, all
     /// stretches zero.
     pub coefficient: Option<T>,
-    /// An upper bound of the relaxation rate λ [1/s]; of several springs, of every eigenvalue.
+    /// An upper bound of the relaxation rate λ [1/s]; of several springs, of every eigenvalue. It
+    /// need not be met: FrBD's takes the least μ of the range at its fastest speed, and lies above
+    /// the largest λ where the curve has risen again.
     pub relaxation_rate: Option<T>,
 }
 

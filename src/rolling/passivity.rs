@@ -40,7 +40,8 @@ use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
 use crate::{Law, Scalar};
 
-/// What the sufficient condition (Σ0 V)' ≤ 0 says about a patch.
+/// What the sufficient condition (Σ0 V)' ≤ 0 says about a patch. (Of a lumped contact see
+/// [`audit::Passivity`](crate::audit::Passivity).)
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Passivity<T> {
     /// The condition holds: F v ≥ Ẇ for every motion.

@@ -242,7 +242,8 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     }
 }
 
-/// How two bodies move on each other at a contact patch: two numbers, held over a step, two signals
+/// How two bodies move on each other at a contact patch (what a log measured is an
+/// `identify::Motion`): two numbers, held over a step, two signals
 /// of the time for [`ExactPatch::follow`](super::ExactPatch::follow), or two functions of the place
 /// ξ \[–\] and of the time since the step's start \[s\] for
 #[cfg_attr(feature = "alloc", doc = "[`Grid::step_field`](super::Grid::step_field).")]

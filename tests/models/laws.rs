@@ -1397,6 +1397,12 @@ fn a_curve_without_an_upper_bound_does_not_tell_about_deflection_and_force() {
     assert_eq!(model.limits(1.0).deflection, None);
     assert_eq!(model.limits(1.0).coefficient, None);
     assert!(model.obeys(Law::Passivity) && model.obeys(Law::BoundedRelaxation));
+    // 64.5² is more than 4·64.5 times μ/|v| ≥ 0, and no deflection is the largest.
+    let lugre = LuGre::with_viscous_part_inside(curve, kelvin_voigt(1e4, 64.5));
+    assert!(!lugre.obeys(Law::Passivity) && !lugre.obeys(Law::BoundedDeflection));
+    // A companion step cuts nothing off: it stores what its exact step stretches the bristle by.
+    let companion = model.under_load(1.0).unwrap().companion(1.0).unwrap();
+    assert!(companion.step(1e-3, 0.0, 1.0).commit(1.0).deflection > 1e-2);
 }
 
 #[test]
