@@ -220,10 +220,11 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// If your simulation computes its velocity from this force, use [`Contact::companion`], which
     /// is stable for any step, or keep h below
     /// [`stability::largest_step`](crate::stability::largest_step) with
-    /// [`Scheme::ExactHold`](crate::stability::Scheme::ExactHold): at most 2σ1/σ0 and m/(σ1 p),
-    /// with m the moving mass. Without damping no step is stable. Beyond it a stuck mass slides
-    /// under forces far below breakaway, with plausible numbers. The impulse on a mass is h times
-    /// the mean force.
+    /// [`Scheme::ExactHold`](crate::stability::Scheme::ExactHold). For a free mass m without damper
+    /// or spring the limit is the smaller of 2σ1/σ0 and m/(σ1 p) \[s\]. A damper or spring changes
+    /// it. Without any damping no step is stable. Beyond the limit a stuck mass slides under forces
+    /// far below breakaway, with plausible numbers. The impulse on a mass is h times the mean
+    /// force.
     ///
     /// The α of an elasto-plastic model is frozen at the beginning of the step. The tip of an
     /// [`ImplicitBristle`](crate::ImplicitBristle) is followed.

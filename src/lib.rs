@@ -1,10 +1,10 @@
-//! Dynamic friction models, and solvers that handle their kinks.
+//! Dynamic friction models, and solvers that locate the kink of |v| at v = 0.
 //!
-//! A body rubs on another through elastic bristles. From a friction curve μ(v) and a law of what a
-//! bristle is made of follows a *friction model with bristle dynamics* ([`FrBd`]): one state, the
-//! deflection z, and a force that sticks, slips, lags and loops as measured friction does. Beside
-//! it stand [`LuGre`], [`Dahl`], [`ElastoPlastic`] and [`ImplicitBristle`], all behind one trait,
-//! [`Bristle`].
+//! A body rubs on another through elastic bristles. A friction curve μ(v) and a rheology (the
+//! springs and dashpots of a bristle) give a *friction model with bristle dynamics* ([`FrBd`]) with
+//! one state, the deflection z \[m\]. The force shows stick-slip, frictional lag and hysteresis.
+//! Beside it stand [`LuGre`], [`Dahl`], [`ElastoPlastic`] and [`ImplicitBristle`], all behind one
+//! trait, [`Bristle`]. A kink is a jump in slope.
 //!
 //! | step | what | where |
 //! |---|---|---|
@@ -21,9 +21,10 @@
 //! | 5g | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
 //! | 6 | a simulation | [`ode::solve`], or [`ode::Solver`] with a method of your choice |
 //!
-//! [`audit`] tells what a set of parameters promises, [`stability`] how long a step may be,
-//! [`linear`] how small motions go and where stick-slip begins, and a [`ledger`] where the energy
-//! of a run went.
+//! [`audit`] checks which laws a set of parameters satisfies, [`stability`] computes the largest
+//! stable steps, [`linear`] small motions and the onset of stick-slip, and a [`ledger`] the energy
+//! balance of a run. Every contact slides along one line: a contact in a plane, with two directions
+//! and spin, is not in this version.
 //!
 //! ```
 //! use bristle::{Bristle, FrBd, Law, curve::Stribeck, paper, rheology::KelvinVoigt};
@@ -48,8 +49,8 @@
 //! torques and inertias serve as well as positions, forces and masses, with the units of σ0 … v_S
 //! to match: for a joint take p = 1, μ in N m, σ0 in N m/rad, σ1 and σ2 in N m s/rad, v_S in rad/s.
 //!
-//! Parameters are checked once, when a value is built; afterwards a model does not fail, a run can
-//! and says why, and nothing panics. NaN given to a model at run time comes out as NaN; an
+//! Parameters are checked once, when a value is built. Afterwards a model does not fail; a run can
+//! fail, and says why. Nothing panics. NaN given to a model at run time comes out as NaN; an
 //! integration that meets one stops and says where.
 //!
 //! # Source

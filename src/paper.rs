@@ -20,7 +20,8 @@ use crate::rheology::KelvinVoigtParameters;
 use crate::scene::{DiaphragmValveParameters, MassSpringDamperParameters};
 use crate::{Contact, Mechanism};
 
-/// Table 2: the friction curve of the pre-sliding, lag and stick-slip experiments (section V-A).
+/// Table 2: the friction curve of the pre-sliding, lag and stick-slip experiments (section V-A):
+/// μ_s = 1.5, μ_d = 1, v_S = 0.01 m/s, δ = 2, σ2 = 0.04 s/m.
 pub const STICK_SLIP_CURVE: StribeckParameters<f64> = StribeckParameters {
     static_coefficient: 1.5,
     dynamic_coefficient: 1.0,
@@ -29,7 +30,7 @@ pub const STICK_SLIP_CURVE: StribeckParameters<f64> = StribeckParameters {
     viscous_friction: 0.04,
 };
 
-/// Table 2: the bristle of the same experiments.
+/// Table 2: the bristle of the same experiments: σ0 = 1e4 1/m, σ1 = 64.5 s/m.
 pub const STICK_SLIP_BRISTLE: KelvinVoigtParameters<f64, f64> =
     KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 64.5 };
 
@@ -44,7 +45,8 @@ pub fn stick_slip_rig<M>(contact: Contact<f64, M>) -> MassSpringDamperParameters
 }
 
 /// Table 3: the friction curve of the diaphragm valve's packing (section V-B), for a normal force
-/// of 1 N: the coefficients are forces in newtons.
+/// of 1 N: the coefficients are forces in newtons. μ_s = 59.86, μ_d = 39.73, v_S = 6.42 mm/s,
+/// δ = 2, σ2 = 2970 s/m.
 pub const VALVE_CURVE: StribeckParameters<f64> = StribeckParameters {
     static_coefficient: 59.86,
     dynamic_coefficient: 39.73,
@@ -53,15 +55,16 @@ pub const VALVE_CURVE: StribeckParameters<f64> = StribeckParameters {
     viscous_friction: 2.97e3,
 };
 
-/// Table 3: the bristle of the diaphragm valve's packing.
+/// Table 3: the bristle of the diaphragm valve's packing: σ0 = 6.82e7 1/m, σ1 = 701.97 s/m.
 pub const VALVE_BRISTLE: KelvinVoigtParameters<f64, f64> =
     KelvinVoigtParameters { micro_stiffness: 6.82e7, micro_damping: 701.97 };
 
-/// Time constants τ \[s\] of the valve's I/P converter in Test 1 and in Test 2.
+/// Time constants τ of the valve's I/P converter in Test 1 and in Test 2: 0.933 s and 0.425 s.
 pub const VALVE_TIME_CONSTANTS: [f64; 2] = [0.933, 0.425];
 
 /// Table 3: the diaphragm valve, with an I/P converter of time constant τ \[s\] and the opening
-/// OP(t) \[%\] asked for.
+/// OP(t) \[%\] asked for: m = 1.6 kg, k = 203 495.8 N/m, area 445 cm², preload 2578.3 N, least
+/// pressure 41 276.4 Pa, gain 1666.49 Pa/%.
 pub fn valve<M, U>(
     contact: Contact<f64, M>,
     time_constant: f64,
@@ -79,7 +82,8 @@ pub fn valve<M, U>(
     }
 }
 
-/// Table 1: the friction curve of the tyre (section IV-A).
+/// Table 1: the friction curve of the tyre (section IV-A): μ_s = 0.6, μ_d = 0.2, v_S = 10 m/s,
+/// δ = 2, σ2 = 0.0018 s/m.
 pub const TYRE_CURVE: StribeckParameters<f64> = StribeckParameters {
     static_coefficient: 0.6,
     dynamic_coefficient: 0.2,
@@ -88,12 +92,12 @@ pub const TYRE_CURVE: StribeckParameters<f64> = StribeckParameters {
     viscous_friction: 0.0018,
 };
 
-/// Table 1: the bristle of the tyre.
+/// Table 1: the bristle of the tyre: σ0 = 252 1/m, σ1 = 0.
 pub const TYRE_BRISTLE: KelvinVoigtParameters<f64, f64> =
     KelvinVoigtParameters { micro_stiffness: 252.0, micro_damping: 0.0 };
 
-/// Table 1: the length of the tyre's contact patch \[m\].
+/// Table 1: the length of the tyre's contact patch, 0.1 m.
 pub const TYRE_LENGTH: f64 = 0.1;
 
-/// Table 1: the parameter a \[–\] of the tyre's exponential pressure.
+/// Table 1: the parameter a of the tyre's exponential pressure, 0.1.
 pub const TYRE_PRESSURE_DECAY: f64 = 0.1;

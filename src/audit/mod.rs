@@ -1,4 +1,4 @@
-//! What a set of parameters promises, and what it does not: an audit before a run.
+//! Checks a parameter set before a run: passivity, bounds, largest steps.
 //!
 //! | line | what is checked | by |
 //! |---|---|---|
@@ -13,6 +13,10 @@
 //! | | Maxwell bristle: (s + λ)(m s² + d s + k) + σ0 c p s = 0, λ(0), fast roots | |
 //! | stick-slip | speeds of stable sliding on the spring | [`linear`](crate::linear) |
 //! | steps | largest stable step of each method | [`stability`] |
+//!
+//! The line of the inversion prints "one solution", or "FOLDS" where σ1 + dμ/d|v| < 0 at some
+//! speed: the equation has three roots there. This concerns the implicit bristle; FrBD has one
+//! force for each state.
 //!
 //! For FrBD with a stiffness σ0(v) that depends on the velocity, the condition of the search is
 //! μ (σ0(v) − K)² ≤ 4 σ1(v) K σ0(v)|v|_ε with K = σ0(0): without damping it is not passive.
@@ -112,7 +116,7 @@ pub struct StuckMass<T> {
     pub reversed_damping_ratio: T,
 }
 
-/// What a set of parameters promises: fields for programs, and a table when printed.
+/// The laws, bounds and steps of a parameter set: fields for programs, and a table when printed.
 ///
 /// ```
 /// use bristle::audit::{AuditParameters, LawStatus};

@@ -16,10 +16,13 @@
 //! | compensator | driven by | what it needs | what it cannot do |
 //! |---|---|---|---|
 //! | [`FeedForwardCompensator`] | the reference velocity | no sensor, no noise | know of errors |
-//! | [`FeedbackCompensator`] | the measured displacement | an encoder | bear over-compensation |
+//! | [`FeedbackCompensator`] | the measured displacement | an encoder | over-compensate: unstable if ε p σ0 > K_p |
 //! | [`FrictionObserver`] | both, and the tracking error | gains within a checked limit | – |
 //!
-//! Every compensator has a fixed number of operations per sample and allocates nothing. Its bristle
+//! Here ε = s − 1 is the over-compensation and K_p [N/m] the controller's proportional gain.
+//!
+//! Every compensator allocates nothing and has a fixed number of operations per sample, with two
+//! exceptions: the implicit bristle solves an equation, a tabulated curve is searched. Its bristle
 //! takes the exact step of a held velocity, so that it is stable by itself at any sample time. This
 //! does not make the *loop* stable: a controller whose gains are too high for its sample time
 //! remains unstable.

@@ -334,7 +334,8 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
     }
 }
 
-/// What a step amounts to.
+/// Deflection, force and work of one step, from [`Exponential::ramp`](super::Exponential::ramp) and
+/// [`Exponential::step`](super::Exponential::step).
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepSummary<T> {

@@ -19,10 +19,9 @@
 //! and r at S Radau nodes, all at once: none waits for another, as the stages of a Runge–Kutta
 //! method do.
 //!
-//! * What of z(0) lies outside the range of z_ss at the nodes, by more than the lag of a bristle
-//!   that follows it, is the *excess*. It decays by e^−Λ. That is exact for any split, since the
-//!   equation is linear. At a held velocity the range is a point and nothing is left to
-//!   approximate.
+//! * Let R be the range of z_ss over the nodes, widened by the lag of a bristle that follows it.
+//!   The part of z(0) outside R is the *excess*; it decays exactly by e^−Λ, since the equation is
+//!   linear. At a held velocity R is a point and nothing is left to approximate.
 //! * The rest is a polynomial of degree S that meets the equation at the nodes: collocation, which
 //!   for a linear equation is one small linear system. Its order is 2S − 1; as λh → ∞ the end
 //!   becomes z_ss there, and as λh → 0 it is Gauss–Radau quadrature of v.

@@ -13,7 +13,8 @@ pub struct Tolerance {
     pub error: f64,
     /// Whether that is the root of the mean square over all answers; else no answer may exceed it.
     pub root_mean_square: bool,
-    /// What the search may cost, in evaluations of FrBD with one spring.
+    /// What the search may cost, in evaluations of FrBD with one spring; 1e8 by default, about a
+    /// second.
     pub budget: f64,
 }
 

@@ -14,10 +14,10 @@
 //!
 //! # How the search goes
 //!
-//! 1. The *reference*, the dearest level, runs over the scene with 1, 2, 4 … steps from one answer
-//!    to the next until two runs agree within a tenth of the tolerance, and a third one with them.
-//!    That one has an odd number of steps and looks at the inputs at other times, so that it meets
-//!    a force that both of the others step over.
+//! 1. The *reference*, the most expensive level, runs over the scene with 1, 2, 4 … steps from one
+//!    answer to the next until two runs agree within a tenth of the tolerance, and a third one with
+//!    them. That one has an odd number of steps and looks at the inputs at other times, so that it
+//!    meets a force that both of the others step over.
 //! 2. Every other level runs with 1, 2, 4 … steps until it is within the tolerance, settles on
 //!    something else, or would cost more than the best run so far.
 //! 3. The cheapest run that is within the tolerance is chosen.
@@ -28,30 +28,36 @@
 //! # When there is no answer
 //!
 //! A reference that does not settle within the budget is [`FidelityError::Undetermined`], with the
-//! difference that is left. Either the scene needs more steps
-//! ([`Tolerance::budget`]), or no run in this arithmetic knows: steady sliding on the
-//! falling part of a curve is unstable, and a mass that waits there slips when roundings
-//! have grown as large as its motion.
+//! difference that is left. Either the scene needs more steps ([`Tolerance::budget`]), or rounding
+//! errors grow to the size of the motion: steady sliding on the falling part of a curve is
+//! unstable, and roundings decide when a mass that waits there slips.
 //!
 //! # Cost
 //!
 //! A run counts its evaluations of the friction model. What they cost is given in evaluations of
-//! FrBD with one spring, about 10 ns each: a static curve 1, an exact step of Dahl 0.7, of FrBD
-//! 1.7, of a bristle of several springs 43, a passive step of a mass 3.5. What the search itself
-//! has cost is [`Choice::search_cost`].
+//! FrBD with one spring, about 10 ns each: a static curve 1, an exact step of Dahl 0.7, of FrBD 1.7
+//! and the force at an answer 0.8 (together 2.5), an exact step of a bristle of several springs 43,
+//! a passive step of a mass 3.5. What the search itself has cost is [`Choice::search_cost`].
 //!
 //! # Physics
 //!
 //! The last column of the table tells why: a dimensionless number for what the level leaves out
 //! ([`Trial::physics`]).
 //!
-//! | number | of | small if |
-//! |---|---|---|
-//! | lag | static curve, slip curve | the bristle follows the velocity without delay |
-//! | presliding | Dahl; static curve of a mass | it slides much farther than to breakaway |
-//! | drop | Dahl of a mass | friction hardly falls with the velocity |
-//! | ς/L | relaxation length | the patch forgets in much less than a transit |
-//! | stuck, adhering | the reference | the bristle slides most of the time |
+//! | number | of | formula | small if |
+//! |---|---|---|---|
+//! | lag | static curve | max \|ż_ss\|/(λ z_b), 2 at a reversal | the bristle follows v without delay |
+//! | lag | slip curve | largest change of the steady force per transit over its maximum | likewise |
+//! | presliding | Dahl | z_b over the longest way in one direction | it slides much farther |
+//! | presliding | static curve of a mass | z_b over the farthest way from the start | likewise |
+//! | drop | Dahl of a mass | 1 − F_ss(fastest)/F_ss(0) | friction hardly falls with the velocity |
+//! | ς/L | relaxation length | relaxation length over length | the patch forgets in far less than a transit |
+//! | stuck | reference of known v | share of the answers within z_b after a reversal | it slides most of the time |
+//! | stuck | reference of a mass | share of the answers below 1 % of the top speed | it slides most of the time |
+//! | adhering | reference of a patch | share of the answers with λ L < V | it slides most of the time |
+//!
+//! Here z_b \[m\] is the deflection at breakaway, λ [1/s] the relaxation rate, F_ss \[N\] the
+//! steady force, L \[m\] the length of the patch and V [m/s] its rolling speed.
 //!
 //! # Limits
 //!

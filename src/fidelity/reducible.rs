@@ -9,7 +9,7 @@ use crate::scalar::is_zero;
 use crate::{Bristle, ElastoPlastic, FrBd, ImplicitBristle, LuGre, Scalar};
 
 /// A model that can be the reference of a [`KnownVelocity`](super::KnownVelocity): FrBD with any
-/// bristle, LuGre and elasto-plastic FrBD of one spring, the implicit bristle, or an own model.
+/// bristle, LuGre and elasto-plastic FrBD of one spring, the implicit bristle, or your own model.
 pub trait Reducible<T: Scalar>: Bristle<T> {
     /// A model of one spring.
     type Lumped: Bristle<T, Deflection = T>;

@@ -67,7 +67,7 @@ use crate::{Branch, Scalar};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Scene {
-    /// The model levels from the cheapest to the dearest. The last one is the reference.
+    /// The model levels from the cheapest to the most expensive. The last one is the reference.
     fn levels(&self) -> Vec<Level>;
 
     /// The time between two answers \[s\].
@@ -112,7 +112,7 @@ impl fmt::Display for Level {
     }
 }
 
-/// What a run gives, and what it costs. (A run at a known velocity that is advanced step by step is
+/// The answers of a run, and its cost. (A run at a known velocity that is advanced step by step is
 /// an [`exponential::Run`](crate::exponential::Run).)
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Run {

@@ -47,7 +47,8 @@
 //! # What the data do not determine
 //!
 //! Scale the columns of J to length one. A direction of parameters whose singular value is below √ε
-//! of the largest has no effect, and every parameter in it is [`Identifiability::Undetermined`]. A
+//! of the largest has no effect, and every parameter with a share of at least 3 % in it is
+//! [`Identifiability::Undetermined`]. A
 //! parameter whose standard error exceeds its value is [`Identifiability::Uncertain`].
 //!
 //! Both refer to the minimum that was found: in a local minimum a parameter can be determined and

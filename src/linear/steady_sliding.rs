@@ -42,7 +42,8 @@ pub struct SteadySliding<T: Scalar> {
     pub state_space: StateSpace<T, 3>,
 }
 
-/// The values of a quantity, such as a speed, at which steady sliding is stable.
+/// The values of a quantity at which steady sliding is stable: of the speed [m/s] from
+/// [`Contact::critical_speed`], of the spring stiffness [N/m] from [`Contact::critical_stiffness`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Threshold<T> {
     /// All values.

@@ -1,9 +1,9 @@
 //! Integrators that know about friction.
 //!
-//! The kink of |v| at each reversal is what general-purpose codes stumble over. Here a [`System`]
-//! says where its sliding velocities are, the driver locks their directions, steps on the smooth
-//! field, locates each reversal on the dense output and splits the step there. States live on the
-//! stack; no step allocates.
+//! At each reversal |v| has a kink, a jump in its slope, where general-purpose codes lose accuracy
+//! or time. Here a [`System`] says where its sliding velocities are, the driver locks their
+//! directions, steps on the smooth field, locates each reversal on the dense output and splits the
+//! step there. States live on the stack; no step allocates.
 //!
 //! | method | for |
 //! |---|---|

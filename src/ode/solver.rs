@@ -265,7 +265,8 @@ impl<T: Scalar, F: FnMut(&Step<T, N>) -> ControlFlow<()>, const N: usize> Observ
     }
 }
 
-/// Where a run ended, and what it cost.
+/// Final time and state, terminating event and evaluation counts of a run whose steps were streamed
+/// to an observer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Summary<T, const N: usize> {
@@ -276,7 +277,7 @@ pub struct Summary<T, const N: usize> {
     /// The event that ended the run, by its place in the list. `None` if it ended with the time
     /// span, or where the observer broke off.
     pub event: Option<usize>,
-    /// What it cost.
+    /// Counts of its steps and evaluations.
     pub statistics: Statistics,
 }
 

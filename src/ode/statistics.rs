@@ -1,8 +1,8 @@
-//! What a run cost.
+//! Counts of steps and evaluations of a run.
 
 use core::fmt;
 
-/// Exact counts of what a run did.
+/// Counts of the steps, evaluations and reversals of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Statistics {
     /// Accepted steps.

@@ -47,7 +47,8 @@ use crate::{Scalar, Sliding};
 /// ```
 /// use bristle::rheology::{GeneralisedKelvinVoigt, KelvinVoigtParameters, Rheology};
 ///
-/// // Springs at once by 1/20 000 m per unit of F/p, and as much again with 10 ms.
+/// // Compliance 1/20 000 m per unit F/p at once, and the same again with a retardation time of
+/// // 10 ms.
 /// let bristle = GeneralisedKelvinVoigt::new([
 ///     KelvinVoigtParameters { micro_stiffness: 2e4, micro_damping: 0.0 },
 ///     KelvinVoigtParameters { micro_stiffness: 2e4, micro_damping: 200.0 },
