@@ -9,7 +9,6 @@ use crate::ParameterError;
 /// parameters ended is an `identify::Outcome`.)
 ///
 /// Such a bristle affects no other: the step is done for all. The module's table says what it gets.
-/// (`identify::Outcome` says why a search ended.)
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[must_use = "bristles that became NaN are reported here and nowhere else"]
 pub struct Outcome {
