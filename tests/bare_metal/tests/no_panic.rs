@@ -2,11 +2,11 @@
 //! speed and for size.
 //!
 //! The firmware beside this package is built as an archive, as a microcontroller's would be:
-//! without std, with an own panic handler, link-time optimisation, `panic = "abort"`. In such code
-//! a panic is a call of the handler. From each exported function all that is called or pointed at
-//! is followed, symbol by symbol and section by section, through every object of the archive, and
-//! none of it may be the handler, a part of `core::panicking` or an allocator. A pointer counts as
-//! a call, so that what is found not to be there is not there.
+//! without std, with a panic handler of its own, link-time optimisation, `panic = "abort"`. In such
+//! code a panic is a call of the handler. From each exported function all that is called or pointed
+//! at is followed, symbol by symbol and section by section, through every object of the archive,
+//! and none of it may be the handler, a part of `core::panicking` or an allocator. A pointer counts
+//! as a call, so that what is found not to be there is not there.
 //!
 //! That is a statement on the code that the optimiser leaves: it removes checks that cannot fail.
 //! Without optimisation they are there, and cannot fail either.
