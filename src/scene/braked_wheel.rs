@@ -29,8 +29,7 @@
 //!   = Δ(½ m v_x² + ½ J ω²) + ΔW_tyre + D_volume + D_outlet + ΔW_brake + D_brake,
 //!
 //! where W is stored energy, D dissipated energy, and the loading is the work that a change of the
-//! brake's normal force does on its bristles
-//! ([`Companion::loading_work`](crate::companion::Companion::loading_work)). With FrBD, a pressure that does not rise and
+//! brake's normal force does on its bristles. With FrBD, a pressure that does not rise and
 //! f = τ = 0 the total energy never grows.
 //!
 //! Source: the balances are those of the single-wheel (quarter-car) model of braking, e.g. C.

@@ -233,6 +233,13 @@ fn the_error_of_the_force_is_within_the_tolerance() {
                 worst = worst.max((force - want).abs() / LENGTH);
             }
             assert!(worst <= tolerance, "{name}, {tolerance:e}: {worst:e}");
+            // In one call, with all its reversals.
+            let mut at_once = patch(model, pressure).exact_in(20_000).unwrap();
+            let force = at_once.follow_within(motion, 0.0..END, tolerance).unwrap();
+            let off = (force - reference[SAMPLES - 1]).abs() / LENGTH;
+            assert!(off <= tolerance, "{name}, {tolerance:e}: {off:e} at once");
+            let (few, many) = (at_once.segments(), rolling.segments());
+            assert!(few <= 2 * many, "{name}, {tolerance:e}: {few}, {many} segments");
         }
     }
     let swing = Function::new(swing, []);

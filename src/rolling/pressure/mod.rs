@@ -109,7 +109,7 @@ pub trait Pressure<T: Scalar>: Debug + Clone {
     }
 }
 
-/// ∫ p f dξ of a function as steep as e^(−κξ); none for a κ that is infinite, of a patch that slides
+/// ∫ p f dξ of a function as steep as e^(−κξ); none for an infinite κ, of a patch that slides
 /// without rolling.
 fn weighed<T: Scalar, P: Pressure<T>>(
     pressure: &P,
