@@ -73,7 +73,7 @@ pub struct HeldContact<T, D = T> {
     pub mean_force: T,
 }
 
-/// What the theorems promise of a contact for a range of velocities, from [`Contact::limits`].
+/// Bounds of a contact for a range of velocities, proved by theorems, from [`Contact::limits`].
 /// `None` where the model has no such theorem, or only an infinite limit.
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]

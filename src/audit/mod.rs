@@ -55,7 +55,7 @@ use crate::{
 pub struct AuditParameters<T> {
     /// Largest speed \|v\| [m/s] that occurs, positive and finite.
     pub fastest: T,
-    /// What the contact holds or brakes.
+    /// The mechanism that the contact holds or brakes.
     pub mechanism: Option<Mechanism<T>>,
     /// Length \[s\] of a fixed step, positive.
     pub sample_time: Option<T>,
@@ -173,7 +173,7 @@ pub struct Audit<T> {
     pub parameters: AuditParameters<T>,
     /// Normal force p \[N\].
     pub normal_force: T,
-    /// Parameters of the model, if it tells them.
+    /// Parameters of the model; `None` if it does not expose them.
     pub characteristics: Option<Characteristics<T>>,
     /// Passivity.
     pub passivity: Passivity<T>,

@@ -1,4 +1,4 @@
-//! What a compensator gives out: a share of the friction force, within the actuator's limit.
+//! The output of a compensator: a share of the friction force, within the actuator's limit.
 
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};

@@ -6,7 +6,7 @@ use crate::{Bounds, Scalar, Sliding};
 
 /// A friction curve made of two, one for each direction of sliding.
 ///
-/// At v = 0 on the free branch the forward curve answers. If the two differ there, μ jumps at the
+/// At v = 0 on the free branch the forward curve holds. If the two differ there, μ jumps at the
 /// reversal, but the bristle's rate and force stay continuous: they depend on μ only where |v| > 0
 /// (for an exact modulus of the velocity, ε = 0).
 ///

@@ -6,7 +6,7 @@ use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError};
 use crate::{Bounds, Scalar, Sliding};
 
-/// A friction curve given by a closure that answers μ and dμ/d|v| at a speed |v|.
+/// A friction curve given by a closure that returns μ and dμ/d|v| at a speed |v|.
 ///
 /// The closure must stay positive and smooth for slightly negative speeds too, where a solver's
 /// trial step has overshot a reversal. Its bounds are taken on trust: they are what the theorems
@@ -40,9 +40,9 @@ impl<T: Scalar, F: Fn(T) -> (T, T)> FunctionCurve<T, F> {
     ///
     /// Names the bound that is not positive or not in order. The upper bound may be infinite, for a
     /// curve that grows without limit. Then no model of it has a limit of the deflection or of the
-    /// force, at any speed: [`Bristle::limits`](crate::Bristle::limits) answers `None`, a companion
-    /// step cuts no deflection, and LuGre is passive only where its damping covers every deflection.
-    /// The passivity of FrBD needs no bound.
+    /// force, at any speed: [`Bristle::limits`](crate::Bristle::limits) returns `None`, a companion
+    /// step cuts no deflection, and LuGre is passive only where its damping covers every
+    /// deflection. The passivity of FrBD needs no bound.
     pub fn new(function: F, bounds: Bounds<T>) -> Result<Self, ParameterError> {
         parameter::positive("bounds.min", bounds.min)?;
         parameter::at_least("bounds.max", bounds.max, "bounds.min", bounds.min)?;

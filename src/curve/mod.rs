@@ -38,8 +38,8 @@ use crate::{Bounds, Branch, Scalar, Sliding};
 
 /// The friction coefficient of steady sliding, μ(v) > 0 \[–\].
 ///
-/// A curve answers on any [`Branch`], also for a slightly negative speed on a locked one: there it
-/// continues smoothly, or evenly where |v|^δ has no smooth continuation.
+/// A curve is evaluated on any [`Branch`], also for a slightly negative speed on a locked one:
+/// there it continues smoothly, or evenly where |v|^δ has no smooth continuation.
 ///
 /// A curve of your own takes two methods. The others are claims that unlock theorems and models;
 /// their defaults claim nothing. A curve that depends on the speed alone claims that it is even, or

@@ -22,7 +22,7 @@ const MOST_SAMPLES: u32 = 20;
 /// Most cuts of one step at ever earlier reversals.
 const MOST_CUTS: u32 = 100;
 
-/// A run in progress: call [`Run::advance`] until it answers `None`. (The result of a fidelity
+/// A run in progress: call [`Run::advance`] until it returns `None`. (The result of a fidelity
 /// scene's run is a `fidelity::Run`.)
 #[derive(Debug, Clone)]
 pub struct Run<'a, T: Scalar, M, V, const S: usize> {

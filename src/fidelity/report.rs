@@ -1,4 +1,4 @@
-//! What the search answers.
+//! The result of the search, as a table.
 
 use alloc::format;
 use alloc::string::String;
@@ -10,7 +10,7 @@ use super::scene::{Level, Quantity};
 use crate::number::Number;
 use crate::parameter::ParameterError;
 
-/// What a level came to.
+/// The result of a level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Verdict {
@@ -59,15 +59,15 @@ pub struct Trial {
 pub struct Choice {
     /// The level and steps to take.
     pub best: Trial,
-    /// What was asked for.
+    /// The tolerance that was asked for.
     pub tolerance: Tolerance,
     /// Every level, from the cheapest model to the reference.
     pub trials: Vec<Trial>,
     /// Steps from one answer to the next in the finest run of the reference.
     pub reference_steps: u32,
-    /// By how much its last two runs differ.
+    /// The difference of its last two runs.
     pub uncertainty: f64,
-    /// What the search has cost, in evaluations of FrBD with one spring.
+    /// Cost of the search, in evaluations of FrBD with one spring.
     pub search_cost: f64,
     /// The quantity of the scene.
     pub quantity: Quantity,

@@ -1,4 +1,4 @@
-//! What a scene is: a quantity wanted at equal intervals, and models that can compute it.
+//! A scene: a quantity wanted at equal intervals, and models that can compute it.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -82,13 +82,13 @@ pub trait Scene {
     /// Refuses a level that is not one of this scene's, and says why a run stopped.
     fn run(&self, level: Level, steps: u32) -> Result<Run, FidelityError>;
 
-    /// The quantity that the answers are.
+    /// The physical quantity of the answers.
     fn quantity(&self) -> Quantity {
         Quantity::Force
     }
 
-    /// A dimensionless number that tells whether the physics that a level leaves out matters in
-    /// this scene, with its name.
+    /// The name and value of a dimensionless number: small if the physics that a level leaves out
+    /// does not matter in this scene.
     fn physics(&self, level: Level, steps: u32) -> Option<(&'static str, f64)> {
         let _ = (level, steps);
         None

@@ -64,8 +64,8 @@ pub trait Candidate<const N: usize>: Debug {
         NonZero::<u32>::MIN
     }
 
-    /// What the force sensor adds to the friction coefficient \[–\]: zero, or one of the
-    /// parameters.
+    /// Offset of the force sensor over the normal force \[–\], added to the friction coefficient:
+    /// zero, or one of the parameters.
     fn offset<T: Scalar>(&self, _values: &[T; N]) -> T {
         T::zero()
     }
@@ -116,7 +116,8 @@ impl Candidate<6> for FrBdFit {
 ///
 /// The bristle is a [`GeneralisedMaxwell`] one: a spring σ0, an arm of stiffness K₁ and relaxation
 /// time τ, and a damper σ1. Nine parameters: those of [`FrBdFit`], then K₁, τ and the offset. With
-/// σ1 at its lower bound, zero, the bristle is a [Zener](crate::rheology::GeneralisedMaxwell::zener) one.
+/// σ1 at its lower bound, zero, the bristle is a
+/// [Zener](crate::rheology::GeneralisedMaxwell::zener) one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MaxwellFit;
 

@@ -38,7 +38,7 @@ const STRETCH: f64 = 2.5;
 /// A turn that counts as a reversal is at least this share of the travel, whatever the noise.
 const TURN: f64 = 1e-3;
 
-/// Starting values for a fit, from a look at the log.
+/// Starting values for a fit, estimated from the log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InitialGuess {
     /// μ_s \[–\], or p μ_s \[N\] without normal force; never below the dynamic coefficient.

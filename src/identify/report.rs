@@ -8,8 +8,8 @@ use nalgebra::SMatrix;
 use super::Parameter;
 use crate::number::Number;
 
-/// What the data say of a parameter, near the minimum that was found. Of other minima it says
-/// nothing.
+/// How well the data determine a parameter, near the minimum that was found. Other minima are not
+/// examined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Identifiability {
@@ -53,7 +53,7 @@ pub struct Estimate {
     /// if there are no more rows than parameters. NaN if it is fixed or at a bound; the errors of
     /// the others then hold for that bound.
     pub standard_error: f64,
-    /// What the data say of it.
+    /// How well the data determine it.
     pub verdict: Identifiability,
 }
 

@@ -1,4 +1,4 @@
-//! What a model is made of: the numbers that stand in its theorems.
+//! Parameters and bounds of a model, as its theorems use them.
 
 use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
@@ -7,7 +7,7 @@ use crate::rheology::ElementBounds;
 use crate::scalar::{is_zero, lit, to_f64, unlimited};
 use crate::{Bounds, Branch, Scalar};
 
-/// What a model is made of, as far as the laws of friction speak of it. From
+/// Parameters and bounds of a model, as its theorems use them. From
 /// [`Bristle::characteristics`](crate::Bristle::characteristics).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Characteristics<T> {
@@ -45,8 +45,8 @@ pub struct Characteristics<T> {
     /// Whether the bristle yields without end under a steady force, see
     /// [`Elements::creeps`](crate::rheology::Elements::creeps).
     pub creeps: bool,
-    /// A speed, of those the search for the least slope looks at, at which the friction curve is
-    /// not what it says it is: not finite, or outside its own bounds.
+    /// A speed, among those of the search for the least slope, at which the friction curve is not
+    /// finite or lies outside its own bounds.
     pub curve_fault: Option<ParameterError>,
 }
 

@@ -75,9 +75,9 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     /// be infinite; without its sign, and nothing is promised for NaN).
     fn limits(&self, fastest: T) -> Limits<T>;
 
-    /// What the model is made of, for speeds up to `fastest` [m/s]; `None` for a model that does
-    /// not tell, or a speed that is negative or not finite. It is what an [audit](crate::audit)
-    /// reads.
+    /// The parameters and bounds of the model for speeds up to `fastest` [m/s], as an
+    /// [audit](crate::audit) needs them. `None` for a model that does not expose them, or a speed
+    /// that is negative or not finite.
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
         let _ = fastest;
         None
@@ -214,8 +214,8 @@ impl<T: Scalar, D: Deflection<T>> Linearised<T, D> {
     }
 }
 
-/// What the theorems promise of a model for a range of velocities, per unit normal force; of a
-/// contact see [`ContactLimits`](crate::ContactLimits). `None` where a model has no such theorem,
+/// Bounds of a model for a range of velocities, proved by theorems, per unit normal force. Those of
+/// a contact are [`ContactLimits`](crate::ContactLimits). `None` where a model has no such theorem,
 /// or only an infinite limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits<T> {

@@ -61,9 +61,9 @@ pub struct Failure<T, const N: usize> {
     pub time: T,
     /// The state there.
     pub state: SVector<T, N>,
-    /// What the run cost.
+    /// Counts of its steps and evaluations.
     pub statistics: Statistics,
-    /// What a run that stores its solution had stored until then.
+    /// The trajectory until then, of a run that stores its solution.
     #[cfg(feature = "alloc")]
     pub trajectory: Option<alloc::boxed::Box<super::Trajectory<T, N>>>,
 }

@@ -20,7 +20,7 @@ use crate::{Branch, Scalar};
 /// neither direction so many times within so small a part of the time span.
 const ENDLESS: (u32, f64) = (100, 1e-2);
 
-/// A run in progress: call [`Integration::advance`] until it answers `None`.
+/// A run in progress: call [`Integration::advance`] until it returns `None`.
 ///
 /// Nothing is allocated, and nothing is lost if it is dropped half-way. Made by
 /// [`Solver::begin`](super::Solver::begin).
@@ -109,7 +109,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         self.locks.map(|lock| lock.branch)
     }
 
-    /// What the run has cost so far.
+    /// Counts of steps and evaluations so far.
     pub fn statistics(&self) -> Statistics {
         self.walk.statistics
     }

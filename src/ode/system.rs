@@ -1,4 +1,4 @@
-//! What an integrator integrates.
+//! The system of ordinary differential equations that an integrator solves.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -65,7 +65,7 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
     }
 
     /// The first time strictly between `time` and `towards` (which may lie before it) at which an
-    /// input is not smooth. There the right-hand side answers with what holds just after.
+    /// input is not smooth. There the right-hand side is that just after.
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         let _ = (time, towards);
         None

@@ -26,7 +26,7 @@ use crate::scalar::lit;
 pub enum Output<'a, T> {
     /// The start and the end of every step.
     Steps,
-    /// The same, and the curves between: [`Trajectory::at`] answers at any time.
+    /// Those, and the curves between: [`Trajectory::at`] interpolates at any time.
     Dense,
     /// This many times, at least 2, evenly spaced and including both ends of the span.
     Uniform(usize),
@@ -126,7 +126,7 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
         self.stopped_by
     }
 
-    /// What the run cost.
+    /// Counts of the run's steps and evaluations.
     pub fn statistics(&self) -> Statistics {
         self.statistics
     }

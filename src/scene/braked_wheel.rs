@@ -69,7 +69,7 @@ pub struct BrakedWheelParameters<T, P, K> {
     pub angular_velocity: T,
 }
 
-/// What acts on a [`BrakedWheel`] over a step: means over it, or values at its middle.
+/// Forces and torques on a [`BrakedWheel`] over a step: means over it, or values at its middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WheelLoads<T> {
     /// Normal force of the brake's contact, zero or positive: the capacity of the brake over μ.

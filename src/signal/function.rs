@@ -5,7 +5,7 @@ use core::fmt;
 use super::{Signal, first_between};
 use crate::Scalar;
 
-/// A signal given by a closure that answers the value and its rate of change, and K times at
+/// A signal given by a closure that returns the value and its rate of change, and K times at
 /// which it is not smooth.
 ///
 /// ```

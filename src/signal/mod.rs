@@ -1,6 +1,6 @@
 //! Inputs over time: forces, velocities, positions and openings that drive a scene.
 //!
-//! A signal answers its value and its rate of change at a time, and says where it is not smooth,
+//! A signal returns its value and its rate of change at a time, and says where it is not smooth,
 //! so that an integrator can end a step there.
 
 mod function;
