@@ -4,7 +4,7 @@
 //! and a deflection of its own; its parameters are shared ([`Batch::of`]) or its own
 //! ([`Batch::of_each`]). Nothing is allocated.
 //!
-//! Batches know [`FrBd`](crate::FrBd) with a Coulomb, Stribeck (δ = 1 or 2) or rational Stribeck
+//! A batch takes [`FrBd`](crate::FrBd) with a Coulomb, Stribeck (δ = 1 or 2) or rational Stribeck
 //! curve and a spring or Kelvin–Voigt bristle, and [`Dahl`](crate::Dahl), in `f32` and `f64`.
 //!
 //! # The passive step

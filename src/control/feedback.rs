@@ -19,7 +19,7 @@
 //! | σ2 | viscous friction outside the bristle, of classical LuGre | s/m |
 //! | q | size of one encoder count | m |
 //!
-//! At rest Δx is zero, and z and the elastic force keep their last bit. An encoder that flickers by
+//! At rest Δx is zero, and z and the elastic force do not change. An encoder that flickers by
 //! one count moves z by at most q (r + K|z|/g) ≤ q (1 + max μ/min μ), at any sample time, where a
 //! sign would switch the whole friction: see [`FeedbackCompensator::step_per_count`]. This needs an
 //! exact modulus. A regularised model creeps, and has no such bound.

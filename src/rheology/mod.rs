@@ -1,4 +1,4 @@
-//! Rheology: what a bristle is made of.
+//! Rheology: the springs and dashpots of a bristle.
 //!
 //! Every bristle of this crate is a set of springs Kᵢ side by side, each alone or in series with a
 //! dashpot of its own, and one dashpot d beside them all. Per unit normal force p,
@@ -98,8 +98,8 @@ impl<T: Scalar, D: Deflection<T>> Elements<T, D> {
     }
 }
 
-/// What is known of the [`Elements`] of a bristle at all velocities: the theorems on deflection,
-/// force and passivity speak of these numbers.
+/// Ranges of the [`Elements`] of a bristle over all velocities, for the theorems on deflection,
+/// force and passivity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElementBounds<T> {
     /// Range of the total stiffness Σ Kᵢ [1/m]; for a single spring that is σ0.
@@ -122,7 +122,8 @@ impl<T: Scalar> ElementBounds<T> {
     }
 }
 
-/// What a bristle is made of: the law between its deflection z, the rate ż and the force.
+/// The springs and dashpots of a bristle: the law between its deflection z, the rate ż and the
+/// force.
 ///
 /// The friction model puts the bristle in series with the sliding surface. That is the *secant law*
 /// F/p = (μ(v)/|v|_ε)(v − ż) of the FrBD family, under which every passive bristle gives a passive
@@ -209,7 +210,7 @@ pub trait Rheology<T: Scalar>: Debug + Clone {
     /// The constant stiffness of each spring in the stored energy W = ½ p Σ Kᵢ xᵢ² [1/m].
     fn storage_stiffness(&self) -> Self::Deflection;
 
-    /// What is known of the elements at all velocities.
+    /// Ranges of the elements over all velocities.
     fn bounds(&self) -> ElementBounds<T>;
 
     /// The complex modulus G\* = G' + iG'' [1/m] at rest, at an angular frequency ω ≥ 0 [rad/s]:

@@ -1,4 +1,5 @@
-//! What a patch cannot exceed: input-to-state and input-to-output stability, as numbers.
+//! Bounds of the deflection and force of a patch: input-to-state and input-to-output stability, as
+//! numbers.
 //!
 //! Along the way of a bristle ż = −λ z + r v with λ ≥ 0 and 0 < r ≤ 1, so that of its deflection
 //! at time t
@@ -52,7 +53,7 @@ pub struct PatchLimits<T> {
     /// γ(|v|_∞) \[m\]: the root mean square of the deflection that the motion can make.
     #[doc(alias = "ISS")]
     pub gain: T,
-    /// What |F| \[N\] cannot exceed from undeflected bristles. Infinite for a model without a
+    /// Upper bound of |F| \[N\] from undeflected bristles. Infinite for a model without a
     /// limit of c₀.
     #[doc(alias = "IOS")]
     pub force: T,
@@ -132,7 +133,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
 }
 
 impl<T: Scalar> PatchLimits<T> {
-    /// a(ξ) = min(|v|_∞ ξ/V, Z) \[m\]: what |z| at a place cannot exceed once the initial
+    /// a(ξ) = min(|v|_∞ ξ/V, Z) \[m\]: the upper bound of |z| at a place once the initial
     /// deflection has left the patch.
     pub fn deflection(&self, place: T) -> T {
         smaller(self.deflection, self.slope * place)

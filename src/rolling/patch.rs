@@ -35,7 +35,7 @@ pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
         excess * driven + affine.damping * carried
     }
 
-    /// What |c₀| [1/m] and |c₂| [s/m] do not exceed at velocities with |v| ≤ `fastest`; infinite if
+    /// Upper bounds of |c₀| [1/m] and |c₂| [s/m] at velocities with |v| ≤ `fastest`; infinite if
     /// there is no such limit.
     fn output_limits(&self, fastest: T) -> (T, T) {
         let _ = fastest;
@@ -216,7 +216,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         &self.pressure
     }
 
-    /// What the pressure is multiplied by \[–\].
+    /// The factor by which the pressure is multiplied \[–\].
     pub fn load(&self) -> T {
         self.load
     }

@@ -115,7 +115,7 @@ impl<T: Scalar, M: RateDependent<T>> Grid<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses no cells or more than ten million, and a pressure that is negative or not finite
+    /// Refuses zero cells or more than ten million, and a pressure that is negative or not finite
     /// somewhere.
     pub fn new<P: Pressure<T>>(
         patch: &Patch<T, M, P>,
