@@ -44,7 +44,8 @@
 //!
 //! Steady rolling, its linearisation and `Grid` take any [`Pressure`]. The exact reduction, and
 //! with it the coupling to mechanisms, takes a [`PolynomialExponential`]. A polynomial follows a
-//! trapezium well: the coefficients 0, 8, −24, 32, −16 are 1 − (2ξ − 1)⁴.
+//! trapezium well: the coefficients 0, 8, −24, 32, −16 are 1 − (2ξ − 1)⁴. A measured pressure, or
+//! one given by a function, is a [`FunctionPressure`].
 //!
 //! Source: Romano et al. (arXiv 2602.09429), section IV.
 

@@ -6,7 +6,7 @@ use core::ops::Range;
 
 use crate::common::characteristics::{SmoothHistory, gauss};
 use crate::common::tyre::{LENGTH, bristle, curve, frbd};
-use bristle::curve::Stribeck;
+use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent,
@@ -253,6 +253,36 @@ fn the_error_of_the_force_is_within_the_tolerance() {
     each("LuGre", LuGre::classical(curve(), bristle(0.5)), parabola, &pulsing);
     let stiff = KelvinVoigtParameters { micro_stiffness: 1e5, micro_damping: 0.0 };
     each("stiff", FrBd::new(curve(), KelvinVoigt::new(stiff).unwrap()), parabola, &pulsing);
+}
+
+#[test]
+fn a_standing_patch_and_single_precision_keep_a_tolerance() {
+    // All bristles of a patch that stands are one.
+    let pressure = PolynomialExponential::constant();
+    let mut standing = patch(tyre(), pressure).exact_in(100).unwrap();
+    let mut fine = standing.clone();
+    let motion = Motion { slip_velocity: Function::new(swing, []), rolling_speed: 0.0 };
+    let got = standing.follow_within(&motion, 0.0..END, 1e-8).unwrap();
+    let mut want = f64::NAN;
+    for number in 0..2000 {
+        let time = |number: i32| END * f64::from(number) / 2000.0;
+        want = fine.follow(&motion, time(number)..time(number + 1)).unwrap();
+    }
+    assert!((got - want).abs() < 1e-8 * LENGTH, "{got:e} {want:e}");
+
+    let curve =
+        Coulomb::new(CoulombParameters { dynamic_coefficient: 0.5_f32, viscous_friction: 0.0 });
+    let spring = KelvinVoigtParameters { micro_stiffness: 252.0_f32, micro_damping: 0.0 };
+    let model = FrBd::new(curve.unwrap(), KelvinVoigt::new(spring).unwrap());
+    let pressure = PolynomialExponential::constant();
+    let single = Patch::new(PatchParameters { model, length: 0.1_f32, pressure }).unwrap();
+    let swing =
+        Function::new(|t: f32| (0.1 + 0.3 * (100.0 * t).sin(), 30.0 * (100.0 * t).cos()), []);
+    let motion = Motion { slip_velocity: swing, rolling_speed: 6.0_f32 };
+    let force =
+        |tolerance| single.exact_in(1000).unwrap().follow_within(&motion, 0.0..0.1, tolerance);
+    let (coarse, fine) = (force(1e-2).unwrap(), force(2e-4).unwrap());
+    assert!((coarse - fine).abs() <= 1e-2 * 0.1, "{coarse:e} {fine:e}");
 }
 
 #[test]
