@@ -10,7 +10,7 @@ use crate::{Branch, Scalar};
 
 /// A representative scene, and the models that can run it.
 ///
-/// A scene of your own says which models it has and runs a plan. Here a mass slides to rest under
+/// A scene of your own says which models it has and runs them. Here a mass slides to rest under
 /// FrBD, and Coulomb's law competes with it:
 ///
 /// ```

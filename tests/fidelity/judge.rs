@@ -1,4 +1,4 @@
-//! Judges choices against a truth that is found in another way, and against all other plans.
+//! Judges choices against a truth that is found in another way, and against all other runs.
 
 use bristle::fidelity::{FidelityError, Scene, Tolerance, choose};
 
