@@ -463,13 +463,12 @@ fn a_step_of_no_length_changes_no_deflection() {
 }
 
 /// What bristle 11 of 40 gets, and whether its neighbours keep their bits.
-fn spoilt(spoil: impl Fn(&mut Run<f64>)) -> ([Outcome; 3], Run<f64>) {
-    let batch = Batch::of(&friction::<f64>()).unwrap();
+fn spoilt(batch: &Batch<'_, f64>, spoil: impl Fn(&mut Run<f64>)) -> ([Outcome; 3], Run<f64>) {
     let mut clean = Run::<f64>::random(40);
     let mut run = clean.clone();
-    let _ = clean.step(&batch, 1e-3);
+    let _ = clean.step(batch, 1e-3);
     spoil(&mut run);
-    let outcomes = run.step(&batch, 1e-3);
+    let outcomes = run.step(batch, 1e-3);
     for i in (0..40).filter(|&i| i != 11) {
         assert_eq!(run.bits(i), clean.bits(i), "bristle {i}");
     }
@@ -480,18 +479,29 @@ fn spoilt(spoil: impl Fn(&mut Run<f64>)) -> ([Outcome; 3], Run<f64>) {
 fn non_finite_values_affect_no_neighbour_and_are_counted() {
     let reported = Outcome { not_finite: 1, first: Some(11) };
     let fine = Outcome { not_finite: 0, first: None };
-    for nothing in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        let (outcomes, got) = spoilt(|run| run.predicted[11] = nothing);
+    // Without viscous friction a curve has a finite value even at an infinite speed.
+    let curve = Stribeck::new(StribeckParameters {
+        static_coefficient: 1.5,
+        dynamic_coefficient: 1.0,
+        stribeck_velocity: 0.01,
+        stribeck_exponent: 2.0,
+        viscous_friction: 0.0,
+    });
+    let dry = FrBd::new(curve.unwrap(), kelvin_voigt());
+    let batches = [Batch::of(&friction::<f64>()).unwrap(), Batch::of(&dry).unwrap()];
+    let nothings = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+    for (batch, nothing) in batches.iter().flat_map(|b| nothings.map(|nothing| (b, nothing))) {
+        let (outcomes, got) = spoilt(batch, |run| run.predicted[11] = nothing);
         assert_eq!(outcomes, [reported; 3]);
         assert!(got.share[0].is_nan() && got.bias[0].is_nan() && got.damping[0].is_nan());
-        let (outcomes, got) = spoilt(|run| run.before[11] = nothing);
+        let (outcomes, got) = spoilt(batch, |run| run.before[11] = nothing);
         assert_eq!(outcomes, [reported; 3]);
         assert!(got.share[0].is_finite() && !got.bias[0].is_finite() && !got.after[0].is_finite());
-        let (outcomes, got) = spoilt(|run| run.mean[11] = nothing);
+        let (outcomes, got) = spoilt(batch, |run| run.mean[11] = nothing);
         assert_eq!(outcomes, [fine, reported, fine]);
         assert!(!got.after[0].is_finite() && got.held[0].is_finite());
         // A load that is none spoils the forces and leaves the deflection as it is.
-        let (outcomes, got) = spoilt(|run| run.load[11] = nothing);
+        let (outcomes, got) = spoilt(batch, |run| run.load[11] = nothing);
         assert_eq!(outcomes, [reported, fine, reported]);
         assert!(!got.bias[0].is_finite() && got.after[0].is_finite() && got.held[0].is_finite());
     }
@@ -500,10 +510,11 @@ fn non_finite_values_affect_no_neighbour_and_are_counted() {
 #[test]
 fn a_negative_normal_force_is_reported_and_none_at_all_is_no_force() {
     let reported = Outcome { not_finite: 1, first: Some(11) };
-    let (outcomes, got) = spoilt(|run| run.load[11] = -1e-9);
+    let batch = Batch::of(&friction::<f64>()).unwrap();
+    let (outcomes, got) = spoilt(&batch, |run| run.load[11] = -1e-9);
     assert_eq!((outcomes[0], outcomes[2]), (reported, reported));
     assert!(got.bias[0].is_nan() && got.damping[0].is_nan() && got.held_force[0].is_nan());
-    let (outcomes, got) = spoilt(|run| run.load[11] = 0.0);
+    let (outcomes, got) = spoilt(&batch, |run| run.load[11] = 0.0);
     assert!(outcomes.iter().all(Outcome::is_finite));
     assert_eq!((got.bias[0].abs(), got.damping[0], got.held_force[0].abs()), (0.0, 0.0, 0.0));
     // The deflection goes on.
@@ -593,6 +604,14 @@ fn parameters_out_of_range_are_refused_by_name_and_index() {
             assert_eq!((error.name, error.component), (name, Some(2)));
         }
         let mut columns = columns.clone();
+        columns[k][2] = 0.0;
+        let refused = of(&columns);
+        if ["viscous_frictions", "micro_dampings"].contains(&name) {
+            assert!(refused.is_ok(), "{name}");
+        } else {
+            let Err(BatchError::Parameter(error)) = refused else { panic!("{name}") };
+            assert_eq!((error.name, error.component, error.value), (name, Some(2), 0.0));
+        }
         columns[k].push(1.0);
         assert!(matches!(of(&columns), Err(BatchError::Length { .. })), "{name}");
     }

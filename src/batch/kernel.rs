@@ -49,13 +49,6 @@ pub(super) trait Operation<T, const I: usize, const O: usize>: Copy + Send + Syn
     ) -> [T; O];
 }
 
-/// |v|; NaN for an infinite velocity, so that no finite result comes of it.
-#[inline(always)]
-fn speed<T: Real>(velocity: T) -> T {
-    let speed = velocity.size();
-    if speed.is_finite() { speed } else { nan() }
-}
-
 /// The normal force; NaN for a negative one.
 #[inline(always)]
 fn load<T: Real>(normal_force: T) -> T {
@@ -79,7 +72,7 @@ impl<T: Real> Operation<T, 3, 3> for Predict<T> {
         _: [T; 3],
     ) -> [T; 3] {
         let stiffening = lit::<T>(0.5) * self.duration * material.stiffness + material.damping;
-        let speed = speed(velocity);
+        let speed = velocity.size();
         let mu = material.coefficient::<FALL>(speed);
         let share = mu / (mu + stiffening * speed);
         let carried = load(normal_force) * share;
@@ -110,8 +103,8 @@ impl<T: Real> Operation<T, 2, 1> for Commit<T> {
             zero
         };
         let after = before + (self.duration * share * velocity - loss * (one - share) * before);
-        let (size, most) = (before.size(), material.most(speed(velocity)) * material.compliance());
-        // NaN, the limit at an infinite velocity, is not below `size`: it cuts nothing.
+        let (size, most) = (before.size(), material.most(velocity.size()) * material.compliance());
+        // The limit at an infinite velocity, infinite or 0·∞, cuts nothing.
         let limit = if size > most { size } else { most };
         [if after > limit {
             limit
@@ -139,7 +132,7 @@ impl<T: Real> Operation<T, 2, 2> for Hold<T> {
         [before, _]: [T; 2],
     ) -> [T; 2] {
         let one = T::one();
-        let speed = speed(velocity);
+        let speed = velocity.size();
         let mu = material.coefficient::<FALL>(speed);
         let inverse = one / (material.damping * speed + mu);
         let drive = mu * inverse;

@@ -111,13 +111,13 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
 
 #[test]
 fn no_choice_along_a_drawn_velocity_is_wrong_and_hardly_one_is_dear() {
-    study(12, 60.0).verdict(1); // every set, every fourth scene with Zener's bristle
+    study(12, 60.0).verdict(0); // every set, every fourth scene with Zener's bristle
 }
 
 #[test]
 #[ignore = "minutes, in release"]
 fn no_choice_along_three_hundred_drawn_velocities_is_wrong() {
-    study(ALL, 10_000.0).verdict(3);
+    study(ALL, 10_000.0).verdict(0);
 }
 
 #[test]

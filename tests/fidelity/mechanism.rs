@@ -120,11 +120,11 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
 
 #[test]
 fn no_choice_for_a_drawn_mechanism_is_wrong_and_hardly_one_is_dear() {
-    study(9, 60.0).verdict(1);
+    study(9, 60.0).verdict(0);
 }
 
 #[test]
 #[ignore = "minutes, in release"]
 fn no_choice_for_three_hundred_drawn_mechanisms_is_wrong() {
-    study(ALL, 1000.0).verdict(15);
+    study(ALL, 1000.0).verdict(3);
 }

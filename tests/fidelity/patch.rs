@@ -178,11 +178,11 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
 
 #[test]
 fn no_choice_along_a_drawn_motion_is_wrong_and_hardly_one_is_dear() {
-    study(9, 40.0).verdict(1);
+    study(9, 40.0).verdict(0);
 }
 
 #[test]
 #[ignore = "minutes, in release"]
 fn no_choice_along_three_hundred_drawn_motions_is_wrong() {
-    study(ALL, 400.0).verdict(3);
+    study(ALL, 400.0).verdict(0);
 }

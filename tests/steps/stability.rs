@@ -9,7 +9,7 @@ use bristle::Mechanism;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{DormandPrince, DormandPrince8, Method, RungeKutta4, Solver, Step, System};
 use bristle::regularisation::SquareRoot;
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellParameters};
 use bristle::scene::{DiaphragmValve, MassSpringDamper};
 use bristle::stability::{Scheme, StepLimits, largest_step, largest_step_of};
 use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, paper};
@@ -134,13 +134,53 @@ fn without_forces_nothing_swings() {
 
 #[test]
 fn an_overdamped_swing_is_held_by_its_faster_root() {
-    // m s² + d s + k with the roots −1 and −1000, the contact without load.
+    // m s² + d s + k with the roots −1 and −1000, the contact without load: a = 1001/s, b = 1000/s².
     let mechanism = Mechanism { mass: 1.0, spring_stiffness: 1000.0, viscous_damping: 1001.0 };
     let contact = table_2().with_normal_force(0.0).unwrap();
     for (scheme, reach) in [(Scheme::Euler, 2.0), (Scheme::RungeKutta4, 2.785_293_563_405_282)] {
         let stuck =
             largest_step(&contact, Some(mechanism), 1.0, scheme).unwrap().stuck_from_rest.unwrap();
         assert!((stuck - reach / 1000.0).abs() < 1e-12, "{scheme}: {stuck}");
+    }
+    // 2/a, where the determinant 1 − ha + h²b/2 and the trace 2 − ha − h²b/2 leave the triangle, and
+    // 4/(a + √(a² + 4b)).
+    let root = (1001.0f64 * 1001.0 + 4000.0).sqrt();
+    for (scheme, want) in
+        [(Scheme::ExactHold, 2.0 / 1001.0), (Scheme::SemiImplicitEuler, 4.0 / (1001.0 + root))]
+    {
+        let limits = largest_step(&contact, Some(mechanism), 1.0, scheme).unwrap();
+        assert!((limits.stuck_from_rest.unwrap() - want).abs() < 1e-12, "{limits}");
+    }
+}
+
+#[test]
+fn a_creeping_bristle_leaves_the_oscillation_two_roots_of_the_cubic() {
+    // (s + λ)(m s² + d s + k) + p K s = 0 with λ = K/η, of which the slow root is the creep.
+    let (stiffness, relaxation, mass, damping, spring) = (1e4, 30.0, 1.0, 5.0, 1e3);
+    let bristle = Maxwell::new(MaxwellParameters {
+        micro_stiffness: stiffness,
+        series_damping: stiffness / relaxation,
+    });
+    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+    let contact = FrBd::new(curve, bristle.unwrap()).under_load(1.0).unwrap();
+    let mechanism = Mechanism { mass, spring_stiffness: spring, viscous_damping: damping };
+    // The slow root by Newton's method from zero.
+    let (mut slow, squares) = (0.0_f64, [damping + relaxation, stiffness + spring]);
+    for _ in 0..50 {
+        let linear = squares[1] + relaxation * damping;
+        let value = ((slow + squares[0]) * slow + linear) * slow + relaxation * spring;
+        slow -= value / ((3.0 * slow + 2.0 * squares[0]) * slow + linear);
+    }
+    let (a, b) = (damping + relaxation + slow, -relaxation * spring / slow);
+    for (scheme, want) in [
+        (Scheme::ExactHold, 2.0 * a / b),
+        (Scheme::SemiImplicitEuler, 4.0 / (a + (a * a + 4.0 * b).sqrt())),
+    ] {
+        let limits = largest_step(&contact, Some(mechanism), 1.0, scheme).unwrap();
+        let got = limits.stuck_from_rest.unwrap();
+        // The slow root, λk/(b m) = 2.7/s to first order, is off by 2.7 (λ + d/m)/b, 0.84 % of it,
+        // and b with it. Without it a would be off by 8 %.
+        assert!((got / want - 1.0).abs() < 0.01, "{scheme}: {got}, not {want}");
     }
 }
 
