@@ -63,9 +63,9 @@ where
     /// force F \[N\] at its end, with the velocity of that time.
     ///
     /// A span is divided where a signal is not smooth and where v reverses (unless it does so
-    /// twice within a third of a piece), so that the order holds there too; where |v| crosses a knot of
-    /// a tabulated curve it does not. Spans of different lengths may follow each other. Spans that
-    /// are merged, V h below [`ExactPatch::narrowest`], gain nothing from being shorter.
+    /// twice within a third of a piece), so that the order holds there too; where |v| crosses a
+    /// knot of a tabulated curve it does not. Spans of different lengths may follow each other.
+    /// Spans that are merged, V h below [`ExactPatch::narrowest`], gain nothing from being shorter.
     ///
     /// ```
     /// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
