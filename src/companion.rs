@@ -292,9 +292,9 @@ pub struct PointMass<T> {
     /// Sum f of all other forces, averaged over the step \[N\].
     pub force: T,
     /// Weight θ of the velocity v₁ at the end of the step in its displacement h v̄ \[–\]:
-    /// v̄ = v₀ + θ (v₁ − v₀), hence v₁ = v₀ + (v̄ − v₀)/θ. It belongs to the integrator of the mass: ½ for the trapezoidal
-    /// rule, 1 for semi-implicit Euler, (n + 1)/(2n) for n such substeps under constant forces.
-    /// Below ½ the mass can gain energy by the step.
+    /// v̄ = v₀ + θ (v₁ − v₀), hence v₁ = v₀ + (v̄ − v₀)/θ. It belongs to the integrator of the
+    /// mass: ½ for the trapezoidal rule, 1 for semi-implicit Euler, (n + 1)/(2n) for n such
+    /// substeps under constant forces. Below ½ the mass can gain energy by the step.
     pub end_weight: T,
 }
 

@@ -88,15 +88,7 @@ impl<T: Scalar> Bristle<T> for Dahl<T> {
     }
 
     fn obeys(&self, law: Law) -> bool {
-        match law {
-            Law::SteadySliding
-            | Law::Secant
-            | Law::Passivity
-            | Law::BoundedDeflection
-            | Law::BoundedForce
-            | Law::OddSymmetry => true,
-            Law::BoundedRelaxation | Law::NoDrift => false,
-        }
+        !matches!(law, Law::BoundedRelaxation | Law::NoDrift)
     }
 
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {

@@ -48,7 +48,8 @@ use crate::{Bristle, Scalar, Sliding};
 /// use bristle::curve::{Coulomb, CoulombParameters};
 /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 ///
-/// let curve = Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 })?;
+/// let curve =
+///     Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 })?;
 /// let bristle =
 ///     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 60.0 })?;
 /// let friction = ElastoPlastic::new(curve, bristle, 5e-5)?;

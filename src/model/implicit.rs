@@ -149,9 +149,9 @@ pub enum FoldRule {
 /// Where both branches of a fold lead to it, the load stays at the fold.
 ///
 /// In Table 2 a step evaluates the curve 7 times on average for 10 µs, and 23 times for steps of up
-/// to 1000 s; 1500 is the most. If 288 pieces of a step have not sufficed, the rest of it is done with the
-/// coefficients frozen, and so is every step of a curve with several folds at one load (see
-/// [`FoldRule`]).
+/// to 1000 s; 1500 is the most. If 288 pieces of a step have not sufficed, the rest of it is done
+/// with the coefficients frozen, and so is every step of a curve with several folds at one load
+/// (see [`FoldRule`]).
 ///
 /// # Compared with FrBD
 ///

@@ -69,7 +69,8 @@ impl<T: Scalar, S: VelocityLaw<T>> GeneralisedMaxwell<T, 2, S> {
     /// use bristle::nalgebra::Vector4;
     ///
     /// /// A mass of 1 kg pulled at 0.1 m/s by a spring of 2 N/m: position, velocity, two stretches.
-    /// struct Pulled { contact: Contact<f64, FrBd<Stribeck<f64>, GeneralisedMaxwell<f64, 2>>> }
+    /// struct Pulled { contact: Contact<f64, FrBd<Stribeck<f64>, Zener>> }
+    /// type Zener = GeneralisedMaxwell<f64, 2>;
     ///
     /// impl System<f64, 4> for Pulled {
     ///     fn rate(&self, time: f64, state: &Vector4<f64>, [branch]: [Branch; 1]) -> Vector4<f64> {
