@@ -38,12 +38,18 @@ use crate::{Bounds, Branch, Scalar, Sliding};
 
 /// The friction coefficient of steady sliding, μ(v) > 0 \[–\].
 ///
-/// A curve is evaluated on any [`Branch`], also for a slightly negative speed on a locked one:
-/// there it continues smoothly, or evenly where |v|^δ has no smooth continuation.
+/// A curve is evaluated on any [`Branch`]. On a locked one the speed can become negative during a trial
+/// step: there the curve continues smoothly, or evenly where |v|^δ has no smooth continuation. A
+/// NaN there only shortens the step, so take |v| of a logarithm or near a pole.
 ///
-/// A curve of your own takes two methods. The others are claims that unlock theorems and models;
-/// their defaults claim nothing. A curve that depends on the speed alone claims that it is even, or
-/// it counts as one that distinguishes the directions.
+/// A curve of your own takes two methods. The others are claims; their defaults claim nothing:
+///
+/// | method | default | a claim is needed for |
+/// |---|---|---|
+/// | `is_even` | `false` | odd symmetry of the force ([`Law`](crate::Law)) |
+/// | `viscous_friction`, `with_less_viscous_friction` | 0 | classical [`LuGre`](crate::LuGre) |
+/// | `least_slope` | `None` | [`ImplicitBristle`](crate::ImplicitBristle) |
+/// | `slope_at_rest` | the slope just above rest | a curve whose slope differs by direction |
 ///
 /// ```
 /// use bristle::{Bounds, Sliding};

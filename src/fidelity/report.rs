@@ -19,6 +19,7 @@ pub enum Verdict {
     /// They are not, and more steps do not help: it is the model.
     NotEnough,
     /// They are not, and with more steps it would cost more than another level that is enough.
+    /// Whether more steps would help is not known.
     TooDear,
 }
 

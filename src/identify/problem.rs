@@ -34,6 +34,8 @@ impl<'a, R: Residuals<N>, const N: usize> Problem<'a, R, N> {
         parameters: [Parameter; N],
     ) -> Result<Self, ParameterError> {
         for Parameter { name, start, least, most, typical, .. } in parameters {
+            parameter::finite("least", least)?;
+            parameter::finite("most", most)?;
             let inside = least.is_finite() && most.is_finite() && least <= start && start <= most;
             parameter::check(name, start, inside, Rule::Between { least, most })?;
             let unit = typical.unwrap_or(least);

@@ -152,11 +152,11 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
 
     /// The part (c₀ − K r) r φ2 h + c₂ [s/m] of a companion step's damping, from the weights of the
     /// step: by how much the friction coefficient averaged over a step rises with the mean velocity
-    /// beyond what the springs of the stored energy, of stiffness K, give. `None`: it is added up
-    /// like this.
+    /// beyond what the springs of the stored energy, of stiffness K, give. `None`, the default, for
+    /// this sum as it stands.
     ///
-    /// For a model whose c₀ falls with the speed, as LuGre's, that sum loses digits, and another
-    /// form may not.
+    /// Where c₀ falls with the speed, as in LuGre, the sum cancels and loses digits: such a model
+    /// returns it in another form.
     #[inline]
     fn mean_damping(
         &self,

@@ -32,8 +32,11 @@ pub enum Direction {
 /// use bristle::nalgebra::Vector3;
 ///
 /// let velocity = |_time: f64, state: &Vector3<f64>| state[1];
-/// let comes_to_rest = Event { function: &velocity, direction: Direction::Falling, stops: true };
+/// let turns_back = Event { function: &velocity, direction: Direction::Falling, stops: true };
 /// ```
+///
+/// A mass under friction passes zero velocity several times before it rests. To stop at rest, take
+/// its mechanical energy less a small limit, falling.
 #[derive(Clone, Copy)]
 pub struct Event<'a, T, const N: usize> {
     /// The function g(t, x).

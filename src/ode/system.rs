@@ -51,6 +51,12 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
     /// order and with the same sign as [`Branch::of`] gets it in [`System::rate`]. With another
     /// sign each contact is locked to the wrong side, and the answer is wrong without notice, or
     /// not finite.
+    ///
+    /// A velocity that passes zero twice within one step goes unnoticed. Friction prevents that: it
+    /// acts on the velocity, so a long step across a reversal is rejected. Another kink of the
+    /// state, such as a rope that goes slack or an end stop, has no such effect on its own sign.
+    /// Leave it out here, and write it into the right-hand side, `max(stretch, 0)`: the error
+    /// estimate then shortens the steps that cross it.
     fn sliding_velocities(&self, time: T, state: &SVector<T, N>) -> [T; K];
 
     /// The right-hand side with its partial derivatives, if they are known.
@@ -72,7 +78,7 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
     }
 
     /// A typical magnitude of each state: what [`solve`](super::solve) and finite differences are
-    /// relative to. For a deflection that is μ_s/σ0, `contact.limits(0.0).deflection`.
+    /// relative to. The scale of a deflection is μ_s/σ0: `contact.limits(0.0).deflection`.
     ///
     /// If not given, one for each: far too coarse for a deflection in metres, and then an answer
     /// with a wrong friction force, without notice.

@@ -44,7 +44,9 @@ use crate::{Affine, Scalar};
 /// Friction of a patch over one step: F̄ = bias + damping·v̄.
 ///
 /// Made by [`ExactPatch::companion_step`]. Dropping it without [`PatchStep::commit`] leaves the
-/// bristles as they were: a step can be solved again with a better prediction.
+/// bristles as they were: a step can be solved again with a better prediction. Making a step may
+/// merge neighbouring segments, which keeps forces but loses stored energy where they were deflected
+/// differently: 0.2 % of it with 100 segments and steps of very different lengths, 18 % with 8.
 #[derive(Debug)]
 #[must_use = "the bristles move when it is committed"]
 pub struct PatchStep<'a, T: Scalar, M, const N: usize, B> {
@@ -64,7 +66,8 @@ pub struct PatchLedger<T> {
     pub force: T,
     /// Work of the mechanism on the patch \[J\], h F̄ v̄.
     pub work: T,
-    /// Change of the stored energy \[J\].
+    /// Change of the stored energy \[J\] by this step, without what merging segments loses
+    /// ([`PatchStep`]).
     pub stored: T,
     /// Energy \[J\] that left with deflected bristles at the outlet, never negative.
     pub outlet: T,
