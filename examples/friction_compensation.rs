@@ -404,8 +404,9 @@ pub(crate) fn best_coulomb(setting: Setting) -> Result<[(Way, Outcome); 2], Box<
             best = Some((way, outcome));
         }
     }
-    Ok([best, calm].map(|found| found.ok_or("no sign to choose from")))
-        .and_then(|[best, calm]| Ok([best?, calm?]))
+    // Where every sign chatters at rest, the best one stands for both.
+    let best = best.ok_or("no sign to choose from")?;
+    Ok([best.clone(), calm.unwrap_or(best)])
 }
 
 // ---- report ----

@@ -36,7 +36,7 @@ impl<'a, R: Residuals<N>, const N: usize> Problem<'a, R, N> {
         for Parameter { name, start, least, most, typical, .. } in parameters {
             parameter::finite("least", least)?;
             parameter::finite("most", most)?;
-            let inside = least.is_finite() && most.is_finite() && least <= start && start <= most;
+            let inside = least <= start && start <= most;
             parameter::check(name, start, inside, Rule::Between { least, most })?;
             let unit = typical.unwrap_or(least);
             let rule = "have a positive lower bound or typical magnitude";

@@ -40,6 +40,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         M::Deflection: States<T, N>,
     {
         let sliding = sliding.into();
+        parameter::finite("velocity", sliding.velocity())?;
+        parameter::finite("deflection", deflection.largest())?;
         if undecided(sliding) {
             let side = |branch: Branch| {
                 self.linearised(branch.of(T::zero()), deflection).matrices().finite()
