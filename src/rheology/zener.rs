@@ -68,7 +68,7 @@ impl<T: Scalar, S: VelocityLaw<T>> GeneralisedMaxwell<T, 2, S> {
     /// use bristle::rheology::{GeneralisedMaxwell, ZenerParameters};
     /// use bristle::nalgebra::Vector4;
     ///
-    /// /// A mass of 1 kg pulled at 0.1 m/s by a spring of 2 N/m: position, velocity, two stretches.
+    /// /// 1 kg pulled at 0.1 m/s by a spring of 2 N/m: position, velocity, two stretches.
     /// struct Pulled { contact: Contact<f64, FrBd<Stribeck<f64>, Zener>> }
     /// type Zener = GeneralisedMaxwell<f64, 2>;
     ///

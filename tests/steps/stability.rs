@@ -134,7 +134,7 @@ fn without_forces_nothing_swings() {
 
 #[test]
 fn an_overdamped_swing_is_held_by_its_faster_root() {
-    // m s² + d s + k with the roots −1 and −1000, the contact without load: a = 1001/s, b = 1000/s².
+    // m s² + d s + k with the roots −1 and −1000, contact without load: a = 1001/s, b = 1000/s².
     let mechanism = Mechanism { mass: 1.0, spring_stiffness: 1000.0, viscous_damping: 1001.0 };
     let contact = table_2().with_normal_force(0.0).unwrap();
     for (scheme, reach) in [(Scheme::Euler, 2.0), (Scheme::RungeKutta4, 2.785_293_563_405_282)] {
@@ -142,8 +142,8 @@ fn an_overdamped_swing_is_held_by_its_faster_root() {
             largest_step(&contact, Some(mechanism), 1.0, scheme).unwrap().stuck_from_rest.unwrap();
         assert!((stuck - reach / 1000.0).abs() < 1e-12, "{scheme}: {stuck}");
     }
-    // 2/a, where the determinant 1 − ha + h²b/2 and the trace 2 − ha − h²b/2 leave the triangle, and
-    // 4/(a + √(a² + 4b)).
+    // 2/a, where the determinant 1 − ha + h²b/2 and the trace 2 − ha − h²b/2 leave the triangle,
+    // and 4/(a + √(a² + 4b)).
     let root = (1001.0f64 * 1001.0 + 4000.0).sqrt();
     for (scheme, want) in
         [(Scheme::ExactHold, 2.0 / 1001.0), (Scheme::SemiImplicitEuler, 4.0 / (1001.0 + root))]

@@ -101,7 +101,11 @@ pub fn frbd() -> Result<impl Bristle<f64, Deflection = f64>, Box<dyn Error>> {
 /// The elasto-plastic model of all scenes: elastic up to nine tenths of the least deflection of
 /// sliding.
 pub fn elasto_plastic() -> Result<impl Bristle<f64, Deflection = f64>, Box<dyn Error>> {
-    Ok(ElastoPlastic::new(Stribeck::new(CURVE)?, KelvinVoigt::new(BRISTLE)?, 0.9 * CURVE.dynamic_coefficient / BRISTLE.micro_stiffness)?)
+    Ok(ElastoPlastic::new(
+        Stribeck::new(CURVE)?,
+        KelvinVoigt::new(BRISTLE)?,
+        0.9 * CURVE.dynamic_coefficient / BRISTLE.micro_stiffness,
+    )?)
 }
 
 /// A block on a ground.
