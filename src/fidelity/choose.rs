@@ -44,7 +44,7 @@ impl Tolerance {
             return nalgebra::ComplexField::sqrt(sum / a.answers.len() as f64);
         }
         // Not `f64::max`, which passes over NaN.
-        off.fold(0.0, |most, off| if off <= most { most } else { off })
+        off.fold(0.0, |most, off| if off > most || off.is_nan() { off } else { most })
     }
 }
 

@@ -10,3 +10,4 @@ mod known_velocity;
 mod mechanism;
 mod patch;
 mod scene;
+mod search;
