@@ -736,11 +736,10 @@ fn what_has_no_answer_is_refused_by_name() {
     assert!(contact.steady_state_space(f64::INFINITY).is_err());
     assert!(contact.steady_state_space(f64::NAN).is_err());
     let refused = |velocity: f64, deflection: f64| {
-        let error = contact.state_space(velocity, deflection).unwrap_err();
-        (error.name, error.rule)
+        contact.state_space(velocity, deflection).unwrap_err().name
     };
-    assert_eq!(refused(f64::NAN, 0.0), ("velocity", Rule::Finite));
-    assert_eq!(refused(0.1, f64::NAN), ("deflection", Rule::Finite));
+    assert_eq!(refused(f64::NAN, 0.0), "velocity");
+    assert_eq!(refused(0.1, f64::NAN), "deflection");
 
     // An elasto-plastic model that is regularised never reaches its full deflection.
     let soft = elasto_plastic(table_2_curve(), table_2_bristle(), 5e-5)
