@@ -670,6 +670,27 @@ fn only_a_turn_of_a_thousandth_of_the_travel_is_a_reversal() {
 }
 
 #[test]
+fn the_least_turn_is_a_thousandth_of_the_travel_to_two_per_cent() {
+    // 10 mm in 1000 rows, back by a little in one row, and 10 mm more.
+    for (back, counts) in [(0.98e-3, false), (1.02e-3, true)] {
+        let travel = 0.02;
+        let turn = |x: f64| if x > 0.01 { x - 1e-5 - travel * back } else { x };
+        let position: Vec<f64> = (0..2002).map(|row| turn(1e-5 * f64::from(row))).collect();
+        let time: Vec<f64> = (0..2002).map(|row| 1e-3 * f64::from(row)).collect();
+        let friction: Vec<f64> = time.iter().map(|t| 0.3 + 0.1 * t).collect();
+        let motion = Motion::Position(&position);
+        let log = Log::new(LogParameters {
+            time: &time,
+            motion,
+            friction: &friction,
+            normal_force: None,
+        });
+        let refused = InitialGuess::of(&log.unwrap()).unwrap_err();
+        assert_eq!(refused.name != "number of reversals", counts, "{back}: {refused}");
+    }
+}
+
+#[test]
 fn a_few_bad_rows_do_not_change_the_offset() {
     let mut row = 0;
     let log = log_of(&FrBdFit, &TRUTH, rich, 3000, || {
