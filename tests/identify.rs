@@ -810,11 +810,17 @@ fn no_initial_guess_makes_a_panic_or_a_fit_of_nothing() {
 /// force that turns by 2 μ in proportion to the distance over 2 x₅₀ and then stays: x₅₀ = 10 µm,
 /// μ = 0.3. A row each 10 nm at the first speed.
 fn elastic_then_sliding(length: f64, speeds: &[f64]) -> Log {
+    strokes(8, length, speeds, 1.0)
+}
+
+/// So many of these strokes, of which the first turns its force over `first` times the distance.
+fn strokes(count: usize, length: f64, speeds: &[f64], first: f64) -> Log {
     let (half, mu) = (1e-5, 0.3);
     let stroke = length * half;
     let (mut time, mut position, mut friction) = (vec![], vec![], vec![]);
     let mut begin = 0.0;
-    for number in 0..8 {
+    for number in 0..count {
+        let half = if number == 0 { first * half } else { half };
         let speed = 1e-3 * speeds[number % speeds.len()];
         let direction = if number % 2 == 0 { 1.0 } else { -1.0 };
         let rows = (stroke / 1e-8 * 1e-3 * speeds[0] / speed).round();
@@ -851,6 +857,13 @@ fn the_initial_guess_of_an_elastic_stroke_is_that_of_its_closed_form() {
 }
 
 #[test]
+fn a_stroke_that_begins_without_a_reversal_does_not_tell_the_stiffness() {
+    let guess = InitialGuess::of(&strokes(2, 20.0, &[1.0], 0.5)).unwrap();
+    let want = 2_f64.ln() * 0.3 / 1e-5;
+    assert!((guess.micro_stiffness / want - 1.0).abs() < 1e-3, "{guess:?}");
+}
+
+#[test]
 fn a_contact_slides_in_strokes_of_two_and_a_half_times_the_way_to_half_of_the_swing() {
     let refused = InitialGuess::of(&elastic_then_sliding(2.48, &[1.0])).unwrap_err();
     assert_eq!(refused.name, "longest stroke", "{refused}");
@@ -875,11 +888,14 @@ fn rows_slide_beyond_five_breakaway_distances_or_six_tenths_of_the_longest_strok
 
 #[test]
 fn speeds_within_a_factor_of_two_do_not_make_a_curve() {
-    for (fast, fitted) in [(1.96, false), (2.04, true)] {
+    for (fast, fitted) in [(1.96_f64, false), (2.04, true)] {
         let log = elastic_then_sliding(20.0, &[1.0, 1.0, fast, fast]);
         let (plain, _) = InitialGuess::with_points(&log).unwrap();
         let guess = InitialGuess::of(&log).unwrap();
         assert_eq!(guess != plain, fitted, "{fast}: {guess:?}");
+        // Before a fit, the middle of the speeds seen.
+        let middle = 1e-3 * fast.sqrt();
+        assert!((plain.stribeck_velocity / middle - 1.0).abs() < 1e-3, "{plain:?}");
         // The level is 0.3 at every speed.
         assert!(!fitted || (guess.dynamic_coefficient / 0.3 - 1.0).abs() < 0.05, "{guess:?}");
     }
