@@ -913,7 +913,8 @@ fn a_point_beyond_4_685_deviations_has_no_weight() {
             let speed = 1e-3 + 2.4e-4 * f64::from(i);
             let mut add =
                 |off| points.push(SlidingPoint { speed, coefficient: curve(speed) + off });
-            (add(a), add(-a));
+            add(a);
+            add(-a);
             if i % 5 == 0 {
                 add(deviations * 1.4826 * a);
             }
