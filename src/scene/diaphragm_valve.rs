@@ -72,10 +72,11 @@ where
     ///
     /// # Errors
     ///
-    /// Names the parameter that is out of its range.
+    /// Names the parameter that is out of its range, of the opening its value at time zero.
     pub fn new(parameters: DiaphragmValveParameters<T, M, U>) -> Result<Self, ParameterError> {
         let p = parameters;
         parameter::positive("spring_stiffness", p.mechanism.spring_stiffness)?;
+        parameter::finite("opening", p.opening.value(T::zero()))?;
         Ok(Self {
             body: Body::new(p.contact, p.mechanism)?,
             diaphragm_area: parameter::positive("diaphragm_area", p.diaphragm_area)?,

@@ -76,9 +76,10 @@ where
     ///
     /// # Errors
     ///
-    /// Names the parameter that is out of its range.
+    /// Names the parameter that is out of its range, of the force its value at time zero.
     pub fn new(parameters: MassSpringDamperParameters<T, M, F>) -> Result<Self, ParameterError> {
         let MassSpringDamperParameters { contact, mechanism, drive_velocity, force } = parameters;
+        parameter::finite("force", force.value(T::zero()))?;
         Ok(Self {
             body: Body::new(contact, mechanism)?,
             drive_velocity: parameter::finite("drive_velocity", drive_velocity)?,
