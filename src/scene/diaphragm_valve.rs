@@ -72,7 +72,7 @@ where
     ///
     /// # Errors
     ///
-    /// Names the parameter that is out of its range, of the opening its value at time zero.
+    /// Names the parameter that is out of its range; the opening is checked at time zero.
     pub fn new(parameters: DiaphragmValveParameters<T, M, U>) -> Result<Self, ParameterError> {
         let p = parameters;
         parameter::positive("spring_stiffness", p.mechanism.spring_stiffness)?;

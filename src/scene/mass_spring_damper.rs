@@ -76,7 +76,7 @@ where
     ///
     /// # Errors
     ///
-    /// Names the parameter that is out of its range, of the force its value at time zero.
+    /// Names the parameter that is out of its range; the force is checked at time zero.
     pub fn new(parameters: MassSpringDamperParameters<T, M, F>) -> Result<Self, ParameterError> {
         let MassSpringDamperParameters { contact, mechanism, drive_velocity, force } = parameters;
         parameter::finite("force", force.value(T::zero()))?;
