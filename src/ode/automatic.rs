@@ -72,9 +72,7 @@ const HELD: f64 = 0.6;
 const EASY: f64 = 2.5;
 
 /// The error estimate of a Rosenbrock step is multiplied by this. The slow creep towards breakaway
-/// decides when it comes, and a stuck mass does little else. On the stick-slip scene of the
-/// work-precision charts this cost up to a fifth more evaluations, and divided the error by a
-/// hundred at a tolerance of 10⁻⁴, by ten at 10⁻⁶ and by nothing at 10⁻⁹.
+/// decides when it comes, and a stuck mass does little else.
 const CARE: f64 = 5.0;
 
 /// Votes for a change.
@@ -124,8 +122,8 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
     }
 
     #[inline]
-    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
-        at_work!(self.arrive(field, end));
+    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) -> bool {
+        at_work!(self.arrive(field, end))
     }
 
     fn dense_output<F: Field<T, N>>(

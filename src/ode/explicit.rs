@@ -44,6 +44,8 @@ pub(crate) trait ExplicitTableau: Debug + Copy {
     const EXTENSION: &'static [&'static [f64]] = &[];
     /// Largest stable h|λ| on the negative real axis.
     const REAL_LIMIT: f64;
+    /// See [`Stepper::CARE`].
+    const CARE: f64 = 1.0;
 }
 
 /// Σ wⱼ kⱼ over at most 16 vectors, with weights known when it is compiled: no zero is multiplied.
@@ -193,6 +195,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
     for Explicit<B, T, N, S>
 {
     const ESTIMATES_ERROR: bool = !B::ERROR.is_empty();
+    const CARE: f64 = B::CARE;
 
     fn new() -> Self {
         const { assert!(B::WEIGHTS.len() == S && B::TIMES.len() == S && B::STAGES < S) };
@@ -231,11 +234,12 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
     }
 
     #[inline]
-    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
+    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) -> bool {
         if B::ERROR.len() <= B::STAGES {
             self.k[B::STAGES] = field.rate(end.time, &end.state);
         }
         end.rate = self.k[B::STAGES];
+        true
     }
 
     #[inline]

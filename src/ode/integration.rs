@@ -287,8 +287,8 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             let rate = SVector::zeros();
             let mut end = Point { time: end_time, state: trial.state, rate, scale };
             let (stepper, mut field, _) = self.parts(window);
-            stepper.arrive(&mut field, &mut end);
-            if is_finite(&end.rate) {
+            let is_sound = stepper.arrive(&mut field, &mut end) || !self.walk.is_adaptive();
+            if is_sound && is_finite(&end.rate) {
                 return Ok(Some((end, trial, square)));
             }
             square = f64::NAN;

@@ -56,6 +56,7 @@ impl RosenbrockTableau for Rodas4 {
         ],
     ];
     const ERROR_ORDER: u8 = 4;
+    const CARE: f64 = 5.0;
 }
 
 #[cfg(test)]

@@ -90,6 +90,7 @@ impl RosenbrockTableau for Rodas5P {
         ],
     ];
     const ERROR_ORDER: u8 = 5;
+    const CARE: f64 = 20.0;
 }
 
 #[cfg(test)]

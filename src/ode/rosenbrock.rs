@@ -37,6 +37,9 @@ pub(crate) trait RosenbrockTableau: Debug + Copy {
     const EXTENSION: &'static [&'static [f64]];
     /// Order of the error estimate.
     const ERROR_ORDER: u8;
+    /// See [`Stepper::CARE`]. The slow creep towards breakaway decides when it comes, and a stuck
+    /// mass does little else.
+    const CARE: f64;
 }
 
 /// A Rosenbrock method with S stages.
@@ -47,6 +50,10 @@ pub(crate) struct Rosenbrock<B, T: Scalar, const N: usize, const S: usize> {
     at_start: Linearisation<T, N>,
     /// The derivatives where the last trial ends.
     at_end: Linearisation<T, N>,
+    /// 1/(hγ) of the last trial.
+    shift: T,
+    /// Whether something grows faster than that where the step starts.
+    is_outgrown: bool,
     tableau: PhantomData<B>,
 }
 
@@ -91,12 +98,15 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Rosenbrock
 impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N>
     for Rosenbrock<B, T, N, S>
 {
+    const CARE: f64 = B::CARE;
+
     fn new() -> Self {
         const { assert!(B::COUPLING.len() == S && B::TIMES.len() == S && S <= 8) };
         const { assert!(B::EXTENSION.len() < 4) };
         let (zero, by_state) = (SVector::zeros(), SMatrix::zeros());
         let unknown = Linearisation { rate: zero, by_state, by_time: zero };
-        Self { u: [zero; S], at_start: unknown, at_end: unknown, tableau: PhantomData }
+        let (at_start, at_end, tableau) = (unknown, unknown, PhantomData);
+        Self { u: [zero; S], at_start, at_end, shift: T::zero(), is_outgrown: false, tableau }
     }
 
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
@@ -107,7 +117,9 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T,
     #[inline(always)]
     fn step(&mut self, field: &mut impl Field<T, N>, from: &Point<T, N>, h: T) -> TrialStep<T, N> {
         let per_step = T::one() / h;
-        let factors = factorised(self.jacobian(), per_step / lit(B::GAMMA));
+        self.shift = per_step / lit(B::GAMMA);
+        let factors = factorised(self.jacobian(), self.shift);
+        self.is_outgrown = is_outgrown(&factors, self.shift);
         let first: T = lit(const { entry(B::TIME_WEIGHTS, 0) });
         let right = self.at_start.rate + self.at_start.by_time * (h * first);
         self.u[0] = solution(&factors, right);
@@ -119,9 +131,11 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T,
     }
 
     #[inline]
-    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
+    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) -> bool {
         self.at_end = field.linearised(end.time, &end.state);
         end.rate = self.at_end.rate;
+        let factors = factorised(&self.at_end.by_state, self.shift);
+        !self.is_outgrown && !is_outgrown(&factors, self.shift)
     }
 
     fn dense_output<F: Field<T, N>>(
@@ -180,6 +194,16 @@ fn factorised<T: Scalar, const N: usize>(
         }
     }
     lu
+}
+
+/// Whether an odd number of real eigenvalues of J lie beyond s, from the sign of the determinant
+/// of sI − J.
+///
+/// With s = 1/(hγ) a solution of the test equation ẋ = λx then grows by more than e^(1/γ) over the
+/// step, while that of the method changes its sign or dies out, as one with λ < 0 does: a breakaway
+/// from a rest that has become unstable would be missed, without an error to estimate.
+fn is_outgrown<T: Scalar, const N: usize>(lu: &SMatrix<T, N, N>, s: T) -> bool {
+    (0..N).fold(false, |is_odd, i| is_odd ^ (lu[(i, i)] * s < T::zero()))
 }
 
 /// Solves (sI − J) x = right by the factors.

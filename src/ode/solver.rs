@@ -4,17 +4,16 @@ use core::ops::{ControlFlow, Range};
 
 use nalgebra::SVector;
 
-use super::controller::rough_power;
 use super::event::{Event, Occurrence};
 use super::failure::Failure;
 use super::integration::Integration;
 use super::step::Step;
 use super::stepper::{Method, Stepper};
+use super::tolerance::check;
 use super::walk::Pace;
 use super::{Automatic, Statistics, System, Tolerances};
 use crate::Scalar;
 use crate::parameter::{self, ParameterError, Rule};
-use crate::scalar::{lit, to_f64};
 
 /// A method with its step control.
 ///
@@ -33,12 +32,14 @@ pub struct Solver<T: Scalar, M, const N: usize> {
 }
 
 impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
-    /// Steps chosen so that the local error meets the tolerances.
+    /// Steps chosen so that the solution meets the tolerances, as far as errors do not grow over
+    /// the run: the tolerances of one step are tighter, see the [module](super).
     ///
     /// [`RungeKutta4`](super::RungeKutta4) has no error estimate, and does not compile here.
     pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
         const { assert!(M::Stepper::ESTIMATES_ERROR, "the method has no error estimate") };
-        Self { method, pace: Pace::adaptive(), tolerances: Some(tolerances), locks: true }
+        let tolerances = Some(tolerances.local(M::Stepper::CARE));
+        Self { method, pace: Pace::adaptive(), tolerances, locks: true }
     }
 
     /// Steps of a fixed length h \[s\], each split where a sliding direction reverses or an input
@@ -177,22 +178,15 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
 
 impl<T: Scalar, const N: usize> Solver<T, Automatic, N> {
     /// The default: methods and steps chosen from a tolerance alone, relative to a typical
-    /// magnitude of each state ([`System::scales`]), for a solution good to about that tolerance:
-    /// on the scenes of the work-precision charts it stayed below seventy times, samples between
-    /// the steps included.
-    ///
-    /// Breakaway amplifies errors: a local error of 10⁻³ can shift a slip by much more than that.
-    /// So a loose tolerance ε is tightened, the local one is 10⁻⁵ (ε/10⁻³)^(2/3) where that is less
-    /// than ε.
+    /// magnitude of each state ([`System::scales`]).
     ///
     /// # Errors
     ///
-    /// Refuses a tolerance or a scale that is not positive.
+    /// Refuses a tolerance that is not positive, above 0.1 or below 10 ε, and a scale that is not
+    /// positive.
     pub fn automatic(tolerance: T, scales: SVector<T, N>) -> Result<Self, ParameterError> {
-        let asked = parameter::positive("tolerance", tolerance)?;
-        let tight = lit::<T>(1e-3 * rough_power(to_f64(asked), 2.0 / 3.0));
-        let local = if tight < asked { tight } else { asked };
-        Ok(Self::adaptive(Automatic, Tolerances::scaled(local, scales)?))
+        check("tolerance", tolerance)?;
+        Ok(Self::adaptive(Automatic, Tolerances::scaled(tolerance, scales)?))
     }
 }
 

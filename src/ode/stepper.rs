@@ -61,6 +61,10 @@ pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
     /// Whether the method estimates its local error, so that the driver can choose the step.
     const ESTIMATES_ERROR: bool = true;
 
+    /// The part 1/CARE of a tolerance to which the estimated error of a step is held, so that the
+    /// errors of all steps together, and those between them, are of the size of the tolerance.
+    const CARE: f64 = 1.0;
+
     /// The method at the start of a run.
     fn new() -> Self;
 
@@ -72,7 +76,8 @@ pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
     fn step(&mut self, field: &mut impl Field<T, N>, from: &Point<T, N>, h: T) -> TrialStep<T, N>;
 
     /// Evaluates the rate at the end of a trial step. Another trial from the same start may follow.
-    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>);
+    /// Answers whether the method can represent what grows over the step.
+    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) -> bool;
 
     /// The dense output of a trial step, after [`Stepper::arrive`].
     fn dense_output<F: Field<T, N>>(

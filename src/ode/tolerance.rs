@@ -4,13 +4,26 @@ use nalgebra::SVector;
 
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};
-use crate::scalar::lit;
+use crate::scalar::{lit, to_f64};
 
 /// Smallest relative tolerance over the rounding ε of the scalar type. The sums of one step round
 /// by a few ε, which no shorter step makes smaller.
 const LEAST: f64 = 10.0;
 
-/// Tolerances of the local error, per component: |errorᵢ| ≤ absoluteᵢ + relativeᵢ |xᵢ|, in the
+/// Largest relative tolerance: a coarser answer is none.
+const MOST: f64 = 0.1;
+
+/// Tolerance of one step as a part of that of the solution. Over a drawn scene with hundreds of
+/// slips it still lost a thousand times the tolerance with a fifth.
+const PART: f64 = 0.05;
+
+/// Loosest relative tolerance of one step. Over drawn scenes, five times as much missed slips.
+const LOOSEST: f64 = 2e-6;
+
+/// Finest relative tolerance of one step over the rounding ε, unless a finer one is asked for.
+const FINEST: f64 = 100.0;
+
+/// Tolerances of a solution, per component: |errorᵢ| ≤ absoluteᵢ + relativeᵢ |xᵢ|, in the
 /// root mean square over the components.
 ///
 /// States of a friction problem differ by many orders of magnitude (a deflection of 10⁻⁶ m beside
@@ -39,7 +52,7 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
     /// scalar type would exceed: below 10 ε, that is 2·10⁻¹⁵ in `f64` and 1.2·10⁻⁶ in `f32`.
     pub fn new(relative: SVector<T, N>, absolute: SVector<T, N>) -> Result<Self, ParameterError> {
         for (index, &value) in relative.iter().enumerate() {
-            parameter::component(index, check(value))?;
+            parameter::component(index, check("relative", value))?;
         }
         for (index, &value) in absolute.iter().enumerate() {
             parameter::component(index, parameter::positive("absolute", value))?;
@@ -54,11 +67,27 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
     ///
     /// Refuses a tolerance or a scale that is not positive, and a tolerance below 10 ε.
     pub fn scaled(relative: T, scales: SVector<T, N>) -> Result<Self, ParameterError> {
-        check(relative)?;
+        check("relative", relative)?;
         for (index, &scale) in scales.iter().enumerate() {
             parameter::component(index, parameter::positive("scales", scale))?;
         }
         Self::new(SVector::repeat(relative), scales * relative)
+    }
+
+    /// The tolerances of one step, of those of the solution: a twentieth, but no more than 2·10⁻⁶,
+    /// and of that a part 1/care. Breakaway amplifies errors: a local error of 10⁻³ can shift a
+    /// slip by much more than that, or miss it.
+    pub(super) fn local(mut self, care: f64) -> Self {
+        for (relative, absolute) in self.relative.iter_mut().zip(self.absolute.iter_mut()) {
+            let asked = to_f64(*relative);
+            let tight = (asked * PART).min(LOOSEST) / care;
+            // No tighter than rounding allows.
+            let least = asked.min(FINEST * to_f64(T::default_epsilon()));
+            let part = lit::<T>(tight.max(least) / asked);
+            *relative *= part;
+            *absolute *= part;
+        }
+        self
     }
 
     /// The absolute tolerance of each state.
@@ -83,8 +112,9 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
 }
 
 /// Checks a relative tolerance.
-fn check<T: Scalar>(relative: T) -> Result<T, ParameterError> {
+pub(super) fn check<T: Scalar>(name: &'static str, relative: T) -> Result<T, ParameterError> {
     let least = lit::<T>(LEAST) * T::default_epsilon();
-    parameter::positive("relative", relative)?;
-    parameter::at_least("relative", relative, "ten roundings of the scalar", least)
+    parameter::positive(name, relative)?;
+    parameter::at_most(name, relative, "a tenth", lit(MOST))?;
+    parameter::at_least(name, relative, "ten roundings of the scalar", least)
 }

@@ -244,7 +244,7 @@ impl<T: Scalar> Walk<T> {
     pub(crate) fn reject(&mut self, tried: T, square: f64, order: u8) -> bool {
         self.statistics.rejected += 1;
         self.length = tried.abs() * lit(self.controller.rejected(square, order));
-        self.length >= self.smallest_step()
+        self.rounded(self.length * self.direction()).abs() >= self.smallest_step()
     }
 
     /// Counts an accepted step. Answers with the length proposed for the next one, if it is not

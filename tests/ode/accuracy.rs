@@ -193,7 +193,7 @@ fn a_tighter_tolerance_gives_a_smaller_error() {
         let error = run.iter().map(|(t, z)| (z[0] - SWING.deflection(t)).abs());
         error.fold(0.0, f64::max) / bristle.scales()[0]
     };
-    let tolerances = [1e-4, 1e-6, 1e-8, 1e-10];
+    let tolerances = [1e-5, 1e-7, 1e-9];
     let errors = tolerances.map(error);
     for (tolerance, error) in tolerances.iter().zip(errors) {
         // The bristle forgets, so that errors do not add up; the dense output has no estimate of
@@ -244,20 +244,20 @@ impl System<f64, 3, 0> for TwoScales {
 #[test]
 fn a_small_state_beside_a_large_one_keeps_its_own_accuracy() {
     // Errors in parts of each state's own size, after five periods of the vibration.
-    let errors = |scales: Vector3<f64>| {
-        let solver = OfAny::adaptive(DormandPrince, Tolerances::scaled(1e-6, scales).unwrap());
+    let errors = |relative: f64, scales: Vector3<f64>| {
+        let solver = OfAny::adaptive(DormandPrince, Tolerances::scaled(relative, scales).unwrap());
         let start = Vector3::new(1e5, 1e-6, 0.0);
         let run = solver.solve(&TwoScales, 0.0..3.0, start, Output::Uniform(2)).unwrap();
         let state = run.last().unwrap().1;
         let exact = Vector3::new(1e5 * (-0.09f64).exp(), 1e-6 * 30f64.cos(), -1e-5 * 30f64.sin());
         (state - exact).component_div(&TwoScales.scales()).abs()
     };
-    let own = errors(TwoScales.scales());
+    let own = errors(1e-6, TwoScales.scales());
     // Thirty steps or so, each off by one tolerance at most.
     assert!(own.max() < 1e-4, "{own}");
     // The same number for all three is tight for the pressure and nothing for the vibration.
-    let same = errors(Vector3::repeat(1.0));
-    assert!(same[0] < 1e-6 && same[1] > 0.1, "{same}");
+    let same = errors(1e-3, Vector3::repeat(1.0));
+    assert!(same[0] < 1e-6 && same[1] > 0.03, "{same}");
 }
 
 #[test]
@@ -272,7 +272,7 @@ fn the_relative_tolerance_belongs_to_its_own_component_too() {
     };
     let tight = error(Vector3::new(1e-2, 1e-8, 1e-8));
     let loose = error(Vector3::new(1e-8, 1e-2, 1e-2));
-    assert!(tight < 1e-5 && loose > 1e-4, "{tight:e} {loose:e}");
+    assert!(tight < 1e-8 && loose > 20.0 * tight, "{tight:e} {loose:e}");
 }
 
 #[test]

@@ -16,3 +16,4 @@ mod scenes;
 mod signals;
 mod statistics;
 mod stiff;
+mod trust;

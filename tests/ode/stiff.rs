@@ -231,7 +231,7 @@ fn what_an_error_estimate_misses_by_chance_does_not_reach_the_solution() {
 #[test]
 fn the_default_refuses_what_is_no_tolerance() {
     let rig = rig(table_2_frbd::<f64>(), 0.1);
-    for tolerance in [0.0, -1e-6, f64::NAN, f64::INFINITY] {
+    for tolerance in [0.0, -1e-6, 0.11, 5.0, f64::NAN, f64::INFINITY] {
         let run = ode::solve(&rig, 0.0..1.0, rig.at_rest(), tolerance, Output::Steps);
         let failure = run.unwrap_err();
         let StopReason::Refused(error) = failure.reason else { panic!("{failure}") };
