@@ -244,7 +244,7 @@ impl<T: Scalar> Walk<T> {
     pub(crate) fn reject(&mut self, tried: T, square: f64, order: u8) -> bool {
         self.statistics.rejected += 1;
         self.length = tried.abs() * lit(self.controller.rejected(square, order));
-        self.rounded(self.length * self.direction()).abs() >= self.smallest_step()
+        self.length >= self.smallest_step()
     }
 
     /// Counts an accepted step. Answers with the length proposed for the next one, if it is not
@@ -265,7 +265,9 @@ impl<T: Scalar> Walk<T> {
             return None;
         }
         let proposed = tried * lit(self.controller.accepted(square, order));
-        Some(if cut_short { larger(self.length, proposed) } else { proposed })
+        let proposed = if cut_short { larger(self.length, proposed) } else { proposed };
+        // Only a trial that is rejected tells why none succeeds.
+        Some(larger(proposed, self.smallest_step() * lit(2.0)))
     }
 
     /// Sets the length of the next step, if one is given.
