@@ -18,6 +18,7 @@ mod draw;
 /// μ_d, μ_s − μ_d, v_S, σ2, σ0, σ1.
 const TRUTH: [f64; 6] = [0.2, 0.1, 0.01, 0.8, 6e3, 8.0];
 const STEP: f64 = 2e-3;
+const SHAPE: CurveShape = CurveShape::Stribeck(2.0);
 
 /// Slides of many speeds, and pre-sliding on top.
 fn rich(t: f64) -> f64 {
@@ -405,7 +406,7 @@ fn the_curve_alone_comes_from_the_sliding_rows() {
         0.002 * draw.gauss() + if draw.next() < 0.05 { 0.5 * draw.next() } else { 0.0 }
     });
     let (guess, points) = InitialGuess::with_points(&log).unwrap();
-    let found = guess.static_curve(&points).unwrap();
+    let found = guess.static_curve(SHAPE, &points).unwrap();
     for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
         // Rows near a reversal see the curve with the bristle's lag, which is part of the standard
         // errors.
@@ -745,7 +746,7 @@ fn a_curve_ignores_two_outliers_in_ten_and_needs_ten_points() {
     };
     // All of 200 are used; of more than 4000 every second, third, …
     for (count, used) in [(200, 200), (4001, 2001), (12_000, 4000)] {
-        let found = guess.static_curve(&points(count)).unwrap();
+        let found = guess.static_curve(SHAPE, &points(count)).unwrap();
         assert_eq!(found.rows, used, "{count}");
         for (value, truth) in found.values().into_iter().zip(TRUTH) {
             assert!((value / truth - 1.0).abs() < 1e-4, "{found}");
@@ -758,12 +759,12 @@ fn a_curve_ignores_two_outliers_in_ten_and_needs_ten_points() {
         let wrong = if matches!(i % 10, 4 | 5) { 0.03 } else { 0.0 };
         point.coefficient = curve(point.speed) + wrong + 0.002 * draw.gauss();
     }
-    let found = guess.static_curve(&noisy).unwrap();
+    let found = guess.static_curve(SHAPE, &noisy).unwrap();
     let level = found.estimate("dynamic_coefficient").unwrap();
     // With a weight the outliers would shift the level by up to a fifth of theirs, 0.006.
     assert!((level.value - TRUTH[0]).abs() < 0.0015, "{found}");
-    assert!(guess.static_curve(&points(10)).is_ok());
-    let refused = guess.static_curve(&points(9)).unwrap_err();
+    assert!(guess.static_curve(SHAPE, &points(10)).is_ok());
+    let refused = guess.static_curve(SHAPE, &points(9)).unwrap_err();
     assert_eq!(refused.to_string(), "there must be at least 10 points, not 9");
 }
 
@@ -795,13 +796,37 @@ fn no_initial_guess_makes_a_panic_or_a_fit_of_nothing() {
             let mut guess = good;
             set(&mut guess, bad);
             let short = Settings { iterations: 1, ..Settings::default() };
-            if let Ok(fit) = guess.static_curve(&points) {
+            for shape in [SHAPE, CurveShape::Rational] {
+                let Ok(fit) = guess.static_curve(shape, &points) else { continue };
                 let values = fit.values();
                 assert!(values.iter().all(|x| x.is_finite()), "{field} {bad}: {values:?}");
             }
             let found = fit(&FrBdFit, FrBdFit.parameters(&guess), &log, &short, &mut go_on);
             assert!(!bad.is_nan() || found.is_err(), "{field}: {found:?}");
             let _ = (MaxwellFit.parameters(&guess), ElastoPlasticFit::default().parameters(&guess));
+        }
+    }
+}
+
+#[test]
+fn each_shape_of_a_curve_finds_its_own_points() {
+    // μ_d, μ_s − μ_d, v_S, σ2, and how the excess falls with v/v_S.
+    let truth = [0.2, 0.1, 0.01, 0.8];
+    let shapes: [(CurveShape, fn(f64) -> f64); 3] = [
+        (CurveShape::Stribeck(1.0), |u| (-u).exp()),
+        (CurveShape::Stribeck(2.0), |u| (-u * u).exp()),
+        (CurveShape::Rational, |u| 1.0 / (1.0 + u * u)),
+    ];
+    let guess = InitialGuess::of(&log_of(&FrBdFit, &TRUTH, rich, 500, || 0.0)).unwrap();
+    for (shape, falls) in shapes {
+        let point = |speed: f64| SlidingPoint {
+            speed,
+            coefficient: truth[0] + truth[1] * falls(speed / truth[2]) + truth[3] * speed,
+        };
+        let points: Vec<SlidingPoint> = (1..200).map(|i| point(3e-4 * f64::from(i))).collect();
+        let found = guess.static_curve(shape, &points).unwrap().values();
+        for (found, truth) in found.into_iter().zip(truth) {
+            assert!((found / truth - 1.0).abs() < 1e-5, "{shape:?}: {found} for {truth}");
         }
     }
 }
@@ -919,7 +944,7 @@ fn a_point_beyond_4_685_deviations_has_no_weight() {
                 add(deviations * 1.4826 * a);
             }
         }
-        let found = guess.static_curve(&points).unwrap();
+        let found = guess.static_curve(SHAPE, &points).unwrap();
         (found.estimate("dynamic_coefficient").unwrap().value - TRUTH[0]) / a
     };
     // Without weight, nothing; at 4.5 deviations (1 − (4.5/4.685)²)² = 0.006 of one point in eleven,

@@ -6,7 +6,7 @@ use core::num::NonZero;
 
 use super::InitialGuess;
 use super::residuals::Parameter;
-use super::static_curve::{stribeck, stribeck_parameters};
+use super::static_curve::{EXPONENT, stribeck, stribeck_parameters};
 use crate::curve::Stribeck;
 use crate::parameter::ParameterError;
 use crate::regularisation::Unregularised;
@@ -107,7 +107,7 @@ impl Candidate<6> for FrBdFit {
         &self,
         &[dynamic, excess, velocity, viscous, s0, s1]: &[T; 6],
     ) -> Result<Self::Model<T>, ParameterError> {
-        let curve = stribeck(&[dynamic, excess, velocity, viscous])?;
+        let curve = stribeck(&[dynamic, excess, velocity, viscous], EXPONENT)?;
         Ok(FrBd::new(curve, kelvin_voigt(s0, s1)?))
     }
 }
@@ -144,7 +144,7 @@ impl Candidate<9> for MaxwellFit {
             ],
             micro_damping: s1,
         })?;
-        Ok(FrBd::new(stribeck(&[dynamic, excess, velocity, viscous])?, bristle))
+        Ok(FrBd::new(stribeck(&[dynamic, excess, velocity, viscous], EXPONENT)?, bristle))
     }
 
     fn offset<T: Scalar>(&self, &[.., offset]: &[T; 9]) -> T {
@@ -186,7 +186,7 @@ impl Candidate<8> for ElastoPlasticFit {
     fn model<T: Scalar>(&self, values: &[T; 8]) -> Result<Self::Model<T>, ParameterError> {
         let &[dynamic, excess, velocity, viscous, s0, s1, share, _] = values;
         ElastoPlastic::new(
-            stribeck(&[dynamic, excess, velocity, viscous])?,
+            stribeck(&[dynamic, excess, velocity, viscous], EXPONENT)?,
             kelvin_voigt(s0, s1)?,
             share * dynamic / s0,
         )

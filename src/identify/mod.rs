@@ -86,3 +86,4 @@ pub use log::{Log, LogParameters, Motion};
 pub use report::{Estimate, Fit, Identifiability, Outcome};
 pub use residuals::{Parameter, Residuals};
 pub use simulation::{fit, predict};
+pub use static_curve::CurveShape;

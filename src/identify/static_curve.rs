@@ -17,6 +17,7 @@
 //! Source: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2009), chapter 7; the constants are
 //! the usual ones.
 
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
@@ -25,7 +26,9 @@ use super::log::{median, quantile};
 use super::residuals::{Parameter, Residuals, within};
 use super::{Fit, Log, Progress, Settings, least_squares};
 use crate::Scalar;
-use crate::curve::{FrictionCurve, Stribeck, StribeckParameters};
+use crate::curve::{
+    FrictionCurve, RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters,
+};
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
 
@@ -66,21 +69,58 @@ pub(super) fn stribeck_parameters(guess: &InitialGuess) -> [Parameter; 4] {
     ]
 }
 
-/// The [`Stribeck`] curve of these parameters, with the usual exponent.
+/// A friction curve with four parameters: dynamic coefficient μ_d, static excess μ_s − μ_d,
+/// Stribeck velocity v_S, viscous friction σ2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CurveShape {
+    /// The [`Stribeck`] curve of an exponent δ \[–\].
+    Stribeck(f64),
+    /// The [`RationalStribeck`] curve.
+    Rational,
+}
+
+impl CurveShape {
+    /// The friction coefficient over the speed.
+    fn curve<T: Scalar>(self, values: &[T; 4]) -> Result<Box<dyn Fn(T) -> T>, ParameterError> {
+        let &[dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = values;
+        Ok(match self {
+            Self::Stribeck(exponent) => {
+                let curve = stribeck(values, exponent)?;
+                Box::new(move |speed| curve.at(speed))
+            }
+            Self::Rational => {
+                let curve = RationalStribeck::new(RationalStribeckParameters {
+                    static_coefficient: dynamic_coefficient + excess,
+                    dynamic_coefficient,
+                    stribeck_velocity,
+                    viscous_friction,
+                })?;
+                Box::new(move |speed| curve.at(speed))
+            }
+        })
+    }
+}
+
+/// The usual Stribeck exponent δ.
+pub(super) const EXPONENT: f64 = 2.0;
+
+/// The [`Stribeck`] curve of these parameters.
 pub(super) fn stribeck<T: Scalar>(
     &[dynamic_coefficient, excess, stribeck_velocity, viscous_friction]: &[T; 4],
+    stribeck_exponent: f64,
 ) -> Result<Stribeck<T>, ParameterError> {
     Stribeck::new(StribeckParameters {
         static_coefficient: dynamic_coefficient + excess,
         dynamic_coefficient,
         stribeck_velocity,
-        stribeck_exponent: lit(2.0),
+        stribeck_exponent: lit(stribeck_exponent),
         viscous_friction,
     })
 }
 
 /// Weighted distances of points from a curve.
 struct Points<'a> {
+    shape: CurveShape,
     points: &'a [SlidingPoint],
     /// √w of each.
     weights: Vec<f64>,
@@ -92,20 +132,20 @@ impl Residuals<4> for Points<'_> {
         values: &[T; 4],
         each: &mut impl FnMut(T),
     ) -> Result<(), ParameterError> {
-        let curve = stribeck(values)?;
+        let curve = self.shape.curve(values)?;
         for (point, &weight) in self.points.iter().zip(&self.weights) {
-            each((curve.at(lit(point.speed)) - lit(point.coefficient)) * lit(weight));
+            each((curve(lit(point.speed)) - lit(point.coefficient)) * lit(weight));
         }
         Ok(())
     }
 }
 
 impl InitialGuess {
-    /// A robust fit of a [`Stribeck`] curve (δ = 2) through sliding data that may have outliers,
-    /// from the start of this guess.
+    /// A robust fit of a curve through sliding data that may have outliers, from the start of this
+    /// guess.
     ///
     /// ```
-    /// use bristle::identify::{InitialGuess, SlidingPoint};
+    /// use bristle::identify::{CurveShape, InitialGuess, SlidingPoint};
     ///
     /// // μ = 0.2 + 0.1 exp(−(v/v_S)²) + 2 v with v_S = 10 mm/s, and every tenth point wrong.
     /// let points: Vec<SlidingPoint> = (1..200)
@@ -127,7 +167,7 @@ impl InitialGuess {
     ///     fastest: 0.1,
     ///     reversals: 1,
     /// };
-    /// let fit = guess.static_curve(&points)?;
+    /// let fit = guess.static_curve(CurveShape::Stribeck(2.0), &points)?;
     /// assert!((fit.estimate("stribeck_velocity").unwrap().value - 0.01).abs() < 1e-6);
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
@@ -136,7 +176,11 @@ impl InitialGuess {
     ///
     /// Refuses fewer than ten points, a point that is not finite, and bounds that do not contain
     /// the start.
-    pub fn static_curve(&self, points: &[SlidingPoint]) -> Result<Fit<4>, ParameterError> {
+    pub fn static_curve(
+        &self,
+        shape: CurveShape,
+        points: &[SlidingPoint],
+    ) -> Result<Fit<4>, ParameterError> {
         parameter::count("points", points.len(), FEWEST_POINTS)?;
         for (row, point) in points.iter().enumerate() {
             for (name, value) in [("speed", point.speed), ("coefficient", point.coefficient)] {
@@ -146,14 +190,15 @@ impl InitialGuess {
         let every = points.len().div_ceil(MOST_POINTS);
         let points: Vec<SlidingPoint> = points.iter().step_by(every).copied().collect();
         let mut parameters = stribeck_parameters(self);
-        let mut problem = Points { points: &points, weights: alloc::vec![1.0; points.len()] };
+        let mut problem =
+            Points { shape, points: &points, weights: alloc::vec![1.0; points.len()] };
         let mut settings = Settings { starts: STARTS, ..Settings::default() };
         let mut go_on = |_: &Progress<'_>| ControlFlow::Continue(());
         let mut fit = least_squares(&problem, parameters, &settings, &mut go_on)?;
         settings.starts = 1;
         for round in 0..ROUNDS {
-            let curve = stribeck(&fit.values())?;
-            let distance = |point: &SlidingPoint| (curve.at(point.speed) - point.coefficient).abs();
+            let curve = shape.curve(&fit.values())?;
+            let distance = |point: &SlidingPoint| (curve(point.speed) - point.coefficient).abs();
             let distances: Vec<f64> = points.iter().map(distance).collect();
             let spread = 1.4826 * median(&mut distances.clone());
             if !(spread > 0.0) {
@@ -189,7 +234,9 @@ impl InitialGuess {
         if !(quantile(&mut speeds, 0.9) > 2.0 * quantile(&mut speeds, 0.1)) {
             return Ok(guess);
         }
-        let Ok(fit) = guess.static_curve(&points) else { return Ok(guess) };
+        let Ok(fit) = guess.static_curve(CurveShape::Stribeck(EXPONENT), &points) else {
+            return Ok(guess);
+        };
         let [dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = fit.values();
         Ok(Self {
             static_coefficient: dynamic_coefficient + excess,
