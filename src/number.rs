@@ -2,6 +2,8 @@
 
 use core::fmt::{self, Write};
 
+use nalgebra::ComplexField;
+
 use crate::scalar::{Scalar, to_f64};
 
 /// Text of at most `N` bytes on the stack; what does not fit is cut off.
@@ -45,14 +47,25 @@ pub(crate) fn number<T: Scalar>(value: T) -> Number {
 }
 
 /// A number as its shortest digits say: of a single 1e-7 this is 1e-7, not 1.0000000116860974e-7.
+///
+/// By arithmetic, because formatting is not free of panics, and parameters are refused by firmware.
 pub(crate) fn decimal<T: Scalar>(value: T) -> f64 {
     let wide = to_f64(value);
-    if to_f64(T::default_epsilon()) < 1e-10 {
+    if to_f64(T::default_epsilon()) < 1e-10 || !wide.is_finite() || wide == 0.0 {
         return wide;
     }
-    let mut text = Text::<32>::new();
-    let written = write!(text, "{:e}", wide as f32);
-    written.ok().and_then(|()| text.as_str().parse().ok()).unwrap_or(wide)
+    let before = ComplexField::floor(ComplexField::log10(f64::abs(wide))) as i32;
+    // Nine digits tell every single from its neighbours.
+    let rounded = (0..9).map(|after| {
+        // 10²² and smaller powers are exact, and so is the last operation rounded once.
+        let power: f64 = ComplexField::powi(10.0, i32::abs(after - before));
+        if after >= before {
+            ComplexField::round(wide * power) / power
+        } else {
+            ComplexField::round(wide / power) * power
+        }
+    });
+    rounded.into_iter().find(|short| *short as f32 == wide as f32).unwrap_or(wide)
 }
 
 impl Number {
@@ -94,9 +107,25 @@ impl fmt::Display for Number {
 #[cfg(test)]
 mod tests {
     extern crate std;
-    use super::Number;
+    use super::{Number, decimal};
     use std::format;
     use std::string::ToString;
+
+    #[test]
+    fn a_single_is_taken_by_its_shortest_digits() {
+        let mut bits = 1_u32;
+        for _ in 0..20_000 {
+            bits = bits.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let single = f32::from_bits(bits);
+            if (1e-13..1e22).contains(&single.abs()) {
+                assert_eq!(Ok(decimal(single)), format!("{single:e}").parse());
+            } else if single.is_finite() {
+                assert_eq!(decimal(single) as f32, single);
+            }
+        }
+        assert!(decimal(f32::NAN).is_nan() && decimal(f32::INFINITY) == f64::INFINITY);
+        assert_eq!((decimal(1e-7_f32), decimal(0.1_f64), decimal(-0.0_f32)), (1e-7, 0.1, 0.0));
+    }
 
     #[test]
     fn a_number_is_plain_where_it_is_short() {
