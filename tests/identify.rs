@@ -947,8 +947,8 @@ fn a_point_beyond_4_685_deviations_has_no_weight() {
         let found = guess.static_curve(SHAPE, &points).unwrap();
         (found.estimate("dynamic_coefficient").unwrap().value - TRUTH[0]) / a
     };
-    // Without weight, nothing; at 4.5 deviations (1 − (4.5/4.685)²)² = 0.006 of one point in eleven,
-    // or a shift of the level by about 0.004 a.
+    // Without weight, nothing; at 4.5 deviations (1 − (4.5/4.685)²)² = 0.006 of one point in
+    // eleven, or a shift of the level by about 0.004 a.
     let (near, beyond) = (level(4.5), level(4.8));
     assert!(near.abs() > 1e-3 && beyond.abs() < 1e-4, "{near} {beyond}");
 }

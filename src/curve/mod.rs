@@ -38,9 +38,9 @@ use crate::{Bounds, Branch, Scalar, Sliding};
 
 /// The friction coefficient of steady sliding, μ(v) > 0 \[–\].
 ///
-/// A curve is evaluated on any [`Branch`]. On a locked one the speed can become negative during a trial
-/// step: there the curve continues smoothly, or evenly where |v|^δ has no smooth continuation. A
-/// NaN there only shortens the step, so take |v| of a logarithm or near a pole.
+/// A curve is evaluated on any [`Branch`]. On a locked one the speed can become negative during a
+/// trial step: there the curve continues smoothly, or evenly where |v|^δ has no smooth
+/// continuation. A NaN there only shortens the step, so take |v| of a logarithm or near a pole.
 ///
 /// A curve of your own takes two methods. The others are claims; their defaults claim nothing:
 ///

@@ -45,8 +45,9 @@ use crate::{Affine, Scalar};
 ///
 /// Made by [`ExactPatch::companion_step`]. Dropping it without [`PatchStep::commit`] leaves the
 /// bristles as they were: a step can be solved again with a better prediction. Making a step may
-/// merge neighbouring segments, which keeps forces but loses stored energy where they were deflected
-/// differently: 0.2 % of it with 100 segments and steps of very different lengths, 18 % with 8.
+/// merge neighbouring segments, which keeps forces but loses stored energy where they were
+/// deflected differently: 0.2 % of it with 100 segments and steps of very different lengths, 18 %
+/// with 8.
 #[derive(Debug)]
 #[must_use = "the bristles move when it is committed"]
 pub struct PatchStep<'a, T: Scalar, M, const N: usize, B> {
