@@ -10,8 +10,8 @@ use crate::row::{NO_ANSWER, Row};
 /// that failed.
 const ERRORS: std::ops::RangeInclusive<f64> = 1e-15..=100.0;
 const FAILED_AT: f64 = 35.0;
-/// The method that `ode::solve` is, as the rows name it.
-const AUTOMATIC: &str = "Automatic";
+/// `ode::solve`, as the rows name it.
+const AUTOMATIC: &str = "solve";
 /// Smaller errors than this are shown here: the reference is no better.
 const EXACT: f64 = 2e-15;
 
@@ -56,7 +56,7 @@ fn figure(
             let line = own().map(|row| if row.fails() { (f64::NAN, f64::NAN) } else { place(row) });
             let failed = own().filter(|row| row.fails()).map(|row| (FAILED_AT, row.seconds));
             let bold = *method == AUTOMATIC;
-            let name = if bold { "solve (automatic)" } else { *method };
+            let name = if bold { "ode::solve" } else { *method };
             let stroke = Stroke::nth(index).width(if bold { 3.5 } else { 1.2 });
             // Triangles are for failures.
             let marker = [Marker::Disc, Marker::Square, Marker::Diamond][index % 3];

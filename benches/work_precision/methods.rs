@@ -1,8 +1,8 @@
 //! The methods that are compared, in one table: a new one is a line of [`all`].
 
 use bristle::ode::{
-    self, DormandPrince, DormandPrince8, Output, Rodas4, Rodas5P, RungeKutta4, Solver, Statistics,
-    System, Tolerances,
+    self, Automatic, DormandPrince, DormandPrince8, Output, Rodas4, Rodas5P, RungeKutta4, Solver,
+    Statistics, System, Tolerances,
 };
 
 use crate::scenes::{DragSetting, SAMPLES, Scene};
@@ -64,9 +64,8 @@ pub fn all<S: System<f64, N> + Clone, const N: usize>(scene: &Scene<S, N>) -> Ve
         method("DormandPrince8", Tolerance, |scene, tol| adaptive(DormandPrince8, scene, tol)),
         method("Rodas4", Tolerance, |scene, tol| adaptive(Rodas4, scene, tol)),
         method("Rodas5P", Tolerance, |scene, tol| adaptive(Rodas5P, scene, tol)),
-        method("Automatic", Tolerance, |scene, tol| {
-            run(Solver::automatic(tol, scene.scales), scene)
-        }),
+        method("Automatic", Tolerance, |scene, tol| adaptive(Automatic, scene, tol)),
+        method("solve", Tolerance, |scene, tol| run(Solver::automatic(tol, scene.scales), scene)),
         method("RungeKutta4", Step, |scene, step| fixed(RungeKutta4, scene, step)),
         method("RungeKutta4 plain", Step, |scene, step| plain(RungeKutta4, scene, step)),
     ];
@@ -100,7 +99,8 @@ where
     M: ode::Method<f64, N>,
 {
     let tolerances = Tolerances::scaled(tolerance, scene.scales);
-    run(tolerances.map(|tolerances| Solver::adaptive(method, tolerances)), scene)
+    // As the peers take theirs. The error is measured.
+    run(tolerances.map(|tolerances| Solver::adaptive_per_step(method, tolerances)), scene)
 }
 
 fn fixed<S, M, const N: usize>(method: M, scene: &Scene<S, N>, step: f64) -> Run

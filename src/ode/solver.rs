@@ -37,9 +37,15 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// [`RungeKutta4`](super::RungeKutta4) has no error estimate, and does not compile here.
     pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
+        Self::adaptive_per_step(method, tolerances.local(M::Stepper::CARE))
+    }
+
+    /// Steps chosen so that the local error of each one meets the tolerances, as in a general ODE
+    /// code. For scenes whose error you measure yourself: breakaway amplifies local errors, and with
+    /// loose tolerances a slip comes late, or is missed without notice.
+    pub fn adaptive_per_step(method: M, tolerances: Tolerances<T, N>) -> Self {
         const { assert!(M::Stepper::ESTIMATES_ERROR, "the method has no error estimate") };
-        let tolerances = Some(tolerances.local(M::Stepper::CARE));
-        Self { method, pace: Pace::adaptive(), tolerances, locks: true }
+        Self { method, pace: Pace::adaptive(), tolerances: Some(tolerances), locks: true }
     }
 
     /// Steps of a fixed length h \[s\], each split where a sliding direction reverses or an input

@@ -205,6 +205,26 @@ fn an_answer_of_any_method_is_near_in_every_state() {
 }
 
 #[test]
+fn the_tolerance_of_a_solution_takes_more_steps_than_that_of_a_step() {
+    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+    let friction = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap());
+    let rig = paper::stick_slip_rig(friction.under_load(1.0).unwrap());
+    let rig = MassSpringDamper::new(rig).unwrap();
+    let steps = |tolerance: f64,
+                 solver: fn(Tolerances<f64, 3>) -> Solver<f64, DormandPrince8, 3>| {
+        let solver = solver(Tolerances::scaled(tolerance, rig.scales()).unwrap());
+        let run = solver.solve(&rig, 0.0..9.0, rig.at_rest(), Output::Uniform(2)).unwrap();
+        run.statistics().steps
+    };
+    let of_step = |tolerances| Solver::adaptive_per_step(DormandPrince8, tolerances);
+    let of_solution = |tolerances| Solver::adaptive(DormandPrince8, tolerances);
+    assert!(steps(1e-4, of_solution) > steps(1e-4, of_step));
+    // A twentieth, and not tighter than 2e-6 for its looseness.
+    assert_eq!(steps(1e-6, of_solution), steps(5e-8, of_step));
+    assert_eq!(steps(1e-2, of_solution), steps(2e-6, of_step));
+}
+
+#[test]
 #[ignore = "minutes: other scenes with each BRISTLE_SEED"]
 fn an_answer_is_near_on_drawn_scenes_too() {
     let mut draw = Draw::seeded(12);

@@ -29,7 +29,7 @@ pub(crate) fn save(rows: &[&Row], folder: &Path, name: &str) -> Result<PathBuf> 
             .vertical(FAILED, "failed");
         let methods = distinct(here.iter().map(|row| &row.method));
         // `ode::solve` comes last, on top of the others.
-        let automatic = |method: &&&String| method.as_str() == "Automatic";
+        let automatic = |method: &&&String| method.as_str() == "solve";
         let others = methods.iter().filter(|method| !automatic(method));
         for method in others.chain(methods.iter().filter(automatic)) {
             for crate_ in distinct(here.iter().map(|row| &row.crate_)) {
@@ -58,7 +58,7 @@ pub(crate) fn save(rows: &[&Row], folder: &Path, name: &str) -> Result<PathBuf> 
 /// The name of a method in the legend, and its stroke.
 fn look(crate_: &str, method: &str) -> (String, Stroke) {
     match (crate_, method) {
-        (crate::OURS, "Automatic") => ("solve (automatic)".to_owned(), Colour::Blue.width(3.5)),
+        (crate::OURS, "solve") => ("ode::solve".to_owned(), Colour::Blue.width(3.5)),
         (crate::OURS, _) => ("our single methods".to_owned(), Colour::Sky.width(1.0)),
         ("differential-equations", _) => (crate_.to_owned(), Colour::Orange.width(1.0)),
         ("diffsol", _) => (crate_.to_owned(), Colour::Green.width(1.0)),
