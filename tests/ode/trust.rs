@@ -225,7 +225,7 @@ fn the_tolerance_of_a_solution_takes_more_steps_than_that_of_a_step() {
 }
 
 #[test]
-#[ignore = "minutes: other scenes with each BRISTLE_SEED"]
+#[ignore = "the goal, not reached: fails at half of the seeds (BRISTLE_SEED)"]
 fn an_answer_is_near_on_drawn_scenes_too() {
     let mut draw = Draw::seeded(12);
     let mut successes = Rig::of_the_paper(100.0).check("the paper's rig", &mut draw, &[1e-2, 1e-7]);
