@@ -16,7 +16,7 @@
 //! | compensator | driven by | what it needs | what it cannot do |
 //! |---|---|---|---|
 //! | [`FeedForwardCompensator`] | the reference velocity | no sensor, no noise | know of errors |
-//! | [`FeedbackCompensator`] | the measured displacement | an encoder | over-compensate: unstable if ε p σ0 > K_p |
+//! | [`FeedbackCompensator`] | the measured displacement | an encoder | unstable if ε p σ0 > K_p |
 //! | [`FrictionObserver`] | both, and the tracking error | gains within a checked limit | – |
 //!
 //! Here ε = s − 1 is the over-compensation and K_p [N/m] the controller's proportional gain.

@@ -46,15 +46,15 @@
 //!
 //! | number | of | formula | small if |
 //! |---|---|---|---|
-//! | lag | static curve | max \|ż_ss\|/(λ z_b), 2 at a reversal | the bristle follows v without delay |
-//! | lag | slip curve | largest change of the steady force per transit over its maximum | likewise |
+//! | lag | static curve | max \|ż_ss\|/(λ z_b), 2 at a reversal | the bristle has no delay |
+//! | lag | slip curve | change of the steady force per transit over its maximum | likewise |
 //! | presliding | Dahl | z_b over the longest way in one direction | it slides much farther |
 //! | presliding | static curve of a mass | z_b over the farthest way from the start | likewise |
 //! | drop | Dahl of a mass | 1 − F_ss(fastest)/F_ss(0) | friction hardly falls with the velocity |
-//! | ς/L | relaxation length | relaxation length over length | the patch forgets in far less than a transit |
-//! | stuck | reference of known v | share of the answers within z_b after a reversal | it slides most of the time |
-//! | stuck | reference of a mass | share of the answers below 1 % of the top speed | it slides most of the time |
-//! | adhering | reference of a patch | share of the answers with λ L < V | it slides most of the time |
+//! | ς/L | relaxation length | relaxation length over length | the patch forgets within a transit |
+//! | stuck | reference of known v | share of answers within z_b of a reversal | it mostly slides |
+//! | stuck | reference of a mass | share of answers below 1 % of the top speed | it mostly slides |
+//! | adhering | reference of a patch | share of answers with λ L < V | it mostly slides |
 //!
 //! Here z_b \[m\] is the deflection at breakaway, λ [1/s] the relaxation rate, F_ss \[N\] the
 //! steady force, L \[m\] the length of the patch and V [m/s] its rolling speed.

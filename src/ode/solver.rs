@@ -41,8 +41,8 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     }
 
     /// Steps chosen so that the local error of each one meets the tolerances, as in a general ODE
-    /// code. For scenes whose error you measure yourself: breakaway amplifies local errors, and with
-    /// loose tolerances a slip comes late, or is missed without notice.
+    /// code. For scenes whose error you measure yourself: breakaway amplifies local errors, and
+    /// with loose tolerances a slip comes late, or is missed without notice.
     pub fn adaptive_per_step(method: M, tolerances: Tolerances<T, N>) -> Self {
         const { assert!(M::Stepper::ESTIMATES_ERROR, "the method has no error estimate") };
         Self { method, pace: Pace::adaptive(), tolerances: Some(tolerances), locks: true }
