@@ -13,9 +13,9 @@
 //! | x, v | measured position and velocity | m, m/s |
 //! | q | size of one encoder count | m |
 //!
-//! | compensator | driven by | what it needs | what it cannot do |
+//! | compensator | driven by | what it needs | limit |
 //! |---|---|---|---|
-//! | [`FeedForwardCompensator`] | the reference velocity | no sensor, no noise | know of errors |
+//! | [`FeedForwardCompensator`] | the reference velocity | no sensor, no noise | blind to errors |
 //! | [`FeedbackCompensator`] | the measured displacement | an encoder | unstable if ε p σ0 > K_p |
 //! | [`FrictionObserver`] | both, and the tracking error | gains within a checked limit | – |
 //!

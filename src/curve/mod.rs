@@ -3,7 +3,7 @@
 //! | curve | μ(v) | take it if |
 //! |---|---|---|
 //! | [`Coulomb`] | μ_d + σ2\|v\| | friction does not fall with the speed |
-//! | [`Stribeck`] | μ_d + (μ_s − μ_d) e^(−(\|v\|/v_S)^δ) + σ2\|v\| | unsure: δ = 2 or 1 |
+//! | [`Stribeck`] | μ_d + (μ_s − μ_d) e^(−(\|v\|/v_S)^δ) + σ2\|v\| | nothing else is known |
 //! | [`RationalStribeck`] | μ_d + (μ_s − μ_d)/(1 + (v/v_S)²) + σ2\|v\| | exp is too slow |
 //! | [`Tabulated`] | monotone cubic through measured points | a measured curve fits no formula |
 //! | [`Asymmetric`] | one curve for each direction | a gearbox or seal has two frictions |
@@ -13,7 +13,7 @@
 //! |---|---|---|
 //! | v | sliding velocity | m/s |
 //! | μ_s, μ_d | static and dynamic friction coefficient | – |
-//! | v_S, δ | Stribeck velocity, where 63 % of the fall is over (rational 50 %); exponent | m/s, – |
+//! | v_S, δ | Stribeck velocity (63 % of the fall, rational: 50 %) and exponent | m/s, – |
 //! | σ2 | viscous friction per unit normal force | s/m |
 
 mod asymmetric;
