@@ -812,13 +812,10 @@ fn no_initial_guess_makes_a_panic_or_a_fit_of_nothing() {
 fn each_shape_of_a_curve_finds_its_own_points() {
     // μ_d, μ_s − μ_d, v_S, σ2, and how the excess falls with v/v_S.
     let truth = [0.2, 0.1, 0.01, 0.8];
-    let shapes: [(CurveShape, fn(f64) -> f64); 3] = [
-        (CurveShape::Stribeck(1.0), |u| (-u).exp()),
-        (CurveShape::Stribeck(2.0), |u| (-u * u).exp()),
-        (CurveShape::Rational, |u| 1.0 / (1.0 + u * u)),
-    ];
+    let shapes = [CurveShape::Stribeck(1.0), CurveShape::Stribeck(2.0), CurveShape::Rational];
+    let falls: [fn(f64) -> f64; 3] = [|u| (-u).exp(), |u| (-u * u).exp(), |u| 1.0 / (1.0 + u * u)];
     let guess = InitialGuess::of(&log_of(&FrBdFit, &TRUTH, rich, 500, || 0.0)).unwrap();
-    for (shape, falls) in shapes {
+    for (shape, falls) in shapes.into_iter().zip(falls) {
         let point = |speed: f64| SlidingPoint {
             speed,
             coefficient: truth[0] + truth[1] * falls(speed / truth[2]) + truth[3] * speed,

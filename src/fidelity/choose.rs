@@ -203,7 +203,7 @@ impl<S: Scene + ?Sized> Search<'_, S> {
                 // Three runs agree: what is left is the model's own.
                 Verdict::NotEnough
             } else if !(next < best) || steps == MOST_STEPS {
-                Verdict::TooDear
+                Verdict::TooCostly
             } else {
                 before = Some(run);
                 steps *= 2;

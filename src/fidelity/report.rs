@@ -20,7 +20,7 @@ pub enum Verdict {
     NotEnough,
     /// They are not, and with more steps it would cost more than another level that is enough.
     /// Whether more steps would help is not known.
-    TooDear,
+    TooCostly,
 }
 
 impl fmt::Display for Verdict {
@@ -28,7 +28,7 @@ impl fmt::Display for Verdict {
         f.pad(match self {
             Verdict::Enough => "enough",
             Verdict::NotEnough => "not enough",
-            Verdict::TooDear => "too costly",
+            Verdict::TooCostly => "too costly",
         })
     }
 }

@@ -16,9 +16,11 @@ use std::ops::{Deref, Range};
 
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{
-    Event, Failure, Linearisation, Method, Observer, Output, Solver, Statistics, Step, Summary,
-    System, Tolerances, Trajectory,
+    Event, Failure, Linearisation, Method, Observer, Solver, Statistics, Step, Summary, System,
+    Tolerances,
 };
+#[cfg(feature = "alloc")]
+use bristle::ode::{Output, Trajectory};
 use bristle::regularisation::Unregularised;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
@@ -128,6 +130,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> OfAny<T, M, N> {
         Self(self.0.with_most_steps(most))
     }
 
+    #[cfg(feature = "alloc")]
     pub fn solve<const K: usize>(
         &self,
         system: &dyn System<T, N, K>,
@@ -138,6 +141,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> OfAny<T, M, N> {
         self.0.solve(&system, span, initial_state, output)
     }
 
+    #[cfg(feature = "alloc")]
     pub fn solve_with_events<const K: usize>(
         &self,
         system: &dyn System<T, N, K>,

@@ -1,4 +1,5 @@
 //! Success means success: no run that answers is far off, in any state, whatever its tolerance.
+#![cfg(feature = "alloc")]
 
 use crate::common::draw::Draw;
 use bristle::curve::{Stribeck, StribeckParameters};
