@@ -8,8 +8,8 @@ use std::mem::{size_of, size_of_val};
 use bristle::companion::CompanionStep;
 use bristle::control::{
     FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator, FeedbackParameters,
-    FrictionObserver, Injection, MicroDamping, ObserverModel, ObserverParameters,
-    OutputParameters, VelocityFromPosition, VelocityFromPositionParameters,
+    FrictionObserver, Injection, MicroDamping, ObserverModel, ObserverParameters, OutputParameters,
+    VelocityFromPosition, VelocityFromPositionParameters,
 };
 use bristle::curve::{
     Coulomb, CoulombParameters, FrictionCurve, Knot, RationalStribeck, RationalStribeckParameters,
