@@ -9,15 +9,13 @@
 //! | [`PatchScene`] | F of a patch along v(t), U(t) | slip curve, relaxation length, the patch |
 //! | [`MechanismScene`] | x, v or F of a mass on a spring | static curve, Dahl, the model itself |
 //!
-//! [`choose`] answers with a [`Choice`], which prints as a table. [`Scene::run`] runs the level and
-//! steps chosen.
+//! [`choose`] answers with a [`Choice`], which prints as a table.
 //!
 //! # How the search goes
 //!
 //! 1. The *reference*, the most expensive level, runs over the scene with 1, 2, 4 … steps from one
-//!    answer to the next until two runs agree within a tenth of the tolerance, and a third one with
-//!    them. That one has an odd number of steps and looks at the inputs at other times, so that it
-//!    meets a force that both of the others step over.
+//!    answer to the next until two runs agree within a tenth of the tolerance, and a third one
+//!    that has an odd number of steps, and so meets a force that the other two step over.
 //! 2. Every other level runs with 1, 2, 4 … steps until it is within the tolerance, settles on
 //!    something else, or would cost more than the best run so far.
 //! 3. The cheapest run that is within the tolerance is chosen.
@@ -37,34 +35,30 @@
 //! A run counts its evaluations of the friction model. What they cost is given in evaluations of
 //! FrBD with one spring, about 10 ns each: a static curve 1, an exact step of Dahl 0.7, of FrBD 1.7
 //! and the force at an answer 0.8 (together 2.5), an exact step of a bristle of several springs 43,
-//! a passive step of a mass 3.5. What the search itself has cost is [`Choice::search_cost`].
+//! a passive step of a mass 3.5.
 //!
 //! # Physics
 //!
-//! The last column of the table tells why: a dimensionless number for what the level leaves out
-//! ([`Trial::physics`]).
+//! The last column of the table is [`Trial::physics`], a number for what the level leaves out.
 //!
 //! | number | of | formula | small if |
 //! |---|---|---|---|
 //! | lag | static curve | max \|ż_ss\|/(λ z_b), 2 at a reversal | the bristle has no delay |
 //! | lag | slip curve | change of the steady force per transit over its maximum | likewise |
-//! | presliding | Dahl | z_b over the longest way in one direction | it slides much farther |
-//! | presliding | static curve of a mass | z_b over the farthest way from the start | likewise |
+//! | presliding | Dahl | z_b over the longest way in one direction | it slides far |
 //! | drop | Dahl of a mass | 1 − F_ss(fastest)/F_ss(0) | friction hardly falls with the velocity |
 //! | ς/L | relaxation length | relaxation length over length | the patch forgets within a transit |
-//! | stuck | reference of known v | share of answers within z_b of a reversal | it mostly slides |
-//! | stuck | reference of a mass | share of answers below 1 % of the top speed | it mostly slides |
-//! | adhering | reference of a patch | share of answers with λ L < V | it mostly slides |
+//! | stuck | reference | share of answers within z_b of a reversal (mass: at rest) | it slides |
+//! | adhering | reference of a patch | share of answers with λ L < V | it slides |
 //!
-//! Here z_b \[m\] is the deflection at breakaway, λ [1/s] the relaxation rate, F_ss \[N\] the
-//! steady force, L \[m\] the length of the patch and V [m/s] its rolling speed.
+//! z_b \[m\]: deflection at breakaway, λ [1/s]: relaxation rate, F_ss \[N\]: steady force,
+//! L \[m\]: length of the patch, V [m/s]: its rolling speed.
 //!
 //! # Limits
 //!
-//! A choice holds for its scene, at its answers. An event that is shorter than the steps of the
-//! reference and that no signal declares ([`Signal::next_kink`](crate::signal::Signal::next_kink))
-//! can be missed by all runs alike: the reference takes 8 steps from one answer to the next and
-//! 4096 over the scene at least.
+//! A choice holds for its scene, at its answers. All runs alike can miss an event that no signal
+//! declares ([`Signal::next_kink`](crate::signal::Signal::next_kink)) and that is shorter than the
+//! steps of the reference: at least 8 from one answer to the next and 4096 over the scene.
 
 mod choose;
 mod cost;
