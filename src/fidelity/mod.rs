@@ -32,10 +32,9 @@
 //!
 //! # Cost
 //!
-//! A run counts its evaluations of the friction model. What they cost is given in evaluations of
-//! FrBD with one spring, about 10 ns each: a static curve 1, an exact step of Dahl 0.7, of FrBD 1.7
-//! and the force at an answer 0.8 (together 2.5), an exact step of a bristle of several springs 43,
-//! a passive step of a mass 3.5.
+//! The unit of cost is one evaluation of FrBD with one spring, about 10 ns: a static curve costs 1,
+//! an exact step of Dahl 0.7, of FrBD 1.7 and the force at an answer 0.8 (together 2.5), an exact
+//! step of a bristle of several springs 43, a passive step of a mass 3.5.
 //!
 //! # Physics
 //!
