@@ -35,11 +35,15 @@ fn figure(
     let least = times().fold(f64::INFINITY, f64::min);
     let most = times().fold(0.0, f64::max);
     let mut figure = Figure::new(900, 500)
-        .title(format!("CPU time over error of every method on scene {scene}"))
+        .title(format!("CPU time over error of every method on scene {}", scene.replace('_', " ")))
         .note("Triangles: runs that failed, or were wrong by ten times the scale of the scene.")
         .columns(2);
     for model in distinct(rows.iter().map(|row| row.model)) {
-        let title = format!("{scene}, {}", if model == "frbd" { "FrBD" } else { "LuGre" });
+        let title = format!(
+            "{}, {}",
+            scene.replace('_', " "),
+            if model == "frbd" { "FrBD" } else { "LuGre" }
+        );
         let mut panel = Panel::new("error over the scale of the scene / –", "CPU time t / s")
             .title(title)
             .log_x()

@@ -21,7 +21,7 @@
 //!
 //! Tolerances are per component, because the states of a friction problem differ by many orders of
 //! magnitude. Breakaway amplifies errors, so every adaptive method takes its steps with tolerances
-//! tighter than those asked for: a twentieth, at most 2·10⁻⁶, and less for some methods. A
+//! tighter than those asked for: a tenth at 10⁻⁶, at most 2·10⁻⁶, and less for some methods. A
 //! Rosenbrock method rejects a step over which a state at rest grows by more than it can represent.
 //!
 //! On the paper's scenes no run that succeeds is off, in any state, by a thousand times a tolerance

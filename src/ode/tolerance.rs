@@ -2,6 +2,7 @@
 
 use nalgebra::SVector;
 
+use super::controller::rough_power;
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{lit, to_f64};
@@ -13,9 +14,9 @@ const LEAST: f64 = 10.0;
 /// Largest relative tolerance: a coarser answer is none.
 const MOST: f64 = 0.1;
 
-/// Tolerance of one step as a part of that of the solution. Over a drawn scene with hundreds of
-/// slips it still lost a thousand times the tolerance with a fifth.
-const PART: f64 = 0.05;
+/// Tolerance of one step for a solution good to 10⁻⁹; otherwise it goes with the power ⅔ of the
+/// tolerance of the solution, since breakaway amplifies a looser one more: 10⁻⁷ for 10⁻⁶.
+const AT_BEST: f64 = 1e-9;
 
 /// Loosest relative tolerance of one step. Over drawn scenes, five times as much missed slips.
 const LOOSEST: f64 = 2e-6;
@@ -74,13 +75,14 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
         Self::new(SVector::repeat(relative), scales * relative)
     }
 
-    /// The tolerances of one step, of those of the solution: a twentieth, but no more than 2·10⁻⁶,
-    /// and of that a part 1/care. Breakaway amplifies errors: a local error of 10⁻³ can shift a
-    /// slip by much more than that, or miss it.
+    /// The tolerances of one step, of those of the solution ε: 10⁻⁹ (ε/10⁻⁹)^⅔, but no more than
+    /// 2·10⁻⁶ or ε, and of that a part 1/care. Breakaway amplifies errors: a local error of 10⁻³
+    /// can shift a slip by much more than that, or miss it.
     pub(super) fn local(mut self, care: f64) -> Self {
         for (relative, absolute) in self.relative.iter_mut().zip(self.absolute.iter_mut()) {
             let asked = to_f64(*relative);
-            let tight = (asked * PART).min(LOOSEST) / care;
+            let power = AT_BEST * rough_power(asked / AT_BEST, 2.0 / 3.0);
+            let tight = power.min(LOOSEST).min(asked) / care;
             // No tighter than rounding allows.
             let least = asked.min(FINEST * to_f64(T::default_epsilon()));
             let part = lit::<T>(tight.max(least) / asked);

@@ -16,7 +16,7 @@ const FAILED: f64 = 20.0;
 /// Writes `folder/NAME.svg` for the rows of one scene.
 pub(crate) fn save(rows: &[&Row], folder: &Path, name: &str) -> Result<PathBuf> {
     let mut figure = Figure::new(900, 520)
-        .title(format!("{}: CPU time over error, our methods and other crates'", name))
+        .title(format!("{}: CPU time over error", name.replace('_', " ")))
         .note("Diamonds: runs that failed. A line is one method over its tolerances.")
         .columns(2);
     for model in distinct(rows.iter().map(|row| &row.model)) {
