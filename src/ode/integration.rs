@@ -56,6 +56,8 @@ pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const 
     given_up: (T, u32),
     /// The step taken last.
     step: Step<T, N>,
+    /// Why the run has stopped, if it has.
+    stopped: Option<StopReason>,
 }
 
 impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: usize>
@@ -78,6 +80,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             at_kink: false,
             turned: None,
             given_up: (start_time, 0),
+            stopped: None,
             step: Step {
                 start_time,
                 end_time: start_time,
@@ -131,10 +134,17 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         &mut self,
         needs_dense_output: impl Fn(T, T) -> bool,
     ) -> Result<Option<&Step<T, N>>, Failure<T, N>> {
-        match self.try_advance(needs_dense_output) {
+        let advanced = match self.stopped {
+            None => self.try_advance(needs_dense_output),
+            Some(reason) => Err(reason),
+        };
+        match advanced {
             Ok(true) => Ok(Some(&self.step)),
             Ok(false) => Ok(None),
-            Err(reason) => Err(self.failure(reason)),
+            Err(reason) => {
+                self.stopped = Some(reason);
+                Err(self.failure(reason))
+            }
         }
     }
 

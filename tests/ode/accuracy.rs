@@ -8,7 +8,7 @@ use crate::ode_common::{
     stick_slip, table_2_frbd, table_2_lugre, tolerance,
 };
 use bristle::curve::{Stribeck, StribeckParameters};
-use bristle::ode::{DormandPrince, Output, RungeKutta4, System, Tolerances};
+use bristle::ode::{DormandPrince, Output, RungeKutta4, Solver, System, Tolerances};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{
     DiaphragmValve, DiaphragmValveParameters, MassSpringDamper, PrescribedVelocity,
@@ -211,7 +211,7 @@ fn a_tighter_tolerance_gives_a_smaller_error() {
 #[test]
 fn the_work_grows_with_the_fifth_root_of_the_tolerance() {
     let steps = [1e-5, 1e-10].map(|relative| {
-        let solver = OfAny::adaptive(DormandPrince, tolerance(relative));
+        let solver = OfAny(Solver::adaptive_per_step(DormandPrince, tolerance(relative)));
         let run = solver.solve(&Oscillator, 0.0..30.0, Oscillator::exact(0.0), Output::Uniform(2));
         let statistics = run.unwrap().statistics();
         // On a problem that does not change, the controller hardly ever guesses wrong.
