@@ -122,8 +122,13 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
     }
 
     #[inline]
-    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) -> bool {
-        at_work!(self.arrive(field, end))
+    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
+        at_work!(self.arrive(field, end));
+    }
+
+    #[inline]
+    fn represents_growth(&self) -> bool {
+        at_work!(self.represents_growth())
     }
 
     fn dense_output<F: Field<T, N>>(

@@ -234,12 +234,11 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
     }
 
     #[inline]
-    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) -> bool {
+    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
         if B::ERROR.len() <= B::STAGES {
             self.k[B::STAGES] = field.rate(end.time, &end.state);
         }
         end.rate = self.k[B::STAGES];
-        true
     }
 
     #[inline]

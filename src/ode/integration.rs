@@ -13,7 +13,7 @@ use super::stepper::{Field, Method, Point, Stepper, TrialStep};
 use super::walk::{Stop, Trial, Walk};
 use super::{Statistics, System};
 use crate::bounds::{larger, smaller};
-use crate::scalar::{lit, to_f64};
+use crate::scalar::lit;
 use crate::{Branch, Scalar};
 
 /// The right-hand side jumps at zero velocity, and holds a contact there, if contacts slide in
@@ -289,15 +289,16 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         let trial = stepper.step(&mut field, from, step);
         let scale = self.settings.scale(&trial.state);
         let mut square = match is_finite(&trial.state) {
-            true if is_cut => 0.0,
-            true => self.mean_square(&trial, &scale),
+            true if is_cut || !self.walk.is_adaptive() => 0.0,
+            true => trial.mean_square(&self.point.scale, &scale),
             false => f64::NAN,
         };
         if square <= 1.0 {
             let rate = SVector::zeros();
             let mut end = Point { time: end_time, state: trial.state, rate, scale };
             let (stepper, mut field, _) = self.parts(window);
-            let is_sound = stepper.arrive(&mut field, &mut end) || !self.walk.is_adaptive();
+            stepper.arrive(&mut field, &mut end);
+            let is_sound = !self.walk.is_adaptive() || self.stepper.represents_growth();
             if is_sound && is_finite(&end.rate) {
                 return Ok(Some((end, trial, square)));
             }
@@ -316,32 +317,6 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             (now, before(stop.is_kink, stop.time))
         } else {
             (stop.time, before(self.at_kink, now))
-        }
-    }
-
-    /// Mean square of the error of a trial over the tolerances.
-    #[inline]
-    fn mean_square(&self, trial: &TrialStep<T, N>, scale: &SVector<T, N>) -> f64 {
-        if self.settings.tolerances.is_none() {
-            return 0.0;
-        }
-        let (mut fine, mut coarse) = (T::zero(), T::zero());
-        for i in 0..N {
-            let inverse = T::one() / larger(self.point.scale[i], scale[i]);
-            let ratio = trial.error[i] * inverse;
-            fine += ratio * ratio;
-            if let Some(error) = &trial.coarse_error {
-                let ratio = error[i] * inverse;
-                coarse += ratio * ratio;
-            }
-        }
-        let (fine, count) = (to_f64(fine), N.max(1) as f64);
-        match trial.coarse_error {
-            None => fine / count,
-            Some(_) => {
-                let combined = fine + 0.01 * to_f64(coarse);
-                if combined > 0.0 { fine * (fine / combined) / count } else { combined }
-            }
         }
     }
 

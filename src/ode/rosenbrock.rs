@@ -131,11 +131,15 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T,
     }
 
     #[inline]
-    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) -> bool {
+    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
         self.at_end = field.linearised(end.time, &end.state);
         end.rate = self.at_end.rate;
-        let factors = factorised(&self.at_end.by_state, self.shift);
-        !self.is_outgrown && !is_outgrown(&factors, self.shift)
+    }
+
+    #[inline]
+    fn represents_growth(&self) -> bool {
+        let at_end = factorised(&self.at_end.by_state, self.shift);
+        !self.is_outgrown && !is_outgrown(&at_end, self.shift)
     }
 
     fn dense_output<F: Field<T, N>>(

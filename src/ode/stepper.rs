@@ -7,6 +7,8 @@ use nalgebra::SVector;
 use super::dense_output::DenseOutput;
 use super::system::Linearisation;
 use crate::Scalar;
+use crate::bounds::larger;
+use crate::scalar::to_f64;
 
 /// The right-hand side on locked branches, as a method sees it: smooth, and its calls counted.
 pub(crate) trait Field<T: Scalar, const N: usize> {
@@ -56,6 +58,31 @@ pub(crate) struct TrialStep<T, const N: usize> {
     pub(super) order: u8,
 }
 
+impl<T: Scalar, const N: usize> TrialStep<T, N> {
+    /// Mean square of the error over the larger of the errors allowed at the start and at the end.
+    #[inline]
+    pub(super) fn mean_square(&self, at_start: &SVector<T, N>, at_end: &SVector<T, N>) -> f64 {
+        let (mut fine, mut coarse) = (T::zero(), T::zero());
+        for i in 0..N {
+            let inverse = T::one() / larger(at_start[i], at_end[i]);
+            let ratio = self.error[i] * inverse;
+            fine += ratio * ratio;
+            if let Some(error) = &self.coarse_error {
+                let ratio = error[i] * inverse;
+                coarse += ratio * ratio;
+            }
+        }
+        let (fine, count) = (to_f64(fine), N.max(1) as f64);
+        match self.coarse_error {
+            None => fine / count,
+            Some(_) => {
+                let combined = fine + 0.01 * to_f64(coarse);
+                if combined > 0.0 { fine * (fine / combined) / count } else { combined }
+            }
+        }
+    }
+}
+
 /// A one-step method at work: its stages, and what one step passes on to the next.
 pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
     /// Whether the method estimates its local error, so that the driver can choose the step.
@@ -76,8 +103,12 @@ pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
     fn step(&mut self, field: &mut impl Field<T, N>, from: &Point<T, N>, h: T) -> TrialStep<T, N>;
 
     /// Evaluates the rate at the end of a trial step. Another trial from the same start may follow.
-    /// Answers whether the method can represent what grows over the step.
-    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) -> bool;
+    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>);
+
+    /// Whether the method can represent what grows over a trial step, after [`Stepper::arrive`].
+    fn represents_growth(&self) -> bool {
+        true
+    }
 
     /// The dense output of a trial step, after [`Stepper::arrive`].
     fn dense_output<F: Field<T, N>>(
