@@ -144,6 +144,18 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
             done.deflection + done.work + done.stored + done.dissipated
         });
     }
+    if let Ok(companion) = frbd.under_load(t(1.0)).and_then(|contact| contact.companion(t(1.0))) {
+        // Between 1 and 2 N, each step under a load of its own.
+        let mut companion = companion;
+        let mut load = t(1.0);
+        measure(c, &format!("{scalar}/passive step, FrBD, under a load that varies"), SPEED, |v| {
+            load = t(3.0) - load;
+            let Ok(reloaded) = companion.reload(load, z) else { return v };
+            let step = companion.step(v, reloaded.deflection, h);
+            let mean = (t(1.28) - step.bias() + v * t(2e3)) / (t(2e3) + step.damping());
+            step.commit(mean).deflection + reloaded.dissipated
+        });
+    }
     if let Ok(contact) = frbd.under_load(t(1.0)) {
         one(c, "exponential step of three nodes, FrBD", &|v| {
             let ramp = v..v + t(1e-4);

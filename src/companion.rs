@@ -59,7 +59,7 @@ use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
 use crate::rheology::{Deflection, HeldWeights};
 use crate::scalar::{is_zero, lit, nan, unlimited};
-use crate::{Affine, Bristle, Contact, Scalar};
+use crate::{Affine, Bristle, Contact, Reloaded, Scalar};
 
 /// A contact prepared for passive steps inside a mechanism.
 ///
@@ -137,23 +137,23 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         &self.contact
     }
 
-    /// The companion under another normal force \[N\], zero or positive: for a load that varies,
-    /// take the one at the middle of each step. The change does [`Companion::loading_work`] on the
-    /// bristle.
+    /// Changes the normal force to p' \[N\], zero or positive, before a step: take the load at the
+    /// middle of the step. Returns the deflection to begin it from, and the energy that left, see
+    /// [`Contact::reload`].
+    ///
+    /// With a model whose step keeps its balance, the mechanism never gets more out of the friction
+    /// than it has put in, whatever the load does.
     ///
     /// # Errors
     ///
-    /// Refuses a normal force that is negative or not finite.
-    pub fn with_normal_force(self, normal_force: T) -> Result<Self, ParameterError> {
-        Ok(Self { contact: self.contact.with_normal_force(normal_force)?, ..self })
-    }
-
-    /// The work ½ (p' − p) K z² \[J\] that a change of the normal force to p' \[N\] does on a
-    /// bristle that is deflected by z \[m\]; negative if the load is lowered.
-    pub fn loading_work(&self, normal_force: T, deflection: M::Deflection) -> T {
-        let weighted = self.contact.model().storage_stiffness().scaled_by(deflection);
-        let change = normal_force - self.contact.normal_force();
-        lit::<T>(0.5) * change * weighted.dot(deflection)
+    /// Refuses a normal force that is negative or not finite; the companion is as it was.
+    #[inline]
+    pub fn reload(
+        &mut self,
+        normal_force: T,
+        deflection: M::Deflection,
+    ) -> Result<Reloaded<T, M::Deflection>, ParameterError> {
+        self.contact.reload(normal_force, deflection)
     }
 
     /// The source and the damper that stand for the friction over a step of length h ≥ 0 \[s\],

@@ -7,10 +7,35 @@
 //! | p | normal force | N |
 //! | F | friction force on the body, positive against v > 0: m v̇ = … − F | N |
 //! | W | energy stored in the bristles | J |
+//!
+//! # A normal force that varies
+//!
+//! With the deflection kept, a rise of the normal force would do the work ½ Δp Σ Kᵢ xᵢ² on the
+//! bristles, which nothing in a mechanism supplies: a contact that is deflected under a small load
+//! and released under a large one would be an engine. In a real contact asperities that come into
+//! contact come unstretched, and those that leave take their energy with them. On a change of the
+//! normal force from p to p' ([`Contact::reload`]), for each spring,
+//!
+//! x' = x min(1, p/p'),  W' = W min(p, p')/max(p, p') ≤ W.
+//!
+//! Along a smooth p(t) ([`Load`], [`Bristle::response_under`](crate::Bristle::response_under))
+//!
+//! ẋ = (ẋ of the model) − (max(ṗ, 0)/p) x,
+//!
+//! where the dashpot beside the springs follows the model's part alone. A passive model stays
+//! passive for every p(t) ≥ 0: F v − Ẇ is the dissipation of the model plus ½ |ṗ| Σ Kᵢ xᵢ².
+//!
+//! A stuck bristle keeps its force while the load rises and the ratio F/p while it falls, as in the
+//! theory of Cattaneo, Mindlin and Deresiewicz. The limits of deflection and force hold for every
+//! p(t), too.
+//!
+//! Source: R. D. Mindlin, H. Deresiewicz, "Elastic spheres in contact under varying oblique
+//! forces", Journal of Applied Mechanics 20 (1953), for the stuck bristle; the energy is derived
+//! here.
 
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Deflection;
-use crate::scalar::lit;
+use crate::scalar::{is_zero, lit, nan};
 use crate::{Bristle, Linearised, Scalar, Sliding};
 
 /// A friction model M under a normal force: the friction element of a mechanism.
@@ -86,6 +111,74 @@ pub struct ContactLimits<T> {
     pub relaxation_rate: Option<T>,
 }
 
+/// The result of a change of the normal force, from [`Contact::reload`].
+#[must_use = "the deflection has changed with the load"]
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reloaded<T, D = T> {
+    /// Deflection under the new normal force \[m\].
+    pub deflection: D,
+    /// Energy \[J\] that left with the asperities, zero or positive: dissipated, no work of the
+    /// mechanism.
+    pub dissipated: T,
+}
+
+/// A normal force that varies, at one instant: for systems whose load is a function of time or
+/// state, see [`Bristle::response_under`](crate::Bristle::response_under).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Load<T> {
+    /// Normal force p \[N\], zero or positive.
+    pub normal_force: T,
+    /// Its rate of change ṗ along the motion [N/s].
+    pub rate: T,
+}
+
+impl<T: Scalar> Load<T> {
+    /// What the asperities that come into contact add to the rate of a deflection \[m/s\]:
+    /// −(max(ṗ, 0)/p) x for each spring. Infinite where p = 0, ṗ > 0 and x ≠ 0: a contact that
+    /// touches again has forgotten. NaN for a negative normal force.
+    #[inline]
+    pub fn renewal<D: Deflection<T>>(&self, deflection: D) -> D {
+        let Self { normal_force, rate } = *self;
+        let zero = T::zero();
+        let pace = if !(normal_force >= zero) {
+            nan()
+        } else if rate > zero {
+            rate / normal_force
+        } else {
+            // Zero, or NaN.
+            rate * zero
+        };
+        let touches = pace > zero && !pace.is_finite();
+        deflection.each(|x| if touches && is_zero(x) { x } else { -pace * x })
+    }
+}
+
+/// What a change of the load from p to p' leaves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LoadChange<T> {
+    /// The share of each deflection that is kept, min(1, p/p').
+    pub(crate) kept: T,
+    /// The share of the stored energy that leaves, |p' − p|/max(p, p').
+    pub(crate) lost: T,
+}
+
+impl<T: Scalar> LoadChange<T> {
+    /// From one valid normal force to another.
+    #[inline]
+    pub(crate) fn new(from: T, to: T) -> Self {
+        let zero = T::zero();
+        if is_zero(from) || is_zero(to) {
+            return Self { kept: zero, lost: T::one() };
+        }
+        if to > from {
+            Self { kept: from / to, lost: (to - from) / to }
+        } else {
+            Self { kept: T::one(), lost: (from - to) / from }
+        }
+    }
+}
+
 impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// A model under a normal force p \[N\], zero or positive.
     ///
@@ -97,16 +190,45 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         Ok(Self { model, normal_force })
     }
 
-    /// The contact under another normal force \[N\], zero or positive.
+    /// Changes the normal force to p' \[N\], zero or positive. Returns the deflection that is left
+    /// of the given one, x' = x min(1, p/p'), and the energy that left with it.
     ///
-    /// A change of the normal force by Δp does the work ½ Δp Σ Kᵢ xᵢ² on the bristles, which an
-    /// energy balance has to count.
+    /// With p = 0 or p' = 0 the bristles forget: x' = 0. At p = 0 a step still moves the
+    /// deflection, without force or energy; the next change discards it.
+    ///
+    /// For steps under a load that varies, take the load at the middle of each step and change it
+    /// before the step: forces averaged over a step are then of second order in its length. The
+    /// stored x belongs to the load at the last middle; at the time t at the end of that step it
+    /// is x min(1, p/p(t)) with the contact's p. Read raw it is of first order.
+    ///
+    /// ```
+    /// use bristle::{Bristle, Dahl, DahlParameters};
+    ///
+    /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
+    /// let mut contact = friction.under_load(1.0)?; // N
+    /// let pulled = contact.reload(10.0, 3e-6)?;
+    /// assert_eq!(pulled.deflection, 3e-7); // it keeps its force while the load rises,
+    /// let released = contact.reload(1.0, pulled.deflection)?;
+    /// assert_eq!(released.deflection, 3e-7); // and its deflection while the load falls.
+    /// assert!(pulled.dissipated > 0.0 && released.dissipated > 0.0);
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
     ///
     /// # Errors
     ///
-    /// Refuses a normal force that is negative or not finite.
-    pub fn with_normal_force(self, normal_force: T) -> Result<Self, ParameterError> {
-        Self::new(self.model, normal_force)
+    /// Refuses a normal force that is negative or not finite; the contact is as it was.
+    #[doc(alias = "set_normal_force")]
+    #[inline]
+    pub fn reload(
+        &mut self,
+        normal_force: T,
+        deflection: M::Deflection,
+    ) -> Result<Reloaded<T, M::Deflection>, ParameterError> {
+        let normal_force = parameter::non_negative("normal_force", normal_force)?;
+        let change = LoadChange::new(self.normal_force, normal_force);
+        let dissipated = change.lost * self.stored_energy(deflection);
+        self.normal_force = normal_force;
+        Ok(Reloaded { deflection: deflection * change.kept, dissipated })
     }
 
     /// The friction model.

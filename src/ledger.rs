@@ -31,7 +31,7 @@ use crate::companion::CompletedStep;
 use crate::ode::Step;
 use crate::rheology::{Deflection, HeldWeights};
 use crate::scalar::lit;
-use crate::{Bristle, Contact, HeldContact, Scalar};
+use crate::{Bristle, Contact, HeldContact, Reloaded, Scalar};
 
 /// Energy over a stretch of time \[J\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,6 +54,14 @@ impl<T: Scalar> EnergyBalance<T> {
 impl<T: Scalar> From<CompletedStep<T>> for EnergyBalance<T> {
     fn from(step: CompletedStep<T>) -> Self {
         Self { supplied: step.work, stored: step.stored, dissipated: step.dissipated }
+    }
+}
+
+/// The energy that left with a change of the load was stored before.
+impl<T: Scalar, D> From<Reloaded<T, D>> for EnergyBalance<T> {
+    fn from(reloaded: Reloaded<T, D>) -> Self {
+        let Reloaded { dissipated, .. } = reloaded;
+        Self { supplied: T::zero(), stored: -dissipated, dissipated }
     }
 }
 

@@ -101,7 +101,9 @@ pub mod stability;
 pub use nalgebra;
 
 pub use bounds::Bounds;
-pub use contact::{Contact, ContactLimits, ContactResponse, HeldContact, LinearisedContact};
+pub use contact::{
+    Contact, ContactLimits, ContactResponse, HeldContact, LinearisedContact, Load, Reloaded,
+};
 pub use error::Error;
 pub use mechanism::Mechanism;
 pub use model::{

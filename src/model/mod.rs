@@ -22,8 +22,8 @@ pub use lugre::LuGre;
 
 use crate::parameter::ParameterError;
 use crate::rheology::Deflection;
-use crate::scalar::lit;
-use crate::{Contact, Scalar, Sliding};
+use crate::scalar::{lit, nan};
+use crate::{Contact, ContactResponse, Load, Scalar, Sliding};
 
 /// A dynamic friction model per unit normal force: the bristle deflection z \[m\] as state, the
 /// sliding velocity v as input, the virtual friction coefficient μ_b = F/p \[–\] as output.
@@ -133,6 +133,43 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
             rate_by_velocity: linearised.rate_by_velocity.each(|x| cleared(x, rate_terms)),
             coefficient_by_velocity: cleared(linearised.coefficient_by_velocity, coefficient_terms),
             ..linearised
+        }
+    }
+
+    /// Rate and force at one instant under a normal force that varies: the rate of the model and
+    /// [`Load::renewal`], ẋ = (ẋ of the model) − (max(ṗ, 0)/p) x. The force is p μ_b, in which the
+    /// dashpot beside the springs follows the model's part of the rate alone. For a
+    /// [`System`](crate::ode::System) of your own whose load is a function of time or state:
+    ///
+    /// ```
+    /// use bristle::{Bristle, Dahl, DahlParameters, Load};
+    ///
+    /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
+    /// let (t, v, z) = (0.1_f64, 0.0, 1e-5); // stuck
+    /// let load = Load { normal_force: 2.0 + t.sin(), rate: t.cos() };
+    /// let response = friction.response_under(load, v, z);
+    /// // F = p σ0 z does not change while the load rises.
+    /// let force_rate = 1e4 * (load.rate * z + load.normal_force * response.rate);
+    /// assert!(force_rate.abs() < 1e-15);
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    ///
+    /// NaN for a negative normal force. At a normal force of zero that rises, the rate of a
+    /// deflection that is not zero is infinite: a contact that touches again has forgotten.
+    #[inline]
+    fn response_under(
+        &self,
+        load: Load<T>,
+        sliding: impl Into<Sliding<T>>,
+        deflection: Self::Deflection,
+    ) -> ContactResponse<T, Self::Deflection> {
+        let sliding = sliding.into();
+        let affine = self.affine(sliding, deflection);
+        let velocity = sliding.velocity();
+        let normal_force = if load.normal_force >= T::zero() { load.normal_force } else { nan() };
+        ContactResponse {
+            rate: affine.rate(velocity, deflection) + load.renewal(deflection),
+            force: normal_force * affine.coefficient(velocity, deflection),
         }
     }
 

@@ -25,11 +25,11 @@
 //! with the determinant m (J + k R² + q) + k (J + q), a sum of positive numbers for every h. Steps
 //! of every length keep the balance
 //!
-//! h (f v̄_x + τ ω̄) + loading
+//! h (f v̄_x + τ ω̄)
 //!   = Δ(½ m v_x² + ½ J ω²) + ΔW_tyre + D_volume + D_outlet + ΔW_brake + D_brake,
 //!
-//! where W is stored energy, D dissipated energy, and the loading is the work that a change of the
-//! brake's normal force does on its bristles. With FrBD, a pressure that does not rise and
+//! where W is stored energy and D dissipated energy. D_brake includes what leaves with a change of
+//! the brake's normal force ([`Contact::reload`]). With FrBD, a pressure that does not rise and
 //! f = τ = 0 the total energy never grows.
 //!
 //! Source: the balances are those of the single-wheel (quarter-car) model of braking, e.g. C.
@@ -196,8 +196,8 @@ where
     B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
     K: Bristle<T, Deflection = T>,
 {
-    /// Checks the parameters. The brake's bristle begins with the deflection of a disc that has
-    /// been turning.
+    /// Checks the parameters. The bristle of a brake that is under load begins with the deflection
+    /// of a disc that has been turning.
     ///
     /// # Errors
     ///
@@ -303,7 +303,8 @@ where
         let half = lit::<T>(0.5) * duration;
         let (before, body, moves) = (self.state, self.body, duration > T::zero());
         let positive = |value: T| if value > T::zero() { value } else { T::zero() };
-        let brake = self.brake.clone().with_normal_force(loads.brake_normal_force)?;
+        let mut brake = self.brake.clone();
+        let reloaded = brake.reload(loads.brake_normal_force, before.brake_deflection)?;
 
         let length = self.tyre.patch().length();
         // Forward beyond where it has been.
@@ -316,12 +317,12 @@ where
         let mut spin = before.angular_velocity + half * angular_rate;
         let mut slip = before.speed + half * speed_rate - spin * body.radius;
         if self.twice {
-            let pads = brake.step(spin, before.brake_deflection, duration);
+            let pads = brake.step(spin, reloaded.deflection, duration);
             let tyre = self.tyre.companion_step(motion(slip, spin), duration)?;
             let forces = [tyre.bias(), tyre.damping(), pads.bias(), pads.damping()];
             (slip, spin, _) = body.balance(&before, &loads, forces, half);
         }
-        let pads = brake.step(spin, before.brake_deflection, duration);
+        let pads = brake.step(spin, reloaded.deflection, duration);
         let tyre = self.tyre.companion_step(motion(slip, spin), duration)?;
         let forces = [tyre.bias(), tyre.damping(), pads.bias(), pads.damping()];
         let (slip, spin, mean_speed) = body.balance(&before, &loads, forces, half);
@@ -337,6 +338,7 @@ where
         let force = tyre.commit(slip)?;
         let pads = pads.commit(spin);
         self.brake = brake;
+        self.state.brake_deflection = pads.deflection;
         if moves {
             let turned = angular_velocity - before.angular_velocity;
             self.acceleration = ((speed - before.speed) / duration, turned / duration);

@@ -127,7 +127,7 @@ fn gates<T: Scalar>() -> Vec<Gate<T>> {
             .unwrap()
             .under_load(T::one())
             .unwrap()
-            .with_normal_force(p)
+            .reload(p, T::zero())
             .map(drop)
     }));
     list.push(plain("FunctionCurve", "bounds.min", Kind::Positive, |min: T| {
@@ -696,14 +696,15 @@ fn at_rest_the_free_branch_holds_the_bristle() {
 #[test]
 fn a_lifted_contact_has_no_force_but_still_a_bristle() {
     let r = Recipe::TABLE_2;
-    let contact =
+    let mut contact =
         FrBd::new(stribeck::<f64>(&r, 2.0), kelvin_voigt(1e4, 64.5)).under_load(0.0).unwrap();
     assert_eq!(contact.force(0.3, 1e-4), 0.0);
     assert_eq!(contact.stored_energy(1e-4), 0.0);
     assert!(contact.rate(0.3, 1e-5) > 0.0);
-    let pressed = contact.with_normal_force(5.0).unwrap();
-    assert_eq!(pressed.normal_force(), 5.0);
-    assert_eq!(pressed.force(0.3, 1e-4), 5.0 * pressed.model().coefficient(0.3, 1e-4));
+    let pressed = contact.reload(5.0, 1e-4).unwrap();
+    assert_eq!((pressed.deflection, pressed.dissipated), (0.0, 0.0), "it touches unstretched");
+    assert_eq!(contact.normal_force(), 5.0);
+    assert_eq!(contact.force(0.3, 1e-4), 5.0 * contact.model().coefficient(0.3, 1e-4));
 }
 
 /// Rate and force on a locked branch are finite at one velocity and NaN at another.

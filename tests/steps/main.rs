@@ -6,5 +6,6 @@ mod common;
 
 mod companion;
 mod exponential;
+mod load;
 mod point_mass;
 mod stability;

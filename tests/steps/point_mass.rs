@@ -87,14 +87,16 @@ fn a_mass_that_is_none_gives_no_number() {
 
 #[test]
 fn at_the_target_velocity_the_friction_is_gone() {
-    let companion =
+    let mut companion =
         FrBd::new(curve(), bristle()).under_load(9.81).unwrap().companion(10.0).unwrap();
     let step = companion.step(0.01, 1e-4, 1e-2);
     let target = step.target_velocity().unwrap();
     assert!(target < 0.0, "the bristle pulls back");
     assert!(step.force(target).abs() < 1e-15 * step.bias());
     // Without a load, and with a spring over no time, there is no damper.
-    let idle = companion.with_normal_force(0.0).unwrap().step(0.01, 1e-4, 1e-2);
+    let forgotten = companion.reload(0.0, 1e-4).unwrap().deflection;
+    assert_eq!(forgotten, 0.0);
+    let idle = companion.step(0.01, forgotten, 1e-2);
     assert_eq!(idle.target_velocity(), None);
     let spring =
         KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 3e3, micro_damping: 0.0 })

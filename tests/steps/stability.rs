@@ -126,7 +126,7 @@ fn schemes_without_a_limit_have_none() {
 #[test]
 fn without_forces_nothing_swings() {
     for scheme in Scheme::ALL {
-        let contact = table_2().with_normal_force(0.0).unwrap();
+        let contact = table_2().model().under_load(0.0).unwrap();
         let limits = largest_step(&contact, Some(FREE), 1.0, scheme).unwrap();
         assert_eq!((limits.stuck_from_rest, limits.stuck_reversed), (None, None), "{scheme}");
     }
@@ -136,7 +136,7 @@ fn without_forces_nothing_swings() {
 fn an_overdamped_swing_is_held_by_its_faster_root() {
     // m s² + d s + k with the roots −1 and −1000, contact without load: a = 1001/s, b = 1000/s².
     let mechanism = Mechanism { mass: 1.0, spring_stiffness: 1000.0, viscous_damping: 1001.0 };
-    let contact = table_2().with_normal_force(0.0).unwrap();
+    let contact = table_2().model().under_load(0.0).unwrap();
     for (scheme, reach) in [(Scheme::Euler, 2.0), (Scheme::RungeKutta4, 2.785_293_563_405_282)] {
         let stuck =
             largest_step(&contact, Some(mechanism), 1.0, scheme).unwrap().stuck_from_rest.unwrap();

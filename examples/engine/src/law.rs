@@ -53,10 +53,10 @@ impl<M: Bristle<f64, Deflection = f64>> Bristles<M> {
 
 impl<M: Bristle<f64, Deflection = f64>> Law for Bristles<M> {
     fn begin(&mut self, velocity: f64, normal_force: f64, h: f64) -> Result<(), ParameterError> {
-        // The load's change works on the bristle; it is no work of the friction.
-        let loading = self.companion.loading_work(normal_force, self.deflection);
-        self.ledger.enter(EnergyBalance { supplied: loading, stored: loading, dissipated: 0.0 });
-        self.companion = self.companion.clone().with_normal_force(normal_force)?;
+        // Asperities that come into contact come unstretched, those that leave take their energy.
+        let reloaded = self.companion.reload(normal_force, self.deflection)?;
+        self.deflection = reloaded.deflection;
+        self.ledger.enter(reloaded);
         self.history.push(velocity);
         let velocity = self.history.predict();
         // Whether an elasto-plastic bristle yields within the step has to be known beforehand.

@@ -30,11 +30,13 @@ fn steps<T: Scalar, M: Bristle<T>>(
 ) -> Answer<(Contact<T, M>, T)> {
     let &Input { velocity, next_velocity, duration, normal_force, fastest, .. } = input;
     let one = M::Deflection::fill(T::one());
-    let contact = model.under_load(normal_force)?.with_normal_force(normal_force * lit(0.5))?;
+    let mut contact = model.under_load(normal_force)?;
+    let reloaded = contact.reload(normal_force * lit(0.5), deflection)?;
+    let deflection = reloaded.deflection;
     let hold = contact.hold(velocity, deflection, duration);
     let response = contact.response(velocity, deflection);
     let linear = contact.linearised(velocity, deflection);
-    let mut sum = hold.end_force + hold.mean_force + hold.deflection.dot(one);
+    let mut sum = reloaded.dissipated + hold.end_force + hold.mean_force + hold.deflection.dot(one);
     sum += response.force + response.rate.dot(one);
     sum += linear.force_by_velocity + linear.force_by_deflection.dot(one);
     sum += contact.stationary_force(velocity) + contact.stationary(velocity).dot(one);
@@ -44,7 +46,7 @@ fn steps<T: Scalar, M: Bristle<T>>(
 
     let mut history = VelocityHistory::new(velocity);
     history.push(next_velocity);
-    let companion = contact.clone().companion(fastest)?;
+    let mut companion = contact.clone().companion(fastest)?;
     let step = companion.step(history.predict(), hold.deflection, duration);
     let done = step.commit(next_velocity);
     sum += step.bias() + step.damping() + done.deflection.dot(one) + done.force + done.work;
@@ -63,8 +65,8 @@ fn steps<T: Scalar, M: Bristle<T>>(
     let body = PointMass { mass, velocity, force: normal_force, end_weight };
     let mean = step.point_mass(body);
     sum += step.commit(mean).dissipated + step.target_velocity().unwrap_or(T::zero());
-    let lighter = companion.with_normal_force(input.output[1])?;
-    sum += lighter.loading_work(normal_force, deflection);
+    let lighter = companion.reload(input.output[1], deflection)?;
+    sum += lighter.deflection.dot(one) + lighter.dissipated;
     Ok((contact, sum))
 }
 
