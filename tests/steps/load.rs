@@ -251,8 +251,7 @@ fn loads_at_middles_of_steps_give_second_order() {
     let model = table_2();
     let end = 2.0;
     let reference =
-        ode::solve(&Dragged(model), 0.0..end, Vector2::zeros(), 1e-11, Output::Uniform(2))
-            .unwrap();
+        ode::solve(&Dragged(model), 0.0..end, Vector2::zeros(), 1e-11, Output::Uniform(2)).unwrap();
     let want = *reference.states().last().unwrap();
     let errors = |steps: usize| {
         let h = end / steps as f64;
