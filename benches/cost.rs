@@ -16,6 +16,7 @@ use bristle::exponential::Exponential;
 use bristle::ode::{
     DormandPrince, DormandPrince8, Method, Rodas4, Rodas5P, RungeKutta4, Solver, System,
 };
+use bristle::plane::{PlaneBristle, PlaneFrBd};
 use bristle::rheology::{
     GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters,
     MaxwellArm, ZenerParameters,
@@ -164,6 +165,43 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
     }
     one(c, "exact step, FrBD with rational curve", &|v| {
         quick.affine(v.into(), z).hold(v, z, h).mean_coefficient
+    });
+    plane::<T, 1>(c, scalar, frbd);
+    plane::<T, 2>(c, scalar, frbd);
+    plane::<T, 3>(c, scalar, frbd);
+}
+
+/// FrBD on N axes, sliding along the diagonal at the speed of the scalar lines.
+fn plane<T: Scalar, const N: usize>(c: &mut Criterion, scalar: &str, line: Friction<T>) {
+    let t = |value: f64| convert::<f64, T>(value);
+    let (Ok(contact), Ok(companion)) = (
+        PlaneFrBd::<_, T, N>::isotropic(*line.curve(), *line.rheology()).under_load(t(1.0)),
+        PlaneFrBd::<_, T, N>::isotropic(*line.curve(), *line.rheology())
+            .under_load(t(1.0))
+            .and_then(|contact| contact.companion(t(1.0))),
+    ) else {
+        return;
+    };
+    let share = t(1.0 / (N as f64).sqrt());
+    let (z, h) = (SVector::<T, N>::repeat(t(DEFLECTION) * share), t(1e-3));
+    let each = |v: T| SVector::<T, N>::repeat(v * share);
+    let mut one = |name: &str, model: &dyn Fn(T) -> T| {
+        measure(c, &format!("{scalar}/{name}, FrBD on {N} axes"), SPEED, model);
+    };
+    one("rate and force", &|v| {
+        let response = contact.response(&each(v), &z);
+        response.rate.sum() + response.force.sum()
+    });
+    one("all derivatives", &|v| {
+        let linear = contact.linearised(&each(v), &z);
+        linear.rate_by_velocity.sum() + linear.force_by_velocity.sum()
+    });
+    one("exact step", &|v| contact.hold(&each(v), &z, h).mean_force.sum());
+    one("passive step, deflection alone", &|v| {
+        let step = companion.step(&each(v), &z, h);
+        let pull = each(t(1.28)) - step.bias() + each(v) * t(2e3);
+        let mean = pull.component_div(&step.damping().add_scalar(t(2e3)));
+        step.commit(&mean).deflection.sum()
     });
 }
 

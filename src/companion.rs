@@ -159,7 +159,7 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
     /// The source and the damper that stand for the friction over a step of length h ≥ 0 \[s\],
     /// from a deflection z₀ \[m\] and a velocity v\* [m/s] predicted for the middle of the step.
     /// NaN for h < 0.
-    #[inline]
+    #[inline(always)]
     pub fn step(
         &self,
         predicted_velocity: T,
@@ -202,7 +202,7 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
     /// ```
     ///
     /// The energy balance holds for every prediction.
-    #[inline]
+    #[inline(always)]
     pub fn step_about(
         &self,
         prediction: Prediction<T, M::Deflection>,
@@ -271,6 +271,12 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         let limit = self.model().limits(fastest).deflection.unwrap_or_else(unlimited);
         Ok(Companion { contact: self, fastest, limit })
     }
+
+    /// As [`Contact::companion`], with a speed and a limit of the deflection \[m\] that are known.
+    #[inline]
+    pub(crate) fn companion_within(self, fastest: T, limit: T) -> Companion<T, M> {
+        Companion { contact: self, fastest, limit }
+    }
 }
 
 /// The middle of a step, as predicted, where its coefficients are frozen.
@@ -317,6 +323,28 @@ pub struct CompanionStep<T: Scalar, D: Deflection<T> = T> {
     deflection: D,
     duration: T,
     limit: T,
+}
+
+impl<T: Scalar> CompanionStep<T> {
+    /// A step of no length without friction: a place for another.
+    #[inline(always)]
+    pub(crate) fn idle() -> Self {
+        let zero = T::zero();
+        let affine = Affine { relaxation: zero, drive: zero, stiffness: zero, damping: zero };
+        Self {
+            bias: zero,
+            damping: zero,
+            rest_bias: zero,
+            rest_damping: zero,
+            affine,
+            weights: affine.weights(zero),
+            normal_force: zero,
+            storage_stiffness: zero,
+            deflection: zero,
+            duration: zero,
+            limit: zero,
+        }
+    }
 }
 
 impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
@@ -404,7 +432,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     ///
     /// The deflection is cut to its limit (see [`Contact::companion`]) or to its size before the
     /// step, whichever is larger.
-    #[inline]
+    #[inline(always)]
     pub fn commit(&self, mean_velocity: T) -> CompletedStep<T, D> {
         let Self { affine, weights, deflection: before, duration, .. } = *self;
         let drive = affine.drive * mean_velocity;

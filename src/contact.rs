@@ -190,6 +190,12 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         Ok(Self { model, normal_force })
     }
 
+    /// A model under a normal force that has been checked.
+    #[inline]
+    pub(crate) fn of(model: M, normal_force: T) -> Self {
+        Self { model, normal_force }
+    }
+
     /// Changes the normal force to p' \[N\], zero or positive. Returns the deflection that is left
     /// of the given one, x' = x min(1, p/p'), and the energy that left with it.
     ///

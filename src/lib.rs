@@ -23,8 +23,8 @@
 //!
 //! [`audit`] checks which laws a set of parameters satisfies, [`stability`] computes the largest
 //! stable steps, [`linear`] small motions and the onset of stick-slip, and a [`ledger`] the energy
-//! balance of a run. Every contact slides along one line: a contact in a plane, with two directions
-//! and spin, is not in this version.
+//! balance of a run. A contact slides along one line, or in a [`plane`], with two directions and
+//! spin.
 //!
 //! ```
 //! use bristle::{Bristle, FrBd, Law, curve::Stribeck, paper, rheology::KelvinVoigt};
@@ -87,6 +87,7 @@ mod number;
 pub mod ode;
 pub mod paper;
 mod parameter;
+pub mod plane;
 pub mod regularisation;
 pub mod rheology;
 pub mod rolling;
@@ -128,6 +129,11 @@ struct ControlLoop;
 #[cfg(all(doctest, feature = "alloc"))]
 #[doc = include_str!("../docs/rolling-contact.md")]
 struct RollingContact;
+
+/// And those of the page on planes.
+#[cfg(all(doctest, feature = "alloc"))]
+#[doc = include_str!("../docs/plane.md")]
+struct Plane;
 
 /// And those of the page on choosing.
 #[cfg(all(doctest, feature = "alloc"))]

@@ -255,7 +255,7 @@ where
         series.affine(inverse_resistance(sliding, resistance, |other| self.resistance(other)))
     }
 
-    #[inline]
+    #[inline(always)]
     fn affine_and_slopes(
         &self,
         sliding: Sliding<T>,

@@ -98,6 +98,12 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
 }
 
 impl<C, R, E, T> LuGre<C, R, E, T> {
+    /// Of g, bristle and regularisation, and σ2 of the term outside g.
+    #[inline]
+    pub(crate) fn from_parts(parts: FrBd<C, R, E>, viscous: T) -> Self {
+        Self { parts, viscous }
+    }
+
     /// The model with another regularisation of |v|.
     pub fn regularised<F>(self, regularisation: F) -> LuGre<C, R, F, T> {
         LuGre { parts: self.parts.regularised(regularisation), viscous: self.viscous }

@@ -5,6 +5,7 @@
 //! |---|---|
 //! | [`PrescribedVelocity`] | deflection, or the stretches of the springs of a bristle |
 //! | [`MassSpringDamper`] | position, velocity, deflection |
+//! | [`PlaneBody`] | positions, velocities and deflections of two or three axes |
 //! | [`DiaphragmValve`] | position, velocity, deflection, pressure |
 //!
 //! A scene of your own implements [`System`](crate::ode::System) in about twenty lines.
@@ -15,11 +16,13 @@
 mod braked_wheel;
 mod diaphragm_valve;
 mod mass_spring_damper;
+mod plane_body;
 mod prescribed_velocity;
 
 pub use braked_wheel::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState};
 pub use diaphragm_valve::{DiaphragmValve, DiaphragmValveParameters};
 pub use mass_spring_damper::{MassSpringDamper, MassSpringDamperParameters};
+pub use plane_body::{PlaneBody, PlaneBodyParameters};
 pub use prescribed_velocity::PrescribedVelocity;
 
 use nalgebra::{SMatrix, SVector};

@@ -11,4 +11,5 @@ mod implicit;
 mod implicit_hold;
 mod laws;
 mod parameters;
+mod plane;
 mod viscoelastic;

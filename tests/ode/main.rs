@@ -11,6 +11,7 @@ mod failures;
 mod kinks;
 mod ode_common;
 mod output;
+mod plane;
 mod reversals;
 mod scenes;
 mod signals;

@@ -1,0 +1,190 @@
+//! The passive step of a contact of several axes: a source and a damper for each.
+//!
+//! F̄ᵢ = biasᵢ + dampingᵢ v̄ᵢ
+//!
+//! With all coefficients frozen at the predicted velocity the axes are scalar contacts, and each
+//! takes the scalar [companion step](crate::companion). So the damping is diagonal, and the energy
+//! balance of every axis holds for every prediction and every length of the step.
+
+use nalgebra::SVector;
+
+use super::surface::norm;
+use super::{PlaneBristle, PlaneContact};
+use crate::Scalar;
+use crate::companion::{CompanionStep, PointMass};
+use crate::parameter::{self, ParameterError};
+use crate::scalar::unlimited;
+
+impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
+    /// Prepares the contact for passive steps inside a mechanism, with the limits of its
+    /// deflections for speeds ‖v‖ up to `fastest` [m/s]. The speed need not be exact, see
+    /// [`Contact::companion`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a speed that is negative or not finite.
+    pub fn companion(self, fastest: T) -> Result<PlaneCompanion<T, M, N>, ParameterError> {
+        let fastest = parameter::non_negative("fastest", fastest)?;
+        let limit = self.model().limits(fastest).deflection;
+        let limit = limit.unwrap_or_else(|| SVector::repeat(unlimited()));
+        Ok(PlaneCompanion { contact: self, fastest, limit })
+    }
+}
+
+/// A [`PlaneContact`] prepared for passive steps inside a mechanism.
+/// [`Companion`](crate::companion::Companion) has the method, its order and what to predict.
+///
+/// A block of 1 kg that is pulled with 1 N, two thirds of breakaway, at 60 steps a second:
+///
+/// ```
+/// use bristle::companion::PointMass;
+/// use bristle::curve::Stribeck;
+/// use bristle::nalgebra::Vector2;
+/// use bristle::paper;
+/// use bristle::plane::{PlaneBristle, PlaneFrBd};
+/// use bristle::rheology::KelvinVoigt;
+///
+/// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+/// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+/// let friction = PlaneFrBd::isotropic(curve, bristle).under_load(1.0)?.companion(1.0)?;
+/// let (pull, h) = (Vector2::new(0.6, 0.8), 1.0 / 60.0); // N, s
+/// let (mut velocity, mut z) = (Vector2::zeros(), Vector2::zeros());
+/// for _ in 0..600 {
+///     let step = friction.step(&velocity, &z, h);
+///     let mean = step.point_mass(PointMass {
+///         mass: Vector2::repeat(1.0), // kg, along each axis
+///         velocity,
+///         force: pull,
+///         end_weight: Vector2::repeat(1.0),
+///     });
+///     (velocity, z) = (mean, step.commit(&mean).deflection);
+/// }
+/// assert!(velocity.norm() < 1e-12); // it stands
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaneCompanion<T: Scalar, M, const N: usize> {
+    contact: PlaneContact<T, M, N>,
+    fastest: T,
+    limit: SVector<T, N>,
+}
+
+impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneCompanion<T, M, N> {
+    /// The contact.
+    pub fn contact(&self) -> &PlaneContact<T, M, N> {
+        &self.contact
+    }
+
+    /// The sources and the dampers that stand for the friction over a step of length h ≥ 0 \[s\],
+    /// from a deflection z₀ \[m\] and a velocity v\* [m/s] predicted for the middle of the step:
+    /// 1.5 vₙ − 0.5 vₙ₋₁, say, for second order. NaN for h < 0.
+    #[inline(always)]
+    pub fn step(
+        &self,
+        predicted_velocity: &SVector<T, N>,
+        deflection: &SVector<T, N>,
+        duration: T,
+    ) -> PlaneCompanionStep<T, N> {
+        // An axis is slow beside its speed limit where the body is fast.
+        let fast = norm(predicted_velocity) > self.fastest;
+        let fastest = if fast { T::zero() } else { self.fastest };
+        // Loops, here and below, because closures of this size are not inlined.
+        let mut axes = [CompanionStep::idle(); N];
+        for (i, axis) in self.contact.axes(predicted_velocity).into_iter().enumerate() {
+            let axis = axis.companion_within(fastest, self.limit[i]);
+            axes[i] = axis.step(predicted_velocity[i], deflection[i], duration);
+        }
+        PlaneCompanionStep { axes }
+    }
+}
+
+/// Friction over one step on N axes, F̄ᵢ = biasᵢ + dampingᵢ v̄ᵢ, and what becomes of the deflections
+/// once v̄ is known.
+#[must_use]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaneCompanionStep<T: Scalar, const N: usize> {
+    axes: [CompanionStep<T>; N],
+}
+
+/// The result of a step of N axes: work = stored + dissipated, up to rounding.
+#[must_use]
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CompletedPlaneStep<T: Scalar, const N: usize> {
+    /// Deflection at the end of the step \[m\].
+    pub deflection: SVector<T, N>,
+    /// Friction force averaged over the step \[N\].
+    pub force: SVector<T, N>,
+    /// Work of the mechanism on the friction \[J\], h F̄·v̄.
+    pub work: T,
+    /// Change of the stored energy \[J\].
+    pub stored: T,
+    /// Dissipated energy \[J\]; with FrBD no rounding makes it negative.
+    pub dissipated: T,
+}
+
+impl<T: Scalar, const N: usize> PlaneCompanionStep<T, N> {
+    /// The step of each axis.
+    pub fn axes(&self) -> &[CompanionStep<T>; N] {
+        &self.axes
+    }
+
+    /// Mean friction force \[N\] if the mean velocity is zero.
+    #[inline(always)]
+    pub fn bias(&self) -> SVector<T, N> {
+        SVector::from_fn(|i, _| self.axes[i].bias())
+    }
+
+    /// Diagonal of the damping [N s/m]: zero or positive.
+    #[inline(always)]
+    pub fn damping(&self) -> SVector<T, N> {
+        SVector::from_fn(|i, _| self.axes[i].damping())
+    }
+
+    /// Mean friction force F̄ \[N\] for a mean velocity v̄ [m/s].
+    #[inline(always)]
+    pub fn force(&self, mean_velocity: &SVector<T, N>) -> SVector<T, N> {
+        SVector::from_fn(|i, _| self.axes[i].force(mean_velocity[i]))
+    }
+
+    /// The mean velocity v̄ [m/s] of a free body under this friction and known forces, as
+    /// [`CompanionStep::point_mass`]; each axis has its own mass, that of R ω being J/R².
+    #[inline(always)]
+    pub fn point_mass(&self, body: PointMass<SVector<T, N>>) -> SVector<T, N> {
+        let PointMass { mass, velocity, force, end_weight } = body;
+        SVector::from_fn(|i, _| {
+            self.axes[i].point_mass(PointMass {
+                mass: mass[i],
+                velocity: velocity[i],
+                force: force[i],
+                end_weight: end_weight[i],
+            })
+        })
+    }
+
+    /// Whether this step dissipates for every deflection and every mean velocity.
+    pub fn is_passive(&self) -> bool {
+        self.axes.iter().all(CompanionStep::is_passive)
+    }
+
+    /// Ends the step with the mean velocity v̄ [m/s] that the mechanism has found.
+    #[inline(always)]
+    pub fn commit(&self, mean_velocity: &SVector<T, N>) -> CompletedPlaneStep<T, N> {
+        let (zeros, zero) = (SVector::zeros(), T::zero());
+        let mut done = CompletedPlaneStep {
+            deflection: zeros,
+            force: zeros,
+            work: zero,
+            stored: zero,
+            dissipated: zero,
+        };
+        for (i, axis) in self.axes.iter().enumerate() {
+            let step = axis.commit(mean_velocity[i]);
+            (done.deflection[i], done.force[i]) = (step.deflection, step.force);
+            done.work += step.work;
+            done.stored += step.stored;
+            done.dissipated += step.dissipated;
+        }
+        done
+    }
+}
