@@ -18,7 +18,7 @@ use crate::scalar::unlimited;
 impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     /// Prepares the contact for passive steps inside a mechanism, with the limits of its
     /// deflections for speeds ‖v‖ up to `fastest` [m/s]. The speed need not be exact, see
-    /// [`Contact::companion`].
+    /// [`Contact::companion`](crate::Contact::companion).
     ///
     /// # Errors
     ///
@@ -76,8 +76,8 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneCompanion<T, M, N> {
     }
 
     /// The sources and the dampers that stand for the friction over a step of length h ≥ 0 \[s\],
-    /// from a deflection z₀ \[m\] and a velocity v\* [m/s] predicted for the middle of the step:
-    /// 1.5 vₙ − 0.5 vₙ₋₁, say, for second order. NaN for h < 0.
+    /// from a deflection z₀ \[m\] and a velocity v\* [m/s] predicted for the middle of the step
+    /// (with 1.5 vₙ − 0.5 vₙ₋₁, say, for second order). NaN for h < 0.
     #[inline(always)]
     pub fn step(
         &self,

@@ -201,7 +201,7 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         held
     }
 
-    /// Turns the bristles by an angle [rad] about the normal, from the first axis towards the
+    /// Turns the bristles by an angle \[rad\] about the normal, from the first axis towards the
     /// second: z ← R z.
     ///
     /// It is for a body that carries its bristles along as it turns, against the axes in which

@@ -1,5 +1,6 @@
 //! The surface at one velocity: the two numbers in which the axes meet, the friction coefficient
-//! μ(s) at the speed s = ‖v‖ and the weighted speed n = ‖(aᵢ vᵢ)‖_ε, and what each axis feels of it.
+//! μ(s) at the speed s = ‖v‖ and the weighted speed n = ‖(aᵢ vᵢ)‖_ε, and what each axis feels of
+//! them.
 
 use nalgebra::SVector;
 

@@ -69,7 +69,8 @@ pub struct PlaneBodyParameters<T, M, const N: usize, A = T, F = T> {
 /// let start = Vector6::new(0.0, 0.0, 0.3, 0.4, 0.0, 0.0);
 /// let run = ode::solve(&block, 0.0..1.0, start, 1e-6, Output::Uniform(2))?;
 /// let end = run.states()[1];
-/// assert!((end[0].hypot(end[1]) - 0.12).abs() < 0.01 && (end[1] / end[0] - 4.0 / 3.0).abs() < 1e-3);
+/// assert!((end[0].hypot(end[1]) - 0.12).abs() < 0.01);
+/// assert!((end[1] / end[0] - 4.0 / 3.0).abs() < 1e-3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,8 +89,8 @@ where
     ///
     /// # Errors
     ///
-    /// Names the parameter that is out of its range, and its axis; anchors and forces are checked at
-    /// time zero.
+    /// Names the parameter that is out of its range, and its axis; anchors and forces are checked
+    /// at time zero.
     pub fn new(parameters: PlaneBodyParameters<T, M, N, A, F>) -> Result<Self, ParameterError> {
         let PlaneBodyParameters { mechanisms, anchor, force, .. } = &parameters;
         for (axis, mechanism) in mechanisms.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Bodies in a plane: they arrive where two independent integrators say, and stand where they
 //! should.
+#![cfg(feature = "alloc")]
 
 use bristle::companion::PointMass;
 use bristle::curve::{Stribeck, StribeckParameters};
