@@ -29,6 +29,7 @@ use nalgebra::SVector;
 use crate::bounds::larger;
 use crate::companion::CompletedStep;
 use crate::ode::Step;
+use crate::plane::{CompletedPlaneStep, Turned};
 use crate::rheology::{Deflection, HeldWeights};
 use crate::scalar::lit;
 use crate::{Bristle, Contact, HeldContact, Reloaded, Scalar};
@@ -62,6 +63,20 @@ impl<T: Scalar, D> From<Reloaded<T, D>> for EnergyBalance<T> {
     fn from(reloaded: Reloaded<T, D>) -> Self {
         let Reloaded { dissipated, .. } = reloaded;
         Self { supplied: T::zero(), stored: -dissipated, dissipated }
+    }
+}
+
+impl<T: Scalar, const N: usize> From<CompletedPlaneStep<T, N>> for EnergyBalance<T> {
+    fn from(step: CompletedPlaneStep<T, N>) -> Self {
+        Self { supplied: step.work, stored: step.stored, dissipated: step.dissipated }
+    }
+}
+
+/// What turns the bristles supplies what they store.
+impl<T: Scalar, const N: usize> From<Turned<T, N>> for EnergyBalance<T> {
+    fn from(turned: Turned<T, N>) -> Self {
+        let Turned { supplied, .. } = turned;
+        Self { supplied, stored: supplied, dissipated: T::zero() }
     }
 }
 

@@ -10,10 +10,10 @@ use nalgebra::SVector;
 
 use super::surface::norm;
 use super::{PlaneBristle, PlaneContact};
-use crate::Scalar;
 use crate::companion::{CompanionStep, PointMass};
 use crate::parameter::{self, ParameterError};
 use crate::scalar::unlimited;
+use crate::{Reloaded, Scalar};
 
 impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     /// Prepares the contact for passive steps inside a mechanism, with the limits of its
@@ -73,6 +73,21 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneCompanion<T, M, N> {
     /// The contact.
     pub fn contact(&self) -> &PlaneContact<T, M, N> {
         &self.contact
+    }
+
+    /// Changes the normal force to p' \[N\], zero or positive, before a step: take the load at the
+    /// middle of the step. See [`PlaneContact::reload`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite; the companion is as it was.
+    #[inline]
+    pub fn reload(
+        &mut self,
+        normal_force: T,
+        deflection: &SVector<T, N>,
+    ) -> Result<Reloaded<T, SVector<T, N>>, ParameterError> {
+        self.contact.reload(normal_force, deflection)
     }
 
     /// The sources and the dampers that stand for the friction over a step of length h ≥ 0 \[s\],

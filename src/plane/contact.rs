@@ -5,9 +5,10 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::PlaneBristle;
+use crate::contact::LoadChange;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
-use crate::{Bristle, Contact, ContactResponse, HeldContact, Scalar};
+use crate::{Bristle, Contact, ContactResponse, HeldContact, Reloaded, Scalar};
 
 /// A model of N axes under a normal force. Its methods are those of [`Contact`], with a vector for
 /// the velocity, the deflection and the force.
@@ -74,6 +75,26 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     pub fn new(model: M, normal_force: T) -> Result<Self, ParameterError> {
         let normal_force = parameter::non_negative("normal_force", normal_force)?;
         Ok(Self { model, normal_force })
+    }
+
+    /// Changes the normal force to p' \[N\], zero or positive. Returns the deflection that is left
+    /// of the given one, z' = z min(1, p/p') on every axis, and the energy that left with it, see
+    /// [`Contact::reload`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite; the contact is as it was.
+    #[inline]
+    pub fn reload(
+        &mut self,
+        normal_force: T,
+        deflection: &SVector<T, N>,
+    ) -> Result<Reloaded<T, SVector<T, N>>, ParameterError> {
+        let normal_force = parameter::non_negative("normal_force", normal_force)?;
+        let change = LoadChange::new(self.normal_force, normal_force);
+        let dissipated = change.lost * self.stored_energy(deflection);
+        self.normal_force = normal_force;
+        Ok(Reloaded { deflection: deflection * change.kept, dissipated })
     }
 
     /// The friction model.

@@ -29,6 +29,8 @@
 //! * Ellipsoid: Σ (σ0ᵢ zᵢ/aᵢ)² ≤ max μ² is never left if all relaxation rates are equal.
 //! * Steady sliding: Fᵢ = p μ aᵢ² vᵢ/n, opposite to v if all aᵢ are equal.
 //!
+//! All of it holds for a normal force that varies, too, told by [`PlaneContact::reload`].
+//!
 //! Two scalar contacts at right angles do not give this: at 45° they resist with √2 times the
 //! friction of one.
 //!
@@ -62,7 +64,7 @@ pub use surface::AxisSurface;
 use crate::parameter::ParameterError;
 use crate::rheology::KelvinVoigt;
 use crate::scalar::lit;
-use crate::{Bristle, Law, Scalar};
+use crate::{Bristle, ContactResponse, Law, Load, Scalar};
 
 /// The bristle of one axis, and its share of the friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -97,6 +99,24 @@ pub trait PlaneBristle<T: Scalar, const N: usize>: Debug + Clone {
     /// Whether the model obeys a law by a theorem, with F·v and the box of
     /// [`PlaneBristle::limits`] for their scalar counterparts.
     fn obeys(&self, law: Law) -> bool;
+
+    /// Rate and force at one instant under a normal force that varies, see
+    /// [`Bristle::response_under`].
+    fn response_under(
+        &self,
+        load: Load<T>,
+        velocity: &SVector<T, N>,
+        deflection: &SVector<T, N>,
+    ) -> ContactResponse<SVector<T, N>> {
+        let zeros = SVector::zeros();
+        let mut response = ContactResponse { rate: zeros, force: zeros };
+        for (i, axis) in self.axes(velocity).iter().enumerate() {
+            let ContactResponse { rate, force } =
+                axis.response_under(load, velocity[i], deflection[i]);
+            (response.rate[i], response.force[i]) = (rate, force);
+        }
+        response
+    }
 
     /// Puts the model under a normal force p \[N\], zero or positive.
     ///

@@ -2,13 +2,14 @@
 
 use bristle::companion::PointMass;
 use bristle::curve::{FrictionCurve, Stribeck, StribeckParameters};
+use bristle::ledger::EnergyLedger;
 use bristle::plane::{
     Axis, PlaneBristle, PlaneContact, PlaneFrBd, PlaneLuGre, spin_radius_of_disc,
     spin_radius_of_hertz_contact,
 };
 use bristle::regularisation::{Regularisation, SquareRoot, Unregularised};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bristle, FrBd, Law, LuGre, Scalar, paper};
+use bristle::{Bristle, FrBd, Law, Load, LuGre, Scalar, paper};
 use nalgebra::{SVector, Vector1, Vector2, Vector3, convert};
 use num_dual::Dual64;
 use proptest::prelude::*;
@@ -464,6 +465,58 @@ fn a_turn_keeps_the_length_and_tells_what_unequal_springs_take() {
     assert_within(1e-14, 3e-6, back.supplied, -3e-6, || "given back".into());
     let line = PlaneFrBd::<_, f64, 1>::isotropic(curve, bristle(1e4, 1.0)).under_load(1.0).unwrap();
     assert_eq!(line.turn(&Vector1::new(1e-5), 1.0).deflection, Vector1::new(1e-5));
+}
+
+#[test]
+fn no_sequence_of_loads_turns_and_steps_makes_an_engine() {
+    let move_ = (velocity(), velocity(), -1.0..1.0, decades(1e-6, 1.0), -4.0..4.0, 0..4);
+    check(200, (draw::<2>(), prop::collection::vec(move_, 12)), |(draw, moves)| {
+        let mut companion = draw.contact().companion(1.0).unwrap();
+        let mut z = Vector2::zeros();
+        let (mut ledger, mut scale) = (EnergyLedger::new(), 0.0);
+        for (x, y, wrong, h, angle, lift) in moves {
+            let load = if lift == 0 { 0.0 } else { draw.load * f64::from(lift) };
+            let reloaded = companion.reload(load, &z).unwrap();
+            assert!(reloaded.dissipated >= 0.0, "{draw:?}");
+            ledger.enter(reloaded);
+            let turned = companion.contact().turn(&reloaded.deflection, angle);
+            ledger.enter(turned);
+            let v = Vector2::new(x, y);
+            let done = companion.step(&(v * (1.0 + wrong)), &turned.deflection, h).commit(&v);
+            scale += turned.supplied.abs() + done.work.abs() + done.dissipated + done.stored.abs();
+            ledger.enter(done);
+            z = done.deflection;
+        }
+        // Stored at the end, by its definition; all that was supplied is stored or dissipated.
+        let stored = companion.contact().stored_energy(&z);
+        let balance = ledger.total();
+        assert_within(1e-9, scale, balance.stored, stored, || format!("{draw:?}"));
+        assert_within(1e-9, scale, balance.residual(), 0.0, || format!("{draw:?}"));
+        assert!(balance.dissipated >= 0.0);
+    });
+}
+
+#[test]
+fn a_load_that_varies_changes_every_axis_as_it_does_one() {
+    check(100, (draw::<2>(), decades(1e-2, 1e2), -1.0..1.0), |(draw, factor, trend)| {
+        let (v, z) = (draw.velocity, draw.deflection());
+        let mut contact = draw.contact();
+        let reloaded = contact.reload(draw.load * factor, &z).unwrap();
+        assert_eq!(contact.normal_force(), draw.load * factor);
+        let load = Load { normal_force: draw.load, rate: trend * draw.load };
+        let response = draw.model::<f64>().response_under(load, &v, &z);
+        let mut lost = 0.0;
+        for (i, axis) in draw.contact().axes(&v).iter().enumerate() {
+            let mut axis = *axis;
+            let want = axis.model().response_under(load, v[i], z[i]);
+            assert_eq!((response.rate[i], response.force[i]), (want.rate, want.force));
+            let want = axis.reload(draw.load * factor, z[i]).unwrap();
+            assert_eq!(reloaded.deflection[i], want.deflection);
+            lost += want.dissipated;
+        }
+        assert_within(1e-13, lost, reloaded.dissipated, lost, || format!("{draw:?}"));
+        assert_eq!(contact.reload(-1.0, &z).unwrap_err().name, "normal_force");
+    });
 }
 
 fn companion_gives_no_energy<const N: usize>() {
