@@ -113,8 +113,8 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneCompanion<T, M, N> {
     }
 }
 
-/// Friction over one step on N axes, F̄ᵢ = biasᵢ + dampingᵢ v̄ᵢ, and what becomes of the deflections
-/// once v̄ is known.
+/// Friction over one step on N axes, F̄ᵢ = biasᵢ + dampingᵢ v̄ᵢ, and what becomes of the
+/// deflections once v̄ is known.
 #[must_use]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneCompanionStep<T: Scalar, const N: usize> {
