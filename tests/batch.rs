@@ -7,7 +7,8 @@ mod common;
 use std::fmt::Debug;
 
 use bristle::batch::{
-    Batch, BatchError, Columns, CommitInput, Fall, Outcome, PassiveOutput, Real, StepInput, Uniform,
+    Batch, BatchError, Columns, CommitInput, Fall, Outcome, PassiveOutput, Real, ReloadInput,
+    StepInput, Uniform,
 };
 use bristle::curve::{
     Coulomb, CoulombParameters, RationalStribeck, RationalStribeckParameters, Stribeck,
@@ -267,6 +268,52 @@ impl<T: Real> Task<T> for Exact {
 fn an_exact_step_is_that_of_one_bristle() {
     every_model::<f64>(&Exact);
     every_model::<f32>(&Exact);
+}
+
+struct Reloads;
+
+impl<T: Real> Task<T> for Reloads {
+    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy>(&self, model: M) {
+        let batch = Batch::of(&model).unwrap();
+        let mut run = Run::random(150);
+        let mut draw = Draw(7);
+        let mut forces =
+            || if draw.next() < 0.2 { T::zero() } else { lit(draw.logarithmic(1e-3, 1e3)) };
+        let (before, after) = (run.load.clone(), [(); 150].map(|()| forces()));
+        run.after.copy_from_slice(&run.before);
+        let loads = ReloadInput { before: &before, after: &after };
+        let outcome = batch.reload(loads, &mut run.after, &mut run.bias).unwrap();
+        assert!(outcome.is_finite());
+        for i in 0..150 {
+            let mut contact = model.under_load(before[i]).unwrap();
+            let want = contact.reload(after[i], run.before[i]).unwrap();
+            let (z, left) = (f(want.deflection), f(want.dissipated));
+            // A few roundings of a product.
+            let rounding = 4.0 * f(T::default_epsilon());
+            common::assert_within(rounding, z.abs(), f(run.after[i]), z, || format!("z of {i}"));
+            common::assert_within(rounding, left, f(run.bias[i]), left, || format!("W of {i}"));
+        }
+    }
+}
+
+#[test]
+fn a_change_of_the_load_is_that_of_one_bristle() {
+    every_model::<f64>(&Reloads);
+    every_model::<f32>(&Reloads);
+    // From and to nothing, and what is none.
+    let batch = Batch::of(&friction::<f64>()).unwrap();
+    let (mut z, mut left) = ([1e-5; 6], [0.0; 6]);
+    let loads = ReloadInput {
+        before: &[0.0, 2.0, 0.0, f64::NAN, 1.0, 1.0],
+        after: &[2.0, 0.0, 0.0, 1.0, -1.0, f64::INFINITY],
+    };
+    let outcome = batch.reload(loads, &mut z, &mut left).unwrap();
+    assert_eq!(z, [0.0; 6]);
+    assert_eq!(left[..3], [0.0, 0.5 * 2.0 * 1e4 * 1e-5 * 1e-5, 0.0]);
+    assert_eq!(outcome, Outcome { not_finite: 3, first: Some(3) });
+    let short = ReloadInput { before: &[1.0], after: &[1.0; 2] };
+    let refused = batch.reload(short, &mut [0.0], &mut [0.0]).unwrap_err();
+    assert!(matches!(refused, BatchError::Length { name: "after", length: 2, .. }));
 }
 
 #[test]

@@ -506,6 +506,49 @@ fn a_sample_allocates_nothing() {
     }
 }
 
+// ---- a load that varies -------------------------------------------------------------------------
+
+#[test]
+fn under_a_load_that_varies_a_compensator_has_the_bristle_of_the_contact() {
+    let mut forward = fed_forward(1e-3);
+    let mut feedback = feedback(1e-3, 0.0);
+    let mut observer = FrictionObserver::new(observer_parameters(
+        friction_of(10.0),
+        Injection::Velocity { gain: 0.2, corner: 10.0 },
+        1e-3,
+    ))
+    .unwrap();
+    let (mut contact, mut softer) = (friction(), friction_of(10.0));
+    let (mut z, mut x, mut y) = (0.0, 0.0, 0.0);
+    let _ = feedback.step(x);
+    for n in 0..2000 {
+        let t = 1e-3 * f64::from(n);
+        let load = if n % 500 == 499 { 0.0 } else { 2.0 + 1.5 * (9.0 * t).sin() };
+        let velocity = 2e-3 * (5.0 * t).cos();
+        x += 1e-3 * velocity;
+        forward.reload(load).unwrap();
+        feedback.reload(load).unwrap();
+        observer.reload(load).unwrap();
+        z = contact.reload(load, z).unwrap().deflection;
+        y = softer.reload(load, y).unwrap().deflection;
+        let held = contact.hold(velocity, z, 1e-3);
+        (z, y) = (held.deflection, softer.hold(velocity, y, 1e-3).deflection);
+        let ahead = forward.step(velocity);
+        assert_eq!((ahead.force, ahead.deflection), (held.mean_force, z));
+        // The velocity is a difference of positions.
+        assert!((feedback.step(x).deflection - z).abs() < 1e-12);
+        // Without a tracking error the estimate is the deflection.
+        let measured = Measured { velocity, error: 0.0, error_rate: 0.0 };
+        assert_eq!(observer.step_measured(measured).deflection, y);
+    }
+    for refused in [f64::NAN, -1.0] {
+        assert_eq!(forward.reload(refused).unwrap_err().name, "normal_force");
+        assert_eq!(feedback.reload(refused).unwrap_err().name, "normal_force");
+        assert_eq!(observer.reload(refused).unwrap_err().name, "normal_force");
+    }
+    assert_eq!(forward.contact().normal_force(), contact.normal_force());
+}
+
 // ---- outages
 // --------------------------------------------------------------------------------------
 

@@ -55,6 +55,33 @@ fn load<T: Real>(normal_force: T) -> T {
     if normal_force >= T::zero() { normal_force } else { nan() }
 }
 
+/// A change of the load: normal forces before and after → deflection, in place, and the energy that
+/// leaves.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reload;
+
+impl<T: Real> Operation<T, 2, 2> for Reload {
+    #[inline(always)]
+    fn apply<const FALL: u8>(
+        &self,
+        material: &Material<T>,
+        [before, after]: [T; 2],
+        [deflection, _]: [T; 2],
+    ) -> [T; 2] {
+        let (zero, one) = (T::zero(), T::one());
+        let (from, to) = (load(before), load(after));
+        let rises = to > from;
+        let (kept, lost) =
+            if rises { (from / to, (to - from) / to) } else { (one, (from - to) / from) };
+        // Not for NaN.
+        let touches = from > zero && to > zero;
+        let (kept, lost) = if touches { (kept, lost) } else { (zero, one) };
+        let stored = lit::<T>(0.5) * from * material.stiffness * deflection * deflection;
+        // NaN unless the load is finite.
+        [deflection * kept, lost * stored + (to - to)]
+    }
+}
+
 /// The beginning of a midpoint step: velocity, normal force, deflection → share, bias, damping.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Predict<T> {

@@ -157,7 +157,7 @@ pub use real::Real;
 
 use crate::parameter;
 use drive::Slices;
-use kernel::{Bound, Commit, Hold, Kernel, Operation, Predict};
+use kernel::{Bound, Commit, Hold, Kernel, Operation, Predict, Reload};
 use material::{EXPONENTIAL, GAUSSIAN, Material, RATIONAL, Source, Stored};
 
 /// What the bristles are made of.
@@ -217,6 +217,15 @@ pub struct PassiveOutput<'a, T> {
     pub biases: &'a mut [T],
     /// Increase of the mean forces with the mean velocities [N s/m], zero or positive.
     pub dampings: &'a mut [T],
+}
+
+/// Normal forces of every bristle, before and after a change: [`Batch::reload`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReloadInput<'a, T> {
+    /// Normal forces p \[N\] of the last step.
+    pub before: &'a [T],
+    /// Normal forces p' \[N\] of the coming step.
+    pub after: &'a [T],
 }
 
 /// Input of the end of a passive step: [`Batch::commit`].
@@ -348,6 +357,44 @@ impl<'a, T: Real> Batch<'a, T> {
             Hold { duration: parameter::non_negative("duration", duration)? },
             [("velocities", input.velocities), ("normal_forces", input.normal_forces)],
             [("deflections", input.deflections), ("mean_forces", mean_forces)],
+        )
+    }
+
+    /// Changes the normal forces: the new deflections, in place, z' = z min(1, p/p'), and the
+    /// energies that left \[J\], see [`Contact::reload`](crate::Contact::reload). To be called before
+    /// a step whose normal forces differ from those of the last one.
+    ///
+    /// A normal force that is negative or not finite makes a bristle forget, and its energy is not
+    /// finite.
+    ///
+    /// ```
+    /// use bristle::batch::{Batch, ReloadInput};
+    /// use bristle::{Dahl, DahlParameters};
+    ///
+    /// let parameters = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 };
+    /// let batch = Batch::of(&Dahl::new(parameters)?)?;
+    /// let (mut deflections, mut dissipated) = ([1e-5, 1e-5], [0.0; 2]);
+    /// let loads = ReloadInput { before: &[1.0, 2.0], after: &[2.0, 1.0] };
+    /// let outcome = batch.reload(loads, &mut deflections, &mut dissipated)?;
+    /// assert_eq!(deflections, [0.5e-5, 1e-5]);
+    /// assert!(outcome.is_finite() && dissipated[0] > 0.0);
+    /// # Ok::<(), bristle::batch::BatchError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Names a slice whose length is not that of the normal forces before.
+    pub fn reload(
+        &self,
+        normal_forces: ReloadInput<'_, T>,
+        deflections: &mut [T],
+        dissipated: &mut [T],
+    ) -> Result<Outcome, BatchError> {
+        // The curve is not evaluated.
+        Self { fall: Fall::Rational, ..*self }.apply(
+            Reload,
+            [("before", normal_forces.before), ("after", normal_forces.after)],
+            [("deflections", deflections), ("dissipated", dissipated)],
         )
     }
 

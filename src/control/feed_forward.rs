@@ -87,6 +87,19 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
         self.output.answer(held.mean_force, held.deflection)
     }
 
+    /// Changes the normal force \[N\], zero or positive, before a sample: that at its middle, as
+    /// measured or computed. The deflection changes with it, see [`Contact::reload`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite; nothing has changed.
+    #[inline]
+    pub fn reload(&mut self, normal_force: T) -> Result<(), ParameterError> {
+        let reloaded = self.contact.reload(normal_force, self.output.last.deflection)?;
+        self.output.last.deflection = reloaded.deflection;
+        Ok(())
+    }
+
     /// The contact.
     pub fn contact(&self) -> &Contact<T, M> {
         &self.contact

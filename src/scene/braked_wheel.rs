@@ -250,7 +250,8 @@ where
         &self.tyre
     }
 
-    /// The tyre, for a normal force that varies or another profile of its bristles.
+    /// The tyre, for a normal force that varies ([`ExactPatch::reload`]) or another profile of its
+    /// bristles.
     pub fn tyre_mut(&mut self) -> &mut ExactPatch<T, M, N, B> {
         &mut self.tyre
     }

@@ -126,6 +126,34 @@ fn a_patch_whose_pressure_does_not_rise_never_gives_more_than_it_stored() {
     });
 }
 
+#[test]
+fn a_patch_gives_no_more_than_it_stored_under_any_history_of_its_load() {
+    let load = prop_oneof![1 => Just(0.0), 5 => crate::common::recipe::decades(1.0, 1e5)];
+    let loads = prop::collection::vec(load, 40);
+    check(200, (steps(), loads, 0.0..50.0), |(run, loads, damping)| {
+        let constant = PolynomialExponential::constant();
+        let mut rolling = patch(damping, constant).exact_in(100).unwrap();
+        for (step, load) in run.iter().zip(loads) {
+            let (stored, somewhere) = (rolling.stored_energy(), rolling.deflection(0.3));
+            let was = rolling.patch().normal_force();
+            let lost = rolling.reload(load).unwrap();
+            assert_within(1e-12, stored, rolling.stored_energy(), stored * (1.0 - lost), || {
+                format!("{was} N to {load} N")
+            });
+            let kept = if was == 0.0 || load == 0.0 { 0.0 } else { (was / load).min(1.0) };
+            let now = rolling.deflection(0.3);
+            assert_within(1e-14, somewhere.abs(), now, kept * somewhere, || "z".into());
+            let motion =
+                Motion { slip_velocity: step.predicted, rolling_speed: LENGTH * step.transport };
+            let done = rolling.companion_step(motion, step.duration).unwrap();
+            let done = done.commit_with_ledger(step.mean).unwrap();
+            let after = rolling.stored_energy();
+            let scale = stored + after + done.work.abs();
+            assert!(done.work - (after - stored) >= -1e-12 * scale, "{done:?} {load} {step:?}");
+        }
+    });
+}
+
 /// What merging in some hundred slots may cost, of the largest energy: it was 1e-9 in trials.
 const MERGED: f64 = 1e-8;
 

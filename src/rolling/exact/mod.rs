@@ -27,6 +27,7 @@ pub use queue::Segment;
 use super::patch::{Crossing, coefficients};
 use super::{Motion, Patch, PolynomialExponential, RateDependent};
 use crate::bounds::larger;
+use crate::contact::LoadChange;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
 use crate::{Affine, Scalar};
@@ -149,13 +150,21 @@ where
         &self.patch
     }
 
-    /// Changes the normal force F_z \[N\]; the bristles stay as they are.
+    /// Changes the normal force F_z \[N\], zero or positive: every deflection is multiplied by
+    /// min(1, p/p'), see [`Contact::reload`](crate::Contact::reload). Returns the share of the
+    /// [stored energy](ExactPatch::stored_energy) that leaves, |p' − p|/max(p, p').
     ///
     /// # Errors
     ///
-    /// Refuses a normal force that is negative or not finite.
-    pub fn set_normal_force(&mut self, normal_force: T) -> Result<(), ParameterError> {
-        self.patch.set_normal_force(normal_force)
+    /// Refuses a normal force that is negative or not finite; the patch is as it was.
+    pub fn reload(&mut self, normal_force: T) -> Result<T, ParameterError> {
+        let before = self.patch.normal_force();
+        self.patch.set_normal_force(normal_force)?;
+        let LoadChange { kept, lost } = LoadChange::new(before, normal_force);
+        if kept < T::one() {
+            self.queue.scale(kept);
+        }
+        Ok(lost)
     }
 
     /// Steps with V h below this are merged.

@@ -230,6 +230,13 @@ impl<T: Scalar, const N: usize, B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>
         self.oldest = self.index(written);
     }
 
+    /// Multiplies every deflection: a step of no length.
+    pub(super) fn scale(&mut self, factor: T) {
+        let zero = T::zero();
+        let map = Map { decay: factor, offset: zero };
+        self.advance(&Held { distance: zero, map, inflow: Profile::straight(zero, zero, zero) });
+    }
+
     /// A step of at most the length of the patch.
     #[inline]
     pub(super) fn advance(&mut self, held: &Held<T>) {
