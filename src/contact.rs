@@ -29,6 +29,9 @@
 //! theory of Cattaneo, Mindlin and Deresiewicz. The limits of deflection and force hold for every
 //! p(t), too.
 //!
+//! A load that oscillates makes a stuck body creep, as vibration does: each rise from p to p' and
+//! back takes the share 1 − p/p' of the deflection, which the body has to make up for.
+//!
 //! Source: R. D. Mindlin, H. Deresiewicz, "Elastic spheres in contact under varying oblique
 //! forces", Journal of Applied Mechanics 20 (1953), for the stuck bristle; the energy is derived
 //! here.
@@ -212,10 +215,10 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ///
     /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
     /// let mut contact = friction.under_load(1.0)?; // N
-    /// let pulled = contact.reload(10.0, 3e-6)?;
-    /// assert_eq!(pulled.deflection, 3e-7); // it keeps its force while the load rises,
+    /// let pulled = contact.reload(8.0, 4e-6)?;
+    /// assert_eq!(pulled.deflection, 0.5e-6); // it keeps its force while the load rises,
     /// let released = contact.reload(1.0, pulled.deflection)?;
-    /// assert_eq!(released.deflection, 3e-7); // and its deflection while the load falls.
+    /// assert_eq!(released.deflection, 0.5e-6); // and its deflection while the load falls.
     /// assert!(pulled.dissipated > 0.0 && released.dissipated > 0.0);
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```

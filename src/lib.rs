@@ -77,6 +77,7 @@ mod error;
 pub mod exponential;
 #[cfg(feature = "alloc")]
 pub mod fidelity;
+pub mod gear;
 #[cfg(feature = "identify")]
 pub mod identify;
 pub mod ledger;

@@ -14,6 +14,8 @@
 //! | stick-slip | speeds of stable sliding on the spring | [`linear`](crate::linear) |
 //! | steps | largest stable step of each method | [`stability`] |
 //!
+//! [`GearAudit`] has self-locking and efficiency of a gear.
+//!
 //! The line of the inversion prints "one solution", or "FOLDS" where σ1 + dμ/d|v| < 0 at some
 //! speed: the equation has three roots there. This concerns the implicit bristle; FrBD has one
 //! force for each state.
@@ -32,7 +34,10 @@
 //! F. Altpeter, "Single state elastoplastic friction models", IEEE Transactions on Automatic
 //! Control 47 (2002), 787–792, for drift.
 
+mod gear;
 mod report;
+
+pub use gear::GearAudit;
 
 use crate::bounds::{larger, smaller};
 use crate::linear::Threshold;

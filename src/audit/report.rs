@@ -20,7 +20,12 @@ const STEPS: [(&str, usize); 3] = [("bristle", 12), ("stuck", 12), ("reversed", 
 type Cell = Text<192>;
 
 /// Writes one row: name, finding, reference.
-fn row(f: &mut fmt::Formatter<'_>, name: &str, text: fmt::Arguments<'_>, by: &str) -> fmt::Result {
+pub(super) fn row(
+    f: &mut fmt::Formatter<'_>,
+    name: &str,
+    text: fmt::Arguments<'_>,
+    by: &str,
+) -> fmt::Result {
     let mut finding = Cell::new();
     finding.write_fmt(text)?;
     writeln!(f, "{name:<NAME$} {:<FINDING$} {by}", finding.as_str())

@@ -78,7 +78,7 @@ impl<T: Real> Operation<T, 2, 2> for Reload {
         let (kept, lost) = if touches { (kept, lost) } else { (zero, one) };
         let stored = lit::<T>(0.5) * from * material.stiffness * deflection * deflection;
         // NaN unless the load is finite.
-        [deflection * kept, lost * stored + (to - to)]
+        [deflection * kept, lost * stored + zero * to]
     }
 }
 

@@ -7,6 +7,7 @@
 //! | [`MassSpringDamper`] | position, velocity, deflection |
 //! | [`PlaneBody`] | positions, velocities and deflections of two or three axes |
 //! | [`DiaphragmValve`] | position, velocity, deflection, pressure |
+//! | [`GearedJoint`] | angle, angular velocity, deflection |
 //!
 //! A scene of your own implements [`System`](crate::ode::System) in about twenty lines.
 //!
@@ -15,12 +16,19 @@
 
 mod braked_wheel;
 mod diaphragm_valve;
+mod geared_joint;
+mod joint_input;
 mod mass_spring_damper;
 mod plane_body;
 mod prescribed_velocity;
 
 pub use braked_wheel::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState};
 pub use diaphragm_valve::{DiaphragmValve, DiaphragmValveParameters};
+pub use geared_joint::{GearedJoint, GearedJointParameters, JointState};
+pub use joint_input::{
+    CurrentMotor, CurrentMotorParameters, Gravity, JointInput, JointInputValue, JointMotion,
+    OfAngle, PositionControl, VoltageMotor, VoltageMotorParameters,
+};
 pub use mass_spring_damper::{MassSpringDamper, MassSpringDamperParameters};
 pub use plane_body::{PlaneBody, PlaneBodyParameters};
 pub use prescribed_velocity::PrescribedVelocity;

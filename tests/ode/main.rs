@@ -8,6 +8,7 @@ mod accuracy;
 mod dense;
 mod events;
 mod failures;
+mod joint;
 mod kinks;
 mod ode_common;
 mod output;
