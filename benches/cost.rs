@@ -23,8 +23,8 @@ use bristle::rheology::{
 };
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::{
-    Affine, Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, Mechanism,
-    ParameterError, Scalar, paper,
+    Affine, AnyBristle, Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre,
+    Mechanism, ParameterError, Scalar, paper,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{SVector, Vector2, Vector3, convert};
@@ -205,6 +205,53 @@ fn plane<T: Scalar, const N: usize>(c: &mut Criterion, scalar: &str, line: Frict
     });
 }
 
+/// Models chosen at run time beside the same models as types of their own. Each pair takes its
+/// parameters from where the compiler cannot see them.
+fn chosen_at_run_time<T: Scalar>(c: &mut Criterion, scalar: &str) {
+    let t = |value: f64| convert::<f64, T>(value);
+    let Ok(rig) = rig::<T>() else { return };
+    let frbd = rig.contact().model();
+    let (curve, bristle) = (*frbd.curve(), *frbd.rheology());
+    let dahl = DahlParameters { dynamic_coefficient: t(1.0), micro_stiffness: t(1e4) };
+    let Ok(dahl) = Dahl::new(dahl) else { return };
+    pair(c, &format!("{scalar}/FrBD"), FrBd::new(curve, bristle));
+    pair(c, &format!("{scalar}/LuGre"), LuGre::classical(curve, bristle));
+    pair(c, &format!("{scalar}/Dahl"), dahl);
+    if let Ok(model) = ElastoPlastic::new(curve, bristle, t(5e-5)) {
+        pair(c, &format!("{scalar}/elasto-plastic FrBD"), model);
+    }
+}
+
+fn pair<T: Scalar, M>(c: &mut Criterion, name: &str, model: M)
+where
+    M: Bristle<T, Deflection = T> + Into<AnyBristle<T>>,
+{
+    rows(c, name, black_box(model.clone()));
+    rows(c, &format!("{name} as AnyBristle"), black_box(model.into()));
+}
+
+fn rows<T: Scalar, M: Bristle<T, Deflection = T>>(c: &mut Criterion, name: &str, model: M) {
+    let t = |value: f64| convert::<f64, T>(value);
+    let (z, h) = (t(DEFLECTION), t(1e-3));
+    measure(c, &format!("{name}: rate and force"), SPEED, |v: T| {
+        let affine = model.affine(v.into(), z);
+        affine.rate(v, z) + affine.coefficient(v, z)
+    });
+    measure(c, &format!("{name}: all derivatives"), SPEED, |v: T| {
+        let linear = model.linearised(v, z);
+        linear.rate_by_velocity + linear.coefficient_by_velocity
+    });
+    measure(c, &format!("{name}: exact step"), SPEED, |v: T| model.hold(v, z, h).mean_coefficient);
+    let companion = model.under_load(t(1.0)).and_then(|contact| contact.companion(t(1.0)));
+    if let Ok(companion) = companion {
+        measure(c, &format!("{name}: passive step"), SPEED, |v: T| {
+            let step = companion.step(v, z, h);
+            let mean = (t(1.28) - step.bias() + v * t(2e3)) / (t(2e3) + step.damping());
+            step.commit(mean).deflection
+        });
+    }
+}
+
 type Friction<T> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
 
 /// The stick-slip rig in a scalar type.
@@ -281,6 +328,8 @@ where
 fn all(c: &mut Criterion) {
     models::<f64>(c, "f64");
     models::<f32>(c, "f32");
+    chosen_at_run_time::<f64>(c, "f64");
+    chosen_at_run_time::<f32>(c, "f32");
     integrators::<f64>(c, "f64");
     integrators::<f32>(c, "f32");
 }

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 
 use bristle::companion::Companion;
 use bristle::curve::{
-    FrictionCurve, Knot, RationalStribeck, RationalStribeckParameters, Stribeck,
+    Cubic, FrictionCurve, Knot, RationalStribeck, RationalStribeckParameters, Stribeck,
     StribeckParameters, Tabulated,
 };
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
@@ -61,7 +61,7 @@ impl Set {
         })
     }
 
-    fn tabulated<T: Scalar>(&self) -> Result<Tabulated<T, 8>, ParameterError> {
+    fn tabulated<T: Scalar>(&self) -> Result<Tabulated<[Cubic<T>; 8]>, ParameterError> {
         let curve = self.stribeck::<f64>()?;
         let knot = |part: f64| {
             let speed = part * self.curve.stribeck_velocity;

@@ -109,8 +109,8 @@ pub use contact::{
 pub use error::Error;
 pub use mechanism::Mechanism;
 pub use model::{
-    Affine, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, FoldRule, FrBd,
-    HeldStep, ImplicitBristle, Law, Limits, Linearised, LuGre,
+    Affine, AnyBristle, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, FoldRule,
+    FrBd, HeldStep, ImplicitBristle, Law, Limits, Linearised, LuGre,
 };
 pub use parameter::{ParameterError, Rule};
 pub use scalar::Scalar;

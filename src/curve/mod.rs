@@ -7,6 +7,7 @@
 //! | [`RationalStribeck`] | μ_d + (μ_s − μ_d)/(1 + (v/v_S)²) + σ2\|v\| | exp is too slow |
 //! | [`Tabulated`] | monotone cubic through measured points | a measured curve fits no formula |
 //! | [`Asymmetric`] | one curve for each direction | a gearbox or seal has two frictions |
+//! | [`AnyCurve`] | one of these | it is chosen at run time |
 //! | [`FunctionCurve`] | a function of the speed | you have a formula of your own |
 //!
 //! | symbol | meaning | unit |
@@ -16,9 +17,12 @@
 //! | v_S, δ | Stribeck velocity (63 % of the fall, rational: 50 %) and exponent | m/s, – |
 //! | σ2 | viscous friction per unit normal force | s/m |
 
+mod any;
 mod asymmetric;
 mod coulomb;
 mod function;
+#[cfg(feature = "alloc")]
+mod own;
 mod rational_stribeck;
 mod stribeck;
 mod tabulated;
@@ -26,12 +30,15 @@ mod valley;
 
 use core::fmt::Debug;
 
+pub use any::AnyCurve;
 pub use asymmetric::Asymmetric;
 pub use coulomb::{Coulomb, CoulombParameters};
 pub use function::FunctionCurve;
+#[cfg(feature = "alloc")]
+pub use own::OwnCurve;
 pub use rational_stribeck::{RationalStribeck, RationalStribeckParameters};
 pub use stribeck::{Stribeck, StribeckParameters};
-pub use tabulated::{Knot, Tabulated};
+pub use tabulated::{Cubic, Knot, Tabulated};
 pub(crate) use valley::Valley;
 
 use crate::{Bounds, Branch, Scalar, Sliding};

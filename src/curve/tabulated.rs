@@ -10,9 +10,11 @@
 //! (SIAM, 2004), section 3.4; that at the last knot is the slope of the last secant, or zero if it
 //! falls.
 
+use core::fmt::Debug;
+
 use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{lit, nan};
 use crate::{Bounds, Scalar, Sliding};
 
@@ -25,7 +27,10 @@ pub struct Knot<T> {
     pub coefficient: T,
 }
 
-/// A friction curve through N measured points, by monotone cubic interpolation.
+/// A friction curve through measured points, by monotone cubic interpolation.
+///
+/// The storage S is an array ([`Tabulated::new`]), a `Vec` (`Tabulated::from_slice`, for a table
+/// of unknown length) or a slice of memory that you provide ([`Tabulated::in_memory`]).
 ///
 /// Beyond the last knot the curve goes on straight: with the slope of the last two knots if they
 /// rise, level if they fall (so that it stays positive). To slightly negative speeds, where a
@@ -40,19 +45,28 @@ pub struct Knot<T> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tabulated<T, const N: usize> {
+pub struct Tabulated<S> {
     /// The cubic that starts at each knot; the last one is the straight line beyond.
-    pieces: [Piece<T>; N],
+    cubics: S,
 }
 
+/// What a [`Tabulated`] curve stores of each knot: the cubic from there to the next one.
+///
 /// μ(s) = c₀ + x (c₁ + x (c₂ + x c₃)) with x = s − start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Piece<T> {
+pub struct Cubic<T> {
     start: T,
     coefficients: [T; 4],
 }
 
-impl<T: Scalar> Piece<T> {
+/// Zero everywhere, for memory that is yet to be filled.
+impl<T: Scalar> Default for Cubic<T> {
+    fn default() -> Self {
+        Self { start: T::zero(), coefficients: [T::zero(); 4] }
+    }
+}
+
+impl<T: Scalar> Cubic<T> {
     #[inline]
     fn value(&self, speed: T) -> T {
         let [c0, c1, c2, c3] = self.coefficients;
@@ -68,34 +82,111 @@ impl<T: Scalar> Piece<T> {
     }
 }
 
-impl<T: Scalar, const N: usize> Tabulated<T, N> {
-    /// A curve through the knots.
+impl<T: Scalar, const N: usize> Tabulated<[Cubic<T>; N]> {
+    /// A curve through the knots of an array.
     ///
     /// # Errors
     ///
     /// Names the knot whose speed does not increase or whose coefficient is not positive, a first
     /// knot that is not at rest, or a table of fewer than two knots.
     pub fn new(knots: [Knot<T>; N]) -> Result<Self, ParameterError> {
-        parameter::abscissas("speed", knots.iter().map(|knot| knot.speed))?;
-        for (index, knot) in knots.iter().enumerate() {
-            parameter::component(index, parameter::positive("coefficient", knot.coefficient))?;
-        }
-        for (index, (slope, spacing)) in (0..N).map_while(|i| secant(&knots, i)).enumerate() {
-            parameter::component(index + 1, parameter::finite("slope", slope))?;
-            parameter::component(index + 1, parameter::positive("spacing", spacing))?;
-        }
-        let mut indices = 0..N;
-        Ok(Self { pieces: knots.map(|knot| piece(&knots, knot, indices.next().unwrap_or(N))) })
+        check(&knots)?;
+        let mut cubics = [Cubic::default(); N];
+        fill(&mut cubics, &knots);
+        Ok(Self { cubics })
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl<T: Scalar> Tabulated<alloc::vec::Vec<Cubic<T>>> {
+    /// A curve through any number of knots, such as the rows of a file.
+    ///
+    /// ```
+    /// use bristle::curve::{FrictionCurve, Knot, Tabulated};
+    ///
+    /// let file = "0,0.42\n0.01,0.35\n0.1,0.30\n";
+    /// let mut knots = Vec::new();
+    /// for line in file.lines() {
+    ///     let (speed, coefficient) = line.split_once(',').ok_or("two columns, please")?;
+    ///     knots.push(Knot { speed: speed.parse()?, coefficient: coefficient.parse()? });
+    /// }
+    /// let curve = Tabulated::from_slice(&knots)?;
+    /// assert_eq!(curve.at(0.01), 0.35);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Tabulated::new`].
+    pub fn from_slice(knots: &[Knot<T>]) -> Result<Self, ParameterError> {
+        check(knots)?;
+        let mut cubics = alloc::vec![Cubic::default(); knots.len()];
+        fill(&mut cubics, knots);
+        Ok(Self { cubics })
+    }
+}
+
+impl<'a, T: Scalar> Tabulated<&'a [Cubic<T>]> {
+    /// A curve through any number of knots in memory that the caller provides, without allocation.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Tabulated::new`], and refuses memory for another number of knots.
+    pub fn in_memory(
+        knots: &[Knot<T>],
+        memory: &'a mut [Cubic<T>],
+    ) -> Result<Self, ParameterError> {
+        check(knots)?;
+        let (least, most) = (knots.len(), knots.len());
+        let rule = Rule::CountBetween { least, most };
+        parameter::check("cubics", memory.len() as f64, memory.len() == least, rule)?;
+        fill(memory, knots);
+        Ok(Self { cubics: memory })
+    }
+}
+
+impl<S> Tabulated<S> {
+    /// The knots.
+    pub fn knots<T: Scalar>(&self) -> impl ExactSizeIterator<Item = Knot<T>>
+    where
+        S: AsRef<[Cubic<T>]>,
+    {
+        self.cubics.as_ref().iter().map(|&Cubic { start, coefficients: [coefficient, ..] }| Knot {
+            speed: start,
+            coefficient,
+        })
     }
 
     /// The cubic that holds at a speed: the last one that does not start beyond it, or the first.
     /// At most log2 N comparisons.
     #[inline]
-    fn piece(&self, speed: T) -> Piece<T> {
-        let started = self.pieces.partition_point(|piece| piece.start <= speed);
+    fn cubic<T: Scalar>(&self, speed: T) -> Cubic<T>
+    where
+        S: AsRef<[Cubic<T>]>,
+    {
+        let cubics = self.cubics.as_ref();
+        let started = cubics.partition_point(|cubic| cubic.start <= speed);
         // There are two at least.
-        let nowhere = Piece { start: T::zero(), coefficients: [nan(); 4] };
-        self.pieces.get(started.saturating_sub(1)).copied().unwrap_or(nowhere)
+        let nowhere = Cubic { start: T::zero(), coefficients: [nan(); 4] };
+        cubics.get(started.saturating_sub(1)).copied().unwrap_or(nowhere)
+    }
+}
+
+fn check<T: Scalar>(knots: &[Knot<T>]) -> Result<(), ParameterError> {
+    parameter::abscissas("speed", knots.iter().map(|knot| knot.speed))?;
+    for (index, knot) in knots.iter().enumerate() {
+        parameter::component(index, parameter::positive("coefficient", knot.coefficient))?;
+    }
+    for (index, (slope, spacing)) in (0..).map_while(|i| secant(knots, i)).enumerate() {
+        parameter::component(index + 1, parameter::finite("slope", slope))?;
+        parameter::component(index + 1, parameter::positive("spacing", spacing))?;
+    }
+    Ok(())
+}
+
+fn fill<T: Scalar>(cubics: &mut [Cubic<T>], knots: &[Knot<T>]) {
+    for (i, (cubic, &knot)) in cubics.iter_mut().zip(knots).enumerate() {
+        *cubic = cubic_from(knots, knot, i);
     }
 }
 
@@ -141,7 +232,7 @@ fn end_slope<T: Scalar>((near, h0): (T, T), (next, h1): (T, T)) -> T {
 }
 
 /// The cubic from knot i to the next, or the straight line beyond the last.
-fn piece<T: Scalar>(knots: &[Knot<T>], knot: Knot<T>, i: usize) -> Piece<T> {
+fn cubic_from<T: Scalar>(knots: &[Knot<T>], knot: Knot<T>, i: usize) -> Cubic<T> {
     let Knot { speed: start, coefficient } = knot;
     // Beyond the last knot a falling curve is continued level, so it must arrive level.
     let slope_at = |i: usize| {
@@ -151,23 +242,23 @@ fn piece<T: Scalar>(knots: &[Knot<T>], knot: Knot<T>, i: usize) -> Piece<T> {
     };
     let d0 = slope_at(i);
     let Some((secant, width)) = secant(knots, i) else {
-        return Piece { start, coefficients: [coefficient, d0, T::zero(), T::zero()] };
+        return Cubic { start, coefficients: [coefficient, d0, T::zero(), T::zero()] };
     };
     let d1 = slope_at(i + 1);
     let c2 = (lit::<T>(3.0) * secant - lit::<T>(2.0) * d0 - d1) / width;
     let c3 = (d0 + d1 - lit::<T>(2.0) * secant) / (width * width);
-    Piece { start, coefficients: [coefficient, d0, c2, c3] }
+    Cubic { start, coefficients: [coefficient, d0, c2, c3] }
 }
 
-impl<T: Scalar, const N: usize> FrictionCurve<T> for Tabulated<T, N> {
+impl<T: Scalar, S: AsRef<[Cubic<T>]> + Debug + Clone> FrictionCurve<T> for Tabulated<S> {
     #[inline]
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        let piece = self.piece(sliding.speed());
-        (piece.value(sliding.speed()), piece.slope(sliding.speed()) * sliding.direction())
+        let cubic = self.cubic(sliding.speed());
+        (cubic.value(sliding.speed()), cubic.slope(sliding.speed()) * sliding.direction())
     }
 
     fn bounds(&self, fastest: T) -> Bounds<T> {
-        let last = self.piece(fastest);
+        let last = self.cubic(fastest);
         let [c0, c1, c2, c3] = last.coefficients;
         // Beyond the last knot the curve is straight; taken as a cubic, infinity would be NaN, and
         // so would infinity times a level slope.
@@ -177,9 +268,9 @@ impl<T: Scalar, const N: usize> FrictionCurve<T> for Tabulated<T, N> {
             (true, false) => c0 + c1 * (fastest - last.start),
             (false, _) => last.value(fastest),
         };
-        let knots = self.pieces.iter().take_while(|piece| piece.start <= fastest);
-        let first = Bounds::constant(self.piece(T::zero()).coefficients[0]);
-        let of_knots = knots.map(|piece| Bounds::constant(piece.coefficients[0]));
+        let knots = self.cubics.as_ref().iter().take_while(|cubic| cubic.start <= fastest);
+        let first = Bounds::constant(self.cubic(T::zero()).coefficients[0]);
+        let of_knots = knots.map(|cubic| Bounds::constant(cubic.coefficients[0]));
         of_knots.fold(first, Bounds::union).union(Bounds::constant(value))
     }
 
@@ -189,14 +280,15 @@ impl<T: Scalar, const N: usize> FrictionCurve<T> for Tabulated<T, N> {
 
     fn least_slope(&self) -> Option<T> {
         // Of each parabola: at its ends, which are knots, and at its lowest point.
-        let mut least = self.pieces.last()?.coefficients[1];
-        for (piece, next) in self.pieces.iter().zip(self.pieces.iter().skip(1)) {
+        let cubics = self.cubics.as_ref();
+        let mut least = cubics.last()?.coefficients[1];
+        for (cubic, next) in cubics.iter().zip(cubics.iter().skip(1)) {
             let end = next.start;
-            least = smaller(least, smaller(piece.slope(piece.start), piece.slope(end)));
-            let [_, _, c2, c3] = piece.coefficients;
-            let lowest = piece.start - c2 / (lit::<T>(3.0) * c3);
-            if c3 > T::zero() && lowest > piece.start && lowest < end {
-                least = smaller(least, piece.slope(lowest));
+            least = smaller(least, smaller(cubic.slope(cubic.start), cubic.slope(end)));
+            let [_, _, c2, c3] = cubic.coefficients;
+            let lowest = cubic.start - c2 / (lit::<T>(3.0) * c3);
+            if c3 > T::zero() && lowest > cubic.start && lowest < end {
+                least = smaller(least, cubic.slope(lowest));
             }
         }
         Some(least)

@@ -92,6 +92,16 @@ impl<C, R, E, T> ElastoPlastic<C, R, E, T> {
         let plastic = self.plastic.regularised(regularisation);
         ElastoPlastic { plastic, stick_limit: self.stick_limit }
     }
+
+    /// The model with its curve and regularisation in other types.
+    pub(super) fn map<C2, E2>(
+        self,
+        curve: impl FnOnce(C) -> C2,
+        regularisation: impl FnOnce(E) -> E2,
+    ) -> ElastoPlastic<C2, R, E2, T> {
+        let plastic = self.plastic.map(curve, regularisation);
+        ElastoPlastic { plastic, stick_limit: self.stick_limit }
+    }
 }
 
 impl<T, C, D, E> ElastoPlastic<C, KelvinVoigt<T, T, D>, E, T>

@@ -116,6 +116,19 @@ impl<C, R, E> FrBd<C, R, E> {
         FrBd { curve: self.curve, rheology: self.rheology, regularisation }
     }
 
+    /// The model with its curve and regularisation in other types.
+    pub(super) fn map<C2, E2>(
+        self,
+        curve: impl FnOnce(C) -> C2,
+        regularisation: impl FnOnce(E) -> E2,
+    ) -> FrBd<C2, R, E2> {
+        FrBd {
+            curve: curve(self.curve),
+            rheology: self.rheology,
+            regularisation: regularisation(self.regularisation),
+        }
+    }
+
     /// The friction curve.
     pub fn curve(&self) -> &C {
         &self.curve
@@ -159,6 +172,20 @@ impl<C, R, E> FrBd<C, R, E> {
             speed: self.regularisation.speed(sliding),
             mu: self.curve.coefficient(sliding),
         }
+    }
+
+    /// The coefficients at a velocity.
+    #[inline(always)]
+    pub(super) fn frozen<T>(&self, sliding: Sliding<T>) -> Affine<T, R::Deflection>
+    where
+        T: Scalar,
+        C: FrictionCurve<T>,
+        R: Rheology<T>,
+        E: Regularisation<T>,
+    {
+        let series = self.series(sliding);
+        let resistance = series.resistance();
+        series.affine(inverse_resistance(sliding, resistance, |other| self.resistance(other)))
     }
 
     /// The bristle and the surface at a velocity, and their derivatives.
@@ -250,9 +277,7 @@ where
 
     #[inline]
     fn affine(&self, sliding: Sliding<T>, _deflection: R::Deflection) -> Affine<T, R::Deflection> {
-        let series = self.series(sliding);
-        let resistance = series.resistance();
-        series.affine(inverse_resistance(sliding, resistance, |other| self.resistance(other)))
+        self.frozen(sliding)
     }
 
     #[inline(always)]

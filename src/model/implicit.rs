@@ -207,6 +207,12 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
         Ok(implicit)
     }
 
+    /// The model with its curve in another type.
+    pub(super) fn map<C2>(self, curve: impl FnOnce(C) -> C2) -> ImplicitBristle<C2, T> {
+        let Self { rheology, fold_rule, least_slope, folds, .. } = self;
+        ImplicitBristle { curve: curve(self.curve), rheology, fold_rule, least_slope, folds }
+    }
+
     /// The friction curve.
     pub fn curve(&self) -> &C {
         &self.curve

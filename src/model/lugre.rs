@@ -109,6 +109,16 @@ impl<C, R, E, T> LuGre<C, R, E, T> {
         LuGre { parts: self.parts.regularised(regularisation), viscous: self.viscous }
     }
 
+    /// The model with its curve and regularisation in other types.
+    pub(super) fn map<C2, E2>(
+        self,
+        curve: impl FnOnce(C) -> C2,
+        regularisation: impl FnOnce(E) -> E2,
+    ) -> LuGre<C2, R, E2, T> {
+        let parts = self.parts.map(curve, regularisation);
+        LuGre { parts, viscous: self.viscous }
+    }
+
     /// The curve g(v) of steady sliding, without the viscous term outside it.
     pub fn curve(&self) -> &C {
         self.parts.curve()
@@ -149,6 +159,12 @@ where
     /// the undamped FrBD one.
     fn is_undamped(&self) -> bool {
         self.viscous == T::zero() && self.rheology().bounds().damping.max == T::zero()
+    }
+
+    /// The coefficients at a velocity.
+    #[inline(always)]
+    pub(super) fn coefficients(&self, sliding: Sliding<T>) -> Affine<T> {
+        self.frozen(sliding, &self.parts.series(sliding)).1
     }
 
     /// 1/g and the coefficients, from the bristle and the surface at a velocity.
@@ -195,7 +211,7 @@ where
 
     #[inline]
     fn affine(&self, sliding: Sliding<T>, _deflection: T) -> Affine<T> {
-        self.frozen(sliding, &self.parts.series(sliding)).1
+        self.coefficients(sliding)
     }
 
     #[inline]

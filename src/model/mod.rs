@@ -1,6 +1,7 @@
 //! Friction models: how the deflection of a bristle evolves and what force it gives.
 
 mod affine;
+mod any;
 mod characteristics;
 mod dahl;
 mod elasto_plastic;
@@ -12,6 +13,7 @@ mod lugre;
 use core::fmt::Debug;
 
 pub use affine::{Affine, HeldStep};
+pub use any::AnyBristle;
 pub use characteristics::Characteristics;
 pub use dahl::{Dahl, DahlParameters};
 pub use elasto_plastic::ElastoPlastic;

@@ -1,11 +1,13 @@
 //! Regularisation: smooth stand-ins for |v| and sgn v.
 
+mod any;
 mod hyperbolic_tangent;
 mod square_root;
 mod unregularised;
 
 use core::fmt::Debug;
 
+pub use any::AnyRegularisation;
 pub use hyperbolic_tangent::HyperbolicTangent;
 pub use square_root::SquareRoot;
 pub use unregularised::Unregularised;

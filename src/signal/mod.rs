@@ -3,12 +3,14 @@
 //! A signal returns its value and its rate of change at a time, and says where it is not smooth,
 //! so that an integrator can end a step there.
 
+mod any;
 mod function;
 mod polyline;
 mod sine;
 
 use core::fmt::Debug;
 
+pub use any::AnySignal;
 pub use function::Function;
 pub use polyline::{Polyline, Vertex};
 pub use sine::{Sine, SineParameters};

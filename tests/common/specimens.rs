@@ -1,8 +1,8 @@
 //! Every implementor, built from one recipe in any scalar type, beside its closed form.
 
 use bristle::curve::{
-    Asymmetric, Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Knot, RationalStribeck,
-    RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
+    Asymmetric, Coulomb, CoulombParameters, Cubic, FrictionCurve, FunctionCurve, Knot,
+    RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, VelocityDependent, VelocityLaw};
@@ -293,12 +293,12 @@ pub fn rational<T: Scalar>(r: &Recipe) -> RationalStribeck<T> {
     .unwrap()
 }
 
-pub fn tabulated<T: Scalar>(r: &Recipe) -> Tabulated<T, 5> {
+pub fn tabulated<T: Scalar>(r: &Recipe) -> Tabulated<[Cubic<T>; 5]> {
     table(r.knots())
 }
 
 /// A table from pairs of speed and coefficient.
-pub fn table<T: Scalar, const N: usize>(knots: [(f64, f64); N]) -> Tabulated<T, N> {
+pub fn table<T: Scalar, const N: usize>(knots: [(f64, f64); N]) -> Tabulated<[Cubic<T>; N]> {
     Tabulated::new(knots.map(|(speed, mu)| Knot { speed: lit(speed), coefficient: lit(mu) }))
         .unwrap()
 }

@@ -410,7 +410,7 @@ fn refusals_read_well() {
         "speed[1] is 1e300, but must lie between -1e100 and 1e100"
     );
     assert_eq!(
-        message(Tabulated::<f64, 0>::new([]).map(drop)),
+        message(Tabulated::new([] as [Knot<f64>; 0]).map(drop)),
         "there must be at least 2 knots, not 0"
     );
     let dry = Coulomb::new(CoulombParameters { viscous_friction: 0.0, ..coulomb }).unwrap();

@@ -12,7 +12,7 @@ use bristle::control::{
     VelocityFromPosition, VelocityFromPositionParameters,
 };
 use bristle::curve::{
-    Coulomb, CoulombParameters, FrictionCurve, Knot, RationalStribeck, RationalStribeckParameters,
+    Coulomb, CoulombParameters, Cubic, FrictionCurve, Knot, RationalStribeck, RationalStribeckParameters,
     Stribeck, StribeckParameters, Tabulated,
 };
 use bristle::exponential::Exponential;
@@ -61,7 +61,7 @@ fn rational<T: Scalar>() -> RationalStribeck<T> {
     .unwrap()
 }
 
-fn tabulated<T: Scalar>() -> Tabulated<T, 8> {
+fn tabulated<T: Scalar>() -> Tabulated<[Cubic<T>; 8]> {
     let speeds = [0.0, 0.004, 0.007, 0.011, 0.016, 0.023, 0.05, 1.0];
     let curve = stribeck::<f64>(2.0);
     Tabulated::new(

@@ -1,0 +1,216 @@
+//! A friction model chosen at run time.
+
+use super::{
+    Affine, Characteristics, Dahl, ElastoPlastic, FrBd, HeldStep, ImplicitBristle, Law, Limits,
+    Linearised, LuGre,
+};
+use crate::curve::{AnyCurve, FrictionCurve};
+use crate::regularisation::AnyRegularisation;
+use crate::rheology::{KelvinVoigt, Maxwell, Weights};
+use crate::{Bristle, Scalar, Sliding};
+
+/// A friction model of one deflection chosen at run time, by a configuration file for instance: one
+/// of this crate's, over any curve, with its numbers to the last bit.
+///
+/// It goes wherever a model goes: contacts, companions, scenes, audits, compensators, patches and
+/// batches. What takes only some of the models refuses the others when it is built.
+///
+/// ```
+/// use bristle::curve::{AnyCurve, Stribeck};
+/// use bristle::rheology::KelvinVoigt;
+/// use bristle::{AnyBristle, Bristle, FrBd, LuGre, ParameterError, paper};
+///
+/// fn named(name: &str, curve: AnyCurve<f64>) -> Result<AnyBristle<f64>, ParameterError> {
+///     let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+///     Ok(match name {
+///         "lugre" => LuGre::classical(curve, bristle).into(),
+///         _ => FrBd::new(curve, bristle).into(),
+///     })
+/// }
+/// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+/// let friction = named("lugre", curve.into())?.under_load(10.0)?;
+/// let fixed = LuGre::classical(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?);
+/// assert_eq!(friction.force(0.1, 1e-4), fixed.under_load(10.0)?.force(0.1, 1e-4));
+/// # Ok::<(), ParameterError>(())
+/// ```
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub enum AnyBristle<T> {
+    /// Friction with bristle dynamics: a spring and a dashpot side by side.
+    FrBd(FrBd<AnyCurve<T>, KelvinVoigt<T>, AnyRegularisation<T>>),
+    /// FrBD with a bristle that creeps: a spring and a dashpot in series.
+    Maxwell(FrBd<AnyCurve<T>, Maxwell<T>, AnyRegularisation<T>>),
+    /// The LuGre model.
+    LuGre(LuGre<AnyCurve<T>, KelvinVoigt<T>, AnyRegularisation<T>, T>),
+    /// The Dahl model.
+    Dahl(Dahl<T>),
+    /// The elasto-plastic FrBD model.
+    ElastoPlastic(ElastoPlastic<AnyCurve<T>, KelvinVoigt<T>, AnyRegularisation<T>, T>),
+    /// The implicit bristle.
+    Implicit(ImplicitBristle<AnyCurve<T>, T>),
+}
+
+/// Calls a function of the model.
+macro_rules! of_the_model {
+    ($self:ident, $model:ident => $answer:expr) => {
+        match $self {
+            AnyBristle::FrBd($model) => $answer,
+            AnyBristle::Maxwell($model) => $answer,
+            AnyBristle::LuGre($model) => $answer,
+            AnyBristle::Dahl($model) => $answer,
+            AnyBristle::ElastoPlastic($model) => $answer,
+            AnyBristle::Implicit($model) => $answer,
+        }
+    };
+}
+
+impl<T> AnyBristle<T> {
+    /// The name of the model: `FrBD`, `LuGre` and so on.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::FrBd(_) => "FrBD",
+            Self::Maxwell(_) => "FrBD with a Maxwell bristle",
+            Self::LuGre(_) => "LuGre",
+            Self::Dahl(_) => "Dahl",
+            Self::ElastoPlastic(_) => "elasto-plastic FrBD",
+            Self::Implicit(_) => "implicit bristle",
+        }
+    }
+}
+
+#[inline(always)]
+fn parts<T: Scalar>(affine: Affine<T>) -> (T, T, T, T) {
+    let Affine { relaxation, drive, stiffness, damping } = affine;
+    (relaxation, drive, stiffness, damping)
+}
+
+impl<T: Scalar> Bristle<T> for AnyBristle<T> {
+    type Deflection = T;
+
+    #[inline(always)]
+    fn affine(&self, sliding: Sliding<T>, deflection: T) -> Affine<T> {
+        // Part by part, so that the answer of a model stays in registers.
+        let (relaxation, drive, stiffness, damping) = match self {
+            Self::FrBd(model) => parts(model.frozen(sliding)),
+            Self::Maxwell(model) => parts(model.affine(sliding, deflection)),
+            Self::LuGre(model) => parts(model.coefficients(sliding)),
+            Self::Dahl(model) => parts(model.affine(sliding, deflection)),
+            Self::ElastoPlastic(model) => parts(model.affine(sliding, deflection)),
+            Self::Implicit(model) => parts(model.affine(sliding, deflection)),
+        };
+        Affine { relaxation, drive, stiffness, damping }
+    }
+
+    #[inline]
+    fn affine_and_slopes(&self, sliding: Sliding<T>, deflection: T) -> (Affine<T>, Affine<T>) {
+        of_the_model!(self, model => model.affine_and_slopes(sliding, deflection))
+    }
+
+    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
+        of_the_model!(self, model => model.stationary(sliding))
+    }
+
+    fn stationary_coefficient(&self, sliding: impl Into<Sliding<T>>) -> T {
+        of_the_model!(self, model => model.stationary_coefficient(sliding))
+    }
+
+    #[inline]
+    fn storage_stiffness(&self) -> T {
+        of_the_model!(self, model => model.storage_stiffness())
+    }
+
+    fn obeys(&self, law: Law) -> bool {
+        of_the_model!(self, model => model.obeys(law))
+    }
+
+    fn limits(&self, fastest: T) -> Limits<T> {
+        of_the_model!(self, model => model.limits(fastest))
+    }
+
+    fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
+        of_the_model!(self, model => model.characteristics(fastest))
+    }
+
+    #[inline]
+    fn rate(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> T {
+        of_the_model!(self, model => model.rate(sliding, deflection))
+    }
+
+    #[inline]
+    fn coefficient(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> T {
+        of_the_model!(self, model => model.coefficient(sliding, deflection))
+    }
+
+    #[inline]
+    fn linearised(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> Linearised<T> {
+        of_the_model!(self, model => model.linearised(sliding, deflection))
+    }
+
+    fn steady_linearised(&self, sliding: impl Into<Sliding<T>>) -> Linearised<T> {
+        of_the_model!(self, model => model.steady_linearised(sliding))
+    }
+
+    #[inline]
+    fn hold(&self, velocity: T, deflection: T, duration: T) -> HeldStep<T> {
+        of_the_model!(self, model => model.hold(velocity, deflection, duration))
+    }
+
+    #[inline]
+    fn mean_damping(&self, sliding: Sliding<T>, weights: &Weights<T>) -> Option<T> {
+        of_the_model!(self, model => model.mean_damping(sliding, weights))
+    }
+}
+
+impl<T, C, E> From<FrBd<C, KelvinVoigt<T>, E>> for AnyBristle<T>
+where
+    C: Into<AnyCurve<T>>,
+    E: Into<AnyRegularisation<T>>,
+{
+    fn from(model: FrBd<C, KelvinVoigt<T>, E>) -> Self {
+        Self::FrBd(model.map(C::into, E::into))
+    }
+}
+
+impl<T, C, E> From<FrBd<C, Maxwell<T>, E>> for AnyBristle<T>
+where
+    C: Into<AnyCurve<T>>,
+    E: Into<AnyRegularisation<T>>,
+{
+    fn from(model: FrBd<C, Maxwell<T>, E>) -> Self {
+        Self::Maxwell(model.map(C::into, E::into))
+    }
+}
+
+impl<T, C, E> From<LuGre<C, KelvinVoigt<T>, E, T>> for AnyBristle<T>
+where
+    C: Into<AnyCurve<T>>,
+    E: Into<AnyRegularisation<T>>,
+{
+    fn from(model: LuGre<C, KelvinVoigt<T>, E, T>) -> Self {
+        Self::LuGre(model.map(C::into, E::into))
+    }
+}
+
+impl<T> From<Dahl<T>> for AnyBristle<T> {
+    fn from(model: Dahl<T>) -> Self {
+        Self::Dahl(model)
+    }
+}
+
+impl<T, C, E> From<ElastoPlastic<C, KelvinVoigt<T>, E, T>> for AnyBristle<T>
+where
+    C: Into<AnyCurve<T>>,
+    E: Into<AnyRegularisation<T>>,
+{
+    fn from(model: ElastoPlastic<C, KelvinVoigt<T>, E, T>) -> Self {
+        Self::ElastoPlastic(model.map(C::into, E::into))
+    }
+}
+
+impl<T: Scalar, C: FrictionCurve<T> + Into<AnyCurve<T>>> From<ImplicitBristle<C, T>>
+    for AnyBristle<T>
+{
+    fn from(model: ImplicitBristle<C, T>) -> Self {
+        Self::Implicit(model.map(C::into))
+    }
+}

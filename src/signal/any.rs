@@ -1,0 +1,69 @@
+//! A signal chosen at run time.
+
+#[cfg(feature = "alloc")]
+use alloc::vec::Vec;
+
+#[cfg(feature = "alloc")]
+use super::{Polyline, Vertex};
+use super::{Signal, Sine};
+use crate::Scalar;
+
+/// A signal chosen at run time: one of this crate's, with its numbers to the last bit.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum AnySignal<T> {
+    /// A number that does not change.
+    Constant(T),
+    /// A sine about a mean.
+    Sine(Sine<T>),
+    /// Straight lines between any number of points.
+    #[cfg(feature = "alloc")]
+    Polyline(Polyline<Vec<Vertex<T>>>),
+}
+
+/// Calls a function of the signal.
+macro_rules! of_the_signal {
+    ($self:ident, $signal:ident => $answer:expr) => {
+        match $self {
+            AnySignal::Constant($signal) => $answer,
+            AnySignal::Sine($signal) => $answer,
+            #[cfg(feature = "alloc")]
+            AnySignal::Polyline($signal) => $answer,
+        }
+    };
+}
+
+impl<T: Scalar> Signal<T> for AnySignal<T> {
+    #[inline]
+    fn value(&self, time: T) -> T {
+        of_the_signal!(self, signal => signal.value(time))
+    }
+
+    #[inline]
+    fn value_and_rate(&self, time: T) -> (T, T) {
+        of_the_signal!(self, signal => signal.value_and_rate(time))
+    }
+
+    fn next_kink(&self, time: T, towards: T) -> Option<T> {
+        of_the_signal!(self, signal => signal.next_kink(time, towards))
+    }
+}
+
+impl<T: Scalar> From<T> for AnySignal<T> {
+    fn from(value: T) -> Self {
+        Self::Constant(value)
+    }
+}
+
+impl<T: Scalar> From<Sine<T>> for AnySignal<T> {
+    fn from(signal: Sine<T>) -> Self {
+        Self::Sine(signal)
+    }
+}
+
+#[cfg(feature = "alloc")]
+impl<T: Scalar> From<Polyline<Vec<Vertex<T>>>> for AnySignal<T> {
+    fn from(signal: Polyline<Vec<Vertex<T>>>) -> Self {
+        Self::Polyline(signal)
+    }
+}
