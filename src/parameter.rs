@@ -47,6 +47,7 @@ impl fmt::Display for ParameterError {
             Rule::CountBetween { least, most } => {
                 return write!(f, "there must be {least} to {most} {name}, not {count}");
             }
+            Rule::Takes(choices) => return write!(f, "{choices}, not {name}"),
             _ => f.write_str(name)?,
         }
         if let Some(component) = self.component {
@@ -104,6 +105,8 @@ pub enum Rule {
         /// The component before.
         previous: f64,
     },
+    /// Another choice at run time than the one named: so and so takes this or that.
+    Takes(&'static str),
     /// A count of at least so many.
     Count {
         /// Smallest admissible count.
@@ -153,6 +156,7 @@ impl fmt::Display for Rule {
             Rule::Increasing { previous } => {
                 write!(f, "be larger than its predecessor {}", Number(previous))
             }
+            Rule::Takes(choices) => f.write_str(choices),
             Rule::Count { least } => write!(f, "be at least {least}"),
             Rule::CountBetween { least, most } => write!(f, "lie between {least} and {most}"),
             Rule::BetweenAt { least, most, place } => {
@@ -198,6 +202,11 @@ fn against<T: Scalar>(
 /// The error for a value that breaks a rule.
 pub(crate) fn refused<T: Scalar>(name: &'static str, value: T, rule: Rule) -> ParameterError {
     ParameterError { name, component: None, value: decimal(value), rule }
+}
+
+/// The error for what was chosen at run time and does not go where it was put, which takes others.
+pub(crate) fn chosen(choice: &'static str, takes: &'static str) -> ParameterError {
+    ParameterError { name: choice, component: None, value: f64::NAN, rule: Rule::Takes(takes) }
 }
 
 /// A rule of one construction: the value must …

@@ -4,11 +4,12 @@
 
 use super::BatchError;
 use super::real::{self, Real};
-use crate::curve::{Coulomb, RationalStribeck, Stribeck, Valley};
+use crate::curve::{AnyCurve, Coulomb, RationalStribeck, Stribeck, Valley};
 use crate::parameter::{self, ParameterError, Rule};
+use crate::regularisation::AnyRegularisation;
 use crate::rheology::{KelvinVoigt, Rheology};
 use crate::scalar::lit;
-use crate::{Dahl, FrBd, Sliding};
+use crate::{AnyBristle, Dahl, FrBd, Sliding};
 pub(super) use sealed::Material;
 
 /// How friction falls from its static to its dynamic coefficient, over u = |v|/v_S.
@@ -109,7 +110,7 @@ impl<T: Real> Material<T> {
 
 /// A model that all bristles of a batch can share: [`FrBd`] of a [`Coulomb`], [`Stribeck`]
 /// (exponent 1 or 2) or [`RationalStribeck`] curve and a constant [`KelvinVoigt`]
-/// bristle, or [`Dahl`].
+/// bristle, or [`Dahl`]. An [`AnyBristle`] is one if it holds one of these.
 pub trait Uniform<T>: sealed::Model<T> {}
 
 pub(super) mod sealed {
@@ -169,6 +170,21 @@ impl<T: Real> sealed::Curve<T> for Coulomb<T> {
     }
 }
 
+impl<T: Real> sealed::Curve<T> for AnyCurve<T> {
+    fn curve(&self) -> Result<(Fall, Material<T>), ParameterError> {
+        match self {
+            Self::Coulomb(curve) => curve.curve(),
+            Self::Stribeck(curve) => curve.curve(),
+            Self::RationalStribeck(curve) => curve.curve(),
+            #[cfg(feature = "alloc")]
+            Self::Tabulated(_) | Self::Asymmetric(_) | Self::Own(_) => {
+                let takes = "a batch takes Coulomb, Stribeck or rational Stribeck";
+                Err(parameter::chosen("another curve", takes))
+            }
+        }
+    }
+}
+
 /// A curve whose bristle is still to be filled in.
 fn without_bristle<T: Real>(curve: Valley<T>) -> Material<T> {
     Material { curve, stiffness: T::zero(), damping: T::zero() }
@@ -199,6 +215,24 @@ impl<T: Real> sealed::Model<T> for Dahl<T> {
     fn material(&self) -> Result<(Fall, Material<T>), ParameterError> {
         let curve = flat(self.dynamic, T::zero());
         Ok((Fall::Rational, Material { stiffness: self.stiffness, ..curve }))
+    }
+}
+
+impl<T: Real> sealed::Model<T> for AnyBristle<T> {
+    fn material(&self) -> Result<(Fall, Material<T>), ParameterError> {
+        match self {
+            Self::FrBd(model) => {
+                let AnyRegularisation::Unregularised = model.regularisation() else {
+                    return Err(parameter::chosen(
+                        "a regularised one",
+                        "a batch takes |v| as it is",
+                    ));
+                };
+                FrBd::new(model.curve().clone(), *model.rheology()).material()
+            }
+            Self::Dahl(model) => model.material(),
+            _ => Err(parameter::chosen(self.name(), "a batch takes FrBD or Dahl")),
+        }
     }
 }
 

@@ -89,7 +89,7 @@ use super::velocity_from_position::{VelocityFromPosition, VelocityFromPositionPa
 use crate::parameter::{self, ParameterError};
 use crate::rheology::{Deflection, HeldWeights, KelvinVoigt};
 use crate::scalar::{lit, unlimited};
-use crate::{Affine, Bristle, Contact, Dahl, FrBd, Law, LuGre, Scalar};
+use crate::{Affine, AnyBristle, Bristle, Contact, Dahl, FrBd, Law, LuGre, Scalar};
 
 /// How the tracking error corrects the estimate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -153,12 +153,30 @@ pub trait ObserverModel<T: Scalar>: Bristle<T, Deflection = T> + sealed::Linear 
 impl<T: Scalar, M: Bristle<T, Deflection = T> + sealed::Linear> ObserverModel<T> for M {}
 
 mod sealed {
-    pub trait Linear {}
+    use crate::parameter::ParameterError;
+
+    pub trait Linear {
+        /// Refuses a model, chosen at run time, that is not linear.
+        fn check_linearity(&self) -> Result<(), ParameterError> {
+            Ok(())
+        }
+    }
 }
 
 impl<T, C, E> sealed::Linear for FrBd<C, KelvinVoigt<T>, E> {}
 impl<T, C, E> sealed::Linear for LuGre<C, KelvinVoigt<T>, E, T> {}
 impl<T> sealed::Linear for Dahl<T> {}
+
+impl<T> sealed::Linear for AnyBristle<T> {
+    fn check_linearity(&self) -> Result<(), ParameterError> {
+        match self {
+            Self::FrBd(_) | Self::LuGre(_) | Self::Dahl(_) => Ok(()),
+            Self::Maxwell(_) | Self::ElastoPlastic(_) | Self::Implicit(_) => {
+                Err(parameter::chosen(self.name(), "an observer takes FrBD, LuGre or Dahl"))
+            }
+        }
+    }
+}
 
 /// Largest jump of the reference in one sample, over the displacement at the fastest speed: a
 /// planner a thousand times slower than the loop asks for that much. A larger jump is refused as a
@@ -224,7 +242,8 @@ impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
     ///
     /// Refuses parameters out of their ranges, α m ≥ K_d, and K_i ≥ α K_p. [`Injection::Position`]
     /// needs σ1 > 0, and has α = σ0/σ1. With [`Injection::Velocity`], LuGre is refused if the
-    /// fastest speed breaks σ1² λ ≤ 4 σ0 (σ1 + σ2).
+    /// fastest speed breaks σ1² λ ≤ 4 σ0 (σ1 + σ2). Of an [`AnyBristle`], models that are not
+    /// linear are refused.
     pub fn new(parameters: ObserverParameters<T, M>) -> Result<Self, ParameterError> {
         let ObserverParameters { contact, injection, velocity, output, .. } = parameters;
         let fastest = parameter::positive("fastest", velocity.fastest)?;
@@ -233,6 +252,7 @@ impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
         let derivative = parameter::positive("derivative_gain", parameters.derivative_gain)?;
         let integral = parameter::non_negative("integral_gain", parameters.integral_gain)?;
         let model = contact.model();
+        model.check_linearity()?;
         let stiffness = model.storage_stiffness();
         let (micro_damping, viscous) = model
             .characteristics(fastest)

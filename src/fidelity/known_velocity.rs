@@ -172,7 +172,7 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Scene for KnownVelocity<T, M, V> 
             Level::STATIC_CURVE => self.static_curve(),
             Level::DAHL => self.hold(&self.dahl, steps, (cost::DAHL_HOLD, 0.0)),
             Level::LUMPED => self.hold(&self.lumped, steps, (cost::HOLD, cost::FORCE)),
-            _ => self.hold(&self.contact, steps, M::COSTS),
+            _ => self.hold(&self.contact, steps, self.contact.model().costs()),
         })
     }
 

@@ -6,7 +6,7 @@ use crate::parameter::ParameterError;
 use crate::regularisation::Regularisation;
 use crate::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters, Rheology};
 use crate::scalar::is_zero;
-use crate::{Bristle, ElastoPlastic, FrBd, ImplicitBristle, LuGre, Scalar};
+use crate::{AnyBristle, Bristle, ElastoPlastic, FrBd, ImplicitBristle, LuGre, Scalar};
 
 /// A model that can be the reference of a [`KnownVelocity`](super::KnownVelocity): FrBD with any
 /// bristle, LuGre and elasto-plastic FrBD of one spring, the implicit bristle, or your own model.
@@ -29,11 +29,13 @@ pub trait Reducible<T: Scalar>: Bristle<T> {
     fn is_lumped(&self) -> bool;
 
     /// The cost of an exact step and of the force after it, in evaluations of FrBD with one spring.
-    const COSTS: (f64, f64) = if Self::Deflection::SPRINGS == 1 {
-        (cost::HOLD, cost::FORCE)
-    } else {
-        (cost::MATRIX_HOLD, cost::FORCE)
-    };
+    fn costs(&self) -> (f64, f64) {
+        if Self::Deflection::SPRINGS == 1 {
+            (cost::HOLD, cost::FORCE)
+        } else {
+            (cost::MATRIX_HOLD, cost::FORCE)
+        }
+    }
 }
 
 impl<T: Scalar, C: FrictionCurve<T>, R: Rheology<T>, E: Regularisation<T>> Reducible<T>
@@ -71,7 +73,9 @@ impl<T: Scalar, C: FrictionCurve<T>> Reducible<T> for ImplicitBristle<C, T> {
         false
     }
 
-    const COSTS: (f64, f64) = (cost::IMPLICIT_HOLD, cost::IMPLICIT_FORCE);
+    fn costs(&self) -> (f64, f64) {
+        (cost::IMPLICIT_HOLD, cost::IMPLICIT_FORCE)
+    }
 }
 
 /// A model of one spring stands below itself, at the cost of FrBD.
@@ -95,3 +99,32 @@ macro_rules! of_one_spring {
 }
 of_one_spring!(LuGre);
 of_one_spring!(ElastoPlastic);
+
+/// That of the model it holds.
+impl<T: Scalar> Reducible<T> for AnyBristle<T> {
+    type Lumped = Self;
+
+    fn lumped(&self, angular_frequency: T) -> Result<Self, ParameterError> {
+        Ok(match self {
+            Self::FrBd(model) => Self::FrBd(model.lumped(angular_frequency)?),
+            Self::Maxwell(model) => Self::FrBd(model.lumped(angular_frequency)?),
+            Self::Implicit(model) => model.lumped(angular_frequency)?.into(),
+            Self::LuGre(_) | Self::Dahl(_) | Self::ElastoPlastic(_) => self.clone(),
+        })
+    }
+
+    fn is_lumped(&self) -> bool {
+        match self {
+            Self::FrBd(model) => model.is_lumped(),
+            Self::Maxwell(_) | Self::Implicit(_) => false,
+            Self::LuGre(_) | Self::Dahl(_) | Self::ElastoPlastic(_) => true,
+        }
+    }
+
+    fn costs(&self) -> (f64, f64) {
+        match self {
+            Self::Implicit(model) => model.costs(),
+            _ => (cost::HOLD, cost::FORCE),
+        }
+    }
+}

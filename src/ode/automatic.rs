@@ -34,6 +34,12 @@ pub struct Automatic;
 
 impl<T: Scalar, const N: usize> OneStep<T, N> for Automatic {
     type Stepper = Alternating<T, N>;
+
+    fn stepper(&self) -> Self::Stepper {
+        let (explicit, rosenbrock) = (Explicit::new(), Rosenbrock::new());
+        let (is_explicit, is_new, since, votes, needed) = (false, false, 0, 0, VOTES);
+        Alternating { explicit, rosenbrock, is_explicit, is_new, since, votes, needed }
+    }
 }
 
 /// An explicit and a Rosenbrock method that take turns.
@@ -98,12 +104,6 @@ impl<T: Scalar, const N: usize> Alternating<T, N> {
 }
 
 impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
-    fn new() -> Self {
-        let (explicit, rosenbrock) = (Explicit::new(), Rosenbrock::new());
-        let (is_explicit, is_new, since, votes, needed) = (false, false, 0, 0, VOTES);
-        Self { explicit, rosenbrock, is_explicit, is_new, since, votes, needed }
-    }
-
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
         self.is_new = false;
         at_work!(self.begin(field, point));

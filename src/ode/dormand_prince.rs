@@ -17,6 +17,10 @@ pub struct DormandPrince;
 
 impl<T: Scalar, const N: usize> OneStep<T, N> for DormandPrince {
     type Stepper = Explicit<Self, T, N, 7>;
+
+    fn stepper(&self) -> Self::Stepper {
+        Explicit::new()
+    }
 }
 
 #[rustfmt::skip] // Several coefficients a line.

@@ -18,6 +18,10 @@ pub struct DormandPrince8;
 
 impl<T: Scalar, const N: usize> OneStep<T, N> for DormandPrince8 {
     type Stepper = Explicit<Self, T, N, 16>;
+
+    fn stepper(&self) -> Self::Stepper {
+        Explicit::new()
+    }
 }
 
 #[rustfmt::skip] // Several coefficients a line.

@@ -191,13 +191,9 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
     }
 }
 
-impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N>
-    for Explicit<B, T, N, S>
-{
-    const ESTIMATES_ERROR: bool = !B::ERROR.is_empty();
-    const CARE: f64 = B::CARE;
-
-    fn new() -> Self {
+impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, T, N, S> {
+    /// The method at the start of a run.
+    pub(super) fn new() -> Self {
         const { assert!(B::WEIGHTS.len() == S && B::TIMES.len() == S && B::STAGES < S) };
         Self {
             k: [SVector::zeros(); S],
@@ -206,6 +202,13 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
             tableau: PhantomData,
         }
     }
+}
+
+impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N>
+    for Explicit<B, T, N, S>
+{
+    const ESTIMATES_ERROR: bool = !B::ERROR.is_empty();
+    const CARE: f64 = B::CARE;
 
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
         self.forget();

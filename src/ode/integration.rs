@@ -72,7 +72,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         let rate = SVector::zeros();
         let mut run = Self {
             system,
-            stepper: M::Stepper::new(),
+            stepper: settings.method.stepper(),
             walk: Walk::new(settings.pace, (start_time, end_time)),
             point: Point { time: start_time, state, rate, scale: settings.scale(&state) },
             settings,

@@ -12,8 +12,9 @@
 //! | [`DormandPrince8`] | explicit, order 8(5,3): tight tolerances |
 //! | [`Rodas4`], [`Rodas5P`] | L-stable Rosenbrock methods of order 4(3) and 5(4): stiff systems |
 //! | [`RungeKutta4`] | fixed steps, split at reversals or [`plain`](Solver::plain) |
+//! | [`AnyMethod`] | one of these, chosen at run time |
 //!
-//! All but the last choose their steps by an error estimate and have a dense output of their own. A
+//! All but `RungeKutta4` choose their steps by an error estimate and have a dense output of their own. A
 //! Rosenbrock method needs the Jacobian: give [`System::linearised`]. Otherwise finite differences
 //! are taken, over √ε of the larger of each state and its [scale](System::scales). They cost N + 2
 //! evaluations a step and half of the digits of the Jacobian, and with a wrong scale they may ruin
@@ -29,6 +30,7 @@
 //! drawn rigs (`cargo test --release --test ode -- --ignored drawn`, other rigs with each
 //! `BRISTLE_SEED`) single runs were off by 2 300 tolerances of 10⁻⁵, and by 1.6 scales at 10⁻¹.
 
+mod any;
 mod automatic;
 mod controller;
 mod crossing;
@@ -56,6 +58,7 @@ mod tolerance;
 mod trajectory;
 mod walk;
 
+pub use any::AnyMethod;
 pub use automatic::Automatic;
 pub(crate) use crossing::{Crossing, Search};
 

@@ -14,6 +14,10 @@ pub struct Rodas4;
 
 impl<T: Scalar, const N: usize> OneStep<T, N> for Rodas4 {
     type Stepper = Rosenbrock<Self, T, N, 6>;
+
+    fn stepper(&self) -> Self::Stepper {
+        Rosenbrock::new()
+    }
 }
 
 #[rustfmt::skip] // Several coefficients a line.

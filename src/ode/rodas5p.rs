@@ -16,6 +16,10 @@ pub struct Rodas5P;
 
 impl<T: Scalar, const N: usize> OneStep<T, N> for Rodas5P {
     type Stepper = Rosenbrock<Self, T, N, 8>;
+
+    fn stepper(&self) -> Self::Stepper {
+        Rosenbrock::new()
+    }
 }
 
 #[rustfmt::skip] // Several coefficients a line.

@@ -95,12 +95,9 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Rosenbrock
     }
 }
 
-impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N>
-    for Rosenbrock<B, T, N, S>
-{
-    const CARE: f64 = B::CARE;
-
-    fn new() -> Self {
+impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Rosenbrock<B, T, N, S> {
+    /// The method at the start of a run.
+    pub(super) fn new() -> Self {
         const { assert!(B::COUPLING.len() == S && B::TIMES.len() == S && S <= 8) };
         const { assert!(B::EXTENSION.len() < 4) };
         let (zero, by_state) = (SVector::zeros(), SMatrix::zeros());
@@ -108,6 +105,12 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T,
         let (at_start, at_end, tableau) = (unknown, unknown, PhantomData);
         Self { u: [zero; S], at_start, at_end, shift: T::zero(), is_outgrown: false, tableau }
     }
+}
+
+impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N>
+    for Rosenbrock<B, T, N, S>
+{
+    const CARE: f64 = B::CARE;
 
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
         self.at_start = field.linearised(point.time, &point.state);

@@ -21,6 +21,10 @@ pub struct RungeKutta4;
 
 impl<T: Scalar, const N: usize> OneStep<T, N> for RungeKutta4 {
     type Stepper = Explicit<Self, T, N, 5>;
+
+    fn stepper(&self) -> Self::Stepper {
+        Explicit::new()
+    }
 }
 
 impl ExplicitTableau for RungeKutta4 {

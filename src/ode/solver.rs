@@ -23,7 +23,7 @@ use crate::parameter::{self, ParameterError, Rule};
 /// to step by hand, and, with the `alloc` feature, [`Solver::solve`] stores a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solver<T: Scalar, M, const N: usize> {
-    method: M,
+    pub(super) method: M,
     pub(super) pace: Pace<T>,
     /// None for fixed steps.
     pub(super) tolerances: Option<Tolerances<T, N>>,
@@ -37,7 +37,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// [`RungeKutta4`](super::RungeKutta4) has no error estimate, and does not compile here.
     pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
-        Self::adaptive_per_step(method, tolerances.local(M::Stepper::CARE))
+        Self::adaptive_per_step(method, tolerances.local(method.care()))
     }
 
     /// Steps chosen so that the local error of each one meets the tolerances, as in a general ODE
@@ -117,6 +117,9 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         initial_state: SVector<T, N>,
     ) -> Result<Integration<'a, T, S, M, N, K>, Failure<T, N>> {
         let refuse = |error| Failure::refused(error, span.start, initial_state);
+        if self.tolerances.is_some() {
+            self.method.check_adaptive().map_err(refuse)?;
+        }
         parameter::finite("span.start", span.start).map_err(refuse)?;
         parameter::finite("span.end", span.end).map_err(refuse)?;
         for (index, &value) in initial_state.iter().enumerate() {

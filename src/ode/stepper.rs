@@ -8,6 +8,7 @@ use super::dense_output::DenseOutput;
 use super::system::Linearisation;
 use crate::Scalar;
 use crate::bounds::larger;
+use crate::parameter::ParameterError;
 use crate::scalar::to_f64;
 
 /// The right-hand side on locked branches, as a method sees it: smooth, and its calls counted.
@@ -92,9 +93,6 @@ pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
     /// errors of all steps together, and those between them, are of the size of the tolerance.
     const CARE: f64 = 1.0;
 
-    /// The method at the start of a run.
-    fn new() -> Self;
-
     /// Evaluates the rate, and whatever else the method needs, at a point where a run starts or
     /// continues after a reversal or a kink.
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>);
@@ -125,7 +123,8 @@ pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
 
 /// A one-step method of this module: [`RungeKutta4`](super::RungeKutta4),
 /// [`DormandPrince`](super::DormandPrince), [`DormandPrince8`](super::DormandPrince8),
-/// [`Rodas4`](super::Rodas4), [`Rodas5P`](super::Rodas5P) or [`Automatic`](super::Automatic).
+/// [`Rodas4`](super::Rodas4), [`Rodas5P`](super::Rodas5P), [`Automatic`](super::Automatic), or one of
+/// them chosen at run time, [`AnyMethod`](super::AnyMethod).
 #[allow(private_bounds, reason = "the methods are those of this module")]
 pub trait Method<T: Scalar, const N: usize>: OneStep<T, N> {}
 
@@ -135,4 +134,17 @@ impl<T: Scalar, M: OneStep<T, N>, const N: usize> Method<T, N> for M {}
 pub(crate) trait OneStep<T: Scalar, const N: usize>: Debug + Copy {
     /// What steps with it.
     type Stepper: Stepper<T, N>;
+
+    /// The method at the start of a run.
+    fn stepper(&self) -> Self::Stepper;
+
+    /// See [`Stepper::CARE`].
+    fn care(&self) -> f64 {
+        Self::Stepper::CARE
+    }
+
+    /// Refuses adaptive steps of a method, chosen at run time, without an error estimate.
+    fn check_adaptive(&self) -> Result<(), ParameterError> {
+        Ok(())
+    }
 }

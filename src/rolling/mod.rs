@@ -69,6 +69,6 @@ pub use limits::PatchLimits;
 pub use passivity::Passivity;
 pub use patch::{Motion, Patch, PatchParameters, RateDependent};
 pub use pressure::{
-    FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,
+    AnyPressure, FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,
 };
 pub use steady::Steady;

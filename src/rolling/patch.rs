@@ -6,17 +6,24 @@ use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::regularisation::Regularisation;
 use crate::rheology::{KelvinVoigt, Rheology, VelocityLaw};
-use crate::scalar::is_zero;
-use crate::{Affine, Bristle, Dahl, FrBd, LuGre, Scalar, Sliding};
+use crate::scalar::{is_zero, nan, unlimited};
+use crate::{Affine, AnyBristle, Bristle, Dahl, FrBd, LuGre, Scalar, Sliding};
 
 /// A friction model with one deflection whose coefficients depend on the velocity alone, so that
-/// all bristles of a patch share them: every model of this crate but the elasto-plastic one, which
-/// switches with its deflection.
+/// all bristles of a patch share them: [`FrBd`] with a bristle of one spring,
+/// [`LuGre`] and [`Dahl`]. (Elasto-plastic FrBD switches with its deflection, the implicit bristle
+/// solves for it.)
 pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
     /// The four coefficients at a velocity.
     #[inline]
     fn at_velocity(&self, sliding: impl Into<Sliding<T>>) -> Affine<T> {
         self.affine(sliding.into(), T::zero())
+    }
+
+    /// Refuses a model, chosen at run time, whose coefficients depend on its deflection.
+    #[doc(hidden)]
+    fn check_rate_dependence(&self) -> Result<(), ParameterError> {
+        Ok(())
     }
 
     /// ∫ p (m (c₀ − K r) + c₂) dξ over a part of the patch, where m is the mean deflection of
@@ -90,6 +97,40 @@ impl<T: Scalar> RateDependent<T> for Dahl<T> {
     }
 }
 
+/// Those of its models that depend on the velocity alone; every motion of a patch refuses the
+/// others.
+impl<T: Scalar> RateDependent<T> for AnyBristle<T> {
+    fn check_rate_dependence(&self) -> Result<(), ParameterError> {
+        match self {
+            Self::FrBd(_) | Self::Maxwell(_) | Self::LuGre(_) | Self::Dahl(_) => Ok(()),
+            Self::ElastoPlastic(_) | Self::Implicit(_) => {
+                Err(parameter::chosen(self.name(), "a patch takes FrBD, LuGre or Dahl"))
+            }
+        }
+    }
+
+    #[inline]
+    fn damping_beyond_springs(&self, velocity: T, driven: T, kept: T, carried: T) -> T {
+        match self {
+            Self::FrBd(model) => model.damping_beyond_springs(velocity, driven, kept, carried),
+            Self::Maxwell(model) => model.damping_beyond_springs(velocity, driven, kept, carried),
+            Self::LuGre(model) => model.damping_beyond_springs(velocity, driven, kept, carried),
+            Self::Dahl(model) => model.damping_beyond_springs(velocity, driven, kept, carried),
+            Self::ElastoPlastic(_) | Self::Implicit(_) => nan(),
+        }
+    }
+
+    fn output_limits(&self, fastest: T) -> (T, T) {
+        match self {
+            Self::FrBd(model) => model.output_limits(fastest),
+            Self::Maxwell(model) => model.output_limits(fastest),
+            Self::LuGre(model) => model.output_limits(fastest),
+            Self::Dahl(model) => model.output_limits(fastest),
+            Self::ElastoPlastic(_) | Self::Implicit(_) => (unlimited(), unlimited()),
+        }
+    }
+}
+
 /// The coefficients of a model at a velocity, if they are finite and λ is not negative: a bad one
 /// would stay in the patch.
 #[inline]
@@ -97,6 +138,7 @@ pub(super) fn coefficients<T: Scalar, M: RateDependent<T>>(
     model: &M,
     velocity: T,
 ) -> Result<Affine<T>, ParameterError> {
+    model.check_rate_dependence()?;
     checked(model.at_velocity(velocity))
 }
 

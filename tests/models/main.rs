@@ -12,4 +12,5 @@ mod implicit_hold;
 mod laws;
 mod parameters;
 mod plane;
+mod runtime;
 mod viscoelastic;

@@ -1,11 +1,13 @@
 //! Pressure along a contact patch: normal force per length over the place ξ, 0 at the inlet and 1
 //! at the outlet.
 
+mod any;
 mod function;
 mod polynomial_exponential;
 
 use core::fmt::Debug;
 
+pub use any::AnyPressure;
 pub use function::FunctionPressure;
 pub use polynomial_exponential::{PolynomialExponential, PolynomialExponentialParameters};
 

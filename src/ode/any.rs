@@ -1,0 +1,180 @@
+//! A method chosen at run time.
+
+use core::fmt;
+use core::str::FromStr;
+
+use super::automatic::Alternating;
+use super::dense_output::DenseOutput;
+use super::explicit::Explicit;
+use super::rosenbrock::Rosenbrock;
+use super::stepper::{Field, OneStep, Point, Stepper, TrialStep};
+use super::{Automatic, DormandPrince, DormandPrince8, Rodas4, Rodas5P, RungeKutta4};
+use crate::Scalar;
+use crate::parameter::{self, ParameterError};
+
+/// A method chosen at run time, with the steps of the method itself to the last bit.
+///
+/// Its names are `automatic`, `dormand_prince`, `dormand_prince8`, `rodas4`, `rodas5p` and
+/// `runge_kutta4`.
+///
+/// ```
+/// use bristle::ode::{AnyMethod, Solver, Tolerances};
+/// use bristle::scene::MassSpringDamper;
+/// use bristle::{Bristle, Dahl, DahlParameters, paper};
+///
+/// let method: AnyMethod = "rodas5p".parse()?;
+/// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
+/// let rig = MassSpringDamper::new(paper::stick_slip_rig(friction.under_load(1.0)?))?;
+/// let solver = Solver::adaptive(method, Tolerances::scaled(1e-6, rig.scales())?);
+/// assert!(solver.begin(&rig, 0.0..1.0, rig.at_rest()).is_ok());
+///
+/// // Runge–Kutta 4 has no error estimate: it takes fixed steps only.
+/// let solver = Solver::adaptive(AnyMethod::RungeKutta4, Tolerances::scaled(1e-6, rig.scales())?);
+/// assert!(solver.begin(&rig, 0.0..1.0, rig.at_rest()).is_err());
+/// # Ok::<(), bristle::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum AnyMethod {
+    /// `DormandPrince8` and `Rodas5P` take turns.
+    #[default]
+    Automatic,
+    /// Explicit, order 5(4).
+    DormandPrince,
+    /// Explicit, order 8(5,3).
+    DormandPrince8,
+    /// L-stable Rosenbrock method of order 4(3).
+    Rodas4,
+    /// L-stable Rosenbrock method of order 5(4).
+    Rodas5P,
+    /// The classical method, with fixed steps.
+    RungeKutta4,
+}
+
+const NAMES: [(&str, AnyMethod); 6] = [
+    ("automatic", AnyMethod::Automatic),
+    ("dormand_prince", AnyMethod::DormandPrince),
+    ("dormand_prince8", AnyMethod::DormandPrince8),
+    ("rodas4", AnyMethod::Rodas4),
+    ("rodas5p", AnyMethod::Rodas5P),
+    ("runge_kutta4", AnyMethod::RungeKutta4),
+];
+
+impl fmt::Display for AnyMethod {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = NAMES.iter().find(|(_, method)| method == self).map_or("", |(name, _)| name);
+        f.pad(name)
+    }
+}
+
+impl FromStr for AnyMethod {
+    type Err = ParameterError;
+
+    /// The method of a name.
+    ///
+    /// # Errors
+    ///
+    /// Refuses any other name.
+    fn from_str(name: &str) -> Result<Self, ParameterError> {
+        let named = NAMES.iter().find(|(known, _)| *known == name);
+        named.map(|(_, method)| *method).ok_or_else(|| {
+            let takes = "a method is automatic, dormand_prince, dormand_prince8, rodas4, rodas5p \
+                         or runge_kutta4";
+            parameter::chosen("another name", takes)
+        })
+    }
+}
+
+impl<T: Scalar, const N: usize> OneStep<T, N> for AnyMethod {
+    type Stepper = AnyStepper<T, N>;
+
+    fn stepper(&self) -> Self::Stepper {
+        match self {
+            Self::Automatic => AnyStepper::Automatic(Automatic.stepper()),
+            Self::DormandPrince => AnyStepper::DormandPrince(DormandPrince.stepper()),
+            Self::DormandPrince8 => AnyStepper::DormandPrince8(DormandPrince8.stepper()),
+            Self::Rodas4 => AnyStepper::Rodas4(Rodas4.stepper()),
+            Self::Rodas5P => AnyStepper::Rodas5P(Rodas5P.stepper()),
+            Self::RungeKutta4 => AnyStepper::RungeKutta4(RungeKutta4.stepper()),
+        }
+    }
+
+    fn care(&self) -> f64 {
+        match self {
+            Self::Automatic => OneStep::<T, N>::care(&Automatic),
+            Self::DormandPrince => OneStep::<T, N>::care(&DormandPrince),
+            Self::DormandPrince8 => OneStep::<T, N>::care(&DormandPrince8),
+            Self::Rodas4 => OneStep::<T, N>::care(&Rodas4),
+            Self::Rodas5P => OneStep::<T, N>::care(&Rodas5P),
+            Self::RungeKutta4 => OneStep::<T, N>::care(&RungeKutta4),
+        }
+    }
+
+    fn check_adaptive(&self) -> Result<(), ParameterError> {
+        if *self == Self::RungeKutta4 {
+            let takes = "adaptive steps take a method with an error estimate";
+            return Err(parameter::chosen("runge_kutta4", takes));
+        }
+        Ok(())
+    }
+}
+
+/// The method at work.
+#[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant, reason = "one for a run, on the stack")]
+pub(crate) enum AnyStepper<T: Scalar, const N: usize> {
+    Automatic(Alternating<T, N>),
+    DormandPrince(Explicit<DormandPrince, T, N, 7>),
+    DormandPrince8(Explicit<DormandPrince8, T, N, 16>),
+    Rodas4(Rosenbrock<Rodas4, T, N, 6>),
+    Rodas5P(Rosenbrock<Rodas5P, T, N, 8>),
+    RungeKutta4(Explicit<RungeKutta4, T, N, 5>),
+}
+
+/// Calls a function of the method at work.
+macro_rules! of_the_method {
+    ($self:ident, $stepper:ident => $answer:expr) => {
+        match $self {
+            AnyStepper::Automatic($stepper) => $answer,
+            AnyStepper::DormandPrince($stepper) => $answer,
+            AnyStepper::DormandPrince8($stepper) => $answer,
+            AnyStepper::Rodas4($stepper) => $answer,
+            AnyStepper::Rodas5P($stepper) => $answer,
+            AnyStepper::RungeKutta4($stepper) => $answer,
+        }
+    };
+}
+
+impl<T: Scalar, const N: usize> Stepper<T, N> for AnyStepper<T, N> {
+    fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
+        of_the_method!(self, stepper => stepper.begin(field, point));
+    }
+
+    #[inline]
+    fn step(&mut self, field: &mut impl Field<T, N>, from: &Point<T, N>, h: T) -> TrialStep<T, N> {
+        of_the_method!(self, stepper => stepper.step(field, from, h))
+    }
+
+    #[inline]
+    fn arrive<F: Field<T, N>>(&mut self, field: &mut F, end: &mut Point<T, N>) {
+        of_the_method!(self, stepper => stepper.arrive(field, end));
+    }
+
+    #[inline]
+    fn represents_growth(&self) -> bool {
+        of_the_method!(self, stepper => stepper.represents_growth())
+    }
+
+    fn dense_output<F: Field<T, N>>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        end: &Point<T, N>,
+    ) -> DenseOutput<T, N> {
+        of_the_method!(self, stepper => stepper.dense_output(field, from, end))
+    }
+
+    fn accepted(&mut self, step: T, end: &Point<T, N>, proposed: Option<T>) -> Option<T> {
+        of_the_method!(self, stepper => stepper.accepted(step, end, proposed))
+    }
+}
