@@ -109,6 +109,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     pub fn linearised(&self, motion: Motion<T>) -> Result<LinearisedPatch<T, P>, ParameterError> {
         let Crossing { slip_velocity: v, transport } = self.rolling(motion)?;
         let (affine, slopes) = self.model().affine_and_slopes(v.into(), T::zero());
+        self.model().check_rate_dependence()?;
         let affine = checked(affine)?;
         let stationary = self.model().stationary(v);
         // A slope can be infinite at rest (|v|^δ with δ < 1), where nothing is there to be

@@ -279,6 +279,12 @@ fn every_module_takes_a_model_chosen_at_run_time() {
     }
     assert!(patch(frbd.clone()).unwrap() > 0.0 && observer(frbd.clone()).is_ok());
     assert!(Batch::of(&frbd).is_ok());
+    #[cfg(feature = "identify")]
+    {
+        let fitted: Result<AnyBristle<f64>, _> =
+            bristle::identify::Candidate::model(&AnyFit, &[0.5, 1e4]);
+        assert_eq!(fitted.unwrap().name(), "Dahl");
+    }
     let fixed = {
         let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
         FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap())
