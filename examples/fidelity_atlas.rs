@@ -4,6 +4,7 @@
 //!
 //! Leaves `fidelity_atlas.csv` and `fidelity_atlas.svg`, a map of the models.
 
+#[macro_use]
 mod support;
 
 use std::process::ExitCode;
@@ -13,7 +14,7 @@ use bristle::fidelity::{Answers, Choice, FidelityError, KnownVelocity, Level, To
 use bristle::rheology::KelvinVoigt;
 use bristle::signal::{Sine, SineParameters};
 use bristle::{Bristle, FrBd, paper};
-use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Rule};
+use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Progress, Rule};
 
 /// Answers in a period.
 const PERIOD: usize = 100;
@@ -43,7 +44,10 @@ fn main() -> ExitCode {
         let columns =
             ["amplitude", "frequency", "mean", "model", "steps", "error", "evaluations", "cost"];
         let mut table = Csv::create(arguments.out_dir(), "fidelity_atlas", &columns)?;
-        let mut figure = Figure::new(1000, 470).columns(2);
+        let mut figure = Figure::new(1000, 470)
+            .title("The cheapest model of sufficient accuracy, over amplitude and frequency")
+            .columns(2);
+        let mut progress = Progress::new("amplitudes", 2 * amplitudes.len());
         for (title, mean) in [("v = A sin 2πft", 0.0), ("v = 1.2 A + A sin 2πft", 1.2)] {
             let mut marks: [Vec<(f64, f64)>; 5] = Default::default();
             for &amplitude in &amplitudes {
@@ -66,6 +70,7 @@ fn main() -> ExitCode {
                     };
                     marks[kind].push((amplitude, frequency));
                 }
+                progress.step();
             }
             println!("{title}, within {} %", 100.0 * share);
             let all = (amplitudes.len() * frequencies.len()) as f64;

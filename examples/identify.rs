@@ -24,7 +24,7 @@ use bristle::identify::{
 };
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd};
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Values};
+use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Values};
 
 /// Uniform numbers in a sum that approximates a Gaussian number.
 const UNIFORMS: usize = 12;
@@ -157,14 +157,18 @@ fn report<C: Candidate<N>, const N: usize>(
     let log = &log.clone().settling(arguments.number("settle"))?;
     let seen = log.between(from, to)?;
     let settings = Settings { starts: arguments.count("starts"), ..Settings::default() };
+    let mut progress = Progress::new("searches", settings.starts);
+    let mut start = 0;
     let mut watch = |now: &identify::Progress<'_>| {
-        if now.iteration.is_multiple_of(10) {
-            eprintln!("start {}, iteration {}: rmse {:.5}", now.start, now.iteration, now.rmse);
+        if now.start != start {
+            start = now.start;
+            progress.step();
         }
         ControlFlow::Continue(())
     };
     let parameters = candidate.parameters(&InitialGuess::of(&seen)?);
     let fit = identify::fit(candidate, parameters, &seen, &settings, &mut watch)?;
+    progress.step();
     println!("\n{fit}\n");
 
     let mut table =

@@ -39,8 +39,8 @@ struct Run {
 fn main() -> ExitCode {
     support::run(|| {
         let arguments = Arguments::new("stick_slip", "The stick-slip rig of the paper")
-            .number("end", 60.0, "s", "end of the simulated time")
-            .must_be(Rule::Positive)
+            .number("end", 60.0, "s", "end of the simulated time; 10⁵ s take a minute")
+            .must_be(Rule::Between(0.1, 1e5))
             .count("samples", 12001, "rows per model, evenly spaced, both ends included")
             .must_be(Rule::Between(2.0, 1e7))
             .number(

@@ -1,5 +1,5 @@
-//! The tyre of section IV-A (Table 1) in steady rolling at 16 m/s: friction force over slip for
-//! three pressures, and the pneumatic trail.
+//! The tyre of section IV-A (Table 1) in steady rolling at 16 m/s: friction force over the slip
+//! ratio for three pressures, and the pneumatic trail.
 //!
 //! Leaves `tyre_slip_curve.csv` and `tyre_slip_curve.svg`.
 
@@ -21,7 +21,7 @@ const NORMAL_FORCE: f64 = 4000.0;
 fn main() -> ExitCode {
     support::run(|| {
         let arguments = Arguments::new("tyre_slip_curve", "Force over slip of a rolling tyre")
-            .number("rolling-speed", 16.0, "m/s", "rolling speed L V")
+            .number("rolling-speed", 16.0, "m/s", "rolling speed U")
             .must_be(Rule::Between(1e-3, 1e3))
             .count("samples", 401, "rows per pressure, denser at small slip")
             .must_be(Rule::Between(2.0, 1e6))
@@ -29,7 +29,7 @@ fn main() -> ExitCode {
         let rolling_speed = arguments.number("rolling-speed");
         let samples = arguments.count("samples");
 
-        println!("Table 1 at L V = {rolling_speed} m/s, F_z = {NORMAL_FORCE} N");
+        println!("Table 1 at U = {rolling_speed} m/s, F_z = {NORMAL_FORCE} N");
         println!();
         println!("pressure     slip stiffness  peak F/F_z  at slip  F/F_z at 0.05  at 1.00");
         let mut table = Csv::create(
@@ -37,8 +37,9 @@ fn main() -> ExitCode {
             "tyre_slip_curve",
             &["pressure", "slip", "force_ratio"],
         )?;
-        let mut forces = Panel::new("slip v/(L V) / –", "force ratio F/F_z / –").title("(a) force");
-        let mut trails = Panel::new("slip v/(L V) / –", "pneumatic trail / mm")
+        let slip = "slip ratio v/U, sliding velocity over rolling speed / –";
+        let mut forces = Panel::new(slip, "force ratio F/F_z / –").title("(a) force");
+        let mut trails = Panel::new(slip, "pneumatic trail / mm")
             .title("(b) where a lateral force acts, behind the middle");
         let scene = Scene { rolling_speed, samples };
         let constant = PolynomialExponential::constant();
@@ -61,7 +62,9 @@ fn main() -> ExitCode {
         table.finish()?;
         println!();
         let figure = Figure::new(1000, 430)
-            .title("Friction force and pneumatic trail of a tyre over slip, three pressures")
+            .title(
+                "Friction force and pneumatic trail of a tyre over the slip ratio, three pressures",
+            )
             .columns(2)
             .panel(forces)
             .panel(trails);
@@ -76,7 +79,7 @@ struct Scene {
 }
 
 impl Scene {
-    /// Slip, force ratio and pneumatic trail from slip 0 to 1, closer to each other where the force
+    /// Slip ratio, force ratio and pneumatic trail from slip 0 to 1, closer to each other where the force
     /// rises; and a line of the printed table.
     fn run<P: Pressure<f64>>(
         &self,

@@ -74,7 +74,7 @@ fn main() -> ExitCode {
     support::run(|| {
         let arguments = Arguments::new("valve", "The diaphragm valve of the paper")
             .number("end", 200.0, "s", "end of the simulated time")
-            .must_be(Rule::Positive)
+            .must_be(Rule::Between(0.1, 1e5))
             .count("samples", 4001, "rows per model and test, evenly spaced, both ends included")
             .must_be(Rule::Between(2.0, 1e6))
             .number("rtol", 1e-8, "", "tolerance, relative to each state's scale")

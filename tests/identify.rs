@@ -809,6 +809,18 @@ fn no_initial_guess_makes_a_panic_or_a_fit_of_nothing() {
 }
 
 #[test]
+fn a_shape_that_is_no_curve_is_refused_by_name() {
+    let guess = InitialGuess::of(&log_of(&FrBdFit, &TRUTH, rich, 500, || 0.0)).unwrap();
+    let point = |i: u32| SlidingPoint { speed: 1e-3 * f64::from(i), coefficient: 0.2 };
+    let points: Vec<SlidingPoint> = (1..50).map(point).collect();
+    for exponent in [f64::NAN, f64::INFINITY, 0.0, -1.0, 5e-324, 1e300] {
+        let refused = guess.static_curve(CurveShape::Stribeck(exponent), &points).unwrap_err();
+        assert_eq!(refused.name, "stribeck_exponent");
+        assert_eq!(refused.value.to_bits(), exponent.to_bits());
+    }
+}
+
+#[test]
 fn each_shape_of_a_curve_finds_its_own_points() {
     // μ_d, μ_s − μ_d, v_S, σ2, and how the excess falls with v/v_S.
     let truth = [0.2, 0.1, 0.01, 0.8];

@@ -88,7 +88,9 @@ fn sweep<M: RateDependent<f64> + Copy, const N: usize>(
     let patch = patch.carrying(1.0)?;
     let reference = reference(&patch, 2e-4);
     let other = reference_error(&reference, &self::reference(&patch, 1.3e-4));
-    println!("{model_name}, {pressure_name}: two references differ by {other:.1e}");
+    let done = rows.chunk_by(|a, b| (a.model, a.pressure) == (b.model, b.pressure)).count();
+    let number = format!("{} of 6", done + 1);
+    println!("{model_name}, {pressure_name}, {number}: two references differ by {other:.1e}");
     if !(other < ROUNDING) {
         return Err(format!("the references differ by {other:e}").into());
     }

@@ -40,10 +40,10 @@ const USAGE: &str = "usage: work_precision [--out DIR] [--scene WORD] [--method 
 fn main() -> ExitCode {
     support::run(|| {
         let options = Options::read(std::env::args().skip(1))?;
-        let mut bench = Bench { options, rows: Vec::new(), problem: None };
+        let mut bench = Bench { options, visited: 0, rows: Vec::new(), problem: None };
         let begin = Instant::now();
         scenes::each(&mut bench)?;
-        let Bench { options, rows, problem } = bench;
+        let Bench { options, rows, problem, .. } = bench;
         println!("{}", row::write(&options.out, "work_precision", &rows)?.display());
         for path in chart::draw(&options.out, "work_precision", &rows)? {
             println!("{}", path.display());
@@ -81,16 +81,18 @@ impl Options {
 
 struct Bench {
     options: Options,
+    visited: usize,
     rows: Vec<Row>,
     problem: Option<String>,
 }
 
 impl scenes::Visitor for Bench {
     fn visit<S: System<f64, N> + Clone, const N: usize>(&mut self, scene: &scenes::Scene<S, N>) {
+        self.visited += 1;
         if !scene.name.contains(&self.options.scene) {
             return;
         }
-        println!("{} {}", scene.name, scene.model);
+        println!("{} {}, {} of {}", scene.name, scene.model, self.visited, scenes::COUNT);
         let begin = Instant::now();
         let solved = reference::reference(scene)
             .and_then(|samples| reference::check(scene, &samples).map(|check| (samples, check)));
@@ -114,11 +116,12 @@ impl scenes::Visitor for Bench {
             let text = format!("{} {}: two references differ by", scene.name, scene.model);
             self.problem = Some(format!("{text} {difference:e}"));
         }
-        for method in methods::all(scene) {
-            if !method.name.contains(&self.options.method) {
-                continue;
-            }
+        let mut methods = methods::all(scene);
+        methods.retain(|method| method.name.contains(&self.options.method));
+        let mut progress = support::Progress::new("methods", methods.len());
+        for method in methods {
             let rows = measure::sweep(scene, &reference, &method);
+            progress.step();
             println!("  {}: setting, error, time / ms, evaluations", method.name);
             for row in &rows {
                 print!("    {:8.1e} {:8.1e} {:9.3}", row.setting, row.error, 1e3 * row.seconds);

@@ -82,6 +82,9 @@ pub trait Visitor {
 /// Output samples over which an error is taken, evenly spaced from t = 0 to the end.
 pub const SAMPLES: usize = 2001;
 
+/// How many scenes [`each`] shows.
+pub const COUNT: usize = 18;
+
 /// Shows every scene, each with FrBD and with classical LuGre.
 pub fn each(visitor: &mut impl Visitor) -> Result<(), ParameterError> {
     stick_slip("frbd", frbd(TABLE_2)?, visitor)?;

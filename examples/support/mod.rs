@@ -48,9 +48,11 @@ mod tests;
 use std::error::Error;
 use std::fmt;
 use std::fs;
-use std::io::{IsTerminal, Write, stderr, stdout};
+use std::io::{ErrorKind, IsTerminal, Write, stderr, stdout};
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use arguments::{Arguments, Rule, Values};
 pub use chart::{Colour, Figure, HeatMap, Marker, Panel, Stroke, Symbol};
@@ -60,29 +62,52 @@ pub use table::{Csv, read_columns};
 pub type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 /// The `main` of every example. Exit code 0 after success and `--help`, 2 after a misused argument,
-/// 1 after any other error, which is reported in one line on the standard error stream.
+/// 1 after any other error, which is reported in one line on the standard error stream. Output that
+/// could not be written (a full disk) is such an error; a closed pipe is not.
 pub fn run(example: impl FnOnce() -> Result<()>) -> ExitCode {
-    let Err(error) = example() else { return ExitCode::SUCCESS };
-    match error.downcast_ref::<arguments::Unusable>() {
-        Some(arguments::Unusable::Help(usage)) => {
-            let _ = write!(stdout(), "{usage}");
-            ExitCode::SUCCESS
-        }
-        misuse => {
-            let line = error.to_string().lines().map(str::trim).collect::<Vec<_>>().join(" ");
-            let _ = writeln!(stderr(), "error: {line}");
-            ExitCode::from(if misuse.is_some() { 2 } else { 1 })
-        }
+    let mut ended = example();
+    if let Err(error) = &ended
+        && let Some(arguments::Unusable::Help(usage)) = error.downcast_ref()
+    {
+        say(format_args!("{usage}"));
+        ended = Ok(());
+    }
+    note(stdout().flush());
+    let unwritten = LOST.lock().ok().and_then(|mut lost| lost.take());
+    if let (Ok(()), Some(reason)) = (&ended, unwritten) {
+        ended = Err(format!("cannot write to the standard output: {reason}").into());
+    }
+    let Err(error) = ended else { return ExitCode::SUCCESS };
+    let line = error.to_string().lines().map(str::trim).collect::<Vec<_>>().join(" ");
+    let _ = writeln!(stderr(), "error: {line}");
+    ExitCode::from(if error.is::<arguments::Unusable>() { 2 } else { 1 })
+}
+
+/// The first error of the standard output.
+static LOST: Mutex<Option<std::io::Error>> = Mutex::new(None);
+
+/// Prints; an error is kept for the end of [`run`].
+pub fn say(text: fmt::Arguments<'_>) {
+    if SHOWN.swap(false, Ordering::Relaxed) {
+        let _ = write!(stderr(), "\r\x1b[K");
+    }
+    note(stdout().write_fmt(text));
+}
+
+/// Keeps the first error, unless it is that the reader has left.
+fn note(written: std::io::Result<()>) {
+    if let Err(error) = written
+        && error.kind() != ErrorKind::BrokenPipe
+        && let Ok(mut lost) = LOST.lock()
+    {
+        lost.get_or_insert(error);
     }
 }
 
-/// Prints like that of the standard library, but a closed pipe (`example | head -1`) is no error:
-/// the example goes on and leaves its files.
+/// Prints like that of the standard library, but a closed pipe (`example | head -1`) is no error,
+/// and any other one lets the example go on, leave its files and fail at its end.
 macro_rules! print {
-    ($($text:tt)*) => {{
-        use std::io::Write;
-        let _ = std::io::stdout().write_fmt(format_args!($($text)*));
-    }};
+    ($($text:tt)*) => { crate::support::say(format_args!($($text)*)) };
 }
 
 /// [`print!`] with the end of a line.
@@ -115,11 +140,16 @@ impl Progress {
 
     fn show(&self) {
         if stderr().is_terminal() {
-            let end = if self.done >= self.parts { "\r\x1b[K" } else { "" };
+            let is_over = self.done >= self.parts;
+            let end = if is_over { "\r\x1b[K" } else { "" };
             let _ = write!(stderr(), "\r{}: {} of {}{end}", self.what, self.done, self.parts);
+            SHOWN.store(!is_over, Ordering::Relaxed);
         }
     }
 }
+
+/// Whether the line of a [`Progress`] is on the terminal.
+static SHOWN: AtomicBool = AtomicBool::new(false);
 
 /// Creates `folder` and the folders above it, unless they exist.
 fn create_folder(folder: &Path) -> Result<()> {

@@ -50,7 +50,7 @@ impl Tolerance {
 
 /// Runs of the reference have settled when they differ by no more than this part of the error
 /// allowed: small beside it, so that what is measured against them is the error of the others.
-const SETTLED: f64 = 0.1;
+pub(super) const SETTLED: f64 = 0.1;
 
 /// Steps from one answer to the next from which on the agreement of two runs counts. Runs with one
 /// and two steps agree about every force that repeats itself twice from answer to answer.

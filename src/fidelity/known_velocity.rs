@@ -133,7 +133,12 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> KnownVelocity<T, M, V> {
         Some(enclose(|time| self.velocity.value(time), ends[0], ends[1], beside).1)
     }
 
-    fn hold<N: Bristle<T>>(&self, contact: &Contact<T, N>, steps: u32, costs: (f64, f64)) -> Run {
+    fn hold<N: Bristle<T>>(
+        &self,
+        contact: &Contact<T, N>,
+        steps: u32,
+        costs: (f64, f64),
+    ) -> Result<Run, ParameterError> {
         let mut z = if self.steady {
             contact.stationary(self.velocity.value(T::zero()))
         } else {
@@ -142,13 +147,14 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> KnownVelocity<T, M, V> {
         let mut run = Run::default();
         for span in self.answers.spans() {
             for (step, look, _) in each_step(span, steps, |from, to| self.next_kink(from, to)) {
-                z = contact.model().hold(self.velocity.value(look), z, step).deflection;
+                let velocity = parameter::finite("velocity", self.velocity.value(look))?;
+                z = contact.model().hold(velocity, z, step).deflection;
                 run.count(1, costs.0);
             }
             run.answers.push(to_f64(contact.force(self.velocity.value(span.1), z)));
             run.count(1, costs.1);
         }
-        run
+        Ok(run)
     }
 }
 
@@ -168,12 +174,13 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Scene for KnownVelocity<T, M, V> 
 
     fn run(&self, level: Level, steps: u32) -> Result<Run, FidelityError> {
         check_run(&self.levels(), level, steps)?;
-        Ok(match level {
-            Level::STATIC_CURVE => self.static_curve(),
+        let run = match level {
+            Level::STATIC_CURVE => return Ok(self.static_curve()),
             Level::DAHL => self.hold(&self.dahl, steps, (cost::DAHL_HOLD, 0.0)),
             Level::LUMPED => self.hold(&self.lumped, steps, (cost::HOLD, cost::FORCE)),
             _ => self.hold(&self.contact, steps, self.contact.model().costs()),
-        })
+        };
+        Ok(run?)
     }
 
     /// Of the static curve the lag: the change of the steady deflection in one relaxation time, in

@@ -103,8 +103,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
     }
 
     /// f + k (V t − x) \[N\].
-    fn applied(&self, time: T, state: &Vector3<T>) -> T {
-        self.system.force().value(time) + self.system.spring_force(time, state)
+    fn applied(&self, time: T, state: &Vector3<T>) -> Result<T, ParameterError> {
+        let force = parameter::finite("force", self.system.force().value(time))?;
+        Ok(force + self.system.spring_force(time, state))
     }
 
     /// Steps of the mass, (2m/h + kh/2 + c) v̄ = 2m v₀/h + f + k (V t − x₀) − F̄ with f and V t in
@@ -113,8 +114,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         &self,
         steps: u32,
         mut mean_velocity: impl FnMut(&MassStep<T>, &mut Vector3<T>, &mut Run) -> T,
-        force: impl Fn(T, &Vector3<T>, &mut Run) -> T,
-    ) -> Motion<T> {
+        force: impl Fn(T, &Vector3<T>, &mut Run) -> Result<T, ParameterError>,
+    ) -> Result<Motion<T>, ParameterError> {
         let mechanism = self.system.mechanism();
         let (mut state, mut states, mut run) = (self.start, Vec::new(), Run::default());
         let mut history = VelocityHistory::new(state[1]);
@@ -124,7 +125,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
                 let inertia = mechanism.mass * lit(2.0) / duration;
                 let spring = mechanism.spring_stiffness * duration * lit(0.5);
                 let resistance = inertia + spring + mechanism.viscous_damping;
-                let push = inertia * state[1] + self.applied(look, &state);
+                let push = inertia * state[1] + self.applied(look, &state)?;
                 let step = MassStep { duration, resistance, push, predicted: history.predict() };
                 let mean = mean_velocity(&step, &mut state, &mut run);
                 state[0] += mean * duration;
@@ -133,19 +134,19 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
             }
             states.push(state);
             let answer = match self.quantity {
-                Quantity::Force => force(span.1, &state, &mut run),
+                Quantity::Force => force(span.1, &state, &mut run)?,
                 Quantity::Position => state[0],
                 Quantity::Velocity => state[1],
             };
             run.answers.push(to_f64(answer));
         }
-        (run, states)
+        Ok((run, states))
     }
 
     /// The friction curve with true rest. A step ends at rest (v₁ = 0, v̄ = v₀/2) if the F̄ that
     /// this takes is no more than p μ_s. Else it slides the way of that force, F̄ that of the curve
     /// at the extrapolated velocity.
-    fn slide(&self, steps: u32) -> Motion<T> {
+    fn slide(&self, steps: u32) -> Result<Motion<T>, ParameterError> {
         let curve = |velocity, run: &mut Run| {
             run.count(1, cost::CURVE);
             self.system.contact().stationary_force(velocity)
@@ -166,9 +167,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         };
         self.stepped(steps, mean_velocity, |time, state, run| {
             if is_zero(state[1]) {
-                return larger(smaller(self.applied(time, state), self.breakaway), -self.breakaway);
+                let applied = self.applied(time, state)?;
+                return Ok(larger(smaller(applied, self.breakaway), -self.breakaway));
             }
-            curve(state[1], run)
+            Ok(curve(state[1], run))
         })
     }
 
@@ -178,7 +180,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         contact: &Contact<T, N>,
         steps: u32,
         cost_of_step: f64,
-    ) -> Result<Motion<T>, FidelityError> {
+    ) -> Result<Motion<T>, ParameterError> {
         let companion = contact.clone().companion(T::zero())?;
         let mean_velocity = |step: &MassStep<T>, state: &mut Vector3<T>, run: &mut Run| {
             run.count(1, cost_of_step);
@@ -187,19 +189,20 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
             state[2] = friction.commit(mean).deflection;
             mean
         };
-        Ok(self.stepped(steps, mean_velocity, |_, state, run| {
+        self.stepped(steps, mean_velocity, |_, state, run| {
             run.count(1, cost::FORCE);
-            contact.force(state[1], state[2])
-        }))
+            Ok(contact.force(state[1], state[2]))
+        })
     }
 
     fn motion(&self, level: Level, steps: u32) -> Result<Motion<T>, FidelityError> {
         check_run(&self.levels(), level, steps)?;
-        match level {
-            Level::TRUE_REST => Ok(self.slide(steps)),
+        let motion = match level {
+            Level::TRUE_REST => self.slide(steps),
             Level::DAHL_COMPANION => self.companion(&self.dahl, steps, cost::DAHL_COMPANION),
             _ => self.companion(self.system.contact(), steps, cost::COMPANION),
-        }
+        };
+        Ok(motion?)
     }
 }
 

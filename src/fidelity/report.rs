@@ -5,7 +5,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt;
 
-use super::choose::Tolerance;
+use super::choose::{SETTLED, Tolerance};
 use super::scene::{Level, Quantity};
 use crate::number::Number;
 use crate::parameter::ParameterError;
@@ -123,6 +123,20 @@ impl fmt::Display for Choice {
     }
 }
 
+/// What keeps a reference from being one.
+fn unsettled(quantity: Quantity, difference: f64, allowed: f64) -> String {
+    if difference.is_nan() {
+        return "the reference has an answer that is not finite, or no second run within the budget"
+            .into();
+    }
+    let (unit, part, allowed) = (quantity.name_and_unit().1, SETTLED, Number(allowed));
+    let difference = Number(difference);
+    format!(
+        "two runs of the reference differ by {difference:.3} {unit}, more than {part} times the \
+         {allowed:.3} {unit} allowed"
+    )
+}
+
 /// Why there is no answer.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -136,10 +150,9 @@ pub enum FidelityError {
     /// Runs of the reference keep on differing: the scene needs shorter steps than the budget
     /// allows, or roundings decide about it.
     #[error(
-        "undetermined: with {steps} steps from one answer to the next the reference still changes \
-         by {difference:.2e} {unit} where {allowed:.2e} {unit} are allowed; give a larger budget, \
+        "undetermined: with {steps} steps from one answer to the next {}; give a larger budget, \
          unless roundings decide about this scene",
-        unit = quantity.name_and_unit().1
+        unsettled(*quantity, *difference, *allowed)
     )]
     Undetermined {
         /// The quantity of the scene.

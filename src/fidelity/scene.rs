@@ -192,7 +192,7 @@ pub struct Answers<T> {
 impl<T: Scalar> Answers<T> {
     pub(super) fn checked(self) -> Result<Self, ParameterError> {
         let interval = parameter::positive("interval", self.interval)?;
-        Ok(Self { interval, count: count("count", self.count, MOST_ANSWERS)? })
+        Ok(Self { interval, count: count("answers", self.count, MOST_ANSWERS)? })
     }
 
     /// The time of an answer; the start is that of answer 0.

@@ -174,8 +174,8 @@ impl InitialGuess {
     ///
     /// # Errors
     ///
-    /// Refuses fewer than ten points, a point that is not finite, and bounds that do not contain
-    /// the start.
+    /// Refuses a Stribeck exponent out of its range, fewer than ten points, a point that is not
+    /// finite, and bounds that do not contain the start.
     pub fn static_curve(
         &self,
         shape: CurveShape,

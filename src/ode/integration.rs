@@ -92,6 +92,8 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             },
         };
         if start_time != end_time {
+            let refuse = |error| Failure::refused(error, start_time, state);
+            run.walk.check().map_err(refuse)?;
             run.start().map_err(|reason| run.failure(reason))?;
         }
         Ok(run)
@@ -454,7 +456,10 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
                 check_finite(&column.into_owned())?;
             }
         }
-        check_finite(&trial.state)?;
+        // Where the linear system of an implicit method breaks down, the field is sound.
+        if !self.walk.is_adaptive() || self.walk.statistics.jacobians == 0 {
+            check_finite(&trial.state)?;
+        }
         let contact = self.locks.iter().position(|lock| lock.stalled > 0);
         Err(contact
             .map_or(self.walk.too_small(), |contact| StopReason::EndlessReversals { contact }))

@@ -108,8 +108,9 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// # Errors
     ///
-    /// Refuses a time or a state that is not finite, and a right-hand side that is not finite
-    /// there.
+    /// Refuses a time or a state that is not finite, a span shorter than 10⁻³⁰ s but not empty, a
+    /// first or largest step that does not advance the time, and a right-hand side that is not
+    /// finite at the start.
     pub fn begin<'a, S: System<T, N, K>, const K: usize>(
         &self,
         system: &'a S,

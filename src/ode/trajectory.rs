@@ -102,7 +102,11 @@ impl<T: Scalar, const N: usize> Trajectory<T, N> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn at(&self, time: T) -> Option<SVector<T, N>> {
-        let first = self.steps.first()?;
+        let Some(first) = self.steps.first() else {
+            // A run over no time, or one that failed at once, has one state.
+            let [only] = self.times[..] else { return None };
+            return self.states.first().copied().filter(|_| time == only);
+        };
         let forward = first.end_time >= first.start_time;
         let begins = if forward { time >= first.start_time } else { time <= first.start_time };
         let ended =

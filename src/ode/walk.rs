@@ -94,6 +94,23 @@ impl<T: Scalar> Walk<T> {
         self.pace.fixed_step.or(self.pace.first_step)
     }
 
+    /// Checks that the span is long enough, and that the steps of an adaptive run that were given
+    /// advance the time where it starts.
+    pub(crate) fn check(&self) -> Result<(), ParameterError> {
+        let is_long = self.span() >= lit(INSTANT) || self.start_time == self.end_time;
+        let rule = "be span.start, or at least 1e-30 s away from it";
+        parameter::stated("span.end", self.end_time, is_long, rule)?;
+        // A span that is one rounding of the time long is one step.
+        let least = smaller(self.smallest_step(), self.span());
+        let Pace { first_step, largest_step, .. } = self.pace;
+        for (name, step) in [("first_step", first_step), ("largest_step", largest_step)] {
+            if let Some(step) = step.filter(|_| self.is_adaptive()) {
+                parameter::at_least(name, step, "the smallest that advances the time", least)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Sets the length of the first step: as given, or a guess.
     pub(crate) fn start(&mut self, length: T) -> Result<(), StopReason> {
         let late = larger(self.start_time.abs(), self.end_time.abs());

@@ -15,6 +15,14 @@
 //!
 //! A bristle in which every spring has a series dashpot *creeps*: under a steady force it yields
 //! without end, at the rate ż = φ F/p with the fluidity φ = 1/(d + Σ Kᵢ/aᵢ).
+//!
+//! # Types in signatures
+//!
+//! A bristle's state is a [`Deflection`]: a number, or an `SVector` for several springs. That is
+//! all a bristle of your own names ([`Rheology`]). Code that is generic over the state also meets
+//! its relaxation matrix ([`DiagonalPlusRankOne`] for several springs), its exact step
+//! ([`HeldWeights`]: [`Weights`] for one, [`Modes`] for several), and its place among the states
+//! of a system ([`States`]).
 
 mod deflection;
 mod generalised_kelvin_voigt;
@@ -28,16 +36,13 @@ mod zener;
 
 use core::fmt::Debug;
 
-#[doc(hidden)]
 pub use deflection::{Deflection, DiagonalPlusRankOne, HeldWeights, States};
 pub use generalised_kelvin_voigt::GeneralisedKelvinVoigt;
 pub use generalised_maxwell::{GeneralisedMaxwell, GeneralisedMaxwellParameters, MaxwellArm};
 pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtParameters};
 pub use maxwell::{Maxwell, MaxwellParameters};
-#[doc(hidden)]
 pub use modes::Modes;
 pub use velocity_law::{VelocityDependent, VelocityLaw};
-#[doc(hidden)]
 pub use weights::Weights;
 pub(crate) use weights::relaxed;
 pub use zener::ZenerParameters;

@@ -96,7 +96,8 @@ fn senseless_input_is_refused_by_name() {
     for answers in [0, 1_000_001, usize::MAX] {
         let error = dragged(steady, 0.1, answers).unwrap_err();
         assert_eq!(error.rule, Rule::CountBetween { least: 1, most: 1_000_000 });
-        assert_eq!(error.name, "count");
+        assert_eq!(error.name, "answers");
+        assert!(error.to_string().starts_with("there must be 1 to 1000000 answers"), "{error}");
     }
     let broken = |time: f64| (if time < 0.55 { 1.0 } else { f64::NAN }, 0.0);
     let error = dragged(Function::new(broken, []), 0.1, 10).unwrap_err();
@@ -140,6 +141,49 @@ fn what_cannot_settle_is_undetermined_with_the_difference_that_is_left() {
         let error = choose(&lag(), tolerance).unwrap_err();
         assert!(matches!(error, FidelityError::Undetermined { .. }), "{error}");
     }
+}
+
+#[test]
+fn a_difference_that_is_small_but_not_settled_says_so() {
+    let tolerance = Tolerance { budget: 1e5, ..Tolerance::at_every_answer(1e-5) };
+    let text = choose(&lag(), tolerance).unwrap_err().to_string();
+    assert!(text.contains("more than 0.1 times the 1e-5 N allowed"), "{text}");
+    assert!(!text.contains("NaN"), "{text}");
+    let tolerance = Tolerance { budget: 1.0, ..tolerance };
+    let text = choose(&lag(), tolerance).unwrap_err().to_string();
+    assert!(text.contains("no second run within the budget"), "{text}");
+}
+
+#[test]
+fn an_input_that_is_not_a_number_between_answers_stops_the_search_at_once() {
+    let torn = |time: f64| {
+        let at_answer = (time * 100.0 - (time * 100.0).round()).abs() < 1e-6;
+        (if at_answer { 1e-3 } else { f64::NAN }, 0.0)
+    };
+    let refused = |error: FidelityError, name: &str| {
+        let FidelityError::Parameter(error) = error else { panic!("{name}: {error}") };
+        assert_eq!(error.name, name);
+        assert!(error.value.is_nan(), "{error}");
+    };
+    let tolerance = Tolerance::at_every_answer(1e-3);
+    let torn = Function::new(torn, []);
+    refused(choose(&dragged(torn, 0.01, 100).unwrap(), tolerance).unwrap_err(), "velocity");
+    let motion = Motion { slip_velocity: torn, rolling_speed: 1.0 };
+    let answers = Answers { interval: 0.01, count: 100 };
+    let patch = patch(0, PolynomialExponential::parabolic());
+    let scene = PatchScene::new(patch, motion, answers).unwrap();
+    refused(choose(&scene, tolerance).unwrap_err(), "slip_velocity");
+    let contact = sets()[0].under_load(1.0).unwrap();
+    let mechanism = Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 };
+    let system = MassSpringDamper::new(MassSpringDamperParameters {
+        contact,
+        mechanism,
+        drive_velocity: 0.0,
+        force: torn,
+    });
+    let system = system.unwrap();
+    let scene = MechanismScene::new(system, system.at_rest(), answers, Quantity::Position).unwrap();
+    refused(choose(&scene, tolerance).unwrap_err(), "force");
 }
 
 /// At a hundred periods and a whole number of them from one answer to the next, runs with 1, 2 and

@@ -399,6 +399,62 @@ fn coarse_steps_do_not_settle_on_a_branch_that_the_rule_does_not_follow() {
     }
 }
 
+/// A curve that is a number only beyond a speed, or up to it.
+#[derive(Debug, Clone, Copy)]
+struct Torn {
+    whole: Stribeck<f64>,
+    speed: f64,
+    torn_below: bool,
+}
+
+impl FrictionCurve<f64> for Torn {
+    fn coefficient_and_slope(&self, sliding: Sliding<f64>) -> (f64, f64) {
+        if (sliding.speed() < self.speed) == self.torn_below {
+            return (f64::NAN, f64::NAN);
+        }
+        self.whole.coefficient_and_slope(sliding)
+    }
+
+    fn bounds(&self, fastest: f64) -> Bounds<f64> {
+        self.whole.bounds(fastest)
+    }
+
+    fn viscous_friction(&self) -> f64 {
+        self.whole.viscous_friction()
+    }
+
+    fn least_slope(&self) -> Option<f64> {
+        self.whole.least_slope()
+    }
+}
+
+#[test]
+fn a_curve_that_is_not_a_number_gives_none() {
+    let whole = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+    let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
+    let whole_model = ImplicitBristle::new(whole, bristle, None).unwrap();
+    for (speed, torn_below) in [(f64::INFINITY, true), (1e-9, true), (1e-4, false)] {
+        let model = ImplicitBristle::new(Torn { whole, speed, torn_below }, bristle, None).unwrap();
+        // From sticking, from sliding, over a reversal, at rest.
+        for (velocity, deflection) in
+            [(0.0, 0.0), (1e-3, 0.0), (0.01, 1e-4), (-0.01, 1.2e-4), (0.0, 1e-4)]
+        {
+            for duration in [1e-6, 1e-2, 10.0] {
+                let step = model.hold(velocity, deflection, duration);
+                let HeldStep { deflection: z, end_coefficient, mean_coefficient, .. } = step;
+                let all = [z, end_coefficient, mean_coefficient];
+                let what = format!("{speed} {torn_below} {velocity} {deflection} {duration}");
+                // A step that meets none of what is torn is a step: it sticks, or slides on.
+                let stuck = (z - deflection - velocity * duration).abs() < 1e-12;
+                let slides = whole_model.tip_velocity(velocity, deflection).abs() > speed;
+                let is_whole = if torn_below { slides } else { stuck };
+                let wanted = if is_whole { 0 } else { 3 };
+                assert_eq!(all.iter().filter(|x| x.is_nan()).count(), wanted, "{what}: {step:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn what_is_not_a_number_stays_so_and_no_time_changes_nothing() {
     for set in Set::all() {

@@ -232,3 +232,13 @@ fn a_step_says_whether_it_ends_at_a_reversal() {
         assert_eq!(reversals as usize, swing.reversals(5.0).len(), "{name}");
     });
 }
+
+#[test]
+fn a_run_over_no_time_has_its_state_there() {
+    let start = Vector2::new(1.0, 2.0);
+    every_solver!(0.1, tolerance(1e-6), |name, solver| {
+        let run = solver.solve(&Oscillator, 3.0..3.0, start, Output::Dense).unwrap();
+        assert_eq!(run.at(3.0), Some(start), "{name}");
+        assert_eq!((run.at(2.9), run.at(3.1), run.at(f64::NAN)), (None, None, None), "{name}");
+    });
+}

@@ -8,11 +8,14 @@ use std::error::Error;
 use crate::ode_common::{
     Counted, Integral, OfAny, Oscillator, every_method, every_solver, tolerance,
 };
+use bristle::curve::Stribeck;
 use bristle::ode::{
-    DormandPrince, Failure, Output, RungeKutta4, Solver, StopReason, System, Tolerances,
+    DormandPrince, Failure, Output, Rodas4, RungeKutta4, Solver, StopReason, System, Tolerances,
 };
+use bristle::rheology::KelvinVoigt;
+use bristle::scene::MassSpringDamper;
 use bristle::signal::Function;
-use bristle::{Branch, ParameterError, Rule};
+use bristle::{Branch, Bristle, FrBd, ParameterError, Rule, paper};
 use nalgebra::{Vector1, Vector2};
 
 /// The second component is not a number from some time on, or beyond some state.
@@ -241,6 +244,73 @@ fn a_span_that_is_not_finite_is_refused() {
                 }
             }
         });
+    }
+}
+
+#[test]
+fn a_span_shorter_than_any_time_that_matters_is_refused() {
+    every_solver!(0.1, tolerance(1e-6), |name, solver| {
+        for length in [5e-324, 1e-320, 1e-310, 1e-100, 9e-31] {
+            for end in [length, -length] {
+                let run = solver.solve(&Oscillator, 0.0..end, Vector2::zeros(), Output::Steps);
+                let error = refusal(&run.unwrap_err());
+                assert_eq!((error.name, error.value), ("span.end", end), "{name}");
+            }
+        }
+        let run = solver.solve(&Oscillator, 0.0..2e-30, Vector2::zeros(), Output::Steps);
+        assert_eq!(run.unwrap().last().unwrap().0, 2e-30, "{name}");
+    });
+}
+
+#[test]
+fn a_given_step_that_does_not_advance_the_time_is_refused_by_name() {
+    // At t = 1 the next number is 2e-16 away, at t = 0 it is the smallest time that matters.
+    for (start, step) in [(0.0, 1e-90), (0.0, 1e-31), (1.0, 1e-17), (-1.0, 1e-90)] {
+        let solver = OfAny::adaptive(DormandPrince, tolerance(1e-6));
+        for (solver, name) in [
+            (solver.with_first_step(step), "first_step"),
+            (solver.with_largest_step(step), "largest_step"),
+        ] {
+            let span = start..start + 1.0;
+            let run = solver.unwrap().solve(&Oscillator, span, Vector2::zeros(), Output::Steps);
+            let stopped = run.unwrap_err();
+            let error = refusal(&stopped);
+            assert_eq!((error.name, error.value), (name, step));
+            let rule = "must be at least the smallest that advances the time";
+            assert!(stopped.to_string().contains(rule), "{stopped}");
+        }
+    }
+}
+
+#[test]
+fn a_time_too_late_for_the_steps_that_a_bristle_needs_is_not_called_infinite() {
+    // At 1e14 s the next time is 16 ms away; the bristle of the rig relaxes in less.
+    let friction = FrBd::new(
+        Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(),
+        KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap(),
+    );
+    let contact = friction.under_load(1.0).unwrap();
+    let rig = MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap();
+    let tolerances = Tolerances::scaled(1e-6, rig.scales()).unwrap();
+    let span = 1e14..1e14 + 1.0;
+    let reasons = [
+        Solver::adaptive(DormandPrince, tolerances).solve(
+            &rig,
+            span.clone(),
+            rig.at_rest(),
+            Output::Steps,
+        ),
+        Solver::adaptive(Rodas4, tolerances).solve(
+            &rig,
+            span.clone(),
+            rig.at_rest(),
+            Output::Steps,
+        ),
+        bristle::ode::solve(&rig, span, rig.at_rest(), 1e-6, Output::Steps),
+    ];
+    for stopped in reasons {
+        let reason = stopped.unwrap_err().reason;
+        assert!(matches!(reason, StopReason::StepTooSmall { .. }), "{reason}");
     }
 }
 

@@ -45,7 +45,7 @@ use std::fs;
 use std::process::ExitCode;
 
 use bristle::ode::System;
-use support::{Arguments, Rule};
+use support::{Arguments, Progress, Rule};
 
 use measure::Complaint;
 use row::Row;
@@ -66,7 +66,14 @@ fn main() -> ExitCode {
             .parse()?;
         measure::catch_last_words();
 
-        let mut study = Study { only: arguments.count("scene"), ..Study::default() };
+        let mut study = Study {
+            only: arguments.count("scene"),
+            visited: 0,
+            rows: Vec::new(),
+            complaints: Vec::new(),
+            error: None,
+            progress: Progress::new("scenes", scenes::COUNT),
+        };
         scenes::each(&mut study)?;
         if let Some(error) = study.error {
             return Err(error);
@@ -89,22 +96,21 @@ fn main() -> ExitCode {
 }
 
 /// Runs everybody on every scene.
-#[derive(Default)]
 struct Study {
     only: usize,
     visited: usize,
     rows: Vec<Row>,
     complaints: Vec<Complaint>,
     error: Option<Box<dyn Error>>,
+    progress: Progress,
 }
 
 impl Visitor for Study {
     fn visit<S: System<f64, N> + Clone, const N: usize>(&mut self, scene: &Scene<S, N>) {
         self.visited += 1;
         if self.error.is_some() || (self.only != 0 && self.only != self.visited) {
-            return;
+            return self.progress.step();
         }
-        let clock = std::time::Instant::now();
         let reference = match reference::reference(scene) {
             Ok(reference) => reference,
             Err(error) => {
@@ -122,8 +128,7 @@ impl Visitor for Study {
             sweeps.iter_mut().for_each(measure::Sweep::time_again);
         }
         self.rows.extend(sweeps.into_iter().flat_map(|sweep| sweep.rows));
-        let Scene { name, model, .. } = scene;
-        eprintln!("{name} {model}: {:.1} s", clock.elapsed().as_secs_f64());
+        self.progress.step();
     }
 }
 

@@ -31,7 +31,7 @@ use super::ImplicitBristle;
 use super::solve::{Fold, Surface, heading};
 use crate::bounds::{larger, smaller};
 use crate::curve::FrictionCurve;
-use crate::scalar::{is_zero, lit, to_f64};
+use crate::scalar::{is_zero, lit, nan, to_f64};
 use crate::{Branch, Bristle, HeldStep, Scalar};
 
 /// Most pieces of Λ, tried or kept, in one step. The rest is done with the coefficients frozen.
@@ -82,6 +82,17 @@ struct Piece<T> {
 
 impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
     pub(super) fn step(&self, velocity: T, deflection: T, duration: T) -> HeldStep<T> {
+        let held = self.held(velocity, deflection, duration);
+        let HeldStep { deflection, end_coefficient, mean_coefficient } = held;
+        if [deflection, end_coefficient, mean_coefficient].iter().all(T::is_finite) {
+            return held;
+        }
+        // A curve that is not a number on the way makes no part of the step one.
+        let (deflection, end_coefficient, mean_coefficient) = (nan(), nan(), nan());
+        HeldStep { deflection, end_coefficient, mean_coefficient }
+    }
+
+    fn held(&self, velocity: T, deflection: T, duration: T) -> HeldStep<T> {
         let frozen = |deflection: T, duration: T| {
             self.affine(velocity.into(), deflection).hold(velocity, deflection, duration)
         };
@@ -132,6 +143,11 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
         let (stiffness, _) = self.elements();
         let load = path.direction * self.trial(velocity, path.deflection);
         let held = path.here.mu;
+        if !held.is_finite() {
+            // Nothing tells what the surface holds.
+            (path.deflection, path.impulse, path.left) = (held, held, T::zero());
+            return;
+        }
         let most = self.fold_of(path.branch).map_or(held, |fold| smaller(held, fold.load));
         let until = (most - load) / (stiffness * path.velocity);
         path.sticks = !(until < path.left);
