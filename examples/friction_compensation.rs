@@ -15,7 +15,7 @@
 //! Leaves `friction_compensation.csv` (the tables) and `friction_compensation.svg`.
 
 #[macro_use]
-mod support;
+pub(crate) mod support; // a test includes this example
 
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -581,14 +581,14 @@ fn chart(tracking: &Study, resting: &Study) -> Figure {
         .title("A servo follows a slow sine, with and without friction compensation")
         .panel(panel(
             tracking,
-            "(a) tracking a slow sine",
+            "(a) tracking error along a slow sine",
             "error e / µm",
             [SETTLED, PERIODS / FREQUENCY],
             error,
         ))
         .panel(panel(
             tracking,
-            "(b) the same around a reversal",
+            "(b) actuator force around a reversal",
             "actuator force u / N",
             [1.4, 1.7],
             force,

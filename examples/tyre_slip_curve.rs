@@ -79,8 +79,8 @@ struct Scene {
 }
 
 impl Scene {
-    /// Slip ratio, force ratio and pneumatic trail from slip 0 to 1, closer to each other where the force
-    /// rises; and a line of the printed table.
+    /// Slip ratio from 0 to 1, force ratio and pneumatic trail, closer to each other where the
+    /// force rises; and a line of the printed table.
     fn run<P: Pressure<f64>>(
         &self,
         name: &str,

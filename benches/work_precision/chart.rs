@@ -35,13 +35,16 @@ fn figure(
     let least = times().fold(f64::INFINITY, f64::min);
     let most = times().fold(0.0, f64::max);
     let mut figure = Figure::new(900, 500)
-        .title(format!("CPU time over error of every method on scene {}", scene.replace('_', " ")))
+        .title(format!(
+            "CPU time over error of every method on scene {}",
+            scene.replace('_', " ").replace("Hz", " Hz")
+        ))
         .note("Triangles: runs that failed, or were wrong by ten times the scale of the scene.")
         .columns(2);
     for model in distinct(rows.iter().map(|row| row.model)) {
         let title = format!(
             "{}, {}",
-            scene.replace('_', " "),
+            scene.replace('_', " ").replace("Hz", " Hz"),
             if model == "frbd" { "FrBD" } else { "LuGre" }
         );
         let mut panel = Panel::new("error over the scale of the scene / –", "CPU time t / s")

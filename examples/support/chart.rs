@@ -162,7 +162,7 @@ impl HeatMap {
 /// A chart: two axes, series drawn in their order, reference lines and shades.
 ///
 /// Non-finite values break a line, as do zero and negative values on a logarithmic axis; of points
-/// they are left out. In every text `F_z` and `μ_{max}` set a subscript.
+/// they are left out. In every text `F_z` and `μ_{max}` set a subscript, and `\_` is a plain `_`.
 #[derive(Debug, Clone)]
 #[must_use = "a panel is drawn by a `Figure`"]
 pub struct Panel {

@@ -89,6 +89,8 @@ fn finish(text: &str, figure: &Figure) -> String {
 
 /// `F_z` and `μ_{max}` with lowered, smaller letters.
 fn subscripts(text: &str) -> String {
+    const PLAIN: char = '\u{1}';
+    let text = text.replace(r"\_", "\u{1}");
     let mut parts = text.split('_');
     let mut set = parts.next().unwrap_or_default().to_owned();
     for part in parts {
@@ -106,7 +108,7 @@ fn subscripts(text: &str) -> String {
             set += &format!("<tspan{gap} dy=\"-0.225em\">{rest}</tspan>");
         }
     }
-    set
+    set.replace(PLAIN, "_")
 }
 
 /// An upper estimate of the width of a text [px].

@@ -1,9 +1,11 @@
 //! The work–precision chart of a scene, CPU time over achieved error: a panel for each friction
-//! model, `ode::solve` bold, our single methods and the methods of every other crate in one colour.
+//! model. `ode::solve` is bold. A line is the lower envelope of all runs of one crate: the best of
+//! its methods at each error; every run is a dot.
 
 use std::path::{Path, PathBuf};
 
-use crate::support::{Colour, Figure, Marker, Panel, Result, Stroke};
+use crate::ratio::envelope;
+use crate::support::{Colour, Figure, Marker, Panel, Result};
 
 use crate::row::{OK, Row};
 
@@ -13,58 +15,62 @@ const COARSEST: f64 = 1e2;
 /// Where runs are marked that have no error because they failed.
 const FAILED: f64 = 20.0;
 
+/// The method of our own that is drawn by itself.
+const AUTOMATIC: &str = "solve";
+
+/// The crates in the order of the legend; an underscore in a name is no subscript.
+const CRATES: [(&str, &str, Colour); 5] = [
+    ("differential-equations", "differential-equations", Colour::Orange),
+    ("diffsol", "diffsol", Colour::Green),
+    ("ivp", "ivp", Colour::Purple),
+    ("ode_solvers", r"ode\_solvers", Colour::Vermilion),
+    (crate::OURS, "bristle, the best single method", Colour::Sky),
+];
+
 /// Writes `folder/NAME.svg` for the rows of one scene.
 pub(crate) fn save(rows: &[&Row], folder: &Path, name: &str) -> Result<PathBuf> {
+    let scene = rows.first().map_or("", |row| &row.scene).replace('_', " ").replace("Hz", " Hz");
     let mut figure = Figure::new(900, 520)
-        .title(format!("{}: CPU time over error", name.replace('_', " ")))
-        .note("Diamonds: runs that failed. A line is one method over its tolerances.")
+        .title(format!("{scene}: CPU time over error of this crate and of four others"))
+        .note("A line: the best of all methods of a crate. A dot: one run. Diamonds: failed runs.")
         .columns(2);
+    let times = || rows.iter().map(|row| row.cpu_s).filter(|time| *time > 0.0);
+    let least = times().fold(f64::INFINITY, f64::min);
+    let most = times().fold(0.0, f64::max);
     for model in distinct(rows.iter().map(|row| &row.model)) {
-        let here: Vec<&&Row> = rows.iter().filter(|row| row.model == *model).collect();
-        let mut panel = Panel::new("largest error over all samples / scale", "CPU time t / s")
-            .title(if model == "frbd" { "FrBD" } else { "LuGre" })
+        let here = || rows.iter().copied().filter(|row| row.model == *model);
+        let title = format!("{scene}, {}", if model == "frbd" { "FrBD" } else { "LuGre" });
+        let mut panel = Panel::new("error over the scale of the scene / –", "CPU time t / s")
+            .title(title)
             .log_x()
             .log_y()
             .x_range(FINEST..=COARSEST)
             .vertical(FAILED, "failed");
-        let methods = distinct(here.iter().map(|row| &row.method));
-        // `ode::solve` comes last, on top of the others.
-        let automatic = |method: &&&String| method.as_str() == "solve";
-        let others = methods.iter().filter(|method| !automatic(method));
-        for method in others.chain(methods.iter().filter(automatic)) {
-            for crate_ in distinct(here.iter().map(|row| &row.crate_)) {
-                let own = || here.iter().filter(|r| r.method == **method && r.crate_ == *crate_);
-                let reached: Vec<(f64, f64)> = own()
-                    .filter_map(|r| Some((r.achieved()?.clamp(FINEST, COARSEST), r.cpu_s)))
-                    .collect();
-                let failed = own().filter(|row| row.status != OK).map(|row| (FAILED, row.cpu_s));
-                let (name, stroke) = look(crate_, method);
-                let mark = stroke.colour.marked(Marker::Diamond);
-                panel = panel
-                    .marked_line(
-                        &name,
-                        stroke,
-                        stroke.colour.marked(Marker::Disc).size(4.0),
-                        &reached,
-                    )
-                    .points("", mark.size(7.0), failed.collect::<Vec<_>>());
-            }
+        if least < most {
+            panel = panel.y_range(0.7 * least..=1.4 * most);
         }
-        figure = figure.panel(panel);
+        let place = |error: f64, row: &Row| (error.clamp(FINEST, COARSEST), row.cpu_s);
+        let reached = |row: &Row| Some(place(row.achieved()?, row));
+        for (crate_, label, colour) in CRATES {
+            let own = || here().filter(|row| row.crate_ == crate_ && row.method != AUTOMATIC);
+            let failed = own().filter(|row| row.status != OK).map(|row| (FAILED, row.cpu_s));
+            let best = envelope(own()).into_iter().map(|(error, row)| place(error, row));
+            panel = panel
+                .points(
+                    "",
+                    colour.marked(Marker::Disc).size(2.5),
+                    own().filter_map(reached).collect::<Vec<_>>(),
+                )
+                .points("", colour.marked(Marker::Diamond).size(7.0), failed.collect::<Vec<_>>())
+                .line(label, colour.width(2.0), best.collect::<Vec<_>>());
+        }
+        let own = here().filter(|row| (&*row.crate_, &*row.method) == (crate::OURS, AUTOMATIC));
+        let solve: Vec<_> = own.filter_map(reached).collect();
+        let disc = Colour::Blue.marked(Marker::Disc).size(5.0);
+        figure =
+            figure.panel(panel.marked_line("ode::solve", Colour::Blue.width(3.5), disc, solve));
     }
     figure.save(folder, name)
-}
-
-/// The name of a method in the legend, and its stroke.
-fn look(crate_: &str, method: &str) -> (String, Stroke) {
-    match (crate_, method) {
-        (crate::OURS, "solve") => ("ode::solve".to_owned(), Colour::Blue.width(3.5)),
-        (crate::OURS, _) => ("our single methods".to_owned(), Colour::Sky.width(1.0)),
-        ("differential-equations", _) => (crate_.to_owned(), Colour::Orange.width(1.0)),
-        ("diffsol", _) => (crate_.to_owned(), Colour::Green.width(1.0)),
-        ("ivp", _) => (crate_.to_owned(), Colour::Purple.width(1.0)),
-        _ => (crate_.to_owned(), Colour::Grey.width(1.0)),
-    }
 }
 
 /// Each word once, in the order of appearance.

@@ -3,7 +3,8 @@
 //! `cargo run --release --manifest-path benches/peers/Cargo.toml` (some minutes, on one thread).
 //!
 //! Leaves `peers.csv` (every run), `peers_ratio.md` (the best peer over our best at the same
-//! error, also printed) and one chart per scene in `target/figures`, or `--out DIR`.
+//! error, also printed) and one chart per scene in `target/figures`, or `--out DIR`. Given a
+//! `peers.csv`, it draws the charts and the ratios of that run again.
 //!
 //! What is measured: CPU time of the thread for a whole solution, output at 2001 samples included,
 //! the least of several runs; the largest error over the samples; evaluations, counted inside the
@@ -63,7 +64,12 @@ fn main() -> ExitCode {
         let arguments = Arguments::new("peers", about)
             .count("scene", 0, "only this scene of the list, from 1; 0 for all")
             .must_be(Rule::AtLeast(0.0))
+            .file()
             .parse()?;
+        let folder = arguments.out_dir();
+        if let Some(table) = arguments.file() {
+            return draw(&row::read(table)?, folder);
+        }
         measure::catch_last_words();
 
         let mut study = Study {
@@ -80,15 +86,8 @@ fn main() -> ExitCode {
         }
         let Study { rows, complaints, .. } = study;
 
-        let folder = arguments.out_dir();
         println!("{}", row::save(&rows, folder, "peers")?.display());
-        for path in charts(&rows, folder)? {
-            println!("{}", path.display());
-        }
-        let table = ratio::markdown(&ratio::compare(&rows, OURS), OURS);
-        let path = folder.join("peers_ratio.md");
-        fs::write(&path, &table).map_err(|error| format!("{}: {error}", path.display()))?;
-        println!("{}\n\n{table}", path.display());
+        draw(&rows, folder)?;
         tell_failures(&complaints);
         tell_wrong_answers(&rows);
         Ok(())
@@ -130,6 +129,18 @@ impl Visitor for Study {
         self.rows.extend(sweeps.into_iter().flat_map(|sweep| sweep.rows));
         self.progress.step();
     }
+}
+
+/// Leaves the charts and the ratios.
+fn draw(rows: &[Row], folder: &std::path::Path) -> support::Result<()> {
+    for path in charts(rows, folder)? {
+        println!("{}", path.display());
+    }
+    let table = ratio::markdown(&ratio::compare(rows, OURS), OURS);
+    let path = folder.join("peers_ratio.md");
+    fs::write(&path, &table).map_err(|error| format!("{}: {error}", path.display()))?;
+    println!("{}\n\n{table}", path.display());
+    Ok(())
 }
 
 fn charts(rows: &[Row], folder: &std::path::Path) -> support::Result<Vec<std::path::PathBuf>> {

@@ -68,7 +68,7 @@ pub(crate) fn compare(rows: &[Row], ours: &str) -> Vec<Comparison> {
 }
 
 /// The undominated runs, the most accurate first.
-fn envelope<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<(f64, &'a Row)> {
+pub(crate) fn envelope<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<(f64, &'a Row)> {
     let mut points: Vec<(f64, &Row)> =
         rows.filter_map(|row| Some((row.achieved()?.max(f64::MIN_POSITIVE), row))).collect();
     points.sort_by(|(a, x), (b, y)| a.total_cmp(b).then(x.cpu_s.total_cmp(&y.cpu_s)));

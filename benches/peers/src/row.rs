@@ -88,3 +88,33 @@ pub(crate) fn save(rows: &[Row], folder: &Path, name: &str) -> crate::support::R
     }
     table.finish()
 }
+
+/// Reads what [`save`] wrote.
+pub(crate) fn read(path: &Path) -> crate::support::Result<Vec<Row>> {
+    let text = std::fs::read_to_string(path)?;
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let &[scene, model, who, setting, error, cpu_s, rates, jacobians, steps, rejected, status] =
+            &cells[..]
+        else {
+            return None;
+        };
+        let (crate_, method) = who.split_once('/')?;
+        Some(Row {
+            scene: scene.to_owned(),
+            model: model.to_owned(),
+            crate_: crate_.to_owned(),
+            method: method.to_owned(),
+            setting: setting.to_owned(),
+            error: Some(error.parse().ok()?).filter(|error: &f64| !error.is_nan()),
+            cpu_s: cpu_s.parse().ok()?,
+            rhs_evals: rates.parse().ok()?,
+            jac_evals: jacobians.parse().ok()?,
+            steps: steps.parse().ok()?,
+            rejected: rejected.parse().ok()?,
+            status: status.to_owned(),
+        })
+    };
+    let rows: Option<Vec<Row>> = text.lines().skip(1).map(row).collect();
+    rows.ok_or_else(|| format!("{}: not a table of this program", path.display()).into())
+}
