@@ -921,6 +921,26 @@ fn rows_slide_beyond_five_breakaway_distances_or_six_tenths_of_the_longest_strok
 }
 
 #[test]
+fn the_last_row_of_a_log_slides_like_those_before() {
+    // Four strokes of a thousand rows at 1 mm/s; the force turns over a hundred. One row stands
+    // out: the last.
+    let (mut velocity, mut friction) = (vec![], vec![]);
+    for direction in [1.0, -1.0, 1.0, -1.0] {
+        for row in 0..1000 {
+            velocity.push(1e-3 * direction);
+            friction.push(0.3 * direction * f64::min(f64::from(row) / 50.0 - 1.0, 1.0));
+        }
+    }
+    friction[3999] = -0.35;
+    let time: Vec<f64> = (0..4000).map(|row| 2e-4 * f64::from(row)).collect();
+    let motion = Motion::Velocity(&velocity);
+    let log = LogParameters { time: &time, motion, friction: &friction, normal_force: None };
+    let (_, points) = InitialGuess::with_points(&Log::new(log).unwrap()).unwrap();
+    let coefficient = points.last().unwrap().coefficient;
+    assert!((coefficient - 0.35).abs() < 1e-12, "{coefficient}");
+}
+
+#[test]
 fn speeds_within_a_factor_of_two_do_not_make_a_curve() {
     for (fast, fitted) in [(1.96_f64, false), (2.04, true)] {
         let log = elastic_then_sliding(20.0, &[1.0, 1.0, fast, fast]);

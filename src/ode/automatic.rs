@@ -191,8 +191,42 @@ fn spectral_radius<T: Scalar, const N: usize>(matrix: &SMatrix<T, N, N>) -> f64 
 
 #[cfg(test)]
 mod tests {
-    use super::spectral_radius;
-    use nalgebra::{Matrix2, Matrix3};
+    use super::super::Linearisation;
+    use super::super::stepper::{Field, Point, Stepper};
+    use super::{Alternating, spectral_radius};
+    use nalgebra::{Matrix1, Matrix2, Matrix3, Vector1};
+
+    /// x' = −x
+    struct Decay;
+
+    impl Field<f64, 1> for Decay {
+        fn rate(&mut self, _: f64, state: &Vector1<f64>) -> Vector1<f64> {
+            -state
+        }
+
+        fn linearised(&mut self, _: f64, state: &Vector1<f64>) -> Linearisation<f64, 1> {
+            Linearisation { rate: -state, by_state: Matrix1::new(-1.0), by_time: Vector1::zeros() }
+        }
+    }
+
+    #[test]
+    fn the_first_explicit_step_is_at_most_four_fifths_of_the_stable_one() {
+        let mut stepper = Alternating::<f64, 1>::new();
+        let one = Vector1::new(1.0);
+        let mut from = Point { time: 0.0, state: one, rate: -one, scale: one };
+        stepper.begin(&mut Decay, &mut from);
+        // Steps of two time constants, which an explicit method can take as well.
+        let proposals = [2.0, 4.0].map(|time| {
+            let state = stepper.step(&mut Decay, &from, 2.0).state;
+            let mut end = Point { time, state, rate: -state, scale: one };
+            stepper.arrive(&mut Decay, &mut end);
+            from = end;
+            stepper.accepted(2.0, &from, Some(100.0)).unwrap_or(f64::NAN)
+        });
+        assert!(stepper.is_explicit && proposals[0] == 100.0, "{proposals:?}");
+        // The polynomial of order eight is stable up to 6.39; the spectral radius is rough.
+        assert!((proposals[1] / (0.8 * 6.39) - 1.0).abs() < 0.12, "{proposals:?}");
+    }
 
     #[test]
     fn the_spectral_radius_is_found_in_any_units() {

@@ -212,8 +212,58 @@ pub(super) fn first_reversal<T: Scalar, const N: usize, const K: usize>(
 
 #[cfg(test)]
 mod tests {
-    use super::Lock;
+    use super::super::stepper::Point;
+    use super::super::system::System;
+    use super::{Lock, surely_none};
     use crate::Branch;
+    use nalgebra::Vector1;
+
+    /// Its state is its sliding velocity.
+    struct Slider;
+
+    impl System<f64, 1> for Slider {
+        fn rate(&self, _: f64, _: &Vector1<f64>, _: [Branch; 1]) -> Vector1<f64> {
+            Vector1::zeros()
+        }
+
+        fn sliding_velocities(&self, _: f64, state: &Vector1<f64>) -> [f64; 1] {
+            [state[0]]
+        }
+    }
+
+    /// A cubic velocity is the one through its ends with their rates; it has the control points b,
+    /// and the rates 3 (b₁ − b₀)/h and 3 (b₃ − b₂)/h.
+    #[test]
+    fn a_cubic_velocity_is_surely_far_from_zero_where_its_control_points_are() {
+        let (start, duration) = (2.0, 0.4);
+        let levels = [-0.3, 0.02, 0.2, 1.0];
+        for number in 0..256 {
+            let b: [f64; 4] = core::array::from_fn(|i| levels[number >> (2 * i) & 3]);
+            if b[0] < 0.0 {
+                continue; // The step begins on the right side.
+            }
+            let (least, most) = (
+                b.iter().copied().fold(1.0, f64::min),
+                b.iter().fold(0.0, |most, &b| f64::max(most, b)),
+            );
+            for branch in [Branch::Forward, Branch::Backward] {
+                let b = b.map(|b| if branch == Branch::Forward { b } else { -b });
+                let point = |time, state, rate| Point {
+                    time,
+                    state: Vector1::new(state),
+                    rate: Vector1::new(rate),
+                    scale: Vector1::new(1.0),
+                };
+                let from = point(start, b[0], 3.0 * (b[1] - b[0]) / duration);
+                let end = point(start + duration, b[3], 3.0 * (b[3] - b[2]) / duration);
+                let mut lock = Lock::free();
+                lock.branch = branch;
+                lock.update(b[0]);
+                let found = surely_none(&Slider, &[lock], &from, &end);
+                assert_eq!(found, least > 0.05 * most, "{b:?}");
+            }
+        }
+    }
 
     #[test]
     fn a_turn_remembers_the_first_step_after_the_last_turn_the_same_way() {

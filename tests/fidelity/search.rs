@@ -144,6 +144,20 @@ fn a_step_of_the_relaxation_length_is_exact_along_a_slow_ramp_of_slip() {
     assert!(off(&one, &many) < 1e-4 * largest, "{one:?} {many:?}");
 }
 
+/// A bristle that nothing relaxes is deflected by ∫ v dt/U since it entered, so that a patch lags
+/// by half of ∫ p ξ² dξ/∫ p ξ dξ of its length: 3/10 under a parabolic pressure.
+#[test]
+fn the_relaxation_length_in_adhesion_is_the_ratio_of_two_moments_of_the_pressure() {
+    let motion =
+        Motion { slip_velocity: Function::new(|_: f64| (0.0, 0.0), []), rolling_speed: 2.0 };
+    let patch = patch(0, PolynomialExponential::parabolic());
+    let length = patch.length();
+    let scene = PatchScene::new(patch, motion, Answers { interval: 0.02, count: 4 }).unwrap();
+    // A phase of a thousandth, of which the square is left.
+    let share = scene.relaxation_length() / length;
+    assert!((share - 0.3).abs() < 1e-5, "{share}");
+}
+
 /// Answers that are far apart come out as from a scene whose answers are close, also where the
 /// patch has just got fast and not yet rolled by its length.
 #[test]
