@@ -194,3 +194,28 @@ fn scores<R: Residuals<N>, const N: usize>(
     (1..window).for_each(|_| add(Point::zeros()));
     meat / window as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_repeated_ten_times_correlate_for_ten_times_as_many() {
+        // An autoregressive process of correlation time (1 + φ)/(1 − φ) = 66 rows, driven by
+        // uniform noise from a congruential generator.
+        let (mut state, mut value) = (1_u32, 0.0);
+        let once: Vec<f64> = (0..2100)
+            .map(|_| {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                value = 0.97 * value + f64::from(state) / f64::from(u32::MAX) - 0.5;
+                value
+            })
+            .collect();
+        let repeated: Vec<f64> = once.iter().flat_map(|&row| [row; BLOCK]).collect();
+        // 2000 lags do not reach five times 660 rows; the blocks are the rows before repetition.
+        let (one, ten) = (correlation_time(once), correlation_time(repeated));
+        assert!(one > 0.2 * LAGS as f64 / BLOCK as f64, "{one}");
+        // Sums of 21 000 roundings.
+        assert!((ten / (BLOCK as f64 * one) - 1.0).abs() < 1e-9, "{ten} of {one}");
+    }
+}
