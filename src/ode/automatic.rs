@@ -192,8 +192,8 @@ fn spectral_radius<T: Scalar, const N: usize>(matrix: &SMatrix<T, N, N>) -> f64 
 #[cfg(test)]
 mod tests {
     use super::super::Linearisation;
-    use super::super::stepper::{Field, Point, Stepper};
-    use super::{Alternating, spectral_radius};
+    use super::super::stepper::{Field, OneStep, Point, Stepper};
+    use super::{Alternating, Automatic, spectral_radius};
     use nalgebra::{Matrix1, Matrix2, Matrix3, Vector1};
 
     /// x' = −x
@@ -211,7 +211,7 @@ mod tests {
 
     #[test]
     fn the_first_explicit_step_is_at_most_four_fifths_of_the_stable_one() {
-        let mut stepper = Alternating::<f64, 1>::new();
+        let mut stepper: Alternating<f64, 1> = Automatic.stepper();
         let one = Vector1::new(1.0);
         let mut from = Point { time: 0.0, state: one, rate: -one, scale: one };
         stepper.begin(&mut Decay, &mut from);
