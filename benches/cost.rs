@@ -13,6 +13,9 @@ use std::hint::black_box;
 
 use bristle::curve::{RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters};
 use bristle::exponential::Exponential;
+use bristle::gear::{
+    GearFriction, GearFrictionParameters, GearTorques, TorqueLoad, TorqueLoadParameters,
+};
 use bristle::ode::{
     DormandPrince, DormandPrince8, Method, Rodas4, Rodas5P, RungeKutta4, Solver, System,
 };
@@ -21,7 +24,9 @@ use bristle::rheology::{
     GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters,
     MaxwellArm, ZenerParameters,
 };
-use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
+use bristle::scene::{
+    GearedJoint, GearedJointParameters, JointState, MassSpringDamper, MassSpringDamperParameters,
+};
 use bristle::{
     Affine, AnyBristle, Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre,
     Mechanism, ParameterError, Scalar, paper,
@@ -145,6 +150,7 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
             done.deflection + done.work + done.stored + done.dissipated
         });
     }
+    gear(c, scalar, frbd);
     if let Ok(companion) = frbd.under_load(t(1.0)).and_then(|contact| contact.companion(t(1.0))) {
         // Between 1 and 2 N, each step under a load of its own.
         let mut companion = companion;
@@ -253,6 +259,34 @@ fn rows<T: Scalar, M: Bristle<T, Deflection = T>>(c: &mut Criterion, name: &str,
 }
 
 type Friction<T> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
+
+/// Steps of a gear under torques that vary, in a mass of one's own and in the scene.
+fn gear<T: Scalar>(c: &mut Criterion, scalar: &str, friction: Friction<T>) {
+    let t = |value: f64| convert::<f64, T>(value);
+    let shares =
+        TorqueLoadParameters { idle_load: t(0.5), motor_share: t(1.0), external_share: t(0.6) };
+    let Ok(load) = TorqueLoad::new(shares) else { return };
+    let parameters = GearFrictionParameters { friction, load, drag: t(0.05), fastest: t(1.0) };
+    let Ok(mut gear) = GearFriction::new(parameters) else { return };
+    let (z, h) = (t(DEFLECTION), t(1e-3));
+    let name = |what: &str| format!("{scalar}/passive step, FrBD, {what}");
+    let mut motor = t(1.28);
+    measure(c, &name("of a gear whose torques vary"), SPEED, |v: T| {
+        motor = t(2.5) - motor;
+        let torques = GearTorques { motor, external: t(-0.1) };
+        let Ok(step) = gear.step(torques, v, z, h) else { return v };
+        let mean = (motor - t(0.1) - step.bias() + v * t(2e3)) / (t(2e3) + step.damping());
+        step.commit(mean).deflection
+    });
+    let parameters =
+        GearedJointParameters { gear, inertia: t(1.0), motor: t(1.28), external: t(-0.1) };
+    let Ok(mut joint) = GearedJoint::new(parameters) else { return };
+    measure(c, &name("of a geared joint"), SPEED, |velocity: T| {
+        let mut state = JointState::at_rest(t(0.0));
+        (state.velocity, state.deflection) = (velocity, z);
+        joint.step(&state, h).map_or(velocity, |(state, _)| state.velocity + state.deflection)
+    });
+}
 
 /// The stick-slip rig in a scalar type.
 fn rig<T: Scalar>() -> Result<MassSpringDamper<T, Friction<T>>, ParameterError> {

@@ -213,8 +213,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// ```
     /// use bristle::{Bristle, Dahl, DahlParameters};
     ///
-    /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
-    /// let mut contact = friction.under_load(1.0)?; // N
+    /// let dahl = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 };
+    /// let mut contact = Dahl::new(dahl)?.under_load(1.0)?; // N
     /// let pulled = contact.reload(8.0, 4e-6)?;
     /// assert_eq!(pulled.deflection, 0.5e-6); // it keeps its force while the load rises,
     /// let released = contact.reload(1.0, pulled.deflection)?;

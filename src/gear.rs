@@ -5,7 +5,8 @@
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | τ_m, τ_e | motor torque; external torque (gravity, load; no inertia), positive along v > 0 | N m |
+//! | τ_m | motor torque, positive along v > 0 | N m |
+//! | τ_e | external torque, positive along v > 0: gravity and load, no inertia | N m |
 //! | v | angular velocity of the joint | rad/s |
 //! | z | deflection of the bristle | rad |
 //! | p | load of the gear: its normal force in units of torque | N m |
@@ -226,8 +227,8 @@ pub struct GearFrictionParameters<T, M, L> {
 ///     motor_share: 1.0,
 ///     external_share: 0.6,
 /// })?;
-/// let parameters =
-///     GearFrictionParameters { friction: FrBd::new(curve, bristle), load, drag: 0.05, fastest: 5.0 };
+/// let friction = FrBd::new(curve, bristle);
+/// let parameters = GearFrictionParameters { friction, load, drag: 0.05, fastest: 5.0 };
 /// let mut gear = GearFriction::new(parameters)?;
 ///
 /// let (inertia, h) = (0.02, 1e-3); // kg m², s

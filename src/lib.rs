@@ -140,3 +140,8 @@ struct Plane;
 #[cfg(all(doctest, feature = "alloc"))]
 #[doc = include_str!("../docs/choosing.md")]
 struct Choosing;
+
+/// And those of the page on geared joints.
+#[cfg(all(doctest, feature = "alloc"))]
+#[doc = include_str!("../docs/joint.md")]
+struct GearedJoints;

@@ -2,7 +2,6 @@
 
 use core::fmt;
 
-use super::report::row;
 use crate::gear::{GearFriction, GearTorques, LoadLaw, TorqueLoad};
 use crate::number::number;
 use crate::parameter::{self, ParameterError};
@@ -48,8 +47,8 @@ pub struct GearAudit<T> {
     pub coefficient: T,
     /// s μ_s k_e \[–\]. From 1 on no external torque breaks the gear away from rest.
     pub static_locking: T,
-    /// s μ(v) k_e \[–\]. From 1 on the gear is self-locking: it stops under every external torque. A
-    /// gear that only holds at rest lets go if it creeps or is shaken, because μ falls.
+    /// s μ(v) k_e \[–\]. From 1 on the gear is self-locking: it stops under every external torque.
+    /// A gear that only holds at rest lets go if it creeps or is shaken, because μ falls.
     pub locking: T,
     /// The external torque [N m] from which on the gear moves by itself, s p0 μ_s/(1 − s μ_s k_e);
     /// `None` if it holds at rest.
@@ -113,6 +112,14 @@ impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
     }
 }
 
+/// Width of the first column, as in the audit of a contact.
+const NAME: usize = 19;
+
+/// Writes one row: name and finding.
+fn row(f: &mut fmt::Formatter<'_>, name: &str, finding: fmt::Arguments<'_>) -> fmt::Result {
+    writeln!(f, "{name:<NAME$} {finding}")
+}
+
 impl<T: Scalar> fmt::Display for GearAudit<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (velocity, torque) = (number(self.velocity), number(self.external_torque));
@@ -127,12 +134,11 @@ impl<T: Scalar> fmt::Display for GearAudit<T> {
                 f,
                 "self-locking",
                 format_args!("no, moves by itself from {:.5} N m on; {products}", number(from)),
-                "",
             )?,
             None if self.locking >= T::one() => {
-                row(f, "self-locking", format_args!("yes: {products}"), "")?;
+                row(f, "self-locking", format_args!("yes: {products}"))?;
             }
-            None => row(f, "self-locking", format_args!("AT REST ONLY: {products}"), "")?,
+            None => row(f, "self-locking", format_args!("AT REST ONLY: {products}"))?,
         }
         let largest = number(self.largest_driving_efficiency);
         match (self.driving_torque, self.driving_efficiency) {
@@ -144,9 +150,8 @@ impl<T: Scalar> fmt::Display for GearAudit<T> {
                     number(torque),
                     number(efficiency)
                 ),
-                "",
             )?,
-            _ => row(f, "driving", format_args!("JAMS: μ k_m ≥ 1"), "")?,
+            _ => row(f, "driving", format_args!("JAMS: μ k_m ≥ 1"))?,
         }
         let largest = number(self.largest_braking_efficiency);
         match (self.braking_torque, self.braking_efficiency) {
@@ -158,9 +163,8 @@ impl<T: Scalar> fmt::Display for GearAudit<T> {
                     number(torque),
                     number(efficiency)
                 ),
-                "",
             ),
-            _ => row(f, "being driven", format_args!("friction holds this torque"), ""),
+            _ => row(f, "being driven", format_args!("friction holds this torque")),
         }
     }
 }

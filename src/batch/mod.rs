@@ -361,8 +361,8 @@ impl<'a, T: Real> Batch<'a, T> {
     }
 
     /// Changes the normal forces: the new deflections, in place, z' = z min(1, p/p'), and the
-    /// energies that left \[J\], see [`Contact::reload`](crate::Contact::reload). To be called before
-    /// a step whose normal forces differ from those of the last one.
+    /// energies that left \[J\], see [`Contact::reload`](crate::Contact::reload). To be called
+    /// before a step whose normal forces differ from those of the last one.
     ///
     /// A normal force that is negative or not finite makes a bristle forget, and its energy is not
     /// finite.

@@ -114,7 +114,10 @@ macro_rules! of_time {
 of_time!(impl<T: Scalar> JointInput<T> for T);
 of_time!(impl<T: Scalar> JointInput<T> for Sine<T>);
 of_time!(impl<T: Scalar, V: AsRef<[Vertex<T>]> + Debug + Clone> JointInput<T> for Polyline<V>);
-of_time!(impl<T: Scalar, F: Fn(T) -> (T, T) + Clone, const K: usize> JointInput<T> for Function<T, F, K>);
+of_time!(impl<T, F, const K: usize> JointInput<T> for Function<T, F, K>
+where
+    T: Scalar,
+    F: Fn(T) -> (T, T) + Clone);
 
 /// The torque of gravity on a link, −G sin(q − q0) [N m].
 #[derive(Debug, Clone, Copy, PartialEq)]
