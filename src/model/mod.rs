@@ -147,7 +147,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     /// ```
     /// use bristle::{Bristle, Dahl, DahlParameters, Load};
     ///
-    /// let friction = Dahl::new(DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 })?;
+    /// let dahl = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 };
+    /// let friction = Dahl::new(dahl)?;
     /// let (t, v, z) = (0.1_f64, 0.0, 1e-5); // stuck
     /// let load = Load { normal_force: 2.0 + t.sin(), rate: t.cos() };
     /// let response = friction.response_under(load, v, z);
