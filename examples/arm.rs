@@ -141,7 +141,7 @@ fn chart(runs: &[(&'static str, &Run)]) -> Figure {
             let points = over_time(&|row| row.angle[joint].to_degrees());
             angles = angles.line(format!("q{}, load {name}", joint + 1), colour, &points);
         }
-        torques = torques.line("", colours[0], &over_time(&|row| row.friction[0]));
+        torques = torques.line("", colours[0], over_time(&|row| row.friction[0]));
         panels = [angles, torques];
     }
     let [angles, torques] = panels;

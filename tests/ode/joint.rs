@@ -1,4 +1,5 @@
 //! A geared joint: check values, closed forms of steady motion, energy, order of its own step.
+#![cfg(feature = "alloc")]
 
 use crate::common::draw::Draw;
 use crate::common::{assert_within, check};

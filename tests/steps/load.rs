@@ -8,13 +8,12 @@ use crate::common::{assert_within, check, lit};
 use crate::companion::Wrapped;
 use bristle::curve::Stribeck;
 use bristle::ledger::{EnergyBalance, EnergyLedger};
-use bristle::nalgebra::{SVector, Vector2};
-use bristle::ode::{self, Output, System};
+use bristle::nalgebra::SVector;
 use bristle::rheology::{
     Deflection, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, MaxwellArm, States,
     ZenerParameters,
 };
-use bristle::{Branch, Bristle, FrBd, Law, Load, Scalar};
+use bristle::{Bristle, FrBd, Law, Load, Scalar};
 use proptest::prelude::*;
 
 fn table_2() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
@@ -220,64 +219,73 @@ fn along_a_smooth_load_the_balance_has_one_more_square() {
 // Accuracy
 // ---------------------------------------------------------------------------------------------
 
-fn load_at(t: f64) -> Load<f64> {
-    Load { normal_force: 2.0 + 1.5 * (7.0 * t).sin(), rate: 10.5 * (7.0 * t).cos() }
-}
+#[cfg(feature = "alloc")]
+mod accuracy {
+    use super::*;
+    use bristle::Branch;
+    use bristle::nalgebra::Vector2;
+    use bristle::ode::{self, Output, System};
 
-fn velocity_at(t: f64) -> f64 {
-    3e-3 * (4.0 * t).cos() + 5e-4
-}
-
-/// A bristle under a load that varies, dragged at a velocity, and its impulse.
-struct Dragged<M>(M);
-
-impl<M: Bristle<f64, Deflection = f64>> System<f64, 2> for Dragged<M> {
-    fn rate(&self, t: f64, state: &Vector2<f64>, [branch]: [Branch; 1]) -> Vector2<f64> {
-        let response = self.0.response_under(load_at(t), branch.of(velocity_at(t)), state[0]);
-        Vector2::new(response.rate, response.force)
+    fn load_at(t: f64) -> Load<f64> {
+        Load { normal_force: 2.0 + 1.5 * (7.0 * t).sin(), rate: 10.5 * (7.0 * t).cos() }
     }
 
-    fn sliding_velocities(&self, t: f64, _: &Vector2<f64>) -> [f64; 1] {
-        [velocity_at(t)]
+    fn velocity_at(t: f64) -> f64 {
+        3e-3 * (4.0 * t).cos() + 5e-4
     }
 
-    fn scales(&self) -> Vector2<f64> {
-        Vector2::new(1e-4, 1.0)
-    }
-}
+    /// A bristle under a load that varies, dragged at a velocity, and its impulse.
+    struct Dragged<M>(M);
 
-#[test]
-fn loads_at_middles_of_steps_give_second_order() {
-    let model = table_2();
-    let end = 2.0;
-    let reference =
-        ode::solve(&Dragged(model), 0.0..end, Vector2::zeros(), 1e-11, Output::Uniform(2)).unwrap();
-    let want = *reference.states().last().unwrap();
-    let errors = |steps: usize| {
-        let h = end / steps as f64;
-        let contact = model.under_load(load_at(0.5 * h).normal_force).unwrap();
-        let mut companion = contact.companion(0.01).unwrap();
-        let (mut z, mut impulse) = (0.0, 0.0);
-        for n in 0..steps {
-            let middle = h * (n as f64 + 0.5);
-            z = companion.reload(load_at(middle).normal_force, z).unwrap().deflection;
-            let velocity = velocity_at(middle);
-            let done = companion.step(velocity, z, h).commit(velocity);
-            (z, impulse) = (done.deflection, impulse + h * done.force);
+    impl<M: Bristle<f64, Deflection = f64>> System<f64, 2> for Dragged<M> {
+        fn rate(&self, t: f64, state: &Vector2<f64>, [branch]: [Branch; 1]) -> Vector2<f64> {
+            let response = self.0.response_under(load_at(t), branch.of(velocity_at(t)), state[0]);
+            Vector2::new(response.rate, response.force)
         }
-        let read = companion.reload(load_at(end).normal_force, z).unwrap().deflection;
-        [read - want[0], z - want[0], impulse - want[1]].map(f64::abs)
-    };
-    let errors = [800, 1600, 3200, 6400].map(errors);
-    // Over three halvings; the impulse of a step depends on where in it a reversal falls.
-    for (k, (name, want)) in
-        [("read back", 2.0), ("read raw", 1.0), ("impulse", 2.0)].into_iter().enumerate()
-    {
-        let order = (errors[0][k] / errors[3][k]).log2() / 3.0;
-        assert!((order - want).abs() < 0.2, "{name}: order {order}");
+
+        fn sliding_velocities(&self, t: f64, _: &Vector2<f64>) -> [f64; 1] {
+            [velocity_at(t)]
+        }
+
+        fn scales(&self) -> Vector2<f64> {
+            Vector2::new(1e-4, 1.0)
+        }
     }
-    // 800 steps, in units of μ_s/σ0.
-    assert!(errors[0][0] < 2e-6 * 1.5e-4 && errors[0][1] > 3e-4 * 1.5e-4);
+
+    #[test]
+    fn loads_at_middles_of_steps_give_second_order() {
+        let model = table_2();
+        let end = 2.0;
+        let reference =
+            ode::solve(&Dragged(model), 0.0..end, Vector2::zeros(), 1e-11, Output::Uniform(2))
+                .unwrap();
+        let want = *reference.states().last().unwrap();
+        let errors = |steps: usize| {
+            let h = end / steps as f64;
+            let contact = model.under_load(load_at(0.5 * h).normal_force).unwrap();
+            let mut companion = contact.companion(0.01).unwrap();
+            let (mut z, mut impulse) = (0.0, 0.0);
+            for n in 0..steps {
+                let middle = h * (n as f64 + 0.5);
+                z = companion.reload(load_at(middle).normal_force, z).unwrap().deflection;
+                let velocity = velocity_at(middle);
+                let done = companion.step(velocity, z, h).commit(velocity);
+                (z, impulse) = (done.deflection, impulse + h * done.force);
+            }
+            let read = companion.reload(load_at(end).normal_force, z).unwrap().deflection;
+            [read - want[0], z - want[0], impulse - want[1]].map(f64::abs)
+        };
+        let errors = [800, 1600, 3200, 6400].map(errors);
+        // Over three halvings; the impulse of a step depends on where in it a reversal falls.
+        for (k, (name, want)) in
+            [("read back", 2.0), ("read raw", 1.0), ("impulse", 2.0)].into_iter().enumerate()
+        {
+            let order = (errors[0][k] / errors[3][k]).log2() / 3.0;
+            assert!((order - want).abs() < 0.2, "{name}: order {order}");
+        }
+        // 800 steps, in units of μ_s/σ0.
+        assert!(errors[0][0] < 2e-6 * 1.5e-4 && errors[0][1] > 3e-4 * 1.5e-4);
+    }
 }
 
 /// A stuck bristle, in closed form: steps of any length are exact for a load that rises.
