@@ -16,7 +16,7 @@ use bristle::rheology::KelvinVoigt;
 use bristle::scene::MassSpringDamper;
 use bristle::{Bristle, FrBd, LuGre, paper};
 use nalgebra::Vector3;
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
+use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Stroke};
 
 /// Something to draw, from a state and the friction force there.
 type Quantity = fn(&Vector3<f64>, f64) -> f64;
@@ -39,7 +39,7 @@ struct Run {
 fn main() -> ExitCode {
     support::run(|| {
         let arguments = Arguments::new("stick_slip", "The stick-slip rig of the paper")
-            .number("end", 60.0, "s", "end of the simulated time; 10⁵ s take a minute")
+            .number("end", 60.0, "s", "end of the simulated time; 10⁵ s take some 15 s")
             .must_be(Rule::Between(0.1, 1e5))
             .count("samples", 12001, "rows per model, evenly spaced, both ends included")
             .must_be(Rule::Between(2.0, 1e7))
@@ -59,10 +59,12 @@ fn main() -> ExitCode {
         let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
         let frbd = FrBd::new(curve, bristle);
         let lugre = LuGre::classical(curve, bristle);
-        let runs = [
-            run("frbd", "FrBD", Colour::Blue.into(), frbd, span, samples, rtol)?,
-            run("lugre", "LuGre", Colour::Orange.dashed(), lugre, span, samples, rtol)?,
-        ];
+        let mut progress = Progress::new("models", 2);
+        let frbd = run("frbd", "FrBD", Colour::Blue.into(), frbd, span, samples, rtol)?;
+        progress.step();
+        let lugre = run("lugre", "LuGre", Colour::Orange.dashed(), lugre, span, samples, rtol)?;
+        progress.step();
+        let runs = [frbd, lugre];
 
         println!(
             "m = 1 kg, k = 2 N/m, v_ref = 0.1 m/s, Table 2, from rest, {span} s, rtol {rtol:e}"

@@ -75,6 +75,7 @@ where
             now,
             sample: Sample::new(contact.model(), branch, now, deflection),
         };
+        run.walk.check().map_err(|error| run.failure(error.into()))?;
         run.walk.statistics.evaluations = 1;
         // A part of the time in which the velocity doubles; estimates correct it from there.
         let guess = now.abs() / rate.abs() * lit(0.25);

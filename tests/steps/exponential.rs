@@ -654,6 +654,10 @@ fn a_run_refuses_what_it_cannot_do_and_says_where_it_stopped() {
     };
     assert!(refused(1.0..0.0, 0.0, 5) && refused(0.0..f64::INFINITY, 0.0, 5));
     assert!(refused(0.0..1.0, f64::NAN, 5) && refused(0.0..1.0, 0.0, 1));
+    assert!(refused(0.0..5e-324, 0.0, 5) && refused(0.0..1e-310, 0.0, 5));
+    let short = solver.with_largest_step(1e-90).unwrap();
+    let failure = short.sample(&contact, &constant, 0.0..1.0, 0.0, 5, |_, _| {}).unwrap_err();
+    assert!(failure.to_string().contains("largest_step is 1e-90"), "{failure}");
     let few = solver.with_most_steps(3);
     let wave = sine(0.0, 0.01, 5.0, 0.0);
     let failure = few.sample(&contact, &wave, 0.0..9.0, 0.0, 5, |_, _| {}).unwrap_err();
