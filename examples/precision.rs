@@ -17,7 +17,7 @@ use bristle::curve::{
 };
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, ParameterError, Scalar, paper};
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
+use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Stroke};
 
 /// Rounded to single precision, in either type.
 fn lit<T: Scalar>(value: f64) -> T {
@@ -246,6 +246,7 @@ fn main() -> ExitCode {
 
         let mut scans = Vec::new();
         let mut runs = Vec::new();
+        let mut progress = Progress::new("models", 5 * SETS.len());
         for set in SETS {
             macro_rules! both {
                 ($name:literal, $of:expr) => {{
@@ -259,6 +260,7 @@ fn main() -> ExitCode {
                     scans.push(scan(name.clone(), (of::<f32>(&set)?, of::<f64>(&set)?), density)?);
                     let models = (of::<f32>(&set)?, of::<f64>(&set)?);
                     runs.push((name, run(models, set.curve.stribeck_velocity, steps)?));
+                    progress.step();
                 }};
             }
             both!("FrBD", |set| Ok(FrBd::new(set.stribeck::<T>()?, set.bristle::<T>()?)));

@@ -21,7 +21,7 @@ use bristle::scene::{MassSpringDamper, MassSpringDamperParameters, PrescribedVel
 use bristle::stability::{self, Scheme};
 use bristle::{Branch, Bristle, FrBd, LuGre, Mechanism, paper};
 use nalgebra::{Vector1, Vector3};
-use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Rule};
+use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Progress, Rule};
 
 /// The range of the step [s].
 const SHORTEST: f64 = 1e-4;
@@ -87,10 +87,12 @@ fn main() -> ExitCode {
 
         let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
         let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
-        let studies = [
-            study("frbd", "FrBD", FrBd::new(curve, bristle), end, &steps)?,
-            study("lugre", "LuGre", LuGre::classical(curve, bristle), end, &steps)?,
-        ];
+        let mut progress = Progress::new("models", 2);
+        let frbd = study("frbd", "FrBD", FrBd::new(curve, bristle), end, &steps)?;
+        progress.step();
+        let lugre = study("lugre", "LuGre", LuGre::classical(curve, bristle), end, &steps)?;
+        progress.step();
+        let studies = [frbd, lugre];
         println!("The stick-slip rig, {end} s in fixed steps from {SHORTEST} to {LONGEST} s.");
         println!(
             "Critical steps in ms, predicted / measured: bristle at the top speed, stuck mass."

@@ -13,12 +13,13 @@ pub struct Tolerance {
     pub error: f64,
     /// Whether that is the root of the mean square over all answers; else no answer may exceed it.
     pub root_mean_square: bool,
-    /// What the search may cost, in evaluations of FrBD with one spring; 1e8 by default, about a
-    /// second.
+    /// What the search may cost, in evaluations of FrBD with one spring; 1e8 by default: a second,
+    /// or a few with what the signals of the scene cost.
     pub budget: f64,
 }
 
-/// A search of this cost takes about a second: one evaluation takes some 10 ns.
+/// A search of this cost takes a second or a few: one evaluation takes some 10 ns, and a sine in the
+/// scene as much again for each of its values.
 const BUDGET: f64 = 1e8;
 
 impl Tolerance {
