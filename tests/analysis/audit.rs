@@ -623,6 +623,28 @@ fn of_a_spring_that_varies_the_least_stiffness_bounds_the_deflection() {
     assert_within(1e-15, 1.0, limits.force.unwrap(), most * 13.0 / 7.0, || "force".into());
 }
 
+/// Classical LuGre has (K r − c₀)²/4 K λ c₂ = σ1(v) |v|/4μ. With the dashpot σ1 e^(−v²/v_d²) that
+/// is largest at v_d/√2, four decades below the fastest speed.
+#[test]
+fn a_lack_of_damping_at_slow_sliding_is_found_below_any_speed() {
+    let (slow, mu, sigma1) = (1e-4, 0.5, 64.5);
+    let micro_damping = VelocityDependent::new(
+        move |sliding: Sliding<f64>| {
+            let ratio = sliding.velocity() / slow;
+            let damping = sigma1 * (-ratio * ratio).exp();
+            (damping, -2.0 * ratio / slow * damping)
+        },
+        Bounds { min: 0.0, max: sigma1 },
+    );
+    let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping });
+    let curve = CoulombParameters { dynamic_coefficient: mu, viscous_friction: 0.0 };
+    let model = LuGre::classical(Coulomb::new(curve).unwrap(), bristle.unwrap());
+    let want = sigma1 * slow * (-0.5_f64).exp() / (2_f64.sqrt() * 4.0 * mu);
+    // Up to (ln 10/32/2)² away from the top, for speeds are 32 a decade.
+    let excess = audit(model).passivity.excess;
+    assert_within(1.4e-3, want, excess, want, || "excess".to_owned());
+}
+
 #[test]
 fn no_passive_step_is_promised_to_a_contact_that_is_not_passive_at_every_deflection() {
     let with = |micro_damping| {

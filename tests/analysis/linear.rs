@@ -916,6 +916,20 @@ fn a_linear_system_that_is_not_finite_is_refused_and_one_far_out_is_not() {
     }
 }
 
+/// ẋ₁ = −x₁ + c x₂, ẋ₂ = −x₂ + u: the gain from u to x₁ is c, however large.
+#[test]
+fn a_strong_coupling_one_way_is_no_singular_system() {
+    for coupling in [1.0, 1e10, 1e20, 1e100] {
+        let chain = StateSpace::<f64, 2> {
+            dynamics: SMatrix::from_row_slice(&[-1.0, coupling, 0.0, -1.0]),
+            input: SVector::from([0.0, 1.0]),
+            output: SVector::from([1.0, 0.0]).transpose(),
+            feedthrough: 0.0,
+        };
+        assert_within(1e-15, coupling, chain.static_gain().unwrap(), coupling, || "gain".into());
+    }
+}
+
 #[test]
 fn the_roots_of_a_real_matrix_are_real_or_exact_pairs() {
     check(256, prop::array::uniform16(-1.0..1.0), |entries: [f64; 16]| {
