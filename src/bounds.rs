@@ -8,6 +8,8 @@ use crate::scalar::Scalar;
 /// The theorems on friction models speak of such ranges: the deflection of a bristle, for
 /// instance, never exceeds the largest friction coefficient over its stiffness.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Bounds<T> {
     /// Smallest value.
     pub min: T,

@@ -21,6 +21,10 @@
 //! | 5g | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
 //! | 6 | a simulation | [`ode::solve`], or [`ode::Solver`] with a method of your choice |
 //!
+//! Curves, models, signals, pressures and methods chosen at run time are [`curve::AnyCurve`],
+//! [`AnyBristle`], [`signal::AnySignal`], [`rolling::AnyPressure`] and [`ode::AnyMethod`]. The
+//! feature `serde` reads them from files.
+//!
 //! [`audit`] checks which laws a set of parameters satisfies, [`stability`] computes the largest
 //! stable steps, [`linear`] small motions and the onset of stick-slip, and a [`ledger`] the energy
 //! balance of a run. A contact slides along one line, or in a [`plane`], with two directions and
@@ -95,6 +99,8 @@ pub mod rolling;
 mod root;
 mod scalar;
 pub mod scene;
+#[cfg(feature = "serde")]
+mod serialisation;
 pub mod signal;
 mod sliding;
 pub mod stability;
@@ -145,3 +151,8 @@ struct Choosing;
 #[cfg(all(doctest, feature = "alloc"))]
 #[doc = include_str!("../docs/joint.md")]
 struct GearedJoints;
+
+/// And that of the page on files.
+#[cfg(all(doctest, feature = "serde"))]
+#[doc = include_str!("../docs/files.md")]
+struct Files;

@@ -57,6 +57,8 @@ use crate::{
 /// let slow = AuditParameters { sample_time: Some(1e-3), ..AuditParameters::up_to(0.1) };
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct AuditParameters<T> {
     /// Largest speed \|v\| [m/s] that occurs, positive and finite.
     pub fastest: T,

@@ -21,6 +21,18 @@ use crate::{Bristle, Contact, Scalar};
 
 /// Parameters of a [`FeedForwardCompensator`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        deserialize = "T: Scalar + serde::Deserialize<'de>, M: Bristle<T> + serde::Deserialize<'de>"
+    ))
+)]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "T: Scalar + serde::Serialize, M: Bristle<T> + serde::Serialize"))
+)]
 pub struct FeedForwardParameters<T, M> {
     /// Friction under its normal force.
     pub contact: Contact<T, M>,

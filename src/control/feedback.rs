@@ -45,6 +45,8 @@ use crate::{Bristle, Contact, Scalar};
 
 /// Whether the micro-damping force σ1 ż is compensated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum MicroDamping {
     /// It is not: it stays in the mechanism, where it damps.
     #[default]
@@ -55,6 +57,18 @@ pub enum MicroDamping {
 
 /// Parameters of a [`FeedbackCompensator`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        deserialize = "T: Scalar + serde::Deserialize<'de>, M: Bristle<T> + serde::Deserialize<'de>"
+    ))
+)]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "T: Scalar + serde::Serialize, M: Bristle<T> + serde::Serialize"))
+)]
 pub struct FeedbackParameters<T, M> {
     /// Friction under its normal force.
     pub contact: Contact<T, M>,

@@ -93,6 +93,9 @@ use crate::{Affine, AnyBristle, Bristle, Contact, Dahl, FrBd, Law, LuGre, Scalar
 
 /// How the tracking error corrects the estimate.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub enum Injection<T> {
     /// By k (ė + α e), as a correction of the velocity that drives the model.
     Velocity {
@@ -111,6 +114,18 @@ pub enum Injection<T> {
 
 /// Parameters of a [`FrictionObserver`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        deserialize = "T: Scalar + serde::Deserialize<'de>, M: Bristle<T> + serde::Deserialize<'de>"
+    ))
+)]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "T: Scalar + serde::Serialize, M: Bristle<T> + serde::Serialize"))
+)]
 pub struct ObserverParameters<T, M> {
     /// Friction under its normal force.
     pub contact: Contact<T, M>,

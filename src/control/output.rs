@@ -5,6 +5,8 @@ use crate::parameter::{self, ParameterError};
 
 /// How much of the friction force is compensated, and how much at most.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct OutputParameters<T> {
     /// Share s \[–\] of the model's force that is given out: 1 compensates all of it, 1.2 a fifth
     /// too much. Between 0 and 2, at which the whole force comes back with the opposite sign.

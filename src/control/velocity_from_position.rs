@@ -24,6 +24,8 @@ use crate::{Affine, Bristle, Scalar};
 
 /// Parameters of a [`VelocityFromPosition`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct VelocityFromPositionParameters<T> {
     /// Sample time h \[s\], positive.
     pub sample_time: T,

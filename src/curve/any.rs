@@ -29,6 +29,10 @@ use crate::{Bounds, Scalar, Sliding};
 /// # Ok::<(), ParameterError>(())
 /// ```
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
+#[cfg_attr(feature = "serde", serde(bound(serialize = "T: Scalar + serde::Serialize")))]
 #[non_exhaustive]
 pub enum AnyCurve<T> {
     /// μ_d + σ2|v|.
@@ -45,6 +49,7 @@ pub enum AnyCurve<T> {
     Asymmetric(Box<Asymmetric<AnyCurve<T>, AnyCurve<T>>>),
     /// A curve of your own, see [`AnyCurve::own`].
     #[cfg(feature = "alloc")]
+    #[cfg_attr(feature = "serde", serde(skip))]
     Own(OwnCurve<T>),
 }
 

@@ -21,6 +21,8 @@ use crate::{Bounds, Scalar, Sliding};
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Asymmetric<F, B> {
     /// Curve for v > 0.
     pub forward: F,

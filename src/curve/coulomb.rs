@@ -11,6 +11,8 @@ use crate::{Bounds, Scalar, Sliding};
 
 /// Parameters of [`Coulomb`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct CoulombParameters<T> {
     /// Dynamic friction coefficient μ_d \[–\], positive.
     #[doc(alias = "mu_d")]
@@ -47,6 +49,11 @@ impl<T: Scalar> Coulomb<T> {
             dynamic: parameter::positive("dynamic_coefficient", parameters.dynamic_coefficient)?,
             viscous: parameter::non_negative("viscous_friction", parameters.viscous_friction)?,
         })
+    }
+
+    /// The parameters, as they were given.
+    pub fn parameters(&self) -> CoulombParameters<T> {
+        CoulombParameters { dynamic_coefficient: self.dynamic, viscous_friction: self.viscous }
     }
 }
 

@@ -16,6 +16,8 @@ use crate::{Bounds, Scalar, Sliding};
 
 /// Parameters of [`RationalStribeck`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct RationalStribeckParameters<T> {
     /// Static friction coefficient μ_s \[–\], at least the dynamic one.
     #[doc(alias = "mu_s")]
@@ -46,7 +48,11 @@ pub struct RationalStribeckParameters<T> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RationalStribeck<T>(pub(crate) Valley<T>);
+pub struct RationalStribeck<T>(
+    pub(crate) Valley<T>,
+    /// μ_s and v_S as they were given, to the last bit.
+    [T; 2],
+);
 
 impl<T: Scalar> RationalStribeck<T> {
     /// Checks the parameters.
@@ -56,12 +62,21 @@ impl<T: Scalar> RationalStribeck<T> {
     /// Names the parameter that is out of its range, or a static coefficient below the dynamic
     /// one.
     pub fn new(parameters: RationalStribeckParameters<T>) -> Result<Self, ParameterError> {
-        Ok(Self(Valley::new([
-            parameters.static_coefficient,
-            parameters.dynamic_coefficient,
-            parameters.stribeck_velocity,
-            parameters.viscous_friction,
-        ])?))
+        let given = [parameters.static_coefficient, parameters.stribeck_velocity];
+        let [static_, velocity] = given;
+        let (dynamic, viscous) = (parameters.dynamic_coefficient, parameters.viscous_friction);
+        Ok(Self(Valley::new([static_, dynamic, velocity, viscous])?, given))
+    }
+
+    /// The parameters, as they were given.
+    pub fn parameters(&self) -> RationalStribeckParameters<T> {
+        let [static_coefficient, stribeck_velocity] = self.1;
+        RationalStribeckParameters {
+            static_coefficient,
+            dynamic_coefficient: self.0.dynamic,
+            stribeck_velocity,
+            viscous_friction: self.0.viscous,
+        }
     }
 }
 
@@ -93,7 +108,7 @@ impl<T: Scalar> FrictionCurve<T> for RationalStribeck<T> {
     }
 
     fn with_less_viscous_friction(&self, part: T) -> Self {
-        Self(Valley { viscous: self.0.viscous - part, ..self.0 })
+        Self(Valley { viscous: self.0.viscous - part, ..self.0 }, self.1)
     }
 
     fn is_even(&self) -> bool {

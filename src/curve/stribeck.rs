@@ -22,6 +22,8 @@ use crate::{Bounds, Branch, Scalar, Sliding};
 
 /// Parameters of [`Stribeck`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct StribeckParameters<T> {
     /// Static friction coefficient μ_s \[–\], at least the dynamic one.
     #[doc(alias = "mu_s")]
@@ -66,6 +68,8 @@ pub struct Stribeck<T> {
     pub(crate) exponent: T,
     /// Power w beyond which (μ_s − μ_d) exp(−w) is less than a rounding of μ_d.
     negligible: T,
+    /// μ_s and v_S as they were given, to the last bit.
+    given: [T; 2],
 }
 
 impl<T: Scalar> Stribeck<T> {
@@ -90,7 +94,20 @@ impl<T: Scalar> Stribeck<T> {
             // Without a drop this is −∞, and the exponential is never needed.
             negligible: (lit::<T>(4.0) * valley.drop / (T::default_epsilon() * valley.dynamic))
                 .ln(),
+            given: [parameters.static_coefficient, parameters.stribeck_velocity],
         })
+    }
+
+    /// The parameters, as they were given.
+    pub fn parameters(&self) -> StribeckParameters<T> {
+        let [static_coefficient, stribeck_velocity] = self.given;
+        StribeckParameters {
+            static_coefficient,
+            dynamic_coefficient: self.valley.dynamic,
+            stribeck_velocity,
+            stribeck_exponent: self.exponent,
+            viscous_friction: self.valley.viscous,
+        }
     }
 
     /// exp(−w), without the exponential where the curve cannot tell: most of a stick-slip run lies

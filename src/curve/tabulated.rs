@@ -20,6 +20,8 @@ use crate::{Bounds, Scalar, Sliding};
 
 /// One measured point of a [`Tabulated`] curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Knot<T> {
     /// Speed |v| [m/s].
     pub speed: T,

@@ -34,13 +34,19 @@ use crate::{Bristle, Scalar, Sliding};
 /// # Ok::<(), ParameterError>(())
 /// ```
 #[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
+#[cfg_attr(feature = "serde", serde(bound(serialize = "T: Scalar + serde::Serialize")))]
 #[non_exhaustive]
 pub enum AnyBristle<T> {
     /// Friction with bristle dynamics: a spring and a dashpot side by side.
+    #[cfg_attr(feature = "serde", serde(rename = "frbd"))]
     FrBd(FrBd<AnyCurve<T>, KelvinVoigt<T>, AnyRegularisation<T>>),
     /// FrBD with a bristle that creeps: a spring and a dashpot in series.
     Maxwell(FrBd<AnyCurve<T>, Maxwell<T>, AnyRegularisation<T>>),
     /// The LuGre model.
+    #[cfg_attr(feature = "serde", serde(rename = "lugre"))]
     LuGre(LuGre<AnyCurve<T>, KelvinVoigt<T>, AnyRegularisation<T>, T>),
     /// The Dahl model.
     Dahl(Dahl<T>),

@@ -16,6 +16,8 @@ use crate::{Bounds, Bristle, Scalar, Sliding};
 
 /// Parameters of [`Dahl`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct DahlParameters<T> {
     /// Friction coefficient μ_d \[–\], positive.
     #[doc(alias = "mu_d")]
@@ -52,6 +54,11 @@ impl<T: Scalar> Dahl<T> {
         let dynamic = parameter::positive("dynamic_coefficient", parameters.dynamic_coefficient)?;
         let stiffness = parameter::positive("micro_stiffness", parameters.micro_stiffness)?;
         Ok(Self { dynamic, stiffness, relaxation_per_speed: stiffness / dynamic })
+    }
+
+    /// The parameters, as they were given.
+    pub fn parameters(&self) -> DahlParameters<T> {
+        DahlParameters { dynamic_coefficient: self.dynamic, micro_stiffness: self.stiffness }
     }
 }
 

@@ -93,6 +93,19 @@ impl<C, R, E, T> ElastoPlastic<C, R, E, T> {
         ElastoPlastic { plastic, stick_limit: self.stick_limit }
     }
 
+    /// The model for a bristle that is plastic throughout, α = 1.
+    pub fn plastic(&self) -> &FrBd<C, R, E> {
+        &self.plastic
+    }
+
+    /// The stick limit z_b \[m\].
+    pub fn stick_limit(&self) -> T
+    where
+        T: Copy,
+    {
+        self.stick_limit
+    }
+
     /// The model with its curve and regularisation in other types.
     pub(super) fn map<C2, E2>(
         self,

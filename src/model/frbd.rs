@@ -93,9 +93,12 @@ use crate::{Bristle, Scalar, Sliding};
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct FrBd<C, R, E = Unregularised> {
     curve: C,
     rheology: R,
+    #[cfg_attr(feature = "serde", serde(default))]
     regularisation: E,
 }
 

@@ -80,6 +80,8 @@ use crate::{Branch, Bristle, Scalar, Sliding};
 /// valley the rules apply unchanged; where neither has an answer, one in between is taken, always
 /// the same at the same state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum FoldRule {
     /// The slowest: the tip sticks, or creeps, as long as the surface can hold it, and then breaks
     /// away.
@@ -221,6 +223,11 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
     /// The bristle.
     pub fn rheology(&self) -> &KelvinVoigt<T> {
         &self.rheology
+    }
+
+    /// The branch that is followed where the force balance is folded, as it was given.
+    pub fn fold_rule(&self) -> Option<FoldRule> {
+        self.fold_rule
     }
 
     /// Whether the force balance is known to have a single solution at every state.

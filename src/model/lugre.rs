@@ -14,6 +14,7 @@ use super::affine::forwards;
 use super::frbd::{Series, inverse_resistance, least_slope};
 use super::{Affine, Characteristics, FrBd, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
+use crate::parameter::{self, ParameterError};
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, HeldWeights, KelvinVoigt, Rheology, VelocityLaw, Weights};
 use crate::scalar::{is_zero, lit, unlimited};
@@ -89,6 +90,20 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
         // What has been taken out of the curve, neither more nor less.
         let viscous = curve.viscous_friction() - inside.viscous_friction();
         Self { parts: FrBd::new(inside, rheology), viscous }
+    }
+
+    /// The model of a curve g(v), taken as it is, and a viscous friction σ2 [s/m] outside it.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a viscous friction that is negative or not finite.
+    pub fn with_viscous_friction(
+        curve: C,
+        rheology: KelvinVoigt<T, T, D>,
+        viscous_friction: T,
+    ) -> Result<Self, ParameterError> {
+        let viscous = parameter::non_negative("viscous_friction", viscous_friction)?;
+        Ok(Self { parts: FrBd::new(curve, rheology), viscous })
     }
 
     /// The variant whose g(v) is the whole curve, viscous part included.

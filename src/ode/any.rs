@@ -34,6 +34,8 @@ use crate::parameter::{self, ParameterError};
 /// # Ok::<(), bristle::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum AnyMethod {
     /// `DormandPrince8` and `Rodas5P` take turns.
@@ -46,6 +48,7 @@ pub enum AnyMethod {
     /// L-stable Rosenbrock method of order 4(3).
     Rodas4,
     /// L-stable Rosenbrock method of order 5(4).
+    #[cfg_attr(feature = "serde", serde(rename = "rodas5p"))]
     Rodas5P,
     /// The classical method, with fixed steps.
     RungeKutta4,

@@ -34,6 +34,11 @@ impl<T: Scalar> HyperbolicTangent<T> {
     pub fn new(threshold_velocity: T) -> Result<Self, ParameterError> {
         Ok(Self { threshold: parameter::positive("threshold_velocity", threshold_velocity)? })
     }
+
+    /// The threshold velocity v_t [m/s].
+    pub fn threshold_velocity(&self) -> T {
+        self.threshold
+    }
 }
 
 /// The hyperbolic tangent, which is ±1 to rounding long before the exponentials of which some

@@ -30,6 +30,11 @@ impl<T: Scalar> SquareRoot<T> {
     pub fn new(regularisation: T) -> Result<Self, ParameterError> {
         Ok(Self { epsilon: parameter::positive("regularisation", regularisation)? })
     }
+
+    /// The regularisation parameter ε [m²/s²].
+    pub fn epsilon(&self) -> T {
+        self.epsilon
+    }
 }
 
 impl<T: Scalar> Regularisation<T> for SquareRoot<T> {

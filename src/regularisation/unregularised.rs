@@ -12,6 +12,7 @@ use crate::{Scalar, Sliding};
 /// assert_eq!(Unregularised.sign(0.0.into()), 0.0);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Unregularised;
 
 impl<T: Scalar> Regularisation<T> for Unregularised {

@@ -58,6 +58,8 @@ use crate::{Bounds, Scalar, Sliding};
 
 /// One arm of a [`GeneralisedMaxwell`] bristle: a spring, alone or behind a dashpot.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct MaxwellArm<T, S = T> {
     /// Normalised stiffness Kᵢ [1/m] of the spring, positive.
     pub stiffness: T,
@@ -122,8 +124,21 @@ impl<T: Scalar, S: VelocityLaw<T>> MaxwellArm<T, S> {
 
 /// Parameters of [`GeneralisedMaxwell`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        deserialize = "T: serde::Deserialize<'de>, S: serde::Deserialize<'de>, D: serde::Deserialize<'de>"
+    ))
+)]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "T: serde::Serialize, S: serde::Serialize, D: serde::Serialize"))
+)]
 pub struct GeneralisedMaxwellParameters<T, const N: usize, S = T, D = T> {
     /// The arms, one at least. Their order is that of the state.
+    #[cfg_attr(feature = "serde", serde(with = "crate::serialisation::array"))]
     pub arms: [MaxwellArm<T, S>; N],
     /// Normalised damping d [s/m] of the dashpot beside all arms, zero or positive: a number, or a
     /// law of the velocity.
@@ -182,6 +197,12 @@ impl<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>
     /// The arms, in the order of the state.
     pub fn arms(&self) -> &[MaxwellArm<T, S>; N] {
         &self.arms
+    }
+
+    /// The parameters, as they were given.
+    pub fn parameters(&self) -> GeneralisedMaxwellParameters<T, N, S, D> {
+        let (arms, micro_damping) = (self.arms.clone(), self.damping.clone());
+        GeneralisedMaxwellParameters { arms, micro_damping }
     }
 }
 

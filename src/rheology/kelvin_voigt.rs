@@ -17,6 +17,8 @@ use crate::{Scalar, Sliding};
 
 /// Parameters of [`KelvinVoigt`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct KelvinVoigtParameters<K, D> {
     /// Normalised micro-stiffness σ0 [1/m], positive: a number, or a law of the velocity.
     #[doc(alias = "sigma0")]
@@ -58,6 +60,12 @@ impl<T: Scalar, K: VelocityLaw<T>, D: VelocityLaw<T>> KelvinVoigt<T, K, D> {
         let at_rest = micro_stiffness.value(Sliding::from(T::zero()));
         let storage = parameter::positive("micro_stiffness", at_rest)?;
         Ok(Self { stiffness: micro_stiffness, damping: micro_damping, storage })
+    }
+
+    /// The parameters, as they were given.
+    pub fn parameters(&self) -> KelvinVoigtParameters<K, D> {
+        let (micro_stiffness, micro_damping) = (self.stiffness.clone(), self.damping.clone());
+        KelvinVoigtParameters { micro_stiffness, micro_damping }
     }
 }
 

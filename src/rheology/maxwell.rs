@@ -29,6 +29,8 @@ use crate::{Scalar, Sliding};
 
 /// Parameters of [`Maxwell`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct MaxwellParameters<T, S = T> {
     /// Normalised stiffness K [1/m], positive.
     pub micro_stiffness: T,
@@ -68,6 +70,11 @@ impl<T: Scalar, S: VelocityLaw<T>> Maxwell<T, S> {
         let arm = MaxwellArm { stiffness, series_damping: Some(series_damping) };
         arm.check("micro_stiffness", "series_damping")?;
         Ok(Self(arm))
+    }
+
+    /// The spring and its dashpot.
+    pub fn arm(&self) -> &MaxwellArm<T, S> {
+        &self.0
     }
 }
 

@@ -24,6 +24,8 @@ use crate::parameter::ParameterError;
 
 /// Parameters of a Zener bristle, see [`GeneralisedMaxwell::zener`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ZenerParameters<T, S = T> {
     /// Normalised stiffness K₀ [1/m] of the static spring, positive.
     pub static_stiffness: T,

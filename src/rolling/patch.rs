@@ -166,6 +166,8 @@ pub(super) fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, Param
 
 /// Parameters of [`Patch`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct PatchParameters<T, M, P> {
     /// Friction model of the bristles.
     pub model: M,

@@ -48,6 +48,20 @@ const ROCKING: f64 = 0.25;
 
 /// Parameters of [`BrakedWheel`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        deserialize = "T: Scalar + serde::Deserialize<'de>, P: serde::Deserialize<'de>, K: Bristle<T> + serde::Deserialize<'de>"
+    ))
+)]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Scalar + serde::Serialize, P: serde::Serialize, K: Bristle<T> + serde::Serialize"
+    ))
+)]
 pub struct BrakedWheelParameters<T, P, K> {
     /// The tyre, a patch in motion ([`Patch::exact`](crate::rolling::Patch::exact)), with its
     /// bristles as they are at the beginning.
@@ -71,6 +85,8 @@ pub struct BrakedWheelParameters<T, P, K> {
 
 /// Forces and torques on a [`BrakedWheel`] over a step: means over it, or values at its middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct WheelLoads<T> {
     /// Normal force of the brake's contact, zero or positive: the capacity of the brake over μ.
     pub brake_normal_force: T,

@@ -27,6 +27,20 @@ use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 
 /// Parameters of [`DiaphragmValve`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        deserialize = "T: Scalar + serde::Deserialize<'de>, M: Bristle<T> + serde::Deserialize<'de>, U: serde::Deserialize<'de>"
+    ))
+)]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Scalar + serde::Serialize, M: Bristle<T> + serde::Serialize, U: serde::Serialize"
+    ))
+)]
 pub struct DiaphragmValveParameters<T, M, U> {
     /// Friction of the stem's packing under its normal force.
     pub contact: Contact<T, M>,
@@ -55,6 +69,7 @@ pub struct DiaphragmValve<T, M, U> {
     preload: T,
     least_pressure: T,
     pressure_gain: T,
+    time_constant: T,
     /// 1/τ
     lag_rate: T,
     opening: U,
@@ -83,9 +98,24 @@ where
             preload: parameter::finite("preload", p.preload)?,
             least_pressure: parameter::non_negative("least_pressure", p.least_pressure)?,
             pressure_gain: parameter::positive("pressure_gain", p.pressure_gain)?,
-            lag_rate: T::one() / parameter::positive("time_constant", p.time_constant)?,
+            time_constant: parameter::positive("time_constant", p.time_constant)?,
+            lag_rate: T::one() / p.time_constant,
             opening: p.opening,
         })
+    }
+
+    /// The parameters, as they were given.
+    pub fn parameters(&self) -> DiaphragmValveParameters<T, M, U> {
+        DiaphragmValveParameters {
+            contact: self.body.contact.clone(),
+            mechanism: self.body.mechanism,
+            diaphragm_area: self.diaphragm_area,
+            preload: self.preload,
+            least_pressure: self.least_pressure,
+            pressure_gain: self.pressure_gain,
+            time_constant: self.time_constant,
+            opening: self.opening.clone(),
+        }
     }
 
     /// The state in which pressure and spring have settled at the opening asked for at a time,

@@ -26,6 +26,20 @@ use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 
 /// Parameters of [`MassSpringDamper`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        deserialize = "T: Scalar + serde::Deserialize<'de>, M: Bristle<T> + serde::Deserialize<'de>, F: serde::Deserialize<'de>"
+    ))
+)]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Scalar + serde::Serialize, M: Bristle<T> + serde::Serialize, F: serde::Serialize"
+    ))
+)]
 pub struct MassSpringDamperParameters<T, M, F = T> {
     /// Friction under its normal force.
     pub contact: Contact<T, M>,
@@ -85,6 +99,16 @@ where
             drive_velocity: parameter::finite("drive_velocity", drive_velocity)?,
             force,
         })
+    }
+
+    /// The parameters, as they were given.
+    pub fn parameters(&self) -> MassSpringDamperParameters<T, M, F> {
+        MassSpringDamperParameters {
+            contact: self.body.contact.clone(),
+            mechanism: self.body.mechanism,
+            drive_velocity: self.drive_velocity,
+            force: self.force.clone(),
+        }
     }
 
     /// The contact.

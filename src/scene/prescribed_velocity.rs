@@ -33,6 +33,20 @@ use crate::{Branch, Bristle, Contact, Scalar};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        deserialize = "T: Scalar + serde::Deserialize<'de>, M: Bristle<T> + serde::Deserialize<'de>, V: serde::Deserialize<'de>"
+    ))
+)]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "T: Scalar + serde::Serialize, M: Bristle<T> + serde::Serialize, V: serde::Serialize"
+    ))
+)]
 pub struct PrescribedVelocity<T, M, V> {
     contact: Contact<T, M>,
     velocity: V,

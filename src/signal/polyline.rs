@@ -8,6 +8,8 @@ use crate::parameter::{self, ParameterError};
 
 /// One corner of a [`Polyline`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Vertex<T> {
     /// Time \[s\].
     pub time: T,
@@ -61,6 +63,11 @@ impl<S> Polyline<S> {
             previous = Some(*vertex);
         }
         Ok(Self { vertices })
+    }
+
+    /// The points.
+    pub fn vertices(&self) -> &S {
+        &self.vertices
     }
 }
 

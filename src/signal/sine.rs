@@ -6,6 +6,8 @@ use crate::parameter::{self, ParameterError};
 
 /// Parameters of [`Sine`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct SineParameters<T> {
     /// Mean value, in the unit of the signal.
     pub mean: T,
@@ -31,6 +33,7 @@ pub struct SineParameters<T> {
 pub struct Sine<T> {
     mean: T,
     amplitude: T,
+    frequency: T,
     /// 2π · frequency [rad/s]
     angular: T,
     phase: T,
@@ -43,12 +46,20 @@ impl<T: Scalar> Sine<T> {
     ///
     /// Names the parameter that is out of its range.
     pub fn new(parameters: SineParameters<T>) -> Result<Self, ParameterError> {
+        let frequency = parameter::positive("frequency", parameters.frequency)?;
         Ok(Self {
+            frequency,
             mean: parameter::finite("mean", parameters.mean)?,
             amplitude: parameter::finite("amplitude", parameters.amplitude)?,
-            angular: T::two_pi() * parameter::positive("frequency", parameters.frequency)?,
+            angular: T::two_pi() * frequency,
             phase: parameter::finite("phase", parameters.phase)?,
         })
+    }
+
+    /// The parameters, as they were given.
+    pub fn parameters(&self) -> SineParameters<T> {
+        let Self { mean, amplitude, frequency, phase, .. } = *self;
+        SineParameters { mean, amplitude, frequency, phase }
     }
 }
 

@@ -68,6 +68,11 @@ impl<T: Scalar, S: Signal<T>> FunctionPressure<T, S> {
         pressure.total = total;
         Ok(pressure)
     }
+
+    /// The function of the place.
+    pub fn function(&self) -> &S {
+        &self.function
+    }
 }
 
 impl<T: Scalar, S: Signal<T>> Pressure<T> for FunctionPressure<T, S> {

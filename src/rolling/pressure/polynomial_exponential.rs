@@ -14,8 +14,13 @@ use crate::scalar::{is_zero, lit, to_f64};
 
 /// Parameters of [`PolynomialExponential`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: serde::Deserialize<'de>")))]
+#[cfg_attr(feature = "serde", serde(bound(serialize = "T: serde::Serialize")))]
 pub struct PolynomialExponentialParameters<T, const N: usize> {
     /// Coefficients c₀ … c_{N−1} [N/m] of 1, ξ, ξ², …: 1 to 12 of them.
+    #[cfg_attr(feature = "serde", serde(with = "crate::serialisation::array"))]
     pub coefficients: [T; N],
     /// Decay a \[–\], between −50 and 50.
     pub decay: T,
@@ -153,6 +158,11 @@ impl<T: Scalar, const N: usize> PolynomialExponential<T, N> {
     /// The coefficients c₀ … c_{N−1} [N/m].
     pub fn coefficients(&self) -> &[T; N] {
         &self.coefficients
+    }
+
+    /// The parameters, as they were given.
+    pub fn parameters(&self) -> PolynomialExponentialParameters<T, N> {
+        PolynomialExponentialParameters { coefficients: self.coefficients, decay: self.decay }
     }
 
     /// The decay a \[–\].

@@ -1,0 +1,75 @@
+//! Friction simulated without writing Rust: model, scene and solver from a TOML file.
+//!
+//! ```sh
+//! cargo run --release --features serde --example from_file -- examples/from_file/valve.toml
+//! ```
+//!
+//! Without a file it takes `examples/from_file/stick_slip.toml`. The folder has a file for every
+//! scene. Leaves `from_file.csv` and `from_file.svg`: every state over time.
+
+#[macro_use]
+mod support;
+#[path = "from_file/setup.rs"]
+mod setup;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use setup::{Setup, Table};
+use support::{Arguments, Colour, Csv, Figure, Panel};
+
+/// The file that is taken if none is given.
+const DEFAULT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/from_file/stick_slip.toml");
+
+fn main() -> ExitCode {
+    support::run(|| {
+        let arguments = Arguments::new("from_file", "Model, scene and solver from a TOML file")
+            .file()
+            .parse()?;
+        let path = arguments.file().unwrap_or(Path::new(DEFAULT));
+        let setup = read(path)?;
+        let table = setup.run().map_err(|error| format!("{}: {error}", path.display()))?;
+
+        let names = table.columns.iter().map(|column| column.0);
+        let names: Vec<&str> = std::iter::once("t").chain(names).collect();
+        let mut csv = Csv::create(arguments.out_dir(), "from_file", &names)?;
+        for row in &table.rows {
+            csv.row(&[], row)?;
+        }
+        csv.finish()?;
+        let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into());
+        println!("{}: {} rows of {}", path.display(), table.rows.len(), names.join(", "));
+        println!();
+        println!("{}", chart(&name, &table).save(arguments.out_dir(), "from_file")?.display());
+        Ok(())
+    })
+}
+
+/// Reads a file; an error names file, line, column and parameter.
+fn read(path: &Path) -> support::Result<Setup> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+    toml::from_str(&text).map_err(|error| {
+        let place = error.span().map_or_else(String::new, |span| {
+            let before = text.get(..span.start).unwrap_or(&text);
+            let line = before.matches('\n').count() + 1;
+            let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+            format!(":{line}:{column}")
+        });
+        format!("{}{place}: {}", path.display(), error.message()).into()
+    })
+}
+
+/// Every column over time.
+fn chart(name: &str, table: &Table) -> Figure {
+    let rows = table.columns.len().div_ceil(2);
+    let mut figure = Figure::new(900, 60 + 230 * u32::try_from(rows).unwrap_or(1))
+        .title(format!("{name}: every column of the table over time"))
+        .columns(2);
+    for (index, &(_, label, factor)) in table.columns.iter().enumerate() {
+        let curve: Vec<(f64, f64)> =
+            table.rows.iter().map(|row| (row[0], factor * row[index + 1])).collect();
+        figure = figure.panel(Panel::new("time t / s", label).line("", Colour::Blue, curve));
+    }
+    figure
+}

@@ -1,0 +1,298 @@
+//! What a file of the example `from_file` holds, and its simulation.
+
+use bristle::curve::AnyCurve;
+use bristle::nalgebra::SVector;
+use bristle::ode::{AnyMethod, Output, Solver, System, Tolerances};
+use bristle::rheology::{
+    GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters,
+    KelvinVoigtParameters, MaxwellArm, Rheology,
+};
+use bristle::rolling::{AnyPressure, Patch, PatchParameters, PolynomialExponential};
+use bristle::scene::{
+    BrakedWheel, BrakedWheelParameters, DiaphragmValve, MassSpringDamper, PrescribedVelocity,
+    WheelLoads,
+};
+use bristle::signal::{AnySignal, Signal};
+use bristle::{AnyBristle, Bristle, FrBd};
+use serde::{Deserialize, Serialize};
+
+/// What may go wrong: a refused parameter, or a run that stopped.
+pub(crate) type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// A scene, and how it is solved.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Setup {
+    /// Time span, method and accuracy.
+    pub(crate) solver: SolverSetup,
+    /// Contact and mechanism.
+    pub(crate) scene: SceneSetup,
+}
+
+/// Time span, method and accuracy.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SolverSetup {
+    /// The run goes from t = 0 to here [s].
+    pub(crate) end: f64,
+    /// Rows of the table, evenly spaced, both ends included.
+    pub(crate) samples: usize,
+    /// The method; `automatic` if it is absent.
+    #[serde(default)]
+    pub(crate) method: AnyMethod,
+    /// Tolerance relative to the scale of each state, for adaptive steps.
+    pub(crate) tolerance: Option<f64>,
+    /// Length [s] of fixed steps, if there is no tolerance.
+    pub(crate) step: Option<f64>,
+}
+
+/// Every scene of this crate with one contact.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum SceneSetup {
+    /// A bristle dragged at a given velocity.
+    PrescribedVelocity(PrescribedVelocity<f64, AnyBristle<f64>, AnySignal<f64>>),
+    /// A bristle of several springs dragged at a given velocity.
+    Viscoelastic(Viscoelastic),
+    /// A mass with a spring, a damper and friction.
+    MassSpringDamper(MassSpringDamper<f64, AnyBristle<f64>, AnySignal<f64>>),
+    /// A pneumatic valve.
+    DiaphragmValve(DiaphragmValve<f64, AnyBristle<f64>, AnySignal<f64>>),
+    /// A wheel that is braked to a stop.
+    BrakedWheel(Wheel),
+}
+
+/// FrBD with a bristle of one to six springs.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Viscoelastic {
+    /// The friction curve.
+    pub(crate) curve: AnyCurve<f64>,
+    /// The springs.
+    pub(crate) springs: Springs,
+    /// Normal force [N].
+    pub(crate) normal_force: f64,
+    /// Sliding velocity v(t) [m/s].
+    pub(crate) velocity: AnySignal<f64>,
+}
+
+/// Springs side by side, or in a row.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum Springs {
+    /// Side by side, each alone or behind a dashpot, beside one dashpot.
+    GeneralisedMaxwell {
+        /// The springs.
+        arms: Vec<MaxwellArm<f64>>,
+        /// The dashpot beside them [s/m].
+        micro_damping: f64,
+    },
+    /// In a row, each beside a dashpot.
+    GeneralisedKelvinVoigt(Vec<KelvinVoigtParameters<f64, f64>>),
+}
+
+/// A braked wheel with its load and its brake.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Wheel {
+    /// Wheel, tyre and brake.
+    pub(crate) wheel: BrakedWheelParameters<f64, Tyre, AnyBristle<f64>>,
+    /// Normal force of the tyre [N].
+    pub(crate) tyre_load: f64,
+    /// Normal force of the brake over time: its capacity over μ.
+    pub(crate) brake_load: AnySignal<f64>,
+}
+
+/// A tyre in a file: the model of its bristles, its length and its pressure.
+pub(crate) type Tyre = PatchParameters<f64, AnyBristle<f64>, AnyPressure<f64>>;
+
+/// A column: its name, the label of its axis, and the factor from SI units to those of the axis.
+pub(crate) type Column = (&'static str, &'static str, f64);
+
+/// A run as a table: named columns with their labels, and rows that begin with the time.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Table {
+    /// The columns after the time.
+    pub(crate) columns: Vec<Column>,
+    /// The rows.
+    pub(crate) rows: Vec<Vec<f64>>,
+}
+
+const FORCE: Column = ("force", "friction force F / N", 1.0);
+const BODY: [Column; 3] = [
+    ("x", "position x / m", 1.0),
+    ("v", "velocity v / (m/s)", 1.0),
+    ("z", "deflection z / µm", 1e6),
+];
+
+impl Setup {
+    /// Simulates the scene.
+    pub(crate) fn run(&self) -> Result<Table> {
+        let solver = &self.solver;
+        if !(2..=10_000_000).contains(&solver.samples) {
+            let samples = solver.samples;
+            return Err(format!("samples is {samples}, but must lie between 2 and 1e7").into());
+        }
+        match &self.scene {
+            SceneSetup::PrescribedVelocity(scene) => {
+                let columns = vec![BODY[1], BODY[2], FORCE];
+                solver.run(scene, SVector::zeros(), columns, |time, state: &SVector<f64, 1>| {
+                    vec![scene.velocity(time), state[0], scene.friction_force(time, state)]
+                })
+            }
+            SceneSetup::Viscoelastic(scene) => scene.run(solver),
+            SceneSetup::MassSpringDamper(rig) => {
+                let columns = [&BODY[..], &[FORCE]].concat();
+                solver.run(rig, rig.at_rest(), columns, |_, state| {
+                    vec![state[0], state[1], state[2], rig.friction_force(state)]
+                })
+            }
+            SceneSetup::DiaphragmValve(valve) => {
+                let parameters = valve.parameters();
+                let pressure = ("pressure", "pressure P / kPa", 1e-3);
+                let opening = ("opening", "opening OP / %", 1.0);
+                let columns = [&BODY[..], &[pressure, FORCE, opening]].concat();
+                solver.run(valve, valve.balanced(0.0), columns, |time, state| {
+                    let force = valve.friction_force(state);
+                    let opening = parameters.opening.value(time);
+                    vec![state[0], state[1], state[2], state[3], force, opening]
+                })
+            }
+            SceneSetup::BrakedWheel(wheel) => wheel.run(solver),
+        }
+    }
+}
+
+impl SolverSetup {
+    /// Integrates a system, and makes a row of each sample.
+    fn run<S: System<f64, N, 1>, const N: usize>(
+        &self,
+        system: &S,
+        start: SVector<f64, N>,
+        columns: Vec<Column>,
+        row: impl Fn(f64, &SVector<f64, N>) -> Vec<f64>,
+    ) -> Result<Table> {
+        let solver = match (self.tolerance, self.step) {
+            (None, Some(step)) => Solver::fixed(self.method, step)?,
+            (tolerance, _) => {
+                let tolerance = tolerance.unwrap_or(1e-6);
+                Solver::adaptive(self.method, Tolerances::scaled(tolerance, system.scales())?)
+            }
+        };
+        let run = solver.solve(system, 0.0..self.end, start, Output::Uniform(self.samples))?;
+        let rows = run.iter().map(|(time, state)| {
+            let mut line = vec![time];
+            line.extend(row(time, state));
+            line
+        });
+        Ok(Table { columns, rows: rows.collect() })
+    }
+}
+
+impl Viscoelastic {
+    fn run(&self, solver: &SolverSetup) -> Result<Table> {
+        /// One call for each number of springs.
+        macro_rules! of_length {
+            ($list:expr, $make:expr, $($n:literal)*) => {
+                match $list.len() {
+                    $($n => {
+                        let mut list = [$list[0]; $n];
+                        list.copy_from_slice(&$list);
+                        self.dragged::<$n, _>(solver, $make(list)?)
+                    })*
+                    many => Err(format!("there must be 1 to 6 springs, not {many}").into()),
+                }
+            };
+        }
+        match &self.springs {
+            Springs::GeneralisedMaxwell { arms, micro_damping } => of_length!(
+                arms,
+                |arms| GeneralisedMaxwell::new(GeneralisedMaxwellParameters {
+                    arms,
+                    micro_damping: *micro_damping
+                }),
+                1 2 3 4 5 6
+            ),
+            Springs::GeneralisedKelvinVoigt(elements) => {
+                of_length!(elements, GeneralisedKelvinVoigt::new, 1 2 3 4 5 6)
+            }
+        }
+    }
+
+    fn dragged<const N: usize, R: Rheology<f64, Deflection = SVector<f64, N>>>(
+        &self,
+        solver: &SolverSetup,
+        bristle: R,
+    ) -> Result<Table> {
+        const STRETCHES: [Column; 6] = [
+            ("x1", "stretch x_1 / µm", 1e6),
+            ("x2", "stretch x_2 / µm", 1e6),
+            ("x3", "stretch x_3 / µm", 1e6),
+            ("x4", "stretch x_4 / µm", 1e6),
+            ("x5", "stretch x_5 / µm", 1e6),
+            ("x6", "stretch x_6 / µm", 1e6),
+        ];
+        let contact = FrBd::new(self.curve.clone(), bristle).under_load(self.normal_force)?;
+        let scene = PrescribedVelocity::new(contact, self.velocity.clone());
+        let columns = [&[BODY[1]], &STRETCHES[..N], &[FORCE]].concat();
+        solver.run(&scene, SVector::zeros(), columns, |time, state| {
+            let mut row = vec![scene.velocity(time)];
+            row.extend(state.iter());
+            row.push(scene.friction_force(time, state));
+            row
+        })
+    }
+}
+
+impl Wheel {
+    fn run(&self, solver: &SolverSetup) -> Result<Table> {
+        match &self.wheel.tyre.pressure {
+            AnyPressure::Exponential(pressure) => self.braked(solver, *pressure),
+            AnyPressure::Quadratic(pressure) => self.braked(solver, *pressure),
+            AnyPressure::Polynomial(pressure) => self.braked(solver, *pressure),
+            _ => Err("a braked wheel takes a polynomial pressure, not a measured one".into()),
+        }
+    }
+
+    fn braked<const N: usize>(
+        &self,
+        solver: &SolverSetup,
+        pressure: PolynomialExponential<f64, N>,
+    ) -> Result<Table> {
+        let BrakedWheelParameters { tyre, brake, mass, inertia, radius, speed, angular_velocity } =
+            self.wheel.clone();
+        let patch =
+            Patch::new(PatchParameters { model: tyre.model, length: tyre.length, pressure })?
+                .carrying(self.tyre_load)?;
+        let mut wheel = BrakedWheel::new(BrakedWheelParameters {
+            tyre: patch.exact_in(100)?,
+            brake,
+            mass,
+            inertia,
+            radius,
+            speed,
+            angular_velocity,
+        })?;
+        let columns = vec![
+            ("x", "way x / m", 1.0),
+            ("v", "speed v_x / (m/s)", 1.0),
+            ("omega", "angular velocity ω / (rad/s)", 1.0),
+            ("force", "force of the tyre / N", 1.0),
+            ("torque", "torque of the brake / (N m)", 1.0),
+        ];
+        let mut table = Table { columns, rows: Vec::new() };
+        let step = solver.step.unwrap_or(5e-3);
+        let interval = solver.end / (solver.samples - 1) as f64;
+        loop {
+            let state = wheel.state();
+            if state.time >= interval * table.rows.len() as f64 - 0.5 * step {
+                let motion = [state.time, state.position, state.speed, state.angular_velocity];
+                table.rows.push([&motion[..], &[state.force, state.brake_torque]].concat());
+            }
+            if !(state.time < solver.end - 0.5 * step) {
+                return Ok(table);
+            }
+            wheel.step(WheelLoads::braking(self.brake_load.value(state.time)), step)?;
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! Parameters, models and scenes in files, with serde and a format of the user's choice.
+//!
+//! Parameters are read field by field, and everything built of them goes through its constructor:
+//! a file is refused with parameter, value and rule, at the place that the format reports. Unknown
+//! fields are refused. What is written reads back to the same bits.
+
+use alloc::vec::Vec;
+
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::curve::{
+    Coulomb, CoulombParameters, Cubic, FrictionCurve, Knot, RationalStribeck,
+    RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
+};
+use crate::regularisation::{HyperbolicTangent, Regularisation, SquareRoot};
+use crate::rheology::{
+    GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt,
+    KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters,
+};
+use crate::rolling::{FunctionPressure, PolynomialExponential, PolynomialExponentialParameters};
+use crate::scene::{
+    DiaphragmValve, DiaphragmValveParameters, MassSpringDamper, MassSpringDamperParameters,
+};
+use crate::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
+use crate::{
+    Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FoldRule, ImplicitBristle, LuGre,
+    ParameterError, Scalar,
+};
+
+/// Arrays of any length.
+pub(crate) mod array {
+    use super::{Deserialize, Deserializer, Error, Serialize, Serializer, Vec};
+
+    pub(crate) fn serialize<T: Serialize, S: Serializer, const N: usize>(
+        array: &[T; N],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(array)
+    }
+
+    pub(crate) fn deserialize<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
+        deserializer: D,
+    ) -> Result<[T; N], D::Error> {
+        let list = Vec::deserialize(deserializer)?;
+        let length = list.len();
+        list.try_into()
+            .map_err(|_| D::Error::custom(format_args!("there must be {N} of them, not {length}")))
+    }
+}
+
+/// Reads a value from what a file holds, through the constructor of the value.
+fn read<'de, P, T, D>(
+    deserializer: D,
+    new: impl FnOnce(P) -> Result<T, ParameterError>,
+) -> Result<T, D::Error>
+where
+    P: Deserialize<'de>,
+    D: Deserializer<'de>,
+{
+    new(P::deserialize(deserializer)?).map_err(D::Error::custom)
+}
+
+/// A type that is read and written as something else: `[generics] type as what: read, write`.
+macro_rules! through {
+    (
+        [$($generic:ident: $($bound:path)|+),* $(; const $n:ident)?]
+        $type:ty as $file:ty: $new:expr, $file_of:expr
+    ) => {
+        impl<'de, T: Scalar + Deserialize<'de>
+            $(, $generic: $($bound +)+ Deserialize<'de>)* $(, const $n: usize)?>
+            Deserialize<'de> for $type
+        {
+            fn deserialize<De: Deserializer<'de>>(deserializer: De) -> Result<Self, De::Error> {
+                read::<$file, Self, De>(deserializer, $new)
+            }
+        }
+
+        impl<T: Scalar + Serialize
+            $(, $generic: $($bound +)+ Serialize)* $(, const $n: usize)?>
+            Serialize for $type
+        {
+            fn serialize<Se: Serializer>(&self, serializer: Se) -> Result<Se::Ok, Se::Error> {
+                let file_of: fn(&Self) -> $file = $file_of;
+                file_of(self).serialize(serializer)
+            }
+        }
+    };
+}
+
+through!([] Coulomb<T> as CoulombParameters<T>: Self::new, Self::parameters);
+through!([] Stribeck<T> as StribeckParameters<T>: Self::new, Self::parameters);
+through!([] RationalStribeck<T> as RationalStribeckParameters<T>: Self::new, Self::parameters);
+through!([] Dahl<T> as DahlParameters<T>: Self::new, Self::parameters);
+through!([] KelvinVoigt<T> as KelvinVoigtParameters<T, T>: Self::new, Self::parameters);
+through!([] Sine<T> as SineParameters<T>: Self::new, Self::parameters);
+through!([] SquareRoot<T> as T: Self::new, Self::epsilon);
+through!([] HyperbolicTangent<T> as T: Self::new, Self::threshold_velocity);
+through!([; const N] GeneralisedMaxwell<T, N> as GeneralisedMaxwellParameters<T, N>:
+    Self::new, Self::parameters);
+through!([; const N] PolynomialExponential<T, N> as PolynomialExponentialParameters<T, N>:
+    Self::new, Self::parameters);
+through!([] Tabulated<Vec<Cubic<T>>> as Vec<Knot<T>>:
+    |knots: Vec<Knot<T>>| Self::from_slice(&knots), |table| table.knots().collect());
+through!([] Polyline<Vec<Vertex<T>>> as Vec<Vertex<T>>:
+    Self::new, |line| line.vertices().clone());
+through!([] FunctionPressure<T, Polyline<Vec<Vertex<T>>>> as Polyline<Vec<Vertex<T>>>:
+    Self::new, |pressure| pressure.function().clone());
+through!([M: Bristle<T>] Contact<T, M> as ContactFile<T, M>:
+|file: ContactFile<T, M>| Self::new(file.model, file.normal_force),
+|contact| ContactFile {
+    model: contact.model().clone(),
+    normal_force: contact.normal_force(),
+});
+through!([] Maxwell<T> as MaxwellFile<T>:
+|file: MaxwellFile<T>| {
+    let MaxwellFile { micro_stiffness, series_damping } = file;
+    Self::new(MaxwellParameters { micro_stiffness, series_damping })
+},
+|bristle| {
+    let MaxwellArm { stiffness, series_damping } = *bristle.arm();
+    // It has one always.
+    let series_damping = series_damping.unwrap_or_else(T::zero);
+    MaxwellFile { micro_stiffness: stiffness, series_damping }
+});
+through!([C: FrictionCurve<T>, E: Regularisation<T> | Default]
+LuGre<C, KelvinVoigt<T>, E, T> as LuGreFile<C, E, T>:
+|file: LuGreFile<C, E, T>| {
+    let LuGreFile { curve, rheology, regularisation, viscous_friction } = file;
+    let model = match viscous_friction {
+        Some(outside) => LuGre::with_viscous_friction(curve, rheology, outside)?,
+        None => LuGre::classical(curve, rheology),
+    };
+    Ok(model.regularised(regularisation))
+},
+|model| LuGreFile {
+    curve: model.curve().clone(),
+    rheology: *model.rheology(),
+    regularisation: model.regularisation().clone(),
+    viscous_friction: Some(model.viscous_friction()),
+});
+through!([C: FrictionCurve<T>, E: Regularisation<T> | Default]
+ElastoPlastic<C, KelvinVoigt<T>, E, T> as ElastoPlasticFile<C, E, T>:
+|file: ElastoPlasticFile<C, E, T>| {
+    let ElastoPlasticFile { curve, rheology, regularisation, stick_limit } = file;
+    Ok(ElastoPlastic::new(curve, rheology, stick_limit)?.regularised(regularisation))
+},
+|model| ElastoPlasticFile {
+    curve: model.plastic().curve().clone(),
+    rheology: *model.plastic().rheology(),
+    regularisation: model.plastic().regularisation().clone(),
+    stick_limit: model.stick_limit(),
+});
+through!([C: FrictionCurve<T>] ImplicitBristle<C, T> as ImplicitFile<C, T>:
+|file: ImplicitFile<C, T>| Self::new(file.curve, file.rheology, file.fold_rule),
+|model| ImplicitFile {
+    curve: model.curve().clone(),
+    rheology: *model.rheology(),
+    fold_rule: model.fold_rule(),
+});
+
+through!([M: Bristle<T, Deflection = T>, F: Signal<T>]
+    MassSpringDamper<T, M, F> as MassSpringDamperParameters<T, M, F>:
+    Self::new, Self::parameters);
+through!([M: Bristle<T, Deflection = T>, U: Signal<T>]
+    DiaphragmValve<T, M, U> as DiaphragmValveParameters<T, M, U>:
+    Self::new, Self::parameters);
+
+/// A contact in a file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename = "Contact")]
+struct ContactFile<T, M> {
+    model: M,
+    normal_force: T,
+}
+
+/// A Maxwell bristle in a file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename = "Maxwell")]
+struct MaxwellFile<T> {
+    micro_stiffness: T,
+    series_damping: T,
+}
+
+/// A LuGre model in a file: g(v) and the viscous friction outside it. If that is absent, it is the
+/// classical model, whose curve gives it.
+#[derive(Serialize, Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    rename = "LuGre",
+    bound(
+        deserialize = "C: Deserialize<'de>, E: Default + Deserialize<'de>, \
+                       T: Scalar + Deserialize<'de>",
+        serialize = "C: Serialize, E: Serialize, T: Scalar + Serialize"
+    )
+)]
+struct LuGreFile<C, E, T> {
+    curve: C,
+    rheology: KelvinVoigt<T>,
+    #[serde(default)]
+    regularisation: E,
+    #[serde(default = "Option::default")]
+    viscous_friction: Option<T>,
+}
+
+/// An elasto-plastic model in a file.
+#[derive(Serialize, Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    rename = "ElastoPlastic",
+    bound(
+        deserialize = "C: Deserialize<'de>, E: Default + Deserialize<'de>, \
+                       T: Scalar + Deserialize<'de>",
+        serialize = "C: Serialize, E: Serialize, T: Scalar + Serialize"
+    )
+)]
+struct ElastoPlasticFile<C, E, T> {
+    curve: C,
+    rheology: KelvinVoigt<T>,
+    #[serde(default)]
+    regularisation: E,
+    stick_limit: T,
+}
+
+/// An implicit bristle in a file.
+#[derive(Serialize, Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    rename = "Implicit",
+    bound(
+        deserialize = "C: Deserialize<'de>, T: Scalar + Deserialize<'de>",
+        serialize = "C: Serialize, T: Scalar + Serialize"
+    )
+)]
+struct ImplicitFile<C, T> {
+    curve: C,
+    rheology: KelvinVoigt<T>,
+    #[serde(default = "Option::default")]
+    fold_rule: Option<FoldRule>,
+}
+
+impl<'de, T: Scalar + Deserialize<'de>, const N: usize> Deserialize<'de>
+    for GeneralisedKelvinVoigt<T, N>
+{
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Self::new(array::deserialize(deserializer)?).map_err(D::Error::custom)
+    }
+}

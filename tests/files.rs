@@ -1,0 +1,307 @@
+//! Parameters, models and scenes in files: exact round trips, refusals with their place, and
+//! damaged files.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
+
+#[path = "../examples/from_file/setup.rs"]
+mod setup;
+
+use bristle::audit::AuditParameters;
+use bristle::control::{
+    FeedForwardParameters, FeedbackParameters, Injection, ObserverParameters,
+    VelocityFromPositionParameters,
+};
+use bristle::curve::{AnyCurve, FrictionCurve, Stribeck};
+use bristle::ode::AnyMethod;
+use bristle::rheology::{GeneralisedMaxwell, KelvinVoigt, ZenerParameters};
+use bristle::rolling::AnyPressure;
+use bristle::signal::AnySignal;
+use bristle::{AnyBristle, Bounds, Bristle, Contact, FrBd, LuGre, paper};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use setup::{SceneSetup, Setup, SolverSetup};
+
+/// The files that the example ships.
+const FILES: [(&str, &str); 9] = [
+    ("stick_slip", include_str!("../examples/from_file/stick_slip.toml")),
+    ("lugre", include_str!("../examples/from_file/lugre.toml")),
+    ("valve", include_str!("../examples/from_file/valve.toml")),
+    ("frictional_lag", include_str!("../examples/from_file/frictional_lag.toml")),
+    ("gearbox", include_str!("../examples/from_file/gearbox.toml")),
+    ("dahl", include_str!("../examples/from_file/dahl.toml")),
+    ("creep", include_str!("../examples/from_file/creep.toml")),
+    ("viscoelastic", include_str!("../examples/from_file/viscoelastic.toml")),
+    ("braking", include_str!("../examples/from_file/braking.toml")),
+];
+
+/// A value in a file of its own.
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
+struct File<V> {
+    value: V,
+}
+
+fn written<V: Serialize>(value: &V) -> String {
+    toml::to_string(&File { value }).unwrap()
+}
+
+fn read<V: DeserializeOwned>(text: &str) -> Result<V, String> {
+    toml::from_str::<File<V>>(text).map(|file| file.value).map_err(|error| error.to_string())
+}
+
+/// Writes a value, reads it and writes it again.
+fn round_trip<V: Serialize + DeserializeOwned>(value: &V) -> V {
+    let text = written(value);
+    let again: V = read(&text).unwrap();
+    assert_eq!(text, written(&again));
+    again
+}
+
+#[test]
+fn shipped_files_run_and_read_back_to_the_same_run() {
+    for (name, text) in FILES {
+        let setup: Setup = toml::from_str(text).unwrap();
+        let setup =
+            Setup { solver: SolverSetup { end: 0.05, samples: 11, ..setup.solver }, ..setup };
+        let again: Setup = toml::from_str(&toml::to_string(&setup).unwrap()).unwrap();
+        let (run, again) = (setup.run().unwrap(), again.run().unwrap());
+        assert_eq!(run.rows.len(), 11, "{name}");
+        assert!(run.rows.iter().flatten().all(|x| x.is_finite()), "{name}");
+        // To the last bit.
+        assert_eq!(run, again, "{name}");
+    }
+}
+
+/// Awkward numbers, each with all its digits.
+const CURVE: &str = "[value.stribeck]
+static_coefficient = 0.30000000000000004
+dynamic_coefficient = 0.1
+stribeck_velocity = 0.0007000000000000001
+stribeck_exponent = 1.2345678901234567
+viscous_friction = 1e-17
+";
+
+#[test]
+fn what_is_read_is_what_a_constructor_builds() {
+    let curve: AnyCurve<f64> = read(CURVE).unwrap();
+    let AnyCurve::Stribeck(stribeck) = curve else { panic!("{curve:?}") };
+    let parameters = stribeck.parameters();
+    assert_eq!(parameters.static_coefficient, 0.30000000000000004);
+    assert_eq!(parameters.stribeck_velocity, 0.0007000000000000001);
+    assert_eq!(stribeck, Stribeck::new(parameters).unwrap());
+    assert_eq!(read::<Stribeck<f64>>(&CURVE.replace(".stribeck", "")), Ok(stribeck));
+    assert_eq!(round_trip(&stribeck), stribeck);
+    // In single precision the file's digits are those of a float.
+    let single: Stribeck<f32> = read(&CURVE.replace(".stribeck", "")).unwrap();
+    assert_eq!(round_trip(&single), single);
+}
+
+#[test]
+fn values_read_back_to_the_same_bits() {
+    let curve: AnyCurve<f64> = read(CURVE).unwrap();
+    let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
+    let models: [AnyBristle<f64>; 3] = [
+        FrBd::new(curve.clone(), bristle).into(),
+        LuGre::classical(curve.clone(), bristle).into(),
+        LuGre::with_viscous_part_inside(curve.clone(), bristle).into(),
+    ];
+    for model in models {
+        let contact = model.under_load(12.5).unwrap();
+        let again: Contact<f64, AnyBristle<f64>> = round_trip(&contact);
+        for velocity in [0.0, 1e-6, -3e-3, 2.0] {
+            assert_eq!(contact.force(velocity, 1e-5), again.force(velocity, 1e-5));
+        }
+        let velocity = VelocityFromPositionParameters {
+            sample_time: 1e-3,
+            time_constant: 2e-3,
+            fastest: 0.5,
+            count: 0.0,
+        };
+        let output = bristle::control::OutputParameters { share: 1.0, largest_force: 3.0 };
+        let _ = round_trip(&FeedForwardParameters {
+            contact: contact.clone(),
+            sample_time: 1e-3,
+            fastest: 1.0,
+            output,
+        });
+        let damping = bristle::control::MicroDamping::Filtered;
+        let feedback = FeedbackParameters { contact: contact.clone(), velocity, damping, output };
+        let _ = round_trip(&feedback);
+        let _ = round_trip(&ObserverParameters {
+            contact,
+            mass: 1.0,
+            proportional_gain: 400.0,
+            derivative_gain: 30.0,
+            integral_gain: 1000.0,
+            injection: Injection::Velocity { gain: 0.1, corner: 10.0 },
+            velocity,
+            output,
+        });
+    }
+    let zener = ZenerParameters {
+        static_stiffness: 1e4,
+        relaxing_stiffness: 2e4 / 3.0,
+        series_damping: 0.1 + 0.2,
+    };
+    assert_eq!(round_trip(&zener), zener);
+    let zener: GeneralisedMaxwell<f64, 2> = GeneralisedMaxwell::zener(zener).unwrap();
+    assert_eq!(round_trip(&zener), zener);
+    let audit = AuditParameters {
+        load_cycle: Some(Bounds { min: 0.1, max: 0.2 }),
+        ..AuditParameters::up_to(0.1)
+    };
+    assert_eq!(round_trip(&audit), audit);
+    for method in ["automatic", "dormand_prince", "dormand_prince8", "rodas4", "rodas5p"] {
+        let read: AnyMethod = read(&format!("value = \"{method}\"")).unwrap();
+        assert_eq!(read.to_string(), method);
+        assert_eq!(round_trip(&read), read);
+    }
+}
+
+#[test]
+fn a_bad_file_is_refused_with_parameter_value_rule_and_place() {
+    let refused = |text: &str| read::<AnyCurve<f64>>(text).unwrap_err();
+    let negative =
+        refused(&CURVE.replace("dynamic_coefficient = 0.1", "dynamic_coefficient = -1.0"));
+    assert!(negative.contains("line 1, column 2"), "{negative}");
+    let why = "dynamic_coefficient is -1, but must lie between 1e-100 and 1e100";
+    assert!(negative.contains(why), "{negative}");
+    let unknown = refused(&CURVE.replace("viscous_friction", "viscosity"));
+    assert!(unknown.contains("line 6, column 1"), "{unknown}");
+    assert!(unknown.contains("unknown field `viscosity`"), "{unknown}");
+    let missing = refused(&CURVE.replace("viscous_friction = 1e-17", ""));
+    assert!(missing.contains("missing field `viscous_friction`"), "{missing}");
+    let other = refused(&CURVE.replace("stribeck]", "parabola]"));
+    assert!(other.contains("unknown variant `parabola`"), "{other}");
+    let nan = refused(&CURVE.replace("1e-17", "nan"));
+    assert!(nan.contains("viscous_friction is NaN, but must lie between 0 and 1e100"), "{nan}");
+
+    let table = "value = { tabulated = [{ speed = 0.0, coefficient = 0.4 }, \
+                 { speed = 0.0, coefficient = 0.3 }] }";
+    let order = refused(table);
+    assert!(order.contains("speed[1] is 0, but must be larger than its predecessor 0"), "{order}");
+    let pressure = "value.quadratic = { coefficients = [1.0, 2.0], decay = 0.0 }";
+    let count = read::<AnyPressure<f64>>(pressure).unwrap_err();
+    assert!(count.contains("there must be 3 of them, not 2"), "{count}");
+    let sine = "value.sine = { mean = 0.0, amplitude = 1.0, frequency = 0.0, phase = 0.0 }";
+    let frequency = read::<AnySignal<f64>>(sine).unwrap_err();
+    assert!(frequency.contains("frequency is 0, but must lie between"), "{frequency}");
+    // A curve of your own is no text.
+    let own = AnyCurve::own(Stribeck::new(paper::STICK_SLIP_CURVE).unwrap());
+    assert!(toml::to_string(&File { value: own }).is_err());
+}
+
+/// Numbers at random (Marsaglia's xorshift).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, most: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % most.max(1) as u64) as usize
+    }
+}
+
+/// A text with one to three damages: a number replaced, a line lost, doubled or exchanged, a
+/// character lost, doubled or replaced.
+fn damaged(text: &str, random: &mut Random) -> String {
+    const NUMBERS: [&str; 14] = [
+        "nan",
+        "inf",
+        "-inf",
+        "0.0",
+        "-0.0",
+        "-1.0",
+        "1e308",
+        "1e-320",
+        "1e400",
+        "1",
+        "\"1\"",
+        "true",
+        "[]",
+        "9223372036854775807",
+    ];
+    let mut text = text.to_owned();
+    for _ in 0..=random.below(3) {
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        let place = random.below(lines.len());
+        match random.below(4) {
+            0 | 1 => {
+                let numbers: Vec<(usize, &str)> = text
+                    .split_inclusive([' ', ',', '\n', ']'])
+                    .scan(0, |at, word| {
+                        let start = *at;
+                        *at += word.len();
+                        Some((start, word.trim_end_matches([' ', ',', '\n', ']'])))
+                    })
+                    .filter(|(_, word)| word.parse::<f64>().is_ok())
+                    .collect();
+                if let Some(&(at, word)) = numbers.get(random.below(numbers.len())) {
+                    text.replace_range(at..at + word.len(), NUMBERS[random.below(14)]);
+                }
+                continue;
+            }
+            2 => match random.below(3) {
+                0 => drop(lines.remove(place)),
+                1 => lines.insert(place, lines[place].clone()),
+                _ => {
+                    let other = random.below(lines.len());
+                    lines.swap(place, other);
+                }
+            },
+            _ => {
+                let line: Vec<char> = lines[place].chars().collect();
+                let at = random.below(line.len());
+                let (before, after) = line.split_at(at);
+                let other = ["", "=", "e", "-", "{", "\"", "9", "\u{3bc}"][random.below(8)];
+                let after =
+                    if random.below(2) == 0 { after } else { after.get(1..).unwrap_or(&[]) };
+                lines[place] =
+                    format!("{}{other}{}", String::from_iter(before), String::from_iter(after));
+            }
+        }
+        text = lines.join("\n");
+    }
+    text
+}
+
+/// Every number of the models in a scene is finite and admissible.
+fn check(setup: &Setup) {
+    let model = |contact: &Contact<f64, AnyBristle<f64>>| {
+        assert!(contact.normal_force() >= 0.0 && contact.normal_force().is_finite());
+        assert!(contact.model().storage_stiffness() > 0.0);
+        let mu = contact.stationary_force(0.01);
+        assert!(mu.is_finite(), "{contact:?}");
+    };
+    match &setup.scene {
+        SceneSetup::PrescribedVelocity(_) => {}
+        SceneSetup::Viscoelastic(scene) => assert!(scene.curve.at(0.0) > 0.0),
+        SceneSetup::MassSpringDamper(scene) => model(scene.contact()),
+        SceneSetup::DiaphragmValve(scene) => model(&scene.parameters().contact),
+        SceneSetup::BrakedWheel(scene) => model(&scene.wheel.brake),
+    }
+}
+
+#[test]
+fn damaged_files_are_refused_or_valid() {
+    let mut random = Random(0x9e37_79b9_7f4a_7c15);
+    let (mut refused, mut accepted, mut built) = (0, 0, 0);
+    for round in 0..1000 {
+        let (name, text) = FILES[round % FILES.len()];
+        let text = damaged(text, &mut random);
+        match toml::from_str::<Setup>(&text) {
+            Err(error) => {
+                refused += 1;
+                assert!(!error.message().is_empty(), "{name}: {text}");
+            }
+            Ok(setup) => {
+                accepted += 1;
+                check(&setup);
+                // The parameters of mechanism and solver are checked as a run begins.
+                let solver = SolverSetup { end: 0.0, samples: 2, ..setup.solver };
+                built += u32::from(Setup { solver, ..setup }.run().is_ok());
+            }
+        }
+    }
+    println!("{refused} refused, {accepted} accepted, {built} of them begin to run");
+    assert!(refused > 300 && accepted > 100 && built > 50);
+}
