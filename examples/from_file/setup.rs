@@ -49,6 +49,7 @@ pub(crate) struct SolverSetup {
 /// Every scene of this crate with one contact.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[allow(clippy::large_enum_variant, reason = "there is one")]
 pub(crate) enum SceneSetup {
     /// A bristle dragged at a given velocity.
     PrescribedVelocity(PrescribedVelocity<f64, AnyBristle<f64>, AnySignal<f64>>),

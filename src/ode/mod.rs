@@ -14,8 +14,8 @@
 //! | [`RungeKutta4`] | fixed steps, split at reversals or [`plain`](Solver::plain) |
 //! | [`AnyMethod`] | one of these, chosen at run time |
 //!
-//! All but `RungeKutta4` choose their steps by an error estimate and have a dense output of their own. A
-//! Rosenbrock method needs the Jacobian: give [`System::linearised`]. Otherwise finite differences
+//! All but `RungeKutta4` choose their steps by an error estimate and have a dense output of their
+//! own. A Rosenbrock method needs the Jacobian: give [`System::linearised`]. Otherwise finite differences
 //! are taken, over √ε of the larger of each state and its [scale](System::scales). They cost N + 2
 //! evaluations a step and half of the digits of the Jacobian, and with a wrong scale they may ruin
 //! the result.

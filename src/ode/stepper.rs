@@ -123,8 +123,8 @@ pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
 
 /// A one-step method of this module: [`RungeKutta4`](super::RungeKutta4),
 /// [`DormandPrince`](super::DormandPrince), [`DormandPrince8`](super::DormandPrince8),
-/// [`Rodas4`](super::Rodas4), [`Rodas5P`](super::Rodas5P), [`Automatic`](super::Automatic), or one of
-/// them chosen at run time, [`AnyMethod`](super::AnyMethod).
+/// [`Rodas4`](super::Rodas4), [`Rodas5P`](super::Rodas5P), [`Automatic`](super::Automatic), or one
+/// of them chosen at run time, [`AnyMethod`](super::AnyMethod).
 #[allow(private_bounds, reason = "the methods are those of this module")]
 pub trait Method<T: Scalar, const N: usize>: OneStep<T, N> {}
 

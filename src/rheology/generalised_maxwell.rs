@@ -128,9 +128,9 @@ impl<T: Scalar, S: VelocityLaw<T>> MaxwellArm<T, S> {
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        deserialize = "T: serde::Deserialize<'de>, S: serde::Deserialize<'de>, D: serde::Deserialize<'de>"
-    ))
+    serde(bound(deserialize = "T: serde::Deserialize<'de>, \
+                       S: serde::Deserialize<'de>, \
+                       D: serde::Deserialize<'de>"))
 )]
 #[cfg_attr(
     feature = "serde",

@@ -52,15 +52,15 @@ const ROCKING: f64 = 0.25;
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        deserialize = "T: Scalar + serde::Deserialize<'de>, P: serde::Deserialize<'de>, K: Bristle<T> + serde::Deserialize<'de>"
-    ))
+    serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>, \
+                       P: serde::Deserialize<'de>, \
+                       K: Bristle<T> + serde::Deserialize<'de>"))
 )]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        serialize = "T: Scalar + serde::Serialize, P: serde::Serialize, K: Bristle<T> + serde::Serialize"
-    ))
+    serde(bound(serialize = "T: Scalar + serde::Serialize, \
+                     P: serde::Serialize, \
+                     K: Bristle<T> + serde::Serialize"))
 )]
 pub struct BrakedWheelParameters<T, P, K> {
     /// The tyre, a patch in motion ([`Patch::exact`](crate::rolling::Patch::exact)), with its

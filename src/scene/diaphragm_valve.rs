@@ -31,15 +31,15 @@ use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        deserialize = "T: Scalar + serde::Deserialize<'de>, M: Bristle<T> + serde::Deserialize<'de>, U: serde::Deserialize<'de>"
-    ))
+    serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>, \
+                       M: Bristle<T> + serde::Deserialize<'de>, \
+                       U: serde::Deserialize<'de>"))
 )]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        serialize = "T: Scalar + serde::Serialize, M: Bristle<T> + serde::Serialize, U: serde::Serialize"
-    ))
+    serde(bound(serialize = "T: Scalar + serde::Serialize, \
+                     M: Bristle<T> + serde::Serialize, \
+                     U: serde::Serialize"))
 )]
 pub struct DiaphragmValveParameters<T, M, U> {
     /// Friction of the stem's packing under its normal force.

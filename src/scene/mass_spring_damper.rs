@@ -30,15 +30,15 @@ use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        deserialize = "T: Scalar + serde::Deserialize<'de>, M: Bristle<T> + serde::Deserialize<'de>, F: serde::Deserialize<'de>"
-    ))
+    serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>, \
+                       M: Bristle<T> + serde::Deserialize<'de>, \
+                       F: serde::Deserialize<'de>"))
 )]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        serialize = "T: Scalar + serde::Serialize, M: Bristle<T> + serde::Serialize, F: serde::Serialize"
-    ))
+    serde(bound(serialize = "T: Scalar + serde::Serialize, \
+                     M: Bristle<T> + serde::Serialize, \
+                     F: serde::Serialize"))
 )]
 pub struct MassSpringDamperParameters<T, M, F = T> {
     /// Friction under its normal force.

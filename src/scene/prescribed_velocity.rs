@@ -37,15 +37,15 @@ use crate::{Branch, Bristle, Contact, Scalar};
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        deserialize = "T: Scalar + serde::Deserialize<'de>, M: Bristle<T> + serde::Deserialize<'de>, V: serde::Deserialize<'de>"
-    ))
+    serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>, \
+                       M: Bristle<T> + serde::Deserialize<'de>, \
+                       V: serde::Deserialize<'de>"))
 )]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        serialize = "T: Scalar + serde::Serialize, M: Bristle<T> + serde::Serialize, V: serde::Serialize"
-    ))
+    serde(bound(serialize = "T: Scalar + serde::Serialize, \
+                     M: Bristle<T> + serde::Serialize, \
+                     V: serde::Serialize"))
 )]
 pub struct PrescribedVelocity<T, M, V> {
     contact: Contact<T, M>,

@@ -12,8 +12,8 @@ use bristle::control::{
     VelocityFromPosition, VelocityFromPositionParameters,
 };
 use bristle::curve::{
-    Coulomb, CoulombParameters, Cubic, FrictionCurve, Knot, RationalStribeck, RationalStribeckParameters,
-    Stribeck, StribeckParameters, Tabulated,
+    Coulomb, CoulombParameters, Cubic, FrictionCurve, Knot, RationalStribeck,
+    RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 use bristle::exponential::Exponential;
 use bristle::regularisation::Unregularised;
