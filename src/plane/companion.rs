@@ -105,9 +105,10 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneCompanion<T, M, N> {
         let fastest = if fast { T::zero() } else { self.fastest };
         // Loops, here and below, because closures of this size are not inlined.
         let mut axes = [CompanionStep::idle(); N];
-        for (i, axis) in self.contact.axes(predicted_velocity).into_iter().enumerate() {
-            let axis = axis.companion_within(fastest, self.limit[i]);
-            axes[i] = axis.step(predicted_velocity[i], deflection[i], duration);
+        let inputs = predicted_velocity.iter().zip(deflection).zip(&self.limit);
+        let contacts = self.contact.axes(predicted_velocity);
+        for ((step, contact), ((&v, &z), &limit)) in axes.iter_mut().zip(contacts).zip(inputs) {
+            *step = contact.companion_within(fastest, limit).step(v, z, duration);
         }
         PlaneCompanionStep { axes }
     }
@@ -185,7 +186,7 @@ impl<T: Scalar, const N: usize> PlaneCompanionStep<T, N> {
     /// Ends the step with the mean velocity v̄ [m/s] that the mechanism has found.
     #[inline(always)]
     pub fn commit(&self, mean_velocity: &SVector<T, N>) -> CompletedPlaneStep<T, N> {
-        let (zeros, zero) = (SVector::zeros(), T::zero());
+        let (zeros, zero) = (SVector::<T, N>::zeros(), T::zero());
         let mut done = CompletedPlaneStep {
             deflection: zeros,
             force: zeros,
@@ -193,9 +194,10 @@ impl<T: Scalar, const N: usize> PlaneCompanionStep<T, N> {
             stored: zero,
             dissipated: zero,
         };
-        for (i, axis) in self.axes.iter().enumerate() {
-            let step = axis.commit(mean_velocity[i]);
-            (done.deflection[i], done.force[i]) = (step.deflection, step.force);
+        let results = done.deflection.iter_mut().zip(done.force.iter_mut());
+        for ((axis, &v), (deflection, force)) in self.axes.iter().zip(mean_velocity).zip(results) {
+            let step = axis.commit(v);
+            (*deflection, *force) = (step.deflection, step.force);
             done.work += step.work;
             done.stored += step.stored;
             done.dissipated += step.dissipated;

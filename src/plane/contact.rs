@@ -132,11 +132,14 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         velocity: &SVector<T, N>,
         deflection: &SVector<T, N>,
     ) -> ContactResponse<SVector<T, N>> {
-        let zeros = SVector::zeros();
+        let zeros = SVector::<T, N>::zeros();
         let mut response = ContactResponse { rate: zeros, force: zeros };
-        for (i, axis) in self.axes(velocity).iter().enumerate() {
-            let ContactResponse { rate, force } = axis.response(velocity[i], deflection[i]);
-            (response.rate[i], response.force[i]) = (rate, force);
+        let results = response.rate.iter_mut().zip(response.force.iter_mut());
+        let inputs = velocity.iter().zip(deflection);
+        for ((axis, (&v, &z)), (rate, force)) in self.axes(velocity).iter().zip(inputs).zip(results)
+        {
+            let each = axis.response(v, z);
+            (*rate, *force) = (each.rate, each.force);
         }
         response
     }
@@ -158,10 +161,12 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
             force_by_deflection: zeros,
             force_by_velocity: SMatrix::zeros(),
         };
-        for (j, axes) in self.model.axes_and_slopes(velocity).iter().enumerate() {
-            for (i, axis) in axes.iter().enumerate() {
+        let axes = self.model.axes_and_slopes(velocity);
+        #[allow(clippy::needless_range_loop, reason = "iterators in two depths are not unrolled")]
+        for j in 0..N {
+            for i in 0..N {
                 let (v, z) = (velocity[i], deflection[i]);
-                let (affine, slopes) = axis.affine_and_slopes(v.into(), z);
+                let (affine, slopes) = axes[j][i].affine_and_slopes(v.into(), z);
                 let (mut rate_slope, mut slope) = (slopes.rate(v, z), slopes.coefficient(v, z));
                 if i == j {
                     rate_slope += affine.drive;
@@ -211,13 +216,16 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         deflection: &SVector<T, N>,
         duration: T,
     ) -> HeldContact<SVector<T, N>> {
-        let zeros = SVector::zeros();
+        let zeros = SVector::<T, N>::zeros();
         let mut held = HeldContact { deflection: zeros, end_force: zeros, mean_force: zeros };
-        for (i, axis) in self.axes(velocity).iter().enumerate() {
-            let step = axis.hold(velocity[i], deflection[i], duration);
-            held.deflection[i] = step.deflection;
-            held.end_force[i] = step.end_force;
-            held.mean_force[i] = step.mean_force;
+        let forces = held.end_force.iter_mut().zip(held.mean_force.iter_mut());
+        let results = held.deflection.iter_mut().zip(forces);
+        let inputs = velocity.iter().zip(deflection);
+        for ((axis, (&v, &z)), (end, (end_force, mean_force))) in
+            self.axes(velocity).iter().zip(inputs).zip(results)
+        {
+            let step = axis.hold(v, z, duration);
+            (*end, *end_force, *mean_force) = (step.deflection, step.end_force, step.mean_force);
         }
         held
     }

@@ -39,7 +39,7 @@
 //! A contact that spins at ω [rad/s] about its normal takes R ω [m/s] as an axis; the torque is R
 //! times the force of that axis. [`spin_radius_of_disc`] and [`spin_radius_of_hertz_contact`] give
 //! R. The limit surface, the set of all forces and torques of steady sliding, is then an ellipsoid.
-//! That of a disc differs from it by a few per cent.
+//! That of a disc differs from it by a few per cent; [`Footprint`] sums over the points of a patch.
 //!
 //! Source: the construction of Romano et al. (arXiv 2602.09429), section II, with the ellipsoid of
 //! friction for the scalar curve; W. D. Howe, M. R. Cutkosky, "Practical force-motion models for
@@ -47,6 +47,7 @@
 
 mod companion;
 mod contact;
+mod footprint;
 mod frbd;
 mod lugre;
 mod surface;
@@ -57,6 +58,10 @@ use nalgebra::SVector;
 
 pub use companion::{CompletedPlaneStep, PlaneCompanion, PlaneCompanionStep};
 pub use contact::{LinearisedPlane, PlaneContact, Turned};
+pub use footprint::{
+    CompletedFootprintStep, DiscPressure, Footprint, FootprintCompanion, FootprintPoint,
+    FootprintStep, disc_points, rectangle_points,
+};
 pub use frbd::PlaneFrBd;
 pub use lugre::PlaneLuGre;
 pub use surface::AxisSurface;
@@ -108,12 +113,14 @@ pub trait PlaneBristle<T: Scalar, const N: usize>: Debug + Clone {
         velocity: &SVector<T, N>,
         deflection: &SVector<T, N>,
     ) -> ContactResponse<SVector<T, N>> {
-        let zeros = SVector::zeros();
+        let zeros = SVector::<T, N>::zeros();
         let mut response = ContactResponse { rate: zeros, force: zeros };
-        for (i, axis) in self.axes(velocity).iter().enumerate() {
-            let ContactResponse { rate, force } =
-                axis.response_under(load, velocity[i], deflection[i]);
-            (response.rate[i], response.force[i]) = (rate, force);
+        let results = response.rate.iter_mut().zip(response.force.iter_mut());
+        let inputs = velocity.iter().zip(deflection);
+        for ((axis, (&v, &z)), (rate, force)) in self.axes(velocity).iter().zip(inputs).zip(results)
+        {
+            let each = axis.response_under(load, v, z);
+            (*rate, *force) = (each.rate, each.force);
         }
         response
     }

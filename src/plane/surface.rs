@@ -122,10 +122,11 @@ where
         AxisSurface { coefficient: mu, coefficient_slope: mu_slope, speed, speed_slope: slope };
     // Loops, because closures of this size are not inlined.
     let mut rows = [[shared; N]; N];
-    for (j, row) in rows.iter_mut().enumerate() {
+    let along = axes.iter().zip(velocity.iter().zip(&weighted));
+    for (row, (axis, (&v, &weighted))) in rows.iter_mut().zip(along) {
         let along = AxisSurface {
-            coefficient_slope: mu_slope * over(velocity[j], bare_speed),
-            speed_slope: slope * axes[j].friction_ratio * over(weighted[j], bare),
+            coefficient_slope: mu_slope * over(v, bare_speed),
+            speed_slope: slope * axis.friction_ratio * over(weighted, bare),
             ..shared
         };
         for (surface, axis) in row.iter_mut().zip(axes) {

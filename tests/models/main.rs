@@ -7,6 +7,7 @@ mod common;
 
 mod curves;
 mod derivatives;
+mod footprint;
 mod implicit;
 mod implicit_hold;
 mod laws;

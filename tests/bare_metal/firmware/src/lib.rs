@@ -12,6 +12,7 @@ extern crate alloc;
 
 mod control;
 mod many;
+mod plane;
 mod probes;
 mod rolling;
 mod steps;
@@ -148,6 +149,9 @@ entries! {
     many::spring => entry_many_spring_f32, entry_many_spring_f64;
     many::dahl => entry_many_dahl_f32, entry_many_dahl_f64;
     many::each => entry_many_each_f32, entry_many_each_f64;
+    plane::frbd => entry_plane_frbd_f32, entry_plane_frbd_f64;
+    plane::spin => entry_plane_spin_f32, entry_plane_spin_f64;
+    plane::lugre => entry_plane_lugre_f32, entry_plane_lugre_f64;
     rolling::step => entry_rolling_step_f32, entry_rolling_step_f64;
     rolling::passive => entry_rolling_passive_f32, entry_rolling_passive_f64;
 }

@@ -1,0 +1,71 @@
+//! Friction on several axes.
+
+use bristle::companion::PointMass;
+use bristle::plane::{Axis, PlaneBristle, PlaneFrBd, PlaneLuGre};
+use bristle::regularisation::SquareRoot;
+use bristle::{Load, Scalar};
+use nalgebra::SVector;
+
+use crate::steps::{Answer, bristle, stribeck};
+use crate::{Input, lit};
+
+/// One step of each kind, and the answers beside them.
+fn steps<T: Scalar, M: PlaneBristle<T, N>, const N: usize>(
+    model: M,
+    input: &Input<T>,
+) -> Answer<T> {
+    let &Input { duration, normal_force, fastest, mass, end_weight, .. } = input;
+    let vector = |numbers: &[T]| {
+        SVector::<T, N>::from_iterator(numbers.iter().copied().chain(core::iter::repeat(T::zero())))
+    };
+    let [velocities, next, ..] = &input.many;
+    let (velocity, next) = (vector(velocities), vector(next));
+    let load = Load { normal_force, rate: input.output[0] };
+    let mut contact = model.under_load(normal_force)?;
+    let reloaded = contact.reload(normal_force * lit(0.5), &vector(&input.deflections))?;
+    let turned = contact.turn(&reloaded.deflection, input.velocity);
+    let z = turned.deflection;
+    let (hold, linear) = (contact.hold(&velocity, &z, duration), contact.linearised(&velocity, &z));
+    let under = contact.model().response_under(load, &velocity, &z);
+    let mut sum = reloaded.dissipated + turned.supplied + under.rate.sum() + under.force.sum();
+    sum += hold.deflection.sum() + hold.end_force.sum() + hold.mean_force.sum();
+    sum += linear.rate.sum() + linear.force.sum() + linear.rate_by_velocity.sum();
+    sum += linear.force_by_velocity.sum() + linear.rate_by_deflection.sum();
+    sum += contact.stationary_force(&velocity).sum() + contact.stored_energy(&z);
+    sum += contact.dissipated_power(&velocity, &z);
+    if let Some(limits) = contact.model().limits(fastest).deflection {
+        sum += limits.sum();
+    }
+    let step = contact.companion(fastest)?.step(&velocity, &z, duration);
+    let mean = step.point_mass(PointMass {
+        mass: SVector::repeat(mass),
+        velocity,
+        force: next,
+        end_weight: SVector::repeat(end_weight),
+    });
+    let done = step.commit(&mean);
+    sum += step.bias().sum() + step.damping().sum() + step.force(&next).sum();
+    Ok(sum + done.deflection.sum() + done.work + done.stored + done.dissipated)
+}
+
+fn axes<T: Scalar, const N: usize>(input: &Input<T>) -> Answer<[Axis<T>; N]> {
+    let mut axes = [Axis { friction_ratio: T::one(), bristle: bristle(input)? }; N];
+    for (axis, [ratio, _]) in axes.iter_mut().zip(input.elements) {
+        axis.friction_ratio = ratio;
+    }
+    Ok(axes)
+}
+
+pub(crate) fn frbd<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let model = PlaneFrBd::<_, _, 2>::new(stribeck(input)?, axes(input)?)?;
+    let root = SquareRoot::new(input.threshold_velocity)?;
+    Ok(steps(model, input)? + steps(model.regularised(root), input)?)
+}
+
+pub(crate) fn spin<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    steps(PlaneFrBd::<_, _, 3>::new(stribeck(input)?, axes(input)?)?, input)
+}
+
+pub(crate) fn lugre<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    steps(PlaneLuGre::<_, _, 2>::classical(stribeck(input)?, axes(input)?)?, input)
+}
