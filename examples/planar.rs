@@ -41,7 +41,9 @@ const DISC: (f64, f64, f64) = (0.05, 0.3, 9.81);
 /// (2003).
 const FARKAS: f64 = 0.653;
 
+type Outcome<T> = Result<T, Box<dyn Error>>;
 type Friction<C, const N: usize> = PlaneFrBd<C, f64, N>;
+type Contact<C, const N: usize> = PlaneContact<f64, Friction<C, N>, N>;
 type Disc = Footprint<f64, Friction<Coulomb<f64>, 2>, Vec<FootprintPoint<f64>>>;
 type Block = PlaneBody<f64, Friction<Stribeck<f64>, 2>, 2, Sine<f64>>;
 
@@ -145,7 +147,7 @@ fn ellipse(x: f64, y: f64) -> impl Iterator<Item = (f64, f64)> {
 }
 
 /// The block and its anchor.
-fn block() -> Result<(Block, [Sine<f64>; 2]), Box<dyn Error>> {
+fn block() -> Outcome<(Block, [Sine<f64>; 2])> {
     let (radius, frequency) = (CIRCLE.0, CIRCLE.1 / std::f64::consts::TAU);
     let sine =
         |mean, amplitude, phase| Sine::new(SineParameters { mean, amplitude, frequency, phase });
@@ -165,7 +167,7 @@ fn block() -> Result<(Block, [Sine<f64>; 2]), Box<dyn Error>> {
 }
 
 /// What solvers make of the cone: the largest error of the block's place over 40 s.
-fn orders(block: &Block, anchor: &[Sine<f64>; 2]) -> Result<(), Box<dyn Error>> {
+fn orders(block: &Block, anchor: &[Sine<f64>; 2]) -> Outcome<()> {
     let (start, seconds) = (SVector::zeros(), Output::Uniform(81));
     let reference = ode::solve(block, 0.0..40.0, start, 1e-13, seconds)?;
     let off = |states: &[Vector6<f64>]| {
@@ -232,8 +234,7 @@ fn companion_run(
     states
 }
 
-fn disc_contact<const N: usize>()
--> Result<PlaneContact<f64, Friction<Coulomb<f64>, N>, N>, Box<dyn Error>> {
+fn disc_contact<const N: usize>() -> Outcome<Contact<Coulomb<f64>, N>> {
     let parameters = CoulombParameters { dynamic_coefficient: DISC.1, viscous_friction: 0.0 };
     let bristle =
         KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e6, micro_damping: 100.0 })?;
@@ -253,7 +254,7 @@ fn limit_surface(disc: &Disc) -> Vec<(f64, f64)> {
 }
 
 /// v/(a ω) over time of the disc as a footprint.
-fn slide(disc: &Disc, ratio: f64) -> Result<Vec<(f64, f64)>, Box<dyn Error>> {
+fn slide(disc: &Disc, ratio: f64) -> Outcome<Vec<(f64, f64)>> {
     let companion = disc.clone().companion(5.0)?;
     let mut z = vec![Vector2::zeros(); disc.points().len()];
     let inertia = Matrix3::from_diagonal(&inertia());
@@ -268,7 +269,7 @@ fn slide(disc: &Disc, ratio: f64) -> Result<Vec<(f64, f64)>, Box<dyn Error>> {
 }
 
 /// v/(a ω) over time of the disc as three axes.
-fn slide_as_ellipsoid(ratio: f64) -> Result<Vec<(f64, f64)>, Box<dyn Error>> {
+fn slide_as_ellipsoid(ratio: f64) -> Outcome<Vec<(f64, f64)>> {
     let companion = disc_contact::<3>()?.companion(5.0)?;
     let radius = spin_radius_of_disc(DISC.0);
     let axes = Vector3::new(1.0, 1.0, radius);
@@ -295,8 +296,8 @@ fn inertia() -> Vector3<f64> {
 /// beginning and its length into its mean twist.
 fn coast(
     ratio: f64,
-    mut step: impl FnMut(&Vector3<f64>, &Vector3<f64>, f64) -> Result<Vector3<f64>, Box<dyn Error>>,
-) -> Result<Vec<(f64, f64)>, Box<dyn Error>> {
+    mut step: impl FnMut(&Vector3<f64>, &Vector3<f64>, f64) -> Outcome<Vector3<f64>>,
+) -> Outcome<Vec<(f64, f64)>> {
     let (h, mut twist) = (1e-4, Vector3::new(0.3, 0.0, 0.3 / (ratio * DISC.0)));
     let (mut last, mut rows) = (twist, Vec::new());
     while twist.xy().norm() > 2e-3 {
