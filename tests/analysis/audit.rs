@@ -20,7 +20,8 @@ use bristle::rheology::{
 };
 use bristle::stability::Scheme;
 use bristle::{
-    Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, Sliding, paper,
+    Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FoldRule, FrBd, ImplicitBristle,
+    LuGre, Sliding, paper,
 };
 
 const RIG: Mechanism<f64> = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
@@ -588,6 +589,17 @@ fn the_table_says_that_the_undamped_bristle_of_the_tyre_folds() {
     assert!(audit.to_string().contains("FOLDS: σ1 = 0, least dμ/d|v| = -0.032511 s/m"), "{audit}");
     let firm = self::audit(table_2());
     assert!(firm.to_string().contains("one solution"), "{firm}");
+}
+
+/// Without damping λ = σ0/(dμ/d|v|) passes infinity where the curve turns.
+#[test]
+fn the_table_says_that_no_step_is_known_where_the_relaxation_rate_has_no_bound() {
+    let curve = Stribeck::new(paper::TYRE_CURVE).unwrap();
+    let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap();
+    let folded = ImplicitBristle::new(curve, bristle, Some(FoldRule::Slowest)).unwrap();
+    let table = audit(folded).to_string();
+    let euler = table.lines().find(|line| line.starts_with("  Euler ")).unwrap();
+    assert!(euler.ends_with("none is known: the relaxation rate has no bound"), "{table}");
 }
 
 #[test]

@@ -59,24 +59,28 @@ fn of_levels_of_one_cost_the_simplest_is_taken() {
     assert_eq!((choice.best.level, choice.trials[0].verdict), (DEAR, Verdict::Enough));
 }
 
-/// A reference whose error is 3.2/n with n steps: two runs differ by 1.6/n at n and 2n steps, by a
-/// tenth of the tolerance from 16 steps on. It has to take more than eight.
+/// A reference whose error is 3.2/n tolerances with n steps: two runs differ by 1.6/n at n and 2n
+/// steps, by a tenth of the tolerance from 16 steps on. It has to take more than eight, in any unit.
 #[test]
 fn the_reference_settles_to_a_tenth_and_what_is_left_counts_as_error() {
-    let script = |offset: f64| {
-        move |level: Level, steps: f64| {
-            let answer = if level == CHEAP { offset } else { 3.2 / steps };
-            (vec![answer; 4096], if level == CHEAP { 0.01 } else { 1.0 } * steps)
-        }
-    };
-    let choice = chosen(script(0.5));
-    assert!(choice.uncertainty <= 0.1 && choice.reference_steps >= 32, "{choice}");
-    assert_eq!(choice.best.level, CHEAP);
-    // Off by 1 − u/2 of the finest run, where u is by how much that is settled.
-    let finest = 3.2 / f64::from(choice.reference_steps);
-    let choice = chosen(script(finest + 1.0 - 0.5 * choice.uncertainty));
-    assert!(choice.trials[0].error < 1.0, "{choice}");
-    assert_eq!((choice.best.level, choice.trials[0].verdict), (DEAR, Verdict::NotEnough));
+    for unit in [1e-6, 1.0, 1e6] {
+        let chosen = |offset: f64| {
+            let script = |level: Level, steps: f64| {
+                let answer = if level == CHEAP { offset } else { 3.2 / steps };
+                (vec![answer * unit; 4096], if level == CHEAP { 0.01 } else { 1.0 } * steps)
+            };
+            choose(&Scripted(script), Tolerance::at_every_answer(unit)).unwrap()
+        };
+        let choice = chosen(0.5);
+        let uncertainty = choice.uncertainty / unit;
+        assert!(uncertainty <= 0.1 && choice.reference_steps >= 32, "{choice}");
+        assert_eq!(choice.best.level, CHEAP);
+        // Off by 1 − u/2 of the finest run, where u is by how much that is settled.
+        let finest = 3.2 / f64::from(choice.reference_steps);
+        let choice = chosen(finest + 1.0 - 0.5 * uncertainty);
+        assert!(choice.trials[0].error < unit, "{choice}");
+        assert_eq!((choice.best.level, choice.trials[0].verdict), (DEAR, Verdict::NotEnough));
+    }
 }
 
 #[test]
