@@ -311,6 +311,7 @@ fn a_change_of_the_load_is_that_of_one_bristle() {
     assert_eq!(z, [0.0; 6]);
     assert_eq!(left[..3], [0.0, 0.5 * 2.0 * 1e4 * 1e-5 * 1e-5, 0.0]);
     assert_eq!(outcome, Outcome { not_finite: 3, first: Some(3) });
+    assert!(!outcome.is_finite());
     let short = ReloadInput { before: &[1.0], after: &[1.0; 2] };
     let refused = batch.reload(short, &mut [0.0], &mut [0.0]).unwrap_err();
     assert!(matches!(refused, BatchError::Length { name: "after", length: 2, .. }));

@@ -425,3 +425,28 @@ fn collocated<T: Scalar, const S: usize>(
     }
     right
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::{DenseStep, Sample};
+    use crate::{Branch, Dahl, DahlParameters};
+
+    #[test]
+    fn at_a_held_velocity_the_curve_of_a_step_solves_the_equation() {
+        let parameters = DahlParameters { dynamic_coefficient: 0.3, micro_stiffness: 1e4 };
+        let dahl = Dahl::new(parameters).unwrap();
+        let velocity = 0.01;
+        let sample = Sample::new(&dahl, Branch::Forward, velocity, 0.0);
+        for start in [-3e-5, 0.0, 2e-5] {
+            // Over 1.7 relaxation times.
+            let step = DenseStep::<f64, 3>::new((1.0, 1.005), 1.0, start, &sample, &[sample; 3]);
+            for part in 0..=10 {
+                let time = 1.0 + 5e-4 * f64::from(part);
+                // Differences of times near one have eleven digits.
+                let defect = step.defect(time, &sample);
+                assert!(defect.abs() < 1e-11 * velocity, "{start} {time}: {defect}");
+            }
+        }
+    }
+}

@@ -212,3 +212,27 @@ fn a_mass_under_the_static_curve_does_not_slide_on_past_rest() {
         assert_eq!(run.answers.last(), Some(&0.0));
     }
 }
+
+/// At rest after a step h if the force m v₀/h that stops it within h is at most the static friction.
+/// A faster mass slides on under the curve, by v₁ = v₀ − h F(v₀)/m.
+#[test]
+fn a_mass_under_the_static_curve_stops_by_static_friction_and_slides_on_under_the_curve() {
+    let contact = sets()[0].under_load(1.0).unwrap();
+    let (step, static_friction) = (0.1, contact.stationary_force(1e-9));
+    for (share, stops) in [(0.99, true), (1.01, false)] {
+        let velocity = share * static_friction * step;
+        let mechanism = Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 };
+        let (drive_velocity, force) = (0.0, 0.0);
+        let parameters = MassSpringDamperParameters { contact, mechanism, drive_velocity, force };
+        let system = MassSpringDamper::new(parameters).unwrap();
+        let start = Vector3::new(0.0, velocity, 0.0);
+        let answers = Answers { interval: step, count: 1 };
+        let scene = MechanismScene::new(system, start, answers, Quantity::Velocity).unwrap();
+        let found = scene.run(Level::TRUE_REST, 1).unwrap().answers[0];
+        let sliding = velocity - step * contact.stationary_force(velocity);
+        let want = if stops { 0.0 } else { sliding };
+        assert!((found - want).abs() < 1e-12, "{share}: {found} {want}");
+        // The curve alone would stop neither.
+        assert!(sliding > 0.01, "{sliding}");
+    }
+}
