@@ -112,6 +112,25 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
         Ok(())
     }
 
+    /// Takes other parameters between two samples: another model, load, share or limit. The deflection and the last
+    /// answer are kept.
+    ///
+    /// The deflection stays as it is: with another stiffness the elastic force jumps by the ratio
+    /// of the two, and the stored energy with it. For a load that varies see
+    /// [`FeedForwardCompensator::reload`], which is passive.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`FeedForwardCompensator::new`]; nothing has changed.
+    pub fn change(
+        &mut self,
+        parameters: FeedForwardParameters<T, M>,
+    ) -> Result<(), ParameterError> {
+        let new = Self::new(parameters)?;
+        *self = Self { output: new.output.after(&self.output), ..new };
+        Ok(())
+    }
+
     /// The contact.
     pub fn contact(&self) -> &Contact<T, M> {
         &self.contact

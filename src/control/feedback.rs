@@ -225,6 +225,55 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
         Ok(())
     }
 
+    /// Takes other parameters between two samples: another model, load, share or limit. Deflection, position,
+    /// velocity and the last answer are kept.
+    ///
+    /// The deflection stays as it is: with another stiffness the elastic force jumps by the ratio
+    /// of the two, and the stored energy with it. For a load that varies see
+    /// [`FeedbackCompensator::reload`], which is passive.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`FeedbackCompensator::new`]; nothing has changed.
+    ///
+    /// ```
+    /// # use bristle::control::{
+    /// #     MicroDamping, FeedbackCompensator, FeedbackParameters, OutputParameters,
+    /// #     VelocityFromPositionParameters,
+    /// # };
+    /// # use bristle::curve::{AnyCurve, Coulomb, CoulombParameters, Stribeck};
+    /// # use bristle::rheology::KelvinVoigt;
+    /// # use bristle::{AnyBristle, Bristle, FrBd, ParameterError, paper};
+    /// // A model chosen at run time, and another one when the joint has warmed up.
+    /// let friction = |curve: AnyCurve<f64>| -> Result<AnyBristle<f64>, ParameterError> {
+    ///     Ok(FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?).into())
+    /// };
+    /// let cold = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+    /// let warm = CoulombParameters { dynamic_coefficient: 1.2, viscous_friction: 0.0 };
+    /// let parameters = FeedbackParameters {
+    ///     contact: friction(cold.into())?.under_load(1.0)?,
+    ///     // …
+    /// #     velocity: VelocityFromPositionParameters {
+    /// #         sample_time: 1e-3, time_constant: 5e-3, fastest: 1.0, count: 0.0,
+    /// #     },
+    /// #     damping: MicroDamping::Uncompensated,
+    /// #     output: OutputParameters { share: 1.0, largest_force: 15.0 },
+    /// };
+    /// let mut compensator = FeedbackCompensator::new(parameters.clone())?;
+    /// let _ = compensator.step(0.0);
+    /// let before = compensator.step(5e-5).deflection;
+    /// let contact = friction(Coulomb::new(warm)?.into())?.under_load(1.0)?;
+    /// compensator.change(FeedbackParameters { contact, ..parameters })?;
+    /// assert_eq!(compensator.step(5e-5).deflection, before); // it has not moved
+    /// # Ok::<(), ParameterError>(())
+    /// ```
+    pub fn change(&mut self, parameters: FeedbackParameters<T, M>) -> Result<(), ParameterError> {
+        let new = Self::new(parameters)?;
+        let (encoder, output) = (new.encoder.after(&self.encoder), new.output.after(&self.output));
+        *self = Self { encoder, output, ..new };
+        Ok(())
+    }
+
     /// The contact.
     pub fn contact(&self) -> &Contact<T, M> {
         &self.contact

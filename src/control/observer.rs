@@ -373,6 +373,27 @@ impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
         Ok(())
     }
 
+    /// Takes other parameters between two samples: another model, load, share or limit. The estimate, position,
+    /// velocity and error are kept, and the conditions are checked again.
+    ///
+    /// The deflection stays as it is: with another stiffness the elastic force jumps by the ratio
+    /// of the two, and the stored energy with it. For a load that varies see
+    /// [`FrictionObserver::reload`], which is passive.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`FrictionObserver::new`]; nothing has changed.
+    pub fn change(&mut self, parameters: ObserverParameters<T, M>) -> Result<(), ParameterError> {
+        let new = Self::new(parameters)?;
+        *self = Self {
+            position: new.position.after(&self.position),
+            error: new.error.after(&self.error),
+            output: new.output.after(&self.output),
+            ..new
+        };
+        Ok(())
+    }
+
     /// The contact.
     pub fn contact(&self) -> &Contact<T, M> {
         &self.contact

@@ -53,6 +53,17 @@ impl<T: Scalar> Output<T> {
         self.last = Self::start();
     }
 
+    /// This output going on after another: with its last answer, within the largest force.
+    pub(super) fn after(self, before: &Self) -> Self {
+        let mut last = before.last;
+        let largest = self.largest_force;
+        if last.force.abs() > largest {
+            last.force = if last.force > T::zero() { largest } else { -largest };
+            last.saturated = true;
+        }
+        Self { last, ..self }
+    }
+
     fn start() -> Compensation<T> {
         let zero = T::zero();
         Compensation { force: zero, deflection: zero, saturated: false, refused: 0 }

@@ -96,6 +96,17 @@ pub struct VelocityFromPosition<T> {
 }
 
 impl<T: Scalar> VelocityFromPosition<T> {
+    /// This encoder going on after another: with its position, velocity and refused samples.
+    pub(super) fn after(self, before: &Self) -> Self {
+        let Self { position, elsewhere, elapsed, filtered, .. } = *before;
+        let elapsed_weight = if self.weight == before.weight {
+            before.elapsed_weight
+        } else {
+            T::one() - (T::one() - self.weight).powf(elapsed)
+        };
+        Self { position, elsewhere, elapsed, elapsed_weight, filtered, ..self }
+    }
+
     /// Checks the parameters.
     ///
     /// # Errors

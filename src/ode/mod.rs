@@ -15,10 +15,10 @@
 //! | [`AnyMethod`] | one of these, chosen at run time |
 //!
 //! All but `RungeKutta4` choose their steps by an error estimate and have a dense output of their
-//! own. A Rosenbrock method needs the Jacobian: give [`System::linearised`]. Otherwise finite differences
-//! are taken, over √ε of the larger of each state and its [scale](System::scales). They cost N + 2
-//! evaluations a step and half of the digits of the Jacobian, and with a wrong scale they may ruin
-//! the result.
+//! own. A Rosenbrock method needs the Jacobian: give [`System::linearised`]. Otherwise finite
+//! differences are taken, over √ε of the larger of each state and its [scale](System::scales). They
+//! cost N + 2 evaluations a step and half of the digits of the Jacobian, and with a wrong scale they
+//! may ruin the result.
 //!
 //! Tolerances are per component, because the states of a friction problem differ by many orders of
 //! magnitude. Breakaway amplifies errors, so every adaptive method takes its steps with tolerances

@@ -322,3 +322,60 @@ fn every_module_takes_a_model_chosen_at_run_time() {
         "a batch takes FrBD or Dahl, not elasto-plastic FrBD"
     );
 }
+
+#[test]
+fn a_controller_takes_another_model_without_losing_its_state() {
+    let [frbd, _] = two();
+    let lugre = {
+        let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+        LuGre::classical(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap())
+    };
+    let output = OutputParameters { share: 1.0, largest_force: 3.0 };
+    let parameters = |model: AnyBristle<f64>, sample_time| FeedForwardParameters {
+        contact: model.under_load(1.0).unwrap(),
+        sample_time,
+        fastest: 1.0,
+        output,
+    };
+    let mut changed = FeedForwardCompensator::new(parameters(frbd.clone(), 1e-3)).unwrap();
+    for _ in 0..10 {
+        let _ = changed.step(0.003);
+    }
+    let deflection = changed.step(0.003).deflection;
+    // What is refused changes nothing.
+    let before = changed.clone();
+    assert!(changed.change(parameters(frbd, -1.0)).is_err());
+    assert_eq!(format!("{before:?}"), format!("{changed:?}"));
+    changed.change(parameters(lugre.into(), 1e-3)).unwrap();
+    let held = lugre.under_load(1.0).unwrap().hold(0.003, deflection, 1e-3);
+    let answer = changed.step(0.003);
+    assert_eq!((answer.force, answer.deflection), (held.mean_force, held.deflection));
+
+    // Of an observer: equal parameters change nothing, and bad gains are refused.
+    let velocity = VelocityFromPositionParameters {
+        sample_time: 1e-3,
+        time_constant: 2e-3,
+        fastest: 0.5,
+        count: 0.0,
+    };
+    let parameters = |derivative_gain| ObserverParameters {
+        contact: two()[0].clone().under_load(1.0).unwrap(),
+        mass: 1.0,
+        proportional_gain: 400.0,
+        derivative_gain,
+        integral_gain: 1000.0,
+        injection: Injection::Velocity { gain: 0.1, corner: 10.0 },
+        velocity,
+        output,
+    };
+    let mut steady = FrictionObserver::new(parameters(30.0)).unwrap();
+    let mut changed = steady.clone();
+    for sample in 0..50 {
+        let position = 1e-6 * f64::from(sample * sample);
+        // A sample is lost now and then.
+        let position = if sample % 7 == 3 { f64::NAN } else { position };
+        assert!(changed.change(parameters(1.0)).is_err());
+        changed.change(parameters(30.0)).unwrap();
+        assert_eq!(steady.step(position, 1e-3), changed.step(position, 1e-3));
+    }
+}
