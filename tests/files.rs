@@ -12,10 +12,14 @@ use bristle::control::{
 };
 use bristle::curve::{AnyCurve, FrictionCurve, Stribeck};
 use bristle::ode::AnyMethod;
+use bristle::regularisation::{HyperbolicTangent, SquareRoot};
 use bristle::rheology::{GeneralisedMaxwell, KelvinVoigt, ZenerParameters};
 use bristle::rolling::AnyPressure;
 use bristle::signal::AnySignal;
-use bristle::{AnyBristle, Bounds, Bristle, Contact, FrBd, LuGre, paper};
+use bristle::{
+    AnyBristle, Bounds, Bristle, Contact, ElastoPlastic, FoldRule, FrBd, ImplicitBristle, LuGre,
+    paper,
+};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use setup::{SceneSetup, Setup, SolverSetup};
@@ -98,7 +102,13 @@ fn what_is_read_is_what_a_constructor_builds() {
 fn values_read_back_to_the_same_bits() {
     let curve: AnyCurve<f64> = read(CURVE).unwrap();
     let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
-    let models: [AnyBristle<f64>; 3] = [
+    let smooth = SquareRoot::new(1e-9).unwrap();
+    let folded = ImplicitBristle::new(curve.clone(), bristle, Some(FoldRule::Fastest)).unwrap();
+    let elastic = ElastoPlastic::new(curve.clone(), bristle, 1e-6).unwrap();
+    let models: [AnyBristle<f64>; 6] = [
+        LuGre::classical(curve.clone(), bristle).regularised(smooth).into(),
+        elastic.regularised(HyperbolicTangent::new(1e-4).unwrap()).into(),
+        folded.into(),
         FrBd::new(curve.clone(), bristle).into(),
         LuGre::classical(curve.clone(), bristle).into(),
         LuGre::with_viscous_part_inside(curve.clone(), bristle).into(),
@@ -106,6 +116,7 @@ fn values_read_back_to_the_same_bits() {
     for model in models {
         let contact = model.under_load(12.5).unwrap();
         let again: Contact<f64, AnyBristle<f64>> = round_trip(&contact);
+        assert_eq!(format!("{contact:?}"), format!("{again:?}"));
         for velocity in [0.0, 1e-6, -3e-3, 2.0] {
             assert_eq!(contact.force(velocity, 1e-5), again.force(velocity, 1e-5));
         }

@@ -80,10 +80,22 @@ where
     Ok(())
 }
 
+/// What a curve says of itself.
+fn claims(c: &impl FrictionCurve<f64>) -> (f64, f64, Option<f64>, bool, [bristle::Bounds<f64>; 2]) {
+    let bounds = [c.bounds(0.3), c.bounds(f64::INFINITY)];
+    (c.viscous_friction(), c.slope_at_rest(), c.least_slope(), c.is_even(), bounds)
+}
+
 fn with_curve<C>(c: &C, r: &Recipe, states: &[(f64, f64)]) -> Result<(), TestCaseError>
 where
     C: FrictionCurve<f64> + Into<AnyCurve<f64>>,
 {
+    let any: AnyCurve<f64> = c.clone().into();
+    prop_assert_eq!(claims(c), claims(&any));
+    prop_assert_eq!(
+        claims(&c.with_less_viscous_friction(0.3 * c.viscous_friction())),
+        claims(&any.with_less_viscous_friction(0.3 * any.viscous_friction()))
+    );
     let bristle = || kelvin_voigt(r.stiffness, r.damping);
     let stick_limit = 0.5 * c.bounds(f64::INFINITY).min / r.stiffness;
     same(&FrBd::new(c.clone(), bristle()), states)?;
@@ -115,6 +127,14 @@ proptest! {
         with_curve(&stribeck(&r, 2.0), &r, &states)?;
         with_curve(&stribeck(&r, 0.7), &r, &states)?;
         with_curve(&rational(&r), &r, &states)?;
+        // Parameters come back as they were given.
+        let given = (r.static_, r.dynamic, r.stribeck_velocity, r.viscous);
+        let p = stribeck::<f64>(&r, 0.7).parameters();
+        let back = (p.static_coefficient, p.dynamic_coefficient, p.stribeck_velocity);
+        prop_assert_eq!((back.0, back.1, back.2, p.viscous_friction), given);
+        let p = rational::<f64>(&r).parameters();
+        let back = (p.static_coefficient, p.dynamic_coefficient, p.stribeck_velocity);
+        prop_assert_eq!((back.0, back.1, back.2, p.viscous_friction), given);
         same(&dahl(&r), &states)?;
         #[cfg(feature = "alloc")]
         {
