@@ -18,8 +18,8 @@ pub struct Tolerance {
     pub budget: f64,
 }
 
-/// A search of this cost takes a second or a few: one evaluation takes some 10 ns, and a sine in the
-/// scene as much again for each of its values.
+/// A search of this cost takes a second or a few: one evaluation takes some 10 ns, and a sine in
+/// the scene as much again for each of its values.
 const BUDGET: f64 = 1e8;
 
 impl Tolerance {
