@@ -132,6 +132,7 @@ fn panel() -> Panel {
 fn a_figure_has_a_title_subscripts_dashes_and_a_name_for_every_series() {
     let nothing: [(f64, f64); 0] = [];
     let empty = panel().line("not there", Colour::Green, nothing);
+    let empty = empty.line(r"ode\_solvers", Colour::Green, [(0.0, 1.5), (1.0, 1.5)]);
     let figure = Figure::new(400, 600).title("Loads").panel(panel()).panel(empty);
     let svg = svg(&figure).unwrap();
     let subscript = ">z</tspan><tspan dx=\"0.3em\" dy=\"-0.225em\">/ N</tspan>";
@@ -139,6 +140,7 @@ fn a_figure_has_a_title_subscripts_dashes_and_a_name_for_every_series() {
     let counts = [
         ("a &lt; b", 1),
         ("not there", 0),
+        ("ode_solvers", 1),
         (subscript, 2),
         ("stroke-dasharray", 3),
         ("<title>Loads</title>", 1),
