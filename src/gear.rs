@@ -107,8 +107,9 @@ impl<T: Scalar> LoadLaw<T> for T {
 pub struct TorqueLoadParameters<T> {
     /// Load p0 of an idle gear [N m], zero or positive.
     ///
-    /// With zero the gear lets go of its bristle whenever the torques cancel. A simulation in
-    /// continuous time takes small steps there; give p0 > 0 if in doubt.
+    /// With zero the gear forgets its bristle whenever the torques cancel: the deflection jumps,
+    /// and [`ode::solve`](crate::ode::solve) stops there. Steps pass it. A millionth of the other
+    /// loads is enough.
     #[doc(alias = "p0")]
     pub idle_load: T,
     /// How much of the motor torque loads the gear, k_m \[–\], zero or positive.

@@ -18,7 +18,8 @@
 //! | 5d | in your own mechanism, any step | [`Contact::companion`] |
 //! | 5e | in a mechanism to simulate | [`scene`], or your own [`ode::System`] |
 //! | 5f | of many bristles at once | [`batch`] |
-//! | 5g | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
+//! | 5g | in a gear, under a load that follows the torques | [`gear`], [`scene::GearedJoint`] |
+//! | 5h | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
 //! | 6 | a simulation | [`ode::solve`], or [`ode::Solver`] with a method of your choice |
 //!
 //! Curves, models, signals, pressures and methods chosen at run time are [`curve::AnyCurve`],

@@ -159,7 +159,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     /// ```
     ///
     /// NaN for a negative normal force. At a normal force of zero that rises, the rate of a
-    /// deflection that is not zero is infinite: a contact that touches again has forgotten.
+    /// deflection that is not zero is infinite: a contact that touches again has forgotten. That is
+    /// a jump, which no solver can follow: keep a small part of the load, or take steps.
     #[inline]
     fn response_under(
         &self,

@@ -486,3 +486,40 @@ fn bad_input_of_a_joint_is_named() {
     let mut joint = joint(motor());
     assert!(joint.step(&JointState::at_rest(0.3), -1e-3).unwrap().0.angle.is_nan());
 }
+
+#[test]
+fn a_load_that_vanishes_is_passed_if_something_is_left_of_it() {
+    let joint_of = |idle_load| {
+        let parameters = GearedJointParameters {
+            gear: gear_of(TorqueLoadParameters { idle_load, ..LOAD }),
+            inertia: 0.02,
+            motor: motor(),
+            external: GRAVITY,
+        };
+        GearedJoint::new(parameters).unwrap()
+    };
+    let stepped = |idle_load| {
+        let mut joint = joint_of(idle_load);
+        let mut state = JointState::at_rest(0.3);
+        for _ in 0..8000 {
+            state = joint.step(&state, 5e-4).unwrap().0;
+        }
+        state.angle
+    };
+    for idle_load in [1e-1, 1e-3, 1e-6] {
+        let joint = joint_of(idle_load);
+        let run =
+            ode::solve(&joint, 0.0..4.0, joint.at_rest(0.3), 1e-6, Output::Uniform(2)).unwrap();
+        // The error of the steps, which are of second order: 8000 and 16 000 of them differ by
+        // 1e-4 rad.
+        let want = run.states()[1][0];
+        assert_within(5e-4, 1.0, stepped(idle_load), want, || format!("p0 = {idle_load}"));
+        assert!(run.statistics().steps < 2000, "{}", run.statistics());
+    }
+    // Where nothing is left the deflection jumps, which no solver can follow; steps of the joint's
+    // own do.
+    let joint = joint_of(0.0);
+    let refused = ode::solve(&joint, 0.0..4.0, joint.at_rest(0.3), 1e-6, Output::Uniform(2));
+    assert!(refused.unwrap_err().to_string().contains("the step falls below"));
+    assert_within(5e-4, 1.0, stepped(0.0), stepped(1e-6), || "q".into());
+}

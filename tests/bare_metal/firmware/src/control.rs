@@ -8,8 +8,8 @@ use bristle::control::{
 };
 use bristle::{Bristle, FrBd, LuGre, Scalar};
 
-use crate::Input;
 use crate::steps::{Answer, bristle, dahl_model, elasto_plastic_model, implicit_model, stribeck};
+use crate::{Input, lit};
 
 fn output<T: Scalar>(input: &Input<T>) -> OutputParameters<T> {
     let [share, largest_force] = input.output;
@@ -47,6 +47,7 @@ fn forward_of<T: Scalar, M: Bristle<T, Deflection = T>>(model: M, input: &Input<
         output: output(input),
     })?;
     let mut sum = T::zero();
+    compensator.reload(input.normal_force * lit(0.5))?;
     for &velocity in &input.many[0] {
         let answer = compensator.step(velocity);
         sum += answer.force + answer.deflection;
@@ -66,6 +67,7 @@ fn feedback_of<T: Scalar, M: Bristle<T, Deflection = T>>(model: M, input: &Input
             damping,
             output: output(input),
         })?;
+        compensator.reload(input.normal_force * lit(0.5))?;
         for (&position, &displacement) in positions.iter().zip(displacements) {
             sum += compensator.step(position).force + compensator.advance(displacement).force;
         }
@@ -92,6 +94,7 @@ fn observer_of<T: Scalar, M: ObserverModel<T>>(model: M, input: &Input<T>) -> An
             velocity: filter(input),
             output: output(input),
         })?;
+        observer.reload(input.normal_force * lit(0.5))?;
         for ((&position, &reference), &error_rate) in
             positions.iter().zip(references).zip(error_rates)
         {

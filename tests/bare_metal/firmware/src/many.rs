@@ -2,7 +2,8 @@
 
 use bristle::FrBd;
 use bristle::batch::{
-    Batch, BatchError, Columns, CommitInput, Fall, PassiveOutput, Real, StepInput, Uniform,
+    Batch, BatchError, Columns, CommitInput, Fall, PassiveOutput, Real, ReloadInput, StepInput,
+    Uniform,
 };
 use bristle::curve::{RationalStribeck, RationalStribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
@@ -23,6 +24,8 @@ fn steps<T: Real>(batch: Batch<'_, T>, input: &Input<T>) -> Answer<T> {
     let [shares, biases, dampings, after, mean_forces] =
         room.each_mut().map(|values| values.get_mut(..length).unwrap_or_default());
     after.iter_mut().zip(deflections).for_each(|(to, from)| *to = *from);
+    let loads = ReloadInput { before: normal_forces, after: part(3) };
+    let reloaded = batch.reload(loads, after, mean_forces)?;
     let begun = batch.companions(
         StepInput { velocities, normal_forces, deflections: &mut *after },
         input.duration,
@@ -33,7 +36,7 @@ fn steps<T: Real>(batch: Batch<'_, T>, input: &Input<T>) -> Answer<T> {
     let held = StepInput { velocities, normal_forces, deflections: after };
     let held = batch.hold(held, input.duration, mean_forces)?;
     let mut sum = T::zero();
-    for outcome in [begun, ended, held] {
+    for outcome in [reloaded, begun, ended, held] {
         if outcome.is_finite() && outcome.first.is_none() {
             sum += T::one();
         }

@@ -7,8 +7,8 @@ use bristle::rolling::{
 };
 use bristle::{FrBd, ParameterError, Scalar};
 
-use crate::Input;
 use crate::steps::{bristle, stribeck};
+use crate::{Input, lit};
 
 type Rolling<T> = ExactPatch<T, FrBd<Stribeck<T>, KelvinVoigt<T>>, 3, [Segment<T, 3>; 64]>;
 
@@ -40,7 +40,8 @@ pub(crate) fn step<T: Scalar>(input: &Input<T>) -> Result<T, ParameterError> {
 /// A passive step.
 pub(crate) fn passive<T: Scalar>(input: &Input<T>) -> Result<T, ParameterError> {
     let mut rolling = rolling(input)?;
+    let lost = rolling.reload(input.normal_force * lit(0.5))?;
     let step = rolling.companion_step(motion(input), input.duration)?;
-    let sum = step.bias() + step.damping();
+    let sum = step.bias() + step.damping() + lost;
     Ok(sum + step.commit(input.next_velocity)?)
 }

@@ -6,11 +6,15 @@ use bristle::curve::{
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 use bristle::exponential::Exponential;
+use bristle::gear::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
 use bristle::regularisation::{HyperbolicTangent, SquareRoot, Unregularised};
 use bristle::rheology::{
     Deflection, GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters,
     KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters, Rheology,
     VelocityDependent, ZenerParameters,
+};
+use bristle::scene::{
+    GearedJoint, GearedJointParameters, Gravity, JointState, VoltageMotor, VoltageMotorParameters,
 };
 use bristle::{
     Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FoldRule, FrBd, ImplicitBristle,
@@ -79,7 +83,36 @@ fn scalar<T: Scalar, M: Bristle<T, Deflection = T>>(model: M, input: &Input<T>) 
     sum += ramp.deflection + ramp.end + ramp.mean + ramp.work;
     let smooth = |part: T| from + (to - from) * part * part;
     let step = Exponential::<3>.step(&contact, smooth, deflection, duration);
-    Ok(sum + step.deflection + step.end + step.mean + step.work)
+    Ok(sum + step.deflection + step.end + step.mean + step.work + gear(contact, input)?)
+}
+
+/// A step of a gear and of a joint, with the load of another one.
+fn gear<T: Scalar, M: Bristle<T, Deflection = T>>(
+    contact: Contact<T, M>,
+    input: &Input<T>,
+) -> Answer<T> {
+    let &Input { velocity, duration, normal_force, fastest, mass, .. } = input;
+    let load = TorqueLoad::new(TorqueLoadParameters {
+        idle_load: normal_force,
+        motor_share: T::one(),
+        external_share: lit(0.5),
+    })?;
+    let friction = contact.model().clone();
+    let parameters = GearFrictionParameters { friction, load, drag: mass, fastest };
+    let mut gear = GearFriction::new(parameters)?;
+    gear.set_friction_scale(lit(0.5))?;
+    let motor = VoltageMotor::new(VoltageMotorParameters {
+        voltage: velocity,
+        torque_constant: mass,
+        resistance: mass,
+        largest_voltage: Some(fastest),
+        largest_current: None,
+    })?;
+    let external = Gravity { horizontal_torque: normal_force, hanging_angle: velocity };
+    let parameters = GearedJointParameters { gear, inertia: mass, motor, external };
+    let mut joint = GearedJoint::new(parameters)?;
+    let (state, done) = joint.step(&JointState::at_rest(velocity), duration)?;
+    Ok(state.velocity + state.deflection + done.dissipated)
 }
 
 fn springs<T: Scalar, const N: usize, M: Bristle<T, Deflection = SVector<T, N>>>(
