@@ -326,3 +326,21 @@ pub(super) mod laws {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{factorised, is_outgrown};
+    use nalgebra::Matrix3;
+
+    #[test]
+    fn growth_is_outgrown_by_an_odd_number_of_eigenvalues_beyond_the_shift() {
+        // Of every three of eigenvalues below and beyond s, forward and backward in time.
+        for (number, sign) in (0..8).flat_map(|number| [(number, 1.0), (number, -1.0)]) {
+            let [a, b, c] = [0, 1, 2].map(|i| sign * if number >> i & 1 == 1 { 25.0 } else { 4.0 });
+            let jacobian = Matrix3::new(a, 7.0, 2.0, 0.0, b, -3.0, 0.0, 0.0, c);
+            let shift = sign * 10.0;
+            let found = is_outgrown(&factorised(&jacobian, shift), shift);
+            assert_eq!(found, u32::count_ones(number) % 2 == 1, "{jacobian}");
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::fidelity::*;
-use bristle::rolling::{Motion, PolynomialExponential};
+use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::Function;
 use bristle::{Bristle, FrBd, Mechanism, paper};
@@ -152,14 +152,22 @@ fn a_step_of_the_relaxation_length_is_exact_along_a_slow_ramp_of_slip() {
 /// by half of ∫ p ξ² dξ/∫ p ξ dξ of its length: 3/10 under a parabolic pressure.
 #[test]
 fn the_relaxation_length_in_adhesion_is_the_ratio_of_two_moments_of_the_pressure() {
-    let motion =
-        Motion { slip_velocity: Function::new(|_: f64| (0.0, 0.0), []), rolling_speed: 2.0 };
-    let patch = patch(0, PolynomialExponential::parabolic());
-    let length = patch.length();
-    let scene = PatchScene::new(patch, motion, Answers { interval: 0.02, count: 4 }).unwrap();
-    // A phase of a thousandth, of which the square is left.
-    let share = scene.relaxation_length() / length;
-    assert!((share - 0.3).abs() < 1e-5, "{share}");
+    for length in [1e-2, 10.0] {
+        let (model, pressure) = (
+            *patch(0, PolynomialExponential::parabolic()).model(),
+            PolynomialExponential::parabolic(),
+        );
+        let patch = Patch::new(PatchParameters { model, length, pressure }).unwrap();
+        let slip_velocity = Function::new(|_: f64| (0.0, 0.0), []);
+        let motion = Motion { slip_velocity, rolling_speed: 2.0 };
+        let answers = Answers { interval: 0.02, count: 4 };
+        let scene = PatchScene::new(patch.carrying(1.0).unwrap(), motion, answers).unwrap();
+        // A phase of a thousandth, of which the square is left.
+        let share = scene.relaxation_length() / length;
+        assert!((share - 0.3).abs() < 1e-5, "{share}");
+        assert_eq!(scene.physics(Level::RELAXATION_LENGTH, 1), Some(("ς/L", share)));
+        assert_eq!(scene.physics(Level::PATCH, 1), Some(("adhering", 1.0)));
+    }
 }
 
 /// Answers that are far apart come out as from a scene whose answers are close, also where the
