@@ -105,7 +105,7 @@ pub fn rectangle_points<T: Scalar>(
 /// let bristle =
 ///     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 10.0 })?;
 /// let contact = PlaneFrBd::isotropic(curve, bristle).under_load(10.0)?; // N
-/// let points: Vec<_> = disc_points(0.03, DiscPressure::Uniform, 6).collect();
+/// let points: Vec<_> = disc_points(0.03, DiscPressure::Uniform, 10).collect();
 /// let finger = Footprint::new(contact, points)?;
 ///
 /// // On the spot it spins with ⅔ a μ p. While it spins fast, it slides nearly without force.

@@ -152,6 +152,7 @@ entries! {
     plane::frbd => entry_plane_frbd_f32, entry_plane_frbd_f64;
     plane::spin => entry_plane_spin_f32, entry_plane_spin_f64;
     plane::lugre => entry_plane_lugre_f32, entry_plane_lugre_f64;
+    plane::footprint => entry_plane_footprint_f32, entry_plane_footprint_f64;
     rolling::step => entry_rolling_step_f32, entry_rolling_step_f64;
     rolling::passive => entry_rolling_passive_f32, entry_rolling_passive_f64;
 }

@@ -1,10 +1,10 @@
 //! Friction on several axes.
 
 use bristle::companion::PointMass;
-use bristle::plane::{Axis, PlaneBristle, PlaneFrBd, PlaneLuGre};
+use bristle::plane::{Axis, Footprint, FootprintPoint, PlaneBristle, PlaneFrBd, PlaneLuGre};
 use bristle::regularisation::SquareRoot;
 use bristle::{Load, Scalar};
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector2, Vector3};
 
 use crate::steps::{Answer, bristle, stribeck};
 use crate::{Input, lit};
@@ -68,4 +68,26 @@ pub(crate) fn spin<T: Scalar>(input: &Input<T>) -> Answer<T> {
 
 pub(crate) fn lugre<T: Scalar>(input: &Input<T>) -> Answer<T> {
     steps(PlaneLuGre::<_, _, 2>::classical(stribeck(input)?, axes(input)?)?, input)
+}
+
+pub(crate) fn footprint<T: Scalar>(input: &Input<T>) -> Answer<T> {
+    let contact = PlaneFrBd::<_, _, 2>::new(stribeck(input)?, axes(input)?)?;
+    let mut points = [FootprintPoint { place: [T::zero(); 2], weight: T::one() }; 7];
+    for (point, &place) in points.iter_mut().zip(&input.knots) {
+        point.place = place;
+    }
+    let footprint = Footprint::new(contact.under_load(input.normal_force)?, points)?;
+    let mut deflections = [Vector2::zeros(); 7];
+    for (z, column) in deflections.iter_mut().zip(&input.elements) {
+        *z = Vector2::from(*column);
+    }
+    let twist = Vector3::new(input.velocity, input.next_velocity, input.time_constant);
+    let mut sum = footprint.stationary_wrench(&twist).sum();
+    sum += footprint.wrench(&twist, &deflections).sum() + footprint.stored_energy(&deflections);
+    sum += footprint.hold(&twist, &mut deflections, input.duration)?.sum();
+    let companion = footprint.companion(input.fastest)?;
+    let step = companion.step(&twist, &deflections, input.duration)?;
+    let done = companion.commit(&step, &(twist * lit::<T>(0.5)), &mut deflections)?;
+    sum += step.bias.sum() + step.damping.sum() + done.wrench.sum() + done.work;
+    Ok(sum + done.stored + done.dissipated)
 }
