@@ -549,6 +549,21 @@ fn a_companion_step_never_gives_energy() {
 }
 
 #[test]
+fn a_body_faster_than_expected_keeps_its_deflection() {
+    // The friction rises with ‖v‖, and the axis that carries it is slow beside the other.
+    let curve = StribeckParameters { viscous_friction: 1.0, ..paper::STICK_SLIP_CURVE };
+    let axes = [axis([1.0, 1e4, 1.0]), axis([0.1, 1e4, 1.0])];
+    let contact = PlaneFrBd::new(Stribeck::new(curve).unwrap(), axes).unwrap();
+    let contact = contact.under_load(1.0).unwrap();
+    let (v, z) = (Vector2::new(0.9, 3.0), Vector2::zeros());
+    let expected = contact.companion(1.0).unwrap();
+    let beyond = contact.model().limits(1.0).deflection.unwrap();
+    let (held, done) = (contact.hold(&v, &z, 1.0), expected.step(&v, &z, 1.0).commit(&v));
+    assert!(held.deflection.x > 1.2 * beyond.x);
+    assert!((done.deflection - held.deflection).norm() < 1e-15);
+}
+
+#[test]
 fn a_free_body_takes_the_step_of_each_axis() {
     let model =
         PlaneFrBd::isotropic(Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(), bristle(1e4, 64.5));
