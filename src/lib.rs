@@ -20,6 +20,7 @@
 //! | 5f | of many bristles at once | [`batch`] |
 //! | 5g | in a gear, under a load that follows the torques | [`gear`], [`scene::GearedJoint`] |
 //! | 5h | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
+//! | 5i | in a plane, with spin | [`plane`] |
 //! | 6 | a simulation | [`ode::solve`], or [`ode::Solver`] with a method of your choice |
 //!
 //! Curves, models, signals, pressures and methods chosen at run time are [`curve::AnyCurve`],
