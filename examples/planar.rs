@@ -36,8 +36,8 @@ const SPRING: f64 = 2.0; // N/m
 /// The disc: radius [m], friction coefficient, normal force [N].
 const DISC: (f64, f64, f64) = (0.05, 0.3, 9.81);
 
-/// v/(a ω) at which every disc that slides and spins comes to rest: Z. Farkas, G. Bartels, T. Unger,
-/// D. E. Wolf, "Frictional coupling between sliding and spinning motion", Phys. Rev. Lett. 90
+/// v/(a ω) at which every disc that slides and spins comes to rest: Z. Farkas, G. Bartels,
+/// T. Unger, D. E. Wolf, "Frictional coupling between sliding and spinning motion", Phys. Rev. Lett. 90
 /// (2003).
 const FARKAS: f64 = 0.653;
 
@@ -292,8 +292,8 @@ fn inertia() -> Vector3<f64> {
     Vector3::new(1.0, 1.0, 0.5 * DISC.0 * DISC.0)
 }
 
-/// v/(a ω) over time from a ratio on, pushed off at 0.3 m/s, until the disc hardly moves. A step turns a predicted twist, the twist at its
-/// beginning and its length into its mean twist.
+/// v/(a ω) over time from a ratio on, pushed off at 0.3 m/s, until the disc hardly moves. A step
+/// turns a predicted twist, the twist at its beginning and its length into its mean twist.
 fn coast(
     ratio: f64,
     mut step: impl FnMut(&Vector3<f64>, &Vector3<f64>, f64) -> Outcome<Vector3<f64>>,

@@ -75,8 +75,8 @@ pub fn disc_points<T: Scalar>(
     })
 }
 
-/// The points of a rectangle of a length and a width \[m\] about the origin under a uniform pressure,
-/// in rows and columns at the middles of equal cells.
+/// The points of a rectangle of a length and a width \[m\] about the origin under a uniform
+/// pressure, in rows and columns at the middles of equal cells.
 pub fn rectangle_points<T: Scalar>(
     size: [T; 2],
     counts: [u16; 2],
@@ -101,7 +101,8 @@ pub fn rectangle_points<T: Scalar>(
 /// use bristle::plane::{DiscPressure, Footprint, PlaneBristle, PlaneFrBd, disc_points};
 /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 ///
-/// let curve = Coulomb::new(CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 })?;
+/// let curve =
+///     Coulomb::new(CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 })?;
 /// let bristle =
 ///     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 10.0 })?;
 /// let contact = PlaneFrBd::isotropic(curve, bristle).under_load(10.0)?; // N
@@ -204,8 +205,8 @@ where
             .fold(T::zero(), |sum, ((share, _), z)| sum + share * self.contact.stored_energy(z))
     }
 
-    /// The exact step of length h ≥ 0 \[s\] at a held twist: moves the deflections of all points and
-    /// returns the mean wrench \[N, N m\].
+    /// The exact step of length h ≥ 0 \[s\] at a held twist: moves the deflections of all points
+    /// and returns the mean wrench \[N, N m\].
     ///
     /// # Errors
     ///
@@ -291,7 +292,8 @@ impl<T: Scalar> Lever<T> {
 /// use bristle::plane::{DiscPressure, Footprint, PlaneBristle, PlaneFrBd, disc_points};
 /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 ///
-/// let curve = Coulomb::new(CoulombParameters { dynamic_coefficient: 0.3, viscous_friction: 0.0 })?;
+/// let curve =
+///     Coulomb::new(CoulombParameters { dynamic_coefficient: 0.3, viscous_friction: 0.0 })?;
 /// let bristle =
 ///     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 50.0 })?;
 /// let contact = PlaneFrBd::isotropic(curve, bristle).under_load(2.0 * 9.81)?;
@@ -343,8 +345,8 @@ where
         &self.footprint
     }
 
-    /// The source and the damper that stand for the friction over a step of length h ≥ 0 \[s\], from
-    /// the deflections \[m\] of all points and a twist predicted for the middle of the step.
+    /// The source and the damper that stand for the friction over a step of length h ≥ 0 \[s\],
+    /// from the deflections \[m\] of all points and a twist predicted for the middle of the step.
     ///
     /// # Errors
     ///
