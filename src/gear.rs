@@ -104,6 +104,8 @@ impl<T: Scalar> LoadLaw<T> for T {
 
 /// Parameters of [`TorqueLoad`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct TorqueLoadParameters<T> {
     /// Load p0 of an idle gear [N m], zero or positive.
     ///
@@ -188,6 +190,8 @@ impl<T: Scalar> LoadLaw<T> for TorqueLoad<T> {
 
 /// Parameters of [`GearFriction`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct GearFrictionParameters<T, M, L> {
     /// Friction model, with angles: μ \[–\], σ0 [1/rad], σ1 and σ2 [s/rad], v_S [rad/s].
     pub friction: M,

@@ -13,6 +13,7 @@ use crate::curve::{
     Coulomb, CoulombParameters, Cubic, FrictionCurve, Knot, RationalStribeck,
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
+use crate::gear::{TorqueLoad, TorqueLoadParameters};
 use crate::regularisation::{HyperbolicTangent, Regularisation, SquareRoot};
 use crate::rheology::{
     GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt,
@@ -165,6 +166,8 @@ through!([M: Bristle<T, Deflection = T>, F: Signal<T>]
 through!([M: Bristle<T, Deflection = T>, U: Signal<T>]
     DiaphragmValve<T, M, U> as DiaphragmValveParameters<T, M, U>:
     Self::new, Self::parameters);
+
+through!([] TorqueLoad<T> as TorqueLoadParameters<T>: Self::new, Self::parameters);
 
 /// A contact in a file.
 #[derive(Serialize, Deserialize)]

@@ -25,7 +25,7 @@ use serde::de::DeserializeOwned;
 use setup::{SceneSetup, Setup, SolverSetup};
 
 /// The files that the example ships.
-const FILES: [(&str, &str); 9] = [
+const FILES: [(&str, &str); 10] = [
     ("stick_slip", include_str!("../examples/from_file/stick_slip.toml")),
     ("lugre", include_str!("../examples/from_file/lugre.toml")),
     ("valve", include_str!("../examples/from_file/valve.toml")),
@@ -34,6 +34,7 @@ const FILES: [(&str, &str); 9] = [
     ("dahl", include_str!("../examples/from_file/dahl.toml")),
     ("creep", include_str!("../examples/from_file/creep.toml")),
     ("viscoelastic", include_str!("../examples/from_file/viscoelastic.toml")),
+    ("joint", include_str!("../examples/from_file/joint.toml")),
     ("braking", include_str!("../examples/from_file/braking.toml")),
 ];
 
@@ -288,6 +289,7 @@ fn check(setup: &Setup) {
         SceneSetup::Viscoelastic(scene) => assert!(scene.curve.at(0.0) > 0.0),
         SceneSetup::MassSpringDamper(scene) => model(scene.contact()),
         SceneSetup::DiaphragmValve(scene) => model(&scene.parameters().contact),
+        SceneSetup::GearedJoint(scene) => assert!(scene.gear.friction.storage_stiffness() > 0.0),
         SceneSetup::BrakedWheel(scene) => model(&scene.wheel.brake),
     }
 }

@@ -1,6 +1,7 @@
 //! What a file of the example `from_file` holds, and its simulation.
 
 use bristle::curve::AnyCurve;
+use bristle::gear::{GearFriction, GearFrictionParameters, TorqueLoad};
 use bristle::nalgebra::SVector;
 use bristle::ode::{AnyMethod, Output, Solver, System, Tolerances};
 use bristle::rheology::{
@@ -9,8 +10,9 @@ use bristle::rheology::{
 };
 use bristle::rolling::{AnyPressure, Patch, PatchParameters, PolynomialExponential};
 use bristle::scene::{
-    BrakedWheel, BrakedWheelParameters, DiaphragmValve, MassSpringDamper, PrescribedVelocity,
-    WheelLoads,
+    BrakedWheel, BrakedWheelParameters, CurrentMotor, CurrentMotorParameters, DiaphragmValve,
+    GearedJoint, GearedJointParameters, Gravity, JointInput, JointMotion, MassSpringDamper,
+    PositionControl, PrescribedVelocity, VoltageMotor, VoltageMotorParameters, WheelLoads,
 };
 use bristle::signal::{AnySignal, Signal};
 use bristle::{AnyBristle, Bristle, FrBd};
@@ -61,6 +63,8 @@ pub(crate) enum SceneSetup {
     DiaphragmValve(DiaphragmValve<f64, AnyBristle<f64>, AnySignal<f64>>),
     /// A wheel that is braked to a stop.
     BrakedWheel(Wheel),
+    /// A joint driven by a motor through a gear.
+    GearedJoint(Joint),
 }
 
 /// FrBD with a bristle of one to six springs.
@@ -102,6 +106,36 @@ pub(crate) struct Wheel {
     pub(crate) tyre_load: f64,
     /// Normal force of the brake over time: its capacity over μ.
     pub(crate) brake_load: AnySignal<f64>,
+}
+
+/// A joint driven by a motor through a gear.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Joint {
+    /// Friction of the gear, its load law and its drag.
+    pub(crate) gear: GearFrictionParameters<f64, AnyBristle<f64>, TorqueLoad<f64>>,
+    /// Moment of inertia at the joint [kg m²].
+    pub(crate) inertia: f64,
+    /// The motor.
+    pub(crate) motor: Motor,
+    /// Gravity on the link.
+    pub(crate) gravity: Gravity<f64>,
+    /// Angle at the beginning [rad].
+    pub(crate) angle: f64,
+}
+
+/// The motor of a joint.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Motor {
+    /// A torque over time [N m].
+    Torque(AnySignal<f64>),
+    /// A current over time [A].
+    Current(CurrentMotorParameters<f64, AnySignal<f64>>),
+    /// A voltage over time [V].
+    Voltage(VoltageMotorParameters<f64, AnySignal<f64>>),
+    /// A current that follows from a position controller [A].
+    PositionControl(CurrentMotorParameters<f64, PositionControl<f64, AnySignal<f64>>>),
 }
 
 /// A tyre in a file: the model of its bristles, its length and its pressure.
@@ -160,6 +194,7 @@ impl Setup {
                 })
             }
             SceneSetup::BrakedWheel(wheel) => wheel.run(solver),
+            SceneSetup::GearedJoint(joint) => joint.run(solver),
         }
     }
 }
@@ -295,5 +330,35 @@ impl Wheel {
             }
             wheel.step(WheelLoads::braking(self.brake_load.value(state.time)), step)?;
         }
+    }
+}
+
+impl Joint {
+    fn run(&self, solver: &SolverSetup) -> Result<Table> {
+        match &self.motor {
+            Motor::Torque(torque) => self.driven(solver, torque.clone()),
+            Motor::Current(motor) => self.driven(solver, CurrentMotor::new(motor.clone())?),
+            Motor::Voltage(motor) => self.driven(solver, VoltageMotor::new(motor.clone())?),
+            Motor::PositionControl(motor) => self.driven(solver, CurrentMotor::new(motor.clone())?),
+        }
+    }
+
+    fn driven<A: JointInput<f64>>(&self, solver: &SolverSetup, motor: A) -> Result<Table> {
+        let joint = GearedJoint::new(GearedJointParameters {
+            gear: GearFriction::new(self.gear.clone())?,
+            inertia: self.inertia,
+            motor: motor.clone(),
+            external: self.gravity,
+        })?;
+        let columns = vec![
+            ("q", "angle q / rad", 1.0),
+            ("v", "angular velocity v / (rad/s)", 1.0),
+            ("z", "deflection z / mrad", 1e3),
+            ("motor", "motor torque τ_m / (N m)", 1.0),
+        ];
+        solver.run(&joint, joint.at_rest(self.angle), columns, |time, state| {
+            let motion = JointMotion { time, angle: state[0], velocity: state[1] };
+            vec![state[0], state[1], state[2], motor.at(motion).value]
+        })
     }
 }

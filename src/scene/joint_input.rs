@@ -24,7 +24,7 @@ use core::fmt::{self, Debug};
 
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};
-use crate::signal::{Function, Polyline, Signal, Sine, Vertex};
+use crate::signal::{AnySignal, Function, Polyline, Signal, Sine, Vertex};
 
 /// Time and motion of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,6 +113,7 @@ macro_rules! of_time {
 
 of_time!(impl<T: Scalar> JointInput<T> for T);
 of_time!(impl<T: Scalar> JointInput<T> for Sine<T>);
+of_time!(impl<T: Scalar> JointInput<T> for AnySignal<T>);
 of_time!(impl<T: Scalar, V: AsRef<[Vertex<T>]> + Debug + Clone> JointInput<T> for Polyline<V>);
 of_time!(impl<T, F, const K: usize> JointInput<T> for Function<T, F, K>
 where
@@ -121,6 +122,8 @@ where
 
 /// The torque of gravity on a link, −G sin(q − q0) [N m].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Gravity<T> {
     /// Torque G [N m] of the horizontal link: its mass times 9.81 m/s² times the distance of its
     /// centre of mass from the axis.
@@ -165,6 +168,8 @@ impl<T: Scalar, F: Fn(T) -> (T, T) + Clone> JointInput<T> for OfAngle<F> {
 
 /// A position controller: K_p (r(t) − q) − K_d v, a torque, a current or a voltage.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct PositionControl<T, R> {
     /// Reference r(t) \[rad\].
     pub reference: R,
@@ -194,6 +199,8 @@ impl<T: Scalar, R: Signal<T>> JointInput<T> for PositionControl<T, R> {
 
 /// Parameters of [`CurrentMotor`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct CurrentMotorParameters<T, I> {
     /// Current i asked for \[A\].
     pub current: I,
@@ -241,6 +248,8 @@ impl<T: Scalar, I: JointInput<T>> JointInput<T> for CurrentMotor<T, I> {
 
 /// Parameters of [`VoltageMotor`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct VoltageMotorParameters<T, U> {
     /// Voltage u asked for \[V\].
     pub voltage: U,
