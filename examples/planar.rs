@@ -37,8 +37,8 @@ const SPRING: f64 = 2.0; // N/m
 const DISC: (f64, f64, f64) = (0.05, 0.3, 9.81);
 
 /// v/(a ω) at which every disc that slides and spins comes to rest: Z. Farkas, G. Bartels,
-/// T. Unger, D. E. Wolf, "Frictional coupling between sliding and spinning motion", Phys. Rev. Lett. 90
-/// (2003).
+/// T. Unger, D. E. Wolf, "Frictional coupling between sliding and spinning motion", Phys. Rev.
+/// Lett. 90 (2003).
 const FARKAS: f64 = 0.653;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
