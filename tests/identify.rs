@@ -197,6 +197,8 @@ fn the_standard_error_of_a_mean_is_that_of_the_closed_form() {
         // Bartlett's weights lose some 5 % of a deviation, and a window of τ·10 rows in 40 000
         // leaves as much noise.
         assert!((0.8..1.15).contains(&ratio), "{correlation}: {ratio}");
+        // Four times √((1 − ρ²)/n).
+        assert!((found.neighbour_correlation - correlation).abs() < 0.02, "{found}");
     }
 }
 
@@ -1068,6 +1070,21 @@ fn without_spare_rows_there_are_no_standard_errors() {
         }
         assert_eq!(found.correlation[(0, 1)].is_finite(), spare, "{found}");
         assert_eq!(found.is_determined(), spare, "{found}");
+    }
+}
+
+#[test]
+fn the_errors_of_a_line_correlate_by_where_its_points_lie() {
+    // Of white noise −x̄/√(mean of x²), where the mean of x² is x̄² + (n² − 1)/12.
+    let rows = 20_001;
+    for first in [-5_000.0, -15_000.0] {
+        let mut draw = Draw(7);
+        let points = (0..rows).map(|_| 0.1 * draw.gauss()).collect();
+        let mean: f64 = first + 10_000.0;
+        let square = mean * mean + (f64::from(rows).powi(2) - 1.0) / 12.0;
+        let (found, want) = (Line { points, first }.fitted(), -mean / square.sqrt());
+        // A window of ten rows leaves √(10/20 000) = 2 % of noise.
+        assert!((found.correlation[(0, 1)] - want).abs() < 0.05, "{want}: {found}");
     }
 }
 
