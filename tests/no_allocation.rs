@@ -43,7 +43,7 @@ fn a_streamed_run_allocates_nothing() {
     let runs = [
         allocations(&Solver::adaptive(DormandPrince, tolerances)),
         allocations(&Solver::adaptive(DormandPrince8, tolerances)),
-        allocations(&Solver::adaptive(Rodas4, tolerances)),
+        allocations(&Solver::adaptive_per_step(Rodas4, tolerances)),
         allocations(&Solver::adaptive(Rodas5P, tolerances)),
         allocations(&Solver::automatic(1e-3, rig().scales()).unwrap()),
         allocations(&Solver::automatic(1e-7, rig().scales()).unwrap()),

@@ -3,6 +3,8 @@
 use core::fmt;
 use core::str::FromStr;
 
+use nalgebra::SMatrix;
+
 use super::automatic::Alternating;
 use super::dense_output::DenseOutput;
 use super::explicit::Explicit;
@@ -102,17 +104,6 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for AnyMethod {
         }
     }
 
-    fn care(&self) -> f64 {
-        match self {
-            Self::Automatic => OneStep::<T, N>::care(&Automatic),
-            Self::DormandPrince => OneStep::<T, N>::care(&DormandPrince),
-            Self::DormandPrince8 => OneStep::<T, N>::care(&DormandPrince8),
-            Self::Rodas4 => OneStep::<T, N>::care(&Rodas4),
-            Self::Rodas5P => OneStep::<T, N>::care(&Rodas5P),
-            Self::RungeKutta4 => OneStep::<T, N>::care(&RungeKutta4),
-        }
-    }
-
     fn check_adaptive(&self) -> Result<(), ParameterError> {
         if *self == Self::RungeKutta4 {
             let takes = "adaptive steps take a method with an error estimate";
@@ -166,6 +157,16 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for AnyStepper<T, N> {
     #[inline]
     fn represents_growth(&self) -> bool {
         of_the_method!(self, stepper => stepper.represents_growth())
+    }
+
+    #[inline]
+    fn mean_jacobian<F: Field<T, N>>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        end: &Point<T, N>,
+    ) -> SMatrix<T, N, N> {
+        of_the_method!(self, stepper => stepper.mean_jacobian(field, from, end))
     }
 
     fn dense_output<F: Field<T, N>>(

@@ -131,6 +131,16 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
         at_work!(self.represents_growth())
     }
 
+    #[inline]
+    fn mean_jacobian<F: Field<T, N>>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        end: &Point<T, N>,
+    ) -> SMatrix<T, N, N> {
+        at_work!(self.mean_jacobian(field, from, end))
+    }
+
     fn dense_output<F: Field<T, N>>(
         &mut self,
         field: &mut F,

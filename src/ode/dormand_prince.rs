@@ -48,9 +48,6 @@ impl ExplicitTableau for DormandPrince {
         -1_453_857_185.0 / 822_651_844.0, 69_997_945.0 / 29_380_423.0,
     ]];
     const REAL_LIMIT: f64 = 3.3;
-    /// Where stability holds the steps, as in a stuck contact, the estimated error of every step is
-    /// as large as the tolerance, and tens of thousands of them add up to the time of breakaway.
-    const CARE: f64 = 40.0;
 }
 
 #[cfg(test)]

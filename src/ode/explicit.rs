@@ -18,7 +18,7 @@ use core::fmt::Debug;
 use core::marker::PhantomData;
 use core::ops::Range;
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use super::dense_output::DenseOutput;
 use super::stepper::{Field, Point, Stepper, TrialStep};
@@ -44,8 +44,6 @@ pub(crate) trait ExplicitTableau: Debug + Copy {
     const EXTENSION: &'static [&'static [f64]] = &[];
     /// Largest stable h|λ| on the negative real axis.
     const REAL_LIMIT: f64;
-    /// See [`Stepper::CARE`].
-    const CARE: f64 = 1.0;
 }
 
 /// Σ wⱼ kⱼ over at most 16 vectors, with weights known when it is compiled: no zero is multiplied.
@@ -89,6 +87,8 @@ pub(crate) struct Explicit<B, T, const N: usize, const S: usize> {
     before_end: SVector<T, N>,
     /// |e₅|²/|e₃|² over h⁴ of the last accepted step, and of the last trial.
     smoothness: (T, T),
+    /// The Jacobians where the next step starts and where the last trial ended, if they are known.
+    jacobians: [Option<SMatrix<T, N, N>>; 2],
     tableau: PhantomData<B>,
 }
 
@@ -159,6 +159,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
     /// Forgets what the last step tells of the next.
     pub(super) fn forget(&mut self) {
         self.smoothness.0 = T::zero();
+        self.jacobians = [None; 2];
     }
 
     /// The finer of two errors, or more if the step before makes more likely.
@@ -199,6 +200,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
             k: [SVector::zeros(); S],
             before_end: SVector::zeros(),
             smoothness: (T::zero(), T::zero()),
+            jacobians: [None; 2],
             tableau: PhantomData,
         }
     }
@@ -208,7 +210,6 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
     for Explicit<B, T, N, S>
 {
     const ESTIMATES_ERROR: bool = !B::ERROR.is_empty();
-    const CARE: f64 = B::CARE;
 
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
         self.forget();
@@ -245,6 +246,20 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
     }
 
     #[inline]
+    fn mean_jacobian<F: Field<T, N>>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        end: &Point<T, N>,
+    ) -> SMatrix<T, N, N> {
+        let [known, _] = self.jacobians;
+        let at_start = known.unwrap_or_else(|| field.jacobian(from));
+        let at_end = field.jacobian(end);
+        self.jacobians = [Some(at_start), Some(at_end)];
+        (at_start + at_end) * lit::<T>(0.5)
+    }
+
+    #[inline]
     fn dense_output<F: Field<T, N>>(
         &mut self,
         field: &mut F,
@@ -268,6 +283,8 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
     fn accepted(&mut self, _step: T, _end: &Point<T, N>, proposed: Option<T>) -> Option<T> {
         let (_, latest) = self.smoothness;
         self.smoothness.0 = if latest.is_finite() { latest } else { T::zero() };
+        let [_, at_end] = self.jacobians;
+        self.jacobians = [at_end, None];
         proposed
     }
 }

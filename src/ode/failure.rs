@@ -43,6 +43,14 @@ pub enum StopReason {
         /// The contact.
         contact: usize,
     },
+    /// The errors of the steps have grown, as they do at breakaway, to more than the tolerances of
+    /// the solution allow. [`Solver::solve`](super::Solver::solve) then starts again with tighter
+    /// ones for its steps; a run that hands out its steps cannot: ask it for a tighter tolerance.
+    #[error("the estimated error of the solution is {times:.1e} times what the tolerances allow")]
+    ErrorsGrow {
+        /// The estimated error over what is allowed.
+        times: f64,
+    },
     /// The limit on the number of steps is used up.
     #[error("the limit of {limit} steps is used up")]
     TooManySteps {

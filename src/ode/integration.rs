@@ -5,6 +5,7 @@ use nalgebra::SVector;
 
 use super::dense_output::DenseOutput;
 use super::failure::{Failure, StopReason};
+use super::growth::Growth;
 use super::locked::{Locked, Window};
 use super::reversal::{Lock, Reversal, first_reversal, surely_none};
 use super::solver::Solver;
@@ -19,6 +20,9 @@ use crate::{Branch, Scalar};
 /// The right-hand side jumps at zero velocity, and holds a contact there, if contacts slide in
 /// neither direction so many times within so small a part of the time span.
 const ENDLESS: (u32, f64) = (100, 1e-2);
+
+/// An estimated error so many times its limit tells no more than that it is too large.
+const HOPELESS: f64 = 1e4;
 
 /// A run in progress: call [`Integration::advance`] until it returns `None`.
 ///
@@ -56,6 +60,11 @@ pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const 
     given_up: (T, u32),
     /// The step taken last.
     step: Step<T, N>,
+    growth: Growth<T, N>,
+    /// The largest estimated error of the solution over the tolerances of a step, if it has one.
+    most_growth: Option<f64>,
+    /// The number of steps after which the error that has outgrown its limit is known well enough.
+    enough: Option<u64>,
     /// Why the run has stopped, if it has.
     stopped: Option<StopReason>,
 }
@@ -73,7 +82,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         let mut run = Self {
             system,
             stepper: settings.method.stepper(),
-            walk: Walk::new(settings.pace, (start_time, end_time)),
+            walk: Walk::new(settings.pace.limited(system.longest_step()), (start_time, end_time)),
             point: Point { time: start_time, state, rate, scale: settings.scale(&state) },
             settings,
             locks: [Lock::free(); K],
@@ -81,6 +90,9 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             turned: None,
             given_up: (start_time, 0),
             stopped: None,
+            growth: Growth::new(),
+            most_growth: settings.most_growth(),
+            enough: None,
             step: Step {
                 start_time,
                 end_time: start_time,
@@ -212,11 +224,12 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         &mut self,
         needs_dense_output: impl Fn(T, T) -> bool,
     ) -> Result<bool, StopReason> {
+        self.check_growth()?;
         while !self.walk.is_over() {
             let trial = self.walk.trial(self.kinks())?;
             let Trial { step, end_time, stop, reaches } = trial;
             let window = self.window(stop);
-            let Some((end, tried, square)) = self.try_step((step, end_time), window, false)? else {
+            let Some((end, tried, square)) = self.try_step((step, end_time), window)? else {
                 continue;
             };
             let is_clear =
@@ -234,6 +247,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
                     for lock in &mut self.locks {
                         lock.stalled = 0;
                     }
+                    self.estimate(&end, (&tried, square), window);
                     self.accept(&end, step.abs(), reaches, square, tried.order);
                     if reaches && !self.walk.is_over() {
                         self.walk.pass(stop);
@@ -251,13 +265,14 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
                     // of its own: that keeps the order of the method.
                     let cut = self.walk.rounded(step * fraction);
                     let cut_time = self.point.time + cut;
-                    let Some((end, ..)) = self.try_step((cut, cut_time), window, true)? else {
+                    let Some((end, part, of_part)) = self.try_step((cut, cut_time), window)? else {
                         continue;
                     };
                     let full = needs_dense_output(self.point.time, cut_time);
                     self.describe(&end, full, window);
                     let before = self.locks;
                     self.walk.statistics.rejected += 1;
+                    self.estimate(&end, (&part, of_part), window);
                     self.accept(&end, step.abs(), false, square, tried.order);
                     // Where the dense output was too coarse, the rest of the way is another step.
                     let has_arrived = match (before.get(contact), self.locks.get(contact)) {
@@ -276,8 +291,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         Ok(false)
     }
 
-    /// Tries a step, which may be cut at a reversal: its error is then that of the whole step.
-    /// Answers with its end, the trial and the mean square of its error over the tolerances, or
+    /// Tries a step. Answers with its end, the trial and the mean square of its error over the tolerances, or
     /// with nothing if it was rejected and the next one shortened.
     #[inline]
     #[allow(clippy::type_complexity, reason = "the three results of one trial")]
@@ -285,13 +299,12 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         &mut self,
         (step, end_time): (T, T),
         window: Window<T>,
-        is_cut: bool,
     ) -> Result<Option<(Point<T, N>, TrialStep<T, N>, f64)>, StopReason> {
         let (stepper, mut field, from) = self.parts(window);
         let trial = stepper.step(&mut field, from, step);
         let scale = self.settings.scale(&trial.state);
         let mut square = match is_finite(&trial.state) {
-            true if is_cut || !self.walk.is_adaptive() => 0.0,
+            true if !self.walk.is_adaptive() => 0.0,
             true => trial.mean_square(&self.point.scale, &scale),
             false => f64::NAN,
         };
@@ -308,6 +321,39 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         }
         self.shorten(step, &trial, square)?;
         Ok(None)
+    }
+
+    /// Takes the error of a step about to be accepted into the estimate of that of the solution.
+    #[inline]
+    fn estimate(
+        &mut self,
+        end: &Point<T, N>,
+        (trial, square): (&TrialStep<T, N>, f64),
+        window: Window<T>,
+    ) {
+        if self.most_growth.is_none() {
+            return;
+        }
+        let (stepper, mut field, from) = self.parts(window);
+        let jacobian = stepper.mean_jacobian(&mut field, from, end);
+        let growth = jacobian * (end.time - self.point.time);
+        self.growth.step(&growth, (&trial.error, square), &end.scale);
+    }
+
+    /// Stops a run whose estimated error has outgrown its limit, once it is known by how much: a
+    /// quarter of the steps later.
+    fn check_growth(&mut self) -> Result<(), StopReason> {
+        let Some(limit) = self.most_growth else { return Ok(()) };
+        let times = self.growth.greatest() / limit;
+        if times <= 1.0 {
+            return Ok(());
+        }
+        let steps = self.walk.statistics.steps;
+        let enough = *self.enough.get_or_insert(steps + steps / 4);
+        if self.walk.is_over() || steps >= enough || times > HOPELESS {
+            return Err(StopReason::ErrorsGrow { times });
+        }
+        Ok(())
     }
 
     /// The smooth stretch from here to a stop. At a kink the inputs answer with what holds just

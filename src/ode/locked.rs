@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::stepper::Field;
+use super::stepper::{Field, Point};
 use super::{Linearisation, Statistics, System};
 use crate::bounds::{larger, smaller};
 use crate::scalar::lit;
@@ -45,6 +45,16 @@ impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> Field<T, N>
             None => self.differences(time, state),
         }
     }
+
+    #[inline(always)]
+    fn jacobian(&mut self, point: &Point<T, N>) -> SMatrix<T, N, N> {
+        self.statistics.jacobians += 1;
+        let time = self.within(point.time);
+        match self.system.linearised(time, &point.state, self.branches) {
+            Some(tangent) => tangent.by_state,
+            None => self.differences_of_states(point.time, &point.state, &point.rate),
+        }
+    }
 }
 
 impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
@@ -57,6 +67,30 @@ impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
     {
         let part = T::default_epsilon().sqrt();
         let rate = self.rate(time, state);
+        let by_state = self.differences_of_states(time, state, &rate);
+        // Towards the side on which there is room, and nowhere if there is none.
+        let (earliest, latest) = self.window;
+        let room = if latest - time > time - earliest { latest } else { earliest };
+        let reach = part * larger(time.abs(), (latest - earliest).abs());
+        let most = (room - time) * lit(0.5);
+        let apart = if most > reach { reach } else { larger(most, -reach) };
+        let later = time + apart;
+        let by_time = (self.rate(later, state) - rate) / (later - time);
+        let known = by_time.iter().all(|change| change.is_finite());
+        Linearisation { rate, by_state, by_time: if known { by_time } else { SVector::zeros() } }
+    }
+
+    /// ∂f/∂x at a point with its rate.
+    fn differences_of_states<const N: usize>(
+        &mut self,
+        time: T,
+        state: &SVector<T, N>,
+        rate: &SVector<T, N>,
+    ) -> SMatrix<T, N, N>
+    where
+        S: System<T, N, K>,
+    {
+        let part = T::default_epsilon().sqrt();
         let scales = self.system.scales();
         let mut by_state = SMatrix::<T, N, N>::zeros();
         for j in 0..N {
@@ -74,15 +108,6 @@ impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
                 }
             }
         }
-        // Towards the side on which there is room, and nowhere if there is none.
-        let (earliest, latest) = self.window;
-        let room = if latest - time > time - earliest { latest } else { earliest };
-        let reach = part * larger(time.abs(), (latest - earliest).abs());
-        let most = (room - time) * lit(0.5);
-        let apart = if most > reach { reach } else { larger(most, -reach) };
-        let later = time + apart;
-        let by_time = (self.rate(later, state) - rate) / (later - time);
-        let known = by_time.iter().all(|change| change.is_finite());
-        Linearisation { rate, by_state, by_time: if known { by_time } else { SVector::zeros() } }
+        by_state
     }
 }

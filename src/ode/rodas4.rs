@@ -60,7 +60,6 @@ impl RosenbrockTableau for Rodas4 {
         ],
     ];
     const ERROR_ORDER: u8 = 4;
-    const CARE: f64 = 5.0;
 }
 
 #[cfg(test)]

@@ -94,7 +94,6 @@ impl RosenbrockTableau for Rodas5P {
         ],
     ];
     const ERROR_ORDER: u8 = 5;
-    const CARE: f64 = 20.0;
 }
 
 #[cfg(test)]

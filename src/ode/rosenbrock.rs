@@ -37,9 +37,6 @@ pub(crate) trait RosenbrockTableau: Debug + Copy {
     const EXTENSION: &'static [&'static [f64]];
     /// Order of the error estimate.
     const ERROR_ORDER: u8;
-    /// See [`Stepper::CARE`]. The slow creep towards breakaway decides when it comes, and a stuck
-    /// mass does little else.
-    const CARE: f64;
 }
 
 /// A Rosenbrock method with S stages.
@@ -110,8 +107,6 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Rosenbrock
 impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N>
     for Rosenbrock<B, T, N, S>
 {
-    const CARE: f64 = B::CARE;
-
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>) {
         self.at_start = field.linearised(point.time, &point.state);
         point.rate = self.at_start.rate;
@@ -143,6 +138,16 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T,
     fn represents_growth(&self) -> bool {
         let at_end = factorised(&self.at_end.by_state, self.shift);
         !self.is_outgrown && !is_outgrown(&at_end, self.shift)
+    }
+
+    #[inline]
+    fn mean_jacobian<F: Field<T, N>>(
+        &mut self,
+        _field: &mut F,
+        _from: &Point<T, N>,
+        _end: &Point<T, N>,
+    ) -> SMatrix<T, N, N> {
+        (self.at_start.by_state + self.at_end.by_state) * lit::<T>(0.5)
     }
 
     fn dense_output<F: Field<T, N>>(

@@ -6,6 +6,8 @@ use nalgebra::SVector;
 
 use super::event::{Event, Occurrence};
 use super::failure::Failure;
+#[cfg(feature = "alloc")]
+use super::failure::StopReason;
 use super::integration::Integration;
 use super::step::Step;
 use super::stepper::{Method, Stepper};
@@ -25,19 +27,28 @@ use crate::parameter::{self, ParameterError, Rule};
 pub struct Solver<T: Scalar, M, const N: usize> {
     pub(super) method: M,
     pub(super) pace: Pace<T>,
-    /// None for fixed steps.
+    /// Of one step; none for fixed steps.
     pub(super) tolerances: Option<Tolerances<T, N>>,
+    /// The relative error that the solution aims at; none if its error is not estimated.
+    pub(super) aim: Option<f64>,
     /// Whether sliding directions are locked, and steps split at reversals and input kinks.
     pub(super) locks: bool,
 }
 
 impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
-    /// Steps chosen so that the solution meets the tolerances, as far as errors do not grow over
-    /// the run: the tolerances of one step are tighter, see the [module](super).
+    /// Steps chosen so that the solution meets the tolerances: those of one step are four
+    /// thousand times as tight, and a run over which errors grow by more than that stops, see the
+    /// [module](super). [`Solver::solve`] begins with looser steps, and repeats the run if needed.
     ///
     /// [`RungeKutta4`](super::RungeKutta4) has no error estimate, and does not compile here.
     pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
-        Self::adaptive_per_step(method, tolerances.local(method.care()))
+        let aim = Some(tolerances.aim());
+        Self { aim, ..Self::adaptive_per_step(method, tolerances.of_a_step()) }
+    }
+
+    /// The largest estimated error of the solution over the tolerances of a step, if it has one.
+    pub(super) fn most_growth(&self) -> Option<f64> {
+        Some(self.tolerances?.most_growth(self.aim?))
     }
 
     /// Steps chosen so that the local error of each one meets the tolerances, as in a general ODE
@@ -45,7 +56,31 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// with loose tolerances a slip comes late, or is missed without notice.
     pub fn adaptive_per_step(method: M, tolerances: Tolerances<T, N>) -> Self {
         const { assert!(M::Stepper::ESTIMATES_ERROR, "the method has no error estimate") };
-        Self { method, pace: Pace::adaptive(), tolerances: Some(tolerances), locks: true }
+        let (pace, tolerances) = (Pace::adaptive(), Some(tolerances));
+        Self { method, pace, tolerances, aim: None, locks: true }
+    }
+
+    /// The solver that is tried first, with loose steps. None if the error of the solution is not
+    /// estimated.
+    #[cfg(feature = "alloc")]
+    pub(super) fn first_attempt(&self) -> Option<Self> {
+        let first = self.tolerances?.at_first(self.aim?);
+        Some(Self { tolerances: Some(first), ..*self })
+    }
+
+    /// The solver to try after this one failed, where the one given is that for a stream.
+    #[cfg(feature = "alloc")]
+    pub(super) fn next_attempt(&self, careful: &Self, reason: StopReason) -> Option<Self> {
+        match reason {
+            StopReason::ErrorsGrow { times } => {
+                let tighter = self.tolerances?.times(0.1 / times)?;
+                Some(Self { tolerances: Some(tighter), ..*self })
+            }
+            StopReason::Refused(_) | StopReason::TooManySteps { .. } => None,
+            // Loose steps may leave the range where the right-hand side is sound.
+            _ if self.most_growth() < careful.most_growth() => Some(*careful),
+            _ => None,
+        }
     }
 
     /// Steps of a fixed length h \[s\], each split where a sliding direction reverses or an input
@@ -58,7 +93,8 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// Refuses a step that is not positive.
     pub fn fixed(method: M, step: T) -> Result<Self, ParameterError> {
-        Ok(Self { method, pace: Pace::fixed(step)?, tolerances: None, locks: true })
+        let pace = Pace::fixed(step)?;
+        Ok(Self { method, pace, tolerances: None, aim: None, locks: true })
     }
 
     /// The error of each state that is allowed where it is found.

@@ -17,6 +17,17 @@ pub struct Statistics {
     pub reversals: u64,
 }
 
+impl Statistics {
+    /// These counts after others of a run that was started again: its steps are rejected ones.
+    #[cfg(feature = "alloc")]
+    pub(super) fn after(mut self, before: &Self) -> Self {
+        self.rejected += before.rejected + before.steps;
+        self.evaluations += before.evaluations;
+        self.jacobians += before.jacobians;
+        self
+    }
+}
+
 impl fmt::Display for Statistics {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { steps, rejected, evaluations, jacobians, reversals } = self;

@@ -2,7 +2,7 @@
 
 use core::fmt::Debug;
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use super::dense_output::DenseOutput;
 use super::system::Linearisation;
@@ -19,6 +19,9 @@ pub(crate) trait Field<T: Scalar, const N: usize> {
     /// f(t, x) with its partial derivatives: those of the system, or finite differences if it
     /// gives none.
     fn linearised(&mut self, time: T, state: &SVector<T, N>) -> Linearisation<T, N>;
+
+    /// ∂f/∂x alone at a point whose rate is known.
+    fn jacobian(&mut self, point: &Point<T, N>) -> SMatrix<T, N, N>;
 }
 
 /// The start or the end of a step.
@@ -89,10 +92,6 @@ pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
     /// Whether the method estimates its local error, so that the driver can choose the step.
     const ESTIMATES_ERROR: bool = true;
 
-    /// The part 1/CARE of a tolerance to which the estimated error of a step is held, so that the
-    /// errors of all steps together, and those between them, are of the size of the tolerance.
-    const CARE: f64 = 1.0;
-
     /// Evaluates the rate, and whatever else the method needs, at a point where a run starts or
     /// continues after a reversal or a kink.
     fn begin<F: Field<T, N>>(&mut self, field: &mut F, point: &mut Point<T, N>);
@@ -107,6 +106,14 @@ pub(crate) trait Stepper<T: Scalar, const N: usize>: Debug + Clone {
     fn represents_growth(&self) -> bool {
         true
     }
+
+    /// The mean of the Jacobians at both ends of a trial step, after [`Stepper::arrive`].
+    fn mean_jacobian<F: Field<T, N>>(
+        &mut self,
+        field: &mut F,
+        from: &Point<T, N>,
+        end: &Point<T, N>,
+    ) -> SMatrix<T, N, N>;
 
     /// The dense output of a trial step, after [`Stepper::arrive`].
     fn dense_output<F: Field<T, N>>(
@@ -137,11 +144,6 @@ pub(crate) trait OneStep<T: Scalar, const N: usize>: Debug + Copy {
 
     /// The method at the start of a run.
     fn stepper(&self) -> Self::Stepper;
-
-    /// See [`Stepper::CARE`].
-    fn care(&self) -> f64 {
-        Self::Stepper::CARE
-    }
 
     /// Refuses adaptive steps of a method, chosen at run time, without an error estimate.
     fn check_adaptive(&self) -> Result<(), ParameterError> {

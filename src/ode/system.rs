@@ -77,6 +77,15 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
         None
     }
 
+    /// A time \[s\] over which no input turns more than once: no adaptive step is longer. `None` if
+    /// there is no such limit.
+    ///
+    /// Give it for a sliding velocity that is prescribed: in a longer step two reversals may cancel,
+    /// and nothing tells of them.
+    fn longest_step(&self) -> Option<T> {
+        None
+    }
+
     /// A typical magnitude of each state: what [`solve`](super::solve) and finite differences are
     /// relative to. The scale of a deflection is μ_s/σ0: `contact.limits(0.0).deflection`.
     ///
@@ -114,6 +123,11 @@ impl<T: Scalar, S: System<T, N, K> + ?Sized, const N: usize, const K: usize> Sys
     #[inline]
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         (**self).next_kink(time, towards)
+    }
+
+    #[inline]
+    fn longest_step(&self) -> Option<T> {
+        (**self).longest_step()
     }
 
     #[inline]

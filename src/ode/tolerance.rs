@@ -2,7 +2,6 @@
 
 use nalgebra::SVector;
 
-use super::controller::rough_power;
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{lit, to_f64};
@@ -14,15 +13,26 @@ const LEAST: f64 = 10.0;
 /// Largest relative tolerance: a coarser answer is none.
 const MOST: f64 = 0.1;
 
-/// Tolerance of one step for a solution good to 10⁻⁹; otherwise it goes with the power ⅔ of the
-/// tolerance of the solution, since breakaway amplifies a looser one more: 10⁻⁷ for 10⁻⁶.
-const AT_BEST: f64 = 1e-9;
+/// Loosest tolerance of a solution that a run aims at: with steps much coarser than this allows, a
+/// slip is missed without an error to show it.
+const LOOSEST: f64 = 1e-4;
 
-/// Loosest relative tolerance of one step. Over drawn scenes, five times as much missed slips.
-const LOOSEST: f64 = 2e-6;
+/// The tolerance of a step over that of the solution, where nothing is known of the growth of
+/// errors: in stick-slip they often grow a thousandfold.
+const OF_STEP: f64 = 2.5e-4;
 
-/// Finest relative tolerance of one step over the rounding ε, unless a finer one is asked for.
-const FINEST: f64 = 100.0;
+/// The tolerance of a step over that of the solution, where a run can be repeated if errors grow.
+#[cfg(feature = "alloc")]
+const FIRST: f64 = 0.1;
+
+/// Finest relative tolerance of a step over the rounding ε, unless a finer one is asked for.
+const FINEST: f64 = 30.0;
+
+/// Largest estimated error of a solution over its tolerance.
+const ACCEPTED: f64 = 2.0;
+
+/// Roundings that grow as errors of steps do, a thousandfold and more, are accepted, too.
+const ROUNDINGS: f64 = 2e3 * FINEST;
 
 /// Tolerances of a solution, per component: |errorᵢ| ≤ absoluteᵢ + relativeᵢ |xᵢ|, in the
 /// root mean square over the components.
@@ -75,21 +85,46 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
         Self::new(SVector::repeat(relative), scales * relative)
     }
 
-    /// The tolerances of one step, of those of the solution ε: 10⁻⁹ (ε/10⁻⁹)^⅔, but no more than
-    /// 2·10⁻⁶ or ε, and of that a part 1/care. Breakaway amplifies errors: a local error of 10⁻³
-    /// can shift a slip by much more than that, or miss it.
-    pub(super) fn local(mut self, care: f64) -> Self {
-        for (relative, absolute) in self.relative.iter_mut().zip(self.absolute.iter_mut()) {
-            let asked = to_f64(*relative);
-            let power = AT_BEST * rough_power(asked / AT_BEST, 2.0 / 3.0);
-            let tight = power.min(LOOSEST).min(asked) / care;
-            // No tighter than rounding allows.
-            let least = asked.min(FINEST * to_f64(T::default_epsilon()));
-            let part = lit::<T>(tight.max(least) / asked);
-            *relative *= part;
-            *absolute *= part;
+    /// The largest of the relative tolerances.
+    fn loosest(&self) -> f64 {
+        self.relative.iter().fold(0.0, |most, &part| f64::max(most, to_f64(part)))
+    }
+
+    /// The relative error that a solution with these tolerances aims at.
+    pub(super) fn aim(&self) -> f64 {
+        self.loosest().min(LOOSEST)
+    }
+
+    /// The largest estimated error of a solution over these tolerances of its steps, by its aim.
+    pub(super) fn most_growth(&self, aim: f64) -> f64 {
+        let roundings = ROUNDINGS * to_f64(T::default_epsilon());
+        (ACCEPTED * aim).max(roundings) / self.loosest()
+    }
+
+    /// The tolerances of one step, of these of the solution.
+    pub(super) fn of_a_step(self) -> Self {
+        self.times(self.aim() / self.loosest() * OF_STEP).unwrap_or(self)
+    }
+
+    /// The tolerances of one step that are tried first: a tenth of the aim.
+    #[cfg(feature = "alloc")]
+    pub(super) fn at_first(self, aim: f64) -> Self {
+        let times = FIRST * aim / self.loosest();
+        if times > 1.0 { self.times(times).unwrap_or(self) } else { self }
+    }
+
+    /// So many times these, or no less than rounding allows; none if little is left to gain.
+    pub(super) fn times(mut self, times: f64) -> Option<Self> {
+        let finest = FINEST * to_f64(T::default_epsilon());
+        let least = self.relative.iter().fold(1.0, |least, &part| f64::min(least, to_f64(part)));
+        let times = times.max((finest / least).min(1.0));
+        if times <= 1.0 && times > 0.5 {
+            return None;
         }
-        self
+        let part: T = lit(times);
+        self.relative *= part;
+        self.absolute *= part;
+        Some(self)
     }
 
     /// The absolute tolerance of each state.

@@ -165,6 +165,41 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         events: &[Event<'_, T, N>],
         output: Output<'_, T>,
     ) -> Result<Trajectory<T, N>, Box<Failure<T, N>>> {
+        let Some(mut solver) = self.first_attempt() else {
+            return self.attempt(system, span, initial_state, events, output);
+        };
+        let mut spent = Statistics::default();
+        loop {
+            match solver.attempt(system, span.clone(), initial_state, events, output) {
+                Ok(mut trajectory) => {
+                    trajectory.statistics = trajectory.statistics.after(&spent);
+                    return Ok(trajectory);
+                }
+                Err(mut failure) => {
+                    spent = failure.statistics.after(&spent);
+                    match solver.next_attempt(self, failure.reason) {
+                        Some(next) => solver = next,
+                        None => {
+                            failure.statistics = spent;
+                            if let Some(stored) = &mut failure.trajectory {
+                                stored.statistics = spent;
+                            }
+                            return Err(failure);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn attempt<S: System<T, N, K>, const K: usize>(
+        &self,
+        system: &S,
+        span: Range<T>,
+        initial_state: SVector<T, N>,
+        events: &[Event<'_, T, N>],
+        output: Output<'_, T>,
+    ) -> Result<Trajectory<T, N>, Box<Failure<T, N>>> {
         let mut recorder =
             Recorder { output, span: span.clone(), next: None, trajectory: Trajectory::empty() };
         if let Err(error) = recorder.check() {

@@ -32,6 +32,15 @@ impl<T: Scalar> Pace<T> {
         Self { fixed_step: None, first_step: None, largest_step: None, most_steps: MOST_STEPS }
     }
 
+    /// With a further limit of adaptive steps \[s\].
+    pub(crate) fn limited(mut self, limit: Option<T>) -> Self {
+        if let Some(limit) = limit.filter(|limit| *limit > T::zero()) {
+            let before = self.largest_step.unwrap_or(limit);
+            self.largest_step = Some(smaller(before, limit));
+        }
+        self
+    }
+
     pub(crate) fn fixed(step: T) -> Result<Self, ParameterError> {
         Ok(Self { fixed_step: Some(parameter::positive("step", step)?), ..Self::adaptive() })
     }

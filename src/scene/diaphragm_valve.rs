@@ -197,6 +197,10 @@ where
         self.opening.next_kink(time, towards)
     }
 
+    fn longest_step(&self) -> Option<T> {
+        self.opening.longest_step()
+    }
+
     fn scales(&self) -> Vector4<T> {
         DiaphragmValve::scales(self)
     }

@@ -196,6 +196,10 @@ where
         self.force.next_kink(time, towards)
     }
 
+    fn longest_step(&self) -> Option<T> {
+        self.force.longest_step()
+    }
+
     fn scales(&self) -> Vector3<T> {
         MassSpringDamper::scales(self)
     }

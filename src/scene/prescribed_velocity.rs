@@ -132,6 +132,10 @@ where
         self.velocity.next_kink(time, towards)
     }
 
+    fn longest_step(&self) -> Option<T> {
+        self.velocity.longest_step()
+    }
+
     fn scales(&self) -> SVector<T, N> {
         PrescribedVelocity::scales(self)
     }

@@ -51,6 +51,10 @@ impl<T: Scalar> Signal<T> for AnySignal<T> {
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         of_the_signal!(self, signal => signal.next_kink(time, towards))
     }
+
+    fn longest_step(&self) -> Option<T> {
+        of_the_signal!(self, signal => signal.longest_step())
+    }
 }
 
 impl<T: Scalar> From<T> for AnySignal<T> {

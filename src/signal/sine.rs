@@ -74,4 +74,10 @@ impl<T: Scalar> Signal<T> for Sine<T> {
         let (sin, cos) = (self.angular * time + self.phase).sin_cos();
         (self.mean + self.amplitude * sin, self.amplitude * self.angular * cos)
     }
+
+    /// A quarter of the period.
+    #[inline]
+    fn longest_step(&self) -> Option<T> {
+        Some(T::frac_pi_2() / self.angular)
+    }
 }

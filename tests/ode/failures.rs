@@ -57,7 +57,8 @@ fn a_right_hand_side_that_breaks_ends_the_run_where_it_breaks() {
             assert!((failure.time - 1.0).abs() < 1e-12, "{name}: {}", failure.time);
             // A position of 1 may be reached a few roundings of the stages late.
             assert!(failure.time <= 1.0 + 1e-14, "{name}: {}", failure.time);
-            assert!(system.calls.get() < 2000, "{name}: {} calls", system.calls.get());
+            // In two attempts.
+            assert!(system.calls.get() < 4000, "{name}: {} calls", system.calls.get());
             // What was stored until then is there, finite, and right.
             let (time, state) = stored.last().unwrap();
             assert_eq!((time, *state), (failure.time, failure.state), "{name}");
@@ -125,7 +126,11 @@ fn a_state_that_overflows_is_never_a_solution() {
             []
         }
     }
+    // Errors grow without bound, too.
     let solver = OfAny::adaptive(DormandPrince, tolerance(1e-6));
+    let stopped = solver.solve(&Explosion, 0.0..2.0, Vector1::new(1.0), Output::Steps);
+    assert!(stopped.unwrap_err().time < 1.0);
+    let solver = OfAny::adaptive_per_step(DormandPrince, tolerance(1e-7));
     let stopped = solver.solve(&Explosion, 0.0..2.0, Vector1::new(1.0), Output::Steps);
     let stopped = stopped.unwrap_err();
     let reason = stopped.reason;

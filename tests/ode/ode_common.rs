@@ -110,6 +110,10 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> OfAny<T, M, N> {
         Self(Solver::adaptive(method, tolerances))
     }
 
+    pub fn adaptive_per_step(method: M, tolerances: Tolerances<T, N>) -> Self {
+        Self(Solver::adaptive_per_step(method, tolerances))
+    }
+
     pub fn fixed(method: M, step: T) -> Result<Self, ParameterError> {
         Solver::fixed(method, step).map(Self)
     }

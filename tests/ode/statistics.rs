@@ -93,10 +93,19 @@ fn a_step_of_dormand_and_prince_costs_six_evaluations() {
         assert!(statistics.evaluations > 6 * 64, "{statistics}");
     }
     // Adaptive: rejected trials cost as much, but for the last stage; one more for the first step.
-    let solver = OfAny::adaptive(DormandPrince, tolerance(1e-9));
+    let solver = OfAny::adaptive_per_step(DormandPrince, tolerance(1e-9));
     let run = solver.solve(&Oscillator, 0.0..8.0, Vector2::new(1.0, 0.0), Output::Uniform(3));
     let Statistics { steps, rejected, evaluations, .. } = run.unwrap().statistics();
     assert!(evaluations <= 6 * (steps + rejected) + 3, "{evaluations} in {steps} + {rejected}");
+    // The growth of errors takes one evaluation more per step and state where a system gives no
+    // derivatives, and another Jacobian at the start.
+    let solver = OfAny::adaptive(DormandPrince, tolerance(1e-9));
+    let mut run = solver.begin(&Oscillator, 0.0..8.0, Vector2::new(1.0, 0.0)).unwrap();
+    while run.advance().unwrap().is_some() {}
+    let Statistics { steps, rejected, evaluations, jacobians, .. } = run.statistics();
+    assert_eq!(jacobians, steps + 1);
+    let most = 6 * (steps + rejected) + 2 * jacobians + 3;
+    assert!(evaluations <= most, "{evaluations} in {steps} + {rejected}");
 }
 
 #[test]

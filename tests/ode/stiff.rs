@@ -179,7 +179,7 @@ fn the_default_keeps_its_tolerance_from_loose_to_tight() {
 fn cost<M: Method<f64, 3>>(method: M) -> Statistics {
     let rig = rig(table_2_lugre::<f64>(), 0.1);
     let tolerances = Tolerances::scaled(1e-7, rig.scales()).unwrap();
-    let solver = OfAny::adaptive(method, tolerances);
+    let solver = OfAny::adaptive_per_step(method, tolerances);
     let run = solver.solve(&rig, 0.0..25.0, rig.at_rest(), Output::Uniform(2)).unwrap();
     run.statistics()
 }

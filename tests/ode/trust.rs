@@ -5,7 +5,7 @@ use crate::common::draw::Draw;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{
     Automatic, DormandPrince, DormandPrince8, Failure, Method, Output, Rodas4, Rodas5P, Solver,
-    System, Tolerances, Trajectory,
+    StopReason, System, Tolerances, Trajectory,
 };
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{
@@ -27,12 +27,12 @@ const TOLERANCES: f64 = 1000.0;
 const SCALES: f64 = 0.1;
 
 fn run<M: Method<f64, N>, S: System<f64, N>, const N: usize>(
-    method: M,
-    tolerance: f64,
+    solver: fn(M, Tolerances<f64, N>) -> Solver<f64, M, N>,
+    (method, tolerance): (M, f64),
     (system, start, end): (&S, SVector<f64, N>, f64),
 ) -> Result<Trajectory<f64, N>, Box<Failure<f64, N>>> {
     let tolerances = Tolerances::scaled(tolerance, system.scales()).unwrap();
-    let solver = Solver::adaptive(method, tolerances).with_most_steps(MOST_STEPS);
+    let solver = solver(method, tolerances).with_most_steps(MOST_STEPS);
     solver.solve(system, 0.0..end, start, Output::Uniform(SAMPLES))
 }
 
@@ -54,9 +54,9 @@ fn check<S: System<f64, N>, const N: usize>(
     is_stiff: bool,
 ) -> usize {
     let (scales, scene) = (system.scales(), (system, start, end));
-    let (Ok(fine), Ok(other)) = (run(Automatic, 1e-11, scene), run(Rodas5P, 1e-10, scene)) else {
-        return 0;
-    };
+    let fine = run(Solver::adaptive_per_step, (Automatic, 1e-11), scene);
+    let other = run(Solver::adaptive_per_step, (Rodas5P, 1e-10), scene);
+    let (Ok(fine), Ok(other)) = (fine, other) else { return 0 };
     let doubt = distance((&fine, &other), &scales);
     if !(doubt < 1e-6) {
         return 0;
@@ -72,12 +72,12 @@ fn check<S: System<f64, N>, const N: usize>(
             }
         };
         if !is_stiff {
-            judge("DormandPrince", run(DormandPrince, tolerance, scene));
-            judge("DormandPrince8", run(DormandPrince8, tolerance, scene));
+            judge("DormandPrince", run(Solver::adaptive, (DormandPrince, tolerance), scene));
+            judge("DormandPrince8", run(Solver::adaptive, (DormandPrince8, tolerance), scene));
         }
-        judge("Rodas4", run(Rodas4, tolerance, scene));
-        judge("Rodas5P", run(Rodas5P, tolerance, scene));
-        judge("Automatic", run(Automatic, tolerance, scene));
+        judge("Rodas4", run(Solver::adaptive, (Rodas4, tolerance), scene));
+        judge("Rodas5P", run(Solver::adaptive, (Rodas5P, tolerance), scene));
+        judge("Automatic", run(Solver::adaptive, (Automatic, tolerance), scene));
     }
     successes
 }
@@ -206,28 +206,47 @@ fn an_answer_of_any_method_is_near_in_every_state() {
 }
 
 #[test]
-fn the_tolerance_of_a_solution_takes_more_steps_than_that_of_a_step() {
+fn steps_are_as_tight_as_the_growth_of_errors_asks() {
     let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
     let friction = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap());
-    let rig = paper::stick_slip_rig(friction.under_load(1.0).unwrap());
-    let rig = MassSpringDamper::new(rig).unwrap();
-    let steps = |tolerance: f64,
-                 solver: fn(Tolerances<f64, 3>) -> Solver<f64, DormandPrince8, 3>| {
-        let solver = solver(Tolerances::scaled(tolerance, rig.scales()).unwrap());
-        let run = solver.solve(&rig, 0.0..9.0, rig.at_rest(), Output::Uniform(2)).unwrap();
-        run.statistics().steps
+    let contact = friction.under_load(1.0).unwrap();
+    let rig = MassSpringDamper::new(paper::stick_slip_rig(contact)).unwrap();
+    let solver = |tolerance: f64| {
+        Solver::adaptive(Automatic, Tolerances::scaled(tolerance, rig.scales()).unwrap())
     };
-    let of_step = |tolerances| Solver::adaptive_per_step(DormandPrince8, tolerances);
-    let of_solution = |tolerances| Solver::adaptive(DormandPrince8, tolerances);
-    assert!(steps(1e-4, of_solution) > steps(1e-4, of_step));
-    // A tenth at 1e-6, the same at 1e-9, and never looser than 2e-6.
-    assert!(steps(1e-6, of_solution).abs_diff(steps(1e-7, of_step)) <= 2);
-    assert!(steps(1e-9, of_solution).abs_diff(steps(1e-9, of_step)) <= 2);
-    assert_eq!(steps(1e-2, of_solution), steps(2e-6, of_step));
+    let solve = |tolerance: f64, end: f64| {
+        solver(tolerance).solve(&rig, 0.0..end, rig.at_rest(), Output::Uniform(2)).unwrap()
+    };
+    // Stuck, errors die out: one run. Slips repeat it, and all its steps are rejected.
+    let (stuck, slipping) = (solve(1e-6, 5.0).statistics(), solve(1e-6, 25.0).statistics());
+    assert!(stuck.rejected < stuck.steps / 4, "{stuck}");
+    assert!(slipping.rejected > slipping.steps / 10, "{slipping}");
+    // A stream cannot be repeated: over slips that amplify by more than a thousand it stops, and
+    // says by how much it was too coarse.
+    let drive =
+        MassSpringDamperParameters { drive_velocity: 0.01, ..paper::stick_slip_rig(contact) };
+    let slow = MassSpringDamper::new(drive).unwrap();
+    let mut run = solver(1e-6).begin(&slow, 0.0..400.0, slow.at_rest()).unwrap();
+    let stopped = loop {
+        match run.advance() {
+            Ok(Some(_)) => {}
+            Ok(None) => panic!("the errors did not grow: {}", run.statistics()),
+            Err(failure) => break failure,
+        }
+    };
+    let StopReason::ErrorsGrow { times } = stopped.reason else { panic!("{stopped}") };
+    assert!(times > 1.0 && times.is_finite(), "{times}");
+    assert!(run.advance().is_err() && stopped.time > 1.0, "{stopped}");
+    // Repeated with tighter steps it arrives.
+    let answer = solver(1e-6).solve(&slow, 0.0..400.0, slow.at_rest(), Output::Uniform(101));
+    let fine = solver(1e-10).solve(&slow, 0.0..400.0, slow.at_rest(), Output::Uniform(101));
+    let (answer, fine) = (answer.unwrap(), fine.unwrap());
+    let error = distance((&answer, &fine), &slow.scales());
+    assert!(error < 2e-5, "{error:e}");
 }
 
 #[test]
-#[ignore = "the goal, not reached: fails at half of the seeds (BRISTLE_SEED)"]
+#[ignore = "minutes; other scenes with each BRISTLE_SEED"]
 fn an_answer_is_near_on_drawn_scenes_too() {
     let mut draw = Draw::seeded(12);
     let mut successes = Rig::of_the_paper(100.0).check("the paper's rig", &mut draw, &[1e-2, 1e-7]);
