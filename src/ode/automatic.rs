@@ -217,6 +217,10 @@ mod tests {
         fn linearised(&mut self, _: f64, state: &Vector1<f64>) -> Linearisation<f64, 1> {
             Linearisation { rate: -state, by_state: Matrix1::new(-1.0), by_time: Vector1::zeros() }
         }
+
+        fn jacobian(&mut self, _: &Point<f64, 1>) -> Matrix1<f64> {
+            Matrix1::new(-1.0)
+        }
     }
 
     #[test]

@@ -23,7 +23,7 @@ const OF_STEP: f64 = 2.5e-4;
 
 /// The tolerance of a step over that of the solution, where a run can be repeated if errors grow.
 #[cfg(feature = "alloc")]
-const FIRST: f64 = 0.1;
+const FIRST: f64 = 0.05;
 
 /// Finest relative tolerance of a step over the rounding ε, unless a finer one is asked for.
 const FINEST: f64 = 30.0;
@@ -106,7 +106,7 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
         self.times(self.aim() / self.loosest() * OF_STEP).unwrap_or(self)
     }
 
-    /// The tolerances of one step that are tried first: a tenth of the aim.
+    /// The tolerances of one step that are tried first: a twentieth of the aim.
     #[cfg(feature = "alloc")]
     pub(super) fn at_first(self, aim: f64) -> Self {
         let times = FIRST * aim / self.loosest();

@@ -469,7 +469,8 @@ fn a_field_that_ends_with_the_span_ends_the_run() {
                 }
             };
             // Each trial leaves a part of the rest, which ends at a rounding of the time.
-            assert!(cost.steps + cost.rejected < 2000, "{name}, field {index}: {cost}");
+            // A run that fails is tried twice.
+            assert!(cost.steps + cost.rejected < 4000, "{name}, field {index}: {cost}");
         });
     }
 }

@@ -12,7 +12,7 @@ use bristle::scene::{
     DiaphragmValve, MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity,
 };
 use bristle::signal::{Polyline, Sine, SineParameters, Vertex};
-use bristle::{Bristle, FrBd, LuGre, Mechanism, paper};
+use bristle::{Branch, Bristle, FrBd, LuGre, Mechanism, paper};
 use nalgebra::{SVector, Vector1};
 
 const SAMPLES: usize = 1001;
@@ -189,7 +189,7 @@ fn check_valve(name: &str, [friction, stribeck, stiffness, damping]: [f64; 4], e
     let ramp = DiaphragmValve::new(ramp).unwrap();
     let sine = SineParameters { mean: 50.0, amplitude: 40.0, frequency: 0.05, phase: 0.0 };
     let sine = DiaphragmValve::new(paper::valve(contact, 0.425, Sine::new(sine).unwrap())).unwrap();
-    let tolerances = [1e-1, 1e-3, 1e-6];
+    let tolerances = [1e-3, 1e-6];
     check(&format!("{name}, ramp"), (&ramp, ramp.balanced(0.0), end), &tolerances, true)
         + check(&format!("{name}, sine"), (&sine, sine.balanced(0.0), end), &tolerances, true)
 }
@@ -199,9 +199,9 @@ fn an_answer_of_any_method_is_near_in_every_state() {
     // Dormand–Prince at 1e-6 was 28 876 tolerances off here, and a Rosenbrock method at 1e-3 lost
     // the solution.
     let mut draw = Draw(1);
-    let tolerances = [1e-1, 1e-3, 1e-6];
+    let tolerances = [1e-3, 1e-6];
     let rig = Rig::of_the_paper(40.0);
-    assert!(rig.check("the paper's rig", &mut draw, &tolerances) >= 80);
+    assert!(rig.check("the paper's rig", &mut draw, &tolerances) >= 55);
     assert!(check_valve("the paper's valve", [1.0; 4], 3.0) >= 9);
 }
 
@@ -221,28 +221,84 @@ fn steps_are_as_tight_as_the_growth_of_errors_asks() {
     let (stuck, slipping) = (solve(1e-6, 5.0).statistics(), solve(1e-6, 25.0).statistics());
     assert!(stuck.rejected < stuck.steps / 4, "{stuck}");
     assert!(slipping.rejected > slipping.steps / 10, "{slipping}");
-    // A stream cannot be repeated: over slips that amplify by more than a thousand it stops, and
-    // says by how much it was too coarse.
-    let drive =
-        MassSpringDamperParameters { drive_velocity: 0.01, ..paper::stick_slip_rig(contact) };
-    let slow = MassSpringDamper::new(drive).unwrap();
-    let mut run = solver(1e-6).begin(&slow, 0.0..400.0, slow.at_rest()).unwrap();
-    let stopped = loop {
-        match run.advance() {
-            Ok(Some(_)) => {}
-            Ok(None) => panic!("the errors did not grow: {}", run.statistics()),
-            Err(failure) => break failure,
+}
+
+#[test]
+fn a_run_whose_errors_outgrow_its_tolerance_is_repeated_or_stopped() {
+    /// x = cos t, from which every error grows as e^20t.
+    struct Unstable;
+    impl System<f64, 1, 0> for Unstable {
+        fn rate(&self, time: f64, x: &Vector1<f64>, _: [Branch; 0]) -> Vector1<f64> {
+            Vector1::new(20.0 * (x[0] - time.cos()) - time.sin())
         }
-    };
-    let StopReason::ErrorsGrow { times } = stopped.reason else { panic!("{stopped}") };
-    assert!(times > 1.0 && times.is_finite(), "{times}");
-    assert!(run.advance().is_err() && stopped.time > 1.0, "{stopped}");
-    // Repeated with tighter steps it arrives.
-    let answer = solver(1e-6).solve(&slow, 0.0..400.0, slow.at_rest(), Output::Uniform(101));
-    let fine = solver(1e-10).solve(&slow, 0.0..400.0, slow.at_rest(), Output::Uniform(101));
-    let (answer, fine) = (answer.unwrap(), fine.unwrap());
-    let error = distance((&answer, &fine), &slow.scales());
-    assert!(error < 2e-5, "{error:e}");
+        fn sliding_velocities(&self, _: f64, _: &Vector1<f64>) -> [f64; 0] {
+            []
+        }
+    }
+    let (start, tolerance) = (Vector1::new(1.0), 1e-6);
+    let tolerances = Tolerances::scaled(tolerance, start).unwrap();
+    fn judge<M: Method<f64, 1>>(method: M, start: Vector1<f64>, tolerances: Tolerances<f64, 1>) {
+        let solver = Solver::adaptive(method, tolerances);
+        // A stream stops where errors have grown too much: steps are 4000 times as tight, the
+        // estimate may exceed the tolerance twice, and a hundred steps add up.
+        let mut run = solver.begin(&Unstable, 0.0..1.0, start).unwrap();
+        let stopped = loop {
+            match run.advance() {
+                Ok(Some(_)) => {}
+                Ok(None) => panic!("{method:?}: the errors did not grow"),
+                Err(failure) => break failure,
+            }
+        };
+        let StopReason::ErrorsGrow { times } = stopped.reason else { panic!("{stopped}") };
+        assert!(times > 1.0 && times < 1e4, "{method:?}: {times}");
+        assert!(run.advance().is_err(), "{method:?}");
+        // Repeated with tighter steps it arrives: errors have grown by e^14 = 1.2e6.
+        let answer = solver.solve(&Unstable, 0.0..0.7, start, Output::Steps).unwrap();
+        let statistics = answer.statistics();
+        assert!(statistics.rejected > statistics.steps / 5, "{method:?}: {statistics}");
+        for (time, state) in answer.iter() {
+            let error = (state[0] - time.cos()).abs();
+            assert!(error < 4e-6, "{method:?}: {error:e} at {time}");
+        }
+        // No steps are tight enough for e^40.
+        let failure = solver.solve(&Unstable, 0.0..2.0, start, Output::Steps).unwrap_err();
+        assert!(matches!(failure.reason, StopReason::ErrorsGrow { .. }), "{method:?}: {failure}");
+        assert!(failure.to_string().contains("what the tolerances allow"), "{failure}");
+        // Steps with a tolerance of their own go on, far off.
+        let solver = Solver::adaptive_per_step(method, tolerances);
+        let wrong = solver.solve(&Unstable, 0.0..1.0, start, Output::Steps).unwrap();
+        let (time, state) = wrong.last().unwrap();
+        assert!((state[0] - time.cos()).abs() > 1e-2, "{method:?}");
+    }
+    judge(DormandPrince, start, tolerances);
+    judge(DormandPrince8, start, tolerances);
+    judge(Rodas4, start, tolerances);
+    judge(Rodas5P, start, tolerances);
+    judge(Automatic, start, tolerances);
+}
+
+#[test]
+fn a_step_does_not_pass_over_two_reversals_of_a_prescribed_velocity() {
+    // In the quasi-steady sliding of LuGre nothing else shortens the steps.
+    let curve = Stribeck::new(StribeckParameters {
+        static_coefficient: 1.2,
+        dynamic_coefficient: 0.9,
+        stribeck_velocity: 1e-3,
+        stribeck_exponent: 2.0,
+        viscous_friction: 0.0,
+    });
+    let bristle = KelvinVoigtParameters { micro_stiffness: 1e6, micro_damping: 10.0 };
+    let bristle = KelvinVoigt::new(bristle).unwrap();
+    let contact = LuGre::classical(curve.unwrap(), bristle).under_load(1.0).unwrap();
+    let velocity = SineParameters { mean: 0.0055, amplitude: 0.01, frequency: 25.0, phase: 0.0 };
+    let scene = PrescribedVelocity::new(contact, Sine::new(velocity).unwrap());
+    let tolerances = Tolerances::scaled(1e-3, scene.scales()).unwrap();
+    let solver = Solver::adaptive(Rodas5P, tolerances);
+    let run = solver.solve(&scene, 0.0..0.2, Vector1::new(0.0), Output::Steps).unwrap();
+    // Two in each of five periods.
+    assert_eq!(run.reversals().len(), 10);
+    let longest = run.times().windows(2).fold(0.0, |most, pair| f64::max(most, pair[1] - pair[0]));
+    assert!(longest <= 0.01 * (1.0 + 1e-12), "{longest}");
 }
 
 #[test]
