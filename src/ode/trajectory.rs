@@ -18,10 +18,10 @@ use crate::scalar::lit;
 
 /// Which points of a solution to store.
 ///
-/// Tolerances hold at the ends of steps. Between them lies the method's curve, whose error was
-/// measured to be up to a hundred times as large for [`DormandPrince8`](super::DormandPrince8),
-/// whose steps are long and may be held by stability alone, and mostly less than ten times for the
-/// others.
+/// The error of a solution is estimated at the ends of steps. Between them lies the method's curve.
+/// Its error was measured to be up to a hundred times as large for
+/// [`DormandPrince8`](super::DormandPrince8), whose steps are long and may be held by stability
+/// alone, and mostly less than ten times for the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Output<'a, T> {
     /// The start and the end of every step.
