@@ -29,7 +29,7 @@ fn truth<F: Signal<f64>>(
     let load = contact.model().storage_stiffness() * deflection * contact.normal_force();
     let speed = (load * deflection / system.mechanism().mass).sqrt();
     let scales = Vector3::new(deflection, speed, deflection);
-    // Breakaway multiplies the errors of steps; two tolerances are compared below.
+    // Breakaway multiplies the errors of steps.
     let of_step = 0.05 * relative;
     let tolerances = Tolerances::new(Vector3::repeat(of_step), scales * of_step);
     let drive_velocity = system.spring_force(1.0, &Vector3::zeros())
