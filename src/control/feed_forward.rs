@@ -112,8 +112,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
         Ok(())
     }
 
-    /// Takes other parameters between two samples: another model, load, share or limit. The deflection and the last
-    /// answer are kept.
+    /// Takes other parameters between two samples: another model, load, share or limit. The
+    /// deflection and the last answer are kept.
     ///
     /// The deflection stays as it is: with another stiffness the elastic force jumps by the ratio
     /// of the two, and the stored energy with it. For a load that varies see

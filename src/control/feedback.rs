@@ -225,8 +225,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
         Ok(())
     }
 
-    /// Takes other parameters between two samples: another model, load, share or limit. Deflection, position,
-    /// velocity and the last answer are kept.
+    /// Takes other parameters between two samples: another model, load, share or limit. Deflection,
+    /// position, velocity and the last answer are kept.
     ///
     /// The deflection stays as it is: with another stiffness the elastic force jumps by the ratio
     /// of the two, and the stored energy with it. For a load that varies see

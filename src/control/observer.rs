@@ -373,8 +373,8 @@ impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
         Ok(())
     }
 
-    /// Takes other parameters between two samples: another model, load, share or limit. The estimate, position,
-    /// velocity and error are kept, and the conditions are checked again.
+    /// Takes other parameters between two samples: another model, load, share or limit. The
+    /// estimate, position, velocity and error are kept, and the conditions are checked again.
     ///
     /// The deflection stays as it is: with another stiffness the elastic force jumps by the ratio
     /// of the two, and the stored energy with it. For a load that varies see

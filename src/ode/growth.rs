@@ -26,8 +26,8 @@ use crate::scalar::{lit, to_f64};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Growth<T, const N: usize> {
     error: SVector<T, N>,
-    /// The largest tolerance of a step that each state has had: errors are compared with the largest
-    /// values met, since a slip that comes a little late has every velocity for a moment.
+    /// The largest tolerance of a step that each state has had: errors are compared with the
+    /// largest values met, since a slip that comes a little late has every velocity for a moment.
     allowed: SVector<T, N>,
     /// The largest error so far, over these.
     greatest: f64,

@@ -291,8 +291,8 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         Ok(false)
     }
 
-    /// Tries a step. Answers with its end, the trial and the mean square of its error over the tolerances, or
-    /// with nothing if it was rejected and the next one shortened.
+    /// Tries a step. Answers with its end, the trial and the mean square of its error over the
+    /// tolerances, or with nothing if it was rejected and the next one shortened.
     #[inline]
     #[allow(clippy::type_complexity, reason = "the three results of one trial")]
     fn try_step(

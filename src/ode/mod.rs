@@ -17,8 +17,8 @@
 //! All but `RungeKutta4` choose their steps by an error estimate and have a dense output of their
 //! own. A Rosenbrock method needs the Jacobian: give [`System::linearised`]. Otherwise finite
 //! differences are taken, over √ε of the larger of each state and its [scale](System::scales). They
-//! cost N + 2 evaluations a step and half of the digits of the Jacobian, and with a wrong scale they
-//! may ruin the result.
+//! cost N + 2 evaluations a step and half of the digits of the Jacobian, and with a wrong scale
+//! they may ruin the result.
 //!
 //! Tolerances are per component, because the states of a friction problem differ by many orders of
 //! magnitude, and they are those of the solution. Breakaway amplifies the errors of the steps, a
@@ -33,9 +33,8 @@
 //! be, since coarser steps miss slips without notice. [`Solver::adaptive_per_step`] does none of
 //! this.
 //!
-//! The estimate mostly exceeds the error, by a factor of ten. How far answers were off on drawn rigs
-//! and valves: [work-precision.md](https://docs.rs/crate/bristle/latest/source/docs/work-precision.md),
-//! `cargo test --release --test ode -- --ignored drawn`.
+//! The estimate mostly exceeds the error, by a factor of ten. `docs/work-precision.md` says how far
+//! answers were off on drawn rigs and valves.
 
 mod any;
 mod automatic;

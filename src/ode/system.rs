@@ -80,8 +80,8 @@ pub trait System<T: Scalar, const N: usize, const K: usize = 1> {
     /// A time \[s\] over which no input turns more than once: no adaptive step is longer. `None` if
     /// there is no such limit.
     ///
-    /// Give it for a sliding velocity that is prescribed: in a longer step two reversals may cancel,
-    /// and nothing tells of them.
+    /// Give it for a sliding velocity that is prescribed: in a longer step two reversals may
+    /// cancel, and nothing tells of them.
     fn longest_step(&self) -> Option<T> {
         None
     }

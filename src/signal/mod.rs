@@ -32,8 +32,8 @@ pub trait Signal<T: Scalar>: Debug + Clone {
         None
     }
 
-    /// A time \[s\] over which the signal has no more than one extremum. Adaptive steps are no longer,
-    /// so that none passes over a whole swing; `None` if the steps need no such limit.
+    /// A time \[s\] over which the signal has no more than one extremum. Adaptive steps are no
+    /// longer, so that none passes over a whole swing; `None` if the steps need no such limit.
     fn longest_step(&self) -> Option<T> {
         None
     }

@@ -60,7 +60,8 @@ fn of_levels_of_one_cost_the_simplest_is_taken() {
 }
 
 /// A reference whose error is 3.2/n tolerances with n steps: two runs differ by 1.6/n at n and 2n
-/// steps, by a tenth of the tolerance from 16 steps on. It has to take more than eight, in any unit.
+/// steps, by a tenth of the tolerance from 16 steps on. It has to take more than eight, in any
+/// unit.
 #[test]
 fn the_reference_settles_to_a_tenth_and_what_is_left_counts_as_error() {
     for unit in [1e-6, 1.0, 1e6] {
@@ -221,8 +222,8 @@ fn a_mass_under_the_static_curve_does_not_slide_on_past_rest() {
     }
 }
 
-/// At rest after a step h if the force m v₀/h that stops it within h is at most the static friction.
-/// A faster mass slides on under the curve, by v₁ = v₀ − h F(v₀)/m.
+/// At rest after a step h if the force m v₀/h that stops it within h is at most the static
+/// friction. A faster mass slides on under the curve, by v₁ = v₀ − h F(v₀)/m.
 #[test]
 fn a_mass_under_the_static_curve_stops_by_static_friction_and_slides_on_under_the_curve() {
     let contact = sets()[0].under_load(1.0).unwrap();
