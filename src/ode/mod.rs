@@ -25,7 +25,7 @@
 //! thousandfold in stick-slip, so the driver estimates the error of the solution: it carries the
 //! errors of all steps along by the system's own Jacobian. [`solve`] and [`Solver::solve`] begin
 //! with steps held to a twentieth of the tolerance, and repeat the run with tighter ones where the
-//! estimate exceeds twice the tolerance; the steps of such attempts count as rejected.
+//! estimate exceeds ten times the tolerance; the steps of such attempts count as rejected.
 //!
 //! A run that hands out its steps ([`Solver::stream`], [`Solver::begin`]) cannot be repeated. Its
 //! steps are four thousand times as tight as the tolerance, and it stops with

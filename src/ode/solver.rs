@@ -17,6 +17,15 @@ use super::{Automatic, Statistics, System, Tolerances};
 use crate::Scalar;
 use crate::parameter::{self, ParameterError, Rule};
 
+/// An attempt whose errors have grown to so many times their limit is followed by one with steps so
+/// much tighter, and this much more.
+#[cfg(feature = "alloc")]
+const SAFETY: f64 = 0.2;
+
+/// But not by more than this at once: with loose steps the growth may be far overestimated.
+#[cfg(feature = "alloc")]
+const MOST_AT_ONCE: f64 = 1e-4;
+
 /// A method with its step control.
 ///
 /// Forward and backward in time (a span whose end lies before its start; a relaxing bristle grows
@@ -73,7 +82,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     pub(super) fn next_attempt(&self, careful: &Self, reason: StopReason) -> Option<Self> {
         match reason {
             StopReason::ErrorsGrow { times } => {
-                let tighter = self.tolerances?.times(0.1 / times)?;
+                let tighter = self.tolerances?.times(f64::max(SAFETY / times, MOST_AT_ONCE))?;
                 Some(Self { tolerances: Some(tighter), ..*self })
             }
             StopReason::Refused(_) | StopReason::TooManySteps { .. } => None,

@@ -29,10 +29,10 @@ const FIRST: f64 = 0.05;
 const FINEST: f64 = 30.0;
 
 /// Largest estimated error of a solution over its tolerance.
-const ACCEPTED: f64 = 2.0;
+const ACCEPTED: f64 = 10.0;
 
 /// Roundings that grow as errors of steps do, a thousandfold and more, are accepted, too.
-const ROUNDINGS: f64 = 2e3 * FINEST;
+const ROUNDINGS: f64 = 4e3 * FINEST;
 
 /// Tolerances of a solution, per component: |errorᵢ| ≤ absoluteᵢ + relativeᵢ |xᵢ|, in the
 /// root mean square over the components.

@@ -240,7 +240,7 @@ fn a_run_whose_errors_outgrow_its_tolerance_is_repeated_or_stopped() {
     fn judge<M: Method<f64, 1>>(method: M, start: Vector1<f64>, tolerances: Tolerances<f64, 1>) {
         let solver = Solver::adaptive(method, tolerances);
         // A stream stops where errors have grown too much: steps are 4000 times as tight, the
-        // estimate may exceed the tolerance twice, and a hundred steps add up.
+        // estimate may exceed the tolerance tenfold, and a hundred steps add up.
         let mut run = solver.begin(&Unstable, 0.0..1.0, start).unwrap();
         let stopped = loop {
             match run.advance() {
