@@ -20,7 +20,7 @@
 use nalgebra::SMatrix;
 
 use super::dense_output::DenseOutput;
-use super::explicit::{Explicit, ExplicitTableau};
+use super::explicit::{Explicit, ExplicitTableau, HELD};
 use super::rosenbrock::Rosenbrock;
 use super::stepper::{Field, OneStep, Point, Stepper, TrialStep};
 use super::{DormandPrince8, Rodas5P};
@@ -69,9 +69,6 @@ macro_rules! at_work {
         }
     };
 }
-
-/// An explicit step beyond this part of its stability limit is limited by stability.
-const HELD: f64 = 0.6;
 
 /// Below this h ρ of a Rosenbrock step an explicit method is cheaper: it can take steps of
 /// 0.8 of its limit, or two to three times as long if accuracy allows, at about the same cost.

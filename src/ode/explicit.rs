@@ -23,6 +23,7 @@ use nalgebra::{SMatrix, SVector};
 use super::dense_output::DenseOutput;
 use super::stepper::{Field, Point, Stepper, TrialStep};
 use crate::Scalar;
+use crate::bounds::smaller;
 use crate::scalar::lit;
 
 /// The coefficients of an explicit Runge–Kutta method.
@@ -94,6 +95,9 @@ pub(crate) struct Explicit<B, T, const N: usize, const S: usize> {
 
 /// The smallest part of its expected value to which |e₅|/|e₃| may fall from one step to the next.
 const CHANCE: f64 = 0.3;
+
+/// Beyond this part of the stability limit, stability holds a step.
+pub(super) const HELD: f64 = 0.6;
 
 /// Calls a function for every stage from 1 on, so that each sum has a length known in advance.
 macro_rules! for_each_stage {
@@ -280,12 +284,15 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
     }
 
     #[inline]
-    fn accepted(&mut self, _step: T, _end: &Point<T, N>, proposed: Option<T>) -> Option<T> {
+    fn accepted(&mut self, step: T, end: &Point<T, N>, proposed: Option<T>) -> Option<T> {
         let (_, latest) = self.smoothness;
         self.smoothness.0 = if latest.is_finite() { latest } else { T::zero() };
         let [_, at_end] = self.jacobians;
         self.jacobians = [at_end, None];
-        proposed
+        let proposed = proposed?;
+        // The further stages of a dense output enlarge fast motions that have died out.
+        let is_held = B::STAGES + 1 < S && self.is_held_by_stability(end, step, HELD);
+        Some(if is_held { smaller(proposed, step.abs() * lit(HELD)) } else { proposed })
     }
 }
 
