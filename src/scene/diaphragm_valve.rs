@@ -134,6 +134,9 @@ where
 
     /// A typical magnitude of each state, for tolerances: travel and pressure at full opening, the
     /// velocity at which the stem oscillates on its bristles, the deflection at breakaway.
+    ///
+    /// The velocity is that of a fast stroke: the paper's valve reaches 0.77 of it under a sine of
+    /// 40 % at 0.05 Hz, and 0.06 under a ramp of 1 % per second.
     pub fn scales(&self) -> Vector4<T> {
         let pressure = self.pressure_gain * lit(100.0);
         let travel = self.diaphragm_area * pressure / self.body.mechanism.spring_stiffness;
