@@ -21,9 +21,6 @@ use crate::{Branch, Scalar};
 /// neither direction so many times within so small a part of the time span.
 const ENDLESS: (u32, f64) = (100, 1e-2);
 
-/// An estimated error so many times its limit tells no more than that it is too large.
-const HOPELESS: f64 = 1e4;
-
 /// A run in progress: call [`Integration::advance`] until it returns `None`.
 ///
 /// Nothing is allocated, and nothing is lost if it is dropped half-way. Made by
@@ -60,11 +57,11 @@ pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const 
     given_up: (T, u32),
     /// The step taken last.
     step: Step<T, N>,
-    growth: Growth<T, N>,
+    pub(super) growth: Growth<T, N>,
     /// The largest estimated error of the solution over the tolerances of a step, if it has one.
-    most_growth: Option<f64>,
+    pub(super) most_growth: Option<f64>,
     /// The number of steps after which the error that has outgrown its limit is known well enough.
-    enough: Option<u64>,
+    pub(super) enough: Option<u64>,
     /// Why the run has stopped, if it has.
     stopped: Option<StopReason>,
 }
@@ -321,39 +318,6 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         }
         self.shorten(step, &trial, square)?;
         Ok(None)
-    }
-
-    /// Takes the error of a step about to be accepted into the estimate of that of the solution.
-    #[inline]
-    fn estimate(
-        &mut self,
-        end: &Point<T, N>,
-        (trial, square): (&TrialStep<T, N>, f64),
-        window: Window<T>,
-    ) {
-        if self.most_growth.is_none() {
-            return;
-        }
-        let (stepper, mut field, from) = self.parts(window);
-        let jacobian = stepper.mean_jacobian(&mut field, from, end);
-        let growth = jacobian * (end.time - self.point.time);
-        self.growth.step(&growth, (&trial.error, square), &end.scale);
-    }
-
-    /// Stops a run whose estimated error has outgrown its limit, once it is known by how much: a
-    /// quarter of the steps later.
-    fn check_growth(&mut self) -> Result<(), StopReason> {
-        let Some(limit) = self.most_growth else { return Ok(()) };
-        let times = self.growth.greatest() / limit;
-        if times <= 1.0 {
-            return Ok(());
-        }
-        let steps = self.walk.statistics.steps;
-        let enough = *self.enough.get_or_insert(steps + steps / 4);
-        if self.walk.is_over() || steps >= enough || times > HOPELESS {
-            return Err(StopReason::ErrorsGrow { times });
-        }
-        Ok(())
     }
 
     /// The smooth stretch from here to a stop. At a kink the inputs answer with what holds just

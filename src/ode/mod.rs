@@ -43,6 +43,7 @@ mod crossing;
 mod dense_output;
 mod dormand_prince;
 mod dormand_prince8;
+mod error_limit;
 mod event;
 mod explicit;
 mod failure;
