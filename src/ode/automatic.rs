@@ -148,9 +148,9 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
     }
 
     fn accepted(&mut self, step: T, end: &Point<T, N>, proposed: Option<T>) -> Option<T> {
-        at_work!(self.accepted(step, end, proposed));
         self.since += 1;
         if self.is_explicit {
+            self.explicit.took();
             let lasted = self.since > SHORT;
             let held = self.explicit.is_held_by_stability(end, step, HELD);
             if self.vote(held, VOTES) {
@@ -159,6 +159,7 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
             }
             return proposed;
         }
+        self.rosenbrock.accepted(step, end, proposed);
         // Fixed steps stay with the method that is stable at any length.
         let proposed = proposed?;
         let length = step.abs();

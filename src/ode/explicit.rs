@@ -160,6 +160,14 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
         under > lit(1e-6) && over * step * step > under * limit * limit
     }
 
+    /// Keeps what an accepted step tells of the next.
+    pub(super) fn took(&mut self) {
+        let (_, latest) = self.smoothness;
+        self.smoothness.0 = if latest.is_finite() { latest } else { T::zero() };
+        let [_, at_end] = self.jacobians;
+        self.jacobians = [at_end, None];
+    }
+
     /// Forgets what the last step tells of the next.
     pub(super) fn forget(&mut self) {
         self.smoothness.0 = T::zero();
@@ -285,10 +293,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
 
     #[inline]
     fn accepted(&mut self, step: T, end: &Point<T, N>, proposed: Option<T>) -> Option<T> {
-        let (_, latest) = self.smoothness;
-        self.smoothness.0 = if latest.is_finite() { latest } else { T::zero() };
-        let [_, at_end] = self.jacobians;
-        self.jacobians = [at_end, None];
+        self.took();
         let proposed = proposed?;
         // The further stages of a dense output enlarge fast motions that have died out.
         let is_held = B::STAGES + 1 < S && self.is_held_by_stability(end, step, HELD);

@@ -46,7 +46,7 @@ pub enum StopReason {
     /// The errors of the steps have grown, as they do at breakaway, to more than the tolerances of
     /// the solution allow. [`Solver::solve`](super::Solver::solve) then starts again with tighter
     /// ones for its steps; a run that hands out its steps cannot: ask it for a tighter tolerance.
-    #[error("the estimated error of the solution is {times:.1e} times what the tolerances allow")]
+    #[error("the estimated error of the solution is {times:.1} times what the tolerances allow")]
     ErrorsGrow {
         /// The estimated error over what is allowed.
         times: f64,

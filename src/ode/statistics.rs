@@ -7,11 +7,13 @@ use core::fmt;
 pub struct Statistics {
     /// Accepted steps.
     pub steps: u64,
-    /// Rejected trial steps, including those cut at a reversal.
+    /// Rejected trial steps, including those cut at a reversal, and all steps of a run that was
+    /// started again with tighter ones.
     pub rejected: u64,
     /// Evaluations of the right-hand side.
     pub evaluations: u64,
-    /// Evaluations of the Jacobian: none by an explicit method.
+    /// Evaluations of the Jacobian. An explicit method takes them only to estimate the error of the
+    /// solution.
     pub jacobians: u64,
     /// Reversals of a sliding direction at which a step was split.
     pub reversals: u64,
