@@ -25,7 +25,7 @@
 //!
 //! Curves, models, signals, pressures and methods chosen at run time are [`curve::AnyCurve`],
 //! [`AnyBristle`], [`signal::AnySignal`], [`rolling::AnyPressure`] and [`ode::AnyMethod`]. The
-//! feature `serde` reads them from files.
+//! feature `serde` reads them from files. [`convert`] takes the parameters of other tools.
 //!
 //! [`audit`] checks which laws a set of parameters satisfies, [`stability`] computes the largest
 //! stable steps, [`linear`] small motions and the onset of stick-slip, and a [`ledger`] the energy
@@ -77,6 +77,7 @@ mod bounds;
 pub mod companion;
 mod contact;
 pub mod control;
+pub mod convert;
 pub mod curve;
 mod eigenvalues;
 mod error;
@@ -153,6 +154,23 @@ struct Choosing;
 #[cfg(all(doctest, feature = "alloc"))]
 #[doc = include_str!("../docs/joint.md")]
 struct GearedJoints;
+
+/// And those of the page on other tools.
+#[cfg(all(doctest, feature = "alloc"))]
+#[doc = include_str!("../docs/coming-from.md")]
+struct ComingFrom;
+
+/// And what the pages without a program of their own may get.
+#[cfg(all(doctest, feature = "alloc"))]
+#[doc = include_str!("../docs/embedded.md")]
+#[doc = include_str!("../docs/paper.md")]
+#[doc = include_str!("../docs/work-precision.md")]
+struct Pages;
+
+/// And that of the page on identification.
+#[cfg(all(doctest, feature = "identify"))]
+#[doc = include_str!("../docs/identification.md")]
+struct Identification;
 
 /// And that of the page on files.
 #[cfg(all(doctest, feature = "serde"))]
