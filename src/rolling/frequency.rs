@@ -39,9 +39,9 @@ use nalgebra::Complex;
 
 use super::patch::{Crossing, checked};
 use super::{Motion, Patch, Pressure, RateDependent};
-use crate::Scalar;
 use crate::parameter::ParameterError;
 use crate::scalar::is_zero;
+use crate::{Affine, Scalar};
 
 /// A patch linearised about a steady motion, see [`Patch::linearised`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,13 +110,23 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         let Crossing { slip_velocity: v, transport } = self.rolling(motion)?;
         let (affine, slopes) = self.model().affine_and_slopes(v.into(), T::zero());
         self.model().check_rate_dependence()?;
-        let affine = checked(affine)?;
+        Ok(self.linearised_about((v, transport), (checked(affine)?, slopes), T::one()))
+    }
+
+    /// The force linearised about v and V, given its coefficients and their slopes with respect to
+    /// a slip velocity: its own (`share` one) or that of another axis (zero).
+    pub(super) fn linearised_about(
+        &self,
+        (v, transport): (T, T),
+        (affine, slopes): (Affine<T>, Affine<T>),
+        share: T,
+    ) -> LinearisedPatch<T, P> {
         let stationary = self.model().stationary(v);
         // A slope can be infinite at rest (|v|^δ with δ < 1), where nothing is there to be
         // multiplied.
         let times = |slope: T, value: T| if is_zero(value) { T::zero() } else { slope * value };
         let b1 = times(slopes.relaxation, stationary);
-        Ok(LinearisedPatch {
+        LinearisedPatch {
             pressure: self.pressure().clone(),
             weight: self.length() * self.load(),
             transport,
@@ -124,11 +134,11 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
             stiffness: affine.stiffness,
             decay: affine.relaxation / transport,
             stationary,
-            b0: affine.drive + times(slopes.drive, v) - b1,
+            b0: share * affine.drive + times(slopes.drive, v) - b1,
             b1,
-            direct: affine.damping + times(slopes.damping, v),
+            direct: share * affine.damping + times(slopes.damping, v),
             rising_direct: times(slopes.stiffness, stationary),
-        })
+        }
     }
 }
 

@@ -29,8 +29,9 @@
 //! The longitudinal slip of ISO 8855 and SAE J670 is κ_x = (ωR − v_x)/v_x: negative in braking, −1
 //! for a locked wheel. κ_x = −s/(1 + s) and s = −κ_x/(1 + κ_x). For small slip s ≈ −κ_x.
 //!
-//! A patch slips in one direction, along or across. Combined slip is not modelled: two patches side
-//! by side do not share one friction limit.
+//! A patch of one axis slips in one direction, along or across. A model of several axes
+//! ([`PlaneFrBd`](crate::plane::PlaneFrBd)) makes a patch in *combined slip*, as of a tyre that
+//! brakes in a bend: [`Patch::combined_steady`], [`CombinedPatch`].
 //!
 //! # Parameters from measurements
 //!
@@ -49,6 +50,7 @@
 //!
 //! Source: Romano et al. (arXiv 2602.09429), section IV.
 
+mod combined;
 mod exact;
 mod frequency;
 #[cfg(feature = "alloc")]
@@ -61,7 +63,7 @@ mod pressure;
 mod quadrature;
 mod steady;
 
-pub use exact::{ExactPatch, PatchLedger, PatchStep, Segment};
+pub use exact::{CombinedPatch, CombinedStep, ExactPatch, PatchLedger, PatchStep, Segment};
 pub use frequency::LinearisedPatch;
 #[cfg(feature = "alloc")]
 pub use grid::Grid;

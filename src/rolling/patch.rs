@@ -250,6 +250,17 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         &self.model
     }
 
+    /// This patch with another friction model.
+    #[inline]
+    pub(super) fn with_model<K>(&self, model: K) -> Patch<T, K, P> {
+        let Self { length, load, unloaded, .. } = *self;
+        Patch { model, length, pressure: self.pressure.clone(), load, unloaded }
+    }
+
+    pub(super) fn set_model(&mut self, model: M) {
+        self.model = model;
+    }
+
     /// Length L \[m\].
     pub fn length(&self) -> T {
         self.length

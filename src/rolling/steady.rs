@@ -47,6 +47,18 @@ pub struct Steady<T> {
 }
 
 impl<T: Scalar> Steady<T> {
+    /// A patch without any slip.
+    pub(super) fn still() -> Self {
+        let zero = T::zero();
+        Self {
+            force: zero,
+            decay: zero,
+            stationary_deflection: zero,
+            stationary_coefficient: zero,
+            entry_coefficient: zero,
+        }
+    }
+
     /// The deflection z(ξ) = z_ss (1 − e^(−κξ)) \[m\] at a place.
     pub fn deflection(&self, place: T) -> T {
         self.stationary_deflection * self.risen(place)

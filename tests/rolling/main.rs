@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod combined;
 mod exact;
 mod exact_limits;
 mod grid;

@@ -52,11 +52,31 @@ use crate::{Affine, Scalar};
 #[must_use = "the bristles move when it is committed"]
 pub struct PatchStep<'a, T: Scalar, M, const N: usize, B> {
     rolling: &'a mut ExactPatch<T, M, N, B>,
+    coupling: Coupling<T>,
+}
+
+/// A step with its coefficients held, and the source and the damper that stand for it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Coupling<T: Scalar> {
     affine: Affine<T>,
     transport: T,
     duration: T,
-    bias: T,
-    damping: T,
+    pub(super) bias: T,
+    pub(super) damping: T,
+}
+
+impl<T: Scalar> Coupling<T> {
+    /// A step of no length.
+    pub(super) fn idle() -> Self {
+        let zero = T::zero();
+        let affine = Affine { relaxation: zero, drive: zero, stiffness: zero, damping: zero };
+        Self { affine, transport: zero, duration: zero, bias: zero, damping: zero }
+    }
+
+    /// F̄ = bias + damping·v̄
+    pub(super) fn force(&self, mean_slip_velocity: T) -> T {
+        self.bias + self.damping * mean_slip_velocity
+    }
 }
 
 /// Where the work of a step has gone: work = stored + volume + outlet.
@@ -153,6 +173,16 @@ where
         predicted: Motion<T>,
         duration: T,
     ) -> Result<PatchStep<'_, T, M, N, B>, ParameterError> {
+        let coupling = self.coupling(predicted, duration)?;
+        Ok(PatchStep { rolling: self, coupling })
+    }
+
+    /// The numbers of [`ExactPatch::companion_step`].
+    pub(super) fn coupling(
+        &mut self,
+        predicted: Motion<T>,
+        duration: T,
+    ) -> Result<Coupling<T>, ParameterError> {
         let Crossing { slip_velocity, transport } = self.patch.forward(predicted)?;
         let duration = parameter::non_negative("duration", duration)?;
         let affine = self.coefficients(slip_velocity)?;
@@ -169,7 +199,53 @@ where
         let damping = if damping < T::zero() { T::zero() } else { damping };
         finite("bias", bias)?;
         finite("damping", damping)?;
-        Ok(PatchStep { rolling: self, affine, transport, duration, bias, damping })
+        Ok(Coupling { affine, transport, duration, bias, damping })
+    }
+
+    /// Ends a step with a mean slip velocity that is finite.
+    pub(super) fn commit(&mut self, coupling: &Coupling<T>, mean_slip_velocity: T) -> T {
+        let &Coupling { affine, transport, duration, .. } = coupling;
+        self.roll(affine.relaxation, affine.drive * mean_slip_velocity, transport, duration);
+        coupling.force(mean_slip_velocity)
+    }
+
+    /// Ends a step with a mean slip velocity that is finite, with an account.
+    pub(super) fn commit_with_ledger(
+        &mut self,
+        coupling: &Coupling<T>,
+        mean_slip_velocity: T,
+    ) -> PatchLedger<T> {
+        let outlet = self.outlet_loss(coupling, coupling.affine.drive * mean_slip_velocity);
+        let before = self.stored_energy();
+        let force = self.commit(coupling, mean_slip_velocity);
+        let stored = self.stored_energy() - before;
+        let work = coupling.duration * force * mean_slip_velocity;
+        PatchLedger { force, work, stored, outlet, volume: work - stored - outlet }
+    }
+
+    /// (L/2) Σ0(1) V ∫ z(1, t)² dt over the step.
+    fn outlet_loss(&self, coupling: &Coupling<T>, drive: T) -> T {
+        let &Coupling { affine, transport, duration, .. } = coupling;
+        let (patch, one) = (&self.patch, T::one());
+        let reach = transport * duration;
+        let mut squares = T::zero();
+        self.queue.leaving(smaller(reach, one), |from, to, steepness, outgoing| {
+            let way = to - from;
+            let steepness = lit::<T>(2.0) * (steepness + affine.relaxation * (way / transport));
+            integrate(steepness, |part, weight| {
+                let at = from + way * part;
+                let time = at / transport;
+                let x = affine.relaxation * time;
+                let z = (-x).exp() * outgoing(at) + drive * time * phi1(x);
+                squares += weight * way * z * z;
+            });
+        });
+        if reach > one {
+            let z = drive / transport * phi1(affine.relaxation / transport);
+            squares += (reach - one) * z * z;
+        }
+        let stiffness = patch.model().storage_stiffness() * patch.pressure().at(one);
+        lit::<T>(0.5) * patch.length() * patch.load() * stiffness * squares
     }
 
     /// Integrals over the patch, weighted with the pressure and averaged over a step, of the
@@ -228,20 +304,25 @@ where
     /// The energy stored in the bristles, W = (L/2) ∫ K p z² dξ \[J\]. The time is
     /// proportional to the number of segments.
     pub fn stored_energy(&self) -> T {
+        let mut sum = T::zero();
+        self.over_bristles(|_, deflection, load| sum += load * deflection * deflection);
+        let half = lit::<T>(0.5) * self.patch.model().storage_stiffness();
+        half * (self.patch.length() * self.patch.load() * sum)
+    }
+
+    /// Calls `visit` with places, deflections and p dξ of a quadrature over the patch.
+    pub(super) fn over_bristles(&self, mut visit: impl FnMut(T, T, T)) {
         let pressure = self.patch.pressure();
-        let (mut sum, steep) = (T::zero(), pressure.decay().abs());
-        self.queue.profile(|segment, place, part| {
+        let steep = pressure.decay().abs();
+        self.queue.profile(|segment, from, part| {
             let width = segment.width * part;
             let steepness = lit::<T>(2.0) * segment.exponent * part + steep * width;
             integrate(steepness, |at, weight| {
                 let at = at * part;
-                let deflection = segment.at(at);
-                let load = pressure.at(place + segment.width * at);
-                sum += weight * width * (load * deflection * deflection);
+                let place = from + segment.width * at;
+                visit(place, segment.at(at), weight * width * pressure.at(place));
             });
         });
-        let half = lit::<T>(0.5) * self.patch.model().storage_stiffness();
-        half * (self.patch.length() * self.patch.load() * sum)
     }
 
     /// The deflection z \[m\] at a place ξ between 0 and 1, NaN elsewhere. The time is proportional
@@ -268,17 +349,17 @@ where
 {
     /// Mean friction force \[N\] if the mean slip velocity is zero.
     pub fn bias(&self) -> T {
-        self.bias
+        self.coupling.bias
     }
 
     /// Increase of the mean friction force with the mean slip velocity [N s/m], zero or positive.
     pub fn damping(&self) -> T {
-        self.damping
+        self.coupling.damping
     }
 
     /// Mean friction force F̄ \[N\] for a mean slip velocity v̄ [m/s], positive against v̄ > 0.
     pub fn force(&self, mean_slip_velocity: T) -> T {
-        self.bias + self.damping * mean_slip_velocity
+        self.coupling.force(mean_slip_velocity)
     }
 
     /// Ends the step with the mean slip velocity v̄ [m/s] that the mechanism has found, and returns
@@ -289,9 +370,7 @@ where
     /// Refuses a velocity that is not finite; the patch is as it was.
     pub fn commit(self, mean_slip_velocity: T) -> Result<T, ParameterError> {
         let mean_slip_velocity = parameter::finite("mean_slip_velocity", mean_slip_velocity)?;
-        let Self { affine: Affine { relaxation, drive, .. }, transport, duration, .. } = self;
-        self.rolling.roll(relaxation, drive * mean_slip_velocity, transport, duration);
-        Ok(self.bias + self.damping * mean_slip_velocity)
+        Ok(self.rolling.commit(&self.coupling, mean_slip_velocity))
     }
 
     /// Ends the step as [`PatchStep::commit`] does, with an account of where the work has gone. The
@@ -305,39 +384,6 @@ where
         mean_slip_velocity: T,
     ) -> Result<PatchLedger<T>, ParameterError> {
         let mean_slip_velocity = parameter::finite("mean_slip_velocity", mean_slip_velocity)?;
-        let outlet = self.outlet_loss(self.affine.drive * mean_slip_velocity);
-        let Self { affine: Affine { relaxation, drive, .. }, transport, duration, .. } = self;
-        let force = self.force(mean_slip_velocity);
-        let before = self.rolling.stored_energy();
-        self.rolling.roll(relaxation, drive * mean_slip_velocity, transport, duration);
-        let stored = self.rolling.stored_energy() - before;
-        let work = duration * force * mean_slip_velocity;
-        Ok(PatchLedger { force, work, stored, outlet, volume: work - stored - outlet })
-    }
-
-    /// (L/2) Σ0(1) V ∫ z(1, t)² dt over the step.
-    fn outlet_loss(&self, drive: T) -> T {
-        let Self { rolling, affine, transport, duration, .. } = self;
-        let patch = &rolling.patch;
-        let (transport, duration, one) = (*transport, *duration, T::one());
-        let reach = transport * duration;
-        let mut squares = T::zero();
-        rolling.queue.leaving(smaller(reach, one), |from, to, steepness, outgoing| {
-            let way = to - from;
-            let steepness = lit::<T>(2.0) * (steepness + affine.relaxation * (way / transport));
-            integrate(steepness, |part, weight| {
-                let at = from + way * part;
-                let time = at / transport;
-                let x = affine.relaxation * time;
-                let z = (-x).exp() * outgoing(at) + drive * time * phi1(x);
-                squares += weight * way * z * z;
-            });
-        });
-        if reach > one {
-            let z = drive / transport * phi1(affine.relaxation / transport);
-            squares += (reach - one) * z * z;
-        }
-        let stiffness = patch.model().storage_stiffness() * patch.pressure().at(one);
-        lit::<T>(0.5) * patch.length() * patch.load() * stiffness * squares
+        Ok(self.rolling.commit_with_ledger(&self.coupling, mean_slip_velocity))
     }
 }

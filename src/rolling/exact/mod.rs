@@ -16,16 +16,18 @@
 //! two-stack queue of sliding-window aggregation, cf. K. Tangwongsan, M. Hirzel, S. Schneider,
 //! "Low-latency sliding-window aggregation in worst-case constant time", DEBS 2017.
 
+mod combined;
 mod coupling;
 mod profile;
 mod queue;
 mod smooth;
 
+pub use combined::{CombinedPatch, CombinedStep};
 pub use coupling::{PatchLedger, PatchStep};
 pub use queue::Segment;
 
 use super::patch::{Crossing, coefficients};
-use super::{Motion, Patch, PolynomialExponential, RateDependent};
+use super::{Motion, Patch, PolynomialExponential, Pressure, RateDependent};
 use crate::bounds::larger;
 use crate::contact::LoadChange;
 use crate::parameter::{self, ParameterError};
@@ -132,11 +134,19 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExpon
         self,
         segments: usize,
     ) -> Result<ExactPatch<T, M, N, alloc::vec::Vec<Segment<T, N>>>, ParameterError> {
-        parameter::count("segments", segments, 8)?;
-        let most = MOST_SEGMENTS as f64;
-        parameter::at_most("segments", segments as f64, "the largest patch", most)?;
-        self.exact(alloc::vec![Segment::default(); 2 * segments + 8])
+        self.exact(memory(segments)?)
     }
+}
+
+/// Memory for steps of V h ≥ 1/`segments`.
+#[cfg(feature = "alloc")]
+fn memory<T: Scalar, const N: usize>(
+    segments: usize,
+) -> Result<alloc::vec::Vec<Segment<T, N>>, ParameterError> {
+    parameter::count("segments", segments, 8)?;
+    let most = MOST_SEGMENTS as f64;
+    parameter::at_most("segments", segments as f64, "the largest patch", most)?;
+    Ok(alloc::vec![Segment::default(); 2 * segments + 8])
 }
 
 impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
@@ -252,6 +262,36 @@ where
     /// The friction force \[N\] at a slip velocity [m/s], with the bristles as they are.
     pub fn force(&self, slip_velocity: T) -> T {
         self.force_of(&self.patch.model().at_velocity(slip_velocity), slip_velocity)
+    }
+
+    /// The moment of the friction force about the middle of the patch \[N m\] at a slip velocity
+    /// [m/s], with the bristles as they are: L² ∫ (ξ − ½) p μ_b dξ. That of a lateral force is the
+    /// self-aligning moment, which turns the wheel into the direction it moves in.
+    ///
+    /// The next moment of the profile tells it in a fixed number of operations if the last
+    /// coefficient of the pressure is zero ([`PolynomialExponential::padded`]). Otherwise the time
+    /// is proportional to the number of segments.
+    pub fn moment(&self, slip_velocity: T) -> T {
+        self.moment_of(&self.patch.model().at_velocity(slip_velocity), slip_velocity)
+    }
+
+    fn moment_of(&self, affine: &Affine<T>, slip_velocity: T) -> T {
+        let (patch, half) = (&self.patch, lit::<T>(0.5));
+        let pressure = patch.pressure();
+        let gathered = match pressure.weigh_next(&self.queue.moments()) {
+            Some((integral, next)) => next - half * integral,
+            None => {
+                let mut sum = T::zero();
+                self.over_bristles(|place, deflection, load| {
+                    sum += (place - half) * (load * deflection);
+                });
+                sum
+            }
+        };
+        let lever = pressure.lever(T::zero()) - half * pressure.total();
+        let direct = affine.damping * slip_velocity * lever;
+        let length = patch.length();
+        length * length * patch.load() * (affine.stiffness * gathered + direct)
     }
 
     #[inline]

@@ -155,6 +155,23 @@ impl<T: Scalar, const N: usize> PolynomialExponential<T, N> {
         Ok(pressure)
     }
 
+    /// This pressure with zeros for its highest coefficients, K in all. With one zero
+    /// [`ExactPatch::moment`](crate::rolling::ExactPatch::moment) takes a fixed number of
+    /// operations. K below N or above 12 does not compile.
+    ///
+    /// ```
+    /// use bristle::rolling::{PolynomialExponential, Pressure};
+    ///
+    /// let parabola = PolynomialExponential::parabolic().padded::<4>();
+    /// assert_eq!(parabola.coefficients(), &[0.0, 6.0, -6.0, 0.0]);
+    /// assert_eq!(parabola.total(), 1.0);
+    /// ```
+    pub fn padded<const K: usize>(self) -> PolynomialExponential<T, K> {
+        const { assert!(N <= K && K <= MOST_COEFFICIENTS, "K lies between N and 12") };
+        let coefficient = |k: usize| self.coefficients.get(k).copied().unwrap_or_else(T::zero);
+        PolynomialExponential { coefficients: core::array::from_fn(coefficient), decay: self.decay }
+    }
+
     /// The coefficients c₀ … c_{N−1} [N/m].
     pub fn coefficients(&self) -> &[T; N] {
         &self.coefficients
@@ -174,6 +191,14 @@ impl<T: Scalar, const N: usize> PolynomialExponential<T, N> {
     #[inline]
     pub(in crate::rolling) fn weigh(&self, moments: &[T; N]) -> T {
         self.coefficients.iter().zip(moments).fold(T::zero(), |sum, (&c, &m)| sum + c * m)
+    }
+
+    /// Σ cₖ mₖ and Σ cₖ mₖ₊₁, if no moment is missing.
+    pub(in crate::rolling) fn weigh_next(&self, moments: &[T; N]) -> Option<(T, T)> {
+        let complete = self.coefficients.last().is_some_and(|&last| is_zero(last));
+        let next = self.coefficients.iter().zip(moments.iter().skip(1));
+        let next = next.fold(T::zero(), |sum, (&c, &m)| sum + c * m);
+        complete.then(|| (self.weigh(moments), next))
     }
 
     /// ∫₀¹ e^(−xt) ∫ p(ξ + t d) z dξ dt, from the moments mₖ = ∫ ξᵏ e^(−aξ) z dξ: what bristles
