@@ -17,7 +17,7 @@ impl<M: RateDependent<f64>> Upwind<M> {
         let still = vec![0.0; grid.cells() + 1];
         Self {
             model: model.clone(),
-            weights: grid.weights().to_vec(),
+            weights: grid.weights().iter().map(|w| w * grid.normal_force()).collect(),
             deflections: still.clone(),
             next: still,
         }

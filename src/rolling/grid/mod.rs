@@ -32,6 +32,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::{Motion, Patch, Pressure, RateDependent};
+use crate::contact::LoadChange;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::rheology::HeldWeights as _;
 use crate::scalar::{is_zero, lit, nan, to_f64};
@@ -101,8 +102,9 @@ pub struct Grid<T, M> {
     bristles: Bristles<M>,
     length: T,
     places: Vec<T>,
-    /// Weights of the nodes in the force, L and the load included.
+    /// Weights of the nodes in the force over the normal force.
     weights: Vec<T>,
+    normal_force: T,
     deflections: Vec<T>,
     /// The deflections after the step, while it is taken.
     next: Vec<T>,
@@ -179,19 +181,21 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     ) -> Result<Self, ParameterError> {
         let rule = Rule::CountBetween { least: 1, most: MOST_CELLS };
         parameter::check("cells", cells as f64, (1..=MOST_CELLS).contains(&cells), rule)?;
-        let share = T::one() / lit(cells as f64);
-        let mut places: Vec<T> = (0..cells).map(|i| lit::<T>(i as f64) * share).collect();
+        let width = T::one() / lit(cells as f64);
+        let mut places: Vec<T> = (0..cells).map(|i| lit::<T>(i as f64) * width).collect();
         places.push(T::one());
         let mut weights = weights::weights(patch.pressure(), cells)?;
-        for weight in &mut weights {
-            *weight *= patch.length() * patch.load();
-        }
+        // A pressure that carries nothing has no weights.
+        let total = weights.iter().fold(T::zero(), |sum, &weight| sum + weight);
+        let share = if total > T::zero() { T::one() / total } else { T::zero() };
+        weights.iter_mut().for_each(|weight| *weight *= share);
         let none = vec![T::zero(); cells + 1];
         Ok(Self {
             bristles: bristles(&places)?,
             length: patch.length(),
             places,
             weights,
+            normal_force: patch.normal_force(),
             deflections: none.clone(),
             next: none,
             range: (T::zero(), T::zero()),
@@ -236,8 +240,29 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         &self.deflections
     }
 
-    /// Weights of the nodes in the force \[N\], F = Σ wᵢ (c₀ z + c₂ v)ᵢ. None is negative, and
-    /// their sum is the normal force.
+    /// The normal force F_z \[N\].
+    pub fn normal_force(&self) -> T {
+        self.normal_force
+    }
+
+    /// Changes the normal force F_z \[N\], zero or positive: every deflection is multiplied by
+    /// min(1, p/p'), see [`Contact::reload`](crate::Contact::reload). Returns the share of the
+    /// [stored energy](Grid::stored_energy) that leaves, |p' − p|/max(p, p').
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite; the patch is as it was.
+    pub fn reload(&mut self, normal_force: T) -> Result<T, ParameterError> {
+        let normal_force = parameter::non_negative("normal_force", normal_force)?;
+        let LoadChange { kept, lost } = LoadChange::new(self.normal_force, normal_force);
+        self.normal_force = normal_force;
+        self.deflections.iter_mut().for_each(|deflection| *deflection *= kept);
+        self.range = (kept * self.range.0, kept * self.range.1);
+        Ok(lost)
+    }
+
+    /// Weights of the nodes in the force \[–\], F = F_z Σ wᵢ (c₀ z + c₂ v)ᵢ. None is negative, and
+    /// their sum is 1 (0 for a pressure that carries nothing).
     pub fn weights(&self) -> &[T] {
         &self.weights
     }
@@ -256,7 +281,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
             let stiffness = self.bristles.at(node).map_or_else(T::zero, Bristle::storage_stiffness);
             sum + weight * stiffness * deflection * deflection
         });
-        sum * lit(0.5)
+        sum * (lit::<T>(0.5) * self.normal_force)
     }
 
     /// The force F \[N\] of the deflections as they are, at a slip velocity [m/s].
@@ -289,7 +314,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         let range = widened(self.range, drive / affine.relaxation);
         let sums = (self.weights.iter().zip(&self.next))
             .fold((T::zero(), T::zero()), |sums, (&w, &z)| (sums.0 + w * z, sums.1 + w));
-        self.commit(affine.stiffness * sums.0 + affine.damping * slip * sums.1, range)
+        let coefficient = affine.stiffness * sums.0 + affine.damping * slip * sums.1;
+        self.commit(self.normal_force * coefficient, range)
     }
 
     /// A step of length h ≥ 0 \[s\] with a motion that varies in place and time, for spin, camber
@@ -384,12 +410,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
 
     fn force_of(&self, deflections: &[T], slip_velocity: &impl Fn(T) -> T) -> T {
         let nodes = self.weights.iter().zip(deflections).zip(&self.places).enumerate();
-        nodes.fold(T::zero(), |sum, (node, ((&weight, &deflection), &place))| {
+        let coefficient = nodes.fold(T::zero(), |sum, (node, ((&weight, &deflection), &place))| {
             let slip = slip_velocity(place);
             self.bristles.at(node).map_or(sum, |model| {
                 sum + weight * model.coefficient(Sliding::from(slip), deflection)
             })
-        })
+        });
+        self.normal_force * coefficient
     }
 }
 
