@@ -6,7 +6,7 @@
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | v | slip velocity: v_x along the way of the bristles, v_y across | m/s |
-//! | λᵢ, rᵢ, c₀ᵢ, c₂ᵢ | coefficients of axis i at v, see [`plane`](crate::plane) | 1/s, –, 1/m, s/m |
+//! | λᵢ, rᵢ, c₀ᵢ, c₂ᵢ | coefficients of axis i at v | 1/s, –, 1/m, s/m |
 //! | μ_y | virtual friction coefficient of the lateral axis | – |
 //! | M_z | self-aligning moment | N m |
 //!
@@ -19,7 +19,7 @@
 //! resist with √2 times the friction of one.
 //!
 //! Source: the patch of Romano et al. (arXiv 2602.09429), section IV, with the bristles of
-//! [`plane`](crate::plane).
+//! [`plane`](crate::plane), which has the coefficients.
 
 use nalgebra::SVector;
 
