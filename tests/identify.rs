@@ -61,7 +61,7 @@ fn go_on(_: &Progress<'_>) -> ControlFlow<()> {
 }
 
 /// A fit of [`FrBdFit`] with own starts and bounds.
-fn fitted_from(parameters: [Parameter; 6], log: &Log) -> Result<Fit<6>, ParameterError> {
+fn fitted_from(parameters: [Parameter; 6], log: &Log) -> Result<Fit, ParameterError> {
     fit(&FrBdFit, parameters, log, &Settings::default(), &mut go_on)
 }
 
@@ -71,12 +71,12 @@ fn fitted_with<C: Candidate<N>, const N: usize>(
     log: &Log,
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
-) -> Result<Fit<N>, ParameterError> {
+) -> Result<Fit, ParameterError> {
     fit(candidate, candidate.parameters(&InitialGuess::of(log)?), log, settings, progress)
 }
 
 /// That of the rows after 0.2 s.
-fn fitted<C: Candidate<N>, const N: usize>(candidate: &C, log: &Log) -> Fit<N> {
+fn fitted<C: Candidate<N>, const N: usize>(candidate: &C, log: &Log) -> Fit {
     let log = log.clone().settling(0.2).unwrap();
     fitted_with(candidate, &log, &Settings::default(), &mut go_on).unwrap()
 }
@@ -171,7 +171,7 @@ fn within_ten(name: &'static str) -> Parameter {
 }
 
 /// The best value of one such parameter.
-fn best(residuals: &impl Residuals<1>) -> Fit<1> {
+fn best(residuals: &impl Residuals<1>) -> Fit {
     least_squares(residuals, [within_ten("mean")], &Settings::default(), &mut go_on).unwrap()
 }
 
@@ -1032,7 +1032,7 @@ struct Line {
 }
 
 impl Line {
-    fn fitted(&self) -> Fit<2> {
+    fn fitted(&self) -> Fit {
         let parameters = ["a", "b"].map(within_ten);
         least_squares(self, parameters, &Settings::default(), &mut go_on).unwrap()
     }
@@ -1097,7 +1097,7 @@ fn a_correlation_lies_between_minus_one_and_one() {
         let points: Vec<f64> = (0..3 + seed % 20).map(|_| draw.next()).collect();
         let first = 10.0_f64.powf(5.0 + 2.5 * draw.next());
         let found = Line { points, first }.fitted();
-        let c = found.correlation;
+        let c = &found.correlation;
         let sound = c[(0, 1)].is_nan() || c[(0, 1)].abs() <= 1.0 && c[(0, 1)] == c[(1, 0)];
         assert!(sound, "{seed}: {} {} {found}", c[(0, 1)], c[(1, 0)]);
     }

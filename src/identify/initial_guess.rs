@@ -182,7 +182,7 @@ pub(super) fn bulk(values: &mut [f64]) -> (f64, f64) {
 /// Six standard deviations of the noise of a position, from its second differences: three quarters
 /// of the second differences of Gaussian noise of deviation s are below 1.15 √6 s = 2.82 s. (The
 /// median would be zero for a position rounded to a grid, where half of them may vanish.)
-fn noise(position: &[f64]) -> f64 {
+pub(super) fn noise(position: &[f64]) -> f64 {
     let three = pairs(position).zip(position.iter().skip(2));
     let bends = three.map(|((a, b), c)| (a - 2.0 * b + c).abs());
     6.0 * quantile(&mut bends.collect::<Vec<f64>>(), 0.75) / 2.82

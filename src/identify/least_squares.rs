@@ -1,8 +1,9 @@
 //! Bounded nonlinear least squares by Levenberg and Marquardt, with exact sensitivities.
 
+use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
-use super::problem::{Point, Problem};
+use super::problem::{Counted, Objective, Point, Problem};
 use super::residuals::{Parameter, Residuals};
 use super::uncertainty::assess;
 use super::{Fit, Outcome};
@@ -55,9 +56,18 @@ const SMALLEST_STEP: f64 = 1e-12;
 /// steps are below the smallest one.
 const TRIALS: usize = 40;
 
+/// Change of a search variable by which each parameter is probed before a search has converged:
+/// 5 % of a positive parameter.
+const PROBE: f64 = 0.05;
+/// Share of the sum of squares that no probe, and no movement of one parameter along the gradient,
+/// may take away from a search that has converged.
+pub(super) const NOTICEABLE: f64 = 1e-3;
+/// Most times that a search goes on from a better probe.
+const PROBES: usize = 5;
+
 /// Where a search ended.
-struct Search<const N: usize> {
-    point: Point<N>,
+struct Search {
+    point: Point,
     cost: f64,
     outcome: Outcome,
     iterations: usize,
@@ -78,7 +88,17 @@ pub fn least_squares<R: Residuals<N>, const N: usize>(
     parameters: [Parameter; N],
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
-) -> Result<Fit<N>, ParameterError> {
+) -> Result<Fit, ParameterError> {
+    minimise(&Counted(residuals), &parameters, settings, progress)
+}
+
+/// [`least_squares`] with parameters whose number is known at run time.
+pub(super) fn minimise<R: Objective>(
+    residuals: &R,
+    parameters: &[Parameter],
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<Fit, ParameterError> {
     parameter::non_negative("tolerance", settings.tolerance)?;
     let problem = Problem::new(residuals, parameters)?;
     let start = problem.start();
@@ -86,20 +106,22 @@ pub fn least_squares<R: Residuals<N>, const N: usize>(
     residuals.evaluate(&problem.values(&start), &mut |_: f64| ())?;
     let cost = problem.cost(&start);
     parameter::check("sum of squares at the start", cost, cost.is_finite(), Rule::Finite)?;
-    let mut best = search(&problem, start, settings, 0, progress);
+    let mut best = search(&problem, start.clone(), settings, 0, progress);
     let mut iterations = best.iterations;
     let mut draw = Draw(1);
     for number in 1..settings.starts {
         if best.outcome == Outcome::Stopped {
             break;
         }
-        let from = Point::from_fn(|i, _| {
-            let (least, most) = (problem.least[i], problem.most[i]);
-            let span = problem.parameters[i].typical.map_or(START_RANGE, |_| most - least);
-            let (low, high) = ((start[i] - span).max(least), (start[i] + span).min(most));
-            low + (high - low) * draw.next()
-        });
-        let found = search(&problem, from, settings, number, progress);
+        let places: Vec<f64> = (problem.parameters.iter().enumerate())
+            .map(|(i, parameter)| {
+                let (least, most) = (problem.least[i], problem.most[i]);
+                let span = parameter.typical.map_or(START_RANGE, |_| most - least);
+                let (low, high) = ((start[i] - span).max(least), (start[i] + span).min(most));
+                low + (high - low) * draw.next()
+            })
+            .collect();
+        let found = search(&problem, Point::from_vec(places), settings, number, progress);
         iterations += found.iterations;
         let stopped = found.outcome == Outcome::Stopped;
         if found.cost < best.cost {
@@ -112,51 +134,93 @@ pub fn least_squares<R: Residuals<N>, const N: usize>(
     Ok(assess(&problem, &best.point, best.outcome, iterations))
 }
 
-/// One search from one place.
-fn search<R: Residuals<N>, const N: usize>(
-    problem: &Problem<'_, R, N>,
-    from: Point<N>,
+/// One search from one place, which goes on while a probe of one parameter finds a better one.
+fn search<R: Objective>(
+    problem: &Problem<'_, R>,
+    from: Point,
     settings: &Settings,
     start: usize,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
-) -> Search<N> {
-    let (mut point, mut cost, mut iterations) = (from, problem.cost(&from), 0);
-    let mut scale = Point::<N>::zeros();
+) -> Search {
+    let cost = problem.cost(&from);
+    let mut now =
+        Search { point: from, cost, outcome: Outcome::IterationLimit, iterations: 0 };
+    for _ in 0..PROBES {
+        descend(problem, &mut now, settings, start, progress);
+        if now.outcome != Outcome::Converged {
+            return now;
+        }
+        let Some((point, cost)) = probe(problem, &now) else { return now };
+        now = Search { point, cost, outcome: Outcome::Stalled, ..now };
+    }
+    now
+}
+
+/// The best of the points that differ in one parameter, if the difference is noticeable.
+fn probe<R: Objective>(problem: &Problem<'_, R>, now: &Search) -> Option<(Point, f64)> {
+    let moved = |i: usize, change: f64| {
+        let size = problem.parameters.get(i)?.typical.map_or(1.0, |_| now.point[i].abs().max(1.0));
+        let point = problem.within(|j| now.point[j] + if i == j { change * size } else { 0.0 });
+        if point == now.point {
+            return None;
+        }
+        let cost = problem.cost(&point);
+        (cost < (1.0 - NOTICEABLE) * now.cost).then_some((point, cost))
+    };
+    let both = (0..now.point.len()).flat_map(|i| [moved(i, PROBE), moved(i, -PROBE)]);
+    both.flatten().min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The method of Levenberg and Marquardt from the present point.
+fn descend<R: Objective>(
+    problem: &Problem<'_, R>,
+    now: &mut Search,
+    settings: &Settings,
+    start: usize,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) {
+    let Search { point, cost, outcome, iterations } = now;
+    let mut scale = Point::zeros(point.len());
     let (mut damping, mut growth) = (1e-3, 2.0);
     let mut small_steps = 0;
-    let outcome = 'search: loop {
-        if iterations == settings.iterations {
+    *outcome = 'search: loop {
+        if *iterations == settings.iterations {
             break Outcome::IterationLimit;
         }
-        iterations += 1;
-        let Some(linear) = problem.linearised(&point) else { break Outcome::NoDerivative };
+        *iterations += 1;
+        let rows = problem.rows(point);
+        if !rows.finite {
+            break Outcome::NoDerivative;
+        }
+        let linear = rows.linear();
         // Marquardt's scaling by the lengths of the columns, which never falls (Moré). A column of
         // zeros gets a little.
         let norms = linear.column_norms();
         let floor = norms.max() * 1e-8 + f64::MIN_POSITIVE;
-        scale = Point::from_fn(|i, _| scale[i].max(norms[i]).max(floor));
+        scale = scale.zip_map(&norms, |scale, norm| scale.max(norm).max(floor));
         let descent = linear.gradient();
-        let free = problem.resting(&point, &descent).map(|rests| rests.is_none());
+        let free: Vec<bool> =
+            problem.resting(point, &descent).iter().map(Option::is_none).collect();
         let mut accepted = false;
         for _ in 0..TRIALS {
-            let step = linear.damped(&(scale * f64::sqrt(damping)), &free);
-            let trial = Point::from_fn(|i, _| {
-                let longest = problem.parameters[i].typical.map_or(LONGEST_STEP, |_| f64::INFINITY);
-                let reached = point[i] + step[i].clamp(-longest, longest);
-                reached.clamp(problem.least[i], problem.most[i])
-            });
-            let taken = trial - point;
+            let step = linear.damped(&(&scale * f64::sqrt(damping)), &free);
+            let longest = |i: usize| match problem.parameters.get(i) {
+                Some(Parameter { typical: None, .. }) => LONGEST_STEP,
+                _ => f64::INFINITY,
+            };
+            let trial = problem.within(|i| point[i] + step[i].clamp(-longest(i), longest(i)));
+            let taken = &trial - &*point;
             if taken.amax() <= SMALLEST_STEP {
                 break 'search Outcome::Converged;
             }
             let reached = problem.cost(&trial);
-            if reached < cost {
+            if reached < *cost {
                 // What the linear model predicts for the step taken, whether it was cut or not.
                 let predicted = 2.0 * descent.dot(&taken) - linear.image_squared(&taken);
-                let gain = (cost - reached) / predicted.max(f64::MIN_POSITIVE);
-                let change = (cost - reached) / cost.max(f64::MIN_POSITIVE);
+                let gain = (*cost - reached) / predicted.max(f64::MIN_POSITIVE);
+                let change = (*cost - reached) / cost.max(f64::MIN_POSITIVE);
                 small_steps = if change < settings.tolerance { small_steps + 1 } else { 0 };
-                (point, cost) = (trial, reached);
+                (*point, *cost) = (trial, reached);
                 // Nielsen's update.
                 damping *= f64::max(1.0 / 3.0, 1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3));
                 (damping, growth, accepted) = (damping.max(1e-15), 2.0, true);
@@ -165,17 +229,16 @@ fn search<R: Residuals<N>, const N: usize>(
             damping *= growth;
             growth *= 2.0;
         }
-        let rmse = (cost / linear.rows.max(1) as f64).sqrt();
-        let values = &problem.values(&point);
-        if progress(&Progress { start, iteration: iterations, rmse, values }).is_break() {
+        let rmse = (*cost / linear.rows.max(1) as f64).sqrt();
+        let values = &problem.values(point);
+        if progress(&Progress { start, iteration: *iterations, rmse, values }).is_break() {
             break Outcome::Stopped;
         }
         // Twice in a row: one step that a bound has cut short does not end the search.
-        if !accepted || small_steps >= 2 || cost == 0.0 {
+        if !accepted || small_steps >= 2 || *cost == 0.0 {
             break Outcome::Converged;
         }
     };
-    Search { point, cost, outcome, iterations }
 }
 
 /// Uniform numbers in [0, 1) by Knuth's 64-bit linear congruential generator (MMIX), upper 53 bits.

@@ -240,14 +240,14 @@ pub(super) fn pairs(values: &[f64]) -> impl Iterator<Item = (f64, f64)> {
 }
 
 /// Refuses a column of another length than that of the time.
-fn same_length(name: &'static str, values: &[f64], time: &[f64]) -> Result<(), ParameterError> {
+pub(super) fn same_length(name: &'static str, values: &[f64], time: &[f64]) -> Result<(), ParameterError> {
     let (count, rows) = (values.len(), time.len());
     let rule = Rule::CountBetween { least: rows, most: rows };
     parameter::check(name, count as f64, count == rows, rule).map(drop)
 }
 
 /// Refuses the first value of a column that breaks a rule.
-fn column(
+pub(super) fn column(
     name: &'static str,
     values: &[f64],
     check: impl Fn(&'static str, f64) -> Result<f64, ParameterError>,

@@ -83,7 +83,7 @@ pub use candidates::{Candidate, ElastoPlasticFit, FrBdFit, MaxwellFit};
 pub use initial_guess::{InitialGuess, SlidingPoint};
 pub use least_squares::{Progress, Settings, least_squares};
 pub use log::{Log, LogParameters, Motion};
-pub use report::{Estimate, Fit, Identifiability, Outcome};
+pub use report::{Estimate, Fit, Identifiability, Outcome, Remark};
 pub use residuals::{Parameter, Residuals};
 pub use simulation::{fit, predict};
 pub use static_curve::CurveShape;

@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 use core::fmt;
 
-use nalgebra::SMatrix;
+use nalgebra::DMatrix;
 
 use super::Parameter;
 use crate::number::Number;
@@ -47,6 +47,8 @@ impl fmt::Display for Identifiability {
 pub struct Estimate {
     /// Its name, unit, bounds and start.
     pub parameter: Parameter,
+    /// Number of the log, from zero, of a parameter that each log has for itself.
+    pub log: Option<usize>,
     /// The best value.
     pub value: f64,
     /// Standard error in the unit of the parameter. Infinite if the parameter is undetermined, or
@@ -61,8 +63,12 @@ pub struct Estimate {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Outcome {
-    /// No step lowers the sum of squares noticeably.
+    /// No step lowers the sum of squares noticeably, nor does a change of one parameter by 5 %, and
+    /// the gradient is small.
     Converged,
+    /// No step lowers the sum of squares, although its gradient says that one should, or changes of
+    /// one parameter by 5 % keep lowering it: the best point found is no minimum.
+    Stalled,
     /// The limit of iterations was reached.
     IterationLimit,
     /// The callback stopped the search.
@@ -75,6 +81,7 @@ impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Outcome::Converged => "converged",
+            Outcome::Stalled => "NOT CONVERGED: stalled short of the minimum",
             Outcome::IterationLimit => "NOT CONVERGED: iterations used up",
             Outcome::Stopped => "NOT CONVERGED: broken off",
             Outcome::NoDerivative => "NOT CONVERGED: no finite sensitivities",
@@ -82,15 +89,36 @@ impl fmt::Display for Outcome {
     }
 }
 
+/// What speaks against taking estimates for what their names say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Remark {
+    /// A load and an acceleration in place of friction: terms in position and acceleration of the
+    /// motion explain this share of what the friction model leaves over, as they do where the
+    /// column of friction is the torque of a motor. Use [`mechanism`](super::mechanism) for those.
+    LooksLikeMotorTorque {
+        /// Share of the squares of the residuals that the terms explain \[–\].
+        explained: f64,
+    },
+}
+
+impl fmt::Display for Remark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self::LooksLikeMotorTorque { explained } = self;
+        write!(f, "NOT FRICTION ALONE: position and acceleration explain ")?;
+        write!(f, "{:.0} % of the residuals; is the column the torque of a motor?", 100.0 * explained)
+    }
+}
+
 /// The best parameters found, and what the data say of them. Prints as a table.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub struct Fit<const N: usize> {
+pub struct Fit {
     /// The parameters.
-    pub estimates: [Estimate; N],
+    pub estimates: Vec<Estimate>,
     /// Correlation of their errors on the scale of the search; NaN where there is no standard
     /// error.
-    pub correlation: SMatrix<f64, N, N>,
+    pub correlation: DMatrix<f64>,
     /// Number of residuals.
     pub rows: usize,
     /// Root mean square of the residuals.
@@ -110,42 +138,53 @@ pub struct Fit<const N: usize> {
     /// Combinations of parameters without any effect on the residuals: the names with their shares,
     /// the largest first, in units of each one's own effect.
     pub weak: Vec<Vec<(&'static str, f64)>>,
+    /// What speaks against taking the estimates for what their names say.
+    pub remarks: Vec<Remark>,
     /// Why the search ended.
     pub outcome: Outcome,
     /// Iterations of all starts together.
     pub iterations: usize,
 }
 
-impl<const N: usize> Fit<N> {
+impl Fit {
     /// The best values.
-    pub fn values(&self) -> [f64; N] {
-        self.estimates.map(|estimate| estimate.value)
+    pub fn values(&self) -> Vec<f64> {
+        self.estimates.iter().map(|estimate| estimate.value).collect()
     }
 
-    /// A parameter by its name.
+    /// The best values as an array, of as many parameters as were fitted: NaN beyond them.
+    pub fn array<const N: usize>(&self) -> [f64; N] {
+        core::array::from_fn(|i| self.estimates.get(i).map_or(f64::NAN, |estimate| estimate.value))
+    }
+
+    /// A parameter by its name; of those that each log has for itself, that of the first.
     pub fn estimate(&self, name: &str) -> Option<&Estimate> {
         self.estimates.iter().find(|estimate| estimate.parameter.name == name)
     }
 
-    /// Whether every parameter is determined, or fixed.
+    /// Whether every parameter is determined, or fixed, and nothing speaks against it.
     pub fn is_determined(&self) -> bool {
         let known =
             |verdict| matches!(verdict, Identifiability::Determined | Identifiability::Fixed);
-        self.estimates.iter().all(|estimate| known(estimate.verdict))
+        self.remarks.is_empty() && self.estimates.iter().all(|estimate| known(estimate.verdict))
     }
 }
 
-impl<const N: usize> fmt::Display for Fit<N> {
+impl fmt::Display for Fit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
             "{:22} {:>12} {:>12}  {:5} verdict",
             "parameter", "value", "std. error", "unit"
         )?;
-        for Estimate { parameter, value, standard_error, verdict } in &self.estimates {
+        for Estimate { parameter, log, value, standard_error, verdict } in &self.estimates {
             let unit = if parameter.unit.is_empty() { "–" } else { parameter.unit };
             let (value, error) = (Number(*value), Number(*standard_error));
-            writeln!(f, "{:22} {value:>12.5} {error:>12.5}  {unit:5} {verdict}", parameter.name)?;
+            let name = match log {
+                Some(log) => alloc::format!("{}[{log}]", parameter.name),
+                None => parameter.name.into(),
+            };
+            writeln!(f, "{name:22} {value:>12.5} {error:>12.5}  {unit:5} {verdict}")?;
         }
         for shares in &self.weak {
             write!(f, "no effect on the data:")?;
@@ -154,15 +193,16 @@ impl<const N: usize> fmt::Display for Fit<N> {
             }
             writeln!(f, " (in units of each one's own effect)")?;
         }
-        for i in 0..N {
-            for j in i + 1..N {
-                let correlation = self.correlation[(i, j)];
+        for (j, b) in self.estimates.iter().enumerate() {
+            for (i, a) in self.estimates.iter().enumerate().take(j) {
+                let correlation = self.correlation.get((i, j)).copied().unwrap_or(f64::NAN);
                 if correlation.abs() > 0.9 {
-                    let [a, b] = [i, j].map(|k| self.estimates[k].parameter.name);
+                    let (a, b) = (a.parameter.name, b.parameter.name);
                     writeln!(f, "correlated: {a} and {b}, {correlation:+.3}")?;
                 }
             }
         }
+        self.remarks.iter().try_for_each(|remark| writeln!(f, "{remark}"))?;
         let [rmse, mean, largest] = [self.rmse, self.mean, self.largest].map(Number);
         let Self { rows, effective_rows, neighbour_correlation, .. } = self;
         write!(f, "residuals: rmse {rmse:.5}, mean {mean:.5}, largest {largest:.5}; {rows} rows ")?;

@@ -27,6 +27,11 @@ impl Parameter {
         let (least, most) = (start / factor, start * factor);
         Self { name, unit, start, least, most, typical: None }
     }
+
+    /// The search variable of a value.
+    pub(super) fn coordinate(&self, value: f64) -> f64 {
+        self.typical.map_or_else(|| value.ln(), |typical| value / typical)
+    }
 }
 
 /// The nearest value within bounds. Unlike `clamp`, it lets NaN through, for the search to refuse
@@ -73,7 +78,7 @@ pub(super) fn within<T: Scalar>(value: T, least: T, most: T) -> T {
 /// let parameters =
 ///     [Parameter::positive("a", "", 1.0, 1e3), Parameter::positive("b", "1/s", 1.0, 1e3)];
 /// let fit = identify::least_squares(&Decay, parameters, &Settings::default(), &mut go_on)?;
-/// let [a, b] = fit.values();
+/// let [a, b] = fit.array();
 /// assert!((a - 2.0).abs() < 1e-6 && (b - 2_f64.ln()).abs() < 1e-6);
 /// # Ok::<(), ParameterError>(())
 /// ```

@@ -7,7 +7,7 @@ use super::initial_guess::bulk;
 use super::log::FEWEST;
 use super::residuals::{Parameter, Residuals, within};
 use super::{Candidate, Fit, Log, Progress, Settings, least_squares};
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::lit;
 use crate::{Bristle, Scalar};
 
@@ -140,7 +140,7 @@ pub fn fit<C: Candidate<N>, const N: usize>(
     log: &Log,
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
-) -> Result<Fit<N>, ParameterError> {
+) -> Result<Fit, ParameterError> {
     least_squares(&Along::new(candidate, log, N)?, parameters, settings, progress)
 }
 
@@ -149,13 +149,16 @@ pub fn fit<C: Candidate<N>, const N: usize>(
 ///
 /// # Errors
 ///
-/// Refuses values that the model refuses or for which its friction is not finite (with the row),
+/// Refuses another number of values than the model takes, values that it refuses or for which its friction is not finite (with the row),
 /// and a log that [`fit`] refuses.
 pub fn predict<C: Candidate<N>, const N: usize>(
     candidate: &C,
-    values: &[f64; N],
+    values: &[f64],
     log: &Log,
 ) -> Result<Vec<f64>, ParameterError> {
+    let rule = Rule::CountBetween { least: N, most: N };
+    let count = || parameter::refused("values", values.len() as f64, rule);
+    let values: &[f64; N] = values.try_into().map_err(|_| count())?;
     let mut coefficients = Vec::with_capacity(log.len());
     Along::new(candidate, log, N)?.run(values, |model: f64| coefficients.push(model))?;
     for (row, &mu) in coefficients.iter().enumerate() {

@@ -180,7 +180,7 @@ impl InitialGuess {
         &self,
         shape: CurveShape,
         points: &[SlidingPoint],
-    ) -> Result<Fit<4>, ParameterError> {
+    ) -> Result<Fit, ParameterError> {
         parameter::count("points", points.len(), FEWEST_POINTS)?;
         for (row, point) in points.iter().enumerate() {
             for (name, value) in [("speed", point.speed), ("coefficient", point.coefficient)] {
@@ -197,7 +197,7 @@ impl InitialGuess {
         let mut fit = least_squares(&problem, parameters, &settings, &mut go_on)?;
         settings.starts = 1;
         for round in 0..ROUNDS {
-            let curve = shape.curve(&fit.values())?;
+            let curve = shape.curve(&fit.array())?;
             let distance = |point: &SlidingPoint| (curve(point.speed) - point.coefficient).abs();
             let distances: Vec<f64> = points.iter().map(distance).collect();
             let spread = 1.4826 * median(&mut distances.clone());
@@ -237,7 +237,7 @@ impl InitialGuess {
         let Ok(fit) = guess.static_curve(CurveShape::Stribeck(EXPONENT), &points) else {
             return Ok(guess);
         };
-        let [dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = fit.values();
+        let [dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = fit.array();
         Ok(Self {
             static_coefficient: dynamic_coefficient + excess,
             dynamic_coefficient,

@@ -2,34 +2,41 @@
 
 use alloc::vec::Vec;
 
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 
 /// The factors R and Qᵀb of a tall least-squares problem A x ≈ b, whose rows are not stored.
 ///
 /// Unlike the normal equations AᵀA, it does not square the condition number.
 #[derive(Debug, Clone)]
-pub(super) struct Triangle<const N: usize> {
-    factor: SMatrix<f64, N, N>,
-    right: SVector<f64, N>,
+pub(super) struct Triangle {
+    factor: DMatrix<f64>,
+    right: DVector<f64>,
     pub(super) rows: usize,
 }
 
-impl<const N: usize> Triangle<N> {
-    pub(super) fn new() -> Self {
-        Self { factor: SMatrix::zeros(), right: SVector::zeros(), rows: 0 }
+impl Triangle {
+    /// No rows yet, for so many unknowns.
+    pub(super) fn new(unknowns: usize) -> Self {
+        let factor = DMatrix::zeros(unknowns, unknowns);
+        Self { factor, right: DVector::zeros(unknowns), rows: 0 }
     }
 
-    /// Adds the row aᵀx ≈ b.
-    pub(super) fn push(&mut self, mut row: SVector<f64, N>, mut right: f64) {
+    /// Number of unknowns.
+    fn unknowns(&self) -> usize {
+        self.right.len()
+    }
+
+    /// Adds the row aᵀx ≈ b; the row is used up.
+    pub(super) fn push(&mut self, row: &mut DVector<f64>, mut right: f64) {
         self.rows += 1;
-        for i in 0..N {
+        for i in 0..self.unknowns() {
             if row[i] == 0.0 {
                 continue;
             }
             let length = (self.factor[(i, i)].powi(2) + row[i].powi(2)).sqrt();
             let (cos, sin) = (self.factor[(i, i)] / length, row[i] / length);
             self.factor[(i, i)] = length;
-            for j in i + 1..N {
+            for j in i + 1..self.unknowns() {
                 let (above, below) = (self.factor[(i, j)], row[j]);
                 self.factor[(i, j)] = cos * above + sin * below;
                 row[j] = cos * below - sin * above;
@@ -41,45 +48,49 @@ impl<const N: usize> Triangle<N> {
     }
 
     /// Aᵀb.
-    pub(super) fn gradient(&self) -> SVector<f64, N> {
+    pub(super) fn gradient(&self) -> DVector<f64> {
         self.factor.tr_mul(&self.right)
     }
 
     /// The length of each column of A.
-    pub(super) fn column_norms(&self) -> SVector<f64, N> {
-        SVector::from_fn(|j, _| self.factor.column(j).norm())
+    pub(super) fn column_norms(&self) -> DVector<f64> {
+        DVector::from_fn(self.unknowns(), |j, _| self.factor.column(j).norm())
     }
 
     /// |A x|².
-    pub(super) fn image_squared(&self, x: &SVector<f64, N>) -> f64 {
-        (self.factor * x).norm_squared()
+    pub(super) fn image_squared(&self, x: &DVector<f64>) -> f64 {
+        (&self.factor * x).norm_squared()
     }
 
     /// The x that minimises |A x − b|² + |D x|² with D diagonal, with x zero in every component
     /// that is not `free`.
-    pub(super) fn damped(&self, diagonal: &SVector<f64, N>, free: &[bool; N]) -> SVector<f64, N> {
-        let mut both = Self::new();
-        let damping = SMatrix::from_diagonal(diagonal);
+    pub(super) fn damped(&self, diagonal: &DVector<f64>, free: &[bool]) -> DVector<f64> {
+        let mut both = Self::new(self.unknowns());
+        let damping = DMatrix::from_diagonal(diagonal);
         let rows = self.factor.row_iter().zip(self.right.iter().copied());
         for (row, right) in rows.chain(damping.row_iter().map(|row| (row, 0.0))) {
-            both.push(SVector::from_fn(|j, _| if free[j] { row[j] } else { 0.0 }), right);
+            let entries = row.iter().zip(free).map(|(&x, &free)| if free { x } else { 0.0 });
+            both.push(&mut DVector::from_iterator(self.unknowns(), entries), right);
         }
         // A row that stayed empty leaves its component zero.
-        for i in 0..N {
+        for i in 0..self.unknowns() {
             if both.factor[(i, i)] == 0.0 {
                 both.factor[(i, i)] = 1.0;
             }
         }
-        both.factor.solve_upper_triangular(&both.right).unwrap_or_else(SVector::zeros)
+        let solved = both.factor.solve_upper_triangular(&both.right);
+        solved.unwrap_or_else(|| DVector::zeros(self.unknowns()))
     }
 
     /// Singular values, largest first, and right singular vectors of A, its free columns scaled to
     /// length one. Columns that are zero or not free are left out: their entries are zero.
-    pub(super) fn directions(&self, free: &[bool; N]) -> Vec<(f64, SVector<f64, N>)> {
+    pub(super) fn directions(&self, free: &[bool]) -> Vec<(f64, DVector<f64>)> {
         let norms = self.column_norms();
-        let kept: Vec<usize> = (0..N).filter(|&j| free[j] && norms[j] > 0.0).collect();
-        let scaled =
-            DMatrix::from_fn(N, kept.len(), |i, j| self.factor[(i, kept[j])] / norms[kept[j]]);
+        let free = free.iter().zip(&norms).map(|(&free, &norm)| free && norm > 0.0);
+        let kept: Vec<usize> = free.enumerate().filter_map(|(j, kept)| kept.then_some(j)).collect();
+        let scaled = DMatrix::from_fn(self.unknowns(), kept.len(), |i, j| {
+            self.factor[(i, kept[j])] / norms[kept[j]]
+        });
         if kept.is_empty() || scaled.iter().any(|x| !x.is_finite()) {
             return Vec::new();
         }
@@ -87,7 +98,7 @@ impl<const N: usize> Triangle<N> {
         let mut directions: Vec<_> =
             (svd.singular_values.iter().zip(svd.v_t.iter().flat_map(|v| v.row_iter())))
                 .map(|(&value, row)| {
-                    let mut direction = SVector::zeros();
+                    let mut direction = DVector::zeros(self.unknowns());
                     for (entry, &j) in row.iter().zip(&kept) {
                         direction[j] = *entry;
                     }
@@ -102,46 +113,46 @@ impl<const N: usize> Triangle<N> {
 #[cfg(test)]
 mod tests {
     use super::Triangle;
-    use nalgebra::Vector2;
+    use alloc::vec;
+    use nalgebra::dvector;
 
     /// The rows (1, x) ≈ y of four points: the line through them is y = 0.9 + 1.4 x by hand.
-    fn line() -> Triangle<2> {
-        let mut triangle = Triangle::new();
+    fn line() -> Triangle {
+        let mut triangle = Triangle::new(2);
         for (x, y) in [(0.0, 1.0), (1.0, 2.0), (2.0, 4.0), (3.0, 5.0)] {
-            triangle.push(Vector2::new(1.0, x), y);
+            triangle.push(&mut dvector![1.0, x], y);
         }
         triangle
     }
 
     #[test]
     fn rows_pushed_one_by_one_give_the_line_through_the_points() {
-        let x = line().damped(&Vector2::zeros(), &[true, true]);
-        assert!((x - Vector2::new(0.9, 1.4)).amax() < 1e-14, "{x}");
+        let x = line().damped(&dvector![0.0, 0.0], &[true, true]);
+        assert!((&x - dvector![0.9, 1.4]).amax() < 1e-14, "{x}");
         // Without the slope, the mean.
-        let x = line().damped(&Vector2::zeros(), &[true, false]);
-        assert!((x - Vector2::new(3.0, 0.0)).amax() < 1e-14, "{x}");
+        let x = line().damped(&dvector![0.0, 0.0], &[true, false]);
+        assert!((&x - dvector![3.0, 0.0]).amax() < 1e-14, "{x}");
     }
 
     #[test]
     fn damping_adds_to_the_normal_equations() {
         // (AᵀA + D²) x = Aᵀb with AᵀA = (4, 6; 6, 14), Aᵀb = (12, 25) and D² = (1, 4): det = 5·18 −
         // 36 = 54.
-        let x = line().damped(&Vector2::new(1.0, 2.0), &[true, true]);
-        let want =
-            Vector2::new((12.0 * 18.0 - 6.0 * 25.0) / 54.0, (5.0 * 25.0 - 6.0 * 12.0) / 54.0);
-        assert!((x - want).amax() < 1e-14, "{x}");
-        assert!((line().gradient() - Vector2::new(12.0, 25.0)).amax() < 1e-13);
-        assert!((line().image_squared(&Vector2::new(1.0, 1.0)) - 30.0).abs() < 1e-13);
+        let x = line().damped(&dvector![1.0, 2.0], &[true, true]);
+        let want = dvector![(12.0 * 18.0 - 6.0 * 25.0) / 54.0, (5.0 * 25.0 - 6.0 * 12.0) / 54.0];
+        assert!((&x - want).amax() < 1e-14, "{x}");
+        assert!((line().gradient() - dvector![12.0, 25.0]).amax() < 1e-13);
+        assert!((line().image_squared(&dvector![1.0, 1.0]) - 30.0).abs() < 1e-13);
     }
 
     #[test]
     fn a_combination_without_effect_is_found() {
-        let mut triangle = Triangle::<2>::new();
+        let mut triangle = Triangle::new(2);
         for x in [1.0, 2.0, 3.0] {
-            triangle.push(Vector2::new(x, 10.0 * x), 1.0);
+            triangle.push(&mut dvector![x, 10.0 * x], 1.0);
         }
         let directions = triangle.directions(&[true, true]);
-        let (weakest, direction) = (directions[1].0, directions[1].1);
+        let (weakest, direction) = (directions[1].0, &directions[1].1);
         assert!(weakest < 1e-14 && (direction[0] + direction[1]).abs() < 1e-14, "{directions:?}");
     }
 }

@@ -3,12 +3,12 @@
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 
-use nalgebra::SMatrix;
+use nalgebra::DMatrix;
 
 use super::log::pairs;
-use super::problem::{Point, Problem};
-use super::residuals::{Residuals, within};
-use super::triangle::Triangle;
+use super::least_squares::NOTICEABLE;
+use super::problem::{Objective, Point, Problem, Rows};
+use super::residuals::{Parameter, within};
 use super::{Estimate, Fit, Identifiability, Outcome};
 
 /// Singular values of the scaled sensitivities below this share of the largest have no effect: √ε,
@@ -19,47 +19,52 @@ const SINGULAR: f64 = 1.5e-8;
 /// from rounding, and from parameters that nearly make up for one another.
 const SHARE: f64 = 0.03;
 
+/// Movement of a search variable along its own gradient that is rounding, whatever it changes.
+const SETTLED: f64 = 1e-6;
+
 /// The fit at a point, with its standard errors.
-pub(super) fn assess<R: Residuals<N>, const N: usize>(
-    problem: &Problem<'_, R, N>,
-    point: &Point<N>,
+pub(super) fn assess<R: Objective>(
+    problem: &Problem<'_, R>,
+    point: &Point,
     outcome: Outcome,
     iterations: usize,
-) -> Fit<N> {
-    let mut residuals = Vec::new();
-    let mut triangle = Triangle::new();
-    let smooth = problem.rows(point, |residual, gradient| {
-        residuals.push(residual);
-        triangle.push(*gradient, -residual);
-    });
+) -> Fit {
+    let width = problem.parameters.len();
+    let all = problem.rows(point);
+    let smooth = all.finite;
+    let triangle = all.linear();
+    let residuals = &all.residuals;
     let rows = residuals.len();
     let count = rows.max(1) as f64;
     let mean = residuals.iter().sum::<f64>() / count;
     let deviations: Vec<f64> = residuals.iter().map(|r| r - mean).collect();
     let squares: f64 = deviations.iter().map(|d| d * d).sum();
     let next: f64 = pairs(&deviations).map(|(a, b)| a * b).sum();
-    let rmse = (residuals.iter().map(|r| r * r).sum::<f64>() / count).sqrt();
+    let cost: f64 = residuals.iter().map(|r| r * r).sum();
+    let rmse = (cost / count).sqrt();
     let time = correlation_time(deviations).max(1.0);
     // Bartlett's weights lose about (correlation time)/window of the variance: a tenth.
     let window = ((10.0 * time) as usize).clamp(1, (rows / 10).max(1));
-    let resting = problem.resting(point, &triangle.gradient());
-    let free = resting.map(|rests| rests.is_none());
+    let descent = triangle.gradient();
+    let resting = problem.resting(point, &descent);
+    let free: Vec<bool> = resting.iter().map(Option::is_none).collect();
 
     // The pseudo-inverse of JᵀJ over the free parameters, and the directions that it leaves out.
     let norms = triangle.column_norms();
     let directions = if smooth { triangle.directions(&free) } else { Vec::new() };
     let largest = directions.first().map_or(0.0, |d| d.0);
-    let mut inverse = SMatrix::<f64, N, N>::zeros();
+    let mut inverse = DMatrix::<f64>::zeros(width, width);
     // Without directions the sensitivities are not finite or all zero, and determine no parameter.
-    let mut undetermined: [bool; N] =
-        core::array::from_fn(|i| free[i] && (directions.is_empty() || !(norms[i] > 0.0)));
+    let mut undetermined: Vec<bool> = (free.iter().zip(&norms))
+        .map(|(&free, &norm)| free && (directions.is_empty() || !(norm > 0.0)))
+        .collect();
     let mut weak = Vec::new();
     for (value, direction) in &directions {
         if *value > SINGULAR * largest {
             // A column of zeros has no share in any direction.
             let unscaled =
                 direction.zip_map(&norms, |x, norm| if norm > 0.0 { x / norm } else { x });
-            inverse += unscaled * unscaled.transpose() / (value * value);
+            inverse += &unscaled * unscaled.transpose() / (value * value);
             continue;
         }
         let names = problem.parameters.iter().map(|parameter| parameter.name);
@@ -74,11 +79,22 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
         weak.push(shares);
     }
 
-    let known = smooth && rows > N;
-    let correction = if known { count / (rows - N) as f64 } else { 1.0 };
-    let covariance = inverse * scores(problem, point, window) * inverse * correction;
+    // A parameter that could still go down its gradient, noticeably.
+    let goes_on = |((&gradient, &norm), &free): ((&f64, &f64), &bool)| {
+        let share = gradient * gradient / (norm * norm * cost);
+        free && share > NOTICEABLE && gradient.abs() > SETTLED * norm * norm
+    };
+    let stalled = descent.iter().zip(&norms).zip(&free).any(goes_on);
+    let outcome = match outcome {
+        Outcome::Converged if stalled => Outcome::Stalled,
+        other => other,
+    };
+
+    let known = smooth && rows > width;
+    let correction = if known { count / (rows - width) as f64 } else { 1.0 };
+    let covariance = &inverse * scores(&all, width, window) * &inverse * correction;
     // Rounding leaves the product of three symmetric matrices slightly unsymmetric.
-    let covariance = (covariance + covariance.transpose()) * 0.5;
+    let covariance = (&covariance + covariance.transpose()) * 0.5;
     // Where few rows determine a parameter, the sum over scores is uncertain, and too small on
     // average.
     let variance = rmse * rmse * time * correction;
@@ -86,7 +102,7 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
     let root =
         |square: f64| if square.is_finite() { square.max(0.0).sqrt() } else { f64::INFINITY };
     let spread = |i: usize| root(covariance[(i, i)]);
-    let correlation = SMatrix::from_fn(|i, j| {
+    let correlation = DMatrix::from_fn(width, width, |i, j| {
         let scale = spread(i) * spread(j);
         let sound = known && scale > 0.0 && scale.is_finite();
         if i == j {
@@ -97,9 +113,10 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
             f64::NAN
         }
     });
-    let (values, slopes) = (problem.values(point), problem.slopes(point));
-    let estimates = core::array::from_fn(|i| {
-        let (parameter, value) = (problem.parameters[i], values[i]);
+    let values = problem.values(point);
+    let slopes = problem.slopes(&values);
+    let estimate = |i: usize, parameter: &Parameter| {
+        let value = values[i];
         let (verdict, standard_error) = match resting[i] {
             Some(rests) => (rests, f64::NAN),
             None if undetermined[i] || !smooth => (Identifiability::Undetermined, f64::INFINITY),
@@ -111,10 +128,10 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
                 (if clear { Identifiability::Determined } else { uncertain }, error)
             }
         };
-        Estimate { parameter, value, standard_error, verdict }
-    });
+        Estimate { parameter: *parameter, log: None, value, standard_error, verdict }
+    };
     Fit {
-        estimates,
+        estimates: problem.parameters.iter().enumerate().map(|(i, p)| estimate(i, p)).collect(),
         correlation,
         rows,
         rmse,
@@ -124,6 +141,7 @@ pub(super) fn assess<R: Residuals<N>, const N: usize>(
         effective_rows: rows as f64 / time,
         window,
         weak,
+        remarks: Vec::new(),
         outcome,
         iterations,
     }
@@ -172,26 +190,22 @@ fn correlation_time(mut deviations: Vec<f64>) -> f64 {
 ///
 /// It equals the mean of the squares of all sums of `window` consecutive scores, which needs memory
 /// for one window only.
-fn scores<R: Residuals<N>, const N: usize>(
-    problem: &Problem<'_, R, N>,
-    point: &Point<N>,
-    window: usize,
-) -> SMatrix<f64, N, N> {
-    let mut recent: VecDeque<Point<N>> = VecDeque::with_capacity(window);
-    let mut sum = Point::<N>::zeros();
-    let mut meat = SMatrix::<f64, N, N>::zeros();
-    let mut add = |score: Point<N>| {
+fn scores(rows: &Rows, width: usize, window: usize) -> DMatrix<f64> {
+    let mut recent: VecDeque<Point> = VecDeque::with_capacity(window);
+    let mut sum = Point::zeros(width);
+    let mut meat = DMatrix::<f64>::zeros(width, width);
+    let mut add = |score: Point| {
         if recent.len() == window
             && let Some(oldest) = recent.pop_front()
         {
             sum -= oldest;
         }
+        sum += &score;
         recent.push_back(score);
-        sum += score;
-        meat += sum * sum.transpose();
+        meat.ger(1.0, &sum, &sum, 1.0);
     };
-    problem.rows(point, |residual, gradient| add(gradient * residual));
-    (1..window).for_each(|_| add(Point::zeros()));
+    rows.iter().for_each(|(residual, gradient)| add(gradient * residual));
+    (1..window).for_each(|_| add(Point::zeros(width)));
     meat / window as f64
 }
 
