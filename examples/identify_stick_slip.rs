@@ -412,7 +412,7 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
     };
     let fit = identify::least_squares(&rig, rig.parameters(), &settings, &mut watch)?;
     progress.step();
-    let values = fit.values();
+    let values = fit.array();
     println!("\nparameter                value {}", if synthetic { "      truth" } else { "" });
     for (estimate, truth) in fit.estimates.iter().zip(TRUTH) {
         let Parameter { name, unit, least, most, .. } = estimate.parameter;

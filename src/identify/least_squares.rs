@@ -143,8 +143,7 @@ fn search<R: Objective>(
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Search {
     let cost = problem.cost(&from);
-    let mut now =
-        Search { point: from, cost, outcome: Outcome::IterationLimit, iterations: 0 };
+    let mut now = Search { point: from, cost, outcome: Outcome::IterationLimit, iterations: 0 };
     for _ in 0..PROBES {
         descend(problem, &mut now, settings, start, progress);
         if now.outcome != Outcome::Converged {

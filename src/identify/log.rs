@@ -240,7 +240,11 @@ pub(super) fn pairs(values: &[f64]) -> impl Iterator<Item = (f64, f64)> {
 }
 
 /// Refuses a column of another length than that of the time.
-pub(super) fn same_length(name: &'static str, values: &[f64], time: &[f64]) -> Result<(), ParameterError> {
+pub(super) fn same_length(
+    name: &'static str,
+    values: &[f64],
+    time: &[f64],
+) -> Result<(), ParameterError> {
     let (count, rows) = (values.len(), time.len());
     let rule = Rule::CountBetween { least: rows, most: rows };
     parameter::check(name, count as f64, count == rows, rule).map(drop)

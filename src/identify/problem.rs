@@ -9,9 +9,9 @@ use alloc::vec::Vec;
 use nalgebra::{Const, DVector, U1};
 use num_dual::DualSVec64;
 
+use super::Identifiability;
 use super::residuals::{Parameter, Residuals, within};
 use super::triangle::Triangle;
-use super::Identifiability;
 use crate::Scalar;
 use crate::parameter::{self, ParameterError, Rule};
 

@@ -100,13 +100,64 @@ pub enum Remark {
         /// Share of the squares of the residuals that the terms explain \[–\].
         explained: f64,
     },
+    /// One load only: the external torque hardly changes, so that factors of the load cannot be
+    /// told from a constant friction. They are marked undetermined.
+    OneLoad,
+    /// The motion is so sensitive to the parameters that simulations over the length asked for say
+    /// nothing: shorter ones were fitted.
+    Shortened {
+        /// Length asked for \[s\].
+        asked: f64,
+        /// Length fitted \[s\].
+        fitted: f64,
+    },
+    /// A log has gaps; simulations start anew after each.
+    Gaps {
+        /// Number of the log, from zero.
+        log: usize,
+        /// Number of gaps.
+        count: usize,
+    },
+    /// The controller of a log is at its limit all along: its goal and gain do not count.
+    Saturated {
+        /// Number of the log, from zero.
+        log: usize,
+    },
+    /// A pendulum that turns so far: degrees taken for radians?
+    ManyTurns {
+        /// Number of the log, from zero.
+        log: usize,
+        /// Range of its positions \[rad\].
+        range: f64,
+    },
 }
 
 impl fmt::Display for Remark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self::LooksLikeMotorTorque { explained } = self;
-        write!(f, "NOT FRICTION ALONE: position and acceleration explain ")?;
-        write!(f, "{:.0} % of the residuals; is the column the torque of a motor?", 100.0 * explained)
+        match *self {
+            Self::LooksLikeMotorTorque { explained } => {
+                let percent = 100.0 * explained;
+                write!(f, "NOT FRICTION ALONE: position and acceleration explain {percent:.0} % ")?;
+                write!(f, "of the residuals; is the column the torque of a motor?")
+            }
+            Self::OneLoad => {
+                write!(f, "ONE LOAD ONLY: factors of the load are not told from constant friction")
+            }
+            Self::Shortened { asked, fitted } => {
+                let (asked, fitted) = (Number(asked), Number(fitted));
+                write!(f, "TOO SENSITIVE over {asked:.3} s: fitted over {fitted:.3} s")
+            }
+            Self::Gaps { log, count } => {
+                write!(f, "log {log} has {count} gaps: simulations start anew after each")
+            }
+            Self::Saturated { log } => {
+                write!(f, "log {log}: the controller is at its limit all along")
+            }
+            Self::ManyTurns { log, range } => {
+                let range = Number(range);
+                write!(f, "log {log}: a pendulum that turns by {range:.1} rad; degrees?")
+            }
+        }
     }
 }
 

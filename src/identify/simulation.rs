@@ -149,8 +149,8 @@ pub fn fit<C: Candidate<N>, const N: usize>(
 ///
 /// # Errors
 ///
-/// Refuses another number of values than the model takes, values that it refuses or for which its friction is not finite (with the row),
-/// and a log that [`fit`] refuses.
+/// Refuses another number of values than the model takes, values that it refuses or for which its
+/// friction is not finite (with the row), and a log that [`fit`] refuses.
 pub fn predict<C: Candidate<N>, const N: usize>(
     candidate: &C,
     values: &[f64],

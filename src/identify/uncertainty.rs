@@ -5,8 +5,8 @@ use alloc::vec::Vec;
 
 use nalgebra::DMatrix;
 
-use super::log::pairs;
 use super::least_squares::NOTICEABLE;
+use super::log::pairs;
 use super::problem::{Objective, Point, Problem, Rows};
 use super::residuals::{Parameter, within};
 use super::{Estimate, Fit, Identifiability, Outcome};

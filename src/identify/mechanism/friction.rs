@@ -19,7 +19,9 @@ use alloc::vec::Vec;
 use core::fmt;
 
 use super::start::Guess;
-use crate::curve::{AnyCurve, Asymmetric, Coulomb, CoulombParameters, Stribeck, StribeckParameters};
+use crate::curve::{
+    AnyCurve, Asymmetric, Coulomb, CoulombParameters, Stribeck, StribeckParameters,
+};
 use crate::gear::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
 use crate::identify::Parameter;
 use crate::parameter::ParameterError;
@@ -48,6 +50,9 @@ pub struct Friction {
 
 /// The friction of a gear, chosen at run time.
 pub(super) type Gear<T> = GearFriction<T, AnyBristle<T>, TorqueLoad<T>>;
+
+/// Its parameters.
+pub(super) type GearParameters<T> = GearFrictionParameters<T, AnyBristle<T>, TorqueLoad<T>>;
 
 impl Friction {
     /// All parameters that a candidate can have.
@@ -117,11 +122,12 @@ impl Friction {
     }
 
     pub(super) fn parameters(&self, guess: &Guess) -> Vec<Parameter> {
-        let mut all =
-            alloc::vec![Parameter::positive("coulomb_torque", "N m", guess.coulomb, 1000.0)];
+        let mut all = Vec::new();
         let mut push = |name, unit, start, least, most, typical| {
             all.push(Parameter { name, unit, start, least, most, typical });
         };
+        let coulomb = guess.coulomb;
+        push("coulomb_torque", "N m", coulomb, 1e-3 * coulomb, 100.0 * coulomb, Some(coulomb));
         if self.loaded {
             let typical = Some(0.1);
             push("motor_load_factor", "", 0.1, 0.0, 0.95, typical);
@@ -160,14 +166,15 @@ impl Friction {
         values: &[T],
         drag: T,
         fastest: f64,
-    ) -> Result<Gear<T>, ParameterError> {
+    ) -> Result<GearParameters<T>, ParameterError> {
         let mut values = values.iter().copied();
         let mut next = || values.next().unwrap_or_else(nan);
         let (zero, one) = (T::zero(), T::one());
         let idle_load = next();
         let [motor_share, external_share] =
             if self.loaded { [next(), next()] } else { [zero, zero] };
-        let [excess, stribeck_velocity] = if self.stribeck { [next(), next()] } else { [zero, one] };
+        let [excess, stribeck_velocity] =
+            if self.stribeck { [next(), next()] } else { [zero, one] };
         let backward = if self.directional { next() } else { one };
         let micro_stiffness = next();
         let micro_damping = if self.kind == Kind::Dahl { zero } else { next() };
@@ -205,8 +212,7 @@ impl Friction {
         };
         let load =
             TorqueLoad::new(TorqueLoadParameters { idle_load, motor_share, external_share })?;
-        let fastest = lit(fastest);
-        GearFriction::new(GearFrictionParameters { friction, load, drag, fastest })
+        Ok(GearFrictionParameters { friction, load, drag, fastest: lit(fastest) })
     }
 }
 

@@ -156,7 +156,8 @@ impl DriveLog {
         let velocity = velocity.map(|v| checked("velocity", "rows of velocity", v)).transpose()?;
         let external = parameters.external_torque;
         let external = external.map(|u| checked("external_torque", "rows of external_torque", u));
-        let enabled = parameters.enabled.map_or_else(|| alloc::vec![true; time.len()], <[_]>::to_vec);
+        let enabled =
+            parameters.enabled.map_or_else(|| alloc::vec![true; time.len()], <[_]>::to_vec);
         let rule = parameter::Rule::CountBetween { least: time.len(), most: time.len() };
         let count = enabled.len();
         parameter::check("rows of enabled", count as f64, count == time.len(), rule)?;
@@ -198,9 +199,7 @@ impl DriveLog {
             velocity: self.velocity.as_deref().map(part),
             drive: part(&self.drive),
             source: match &self.source {
-                Source::Duty { gain, supply } => {
-                    Source::Duty { gain: *gain, supply: part(supply) }
-                }
+                Source::Duty { gain, supply } => Source::Duty { gain: *gain, supply: part(supply) },
                 other => other.clone(),
             },
             held: self.held,

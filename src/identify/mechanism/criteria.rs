@@ -1,0 +1,199 @@
+//! Three measures of how well a mechanism explains a log.
+//!
+//! | criterion | residual | unit |
+//! |---|---|---|
+//! | inverse | torque that the measured motion needs, less friction: the equation of motion | N m |
+//! | segments | position after a start from the measured motion, over segments of a length | rad |
+//! | simulated | position, from the first row of a log on | rad |
+//!
+//! The inverse criterion is smooth in the parameters and finds them from far, but is as good as the
+//! derivatives of the position. The simulated one is what a simulator needs, and can be rugged:
+//! after a slip that comes late everything is late. Segments lie between the two.
+//!
+//! A segment starts with position and velocity of the smoothed log, and with the deflection of a
+//! bristle that has been moved along the measured motion. At the first row, and after a gap, it is
+//! the deflection that balances the other torques.
+
+use alloc::vec::Vec;
+use core::ops::Range;
+
+use super::friction::Friction;
+use super::joint::{Joint, Table};
+use super::log::DriveLog;
+use super::plant::{Plant, State};
+use super::smooth::Smoothed;
+use crate::Scalar;
+use crate::identify::problem::Objective;
+use crate::parameter::ParameterError;
+use crate::scalar::lit;
+
+/// What is compared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Criterion {
+    Inverse,
+    /// Length of the segments \[s\]; infinite for the whole log.
+    Segments(f64),
+}
+
+/// Logs with what was computed from them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Data<'a> {
+    pub(super) logs: &'a [DriveLog],
+    pub(super) smoothed: &'a [Vec<Smoothed>],
+}
+
+/// The residuals of a joint along logs.
+#[derive(Debug, Clone)]
+pub(super) struct Errors<'a> {
+    pub(super) joint: &'a Joint,
+    pub(super) friction: &'a Friction,
+    pub(super) table: &'a Table,
+    pub(super) data: Data<'a>,
+    /// Whether the drives need a torque constant, and a resistance.
+    pub(super) constants: (bool, bool),
+    pub(super) fastest: f64,
+    /// Longest step \[s\].
+    pub(super) step: f64,
+    pub(super) criterion: Criterion,
+    /// Square roots of the weights of all residuals; one where there is none.
+    pub(super) weights: Vec<f64>,
+}
+
+/// The segments of a log: from the row of the start to the last one.
+pub(super) fn segments(log: &DriveLog, length: f64) -> Vec<Range<usize>> {
+    let mut segments = Vec::new();
+    for piece in log.pieces() {
+        let last = piece.end - 1;
+        let mut from = piece.start;
+        while from < last {
+            let begin = log.time.get(from).copied().unwrap_or(0.0);
+            let until = log.time.partition_point(|&t| t <= begin + length * (1.0 + 1e-9));
+            let mut end = until.saturating_sub(1).clamp(from + 1, last);
+            // No segment of a remainder.
+            if (last - end) < (end - from) / 2 {
+                end = last;
+            }
+            segments.push(from..end);
+            from = end;
+        }
+    }
+    segments
+}
+
+impl Errors<'_> {
+    fn of_log<T: Scalar>(
+        &self,
+        number: usize,
+        log: &DriveLog,
+        rows: &[Smoothed],
+        values: &[T],
+        each: &mut impl FnMut(T),
+    ) -> Result<(), ParameterError> {
+        let values = self.table.of_log(values, number);
+        let mut plant =
+            Plant::new(self.joint, self.friction, log, self.constants, self.fastest, &values)?;
+        let length = match self.criterion {
+            Criterion::Inverse => f64::INFINITY,
+            Criterion::Segments(length) => length,
+        };
+        let mut deflection = T::zero();
+        let mut reached = None;
+        for segment in segments(log, length) {
+            let Some(first) = rows.get(segment.start) else { continue };
+            if reached != Some(segment.start) {
+                deflection = plant.deflected(first)?;
+            }
+            reached = Some(segment.end);
+            if self.criterion == Criterion::Inverse {
+                each(plant.remaining(first) - plant.friction(first, deflection));
+            } else {
+                self.simulate(&mut plant, &segment, first, deflection, each)?;
+            }
+            let follows = self.criterion == Criterion::Inverse || length.is_finite();
+            let pairs = rows
+                .iter()
+                .zip(rows.iter().skip(1))
+                .zip(log.time.iter().zip(log.time.iter().skip(1)));
+            let pairs = pairs.skip(segment.start).take(if follows { segment.len() } else { 0 });
+            for ((before, after), (from, to)) in pairs {
+                deflection = plant.follow(deflection, before, after, to - from)?;
+                if self.criterion == Criterion::Inverse {
+                    each(plant.remaining(after) - plant.friction(after, deflection));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Passes the errors of the position over a segment to `each`.
+    fn simulate<T: Scalar>(
+        &self,
+        plant: &mut Plant<'_, T>,
+        segment: &Range<usize>,
+        first: &Smoothed,
+        deflection: T,
+        each: &mut impl FnMut(T),
+    ) -> Result<(), ParameterError> {
+        let Smoothed { position, velocity, acceleration, .. } = *first;
+        let [position, velocity, acceleration] = [position, velocity, acceleration].map(lit);
+        let mut state = State { position, velocity, deflection, acceleration };
+        // The load of the bristle that follows the measured motion stays what it is.
+        let gear = plant.gear.clone();
+        for row in segment.clone() {
+            let (from, to) = (plant.time(row), plant.time(row + 1));
+            let steps = ((to - from) / self.step - 1e-6).ceil().clamp(1.0, 1e6) as u32;
+            state = plant.advance(state, row, steps)?;
+            each(state.position - lit(plant.position(row + 1)));
+        }
+        plant.gear = gear;
+        Ok(())
+    }
+
+    /// The residuals of each segment, or of each log by the inverse criterion. Empty where the
+    /// model has no answer.
+    pub(super) fn by_segment(&self, values: &[f64]) -> Vec<Vec<f64>> {
+        let mut all = Vec::new();
+        if self.evaluate(values, &mut |r: f64| all.push(r)).is_err() {
+            return Vec::new();
+        }
+        let mut rest = all.as_slice();
+        let mut parts = Vec::new();
+        for log in self.data.logs {
+            let counts: Vec<usize> = match self.criterion {
+                Criterion::Inverse => {
+                    let pieces = segments(log, f64::INFINITY);
+                    alloc::vec![pieces.into_iter().map(|piece| piece.len() + 1).sum()]
+                }
+                Criterion::Segments(length) => {
+                    segments(log, length).into_iter().map(|segment| segment.len()).collect()
+                }
+            };
+            for count in counts {
+                let (part, others) = rest.split_at_checked(count).unwrap_or((rest, &[]));
+                parts.push(part.to_vec());
+                rest = others;
+            }
+        }
+        parts
+    }
+}
+
+impl Objective for Errors<'_> {
+    fn evaluate<T: Scalar>(
+        &self,
+        values: &[T],
+        each: &mut impl FnMut(T),
+    ) -> Result<(), ParameterError> {
+        let mut weights = self.weights.iter();
+        let mut weighted = |r: T| {
+            each(match weights.next() {
+                Some(&weight) => r * lit(weight),
+                None => r,
+            })
+        };
+        for (number, (log, rows)) in self.data.logs.iter().zip(self.data.smoothed).enumerate() {
+            self.of_log(number, log, rows, values, &mut weighted)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,359 @@
+//! The search: from the inverse criterion over segments of growing length.
+//!
+//! Each stage starts where the one before ended. The inverse criterion comes first; stiffness and
+//! Stribeck velocity, which it hardly sees, are then tried over four decades by the first
+//! segments. Before each stage the sensitivity of the position is looked at, in ranges of the
+//! position per unit of a search variable. Where it exceeds a bound, as in stick-slip, the
+//! segments end earlier.
+
+use alloc::vec::Vec;
+use core::ops::ControlFlow;
+
+use super::Loss;
+use super::criteria::{Criterion, Data, Errors};
+use super::friction::Friction;
+use super::joint::{Joint, Table, motor_constants};
+use super::log::DriveLog;
+use super::report::{JointFit, Scores};
+use super::smooth::{Smoothed, smooth};
+use super::start::{Guess, guess};
+use crate::identify::least_squares::minimise;
+use crate::identify::log::{median, quantile};
+use crate::identify::problem::{Objective, Problem};
+use crate::identify::{self, Fit, Outcome, Remark};
+use crate::parameter::{self, ParameterError};
+
+/// Settings of a search.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Lengths of the segments \[s\] that are fitted one after the other, growing; infinite for
+    /// whole logs. The last one decides. Empty for a thirtieth and a sixth of the longest log, and
+    /// whole logs.
+    pub horizons: Vec<f64>,
+    /// Length of the segments of the reported criterion \[s\]; `None` for a tenth of the longest
+    /// log.
+    pub segment: Option<f64>,
+    /// Longest step of a simulation \[s\], positive.
+    pub step: f64,
+    /// What is minimised in the last stage.
+    pub loss: Loss,
+    /// Most runs with derivatives over all stages.
+    pub gradient_runs: usize,
+    /// Relative change of the sum of squares below which a stage has converged.
+    pub tolerance: f64,
+    /// Largest change of the position, over its range, per unit of a search variable (a factor of
+    /// e of a positive parameter).
+    pub largest_sensitivity: f64,
+}
+
+impl Default for Settings {
+    /// Steps of 1 ms, squares, a hundred runs, a change of 10⁻⁶, a sensitivity of 5.
+    fn default() -> Self {
+        Self {
+            horizons: Vec::new(),
+            segment: None,
+            step: 1e-3,
+            loss: Loss::Squares,
+            gradient_runs: 100,
+            tolerance: 1e-6,
+            largest_sensitivity: 5.0,
+        }
+    }
+}
+
+/// State of a search, passed to the callback after every iteration. The callback can stop the
+/// search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Progress<'a> {
+    /// Number of the candidate, from zero.
+    pub candidate: usize,
+    /// Length of the segments \[s\]; zero for the inverse criterion.
+    pub horizon: f64,
+    /// Runs with derivatives of this candidate so far.
+    pub gradient_runs: usize,
+    /// Root mean square of the residuals \[rad\], of the inverse criterion [N m].
+    pub rmse: f64,
+    /// The parameters now.
+    pub values: &'a [f64],
+}
+
+/// Most runs with derivatives of the inverse criterion.
+const INVERSE_RUNS: usize = 20;
+/// Factors by which the start of a parameter is tried.
+const FACTORS: [f64; 7] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
+/// Parameters that are tried.
+const TRIED: [&str; 2] = ["micro_stiffness", "stribeck_velocity"];
+/// Most rounds of weights of a robust loss.
+const ROUNDS: usize = 5;
+/// Share of the rows whose sensitivity must be bearable; that of the others may be a hundred times
+/// as large.
+const NEARLY_ALL: f64 = 0.95;
+/// Most halvings of the segments.
+const HALVINGS: usize = 8;
+/// Range of positions of a pendulum [rad] that looks like degrees: more than four turns.
+const TURNS: f64 = 25.0;
+/// Variation of the external torque over the largest torque, below which there is one load only.
+const ONE_LOAD: f64 = 0.1;
+
+/// Finds inertia, friction and the other parameters of a joint from logs of drive and position.
+///
+/// `unseen` logs are not fitted: their errors are reported beside those of the others. Parameters
+/// that each log has for itself are there those of the log of the same number, beyond it the mean.
+///
+/// # Errors
+///
+/// Refuses no logs, a joint with unknown names, a drive without a start of its constants, a drive
+/// whose sign or unit is not that of the position, and starts at which the model has no answer.
+pub fn fit(
+    joint: &Joint,
+    friction: &Friction,
+    seen: &[DriveLog],
+    unseen: &[DriveLog],
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<JointFit, ParameterError> {
+    fit_number(0, joint, friction, seen, unseen, settings, progress)
+}
+
+/// [`fit`] of a candidate with a number.
+pub(super) fn fit_number(
+    candidate: usize,
+    joint: &Joint,
+    friction: &Friction,
+    seen: &[DriveLog],
+    unseen: &[DriveLog],
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<JointFit, ParameterError> {
+    parameter::count("logs", seen.len(), 1)?;
+    parameter::positive("step", settings.step)?;
+    parameter::positive("largest_sensitivity", settings.largest_sensitivity)?;
+    let smoothed: Vec<Vec<Smoothed>> = seen.iter().map(smooth).collect();
+    let guess = guess(joint, seen, &smoothed)?;
+    let mut table = joint.table(friction, &guess, seen.len())?;
+    let start = table.clone();
+    let duration = seen.iter().map(duration).fold(0.0, f64::max);
+    let horizons = match settings.horizons.as_slice() {
+        [] => alloc::vec![duration / 30.0, duration / 6.0, f64::INFINITY],
+        given => given.to_vec(),
+    };
+    let mut runs = 0;
+    let mut remarks = Vec::new();
+    let mut horizon = 0.0;
+    let mut found: Option<Fit> = None;
+    let stages = core::iter::once(None).chain(horizons.iter().copied().map(Some));
+    for (stage, asked) in stages.enumerate() {
+        let data = Data { logs: seen, smoothed: &smoothed };
+        let table_now = table.clone();
+        let mut errors = Errors {
+            joint,
+            friction,
+            table: &table_now,
+            data,
+            constants: motor_constants(seen),
+            fastest: guess.fastest,
+            step: settings.step,
+            criterion: Criterion::Inverse,
+            weights: Vec::new(),
+        };
+        let last = stage == horizons.len();
+        if let Some(asked) = asked {
+            let length = if asked >= duration { f64::INFINITY } else { asked };
+            errors.criterion = Criterion::Segments(length);
+            try_starts(&errors, &mut table, &start);
+            let (fitted, looked) = bearable(&mut errors, &table, &guess, settings, duration)?;
+            runs += looked;
+            if last && fitted < length {
+                remarks.push(Remark::Shortened { asked: length.min(duration), fitted });
+            }
+            horizon = fitted;
+        }
+        let left = settings.gradient_runs.saturating_sub(runs);
+        let iterations = match asked {
+            None => left.min(INVERSE_RUNS),
+            Some(_) => left / (horizons.len() + 1 - stage).max(1),
+        };
+        if iterations == 0 && found.is_some() {
+            break;
+        }
+        let tolerance = if last { settings.tolerance } else { 100.0 * settings.tolerance };
+        let least = identify::Settings { iterations, tolerance, starts: 1 };
+        let mut watch = |now: &identify::Progress<'_>| {
+            let &identify::Progress { iteration, rmse, values, .. } = now;
+            progress(&Progress {
+                candidate,
+                horizon,
+                gradient_runs: runs + iteration,
+                rmse,
+                values,
+            })
+        };
+        let mut next = minimise(&errors, &table.parameters, &least, &mut watch)?;
+        runs += next.iterations + 1;
+        table.start_from(&next.values());
+        if last && settings.loss != Loss::Squares && next.outcome != Outcome::Stopped {
+            for _ in 0..ROUNDS {
+                let iterations = settings.gradient_runs.saturating_sub(runs);
+                if iterations == 0 {
+                    break;
+                }
+                errors.weights.clear();
+                errors.weights = settings.loss.weights(&errors, &next.values());
+                let least = identify::Settings { iterations, ..least };
+                next = minimise(&errors, &table.parameters, &least, &mut |_| {
+                    ControlFlow::Continue(())
+                })?;
+                runs += next.iterations + 1;
+                table.start_from(&next.values());
+            }
+        }
+        let stopped = next.outcome == Outcome::Stopped;
+        found = Some(next);
+        if stopped {
+            break;
+        }
+    }
+    let Some(mut fit) = found else {
+        return Err(parameter::refused("gradient_runs", 0.0, parameter::Rule::Count { least: 1 }));
+    };
+    table.number(&mut fit.estimates);
+    fit.remarks = remarks;
+    let segment = settings.segment.unwrap_or(0.1 * duration);
+    let mut result = JointFit::new(joint, friction, table, &guess, fit, settings.step);
+    result.constants = motor_constants(seen);
+    result.gradient_runs = runs;
+    result.horizon = horizon;
+    result.segment = segment;
+    result.seen = result.scores(seen)?;
+    result.unseen = if unseen.is_empty() { None } else { Some(result.scores(unseen)?) };
+    judge(&mut result, seen, &smoothed);
+    Ok(result)
+}
+
+/// From the first row of a log to the last \[s\].
+fn duration(log: &DriveLog) -> f64 {
+    log.time.last().zip(log.time.first()).map_or(0.0, |(last, first)| last - first)
+}
+
+/// Σ r².
+fn cost(errors: &Errors<'_>, values: &[f64]) -> f64 {
+    let mut cost = 0.0;
+    match errors.evaluate(values, &mut |r: f64| cost += r * r) {
+        Ok(()) if cost.is_finite() => cost,
+        _ => f64::INFINITY,
+    }
+}
+
+/// Takes the best of several starts for the parameters that the inverse criterion hardly sees.
+fn try_starts(errors: &Errors<'_>, table: &mut Table, start: &Table) {
+    let mut values: Vec<f64> = table.parameters.iter().map(|parameter| parameter.start).collect();
+    let mut best = cost(errors, &values);
+    for (i, parameter) in start.parameters.iter().enumerate() {
+        if !TRIED.contains(&parameter.name) || parameter.least >= parameter.most {
+            continue;
+        }
+        for factor in FACTORS {
+            let value = (parameter.start * factor).clamp(parameter.least, parameter.most);
+            let before = values.get(i).copied().unwrap_or(value);
+            values.iter_mut().skip(i).take(1).for_each(|place| *place = value);
+            let reached = cost(errors, &values);
+            if reached < best {
+                best = reached;
+            } else {
+                values.iter_mut().skip(i).take(1).for_each(|place| *place = before);
+            }
+        }
+    }
+    table.start_from(&values);
+}
+
+/// Halves the segments until the sensitivities are bearable. Returns their length and the number of
+/// runs with derivatives that it took.
+fn bearable(
+    errors: &mut Errors<'_>,
+    table: &Table,
+    guess: &Guess,
+    settings: &Settings,
+    duration: f64,
+) -> Result<(f64, usize), ParameterError> {
+    let Criterion::Segments(mut length) = errors.criterion else { return Ok((0.0, 0)) };
+    let most = settings.largest_sensitivity * guess.range;
+    for runs in 1..=HALVINGS {
+        let problem = Problem::new(errors, &table.parameters)?;
+        let rows = problem.rows(&problem.start());
+        let mut sizes: Vec<f64> = rows.iter().map(|(_, gradient)| gradient.amax()).collect();
+        if rows.finite
+            && quantile(&mut sizes, NEARLY_ALL) <= most
+            && quantile(&mut sizes, 1.0) <= 100.0 * most
+        {
+            return Ok((length, runs));
+        }
+        length = 0.5 * length.min(duration);
+        errors.criterion = Criterion::Segments(length);
+    }
+    Ok((length, HALVINGS))
+}
+
+/// What speaks against the result.
+fn judge(result: &mut JointFit, logs: &[DriveLog], smoothed: &[Vec<Smoothed>]) {
+    let pendulum = result.fit.estimate("gravity_torque").is_some();
+    for (number, log) in logs.iter().enumerate() {
+        let count = log.pieces().len() - 1;
+        if count > 0 {
+            result.fit.remarks.push(Remark::Gaps { log: number, count });
+        }
+        if log.is_saturated() {
+            result.fit.remarks.push(Remark::Saturated { log: number });
+        }
+        let (least, most) = identify::log::range(&log.position);
+        if pendulum && most - least > TURNS {
+            let range = most - least;
+            result.fit.remarks.push(Remark::ManyTurns { log: number, range });
+        }
+    }
+    if !result.friction.is_loaded() {
+        return;
+    }
+    let (mut motor, mut external) = (0.0_f64, (f64::INFINITY, f64::NEG_INFINITY));
+    for (number, (log, rows)) in logs.iter().zip(smoothed).enumerate() {
+        let Ok(plant) = result.plant(log, number) else { return };
+        for row in rows {
+            let torques = plant.measured(row);
+            motor = motor.max(torques.motor.abs());
+            external = (external.0.min(torques.external), external.1.max(torques.external));
+        }
+    }
+    if external.1 - external.0 < ONE_LOAD * motor {
+        result.fit.remarks.push(Remark::OneLoad);
+        for estimate in &mut result.fit.estimates {
+            if estimate.parameter.name.ends_with("load_factor") {
+                estimate.verdict = identify::Identifiability::Undetermined;
+                estimate.standard_error = f64::INFINITY;
+            }
+        }
+    }
+}
+
+impl Loss {
+    /// Square roots of the weights of all residuals at a point.
+    fn weights(self, errors: &Errors<'_>, values: &[f64]) -> Vec<f64> {
+        let mut sizes = Vec::new();
+        if errors.evaluate(values, &mut |r: f64| sizes.push(r.abs())).is_err() {
+            return Vec::new();
+        }
+        let spread = 1.4826 * median(&mut sizes.clone());
+        if !(spread > 0.0) {
+            return Vec::new();
+        }
+        sizes.iter().map(|size| self.weight(size / spread)).collect()
+    }
+}
+
+impl Scores {
+    /// Of residuals by the three criteria.
+    pub(super) fn of(criteria: [&[Vec<f64>]; 3]) -> Self {
+        let [inverse, segments, simulated] = criteria.map(super::report::Score::of);
+        Self { inverse, segments, simulated }
+    }
+}

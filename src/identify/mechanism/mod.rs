@@ -1,0 +1,103 @@
+//! The parameters of a mechanism and of its friction from logs of drive and position, where no
+//! friction was measured.
+//!
+//! J v̇ = τ_m + τ_e − B v − p μ_b(v, z),  p = T_c + |k_m τ_m − k_e τ_e|,
+//!
+//! τ_e = τ(t) + Σ θᵢ φᵢ(x, v)
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | x, v, z | position, velocity, deflection of the bristle | rad, rad/s, rad |
+//! | J, B | moment of inertia, drag: [`Joint`] | kg m², N m s/rad |
+//! | τ_m | torque of the motor, from torque, current, voltage or a controller: [`Drive`] | N m |
+//! | τ_e | torques on the load side, each a [`Term`] with a factor θ, and a measured one | N m |
+//! | p, μ_b | load of the gear, friction model: [`Friction`]; see [`gear`](crate::gear) | N m, – |
+//! | T_c, k_m, k_e | Coulomb torque, factors of the load, with μ_d = 1 | N m, –, – |
+//!
+//! For a linear axis read m for rad, N for N m and kg for kg m².
+//!
+//! | step | what | where |
+//! |---|---|---|
+//! | 1 | columns, checked row by row | [`DriveLog`] |
+//! | 2 | the mechanism, and what is known of it | [`Joint`] |
+//! | 3 | one candidate, or several compared on logs held out | [`fit()`], [`compare`] |
+//! | 4 | parameters with standard errors, errors by three criteria | [`JointFit`], which prints |
+//! | 5 | friction and joint for simulations and control | [`JointModel`] |
+//!
+//! ```
+//! use bristle::identify::mechanism::{
+//!     self, Drive, DriveLog, DriveLogParameters, Friction, Joint, Progress, Settings, Term,
+//! };
+//! use core::ops::ControlFlow;
+//!
+//! # fn columns(phase: f64) -> Result<[Vec<f64>; 3], bristle::ParameterError> {
+//! #     use bristle::gear::{
+//! #         GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters,
+//! #     };
+//! #     use bristle::scene::{GearedJoint, GearedJointParameters, Gravity, JointState};
+//! #     use bristle::{Dahl, DahlParameters};
+//! #     let law = TorqueLoadParameters { idle_load: 0.05, motor_share: 0.2, external_share: 0.1 };
+//! #     let dahl = DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 200.0 };
+//! #     let (friction, load) = (Dahl::new(dahl)?, TorqueLoad::new(law)?);
+//! #     let gear = GearFrictionParameters { friction, load, drag: 0.01, fastest: 10.0 };
+//! #     let torque = |t: f64| 0.7 * (3.0 * t + phase).sin() + 0.3 * (7.3 * t).sin();
+//! #     let mut joint = GearedJoint::new(GearedJointParameters {
+//! #         gear: GearFriction::new(gear)?,
+//! #         inertia: 0.008,
+//! #         motor: bristle::signal::Function::new(move |t: f64| (torque(t), 0.0), []),
+//! #         external: Gravity { horizontal_torque: 0.5, hanging_angle: 0.0 },
+//! #     })?;
+//! #     let (mut state, mut columns) = (JointState::at_rest(0.0), [vec![], vec![], vec![]]);
+//! #     for step in 0..4000 {
+//! #         if step % 5 == 0 {
+//! #             let row = [state.time, state.angle, torque(state.time)];
+//! #             columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
+//! #         }
+//! #         state = joint.step(&state, 1e-3)?.0;
+//! #     }
+//! #     Ok(columns)
+//! # }
+//! // Columns of two logs of a pendulum on a gear: time, position and motor torque.
+//! let (one, other) = (columns(0.0)?, columns(1.0)?);
+//! let log = |[time, position, torque]: &[Vec<f64>; 3]| {
+//!     DriveLog::new(DriveLogParameters::new(time, position, Drive::Torque(torque)))
+//! };
+//! let joint = Joint::new().with(Term::Gravity);
+//! let mut go_on = |_: &Progress<'_>| ControlFlow::Continue(());
+//! let candidates = [Friction::coulomb().loaded(), Friction::dahl().loaded()];
+//! let found = mechanism::compare(
+//!     &joint,
+//!     &candidates,
+//!     &[log(&one)?],
+//!     &[log(&other)?],
+//!     &Settings::default(),
+//!     &mut go_on,
+//! )?;
+//! println!("{found}");
+//! let fit = found.named().unwrap();
+//! let near = |name: &str, truth: f64| (fit.value(name).unwrap() / truth - 1.0).abs() < 0.05;
+//! assert!(near("inertia", 0.008) && near("coulomb_torque", 0.05));
+//! assert!(near("motor_load_factor", 0.2) && near("external_load_factor", 0.1));
+//! let gear = fit.model()?.gear()?; // for `scene::GearedJoint`, or steps of your own
+//! # let _ = gear;
+//! # Ok::<(), bristle::ParameterError>(())
+//! ```
+
+mod compare;
+mod criteria;
+mod fit;
+mod friction;
+mod joint;
+mod log;
+mod plant;
+mod report;
+mod smooth;
+mod start;
+
+pub use super::robust::Loss;
+pub use compare::{Comparison, compare};
+pub use fit::{Progress, Settings, fit};
+pub use friction::Friction;
+pub use joint::{Joint, OwnTerm, Term};
+pub use log::{Drive, DriveLog, DriveLogParameters, KnownLoad};
+pub use report::{JointFit, JointModel, Score, Scores};
