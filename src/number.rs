@@ -35,6 +35,54 @@ impl<const N: usize> Write for Text<N> {
     }
 }
 
+/// In which units a report prints: of a contact that slides along a line, or of a joint that turns.
+///
+/// The numbers are what was given. A joint's are angles, torques and moments of inertia, see the
+/// conventions of the [crate](crate#conventions).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Units {
+    /// m, m/s, N, kg.
+    #[default]
+    Translation,
+    /// rad, rad/s, N m, kg m².
+    Rotation,
+}
+
+impl Units {
+    /// A unit or a word of translation, such as `"m/s"` or `"force"`, or what takes its place:
+    /// `"rad/s"`, `"torque"`. What is the same for both, and what is not known, is returned as it
+    /// is.
+    ///
+    /// ```
+    /// use bristle::Units;
+    ///
+    /// assert_eq!(Units::Rotation.of("N s/m"), "N m s/rad");
+    /// assert_eq!(Units::Translation.of("N s/m"), "N s/m");
+    /// assert_eq!(Units::Rotation.of("1/s"), "1/s");
+    /// ```
+    pub fn of(self, translation: &'static str) -> &'static str {
+        match (self, translation) {
+            (Units::Translation, _) => translation,
+            (_, "m") => "rad",
+            (_, "1/m") => "1/rad",
+            (_, "m/s") => "rad/s",
+            (_, "s/m") => "s/rad",
+            (_, "N") => "N m",
+            (_, "N/m") => "N m/rad",
+            (_, "N s/m") => "N m s/rad",
+            (_, "kg") => "kg m²",
+            (_, "position") => "angle",
+            (_, "velocity") => "angular velocity",
+            (_, "force") => "torque",
+            (_, "friction force") => "friction torque",
+            (_, "mass") => "inertia",
+            _ => translation,
+        }
+    }
+}
+
 /// A number for a reader: plain from 1e-3 to 1e6, with an exponent beyond, without trailing zeros.
 ///
 /// `{}` prints every digit, `{:.5}` five significant ones.

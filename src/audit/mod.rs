@@ -46,7 +46,7 @@ use crate::root::enclose;
 use crate::scalar::{is_zero, lit};
 use crate::stability::{self, Scheme, StepLimits, Swing};
 use crate::{
-    Bounds, Branch, Bristle, Characteristics, Contact, ContactLimits, Law, Mechanism, Scalar,
+    Bounds, Branch, Bristle, Characteristics, Contact, ContactLimits, Law, Mechanism, Scalar, Units,
 };
 
 /// Operating range and mechanism of an audit.
@@ -55,6 +55,8 @@ use crate::{
 /// use bristle::audit::AuditParameters;
 ///
 /// let slow = AuditParameters { sample_time: Some(1e-3), ..AuditParameters::up_to(0.1) };
+/// // A joint, of up to 5 rad/s, whose friction coefficient is a torque.
+/// let joint = AuditParameters { units: bristle::Units::Rotation, ..AuditParameters::up_to(5.0) };
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -69,12 +71,16 @@ pub struct AuditParameters<T> {
     /// A force \[N\] below breakaway that goes slowly up and down between two values; if none is
     /// given, between zero and half of breakaway.
     pub load_cycle: Option<Bounds<T>>,
+    /// In which units the audit prints.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub units: Units,
 }
 
 impl<T: Scalar> AuditParameters<T> {
     /// An audit of the contact alone, for speeds up to `fastest` [m/s].
     pub fn up_to(fastest: T) -> Self {
-        Self { fastest, mechanism: None, sample_time: None, load_cycle: None }
+        let units = Units::Translation;
+        Self { fastest, mechanism: None, sample_time: None, load_cycle: None, units }
     }
 }
 
@@ -226,7 +232,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Contact<T, M> {
     /// or leaves the bounds it states, with velocity and value, if that happens at rest or at one
     /// of the speeds searched: 32 a decade over twelve decades.
     pub fn audit(&self, parameters: AuditParameters<T>) -> Result<Audit<T>, ParameterError> {
-        let AuditParameters { fastest, mechanism, sample_time, load_cycle } = parameters;
+        let AuditParameters { fastest, mechanism, sample_time, load_cycle, .. } = parameters;
         parameter::positive("fastest", fastest)?;
         if let Some(step) = sample_time {
             parameter::positive("sample_time", step)?;

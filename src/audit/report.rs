@@ -42,7 +42,8 @@ impl<T: Scalar> fmt::Display for Audit<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = self.characteristics.map_or("a friction model", |model| model.name);
         let (load, fastest) = (number(self.normal_force), number(self.parameters.fastest));
-        writeln!(f, "audit of {name} under {load:.5} N, |v| ≤ {fastest:.5} m/s")?;
+        let [newton, speed] = self.units(["N", "m/s"]);
+        writeln!(f, "audit of {name} under {load:.5} {newton}, |v| ≤ {fastest:.5} {speed}")?;
         self.write_passivity(f)?;
         self.write_bounds(f)?;
         if let Some(model) = self.characteristics {
@@ -55,9 +56,15 @@ impl<T: Scalar> fmt::Display for Audit<T> {
 }
 
 impl<T: Scalar> Audit<T> {
+    /// Units and words of translation, or what takes their place.
+    fn units<const N: usize>(&self, translation: [&'static str; N]) -> [&'static str; N] {
+        translation.map(|unit| self.parameters.units.of(unit))
+    }
+
     fn write_passivity(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Passivity { verdict, excess, least_power, velocity, deflection } = self.passivity;
         let ratio = number(excess);
+        let [damping, speed, metre] = self.units(["s/m", "m/s", "m"]);
         let (name, ortega) = ("passivity", "Barabanov, Ortega 2000");
         let search = "Romano et al., III-B; by search";
         let model = self.characteristics;
@@ -66,7 +73,7 @@ impl<T: Scalar> Audit<T> {
             (LawStatus::Unrefuted, _) => row!(f, name, by search,
                 "no case against it: (c₀ − K r)²/(4 K λ c₂) ≤ {ratio:.5}"),
             (_, Some((needed, has))) => row!(f, name, by ortega,
-                "{}: needs σ2 ≥ {:.5} s/m, has {:.5}",
+                "{}: needs σ2 ≥ {:.5} {damping}, has {:.5}",
                 if verdict == LawStatus::Holds { "holds" } else { "FAILS" },
                 number(needed), number(has)),
             (LawStatus::Fails, None) => row!(f, name, by search,
@@ -82,14 +89,15 @@ impl<T: Scalar> Audit<T> {
         }
         let (power, v, z) = (number(least_power), number(velocity), number(deflection));
         row!(f, "  worst case", by "by search",
-            "F v − Ẇ = {power:.5} W at v = {v:.5} m/s, z = {z:.5} m")
+            "F v − Ẇ = {power:.5} W at v = {v:.5} {speed}, z = {z:.5} {metre}")
     }
 
     fn write_bounds(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let limits = &self.limits;
+        let [force, newton, metre] = self.units(["force", "N", "m"]);
         for (name, symbol, limit, unit, by) in [
-            ("deflection", "|z|", limits.deflection, "m", "Romano et al., Lemma III.1"),
-            ("force", "|F|", limits.force, "N", "z within its bound"),
+            ("deflection", "|z|", limits.deflection, metre, "Romano et al., Lemma III.1"),
+            (force, "|F|", limits.force, newton, "z within its bound"),
             ("relaxation rate", "λ", limits.relaxation_rate, "1/s", "Romano et al., III-B"),
         ] {
             match limit.map(number) {
@@ -101,21 +109,22 @@ impl<T: Scalar> Audit<T> {
     }
 
     fn write_curve(&self, f: &mut fmt::Formatter<'_>, model: &Characteristics<T>) -> fmt::Result {
+        let [unit, damping] = self.units(["m/s", "s/m"]);
         let folds = !self.inversion_margin.is_some_and(|margin| margin >= T::zero());
         row!(f, "inversion", by "Romano et al., II-B; by search",
-            "{}: σ1 = {:.5}, least dμ/d|v| = {:.5} s/m",
+            "{}: σ1 = {:.5}, least dμ/d|v| = {:.5} {damping}",
             if folds { "FOLDS" } else { "one solution" },
             number(model.micro_damping.min), number(model.least_slope + model.viscous_friction))?;
         let (name, by, slope) = ("curve at rest", "Romano et al., II-B", model.slope_at_rest);
         match number(slope) {
             _ if is_zero(slope) => row!(f, name, by by, "differentiable"),
             finite if slope.is_finite() => row!(f, name, by by,
-                "kink, dμ/d|v| = {finite:.5} s/m: split steps at reversals"),
+                "kink, dμ/d|v| = {finite:.5} {damping}: split steps at reversals"),
             _ => row!(f, name, by by, "infinitely steep: no method keeps its order there"),
         }?;
         match model.speed_at_rest {
             zero if is_zero(zero) => row!(f, "modulus |v|", by by, "exact, with its kink"),
-            speed => row!(f, "modulus |v|", by by, "smooth, |0|_ε = {:.5} m/s", number(speed)),
+            speed => row!(f, "modulus |v|", by by, "smooth, |0|_ε = {:.5} {unit}", number(speed)),
         }
     }
 
@@ -125,31 +134,37 @@ impl<T: Scalar> Audit<T> {
         model: &Characteristics<T>,
     ) -> fmt::Result {
         let Some((breakaway, cycle)) = self.breakaway.zip(self.load_cycle) else { return Ok(()) };
-        row!(f, "breakaway", by "Romano et al., II-B", "F_b = p μ_s = {:.5} N", number(breakaway))?;
+        let [newton, metre, speed, force] = self.units(["N", "m", "m/s", "force"]);
+        row!(f, "breakaway", by "Romano et al., II-B",
+            "F_b = p μ_s = {:.5} {newton}", number(breakaway))?;
         let (from, to) = (number(cycle.min), number(cycle.max));
         let (name, by) = ("drift", "Dupont et al. 2002");
         match self.drift {
             Some(drift) if is_zero(drift) => row!(f, name, by by,
-                "none in slow cycles {from:.5} ↔ {to:.5} N"),
+                "none in slow cycles {from:.5} ↔ {to:.5} {newton}"),
             Some(drift) => row!(f, name, by by,
-                "{:.5} m per slow cycle {from:.5} ↔ {to:.5} N", number(drift)),
+                "{:.5} {metre} per slow cycle {from:.5} ↔ {to:.5} {newton}", number(drift)),
             None if model.creeps => row!(f, name, by "its dashpot",
-                "no end: the bristle creeps under any force"),
-            None => row!(f, name, by by, "not known for {from:.5} ↔ {to:.5} N"),
+                "no end: the bristle creeps under any {force}"),
+            None => row!(f, name, by by, "not known for {from:.5} ↔ {to:.5} {newton}"),
         }?;
         let (force, rate) = (number(peak(cycle)), number(self.relaxation_at_rest));
         let (name, by) = ("creep", "F_ss(v) = F");
         match self.creep {
-            Some(creep) if is_zero(creep) => row!(f, name, by by, "none under {force:.5} N"),
+            Some(creep) if is_zero(creep) => row!(f, name, by by, "none under {force:.5} {newton}"),
             Some(creep) => row!(f, name, by by,
-                "{:.5} m/s under {force:.5} N; bristles relax at {rate:.5} 1/s", number(creep)),
-            None => row!(f, name, by by, "not known under {force:.5} N"),
+                "{:.5} {speed} under {force:.5} {newton}; bristles relax at {rate:.5} 1/s",
+                number(creep)),
+            None => row!(f, name, by by, "not known under {force:.5} {newton}"),
         }
     }
 
     fn write_mechanism(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [mass, unit] = self.units(["mass", "m/s"]);
         if let Some(stuck) = self.stuck {
-            row!(f, "stuck mass", by "module stability",
+            let mut name = Cell::new();
+            write!(name, "stuck {mass}")?;
+            row!(f, name.as_str(), by "module stability",
                 "ω = {:.5} rad/s, ζ = {:.5}; after a reversal ζ = {:.5}",
                 number(stuck.frequency), number(stuck.damping_ratio),
                 number(stuck.reversed_damping_ratio))?;
@@ -158,7 +173,7 @@ impl<T: Scalar> Audit<T> {
         let fastest = self.parameters.fastest;
         let (slowest, fastest) = (number(slowest_on_spring(fastest)), number(fastest));
         let mut by = Cell::new();
-        write!(by, "Routh–Hurwitz, {slowest:.5} … {fastest:.5} m/s")?;
+        write!(by, "Routh–Hurwitz, {slowest:.5} … {fastest:.5} {unit}")?;
         let (name, by) = ("sliding on spring", by.as_str());
         match threshold {
             _ if is_zero(self.normal_force) => row!(f, name, by by, "no friction, no load"),
@@ -168,9 +183,9 @@ impl<T: Scalar> Audit<T> {
             Threshold::Marginal => row!(f, name, by by,
                 "small motions neither grow nor die out at any speed"),
             Threshold::StableAbove(speed) => row!(f, name, by by,
-                "small motions die out above {:.5} m/s, GROW just below", number(speed)),
+                "small motions die out above {:.5} {unit}, GROW just below", number(speed)),
             Threshold::StableBelow(speed) => row!(f, name, by by,
-                "small motions GROW above {:.5} m/s, die out just below", number(speed)),
+                "small motions GROW above {:.5} {unit}, die out just below", number(speed)),
         }
     }
 

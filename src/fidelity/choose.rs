@@ -4,6 +4,7 @@ use alloc::vec::Vec;
 
 use super::report::{Choice, FidelityError, Trial, Verdict};
 use super::scene::{Level, MOST_STEPS, Run, Scene};
+use crate::Units;
 use crate::parameter::{self, ParameterError, Rule};
 
 /// The error allowed, and what the search for the cheapest run may cost.
@@ -16,6 +17,8 @@ pub struct Tolerance {
     /// What the search may cost, in evaluations of FrBD with one spring; 1e8 by default: a second,
     /// or a few with what the signals of the scene cost.
     pub budget: f64,
+    /// In which units the result prints.
+    pub units: Units,
 }
 
 /// A search of this cost takes a second or a few: one evaluation takes some 10 ns, and a sine in
@@ -25,13 +28,19 @@ const BUDGET: f64 = 1e8;
 impl Tolerance {
     /// Every answer is within this error, in the unit of the scene's quantity.
     pub const fn at_every_answer(error: f64) -> Self {
-        Self { error, root_mean_square: false, budget: BUDGET }
+        Self { error, root_mean_square: false, budget: BUDGET, units: Units::Translation }
     }
 
     /// The root of the mean square error of all answers is within this, in the unit of the scene's
     /// quantity.
     pub const fn root_mean_square(error: f64) -> Self {
         Self { root_mean_square: true, ..Self::at_every_answer(error) }
+    }
+
+    /// The error is of a joint: an angle, an angular velocity or a torque, printed as such.
+    #[must_use]
+    pub const fn in_units(self, units: Units) -> Self {
+        Self { units, ..self }
     }
 
     /// The distance between two runs; NaN if an answer is not finite.
@@ -174,7 +183,13 @@ impl<S: Scene + ?Sized> Search<'_, S> {
 
     fn undetermined<R>(&self, difference: f64, steps: u32) -> Result<R, FidelityError> {
         let (quantity, allowed) = (self.scene.quantity(), self.tolerance.error);
-        Err(FidelityError::Undetermined { quantity, difference, allowed, steps })
+        Err(FidelityError::Undetermined {
+            quantity,
+            difference,
+            allowed,
+            steps,
+            units: self.tolerance.units,
+        })
     }
 
     /// Doubles the steps of a level until it is good enough, settles on something else, or would

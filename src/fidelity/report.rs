@@ -7,7 +7,7 @@ use core::fmt;
 
 use super::choose::{SETTLED, Tolerance};
 use super::scene::{Level, Quantity};
-use crate::number::Number;
+use crate::number::{Number, Units};
 use crate::parameter::ParameterError;
 
 /// The result of a level.
@@ -87,6 +87,7 @@ impl Choice {
 impl fmt::Display for Choice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (quantity, unit) = self.quantity.name_and_unit();
+        let [quantity, unit] = [quantity, unit].map(|word| self.tolerance.units.of(word));
         let Tolerance { error, root_mean_square, .. } = self.tolerance;
         let sense = if root_mean_square { "root mean square" } else { "at every answer" };
         writeln!(f, "{quantity} within {:.3} {unit}, {sense}", Number(error))?;
@@ -100,16 +101,17 @@ impl fmt::Display for Choice {
             methods = methods.max(level.method.map_or(0, |method| method.chars().count()));
         }
         let error = format!("error / {unit}");
+        let errors = 12.max(error.len() + 2);
         writeln!(
             f,
-            "{:models$}  {:methods$}{:>11}{:>13}{:>8}{:>12}  {:10}  physics",
+            "{:models$}  {:methods$}{:>11}{:>13}{:>8}{:>errors$}  {:10}  physics",
             "model", "method", "step", "evaluations", "cost", error, "verdict",
         )?;
         for Trial { level, steps, evaluations, cost, error, verdict, physics } in &self.trials {
             let (model, method) = (level.model, level.method.unwrap_or("evaluation"));
             let (step, cost, error) = (self.step(*level, *steps), Number(*cost), Number(*error));
             write!(f, "{model:models$}  {method:methods$}{step:>11}{evaluations:>13}")?;
-            write!(f, "{cost:>8.3}{error:>12.3}  {verdict:10}")?;
+            write!(f, "{cost:>8.3}{error:>errors$.3}  {verdict:10}")?;
             match physics {
                 Some((name, value)) => writeln!(f, "  {name} {:.3}", Number(*value))?,
                 None => writeln!(f)?,
@@ -124,12 +126,13 @@ impl fmt::Display for Choice {
 }
 
 /// What keeps a reference from being one.
-fn unsettled(quantity: Quantity, difference: f64, allowed: f64) -> String {
+fn unsettled(quantity: Quantity, units: Units, difference: f64, allowed: f64) -> String {
     if difference.is_nan() {
         return "the reference has an answer that is not finite, or no second run within the budget"
             .into();
     }
-    let (unit, part, allowed) = (quantity.name_and_unit().1, SETTLED, Number(allowed));
+    let unit = units.of(quantity.name_and_unit().1);
+    let (part, allowed) = (SETTLED, Number(allowed));
     let difference = Number(difference);
     format!(
         "two runs of the reference differ by {difference:.3} {unit}, more than {part} times the \
@@ -152,7 +155,7 @@ pub enum FidelityError {
     #[error(
         "undetermined: with {steps} steps from one answer to the next {}; give a larger budget, \
          unless roundings decide about this scene",
-        unsettled(*quantity, *difference, *allowed)
+        unsettled(*quantity, *units, *difference, *allowed)
     )]
     Undetermined {
         /// The quantity of the scene.
@@ -164,6 +167,8 @@ pub enum FidelityError {
         allowed: f64,
         /// Steps from one answer to the next in the last run.
         steps: u32,
+        /// In which units it prints.
+        units: Units,
     },
     /// The integration behind a run stopped.
     #[error(transparent)]

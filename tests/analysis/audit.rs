@@ -21,7 +21,7 @@ use bristle::rheology::{
 use bristle::stability::Scheme;
 use bristle::{
     Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FoldRule, FrBd, ImplicitBristle,
-    LuGre, Sliding, paper,
+    LuGre, Sliding, Units, paper,
 };
 
 const RIG: Mechanism<f64> = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
@@ -589,6 +589,67 @@ fn the_table_says_that_the_undamped_bristle_of_the_tyre_folds() {
     assert!(audit.to_string().contains("FOLDS: σ1 = 0, least dμ/d|v| = -0.032511 s/m"), "{audit}");
     let firm = self::audit(table_2());
     assert!(firm.to_string().contains("one solution"), "{firm}");
+}
+
+/// What an audit prints of a joint: every unit of translation has its rotary counterpart, every
+/// number stays.
+#[test]
+fn the_audit_of_a_joint_prints_radians_and_newton_metres() {
+    let print = |contact: &dyn Fn(AuditParameters<f64>) -> Audit<f64>, mechanism| {
+        let load_cycle = Some(Bounds { min: -0.1, max: 0.4 });
+        let sample_time = Some(1e-3);
+        let of =
+            |units| AuditParameters { fastest: 1.0, mechanism, sample_time, load_cycle, units };
+        [Units::Translation, Units::Rotation].map(|units| contact(of(units)).to_string())
+    };
+    let (curve, bristle) = (table_2_curve(), table_2_bristle());
+    let creeping = Maxwell::new(MaxwellParameters { micro_stiffness: 1e4, series_damping: 200.0 });
+    let steep = Stribeck::new(StribeckParameters { stribeck_exponent: 1.0, ..paper::TYRE_CURVE });
+    let smooth = FrBd::new(steep.unwrap(), bristle).regularised(SquareRoot::new(1e-6).unwrap());
+    let smooth = smooth.under_load(1.0).unwrap();
+    let creeping = FrBd::new(curve, creeping.unwrap()).under_load(1.0).unwrap();
+    let classical = LuGre::classical(curve, bristle).under_load(1.0).unwrap();
+    let tables = [
+        print(
+            &|parameters| table_2().under_load(1.0).unwrap().audit(parameters).unwrap(),
+            Some(RIG),
+        ),
+        print(&|parameters| smooth.audit(parameters).unwrap(), Some(RIG)),
+        print(&|parameters| creeping.audit(parameters).unwrap(), None),
+        print(&|parameters| classical.audit(parameters).unwrap(), Some(RIG)),
+    ];
+    for [line, joint] in &tables {
+        let words = |table: &str| -> Vec<String> {
+            let table = table.replace("Theorem", "");
+            table.split([' ', '\n', ',', ';', ':']).map(str::to_owned).collect()
+        };
+        for word in ["m/s", "s/m", "1/m", "m", "N", "force", "mass"] {
+            assert!(!words(&joint.replace("N m", "")).contains(&word.into()), "{word}: {joint}");
+        }
+        assert!(line.contains(" m/s") && line.contains(" N") && !line.contains("rad\n"), "{line}");
+        let numbers = |table: &str| -> Vec<f64> {
+            words(table).iter().filter_map(|word| word.parse().ok()).collect()
+        };
+        assert_eq!(numbers(line), numbers(joint), "{line}{joint}");
+    }
+    let [_, joint] = &tables[0];
+    for row in [
+        "audit of FrBD under 1 N m, |v| ≤ 1 rad/s\n",
+        "deflection          |z| ≤ 1.5e-4 rad ",
+        "torque              |F| ≤ 1.5",
+        "breakaway           F_b = p μ_s = 1.5 N m ",
+        " rad per slow cycle -0.1 ↔ 0.4 N m ",
+        "stuck inertia       ω = ",
+        "small motions die out above 0.029863 rad/s, GROW just below ",
+        "1e-6 … 1 rad/s\n",
+    ] {
+        assert!(joint.contains(row), "{row}: {joint}");
+    }
+    assert!(tables[1][1].contains("kink, dμ/d|v| = ") && tables[1][1].contains(" s/rad: split"));
+    assert!(tables[1][1].contains("|0|_ε = 0.001 rad/s"), "{}", tables[1][1]);
+    assert!(tables[2][1].contains(" rad/s under 0.4 N m; bristles relax at 50 1/s"));
+    assert!(tables[3][1].contains("needs σ2 ≥ 32.25 s/rad, has 0.04"));
+    assert!(tables[3][1].contains("W at v = 1 rad/s, z = 1.5e-4 rad"));
 }
 
 /// Without damping λ = σ0/(dμ/d|v|) passes infinity where the curve turns.

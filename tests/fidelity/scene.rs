@@ -6,7 +6,7 @@ use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{Motion, PolynomialExponential};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::{Function, Signal, Sine, SineParameters};
-use bristle::{Bristle, FrBd, Mechanism, ParameterError, Rule};
+use bristle::{Bristle, FrBd, Mechanism, ParameterError, Rule, Units};
 use nalgebra::Vector3;
 
 use crate::known_velocity::sets;
@@ -70,6 +70,28 @@ fn the_report_lists_every_level_with_what_its_plan_costs_when_it_runs() {
             let (_, physics) = trial.physics.unwrap();
             assert!((0.0..=2.0).contains(&physics), "{choice}");
         }
+    }
+}
+
+#[test]
+fn the_report_of_a_joint_is_in_radians_and_newton_metres() {
+    for (scene, line, joint) in [
+        (&lag() as &dyn Scene, ("friction force", "N"), ("friction torque", "N m")),
+        (&pulled(1.0, 2.0, 0.1, (0.1, 100)), ("position", "m"), ("angle", "rad")),
+    ] {
+        let tolerance = Tolerance::at_every_answer(0.01);
+        let [first, other] = [Units::Translation, Units::Rotation]
+            .map(|units| choose(scene, tolerance.in_units(units)).unwrap().to_string());
+        for (text, (quantity, unit)) in [(&first, line), (&other, joint)] {
+            assert!(text.starts_with(&format!("{quantity} within 0.01 {unit}, ")), "{text}");
+            assert!(text.contains(&format!(" {unit}\n\n")), "settled to: {text}");
+            assert!(text.contains(&format!("  error / {unit}  verdict")), "{text}");
+        }
+        // But for the words the reports are one.
+        let numbers = |text: &str| -> Vec<f64> {
+            text.split_whitespace().filter_map(|word| word.parse().ok()).collect()
+        };
+        assert_eq!(numbers(&first), numbers(&other));
     }
 }
 
@@ -149,6 +171,8 @@ fn a_difference_that_is_small_but_not_settled_says_so() {
     let text = choose(&lag(), tolerance).unwrap_err().to_string();
     assert!(text.contains("more than 0.1 times the 1e-5 N allowed"), "{text}");
     assert!(!text.contains("NaN"), "{text}");
+    let text = choose(&lag(), tolerance.in_units(Units::Rotation)).unwrap_err().to_string();
+    assert!(text.contains("more than 0.1 times the 1e-5 N m allowed"), "{text}");
     let tolerance = Tolerance { budget: 1.0, ..tolerance };
     let text = choose(&lag(), tolerance).unwrap_err().to_string();
     assert!(text.contains("no second run within the budget"), "{text}");
