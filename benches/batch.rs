@@ -15,6 +15,7 @@ use std::time::Instant;
 
 use bristle::batch::{Batch, BatchError, CommitInput, PassiveOutput, Real, StepInput};
 use bristle::curve::{Stribeck, StribeckParameters};
+use bristle::plane::{Axis, PlaneFrBd};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd};
 use nalgebra::convert;
@@ -137,6 +138,84 @@ fn compare<T: Real>(name: &str) -> Result<(), BatchError> {
     Ok(())
 }
 
+/// Passive steps of bristles of N axes.
+struct Steps<T: 'static, const N: usize> {
+    batch: Batch<'static, T, N>,
+    velocities: Vec<T>,
+    normal_forces: Vec<T>,
+    deflections: Vec<T>,
+    output: [Vec<T>; 3],
+    best: Best,
+}
+
+impl<T: Real, const N: usize> Steps<T, N> {
+    fn new(batch: Batch<'static, T, N>) -> Self {
+        let column = |length: usize, f: &dyn Fn(f64) -> f64| -> Vec<T> {
+            (0..length).map(|i| convert(f((i * 37 % 1000) as f64 / 1000.0))).collect()
+        };
+        Self {
+            batch,
+            velocities: column(N * COUNT, &|u| 0.05 * (u - 0.5)),
+            normal_forces: column(COUNT, &|u| 1.0 + u),
+            deflections: column(N * COUNT, &|u| 2e-4 * (0.5 - u)),
+            output: [(); 3].map(|()| column(N * COUNT, &|u| u)),
+            best: Best(f64::INFINITY),
+        }
+    }
+
+    fn time(&mut self) {
+        let Self { batch, velocities, normal_forces, deflections, output, best } = self;
+        let [shares, biases, dampings] = output;
+        best.time(COUNT, || {
+            let h = convert(1e-3);
+            let predicted = StepInput { velocities, normal_forces, deflections };
+            let dampers = PassiveOutput { shares, biases, dampings };
+            let _ = black_box(batch.companions(predicted, h, dampers));
+            let found = CommitInput { shares, velocities };
+            let _ = black_box(batch.commit(found, h, deflections));
+        });
+    }
+}
+
+/// Passive steps of bristles of one axis beside those of more, alike on all axes or not.
+fn axes<T: Real>(name: &str) -> Result<(), BatchError> {
+    let t = |value: f64| convert::<f64, T>(value);
+    let curve = Stribeck::new(StribeckParameters {
+        static_coefficient: t(1.5),
+        dynamic_coefficient: t(1.0),
+        stribeck_velocity: t(0.01),
+        stribeck_exponent: t(2.0),
+        viscous_friction: t(0.04),
+    })?;
+    let bristle = KelvinVoigt::new(KelvinVoigtParameters {
+        micro_stiffness: t(1e4),
+        micro_damping: t(64.5),
+    })?;
+    let line = Batch::of(&FrBd::new(curve, bristle))?;
+    let ratio = |friction_ratio: f64| Axis { friction_ratio: t(friction_ratio), bristle };
+    let grain = PlaneFrBd::new(curve, [ratio(1.0), ratio(0.6)])?;
+    let (mut one, mut two) = (Steps::new(line), Steps::new(line.isotropic::<2>()));
+    let (mut unlike, mut three) =
+        (Steps::new(Batch::of(&grain)?), Steps::new(line.isotropic::<3>()));
+    for _ in 0..ROUNDS {
+        one.time();
+        two.time();
+        unlike.time();
+        three.time();
+    }
+    let times = [
+        ("one axis", one.best.0),
+        ("two axes alike", two.best.0),
+        ("two axes unlike", unlike.best.0),
+        ("three axes alike", three.best.0),
+    ];
+    for (axes, time) in times {
+        let ratio = time / one.best.0;
+        println!("{name}  passive step, {axes:<16} {time:8.2} ns {ratio:8.2} of one axis");
+    }
+    Ok(())
+}
+
 /// A million bristles on one thread and on all that rayon has.
 #[cfg(feature = "rayon")]
 fn threads() -> Result<(), BatchError> {
@@ -173,6 +252,8 @@ fn threads() -> Result<(), BatchError> {
 fn main() -> Result<(), BatchError> {
     compare::<f64>("f64")?;
     compare::<f32>("f32")?;
+    axes::<f64>("f64")?;
+    axes::<f32>("f32")?;
     #[cfg(feature = "rayon")]
     threads()?;
     Ok(())

@@ -7,38 +7,47 @@ use super::Outcome;
 use super::kernel::Kernel;
 use super::real::{BLOCK, Real};
 
-/// What a kernel works on: P columns of parameters, I of inputs and O of outputs, all of one
-/// length.
+/// What a kernel works on: P columns of parameters, and of N axes I columns of inputs and O of
+/// outputs, all of one length. An axis that a column lacks is empty.
 #[derive(Debug)]
-pub(super) struct Slices<'a, T, const P: usize, const I: usize, const O: usize> {
+pub(super) struct Slices<'a, T, const N: usize, const P: usize, const I: usize, const O: usize> {
     pub(super) parameters: [&'a [T]; P],
-    pub(super) inputs: [&'a [T]; I],
-    pub(super) outputs: [&'a mut [T]; O],
+    pub(super) inputs: [[&'a [T]; N]; I],
+    pub(super) outputs: [[&'a mut [T]; N]; O],
     pub(super) length: usize,
 }
 
 /// One block, in place in `outputs`; false if a result is not finite.
+#[allow(clippy::needless_range_loop, reason = "iterators in two depths are not unrolled")]
 #[inline(always)]
-fn block<T: Real, const P: usize, const I: usize, const O: usize>(
-    kernel: &impl Kernel<T, P, I, O>,
+fn block<T: Real, const N: usize, const P: usize, const I: usize, const O: usize>(
+    kernel: &impl Kernel<T, N, P, I, O>,
     parameters: [&[T; BLOCK]; P],
-    inputs: [&[T; BLOCK]; I],
-    outputs: &mut [[T; BLOCK]; O],
+    inputs: [[&[T; BLOCK]; N]; I],
+    outputs: &mut [[[T; BLOCK]; N]; O],
 ) -> bool {
     let mut finite = true;
     for k in 0..BLOCK {
         // `get`, because optimising for size keeps the bounds check of an index.
         let at = |column: &[T; BLOCK]| column.get(k).copied().unwrap_or_else(T::one);
-        let before = outputs.each_ref().map(at);
-        let after = kernel.apply(parameters.map(at), inputs.map(at), before);
+        // Loops over axes, because maps of maps are not inlined.
+        let (mut read, mut before) = ([[T::one(); N]; I], [[T::one(); N]; O]);
+        for axis in 0..N {
+            (0..I).for_each(|column| read[column][axis] = at(inputs[column][axis]));
+            (0..O).for_each(|column| before[column][axis] = at(&outputs[column][axis]));
+        }
+        let after = kernel.apply(parameters.map(at), read, before);
         // Finite only if all terms are: ∞ − ∞ is NaN.
-        let sum = after.into_iter().reduce(|sum, value| sum + value);
-        finite &= sum.is_none_or(|sum| sum.is_finite());
-        for (column, value) in outputs.iter_mut().zip(after) {
-            if let Some(to) = column.get_mut(k) {
-                *to = value;
+        let mut sum = T::zero();
+        for axis in 0..N {
+            for column in 0..O {
+                sum += after[column][axis];
+                if let Some(to) = outputs[column][axis].get_mut(k) {
+                    *to = after[column][axis];
+                }
             }
         }
+        finite &= sum.is_finite();
     }
     finite
 }
@@ -64,20 +73,30 @@ fn padded<T: Real, const N: usize>(slices: [&[T]; N]) -> [[T; BLOCK]; N] {
 
 /// All blocks.
 #[inline(always)]
-fn sweep<T: Real, K: Kernel<T, P, I, O>, const P: usize, const I: usize, const O: usize>(
+fn sweep<
+    T: Real,
+    K: Kernel<T, N, P, I, O>,
+    const N: usize,
+    const P: usize,
+    const I: usize,
+    const O: usize,
+>(
     kernel: K,
-    slices: Slices<'_, T, P, I, O>,
+    slices: Slices<'_, T, N, P, I, O>,
 ) -> Outcome {
     let Slices { mut parameters, mut inputs, mut outputs, length } = slices;
     let (mut outcome, mut done) = (Outcome::default(), 0);
-    let mut results = [*T::ONES; O];
+    let mut results = [[*T::ONES; N]; O];
     while done + BLOCK <= length {
         if K::READS_OUTPUTS {
             let ones = *T::ONES;
-            results = outputs.each_ref().map(|slice| slice.first_chunk().copied().unwrap_or(ones));
+            let first = |slice: &&mut [T]| slice.first_chunk().copied().unwrap_or(ones);
+            results = outputs.each_ref().map(|axes| axes.each_ref().map(first));
         }
-        let finite = block(&kernel, next(&mut parameters), next(&mut inputs), &mut results);
-        for (slice, result) in outputs.iter_mut().zip(&results) {
+        let (parameters, inputs) = (next(&mut parameters), inputs.each_mut().map(next));
+        let finite = block(&kernel, parameters, inputs, &mut results);
+        let written = outputs.iter_mut().flatten().zip(results.iter().flatten());
+        for (slice, result) in written {
             if let Some(to) = slice.split_off_mut(..BLOCK).and_then(|to| to.first_chunk_mut()) {
                 *to = *result;
             }
@@ -88,10 +107,12 @@ fn sweep<T: Real, K: Kernel<T, P, I, O>, const P: usize, const I: usize, const O
         done += BLOCK;
     }
     if done < length {
-        let (parameters, inputs) = (padded(parameters), padded(inputs));
-        let mut results = padded(outputs.each_ref().map(|slice| &**slice));
-        let finite = block(&kernel, parameters.each_ref(), inputs.each_ref(), &mut results);
-        for (slice, result) in outputs.iter_mut().zip(&results) {
+        let (parameters, inputs) = (padded(parameters), inputs.map(padded));
+        let mut results =
+            outputs.each_ref().map(|axes| padded(axes.each_ref().map(|slice| &**slice)));
+        let inputs = inputs.each_ref().map(|axes| axes.each_ref());
+        let finite = block(&kernel, parameters.each_ref(), inputs, &mut results);
+        for (slice, result) in outputs.iter_mut().flatten().zip(results.iter().flatten()) {
             slice.iter_mut().zip(result).for_each(|(to, from)| *to = *from);
         }
         if !finite {
@@ -112,13 +133,14 @@ fn sweep<T: Real, K: Kernel<T, P, I, O>, const P: usize, const I: usize, const O
 )]
 pub(super) fn run<
     T: Real,
-    K: Kernel<T, P, I, O>,
+    K: Kernel<T, N, P, I, O>,
+    const N: usize,
     const P: usize,
     const I: usize,
     const O: usize,
 >(
     kernel: K,
-    slices: Slices<'_, T, P, I, O>,
+    slices: Slices<'_, T, N, P, I, O>,
 ) -> Outcome {
     sweep(kernel, slices)
 }
@@ -128,43 +150,54 @@ mod tests {
     use super::{Slices, run, sweep};
     use crate::batch::Real;
     use crate::batch::kernel::{Bound, Hold, Predict};
-    use crate::batch::material::{GAUSSIAN, Material};
+    use crate::batch::material::{AxisMaterial, GAUSSIAN, Material};
     use crate::curve::Valley;
     use crate::scalar::{lit, to_f64};
 
-    /// Velocities, normal forces and deflections of many decades.
-    fn inputs<T: Real>() -> [[T; 501]; 3] {
-        let wave = |k: usize, pace: f64| {
+    /// Numbers of many decades.
+    fn column<T: Real>(pace: f64) -> [T; 501] {
+        core::array::from_fn(|k| {
             lit::<T>((pace * k as f64).sin() * (pace * k as f64).exp2().recip())
-        };
-        [0.021, 0.017, 0.013].map(|pace| core::array::from_fn(|k| wave(k, pace)))
+        })
     }
 
-    fn the_widest_vectors_give_the_bits_of_the_narrowest<T: Real>() {
+    fn bits<T: Real, const N: usize>(columns: &[[[T; 501]; N]]) -> std::vec::Vec<u64> {
+        columns.iter().flatten().flatten().map(|&x| to_f64(x).to_bits()).collect()
+    }
+
+    fn the_widest_vectors_give_the_bits_of_the_narrowest<T: Real, const N: usize>() {
         let (drop, viscous) = (lit(0.5), lit(0.04));
         let curve = Valley { dynamic: T::one(), drop, inverse_velocity: lit(100.0), viscous };
-        let source = Material { curve, stiffness: lit(1e4), damping: lit(64.5) };
-        let [velocities, loads, deflections] = inputs::<T>();
-        let loads = loads.map(|load| load.abs());
-        let bits = |values: &[T]| -> std::vec::Vec<u64> {
-            values.iter().map(|&x| to_f64(x).to_bits()).collect()
-        };
+        let ratio = |axis: usize| lit::<T>(1.0 - 0.3 * axis as f64);
+        let axes: [_; N] = core::array::from_fn(|axis| AxisMaterial {
+            ratio: ratio(axis),
+            stiffness: lit(1e4),
+            damping: lit(64.5),
+        });
+        let source = Material { curve, axes };
+        let velocities: [_; N] = core::array::from_fn(|axis| column(0.021 + 0.003 * axis as f64));
+        let deflections: [_; N] = core::array::from_fn(|axis| column(0.013 + 0.001 * axis as f64));
+        let loads = column::<T>(0.017).map(|load| load.abs());
+        let mut load = [&loads[..0]; N];
+        load[0] = &loads;
         for h in [1e-4, 0.1] {
             let duration = lit(h);
             let outcome = |wide: bool| {
-                let mut out = [[T::zero(); 501]; 3];
-                let outputs = out.each_mut().map(|column| column.as_mut_slice());
-                let inputs = [&velocities[..], &loads, &deflections];
+                let velocity = velocities.each_ref().map(|column| column.as_slice());
+                let deflection = deflections.each_ref().map(|column| column.as_slice());
+                let mut out = [[[T::zero(); 501]; N]; 3];
+                let outputs = out.each_mut().map(|axes| axes.each_mut().map(|c| c.as_mut_slice()));
+                let inputs = [velocity, load, deflection];
                 let slices = Slices { parameters: [], inputs, outputs, length: 501 };
                 let kernel = Bound::<_, _, GAUSSIAN> { source, operation: Predict { duration } };
                 let _ = if wide { run(kernel, slices) } else { sweep(kernel, slices) };
                 let mut held = [deflections, deflections];
-                let outputs = held.each_mut().map(|column| column.as_mut_slice());
-                let inputs = [&velocities[..], &loads];
+                let outputs = held.each_mut().map(|axes| axes.each_mut().map(|c| c.as_mut_slice()));
+                let inputs = [velocity, load];
                 let slices = Slices { parameters: [], inputs, outputs, length: 501 };
                 let kernel = Bound::<_, _, GAUSSIAN> { source, operation: Hold { duration } };
                 let _ = if wide { run(kernel, slices) } else { sweep(kernel, slices) };
-                (out.map(|column| bits(&column)), held.map(|column| bits(&column)))
+                (bits(&out), bits(&held))
             };
             assert_eq!(outcome(true), outcome(false));
         }
@@ -172,7 +205,9 @@ mod tests {
 
     #[test]
     fn every_instruction_set_gives_the_same_bits() {
-        the_widest_vectors_give_the_bits_of_the_narrowest::<f64>();
-        the_widest_vectors_give_the_bits_of_the_narrowest::<f32>();
+        the_widest_vectors_give_the_bits_of_the_narrowest::<f64, 1>();
+        the_widest_vectors_give_the_bits_of_the_narrowest::<f32, 1>();
+        the_widest_vectors_give_the_bits_of_the_narrowest::<f64, 2>();
+        the_widest_vectors_give_the_bits_of_the_narrowest::<f32, 3>();
     }
 }

@@ -1,17 +1,23 @@
 //! The arithmetic of one bristle: what a step reads, and what it writes.
+//!
+//! Every column has N axes. What has one number for a bristle, such as its normal force, is the
+//! first axis of a column whose other axes are absent. Loops over axes are plain: the compiler
+//! unrolls them and then vectorises the loop over the bristles, which it does not do for iterators.
+#![allow(clippy::needless_range_loop, reason = "plain loops are unrolled, iterators are not")]
 
 use super::material::{Material, Source};
 use super::real::{self, Real};
 use crate::scalar::{lit, nan};
 
-/// What a step does to one bristle: from P parameters, I inputs and the O outputs before it.
-pub(super) trait Kernel<T, const P: usize, const I: usize, const O: usize>:
+/// What a step does to one bristle of N axes: from P parameters, I inputs and the O outputs before
+/// it.
+pub(super) trait Kernel<T, const N: usize, const P: usize, const I: usize, const O: usize>:
     Copy + Send + Sync
 {
     /// Whether the step depends on the outputs before it. Reading them for nothing costs bandwidth.
     const READS_OUTPUTS: bool;
     /// The O outputs after the step.
-    fn apply(&self, parameters: [T; P], inputs: [T; I], before: [T; O]) -> [T; O];
+    fn apply(&self, parameters: [T; P], inputs: [[T; N]; I], before: [[T; N]; O]) -> [[T; N]; O];
 }
 
 /// An operation on bristles with parameters from a source and a curve that falls in one way, a
@@ -22,31 +28,49 @@ pub(super) struct Bound<S, K, const FALL: u8> {
     pub(super) operation: K,
 }
 
-impl<T, S, K, const FALL: u8, const P: usize, const I: usize, const O: usize> Kernel<T, P, I, O>
-    for Bound<S, K, FALL>
+impl<T, S, K, const FALL: u8, const N: usize, const P: usize, const I: usize, const O: usize>
+    Kernel<T, N, P, I, O> for Bound<S, K, FALL>
 where
-    S: Source<T, P>,
-    K: Operation<T, I, O>,
+    S: Source<T, N, P>,
+    K: Operation<T, N, I, O>,
 {
     const READS_OUTPUTS: bool = K::READS_OUTPUTS;
 
     #[inline(always)]
-    fn apply(&self, parameters: [T; P], inputs: [T; I], before: [T; O]) -> [T; O] {
+    fn apply(&self, parameters: [T; P], inputs: [[T; N]; I], before: [[T; N]; O]) -> [[T; N]; O] {
         self.operation.apply::<FALL>(&self.source.material(parameters), inputs, before)
     }
 }
 
 /// A step of one bristle whose material is known.
-pub(super) trait Operation<T, const I: usize, const O: usize>: Copy + Send + Sync {
+pub(super) trait Operation<T, const N: usize, const I: usize, const O: usize>:
+    Copy + Send + Sync
+{
     /// Whether the step depends on the outputs before it.
     const READS_OUTPUTS: bool = true;
     /// The O outputs after the step.
     fn apply<const FALL: u8>(
         &self,
-        material: &Material<T>,
-        inputs: [T; I],
-        before: [T; O],
-    ) -> [T; O];
+        material: &Material<T, N>,
+        inputs: [[T; N]; I],
+        before: [[T; N]; O],
+    ) -> [[T; N]; O];
+}
+
+/// The one number of a bristle in a column whose other axes are absent.
+#[inline(always)]
+fn only<T: Real, const N: usize>(column: [T; N]) -> T {
+    column.first().copied().unwrap_or_else(nan)
+}
+
+/// The column that [`only`] reads.
+#[inline(always)]
+fn alone<T: Real, const N: usize>(value: T) -> [T; N] {
+    let mut column = [T::zero(); N];
+    if let Some(first) = column.first_mut() {
+        *first = value;
+    }
+    column
 }
 
 /// The normal force; NaN for a negative one.
@@ -60,25 +84,30 @@ fn load<T: Real>(normal_force: T) -> T {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reload;
 
-impl<T: Real> Operation<T, 2, 2> for Reload {
+impl<T: Real, const N: usize> Operation<T, N, 2, 2> for Reload {
     #[inline(always)]
     fn apply<const FALL: u8>(
         &self,
-        material: &Material<T>,
-        [before, after]: [T; 2],
-        [deflection, _]: [T; 2],
-    ) -> [T; 2] {
+        material: &Material<T, N>,
+        [before, after]: [[T; N]; 2],
+        [mut deflection, _]: [[T; N]; 2],
+    ) -> [[T; N]; 2] {
         let (zero, one) = (T::zero(), T::one());
-        let (from, to) = (load(before), load(after));
+        let (from, to) = (load(only(before)), load(only(after)));
         let rises = to > from;
         let (kept, lost) =
             if rises { (from / to, (to - from) / to) } else { (one, (from - to) / from) };
         // Not for NaN.
         let touches = from > zero && to > zero;
         let (kept, lost) = if touches { (kept, lost) } else { (zero, one) };
-        let stored = lit::<T>(0.5) * from * material.stiffness * deflection * deflection;
         // NaN unless the load is finite.
-        [deflection * kept, lost * stored + zero * to]
+        let mut left = zero * to;
+        for (axis, z) in material.axes.iter().zip(&mut deflection) {
+            let stored = lit::<T>(0.5) * from * axis.stiffness * *z * *z;
+            left = lost * stored + left;
+            *z *= kept;
+        }
+        [deflection, alone(left)]
     }
 }
 
@@ -88,22 +117,29 @@ pub(super) struct Predict<T> {
     pub(super) duration: T,
 }
 
-impl<T: Real> Operation<T, 3, 3> for Predict<T> {
+impl<T: Real, const N: usize> Operation<T, N, 3, 3> for Predict<T> {
     const READS_OUTPUTS: bool = false;
 
     #[inline(always)]
     fn apply<const FALL: u8>(
         &self,
-        material: &Material<T>,
-        [velocity, normal_force, deflection]: [T; 3],
-        _: [T; 3],
-    ) -> [T; 3] {
-        let stiffening = lit::<T>(0.5) * self.duration * material.stiffness + material.damping;
-        let speed = velocity.size();
+        material: &Material<T, N>,
+        [velocity, normal_force, deflection]: [[T; N]; 3],
+        [mut shares, mut biases, mut dampings]: [[T; N]; 3],
+    ) -> [[T; N]; 3] {
+        let (weighted, speed) = material.speeds(velocity);
         let mu = material.coefficient::<FALL>(speed);
-        let share = mu / (mu + stiffening * speed);
-        let carried = load(normal_force) * share;
-        [share, carried * (material.stiffness * deflection), carried * stiffening]
+        let load = load(only(normal_force));
+        for i in 0..N {
+            let axis = &material.axes[i];
+            let stiffening = lit::<T>(0.5) * self.duration * axis.stiffness + axis.damping;
+            let mu = axis.square() * mu;
+            shares[i] = mu / (mu + stiffening * weighted);
+            let carried = load * shares[i];
+            biases[i] = carried * (axis.stiffness * deflection[i]);
+            dampings[i] = carried * stiffening;
+        }
+        [shares, biases, dampings]
     }
 }
 
@@ -113,33 +149,40 @@ pub(super) struct Commit<T> {
     pub(super) duration: T,
 }
 
-impl<T: Real> Operation<T, 2, 1> for Commit<T> {
+impl<T: Real, const N: usize> Operation<T, N, 2, 1> for Commit<T> {
     #[inline(always)]
     fn apply<const FALL: u8>(
         &self,
-        material: &Material<T>,
-        [velocity, share]: [T; 2],
-        [before]: [T; 1],
-    ) -> [T; 1] {
+        material: &Material<T, N>,
+        [velocity, share]: [[T; N]; 2],
+        [mut deflection]: [[T; N]; 1],
+    ) -> [[T; N]; 1] {
         let (zero, one) = (T::zero(), T::one());
-        let stiffness = self.duration * material.stiffness;
-        // h σ0/κ, at most 2. Without damping κ is zero for a step of no length.
-        let loss = if stiffness > zero {
-            stiffness / (lit::<T>(0.5) * stiffness + material.damping)
-        } else {
-            zero
-        };
-        let after = before + (self.duration * share * velocity - loss * (one - share) * before);
-        let (size, most) = (before.size(), material.most(velocity.size()) * material.compliance());
-        // The limit at an infinite velocity, infinite or 0·∞, cuts nothing.
-        let limit = if size > most { size } else { most };
-        [if after > limit {
-            limit
-        } else if after < -limit {
-            -limit
-        } else {
-            after
-        }]
+        // At least ‖v̄‖, without a root.
+        let speed = velocity.iter().fold(zero, |sum, v| sum + v.size());
+        let most = material.most(speed);
+        for i in 0..N {
+            let (axis, z) = (&material.axes[i], deflection[i]);
+            let stiffness = self.duration * axis.stiffness;
+            // h σ0/κ, at most 2. Without damping κ is zero for a step of no length.
+            let loss = if stiffness > zero {
+                stiffness / (lit::<T>(0.5) * stiffness + axis.damping)
+            } else {
+                zero
+            };
+            let after = z + (self.duration * share[i] * velocity[i] - loss * (one - share[i]) * z);
+            let (size, most) = (z.size(), most * axis.ratio * axis.compliance());
+            // The limit at an infinite velocity, infinite or 0·∞, cuts nothing.
+            let limit = if size > most { size } else { most };
+            deflection[i] = if after > limit {
+                limit
+            } else if after < -limit {
+                -limit
+            } else {
+                after
+            };
+        }
+        [deflection]
     }
 }
 
@@ -150,32 +193,36 @@ pub(super) struct Hold<T> {
     pub(super) duration: T,
 }
 
-impl<T: Real> Operation<T, 2, 2> for Hold<T> {
+impl<T: Real, const N: usize> Operation<T, N, 2, 2> for Hold<T> {
     #[inline(always)]
     fn apply<const FALL: u8>(
         &self,
-        material: &Material<T>,
-        [velocity, normal_force]: [T; 2],
-        [before, _]: [T; 2],
-    ) -> [T; 2] {
+        material: &Material<T, N>,
+        [velocity, normal_force]: [[T; N]; 2],
+        [mut deflection, mut force]: [[T; N]; 2],
+    ) -> [[T; N]; 2] {
         let one = T::one();
-        let speed = velocity.size();
+        let (weighted, speed) = material.speeds(velocity);
         let mu = material.coefficient::<FALL>(speed);
-        let inverse = one / (material.damping * speed + mu);
-        let drive = mu * inverse;
-        // x = λh
-        let exponent = self.duration * material.stiffness * speed * inverse;
-        let decay = real::decay(-exponent);
-        // 1 − φ1 = x φ2. Near x = 0 the polynomial, for there 1 − φ1 cancels.
-        let far = one - decay.loss / exponent;
-        let rest = if decay.is_near { exponent * decay.curvature } else { far };
-        // r v/λ, the deflection in steady sliding. At rest its sign does not matter: x = 0 there.
-        let size = mu * material.compliance();
-        let steady = if velocity < T::zero() { -size } else { size };
-        let missing = steady - before;
-        let (after, mean) = (before + decay.loss * missing, before + rest * missing);
-        let force =
-            load(normal_force) * drive * (material.stiffness * mean + material.damping * velocity);
-        [after, force]
+        let load = load(only(normal_force));
+        for i in 0..N {
+            let (axis, v, z) = (&material.axes[i], velocity[i], deflection[i]);
+            let mu = axis.square() * mu;
+            let inverse = one / (axis.damping * weighted + mu);
+            let drive = mu * inverse;
+            // x = λh
+            let exponent = self.duration * axis.stiffness * weighted * inverse;
+            let decay = real::decay(-exponent);
+            // 1 − φ1 = x φ2. Near x = 0 the polynomial, for there 1 − φ1 cancels.
+            let far = one - decay.loss / exponent;
+            let rest = if decay.is_near { exponent * decay.curvature } else { far };
+            // r v/λ, the deflection in steady sliding.
+            let steady = axis.direction::<N>(v, weighted) * (mu * axis.compliance());
+            let missing = steady - z;
+            let mean = z + rest * missing;
+            deflection[i] = z + decay.loss * missing;
+            force[i] = load * drive * (axis.stiffness * mean + axis.damping * v);
+        }
+        [deflection, force]
     }
 }

@@ -1,11 +1,12 @@
 //! What the bristles of a batch are made of: one model for all, or parameters of each.
 //!
-//! μ(v) = μ_d + (μ_s − μ_d) fall(|v|/v_S) + σ2|v|, with a Kelvin–Voigt bristle σ0, σ1.
+//! μ(v) = μ_d + (μ_s − μ_d) fall(|v|/v_S) + σ2|v|, with a Kelvin–Voigt bristle σ0, σ1 on each axis.
 
 use super::BatchError;
 use super::real::{self, Real};
 use crate::curve::{AnyCurve, Coulomb, RationalStribeck, Stribeck, Valley};
 use crate::parameter::{self, ParameterError, Rule};
+use crate::plane::PlaneFrBd;
 use crate::regularisation::AnyRegularisation;
 use crate::rheology::{KelvinVoigt, Rheology};
 use crate::scalar::lit;
@@ -65,7 +66,7 @@ impl<'a, T: Real> Columns<'a, T> {
 
     /// Checks the lengths and every value.
     pub(super) fn check(&self) -> Result<(), BatchError> {
-        super::same_length(self.named().map(|(name, column)| (name, column.len())))?;
+        super::same_length(self.named().map(|(name, column)| (name, 1, column.len())))?;
         for (name, column) in self.named() {
             let zero_too = matches!(name, "viscous_frictions" | "micro_dampings");
             let gate = if zero_too { parameter::non_negative } else { parameter::positive };
@@ -81,7 +82,21 @@ impl<'a, T: Real> Columns<'a, T> {
     }
 }
 
-impl<T: Real> Material<T> {
+impl<T: Real, const N: usize> Material<T, N> {
+    /// The weighted speed ‖(aᵢ vᵢ)‖ and the speed ‖v‖.
+    #[inline(always)]
+    pub(super) fn speeds(&self, velocity: [T; N]) -> (T, T) {
+        if let ([axis], [v]) = (self.axes.as_slice(), velocity.as_slice()) {
+            return ((axis.ratio * *v).size(), v.size());
+        }
+        let (mut weighted, mut speed) = (T::zero(), T::zero());
+        for (axis, v) in self.axes.iter().zip(velocity) {
+            let along = axis.ratio * v;
+            (weighted, speed) = (weighted + along * along, speed + v * v);
+        }
+        (weighted.sqrt(), speed.sqrt())
+    }
+
     /// μ(v) at a speed |v|.
     #[inline(always)]
     pub(super) fn coefficient<const FALL: u8>(&self, speed: T) -> T {
@@ -95,12 +110,6 @@ impl<T: Real> Material<T> {
         dynamic + drop * fall + viscous * speed
     }
 
-    /// 1/σ0. Of shared parameters the compiler takes it out of the loop.
-    #[inline(always)]
-    pub(super) fn compliance(&self) -> T {
-        T::one() / self.stiffness
-    }
-
     /// An upper bound of μ up to a speed, without an exponential.
     #[inline(always)]
     pub(super) fn most(&self, speed: T) -> T {
@@ -108,33 +117,72 @@ impl<T: Real> Material<T> {
     }
 }
 
+/// The parameters of one axis of a bristle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct AxisMaterial<T> {
+    /// a, its friction over the curve
+    pub(super) ratio: T,
+    /// σ0
+    pub(super) stiffness: T,
+    /// σ1
+    pub(super) damping: T,
+}
+
+impl<T: Real> AxisMaterial<T> {
+    /// The axis of a contact in which no direction is special.
+    fn plain(stiffness: T, damping: T) -> Self {
+        Self { ratio: T::one(), stiffness, damping }
+    }
+
+    /// a²
+    #[inline(always)]
+    pub(super) fn square(&self) -> T {
+        self.ratio * self.ratio
+    }
+
+    /// 1/σ0. Of shared parameters the compiler takes it out of the loop.
+    #[inline(always)]
+    pub(super) fn compliance(&self) -> T {
+        T::one() / self.stiffness
+    }
+
+    /// vᵢ/‖(aᵢ vᵢ)‖. At rest, where nothing moves, any finite number will do.
+    #[inline(always)]
+    pub(super) fn direction<const N: usize>(&self, velocity: T, weighted: T) -> T {
+        let zero = T::zero();
+        if N == 1 {
+            let size = T::one() / self.ratio;
+            return if velocity < zero { -size } else { size };
+        }
+        if weighted > zero { velocity / weighted } else { zero }
+    }
+}
+
 /// A model that all bristles of a batch can share: [`FrBd`] of a [`Coulomb`], [`Stribeck`]
 /// (exponent 1 or 2) or [`RationalStribeck`] curve and a constant [`KelvinVoigt`]
-/// bristle, or [`Dahl`]. An [`AnyBristle`] is one if it holds one of these.
-pub trait Uniform<T>: sealed::Model<T> {}
+/// bristle, or [`Dahl`]. An [`AnyBristle`] is one if it holds one of these. A [`PlaneFrBd`] of such
+/// a curve is one of N axes.
+pub trait Uniform<T, const N: usize = 1>: sealed::Model<T, N> {}
 
 pub(super) mod sealed {
-    use super::{Fall, ParameterError, Valley};
+    use super::{AxisMaterial, Fall, ParameterError, Valley};
 
     /// The parameters of one bristle.
     #[derive(Debug, Clone, Copy, PartialEq)]
-    pub struct Material<T> {
+    pub struct Material<T, const N: usize> {
         /// μ_d, μ_s − μ_d, 1/v_S and σ2
         pub(in crate::batch) curve: Valley<T>,
-        /// σ0
-        pub(in crate::batch) stiffness: T,
-        /// σ1
-        pub(in crate::batch) damping: T,
+        pub(in crate::batch) axes: [AxisMaterial<T>; N],
     }
 
     /// A model that a batch can compute.
-    pub trait Model<T> {
-        fn material(&self) -> Result<(Fall, Material<T>), ParameterError>;
+    pub trait Model<T, const N: usize> {
+        fn material(&self) -> Result<(Fall, Material<T, N>), ParameterError>;
     }
 
-    /// A curve that a batch can compute, as a material whose bristle is still to be filled in.
+    /// A curve that a batch can compute, as a material without a bristle.
     pub trait Curve<T> {
-        fn curve(&self) -> Result<(Fall, Material<T>), ParameterError>;
+        fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError>;
     }
 
     /// A bristle of one spring, none of whose elements depends on the velocity.
@@ -144,7 +192,7 @@ pub(super) mod sealed {
 impl<T> sealed::Constant for KelvinVoigt<T> {}
 
 impl<T: Real> sealed::Curve<T> for Stribeck<T> {
-    fn curve(&self) -> Result<(Fall, Material<T>), ParameterError> {
+    fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError> {
         let exponent = self.exponent;
         let fall = if exponent == T::one() {
             Fall::Exponential
@@ -154,24 +202,24 @@ impl<T: Real> sealed::Curve<T> for Stribeck<T> {
             let rule = Rule::Stated("be 1 or 2 here");
             return Err(parameter::refused("stribeck_exponent", exponent, rule));
         };
-        Ok((fall, without_bristle(self.valley)))
+        Ok((fall, Material { curve: self.valley, axes: [] }))
     }
 }
 
 impl<T: Real> sealed::Curve<T> for RationalStribeck<T> {
-    fn curve(&self) -> Result<(Fall, Material<T>), ParameterError> {
-        Ok((Fall::Rational, without_bristle(self.0)))
+    fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError> {
+        Ok((Fall::Rational, Material { curve: self.0, axes: [] }))
     }
 }
 
 impl<T: Real> sealed::Curve<T> for Coulomb<T> {
-    fn curve(&self) -> Result<(Fall, Material<T>), ParameterError> {
+    fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError> {
         Ok((Fall::Rational, flat(self.dynamic, self.viscous)))
     }
 }
 
 impl<T: Real> sealed::Curve<T> for AnyCurve<T> {
-    fn curve(&self) -> Result<(Fall, Material<T>), ParameterError> {
+    fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError> {
         match self {
             Self::Coulomb(curve) => curve.curve(),
             Self::Stribeck(curve) => curve.curve(),
@@ -185,41 +233,53 @@ impl<T: Real> sealed::Curve<T> for AnyCurve<T> {
     }
 }
 
-/// A curve whose bristle is still to be filled in.
-fn without_bristle<T: Real>(curve: Valley<T>) -> Material<T> {
-    Material { curve, stiffness: T::zero(), damping: T::zero() }
-}
-
 /// A curve that does not fall, at any speed.
-fn flat<T: Real>(dynamic: T, viscous: T) -> Material<T> {
+fn flat<T: Real>(dynamic: T, viscous: T) -> Material<T, 0> {
     let (drop, inverse_velocity) = (T::zero(), T::zero());
-    without_bristle(Valley { dynamic, drop, inverse_velocity, viscous })
+    Material { curve: Valley { dynamic, drop, inverse_velocity, viscous }, axes: [] }
 }
 
-impl<T, C, R> sealed::Model<T> for FrBd<C, R>
+impl<T, C, R> sealed::Model<T, 1> for FrBd<C, R>
 where
     T: Real,
     C: sealed::Curve<T>,
     R: Rheology<T, Deflection = T> + sealed::Constant,
 {
-    fn material(&self) -> Result<(Fall, Material<T>), ParameterError> {
-        let (fall, curve) = self.curve().curve()?;
+    fn material(&self) -> Result<(Fall, Material<T, 1>), ParameterError> {
+        let (fall, Material { curve, .. }) = self.curve().curve()?;
         let elements = self.rheology().elements(Sliding::from(T::zero()));
-        let (stiffness, damping) = (elements.stiffness, elements.damping);
-        Ok((fall, Material { stiffness, damping, ..curve }))
+        let axis = AxisMaterial::plain(elements.stiffness, elements.damping);
+        Ok((fall, Material { curve, axes: [axis] }))
+    }
+}
+
+impl<T, C, const N: usize> sealed::Model<T, N> for PlaneFrBd<C, T, N>
+where
+    T: Real,
+    C: sealed::Curve<T>,
+{
+    fn material(&self) -> Result<(Fall, Material<T, N>), ParameterError> {
+        let (fall, Material { curve, .. }) = self.curve().curve()?;
+        let axes = self.bristles().map(|axis| {
+            let elements = axis.bristle.elements(Sliding::from(T::zero()));
+            let (stiffness, damping) = (elements.stiffness, elements.damping);
+            AxisMaterial { ratio: axis.friction_ratio, stiffness, damping }
+        });
+        Ok((fall, Material { curve, axes }))
     }
 }
 
 /// Dahl's model is FrBD of a constant curve and a spring.
-impl<T: Real> sealed::Model<T> for Dahl<T> {
-    fn material(&self) -> Result<(Fall, Material<T>), ParameterError> {
-        let curve = flat(self.dynamic, T::zero());
-        Ok((Fall::Rational, Material { stiffness: self.stiffness, ..curve }))
+impl<T: Real> sealed::Model<T, 1> for Dahl<T> {
+    fn material(&self) -> Result<(Fall, Material<T, 1>), ParameterError> {
+        let Material { curve, .. } = flat(self.dynamic, T::zero());
+        let axes = [AxisMaterial::plain(self.stiffness, T::zero())];
+        Ok((Fall::Rational, Material { curve, axes }))
     }
 }
 
-impl<T: Real> sealed::Model<T> for AnyBristle<T> {
-    fn material(&self) -> Result<(Fall, Material<T>), ParameterError> {
+impl<T: Real> sealed::Model<T, 1> for AnyBristle<T> {
+    fn material(&self) -> Result<(Fall, Material<T, 1>), ParameterError> {
         match self {
             Self::FrBd(model) => {
                 let AnyRegularisation::Unregularised = model.regularisation() else {
@@ -236,17 +296,30 @@ impl<T: Real> sealed::Model<T> for AnyBristle<T> {
     }
 }
 
-impl<T, M: sealed::Model<T>> Uniform<T> for M {}
+impl<T, M: sealed::Model<T, N>, const N: usize> Uniform<T, N> for M {}
 
 /// Where the parameters of a bristle come from, out of P numbers stored for each.
-pub(super) trait Source<T, const P: usize>: Copy + Send + Sync {
-    fn material(&self, columns: [T; P]) -> Material<T>;
+pub(super) trait Source<T, const N: usize, const P: usize>: Copy + Send + Sync {
+    fn material(&self, columns: [T; P]) -> Material<T, N>;
 }
 
-impl<T: Real> Source<T, 0> for Material<T> {
+impl<T: Real, const N: usize> Source<T, N, 0> for Material<T, N> {
     #[inline(always)]
-    fn material(&self, _: [T; 0]) -> Material<T> {
+    fn material(&self, _: [T; 0]) -> Material<T, N> {
         *self
+    }
+}
+
+/// A material whose friction ratios are one: the compiler sees it, and drops their products.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Alike<T, const N: usize>(pub(super) Material<T, N>);
+
+impl<T: Real, const N: usize> Source<T, N, 0> for Alike<T, N> {
+    #[inline(always)]
+    fn material(&self, _: [T; 0]) -> Material<T, N> {
+        let Self(Material { curve, axes }) = *self;
+        let plain = |axis: AxisMaterial<T>| AxisMaterial::plain(axis.stiffness, axis.damping);
+        Material { curve, axes: axes.map(plain) }
     }
 }
 
@@ -254,14 +327,14 @@ impl<T: Real> Source<T, 0> for Material<T> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stored;
 
-impl<T: Real> Source<T, 6> for Stored {
+impl<T: Real, const N: usize> Source<T, N, 6> for Stored {
     #[inline(always)]
     fn material(
         &self,
         [static_, dynamic, velocity, viscous, stiffness, damping]: [T; 6],
-    ) -> Material<T> {
+    ) -> Material<T, N> {
         let (drop, inverse_velocity) = (static_ - dynamic, T::one() / velocity);
         let curve = Valley { dynamic, drop, inverse_velocity, viscous };
-        Material { curve, stiffness, damping }
+        Material { curve, axes: [AxisMaterial::plain(stiffness, damping); N] }
     }
 }

@@ -26,14 +26,15 @@ impl Outcome {
 
     /// Counts the first `used` bristles of a block that begins at an index.
     #[cold]
-    pub(super) fn count<T: Real, const N: usize>(
+    pub(super) fn count<T: Real, const N: usize, const O: usize>(
         &mut self,
-        block: &[[T; BLOCK]; N],
+        block: &[[[T; BLOCK]; N]; O],
         start: usize,
         used: usize,
     ) {
         for k in 0..used {
-            let finite = block.iter().all(|column| column.get(k).is_some_and(|x| x.is_finite()));
+            let mut columns = block.iter().flatten();
+            let finite = columns.all(|column| column.get(k).is_some_and(|x| x.is_finite()));
             if !finite {
                 self.not_finite += 1;
                 self.first = self.first.or(Some(start + k));
@@ -67,16 +68,16 @@ pub enum BatchError {
     /// A parameter is out of its range. Of a slice the index is given too.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// Two slices differ in length.
-    #[error("{name} has length {length}, but {other} has {expected}")]
+    /// The lengths of two slices do not go together.
+    #[error("{name} has length {length}, but {other} asks for {expected}")]
     Length {
         /// Name of the slice.
         name: &'static str,
         /// Its length.
         length: usize,
-        /// Name of the slice whose length it must have.
+        /// Name of the slice to whose length it must be in proportion.
         other: &'static str,
-        /// The length of that slice.
+        /// The length that it must have.
         expected: usize,
     },
 }

@@ -8,15 +8,19 @@ use super::real::{BLOCK, Real};
 /// Fewest bristles for a thread: some 5 µs of work, about the time that waking the thread takes.
 const GRAIN: usize = 4096;
 
-impl<'a, T, const P: usize, const I: usize, const O: usize> Slices<'a, T, P, I, O> {
+impl<'a, T, const N: usize, const P: usize, const I: usize, const O: usize>
+    Slices<'a, T, N, P, I, O>
+{
     /// Takes off the bristles before an index, which is within the length.
     fn split_off(&mut self, index: usize) -> Self {
         self.length -= index;
         let head = |slice: &mut &'a [T]| slice.split_off(..index).unwrap_or_default();
         Slices {
             parameters: self.parameters.each_mut().map(head),
-            inputs: self.inputs.each_mut().map(head),
-            outputs: self.outputs.each_mut().map(|s| s.split_off_mut(..index).unwrap_or_default()),
+            inputs: self.inputs.each_mut().map(|axes| axes.each_mut().map(head)),
+            outputs: self.outputs.each_mut().map(|axes| {
+                axes.each_mut().map(|slice| slice.split_off_mut(..index).unwrap_or_default())
+            }),
             length: index,
         }
     }
@@ -25,13 +29,14 @@ impl<'a, T, const P: usize, const I: usize, const O: usize> Slices<'a, T, P, I, 
 /// Applies a kernel to all bristles, in halves of halves, on rayon's threads.
 pub(super) fn run<
     T: Real,
-    K: Kernel<T, P, I, O>,
+    K: Kernel<T, N, P, I, O>,
+    const N: usize,
     const P: usize,
     const I: usize,
     const O: usize,
 >(
     kernel: K,
-    mut slices: Slices<'_, T, P, I, O>,
+    mut slices: Slices<'_, T, N, P, I, O>,
 ) -> Outcome {
     if slices.length < 2 * GRAIN {
         return drive::run(kernel, slices);

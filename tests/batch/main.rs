@@ -2,6 +2,8 @@
 //! bristle stands, and numbers that are none.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
+mod axes;
+#[path = "../common/mod.rs"]
 mod common;
 
 use std::fmt::Debug;
@@ -590,10 +592,13 @@ fn slices_of_other_lengths_are_refused_by_name_and_nothing_is_written() {
     let mut z = [0.0; 3];
     let refused =
         batch.commit(CommitInput { shares: &[1.0; 2], velocities: &[0.1; 3] }, 1e-3, &mut z);
-    assert_eq!(refused.unwrap_err().to_string(), "shares has length 2, but velocities has 3");
+    assert_eq!(refused.unwrap_err().to_string(), "shares has length 2, but velocities asks for 3");
     let refused =
         batch.commit(CommitInput { shares: &[1.0; 2], velocities: &[0.1; 2] }, 1e-3, &mut z);
-    assert_eq!(refused.unwrap_err().to_string(), "deflections has length 3, but velocities has 2");
+    assert_eq!(
+        refused.unwrap_err().to_string(),
+        "deflections has length 3, but velocities asks for 2"
+    );
     for (name, lengths) in
         [("normal_forces", [2, 3, 3]), ("deflections", [3, 2, 3]), ("mean_forces", [3, 3, 2])]
     {
