@@ -15,6 +15,7 @@
 //!
 //! Without files it takes the statistics of a known model at four speeds and finds it again. With
 //! `--runs FILE:V,FILE:V` each file has one column, F/p, at even times (`--rate`), and V is in m/s.
+//! `--predict FILE:V:K` are runs that are not fitted, with a spring of K [N/m].
 //! `--model lugre` or `implicit` takes another model; `--mass-factor 3` lets the moving mass differ
 //! from the weight over g by that factor; `--mean-weight 0` leaves the mean friction out.
 //!
@@ -77,6 +78,8 @@ struct Statistics<T> {
 struct Run {
     name: String,
     speed: f64,
+    /// Of the spring [N/m].
+    stiffness: f64,
     force: Vec<f64>,
     measured: Statistics<f64>,
 }
@@ -85,7 +88,6 @@ struct Run {
 struct Rig {
     model: Model,
     mass: f64,
-    stiffness: f64,
     mass_factor: f64,
     mean_weight: f64,
     threshold: f64,
@@ -93,6 +95,8 @@ struct Rig {
     row: f64,
     substeps: usize,
     runs: Vec<Run>,
+    /// Runs that are not fitted.
+    unseen: Vec<Run>,
 }
 
 fn main() -> ExitCode {
@@ -100,6 +104,11 @@ fn main() -> ExitCode {
         let arguments =
             Arguments::new("identify_stick_slip", "Friction parameters from stick-slip statistics")
                 .text("runs", "", "FILE:SPEED,FILE:SPEED with the spring's speed in m/s")
+                .text(
+                    "predict",
+                    "",
+                    "FILE:SPEED:STIFFNESS of runs that are not fitted, in m/s, N/m",
+                )
                 .text("model", "frbd", "frbd, lugre or implicit")
                 .number("mass", 0.0307, "kg", "mass of the slider, whose weight is the load")
                 .must_be(Rule::Positive)
@@ -132,16 +141,22 @@ fn main() -> ExitCode {
         let mut rig = Rig {
             model,
             mass: arguments.number("mass"),
-            stiffness: arguments.number("stiffness"),
             mass_factor: arguments.number("mass-factor"),
             mean_weight: arguments.number("mean-weight"),
             threshold: arguments.number("threshold"),
             row: 1.0 / arguments.number("rate"),
             substeps: 4,
             runs: vec![],
+            unseen: vec![],
         };
         let synthetic = arguments.text("runs").is_empty();
-        rig.runs = if synthetic { rig.synthetic()? } else { rig.read(arguments.text("runs"))? };
+        let stiffness = arguments.number("stiffness");
+        rig.runs = if synthetic {
+            rig.synthetic(stiffness)?
+        } else {
+            rig.read("--runs", arguments.text("runs"), Some(stiffness))?
+        };
+        rig.unseen = rig.read("--predict", arguments.text("predict"), None)?;
         report(rig, synthetic, &arguments)
     })
 }
@@ -215,7 +230,7 @@ impl Rig {
     fn simulate<T: Scalar>(
         &self,
         &[dynamic, excess, velocity, viscous, s0, s1, share]: &[T; COUNT],
-        speed: f64,
+        [speed, stiffness]: [f64; 2],
         start: f64,
         duration: f64,
     ) -> Result<Vec<T>, ParameterError> {
@@ -229,7 +244,7 @@ impl Rig {
         let rheology =
             KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: s0, micro_damping: s1 })?;
         let mass = share * nalgebra::convert(self.mass);
-        let span = (speed, start, duration);
+        let span = (speed, stiffness, start, duration);
         match self.model {
             Model::FrBd => self.drive(FrBd::new(curve, rheology), mass, span),
             Model::LuGre => self.drive(LuGre::classical(curve, rheology), mass, span),
@@ -246,23 +261,23 @@ impl Rig {
         &self,
         friction: M,
         mass: T,
-        (speed, start, duration): (f64, f64, f64),
+        (speed, spring, start, duration): (f64, f64, f64, f64),
     ) -> Result<Vec<T>, ParameterError> {
         let number = |x: f64| -> T { nalgebra::convert(x) };
         let load = self.mass * GRAVITY;
         let step = self.row / self.substeps as f64;
         let (settle, rows) = ((1.0 / self.row) as usize, (duration / self.row) as usize);
         let contact = friction.under_load(number(load))?.companion(number(10.0 * speed))?;
-        let (h, stiffness, end) = (number(step), number(self.stiffness), number(speed));
-        let half = number(0.5 * step * self.stiffness);
+        let (h, stiffness, end) = (number(step), number(spring), number(speed));
+        let half = number(0.5 * step * spring);
         let inertia = (mass + mass) / h;
-        let mut stretch = number(start * load / self.stiffness);
+        let mut stretch = number(start * load / spring);
         let (mut v, mut z) = (T::zero(), M::Deflection::fill(T::zero()));
         let mut history = VelocityHistory::new(v);
         let mut force = Vec::with_capacity(rows);
         for row in 0..settle + rows {
             if row >= settle {
-                force.push(stretch * number(self.stiffness / load));
+                force.push(stretch * number(spring / load));
             }
             for _ in 0..self.substeps {
                 let friction = contact.step(history.predict(), z, h);
@@ -283,12 +298,12 @@ impl Rig {
     /// sticking at v = 0, whatever the level and drop of the friction:
     ///
     /// (π + 2 atan(w/Δ))/ω + 2Δ p/(k V),  ω = √(k/m),  w = V √(k m)/p,  Δ² = a² − w²
-    fn ideal_period(&self, speed: f64, amplitude: f64) -> f64 {
-        let load = self.mass * GRAVITY;
-        let (half, steady) = (0.5 * amplitude, speed * (self.stiffness * self.mass).sqrt() / load);
+    fn ideal_period(&self, run: &Run, amplitude: f64) -> f64 {
+        let (load, speed, stiffness) = (self.mass * GRAVITY, run.speed, run.stiffness);
+        let (half, steady) = (0.5 * amplitude, speed * (stiffness * self.mass).sqrt() / load);
         let drop = (half * half - steady * steady).max(0.0).sqrt();
-        (PI + 2.0 * steady.atan2(drop)) * (self.mass / self.stiffness).sqrt()
-            + 2.0 * drop * load / (self.stiffness * speed)
+        (PI + 2.0 * steady.atan2(drop)) * (self.mass / stiffness).sqrt()
+            + 2.0 * drop * load / (stiffness * speed)
     }
 
     /// Time to simulate \[s\]: some ten periods.
@@ -296,33 +311,49 @@ impl Rig {
         (10.0 * run.measured.period).clamp(0.5, 10.0)
     }
 
-    /// `FILE:SPEED,FILE:SPEED`.
-    fn read(&self, runs: &str) -> Result<Vec<Run>, Box<dyn Error>> {
+    /// `FILE:SPEED`, or `FILE:SPEED:STIFFNESS` where no stiffness is given, separated by commas.
+    fn read(
+        &self,
+        option: &str,
+        runs: &str,
+        stiffness: Option<f64>,
+    ) -> Result<Vec<Run>, Box<dyn Error>> {
         let read = |text: &str| -> Result<Run, Box<dyn Error>> {
-            let wrong = || format!("--runs must be FILE:SPEED,FILE:SPEED, but {text:?} was given");
-            let (path, speed) = text.rsplit_once(':').ok_or_else(wrong)?;
-            let speed = speed.parse().ok().filter(|&v: &f64| v > 0.0 && v.is_finite());
-            let speed = speed.ok_or_else(wrong)?;
+            let form = if stiffness.is_some() { "FILE:SPEED" } else { "FILE:SPEED:STIFFNESS" };
+            let wrong = || format!("{option} must be {form},… in SI units, but {text:?} was given");
+            let number = |text: &str| text.parse().ok().filter(|&x: &f64| x > 0.0 && x.is_finite());
+            let (path, last) = text.rsplit_once(':').ok_or_else(wrong)?;
+            let last = number(last).ok_or_else(wrong)?;
+            let (path, speed, stiffness) = match stiffness {
+                Some(stiffness) => (path, last, stiffness),
+                None => {
+                    let (path, speed) = path.rsplit_once(':').ok_or_else(wrong)?;
+                    (path, number(speed).ok_or_else(wrong)?, last)
+                }
+            };
             let mut columns = support::read_columns(Path::new(path), "f=1")?;
             let (_, force) = columns.pop().ok_or_else(wrong)?;
-            self.run(speed, force)
+            self.run(speed, stiffness, force)
         };
-        runs.split(',').map(read).collect()
+        runs.split(',').filter(|text| !text.is_empty()).map(read).collect()
     }
 
-    fn run(&self, speed: f64, force: Vec<f64>) -> Result<Run, Box<dyn Error>> {
-        let name = format!("{:.2} mm/s", 1e3 * speed);
+    fn run(&self, speed: f64, stiffness: f64, force: Vec<f64>) -> Result<Run, Box<dyn Error>> {
+        let name = format!("{stiffness:4.0} N/m, {:.2} mm/s", 1e3 * speed);
         let measured = statistics(&force, self.threshold, self.row);
         if !(measured.amplitude > 0.0 && measured.period > 0.0 && measured.mean > 0.0) {
             return Err(format!("no stick-slip in the run at {name}").into());
         }
-        Ok(Run { name, speed, force, measured })
+        Ok(Run { name, speed, stiffness, force, measured })
     }
 
     /// Runs of the known model with the step of the search, so that only what the statistics do not
     /// determine remains.
-    fn synthetic(&self) -> Result<Vec<Run>, Box<dyn Error>> {
-        let run = |&speed: &f64| self.run(speed, self.simulate(&TRUTH, speed, TRUTH[0], 4.0)?);
+    fn synthetic(&self, stiffness: f64) -> Result<Vec<Run>, Box<dyn Error>> {
+        let run = |&speed: &f64| {
+            let force = self.simulate(&TRUTH, [speed, stiffness], TRUTH[0], 4.0)?;
+            self.run(speed, stiffness, force)
+        };
         TRUE_SPEEDS.iter().map(run).collect()
     }
 }
@@ -360,7 +391,8 @@ impl Residuals<COUNT> for Rig {
     ) -> Result<(), ParameterError> {
         for run in &self.runs {
             let Statistics { amplitude, period, mean, .. } = run.measured;
-            let force = self.simulate(values, run.speed, mean, self.duration(run))?;
+            let force =
+                self.simulate(values, [run.speed, run.stiffness], mean, self.duration(run))?;
             let simulated = statistics(&force, self.threshold, self.row);
             let off = |simulated: T, measured: f64, weight: f64| {
                 (simulated / nalgebra::convert(measured) - T::one()) * nalgebra::convert(weight)
@@ -374,24 +406,25 @@ impl Residuals<COUNT> for Rig {
 }
 
 fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn Error>> {
-    let Rig { mass, stiffness, row, .. } = rig;
+    let Rig { mass, row, .. } = rig;
+    let stiffness = arguments.number("stiffness");
     println!(
         "m = {mass} kg, k = {stiffness} N/m: half a swing π√(m/k) = {:.4} s\n",
         PI * (mass / stiffness).sqrt()
     );
     println!(
-        "measured     threshold  amplitude    period  by counting    a fall   mean  \
+        "measured               threshold  amplitude    period  by counting    a fall   mean  \
          constant friction"
     );
-    for run in &rig.runs {
+    for run in rig.runs.iter().chain(&rig.unseen) {
         for threshold in [0.5, 1.0, 1.5, 2.0].map(|factor| factor * rig.threshold) {
             let Statistics { amplitude, period, mean, fall, interval } =
                 statistics(&run.force, threshold, row);
             println!(
-                "{:12} {threshold:9.3} {amplitude:10.4} {period:7.4} s {interval:10.4} s \
+                "{:22} {threshold:9.3} {amplitude:10.4} {period:7.4} s {interval:10.4} s \
                  {fall:7.4} s  {mean:.3} {:16.4} s",
                 run.name,
-                rig.ideal_period(run.speed, amplitude)
+                rig.ideal_period(run, amplitude)
             );
         }
     }
@@ -432,26 +465,29 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
 
     // Longer, and with a quarter of the step, so that the result does not depend on the search's
     // step.
-    let fine = Rig { substeps: 4 * rig.substeps, runs: vec![], ..rig };
+    let fine = Rig { substeps: 4 * rig.substeps, runs: vec![], unseen: vec![], ..rig };
     let mut table = Csv::create(
         arguments.out_dir(),
         "identify_stick_slip",
         &["run", "speed", "t", "measured", "simulated"],
     )?;
-    let mut figure = Figure::new(760, 300 * rig.runs.len() as u32)
+    let count = rig.runs.len() + rig.unseen.len();
+    let mut figure = Figure::new(760, 300 * count as u32)
         .title("Friction identified from the statistics of stick-slip");
     println!("\nsimulated over measured   amplitude  period  mean  a fall");
-    for run in &rig.runs {
+    for (place, run) in rig.runs.iter().chain(&rig.unseen).enumerate() {
         let measured = &run.measured;
-        let force = fine.simulate(&values, run.speed, measured.mean, 3.0 * rig.duration(run))?;
+        let rig_run = [run.speed, run.stiffness];
+        let force = fine.simulate(&values, rig_run, measured.mean, 3.0 * rig.duration(run))?;
         let simulated = statistics(&force, rig.threshold, row);
         println!(
-            "{:24} {:10.3} {:7.3} {:5.3} {:7.3}",
+            "{:24} {:10.3} {:7.3} {:5.3} {:7.3}{}",
             run.name,
             simulated.amplitude / measured.amplitude,
             simulated.period / measured.period,
             simulated.mean / measured.mean,
-            simulated.fall / measured.fall
+            simulated.fall / measured.fall,
+            if place < rig.runs.len() { "" } else { "  not fitted" }
         );
         let time = |place: usize| place as f64 * row;
         for (place, (&data, &model)) in run.force.iter().zip(&force).enumerate() {
