@@ -476,7 +476,7 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         .title("Friction identified from the statistics of stick-slip");
     println!("\nsimulated over measured   amplitude  period  mean  a fall");
     for (place, run) in rig.runs.iter().chain(&rig.unseen).enumerate() {
-        let measured = &run.measured;
+        let (fitted, measured) = (place < rig.runs.len(), &run.measured);
         let rig_run = [run.speed, run.stiffness];
         let force = fine.simulate(&values, rig_run, measured.mean, 3.0 * rig.duration(run))?;
         let simulated = statistics(&force, rig.threshold, row);
@@ -487,7 +487,7 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
             simulated.period / measured.period,
             simulated.mean / measured.mean,
             simulated.fall / measured.fall,
-            if place < rig.runs.len() { "" } else { "  not fitted" }
+            if fitted { "" } else { "  not fitted" }
         );
         let time = |place: usize| place as f64 * row;
         for (place, (&data, &model)) in run.force.iter().zip(&force).enumerate() {
@@ -498,7 +498,7 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         };
         figure = figure.panel(
             Panel::new("time t / s", "spring force F/p / –")
-                .title(&run.name)
+                .title(format!("{}{}", run.name, if fitted { "" } else { ", not fitted" }))
                 .line("measured", Colour::Grey.width(2.5), line(&run.force))
                 .line("simulated", Colour::Blue, line(&force)),
         );
