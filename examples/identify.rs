@@ -1,229 +1,256 @@
-//! Parameters of a friction model from measured motion and friction.
+//! Inertia, friction and load factors of a joint from logs of its drive and position.
 //!
-//! Without a file it makes noisy data of a known model and finds its parameters. With one,
-//! `identify FILE --columns t=1,x=3*1e-3,f=4*-1e-6,n=2*1e-6 --from 12 --to 108 --predict 204` fits
-//! the rows from 12 to 108 s and predicts those up to 204 s: columns t \[s\], x \[m\] or v [m/s], f
-//! \[N\] (positive against v > 0), and n \[N\] if it was measured.
+//! Without files it makes logs of a known joint: encoder counts, noise of the torque. With files,
 //!
-//! Leaves `identify.csv` and `identify.svg`: the friction coefficient over time and over position,
-//! data and model.
+//! ```sh
+//! cargo run --release --features identify,serde --example identify -- \
+//!     --log monday_*.csv --held-out tuesday.csv --terms gravity --columns torque=tau*2.4
+//! ```
+//!
+//! fits the first ones and predicts the others. A column is taken by the beginning of its name in
+//! the first line: `time_s`, `position [rad]`, and one of `torque`, `current`, `voltage` and
+//! `goal`, that of a position controller with duty = clamp(gain (goal − position), ±1). There may
+//! be `velocity`, `enabled` and `external_torque`.
+//!
+//! Without `--held-out` the last third of every log is held out.
+//!
+//! Leaves `identify.csv` and `identify.svg`, the measured and the simulated position of the logs
+//! held out, and with the feature `serde` the joint as `identify.toml`, for
+//! `identify::mechanism::JointModel`.
 
 #[macro_use]
 mod support;
+#[path = "identify/logs.rs"]
+mod logs;
 
 use std::error::Error;
-use std::num::NonZero;
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::process::ExitCode;
 
-use bristle::curve::{Stribeck, StribeckParameters};
-use bristle::identify::{
-    self, Candidate, ElastoPlasticFit, FrBdFit, InitialGuess, Log, LogParameters, MaxwellFit,
-    Motion, Settings,
+use bristle::identify::mechanism::{
+    self, Friction, Joint, JointFit, Loss, Progress, Settings, Term,
 };
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bristle, FrBd};
-use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Values};
+use logs::Named;
+use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Values};
 
-/// Uniform numbers in a sum that approximates a Gaussian number.
-const UNIFORMS: usize = 12;
+/// Panels of the chart at most.
+const PANELS: usize = 8;
+
+/// Parameters that `--known` and `--start` take.
+const NAMES: [&str; 17] = [
+    "inertia",
+    "torque_constant",
+    "resistance",
+    "duty_exponent",
+    "drag",
+    "offset_torque",
+    "spring_rate",
+    "gravity_torque",
+    "hanging_angle",
+    "coulomb_torque",
+    "motor_load_factor",
+    "external_load_factor",
+    "breakaway_excess",
+    "stribeck_velocity",
+    "backward_ratio",
+    "micro_stiffness",
+    "micro_damping",
+];
 
 fn main() -> ExitCode {
     support::run(|| {
-        let arguments =
-            Arguments::new("identify", "Friction parameters from measured motion and friction")
-                .file()
-                .text(
-                    "columns",
-                    "t=1,x=2,f=3",
-                    "NAME=COLUMN*FACTOR for t, x or v, f, and n, in SI units",
-                )
-                .text(
-                    "model",
-                    "lumped",
-                    "lumped, relaxing (a second spring) or yielding (elasto-plastic)",
-                )
-                .number("from", -1e9, "s", "first time to fit")
-                .number("to", 1e9, "s", "last time to fit")
-                .number("predict", 1e9, "s", "last time to predict, from the last one fitted on")
-                .number("settle", 0.0, "s", "time at the beginning that does not count")
-                .must_be(Rule::AtLeast(0.0))
-                .count("substeps", 1, "steps per row of the model yielding")
-                .must_be(Rule::Between(1.0, 1e3))
-                .count("starts", 1, "searches from different places")
-                .must_be(Rule::Between(1.0, 1e3))
-                .parse()?;
-        let log = match arguments.file() {
-            Some(path) => {
-                let (from, to) = (arguments.number("from"), arguments.number("predict"));
-                read(path, arguments.text("columns"), from, to)?
+        let arguments = Arguments::new("identify", "A joint from logs of drive and position")
+            .files("log", "logs to fit, tables with a line of names")
+            .files("held-out", "logs that are only predicted")
+            .text("columns", "", "NAME=COLUMN*FACTOR,… where names differ from the first line's")
+            .text("between-rows", "linear", "the drive between two rows: linear or held")
+            .text("gain", "", "duty per radian; PART=GAIN,… for files whose name has the part")
+            .number("supply", 0.0, "V", "voltage that the duty is of")
+            .must_be(Rule::AtLeast(0.0))
+            .text("terms", "", "torques on the load side: gravity, spring, constant")
+            .text("known", "", "PARAMETER=VALUE,… that are known")
+            .text("start", "", "PARAMETER=VALUE,… where the search starts")
+            .text("each", "", "PARAMETER,… that each log has for itself")
+            .text("model", "all", "coulomb, stribeck, dahl, frbd or lugre, with -loaded behind, …")
+            .text("loss", "squares", "squares, huber or tukey")
+            .count("runs", 100, "most runs with derivatives of a model")
+            .must_be(Rule::AtLeast(1.0))
+            .parse()?;
+        let files = [arguments.files("log"), arguments.files("held-out")];
+        let (mut joint, mut models) = (joint(&arguments)?, models(arguments.text("model"))?);
+        let (seen, unseen) = if files[0].is_empty() {
+            joint = joint.with(Term::Gravity);
+            if arguments.text("model") == "all" {
+                models = vec![
+                    Friction::coulomb(),
+                    Friction::coulomb().loaded(),
+                    Friction::dahl(),
+                    Friction::dahl().loaded(),
+                ];
             }
-            None => synthetic()?,
+            logs::synthetic()?
+        } else if files[1].is_empty() {
+            logs::split(logs::read(&files[0], &arguments)?)?
+        } else {
+            (logs::read(&files[0], &arguments)?, logs::read(&files[1], &arguments)?)
         };
-        match arguments.text("model") {
-            "lumped" => report(&FrBdFit, &log, &arguments),
-            "relaxing" => report(&MaxwellFit, &log, &arguments),
-            "yielding" => {
-                let substeps = u32::try_from(arguments.count("substeps"))?;
-                let candidate = ElastoPlasticFit { substeps: NonZero::try_from(substeps)? };
-                report(&candidate, &log, &arguments)
-            }
-            other => Err(format!(
-                "--model must be lumped, relaxing or yielding, but {other:?} was given"
-            )
-            .into()),
-        }
+        let fit = search(&joint, &models, [&seen, &unseen], &arguments)?;
+        report(&fit, [&seen, &unseen], &arguments)
     })
 }
 
-/// The rows of a file within a span of time.
-fn read(path: &Path, choice: &str, from: f64, to: f64) -> Result<Log, Box<dyn Error>> {
-    let columns = support::read_columns(path, choice)?;
-    let named =
-        |wanted: &str| columns.iter().find(|(name, _)| name == wanted).map(|(_, column)| column);
-    let time = named("t").ok_or("--columns must name t")?;
-    let first = time.iter().position(|&t| t >= from).unwrap_or(time.len());
-    let end = time.iter().rposition(|&t| t <= to).map_or(first, |last| (last + 1).max(first));
-    let find = |wanted: &str| named(wanted).map(|column| &column[first..end]);
-    let motion = match (find("x"), find("v")) {
-        (Some(position), None) => Motion::Position(position),
-        (None, Some(velocity)) => Motion::Velocity(velocity),
-        _ => return Err("--columns must name either x or v".into()),
+/// `NAME=VALUE,NAME=VALUE` with the names of parameters.
+fn pairs(option: &str, text: &str) -> Result<Vec<(&'static str, f64)>, Box<dyn Error>> {
+    let pair = |part: &str| -> Result<(&'static str, f64), Box<dyn Error>> {
+        let (name, value) = part.split_once('=').unwrap_or((part, ""));
+        let value = value
+            .parse()
+            .map_err(|_| format!("--{option} must be PARAMETER=VALUE,…, but {part:?} was given"))?;
+        Ok((parameter(name)?, value))
     };
-    Ok(Log::new(LogParameters {
-        time: &time[first..end],
-        motion,
-        friction: find("f").ok_or("--columns must name f")?,
-        normal_force: find("n"),
-    })?)
+    text.split(',').filter(|part| !part.is_empty()).map(pair).collect()
 }
 
-/// The model of the synthetic data.
-const CURVE: StribeckParameters<f64> = StribeckParameters {
-    static_coefficient: 0.30,
-    dynamic_coefficient: 0.20,
-    stribeck_velocity: 0.01, // m/s
-    stribeck_exponent: 2.0,
-    viscous_friction: 0.8, // s/m
-};
-const BRISTLE: KelvinVoigtParameters<f64, f64> =
-    KelvinVoigtParameters { micro_stiffness: 6e3, micro_damping: 8.0 };
+fn parameter(name: &str) -> Result<&'static str, Box<dyn Error>> {
+    let known = NAMES.into_iter().find(|known| *known == name);
+    known.ok_or_else(|| format!("no parameter {name:?}; there are {}", NAMES.join(", ")).into())
+}
 
-/// Ten seconds at 500 Hz: slides of many speeds and pre-sliding, under 50 N, with 2 % noise.
-fn synthetic() -> Result<Log, Box<dyn Error>> {
-    let friction = FrBd::new(Stribeck::new(CURVE)?, KelvinVoigt::new(BRISTLE)?);
-    let mut seed = 1_u64;
-    // The sum of twelve uniform numbers, less its mean, has a variance of one.
-    let mut noise = || {
-        let mut uniform = || {
-            seed = seed
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        (0..UNIFORMS).map(|_| uniform()).sum::<f64>() - 0.5 * UNIFORMS as f64
-    };
-    let (mut time, mut velocity, mut force, mut deflection) = (vec![], vec![], vec![], 0.0);
-    for row in 0..5001 {
-        let t = 2e-3 * f64::from(row);
-        let v = 0.05 * (1.3 * t).sin() * (0.37 * t).sin() + 0.004 * (17.0 * t).sin();
-        if let Some(before) = velocity.last() {
-            deflection = friction.hold(0.5 * (v + before), deflection, 2e-3).deflection;
-        }
-        time.push(t);
-        velocity.push(v);
-        force.push(50.0 * (friction.coefficient(v, deflection) + 0.02 * 0.25 * noise()));
+/// The mechanism, and what is known of it.
+fn joint(arguments: &Values) -> Result<Joint, Box<dyn Error>> {
+    let mut joint = Joint::new();
+    for term in arguments.text("terms").split(',').filter(|term| !term.is_empty()) {
+        joint = joint.with(match term {
+            "gravity" => Term::Gravity,
+            "spring" => Term::Spring,
+            "constant" => Term::Constant,
+            other => return Err(format!("--terms has no {other:?}").into()),
+        });
     }
-    println!(
-        "synthetic data: μ_d 0.2, μ_s − μ_d 0.1, v_S 0.01 m/s, σ2 0.8 s/m, σ0 6000 1/m, \
-         σ1 8 s/m; noise of 2 %"
-    );
-    let normal = vec![50.0; time.len()];
-    Ok(Log::new(LogParameters {
-        time: &time,
-        motion: Motion::Velocity(&velocity),
-        friction: &force,
-        normal_force: Some(&normal),
-    })?)
+    for (name, value) in pairs("start", arguments.text("start"))? {
+        joint = joint.start(name, value);
+    }
+    for (name, value) in pairs("known", arguments.text("known"))? {
+        joint = joint.known(name, value);
+    }
+    for name in arguments.text("each").split(',').filter(|name| !name.is_empty()) {
+        joint = joint.of_each_log(parameter(name)?);
+    }
+    Ok(joint)
 }
 
-fn report<C: Candidate<N>, const N: usize>(
-    candidate: &C,
-    log: &Log,
+/// The candidates for the friction.
+fn models(text: &str) -> Result<Vec<Friction>, Box<dyn Error>> {
+    if text == "all" {
+        return Ok(Friction::candidates());
+    }
+    let model = |word: &str| -> Result<Friction, Box<dyn Error>> {
+        let (name, loaded) = match word.strip_suffix("-loaded") {
+            Some(name) => (name, true),
+            None => (word, false),
+        };
+        let friction = match name {
+            "coulomb" => Friction::coulomb(),
+            "stribeck" => Friction::stribeck(),
+            "dahl" => Friction::dahl(),
+            "frbd" => Friction::frbd(),
+            "lugre" => Friction::lugre(),
+            other => return Err(format!("--model has no {other:?}").into()),
+        };
+        Ok(if loaded { friction.loaded() } else { friction })
+    };
+    text.split(',').map(model).collect()
+}
+
+/// Fits the only model, or compares all of them and takes the one that is named.
+fn search(
+    joint: &Joint,
+    models: &[Friction],
+    [seen, unseen]: [&[Named]; 2],
     arguments: &Values,
-) -> Result<(), Box<dyn Error>> {
-    let (from, to) = (arguments.number("from"), arguments.number("to"));
-    let log = &log.clone().settling(arguments.number("settle"))?;
-    let seen = log.between(from, to)?;
-    let settings = Settings { starts: arguments.count("starts"), ..Settings::default() };
-    let mut progress = Progress::new("searches", settings.starts);
-    let mut start = 0;
-    let mut watch = |now: &identify::Progress<'_>| {
-        if now.start != start {
-            start = now.start;
-            progress.step();
-        }
+) -> Result<JointFit, Box<dyn Error>> {
+    let loss = match arguments.text("loss") {
+        "squares" => Loss::Squares,
+        "huber" => Loss::Huber,
+        "tukey" => Loss::Tukey,
+        other => return Err(format!("--loss has no {other:?}").into()),
+    };
+    let gradient_runs = arguments.count("runs");
+    let settings = Settings { loss, gradient_runs, ..Settings::default() };
+    let [seen, unseen] = [seen, unseen].map(logs::logs);
+    let parts = models.len() * gradient_runs;
+    let mut bar = support::Progress::new("runs, of at most", parts);
+    let mut watch = |now: &Progress<'_>| {
+        bar.reach((now.candidate * gradient_runs + now.gradient_runs).min(parts - 1));
         ControlFlow::Continue(())
     };
-    let parameters = candidate.parameters(&InitialGuess::of(&seen)?);
-    let fit = identify::fit(candidate, parameters, &seen, &settings, &mut watch)?;
-    progress.step();
-    println!("\n{fit}\n");
-
-    let mut table =
-        Csv::create(arguments.out_dir(), "identify", &["part", "t", "x", "v", "data", "model"])?;
-    let new_over_time = || Panel::new("time t / s", "friction coefficient F/p / –");
-    let mut over_time = new_over_time();
-    let mut over_position = Panel::new("position x / mm", "friction coefficient F/p / –");
-    let last = seen.times().last().copied().unwrap_or(to);
-    let unseen = log.between(last.next_up(), arguments.number("predict")).ok();
-    let parts = [("fitted", Some(seen), Colour::Blue), ("predicted", unseen, Colour::Vermilion)];
-    // Positions of all parts from one zero, that of the first row of all.
-    let whole = log.positions();
-    let begin = |part: &Log| {
-        let first = part.times().first().copied().unwrap_or(0.0);
-        whole.get(log.times().partition_point(|&t| t < first)).copied().unwrap_or(0.0)
+    let fit = if let [model] = models {
+        let fit = mechanism::fit(joint, model, &seen, &unseen, &settings, &mut watch)?;
+        bar.reach(parts);
+        println!("{fit}");
+        fit
+    } else {
+        let found = mechanism::compare(joint, models, &seen, &unseen, &settings, &mut watch)?;
+        bar.reach(parts);
+        println!("{found}");
+        found.named().ok_or("no model was fitted")?.clone()
     };
-    println!("                 rmse   work of friction over p: model, data");
-    for (name, log, colour) in parts {
-        let Some(log) = log else { continue };
-        let model = identify::predict(candidate, &fit.values(), &log)?;
-        let data = log.coefficients();
-        println!(
-            "{name:9}  {:10.5}   {:.6e} m, {:.6e} m",
-            log.rmse(&model),
-            log.work(&model),
-            log.work(data)
-        );
-        let zero = begin(&log);
-        let positions = log.positions().into_iter().map(|x| zero + x).collect();
-        let columns = [log.times().to_vec(), positions, log.velocities().to_vec()];
-        let [t, x, v] = &columns;
-        for row in 0..log.len() {
-            table.row(&[name], &[t[row], x[row], v[row], data[row], model[row]])?;
+    Ok(fit)
+}
+
+/// Errors log by log, table, chart and model.
+fn report(
+    fit: &JointFit,
+    [seen, unseen]: [&[Named]; 2],
+    arguments: &Values,
+) -> Result<(), Box<dyn Error>> {
+    let mut table = Csv::create(
+        arguments.out_dir(),
+        "identify",
+        &["part", "log", "t", "measured", "simulated"],
+    )?;
+    let columns = unseen.len().clamp(1, 2);
+    let mut figure = Figure::new(860, 60 + 230 * unseen.len().min(PANELS).div_ceil(columns) as u32)
+        .title(format!("Position of logs that were not fitted, and of the model {}", fit.friction))
+        .columns(columns);
+    println!("mean error of the simulated position, its size [rad]");
+    for (part, logs) in [("fitted", seen), ("held out", unseen)] {
+        let mut sum = 0.0;
+        for (place, Named { name, log }) in logs.iter().enumerate() {
+            let simulated = fit.simulate(log)?;
+            let rows = || log.times().iter().zip(log.positions()).zip(&simulated);
+            let error = rows().map(|((_, measured), now)| (now - measured).abs()).sum::<f64>()
+                / simulated.len() as f64;
+            sum += error;
+            println!("  {part:9} {name:32} {error:.4}");
+            for ((&t, &measured), &simulated) in rows() {
+                table.row(&[part, name], &[t, measured, simulated])?;
+            }
+            if part == "held out" && place < PANELS {
+                let line = |values: &[f64]| -> Vec<(f64, f64)> {
+                    log.times().iter().copied().zip(values.iter().copied()).collect()
+                };
+                // A line of names has no subscripts.
+                let title = format!("{}, mean error {error:.4} rad", name.replace('_', " "));
+                let panel = Panel::new("time t / s", "position x / rad")
+                    .title(title)
+                    .line("measured", Colour::Grey.width(2.5), line(log.positions()))
+                    .line("simulated", Colour::Blue, line(&simulated));
+                figure = figure.panel(panel);
+            }
         }
-        // A few loops; all of them would hide one another.
-        let rows = log.len().min(1600);
-        let millimetres: Vec<f64> = x.iter().map(|x| 1e3 * x).collect();
-        let pairs = |x: &[f64], y: &[f64]| -> Vec<(f64, f64)> {
-            x.iter().copied().zip(y.iter().copied()).take(rows).collect()
-        };
-        // Of two parts the one not seen before.
-        over_time = new_over_time().line("data", Colour::Grey.width(2.5), pairs(t, data)).line(
-            name,
-            colour,
-            pairs(t, &model),
-        );
-        over_position = over_position
-            .line("data", Colour::Grey.width(2.5), pairs(&millimetres, data))
-            .line(name, colour, pairs(&millimetres, &model));
+        println!("  {part:9} {:32} {:.4}\n", "all", sum / logs.len() as f64);
     }
     table.finish()?;
-    let figure = Figure::new(760, 640)
-        .title("Friction of a measured motion and of the identified model")
-        .panel(over_time)
-        .panel(over_position);
-    println!("\n{}", figure.save(arguments.out_dir(), "identify")?.display());
+    #[cfg(feature = "serde")]
+    {
+        let path = arguments.out_dir().join("identify.toml");
+        let text = toml::to_string(&fit.model()?)?;
+        // What is written is read again.
+        toml::from_str::<mechanism::JointModel>(&text)?.gear()?;
+        std::fs::write(&path, text).map_err(|e| format!("cannot write {}: {e}", path.display()))?;
+        println!("{}", path.display());
+    }
+    println!("{}", figure.save(arguments.out_dir(), "identify")?.display());
     Ok(())
 }

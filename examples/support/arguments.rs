@@ -55,6 +55,8 @@ enum Kind {
     Number,
     Count,
     Text,
+    /// Any number of them, in lines of the value.
+    Files,
 }
 
 /// Why the command line gives no values.
@@ -103,7 +105,7 @@ impl Opt {
         let number = match self.kind {
             Kind::Number => text.parse().ok(),
             Kind::Count => text.parse::<usize>().ok().map(|count| count as f64),
-            Kind::Text => return true,
+            Kind::Text | Kind::Files => return true,
         };
         number.is_some_and(|number| self.rule.allows(number))
     }
@@ -112,6 +114,7 @@ impl Opt {
     fn rule(&self) -> String {
         match (self.kind, self.rule) {
             (Kind::Text, _) => "a text".to_owned(),
+            (Kind::Files, _) => "one file or several".to_owned(),
             (Kind::Count, Rule::Finite) => "a whole number".to_owned(),
             (Kind::Count, rule) => format!("a whole number, {rule}"),
             (Kind::Number, rule) => format!("a number, {rule}"),
@@ -153,6 +156,11 @@ impl Arguments {
     /// Declares `--name TEXT`.
     pub fn text(self, name: &'static str, default: &str, help: &'static str) -> Arguments {
         self.with(Kind::Text, name, "", help, default.to_owned())
+    }
+
+    /// Declares `--name FILE FILE …`; see [`Values::files`].
+    pub fn files(self, name: &'static str, help: &'static str) -> Arguments {
+        self.with(Kind::Files, name, "", help, String::new())
     }
 
     fn with(
@@ -219,6 +227,13 @@ impl Arguments {
                 None => {
                     out_dir = value.filter(|folder| !folder.is_empty()).ok_or_else(missing)?.into();
                 }
+                Some(option) if option.kind == Kind::Files => {
+                    let mut files = vec![value.ok_or_else(missing)?];
+                    while let Some(next) = words.next_if(|next| !next.starts_with("--")) {
+                        files.push(next);
+                    }
+                    option.value.extend(files.iter().map(|file| format!("{file}\n")));
+                }
                 Some(option) => {
                     option.value = value.ok_or_else(missing)?;
                     if !option.accepts(&option.value) {
@@ -266,6 +281,11 @@ impl Values {
     pub fn text(&self, name: &str) -> &str {
         let option = self.options.iter().find(|option| option.name == name);
         option.map_or_else(|| undeclared(name), |option| &option.value)
+    }
+
+    /// The files of an option, in their order.
+    pub fn files(&self, name: &str) -> Vec<&Path> {
+        self.text(name).lines().map(Path::new).collect()
     }
 
     /// The file given, if the example takes one.

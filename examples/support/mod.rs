@@ -56,7 +56,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use arguments::{Arguments, Rule, Values};
 pub use chart::{Colour, Figure, HeatMap, Marker, Panel, Stroke, Symbol};
-pub use table::{Csv, read_columns};
+pub use table::{Csv, read_columns, read_names};
 
 /// What every function here returns that may fail; errors name the file or option and the reason.
 pub type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -135,6 +135,12 @@ impl Progress {
     /// Another part is done.
     pub fn step(&mut self) {
         self.done += 1;
+        self.show();
+    }
+
+    /// So many parts are done.
+    pub fn reach(&mut self, done: usize) {
+        self.done = done;
         self.show();
     }
 

@@ -59,20 +59,16 @@ fn quoted(text: &str) -> String {
 /// Reads columns of a table with tabs, commas, semicolons or blanks between the cells.
 ///
 /// `choice` names the columns, with factors that turn them into SI units and set their signs:
-/// `t=1,x=3*1e-3,f=4*-1e-6`. Lines that begin with `#` are left out, and so is the first line if
-/// it holds no numbers.
+/// `t=1,x=3*1e-3,f=4*-1e-6`. A column is given by its number, or by its name in the first line.
+/// Lines that begin with `#` are left out, and so is the first line if it holds no numbers.
 pub fn read_columns(path: &Path, choice: &str) -> Result<Vec<(String, Vec<f64>)>> {
     let text = read_to_string(path).map_err(at("read", path))?;
-    let chosen = choice.split(',').map(chosen).collect::<Result<Vec<_>>>()?;
+    let names = names(&text);
+    let place = |given| chosen(given, &names);
+    let chosen = choice.split(',').map(place).collect::<Result<Vec<_>>>()?;
     let mut columns: Vec<_> = chosen.iter().map(|(name, ..)| (name.clone(), Vec::new())).collect();
-    let lines = text.lines().enumerate();
-    let lines = lines.filter(|(_, line)| !line.starts_with('#') && !line.trim().is_empty());
-    for (place, (number, line)) in lines.enumerate() {
-        let separator = ['\t', ';', ','].into_iter().find(|&separator| line.contains(separator));
-        let cells: Vec<&str> = match separator {
-            Some(separator) => line.split(separator).map(str::trim).collect(),
-            None => line.split_whitespace().collect(),
-        };
+    for (place, (number, line)) in filled_lines(&text).enumerate() {
+        let cells = cells(line);
         let read = |&(_, column, factor): &(String, usize, f64)| {
             let cell = cells.get(column - 1).copied().unwrap_or_default();
             cell.parse().map(|value: f64| value * factor).map_err(|_| (column, cell))
@@ -90,16 +86,43 @@ pub fn read_columns(path: &Path, choice: &str) -> Result<Vec<(String, Vec<f64>)>
     Ok(columns)
 }
 
-/// `x=3*1e-3` as name, column and factor.
-fn chosen(given: &str) -> Result<(String, usize, f64)> {
+/// The cells of the first line of a table: the names of its columns, if it has any.
+pub fn read_names(path: &Path) -> Result<Vec<String>> {
+    let text = read_to_string(path).map_err(at("read", path))?;
+    Ok(names(&text).into_iter().map(str::to_owned).collect())
+}
+
+fn names(text: &str) -> Vec<&str> {
+    filled_lines(text).next().map_or_else(Vec::new, |(_, line)| cells(line))
+}
+
+/// Lines with their numbers from zero.
+fn filled_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let lines = text.lines().enumerate();
+    lines.filter(|(_, line)| !line.starts_with('#') && !line.trim().is_empty())
+}
+
+fn cells(line: &str) -> Vec<&str> {
+    let separator = ['\t', ';', ','].into_iter().find(|&separator| line.contains(separator));
+    match separator {
+        Some(separator) => line.split(separator).map(str::trim).collect(),
+        None => line.split_whitespace().collect(),
+    }
+}
+
+/// `x=3*1e-3` or `x=angle*1e-3` as name, column and factor.
+fn chosen(given: &str, names: &[&str]) -> Result<(String, usize, f64)> {
     let parsed = given.split_once('=').and_then(|(name, place)| {
         let (column, factor) = place.split_once('*').unwrap_or((place, "1"));
-        let column: usize = column.trim().parse().ok()?;
-        let factor: f64 = factor.trim().parse().ok()?;
-        (column >= 1 && factor.is_finite()).then(|| (name.trim().to_owned(), column, factor))
+        let factor = factor.trim().parse().ok().filter(|factor: &f64| factor.is_finite())?;
+        Some((name.trim().to_owned(), column.trim(), factor))
     });
-    parsed.ok_or_else(|| {
-        let rule = "must be NAME=COLUMN or NAME=COLUMN*FACTOR, columns counted from 1";
-        format!("columns: {given:?} {rule}").into()
+    let column = |column: &str| match column.parse() {
+        Ok(number) => Some(number).filter(|&number: &usize| number >= 1),
+        Err(_) => names.iter().position(|&name| name == column).map(|place| place + 1),
+    };
+    parsed.and_then(|(name, place, factor)| Some((name, column(place)?, factor))).ok_or_else(|| {
+        let rule = "must be NAME=COLUMN or NAME=COLUMN*FACTOR, columns counted from 1 or named";
+        format!("columns: {given:?} {rule} as in the first line").into()
     })
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::chart::{Colour, Figure, HeatMap, Panel};
 use super::draw::svg;
-use super::table::{Csv, read_columns};
+use super::table::{Csv, read_columns, read_names};
 use super::{Arguments, Rule, Values, shortest};
 
 fn folder(test: &str) -> PathBuf {
@@ -75,6 +75,17 @@ fn a_file_and_a_text_are_taken_where_they_are_declared() {
 }
 
 #[test]
+fn files_go_on_to_the_next_option_and_add_up() {
+    let arguments = || Arguments::new("test", "A test").files("log", "logs").count("n", 1, "n");
+    let values = parse(arguments(), &["--log", "a", "b", "--n", "2", "--log=c"]).unwrap();
+    assert_eq!(values.files("log"), ["a", "b", "c"].map(Path::new));
+    assert_eq!(values.count("n"), 2);
+    assert!(parse(arguments(), &[]).unwrap().files("log").is_empty());
+    let none = parse(arguments(), &["--log", "--n", "2"]).unwrap_err();
+    assert_eq!(none, "--log needs a value (one file or several)");
+}
+
+#[test]
 fn a_folder_that_cannot_be_made_is_named() {
     let words = ["--out=/proc/nowhere/figures".to_owned()];
     let error = arguments().parse_from(words).unwrap_err().to_string();
@@ -113,10 +124,12 @@ fn columns_are_chosen_scaled_and_refused_by_place() {
     std::fs::write(&path, "Time [s]\tForce [uN]\n# by hand\n0\t5\n0.5\t-6\n").unwrap();
     let read = read_columns(&path, "t=1,f=2*-0.25").unwrap();
     assert_eq!(read, [("t".to_owned(), vec![0.0, 0.5]), ("f".to_owned(), vec![-1.25, 1.5])]);
+    assert_eq!(read_columns(&path, "t=Time [s],f=Force [uN]*-0.25").unwrap(), read);
+    assert_eq!(read_names(&path).unwrap(), ["Time [s]", "Force [uN]"]);
     std::fs::write(&path, "0,1\n1,one\n").unwrap();
     let refused = read_columns(&path, "t=1,f=2").unwrap_err().to_string();
     assert!(refused.ends_with("line 2: column 2 must be a number, but is \"one\""), "{refused}");
-    for choice in ["t", "t=0", "t=1*", "t=1*NaN", "=x"] {
+    for choice in ["t", "t=0", "t=1*", "t=1*NaN", "=x", "t=Time"] {
         let refused = read_columns(&path, choice).unwrap_err().to_string();
         assert!(refused.starts_with("columns: "), "{choice}: {refused}");
     }
