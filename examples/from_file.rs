@@ -50,12 +50,8 @@ fn read(path: &Path) -> support::Result<Setup> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
     toml::from_str(&text).map_err(|error| {
-        let place = error.span().map_or_else(String::new, |span| {
-            let before = text.get(..span.start).unwrap_or(&text);
-            let line = before.matches('\n').count() + 1;
-            let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
-            format!(":{line}:{column}")
-        });
+        let place = setup::place(&text, &error);
+        let place = place.map_or_else(String::new, |(line, column)| format!(":{line}:{column}"));
         format!("{}{place}: {}", path.display(), error.message()).into()
     })
 }

@@ -33,6 +33,7 @@ use crate::{Bristle, Scalar};
 /// Friction of Simscape's blocks *Rotational Friction* and *Translational Friction*.
 ///
 /// T = √(2e) (T_brk − T_C) e^(−(ω/ω_St)²) ω/ω_St + T_C tanh(ω/ω_Coul) + f ω,
+///
 /// ω_St = √2 ω_brk,  ω_Coul = ω_brk/10
 ///
 /// Its sum of Stribeck and Coulomb part has its peak T_brk at the breakaway velocity ω_brk, which
@@ -319,8 +320,9 @@ pub fn bearing_friction<T: Scalar>(
 
 /// One row of the loss table of Modelica's `LossyGear`.
 ///
-/// −τ_B = i (η_mf1 τ_A − τ_bf1) while flange A, the motor, drives, and
-/// −τ_B = i (τ_A/η_mf2 − τ_bf2) while flange B drives.
+/// −τ_B = i (η_mf1 τ_A − τ_bf1) while flange A drives, the motor,
+///
+/// −τ_B = i (τ_A/η_mf2 − τ_bf2) while flange B drives, the load.
 ///
 /// With x = μ k_m, y = μ k_e and c = μ p0 + B |v| of [`gear`](crate::gear) this is
 ///

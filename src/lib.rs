@@ -165,6 +165,7 @@ struct ComingFrom;
 /// And what the pages without a program of their own may get.
 #[cfg(all(doctest, feature = "alloc"))]
 #[doc = include_str!("../docs/embedded.md")]
+#[doc = include_str!("../docs/gallery.md")]
 #[doc = include_str!("../docs/paper.md")]
 #[doc = include_str!("../docs/work-precision.md")]
 struct Pages;

@@ -12,8 +12,7 @@ use crate::scalar::Scalar;
 /// [`stability`](crate::stability), [`linear`](crate::linear) and [`audit`](crate::audit)
 /// analyse it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Mechanism<T> {
     /// Mass m \[kg\], positive.
     pub mass: T,

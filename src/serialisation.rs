@@ -14,6 +14,7 @@ use crate::curve::{
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 use crate::gear::{TorqueLoad, TorqueLoadParameters};
+use crate::plane::{Axis, PlaneBristle, PlaneContact, PlaneFrBd};
 use crate::regularisation::{HyperbolicTangent, Regularisation, SquareRoot};
 use crate::rheology::{
     GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt,
@@ -22,11 +23,12 @@ use crate::rheology::{
 use crate::rolling::{FunctionPressure, PolynomialExponential, PolynomialExponentialParameters};
 use crate::scene::{
     DiaphragmValve, DiaphragmValveParameters, MassSpringDamper, MassSpringDamperParameters,
+    PlaneBody, PlaneBodyParameters,
 };
 use crate::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
 use crate::{
     Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FoldRule, ImplicitBristle, LuGre,
-    ParameterError, Scalar,
+    Mechanism, ParameterError, Scalar,
 };
 
 /// Arrays of any length.
@@ -167,7 +169,47 @@ through!([M: Bristle<T, Deflection = T>, U: Signal<T>]
     DiaphragmValve<T, M, U> as DiaphragmValveParameters<T, M, U>:
     Self::new, Self::parameters);
 
+through!([M: PlaneBristle<T, N>; const N]
+PlaneContact<T, M, N> as ContactFile<T, M>:
+|file: ContactFile<T, M>| Self::new(file.model, file.normal_force),
+|contact| ContactFile {
+    model: contact.model().clone(),
+    normal_force: contact.normal_force(),
+});
+through!([C: FrictionCurve<T>, E: Regularisation<T> | Default; const N]
+PlaneFrBd<C, T, N, E> as PlaneFile<C, E, T, N>:
+|file: PlaneFile<C, E, T, N>| {
+    Ok(PlaneFrBd::new(file.curve, file.axes)?.regularised(file.regularisation))
+},
+|model| PlaneFile {
+    curve: model.curve().clone(),
+    axes: *model.bristles(),
+    regularisation: model.regularisation().clone(),
+});
+through!([M: PlaneBristle<T, N>, A: Signal<T>, F: Signal<T>; const N]
+    PlaneBody<T, M, N, A, F> as PlaneBodyParameters<T, M, N, A, F>:
+    Self::new, |body| body.parameters().clone());
+
 through!([] TorqueLoad<T> as TorqueLoadParameters<T>: Self::new, Self::parameters);
+
+impl<'de, T: Scalar + Deserialize<'de>> Deserialize<'de> for Mechanism<T> {
+    // Checked here, too, so that the place of a refusal is that of the mechanism.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        read(deserializer, |file: MechanismFile<T>| {
+            let MechanismFile { mass, spring_stiffness, viscous_damping } = file;
+            Self { mass, spring_stiffness, viscous_damping }.checked()
+        })
+    }
+}
+
+/// A mechanism in a file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename = "Mechanism")]
+struct MechanismFile<T> {
+    mass: T,
+    spring_stiffness: T,
+    viscous_damping: T,
+}
 
 /// A contact in a file.
 #[derive(Serialize, Deserialize)]
@@ -204,6 +246,25 @@ struct LuGreFile<C, E, T> {
     regularisation: E,
     #[serde(default = "Option::default")]
     viscous_friction: Option<T>,
+}
+
+/// A model on several axes in a file.
+#[derive(Serialize, Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    rename = "PlaneFrBd",
+    bound(
+        deserialize = "C: Deserialize<'de>, E: Default + Deserialize<'de>, \
+                       T: Scalar + Deserialize<'de>",
+        serialize = "C: Serialize, E: Serialize, T: Scalar + Serialize"
+    )
+)]
+struct PlaneFile<C, E, T, const N: usize> {
+    curve: C,
+    #[serde(with = "array")]
+    axes: [Axis<T>; N],
+    #[serde(default)]
+    regularisation: E,
 }
 
 /// An elasto-plastic model in a file.
@@ -247,5 +308,11 @@ impl<'de, T: Scalar + Deserialize<'de>, const N: usize> Deserialize<'de>
 {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         Self::new(array::deserialize(deserializer)?).map_err(D::Error::custom)
+    }
+}
+
+impl<T: Scalar + Serialize, const N: usize> Serialize for GeneralisedKelvinVoigt<T, N> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        array::serialize(self.elements(), serializer)
     }
 }

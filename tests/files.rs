@@ -11,21 +11,26 @@ use bristle::control::{
     VelocityFromPositionParameters,
 };
 use bristle::curve::{AnyCurve, FrictionCurve, Stribeck};
+use bristle::nalgebra::Vector2;
 use bristle::ode::AnyMethod;
-use bristle::regularisation::{HyperbolicTangent, SquareRoot};
-use bristle::rheology::{GeneralisedMaxwell, KelvinVoigt, ZenerParameters};
+use bristle::plane::{Axis, PlaneBristle, PlaneFrBd};
+use bristle::regularisation::{AnyRegularisation, HyperbolicTangent, SquareRoot};
+use bristle::rheology::{
+    GeneralisedKelvinVoigt, GeneralisedMaxwell, KelvinVoigt, KelvinVoigtParameters, ZenerParameters,
+};
 use bristle::rolling::AnyPressure;
+use bristle::scene::{PlaneBody, PlaneBodyParameters};
 use bristle::signal::AnySignal;
 use bristle::{
     AnyBristle, Bounds, Bristle, Contact, ElastoPlastic, FoldRule, FrBd, ImplicitBristle, LuGre,
-    paper,
+    Mechanism, paper,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use setup::{SceneSetup, Setup, SolverSetup};
 
 /// The files that the example ships.
-const FILES: [(&str, &str); 10] = [
+const FILES: [(&str, &str); 11] = [
     ("stick_slip", include_str!("../examples/from_file/stick_slip.toml")),
     ("lugre", include_str!("../examples/from_file/lugre.toml")),
     ("valve", include_str!("../examples/from_file/valve.toml")),
@@ -36,6 +41,7 @@ const FILES: [(&str, &str); 10] = [
     ("viscoelastic", include_str!("../examples/from_file/viscoelastic.toml")),
     ("joint", include_str!("../examples/from_file/joint.toml")),
     ("braking", include_str!("../examples/from_file/braking.toml")),
+    ("plane", include_str!("../examples/from_file/plane.toml")),
 ];
 
 /// A value in a file of its own.
@@ -169,6 +175,90 @@ fn values_read_back_to_the_same_bits() {
 }
 
 #[test]
+fn a_refused_parameter_is_found_at_its_own_line() {
+    let (_, text) = FILES[0];
+    for (good, bad) in [
+        ("mass = 1.0", "mass = -1.0"),
+        ("spring_stiffness = 2.0", "spring_stiffness = inf"),
+        ("normal_force = 1.0", "normal_force = nan"),
+        ("dynamic_coefficient = 1.0", "dynamic_coefficient = 0.0"),
+        ("static_coefficient = 1.5", "static_coefficient = 0.5"),
+        ("micro_damping = 64.5", "micro_damping = -64.5"),
+        // No parameter: the format's own place.
+        ("viscous_friction = 0.04", "viscosity = 0.04"),
+        ("samples = 6001", "samples = 1.5"),
+    ] {
+        let text = text.replace(good, bad);
+        assert!(text.contains(bad));
+        let error = toml::from_str::<Setup>(&text).unwrap_err();
+        let (line, column) = setup::place(&text, &error).unwrap();
+        let there: String = text.lines().nth(line - 1).unwrap().chars().skip(column - 1).collect();
+        let key = bad.split(' ').next().unwrap();
+        let value = bad.rsplit(' ').next().unwrap();
+        assert!(there.starts_with(key) || there.starts_with(value), "{bad}: {line}: {there}");
+    }
+    // The mechanism of the second axis: its own braces.
+    let (_, plane) = FILES[10];
+    let bad = plane.replacen(
+        "mass = 1.0, spring_stiffness = 2.0",
+        "mass = 1.0, spring_stiffness = 3.0",
+        1,
+    );
+    let bad = bad.replace("spring_stiffness = 2.0", "spring_stiffness = -2.0");
+    let error = toml::from_str::<Setup>(&bad).unwrap_err();
+    let line = bad.lines().position(|line| line.contains("= -2.0")).unwrap() + 1;
+    assert_eq!(setup::place(&bad, &error).unwrap().0, line, "{error}");
+}
+
+#[test]
+fn contacts_in_a_plane_and_springs_in_a_row_read_back_to_the_same_bits() {
+    let curve: AnyCurve<f64> = read(CURVE).unwrap();
+    let bristle =
+        |stiffness| KelvinVoigtParameters { micro_stiffness: stiffness, micro_damping: 0.1 + 0.2 };
+    let axis = |friction_ratio, stiffness| Axis {
+        friction_ratio,
+        bristle: KelvinVoigt::new(bristle(stiffness)).unwrap(),
+    };
+    let axes = [axis(1.0, 1e4), axis(0.1 + 0.5, 2e4 / 3.0), axis(0.9, 1e3)];
+    let model = PlaneFrBd::new(curve, axes).unwrap();
+    let model = model.regularised(AnyRegularisation::from(SquareRoot::new(1e-9).unwrap()));
+    let contact = model.under_load(1.0 / 3.0).unwrap();
+    let again = round_trip(&contact);
+    assert_eq!(format!("{contact:?}"), format!("{again:?}"));
+    let free = Mechanism { mass: 0.3, spring_stiffness: 0.0, viscous_damping: 0.1 };
+    let body = PlaneBodyParameters {
+        contact,
+        mechanisms: [free; 3],
+        anchor: [0.0, 0.1, 0.2],
+        force: [1.0 / 3.0; 3],
+    };
+    let body = PlaneBody::new(body).unwrap();
+    assert_eq!(format!("{body:?}"), format!("{:?}", round_trip(&body)));
+
+    let row = [bristle(2e4), KelvinVoigtParameters { micro_damping: 200.0, ..bristle(1e4 / 7.0) }];
+    let row = GeneralisedKelvinVoigt::new(row).unwrap();
+    assert_eq!(round_trip(&row), row);
+
+    let refused = |axis: &str| {
+        let curve = "curve.coulomb = { dynamic_coefficient = 0.3, viscous_friction = 0.0 }";
+        let bristle = "bristle = { micro_stiffness = 1e4, micro_damping = 1.0 }";
+        let text =
+            format!("[value]\n{curve}\naxes = [{{ friction_ratio = 1.0, {bristle} }}, {axis}]");
+        read::<PlaneFrBd<AnyCurve<f64>, f64, 2, AnyRegularisation<f64>>>(&text).unwrap_err()
+    };
+    let bristle = "bristle = { micro_stiffness = 1e4, micro_damping = 1.0 }";
+    let ratio = refused(&format!("{{ friction_ratio = 0.0, {bristle} }}"));
+    assert!(ratio.contains("friction_ratio[1] is 0, but must lie between"), "{ratio}");
+    let soft = bristle.replace("1e4", "-1.0");
+    let soft = refused(&format!("{{ friction_ratio = 1.0, {soft} }}"));
+    assert!(soft.contains("micro_stiffness is -1, but must"), "{soft}");
+    let three = refused(&format!(
+        "{{ friction_ratio = 1.0, {bristle} }}, {{ friction_ratio = 1.0, {bristle} }}"
+    ));
+    assert!(three.contains("there must be 2 of them, not 3"), "{three}");
+}
+
+#[test]
 fn a_bad_file_is_refused_with_parameter_value_rule_and_place() {
     let refused = |text: &str| read::<AnyCurve<f64>>(text).unwrap_err();
     let negative =
@@ -291,23 +381,31 @@ fn check(setup: &Setup) {
         SceneSetup::DiaphragmValve(scene) => model(&scene.parameters().contact),
         SceneSetup::GearedJoint(scene) => assert!(scene.gear.friction.storage_stiffness() > 0.0),
         SceneSetup::BrakedWheel(scene) => model(&scene.wheel.brake),
+        SceneSetup::PlaneBody(scene) => {
+            let contact = scene.contact();
+            assert!(contact.normal_force() >= 0.0 && contact.normal_force().is_finite());
+            let force = contact.stationary_force(&Vector2::new(0.01, -0.02));
+            assert!(force.iter().all(|force| force.is_finite()), "{contact:?}");
+        }
     }
 }
 
 #[test]
 fn damaged_files_are_refused_or_valid() {
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
-    let (mut refused, mut accepted, mut built) = (0, 0, 0);
-    for round in 0..1000 {
-        let (name, text) = FILES[round % FILES.len()];
+    let (mut refused, mut accepted, mut built) = ([0; FILES.len()], [0; FILES.len()], 0);
+    // A hundred of each, of which some are refused and some are read.
+    for round in 0..100 * FILES.len() {
+        let file = round % FILES.len();
+        let (name, text) = FILES[file];
         let text = damaged(text, &mut random);
         match toml::from_str::<Setup>(&text) {
             Err(error) => {
-                refused += 1;
+                refused[file] += 1;
                 assert!(!error.message().is_empty(), "{name}: {text}");
             }
             Ok(setup) => {
-                accepted += 1;
+                accepted[file] += 1;
                 check(&setup);
                 // The parameters of mechanism and solver are checked as a run begins.
                 let solver = SolverSetup { end: 0.0, samples: 2, ..setup.solver };
@@ -315,6 +413,7 @@ fn damaged_files_are_refused_or_valid() {
             }
         }
     }
-    println!("{refused} refused, {accepted} accepted, {built} of them begin to run");
-    assert!(refused > 300 && accepted > 100 && built > 50);
+    println!("{refused:?} refused, {accepted:?} accepted, {built} of them begin to run");
+    assert!(refused.iter().all(|&count| count > 30), "{refused:?}");
+    assert!(accepted.iter().all(|&count| count > 5) && built > 50, "{accepted:?}");
 }

@@ -2,8 +2,10 @@
 
 use bristle::curve::AnyCurve;
 use bristle::gear::{GearFriction, GearFrictionParameters, TorqueLoad};
-use bristle::nalgebra::SVector;
+use bristle::nalgebra::{SVector, Vector2};
 use bristle::ode::{AnyMethod, Output, Solver, System, Tolerances};
+use bristle::plane::PlaneFrBd;
+use bristle::regularisation::AnyRegularisation;
 use bristle::rheology::{
     GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters,
     KelvinVoigtParameters, MaxwellArm, Rheology,
@@ -12,7 +14,8 @@ use bristle::rolling::{AnyPressure, Patch, PatchParameters, PolynomialExponentia
 use bristle::scene::{
     BrakedWheel, BrakedWheelParameters, CurrentMotor, CurrentMotorParameters, DiaphragmValve,
     GearedJoint, GearedJointParameters, Gravity, JointInput, JointMotion, MassSpringDamper,
-    PositionControl, PrescribedVelocity, VoltageMotor, VoltageMotorParameters, WheelLoads,
+    PlaneBody, PositionControl, PrescribedVelocity, VoltageMotor, VoltageMotorParameters,
+    WheelLoads,
 };
 use bristle::signal::{AnySignal, Signal};
 use bristle::{AnyBristle, Bristle, FrBd};
@@ -20,6 +23,28 @@ use serde::{Deserialize, Serialize};
 
 /// What may go wrong: a refused parameter, or a run that stopped.
 pub(crate) type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// Line and column, from 1, of what an error of a file is about.
+///
+/// A format knows where a table or a list begins in which a parameter was refused. The parameter is
+/// the first key behind it with the name and the value of the error.
+pub(crate) fn place(text: &str, error: &toml::de::Error) -> Option<(usize, usize)> {
+    let start = error.span()?.start;
+    let after = text.get(start..)?;
+    let key = error.message().split_once(" is ").and_then(|(name, rest)| {
+        let name = name.split('[').next().filter(|name| !name.contains(' '))?;
+        let value: f64 = rest.split_once(", but must")?.0.parse().ok()?;
+        after.match_indices(name).map(|found| found.0).find(|&at| {
+            let given = after.get(at + name.len()..).unwrap_or("").trim_start();
+            let given = given.strip_prefix('=').unwrap_or("").trim_start();
+            let given = given.split([',', '}', ' ', '\n']).next().unwrap_or("");
+            given.parse().is_ok_and(|given: f64| given.to_string() == value.to_string())
+        })
+    });
+    let before = text.get(..start + key.unwrap_or(0))?;
+    let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+    Some((before.matches('\n').count() + 1, column))
+}
 
 /// A scene, and how it is solved.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -65,7 +90,18 @@ pub(crate) enum SceneSetup {
     BrakedWheel(Wheel),
     /// A joint driven by a motor through a gear.
     GearedJoint(Joint),
+    /// A body that slides in a plane, on springs whose far ends move.
+    PlaneBody(PlaneBlock),
 }
+
+/// A body on two axes.
+pub(crate) type PlaneBlock = PlaneBody<
+    f64,
+    PlaneFrBd<AnyCurve<f64>, f64, 2, AnyRegularisation<f64>>,
+    2,
+    AnySignal<f64>,
+    AnySignal<f64>,
+>;
 
 /// FrBD with a bristle of one to six springs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -195,13 +231,30 @@ impl Setup {
             }
             SceneSetup::BrakedWheel(wheel) => wheel.run(solver),
             SceneSetup::GearedJoint(joint) => joint.run(solver),
+            SceneSetup::PlaneBody(body) => {
+                let columns = vec![
+                    ("x", "position x / m", 1.0),
+                    ("y", "position y / m", 1.0),
+                    ("vx", "velocity v_x / (m/s)", 1.0),
+                    ("vy", "velocity v_y / (m/s)", 1.0),
+                    ("force_x", "friction force F_x / N", 1.0),
+                    ("force_y", "friction force F_y / N", 1.0),
+                ];
+                solver.run(body, SVector::zeros(), columns, |_, state: &SVector<f64, 6>| {
+                    let part = |from| Vector2::new(state[from], state[from + 1]);
+                    let force = body.contact().force(&part(2), &part(4));
+                    let mut row: Vec<f64> = state.iter().copied().take(4).collect();
+                    row.extend(force.iter());
+                    row
+                })
+            }
         }
     }
 }
 
 impl SolverSetup {
     /// Integrates a system, and makes a row of each sample.
-    fn run<S: System<f64, N, 1>, const N: usize>(
+    fn run<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
         system: &S,
         start: SVector<f64, N>,

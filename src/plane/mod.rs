@@ -73,6 +73,10 @@ use crate::{Bristle, ContactResponse, Law, Load, Scalar};
 
 /// The bristle of one axis, and its share of the friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
+#[cfg_attr(feature = "serde", serde(bound(serialize = "T: Scalar + serde::Serialize")))]
 pub struct Axis<T> {
     /// Friction aᵢ of this axis over the friction curve \[–\], positive.
     pub friction_ratio: T,

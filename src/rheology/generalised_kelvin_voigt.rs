@@ -60,6 +60,8 @@ use crate::{Scalar, Sliding};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GeneralisedKelvinVoigt<T: Scalar, const N: usize> {
+    /// As they were given.
+    given: [KelvinVoigtParameters<T, T>; N],
     maxwell: GeneralisedMaxwell<T, N>,
     /// 1/(Kⱼ − aᵢηⱼ) in row j, column i.
     compliance: SMatrix<T, N, N>,
@@ -76,6 +78,7 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
     /// elements, retardation times that do not increase, and elements so unlike each other that an
     /// equivalent spring or dashpot would be out of its range.
     pub fn new(elements: [KelvinVoigtParameters<T, T>; N]) -> Result<Self, ParameterError> {
+        let given = elements;
         let elements = elements.map(|element| (element.micro_stiffness, element.micro_damping));
         let (zero, one) = (T::zero(), T::one());
         parameter::count("elements", N, 1)?;
@@ -149,7 +152,12 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
             one / elements.iter().fold(zero, |sum, element| sum + one / element.1)
         };
         let maxwell = GeneralisedMaxwell::from_parts(arms, damping);
-        Ok(Self { maxwell, compliance })
+        Ok(Self { given, maxwell, compliance })
+    }
+
+    /// The elements, as they were given.
+    pub fn elements(&self) -> &[KelvinVoigtParameters<T, T>; N] {
+        &self.given
     }
 
     /// The equivalent bristle of springs side by side, the static one first.

@@ -32,14 +32,31 @@ use crate::{Branch, Mechanism, Scalar};
 
 /// Parameters of [`PlaneBody`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>, \
+                       M: PlaneBristle<T, N> + serde::Deserialize<'de>, \
+                       A: serde::Deserialize<'de>, F: serde::Deserialize<'de>"))
+)]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "T: Scalar + serde::Serialize, \
+                     M: PlaneBristle<T, N> + serde::Serialize, \
+                     A: serde::Serialize, F: serde::Serialize"))
+)]
 pub struct PlaneBodyParameters<T, M, const N: usize, A = T, F = T> {
     /// Friction under its normal force.
     pub contact: PlaneContact<T, M, N>,
     /// Mass, spring and damper of each axis; springs and dampers may be absent (zero).
+    #[cfg_attr(feature = "serde", serde(with = "crate::serialisation::array"))]
     pub mechanisms: [Mechanism<T>; N],
     /// Position aᵢ(t) \[m\] of each spring's far end.
+    #[cfg_attr(feature = "serde", serde(with = "crate::serialisation::array"))]
     pub anchor: [A; N],
     /// Force fᵢ(t) \[N\] along each axis; 0 for none.
+    #[cfg_attr(feature = "serde", serde(with = "crate::serialisation::array"))]
     pub force: [F; N],
 }
 
@@ -105,6 +122,11 @@ where
             parameter::component(axis, checked)?;
         }
         Ok(Self { parameters })
+    }
+
+    /// The parameters, as they were given.
+    pub fn parameters(&self) -> &PlaneBodyParameters<T, M, N, A, F> {
+        &self.parameters
     }
 
     /// The contact.

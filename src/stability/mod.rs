@@ -8,7 +8,8 @@
 //! **The stuck mechanism** oscillates on its bristles. Near v = 0, on the branch s = sgn v,
 //!
 //! ż = (μ v − σ0|v| z)/g  ⇒  ∂ż/∂v = 1 − s σ0 z/μ_s = c,
-//! μ_b = σ0 z + σ1 ż      ⇒  ∂F/∂v = σ1 c p, ∂F/∂z = σ0 p,
+//!
+//! μ_b = σ0 z + σ1 ż  ⇒  ∂F/∂v = σ1 c p, ∂F/∂z = σ0 p,
 //!
 //! while ∂ż/∂z = −λ(0) = 0, so that m v̇ = −k x − d v − F has the characteristic equation
 //!
