@@ -7,20 +7,25 @@
 //! | S2 sine | valve, OP = 50 + 40 sin(2π·0.05 t) %, 120 s | position | 0.036 m |
 //! | S3 | pre-sliding at 1, 5 and 10 Hz, ten periods, from rest | position | μ_s/σ0 |
 //! | S4 | frictional lag at 25, 50 and 100 Hz, twenty periods | deflection | μ_s/σ0 |
+//! | S5 | block pulled around a circle by two springs, 40 s, from rest | position x | 1 m |
+//!
+//! S5 has two axes and nothing to lock: its friction depends on ‖v‖, which has a cone, not a kink.
 
 use std::fmt;
 use std::rc::Rc;
 
 use bristle::curve::Stribeck;
 use bristle::exponential::Exponential;
-use bristle::ode::{Statistics, System};
+use bristle::ode::{Linearisation, Statistics, System};
+use bristle::plane::{Axis, PlaneBristle, PlaneFrBd, PlaneLuGre};
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
-    DiaphragmValve, MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity,
+    DiaphragmValve, MassSpringDamper, MassSpringDamperParameters, PlaneBody, PlaneBodyParameters,
+    PrescribedVelocity,
 };
 use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
-use bristle::{Bristle, FrBd, LuGre, Mechanism, ParameterError, paper};
-use nalgebra::{SVector, Vector1};
+use bristle::{Branch, Bristle, FrBd, LuGre, Mechanism, ParameterError, paper};
+use nalgebra::{SVector, Vector1, Vector6};
 
 /// A system over a time span from t = 0, and how solutions of it are judged.
 #[derive(Debug, Clone)]
@@ -83,7 +88,7 @@ pub trait Visitor {
 pub const SAMPLES: usize = 2001;
 
 /// How many scenes [`each`] shows.
-pub const COUNT: usize = 18;
+pub const COUNT: usize = 20;
 
 /// Shows every scene, each with FrBD and with classical LuGre.
 pub fn each(visitor: &mut impl Visitor) -> Result<(), ParameterError> {
@@ -99,6 +104,11 @@ pub fn each(visitor: &mut impl Visitor) -> Result<(), ParameterError> {
         lag(name, "frbd", frbd(TABLE_2)?, frequency, visitor)?;
         lag(name, "lugre", lugre(TABLE_2)?, frequency, visitor)?;
     }
+    let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+    let axes = [1.0, 0.6].map(|friction_ratio| Axis { friction_ratio, bristle });
+    let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+    pulled_block("frbd", PlaneFrBd::new(curve, axes)?, visitor)?;
+    pulled_block("lugre", PlaneLuGre::classical(curve, axes)?, visitor)?;
     Ok(())
 }
 
@@ -249,4 +259,63 @@ fn lag<M: Bristle<f64, Deflection = f64> + 'static>(
         dragged: Some(dragged),
     });
     Ok(())
+}
+
+fn pulled_block<M: PlaneBristle<f64, 2>>(
+    model: &'static str,
+    friction: M,
+    visitor: &mut impl Visitor,
+) -> Result<(), ParameterError> {
+    let (amplitude, frequency) = (1.5, 0.3 / std::f64::consts::TAU);
+    let anchor =
+        |mean, amplitude, phase| Sine::new(SineParameters { mean, amplitude, frequency, phase });
+    let mechanism = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
+    let block = PlaneBody::new(PlaneBodyParameters {
+        contact: friction.under_load(1.0)?,
+        mechanisms: [mechanism; 2],
+        anchor: [
+            anchor(0.0, amplitude, 0.0)?,
+            anchor(amplitude, -amplitude, std::f64::consts::FRAC_PI_2)?,
+        ],
+        force: [0.0; 2],
+    })?;
+    visitor.visit(&Scene {
+        name: "S5",
+        model,
+        start: Vector6::zeros(),
+        scales: block.scales(),
+        system: NeverReverses(block),
+        end: 40.0,
+        judged: 0,
+        scale: 1.0,
+        dragged: None,
+    });
+    Ok(())
+}
+
+/// A system without sliding velocities, as one with a velocity that never reverses.
+#[derive(Debug, Clone)]
+struct NeverReverses<S>(S);
+
+impl<S: System<f64, N, 0>, const N: usize> System<f64, N> for NeverReverses<S> {
+    fn rate(&self, time: f64, state: &SVector<f64, N>, _: [Branch; 1]) -> SVector<f64, N> {
+        self.0.rate(time, state, [])
+    }
+
+    fn sliding_velocities(&self, _: f64, _: &SVector<f64, N>) -> [f64; 1] {
+        [1.0]
+    }
+
+    fn linearised(
+        &self,
+        time: f64,
+        state: &SVector<f64, N>,
+        _: [Branch; 1],
+    ) -> Option<Linearisation<f64, N>> {
+        self.0.linearised(time, state, [])
+    }
+
+    fn scales(&self) -> SVector<f64, N> {
+        self.0.scales()
+    }
 }

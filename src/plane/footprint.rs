@@ -15,7 +15,7 @@
 //! symmetric, positive semidefinite 3 × 3 matrix.
 //!
 //! Three axes with a spin radius (see the [module](super)) are the cheap model, with an ellipsoid
-//! for the limit surface. The footprint does not roll: all places and deflections are in axes that
+//! for the limit surface; [`Footprint::limit_ellipsoid`] tells its error. The footprint does not roll: all places and deflections are in axes that
 //! the body carries.
 //!
 //! Source: the limit surface as a sum over the points of a patch is that of S. Goyal, A. Ruina,
@@ -23,10 +23,12 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
+use super::surface::norm;
 use super::{PlaneBristle, PlaneCompanion, PlaneContact};
 use crate::Scalar;
+use crate::bounds::larger;
 use crate::parameter::{self, ParameterError, Rule};
-use crate::scalar::{lit, nan};
+use crate::scalar::{is_zero, lit, nan};
 
 /// A point of a [`Footprint`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -140,6 +142,18 @@ pub struct CompletedFootprintStep<T: Scalar> {
     pub dissipated: T,
 }
 
+/// The ellipsoid that stands for the limit surface of a footprint, from
+/// [`Footprint::limit_ellipsoid`].
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LimitEllipsoid<T> {
+    /// Radius R \[m\] of the spin as a third axis R ω: full friction torque over full friction force.
+    pub spin_radius: T,
+    /// Largest relative error \[–\] of the wrench (F_x, F_y, M/R) in size, over all directions of
+    /// the twist.
+    pub error: T,
+}
+
 impl<T, M, P> Footprint<T, M, P>
 where
     T: Scalar,
@@ -185,6 +199,52 @@ where
         self.shares().fold(Vector3::zeros(), |sum, (share, lever)| {
             sum + lever.wrench(&self.contact.stationary_force(&lever.velocity(twist))) * share
         })
+    }
+
+    /// The ellipsoid of three axes that is nearest to the limit surface of these points, and how far
+    /// it is from it: whether the cheap model will do.
+    ///
+    /// It is of constant friction, equal along both axes, and tells nothing of the friction curve.
+    /// Evaluates the points 1041 times.
+    ///
+    /// ```
+    /// # use bristle::curve::{Coulomb, CoulombParameters};
+    /// # use bristle::plane::{Footprint, PlaneBristle, PlaneFrBd, rectangle_points};
+    /// # use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+    /// # let curve = Coulomb::new(CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 })?;
+    /// # let bristle =
+    /// #     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 10.0 })?;
+    /// # let contact = PlaneFrBd::isotropic(curve, bristle).under_load(10.0)?;
+    /// let points: Vec<_> = rectangle_points([0.1, 0.1], [20, 20]).collect();
+    /// let square = Footprint::new(contact, points)?.limit_ellipsoid();
+    /// assert!((square.spin_radius - 0.03826_f64).abs() < 1e-4); // (√2 + asinh 1)/6 of the side
+    /// assert!(square.error > 0.05 && square.error < 0.1);
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    pub fn limit_ellipsoid(&self) -> LimitEllipsoid<T> {
+        // Over the friction force of pure sliding.
+        let wrench = |twist: &Vector3<T>| {
+            self.shares().fold(Vector3::zeros(), |sum, (share, lever)| {
+                let velocity = lever.velocity(twist);
+                let speed = norm(&velocity);
+                let rests = is_zero(speed);
+                if rests { sum } else { sum + lever.wrench(&(velocity / speed)) * share }
+            })
+        };
+        let (spin_radius, mut error) = (wrench(&Vector3::z()).z, T::zero());
+        if is_zero(spin_radius) {
+            return LimitEllipsoid { spin_radius, error };
+        }
+        let angle = |part: i8, parts: i8| T::pi() * lit(f64::from(part) / f64::from(parts));
+        for (part, direction) in (-32..=32).flat_map(|part| (0..16).map(move |j| (part, j))) {
+            let ((turn, slide), (sin, cos)) =
+                (angle(part, 64).sin_cos(), angle(direction, 16).sin_cos());
+            let twist = Vector3::new(slide * cos, slide * sin, turn / spin_radius);
+            let mut got = wrench(&twist);
+            got.z /= spin_radius;
+            error = larger(error, (T::one() - norm(&got)).abs());
+        }
+        LimitEllipsoid { spin_radius, error }
     }
 
     /// The wrench \[N, N m\] at a twist and the deflections \[m\] of all points; NaN for another

@@ -60,7 +60,7 @@ pub use companion::{CompletedPlaneStep, PlaneCompanion, PlaneCompanionStep};
 pub use contact::{LinearisedPlane, PlaneContact, Turned};
 pub use footprint::{
     CompletedFootprintStep, DiscPressure, Footprint, FootprintCompanion, FootprintPoint,
-    FootprintStep, disc_points, rectangle_points,
+    FootprintStep, LimitEllipsoid, disc_points, rectangle_points,
 };
 pub use frbd::PlaneFrBd;
 pub use lugre::PlaneLuGre;

@@ -197,3 +197,52 @@ fn bad_footprints_are_refused_by_name() {
     let step = companion.step(&bad, &[Vector2::zeros(); 3], 1e-3).unwrap();
     assert!(step.bias.x.is_nan() && step.damping[(0, 0)].is_nan());
 }
+
+#[test]
+fn the_ellipsoid_of_a_disc_is_as_far_off_as_an_integral_over_the_disc_says() {
+    // Unit disc under 1/π, twist (c, 0, 1): Gauss–Legendre in polar coordinates, no points.
+    let wrench = |c: f64| {
+        let over = |f: &dyn Fn(f64, f64, f64, f64) -> f64| {
+            integral(0.0, 1.0, 24, |r| {
+                let ring = integral(0.0, std::f64::consts::TAU, 24, |angle| {
+                    let (x, y) = (r * angle.cos(), r * angle.sin());
+                    let (v_x, v_y) = (c - y, x);
+                    f(x, y, v_x, v_y) / v_x.hypot(v_y)
+                });
+                ring * r / std::f64::consts::PI
+            })
+        };
+        let force = over(&|_, _, v_x, _| v_x);
+        (force, over(&|x, y, v_x, v_y| x * v_y - y * v_x))
+    };
+    // About a point of the rim: 8/(3π) and 8/(9π).
+    let (force, torque) = wrench(1.0);
+    let pi = std::f64::consts::PI;
+    assert!((force - 8.0 / (3.0 * pi)).abs() < 1e-4 && (torque - 8.0 / (9.0 * pi)).abs() < 1e-4);
+    let farthest = (1..60)
+        .map(|k| wrench(0.05 * f64::from(k)))
+        .map(|(force, torque)| 1.0 - force.hypot(1.5 * torque))
+        .fold(0.0, f64::max);
+    let surface =
+        Footprint::new(coulomb(), disc_points(1.0, DiscPressure::Uniform, 24).collect::<Vec<_>>());
+    let ellipsoid = surface.unwrap().limit_ellipsoid();
+    assert!((ellipsoid.spin_radius - 2.0 / 3.0).abs() < 1e-3, "{ellipsoid:?}");
+    assert!((ellipsoid.error - farthest).abs() < 2e-3, "{ellipsoid:?}, {farthest}");
+}
+
+#[test]
+fn the_ellipsoids_of_few_points_are_known_in_closed_form() {
+    let of = |places: &[[f64; 2]]| {
+        let points: Vec<_> =
+            places.iter().map(|&place| FootprintPoint { place, weight: 1.0 }).collect();
+        Footprint::new(coulomb(), points).unwrap().limit_ellipsoid()
+    };
+    // A point has no torque.
+    let point = of(&[[0.0, 0.0]]);
+    assert_eq!((point.spin_radius, point.error), (0.0, 0.0));
+    // Two points whose frictions point along a and b: the square of the wrench is
+    // 1 − ¼(cos a − cos b)², at least ¾ where it counts.
+    let two = of(&[[0.3, 0.0], [-0.3, 0.0]]);
+    assert!((two.spin_radius - 0.3).abs() < 1e-15);
+    assert!(two.error < 1.0 - 0.75_f64.sqrt() + 1e-12 && two.error > 0.12, "{two:?}");
+}

@@ -11,6 +11,7 @@ mod support;
 use std::process::ExitCode;
 
 use bristle_engine::bond::Coupling;
+use bristle_engine::capsule::{Grip, slip};
 use bristle_engine::measure::{
     Course, Outcome, acceleration_error, belt, belt_reference, creep, creep_believing, drift_law,
     energy_gain, load_cycles, swing, tilt,
@@ -42,6 +43,13 @@ const FRICTIONS: [(&str, Friction); 11] = [
     ("FrBD, impulse", Friction::FrBd(Coupling::Impulse)),
     ("elasto-plastic, force", Friction::ElastoPlastic(Coupling::Force)),
     ("elasto-plastic, motor", Friction::ElastoPlastic(Coupling::Motor)),
+];
+
+const GRIPS: [(&str, Grip); 4] = [
+    ("rapier, Coulomb", Grip::Rapier),
+    ("regularised, implicit, ε = 0.01 m/s", Grip::Regularised(1e-2)),
+    ("regularised, implicit, ε = 1e-4 m/s", Grip::Regularised(1e-4)),
+    ("FrBD on two axes, motor", Grip::FrBd),
 ];
 
 fn main() -> ExitCode {
@@ -120,6 +128,13 @@ fn main() -> ExitCode {
             let friction = Friction::FrBd(Coupling::Force);
             let creep = last(&creep_believing(mass, friction, 60.0, seconds)?).1;
             println!("FrBD, force, 60 Hz, told {mass} of the mass: creep {creep:.0e} m");
+        }
+        println!();
+        println!("capsule of 45 g in a grip, 60 Hz: slip in the first second, then creep");
+        for ((name, grip), force) in GRIPS.into_iter().flat_map(|grip| [(grip, 12.0), (grip, 60.0)])
+        {
+            let (first, creep) = slip(grip, (60.0, 61.0), force, 0.0)?;
+            println!("{name:36} {force:3} N  {first:5.0e} m  {:9.4} µm/s", 1e6 * creep);
         }
         println!();
         let figure = chart(seconds, &reference)?;

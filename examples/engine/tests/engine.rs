@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test panics to fail")]
 
 use bristle_engine::bond::Coupling;
+use bristle_engine::capsule::{Grip, slip};
 use bristle_engine::measure::{
     LOADS, acceleration_error, belt, belt_reference, creep, creep_believing, drift_law,
     energy_gain, load_cycles, swing, tilt,
@@ -166,4 +167,22 @@ fn the_force_must_know_the_mass_and_the_motor_need_not() {
     assert!(after(0.25, Coupling::Force) < 1e-6);
     assert!(after(2.0, Coupling::Force) > 1e-2);
     assert!(after(2.0, Coupling::Motor) < 1e-6);
+}
+
+#[test]
+fn a_capsule_does_not_creep_out_of_a_grip() {
+    for rate in RATES {
+        for (force, angle) in [(12.0, 0.0), (60.0, 0.0), (12.0, 0.4)] {
+            let (first, creep) = slip(Grip::FrBd, (rate, 21.0), force, angle).unwrap();
+            // The bristles bend by W/(2 p σ0), and gravity sets in with a jolt.
+            let bent = 0.045 * 9.81 / (2.0 * force * 2e3);
+            assert!((0.95..1.25).contains(&(first / bent)), "{first:e} m at {rate} Hz, {force} N");
+            assert!(creep < 1e-11, "{creep:e} m/s at {rate} Hz, {force} N");
+        }
+        // u = v/√(v² + ε²) = W/(2 p μ), so v = ε u/√(1 − u²).
+        let share: f64 = 0.045 * 9.81 / (2.0 * 12.0 * 0.7);
+        let want = 1e-2 * share / (1.0 - share * share).sqrt();
+        let (_, creep) = slip(Grip::Regularised(1e-2), (rate, 11.0), 12.0, 0.0).unwrap();
+        assert!((creep / want - 1.0).abs() < 0.02, "{creep:e} m/s for {want:e} at {rate} Hz");
+    }
 }
