@@ -16,7 +16,7 @@ use std::process::ExitCode;
 
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::rolling::{Patch, PatchParameters, PolynomialExponential, Segment};
+use bristle::rolling::{ExactPatch, Patch, PatchParameters, PolynomialExponential, Segment};
 use bristle::scene::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState};
 use bristle::{Bristle, FrBd};
 use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule};
@@ -29,8 +29,8 @@ const GRAVITY: f64 = 9.81; // m/s²
 const CRAWL: f64 = 0.05;
 
 type Friction<C> = FrBd<C, KelvinVoigt<f64>>;
-type Wheel =
-    BrakedWheel<f64, Friction<Stribeck<f64>>, 3, Vec<Segment<f64, 3>>, Friction<Coulomb<f64>>>;
+type Tyre = ExactPatch<f64, Friction<Stribeck<f64>>, 3, Vec<Segment<f64, 3>>>;
+type Wheel = BrakedWheel<f64, Tyre, Friction<Coulomb<f64>>>;
 
 /// The brake pedal: torque that the brake can carry, over time.
 #[derive(Debug, Clone, Copy)]

@@ -14,6 +14,13 @@
 //! The brake is a friction contact like any other. Its bristles stand for the elasticity of pads,
 //! caliper and suspension: a locked wheel rests on them, and locking needs no case distinction.
 //!
+//! # Steering
+//!
+//! On a tyre of two axes ([`CombinedPatch`](crate::rolling::CombinedPatch)) the wheel also slips
+//! sideways, with a lateral velocity v_y that is given: v_x tan α at a slip angle α. The axes are
+//! those of the wheel. F_y and the self-aligning moment M_z act on the suspension, and F = F_x has
+//! to share the friction with F_y.
+//!
 //! # A step
 //!
 //! Over a step of length h tyre and brake are sources and dampers, F̄ = a + c v̄ and T̄ = b + d ω̄
@@ -25,20 +32,21 @@
 //! with the determinant m (J + k R² + q) + k (J + q), a sum of positive numbers for every h. Steps
 //! of every length keep the balance
 //!
-//! h (f v̄_x + τ ω̄)
+//! h (f v̄_x + τ ω̄ + F̄_y v_y)
 //!   = Δ(½ m v_x² + ½ J ω²) + ΔW_tyre + D_volume + D_outlet + ΔW_brake + D_brake,
 //!
 //! where W is stored energy and D dissipated energy. D_brake includes what leaves with a change of
 //! the brake's normal force ([`Contact::reload`]). With FrBD, a pressure that does not rise and
-//! f = τ = 0 the total energy never grows.
+//! f = τ = v_y = 0 the total energy never grows.
 //!
 //! Source: the balances are those of the single-wheel (quarter-car) model of braking, e.g. C.
 //! Canudas-de-Wit et al., "Dynamic friction models for road/tire longitudinal interaction",
 //! Vehicle System Dynamics 39 (2003); the step is derived here.
 
+use super::Tyre;
 use crate::companion::Companion;
 use crate::parameter::{self, ParameterError};
-use crate::rolling::{ExactPatch, Motion, RateDependent, Segment};
+use crate::rolling::Motion;
 use crate::scalar::{is_zero, lit};
 use crate::{Bristle, Contact, Scalar};
 
@@ -63,8 +71,9 @@ const ROCKING: f64 = 0.25;
                      K: Bristle<T> + serde::Serialize"))
 )]
 pub struct BrakedWheelParameters<T, P, K> {
-    /// The tyre, a patch in motion ([`Patch::exact`](crate::rolling::Patch::exact)), with its
-    /// bristles as they are at the beginning.
+    /// The tyre, a patch in motion with its bristles as they are at the beginning: of one axis
+    /// ([`Patch::exact`](crate::rolling::Patch::exact)), or of two for a wheel that steers
+    /// ([`Patch::combined`](crate::rolling::Patch::combined)).
     pub tyre: P,
     /// The brake: friction over the angular velocity, with the units of the model to match. The
     /// capacity of the brake is μ(ω) times the normal force, so that with μ in metres the normal
@@ -83,7 +92,8 @@ pub struct BrakedWheelParameters<T, P, K> {
     pub angular_velocity: T,
 }
 
-/// Forces and torques on a [`BrakedWheel`] over a step: means over it, or values at its middle.
+/// Forces and torques on a [`BrakedWheel`] over a step, and its steering: means over the step, or
+/// values at its middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -94,12 +104,17 @@ pub struct WheelLoads<T> {
     pub drive_torque: T,
     /// Force f \[N\] on the vehicle other than the tyre's, positive forward: grade, wind.
     pub force: T,
+    /// Lateral velocity v_y [m/s] of the wheel over the ground, in the wheel's axes: v_x tan α at
+    /// a slip angle α. Zero on a tyre of one axis.
+    #[doc(alias = "slip_angle")]
+    pub lateral_velocity: T,
 }
 
 impl<T: Scalar> WheelLoads<T> {
     /// The brake alone.
     pub fn braking(brake_normal_force: T) -> Self {
-        Self { brake_normal_force, drive_torque: T::zero(), force: T::zero() }
+        let zero = T::zero();
+        Self { brake_normal_force, drive_torque: zero, force: zero, lateral_velocity: zero }
     }
 }
 
@@ -124,6 +139,8 @@ pub struct WheelState<T> {
     pub rolled_back: T,
     /// Friction force of the tyre F̄ \[N\], averaged over the last step.
     pub force: T,
+    /// Lateral friction force F̄_y \[N\], averaged over the last step, positive against v_y > 0.
+    pub lateral_force: T,
     /// Torque of the brake T̄ [N m], averaged over the last step.
     pub brake_torque: T,
 }
@@ -187,8 +204,8 @@ pub struct WheelState<T> {
 /// back by more than a quarter of the patch is refused (`rolled_back`), and the wheel stays as it
 /// was before that step. A vehicle that slides backwards, v_x < 0, on a locked wheel is fine.
 #[derive(Debug, Clone)]
-pub struct BrakedWheel<T: Scalar, M, const N: usize, B, K> {
-    tyre: ExactPatch<T, M, N, B>,
+pub struct BrakedWheel<T: Scalar, P, K> {
+    tyre: P,
     brake: Companion<T, K>,
     body: Body<T>,
     state: WheelState<T>,
@@ -205,11 +222,10 @@ struct Body<T> {
     radius: T,
 }
 
-impl<T, M, const N: usize, B, K> BrakedWheel<T, M, N, B, K>
+impl<T, P, K> BrakedWheel<T, P, K>
 where
     T: Scalar,
-    M: RateDependent<T>,
-    B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
+    P: Tyre<T>,
     K: Bristle<T, Deflection = T>,
 {
     /// Checks the parameters. The bristle of a brake that is under load begins with the deflection
@@ -219,9 +235,7 @@ where
     ///
     /// Refuses a mass, a moment of inertia or a radius that is not positive, a speed that is not
     /// finite, and an angular velocity that is negative.
-    pub fn new(
-        parameters: BrakedWheelParameters<T, ExactPatch<T, M, N, B>, K>,
-    ) -> Result<Self, ParameterError> {
+    pub fn new(parameters: BrakedWheelParameters<T, P, K>) -> Result<Self, ParameterError> {
         let BrakedWheelParameters { tyre, brake, mass, inertia, radius, speed, angular_velocity } =
             parameters;
         let angular_velocity = parameter::non_negative("angular_velocity", angular_velocity)?;
@@ -235,6 +249,7 @@ where
             brake_deflection: brake.stationary(angular_velocity),
             rolled_back: zero,
             force: zero,
+            lateral_force: zero,
             brake_torque: zero,
         };
         Ok(Self {
@@ -262,13 +277,14 @@ where
     }
 
     /// The tyre.
-    pub fn tyre(&self) -> &ExactPatch<T, M, N, B> {
+    pub fn tyre(&self) -> &P {
         &self.tyre
     }
 
-    /// The tyre, for a normal force that varies ([`ExactPatch::reload`]) or another profile of its
+    /// The tyre, for a normal force that varies
+    /// ([`ExactPatch::reload`](crate::rolling::ExactPatch::reload)) or another profile of its
     /// bristles.
-    pub fn tyre_mut(&mut self) -> &mut ExactPatch<T, M, N, B> {
+    pub fn tyre_mut(&mut self) -> &mut P {
         &mut self.tyre
     }
 
@@ -289,6 +305,14 @@ where
         if is_zero(self.state.speed) { T::zero() } else { self.slip_velocity() / self.state.speed }
     }
 
+    /// The self-aligning moment M_z [N m] of the tyre as it is, at a lateral velocity [m/s]: it
+    /// turns a wheel with v_y > 0 into the direction in which it moves if it is positive. Zero on a
+    /// tyre of one axis. For the time it takes see
+    /// [`ExactPatch::moment`](crate::rolling::ExactPatch::moment).
+    pub fn aligning_moment(&self, lateral_velocity: T) -> T {
+        self.tyre.aligning_moment([self.slip_velocity(), lateral_velocity])
+    }
+
     /// ½ m v_x² + ½ J ω² \[J\].
     pub fn kinetic_energy(&self) -> T {
         let WheelState { speed, angular_velocity, .. } = self.state;
@@ -306,8 +330,8 @@ where
     ///
     /// # Errors
     ///
-    /// Refuses loads and a duration that are not finite or negative, and a wheel that rolls
-    /// backwards; the wheel is as it was.
+    /// Refuses loads and a duration that are not finite or negative, a lateral velocity on a tyre
+    /// of one axis, and a wheel that rolls backwards; the wheel is as it was.
     pub fn step(
         &mut self,
         loads: WheelLoads<T>,
@@ -323,11 +347,12 @@ where
         let mut brake = self.brake.clone();
         let reloaded = brake.reload(loads.brake_normal_force, before.brake_deflection)?;
 
-        let length = self.tyre.patch().length();
+        let lateral = parameter::finite("lateral_velocity", loads.lateral_velocity)?;
+        let length = self.tyre.length();
         // Forward beyond where it has been.
         let owed = if moves { before.rolled_back * length / duration } else { T::zero() };
         let motion = |slip_velocity: T, spin: T| Motion {
-            slip_velocity,
+            slip_velocity: [slip_velocity, lateral],
             rolling_speed: positive(spin * body.radius - owed),
         };
         let (speed_rate, angular_rate) = self.acceleration;
@@ -335,24 +360,27 @@ where
         let mut slip = before.speed + half * speed_rate - spin * body.radius;
         if self.twice {
             let pads = brake.step(spin, reloaded.deflection, duration);
-            let tyre = self.tyre.companion_step(motion(slip, spin), duration)?;
-            let forces = [tyre.bias(), tyre.damping(), pads.bias(), pads.damping()];
+            let [bias, damping] = self.tyre.source_and_damper(motion(slip, spin), duration)?;
+            let forces = [bias, damping, pads.bias(), pads.damping()];
             (slip, spin, _) = body.balance(&before, &loads, forces, half);
         }
         let pads = brake.step(spin, reloaded.deflection, duration);
-        let tyre = self.tyre.companion_step(motion(slip, spin), duration)?;
-        let forces = [tyre.bias(), tyre.damping(), pads.bias(), pads.damping()];
-        let (slip, spin, mean_speed) = body.balance(&before, &loads, forces, half);
+        let [mut mean_speed, mut speed, mut angular_velocity, mut rolled_back] = [T::zero(); 4];
+        let [force, lateral_force] =
+            self.tyre.roll(motion(slip, spin), duration, |[bias, damping]| {
+                let forces = [bias, damping, pads.bias(), pads.damping()];
+                (slip, spin, mean_speed) = body.balance(&before, &loads, forces, half);
+                let two = lit::<T>(2.0);
+                speed = parameter::finite("speed", two * mean_speed - before.speed)?;
+                angular_velocity = two * spin - before.angular_velocity;
+                parameter::finite("angular_velocity", angular_velocity)?;
+                let rolled = spin * body.radius * duration / length;
+                rolled_back = positive(before.rolled_back - rolled);
+                let most = lit(ROCKING);
+                parameter::at_most("rolled_back", rolled_back, "what a patch takes", most)?;
+                Ok(slip)
+            })?;
 
-        let two = lit::<T>(2.0);
-        let speed = parameter::finite("speed", two * mean_speed - before.speed)?;
-        let angular_velocity = two * spin - before.angular_velocity;
-        let angular_velocity = parameter::finite("angular_velocity", angular_velocity)?;
-        let rolled_back = positive(before.rolled_back - spin * body.radius * duration / length);
-        let most = lit(ROCKING);
-        parameter::at_most("rolled_back", rolled_back, "what a patch takes", most)?;
-
-        let force = tyre.commit(slip)?;
         let pads = pads.commit(spin);
         self.brake = brake;
         self.state.brake_deflection = pads.deflection;
@@ -368,6 +396,7 @@ where
                 brake_deflection: pads.deflection,
                 rolled_back,
                 force,
+                lateral_force,
                 brake_torque: pads.force,
             };
         }

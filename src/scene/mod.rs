@@ -21,6 +21,7 @@ mod joint_input;
 mod mass_spring_damper;
 mod plane_body;
 mod prescribed_velocity;
+mod tyre;
 
 pub use braked_wheel::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState};
 pub use diaphragm_valve::{DiaphragmValve, DiaphragmValveParameters};
@@ -32,6 +33,7 @@ pub use joint_input::{
 pub use mass_spring_damper::{MassSpringDamper, MassSpringDamperParameters};
 pub use plane_body::{PlaneBody, PlaneBodyParameters};
 pub use prescribed_velocity::PrescribedVelocity;
+pub use tyre::Tyre;
 
 use nalgebra::{SMatrix, SVector};
 

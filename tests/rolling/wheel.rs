@@ -8,9 +8,11 @@ use std::f64::consts::PI;
 use crate::common::recipe::decades;
 use crate::common::{assert_within, check, lit};
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
+use bristle::plane::PlaneFrBd;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
-    ExactPatch, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent, Segment,
+    CombinedPatch, ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Pressure,
+    RateDependent, Segment,
 };
 use bristle::scene::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState};
 use bristle::{Bristle, FrBd, Rule, Scalar};
@@ -19,7 +21,7 @@ use proptest::prelude::*;
 type Tyre<T> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
 type Brake<T> = FrBd<Coulomb<T>, KelvinVoigt<T>>;
 type Rolling<T, const N: usize> = ExactPatch<T, Tyre<T>, N, Vec<Segment<T, N>>>;
-type Wheel<T, const N: usize> = BrakedWheel<T, Tyre<T>, N, Vec<Segment<T, N>>, Brake<T>>;
+type Wheel<T, const N: usize> = BrakedWheel<T, Rolling<T, N>, Brake<T>>;
 
 const MASS: f64 = 400.0;
 const INERTIA: f64 = 1.0;
@@ -131,6 +133,7 @@ fn energy_balances<T: Scalar, const N: usize>(
             brake_normal_force: lit(pull.brake),
             drive_torque: lit(pull.torque),
             force: lit(pull.force),
+            lateral_velocity: lit(0.0),
         };
         let energies = |wheel: &Wheel<T, N>| {
             let brake = wheel.brake().stored_energy(wheel.state().brake_deflection);
@@ -208,7 +211,7 @@ fn a_free_wheel_rolls_on() {
 #[test]
 fn momentum_changes_by_the_forces_told() {
     let mut wheel = wheel::<f64, 3>(PolynomialExponential::parabolic(), 30.0);
-    let loads = WheelLoads { brake_normal_force: 700.0, drive_torque: 50.0, force: -90.0 };
+    let loads = WheelLoads { drive_torque: 50.0, force: -90.0, ..WheelLoads::braking(700.0) };
     let h = 2e-3;
     for _ in 0..300 {
         let before = wheel.state();
@@ -484,6 +487,177 @@ fn rocking_does_not_pump_bristles_through_the_patch() {
     // By 400 N on 8e5 N/m both ways, 0.12 m long: several segments of the narrowest kind.
     assert_within(0.1, most, most, 2.0 * 400.0 / 8e5 / 0.12, || "rocked back".into());
     assert!(last <= first + 2, "{first} segments became {last}");
+}
+
+// ---------------------------------------------------------------------------------------------
+// steering
+// ---------------------------------------------------------------------------------------------
+
+type Steered<const N: usize> = BrakedWheel<
+    f64,
+    CombinedPatch<f64, PlaneFrBd<Stribeck<f64>, f64, 2>, 2, N, Vec<Segment<f64, N>>>,
+    Brake<f64>,
+>;
+
+/// The wheel with bristles of two axes.
+fn steered<const N: usize>(pressure: PolynomialExponential<f64, N>, speed: f64) -> Steered<N> {
+    let BrakedWheelParameters { tyre, brake, .. } = parameters(pressure, speed);
+    let line = tyre.patch();
+    let model = PlaneFrBd::isotropic(*line.model().curve(), *line.model().rheology());
+    let patch = Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap();
+    BrakedWheel::new(BrakedWheelParameters {
+        tyre: patch.carrying(LOAD).unwrap().combined_in(1000).unwrap(),
+        brake,
+        mass: MASS,
+        inertia: INERTIA,
+        radius: RADIUS,
+        speed,
+        angular_velocity: speed / RADIUS,
+    })
+    .unwrap()
+}
+
+/// A slip angle that swings to both sides once, over the time of a lane change.
+fn lane_change(time: f64) -> f64 {
+    if time < 0.8 { 0.08 * (2.5 * PI * time).sin() } else { 0.0 }
+}
+
+#[test]
+fn a_steered_wheel_that_runs_straight_is_the_wheel_of_one_axis() {
+    let mut straight = wheel::<f64, 3>(PolynomialExponential::parabolic(), 15.0);
+    let mut plane = steered(PolynomialExponential::parabolic(), 15.0);
+    for number in 0..800 {
+        let loads = WheelLoads::braking(hard(5e-3 * f64::from(number)));
+        // Locks, comes to rest and swings out. To the last bit.
+        assert_eq!(plane.step(loads, 5e-3).unwrap(), straight.step(loads, 5e-3).unwrap());
+    }
+    assert!(plane.state().speed.abs() < 1e-2, "{:?}", plane.state());
+    assert_eq!(plane.stored_energy(), straight.stored_energy());
+    assert_eq!((plane.state().lateral_force, plane.aligning_moment(0.0)), (0.0, 0.0));
+}
+
+#[test]
+fn a_free_wheel_at_a_slip_angle_has_the_steady_lateral_force_and_moment() {
+    let mut wheel = steered(PolynomialExponential::parabolic().padded::<4>(), 20.0);
+    for slip_angle in [0.02, 0.1, -0.1_f64] {
+        let lateral_velocity = 20.0 * slip_angle.tan();
+        let loads = WheelLoads { lateral_velocity, ..WheelLoads::braking(0.0) };
+        for _ in 0..400 {
+            wheel.step(loads, 1e-3).unwrap();
+        }
+        // In full slip nothing holds the wheel at its rolling speed but its own inertia.
+        let WheelState { speed, angular_velocity, lateral_force, .. } = wheel.state();
+        assert_within(1e-12, 20.0, speed, 20.0, || format!("{slip_angle}"));
+        let along =
+            Motion { slip_velocity: lateral_velocity, rolling_speed: angular_velocity * RADIUS };
+        let patch = Patch::new(PatchParameters {
+            model: tyre::<f64>(),
+            length: LENGTH,
+            pressure: PolynomialExponential::parabolic(),
+        });
+        let patch = patch.unwrap().carrying(LOAD).unwrap();
+        let want = patch.steady(along).unwrap().force;
+        let moment = want * patch.pneumatic_trail(along).unwrap().unwrap();
+        let got = wheel.aligning_moment(lateral_velocity);
+        assert_within(1e-9, LOAD, lateral_force, want, || format!("{slip_angle}"));
+        assert_within(1e-9, LOAD * LENGTH, got, moment, || format!("{slip_angle}"));
+        assert!(lateral_force * slip_angle > 0.0);
+    }
+}
+
+#[test]
+fn what_steering_costs_is_in_the_balance_of_energy() {
+    check(40, (pulls(false), -0.3..0.3, decades(1.0, 30.0)), |(pulls, slip_angle, swing)| {
+        let mut wheel = steered(PolynomialExponential::constant(), 15.0);
+        for (number, pull) in pulls.iter().enumerate() {
+            let angle = slip_angle * (swing * number as f64).sin();
+            let loads = WheelLoads {
+                brake_normal_force: pull.brake,
+                drive_torque: pull.torque,
+                force: pull.force,
+                lateral_velocity: wheel.state().speed * f64::tan(angle),
+            };
+            let (from, before) = (wheel.state(), [wheel.kinetic_energy(), wheel.stored_energy()]);
+            let braking = wheel.brake().stored_energy(from.brake_deflection);
+            let to = match wheel.step(loads, pull.duration) {
+                Ok(state) => state,
+                Err(error) if error.name == "rolled_back" => return,
+                Err(other) => panic!("{other} at {pull:?}"),
+            };
+            let (speed, spin) = (
+                0.5 * (from.speed + to.speed),
+                0.5 * (from.angular_velocity + to.angular_velocity),
+            );
+            let h = pull.duration;
+            let given = h * (pull.force * speed + pull.torque * spin);
+            let steering = h * to.lateral_force * loads.lateral_velocity;
+            let tyre = h * to.force * (speed - RADIUS * spin);
+            let brake = h * to.brake_torque * spin;
+            let after = [wheel.kinetic_energy(), wheel.stored_energy()];
+            let size = before[0]
+                + before[1]
+                + after[0]
+                + after[1]
+                + given.abs()
+                + tyre.abs()
+                + steering.abs()
+                + brake.abs();
+            // A few hundred roundings, in the moments and in what is stored.
+            let kinetic = after[0] - before[0];
+            assert_within(1e-12, size, kinetic, given - tyre - brake, || format!("{pull:?}"));
+            let braked = wheel.brake().stored_energy(to.brake_deflection) - braking;
+            let stored = after[1] - before[1] - braked;
+            let lost = tyre + steering - stored;
+            assert!(lost >= -1e-12 * size, "{lost:e} of {size:e} at {pull:?}");
+        }
+    });
+}
+
+#[test]
+fn a_braking_lane_change_is_of_second_order_and_inside_the_friction_circle() {
+    let at_end = |steps: u32| -> [f64; 4] {
+        let mut wheel = steered(PolynomialExponential::parabolic().padded::<4>(), 25.0);
+        let h = 0.6 / f64::from(steps);
+        let mut largest: f64 = 0.0;
+        for number in 0..steps {
+            let middle = h * (f64::from(number) + 0.5);
+            let lateral_velocity = 25.0 * lane_change(middle).tan();
+            let loads = WheelLoads { lateral_velocity, ..WheelLoads::braking(soft(middle)) };
+            let state = wheel.step(loads, h).unwrap();
+            largest = largest.max(state.force.hypot(state.lateral_force));
+        }
+        // μ_s = 1.1: the circle is a limit, and the manoeuvre comes near it.
+        assert!(largest < 1.1 * LOAD && largest > 0.6 * LOAD, "{largest}");
+        let state = wheel.state();
+        let moment = wheel.aligning_moment(25.0 * lane_change(0.6).tan());
+        [state.position, state.speed, state.angular_velocity, moment]
+    };
+    let [coarse, middle, fine] = [300, 600, 1200].map(at_end);
+    for i in 0..3 {
+        let order = ((coarse[i] - middle[i]).abs() / (middle[i] - fine[i]).abs()).log2();
+        assert!((1.6..2.4).contains(&order), "{i}: {order}");
+    }
+    // The moment, whose slip velocity is not that of the middle, is right, too.
+    assert_within(2e-3, LOAD * LENGTH, middle[3], fine[3], || "moment".into());
+}
+
+#[test]
+fn a_tyre_of_one_axis_does_not_steer() {
+    let mut wheel = wheel::<f64, 1>(PolynomialExponential::constant(), 20.0);
+    let steer = |lateral_velocity| WheelLoads { lateral_velocity, ..WheelLoads::braking(0.0) };
+    let before = wheel.state();
+    let error = wheel.step(steer(0.1), 1e-3).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "lateral_velocity is 0.1, but must be zero on a tyre of one axis (Patch::combined makes \
+         one of two)"
+    );
+    assert_eq!(wheel.state(), before);
+    let mut wheel = steered(PolynomialExponential::constant(), 20.0);
+    for bad in [f64::NAN, f64::INFINITY] {
+        assert_eq!(wheel.step(steer(bad), 1e-3).unwrap_err().name, "lateral_velocity");
+    }
+    assert_eq!(wheel.state(), before);
 }
 
 // ---------------------------------------------------------------------------------------------
