@@ -656,6 +656,17 @@ fn bad_motions_are_named_and_change_nothing() {
     assert_eq!(tyre.combined([[Segment::default(); 21]; 2]).unwrap_err().name, "segments");
     assert_eq!(tyre.combined_in::<2>(7).unwrap_err().name, "segments");
     assert_eq!(force(&rolling), before);
+    // An axis that cannot follow, behind one that can: λ = 1e12 · 1e100/1e-200 is no number.
+    let frail = Rubber { axes: [[1.0, 300.0, 0.3], [1e-100, 1e12, 0.0]], ..rubber };
+    let mut rolling = patch(frail.model(), falling()).combined_in(40).unwrap();
+    let force = rolling.step(good, 1e-3).unwrap();
+    for error in [
+        rolling.step(slip(1e100, 0.1), 1e-3).unwrap_err(),
+        rolling.settle(slip(1e100, 0.1)).unwrap_err(),
+    ] {
+        assert_eq!(error.name, "relaxation rate of the friction model");
+    }
+    assert_eq!(rolling.force(&good.slip_velocity), force);
     // Three axes, of which the last spins nothing, are as good as two.
     let axes = [[1.0, 300.0, 0.3], [0.6, 200.0, 0.1], [0.6, 200.0, 0.1]]
         .map(|axis: [f64; 3]| Axis { friction_ratio: axis[0], bristle: bristle(axis[1], axis[2]) });

@@ -33,7 +33,7 @@ use crate::contact::LoadChange;
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
 use crate::{Affine, Scalar};
-use profile::Profile;
+use profile::{Profile, level};
 use queue::{Held, Queue};
 
 /// Most segments that [`Patch::exact_in`] allocates.
@@ -278,18 +278,20 @@ where
     fn moment_of(&self, affine: &Affine<T>, slip_velocity: T) -> T {
         let (patch, half) = (&self.patch, lit::<T>(0.5));
         let pressure = patch.pressure();
-        let gathered = match pressure.weigh_next(&self.queue.moments()) {
-            Some((integral, next)) => next - half * integral,
-            None => {
-                let mut sum = T::zero();
-                self.over_bristles(|place, deflection, load| {
-                    sum += (place - half) * (load * deflection);
-                });
-                sum
-            }
+        // About the middle, of moments about the inlet.
+        let leaned = |moments: [T; N]| {
+            pressure.weigh_next(&moments).map(|(integral, next)| next - half * integral)
         };
-        let lever = pressure.lever(T::zero()) - half * pressure.total();
-        let direct = affine.damping * slip_velocity * lever;
+        let gathered = leaned(self.queue.moments()).unwrap_or_else(|| {
+            let mut sum = T::zero();
+            self.over_bristles(|place, deflection, load| {
+                sum += (place - half) * (load * deflection);
+            });
+            sum
+        });
+        let uniform = leaned(level(pressure.decay()))
+            .unwrap_or_else(|| pressure.lever(T::zero()) - half * pressure.total());
+        let direct = affine.damping * slip_velocity * uniform;
         let length = patch.length();
         length * length * patch.load() * (affine.stiffness * gathered + direct)
     }
