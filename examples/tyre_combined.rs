@@ -196,7 +196,7 @@ fn report(tyre: &Tyre, rows: &[Row]) -> Outcome<()> {
 fn chart(tyre: &Tyre, rows: &[Row]) -> Outcome<Figure> {
     let mut ellipses = Panel::new("lateral force F_y/F_z / –", "braking force F_x/F_z / –")
         .title("(a) steady rolling at constant slip angles");
-    let angles = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0_f64];
+    let angles = [0.5, 1.0, 2.0, 5.0, 10.0_f64];
     for (number, degrees) in angles.into_iter().enumerate() {
         // From strong driving to a locked wheel, evenly spaced in the logarithm.
         let slips = (-160..=160).map(|k| {
