@@ -46,7 +46,7 @@ use crate::{Affine, Scalar};
 ///     force = rolling.step(Motion { slip_velocity, rolling_speed: 16.0 }, 1e-3)?;
 /// }
 /// let aligning = rolling.moment(&Vector2::new(0.8, 0.99)).y; // N m
-/// assert!(force.x > 800.0 && force.y > 1000.0 && aligning < 0.0);
+/// assert!(force.x > 800.0 && force.y > 1000.0 && aligning > 0.0);
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone)]

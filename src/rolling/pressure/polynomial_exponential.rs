@@ -162,7 +162,7 @@ impl<T: Scalar, const N: usize> PolynomialExponential<T, N> {
     /// ```
     /// use bristle::rolling::{PolynomialExponential, Pressure};
     ///
-    /// let parabola = PolynomialExponential::parabolic().padded::<4>();
+    /// let parabola = PolynomialExponential::<f64, 3>::parabolic().padded::<4>();
     /// assert_eq!(parabola.coefficients(), &[0.0, 6.0, -6.0, 0.0]);
     /// assert_eq!(parabola.total(), 1.0);
     /// ```
