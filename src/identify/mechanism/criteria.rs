@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 use core::ops::Range;
 
 use super::friction::Friction;
-use super::joint::{Joint, Table};
+use super::joint::{Joint, MotorConstants, Table};
 use super::log::DriveLog;
 use super::plant::{Plant, State};
 use super::smooth::Smoothed;
@@ -49,8 +49,7 @@ pub(super) struct Errors<'a> {
     pub(super) friction: &'a Friction,
     pub(super) table: &'a Table,
     pub(super) data: Data<'a>,
-    /// Whether the drives need a torque constant, and a resistance.
-    pub(super) constants: (bool, bool),
+    pub(super) constants: MotorConstants,
     pub(super) fastest: f64,
     /// Longest step \[s\].
     pub(super) step: f64,

@@ -12,7 +12,7 @@ use core::ops::ControlFlow;
 use super::Loss;
 use super::criteria::{Criterion, Data, Errors};
 use super::friction::Friction;
-use super::joint::{Joint, Table, motor_constants};
+use super::joint::{Joint, Table};
 use super::log::DriveLog;
 use super::report::{JointFit, Scores};
 use super::smooth::{Smoothed, smooth};
@@ -151,7 +151,7 @@ pub(super) fn fit_number(
             friction,
             table: &table_now,
             data,
-            constants: motor_constants(seen),
+            constants: guess.constants,
             fastest: guess.fastest,
             step: settings.step,
             criterion: Criterion::Inverse,
@@ -221,7 +221,6 @@ pub(super) fn fit_number(
     fit.remarks = remarks;
     let segment = settings.segment.unwrap_or(0.1 * duration);
     let mut result = JointFit::new(joint, friction, table, &guess, fit, settings.step);
-    result.constants = motor_constants(seen);
     result.gradient_runs = runs;
     result.horizon = horizon;
     result.segment = segment;

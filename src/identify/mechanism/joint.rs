@@ -172,7 +172,7 @@ impl Joint {
     }
 
     /// With a parameter whose search starts from a value. `torque_constant` and `resistance` need
-    /// one, or must be known.
+    /// one, or must be known; `duty_exponent` is 1 unless one is given.
     #[must_use]
     pub fn start(self, name: &'static str, value: f64) -> Self {
         self.say(name, Said::Start(value))
@@ -214,6 +214,16 @@ impl Joint {
         }
         if let Some(resistance) = guess.resistance {
             base.push(Parameter::positive("resistance", "Ω", resistance, 30.0));
+        }
+        if guess.constants.duty_exponent {
+            base.push(Parameter {
+                name: "duty_exponent",
+                unit: "",
+                start: 1.0,
+                least: 0.2,
+                most: 3.0,
+                typical: Some(0.3),
+            });
         }
         let viscous = guess.torque / guess.speed;
         let (least, most, typical) = (0.0, 10.0 * viscous, Some(0.1 * viscous));
@@ -325,9 +335,35 @@ impl Table {
     }
 }
 
-/// Which constants of the motor the drives of the logs need: torque constant, resistance.
-pub(super) fn motor_constants(logs: &[DriveLog]) -> (bool, bool) {
-    let electric = |log: &DriveLog| matches!(log.source, Source::Voltage | Source::Duty { .. });
-    let resistance = logs.iter().any(electric);
-    (resistance || logs.iter().any(|log| log.source == Source::Current), resistance)
+/// Which constants of the motor are among the parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct MotorConstants {
+    pub(super) torque_constant: bool,
+    pub(super) resistance: bool,
+    pub(super) duty_exponent: bool,
+}
+
+impl MotorConstants {
+    /// Those that the drives of the logs need, and an exponent if something is said of it.
+    pub(super) fn of(joint: &Joint, logs: &[DriveLog]) -> Self {
+        let duty = |log: &DriveLog| matches!(log.source, Source::Duty { .. });
+        let current = logs.iter().any(|log| log.source == Source::Current);
+        let resistance = logs.iter().any(|log| duty(log) || log.source == Source::Voltage);
+        let said = joint.given("duty_exponent").is_some();
+        Self {
+            torque_constant: resistance || current,
+            resistance,
+            duty_exponent: said && logs.iter().any(duty),
+        }
+    }
+
+    /// Whether a fit with these constants can simulate logs that need others.
+    pub(super) fn cover(self, other: Self) -> bool {
+        self.torque_constant >= other.torque_constant && self.resistance >= other.resistance
+    }
+
+    /// Their number.
+    pub(super) fn count(self) -> usize {
+        [self.torque_constant, self.resistance, self.duty_exponent].map(usize::from).iter().sum()
+    }
 }

@@ -16,8 +16,9 @@ pub enum Drive<'a> {
     /// Voltage \[V\]; the torque is k_t (u − k_t v)/R.
     Voltage(&'a [f64]),
     /// Duty of a position controller that is known, as a servo has it in its firmware:
-    /// clamp(gain (goal − x), ±1). The voltage is duty times supply. A simulation closes the loop
-    /// with its own position.
+    /// d = clamp(gain (goal − x), ±1). The voltage is duty times supply, or supply · sgn(d) |d|^γ if
+    /// something is said of the parameter `duty_exponent` γ: drivers of small motors give more at
+    /// small duties. A simulation closes the loop with its own position.
     Duty {
         /// Goal of the position \[rad\].
         goal: &'a [f64],

@@ -8,7 +8,7 @@
 use alloc::vec::Vec;
 
 use super::friction::{Friction, Gear};
-use super::joint::Joint;
+use super::joint::{Joint, MotorConstants};
 use super::log::{DriveLog, Source};
 use super::smooth::Smoothed;
 use crate::gear::{GearFriction, GearTorques};
@@ -29,6 +29,8 @@ pub(super) struct Plant<'a, T: Scalar> {
     constant: T,
     /// k_t/R.
     gain: T,
+    /// γ of the duty, if it is not one.
+    exponent: Option<T>,
     terms: Vec<T>,
     pub(super) gear: Gear<T>,
 }
@@ -48,23 +50,24 @@ impl<'a, T: Scalar> Plant<'a, T> {
         joint: &'a Joint,
         friction: &Friction,
         log: &'a DriveLog,
-        (constant, resistance): (bool, bool),
+        constants: MotorConstants,
         fastest: f64,
         values: &[T],
     ) -> Result<Self, ParameterError> {
         let one = T::one();
         let terms: usize = joint.terms.iter().map(|term| term.count()).sum();
-        let skipped = 2 + usize::from(constant) + usize::from(resistance) + terms;
+        let skipped = 2 + constants.count() + terms;
         let friction_values = values.get(skipped..).unwrap_or_default();
         let mut all = values.iter().copied();
         let mut next = || all.next().unwrap_or_else(nan);
         let inertia = next() + lit(log.load.inertia);
-        let constant = if constant { next() } else { one };
-        let gain = if resistance { constant / next() } else { constant };
+        let constant = if constants.torque_constant { next() } else { one };
+        let gain = if constants.resistance { constant / next() } else { constant };
+        let exponent = constants.duty_exponent.then(&mut next);
         let drag = next();
         let terms: Vec<T> = all.take(terms).collect();
         let gear = GearFriction::new(friction.gear(friction_values, drag, fastest)?)?;
-        Ok(Self { log, joint, inertia, constant, gain, terms, gear })
+        Ok(Self { log, joint, inertia, constant, gain, exponent, terms, gear })
     }
 
     /// Time of a row \[s\].
@@ -99,12 +102,24 @@ impl<'a, T: Scalar> Plant<'a, T> {
                 let (supply, gain) = (between(supply), lit::<T>(*gain));
                 let duty = gain * (drive - x);
                 if duty.abs() < T::one() {
-                    self.electric(supply * duty, -supply * gain, v)
+                    let (share, slope) = self.effective(duty);
+                    self.electric(supply * share, -supply * gain * slope, v)
                 } else {
                     self.electric(supply * duty.signum(), zero, v)
                 }
             }
         }
+    }
+
+    /// sgn(d) |d|^γ of the duty d, and its slope; rounded off at a thousandth.
+    #[inline]
+    fn effective(&self, duty: T) -> (T, T) {
+        let Some(exponent) = self.exponent else { return (duty, T::one()) };
+        let less = exponent - T::one();
+        let square = duty * duty;
+        let size = square + lit(1e-6);
+        let factor = size.powf(lit::<T>(0.5) * less);
+        (duty * factor, factor * (T::one() + less * square / size))
     }
 
     /// Torque of a voltage that may depend on the position.
@@ -133,7 +148,13 @@ impl<'a, T: Scalar> Plant<'a, T> {
     /// Motor torque and external torque of a smoothed row.
     pub(super) fn measured(&self, row: &Smoothed) -> GearTorques<T> {
         let (x, v): (T, T) = (lit(row.position), lit(row.velocity));
-        let effort = lit::<T>(row.effort);
+        let effort = match (&self.log.source, row.supply > 0.0) {
+            (Source::Duty { .. }, true) => {
+                let supply = lit::<T>(row.supply);
+                supply * self.effective(lit::<T>(row.effort) / supply).0
+            }
+            _ => lit(row.effort),
+        };
         let motor = match self.log.source {
             Source::Torque => effort,
             Source::Current => self.constant * effort,

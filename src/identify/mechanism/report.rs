@@ -5,7 +5,7 @@ use core::fmt;
 
 use super::criteria::{Criterion, Data, Errors};
 use super::friction::Friction;
-use super::joint::{Joint, Table, Term};
+use super::joint::{Joint, MotorConstants, Table, Term};
 use super::log::DriveLog;
 use super::plant::Plant;
 use super::smooth::{Smoothed, smooth};
@@ -71,7 +71,7 @@ pub struct JointFit {
     pub gradient_runs: usize,
     joint: Joint,
     table: Table,
-    pub(super) constants: (bool, bool),
+    constants: MotorConstants,
     fastest: f64,
     step: f64,
 }
@@ -96,7 +96,7 @@ impl JointFit {
             gradient_runs: 0,
             joint: joint.clone(),
             table,
-            constants: (false, false),
+            constants: guess.constants,
             fastest: guess.fastest,
             step,
         }
@@ -152,8 +152,7 @@ impl JointFit {
 
     /// Refuses logs of a drive that the fit has no constants of.
     fn check(&self, logs: &[DriveLog]) -> Result<(), ParameterError> {
-        let (constant, resistance) = super::joint::motor_constants(logs);
-        if (constant && !self.constants.0) || (resistance && !self.constants.1) {
+        if !self.constants.cover(MotorConstants::of(&self.joint, logs)) {
             return Err(parameter::chosen("an electric drive", "this fit takes logs of torque"));
         }
         Ok(())
@@ -201,7 +200,7 @@ impl JointFit {
     pub fn model(&self) -> Result<JointModel, ParameterError> {
         let values = self.table.of_log(&self.fit.values(), usize::MAX);
         let of = |name| self.value(name).unwrap_or(0.0);
-        let skipped = 2 + usize::from(self.constants.0) + usize::from(self.constants.1);
+        let skipped = 2 + self.constants.count();
         let terms: usize = self.joint.terms.iter().map(Term::count).sum();
         let friction = values.get(skipped + terms..).unwrap_or_default();
         let [drag, fastest] = [of("drag"), self.fastest];
@@ -209,6 +208,7 @@ impl JointFit {
             inertia: of("inertia"),
             torque_constant: self.value("torque_constant"),
             resistance: self.value("resistance"),
+            duty_exponent: self.value("duty_exponent"),
             gravity: self.value("gravity_torque").map(|horizontal_torque| Gravity {
                 horizontal_torque,
                 hanging_angle: of("hanging_angle"),
@@ -233,6 +233,8 @@ pub struct JointModel {
     pub torque_constant: Option<f64>,
     /// Resistance \[Ω\], if the drive has one.
     pub resistance: Option<f64>,
+    /// Exponent of the duty \[–\], if it was searched.
+    pub duty_exponent: Option<f64>,
     /// Gravity, if the joint has that term.
     pub gravity: Option<Gravity<f64>>,
     /// Constant torque on the load side [N m].

@@ -23,7 +23,7 @@ use alloc::vec::Vec;
 
 use nalgebra::{Matrix4, Vector4};
 
-use super::log::DriveLog;
+use super::log::{DriveLog, Source};
 use crate::identify::initial_guess::noise;
 use crate::identify::log::{median, pairs};
 
@@ -38,6 +38,8 @@ pub(super) struct Smoothed {
     /// Share of the window in which it is enabled.
     pub(super) enabled: f64,
     pub(super) external: f64,
+    /// Voltage of the supply of a controller, zero for other drives.
+    pub(super) supply: f64,
 }
 
 /// Share of the velocity that noise may leave.
@@ -90,6 +92,10 @@ pub(super) fn smooth(log: &DriveLog) -> Vec<Smoothed> {
                     f64::from(u8::from(log.enabled.get(i).copied().unwrap_or(false)))
                 }),
                 external: value(&|i| column(&log.external, i)),
+                supply: match &log.source {
+                    Source::Duty { supply, .. } => column(supply, row),
+                    _ => 0.0,
+                },
             });
         }
     }

@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 
 use nalgebra::DVector;
 
-use super::joint::{Joint, Term, motor_constants};
+use super::joint::{Joint, MotorConstants, Term};
 use super::log::{DriveLog, Source};
 use super::smooth::Smoothed;
 use crate::identify::log::range;
@@ -21,6 +21,7 @@ pub(super) struct Guess {
     pub(super) inertia: f64,
     pub(super) drag: f64,
     pub(super) coulomb: f64,
+    pub(super) constants: MotorConstants,
     pub(super) torque_constant: Option<f64>,
     pub(super) resistance: Option<f64>,
     /// Those of the terms, in their order.
@@ -51,7 +52,7 @@ pub(super) fn guess(
     logs: &[DriveLog],
     smoothed: &[Vec<Smoothed>],
 ) -> Result<Guess, ParameterError> {
-    let (needs_constant, needs_resistance) = motor_constants(logs);
+    let constants = MotorConstants::of(joint, logs);
     let given = |needed: bool, name| match (needed, joint.given(name)) {
         (false, _) => Ok(None),
         (true, Some((value, _))) => parameter::positive(name, value).map(Some),
@@ -59,8 +60,8 @@ pub(super) fn guess(
             Err(parameter::chosen(name, "this drive takes a known or starting value of"))
         }
     };
-    let torque_constant = given(needs_constant, "torque_constant")?;
-    let resistance = given(needs_resistance, "resistance")?;
+    let torque_constant = given(constants.torque_constant, "torque_constant")?;
+    let resistance = given(constants.resistance, "resistance")?;
     let (k, r) = (torque_constant.unwrap_or(1.0), resistance.unwrap_or(1.0));
 
     let rows = || {
@@ -145,6 +146,7 @@ pub(super) fn guess(
         inertia: inertia.max(1e-3 * size / swing.sqrt().max(f64::MIN_POSITIVE)),
         drag: drag.max(0.0),
         coulomb: coulomb.max(0.02 * size),
+        constants,
         torque_constant,
         resistance,
         terms,
