@@ -1018,11 +1018,11 @@ fn bounds_lie_as_far_from_the_guess_as_documented() {
     assert_bounds(&relaxing[..6], &shared);
     // The time in which the breakaway distance μ/σ0 is slid.
     let time = 0.2 / (1e4 * 0.1);
-    let more = [[3e3, 10.0, 9e5], [time, time / 1e3, time * 1e3], [0.0, -0.2, 0.2]];
+    let more = [[3e3, 10.0, 9e5], [time, time / 1e3, time * 1e3], [0.0, -0.4, 0.4]];
     assert_bounds(&relaxing[6..], &more);
     let yielding = ElastoPlasticFit::default().parameters(&guess);
     assert_bounds(&yielding[..6], &shared);
-    assert_bounds(&yielding[6..], &[[0.5, 1e-3, 0.99], [0.0, -0.2, 0.2]]);
+    assert_bounds(&yielding[6..], &[[0.5, 1e-3, 0.99], [0.0, -0.4, 0.4]]);
 }
 
 /// The line a + b x through the points of a series, at x = first, first + 1, …
@@ -1218,4 +1218,87 @@ fn more_starts_find_a_minimum_far_away() {
     places.sort_by(f64::total_cmp);
     places.dedup();
     assert!(places.len() >= 7, "{places:?}");
+}
+
+/// Falls at every whole number: no derivative tells so.
+struct Steps;
+
+impl Residuals<1> for Steps {
+    fn evaluate<T: Scalar>(
+        &self,
+        &[x]: &[T; 1],
+        each: &mut impl FnMut(T),
+    ) -> Result<(), ParameterError> {
+        let value: f64 = x.to_subset_unchecked();
+        each(nalgebra::convert(value.floor()));
+        Ok(())
+    }
+}
+
+/// |x| with a slope that has the wrong sign.
+struct Misled;
+
+impl Residuals<1> for Misled {
+    fn evaluate<T: Scalar>(
+        &self,
+        &[x]: &[T; 1],
+        each: &mut impl FnMut(T),
+    ) -> Result<(), ParameterError> {
+        let value: f64 = x.to_subset_unchecked();
+        let value: T = nalgebra::convert(2.0 * value);
+        each(value - x);
+        Ok(())
+    }
+}
+
+#[test]
+fn a_search_that_a_probe_can_still_improve_has_stalled() {
+    let start = |value| {
+        [Parameter { start: value, least: 1.0, most: 1e6, typical: Some(1.0), ..within_ten("x") }]
+    };
+    let found = least_squares(&Steps, start(1e3), &Settings::default(), &mut go_on).unwrap();
+    assert_eq!(found.outcome, Outcome::Stalled, "{found}");
+    // Five probes by 5 % each.
+    assert!((found.values()[0] / (1e3 * 0.95_f64.powi(5)) - 1.0).abs() < 1e-9, "{found}");
+}
+
+#[test]
+fn a_search_whose_gradient_promises_more_has_stalled() {
+    // At the upper bound of what a probe reaches the wrong slope leads nowhere.
+    let narrow = Parameter { start: 5.0, least: 4.9999, most: 5.0001, ..within_ten("x") };
+    let found = least_squares(&Misled, [narrow], &Settings::default(), &mut go_on).unwrap();
+    assert_eq!(found.outcome, Outcome::Stalled, "{found}");
+    assert!(!found.is_determined() || found.estimates[0].value > 4.9, "{found}");
+}
+
+#[test]
+fn an_offset_larger_than_the_friction_is_found() {
+    // 1.3 times the dynamic coefficient: an offset within one of it would be clipped.
+    let truth = [0.2, 0.1, 0.01, 0.8, 6e3, 8.0, 0.7, 0.26];
+    let candidate = ElastoPlasticFit::default();
+    let log = log_of(&candidate, &truth, rich, 3000, || 0.0);
+    let found = fitted(&candidate, &log);
+    let offset = found.estimate("offset").unwrap();
+    assert!((offset.value / 0.26 - 1.0).abs() < 1e-3, "{found}");
+}
+
+#[test]
+fn a_column_of_motor_torque_is_no_friction() {
+    // τ = J v̇ + G sin x + T with Coulomb friction: the torque that moves a pendulum.
+    let (mut time, mut position, mut torque) = (vec![], vec![], vec![]);
+    for row in 0..2000 {
+        let t = 5e-3 * f64::from(row);
+        let (x, v) = ((3.0 * t).sin() + 0.3 * (8.0 * t).sin(), 3.0 * (3.0 * t).cos());
+        let v = v + 2.4 * (8.0 * t).cos();
+        let acceleration = -9.0 * (3.0 * t).sin() - 19.2 * (8.0 * t).sin();
+        time.push(t);
+        position.push(x);
+        torque.push(0.02 * acceleration + 0.6 * x.sin() + 0.15 * (v / 0.01).tanh());
+    }
+    let motion = Motion::Position(&position);
+    let log = LogParameters { time: &time, motion, friction: &torque, normal_force: None };
+    let log = Log::new(log).unwrap();
+    let found = fitted_with(&FrBdFit, &log, &Settings::default(), &mut go_on).unwrap();
+    assert!(matches!(found.remarks[..], [Remark::LooksLikeMotorTorque { .. }]), "{found}");
+    assert!(!found.is_determined() && found.to_string().contains("motor"), "{found}");
 }

@@ -71,10 +71,11 @@ pub trait Candidate<const N: usize>: Debug {
     }
 }
 
+/// An offset of any size: the middle between both directions, and twice the friction about it.
 fn offset(guess: &InitialGuess) -> Parameter {
-    let most = guess.dynamic_coefficient;
-    let typical = Some(0.1 * most);
-    Parameter { name: "offset", unit: "", start: 0.0, least: -most, most, typical }
+    let (start, size) = (guess.offset, 2.0 * guess.dynamic_coefficient);
+    let (least, most, typical) = (start - size, start + size, Some(0.05 * size));
+    Parameter { name: "offset", unit: "", start, least, most, typical }
 }
 
 fn kelvin_voigt<T: Scalar>(

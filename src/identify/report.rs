@@ -93,11 +93,11 @@ impl fmt::Display for Outcome {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Remark {
-    /// A load and an acceleration in place of friction: terms in position and acceleration of the
-    /// motion explain this share of what the friction model leaves over, as they do where the
-    /// column of friction is the torque of a motor. Use [`mechanism`](super::mechanism) for those.
+    /// Not friction alone: an equation of motion with a mass, a spring and Coulomb friction explains
+    /// most of what the friction model leaves over, as it does where the column of friction is the
+    /// torque of a motor. Use [`mechanism`](super::mechanism) for those.
     LooksLikeMotorTorque {
-        /// Share of the squares of the residuals that the terms explain \[–\].
+        /// Share of the squares of the residuals that it explains \[–\].
         explained: f64,
     },
     /// One load only: the external torque hardly changes, so that factors of the load cannot be

@@ -3,10 +3,13 @@
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
+use nalgebra::DVector;
+
 use super::initial_guess::bulk;
 use super::log::FEWEST;
 use super::residuals::{Parameter, Residuals, within};
-use super::{Candidate, Fit, Log, Progress, Settings, least_squares};
+use super::triangle::Triangle;
+use super::{Candidate, Fit, Log, Progress, Remark, Settings, least_squares};
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::lit;
 use crate::{Bristle, Scalar};
@@ -141,7 +144,47 @@ pub fn fit<C: Candidate<N>, const N: usize>(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Fit, ParameterError> {
-    least_squares(&Along::new(candidate, log, N)?, parameters, settings, progress)
+    let along = Along::new(candidate, log, N)?;
+    let mut fit = least_squares(&along, parameters, settings, progress)?;
+    fit.remarks.extend(motor_torque(log, fit.rmse));
+    Ok(fit)
+}
+
+/// Share of the usual friction that residuals must exceed before another explanation is sought.
+const LARGE: f64 = 0.1;
+/// Share of their squares that it must explain.
+const EXPLAINED: f64 = 0.5;
+/// Columns of the equation of motion: a constant, position, velocity, its sign and acceleration.
+const COLUMNS: usize = 5;
+
+/// Whether an equation of motion with Coulomb friction, which is linear in its parameters, explains
+/// the rows of a log that count better than a friction model with this root mean square.
+fn motor_torque(log: &Log, rmse: f64) -> Option<Remark> {
+    let positions = log.positions();
+    let speed = bulk(&mut log.velocity.iter().map(|v| v.abs()).collect::<Vec<f64>>()).1;
+    let around = log.time.iter().zip(&log.velocity);
+    let after = around.clone().skip(2).map(Some).chain([None, None]);
+    let before = around.clone();
+    let accelerations = core::iter::once(0.0).chain(before.zip(after).map(|(before, after)| {
+        after.map_or(0.0, |after| (after.1 - before.1) / (after.0 - before.0))
+    }));
+    let rows = positions.iter().zip(&log.velocity).zip(accelerations).zip(&log.coefficient);
+    let rows = rows.skip(log.settled()).map(|(((&x, &v), acceleration), &mu)| {
+        ([1.0, x, v, v / (v.abs() + 0.02 * speed), acceleration], mu)
+    });
+    let mut triangle = Triangle::new(COLUMNS);
+    rows.clone().for_each(|(row, mu)| triangle.push(&mut DVector::from_row_slice(&row), mu));
+    let none = DVector::zeros(COLUMNS);
+    let found = triangle.damped(&(triangle.column_norms() * 1e-9), &[true; COLUMNS]);
+    let found = if found.iter().all(|x| x.is_finite()) { found } else { none };
+    let (mut left, mut all, mut count) = (0.0, 0.0, 0.0);
+    for (row, mu) in rows {
+        let model: f64 = row.iter().zip(&found).map(|(x, factor)| x * factor).sum();
+        (left, all, count) = (left + (mu - model).powi(2), all + mu * mu, count + 1.0);
+    }
+    let explained = 1.0 - left / (rmse * rmse * count);
+    let wrong = rmse * rmse * count > LARGE * LARGE * all && explained > EXPLAINED;
+    wrong.then_some(Remark::LooksLikeMotorTorque { explained })
 }
 
 /// The friction coefficient \[–\] of a candidate at every row of a log: how well does a fit predict

@@ -1,12 +1,7 @@
 //! The friction curve alone, from rows in which the contact slides: a robust fit.
 //!
 //! Σ w(r/s) r² → min over the parameters of μ(v), by iteratively reweighted least squares (IRLS)
-//! with Tukey's bisquare
-//!
-//! w(u) = (1 − (u/4.685)²)² within |u| < 4.685, else 0,  s = 1.4826 median|r|,
-//!
-//! which loses 5 % of the efficiency under Gaussian noise and ignores outliers. The first rounds
-//! use Huber's w(u) = min(1, 1.345/|u|), with which the sum has no other minima.
+//! with Tukey's bisquare, see [`Loss`]. The first rounds use Huber's weights.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -24,7 +19,7 @@ use core::ops::ControlFlow;
 use super::initial_guess::{InitialGuess, SlidingPoint};
 use super::log::{median, quantile};
 use super::residuals::{Parameter, Residuals, within};
-use super::{Fit, Log, Progress, Settings, least_squares};
+use super::{Fit, Log, Loss, Progress, Settings, least_squares};
 use crate::Scalar;
 use crate::curve::{
     FrictionCurve, RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters,
@@ -204,10 +199,8 @@ impl InitialGuess {
             if !(spread > 0.0) {
                 break;
             }
-            let huber = |u: f64| (1.345 / u).min(1.0).sqrt();
-            let tukey = |u: f64| (1.0 - (u / 4.685).powi(2)).max(0.0);
-            let weight = |u| if round < HUBER_ROUNDS { huber(u) } else { tukey(u) };
-            problem.weights = distances.iter().map(|distance| weight(distance / spread)).collect();
+            let loss = if round < HUBER_ROUNDS { Loss::Huber } else { Loss::Tukey };
+            problem.weights = distances.iter().map(|d| loss.weight(d / spread)).collect();
             for (parameter, value) in parameters.iter_mut().zip(fit.values()) {
                 parameter.start = value;
             }

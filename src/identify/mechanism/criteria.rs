@@ -89,8 +89,14 @@ impl Errors<'_> {
         each: &mut impl FnMut(T),
     ) -> Result<(), ParameterError> {
         let values = self.table.of_log(values, number);
-        let mut plant =
-            Plant::new(self.joint, self.friction, log, self.constants, self.fastest, &values)?;
+        let mut plant = Plant::new(
+            self.joint,
+            self.friction,
+            (log, rows),
+            self.constants,
+            self.fastest,
+            &values,
+        )?;
         let length = match self.criterion {
             Criterion::Inverse => f64::INFINITY,
             Criterion::Segments(length) => length,
@@ -194,5 +200,121 @@ impl Objective for Errors<'_> {
             self.of_log(number, log, rows, values, &mut weighted)?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::identify::mechanism::smooth::smooth;
+    use crate::identify::mechanism::start::guess;
+    use crate::identify::mechanism::{Drive, DriveLogParameters, KnownLoad, Term};
+    use num_dual::DualSVec64;
+
+    /// Dual numbers against central differences, residual by residual.
+    fn sensitivities(friction: Friction, criterion: Criterion) {
+        let time: Vec<f64> = (0..200).map(|i| 5e-3 * f64::from(i)).collect();
+        let position: Vec<f64> = time.iter().map(|t| 0.6 * (7.0 * t).sin()).collect();
+        let goal: Vec<f64> = time.iter().map(|t| 0.9 * (7.0 * t + 0.4).sin()).collect();
+        let supply = alloc::vec![7.0; 200];
+        let drive = Drive::Duty { goal: &goal, gain: 1.1, supply: &supply };
+        let load = KnownLoad { inertia: 0.005, gravity_torque: 0.1 };
+        let columns =
+            DriveLogParameters { load, ..DriveLogParameters::new(&time, &position, drive) };
+        let logs = [DriveLog::new(columns).unwrap()];
+        let fan = Term::own("fan", "N m s²/rad²", |_, v| [-v.abs() * v, 0.0, -2.0 * v.abs()]);
+        let joint = Joint::new()
+            .with(Term::Gravity)
+            .with(Term::Constant)
+            .with(Term::Spring)
+            .with(fan)
+            .start("inertia", 0.01)
+            .start("torque_constant", 0.4)
+            .start("resistance", 3.0)
+            .start("duty_exponent", 0.8)
+            .start("fan", 1e-3)
+            .start("spring_rate", 0.1)
+            .start("drag", 0.01)
+            .start("coulomb_torque", 0.1);
+        let smoothed = [smooth(&logs[0])];
+        let guess = guess(&joint, &logs, &smoothed).unwrap();
+        let table = joint.table(&friction, &guess, 1).unwrap();
+        let errors = Errors {
+            joint: &joint,
+            friction: &friction,
+            table: &table,
+            data: Data { logs: &logs, smoothed: &smoothed },
+            constants: guess.constants,
+            fastest: 20.0,
+            step: 1e-3,
+            criterion,
+            weights: Vec::new(),
+        };
+        let values: Vec<f64> = table.parameters.iter().map(|p| p.start).collect();
+        for (i, parameter) in table.parameters.iter().enumerate() {
+            let duals: Vec<DualSVec64<1>> = (values.iter().enumerate())
+                .map(|(j, &value)| {
+                    let dual = DualSVec64::from_re(value);
+                    if i == j { dual.derivative(0) } else { dual }
+                })
+                .collect();
+            let mut exact = Vec::new();
+            errors
+                .evaluate(&duals, &mut |r: DualSVec64<1>| {
+                    exact.push(r.eps.unwrap_generic(nalgebra::Const::<1>, nalgebra::U1)[0]);
+                })
+                .unwrap();
+            let size = parameter.typical.unwrap_or(parameter.start);
+            let run = |change: f64| {
+                let (mut moved, mut residuals) = (values.clone(), Vec::new());
+                moved[i] += change * size;
+                errors.evaluate(&moved, &mut |r: f64| residuals.push(r)).unwrap();
+                residuals
+            };
+            let (up, down) = (run(1e-6), run(-1e-6));
+            let scale = exact.iter().fold(0.0, |most, d| f64::max(most, d.abs())) * size;
+            for (row, (up, down)) in up.iter().zip(&down).enumerate() {
+                let (difference, dual) = ((up - down) / 2e-6, exact[row] * size);
+                // A step that a reversal or the limit of the duty divides differs in a few rows'
+                // second order: 10⁻⁶ of the largest; roundings are 10⁻¹⁶/10⁻⁶ of the position.
+                assert!(
+                    (difference - dual).abs() < 1e-4 * scale + 1e-8,
+                    "{friction} {criterion:?} {} row {row}: {difference} {dual}",
+                    parameter.name
+                );
+            }
+            assert!(scale > 0.0, "{friction} {criterion:?} {}", parameter.name);
+        }
+    }
+
+    #[test]
+    fn sensitivities_are_those_of_the_residuals() {
+        for criterion in [Criterion::Inverse, Criterion::Segments(0.2)] {
+            for friction in [
+                Friction::dahl().loaded(),
+                Friction::frbd().loaded().directional(),
+                Friction::lugre().loaded(),
+            ] {
+                sensitivities(friction, criterion);
+            }
+        }
+    }
+
+    #[test]
+    fn segments_cover_every_row_once_and_leave_no_remainder() {
+        let time: Vec<f64> = (0..25).map(|i| 0.1 * f64::from(i)).collect();
+        let torque = alloc::vec![0.0; 25];
+        let drive = Drive::Torque(&torque);
+        let mut columns = DriveLogParameters::new(&time, &time, drive);
+        let log = DriveLog::new(columns).unwrap();
+        // Rows 20 to 24 are less than half a segment more.
+        assert_eq!(segments(&log, 1.0), [0..10, 10..24]);
+        assert_eq!(segments(&log, f64::INFINITY), [0..24]);
+        // After a gap they begin anew.
+        let shifted: Vec<f64> = time.iter().map(|t| if *t > 1.15 { t + 9.0 } else { *t }).collect();
+        columns.time = &shifted;
+        let log = DriveLog::new(columns).unwrap();
+        assert_eq!(segments(&log, f64::INFINITY), [0..11, 12..24]);
     }
 }

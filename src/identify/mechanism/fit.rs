@@ -9,7 +9,6 @@
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
-use super::Loss;
 use super::criteria::{Criterion, Data, Errors};
 use super::friction::Friction;
 use super::joint::{Joint, Table};
@@ -20,7 +19,7 @@ use super::start::{Guess, guess};
 use crate::identify::least_squares::minimise;
 use crate::identify::log::{median, quantile};
 use crate::identify::problem::{Objective, Problem};
-use crate::identify::{self, Fit, Outcome, Remark};
+use crate::identify::{self, Fit, Loss, Outcome, Remark};
 use crate::parameter::{self, ParameterError};
 
 /// Settings of a search.
@@ -127,6 +126,13 @@ pub(super) fn fit_number(
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<JointFit, ParameterError> {
     parameter::count("logs", seen.len(), 1)?;
+    for (i, &horizon) in settings.horizons.iter().enumerate() {
+        let rule = "be positive; it may be infinite";
+        parameter::component(i, parameter::stated("horizons", horizon, horizon > 0.0, rule))?;
+    }
+    if let Some(segment) = settings.segment {
+        parameter::positive("segment", segment)?;
+    }
     parameter::positive("step", settings.step)?;
     parameter::positive("largest_sensitivity", settings.largest_sensitivity)?;
     let smoothed: Vec<Vec<Smoothed>> = seen.iter().map(smooth).collect();
@@ -169,44 +175,38 @@ pub(super) fn fit_number(
             }
             horizon = fitted;
         }
-        let left = settings.gradient_runs.saturating_sub(runs);
+        // Every search ends with one more run, for the standard errors.
+        let left = |runs: usize| settings.gradient_runs.saturating_sub(runs + 1);
         let iterations = match asked {
-            None => left.min(INVERSE_RUNS),
-            Some(_) => left / (horizons.len() + 1 - stage).max(1),
+            None => left(runs).min(INVERSE_RUNS),
+            Some(_) => left(runs) / (horizons.len() + 1 - stage).max(1),
         };
         if iterations == 0 && found.is_some() {
             break;
         }
         let tolerance = if last { settings.tolerance } else { 100.0 * settings.tolerance };
         let least = identify::Settings { iterations, tolerance, starts: 1 };
-        let mut watch = |now: &identify::Progress<'_>| {
-            let &identify::Progress { iteration, rmse, values, .. } = now;
-            progress(&Progress {
-                candidate,
-                horizon,
-                gradient_runs: runs + iteration,
-                rmse,
-                values,
-            })
+        let mut minimise = |errors: &Errors<'_>, least: &identify::Settings| {
+            let before = runs;
+            let mut watch = |now: &identify::Progress<'_>| {
+                let &identify::Progress { iteration, rmse, values, .. } = now;
+                let gradient_runs = before + iteration;
+                progress(&Progress { candidate, horizon, gradient_runs, rmse, values })
+            };
+            let fit = minimise(errors, &table.parameters, least, &mut watch)?;
+            table.start_from(&fit.values());
+            runs += fit.iterations + 1;
+            Ok::<_, ParameterError>((fit, left(runs)))
         };
-        let mut next = minimise(&errors, &table.parameters, &least, &mut watch)?;
-        runs += next.iterations + 1;
-        table.start_from(&next.values());
-        if last && settings.loss != Loss::Squares && next.outcome != Outcome::Stopped {
-            for _ in 0..ROUNDS {
-                let iterations = settings.gradient_runs.saturating_sub(runs);
-                if iterations == 0 {
-                    break;
-                }
-                errors.weights.clear();
-                errors.weights = settings.loss.weights(&errors, &next.values());
-                let least = identify::Settings { iterations, ..least };
-                next = minimise(&errors, &table.parameters, &least, &mut |_| {
-                    ControlFlow::Continue(())
-                })?;
-                runs += next.iterations + 1;
-                table.start_from(&next.values());
+        let (mut next, mut rest) = minimise(&errors, &least)?;
+        let rounds = if last && settings.loss != Loss::Squares { ROUNDS } else { 0 };
+        for _ in 0..rounds {
+            if rest == 0 || next.outcome == Outcome::Stopped {
+                break;
             }
+            errors.weights.clear();
+            errors.weights = settings.loss.weights(&errors, &next.values());
+            (next, rest) = minimise(&errors, &identify::Settings { iterations: rest, ..least })?;
         }
         let stopped = next.outcome == Outcome::Stopped;
         found = Some(next);
@@ -316,7 +316,7 @@ fn judge(result: &mut JointFit, logs: &[DriveLog], smoothed: &[Vec<Smoothed>]) {
     }
     let (mut motor, mut external) = (0.0_f64, (f64::INFINITY, f64::NEG_INFINITY));
     for (number, (log, rows)) in logs.iter().zip(smoothed).enumerate() {
-        let Ok(plant) = result.plant(log, number) else { return };
+        let Ok(plant) = result.plant(log, rows, number) else { return };
         for row in rows {
             let torques = plant.measured(row);
             motor = motor.max(torques.motor.abs());

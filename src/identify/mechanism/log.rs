@@ -52,8 +52,9 @@ pub struct DriveLogParameters<'a> {
     pub velocity: Option<&'a [f64]>,
     /// The drive.
     pub drive: Drive<'a>,
-    /// Whether the drive is held from each row to the next, as the command of a controller is;
-    /// otherwise it is taken to be linear between rows.
+    /// Whether the drive is a command, which is held from each row to the next and has no noise.
+    /// Otherwise it is taken as measured: linear between rows, and smoothed where it loads the
+    /// gear.
     pub held: bool,
     /// External torque that loads the gear [N m], positive along v > 0, if one was measured.
     pub external_torque: Option<&'a [f64]>,

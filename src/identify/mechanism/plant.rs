@@ -23,6 +23,7 @@ type Torque<T> = [T; 3];
 /// The mechanism of one log.
 pub(super) struct Plant<'a, T: Scalar> {
     log: &'a DriveLog,
+    rows: &'a [Smoothed],
     joint: &'a Joint,
     inertia: T,
     /// k_t.
@@ -49,7 +50,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
     pub(super) fn new(
         joint: &'a Joint,
         friction: &Friction,
-        log: &'a DriveLog,
+        (log, rows): (&'a DriveLog, &'a [Smoothed]),
         constants: MotorConstants,
         fastest: f64,
         values: &[T],
@@ -67,7 +68,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
         let drag = next();
         let terms: Vec<T> = all.take(terms).collect();
         let gear = GearFriction::new(friction.gear(friction_values, drag, fastest)?)?;
-        Ok(Self { log, joint, inertia, constant, gain, exponent, terms, gear })
+        Ok(Self { log, rows, joint, inertia, constant, gain, exponent, terms, gear })
     }
 
     /// Time of a row \[s\].
@@ -108,6 +109,26 @@ impl<'a, T: Scalar> Plant<'a, T> {
                     self.electric(supply * duty.signum(), zero, v)
                 }
             }
+        }
+    }
+
+    /// The motor torque that loads the gear: that of a measured drive is smoothed. Its noise would
+    /// load and unload the gear in every step, and each rise makes the bristle forget.
+    #[inline]
+    fn loading(&self, row: usize, share: f64, motor: T, v: T) -> T {
+        let enabled = self.log.enabled.get(row).copied().unwrap_or(false);
+        let (Some(here), Some(next)) = (self.rows.get(row), self.rows.get(row + 1)) else {
+            return motor;
+        };
+        if self.log.held || !enabled {
+            return motor;
+        }
+        let effort = lit(here.effort + share * (next.effort - here.effort));
+        match self.log.source {
+            Source::Torque => effort,
+            Source::Current => self.constant * effort,
+            Source::Voltage => self.electric(effort, T::zero(), v)[0],
+            Source::Duty { .. } => motor,
         }
     }
 
@@ -231,7 +252,8 @@ impl<'a, T: Scalar> Plant<'a, T> {
             let here = self.log.external.get(row).copied().unwrap_or(0.0);
             let next = self.log.external.get(row + 1).copied().unwrap_or(here);
             let external = self.external(here + share * (next - here), middle, predicted);
-            let torques = GearTorques { motor: motor[0], external: external[0] };
+            let loading = self.loading(row, share, motor[0], predicted);
+            let torques = GearTorques { motor: loading, external: external[0] };
             let step = self.gear.step(torques, predicted, deflection, h)?;
             let slope = half * (motor[1] + external[1]) + motor[2] + external[2];
             let driving = motor[0] + external[0] - slope * (predicted - velocity);

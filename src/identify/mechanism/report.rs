@@ -185,10 +185,11 @@ impl JointFit {
     pub(super) fn plant<'a>(
         &'a self,
         log: &'a DriveLog,
+        rows: &'a [Smoothed],
         number: usize,
     ) -> Result<Plant<'a, f64>, ParameterError> {
         let values = self.table.of_log(&self.fit.values(), number);
-        Plant::new(&self.joint, &self.friction, log, self.constants, self.fastest, &values)
+        Plant::new(&self.joint, &self.friction, (log, rows), self.constants, self.fastest, &values)
     }
 
     /// The joint with these parameters, for simulations and control. Parameters that each log has
