@@ -250,7 +250,7 @@ fn a_servo_is_identified_from_its_goal() {
         .known("resistance", RESISTANCE)
         .start("torque_constant", 0.8 * TORQUE_CONSTANT)
         .known("drag", DRAG);
-    let found = dahl(&joint, &[log.clone()]).unwrap();
+    let found = dahl(&joint, core::slice::from_ref(&log)).unwrap();
     for (name, truth) in [
         ("inertia", INERTIA - 0.004),
         ("torque_constant", TORQUE_CONSTANT),
@@ -466,7 +466,7 @@ fn bad_logs_are_refused_with_column_row_and_rule() {
 #[test]
 fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
     let log = run(LOAD, GRAVITY, 1, false).voltage().unwrap();
-    let error = |joint: Joint| dahl(&joint, &[log.clone()]).unwrap_err().to_string();
+    let error = |joint: Joint| dahl(&joint, core::slice::from_ref(&log)).unwrap_err().to_string();
     let wrong = error(pendulum().known("inertai", 1.0));
     assert_eq!(wrong, "a joint takes the names of its parameters, not inertai");
     let missing = error(Joint::new().known("resistance", 3.0));
@@ -479,7 +479,7 @@ fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
     let none = mechanism::compare(
         &pendulum(),
         &candidates,
-        &[log.clone()],
+        core::slice::from_ref(&log),
         &unseen,
         &Settings::default(),
         &mut go_on,

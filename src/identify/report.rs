@@ -93,9 +93,9 @@ impl fmt::Display for Outcome {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Remark {
-    /// Not friction alone: an equation of motion with a mass, a spring and Coulomb friction explains
-    /// most of what the friction model leaves over, as it does where the column of friction is the
-    /// torque of a motor. Use [`mechanism`](super::mechanism) for those.
+    /// Not friction alone: an equation of motion with a mass, a spring and Coulomb friction
+    /// explains most of what the friction model leaves over, as it does where the column of
+    /// friction is the torque of a motor. Use [`mechanism`](super::mechanism) for those.
     LooksLikeMotorTorque {
         /// Share of the squares of the residuals that it explains \[–\].
         explained: f64,

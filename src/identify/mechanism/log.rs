@@ -16,9 +16,11 @@ pub enum Drive<'a> {
     /// Voltage \[V\]; the torque is k_t (u − k_t v)/R.
     Voltage(&'a [f64]),
     /// Duty of a position controller that is known, as a servo has it in its firmware:
-    /// d = clamp(gain (goal − x), ±1). The voltage is duty times supply, or supply · sgn(d) |d|^γ if
-    /// something is said of the parameter `duty_exponent` γ: drivers of small motors give more at
-    /// small duties. A simulation closes the loop with its own position.
+    /// d = clamp(gain (goal − x), ±1). A simulation closes the loop with its own position.
+    ///
+    /// The voltage is supply times d, or supply · sgn(d) |d|^γ if something is said of the
+    /// parameter `duty_exponent` γ, as [`Joint::start`](super::Joint::start) does: the drivers of
+    /// small servos give more than their share at small duties.
     Duty {
         /// Goal of the position \[rad\].
         goal: &'a [f64],
