@@ -9,9 +9,9 @@ use std::ops::ControlFlow;
 use bristle::gear::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
 use bristle::identify::mechanism::{
     self, Comparison, Drive, DriveLog, DriveLogParameters, Friction, Joint, JointFit, KnownLoad,
-    Progress, Settings, Term,
+    Loss, Progress, Settings, Term,
 };
-use bristle::identify::{Identifiability, Loss, Outcome, Remark};
+use bristle::identify::{Identifiability, Outcome, Remark};
 use bristle::scene::{
     GearedJoint, GearedJointParameters, Gravity, JointState, PositionControl, VoltageMotor,
     VoltageMotorParameters,

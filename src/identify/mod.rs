@@ -92,6 +92,5 @@ pub use least_squares::{Progress, Settings, least_squares};
 pub use log::{Log, LogParameters, Motion};
 pub use report::{Estimate, Fit, Identifiability, Outcome, Remark};
 pub use residuals::{Parameter, Residuals};
-pub use robust::Loss;
 pub use simulation::{fit, predict};
 pub use static_curve::CurveShape;

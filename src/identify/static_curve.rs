@@ -1,7 +1,7 @@
 //! The friction curve alone, from rows in which the contact slides: a robust fit.
 //!
 //! Σ w(r/s) r² → min over the parameters of μ(v), by iteratively reweighted least squares (IRLS)
-//! with Tukey's bisquare, see [`Loss`]. The first rounds use Huber's weights.
+//! with Tukey's bisquare, see [`mechanism::Loss`](super::mechanism::Loss). The first rounds use Huber's weights.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -19,7 +19,8 @@ use core::ops::ControlFlow;
 use super::initial_guess::{InitialGuess, SlidingPoint};
 use super::log::{median, quantile};
 use super::residuals::{Parameter, Residuals, within};
-use super::{Fit, Log, Loss, Progress, Settings, least_squares};
+use super::robust::Loss;
+use super::{Fit, Log, Progress, Settings, least_squares};
 use crate::Scalar;
 use crate::curve::{
     FrictionCurve, RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters,

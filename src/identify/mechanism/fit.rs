@@ -9,6 +9,7 @@
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
+use super::Loss;
 use super::criteria::{Criterion, Data, Errors};
 use super::friction::Friction;
 use super::joint::{Joint, Table};
@@ -19,7 +20,7 @@ use super::start::{Guess, guess};
 use crate::identify::least_squares::minimise;
 use crate::identify::log::{median, quantile};
 use crate::identify::problem::{Objective, Problem};
-use crate::identify::{self, Fit, Loss, Outcome, Remark};
+use crate::identify::{self, Fit, Outcome, Remark};
 use crate::parameter::{self, ParameterError};
 
 /// Settings of a search.

@@ -94,6 +94,7 @@ mod report;
 mod smooth;
 mod start;
 
+pub use super::robust::Loss;
 pub use compare::{Comparison, compare};
 pub use fit::{Progress, Settings, fit};
 pub use friction::Friction;
