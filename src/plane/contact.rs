@@ -151,11 +151,10 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         velocity: &SVector<T, N>,
         deflection: &SVector<T, N>,
     ) -> LinearisedPlane<T, N> {
-        let ContactResponse { rate, force } = self.response(velocity, deflection);
         let (p, zeros) = (self.normal_force, SVector::zeros());
         let mut linearised = LinearisedPlane {
-            rate,
-            force,
+            rate: zeros,
+            force: zeros,
             rate_by_deflection: zeros,
             rate_by_velocity: SMatrix::zeros(),
             force_by_deflection: zeros,
@@ -169,6 +168,8 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
                 let (affine, slopes) = axes[j][i].affine_and_slopes(v.into(), z);
                 let (mut rate_slope, mut slope) = (slopes.rate(v, z), slopes.coefficient(v, z));
                 if i == j {
+                    linearised.rate[i] = affine.rate(v, z);
+                    linearised.force[i] = p * affine.coefficient(v, z);
                     rate_slope += affine.drive;
                     slope += affine.damping;
                     linearised.rate_by_deflection[i] = -affine.relaxation;

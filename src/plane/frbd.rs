@@ -99,15 +99,7 @@ where
     #[inline(always)]
     fn axes_and_slopes(&self, velocity: &SVector<T, N>) -> [[Self::Axis; N]; N] {
         let rows = surfaces_and_slopes((&self.curve, &self.regularisation), &self.axes, velocity);
-        let mut axes = [self.axes(velocity); N];
-        for (axes, surfaces) in axes.iter_mut().zip(rows) {
-            for ((axis, surface), Axis { bristle, .. }) in
-                axes.iter_mut().zip(surfaces).zip(&self.axes)
-            {
-                *axis = on(surface, *bristle);
-            }
-        }
-        axes
+        core::array::from_fn(|j| core::array::from_fn(|i| on(rows[j][i], self.axes[i].bristle)))
     }
 
     #[inline]
