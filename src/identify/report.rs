@@ -6,7 +6,7 @@ use core::fmt;
 use nalgebra::DMatrix;
 
 use super::Parameter;
-use crate::number::Number;
+use crate::number::{Number, Units};
 
 /// How well the data determine a parameter, near the minimum that was found. Other minima are not
 /// examined.
@@ -211,6 +211,16 @@ impl Fit {
     /// A parameter by its name; of those that each log has for itself, that of the first.
     pub fn estimate(&self, name: &str) -> Option<&Estimate> {
         self.estimates.iter().find(|estimate| estimate.parameter.name == name)
+    }
+
+    /// The units of a joint in place of those of a slide, in the table: 1/rad, s/rad, rad/s. For a
+    /// log of angles, angular velocities and torques.
+    #[must_use]
+    pub fn in_units(mut self, units: Units) -> Self {
+        for estimate in &mut self.estimates {
+            estimate.parameter.unit = units.of(estimate.parameter.unit);
+        }
+        self
     }
 
     /// Whether every parameter is determined, or fixed, and nothing speaks against it.

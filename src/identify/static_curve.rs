@@ -165,6 +165,9 @@ impl InitialGuess {
     /// };
     /// let fit = guess.static_curve(CurveShape::Stribeck(2.0), &points)?;
     /// assert!((fit.estimate("stribeck_velocity").unwrap().value - 0.01).abs() < 1e-6);
+    /// // Had the points been of a joint:
+    /// let joint = fit.in_units(bristle::Units::Rotation);
+    /// assert_eq!(joint.estimate("stribeck_velocity").unwrap().parameter.unit, "rad/s");
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     ///
