@@ -29,6 +29,12 @@ pub(super) trait Objective {
         values: &[T],
         each: &mut impl FnMut(T),
     ) -> Result<(), ParameterError>;
+
+    /// Size of a gradient in the search variables beyond which a row says nothing of the accuracy
+    /// of the parameters: a linear model of it would hold for no change that is worth a name.
+    fn largest_gradient(&self) -> f64 {
+        f64::INFINITY
+    }
 }
 
 /// Residuals of N parameters.
@@ -62,6 +68,20 @@ impl Rows {
     pub(super) fn iter(&self) -> impl Iterator<Item = (f64, Point)> {
         let gradients = self.gradients.chunks_exact(self.width.max(1));
         self.residuals.iter().copied().zip(gradients.map(Point::from_column_slice))
+    }
+
+    /// The rows whose gradients do not exceed a size, and the number of the others.
+    pub(super) fn up_to(self, largest: f64) -> (Self, usize) {
+        let mut kept =
+            Self { residuals: Vec::new(), gradients: Vec::new(), width: self.width, ..self };
+        for (residual, gradient) in self.iter() {
+            if !(gradient.amax() > largest) {
+                kept.residuals.push(residual);
+                kept.gradients.extend(gradient.iter());
+            }
+        }
+        let dropped = self.residuals.len() - kept.residuals.len();
+        (kept, dropped)
     }
 
     /// The linear problem J δ ≈ −r.

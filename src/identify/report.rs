@@ -111,6 +111,12 @@ pub enum Remark {
         /// Length fitted \[s\].
         fitted: f64,
     },
+    /// Rows whose residuals depend so much on the parameters that they say nothing of their accuracy,
+    /// as after a slip that is about to happen: they are left out of residuals and standard errors.
+    RowsTooSensitive {
+        /// Number of rows.
+        rows: usize,
+    },
     /// A log has gaps; simulations start anew after each.
     Gaps {
         /// Number of the log, from zero.
@@ -146,6 +152,9 @@ impl fmt::Display for Remark {
             Self::Shortened { asked, fitted } => {
                 let (asked, fitted) = (Number(asked), Number(fitted));
                 write!(f, "TOO SENSITIVE over {asked:.3} s: fitted over {fitted:.3} s")
+            }
+            Self::RowsTooSensitive { rows } => {
+                write!(f, "{rows} rows are too sensitive: left out of residuals and errors")
             }
             Self::Gaps { log, count } => {
                 write!(f, "log {log} has {count} gaps: simulations start anew after each")

@@ -9,7 +9,7 @@ use super::least_squares::NOTICEABLE;
 use super::log::pairs;
 use super::problem::{Objective, Point, Problem, Rows};
 use super::residuals::{Parameter, within};
-use super::{Estimate, Fit, Identifiability, Outcome};
+use super::{Estimate, Fit, Identifiability, Outcome, Remark};
 
 /// Singular values of the scaled sensitivities below this share of the largest have no effect: √ε,
 /// with which half of the digits are left.
@@ -30,7 +30,7 @@ pub(super) fn assess<R: Objective>(
     iterations: usize,
 ) -> Fit {
     let width = problem.parameters.len();
-    let all = problem.rows(point);
+    let (all, dropped) = problem.rows(point).up_to(problem.residuals.largest_gradient());
     let smooth = all.finite;
     let triangle = all.linear();
     let residuals = &all.residuals;
@@ -141,7 +141,11 @@ pub(super) fn assess<R: Objective>(
         effective_rows: rows as f64 / time,
         window,
         weak,
-        remarks: Vec::new(),
+        remarks: if dropped > 0 {
+            alloc::vec![Remark::RowsTooSensitive { rows: dropped }]
+        } else {
+            Vec::new()
+        },
         outcome,
         iterations,
     }
@@ -210,8 +214,57 @@ fn scores(rows: &Rows, width: usize, window: usize) -> DMatrix<f64> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
+
+    /// Residuals x − k, and one that hardly any x can explain.
+    struct Exploding(f64);
+
+    impl Objective for Exploding {
+        fn evaluate<T: crate::Scalar>(
+            &self,
+            values: &[T],
+            each: &mut impl FnMut(T),
+        ) -> Result<(), crate::ParameterError> {
+            let lit = crate::scalar::lit::<T>;
+            let [x, y] = [0, 1].map(|i| values.get(i).copied().unwrap_or_else(T::zero));
+            (0..30).for_each(|k| each(x + y * lit(f64::from(k)) - lit(f64::from(k % 7))));
+            each((x - lit(3.0)) * lit(1e12));
+            Ok(())
+        }
+
+        fn largest_gradient(&self) -> f64 {
+            self.0
+        }
+    }
+
+    #[test]
+    fn a_row_with_an_exploded_gradient_says_nothing_of_the_accuracy() {
+        let parameter = |name, start| Parameter {
+            name,
+            unit: "",
+            start,
+            least: -10.0,
+            most: 10.0,
+            typical: Some(1.0),
+        };
+        let parameters = [parameter("x", 3.0), parameter("y", 0.01)];
+        let assessed = |largest| {
+            let exploding = Exploding(largest);
+            let problem = Problem::new(&exploding, &parameters).unwrap();
+            assess(&problem, &problem.start(), Outcome::IterationLimit, 0)
+        };
+        // Beside 10¹² the others fall below half of the digits.
+        let (all, kept) = (assessed(f64::INFINITY), assessed(1e6));
+        assert!((all.rows, kept.rows) == (31, 30), "{all} {kept}");
+        assert!(all.remarks.is_empty());
+        assert_eq!(kept.remarks, [Remark::RowsTooSensitive { rows: 1 }]);
+        // σ/√n of the mean of 30 numbers between −3 and 3, and a slope beside it.
+        let error = kept.estimates[0].standard_error;
+        assert!(error > 0.1 && error < 2.0, "{kept}");
+        assert!(all.estimates[0].standard_error < 1e-6, "{all}");
+    }
 
     #[test]
     fn rows_repeated_ten_times_correlate_for_ten_times_as_many() {

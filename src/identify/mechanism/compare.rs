@@ -43,7 +43,8 @@ pub struct Comparison {
 }
 
 /// Fits all candidates to the logs `seen`, and names the simplest one that predicts the logs
-/// `unseen` as well as the best.
+/// `unseen` as well as the best. Each candidate is started from the logs and from the best one
+/// before it: put the simpler ones first.
 ///
 /// The callback can stop: the candidates so far are compared.
 ///
@@ -61,9 +62,12 @@ pub fn compare(
 ) -> Result<Comparison, ParameterError> {
     parameter::count("candidates", candidates.len(), 1)?;
     parameter::count("logs held out", unseen.len(), 1)?;
-    let (mut fits, mut refused) = (Vec::new(), Vec::new());
+    let (mut fits, mut refused) = (Vec::<JointFit>::new(), Vec::new());
     for (number, friction) in candidates.iter().enumerate() {
-        match fit_number(number, joint, friction, seen, unseen, settings, progress) {
+        // The best so far, by the positions that were fitted.
+        let error = |fit: &&JointFit| fit.seen.simulated.rmse;
+        let simpler = fits.iter().min_by(|a, b| error(a).total_cmp(&error(b)));
+        match fit_number(number, joint, friction, seen, unseen, settings, simpler, progress) {
             Ok(fit) => {
                 let stopped = fit.fit.outcome == Outcome::Stopped;
                 fits.push(fit);

@@ -53,6 +53,8 @@ pub(super) struct Errors<'a> {
     pub(super) fastest: f64,
     /// Longest step \[s\].
     pub(super) step: f64,
+    /// Largest gradient of a row that counts for the standard errors \[rad\].
+    pub(super) largest_gradient: f64,
     pub(super) criterion: Criterion,
     /// Square roots of the weights of all residuals; one where there is none.
     pub(super) weights: Vec<f64>,
@@ -184,6 +186,10 @@ impl Errors<'_> {
 }
 
 impl Objective for Errors<'_> {
+    fn largest_gradient(&self) -> f64 {
+        self.largest_gradient
+    }
+
     fn evaluate<T: Scalar>(
         &self,
         values: &[T],
@@ -248,6 +254,7 @@ mod tests {
             constants: guess.constants,
             fastest: 20.0,
             step: 1e-3,
+            largest_gradient: f64::INFINITY,
             criterion,
             weights: Vec::new(),
         };

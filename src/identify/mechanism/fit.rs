@@ -20,7 +20,7 @@ use super::start::{Guess, guess};
 use crate::identify::least_squares::minimise;
 use crate::identify::log::{median, quantile};
 use crate::identify::problem::{Objective, Problem};
-use crate::identify::{self, Fit, Outcome, Remark};
+use crate::identify::{self, Estimate, Fit, Outcome, Parameter, Remark};
 use crate::parameter::{self, ParameterError};
 
 /// Settings of a search.
@@ -89,6 +89,9 @@ const ROUNDS: usize = 5;
 /// Share of the rows whose sensitivity must be bearable; that of the others may be a hundred times
 /// as large.
 const NEARLY_ALL: f64 = 0.95;
+/// That of the others may be as many times as large; rows beyond it do not count for the standard
+/// errors.
+const RARE: f64 = 100.0;
 /// Most halvings of the segments.
 const HALVINGS: usize = 8;
 /// Range of positions of a pendulum [rad] that looks like degrees: more than four turns.
@@ -113,10 +116,11 @@ pub fn fit(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<JointFit, ParameterError> {
-    fit_number(0, joint, friction, seen, unseen, settings, progress)
+    fit_number(0, joint, friction, seen, unseen, settings, None, progress)
 }
 
-/// [`fit`] of a candidate with a number.
+/// [`fit`] of a candidate with a number, also from the parameters of a simpler one.
+#[expect(clippy::too_many_arguments, reason = "those of `fit`, and two of `compare`")]
 pub(super) fn fit_number(
     candidate: usize,
     joint: &Joint,
@@ -124,6 +128,7 @@ pub(super) fn fit_number(
     seen: &[DriveLog],
     unseen: &[DriveLog],
     settings: &Settings,
+    simpler: Option<&JointFit>,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<JointFit, ParameterError> {
     parameter::count("logs", seen.len(), 1)?;
@@ -161,6 +166,7 @@ pub(super) fn fit_number(
             constants: guess.constants,
             fastest: guess.fastest,
             step: settings.step,
+            largest_gradient: f64::INFINITY,
             criterion: Criterion::Inverse,
             weights: Vec::new(),
         };
@@ -168,6 +174,10 @@ pub(super) fn fit_number(
         if let Some(asked) = asked {
             let length = if asked >= duration { f64::INFINITY } else { asked };
             errors.criterion = Criterion::Segments(length);
+            errors.largest_gradient = RARE * settings.largest_sensitivity * guess.range;
+            if let Some(simpler) = simpler {
+                start_from(&errors, &mut table, simpler);
+            }
             try_starts(&errors, &mut table, &start);
             let (fitted, looked) = bearable(&mut errors, &table, &guess, settings, duration)?;
             runs += looked;
@@ -219,7 +229,7 @@ pub(super) fn fit_number(
         return Err(parameter::refused("gradient_runs", 0.0, parameter::Rule::Count { least: 1 }));
     };
     table.number(&mut fit.estimates);
-    fit.remarks = remarks;
+    fit.remarks.extend(remarks);
     let segment = settings.segment.unwrap_or(0.1 * duration);
     let mut result = JointFit::new(joint, friction, table, &guess, fit, settings.step);
     result.gradient_runs = runs;
@@ -242,6 +252,38 @@ fn cost(errors: &Errors<'_>, values: &[f64]) -> f64 {
     match errors.evaluate(values, &mut |r: f64| cost += r * r) {
         Ok(()) if cost.is_finite() => cost,
         _ => f64::INFINITY,
+    }
+}
+
+/// Values of parameters with which a model is nearly the one without them.
+const NEUTRAL: [(&str, f64); 5] = [
+    ("micro_damping", 0.0),
+    ("motor_load_factor", 0.02),
+    ("external_load_factor", 0.02),
+    ("breakaway_excess", 0.01),
+    ("backward_ratio", 1.0),
+];
+
+/// Starts from the parameters of a simpler candidate if that is better, with the others as they are
+/// or nearly without effect.
+fn start_from(errors: &Errors<'_>, table: &mut Table, simpler: &JointFit) {
+    let now: Vec<f64> = table.parameters.iter().map(|parameter| parameter.start).collect();
+    let with = |neutral: bool| -> Vec<f64> {
+        let places = table.parameters.iter().zip(&table.logs);
+        let value = |(parameter, log): (&Parameter, &Option<usize>)| {
+            let same = |e: &&Estimate| e.parameter.name == parameter.name && e.log == *log;
+            // One that was fixed in the simpler candidate says nothing.
+            let searched = |e: &&Estimate| e.parameter.least < e.parameter.most;
+            let found = simpler.fit.estimates.iter().find(|e| same(e) && searched(e));
+            let without = NEUTRAL.iter().find(|(name, _)| neutral && *name == parameter.name);
+            let value = found.map(|e| e.value).or(without.map(|(_, value)| *value));
+            value.map_or(parameter.start, |v| v.max(parameter.least).min(parameter.most))
+        };
+        places.map(value).collect()
+    };
+    let starts = [now, with(false), with(true)].map(|values| (cost(errors, &values), values));
+    if let Some((_, best)) = starts.iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
+        table.start_from(best);
     }
 }
 
@@ -285,7 +327,7 @@ fn bearable(
         let mut sizes: Vec<f64> = rows.iter().map(|(_, gradient)| gradient.amax()).collect();
         if rows.finite
             && quantile(&mut sizes, NEARLY_ALL) <= most
-            && quantile(&mut sizes, 1.0) <= 100.0 * most
+            && quantile(&mut sizes, 1.0) <= RARE * most
         {
             return Ok((length, runs));
         }

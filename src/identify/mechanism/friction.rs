@@ -109,11 +109,11 @@ impl Friction {
         Self { directional: true, ..self }
     }
 
-    /// Coulomb, Stribeck, Dahl, FrBD and LuGre, each with a constant load and with one that grows
-    /// with the torques.
+    /// Coulomb, Dahl, Stribeck, FrBD and LuGre with a constant load, then with one that grows with
+    /// the torques: from simple to rich, as [`compare`](super::compare()) takes them.
     pub fn candidates() -> Vec<Self> {
-        let plain = [Self::coulomb(), Self::stribeck(), Self::dahl(), Self::frbd(), Self::lugre()];
-        plain.into_iter().flat_map(|friction| [friction, friction.loaded()]).collect()
+        let plain = [Self::coulomb(), Self::dahl(), Self::stribeck(), Self::frbd(), Self::lugre()];
+        plain.into_iter().chain(plain.map(Self::loaded)).collect()
     }
 
     /// Whether its load grows with the torques.

@@ -82,6 +82,41 @@
 //! # let _ = gear;
 //! # Ok::<(), bristle::ParameterError>(())
 //! ```
+//!
+//! # Criteria
+//!
+//! | criterion | residual | what it is for |
+//! |---|---|---|
+//! | inverse | torque of the equation of motion, from smoothed derivatives | the start |
+//! | segments | position, simulated over segments from the measured motion | the way |
+//! | simulated | position over whole logs | the end, and what a simulator needs |
+//!
+//! All three are reported, also on logs held out. A search goes through the inverse criterion and
+//! segments of growing length ([`Settings::horizons`]). Where the position over a segment depends
+//! on the parameters too much, as in stick-slip, segments end earlier, and a
+//! [remark](crate::identify::Remark) says so.
+//!
+//! Simulations take passive steps of at most 1 ms, see [`GearFriction`](crate::gear::GearFriction);
+//! dual numbers through them give exact sensitivities. Standard errors, and what the data do not
+//! determine, are those of [`identify`](crate::identify).
+//!
+//! # What which log tells
+//!
+//! The unit of all torques comes from the drive or from what is [known](Joint::known): with a
+//! voltage alone and neither torque constant nor gravity known, only ratios are determined. One
+//! load does not tell factors of the load, one speed no Stribeck curve, and a position with a
+//! coarse encoder no bristle shorter than a count.
+//!
+//! Noise of a measured drive would load and unload the gear in every step, and a bristle forgets
+//! with each rise of its load: 1 % of noise would pass for 2 % of Coulomb torque. The gear is
+//! therefore loaded by the smoothed drive, unless the drive is a command
+//! ([`DriveLogParameters::held`]).
+//!
+//! # Limits
+//!
+//! A simulation starts with the smoothed position and velocity of its first row; they are not
+//! searched. Begin and end logs at rest, or leave out rows by [`DriveLog::between`]. Voltage and
+//! current are taken without limits of their own, and inductance is left out.
 
 mod compare;
 mod criteria;

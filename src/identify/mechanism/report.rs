@@ -129,6 +129,7 @@ impl JointFit {
             constants: self.constants,
             fastest: self.fastest,
             step: self.step,
+            largest_gradient: f64::INFINITY,
             criterion,
             weights: Vec::new(),
         };
