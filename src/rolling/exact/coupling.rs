@@ -260,6 +260,7 @@ where
         let pressure = self.patch.pressure();
         let decay = pressure.decay();
         let (zero, one) = (T::zero(), T::one());
+        let degree = pressure.terms() + 1;
         let distance = transport * duration;
         let exponent = affine.relaxation * duration;
         let staying = self.queue.staying(distance);
@@ -280,7 +281,7 @@ where
         self.queue.leaving(reach, |from, to, steepness, outgoing| {
             let way = to - from;
             let steepness = steepness + exponent * (way / distance) + decay.abs() * way;
-            integrate_gentle(N + 1, steepness, |part, weight| {
+            integrate_gentle(degree, steepness, |part, weight| {
                 // A bristle that is this far from the outlet.
                 let at = from + way * part;
                 let along = level_moments::<T, N>(at, decay + affine.relaxation / transport);
@@ -289,7 +290,7 @@ where
             });
         });
         let steepness = exponent * crossing + decay.abs() * reach;
-        integrate_gentle(N + 1, steepness, |part, weight| {
+        integrate_gentle(degree, steepness, |part, weight| {
             // This place is old before the share u of the step, and new after it.
             let share = crossing * part;
             let until = affine.weights(duration * share);

@@ -193,6 +193,12 @@ impl<T: Scalar, const N: usize> PolynomialExponential<T, N> {
         self.coefficients.iter().zip(moments).fold(T::zero(), |sum, (&c, &m)| sum + c * m)
     }
 
+    /// The number of coefficients up to the last that is not zero.
+    #[inline]
+    pub(in crate::rolling) fn terms(&self) -> usize {
+        self.coefficients.iter().rposition(|&c| !is_zero(c)).map_or(0, |last| last + 1)
+    }
+
     /// Σ cₖ mₖ and Σ cₖ mₖ₊₁, if no moment is missing.
     pub(in crate::rolling) fn weigh_next(&self, moments: &[T; N]) -> Option<(T, T)> {
         let complete = self.coefficients.last().is_some_and(|&last| is_zero(last));
