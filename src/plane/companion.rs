@@ -122,6 +122,13 @@ pub struct PlaneCompanionStep<T: Scalar, const N: usize> {
     axes: [CompanionStep<T>; N],
 }
 
+/// A step of no contact: what a buffer is filled with.
+impl<T: Scalar, const N: usize> Default for PlaneCompanionStep<T, N> {
+    fn default() -> Self {
+        Self { axes: [CompanionStep::idle(); N] }
+    }
+}
+
 /// The result of a step of N axes: work = stored + dissipated, up to rounding.
 #[must_use]
 #[non_exhaustive]

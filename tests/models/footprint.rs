@@ -3,8 +3,8 @@
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
 use bristle::paper;
 use bristle::plane::{
-    Axis, DiscPressure, Footprint, FootprintPoint, PlaneBristle, PlaneContact, PlaneFrBd,
-    disc_points, rectangle_points, spin_radius_of_disc, spin_radius_of_hertz_contact,
+    Axis, DiscPressure, Footprint, FootprintPoint, PlaneBristle, PlaneCompanionStep, PlaneContact,
+    PlaneFrBd, disc_points, rectangle_points, spin_radius_of_disc, spin_radius_of_hertz_contact,
 };
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -245,4 +245,28 @@ fn the_ellipsoids_of_few_points_are_known_in_closed_form() {
     let two = of(&[[0.3, 0.0], [-0.3, 0.0]]);
     assert!((two.spin_radius - 0.3).abs() < 1e-15);
     assert!(two.error < 1.0 - 0.75_f64.sqrt() + 1e-12 && two.error > 0.12, "{two:?}");
+}
+
+#[test]
+fn stored_steps_of_all_points_give_the_bits_of_repeated_ones() {
+    let surface = Footprint::new(table_2(), disc(DiscPressure::Hertz, 5)).unwrap();
+    let count = surface.points().len();
+    let surface = surface.companion(2.0).unwrap();
+    let (mut one, mut other) = (vec![Vector2::zeros(); count], vec![Vector2::zeros(); count]);
+    let mut steps = vec![PlaneCompanionStep::default(); count];
+    for n in 0..50 {
+        let t = 0.1 * f64::from(n);
+        let twist = Vector3::new(0.02 * t.sin(), 0.01 * t.cos(), 0.03 * (2.0 * t).sin());
+        let mean = twist * 0.9;
+        let step = surface.step(&twist, &one, 1e-3).unwrap();
+        let stored = surface.step_storing(&twist, &other, 1e-3, &mut steps).unwrap();
+        assert_eq!(step, stored);
+        let done = surface.commit(&step, &mean, &mut one).unwrap();
+        assert_eq!(done, surface.commit_stored(&steps, &mean, &mut other).unwrap());
+        assert_eq!(one, other);
+    }
+    let refused = surface.step_storing(&Vector3::zeros(), &one, 1e-3, &mut steps[1..]);
+    assert_eq!(refused.unwrap_err().name, "steps");
+    let refused = surface.commit_stored(&steps[1..], &Vector3::zeros(), &mut one);
+    assert_eq!(refused.unwrap_err().name, "steps");
 }
