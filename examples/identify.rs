@@ -68,6 +68,8 @@ fn main() -> ExitCode {
             .number("supply", 0.0, "V", "voltage that the duty is of")
             .must_be(Rule::AtLeast(0.0))
             .text("terms", "", "torques on the load side: gravity, spring, constant")
+            .text("load-gravity", "", "known torque of the load / N m; PART=TORQUE,…, as gain")
+            .text("load-inertia", "", "known inertia of the load / kg m²; PART=INERTIA,…, as gain")
             .text("known", "", "PARAMETER=VALUE,… that are known")
             .text("start", "", "PARAMETER=VALUE,… where the search starts")
             .text("each", "", "PARAMETER,… that each log has for itself")

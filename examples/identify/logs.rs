@@ -4,7 +4,7 @@ use std::error::Error;
 use std::path::Path;
 
 use bristle::gear::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
-use bristle::identify::mechanism::{Drive, DriveLog, DriveLogParameters};
+use bristle::identify::mechanism::{Drive, DriveLog, DriveLogParameters, KnownLoad};
 use bristle::scene::{GearedJoint, GearedJointParameters, Gravity, JointState};
 use bristle::signal::Function;
 use bristle::{Dahl, DahlParameters};
@@ -106,8 +106,15 @@ fn read_one(path: &Path, stem: &str, arguments: &Values) -> Result<DriveLog, Box
         "held" => true,
         other => return Err(format!("--between-rows has no {other:?}").into()),
     };
+    let known = |option: &str| match arguments.text(option) {
+        "" => Ok(0.0),
+        text => by_name(option, text, stem),
+    };
+    let load =
+        KnownLoad { inertia: known("load-inertia")?, gravity_torque: known("load-gravity")? };
     Ok(DriveLog::new(DriveLogParameters {
         held,
+        load,
         velocity: find("velocity"),
         external_torque: find("external_torque"),
         enabled: enabled.as_deref(),
