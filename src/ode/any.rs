@@ -10,6 +10,7 @@ use super::dense_output::DenseOutput;
 use super::explicit::Explicit;
 use super::rosenbrock::Rosenbrock;
 use super::stepper::{Field, OneStep, Point, Stepper, TrialStep};
+use super::tolerance::Loosest;
 use super::{Automatic, DormandPrince, DormandPrince8, Rodas4, Rodas5P, RungeKutta4};
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};
@@ -102,6 +103,10 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for AnyMethod {
             Self::Rodas5P => AnyStepper::Rodas5P(Rodas5P.stepper()),
             Self::RungeKutta4 => AnyStepper::RungeKutta4(RungeKutta4.stepper()),
         }
+    }
+
+    fn loosest(&self) -> Loosest {
+        if *self == Self::Automatic { Loosest::AUTOMATIC } else { Loosest::SINGLE }
     }
 
     fn check_adaptive(&self) -> Result<(), ParameterError> {

@@ -23,6 +23,7 @@ use super::dense_output::DenseOutput;
 use super::explicit::{Explicit, ExplicitTableau, HELD};
 use super::rosenbrock::Rosenbrock;
 use super::stepper::{Field, OneStep, Point, Stepper, TrialStep};
+use super::tolerance::Loosest;
 use super::{DormandPrince8, Rodas5P};
 use crate::Scalar;
 use crate::bounds::smaller;
@@ -39,6 +40,10 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for Automatic {
         let (explicit, rosenbrock) = (Explicit::new(), Rosenbrock::new());
         let (is_explicit, is_new, since, votes, needed) = (false, false, 0, 0, VOTES);
         Alternating { explicit, rosenbrock, is_explicit, is_new, since, votes, needed }
+    }
+
+    fn loosest(&self) -> Loosest {
+        Loosest::AUTOMATIC
     }
 }
 
@@ -74,10 +79,6 @@ macro_rules! at_work {
 /// 0.8 of its limit, or two to three times as long if accuracy allows, at about the same cost.
 const EASY: f64 = 2.5;
 
-/// The error estimate of a Rosenbrock step is multiplied by this. The slow creep towards breakaway
-/// decides when it comes, and a stuck mass does little else.
-const CARE: f64 = 5.0;
-
 /// Votes for a change.
 const VOTES: u32 = 2;
 
@@ -111,11 +112,7 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
         if self.is_new {
             self.begin(field, &mut from.clone());
         }
-        let mut trial = at_work!(self.step(field, from, h));
-        if !self.is_explicit {
-            trial.error *= lit::<T>(CARE);
-        }
-        trial
+        at_work!(self.step(field, from, h))
     }
 
     #[inline]

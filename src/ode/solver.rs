@@ -20,7 +20,7 @@ use crate::parameter::{self, ParameterError, Rule};
 /// An attempt whose errors have grown to so many times their limit is followed by one with steps so
 /// much tighter, and this much more.
 #[cfg(feature = "alloc")]
-const SAFETY: f64 = 0.2;
+const SAFETY: f64 = 0.1;
 
 /// But not by more than this at once: with loose steps the growth may be far overestimated.
 #[cfg(feature = "alloc")]
@@ -51,8 +51,8 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// [`RungeKutta4`](super::RungeKutta4) has no error estimate, and does not compile here.
     pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
-        let aim = Some(tolerances.aim());
-        Self { aim, ..Self::adaptive_per_step(method, tolerances.of_a_step()) }
+        let aim = tolerances.aim(method.loosest());
+        Self { aim: Some(aim), ..Self::adaptive_per_step(method, tolerances.of_a_step(aim)) }
     }
 
     /// The largest estimated error of the solution over the tolerances of a step, if it has one.
@@ -73,7 +73,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// estimated.
     #[cfg(feature = "alloc")]
     pub(super) fn first_attempt(&self) -> Option<Self> {
-        let first = self.tolerances?.at_first(self.aim?);
+        let first = self.tolerances?.at_first(self.aim?, self.method.loosest());
         Some(Self { tolerances: Some(first), ..*self })
     }
 
@@ -85,7 +85,10 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
                 let tighter = self.tolerances?.times(f64::max(SAFETY / times, MOST_AT_ONCE))?;
                 Some(Self { tolerances: Some(tighter), ..*self })
             }
-            StopReason::Refused(_) | StopReason::TooManySteps { .. } => None,
+            // Tighter steps meet a jump of the right-hand side just so.
+            StopReason::EndlessReversals { .. }
+            | StopReason::Refused(_)
+            | StopReason::TooManySteps { .. } => None,
             // Loose steps may leave the range where the right-hand side is sound.
             _ if self.most_growth() < careful.most_growth() => Some(*careful),
             _ => None,

@@ -6,6 +6,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::dense_output::DenseOutput;
 use super::system::Linearisation;
+use super::tolerance::Loosest;
 use crate::Scalar;
 use crate::bounds::larger;
 use crate::parameter::ParameterError;
@@ -144,6 +145,11 @@ pub(crate) trait OneStep<T: Scalar, const N: usize>: Debug + Copy {
 
     /// The method at the start of a run.
     fn stepper(&self) -> Self::Stepper;
+
+    /// How loose its steps may be where nothing is known of the growth of errors.
+    fn loosest(&self) -> Loosest {
+        Loosest::SINGLE
+    }
 
     /// Refuses adaptive steps of a method, chosen at run time, without an error estimate.
     fn check_adaptive(&self) -> Result<(), ParameterError> {

@@ -9,11 +9,15 @@ use crate::ode_common::{
 };
 use bristle::Branch;
 use bristle::curve::Stribeck;
-use bristle::ode::{Linearisation, Output, Statistics, StopReason, System, Tolerances};
+use bristle::ode::{
+    DormandPrince, Linearisation, Output, Solver, Statistics, Step, StopReason, System, Tolerances,
+};
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity};
 use bristle::signal::{Function, Signal, Sine, SineParameters};
 use bristle::{Bristle, Contact, FrBd, Mechanism};
+use core::cell::Cell;
+use core::ops::ControlFlow;
 use nalgebra::{Matrix1, Vector1, Vector2, Vector3};
 
 /// A smooth velocity.
@@ -345,22 +349,42 @@ fn an_oscillation_that_dies_out_ends_at_rest_and_not_in_reversals() {
     }
 }
 
+/// Dry friction without a bristle under a force of half its strength: at v = 0 the rate is −0.5 on
+/// one side and 1.5 on the other, and there is no solution on either.
+#[derive(Debug, Default)]
+struct DryFriction {
+    /// Evaluations at t = 0.
+    starts: Cell<u32>,
+}
+
+impl System<f64, 1> for DryFriction {
+    fn rate(&self, time: f64, v: &Vector1<f64>, [branch]: [Branch; 1]) -> Vector1<f64> {
+        self.starts.set(self.starts.get() + u32::from(time == 0.0));
+        Vector1::new(0.5 - branch.of(v[0]).direction())
+    }
+
+    fn sliding_velocities(&self, _: f64, v: &Vector1<f64>) -> [f64; 1] {
+        [v[0]]
+    }
+}
+
+#[test]
+fn a_run_that_ends_in_endless_reversals_is_not_repeated() {
+    let solver = Solver::adaptive(DormandPrince, tolerance(1e-6));
+    let (once, system) = (DryFriction::default(), DryFriction::default());
+    let start = Vector1::new(1.0);
+    // A stream cannot be repeated.
+    let mut observer = |_: &Step<f64, 1>| ControlFlow::Continue(());
+    solver.stream(&once, 0.0..10.0, start, &[], &mut observer).unwrap_err();
+    let stopped = solver.solve(&system, 0.0..10.0, start, Output::Steps).unwrap_err();
+    assert_eq!(stopped.reason, StopReason::EndlessReversals { contact: 0 });
+    assert_eq!(system.starts, once.starts);
+}
+
 #[test]
 fn a_field_that_jumps_at_rest_ends_in_an_error_that_says_so() {
-    /// Dry friction without a bristle under a force of half its strength: at v = 0 the rate is
-    /// −0.5 on one side and 1.5 on the other, and there is no solution on either.
-    #[derive(Debug)]
-    struct DryFriction;
-    impl System<f64, 1> for DryFriction {
-        fn rate(&self, _: f64, v: &Vector1<f64>, [branch]: [Branch; 1]) -> Vector1<f64> {
-            Vector1::new(0.5 - branch.of(v[0]).direction())
-        }
-        fn sliding_velocities(&self, _: f64, v: &Vector1<f64>) -> [f64; 1] {
-            [v[0]]
-        }
-    }
     every_solver!(0.01, tolerance(1e-6), |name, solver| {
-        let system = Counted::new(DryFriction);
+        let system = Counted::new(DryFriction::default());
         // A limit, so that the test ends if the run does not.
         let solver = solver.with_most_steps(100_000);
         let run = solver.solve(&system, 0.0..10.0, Vector1::new(1.0), Output::Steps);
