@@ -24,14 +24,14 @@
 //! magnitude, and they are those of the solution. Breakaway amplifies the errors of the steps, a
 //! thousandfold in stick-slip, so the driver estimates the error of the solution: it carries the
 //! errors of all steps along by the system's own Jacobian. [`solve`] and [`Solver::solve`] begin
-//! with steps held to a fifth of the tolerance (a twentieth with a single method), and repeat the
+//! with steps held to a tenth of the tolerance (a twentieth with a single method), and repeat the
 //! run with tighter ones where the estimate exceeds ten times the tolerance; the steps of such
 //! attempts count as rejected.
 //!
 //! A run that hands out its steps ([`Solver::stream`], [`Solver::begin`]) cannot be repeated. Its
 //! steps are four thousand times as tight as the tolerance, and it stops with
 //! [`StopReason::ErrorsGrow`] where that is not enough. Tolerances above 10⁻⁴ are met as 10⁻⁴ would
-//! be (by `Automatic` as 3·10⁻⁴), since coarser steps miss slips without notice.
+//! be (by `Automatic` as 2·10⁻⁴), since coarser steps miss slips without notice.
 //! [`Solver::adaptive_per_step`] does none of this.
 //!
 //! The estimate mostly exceeds the error, by a factor of ten. `docs/work-precision.md` says how far
