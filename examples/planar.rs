@@ -14,7 +14,7 @@ mod support;
 use std::error::Error;
 use std::process::ExitCode;
 
-use bristle::companion::PointMass;
+use bristle::companion::{PointMass, VelocityHistory};
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
 use bristle::ode::{self, DormandPrince, Method, Output, Rodas5P, RungeKutta4, Solver};
 use bristle::plane::{
@@ -217,16 +217,18 @@ fn companion_run(
     h: f64,
 ) -> Vec<Vector6<f64>> {
     let (mut x, mut v, mut z) = (Vector2::zeros(), Vector2::zeros(), Vector2::zeros());
-    let (mut last, mut states) = (v, vec![Vector6::zeros()]);
+    let mut history = [VelocityHistory::new(0.0); 2];
+    let mut states = vec![Vector6::zeros()];
     let each = (0.5 / h).round() as u32;
     for n in 0..80 * each {
-        let step = companion.step(&(1.5 * v - 0.5 * last), &z, h);
+        let step = companion.step(&Vector2::from_fn(|i, _| history[i].predict()), &z, h);
         let middle = h * (f64::from(n) + 0.5);
         let pull = Vector2::from_fn(|i, _| SPRING * (anchor[i].value(middle) - x[i]));
         let resistance = step.damping().add_scalar(2.0 / h + 0.5 * h * SPRING);
         let mean = (v * (2.0 / h) + pull - step.bias()).component_div(&resistance);
         z = step.commit(&mean).deflection;
-        (x, last, v) = (x + h * mean, v, 2.0 * mean - v);
+        (x, v) = (x + h * mean, 2.0 * mean - v);
+        (0..2).for_each(|i| history[i].push(v[i]));
         if (n + 1) % each == 0 {
             states.push(Vector6::new(x.x, x.y, v.x, v.y, z.x, z.y));
         }
@@ -299,11 +301,13 @@ fn coast(
     mut step: impl FnMut(&Vector3<f64>, &Vector3<f64>, f64) -> Outcome<Vector3<f64>>,
 ) -> Outcome<Vec<(f64, f64)>> {
     let (h, mut twist) = (1e-4, Vector3::new(0.3, 0.0, 0.3 / (ratio * DISC.0)));
-    let (mut last, mut rows) = (twist, Vec::new());
+    let mut history: [_; 3] = core::array::from_fn(|i| VelocityHistory::new(twist[i]));
+    let mut rows = Vec::new();
     while twist.xy().norm() > 2e-3 {
         rows.push((h * rows.len() as f64, twist.xy().norm() / (DISC.0 * twist.z)));
-        let mean = step(&(1.5 * twist - 0.5 * last), &twist, h)?;
-        (last, twist) = (twist, 2.0 * mean - twist);
+        let mean = step(&Vector3::from_fn(|i, _| history[i].predict()), &twist, h)?;
+        twist = 2.0 * mean - twist;
+        (0..3).for_each(|i| history[i].push(twist[i]));
     }
     Ok(rows)
 }

@@ -352,6 +352,7 @@ impl<T: Scalar> Lever<T> {
 /// A disc of 2 kg that is pushed off spinning, with steps of 1 ms:
 ///
 /// ```
+/// use bristle::companion::VelocityHistory;
 /// use bristle::curve::{Coulomb, CoulombParameters};
 /// use bristle::nalgebra::{Matrix3, Vector2, Vector3};
 /// use bristle::plane::{DiscPressure, Footprint, PlaneBristle, PlaneFrBd, disc_points};
@@ -367,16 +368,18 @@ impl<T: Scalar> Lever<T> {
 /// let disc = Footprint::new(contact, points)?.companion(5.0)?;
 /// let (inertia, h) = (Matrix3::from_diagonal(&Vector3::new(2.0, 2.0, 2.5e-3)), 1e-3);
 /// let mut twist = Vector3::new(0.5, 0.2, 30.0);
-/// let mut last = twist;
+/// let mut history: [_; 3] = core::array::from_fn(|i| VelocityHistory::new(twist[i]));
 /// while twist.norm() > 1e-6 {
-///     let step = disc.step(&(1.5 * twist - 0.5 * last), &deflections, h)?;
+///     let predicted = Vector3::from_fn(|i, _| history[i].predict());
+///     let step = disc.step(&predicted, &deflections, h)?;
 ///     // (2/h) inertia (v̄ − v₀) = −bias − damping v̄
 ///     let matrix = inertia * (2.0 / h) + step.damping;
 ///     let right = inertia * (2.0 / h) * twist - step.bias;
 ///     let Some(mean) = matrix.lu().solve(&right) else { break };
 ///     let done = disc.commit(&step, &mean, &mut deflections)?;
 ///     assert!(done.dissipated >= 0.0);
-///     (last, twist) = (twist, 2.0 * mean - twist);
+///     twist = 2.0 * mean - twist;
+///     (0..3).for_each(|i| history[i].push(twist[i]));
 /// }
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
