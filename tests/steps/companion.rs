@@ -801,8 +801,7 @@ fn a_struck_mass_is_caught_where_it_should_be() {
 #[test]
 fn a_mass_on_a_slope_stands_in_steps_too_long_for_its_bristles() {
     // ω = 261 rad/s: 4.4 rad a step of 1/60 s. A linear extrapolation lets it creep by 4.9 mm/s.
-    let curve =
-        Coulomb::new(CoulombParameters { dynamic_coefficient: 0.7, viscous_friction: 0.0 });
+    let curve = Coulomb::new(CoulombParameters { dynamic_coefficient: 0.7, viscous_friction: 0.0 });
     let bristle = KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 50.0 };
     let contact = FrBd::new(curve.unwrap(), KelvinVoigt::new(bristle).unwrap());
     let (weight, slope, h) = (9.81, 30_f64.to_radians(), 1.0 / 60.0);
