@@ -86,8 +86,8 @@
 //!     StepInput { velocities: &velocities, normal_forces: &after, deflections: &mut deflections };
 //! let held = grains.hold(input, 1.0, &mut forces)?;
 //! assert!(reloaded.is_finite() && held.is_finite());
-//! // Steady sliding of the first contact: opposite to its velocity.
-//! assert!((forces[3] / forces[0] - 4.0_f64 / 3.0).abs() < 1e-9);
+//! // In steady sliding the deflection, and with it the friction, is along the velocity.
+//! assert!((deflections[3] / deflections[0] - 4.0_f64 / 3.0).abs() < 1e-9);
 //! # Ok::<(), bristle::batch::BatchError>(())
 //! ```
 //!
