@@ -9,13 +9,16 @@
 
 #[macro_use]
 mod support;
+#[path = "from_file/refusal.rs"]
+mod refusal;
 #[path = "from_file/setup.rs"]
 mod setup;
 
 use std::path::Path;
 use std::process::ExitCode;
 
-use setup::{Setup, Table};
+use refusal::Refusal;
+use setup::Table;
 use support::{Arguments, Colour, Csv, Figure, Panel};
 
 /// The file that is taken if none is given.
@@ -27,8 +30,12 @@ fn main() -> ExitCode {
             .file()
             .parse()?;
         let path = arguments.file().unwrap_or(Path::new(DEFAULT));
-        let setup = read(path)?;
-        let table = setup.run().map_err(|error| format!("{}: {error}", path.display()))?;
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+        let refused = |refusal| format!("{}{refusal}", path.display());
+        let setup = refusal::read(&text).map_err(refused)?;
+        let run = setup.run().map_err(|error| Refusal::of_run(&text, error.to_string()));
+        let table = run.map_err(refused)?;
 
         let names = table.columns.iter().map(|column| column.0);
         let names: Vec<&str> = std::iter::once("t").chain(names).collect();
@@ -42,17 +49,6 @@ fn main() -> ExitCode {
         println!();
         println!("{}", chart(&name, &table).save(arguments.out_dir(), "from_file")?.display());
         Ok(())
-    })
-}
-
-/// Reads a file; an error names file, line, column and parameter.
-fn read(path: &Path) -> support::Result<Setup> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-    toml::from_str(&text).map_err(|error| {
-        let place = setup::place(&text, &error);
-        let place = place.map_or_else(String::new, |(line, column)| format!(":{line}:{column}"));
-        format!("{}{place}: {}", path.display(), error.message()).into()
     })
 }
 

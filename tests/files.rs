@@ -2,6 +2,8 @@
 //! damaged files.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
+#[path = "../examples/from_file/refusal.rs"]
+mod refusal;
 #[path = "../examples/from_file/setup.rs"]
 mod setup;
 
@@ -21,6 +23,7 @@ use bristle::rheology::{
 use bristle::rolling::AnyPressure;
 use bristle::scene::{PlaneBody, PlaneBodyParameters};
 use bristle::signal::AnySignal;
+use bristle::stability::{self, Scheme};
 use bristle::{
     AnyBristle, Bounds, Bristle, Contact, ElastoPlastic, FoldRule, FrBd, ImplicitBristle, LuGre,
     Mechanism, paper,
@@ -190,8 +193,7 @@ fn a_refused_parameter_is_found_at_its_own_line() {
     ] {
         let text = text.replace(good, bad);
         assert!(text.contains(bad));
-        let error = toml::from_str::<Setup>(&text).unwrap_err();
-        let (line, column) = setup::place(&text, &error).unwrap();
+        let (line, column) = refusal::read(&text).unwrap_err().place.unwrap();
         let there: String = text.lines().nth(line - 1).unwrap().chars().skip(column - 1).collect();
         let key = bad.split(' ').next().unwrap();
         let value = bad.rsplit(' ').next().unwrap();
@@ -205,9 +207,140 @@ fn a_refused_parameter_is_found_at_its_own_line() {
         1,
     );
     let bad = bad.replace("spring_stiffness = 2.0", "spring_stiffness = -2.0");
-    let error = toml::from_str::<Setup>(&bad).unwrap_err();
+    let refusal = refusal::read(&bad).unwrap_err();
     let line = bad.lines().position(|line| line.contains("= -2.0")).unwrap() + 1;
-    assert_eq!(setup::place(&bad, &error).unwrap().0, line, "{error}");
+    assert_eq!(refusal.place.unwrap().0, line, "{refusal}");
+}
+
+/// What the example says of a text that it refuses at once or as it runs.
+fn refused(text: &str) -> String {
+    let run = refusal::read(text).and_then(|setup| {
+        setup.run().map_err(|error| refusal::Refusal::of_run(text, error.to_string()))
+    });
+    run.map(|table| table.rows.len()).unwrap_err().to_string()
+}
+
+#[test]
+fn solver_keys_that_are_out_of_range_or_contradict_are_refused_at_their_line() {
+    let (_, rig) = FILES[0]; // lines 5 to 8: end, samples, method, tolerance
+    let (_, braking) = FILES[9]; // lines 4 to 6: end, samples, step
+    for (text, good, bad, expected) in [
+        (rig, "end = 60.0 ", "end = -1.0 ", ":5:1: end is -1, but must be positive and finite"),
+        (rig, "end = 60.0 ", "end = 0 ", ":5:1: end is 0, but must be positive and finite"),
+        (rig, "end = 60.0 ", "end = inf ", ":5:1: end is inf, but must be positive and finite"),
+        (rig, "samples = 6001", "samples = 1", ":6:1: samples is 1, but must lie between 2 and"),
+        (rig, "tolerance = 1e-6", "tolerance = 0", ":8:1: tolerance is 0, but must lie between"),
+        (rig, "tolerance = 1e-6", "tolerance = 1", ":8:1: tolerance is 1, but must be at most"),
+        (rig, "tolerance", "step", ":8:1: step is 0.000001, but must be absent: the method auto"),
+        (
+            rig,
+            "tolerance = 1e-6",
+            "tolerance = 1e-6\nstep = 1e-3",
+            ":9:1: step is 0.001, but must be absent: tolerance chooses the steps",
+        ),
+        (
+            rig,
+            "\"automatic\"",
+            "\"runge_kutta4\"",
+            ":8:1: tolerance is 0.000001, but must be absent: runge_kutta4 takes steps of",
+        ),
+        (
+            rig,
+            "\"automatic\"  # dormand_prince, dormand_prince8, rodas4, rodas5p, \
+             runge_kutta4\ntolerance = 1e-6",
+            "\"runge_kutta4\"\n",
+            ":7:1: method is runge_kutta4, but must come with a step",
+        ),
+        (braking, "step", "tolerance", ":6:1: tolerance is 0.005, but must be absent: a braked"),
+        (
+            braking,
+            "step",
+            "method = \"rodas4\"\nstep",
+            ":6:1: method is rodas4, but must be absent: a braked wheel takes passive steps",
+        ),
+        (braking, "step = 5e-3", "step = 0.0", ":6:1: step is 0, but must be finite and at least"),
+    ] {
+        let text = text.replacen(good, bad, 1);
+        assert!(text.contains(bad), "{good}");
+        let refused = refused(&text);
+        assert!(refused.starts_with(expected), "{bad}: {refused}");
+    }
+}
+
+#[test]
+fn fixed_steps_beyond_the_stable_ones_are_refused() {
+    // A light mass on stiff bristles, driven harmonically: ω = √(σ0 p/m) = 4000 rad/s.
+    let valve = |solver: &str| {
+        format!(
+            "[solver]\nend = 0.01\nsamples = 11\n{solver}
+[scene.mass_spring_damper]
+drive_velocity = 0.0
+force.sine = {{ mean = 0.0, amplitude = 20.0, frequency = 100.0, phase = 0.0 }}
+mechanism = {{ mass = 0.1, spring_stiffness = 12e3, viscous_damping = 10.0 }}
+contact.normal_force = 1.0
+[scene.mass_spring_damper.contact.model.frbd]
+rheology = {{ micro_stiffness = 1.6e6, micro_damping = 400.0 }}
+[scene.mass_spring_damper.contact.model.frbd.curve.stribeck]
+static_coefficient = 8.0
+dynamic_coefficient = 5.0
+stribeck_velocity = 2e-3
+stribeck_exponent = 2.0
+viscous_friction = 20.0
+"
+        )
+    };
+    // m s² + (σ1 p + d) s + (σ0 p + k) = 0 at rest, c = 1: Runge–Kutta 4 is stable up to 0.66 ms.
+    let fixed = |method: &str, step: f64| valve(&format!("method = \"{method}\"\nstep = {step}"));
+    for method in ["runge_kutta4", "dormand_prince", "dormand_prince8"] {
+        let refused = refused(&fixed(method, 0.1));
+        assert!(refused.starts_with(":5:1: step is 0.1, but must be at most "), "{refused}");
+        assert!(refused.contains(&format!("{method} is unstable beyond it at t = ")), "{refused}");
+        let runs = refusal::read(&fixed(method, 1e-4)).unwrap().run().unwrap();
+        assert_eq!(runs.rows.len(), 11, "{method}");
+    }
+    // Between the limits at rest and after a reversal (c = 2), by `stability::largest_step`.
+    let SceneSetup::MassSpringDamper(rig) = refusal::read(&fixed("rodas4", 1e-4)).unwrap().scene
+    else {
+        panic!("another scene")
+    };
+    let (contact, mechanism) = (rig.contact(), rig.mechanism());
+    let limits =
+        stability::largest_step(contact, Some(mechanism), 0.0, Scheme::RungeKutta4).unwrap();
+    let (rest, reversed) = (limits.stuck_from_rest.unwrap(), limits.stuck_reversed.unwrap());
+    assert!(reversed < rest, "{limits}");
+    let late = refused(&fixed("runge_kutta4", 0.98 * rest));
+    assert!(late.contains("unstable beyond it") && !late.contains("t = 0.000000"), "{late}");
+    let first = refused(&fixed("runge_kutta4", 1.02 * rest));
+    assert!(first.contains("unstable beyond it at t = 0.000000 s"), "{first}");
+    // No step of an L-stable method is too long to be stable.
+    assert!(refusal::read(&fixed("rodas4", 5e-3)).unwrap().run().is_ok());
+    // A joint has no Jacobian of its own.
+    let (_, joint) = FILES[8];
+    let joint = |step: f64| {
+        let solver = format!("method = \"runge_kutta4\"\nstep = {step}");
+        joint.replacen("tolerance = 1e-6", &solver, 1).replacen("end = 6.0", "end = 0.1", 1)
+    };
+    let long = refused(&joint(0.1));
+    assert!(long.starts_with(":8:1: step is 0.1, but must be at most "), "{long}");
+    assert!(refusal::read(&joint(1e-4)).unwrap().run().is_ok());
+}
+
+#[test]
+fn a_choice_of_two_or_of_none_is_refused_with_what_it_lacks() {
+    let (_, text) = FILES[0];
+    let two = text.replacen("model.frbd.curve", "model.lugre.curve", 1);
+    let two = refused(&two);
+    let why = "scene.mass_spring_damper.contact.model has 2 entries, frbd and lugre, but must";
+    assert!(two.contains(why) && two.starts_with(':'), "{two}");
+    // One header of several is misspelt.
+    let spool = text.replacen("[scene.mass_spring_damper]", "[scene.spool]", 1);
+    let line = spool.lines().position(|line| line == "[scene.spool]").unwrap() + 1;
+    let spool = refused(&spool);
+    let why = "unknown variant `spool`, expected one of `prescribed_velocity`";
+    assert!(spool.contains(why) && spool.starts_with(&format!(":{line}:8: ")), "{spool}");
+    let empty = refused("[solver]\nend = 1.0\nsamples = 2\n[scene]\n");
+    let why = ":4:1: scene is empty, expected one of `prescribed_velocity`";
+    assert!(empty.starts_with(why), "{empty}");
 }
 
 #[test]
@@ -408,7 +541,7 @@ fn damaged_files_are_refused_or_valid() {
                 accepted[file] += 1;
                 check(&setup);
                 // The parameters of mechanism and solver are checked as a run begins.
-                let solver = SolverSetup { end: 0.0, samples: 2, ..setup.solver };
+                let solver = SolverSetup { end: 1e-9, samples: 2, ..setup.solver };
                 built += u32::from(Setup { solver, ..setup }.run().is_ok());
             }
         }

@@ -1,8 +1,10 @@
 //! What a file of the example `from_file` holds, and its simulation.
 
+use std::fmt::Display;
+
 use bristle::curve::AnyCurve;
 use bristle::gear::{GearFriction, GearFrictionParameters, TorqueLoad};
-use bristle::nalgebra::{SVector, Vector2};
+use bristle::nalgebra::{SMatrix, SVector, Vector2};
 use bristle::ode::{AnyMethod, Output, Solver, System, Tolerances};
 use bristle::plane::PlaneFrBd;
 use bristle::regularisation::AnyRegularisation;
@@ -18,33 +20,12 @@ use bristle::scene::{
     WheelLoads,
 };
 use bristle::signal::{AnySignal, Signal};
-use bristle::{AnyBristle, Bristle, FrBd};
+use bristle::stability::{self, Scheme};
+use bristle::{AnyBristle, Branch, Bristle, FrBd, ParameterError};
 use serde::{Deserialize, Serialize};
 
 /// What may go wrong: a refused parameter, or a run that stopped.
 pub(crate) type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
-
-/// Line and column, from 1, of what an error of a file is about.
-///
-/// A format knows where a table or a list begins in which a parameter was refused. The parameter is
-/// the first key behind it with the name and the value of the error.
-pub(crate) fn place(text: &str, error: &toml::de::Error) -> Option<(usize, usize)> {
-    let start = error.span()?.start;
-    let after = text.get(start..)?;
-    let key = error.message().split_once(" is ").and_then(|(name, rest)| {
-        let name = name.split('[').next().filter(|name| !name.contains(' '))?;
-        let value: f64 = rest.split_once(", but must")?.0.parse().ok()?;
-        after.match_indices(name).map(|found| found.0).find(|&at| {
-            let given = after.get(at + name.len()..).unwrap_or("").trim_start();
-            let given = given.strip_prefix('=').unwrap_or("").trim_start();
-            let given = given.split([',', '}', ' ', '\n']).next().unwrap_or("");
-            given.parse().is_ok_and(|given: f64| given.to_string() == value.to_string())
-        })
-    });
-    let before = text.get(..start + key.unwrap_or(0))?;
-    let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
-    Some((before.matches('\n').count() + 1, column))
-}
 
 /// A scene, and how it is solved.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -65,11 +46,11 @@ pub(crate) struct SolverSetup {
     /// Rows of the table, evenly spaced, both ends included.
     pub(crate) samples: usize,
     /// The method; `automatic` if it is absent.
-    #[serde(default)]
-    pub(crate) method: AnyMethod,
-    /// Tolerance relative to the scale of each state, for adaptive steps.
+    pub(crate) method: Option<AnyMethod>,
+    /// Tolerance relative to the scale of each state, for adaptive steps; 1e-6 if neither it nor a
+    /// step is given.
     pub(crate) tolerance: Option<f64>,
-    /// Length [s] of fixed steps, if there is no tolerance.
+    /// Length [s] of fixed steps, in place of a tolerance.
     pub(crate) step: Option<f64>,
 }
 
@@ -200,10 +181,7 @@ impl Setup {
     /// Simulates the scene.
     pub(crate) fn run(&self) -> Result<Table> {
         let solver = &self.solver;
-        if !(2..=10_000_000).contains(&solver.samples) {
-            let samples = solver.samples;
-            return Err(format!("samples is {samples}, but must lie between 2 and 1e7").into());
-        }
+        solver.check(matches!(self.scene, SceneSetup::BrakedWheel(_)))?;
         match &self.scene {
             SceneSetup::PrescribedVelocity(scene) => {
                 let columns = vec![BODY[1], BODY[2], FORCE];
@@ -253,7 +231,55 @@ impl Setup {
 }
 
 impl SolverSetup {
+    /// Refuses a number out of its range, and keys that contradict each other.
+    fn check(&self, passive: bool) -> Result<()> {
+        let Self { end, samples, method, tolerance, step } = *self;
+        if !(end > 0.0 && end.is_finite()) {
+            return Err(format!("end is {end}, but must be positive and finite").into());
+        }
+        if !(2..=10_000_000).contains(&samples) {
+            return Err(format!("samples is {samples}, but must lie between 2 and 1e7").into());
+        }
+        if let Some(step) = step
+            && !(step >= 1e-9 * end && step.is_finite())
+        {
+            let least = 1e-9 * end;
+            let rule = format!("must be finite and at least a billionth of end = {least}");
+            return Err(format!("step is {step}, but {rule}").into());
+        }
+        if let Some(tolerance) = tolerance {
+            let named = |refused| ParameterError { name: "tolerance", component: None, ..refused };
+            Tolerances::scaled(tolerance, SVector::<f64, 1>::repeat(1.0)).map_err(named)?;
+        }
+        let absent = |key, value: &dyn Display, why| {
+            Err(format!("{key} is {value}, but must be absent: {why}").into())
+        };
+        let chosen = method.unwrap_or_default();
+        match (method, tolerance, step) {
+            (Some(method), ..) if passive => {
+                absent("method", &method, "a braked wheel takes passive steps of length `step`")
+            }
+            (_, Some(tolerance), _) if passive => {
+                absent("tolerance", &tolerance, "a braked wheel takes steps of length `step`")
+            }
+            _ if passive => Ok(()),
+            (_, Some(_), Some(step)) => absent("step", &step, "tolerance chooses the steps"),
+            (_, _, Some(step)) if chosen == AnyMethod::Automatic => {
+                absent("step", &step, "the method automatic chooses the steps")
+            }
+            (_, Some(tolerance), _) if chosen == AnyMethod::RungeKutta4 => {
+                absent("tolerance", &tolerance, "runge_kutta4 takes steps of length `step`")
+            }
+            (_, _, None) if chosen == AnyMethod::RungeKutta4 => {
+                Err("method is runge_kutta4, but must come with a step".into())
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Integrates a system, and makes a row of each sample.
+    ///
+    /// Fixed steps must be stable at the start, at every sample and at every reversal.
     fn run<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
         system: &S,
@@ -261,14 +287,28 @@ impl SolverSetup {
         columns: Vec<Column>,
         row: impl Fn(f64, &SVector<f64, N>) -> Vec<f64>,
     ) -> Result<Table> {
-        let solver = match (self.tolerance, self.step) {
-            (None, Some(step)) => Solver::fixed(self.method, step)?,
-            (tolerance, _) => {
-                let tolerance = tolerance.unwrap_or(1e-6);
-                Solver::adaptive(self.method, Tolerances::scaled(tolerance, system.scales())?)
+        let method = self.method.unwrap_or_default();
+        let solver = match self.step {
+            Some(step) => Solver::fixed(method, step)?,
+            None => {
+                let tolerance = self.tolerance.unwrap_or(1e-6);
+                Solver::adaptive(method, Tolerances::scaled(tolerance, system.scales())?)
             }
         };
+        let sides = [Branch::Forward, Branch::Backward].map(|side| [side; K]);
+        for side in sides {
+            self.check_step(system, 0.0, &start, side)?;
+        }
         let run = solver.solve(system, 0.0..self.end, start, Output::Uniform(self.samples))?;
+        for (time, state) in run.iter() {
+            let branches = system.sliding_velocities(time, state).map(Branch::towards);
+            self.check_step(system, time, state, branches)?;
+        }
+        for reversal in run.reversals() {
+            for side in sides {
+                self.check_step(system, reversal.time, &reversal.state, side)?;
+            }
+        }
         let rows = run.iter().map(|(time, state)| {
             let mut line = vec![time];
             line.extend(row(time, state));
@@ -276,6 +316,59 @@ impl SolverSetup {
         });
         Ok(Table { columns, rows: rows.collect() })
     }
+
+    /// Refuses a fixed step in which a small motion about a state would grow although it decays.
+    fn check_step<S: System<f64, N, K>, const N: usize, const K: usize>(
+        &self,
+        system: &S,
+        time: f64,
+        state: &SVector<f64, N>,
+        branches: [Branch; K],
+    ) -> Result<()> {
+        let method = self.method.unwrap_or_default();
+        let (Some(step), Some(scheme)) = (self.step, explicit(method)) else { return Ok(()) };
+        let jacobian = match system.linearised(time, state, branches) {
+            Some(tangent) => tangent.by_state,
+            None => differences(system, time, state, branches),
+        };
+        match stability::largest_step_of(&jacobian, scheme) {
+            Some(limit) if step > limit => {
+                let why = format!("{method} is unstable beyond it at t = {time:.6} s");
+                Err(format!("step is {step}, but must be at most {limit:.2e}: {why}").into())
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The scheme of a method that has a longest stable step.
+fn explicit(method: AnyMethod) -> Option<Scheme> {
+    match method {
+        AnyMethod::DormandPrince => Some(Scheme::DormandPrince),
+        AnyMethod::DormandPrince8 => Some(Scheme::DormandPrince8),
+        AnyMethod::RungeKutta4 => Some(Scheme::RungeKutta4),
+        _ => None,
+    }
+}
+
+/// The Jacobian of a right-hand side, by central differences.
+fn differences<S: System<f64, N, K>, const N: usize, const K: usize>(
+    system: &S,
+    time: f64,
+    state: &SVector<f64, N>,
+    branches: [Branch; K],
+) -> SMatrix<f64, N, N> {
+    let mut jacobian = SMatrix::<f64, N, N>::zeros();
+    for (index, scale) in system.scales().iter().enumerate() {
+        let little = 6e-6 * scale.max(state[index].abs());
+        let rate = |by: f64| {
+            let mut moved = *state;
+            moved[index] += by;
+            system.rate(time, &moved, branches)
+        };
+        jacobian.set_column(index, &((rate(little) - rate(-little)) / (2.0 * little)));
+    }
+    jacobian
 }
 
 impl Viscoelastic {
