@@ -178,10 +178,15 @@ const BODY: [Column; 3] = [
 ];
 
 impl Setup {
-    /// Simulates the scene.
+    /// Checks the solver's keys and simulates the scene.
     pub(crate) fn run(&self) -> Result<Table> {
+        self.solver.check(matches!(self.scene, SceneSetup::BrakedWheel(_)))?;
+        self.simulate()
+    }
+
+    /// Simulates the scene.
+    pub(crate) fn simulate(&self) -> Result<Table> {
         let solver = &self.solver;
-        solver.check(matches!(self.scene, SceneSetup::BrakedWheel(_)))?;
         match &self.scene {
             SceneSetup::PrescribedVelocity(scene) => {
                 let columns = vec![BODY[1], BODY[2], FORCE];
