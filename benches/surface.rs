@@ -1,5 +1,5 @@
-//! Steps of a square contact surface of n² points beside those of its cheap model, three axes with a
-//! spin radius, all within one run: microseconds, and ratios. `cargo bench --bench surface`.
+//! Steps of a square contact surface of n² points beside those of its cheap model, three axes with
+//! a spin radius, all within one run: microseconds, and ratios. `cargo bench --bench surface`.
 //!
 //! Twist (0.1 m/s, −0.05 m/s, 1.59 rad/s) and step (0.1 ms) are those of the published script of G.
 //! A. Waltersson and Y. Karayiannidis, "Planar friction modelling with LuGre dynamics and limit
@@ -8,8 +8,8 @@
 //! an exact or a passive one; theirs reads its limit surface from a table, ours is the ellipsoid.
 //!
 //! The last column is the time of a passive step whose points are stored over that of one whose
-//! points are computed twice. Every line is the best of many rounds, and the lines take turns, so that other load of the
-//! machine affects them alike.
+//! points are computed twice. Every line is the best of many rounds, and the lines take turns, so
+//! that other load of the machine affects them alike.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -1,10 +1,10 @@
 //! Which step and which scheme a real-time simulation can afford: the stick-slip rig of the paper
 //! (section V-A, Table 2) in fixed steps of 20 µs to 20 ms, in `f32` and in `f64`.
 //!
-//! The error is the root mean square of that of the spring's elongation over the whole run. The cost
-//! is the time of the processor for one second simulated, from the median of many short parts of the
-//! run. A scheme is called unstable from the first step on at which it diverges, or where its
-//! velocity zigzags from step to step by more than 0.4 mm/s while the rig should stick.
+//! The error is the root mean square of that of the spring's elongation over the whole run. The
+//! cost is the time of the processor for one second simulated, from the median of many short parts
+//! of the run. A scheme is called unstable from the first step on at which it diverges, or where
+//! its velocity zigzags from step to step by more than 0.4 mm/s while the rig should stick.
 //!
 //! Leaves `real_time.csv` and `real_time.svg`. Times differ between machines; the ratios of the
 //! schemes hardly do.

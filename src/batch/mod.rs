@@ -59,8 +59,8 @@
 //! axis, then those of all bristles along the second. Of n bristles it has N n numbers.
 //!
 //! At v\* each axis i is a bristle of its own, as in [`plane`](crate::plane): its μ is
-//! aᵢ² μ(‖v\*‖), its |v\*| the weighted speed ‖(aᵢ vᵢ\*)‖. So the energy balance holds for each axis.
-//! A deflection is cut to aᵢ(μ_s + σ2 Σ|v̄ⱼ|)/σ0ᵢ. A speed whose square overflows counts as
+//! aᵢ² μ(‖v\*‖), its |v\*| the weighted speed ‖(aᵢ vᵢ\*)‖. So the energy balance holds for each
+//! axis. A deflection is cut to aᵢ(μ_s + σ2 Σ|v̄ⱼ|)/σ0ᵢ. A speed whose square overflows counts as
 //! infinite, one whose square underflows as zero.
 //!
 //! ```

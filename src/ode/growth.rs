@@ -12,8 +12,8 @@
 //! The exponential is that of two half steps, each the Padé approximation
 //! (1 + A/3)/(1 − 2A/3 + A²/6) of order 3, which is L-stable: what dies out in the system dies out
 //! here. A step that is as long as half a swing of a stuck mass then turns the error by the right
-//! angle; in one piece it would leave a part that the slip after it enlarges. The rate is continuous
-//! at a reversal, so e passes it unchanged.
+//! angle; in one piece it would leave a part that the slip after it enlarges. The rate is
+//! continuous at a reversal, so e passes it unchanged.
 //!
 //! Source: E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", 2nd edition
 //! (Springer, 1996), section IV.3.

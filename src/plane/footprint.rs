@@ -15,8 +15,8 @@
 //! symmetric, positive semidefinite 3 × 3 matrix.
 //!
 //! Three axes with a spin radius (see the [module](super)) are the cheap model, with an ellipsoid
-//! for the limit surface; [`Footprint::limit_ellipsoid`] tells its error. The footprint does not roll: all places and deflections are in axes that
-//! the body carries.
+//! for the limit surface; [`Footprint::limit_ellipsoid`] tells its error. The footprint does not
+//! roll: all places and deflections are in axes that the body carries.
 //!
 //! Source: the limit surface as a sum over the points of a patch is that of S. Goyal, A. Ruina,
 //! J. Papadopoulos, "Planar sliding with dry friction", Wear 143 (1991).
@@ -147,7 +147,8 @@ pub struct CompletedFootprintStep<T: Scalar> {
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitEllipsoid<T> {
-    /// Radius R \[m\] of the spin as a third axis R ω: full friction torque over full friction force.
+    /// Radius R \[m\] of the spin as a third axis R ω: full friction torque over full friction
+    /// force.
     pub spin_radius: T,
     /// Largest relative error \[–\] of the wrench (F_x, F_y, M/R) in size, over all directions of
     /// the twist.
@@ -201,8 +202,8 @@ where
         })
     }
 
-    /// The ellipsoid of three axes that is nearest to the limit surface of these points, and how far
-    /// it is from it: whether the cheap model will do.
+    /// The ellipsoid of three axes that is nearest to the limit surface of these points, and how
+    /// far it is from it: whether the cheap model will do.
     ///
     /// It is of constant friction, equal along both axes, and tells nothing of the friction curve.
     /// Evaluates the points 1041 times.
@@ -211,9 +212,10 @@ where
     /// # use bristle::curve::{Coulomb, CoulombParameters};
     /// # use bristle::plane::{Footprint, PlaneBristle, PlaneFrBd, rectangle_points};
     /// # use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-    /// # let curve = Coulomb::new(CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 })?;
-    /// # let bristle =
-    /// #     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 10.0 })?;
+    /// # let curve =
+    /// #     Coulomb::new(CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 })?;
+    /// # let bristle = KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 10.0 };
+    /// # let bristle = KelvinVoigt::new(bristle)?;
     /// # let contact = PlaneFrBd::isotropic(curve, bristle).under_load(10.0)?;
     /// let points: Vec<_> = rectangle_points([0.1, 0.1], [20, 20]).collect();
     /// let square = Footprint::new(contact, points)?.limit_ellipsoid();

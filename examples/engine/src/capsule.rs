@@ -54,8 +54,8 @@ fn across(v: Vector) -> Vector2<f64> {
 }
 
 /// How far the capsule slips through the grip in the first second of gravity [m] and how fast from
-/// then on [m/s], over a time [s] at some steps a second, under a normal force [N] and gravity at an
-/// angle [rad] to the vertical in the plane of the pads.
+/// then on [m/s], over a time [s] at some steps a second, under a normal force [N] and gravity at
+/// an angle [rad] to the vertical in the plane of the pads.
 pub fn slip(
     grip: Grip,
     (rate, seconds): (f64, f64),
