@@ -326,6 +326,16 @@ viscous_friction = 20.0
 }
 
 #[test]
+fn the_file_on_the_page_runs() {
+    let page = include_str!("../docs/files.md");
+    let text = page.split("```toml\n").nth(1).and_then(|text| text.split("```").next()).unwrap();
+    let table = refusal::read(text).unwrap().run().unwrap();
+    assert_eq!(table.rows.len(), 2001);
+    // It slides: 8 N against 4 N, and 6 N to break away.
+    assert!(table.rows.iter().any(|row| row[2].abs() > 0.1));
+}
+
+#[test]
 fn a_choice_of_two_or_of_none_is_refused_with_what_it_lacks() {
     let (_, text) = FILES[0];
     let two = text.replacen("model.frbd.curve", "model.lugre.curve", 1);
