@@ -80,7 +80,7 @@ fn main() -> ExitCode {
             .parse()?;
         let files = [arguments.files("log"), arguments.files("held-out")];
         let (mut joint, mut models) = (joint(&arguments)?, models(arguments.text("model"))?);
-        let (seen, unseen) = if files[0].is_empty() {
+        let (fitted, held_out) = if files[0].is_empty() {
             joint = joint.with(Term::Gravity);
             if arguments.text("model") == "all" {
                 models = vec![
@@ -96,8 +96,8 @@ fn main() -> ExitCode {
         } else {
             (logs::read(&files[0], &arguments)?, logs::read(&files[1], &arguments)?)
         };
-        let fit = search(&joint, &models, [&seen, &unseen], &arguments)?;
-        report(&fit, [&seen, &unseen], &arguments)
+        let fit = search(&joint, &models, [&fitted, &held_out], &arguments)?;
+        report(&fit, [&fitted, &held_out], &arguments)
     })
 }
 
@@ -168,7 +168,7 @@ fn models(text: &str) -> Result<Vec<Friction>, Box<dyn Error>> {
 fn search(
     joint: &Joint,
     models: &[Friction],
-    [seen, unseen]: [&[Named]; 2],
+    [fitted, held_out]: [&[Named]; 2],
     arguments: &Values,
 ) -> Result<JointFit, Box<dyn Error>> {
     let loss = match arguments.text("loss") {
@@ -179,7 +179,7 @@ fn search(
     };
     let gradient_runs = arguments.count("runs");
     let settings = Settings { loss, gradient_runs, ..Settings::default() };
-    let [seen, unseen] = [seen, unseen].map(logs::logs);
+    let [fitted, held_out] = [fitted, held_out].map(logs::logs);
     let parts = models.len() * gradient_runs;
     let mut bar = support::Progress::new("runs, of at most", parts);
     let mut watch = |now: &Progress<'_>| {
@@ -187,12 +187,12 @@ fn search(
         ControlFlow::Continue(())
     };
     let fit = if let [model] = models {
-        let fit = mechanism::fit(joint, model, &seen, &unseen, &settings, &mut watch)?;
+        let fit = mechanism::fit(joint, model, &fitted, &held_out, &settings, &mut watch)?;
         bar.reach(parts);
         println!("{fit}");
         fit
     } else {
-        let found = mechanism::compare(joint, models, &seen, &unseen, &settings, &mut watch)?;
+        let found = mechanism::compare(joint, models, &fitted, &held_out, &settings, &mut watch)?;
         bar.reach(parts);
         println!("{found}");
         found.named().ok_or("no model was fitted")?.clone()
@@ -203,7 +203,7 @@ fn search(
 /// Errors log by log, table, chart and model.
 fn report(
     fit: &JointFit,
-    [seen, unseen]: [&[Named]; 2],
+    [fitted, held_out]: [&[Named]; 2],
     arguments: &Values,
 ) -> Result<(), Box<dyn Error>> {
     let mut table = Csv::create(
@@ -211,12 +211,16 @@ fn report(
         "identify",
         &["part", "log", "t", "measured", "simulated"],
     )?;
-    let columns = unseen.len().clamp(1, 2);
-    let mut figure = Figure::new(860, 60 + 230 * unseen.len().min(PANELS).div_ceil(columns) as u32)
-        .title(format!("Position of logs that were not fitted, and of the model {}", fit.friction))
-        .columns(columns);
+    let columns = held_out.len().clamp(1, 2);
+    let mut figure =
+        Figure::new(860, 60 + 230 * held_out.len().min(PANELS).div_ceil(columns) as u32)
+            .title(format!(
+                "Position of logs that were not fitted, and of the model {}",
+                fit.friction
+            ))
+            .columns(columns);
     println!("mean error of the simulated position, its size [rad]");
-    for (part, logs) in [("fitted", seen), ("held out", unseen)] {
+    for (part, logs) in [("fitted", fitted), ("held out", held_out)] {
         let mut sum = 0.0;
         for (place, Named { name, log }) in logs.iter().enumerate() {
             let simulated = fit.simulate(log)?;

@@ -133,15 +133,15 @@ fn by_name(option: &str, text: &str, stem: &str) -> Result<f64, Box<dyn Error>> 
 
 /// The last third of every log is held out.
 pub(crate) fn split(whole: Vec<Named>) -> Result<(Vec<Named>, Vec<Named>), Box<dyn Error>> {
-    let (mut seen, mut unseen) = (Vec::new(), Vec::new());
+    let (mut fitted, mut held_out) = (Vec::new(), Vec::new());
     for Named { name, log } in whole {
         let times = log.times();
         let at = times.get(times.len() * 2 / 3).copied().unwrap_or(0.0);
         let (first, last) = (log.between(f64::MIN, at)?, log.between(at, f64::MAX)?);
-        unseen.push(Named { name: format!("{name}, last third"), log: last });
-        seen.push(Named { name, log: first });
+        held_out.push(Named { name: format!("{name}, last third"), log: last });
+        fitted.push(Named { name, log: first });
     }
-    Ok((seen, unseen))
+    Ok((fitted, held_out))
 }
 
 /// Of the encoder.
@@ -200,6 +200,6 @@ pub(crate) fn synthetic() -> Result<(Vec<Named>, Vec<Named>), Box<dyn Error>> {
         let log = DriveLog::new(DriveLogParameters::new(&time, &position, drive))?;
         Ok(Named { name: name.to_owned(), log })
     };
-    let seen = vec![log("small swings", 0.1, 0.0)?, log("large swings", 0.35, 1.0)?];
-    Ok((seen, vec![log("not fitted", 0.25, 2.0)?]))
+    let fitted = vec![log("small swings", 0.1, 0.0)?, log("large swings", 0.35, 1.0)?];
+    Ok((fitted, vec![log("not fitted", 0.25, 2.0)?]))
 }

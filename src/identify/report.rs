@@ -26,6 +26,9 @@ pub enum Identifiability {
     AtUpperBound,
     /// Its bounds are equal: it was not searched.
     Fixed,
+    /// Its standard error is small, but the model does not explain the log: the parameter of a
+    /// model that is not that of the log.
+    Unexplained,
 }
 
 impl fmt::Display for Identifiability {
@@ -37,6 +40,7 @@ impl fmt::Display for Identifiability {
             Identifiability::AtLowerBound => "AT ITS LOWER BOUND",
             Identifiability::AtUpperBound => "AT ITS UPPER BOUND",
             Identifiability::Fixed => "fixed",
+            Identifiability::Unexplained => "of a model that does not explain the log",
         })
     }
 }
@@ -69,8 +73,11 @@ pub enum Outcome {
     /// No step lowers the sum of squares, although its gradient says that one should, or changes of
     /// one parameter by 5 % keep lowering it: the best point found is no minimum.
     Stalled,
-    /// The limit of iterations was reached.
+    /// The limit of iterations was reached, [`Settings::iterations`](super::Settings::iterations).
     IterationLimit,
+    /// The limit of runs with derivatives was reached, `gradient_runs` of
+    /// [`mechanism::Settings`](super::mechanism::Settings::gradient_runs).
+    RunLimit,
     /// The callback stopped the search.
     Stopped,
     /// At the best point the model has no finite sensitivities.
@@ -82,7 +89,12 @@ impl fmt::Display for Outcome {
         f.pad(match self {
             Outcome::Converged => "converged",
             Outcome::Stalled => "NOT CONVERGED: stalled short of the minimum",
-            Outcome::IterationLimit => "NOT CONVERGED: iterations used up",
+            Outcome::IterationLimit => {
+                "NOT CONVERGED: iterations used up: raise `Settings::iterations`"
+            }
+            Outcome::RunLimit => {
+                "NOT CONVERGED: gradient_runs used up: raise `Settings::gradient_runs`"
+            }
             Outcome::Stopped => "NOT CONVERGED: broken off",
             Outcome::NoDerivative => "NOT CONVERGED: no finite sensitivities",
         })
@@ -103,6 +115,20 @@ pub enum Remark {
     /// One load only: the external torque hardly changes, so that factors of the load cannot be
     /// told from a constant friction. They are marked undetermined.
     OneLoad,
+    /// No external torque is modelled or measured, so that factors of the load cannot be told from
+    /// a constant friction: a [`Term`](super::mechanism::Term) may be missing. They are marked
+    /// undetermined.
+    NoExternalTorque,
+    /// The model does not explain a log: the errors of the position are larger than a third of the
+    /// standard deviation of the motion. No parameter is determined then.
+    Unexplained {
+        /// Number of the log, from zero.
+        log: usize,
+        /// Root mean square of the errors over the segments that were fitted \[rad\].
+        rmse: f64,
+        /// Standard deviation of the position over these segments \[rad\].
+        motion: f64,
+    },
     /// The motion is so sensitive to the parameters that simulations over the length asked for say
     /// nothing: shorter ones were fitted.
     Shortened {
@@ -138,6 +164,16 @@ pub enum Remark {
     },
 }
 
+impl Remark {
+    /// Whether the estimates are not those of the model that was fitted, whatever their errors.
+    fn is_objection(&self) -> bool {
+        matches!(
+            self,
+            Self::LooksLikeMotorTorque { .. } | Self::Unexplained { .. } | Self::ManyTurns { .. }
+        )
+    }
+}
+
 impl fmt::Display for Remark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
@@ -148,6 +184,15 @@ impl fmt::Display for Remark {
             }
             Self::OneLoad => {
                 write!(f, "ONE LOAD ONLY: factors of the load are not told from constant friction")
+            }
+            Self::NoExternalTorque => {
+                write!(f, "no external torque is modelled: a `Term` missing? ")?;
+                write!(f, "Factors of the load are not told from constant friction")
+            }
+            Self::Unexplained { log, rmse, motion } => {
+                let (rmse, motion) = (Number(rmse), Number(motion));
+                write!(f, "log {log}: THIS MODEL DOES NOT EXPLAIN THE LOG: ")?;
+                write!(f, "rmse {rmse:.3} rad of a motion of {motion:.3} rad")
             }
             Self::Shortened { asked, fitted } => {
                 let (asked, fitted) = (Number(asked), Number(fitted));
@@ -232,11 +277,13 @@ impl Fit {
         self
     }
 
-    /// Whether every parameter is determined, or fixed, and nothing speaks against it.
+    /// Whether every parameter is determined, or fixed, and no remark says that the model or a unit
+    /// is not that of the log. Other remarks, as of gaps, do not count.
     pub fn is_determined(&self) -> bool {
         let known =
             |verdict| matches!(verdict, Identifiability::Determined | Identifiability::Fixed);
-        self.remarks.is_empty() && self.estimates.iter().all(|estimate| known(estimate.verdict))
+        let sound = !self.remarks.iter().any(Remark::is_objection);
+        sound && self.estimates.iter().all(|estimate| known(estimate.verdict))
     }
 }
 

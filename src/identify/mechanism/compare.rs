@@ -42,8 +42,8 @@ pub struct Comparison {
     pub standard_error: f64,
 }
 
-/// Fits all candidates to the logs `seen`, and names the simplest one that predicts the logs
-/// `unseen` as well as the best. Each candidate is started from the logs and from the best one
+/// Fits all candidates to the logs `fitted`, and names the simplest one that predicts the logs
+/// `held_out` as well as the best. Each candidate is started from the logs and from the best one
 /// before it: put the simpler ones first.
 ///
 /// The callback can stop: the candidates so far are compared.
@@ -55,19 +55,19 @@ pub struct Comparison {
 pub fn compare(
     joint: &Joint,
     candidates: &[Friction],
-    seen: &[DriveLog],
-    unseen: &[DriveLog],
+    fitted: &[DriveLog],
+    held_out: &[DriveLog],
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Comparison, ParameterError> {
     parameter::count("candidates", candidates.len(), 1)?;
-    parameter::count("logs held out", unseen.len(), 1)?;
+    parameter::count("logs held out", held_out.len(), 1)?;
     let (mut fits, mut refused) = (Vec::<JointFit>::new(), Vec::new());
     for (number, friction) in candidates.iter().enumerate() {
         // The best so far, by the positions that were fitted.
-        let error = |fit: &&JointFit| fit.seen.simulated.rmse;
+        let error = |fit: &&JointFit| fit.fitted.simulated.rmse;
         let simpler = fits.iter().min_by(|a, b| error(a).total_cmp(&error(b)));
-        match fit_number(number, joint, friction, seen, unseen, settings, simpler, progress) {
+        match fit_number(number, joint, friction, fitted, held_out, settings, simpler, progress) {
             Ok(fit) => {
                 let stopped = fit.fit.outcome == Outcome::Stopped;
                 fits.push(fit);
@@ -78,9 +78,9 @@ pub fn compare(
             Err(error) => refused.push((*friction, error)),
         }
     }
-    let smoothed: Vec<_> = unseen.iter().map(smooth).collect();
+    let smoothed: Vec<_> = held_out.iter().map(smooth).collect();
     let windows = |fit: &JointFit| {
-        let parts = fit.residuals(unseen, &smoothed, Criterion::Segments(f64::INFINITY));
+        let parts = fit.residuals(held_out, &smoothed, Criterion::Segments(f64::INFINITY));
         let mut squares = Vec::new();
         for part in &parts {
             let length = part.len().div_ceil(WINDOWS).max(1);
@@ -128,11 +128,17 @@ impl Comparison {
 
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:28} {:>5}  held out: torque [N m]  ", "rmse", "free")?;
+        write!(f, "{:28} {:>5} {:>10}  ", "rmse", "free", "fitted on")?;
+        write!(f, "held out: torque [N m]  ")?;
         writeln!(f, "segments [rad]  whole logs [rad]   search")?;
         for (i, fit) in self.fits.iter().enumerate() {
-            write!(f, "{:28} {:>5}", fit.friction, fit.searched())?;
-            let Scores { inverse, segments, simulated } = fit.unseen.unwrap_or(fit.seen);
+            let over = match fit.horizon {
+                f64::INFINITY => "whole logs".into(),
+                0.0 => "torques".into(),
+                length => alloc::format!("{:.3} s", Number(length)),
+            };
+            write!(f, "{:28} {:>5} {over:>10}", fit.friction, fit.searched())?;
+            let Scores { inverse, segments, simulated } = fit.held_out.unwrap_or(fit.fitted);
             for score in [inverse, segments, simulated] {
                 write!(f, "  {:>15.4}", Number(score.rmse))?;
             }

@@ -81,6 +81,19 @@ pub(super) fn segments(log: &DriveLog, length: f64) -> Vec<Range<usize>> {
     segments
 }
 
+/// The numbers of residuals of the parts of a log: of its segments, or of all its rows.
+pub(super) fn counts(log: &DriveLog, criterion: Criterion) -> Vec<usize> {
+    match criterion {
+        Criterion::Inverse => {
+            let pieces = segments(log, f64::INFINITY);
+            alloc::vec![pieces.into_iter().map(|piece| piece.len() + 1).sum()]
+        }
+        Criterion::Segments(length) => {
+            segments(log, length).into_iter().map(|segment| segment.len()).collect()
+        }
+    }
+}
+
 impl Errors<'_> {
     fn of_log<T: Scalar>(
         &self,
@@ -166,16 +179,7 @@ impl Errors<'_> {
         let mut rest = all.as_slice();
         let mut parts = Vec::new();
         for log in self.data.logs {
-            let counts: Vec<usize> = match self.criterion {
-                Criterion::Inverse => {
-                    let pieces = segments(log, f64::INFINITY);
-                    alloc::vec![pieces.into_iter().map(|piece| piece.len() + 1).sum()]
-                }
-                Criterion::Segments(length) => {
-                    segments(log, length).into_iter().map(|segment| segment.len()).collect()
-                }
-            };
-            for count in counts {
+            for count in counts(log, self.criterion) {
                 let (part, others) = rest.split_at_checked(count).unwrap_or((rest, &[]));
                 parts.push(part.to_vec());
                 rest = others;

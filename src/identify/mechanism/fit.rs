@@ -13,8 +13,9 @@ use super::Loss;
 use super::criteria::{Criterion, Data, Errors};
 use super::friction::Friction;
 use super::joint::{Joint, Table};
+use super::judge::judge;
 use super::log::DriveLog;
-use super::report::{JointFit, Scores};
+use super::report::JointFit;
 use super::smooth::{Smoothed, smooth};
 use super::start::{Guess, guess};
 use crate::identify::least_squares::minimise;
@@ -37,7 +38,8 @@ pub struct Settings {
     pub step: f64,
     /// What is minimised in the last stage.
     pub loss: Loss,
-    /// Most runs with derivatives over all stages.
+    /// Most runs with derivatives over all stages. Where they end a search, the result is marked
+    /// [`Outcome::RunLimit`].
     pub gradient_runs: usize,
     /// Relative change of the sum of squares below which a stage has converged.
     pub tolerance: f64,
@@ -94,15 +96,12 @@ const NEARLY_ALL: f64 = 0.95;
 const RARE: f64 = 100.0;
 /// Most halvings of the segments.
 const HALVINGS: usize = 8;
-/// Range of positions of a pendulum [rad] that looks like degrees: more than four turns.
-const TURNS: f64 = 25.0;
-/// Variation of the external torque over the largest torque, below which there is one load only.
-const ONE_LOAD: f64 = 0.1;
 
 /// Finds inertia, friction and the other parameters of a joint from logs of drive and position.
 ///
-/// `unseen` logs are not fitted: their errors are reported beside those of the others. Parameters
-/// that each log has for itself are there those of the log of the same number, beyond it the mean.
+/// The logs `held_out` are not fitted: their errors are reported beside those of the others.
+/// Parameters that each log has for itself are there those of the log of the same number, beyond it
+/// the mean.
 ///
 /// # Errors
 ///
@@ -111,12 +110,12 @@ const ONE_LOAD: f64 = 0.1;
 pub fn fit(
     joint: &Joint,
     friction: &Friction,
-    seen: &[DriveLog],
-    unseen: &[DriveLog],
+    fitted: &[DriveLog],
+    held_out: &[DriveLog],
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<JointFit, ParameterError> {
-    fit_number(0, joint, friction, seen, unseen, settings, None, progress)
+    fit_number(0, joint, friction, fitted, held_out, settings, None, progress)
 }
 
 /// [`fit`] of a candidate with a number, also from the parameters of a simpler one.
@@ -125,13 +124,13 @@ pub(super) fn fit_number(
     candidate: usize,
     joint: &Joint,
     friction: &Friction,
-    seen: &[DriveLog],
-    unseen: &[DriveLog],
+    fitted: &[DriveLog],
+    held_out: &[DriveLog],
     settings: &Settings,
     simpler: Option<&JointFit>,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<JointFit, ParameterError> {
-    parameter::count("logs", seen.len(), 1)?;
+    parameter::count("logs", fitted.len(), 1)?;
     for (i, &horizon) in settings.horizons.iter().enumerate() {
         let rule = "be positive; it may be infinite";
         parameter::component(i, parameter::stated("horizons", horizon, horizon > 0.0, rule))?;
@@ -141,11 +140,11 @@ pub(super) fn fit_number(
     }
     parameter::positive("step", settings.step)?;
     parameter::positive("largest_sensitivity", settings.largest_sensitivity)?;
-    let smoothed: Vec<Vec<Smoothed>> = seen.iter().map(smooth).collect();
-    let guess = guess(joint, seen, &smoothed)?;
-    let mut table = joint.table(friction, &guess, seen.len())?;
+    let smoothed: Vec<Vec<Smoothed>> = fitted.iter().map(smooth).collect();
+    let guess = guess(joint, fitted, &smoothed)?;
+    let mut table = joint.table(friction, &guess, fitted.len())?;
     let start = table.clone();
-    let duration = seen.iter().map(duration).fold(0.0, f64::max);
+    let duration = fitted.iter().map(duration).fold(0.0, f64::max);
     let horizons = match settings.horizons.as_slice() {
         [] => alloc::vec![duration / 30.0, duration / 6.0, f64::INFINITY],
         given => given.to_vec(),
@@ -156,7 +155,7 @@ pub(super) fn fit_number(
     let mut found: Option<Fit> = None;
     let stages = core::iter::once(None).chain(horizons.iter().copied().map(Some));
     for (stage, asked) in stages.enumerate() {
-        let data = Data { logs: seen, smoothed: &smoothed };
+        let data = Data { logs: fitted, smoothed: &smoothed };
         let table_now = table.clone();
         let mut errors = Errors {
             joint,
@@ -179,12 +178,12 @@ pub(super) fn fit_number(
                 start_from(&errors, &mut table, simpler);
             }
             try_starts(&errors, &mut table, &start);
-            let (fitted, looked) = bearable(&mut errors, &table, &guess, settings, duration)?;
+            let (borne, looked) = bearable(&mut errors, &table, &guess, settings, duration)?;
             runs += looked;
-            if last && fitted < length {
-                remarks.push(Remark::Shortened { asked: length.min(duration), fitted });
+            if last && borne < length {
+                remarks.push(Remark::Shortened { asked: length.min(duration), fitted: borne });
             }
-            horizon = fitted;
+            horizon = borne;
         }
         // Every search ends with one more run, for the standard errors.
         let left = |runs: usize| settings.gradient_runs.saturating_sub(runs + 1);
@@ -192,7 +191,10 @@ pub(super) fn fit_number(
             None => left(runs).min(INVERSE_RUNS),
             Some(_) => left(runs) / (horizons.len() + 1 - stage).max(1),
         };
-        if iterations == 0 && found.is_some() {
+        if iterations == 0
+            && let Some(found) = &mut found
+        {
+            found.outcome = Outcome::RunLimit;
             break;
         }
         let tolerance = if last { settings.tolerance } else { 100.0 * settings.tolerance };
@@ -228,6 +230,9 @@ pub(super) fn fit_number(
     let Some(mut fit) = found else {
         return Err(parameter::refused("gradient_runs", 0.0, parameter::Rule::Count { least: 1 }));
     };
+    if fit.outcome == Outcome::IterationLimit {
+        fit.outcome = Outcome::RunLimit;
+    }
     table.number(&mut fit.estimates);
     fit.remarks.extend(remarks);
     let segment = settings.segment.unwrap_or(0.1 * duration);
@@ -235,9 +240,8 @@ pub(super) fn fit_number(
     result.gradient_runs = runs;
     result.horizon = horizon;
     result.segment = segment;
-    result.seen = result.scores(seen)?;
-    result.unseen = if unseen.is_empty() { None } else { Some(result.scores(unseen)?) };
-    judge(&mut result, seen, &smoothed);
+    result.score(fitted, held_out)?;
+    judge(&mut result, fitted, &smoothed);
     Ok(result)
 }
 
@@ -337,46 +341,6 @@ fn bearable(
     Ok((length, HALVINGS))
 }
 
-/// What speaks against the result.
-fn judge(result: &mut JointFit, logs: &[DriveLog], smoothed: &[Vec<Smoothed>]) {
-    let pendulum = result.fit.estimate("gravity_torque").is_some();
-    for (number, log) in logs.iter().enumerate() {
-        let count = log.pieces().len() - 1;
-        if count > 0 {
-            result.fit.remarks.push(Remark::Gaps { log: number, count });
-        }
-        if log.is_saturated() {
-            result.fit.remarks.push(Remark::Saturated { log: number });
-        }
-        let (least, most) = identify::log::range(&log.position);
-        if pendulum && most - least > TURNS {
-            let range = most - least;
-            result.fit.remarks.push(Remark::ManyTurns { log: number, range });
-        }
-    }
-    if !result.friction.is_loaded() {
-        return;
-    }
-    let (mut motor, mut external) = (0.0_f64, (f64::INFINITY, f64::NEG_INFINITY));
-    for (number, (log, rows)) in logs.iter().zip(smoothed).enumerate() {
-        let Ok(plant) = result.plant(log, rows, number) else { return };
-        for row in rows {
-            let torques = plant.measured(row);
-            motor = motor.max(torques.motor.abs());
-            external = (external.0.min(torques.external), external.1.max(torques.external));
-        }
-    }
-    if external.1 - external.0 < ONE_LOAD * motor {
-        result.fit.remarks.push(Remark::OneLoad);
-        for estimate in &mut result.fit.estimates {
-            if estimate.parameter.name.ends_with("load_factor") {
-                estimate.verdict = identify::Identifiability::Undetermined;
-                estimate.standard_error = f64::INFINITY;
-            }
-        }
-    }
-}
-
 impl Loss {
     /// Square roots of the weights of all residuals at a point.
     fn weights(self, errors: &Errors<'_>, values: &[f64]) -> Vec<f64> {
@@ -389,13 +353,5 @@ impl Loss {
             return Vec::new();
         }
         sizes.iter().map(|size| self.weight(size / spread)).collect()
-    }
-}
-
-impl Scores {
-    /// Of residuals by the three criteria.
-    pub(super) fn of(criteria: [&[Vec<f64>]; 3]) -> Self {
-        let [inverse, segments, simulated] = criteria.map(super::report::Score::of);
-        Self { inverse, segments, simulated }
     }
 }

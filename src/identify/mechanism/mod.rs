@@ -123,6 +123,7 @@ mod criteria;
 mod fit;
 mod friction;
 mod joint;
+mod judge;
 mod log;
 mod plant;
 mod report;

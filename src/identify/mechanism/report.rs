@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 use core::fmt;
 
-use super::criteria::{Criterion, Data, Errors};
+use super::criteria::{Criterion, Data, Errors, counts};
 use super::friction::Friction;
 use super::joint::{Joint, MotorConstants, Table, Term};
 use super::log::DriveLog;
@@ -64,12 +64,16 @@ pub struct JointFit {
     /// Length of the segments of the reported criterion \[s\].
     pub segment: f64,
     /// Errors on the logs that were fitted.
-    pub seen: Scores,
-    /// Errors on the others.
-    pub unseen: Option<Scores>,
+    pub fitted: Scores,
+    /// Errors on the logs held out.
+    pub held_out: Option<Scores>,
+    /// Errors on each log that was fitted.
+    pub fitted_logs: Vec<Scores>,
+    /// Errors on each log held out.
+    pub held_out_logs: Vec<Scores>,
     /// Runs with derivatives.
     pub gradient_runs: usize,
-    joint: Joint,
+    pub(super) joint: Joint,
     table: Table,
     constants: MotorConstants,
     fastest: f64,
@@ -91,8 +95,10 @@ impl JointFit {
             fit,
             horizon: 0.0,
             segment: 0.0,
-            seen: Scores { inverse: none, segments: none, simulated: none },
-            unseen: None,
+            fitted: Scores { inverse: none, segments: none, simulated: none },
+            held_out: None,
+            fitted_logs: Vec::new(),
+            held_out_logs: Vec::new(),
             gradient_runs: 0,
             joint: joint.clone(),
             table,
@@ -136,6 +142,49 @@ impl JointFit {
         errors.by_segment(&self.fit.values())
     }
 
+    /// Errors on logs by a criterion, log by log; NaN where the model has no answer.
+    pub(super) fn by_log(
+        &self,
+        logs: &[DriveLog],
+        smoothed: &[Vec<Smoothed>],
+        criterion: Criterion,
+    ) -> Vec<Score> {
+        let parts = self.residuals(logs, smoothed, criterion);
+        let mut rest = parts.as_slice();
+        let one = |log: &DriveLog| {
+            let count = counts(log, criterion).len();
+            let (ours, others) = rest.split_at_checked(count).unwrap_or_default();
+            rest = others;
+            Score::of(ours)
+        };
+        logs.iter().map(one).collect()
+    }
+
+    /// Takes the errors on the logs that were fitted and on those held out.
+    pub(super) fn score(
+        &mut self,
+        fitted: &[DriveLog],
+        held_out: &[DriveLog],
+    ) -> Result<(), ParameterError> {
+        self.fitted = self.scores(fitted)?;
+        self.held_out = if held_out.is_empty() { None } else { Some(self.scores(held_out)?) };
+        let each = |logs: &[DriveLog]| -> Vec<Scores> {
+            let smoothed: Vec<Vec<Smoothed>> = logs.iter().map(smooth).collect();
+            let by = |criterion| self.by_log(logs, &smoothed, criterion);
+            let [inverse, segments, simulated] = self.criteria().map(by);
+            let rows = inverse.into_iter().zip(segments).zip(simulated);
+            rows.map(|((inverse, segments), simulated)| Scores { inverse, segments, simulated })
+                .collect()
+        };
+        (self.fitted_logs, self.held_out_logs) = (each(fitted), each(held_out));
+        Ok(())
+    }
+
+    /// The criteria that are reported.
+    fn criteria(&self) -> [Criterion; 3] {
+        [Criterion::Inverse, Criterion::Segments(self.segment), Criterion::Segments(f64::INFINITY)]
+    }
+
     /// Errors on logs by all three criteria.
     ///
     /// # Errors
@@ -144,11 +193,9 @@ impl JointFit {
     pub fn scores(&self, logs: &[DriveLog]) -> Result<Scores, ParameterError> {
         self.check(logs)?;
         let smoothed: Vec<Vec<Smoothed>> = logs.iter().map(smooth).collect();
-        let by = |criterion| self.residuals(logs, &smoothed, criterion);
-        let inverse = by(Criterion::Inverse);
-        let segments = by(Criterion::Segments(self.segment));
-        let simulated = by(Criterion::Segments(f64::INFINITY));
-        Ok(Scores::of([&inverse, &segments, &simulated]))
+        let by = |criterion| Score::of(&self.residuals(logs, &smoothed, criterion));
+        let [inverse, segments, simulated] = self.criteria().map(by);
+        Ok(Scores { inverse, segments, simulated })
     }
 
     /// Refuses logs of a drive that the fit has no constants of.
@@ -265,11 +312,10 @@ impl fmt::Display for JointFit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "friction: {}", self.friction)?;
         writeln!(f, "{}", self.fit)?;
-        let horizon = Number(self.horizon);
         match self.horizon {
             f64::INFINITY => write!(f, "fitted: positions of whole logs")?,
             0.0 => write!(f, "fitted: torques")?,
-            _ => write!(f, "fitted: positions over segments of {horizon:.3} s")?,
+            _ => write!(f, "fitted: positions over segments of {:.3} s", Number(self.horizon))?,
         }
         writeln!(f, ", {} runs with derivatives", self.gradient_runs)?;
         let segment = Number(self.segment);
@@ -285,7 +331,16 @@ impl fmt::Display for JointFit {
             }
             writeln!(f)
         };
-        row("fitted", &self.seen)?;
-        self.unseen.iter().try_for_each(|scores| row("held out", scores))
+        let groups = [
+            ("fitted", Some(&self.fitted), &self.fitted_logs),
+            ("held out", self.held_out.as_ref(), &self.held_out_logs),
+        ];
+        for (name, all, logs) in groups {
+            all.iter().try_for_each(|scores| row(name, scores))?;
+            for (number, scores) in logs.iter().enumerate().filter(|_| logs.len() > 1) {
+                row(&alloc::format!("  log {number}"), scores)?;
+            }
+        }
+        Ok(())
     }
 }
