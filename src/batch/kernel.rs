@@ -98,7 +98,7 @@ impl<T: Real, const N: usize> Operation<T, N, 2, 2> for Reload {
         let (kept, lost) =
             if rises { (from / to, (to - from) / to) } else { (one, (from - to) / from) };
         // Not for NaN.
-        let touches = from > zero && to > zero;
+        let touches = from > zero && to > zero && from.is_finite() && to.is_finite();
         let (kept, lost) = if touches { (kept, lost) } else { (zero, one) };
         // NaN unless the load is finite.
         let mut left = zero * to;

@@ -434,8 +434,8 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
     /// energies that left \[J\], see [`Contact::reload`](crate::Contact::reload). To be called
     /// before a step whose normal forces differ from those of the last one.
     ///
-    /// A normal force that is negative or not finite makes a bristle forget, and its energy is not
-    /// finite.
+    /// A normal force that is negative or not finite, before or after, makes a bristle forget: its
+    /// deflection becomes zero, and its energy is not finite.
     ///
     /// ```
     /// use bristle::batch::{Batch, ReloadInput};
@@ -546,8 +546,7 @@ fn same_length(
     let Some((other, count, length)) = slices.next() else { return Ok(0) };
     let bristles = length.checked_div(count).unwrap_or_default();
     if bristles * count != length {
-        let (name, other, expected) = (other, "the number of axes", bristles * count);
-        return Err(BatchError::Length { name, length, other, expected });
+        return Err(BatchError::Axes { name: other, length, axes: count });
     }
     match slices.find(|&(_, count, length)| length != bristles * count) {
         Some((name, count, length)) => {

@@ -80,4 +80,14 @@ pub enum BatchError {
         /// The length that it must have.
         expected: usize,
     },
+    /// A slice does not hold one number for every axis of every bristle.
+    #[error("{name} has length {length}, which is no multiple of {axes}, the number of axes")]
+    Axes {
+        /// Name of the slice.
+        name: &'static str,
+        /// Its length.
+        length: usize,
+        /// Number of axes.
+        axes: usize,
+    },
 }

@@ -172,6 +172,7 @@ impl<T: Scalar, const N: usize> PlaneCompanionStep<T, N> {
 
     /// The mean velocity v̄ [m/s] of a free body under this friction and known forces, as
     /// [`CompanionStep::point_mass`]; each axis has its own mass, that of R ω being J/R².
+    /// NaN along an axis whose mass is infinite.
     #[inline(always)]
     pub fn point_mass(&self, body: PointMass<SVector<T, N>>) -> SVector<T, N> {
         let PointMass { mass, velocity, force, end_weight } = body;

@@ -62,7 +62,7 @@ pub struct Turned<T: Scalar, const N: usize> {
     /// The turned deflection \[m\].
     pub deflection: SVector<T, N>,
     /// Change of the stored energy \[J\], which the mechanism that turns the contact supplies. Zero
-    /// for equal stiffnesses in the turned plane.
+    /// for equal stiffnesses in the turned plane, NaN if the deflection is not finite.
     pub supplied: T,
 }
 
@@ -245,7 +245,8 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         if let ([x, y, ..], [k, l, ..]) = (turned.as_mut_slice(), stiffness.as_slice()) {
             let (sin, cos) = angle.sin_cos();
             (*x, *y) = (cos * *x - sin * *y, sin * *x + cos * *y);
-            if k != l {
+            // What is not finite has no energy: the difference is NaN.
+            if k != l || turned.iter().any(|z| !z.is_finite()) {
                 supplied = self.stored_energy(&turned) - self.stored_energy(deflection);
             }
         }

@@ -24,7 +24,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::surface::norm;
-use super::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneContact};
+use super::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneContact, length};
 use crate::Scalar;
 use crate::bounds::larger;
 use crate::parameter::{self, ParameterError, Rule};
@@ -49,7 +49,8 @@ pub enum DiscPressure {
     Hertz,
 }
 
-/// The 3 n² points of a disc of a radius a \[m\] about the origin, on n rings.
+/// The 3 n² points of a disc of a radius a \[m\] about the origin, on n rings. A negative radius gives
+/// places that are NaN, which [`Footprint::new`] refuses.
 pub fn disc_points<T: Scalar>(
     radius: T,
     pressure: DiscPressure,
@@ -68,7 +69,7 @@ pub fn disc_points<T: Scalar>(
     (0..u32::from(rings)).flat_map(move |ring| {
         let edge = |ring: u32| within(number(ring) / number(u32::from(rings)));
         let (inside, outside, count) = (edge(ring), edge(ring + 1), 6 * ring + 3);
-        let r = radius * radius_of((inside + outside) * lit(0.5));
+        let r = length(radius) * radius_of((inside + outside) * lit(0.5));
         let weight = (outside - inside) / number(count);
         (0..count).map(move |k| {
             let (sin, cos) = (T::two_pi() * number(k) / number(count)).sin_cos();
@@ -78,14 +79,15 @@ pub fn disc_points<T: Scalar>(
 }
 
 /// The points of a rectangle of a length and a width \[m\] about the origin under a uniform
-/// pressure, in rows and columns at the middles of equal cells.
+/// pressure, in rows and columns at the middles of equal cells. A negative length or width gives
+/// places that are NaN, which [`Footprint::new`] refuses.
 pub fn rectangle_points<T: Scalar>(
     size: [T; 2],
     counts: [u16; 2],
 ) -> impl Iterator<Item = FootprintPoint<T>> {
     let place = move |axis: usize, cell: u16| {
         let [size, count] = [size[axis % 2], lit(f64::from(counts[axis % 2]))];
-        size * ((lit::<T>(f64::from(cell)) + lit(0.5)) / count - lit(0.5))
+        length(size) * ((lit::<T>(f64::from(cell)) + lit(0.5)) / count - lit(0.5))
     };
     (0..counts[1]).flat_map(move |row| {
         (0..counts[0]).map(move |column| FootprintPoint {

@@ -44,7 +44,7 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneFrBd<C, T, N> {
     ///
     /// # Errors
     ///
-    /// Refuses a friction ratio that is not positive, and names its axis.
+    /// Refuses a friction ratio outside 1e-100 … 1e100 (`f32`: 1e-18 … 1e15), and names its axis.
     pub fn new(curve: C, axes: [Axis<T>; N]) -> Result<Self, ParameterError> {
         for (number, axis) in axes.iter().enumerate() {
             let checked = parameter::positive("friction_ratio", axis.friction_ratio);

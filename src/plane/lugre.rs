@@ -40,7 +40,7 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneLuGre<C, T, N> {
     ///
     /// # Errors
     ///
-    /// Refuses a friction ratio that is not positive, and names its axis.
+    /// Refuses a friction ratio outside 1e-100 … 1e100 (`f32`: 1e-18 … 1e15), and names its axis.
     pub fn classical(curve: C, axes: [Axis<T>; N]) -> Result<Self, ParameterError> {
         let inside = curve.without_viscous_friction();
         let viscous = curve.viscous_friction() - inside.viscous_friction();
@@ -51,7 +51,7 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneLuGre<C, T, N> {
     ///
     /// # Errors
     ///
-    /// Refuses a friction ratio that is not positive, and names its axis.
+    /// Refuses a friction ratio outside 1e-100 … 1e100 (`f32`: 1e-18 … 1e15), and names its axis.
     pub fn with_viscous_part_inside(curve: C, axes: [Axis<T>; N]) -> Result<Self, ParameterError> {
         Ok(Self { parts: PlaneFrBd::new(curve, axes)?, viscous: T::zero() })
     }

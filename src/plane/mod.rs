@@ -31,6 +31,10 @@
 //!
 //! All of it holds for a normal force that varies, too, told by [`PlaneContact::reload`].
 //!
+//! It holds where neither μ nor σ1ᵢ n overflows or underflows: take it for speeds from 1e-100 to
+//! 1e100 m/s (`f32`: 1e-18 to 1e15) and at rest. Far above, the force is 0 or NaN; far below, only
+//! the box holds.
+//!
 //! Two scalar contacts at right angles do not give this: at 45° they resist with √2 times the
 //! friction of one.
 //!
@@ -40,6 +44,7 @@
 //! times the force of that axis. [`spin_radius_of_disc`] and [`spin_radius_of_hertz_contact`] give
 //! R. The limit surface, the set of all forces and torques of steady sliding, is then an ellipsoid.
 //! That of a disc differs from it by a few per cent; [`Footprint`] sums over the points of a patch.
+//! With R = 0 there is no torque: leave the axis out, because its mass J/R² would be infinite.
 //!
 //! Source: the construction of Romano et al. (arXiv 2602.09429), section II, with the ellipsoid of
 //! friction for the scalar curve; W. D. Howe, M. R. Cutkosky, "Practical force-motion models for
@@ -68,7 +73,7 @@ pub use surface::AxisSurface;
 
 use crate::parameter::ParameterError;
 use crate::rheology::KelvinVoigt;
-use crate::scalar::lit;
+use crate::scalar::{lit, nan};
 use crate::{Bristle, ContactResponse, Law, Load, Scalar};
 
 /// The bristle of one axis, and its share of the friction.
@@ -156,13 +161,18 @@ pub struct PlaneLimits<T: Scalar, const N: usize> {
 }
 
 /// The radius R \[m\] that turns the spin of a disc of this radius \[m\], under a uniform pressure,
-/// into an axis R ω: its full friction torque is ⅔ of radius times force.
+/// into an axis R ω: its full friction torque is ⅔ of radius times force. NaN for a negative radius.
 pub fn spin_radius_of_disc<T: Scalar>(radius: T) -> T {
-    radius * lit(2.0 / 3.0)
+    length(radius) * lit(2.0 / 3.0)
 }
 
 /// The radius R \[m\] that turns the spin of a circular Hertz contact of this radius \[m\] into an
-/// axis R ω: its full friction torque is 3π/16 of radius times force.
+/// axis R ω: its full friction torque is 3π/16 of radius times force. NaN for a negative radius.
 pub fn spin_radius_of_hertz_contact<T: Scalar>(radius: T) -> T {
-    radius * lit(3.0 * core::f64::consts::PI / 16.0)
+    length(radius) * lit(3.0 * core::f64::consts::PI / 16.0)
+}
+
+/// A length; NaN for a negative one.
+fn length<T: Scalar>(length: T) -> T {
+    if length >= T::zero() { length } else { nan() }
 }

@@ -390,7 +390,7 @@ fn slices_that_do_not_go_with_the_number_of_axes_are_refused() {
     };
     let text = "normal_forces has length 4, but velocities asks for 2";
     assert_eq!(hold(&[0.1; 4], &[1.0; 4]), text);
-    let text = "velocities has length 5, but the number of axes asks for 4";
+    let text = "velocities has length 5, which is no multiple of 2, the number of axes";
     assert_eq!(hold(&[0.1; 5], &[1.0; 2]), text);
     let loads = ReloadInput { before: &[1.0; 4], after: &[1.0; 4] };
     let refused = batch.reload(loads, &mut z, &mut [0.0; 4]).unwrap_err();

@@ -304,15 +304,16 @@ fn a_change_of_the_load_is_that_of_one_bristle() {
     every_model::<f32>(&Reloads);
     // From and to nothing, and what is none.
     let batch = Batch::of(&friction::<f64>()).unwrap();
-    let (mut z, mut left) = ([1e-5; 6], [0.0; 6]);
+    let (mut z, mut left) = ([1e-5; 8], [0.0; 8]);
+    let infinite = f64::INFINITY;
     let loads = ReloadInput {
-        before: &[0.0, 2.0, 0.0, f64::NAN, 1.0, 1.0],
-        after: &[2.0, 0.0, 0.0, 1.0, -1.0, f64::INFINITY],
+        before: &[0.0, 2.0, 0.0, f64::NAN, 1.0, 1.0, infinite, infinite],
+        after: &[2.0, 0.0, 0.0, 1.0, -1.0, infinite, 1.0, infinite],
     };
     let outcome = batch.reload(loads, &mut z, &mut left).unwrap();
-    assert_eq!(z, [0.0; 6]);
+    assert_eq!(z, [0.0; 8]);
     assert_eq!(left[..3], [0.0, 0.5 * 2.0 * 1e4 * 1e-5 * 1e-5, 0.0]);
-    assert_eq!(outcome, Outcome { not_finite: 3, first: Some(3) });
+    assert_eq!(outcome, Outcome { not_finite: 5, first: Some(3) });
     assert!(!outcome.is_finite());
     let short = ReloadInput { before: &[1.0], after: &[1.0; 2] };
     let refused = batch.reload(short, &mut [0.0], &mut [0.0]).unwrap_err();

@@ -182,6 +182,14 @@ fn bad_footprints_are_refused_by_name() {
     let none = Footprint::new(coulomb(), [FootprintPoint { weight: 0.0, ..good }]).unwrap_err();
     assert_eq!(none.name, "sum of weights");
     assert!(Footprint::new(coulomb(), []).is_err());
+    let backwards: [Vec<FootprintPoint<f64>>; 3] = [
+        disc_points(-1.0, DiscPressure::Hertz, 3).collect(),
+        rectangle_points([-1.0, 1.0], [2, 2]).collect(),
+        rectangle_points([1.0, -1.0], [2, 2]).collect(),
+    ];
+    for points in backwards {
+        assert_eq!(Footprint::new(coulomb(), points).unwrap_err().name, "place");
+    }
 
     let footprint = Footprint::new(coulomb(), [good; 3]).unwrap();
     let (mut z, twist) = ([Vector2::zeros(); 2], Vector3::new(1.0, 0.0, 0.0));

@@ -465,6 +465,15 @@ fn a_turn_keeps_the_length_and_tells_what_unequal_springs_take() {
     assert_within(1e-14, 3e-6, back.supplied, -3e-6, || "given back".into());
     let line = PlaneFrBd::<_, f64, 1>::isotropic(curve, bristle(1e4, 1.0)).under_load(1.0).unwrap();
     assert_eq!(line.turn(&Vector1::new(1e-5), 1.0).deflection, Vector1::new(1e-5));
+    // Equal springs take nothing, and nobody knows what becomes of no number.
+    let equal = PlaneFrBd::isotropic(curve, bristle(1e4, 1.0)).under_load(2.0).unwrap();
+    assert_eq!(equal.turn(&z, 0.3).supplied, 0.0);
+    for angle in [f64::NAN, f64::INFINITY] {
+        assert!(equal.turn(&z, angle).supplied.is_nan(), "angle {angle}");
+    }
+    for odd in [f64::NAN, f64::INFINITY] {
+        assert!(equal.turn(&Vector3::new(1e-5, odd, 0.0), 0.3).supplied.is_nan(), "z = {odd}");
+    }
 }
 
 #[test]
@@ -589,6 +598,10 @@ fn spin_radii_are_those_of_the_full_torque() {
     assert_within(1e-9, 1.0, spin_radius_of_disc(1.0), torque(&|_| 1.0), || "disc".into());
     let hertz = torque(&|r: f64| (1.0 - r * r).max(0.0).sqrt());
     assert_within(1e-5, 1.0, spin_radius_of_hertz_contact(1.0), hertz, || "Hertz".into());
+    for radius in [-1.0, f64::NAN] {
+        assert!(spin_radius_of_disc(radius).is_nan());
+        assert!(spin_radius_of_hertz_contact(radius).is_nan());
+    }
 }
 
 #[test]
