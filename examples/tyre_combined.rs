@@ -183,11 +183,14 @@ fn report(tyre: &Tyre, rows: &[Row]) -> Outcome<()> {
     println!("largest force         {:.3} F_z", largest(&|row| row.force.norm() / LOAD));
     println!("largest lateral force {:.3} F_z", largest(&|row| row.force.y.abs() / LOAD));
     println!("largest moment        {:.1} N m", largest(&|row| row.moment.abs()));
-    if let Some(row) = rows.iter().find(|row| row.speed <= 0.0) {
-        println!("stands after          {:.3} s", row.time);
+    let mut rocking = rows.iter().skip_while(|row| row.speed > 0.0).peekable();
+    if let Some(row) = rocking.peek() {
+        println!("speed first zero      after {:.3} s", row.time);
+        let fastest = rocking.map(|row| row.speed.abs()).fold(0.0, f64::max);
+        println!("rocks on the tyre     at up to {fastest:.2} m/s");
     }
     if let Some(row) = rows.last() {
-        println!("speed at {} s          {:.0e} m/s", row.time.round(), row.speed.abs());
+        println!("speed at the end      {:.2} m/s at {:.3} s", row.speed, row.time);
     }
     println!();
     Ok(())

@@ -32,7 +32,8 @@ use crate::{Bristle, Scalar};
 impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     /// Each axis of a patch in combined slip at a slip velocity v [m/s]: a patch of one axis, to be
     /// evaluated at that component of v. Its steady motion, pneumatic trail and passivity are those
-    /// of the axis; for slopes and limits it knows no other velocity.
+    /// of the axis; for slopes and limits it knows no other velocity. The pneumatic trail of a tyre
+    /// is that of the lateral axis: `axes(&v)[1].pneumatic_trail` at the slip velocity `v.y`.
     pub fn axes<const A: usize>(&self, slip_velocity: &SVector<T, A>) -> [Patch<T, M::Axis, P>; A]
     where
         M: PlaneBristle<T, A>,
@@ -41,6 +42,8 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     }
 
     /// Steady rolling in combined slip, each axis in closed form: [`Patch::steady`] with a vector.
+    /// The results are in the order of the axes: of a tyre braking first, then lateral. A locked
+    /// wheel has the rolling speed 0.
     ///
     /// ```
     /// use bristle::curve::Stribeck;

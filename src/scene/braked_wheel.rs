@@ -77,8 +77,9 @@ pub struct BrakedWheelParameters<T, P, K> {
     pub tyre: P,
     /// The brake: friction over the angular velocity, with the units of the model to match. The
     /// capacity of the brake is μ(ω) times the normal force, so that with μ in metres the normal
-    /// force is that of the pads, and with μ near 1 it is a torque \[N m\]. Its own normal force
-    /// is that before the first step.
+    /// force is that of the pads, and with μ near 1 it is a torque \[N m\]. Every step changes the
+    /// normal force to [`WheelLoads::brake_normal_force`]; what is given here is the one from which
+    /// the first step changes it: zero for a brake that is not applied.
     pub brake: Contact<T, K>,
     /// Mass m \[kg\] that the wheel slows down, positive.
     pub mass: T,

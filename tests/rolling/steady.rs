@@ -493,6 +493,12 @@ fn the_trail_is_that_of_the_brush_model_and_vanishes_in_sliding() {
         let trail = parabola.pneumatic_trail(at(slip)).unwrap().unwrap();
         assert_within(1e-10, 0.1, trail, 0.01, || "parabola".into());
     }
+    // The dashpot adds σ1 v to σ0 z, without a moment: L/10/(1 + 2 σ1 U/(σ0 L)).
+    let damped = patch(frbd(DAMPING), PolynomialExponential::parabolic());
+    let spring = paper::TYRE_BRISTLE.micro_stiffness * paper::TYRE_LENGTH;
+    let want = 0.01 / (1.0 + 2.0 * DAMPING * ROLLING_SPEED / spring);
+    let got = damped.pneumatic_trail(at(0.0)).unwrap().unwrap();
+    assert_within(1e-10, 0.1, got, want, || "parabola with a dashpot".into());
     // In between, by quadrature of p and z with the stationary values of the model.
     for slip in [1e-3, 0.05, 0.3] {
         let v = slip * ROLLING_SPEED;
