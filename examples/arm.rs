@@ -124,9 +124,9 @@ fn main() -> ExitCode {
 fn chart(runs: &[(&'static str, &Run)]) -> Figure {
     let figure = Figure::new(900, 430).columns(2);
     let figure = figure.title("An arm that is lifted, held, and switched off at 4 s");
-    let angles = Panel::new("time t / s", "angle q / °").title("angles of both joints");
+    let angles = Panel::new("time t (s)", "angles q_1, q_2 (°)").title("angles of both joints");
     let torques =
-        Panel::new("time t / s", "torque / N m").title("friction torque of the first joint");
+        Panel::new("time t (s)", "torque (N m)").title("friction torque of the first joint");
     let mut panels = [angles, torques];
     for (name, run) in runs {
         let colours = match *name {
@@ -139,7 +139,7 @@ fn chart(runs: &[(&'static str, &Run)]) -> Figure {
         };
         for (joint, colour) in colours.into_iter().enumerate() {
             let points = over_time(&|row| row.angle[joint].to_degrees());
-            angles = angles.line(format!("q{}, load {name}", joint + 1), colour, &points);
+            angles = angles.line(format!("q_{}, load {name}", joint + 1), colour, &points);
         }
         torques = torques.line("", colours[0], over_time(&|row| row.friction[0]));
         panels = [angles, torques];

@@ -93,13 +93,13 @@ fn main() -> ExitCode {
             );
         }
 
-        let ground = HeatMap::new("deflection z / mm", times.clone(), grid.places(), |i, j| {
+        let ground = HeatMap::new("deflection z (mm)", times.clone(), grid.places(), |i, j| {
             1e3 * profiles[i][j]
         });
         // The way of a bristle in every transit.
         let ways = (0..).map(|k| f64::from(k) / TRANSPORT).take_while(|&start| start < end);
         let map = ways.fold(
-            Panel::new("time t / s", "place ξ / –")
+            Panel::new("time t (s)", "place ξ (–)")
                 .title("deflection; dashed: ways of single bristles"),
             |panel, start| {
                 let out = end.min(start + 1.0 / TRANSPORT);
@@ -111,12 +111,12 @@ fn main() -> ExitCode {
         let figure = Figure::new(760, 760)
             .title("Deflection of the bristles of a tyre over place and time")
             .panel(map.heat_map(ground))
-            .panel(Panel::new("time t / s", "slip velocity v / (m/s)").horizontal(0.0, "").line(
+            .panel(Panel::new("time t (s)", "slip velocity v (m/s)").horizontal(0.0, "").line(
                 "",
                 Colour::Blue,
                 velocity,
             ))
-            .panel(Panel::new("time t / s", "force ratio F/F_z / –").horizontal(0.0, "").line(
+            .panel(Panel::new("time t (s)", "force ratio F/F_z (–)").horizontal(0.0, "").line(
                 "",
                 Colour::Blue,
                 forces,

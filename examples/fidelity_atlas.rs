@@ -22,9 +22,9 @@ const PERIOD: usize = 100;
 /// What the atlas tells apart, with its mark.
 const KINDS: [(&str, Colour, Marker); 5] = [
     ("static curve", Colour::Grey, Marker::Square),
-    ("Dahl, a step an answer", Colour::Sky, Marker::Square),
+    ("Dahl, one step per answer", Colour::Sky, Marker::Square),
     ("Dahl, shorter steps", Colour::Blue, Marker::Disc),
-    ("FrBD, a step an answer", Colour::Orange, Marker::Square),
+    ("FrBD, one step per answer", Colour::Orange, Marker::Square),
     ("FrBD, shorter steps", Colour::Vermilion, Marker::Disc),
 ];
 
@@ -46,6 +46,10 @@ fn main() -> ExitCode {
         let mut table = Csv::create(arguments.out_dir(), "fidelity_atlas", &columns)?;
         let mut figure = Figure::new(1000, 470)
             .title("The cheapest model of sufficient accuracy, over amplitude and frequency")
+            .note(format!(
+                "Error of the force allowed: {} % (RMS) of the largest steady force.",
+                100.0 * share
+            ))
             .columns(2);
         let mut progress = Progress::new("amplitudes", 2 * amplitudes.len());
         for (title, mean) in [("v = A sin 2πft", 0.0), ("v = 1.2 A + A sin 2πft", 1.2)] {
@@ -74,7 +78,7 @@ fn main() -> ExitCode {
             }
             println!("{title}, within {} %", 100.0 * share);
             let all = (amplitudes.len() * frequencies.len()) as f64;
-            let axes = ("amplitude A / (m/s)", "frequency f / Hz");
+            let axes = ("amplitude A (m/s)", "frequency f (Hz)");
             let mut panel = Panel::new(axes.0, axes.1).title(title).log_x().log_y();
             for ((name, colour, marker), points) in KINDS.into_iter().zip(&marks) {
                 if !points.is_empty() {

@@ -420,11 +420,11 @@ struct Look {
 
 fn look(way: Way) -> Look {
     let (name, label, stroke) = match way {
-        Way::None => ("none", "none", Colour::Grey.into()),
+        Way::None => ("none", "none", Colour::Grey.width(4.0)),
         Way::Coulomb(_) => ("coulomb", "Coulomb, tuned", Colour::Vermilion.into()),
-        Way::LuGre => ("lugre", "LuGre, fed back", Colour::Orange.dashed()),
-        Way::FrBd => ("frbd", "FrBD, fed back", Colour::Blue.into()),
-        Way::FeedForward => ("feed_forward", "FrBD, fed forward", Colour::Green.into()),
+        Way::LuGre => ("lugre", "LuGre, feedback", Colour::Orange.width(2.6)),
+        Way::FrBd => ("frbd", "FrBD, feedback", Colour::Blue.dashed().width(1.2)),
+        Way::FeedForward => ("feed_forward", "FrBD, feed-forward", Colour::Green.into()),
         Way::Observer => ("observer", "FrBD observer", Colour::Black.dotted()),
     };
     Look { name, label, stroke }
@@ -569,7 +569,7 @@ fn chart(tracking: &Study, resting: &Study) -> Figure {
             .enumerate()
             .filter(|(index, (setting, _))| *index != CALM && drawn(setting.way));
         shown.map(|(_, run)| run).fold(
-            Panel::new("time t / s", label).title(title),
+            Panel::new("time t (s)", label).title(title),
             |panel, (setting, outcome)| {
                 let Look { label, stroke, .. } = look(setting.way);
                 panel.line(label, stroke, within(outcome, span, of))
@@ -581,22 +581,22 @@ fn chart(tracking: &Study, resting: &Study) -> Figure {
         .title("A servo follows a slow sine, with and without friction compensation")
         .panel(panel(
             tracking,
-            "(a) tracking error along a slow sine",
-            "error e / µm",
+            "tracking error along a slow sine",
+            "error e (µm)",
             [SETTLED, PERIODS / FREQUENCY],
             error,
         ))
         .panel(panel(
             tracking,
-            "(b) actuator force around a reversal",
-            "actuator force u / N",
+            "actuator force around a reversal",
+            "actuator force u (N)",
             [1.4, 1.7],
             force,
         ))
         .panel(panel(
             resting,
-            &format!("(c) at rest, {share} times the friction compensated"),
-            "error e / µm",
+            &format!("at rest, {share} times the friction compensated"),
+            "error e (µm)",
             [END - 0.5, END],
             error,
         ))

@@ -135,8 +135,8 @@ fn sample<C: FrictionCurve<f64>>(
 
 fn chart(curves: &[Curve], dry: &Curve) -> Result<Figure, bristle::ParameterError> {
     // The friction force of steady sliding, as the paper draws it: with the sign of the velocity.
-    let mut signed = Panel::new("sliding velocity v / (m/s)", "friction μ(v) sgn v / –")
-        .title("(a) with the sign of the velocity")
+    let mut signed = Panel::new("sliding velocity v (m/s)", "friction μ(v) sgn v (–)")
+        .title("with the sign of the velocity")
         .own_legend();
     for curve in curves.iter().filter(|curve| curve.name == "stribeck_2").chain([dry]) {
         let mut points: Vec<_> =
@@ -147,8 +147,8 @@ fn chart(curves: &[Curve], dry: &Curve) -> Result<Figure, bristle::ParameterErro
         points.insert(half + 1, (0.0, STATIC));
         signed = signed.line(curve.label, curve.stroke, &points);
     }
-    let mut shapes = Panel::new("sliding velocity v / (m/s)", "friction coefficient μ / –")
-        .title("(b) all curves")
+    let mut shapes = Panel::new("sliding velocity v (m/s)", "friction coefficient μ (–)")
+        .title("all curves")
         .own_legend();
     for curve in curves {
         let points: Vec<_> = curve.samples.iter().map(|row| (row[0], row[1])).collect();
@@ -156,15 +156,15 @@ fn chart(curves: &[Curve], dry: &Curve) -> Result<Figure, bristle::ParameterErro
     }
     let (root, tangent) = (SquareRoot::new(1e-6)?, HyperbolicTangent::new(1e-3)?);
     let grid = || (-500..=500).map(|i| f64::from(i) * 1e-5);
-    let signs = Panel::new("sliding velocity v / (mm/s)", "regularised sign / –")
-        .title("(c) regularisations, |0|_ε = 1 mm/s")
+    let signs = Panel::new("sliding velocity v (mm/s)", "regularised sign (–)")
+        .title("regularisations, |0|_ε = 1 mm/s")
         .own_legend()
         .line("exact", Colour::Black.width(1.0), sign(grid(), &Unregularised))
         .line("square root", Colour::Vermilion, sign(grid(), &root))
         .line("hyperbolic tangent", Colour::Black.dashed(), sign(grid(), &tangent));
-    Ok(Figure::new(1200, 480)
+    Ok(Figure::new(900, 820)
         .title("Friction curves and regularised signs over the sliding velocity")
-        .columns(3)
+        .columns(2)
         .panel(signed)
         .panel(shapes)
         .panel(signs))

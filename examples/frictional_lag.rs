@@ -59,7 +59,7 @@ fn main() -> ExitCode {
             .title("Frictional lag: friction force over velocity, around the steady curve")
             .columns(2);
         for (name, label) in [("frbd", "FrBD"), ("lugre", "LuGre")] {
-            let axes = ("sliding velocity v / (mm/s)", "friction force F / N");
+            let axes = ("sliding velocity v (mm/s)", "friction force F (N)");
             let mut panel = Panel::new(axes.0, axes.1).title(label).line(
                 "steady sliding",
                 Colour::Black.width(1.0),

@@ -55,13 +55,13 @@ fn main() -> ExitCode {
 /// Every column over time.
 fn chart(name: &str, table: &Table) -> Figure {
     let rows = table.columns.len().div_ceil(2);
-    let mut figure = Figure::new(900, 60 + 230 * u32::try_from(rows).unwrap_or(1))
+    let mut figure = Figure::new(900, 60 + 270 * u32::try_from(rows).unwrap_or(1))
         .title(format!("{name}: every column of the table over time"))
         .columns(2);
     for (index, &(_, label, factor)) in table.columns.iter().enumerate() {
         let curve: Vec<(f64, f64)> =
             table.rows.iter().map(|row| (row[0], factor * row[index + 1])).collect();
-        figure = figure.panel(Panel::new("time t / s", label).line("", Colour::Blue, curve));
+        figure = figure.panel(Panel::new("time t (s)", label).line("", Colour::Blue, curve));
     }
     figure
 }

@@ -138,29 +138,29 @@ fn main() -> ExitCode {
             .title("A granular bed that is sheared")
             .columns(2)
             .panel(
-                Panel::new("shear strain / %", "shear stress over pressure τ/σ / –")
-                    .title("(a) stress")
+                Panel::new("shear strain (%)", "shear stress over pressure τ/σ (–)")
+                    .title("stress")
                     .line("", Colour::Blue, &stress),
             )
             .panel(
-                Panel::new("time t / ms", "contacts in a step / –")
-                    .title(format!("(b) births and losses of {each:.0} contacts"))
+                Panel::new("time t (ms)", "contacts in a step (–)")
+                    .title(format!("births and losses of {each:.0} contacts"))
                     .own_legend()
                     .vertical(1e3 * settled, "shear")
                     .line("born", Colour::Green, &births)
                     .line("lost", Colour::Orange.dashed(), &losses),
             )
             .panel(
-                Panel::new("time t / ms", "energy / mJ")
-                    .title("(c) ledger of the friction")
+                Panel::new("time t (ms)", "energy (mJ)")
+                    .title("ledger of the friction")
                     .own_legend()
                     .vertical(1e3 * settled, "shear")
                     .line("taken from the grains", Colour::Blue, &works)
                     .line("stored in bristles", Colour::Vermilion.dashed(), &stores),
             )
             .panel(
-                Panel::new("friction over static friction / –", "probability density / –")
-                    .title("(d) mobilised friction at the end")
+                Panel::new("friction over static friction (–)", "probability density (–)")
+                    .title("mobilised friction at the end")
                     .line("", Colour::Blue, &density),
             );
         println!("{}", figure.save(arguments.out_dir(), "grains")?.display());

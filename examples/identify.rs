@@ -237,11 +237,11 @@ fn report(
                     log.times().iter().copied().zip(values.iter().copied()).collect()
                 };
                 // A line of names has no subscripts.
-                let title = format!("{}, mean error {error:.4} rad", name.replace('_', " "));
-                let panel = Panel::new("time t / s", "position x / rad")
+                let title = format!("{}: mean error {error:.4} rad", name.replace('_', " "));
+                let panel = Panel::new("time t (s)", "position x (rad)")
                     .title(title)
-                    .line("measured", Colour::Grey.width(2.5), line(log.positions()))
-                    .line("simulated", Colour::Blue, line(&simulated));
+                    .line("measured", Colour::Orange.width(4.0), line(log.positions()))
+                    .line("simulated", Colour::Blue.width(1.2), line(&simulated));
                 figure = figure.panel(panel);
             }
         }

@@ -175,12 +175,12 @@ fn report<C: Candidate<N>, const N: usize>(
         "identify_friction",
         &["part", "t", "x", "v", "data", "model"],
     )?;
-    let new_over_time = || Panel::new("time t / s", "friction coefficient F/p / –");
+    let new_over_time = || Panel::new("time t (s)", "friction coefficient F/p (–)");
     let mut over_time = new_over_time();
-    let mut over_position = Panel::new("position x / mm", "friction coefficient F/p / –");
+    let mut over_position = Panel::new("position x (mm)", "friction coefficient F/p (–)");
     let last = seen.times().last().copied().unwrap_or(to);
     let unseen = log.between(last.next_up(), arguments.number("predict")).ok();
-    let parts = [("fitted", Some(seen), Colour::Blue), ("predicted", unseen, Colour::Vermilion)];
+    let parts = [("fitted", Some(seen), Colour::Green), ("predicted", unseen, Colour::Blue)];
     // Positions of all parts from one zero, that of the first row of all.
     let whole = log.positions();
     let begin = |part: &Log| {
@@ -212,13 +212,13 @@ fn report<C: Candidate<N>, const N: usize>(
             x.iter().copied().zip(y.iter().copied()).take(rows).collect()
         };
         // Of two parts the one not seen before.
-        over_time = new_over_time().line("data", Colour::Grey.width(2.5), pairs(t, data)).line(
+        over_time = new_over_time().line("data", Colour::Orange.width(4.0), pairs(t, data)).line(
             name,
             colour,
             pairs(t, &model),
         );
         over_position = over_position
-            .line("data", Colour::Grey.width(2.5), pairs(&millimetres, data))
+            .line("data", Colour::Orange.width(4.0), pairs(&millimetres, data))
             .line(name, colour, pairs(&millimetres, &model));
     }
     table.finish()?;

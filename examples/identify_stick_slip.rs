@@ -497,10 +497,15 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
             force.iter().enumerate().map(|(i, &f)| (time(i), f)).take_while(|p| p.0 < 1.0).collect()
         };
         figure = figure.panel(
-            Panel::new("time t / s", "spring force F/p / –")
-                .title(format!("{}{}", run.name, if fitted { "" } else { ", not fitted" }))
-                .line("measured", Colour::Grey.width(2.5), line(&run.force))
-                .line("simulated", Colour::Blue, line(&force)),
+            Panel::new("time t (s)", "spring force over load F/p (–)")
+                .title(format!(
+                    "spring of {:.0} N/m, pulled at {:.2} mm/s{}",
+                    run.stiffness,
+                    1e3 * run.speed,
+                    if fitted { "" } else { ", predicted" }
+                ))
+                .line("measured", Colour::Orange.width(4.0), line(&run.force))
+                .line("simulated", Colour::Blue.width(1.2), line(&force)),
         );
     }
     table.finish()?;

@@ -181,16 +181,16 @@ fn chart(runs: &[Run], curve: &Stribeck<f64>) -> Figure {
         .map(|i| 5e-4 + f64::from(i) * 5e-5)
         .map(|v| (v * 1e3, curve.coefficient(v.into())))
         .collect();
-    let mut lag = Panel::new("sliding velocity v / (mm/s)", "friction force F / N")
-        .title("(a) frictional lag, 25 Hz")
+    let mut lag = Panel::new("sliding velocity v (mm/s)", "friction force F (N)")
+        .title("frictional lag, 25 Hz")
         .line("steady sliding", Colour::Orange.width(1.0), &steady);
-    let mut stick_slip = Panel::new("time t / s", "friction force F / N")
-        .title("(b) stick-slip, the first half")
+    let mut stick_slip = Panel::new("time t (s)", "friction force F (N)")
+        .title("stick-slip, the first half")
         .x_range(0.0..=30.0);
-    let mut presliding = Panel::new("position x / µm", "friction force F / N")
-        .title("(c) load cycles 0 … 0.8 of breakaway");
-    let mut rates = Panel::new("sliding velocity v / (mm/s)", "rate −∂ż/∂z / (1/s)")
-        .title("(d) disturbances of steady sliding fade")
+    let mut presliding = Panel::new("position x (µm)", "friction force F (N)")
+        .title("load cycles 0 … 0.8 of breakaway");
+    let mut rates = Panel::new("sliding velocity v (mm/s)", "rate −∂ż/∂z (1/s)")
+        .title("disturbances of steady sliding fade")
         .log_x()
         .log_y();
     for run in runs {

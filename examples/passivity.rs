@@ -178,17 +178,21 @@ fn chart(machines: &[Machine]) -> Figure {
         })
     };
     let panel = |title: &str, x: &str, y: &str| Panel::new(x, y).title(title);
-    let path = "displacement x / mm";
+    let path = "displacement x (mm)";
     Figure::new(960, 760)
         .title("An engine made of friction: work of FrBD and LuGre, cycle by cycle")
         .columns(2)
-        .panel(with(panel("(a) slow phase", path, "friction force F / N"), |m| &m.phases[0]))
-        .panel(with(panel("(b) fast phase", path, "friction force F / N"), |m| &m.phases[1]))
-        .panel(with(panel("(c) from rest", "cycles", "work supplied / mJ"), |m| &m.work))
+        .panel(with(panel("slow phase", path, "friction force F (N)"), |m| &m.phases[0]))
+        .panel(with(panel("fast phase", path, "friction force F (N)"), |m| &m.phases[1]))
+        .panel(with(
+            panel("from rest", "number of cycles (–)", "work done on the contact (mJ)"),
+            |m| &m.work,
+        ))
         .panel(
-            with(panel("(d) settled cycle", "fast velocity / (m/s)", "work per cycle / mJ"), |m| {
-                &m.over_velocity
-            })
+            with(
+                panel("settled cycle", "velocity of the fast phase (m/s)", "work per cycle (mJ)"),
+                |m| &m.over_velocity,
+            )
             .log_x()
             .y_range(-30.0..=10.0)
             .horizontal(0.0, ""),

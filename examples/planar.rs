@@ -108,27 +108,34 @@ fn main() -> ExitCode {
             )
             .columns(2)
             .panel(
-                Panel::new("x / m", "y / m")
-                    .title("(a) block on a moving anchor")
+                Panel::new("x (m)", "y (m)")
+                    .title("block on a moving anchor")
+                    .equal_scales()
                     .line("anchor", Colour::Grey.dashed(), &pull)
                     .line("block", Colour::Blue, &path),
             )
             .panel(
-                Panel::new("friction force F_x / N", "friction force F_y / N")
-                    .title("(b) forces on the block")
-                    .points("block", Symbol::from(Colour::Blue).size(2.0), &forces)
+                Panel::new("friction force F_x (N)", "friction force F_y (N)")
+                    .title("friction force on the block")
+                    .equal_scales()
+                    .points("friction force", Symbol::from(Colour::Sky).size(4.0), &forces)
                     .line("static ellipse", Colour::Vermilion, ellipse(upper, ACROSS * upper))
-                    .line("dynamic ellipse", Colour::Green, ellipse(lower, ACROSS * lower)),
+                    .line(
+                        "dynamic ellipse",
+                        Colour::Black.dashed().width(1.0),
+                        ellipse(lower, ACROSS * lower),
+                    ),
             )
             .panel(
-                Panel::new("torque M/(μ p R), R = ⅔ a", "force F/(μ p)")
-                    .title("(c) limit surface of the disc")
+                Panel::new("torque M/(μ p R), R = ⅔ a (–)", "force F/(μ p) (–)")
+                    .title("limit surface of the disc")
+                    .equal_scales()
                     .line("ellipsoid", Colour::Orange.dashed(), ellipse(1.0, 1.0).take(91))
                     .line("disc", Colour::Purple, &surface),
             )
             .panel(
-                Panel::new("time t / s", "speed over that of the edge, v/(a ω)")
-                    .title("(d) the disc slides to rest")
+                Panel::new("time t (s)", "speed ratio v/(a ω) (–)")
+                    .title("the disc slides to rest")
                     .line("ellipsoid", Colour::Orange.dashed(), &ellipsoids)
                     .line("disc", Colour::Purple, &slides)
                     .horizontal(FARKAS, "0.653"),

@@ -85,7 +85,7 @@ fn chart(loops: &[Loop]) -> Figure {
     let figure = Figure::new(900, 430).columns(2);
     let figure = figure.title("Hysteresis below breakaway: friction force over position");
     ["FrBD", "LuGre"].into_iter().fold(figure, |figure, label| {
-        let panel = Panel::new("position x / µm", "friction force F / N")
+        let panel = Panel::new("position x (µm)", "friction force F (N)")
             .title(label)
             .x_range(1.05 * least..=1.05 * most)
             .y_range(-1.6..=1.6);

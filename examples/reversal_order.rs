@@ -78,7 +78,7 @@ fn main() -> ExitCode {
             ("DP5, plain", Colour::Blue.dashed()),
             ("DP5, split at reversals", Colour::Blue.into()),
         ];
-        let panel = Panel::new("step h / s", "max error of z over z_m / –").log_x().log_y();
+        let panel = Panel::new("step h (s)", "max error of z over z_m (–)").log_x().log_y();
         let panel = rows
             .iter()
             .zip(strokes)

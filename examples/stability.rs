@@ -456,21 +456,21 @@ struct Row {
 
 const ROWS: [Row; 3] = [
     Row {
-        label: "RMS error of x / m",
-        title: "error; limits of the bristle at top speed",
+        label: "RMS error of x (m)",
+        title: "error; limits of the bristle",
         quantity: |run| run.error,
         range: [1e-11, 1.0],
         limit: Some(|sweep| sweep.bristle),
     },
     Row {
-        label: "RMS error of v while stuck / (m/s)",
+        label: "RMS error of v while stuck (m/s)",
         title: "chatter; limits of the stuck mass",
         quantity: |run| run.chatter,
         range: [1e-10, 1.0],
         limit: Some(|sweep| sweep.stuck),
     },
     Row {
-        label: "mean slip period / s",
+        label: "mean slip period (s)",
         title: "slip period, where there are slips",
         quantity: |run| run.period,
         range: [0.0, 15.0],
@@ -479,7 +479,8 @@ const ROWS: [Row; 3] = [
 ];
 
 const NOTE: &str = "Small marks above the line: the run diverged at this step. \
-                    Dashed: critical step, predicted; large mark: the same, measured.";
+                    Large mark: critical step, measured; bar: critical step, predicted \
+                    (limits of the bristle: at the top speed).";
 
 fn chart(studies: &[Study; 2]) -> Figure {
     let mut figure = Figure::new(900, 1060)
@@ -487,8 +488,8 @@ fn chart(studies: &[Study; 2]) -> Figure {
         .note(NOTE)
         .columns(2);
     let panels = ROWS.iter().flat_map(|row| studies.iter().map(move |study| (row, study)));
-    for ((row, study), letter) in panels.zip('a'..) {
-        let title = format!("({letter}) {}: {}", study.label, row.title);
+    for (row, study) in panels {
+        let title = format!("{}: {}", study.label, row.title);
         figure = figure.panel(row.panel(study).title(title));
     }
     figure
@@ -498,7 +499,7 @@ impl Row {
     fn panel(&self, study: &Study) -> Panel {
         let [least, most] = self.range;
         let panel =
-            Panel::new("step h / s", self.label).log_x().x_range(SHORTEST * 0.9..=LONGEST * 1.1);
+            Panel::new("step h (s)", self.label).log_x().x_range(SHORTEST * 0.9..=LONGEST * 1.1);
         // Above the greatest error there is a rung for each method that diverges.
         let mut panel = match self.limit {
             None => panel.y_range(least..=most).horizontal(study.period, "reference"),
@@ -514,13 +515,12 @@ impl Row {
             let lost = sweep.runs.iter().filter(|run| run.error.is_nan());
             panel = panel.points(label, symbol.size(5.0), lost.map(|run| (run.step, rung)));
             if let Some(Critical { predicted, measured }) = limit(sweep) {
-                let mark = (measured, least * 5.0 * 4f64.powi(index as i32));
-                let line = [(predicted, least), (predicted, most * 2.0)];
-                panel = panel.line("", colour.dashed().width(1.0), line).points(
-                    "",
-                    symbol.size(10.0),
-                    [mark],
-                );
+                // Each method has a level of its own, so that equal limits do not hide each other.
+                let level = least * 5.0 * 8f64.powi(index as i32);
+                let (mark, line) =
+                    ((measured, level), [(predicted, 0.36 * level), (predicted, 2.8 * level)]);
+                panel =
+                    panel.line("", colour.width(1.5), line).points("", symbol.size(7.0), [mark]);
             }
         }
         panel

@@ -158,10 +158,10 @@ impl Run {
 
 fn chart(runs: &[Run; 2]) -> Figure {
     let rows: [(&str, Quantity); 4] = [
-        ("position x / m", |state, _| state[0]),
-        ("velocity v / (m/s)", |state, _| state[1]),
-        ("deflection z / µm", |state, _| state[2] * 1e6),
-        ("friction force F / N", |_, force| force),
+        ("position x (m)", |state, _| state[0]),
+        ("velocity v (m/s)", |state, _| state[1]),
+        ("deflection z (µm)", |state, _| state[2] * 1e6),
+        ("friction force F (N)", |_, force| force),
     ];
     let [frbd, lugre] = runs;
     let stick = frbd.stick();
@@ -169,13 +169,13 @@ fn chart(runs: &[Run; 2]) -> Figure {
         .title("Stick-slip of a spring-driven mass: FrBD and LuGre over time")
         .columns(2);
     for (index, (label, value)) in rows.into_iter().enumerate() {
-        let panel = Panel::new("time t / s", label);
+        let panel = Panel::new("time t (s)", label);
         let panel = stick.iter().fold(panel, |panel, range| panel.shade("stick", range.clone()));
         let whole = panel.line(frbd.label, frbd.stroke, frbd.over_time(value));
         let slip = whole.clone().x_range(FIRST_SLIP);
         let slip = slip.line(lugre.label, lugre.stroke, lugre.over_time(value));
-        figure = figure.panel(if index == 0 { whole.title("(a) FrBD") } else { whole });
-        figure = figure.panel(if index == 0 { slip.title("(b) the first slip") } else { slip });
+        figure = figure.panel(if index == 0 { whole.title("FrBD") } else { whole });
+        figure = figure.panel(if index == 0 { slip.title("the first slip") } else { slip });
     }
     figure
 }

@@ -197,8 +197,8 @@ fn report(tyre: &Tyre, rows: &[Row]) -> Outcome<()> {
 }
 
 fn chart(tyre: &Tyre, rows: &[Row]) -> Outcome<Figure> {
-    let mut ellipses = Panel::new("lateral force F_y/F_z / –", "braking force F_x/F_z / –")
-        .title("(a) steady rolling at constant slip angles");
+    let mut ellipses = Panel::new("lateral force F_y/F_z (–)", "braking force F_x/F_z (–)")
+        .title("steady rolling at constant slip angles");
     let angles = [0.5, 1.0, 2.0, 5.0, 10.0_f64];
     for (number, degrees) in angles.into_iter().enumerate() {
         // From strong driving to a locked wheel, evenly spaced in the logarithm.
@@ -215,7 +215,7 @@ fn chart(tyre: &Tyre, rows: &[Row]) -> Outcome<Figure> {
     let over_time = |value: &dyn Fn(&Row) -> f64| -> Vec<(f64, f64)> {
         rows.iter().map(|row| (row.time, value(row))).collect()
     };
-    let time = "time t / s";
+    let time = "time t (s)";
     let end = rows.last().map_or(1.0, |row| row.time);
     let over = |label, title| Panel::new(time, label).title(title).x_range(0.0..=end).own_legend();
     let stands = rows.iter().find(|row| row.speed <= 0.0).map(|row| row.time);
@@ -224,18 +224,18 @@ fn chart(tyre: &Tyre, rows: &[Row]) -> Outcome<Figure> {
         None => panel,
     };
     let timed = [
-        over("speed / (m/s)", "(c) speeds")
+        over("speed (m/s)", "speeds")
             .line("vehicle v_x", Colour::Blue, over_time(&|row| row.speed))
             .line("wheel ωR", Colour::Orange.dashed(), over_time(&|row| row.wheel_speed)),
-        over("slip angle α / °", "(d) steering").line(
+        over("slip angle α (°)", "steering").line(
             "slip angle",
             Colour::Blue,
             over_time(&|row| row.slip_angle.to_degrees()),
         ),
-        over("force / kN", "(e) forces of the tyre")
+        over("force (kN)", "forces of the tyre")
             .line("braking F_x", Colour::Blue, over_time(&|row| 1e-3 * row.force.x))
             .line("lateral F_y", Colour::Vermilion, over_time(&|row| 1e-3 * row.force.y)),
-        over("moment M_z / (N m)", "(f) self-aligning moment").line(
+        over("moment M_z (N m)", "self-aligning moment").line(
             "M_z",
             Colour::Green,
             over_time(&|row| row.moment),
@@ -246,8 +246,8 @@ fn chart(tyre: &Tyre, rows: &[Row]) -> Outcome<Figure> {
         .columns(2)
         .panel(ellipses.own_legend())
         .panel(
-            Panel::new("lateral force F_y/F_z / –", "braking force F_x/F_z / –")
-                .title("(b) the lane change, to standstill")
+            Panel::new("lateral force F_y/F_z (–)", "braking force F_x/F_z (–)")
+                .title("the lane change, to standstill")
                 .line("lane change", Colour::Blue, &plane)
                 .own_legend(),
         );

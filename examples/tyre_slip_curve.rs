@@ -37,10 +37,9 @@ fn main() -> ExitCode {
             "tyre_slip_curve",
             &["pressure", "slip", "force_ratio"],
         )?;
-        let slip = "slip ratio v/U, sliding velocity over rolling speed / –";
-        let mut forces = Panel::new(slip, "force ratio F/F_z / –").title("(a) force");
-        let mut trails = Panel::new(slip, "pneumatic trail / mm")
-            .title("(b) where a lateral force acts, behind the middle");
+        let slip = "slip ratio v/U (–)";
+        let mut forces = Panel::new(slip, "force ratio F/F_z (–)").title("force");
+        let mut trails = Panel::new(slip, "pneumatic trail (mm)").title("trail of a lateral force");
         let scene = Scene { rolling_speed, samples };
         let constant = PolynomialExponential::constant();
         let exponential = PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY)?;
@@ -56,12 +55,12 @@ fn main() -> ExitCode {
             let points = |column: usize, scale: f64| -> Vec<_> {
                 rows.iter().map(|row| (row[0], scale * row[column])).collect()
             };
-            forces = forces.line(name, stroke, points(1, 1.0));
-            trails = trails.line(name, stroke, points(2, 1e3));
+            forces = forces.line(format!("{name} pressure"), stroke, points(1, 1.0));
+            trails = trails.line(format!("{name} pressure"), stroke, points(2, 1e3));
         }
         table.finish()?;
         println!();
-        let figure = Figure::new(1000, 430)
+        let figure = Figure::new(900, 430)
             .title(
                 "Friction force and pneumatic trail of a tyre over the slip ratio, three pressures",
             )

@@ -152,11 +152,11 @@ fn chart(times: &[f64], frbd: &[Vec<f64>; 3], lugre: &[Vec<f64>; 3]) -> Figure {
         times.iter().copied().zip(values.iter().copied()).collect()
     };
     let velocity: Vec<f64> = times.iter().map(|&t| slip_velocity(t).0).collect();
-    let time = "time t / s";
-    let ratio = "force ratio F/F_z / –";
-    let mut force = Panel::new(time, ratio).title("(b) friction force, FrBD");
-    let mut near = Panel::new(time, ratio).title("(c) enlarged").y_range(0.53..=0.6);
-    let mut apart = Panel::new(time, "difference of F/F_z / 10⁻³").title("(d) LuGre − FrBD");
+    let time = "time t (s)";
+    let ratio = "force ratio F/F_z (–)";
+    let mut force = Panel::new(time, ratio).title("friction force, FrBD");
+    let mut near = Panel::new(time, ratio).title("enlarged").y_range(0.53..=0.6);
+    let mut apart = Panel::new(time, "difference of F/F_z (10⁻³)").title("LuGre − FrBD");
     for (number, pressure) in PRESSURES.into_iter().enumerate() {
         let stroke = [COLOURS[0].into(), COLOURS[1].dashed(), COLOURS[2].into()][number];
         let both = lugre[number].iter().zip(&frbd[number]);
@@ -166,7 +166,7 @@ fn chart(times: &[f64], frbd: &[Vec<f64>; 3], lugre: &[Vec<f64>; 3]) -> Figure {
         near = near.line("", stroke, &own);
         apart = apart.line("", stroke, over_time(&difference));
     }
-    let slip = Panel::new(time, "slip velocity v / (m/s)").title("(a) slip velocity");
+    let slip = Panel::new(time, "slip velocity v (m/s)").title("slip velocity");
     Figure::new(900, 640)
         .title("A tyre under a slip velocity that swings: force ratio over time, three pressures")
         .columns(2)

@@ -298,15 +298,15 @@ fn chart([ramp, sine]: &[Test; 2]) -> Figure {
     let free = |panel: Panel, test: &Test, x: Quantity| {
         panel.line("without friction", Colour::Grey.width(1.0), test.runs[0].line(x, ideal))
     };
-    let end = Panel::new("pressure P / kPa", "position x / mm")
-        .title("(a) Test 1: upper end of the loop")
+    let end = Panel::new("pressure P (kPa)", "position x (mm)")
+        .title("Test 1: upper end of the loop")
         .x_range(UPPER_END);
-    let deflection = Panel::new("time t / s", "deflection z / µm").title("(b) Test 2: the bristle");
-    let turn = Panel::new("time t / s", "position x / mm")
-        .title("(c) Test 2: the first turn")
+    let deflection = Panel::new("time t (s)", "deflection z (µm)").title("Test 2: the bristle");
+    let turn = Panel::new("time t (s)", "position x (mm)")
+        .title("Test 2: the first turn")
         .x_range(TURN[0]..=TURN[1]);
-    let rest = Panel::new("time since the reversal / ms", "velocity v / (µm/s)")
-        .title("(d) the same turn, where the stem comes to rest");
+    let rest = Panel::new("time since the reversal (ms)", "velocity v (µm/s)")
+        .title("that turn, where the stem comes to rest");
     Figure::new(900, 680)
         .title("The diaphragm valve: end of the loop, deflection, a turn and its end")
         .columns(2)

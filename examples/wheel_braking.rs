@@ -225,10 +225,10 @@ fn chart(run: &Run) -> Figure {
     let over_time = |value: &dyn Fn(&Row) -> f64| -> Vec<(f64, f64)> {
         run.rows.iter().map(|row| (row.state.time, value(row))).collect()
     };
-    let time = "time t / s";
+    let time = "time t (s)";
     let end = run.rows.last().map_or(1.0, |row| row.state.time);
-    let over = |label| Panel::new(time, label).x_range(0.0..=end).own_legend();
-    let speeds = over("speed / (m/s)")
+    let over = |label, title| Panel::new(time, label).title(title).x_range(0.0..=end).own_legend();
+    let speeds = over("speed (m/s)", "speeds")
         .line("vehicle v_x", Colour::Blue, over_time(&|row| row.state.speed))
         .line(
             "wheel ωR",
@@ -240,18 +240,22 @@ fn chart(run: &Run) -> Figure {
         Some(time) => panel.vertical(time, "stands"),
         None => panel,
     };
-    let slip = over("slip (v_x − ωR)/v_x / –").line("slip, until the car crawls", Colour::Blue, {
-        let rows = run.rows.iter().take_while(|row| row.state.speed > CRAWL);
-        rows.map(|row| (row.state.time, row.slip)).collect::<Vec<_>>()
-    });
-    let forces = over("force / kN")
+    let slip = over("slip (v_x − ωR)/v_x (–)", "slip of the tyre").line(
+        "slip, until the car crawls",
+        Colour::Blue,
+        {
+            let rows = run.rows.iter().take_while(|row| row.state.speed > CRAWL);
+            rows.map(|row| (row.state.time, row.slip)).collect::<Vec<_>>()
+        },
+    );
+    let forces = over("force (kN)", "forces")
         .line("tyre F", Colour::Blue, over_time(&|row| 1e-3 * row.state.force))
         .line(
             "brake T/R",
             Colour::Orange.dashed(),
             over_time(&|row| 1e-3 * row.state.brake_torque / RADIUS),
         );
-    let energies = over("energy / kJ")
+    let energies = over("energy (kJ)", "energies")
         .line(
             "kinetic",
             Colour::Black,

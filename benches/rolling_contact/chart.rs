@@ -14,7 +14,7 @@ pub(crate) fn draw(folder: &Path, rows: &[Row]) -> crate::support::Result<PathBu
         .title("CPU time over error of all solvers of a contact patch")
         .columns(2);
     for (model, title) in [("frbd", "FrBD"), ("lugre", "LuGre")] {
-        let mut panel = Panel::new("greatest error of F/F_z / –", "CPU time / s")
+        let mut panel = Panel::new("greatest error of F/F_z (–)", "CPU time (s)")
             .title(format!("{title}, tyre transient, parabolic pressure"))
             .log_x()
             .log_y()

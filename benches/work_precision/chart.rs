@@ -39,7 +39,7 @@ fn figure(
             "CPU time over error of every method on scene {}",
             scene.replace('_', " ").replace("Hz", " Hz")
         ))
-        .note("Triangles: runs that failed, or were wrong by ten times the scale of the scene.")
+        .note("Triangles, if any: runs that failed or were wrong by ten scales of the scene.")
         .columns(2);
     for model in distinct(rows.iter().map(|row| row.model)) {
         let title = format!(
@@ -47,7 +47,7 @@ fn figure(
             scene.replace('_', " ").replace("Hz", " Hz"),
             if model == "frbd" { "FrBD" } else { "LuGre" }
         );
-        let mut panel = Panel::new("error over the scale of the scene / –", "CPU time t / s")
+        let mut panel = Panel::new("error over the scale of the scene (–)", "CPU time t (s)")
             .title(title)
             .log_x()
             .log_y()

@@ -170,12 +170,9 @@ pub(crate) struct Table {
     pub(crate) rows: Vec<Vec<f64>>,
 }
 
-const FORCE: Column = ("force", "friction force F / N", 1.0);
-const BODY: [Column; 3] = [
-    ("x", "position x / m", 1.0),
-    ("v", "velocity v / (m/s)", 1.0),
-    ("z", "deflection z / µm", 1e6),
-];
+const FORCE: Column = ("force", "friction force F (N)", 1.0);
+const BODY: [Column; 3] =
+    [("x", "position x (m)", 1.0), ("v", "velocity v (m/s)", 1.0), ("z", "deflection z (µm)", 1e6)];
 
 impl Setup {
     /// Checks the solver's keys and simulates the scene.
@@ -203,8 +200,8 @@ impl Setup {
             }
             SceneSetup::DiaphragmValve(valve) => {
                 let parameters = valve.parameters();
-                let pressure = ("pressure", "pressure P / kPa", 1e-3);
-                let opening = ("opening", "opening OP / %", 1.0);
+                let pressure = ("pressure", "pressure P (kPa)", 1e-3);
+                let opening = ("opening", "opening OP (%)", 1.0);
                 let columns = [&BODY[..], &[pressure, FORCE, opening]].concat();
                 solver.run(valve, valve.balanced(0.0), columns, |time, state| {
                     let force = valve.friction_force(state);
@@ -216,12 +213,12 @@ impl Setup {
             SceneSetup::GearedJoint(joint) => joint.run(solver),
             SceneSetup::PlaneBody(body) => {
                 let columns = vec![
-                    ("x", "position x / m", 1.0),
-                    ("y", "position y / m", 1.0),
-                    ("vx", "velocity v_x / (m/s)", 1.0),
-                    ("vy", "velocity v_y / (m/s)", 1.0),
-                    ("force_x", "friction force F_x / N", 1.0),
-                    ("force_y", "friction force F_y / N", 1.0),
+                    ("x", "position x (m)", 1.0),
+                    ("y", "position y (m)", 1.0),
+                    ("vx", "velocity v_x (m/s)", 1.0),
+                    ("vy", "velocity v_y (m/s)", 1.0),
+                    ("force_x", "friction force F_x (N)", 1.0),
+                    ("force_y", "friction force F_y (N)", 1.0),
                 ];
                 solver.run(body, SVector::zeros(), columns, |_, state: &SVector<f64, 6>| {
                     let part = |from| Vector2::new(state[from], state[from + 1]);
@@ -412,12 +409,12 @@ impl Viscoelastic {
         bristle: R,
     ) -> Result<Table> {
         const STRETCHES: [Column; 6] = [
-            ("x1", "stretch x_1 / µm", 1e6),
-            ("x2", "stretch x_2 / µm", 1e6),
-            ("x3", "stretch x_3 / µm", 1e6),
-            ("x4", "stretch x_4 / µm", 1e6),
-            ("x5", "stretch x_5 / µm", 1e6),
-            ("x6", "stretch x_6 / µm", 1e6),
+            ("x1", "stretch x_1 (µm)", 1e6),
+            ("x2", "stretch x_2 (µm)", 1e6),
+            ("x3", "stretch x_3 (µm)", 1e6),
+            ("x4", "stretch x_4 (µm)", 1e6),
+            ("x5", "stretch x_5 (µm)", 1e6),
+            ("x6", "stretch x_6 (µm)", 1e6),
         ];
         let contact = FrBd::new(self.curve.clone(), bristle).under_load(self.normal_force)?;
         let scene = PrescribedVelocity::new(contact, self.velocity.clone());
@@ -461,11 +458,11 @@ impl Wheel {
             angular_velocity,
         })?;
         let columns = vec![
-            ("x", "way x / m", 1.0),
-            ("v", "speed v_x / (m/s)", 1.0),
-            ("omega", "angular velocity ω / (rad/s)", 1.0),
-            ("force", "force of the tyre / N", 1.0),
-            ("torque", "torque of the brake / (N m)", 1.0),
+            ("x", "way x (m)", 1.0),
+            ("v", "speed v_x (m/s)", 1.0),
+            ("omega", "angular velocity ω (rad/s)", 1.0),
+            ("force", "force of the tyre (N)", 1.0),
+            ("torque", "torque of the brake (N m)", 1.0),
         ];
         let mut table = Table { columns, rows: Vec::new() };
         let step = solver.step.unwrap_or(5e-3);
@@ -502,10 +499,10 @@ impl Joint {
             external: self.gravity,
         })?;
         let columns = vec![
-            ("q", "angle q / rad", 1.0),
-            ("v", "angular velocity v / (rad/s)", 1.0),
-            ("z", "deflection z / mrad", 1e3),
-            ("motor", "motor torque τ_m / (N m)", 1.0),
+            ("q", "angle q (rad)", 1.0),
+            ("v", "angular velocity v (rad/s)", 1.0),
+            ("z", "deflection z (mrad)", 1e3),
+            ("motor", "motor torque τ_m (N m)", 1.0),
         ];
         solver.run(&joint, joint.at_rest(self.angle), columns, |time, state| {
             let motion = JointMotion { time, angle: state[0], velocity: state[1] };

@@ -201,5 +201,5 @@ pub(crate) fn synthetic() -> Result<(Vec<Named>, Vec<Named>), Box<dyn Error>> {
         Ok(Named { name: name.to_owned(), log })
     };
     let fitted = vec![log("small swings", 0.1, 0.0)?, log("large swings", 0.35, 1.0)?];
-    Ok((fitted, vec![log("not fitted", 0.25, 2.0)?]))
+    Ok((fitted, vec![log("predicted log", 0.25, 2.0)?]))
 }

@@ -62,6 +62,15 @@ impl Axis {
         self
     }
 
+    /// Widens this axis on both sides to `length`; the spacing of the ticks stays.
+    pub(super) fn widen(&mut self, length: f64) {
+        let middle = 0.5 * (self.start + self.end);
+        let count = self.ticks.len();
+        let grown = (length / (self.end - self.start)).max(1.0);
+        (self.start, self.end) = (middle - 0.5 * length, middle + 0.5 * length);
+        *self = self.clone().with_ticks((count as f64 * grown).ceil() as usize);
+    }
+
     /// Powers of ten; twice and five times these where there are few.
     fn powers(&self, count: usize) -> Vec<f64> {
         let (low, high) = (self.start.log10(), self.end.log10());
@@ -97,7 +106,9 @@ impl Axis {
     fn label(&self, value: f64) -> String {
         let largest = self.ticks.iter().fold(0.0, |most: f64, tick| most.max(tick.abs()));
         let smallest = self.ticks.iter().fold(largest, |least, tick| least.min(tick.abs()));
-        let plain = if self.logarithmic { smallest > 0.999e-2 && largest < 1.001e3 } else { true };
+        // Powers of ten alone are written as such; 20, 50 and 100 where a range is short.
+        let near = smallest > 0.999e-2 && largest < 1.001e3;
+        let plain = !self.logarithmic || (near && !self.ticks.iter().copied().all(is_power));
         // As few decimals as tell each tick from its neighbours; on a logarithmic axis its own.
         let step = self.ticks.windows(2).map(|pair| pair[1] - pair[0]).fold(largest, f64::min);
         let exact = |decimals: i32| {
@@ -127,6 +138,12 @@ impl Axis {
         };
         text.replace('-', "−")
     }
+}
+
+/// Whether a tick is a power of ten.
+fn is_power(tick: f64) -> bool {
+    let power = tick.log10();
+    (power - power.round()).abs() < 1e-9
 }
 
 /// `−3` raised.

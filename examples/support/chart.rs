@@ -146,7 +146,7 @@ pub struct HeatMap {
 
 impl HeatMap {
     /// A map of `value(i, j)` at the rising places `x[i]`, `y[j]`. The label of the colour bar
-    /// carries the unit: `"deflection z / mm"`. NaN stays white.
+    /// carries the unit: `"deflection z (mm)"`. NaN stays white.
     pub fn new(
         label: impl Into<String>,
         x: impl Into<Vec<f64>>,
@@ -174,6 +174,7 @@ pub struct Panel {
     pub(super) shades: Vec<(String, RangeInclusive<f64>)>,
     pub(super) heat_map: Option<HeatMap>,
     pub(super) own_legend: bool,
+    pub(super) equal_scales: bool,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -205,7 +206,7 @@ pub(super) enum Reference {
 }
 
 impl Panel {
-    /// An empty chart. Labels carry the unit: `"time t / s"`.
+    /// An empty chart. Labels carry the unit: `"time t (s)"`.
     pub fn new(x_label: impl Into<String>, y_label: impl Into<String>) -> Panel {
         Panel {
             title: String::new(),
@@ -216,10 +217,11 @@ impl Panel {
             shades: Vec::new(),
             heat_map: None,
             own_legend: false,
+            equal_scales: false,
         }
     }
 
-    /// Sets the line above the chart: `"(a) stick-slip"`.
+    /// Sets the line above the chart; of several panels each gets a letter before it: `(a) title`.
     pub fn title(mut self, title: impl Into<String>) -> Panel {
         self.title = title.into();
         self
@@ -316,6 +318,12 @@ impl Panel {
         self
     }
 
+    /// Draws a unit of y as long as a unit of x: a circle is a circle. For linear axes.
+    pub fn equal_scales(mut self) -> Panel {
+        self.equal_scales = true;
+        self
+    }
+
     /// Names the series above this panel instead of in the legend of the figure.
     pub fn own_legend(mut self) -> Panel {
         self.own_legend = true;
@@ -336,8 +344,8 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// An empty figure of `width` × `height` px with a single column. Text is 12 px high: a figure
-    /// 640 px wide, printed across 17 cm, has labels of 9 pt.
+    /// An empty figure of `width` × `height` px with a single column. Text is 12 px high, and
+    /// larger in a figure wider than 720 px: printed across 170 mm it has at least 7 pt.
     pub fn new(width: u32, height: u32) -> Figure {
         let (title, note) = (String::new(), String::new());
         Figure { width, height, columns: 1, panels: Vec::new(), title, note }
@@ -349,7 +357,7 @@ impl Figure {
         self
     }
 
-    /// Adds a line below the legend that explains a mark.
+    /// Adds lines below the legend that explain a mark.
     pub fn note(mut self, note: impl Into<String>) -> Figure {
         self.note = note.into();
         self

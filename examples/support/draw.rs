@@ -20,6 +20,10 @@ use super::lines::{Point, pieces};
 /// Drawing units per pixel.
 const FINE: f64 = 10.0;
 
+/// A wider figure is drawn this wide [px] and enlarged. Across a page of 170 mm the smallest text
+/// is then 7.2 pt high, and a line of 1.5 px is 1 pt wide.
+const CANVAS: f64 = 720.0;
+
 /// Sans-serif fonts by decreasing preference; plotters divides their size by a factor.
 const FONTS: &str = "Helvetica, Arial, DejaVu Sans, sans-serif";
 const FONT_FACTOR: f64 = 1.24;
@@ -58,7 +62,8 @@ type Area<'a, 'b> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) fn svg(figure: &Figure) -> Result<String> {
     let mut text = String::new();
     {
-        let size = (figure.width * FINE as u32, figure.height * FINE as u32);
+        let (width, height) = canvas(figure);
+        let size = (px(width) as u32, px(height) as u32);
         let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
         root.fill(&WHITE)?;
         draw(figure, &root)?;
@@ -67,11 +72,19 @@ pub(super) fn svg(figure: &Figure) -> Result<String> {
     Ok(finish(&text, figure))
 }
 
+/// Width and height of what is drawn, before it is enlarged to the figure [px].
+fn canvas(figure: &Figure) -> (f64, f64) {
+    let (width, height) = (f64::from(figure.width), f64::from(figure.height));
+    let enlarged = (width / CANVAS).max(1.0);
+    (width / enlarged, height / enlarged)
+}
+
 /// Scales the document back and adds a title, dashes and subscripts.
 fn finish(text: &str, figure: &Figure) -> String {
     let Figure { width, height, title, .. } = figure;
     let title = title.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-    let fine = format!("width=\"{width}0\" height=\"{height}0\"");
+    let drawn = canvas(figure);
+    let fine = format!("width=\"{}\" height=\"{}\"", px(drawn.0), px(drawn.1));
     let scaled =
         format!("role=\"img\" stroke-linejoin=\"round\" width=\"{width}\" height=\"{height}\"");
     let text =
@@ -141,6 +154,7 @@ fn thin(colour: RGBColor, width: f64) -> ShapeStyle {
 /// A panel with its axes and the space around its plot area [px].
 struct Placed<'a> {
     panel: &'a Panel,
+    title: String,
     x: Axis,
     y: Axis,
     legend: Vec<Vec<Entry>>,
@@ -150,13 +164,24 @@ struct Placed<'a> {
     bottom: f64,
 }
 
+impl Placed<'_> {
+    /// Widens one axis until a unit is as long on x as on y, on a plot area of this size.
+    fn equalise(&mut self, (width, height): Point) {
+        let (x, y) = (self.x.end - self.x.start, self.y.end - self.y.start);
+        let unit = (x / width).max(y / height);
+        self.x.widen(unit * width);
+        self.y.widen(unit * height);
+    }
+}
+
 fn draw(figure: &Figure, root: &Area<'_, '_>) -> Result<()> {
-    let (full_width, full_height) = (f64::from(figure.width), f64::from(figure.height));
+    let (full_width, full_height) = canvas(figure);
     let columns = figure.columns.min(figure.panels.len().max(1));
     let rows = figure.panels.len().div_ceil(columns).max(1);
     let shared = figure.panels.iter().filter(|panel| !panel.own_legend);
     let legend = rows_of(entries(shared), full_width - 2.0 * EDGE - 56.0);
-    let note = if figure.note.is_empty() { 0.0 } else { LINE };
+    let notes = wrapped(&figure.note, LABEL, full_width - 2.0 * EDGE - 56.0);
+    let note = LINE * notes.len() as f64;
     let head = EDGE + LINE * legend.len() as f64;
     let (cell_width, cell_height) = (
         (full_width - 2.0 * EDGE) / columns as f64,
@@ -167,7 +192,8 @@ fn draw(figure: &Figure, root: &Area<'_, '_>) -> Result<()> {
         .iter()
         .enumerate()
         .map(|(index, panel)| {
-            place(panel, (cell_width, cell_height))
+            let title = lettered(&panel.title, index, figure.panels.len());
+            place(panel, title, (cell_width, cell_height))
                 .map_err(|problem| format!("panel {}: {problem}", index + 1))
         })
         .collect::<std::result::Result<Vec<_>, _>>()?;
@@ -176,14 +202,18 @@ fn draw(figure: &Figure, root: &Area<'_, '_>) -> Result<()> {
     let (left, right, top) = (most(|p| p.left), most(|p| p.right), most(|p| p.top));
     placed.iter_mut().for_each(|panel| {
         (panel.left, panel.right, panel.top) = (left, right, top);
+        let size = (cell_width - left - right, cell_height - top - panel.bottom);
+        if panel.panel.equal_scales {
+            panel.equalise(size);
+        }
     });
     let left = EDGE + left;
     for (row, entries) in legend.iter().enumerate() {
         draw_entries(root, entries, (left, EDGE + LINE * (row as f64 + 0.5)))?;
     }
-    let style = font(SMALL, REFERENCE, HPos::Left, VPos::Center);
-    if note > 0.0 {
-        root.draw_text(&figure.note, &style, (px(left), px(head + 0.5 * LINE)))?;
+    let style = font(LABEL, BLACK, HPos::Left, VPos::Center);
+    for (row, text) in notes.iter().enumerate() {
+        root.draw_text(text, &style, (px(left), px(head + LINE * (row as f64 + 0.5))))?;
     }
     for (index, panel) in placed.into_iter().enumerate() {
         let corner = (
@@ -197,8 +227,22 @@ fn draw(figure: &Figure, root: &Area<'_, '_>) -> Result<()> {
     Ok(())
 }
 
+/// `(b) title`, where there are several panels.
+fn lettered(title: &str, index: usize, count: usize) -> String {
+    match u8::try_from(index).ok().and_then(|index| b'a'.checked_add(index)) {
+        Some(letter @ b'a'..=b'z') if count > 1 => {
+            format!("({}) {title}", char::from(letter)).trim_end().to_owned()
+        }
+        _ => title.to_owned(),
+    }
+}
+
 /// Chooses the axes of a panel and the space around them.
-fn place(panel: &Panel, (width_of_cell, height): Point) -> std::result::Result<Placed<'_>, String> {
+fn place(
+    panel: &Panel,
+    title: String,
+    (width_of_cell, height): Point,
+) -> std::result::Result<Placed<'_>, String> {
     let values = |coordinate: fn(&(f64, f64)) -> f64| {
         panel.series.iter().flat_map(move |series| series.points.iter().map(coordinate))
     };
@@ -237,10 +281,10 @@ fn place(panel: &Panel, (width_of_cell, height): Point) -> std::result::Result<P
     let right = if mapped { BAR } else { 16.0 };
     let legend = if panel.own_legend { entries(std::iter::once(panel)) } else { Vec::new() };
     let legend = rows_of(legend, width_of_cell - 56.0);
-    let title = if panel.title.is_empty() { 0.0 } else { LINE };
-    let top = 10.0 + title + LINE * legend.len() as f64;
+    let head = if title.is_empty() { 0.0 } else { LINE };
+    let top = 10.0 + head + LINE * legend.len() as f64;
     let bottom = TICK + 2.0 * LINE + 4.0;
-    let y = y.with_ticks(((height - top - bottom) / 32.0) as usize);
+    let y = y.with_ticks(((height - top - bottom) / 24.0) as usize);
     let widest = y.labels().iter().map(|label| width(label, SMALL)).fold(0.0, f64::max);
     let left = widest + 2.0 * TICK + LINE + 6.0;
     let (plot_width, plot_height) = (width_of_cell - left - right, height - top - bottom);
@@ -250,12 +294,12 @@ fn place(panel: &Panel, (width_of_cell, height): Point) -> std::result::Result<P
         ));
     }
     let x = x.with_ticks((plot_width / 52.0) as usize);
-    Ok(Placed { panel, x, y, legend, left, top, right, bottom })
+    Ok(Placed { panel, title, x, y, legend, left, top, right, bottom })
 }
 
 /// Draws from the back to the front: shades, grid, reference lines, series, frame, words.
 fn draw_panel(cell: &Area<'_, '_>, placed: Placed<'_>) -> Result<()> {
-    let Placed { panel, x, y, legend, left, top, right, bottom } = placed;
+    let Placed { panel, title, x, y, legend, left, top, right, bottom } = placed;
     let (cell_width, _) = cell.dim_in_pixel();
     let mut builder = ChartBuilder::on(cell);
     builder.margin_top(px(top)).margin_right(px(right));
@@ -344,9 +388,9 @@ fn draw_panel(cell: &Area<'_, '_>, placed: Placed<'_>) -> Result<()> {
         let style = font(LABEL, REFERENCE, HPos::Center, VPos::Center);
         plot.draw_text("no data", &style, ((0.5 * size.0) as i32, (0.5 * size.1) as i32))?;
     }
-    let title = font(LABEL, BLACK, HPos::Left, VPos::Center);
-    if !panel.title.is_empty() {
-        cell.draw_text(&panel.title, &title, (px(left), px(4.0 + 0.5 * LINE)))?;
+    if !title.is_empty() {
+        let style = font(LABEL, BLACK, HPos::Left, VPos::Center);
+        cell.draw_text(&title, &style, (px(left), px(4.0 + 0.5 * LINE)))?;
     }
     let first = top - 6.0 - LINE * legend.len() as f64;
     for (row, entries) in legend.iter().enumerate() {
@@ -515,6 +559,21 @@ fn rows_of(entries: Vec<Entry>, limit: f64) -> Vec<Vec<Entry>> {
         used += width;
     }
     rows
+}
+
+/// Breaks a text into lines.
+fn wrapped(text: &str, size: f64, limit: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if width(line, size) + width(word, size) < limit => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 /// Draws a row of a legend, its middle line at the height of `(x, y)` [px].

@@ -21,7 +21,7 @@
 //!             table.row(&[], &[t, x])?;
 //!         }
 //!         table.finish()?;
-//!         let panel = Panel::new("time t / s", "position x / m").line("", Colour::Blue, &curve);
+//!         let panel = Panel::new("time t (s)", "position x (m)").line("", Colour::Blue, &curve);
 //!         let figure = Figure::new(640, 400).title("A transient that dies out").panel(panel);
 //!         println!("{}", figure.save(arguments.out_dir(), "decay")?.display());
 //!         Ok(())

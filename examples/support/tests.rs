@@ -138,7 +138,7 @@ fn columns_are_chosen_scaled_and_refused_by_place() {
 
 fn panel() -> Panel {
     let points = [(0.0, 1.0), (1.0, 2.0)];
-    Panel::new("time t / s", "force F_z / N").line("a < b", Colour::Blue.dashed(), points)
+    Panel::new("time t (s)", "force F_z (N)").line("a < b", Colour::Blue.dashed(), points)
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn a_figure_has_a_title_subscripts_dashes_and_a_name_for_every_series() {
     let empty = empty.line(r"ode\_solvers", Colour::Green, [(0.0, 1.5), (1.0, 1.5)]);
     let figure = Figure::new(400, 600).title("Loads").panel(panel()).panel(empty);
     let svg = svg(&figure).unwrap();
-    let subscript = ">z</tspan><tspan dx=\"0.3em\" dy=\"-0.225em\">/ N</tspan>";
+    let subscript = ">z</tspan><tspan dx=\"0.3em\" dy=\"-0.225em\">(N)</tspan>";
     // Two panels, one legend; dashes in both panels and in the legend; white paper.
     let counts = [
         ("a &lt; b", 1),
@@ -187,7 +187,7 @@ fn what_cannot_be_drawn_is_told() {
     let small = refusal(Figure::new(100, 100).panel(panel()));
     assert!(small.ends_with("px are left for the plot; enlarge it"), "{small}");
     let nothing =
-        Panel::new("x / m", "y / m").log_x().line("", Colour::Blue, [(f64::NAN, 1.0), (-1.0, 1.0)]);
+        Panel::new("x (m)", "y (m)").log_x().line("", Colour::Blue, [(f64::NAN, 1.0), (-1.0, 1.0)]);
     assert!(svg(&Figure::new(400, 300).panel(nothing)).unwrap().contains("no data"));
     svg(&Figure::new(400, 300)).unwrap();
 }
@@ -195,11 +195,11 @@ fn what_cannot_be_drawn_is_told() {
 #[test]
 fn a_heat_map_has_a_bar_and_leaves_nan_white() {
     let map =
-        |value: f64| HeatMap::new("z / mm", [0.0, 1.0], [0.0, 1.0], move |i, _| value * i as f64);
-    let ground = |value| Panel::new("t / s", "place ξ / –").heat_map(map(value));
+        |value: f64| HeatMap::new("z (mm)", [0.0, 1.0], [0.0, 1.0], move |i, _| value * i as f64);
+    let ground = |value| Panel::new("t (s)", "place ξ (–)").heat_map(map(value));
     let tiles = |value| {
         let svg = svg(&Figure::new(500, 300).panel(ground(value))).unwrap();
-        assert_eq!(svg.matches("z / mm").count(), 1);
+        assert_eq!(svg.matches("z (mm)").count(), 1);
         svg.matches("<rect").count()
     };
     assert_eq!(tiles(2.0) - tiles(f64::NAN), 4);
@@ -214,7 +214,8 @@ fn ticks_are_round_and_their_labels_short() {
     assert_eq!(labels(0.0, 1.0, false), "0.0 0.5 1.0");
     assert_eq!(labels(0.0, 0.9, false), "0.0 0.2 0.4 0.6 0.8");
     assert_eq!(labels(-1.0, 1.0, false), "−1.0 −0.5 0.0 0.5 1.0");
-    assert_eq!(labels(0.1, 100.0, true), "0.1 1 10 100");
+    assert_eq!(labels(0.1, 100.0, true), "10⁻¹ 10⁰ 10¹ 10²");
+    assert_eq!(labels(10.0, 50.0, true), "10 20 50");
     assert_eq!(labels(1e-12, 1.0, true), "10⁻¹² 10⁻⁹ 10⁻⁶ 10⁻³ 10⁰");
     assert_eq!(labels(0.0, 2e-7, false), "0 0.5·10⁻⁷ 1·10⁻⁷ 1.5·10⁻⁷ 2·10⁻⁷");
 }

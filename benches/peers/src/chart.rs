@@ -1,6 +1,6 @@
 //! The work–precision chart of a scene, CPU time over achieved error: a panel for each friction
 //! model. `ode::solve` is bold. A line is the lower envelope of all runs of one crate: the best of
-//! its methods at each error; every run is a dot.
+//! its methods at each error; every run is a small mark.
 
 use std::path::{Path, PathBuf};
 
@@ -19,20 +19,36 @@ const FAILED: f64 = 20.0;
 const AUTOMATIC: &str = "solve";
 
 /// The crates in the order of the legend; an underscore in a name is no subscript.
-const CRATES: [(&str, &str, Colour); 5] = [
-    ("differential-equations", "differential-equations", Colour::Orange),
-    ("diffsol", "diffsol", Colour::Green),
-    ("ivp", "ivp", Colour::Purple),
-    ("ode_solvers", r"ode\_solvers", Colour::Vermilion),
-    (crate::OURS, "bristle, the best single method", Colour::Sky),
+const CRATES: [(&str, &str, Colour, Marker); 5] = [
+    ("differential-equations", "differential-equations", Colour::Orange, Marker::Square),
+    ("diffsol", "diffsol", Colour::Green, Marker::Triangle),
+    ("ivp", "ivp", Colour::Purple, Marker::Diamond),
+    ("ode_solvers", r"ode\_solvers", Colour::Vermilion, Marker::Square),
+    (crate::OURS, "bristle, the best single method", Colour::Sky, Marker::Disc),
 ];
+
+/// What the short name of a scene stands for.
+fn spelt_out(scene: &str) -> String {
+    let what = match scene.get(..2) {
+        Some("S1") => "stick-slip",
+        Some("S2") => "valve",
+        Some("S3") => "pre-sliding",
+        Some("S4") => "frictional lag",
+        _ => return scene.to_owned(),
+    };
+    format!("{what}{}", scene.get(2..).unwrap_or_default())
+}
 
 /// Writes `folder/NAME.svg` for the rows of one scene.
 pub(crate) fn save(rows: &[&Row], folder: &Path, name: &str) -> Result<PathBuf> {
     let scene = rows.first().map_or("", |row| &row.scene).replace('_', " ").replace("Hz", " Hz");
+    let scene = spelt_out(&scene);
     let mut figure = Figure::new(900, 520)
         .title(format!("{scene}: CPU time over error of this crate and of four others"))
-        .note("A line: the best of all methods of a crate. A dot: one run. Diamonds: failed runs.")
+        .note(
+            "A line: the best of all methods of a crate. A small mark: one run. Marks at \
+             “failed”: failed runs. Errors below 10⁻¹³ are drawn at 10⁻¹³.",
+        )
         .columns(2);
     let times = || rows.iter().map(|row| row.cpu_s).filter(|time| *time > 0.0);
     let least = times().fold(f64::INFINITY, f64::min);
@@ -40,7 +56,7 @@ pub(crate) fn save(rows: &[&Row], folder: &Path, name: &str) -> Result<PathBuf> 
     for model in distinct(rows.iter().map(|row| &row.model)) {
         let here = || rows.iter().copied().filter(|row| row.model == *model);
         let title = format!("{scene}, {}", if model == "frbd" { "FrBD" } else { "LuGre" });
-        let mut panel = Panel::new("error over the scale of the scene / –", "CPU time t / s")
+        let mut panel = Panel::new("error over the scale of the scene (–)", "CPU time t (s)")
             .title(title)
             .log_x()
             .log_y()
@@ -51,18 +67,23 @@ pub(crate) fn save(rows: &[&Row], folder: &Path, name: &str) -> Result<PathBuf> 
         }
         let place = |error: f64, row: &Row| (error.clamp(FINEST, COARSEST), row.cpu_s);
         let reached = |row: &Row| Some(place(row.achieved()?, row));
-        for (crate_, label, colour) in CRATES {
+        for (crate_, label, colour, marker) in CRATES {
             let own = || here().filter(|row| row.crate_ == crate_ && row.method != AUTOMATIC);
             let failed = own().filter(|row| row.status != OK).map(|row| (FAILED, row.cpu_s));
             let best = envelope(own()).into_iter().map(|(error, row)| place(error, row));
             panel = panel
                 .points(
                     "",
-                    colour.marked(Marker::Disc).size(2.5),
+                    colour.marked(marker).size(2.5),
                     own().filter_map(reached).collect::<Vec<_>>(),
                 )
-                .points("", colour.marked(Marker::Diamond).size(7.0), failed.collect::<Vec<_>>())
-                .line(label, colour.width(2.0), best.collect::<Vec<_>>());
+                .points("", colour.marked(marker).size(7.0), failed.collect::<Vec<_>>())
+                .marked_line(
+                    label,
+                    colour.width(2.0),
+                    colour.marked(marker).size(5.0),
+                    best.collect::<Vec<_>>(),
+                );
         }
         let own = here().filter(|row| (&*row.crate_, &*row.method) == (crate::OURS, AUTOMATIC));
         let solve: Vec<_> = own.filter_map(reached).collect();

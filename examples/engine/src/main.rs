@@ -160,20 +160,20 @@ fn drawn() -> [(&'static str, Stroke, Friction); 5] {
 }
 
 fn chart(seconds: f64, reference: &Course) -> Outcome<Figure> {
-    let mut standing = Panel::new("time t / s", "displacement |x| / m")
-        .title("(a) standing at half of breakaway")
+    let mut standing = Panel::new("time t (s)", "displacement |x| (m)")
+        .title("standing at half of breakaway")
         .log_y()
         .y_range(1e-16..=1e1);
-    let mut cycles = Panel::new("cycles of the load", "displacement x / mm")
-        .title("(b) load between 0.4 and 0.6 of breakaway")
+    let mut cycles = Panel::new("cycles of the load", "displacement x (mm)")
+        .title("load between 0.4 and 0.6 of breakaway")
         .y_range(-0.1..=1.5);
-    let mut tilting = Panel::new("angle of the plane / °", "velocity v / (mm/s)")
-        .title("(c) a plane that tilts by 0.1 °/s")
+    let mut tilting = Panel::new("angle of the plane (°)", "velocity v (mm/s)")
+        .title("a plane that tilts by 0.1 °/s")
         .x_range(30.7..=31.3)
         .y_range(-1.0..=10.0)
         .vertical(CURVE.static_coefficient.atan().to_degrees(), "atan μ_s");
-    let mut sliding = Panel::new("time t / s", "position x / cm")
-        .title("(d) on the belt")
+    let mut sliding = Panel::new("time t (s)", "position x (cm)")
+        .title("on the belt")
         .x_range(0.0..=8.0)
         .line("solved to 1e-9", Colour::Black.width(3.0), scaled(reference, 100.0));
     for (name, stroke, friction) in drawn() {
