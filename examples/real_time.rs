@@ -332,8 +332,8 @@ fn chart(sweeps: &[Sweep]) -> Figure {
         .columns(2);
     for scalar in ["f64", "f32"] {
         let mut panel = Panel::new(
-            "time spent for one second simulated / ns",
-            "error of the elongation, root mean square / m",
+            "time spent for one second simulated (ns)",
+            "RMS error of the elongation (m)",
         )
         .title(scalar)
         .log_x()
