@@ -137,8 +137,9 @@ pub enum Remark {
         /// Length fitted \[s\].
         fitted: f64,
     },
-    /// Rows whose residuals depend so much on the parameters that they say nothing of their accuracy,
-    /// as after a slip that is about to happen: they are left out of residuals and standard errors.
+    /// Rows whose residuals depend so much on the parameters that they say nothing of their
+    /// accuracy, as after a slip that is about to happen: they are left out of residuals and
+    /// standard errors.
     RowsTooSensitive {
         /// Number of rows.
         rows: usize,

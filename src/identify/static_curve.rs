@@ -1,7 +1,8 @@
 //! The friction curve alone, from rows in which the contact slides: a robust fit.
 //!
 //! Σ w(r/s) r² → min over the parameters of μ(v), by iteratively reweighted least squares (IRLS)
-//! with Tukey's bisquare, see [`mechanism::Loss`](super::mechanism::Loss). The first rounds use Huber's weights.
+//! with Tukey's bisquare, see [`mechanism::Loss`](super::mechanism::Loss). The first rounds use
+//! Huber's weights.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|

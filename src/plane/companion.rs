@@ -94,9 +94,10 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneCompanion<T, M, N> {
     /// from a deflection z₀ \[m\] and a velocity v\* [m/s] predicted for the middle of the step.
     /// NaN for h < 0.
     ///
-    /// For second order take v\* from one [`VelocityHistory`](crate::companion::VelocityHistory) for
-    /// each axis, and v̄ as the mean of both ends (weight ½). In an engine of semi-implicit Euler v̄
-    /// is the velocity at the end (weight 1), and v\* that at the beginning will do: first order.
+    /// For second order take v\* from one [`VelocityHistory`](crate::companion::VelocityHistory)
+    /// for each axis, and v̄ as the mean of both ends (weight ½). In an engine of semi-implicit
+    /// Euler v̄ is the velocity at the end (weight 1), and v\* that at the beginning will do: first
+    /// order.
     #[inline(always)]
     pub fn step(
         &self,

@@ -49,8 +49,8 @@ pub enum DiscPressure {
     Hertz,
 }
 
-/// The 3 n² points of a disc of a radius a \[m\] about the origin, on n rings. A negative radius gives
-/// places that are NaN, which [`Footprint::new`] refuses.
+/// The 3 n² points of a disc of a radius a \[m\] about the origin, on n rings. A negative radius
+/// gives places that are NaN, which [`Footprint::new`] refuses.
 pub fn disc_points<T: Scalar>(
     radius: T,
     pressure: DiscPressure,

@@ -161,7 +161,8 @@ pub struct PlaneLimits<T: Scalar, const N: usize> {
 }
 
 /// The radius R \[m\] that turns the spin of a disc of this radius \[m\], under a uniform pressure,
-/// into an axis R ω: its full friction torque is ⅔ of radius times force. NaN for a negative radius.
+/// into an axis R ω: its full friction torque is ⅔ of radius times force. NaN for a negative
+/// radius.
 pub fn spin_radius_of_disc<T: Scalar>(radius: T) -> T {
     length(radius) * lit(2.0 / 3.0)
 }

@@ -1,8 +1,8 @@
 //! What speaks against a result: logs that the model does not explain, degrees, one load only.
 //!
 //! A log is not explained where the errors of the position are larger than a third of the standard
-//! deviation of the motion, both over the segments that were fitted. A ninth of its variance is then
-//! left, where a position that stays at its mean leaves all of it. Noise and friction that is
+//! deviation of the motion, both over the segments that were fitted. A ninth of its variance is
+//! then left, where a position that stays at its mean leaves all of it. Noise and friction that is
 //! modelled a little wrong leave a hundredth at most; a wrong sign or a missing torque leave nearly
 //! all.
 
