@@ -544,7 +544,15 @@ fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
     let log = run(LOAD, GRAVITY, 1, false).voltage().unwrap();
     let error = |joint: Joint| dahl(&joint, core::slice::from_ref(&log)).unwrap_err().to_string();
     let wrong = error(pendulum().known("inertai", 1.0));
-    assert_eq!(wrong, "a joint takes the names of its parameters, not inertai");
+    assert!(wrong.ends_with(", not inertai"), "{wrong}");
+    let others = ["breakaway_excess", "stribeck_velocity", "backward_ratio", "micro_damping"];
+    let terms = ["offset_torque", "spring_rate", "hanging_angle", "duty_exponent"];
+    for name in NAMES.into_iter().chain(others).chain(terms) {
+        assert!(wrong.contains(name), "{name}: {wrong}");
+    }
+    // A name of a term that is not there.
+    let missing = error(pendulum().known("spring_rate", 1.0));
+    assert!(missing.contains("with Term::Spring") && missing.ends_with("spring_rate"), "{missing}");
     let missing = error(Joint::new().known("resistance", 3.0));
     assert_eq!(missing, "this drive takes a known or starting value of, not torque_constant");
     let none =

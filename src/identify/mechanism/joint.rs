@@ -114,6 +114,14 @@ impl Term {
     }
 }
 
+/// The names that a joint takes.
+const TAKES: &str = "a joint takes inertia and drag; \
+    torque_constant, resistance and duty_exponent with a drive that has them; \
+    offset_torque with Term::Constant; spring_rate with Term::Spring; \
+    gravity_torque and hanging_angle with Term::Gravity; names of its own terms; \
+    coulomb_torque, motor_load_factor, external_load_factor, breakaway_excess, \
+    stribeck_velocity, backward_ratio, micro_stiffness and micro_damping";
+
 /// What is said of a parameter beforehand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Said {
@@ -246,7 +254,7 @@ impl Joint {
                 if Friction::NAMES.contains(&name) {
                     continue;
                 }
-                return Err(parameter::chosen(name, "a joint takes the names of its parameters"));
+                return Err(parameter::chosen(name, TAKES));
             };
             match said {
                 Said::Known(value) => {

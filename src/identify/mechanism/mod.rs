@@ -83,6 +83,30 @@
 //! # Ok::<(), bristle::ParameterError>(())
 //! ```
 //!
+//! # Names of the parameters
+//!
+//! With μ_d = 1 the friction model is a curve without a unit, and torques and factors of the load
+//! are what the teeth take. A [`gear`](crate::gear) with a μ_d of its own, as that of its
+//! datasheet, has the products:
+//!
+//! | name | in [`gear`](crate::gear) or [`scene`](crate::scene) | found with |
+//! |---|---|---|
+//! | `inertia` | `GearedJointParameters::inertia` | always |
+//! | `drag` | `GearFrictionParameters::drag` | always |
+//! | `torque_constant`, `resistance` | those of `VoltageMotorParameters` | [`Drive`] |
+//! | `duty_exponent` | γ of V sgn(d) \|d\|^γ, not in a scene | [`Drive::Duty`] |
+//! | `offset_torque`, `spring_rate` | not in a scene | [`Term::Constant`], [`Term::Spring`] |
+//! | `gravity_torque` | `Gravity::horizontal_torque` | [`Term::Gravity`] |
+//! | `hanging_angle` | `Gravity::hanging_angle` | [`Term::Gravity`] |
+//! | `coulomb_torque` | `TorqueLoadParameters::idle_load` · μ_d | every [`Friction`] |
+//! | `motor_load_factor` | `TorqueLoadParameters::motor_share` · μ_d | [`Friction::loaded`] |
+//! | `external_load_factor` | `TorqueLoadParameters::external_share` · μ_d | [`Friction::loaded`] |
+//! | `breakaway_excess` | μ_s/μ_d − 1 | Stribeck, FrBD, LuGre |
+//! | `stribeck_velocity` | `StribeckParameters::stribeck_velocity` | Stribeck, FrBD, LuGre |
+//! | `backward_ratio` | μ for v < 0 over μ for v > 0 | [`Friction::directional`] |
+//! | `micro_stiffness` | σ0 of the bristle, over μ_d | Dahl, FrBD, LuGre |
+//! | `micro_damping` | σ1 of the bristle, over μ_d | FrBD, LuGre |
+//!
 //! # Criteria
 //!
 //! | criterion | residual | what it is for |
@@ -95,6 +119,10 @@
 //! segments of growing length ([`Settings::horizons`]). Where the position over a segment depends
 //! on the parameters too much, as in stick-slip, segments end earlier, and a
 //! [remark](crate::identify::Remark) says so.
+//!
+//! Where the errors of the position exceed a third of the standard deviation of the motion, the
+//! model does not explain the log: a wrong sign, a missing torque, degrees. A remark names the log,
+//! the worst first, and no parameter is determined then.
 //!
 //! Simulations take passive steps of at most 1 ms, see [`GearFriction`](crate::gear::GearFriction);
 //! dual numbers through them give exact sensitivities. Standard errors, and what the data do not
