@@ -220,7 +220,7 @@ fn chart(tyre: &Tyre, rows: &[Row]) -> Outcome<Figure> {
     let over = |label, title| Panel::new(time, label).title(title).x_range(0.0..=end).own_legend();
     let stands = rows.iter().find(|row| row.speed <= 0.0).map(|row| row.time);
     let standstill = |panel: Panel| match stands {
-        Some(time) => panel.vertical(time, "stands"),
+        Some(time) => panel.vertical(time, "first stop"),
         None => panel,
     };
     let timed = [

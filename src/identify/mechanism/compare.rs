@@ -37,7 +37,7 @@ pub struct Comparison {
     /// Place of the candidate with the least error on the logs held out.
     pub best: usize,
     /// Place of the simplest candidate within one standard error of it.
-    pub named: usize,
+    pub simplest: usize,
     /// Standard error of the best mean square \[rad²\].
     pub standard_error: f64,
 }
@@ -101,8 +101,8 @@ pub fn compare(
     let searched = |i: usize| fits.get(i).map_or(usize::MAX, JointFit::searched);
     let simplest =
         near.min_by(|a, b| searched(a.0).cmp(&searched(b.0)).then(a.1.0.total_cmp(&b.1.0)));
-    let named = simplest.map_or(best, |(i, _)| i);
-    Ok(Comparison { fits, refused, best, named, standard_error })
+    let simplest = simplest.map_or(best, |(i, _)| i);
+    Ok(Comparison { fits, refused, best, simplest, standard_error })
 }
 
 /// The mean of values and its standard error; infinite where a value is not finite or there is
@@ -122,7 +122,7 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
 impl Comparison {
     /// The simplest candidate within one standard error of the best.
     pub fn named(&self) -> Option<&JointFit> {
-        self.fits.get(self.named)
+        self.fits.get(self.simplest)
     }
 }
 
@@ -143,8 +143,8 @@ impl fmt::Display for Comparison {
                 write!(f, "  {:>15.4}", Number(score.rmse))?;
             }
             let mark = match i {
-                _ if i == self.named && i == self.best => "  <- best and simplest",
-                _ if i == self.named => "  <- simplest within one standard error",
+                _ if i == self.simplest && i == self.best => "  <- best and simplest",
+                _ if i == self.simplest => "  <- simplest within one standard error",
                 _ if i == self.best => "  <- best",
                 _ => "",
             };
