@@ -17,7 +17,7 @@ use bristle::batch::{Batch, BatchError, CommitInput, PassiveOutput, Real, StepIn
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::plane::{Axis, PlaneFrBd};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bristle, FrBd};
+use bristle::{Bristle, FrBd, ParameterError};
 use nalgebra::convert;
 
 /// Bristles of a batch: everything stays in the second cache.
@@ -38,7 +38,8 @@ impl Best {
     }
 }
 
-fn compare<T: Real>(name: &str) -> Result<(), BatchError> {
+/// Curve and bristle of every comparison.
+fn material<T: Real>() -> Result<(Stribeck<T>, KelvinVoigt<T>), ParameterError> {
     let t = |value: f64| convert::<f64, T>(value);
     let curve = Stribeck::new(StribeckParameters {
         static_coefficient: t(1.5),
@@ -51,6 +52,12 @@ fn compare<T: Real>(name: &str) -> Result<(), BatchError> {
         micro_stiffness: t(1e4),
         micro_damping: t(64.5),
     })?;
+    Ok((curve, bristle))
+}
+
+fn compare<T: Real>(name: &str) -> Result<(), BatchError> {
+    let t = |value: f64| convert::<f64, T>(value);
+    let (curve, bristle) = material()?;
     let model = FrBd::new(curve, bristle);
     let batch = Batch::of(&model)?;
     let companion = model.under_load(t(1.0))?.companion(t(1.0))?;
@@ -180,17 +187,7 @@ impl<T: Real, const N: usize> Steps<T, N> {
 /// Passive steps of bristles of one axis beside those of more, alike on all axes or not.
 fn axes<T: Real>(name: &str) -> Result<(), BatchError> {
     let t = |value: f64| convert::<f64, T>(value);
-    let curve = Stribeck::new(StribeckParameters {
-        static_coefficient: t(1.5),
-        dynamic_coefficient: t(1.0),
-        stribeck_velocity: t(0.01),
-        stribeck_exponent: t(2.0),
-        viscous_friction: t(0.04),
-    })?;
-    let bristle = KelvinVoigt::new(KelvinVoigtParameters {
-        micro_stiffness: t(1e4),
-        micro_damping: t(64.5),
-    })?;
+    let (curve, bristle) = material()?;
     let line = Batch::of(&FrBd::new(curve, bristle))?;
     let ratio = |friction_ratio: f64| Axis { friction_ratio: t(friction_ratio), bristle };
     let grain = PlaneFrBd::new(curve, [ratio(1.0), ratio(0.6)])?;

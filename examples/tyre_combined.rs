@@ -219,8 +219,9 @@ fn chart(tyre: &Tyre, rows: &[Row]) -> Outcome<Figure> {
     let end = rows.last().map_or(1.0, |row| row.time);
     let over = |label, title| Panel::new(time, label).title(title).x_range(0.0..=end).own_legend();
     let stands = rows.iter().find(|row| row.speed <= 0.0).map(|row| row.time);
-    let standstill = |panel: Panel| match stands {
-        Some(time) => panel.vertical(time, "first stop"),
+    // Named in the panel of the speeds.
+    let standstill = |(place, panel): (usize, Panel)| match stands {
+        Some(time) => panel.vertical(time, if place == 0 { "first stop" } else { "" }),
         None => panel,
     };
     let timed = [
@@ -251,5 +252,5 @@ fn chart(tyre: &Tyre, rows: &[Row]) -> Outcome<Figure> {
                 .line("lane change", Colour::Blue, &plane)
                 .own_legend(),
         );
-    Ok(timed.into_iter().map(standstill).fold(figure, Figure::panel))
+    Ok(timed.into_iter().enumerate().map(standstill).fold(figure, Figure::panel))
 }
