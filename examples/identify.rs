@@ -36,27 +36,6 @@ use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Values};
 /// Panels of the chart at most.
 const PANELS: usize = 8;
 
-/// Parameters that `--known` and `--start` take.
-const NAMES: [&str; 17] = [
-    "inertia",
-    "torque_constant",
-    "resistance",
-    "duty_exponent",
-    "drag",
-    "offset_torque",
-    "spring_rate",
-    "gravity_torque",
-    "hanging_angle",
-    "coulomb_torque",
-    "motor_load_factor",
-    "external_load_factor",
-    "breakaway_excess",
-    "stribeck_velocity",
-    "backward_ratio",
-    "micro_stiffness",
-    "micro_damping",
-];
-
 fn main() -> ExitCode {
     support::run(|| {
         let arguments = Arguments::new("identify", "A joint from logs of drive and position")
@@ -101,21 +80,21 @@ fn main() -> ExitCode {
     })
 }
 
-/// `NAME=VALUE,NAME=VALUE` with the names of parameters.
+/// A name from the command line as a joint takes it, for the rest of the program.
+fn lasting(name: &str) -> &'static str {
+    name.to_owned().leak()
+}
+
+/// `NAME=VALUE,NAME=VALUE` with the names of parameters, which the joint checks.
 fn pairs(option: &str, text: &str) -> Result<Vec<(&'static str, f64)>, Box<dyn Error>> {
     let pair = |part: &str| -> Result<(&'static str, f64), Box<dyn Error>> {
         let (name, value) = part.split_once('=').unwrap_or((part, ""));
         let value = value
             .parse()
             .map_err(|_| format!("--{option} must be PARAMETER=VALUE,…, but {part:?} was given"))?;
-        Ok((parameter(name)?, value))
+        Ok((lasting(name), value))
     };
     text.split(',').filter(|part| !part.is_empty()).map(pair).collect()
-}
-
-fn parameter(name: &str) -> Result<&'static str, Box<dyn Error>> {
-    let known = NAMES.into_iter().find(|known| *known == name);
-    known.ok_or_else(|| format!("no parameter {name:?}; there are {}", NAMES.join(", ")).into())
 }
 
 /// The mechanism, and what is known of it.
@@ -136,7 +115,7 @@ fn joint(arguments: &Values) -> Result<Joint, Box<dyn Error>> {
         joint = joint.known(name, value);
     }
     for name in arguments.text("each").split(',').filter(|name| !name.is_empty()) {
-        joint = joint.of_each_log(parameter(name)?);
+        joint = joint.of_each_log(lasting(name));
     }
     Ok(joint)
 }

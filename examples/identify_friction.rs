@@ -31,9 +31,6 @@ use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd};
 use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Values};
 
-/// Uniform numbers in a sum that approximates a Gaussian number.
-const UNIFORMS: usize = 12;
-
 fn main() -> ExitCode {
     support::run(|| {
         let arguments = Arguments::new(
@@ -112,17 +109,7 @@ const BRISTLE: KelvinVoigtParameters<f64, f64> =
 /// Ten seconds at 500 Hz: slides of many speeds and pre-sliding, under 50 N, with 2 % noise.
 fn synthetic() -> Result<Log, Box<dyn Error>> {
     let friction = FrBd::new(Stribeck::new(CURVE)?, KelvinVoigt::new(BRISTLE)?);
-    let mut seed = 1_u64;
-    // The sum of twelve uniform numbers, less its mean, has a variance of one.
-    let mut noise = || {
-        let mut uniform = || {
-            seed = seed
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        (0..UNIFORMS).map(|_| uniform()).sum::<f64>() - 0.5 * UNIFORMS as f64
-    };
+    let mut noise = support::noise();
     let (mut time, mut velocity, mut force, mut deflection) = (vec![], vec![], vec![], 0.0);
     for row in 0..5001 {
         let t = 2e-3 * f64::from(row);

@@ -23,7 +23,7 @@ use bristle::ode::{self, Output};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::MassSpringDamper;
 use bristle::{Bristle, Contact, FrBd, Scalar, paper};
-use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Progress, Rule};
+use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Progress, Rule, Way};
 
 /// The shortest step [s], and the steps as multiples of it: closer together where schemes become
 /// unstable.
@@ -52,30 +52,18 @@ enum Scheme {
     CompanionTwice,
 }
 
-struct Way {
-    scheme: Scheme,
-    name: &'static str,
-    label: &'static str,
-    colour: Colour,
-    marker: Marker,
-}
-
-const WAYS: [Way; 4] = [
-    way(Scheme::Explicit, "explicit", "explicit", Colour::Vermilion, Marker::Disc),
-    way(Scheme::Hold, "hold", "hold", Colour::Purple, Marker::Diamond),
-    way(Scheme::CompanionOnce, "companion_once", "companion", Colour::Green, Marker::Square),
-    way(Scheme::CompanionTwice, "companion_twice", "companion twice", Colour::Blue, Marker::Disc),
+const WAYS: [Way<Scheme>; 4] = [
+    Way::new(Scheme::Explicit, "explicit", "explicit", Colour::Vermilion, Marker::Disc),
+    Way::new(Scheme::Hold, "hold", "hold", Colour::Purple, Marker::Diamond),
+    Way::new(Scheme::CompanionOnce, "companion_once", "companion", Colour::Green, Marker::Square),
+    Way::new(
+        Scheme::CompanionTwice,
+        "companion_twice",
+        "companion twice",
+        Colour::Blue,
+        Marker::Disc,
+    ),
 ];
-
-const fn way(
-    scheme: Scheme,
-    name: &'static str,
-    label: &'static str,
-    colour: Colour,
-    marker: Marker,
-) -> Way {
-    Way { scheme, name, label, colour, marker }
-}
 
 type Friction<T> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
 
@@ -246,14 +234,14 @@ impl Point {
 }
 
 struct Sweep {
-    way: &'static Way,
+    way: &'static Way<Scheme>,
     scalar: &'static str,
     points: Vec<Point>,
 }
 
 impl Sweep {
     fn new<T: Scalar>(
-        way: &'static Way,
+        way: &'static Way<Scheme>,
         scalar: &'static str,
         end: f64,
         truth: &Truth,

@@ -21,7 +21,7 @@ use bristle::scene::{MassSpringDamper, MassSpringDamperParameters, PrescribedVel
 use bristle::stability::{self, Scheme};
 use bristle::{Branch, Bristle, FrBd, LuGre, Mechanism, paper};
 use nalgebra::{Vector1, Vector3};
-use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Progress, Rule};
+use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Progress, Rule, Way};
 
 /// The range of the step [s].
 const SHORTEST: f64 = 1e-4;
@@ -38,38 +38,19 @@ const SAMPLES: f64 = 1e4;
 /// A run is given up where the position [m] or the velocity [m/s] is beyond this.
 const LOST: f64 = 1e3;
 
-/// A method as it is named and drawn.
-struct Way {
-    scheme: Scheme,
-    name: &'static str,
-    label: &'static str,
-    colour: Colour,
-    marker: Marker,
-}
-
-const WAYS: [Way; 5] = [
-    way(Scheme::Euler, "euler", "Euler", Colour::Vermilion, Marker::Disc),
-    way(Scheme::ExactHold, "exact_hold", "exact hold", Colour::Purple, Marker::Diamond),
-    way(
+const WAYS: [Way<Scheme>; 5] = [
+    Way::new(Scheme::Euler, "euler", "Euler", Colour::Vermilion, Marker::Disc),
+    Way::new(Scheme::ExactHold, "exact_hold", "exact hold", Colour::Purple, Marker::Diamond),
+    Way::new(
         Scheme::SemiImplicitEuler,
         "semi_implicit_euler",
         "semi-implicit Euler",
         Colour::Black,
         Marker::Triangle,
     ),
-    way(Scheme::RungeKutta4, "rk4", "RK4, plain", Colour::Blue, Marker::Square),
-    way(Scheme::Passive, "passive", "passive", Colour::Green, Marker::Disc),
+    Way::new(Scheme::RungeKutta4, "rk4", "RK4, plain", Colour::Blue, Marker::Square),
+    Way::new(Scheme::Passive, "passive", "passive", Colour::Green, Marker::Disc),
 ];
-
-const fn way(
-    scheme: Scheme,
-    name: &'static str,
-    label: &'static str,
-    colour: Colour,
-    marker: Marker,
-) -> Way {
-    Way { scheme, name, label, colour, marker }
-}
 
 fn main() -> ExitCode {
     support::run(|| {
@@ -337,7 +318,7 @@ fn onset(guess: f64, left: impl Fn(f64, usize) -> f64) -> f64 {
 
 /// One method over all steps.
 struct Sweep {
-    way: &'static Way,
+    way: &'static Way<Scheme>,
     runs: Vec<Run>,
     bristle: Option<Critical>,
     stuck: Option<Critical>,

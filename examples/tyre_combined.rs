@@ -1,12 +1,13 @@
 //! A tyre in combined slip: its force in steady rolling, braking and cornering at once, and a
 //! quarter of a car that changes lane while it brakes to a standstill.
 //!
-//! The numbers are those of the example `wheel_braking`: 400 kg on a wheel of 1 kg m² and 0.3 m, a
-//! patch of 0.12 m under a parabolic pressure, a dry road. The bristles are isotropic. The slip
-//! angle α follows one period of a sine, and the lateral velocity of the wheel is v_x tan α.
+//! Car and road are those of the example `wheel_braking`, in `quarter_car/mod.rs`. The pressure in
+//! the patch is parabolic, the bristles are isotropic. The slip angle α follows one period of a
+//! sine, and the lateral velocity of the wheel is v_x tan α.
 //!
 //! Leaves `tyre_combined.csv` (the manoeuvre) and `tyre_combined.svg`.
 
+mod quarter_car;
 #[macro_use]
 mod support;
 
@@ -14,22 +15,16 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::process::ExitCode;
 
-use bristle::Bristle;
-use bristle::FrBd;
-use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
+use bristle::curve::Stribeck;
 use bristle::plane::PlaneFrBd;
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::rolling::{
     CombinedPatch, Motion, Patch, PatchParameters, PolynomialExponential, Segment,
 };
-use bristle::scene::{BrakedWheel, BrakedWheelParameters, WheelLoads};
+use bristle::scene::WheelLoads;
 use nalgebra::Vector2;
+use quarter_car::{LENGTH, LOAD, QuarterCar, RADIUS, road_and_tread, rolling};
 use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
-const MASS: f64 = 400.0; // kg
-const INERTIA: f64 = 1.0; // kg m²
-const RADIUS: f64 = 0.3; // m
-const LOAD: f64 = 400.0 * 9.81; // N
 /// Speed [m/s] of the steady diagram.
 const CRUISE: f64 = 20.0;
 /// Begin and end [s] of the lane change.
@@ -42,7 +37,6 @@ type Outcome<T> = Result<T, Box<dyn Error>>;
 type Pressure = PolynomialExponential<f64, 4>;
 type Tyre = Patch<f64, PlaneFrBd<Stribeck<f64>, f64, 2>, Pressure>;
 type Rolling = CombinedPatch<f64, PlaneFrBd<Stribeck<f64>, f64, 2>, 2, 4, Vec<Segment<f64, 4>>>;
-type Wheel = BrakedWheel<f64, Rolling, FrBd<Coulomb<f64>, KelvinVoigt<f64>>>;
 
 /// The manoeuvre at the end of a step.
 struct Row {
@@ -74,7 +68,7 @@ fn main() -> ExitCode {
         let angle = arguments.number("angle").to_radians();
         let (speed, torque) = (arguments.number("speed"), arguments.number("torque"));
         let rows = manoeuvre(
-            wheel(speed)?,
+            rolling(tyre()?.combined_in(200)?, speed)?,
             (torque, angle),
             arguments.number("end"),
             arguments.number("step"),
@@ -96,42 +90,23 @@ fn main() -> ExitCode {
 }
 
 fn tyre() -> Outcome<Tyre> {
-    let road = Stribeck::new(StribeckParameters {
-        static_coefficient: 1.1,
-        dynamic_coefficient: 0.75,
-        stribeck_velocity: 6.0,
-        stribeck_exponent: 1.0,
-        viscous_friction: 0.0,
-    })?;
-    let tread =
-        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 200.0, micro_damping: 0.5 })?;
+    let (road, tread) = road_and_tread()?;
     let tyre = Patch::new(PatchParameters {
         model: PlaneFrBd::isotropic(road, tread),
-        length: 0.12,
+        length: LENGTH,
         pressure: PolynomialExponential::parabolic().padded(),
     })?;
     Ok(tyre.carrying(LOAD)?)
 }
 
-fn wheel(speed: f64) -> Outcome<Wheel> {
-    // 1 N m of torque per newton, so that the brake's normal force is its capacity.
-    let pads = Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 })?;
-    let holder =
-        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 50.0, micro_damping: 0.1 })?;
-    Ok(BrakedWheel::new(BrakedWheelParameters {
-        tyre: tyre()?.combined_in(200)?,
-        brake: FrBd::new(pads, holder).under_load(0.0)?,
-        mass: MASS,
-        inertia: INERTIA,
-        radius: RADIUS,
-        speed,
-        angular_velocity: speed / RADIUS,
-    })?)
-}
-
 /// Braking with a lane change: the torque that the brake can carry [N m] and the largest slip
 /// angle [rad].
-fn manoeuvre(mut wheel: Wheel, (torque, angle): (f64, f64), end: f64, h: f64) -> Outcome<Vec<Row>> {
+fn manoeuvre(
+    mut wheel: QuarterCar<Rolling>,
+    (torque, angle): (f64, f64),
+    end: f64,
+    h: f64,
+) -> Outcome<Vec<Row>> {
     let steering = |time: f64| {
         let part = (time - LANE_CHANGE.0) / (LANE_CHANGE.1 - LANE_CHANGE.0);
         if (0.0..1.0).contains(&part) { angle * (TAU * part).sin() } else { 0.0 }

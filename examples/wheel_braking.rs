@@ -1,36 +1,30 @@
 //! A quarter of a passenger car brakes harder than its tyre can carry: rolling, over the peak of
 //! the force–slip curve, locked, to standstill, where it swings out on its bristles.
 //!
-//! The numbers are those of a typical passenger car, none of a particular one: 400 kg on a wheel
-//! of 1 kg m² and 0.3 m, a patch of 0.12 m under a parabolic pressure; a dry road with a peak near
-//! μ = 0.8 at a slip of some 20 % and 0.75 when the wheel slides fast; a brake that winds up by
-//! 0.02 rad with all that holds it.
+//! The pressure in the patch is parabolic; the car is that of `quarter_car/mod.rs`.
 //!
 //! The slip is NaN once the car crawls. Leaves `wheel_braking.csv` and `wheel_braking.svg`.
 
+mod quarter_car;
 #[macro_use]
 mod support;
 
 use std::error::Error;
 use std::process::ExitCode;
 
-use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::FrBd;
+use bristle::curve::Stribeck;
+use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{ExactPatch, Patch, PatchParameters, PolynomialExponential, Segment};
-use bristle::scene::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState};
-use bristle::{Bristle, FrBd};
+use bristle::scene::{WheelLoads, WheelState};
+use quarter_car::{INERTIA, LENGTH, LOAD, MASS, QuarterCar, RADIUS, road_and_tread, rolling};
 use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule};
 
-const MASS: f64 = 400.0; // kg
-const INERTIA: f64 = 1.0; // kg m²
-const RADIUS: f64 = 0.3; // m
-const GRAVITY: f64 = 9.81; // m/s²
 /// Below this speed [m/s] a slip says nothing.
 const CRAWL: f64 = 0.05;
 
-type Friction<C> = FrBd<C, KelvinVoigt<f64>>;
-type Tyre = ExactPatch<f64, Friction<Stribeck<f64>>, 3, Vec<Segment<f64, 3>>>;
-type Wheel = BrakedWheel<f64, Tyre, Friction<Coulomb<f64>>>;
+type Friction = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
+type Wheel = QuarterCar<ExactPatch<f64, Friction, 3, Vec<Segment<f64, 3>>>>;
 
 /// The brake pedal: torque that the brake can carry, over time.
 #[derive(Debug, Clone, Copy)]
@@ -110,33 +104,13 @@ fn main() -> ExitCode {
 }
 
 fn wheel(speed: f64) -> Result<Wheel, Box<dyn Error>> {
-    let road = Stribeck::new(StribeckParameters {
-        static_coefficient: 1.1,
-        dynamic_coefficient: 0.75,
-        stribeck_velocity: 6.0,
-        stribeck_exponent: 1.0,
-        viscous_friction: 0.0,
-    })?;
-    let tread =
-        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 200.0, micro_damping: 0.5 })?;
+    let (road, tread) = road_and_tread()?;
     let tyre = Patch::new(PatchParameters {
         model: FrBd::new(road, tread),
-        length: 0.12,
+        length: LENGTH,
         pressure: PolynomialExponential::parabolic(),
     })?;
-    // 1 N m of torque per newton, so that the brake's normal force is its capacity.
-    let pads = Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 })?;
-    let holder =
-        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 50.0, micro_damping: 0.1 })?;
-    Ok(BrakedWheel::new(BrakedWheelParameters {
-        tyre: tyre.carrying(MASS * GRAVITY)?.exact_in(200)?,
-        brake: FrBd::new(pads, holder).under_load(0.0)?,
-        mass: MASS,
-        inertia: INERTIA,
-        radius: RADIUS,
-        speed,
-        angular_velocity: speed / RADIUS,
-    })?)
+    rolling(tyre.carrying(LOAD)?.exact_in(200)?, speed)
 }
 
 impl Pedal {
@@ -200,7 +174,7 @@ fn report(run: &Run) {
     let stands = run.rows.iter().find(|row| row.state.speed <= 0.0);
     println!();
     if let Some(Row { state, slip, .. }) = peak {
-        let (share, time) = (state.force / (MASS * GRAVITY), state.time);
+        let (share, time) = (state.force / LOAD, state.time);
         println!("peak     {time:.3} s  F = {share:.3} F_z at a slip of {:.1} %", 100.0 * slip);
     }
     if let Some(Row { state, .. }) = locked {

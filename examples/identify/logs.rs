@@ -158,17 +158,7 @@ pub(crate) fn synthetic() -> Result<(Vec<Named>, Vec<Named>), Box<dyn Error>> {
          stiffness 200 1/rad;\n\
          {COUNTS} counts a turn, noise {NOISE} N m\n"
     );
-    let mut seed = 1_u64;
-    // The sum of twelve uniform numbers, less its mean, has a variance of one.
-    let mut noise = || {
-        let mut uniform = || {
-            seed = seed
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
-    };
+    let mut noise = support::noise();
     let mut log = |name: &str, swing: f64, phase: f64| -> Result<Named, Box<dyn Error>> {
         let load = TorqueLoadParameters { idle_load: 0.05, motor_share: 0.2, external_share: 0.1 };
         let friction = DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 200.0 };

@@ -157,6 +157,43 @@ impl Progress {
 /// Whether the line of a [`Progress`] is on the terminal.
 static SHOWN: AtomicBool = AtomicBool::new(false);
 
+/// One of the ways that an example compares: as it is named in the table and drawn in the chart.
+#[derive(Debug, Clone, Copy)]
+pub struct Way<S> {
+    pub scheme: S,
+    pub name: &'static str,
+    pub label: &'static str,
+    pub colour: Colour,
+    pub marker: Marker,
+}
+
+impl<S> Way<S> {
+    pub const fn new(
+        scheme: S,
+        name: &'static str,
+        label: &'static str,
+        colour: Colour,
+        marker: Marker,
+    ) -> Self {
+        Self { scheme, name, label, colour, marker }
+    }
+}
+
+/// Random numbers, nearly Gaussian, of mean zero and variance one; in every run the same.
+pub fn noise() -> impl FnMut() -> f64 {
+    let mut seed = 1_u64;
+    move || {
+        let mut uniform = || {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        // The sum of twelve uniform numbers, less its mean, has a variance of one.
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+}
+
 /// Creates `folder` and the folders above it, unless they exist.
 fn create_folder(folder: &Path) -> Result<()> {
     match fs::create_dir_all(folder) {

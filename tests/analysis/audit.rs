@@ -5,7 +5,7 @@
 use std::fmt::Write;
 
 use crate::common::recipe::recipe;
-use crate::common::specimens::{kelvin_voigt, stribeck};
+use crate::common::specimens::{self, kelvin_voigt, stribeck};
 use crate::common::{assert_within, check};
 use bristle::Mechanism;
 use bristle::audit::{Audit, AuditParameters, LawStatus};
@@ -356,16 +356,8 @@ fn the_table_in_the_documentation_is_the_one_that_is_printed() {
 
 #[test]
 fn an_audit_in_single_precision_says_the_same() {
-    let curve = Stribeck::new(StribeckParameters {
-        static_coefficient: 1.5_f32,
-        dynamic_coefficient: 1.0,
-        stribeck_velocity: 0.01,
-        stribeck_exponent: 2.0,
-        viscous_friction: 0.04,
-    });
-    let bristle =
-        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4_f32, micro_damping: 64.5 });
-    let contact = LuGre::classical(curve.unwrap(), bristle.unwrap()).under_load(1.0).unwrap();
+    let (curve, bristle) = specimens::table_2();
+    let contact = LuGre::classical(curve, bristle).under_load(1.0).unwrap();
     let mechanism = Mechanism { mass: 1.0_f32, spring_stiffness: 2.0, viscous_damping: 0.0 };
     let parameters = AuditParameters { mechanism: Some(mechanism), ..AuditParameters::up_to(1.0) };
     let audit = contact.audit(parameters).unwrap();

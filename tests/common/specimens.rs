@@ -283,6 +283,12 @@ pub fn stribeck<T: Scalar>(r: &Recipe, exponent: f64) -> Stribeck<T> {
     .unwrap()
 }
 
+/// Curve and bristle of the paper's Table 2.
+pub fn table_2<T: Scalar>() -> (Stribeck<T>, KelvinVoigt<T>) {
+    let r = Recipe::TABLE_2;
+    (stribeck(&r, 2.0), kelvin_voigt(lit(r.stiffness), lit(r.damping)))
+}
+
 pub fn rational<T: Scalar>(r: &Recipe) -> RationalStribeck<T> {
     RationalStribeck::new(RationalStribeckParameters {
         static_coefficient: lit(r.static_),

@@ -1,6 +1,6 @@
 //! What holds of every scene: the report, refusals, references that do not settle.
 
-use bristle::curve::{Stribeck, StribeckParameters};
+use bristle::curve::Stribeck;
 use bristle::fidelity::*;
 use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{Motion, PolynomialExponential};
@@ -9,6 +9,7 @@ use bristle::signal::{Function, Signal, Sine, SineParameters};
 use bristle::{Bristle, FrBd, Mechanism, ParameterError, Rule, Units};
 use nalgebra::Vector3;
 
+use crate::common::specimens::table_2;
 use crate::known_velocity::sets;
 use crate::patch::patch;
 
@@ -227,16 +228,8 @@ fn what_happens_between_answers_is_seen() {
 
 #[test]
 fn single_precision_gets_the_same_choice() {
-    let curve = Stribeck::new(StribeckParameters {
-        static_coefficient: 1.5_f32,
-        dynamic_coefficient: 1.0,
-        stribeck_velocity: 0.01,
-        stribeck_exponent: 2.0,
-        viscous_friction: 0.04,
-    });
-    let bristle =
-        bristle::rheology::KelvinVoigtParameters { micro_stiffness: 1e4_f32, micro_damping: 64.5 };
-    let friction = FrBd::new(curve.unwrap(), KelvinVoigt::new(bristle).unwrap());
+    let (curve, bristle) = table_2();
+    let friction = FrBd::new(curve, bristle);
     let wave = SineParameters { mean: 0.0055_f32, amplitude: 0.005, frequency: 25.0, phase: 0.0 };
     let contact = friction.under_load(1.0).unwrap();
     let answers = Answers { interval: 4e-4, count: 200 };

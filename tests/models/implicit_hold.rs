@@ -9,6 +9,8 @@ use bristle::curve::{FrictionCurve, Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bounds, Bristle, FoldRule, HeldStep, ImplicitBristle, Sliding, paper};
 
+use crate::common::specimens::table_2;
+
 type Model = ImplicitBristle<Stribeck<f64>>;
 
 /// Uniform numbers in [0, 1) by the 64-bit linear congruential generator of Knuth (MMIX), upper 53
@@ -536,17 +538,8 @@ fn looks_at_the_curve_are_few_and_never_more_than_1500() {
 
 #[test]
 fn in_single_precision_it_is_the_same_step() {
-    let curve = Stribeck::new(StribeckParameters {
-        static_coefficient: 1.5_f32,
-        dynamic_coefficient: 1.0,
-        stribeck_velocity: 0.01,
-        stribeck_exponent: 2.0,
-        viscous_friction: 0.04,
-    })
-    .unwrap();
-    let rheology =
-        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4_f32, micro_damping: 64.5 });
-    let single = ImplicitBristle::new(curve, rheology.unwrap(), None).unwrap();
+    let (curve, bristle) = table_2::<f32>();
+    let single = ImplicitBristle::new(curve, bristle, None).unwrap();
     let mut dice = Draw(4);
     for _ in 0..300 {
         let Scene { velocity, deflection, duration } = draw(&mut dice, &TABLE_2);

@@ -15,6 +15,7 @@ use num_dual::Dual64;
 use proptest::prelude::*;
 
 use crate::common::recipe::{decades, velocity};
+use crate::common::specimens::table_2;
 use crate::common::{assert_within, check, lit};
 
 type Model<T, const N: usize, E = Unregularised> = PlaneFrBd<Stribeck<T>, T, N, E>;
@@ -630,14 +631,7 @@ fn bad_axes_are_refused_by_name() {
 /// subnormal.
 fn edges<T: Scalar>(sizes: &[f64], smallest: f64) {
     let t = lit::<T>;
-    let curve = Stribeck::new(StribeckParameters {
-        static_coefficient: t(1.5),
-        dynamic_coefficient: t(1.0),
-        stribeck_velocity: t(0.01),
-        stribeck_exponent: t(2.0),
-        viscous_friction: t(0.04),
-    })
-    .unwrap();
+    let (curve, _) = table_2::<T>();
     let axes = [axis([1.0, 1e4, 64.5]), axis([0.6, 1e4, 64.5])];
     let model = PlaneFrBd::new(curve, axes).unwrap();
     let contact = model.under_load(t(1.0)).unwrap();

@@ -14,7 +14,7 @@
 use std::cell::Cell;
 use std::ops::{Deref, Range};
 
-use bristle::curve::{Stribeck, StribeckParameters};
+use bristle::curve::Stribeck;
 use bristle::ode::{
     Event, Failure, Linearisation, Method, Observer, Solver, Statistics, Step, Summary, System,
     Tolerances,
@@ -22,7 +22,7 @@ use bristle::ode::{
 #[cfg(feature = "alloc")]
 use bristle::ode::{Output, Trajectory};
 use bristle::regularisation::Unregularised;
-use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::rheology::KelvinVoigt;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::Signal;
 use bristle::{
@@ -30,10 +30,8 @@ use bristle::{
 };
 use nalgebra::{Matrix1, SVector, Vector1, Vector2};
 
-/// The literal in a scalar type.
-pub fn lit<T: Scalar>(value: f64) -> T {
-    nalgebra::convert(value)
-}
+pub use crate::common::lit;
+pub use crate::common::specimens::table_2;
 
 /// No run here needs as many steps: with this limit a test ends even if its run does not.
 pub const MOST_STEPS: u64 = 100_000;
@@ -192,24 +190,6 @@ pub fn observed_order(points: &[(f64, f64)]) -> f64 {
 
 // ---------------------------------------------------------------------------------------------
 // Friction
-
-/// Table 2 of the paper: curve and bristle.
-pub fn table_2<T: Scalar>() -> (Stribeck<T>, KelvinVoigt<T>) {
-    let curve = Stribeck::new(StribeckParameters {
-        static_coefficient: lit(1.5),
-        dynamic_coefficient: lit(1.0),
-        stribeck_velocity: lit(0.01),
-        stribeck_exponent: lit(2.0),
-        viscous_friction: lit(0.04),
-    })
-    .unwrap();
-    let bristle = KelvinVoigt::new(KelvinVoigtParameters {
-        micro_stiffness: lit(1e4),
-        micro_damping: lit(64.5),
-    })
-    .unwrap();
-    (curve, bristle)
-}
 
 pub fn table_2_frbd<T: Scalar>() -> FrBd<Stribeck<T>, KelvinVoigt<T>> {
     let (curve, bristle) = table_2();

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use crate::common::check;
 use crate::common::recipe::{Recipe, decades, recipe};
-use crate::common::specimens::{Specimen, specimens};
+use crate::common::specimens::{Specimen, specimens, table_2};
 use bristle::curve::Stribeck;
 use bristle::exponential::{Exponential, StepSummary};
 use bristle::ode::StopReason;
@@ -579,20 +579,10 @@ fn a_larger_deflection_never_grows() {
 
 #[test]
 fn single_precision_loses_nothing_but_digits() {
-    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
-    let wide = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap());
-    let wide = wide.under_load(1.0).unwrap();
-    let narrow = bristle::curve::StribeckParameters {
-        static_coefficient: 1.5_f32,
-        dynamic_coefficient: 1.0,
-        stribeck_velocity: 0.01,
-        stribeck_exponent: 2.0,
-        viscous_friction: 0.04,
-    };
-    let bristle =
-        bristle::rheology::KelvinVoigtParameters { micro_stiffness: 1e4_f32, micro_damping: 64.5 };
-    let narrow = FrBd::new(Stribeck::new(narrow).unwrap(), KelvinVoigt::new(bristle).unwrap());
-    let narrow = narrow.under_load(1.0).unwrap();
+    let (curve, bristle) = table_2();
+    let wide = FrBd::new(curve, bristle).under_load(1.0).unwrap();
+    let (curve, bristle) = table_2();
+    let narrow = FrBd::new(curve, bristle).under_load(1.0).unwrap();
     let (mut a, mut b) = (0.0_f64, 0.0_f32);
     for n in 0..400_u16 {
         let v = |n: u16| 0.01 * (f64::from(n) * 0.07).sin();

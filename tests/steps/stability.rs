@@ -5,6 +5,7 @@
 
 use std::ops::ControlFlow;
 
+use crate::common::specimens;
 use bristle::Mechanism;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{DormandPrince, DormandPrince8, Method, RungeKutta4, Solver, Step, System};
@@ -358,16 +359,8 @@ fn what_is_no_mechanism_is_refused_by_name() {
 
 #[test]
 fn single_precision_gives_the_same_limits() {
-    let curve = Stribeck::new(StribeckParameters {
-        static_coefficient: 1.5_f32,
-        dynamic_coefficient: 1.0,
-        stribeck_velocity: 0.01,
-        stribeck_exponent: 2.0,
-        viscous_friction: 0.04,
-    });
-    let bristle = KelvinVoigtParameters { micro_stiffness: 1e4_f32, micro_damping: 64.5 };
-    let friction = FrBd::new(curve.unwrap(), KelvinVoigt::new(bristle).unwrap());
-    let contact = friction.under_load(1.0).unwrap();
+    let (curve, bristle) = specimens::table_2();
+    let contact = FrBd::new(curve, bristle).under_load(1.0).unwrap();
     let mechanism = Mechanism { mass: 1.0_f32, spring_stiffness: 0.0, viscous_damping: 0.0 };
     for scheme in LIMITED {
         let single = largest_step(&contact, Some(mechanism), 1.0, scheme).unwrap();
