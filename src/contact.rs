@@ -54,6 +54,7 @@ use crate::{Bristle, Linearised, Scalar, Sliding};
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Contact<T, M> {
     model: M,
     normal_force: T,

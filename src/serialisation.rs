@@ -109,12 +109,6 @@ through!([] Polyline<Vec<Vertex<T>>> as Vec<Vertex<T>>:
     Self::new, |line| line.vertices().clone());
 through!([] FunctionPressure<T, Polyline<Vec<Vertex<T>>>> as Polyline<Vec<Vertex<T>>>:
     Self::new, |pressure| pressure.function().clone());
-through!([M: Bristle<T>] Contact<T, M> as ContactFile<T, M>:
-|file: ContactFile<T, M>| Self::new(file.model, file.normal_force),
-|contact| ContactFile {
-    model: contact.model().clone(),
-    normal_force: contact.normal_force(),
-});
 through!([] Maxwell<T> as MaxwellFile<T>:
 |file: MaxwellFile<T>| {
     let MaxwellFile { micro_stiffness, series_damping } = file;
@@ -169,13 +163,6 @@ through!([M: Bristle<T, Deflection = T>, U: Signal<T>]
     DiaphragmValve<T, M, U> as DiaphragmValveParameters<T, M, U>:
     Self::new, Self::parameters);
 
-through!([M: PlaneBristle<T, N>; const N]
-PlaneContact<T, M, N> as ContactFile<T, M>:
-|file: ContactFile<T, M>| Self::new(file.model, file.normal_force),
-|contact| ContactFile {
-    model: contact.model().clone(),
-    normal_force: contact.normal_force(),
-});
 through!([C: FrictionCurve<T>, E: Regularisation<T> | Default; const N]
 PlaneFrBd<C, T, N, E> as PlaneFile<C, E, T, N>:
 |file: PlaneFile<C, E, T, N>| {
@@ -191,6 +178,26 @@ through!([M: PlaneBristle<T, N>, A: Signal<T>, F: Signal<T>; const N]
     Self::new, |body| body.parameters().clone());
 
 through!([] TorqueLoad<T> as TorqueLoadParameters<T>: Self::new, Self::parameters);
+
+impl<'de, T, M> Deserialize<'de> for Contact<T, M>
+where
+    T: Scalar + Deserialize<'de>,
+    M: Bristle<T> + Deserialize<'de>,
+{
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        read(deserializer, |file: ContactFile<T, M>| Self::new(file.model, file.normal_force))
+    }
+}
+
+impl<'de, T, M, const N: usize> Deserialize<'de> for PlaneContact<T, M, N>
+where
+    T: Scalar + Deserialize<'de>,
+    M: PlaneBristle<T, N> + Deserialize<'de>,
+{
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        read(deserializer, |file: ContactFile<T, M>| Self::new(file.model, file.normal_force))
+    }
+}
 
 impl<'de, T: Scalar + Deserialize<'de>> Deserialize<'de> for Mechanism<T> {
     // Checked here, too, so that the place of a refusal is that of the mechanism.
@@ -212,7 +219,7 @@ struct MechanismFile<T> {
 }
 
 /// A contact in a file.
-#[derive(Serialize, Deserialize)]
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename = "Contact")]
 struct ContactFile<T, M> {
     model: M,

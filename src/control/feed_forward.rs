@@ -29,10 +29,6 @@ use crate::{Bristle, Contact, Scalar};
         deserialize = "T: Scalar + serde::Deserialize<'de>, M: Bristle<T> + serde::Deserialize<'de>"
     ))
 )]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "T: Scalar + serde::Serialize, M: Bristle<T> + serde::Serialize"))
-)]
 pub struct FeedForwardParameters<T, M> {
     /// Friction under its normal force.
     pub contact: Contact<T, M>,

@@ -65,10 +65,6 @@ pub enum MicroDamping {
         deserialize = "T: Scalar + serde::Deserialize<'de>, M: Bristle<T> + serde::Deserialize<'de>"
     ))
 )]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "T: Scalar + serde::Serialize, M: Bristle<T> + serde::Serialize"))
-)]
 pub struct FeedbackParameters<T, M> {
     /// Friction under its normal force.
     pub contact: Contact<T, M>,

@@ -31,6 +31,7 @@ use crate::{Bristle, Contact, ContactResponse, HeldContact, Reloaded, Scalar};
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename = "Contact"))]
 pub struct PlaneContact<T, M, const N: usize> {
     model: M,
     normal_force: T,

@@ -64,12 +64,6 @@ const ROCKING: f64 = 0.25;
                        P: serde::Deserialize<'de>, \
                        K: Bristle<T> + serde::Deserialize<'de>"))
 )]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "T: Scalar + serde::Serialize, \
-                     P: serde::Serialize, \
-                     K: Bristle<T> + serde::Serialize"))
-)]
 pub struct BrakedWheelParameters<T, P, K> {
     /// The tyre, a patch in motion with its bristles as they are at the beginning: of one axis
     /// ([`Patch::exact`](crate::rolling::Patch::exact)), or of two for a wheel that steers

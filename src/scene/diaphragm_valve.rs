@@ -35,12 +35,6 @@ use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
                        M: Bristle<T> + serde::Deserialize<'de>, \
                        U: serde::Deserialize<'de>"))
 )]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "T: Scalar + serde::Serialize, \
-                     M: Bristle<T> + serde::Serialize, \
-                     U: serde::Serialize"))
-)]
 pub struct DiaphragmValveParameters<T, M, U> {
     /// Friction of the stem's packing under its normal force.
     pub contact: Contact<T, M>,

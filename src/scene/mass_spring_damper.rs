@@ -34,12 +34,6 @@ use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
                        M: Bristle<T> + serde::Deserialize<'de>, \
                        F: serde::Deserialize<'de>"))
 )]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "T: Scalar + serde::Serialize, \
-                     M: Bristle<T> + serde::Serialize, \
-                     F: serde::Serialize"))
-)]
 pub struct MassSpringDamperParameters<T, M, F = T> {
     /// Friction under its normal force.
     pub contact: Contact<T, M>,

@@ -41,12 +41,6 @@ use crate::{Branch, Bristle, Contact, Scalar};
                        M: Bristle<T> + serde::Deserialize<'de>, \
                        V: serde::Deserialize<'de>"))
 )]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "T: Scalar + serde::Serialize, \
-                     M: Bristle<T> + serde::Serialize, \
-                     V: serde::Serialize"))
-)]
 pub struct PrescribedVelocity<T, M, V> {
     contact: Contact<T, M>,
     velocity: V,
