@@ -18,7 +18,6 @@ use bristle::curve::Stribeck;
 use bristle::paper;
 use bristle::plane::{
     DiscPressure, Footprint, FootprintPoint, PlaneBristle, PlaneCompanionStep, PlaneFrBd,
-    disc_points, rectangle_points,
 };
 use bristle::rheology::KelvinVoigt;
 use nalgebra::{Vector2, Vector3};
@@ -50,7 +49,7 @@ fn main() -> Result<(), bristle::ParameterError> {
     let passive_spin = spin.companion(1.0)?;
     println!("points   exact step   of three axes   passive step   of three axes   stored");
     for n in [5, 9, 17, 33] {
-        let points: Vec<_> = rectangle_points([SIDE, SIDE], [n, n]).collect();
+        let points: Vec<_> = FootprintPoint::rectangle([SIDE, SIDE], [n, n]).collect();
         let count = points.len();
         let surface = Footprint::new(point, points)?;
         let passive = surface.clone().companion(1.0)?;
@@ -96,8 +95,8 @@ fn main() -> Result<(), bristle::ParameterError> {
         );
     }
     println!("\ncontact surface     spin radius   error of the ellipsoid");
-    let disc = |pressure| disc_points(1.0, pressure, 24).collect();
-    let rectangle = |length| rectangle_points([length, 1.0], [48, 48]).collect();
+    let disc = |pressure| FootprintPoint::disc(1.0, pressure, 24).collect();
+    let rectangle = |length| FootprintPoint::rectangle([length, 1.0], [48, 48]).collect();
     let ring = |k: u32| {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 200.0).sin_cos();
         FootprintPoint { place: [cos, sin], weight: 1.0 }

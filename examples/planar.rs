@@ -19,7 +19,7 @@ use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
 use bristle::ode::{self, DormandPrince, Method, Output, Rodas5P, RungeKutta4, Solver};
 use bristle::plane::{
     Axis, DiscPressure, Footprint, FootprintPoint, PlaneBristle, PlaneCompanion, PlaneContact,
-    PlaneFrBd, disc_points, spin_radius_of_disc,
+    PlaneFrBd,
 };
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{PlaneBody, PlaneBodyParameters};
@@ -75,7 +75,7 @@ fn main() -> ExitCode {
         table.finish()?;
 
         orders(&block, &anchor)?;
-        let points: Vec<_> = disc_points(DISC.0, DiscPressure::Uniform, 8).collect();
+        let points: Vec<_> = FootprintPoint::disc(DISC.0, DiscPressure::Uniform, 8).collect();
         let disc = Footprint::new(disc_contact::<2>()?, points)?;
         let surface = limit_surface(&disc);
         let depth = surface.iter().map(|(torque, force)| 1.0 - torque.hypot(*force));
@@ -253,7 +253,7 @@ fn disc_contact<const N: usize>() -> Outcome<Contact<Coulomb<f64>, N>> {
 /// Force over torque of steady sliding, each over its largest on the ellipsoid.
 fn limit_surface(disc: &Disc) -> Vec<(f64, f64)> {
     let (radius, mu, p) = DISC;
-    let torque = mu * p * spin_radius_of_disc(radius);
+    let torque = mu * p * DiscPressure::Uniform.spin_radius(radius);
     let point = |k: i32| {
         let (sin, cos) = (f64::from(k) * std::f64::consts::FRAC_PI_2 / 180.0).sin_cos();
         let wrench = disc.stationary_wrench(&Vector3::new(sin, 0.0, cos / radius));
@@ -280,7 +280,7 @@ fn slide(disc: &Disc, ratio: f64) -> Outcome<Vec<(f64, f64)>> {
 /// v/(a ω) over time of the disc as three axes.
 fn slide_as_ellipsoid(ratio: f64) -> Outcome<Vec<(f64, f64)>> {
     let companion = disc_contact::<3>()?.companion(5.0)?;
-    let radius = spin_radius_of_disc(DISC.0);
+    let radius = DiscPressure::Uniform.spin_radius(DISC.0);
     let axes = Vector3::new(1.0, 1.0, radius);
     let mut z = Vector3::zeros();
     coast(ratio, |predicted, twist, h| {

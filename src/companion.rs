@@ -472,11 +472,11 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
 #[must_use]
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CompletedStep<T, D = T> {
+pub struct CompletedStep<T, D = T, F = T> {
     /// Deflection at the end of the step \[m\].
     pub deflection: D,
     /// Friction force averaged over the step \[N\]: its impulse on the mechanism is −F̄ h.
-    pub force: T,
+    pub force: F,
     /// Work of the mechanism on the friction \[J\], h F̄ v̄.
     pub work: T,
     /// Change of the stored energy \[J\], W₁ − W₀.

@@ -29,7 +29,7 @@ use nalgebra::SVector;
 use crate::bounds::larger;
 use crate::companion::CompletedStep;
 use crate::ode::Step;
-use crate::plane::{CompletedPlaneStep, Turned};
+use crate::plane::Turned;
 use crate::rheology::{Deflection, HeldWeights};
 use crate::scalar::lit;
 use crate::{Bristle, Contact, HeldContact, Reloaded, Scalar};
@@ -52,8 +52,8 @@ impl<T: Scalar> EnergyBalance<T> {
     }
 }
 
-impl<T: Scalar> From<CompletedStep<T>> for EnergyBalance<T> {
-    fn from(step: CompletedStep<T>) -> Self {
+impl<T: Scalar, D, F> From<CompletedStep<T, D, F>> for EnergyBalance<T> {
+    fn from(step: CompletedStep<T, D, F>) -> Self {
         Self { supplied: step.work, stored: step.stored, dissipated: step.dissipated }
     }
 }
@@ -63,12 +63,6 @@ impl<T: Scalar, D> From<Reloaded<T, D>> for EnergyBalance<T> {
     fn from(reloaded: Reloaded<T, D>) -> Self {
         let Reloaded { dissipated, .. } = reloaded;
         Self { supplied: T::zero(), stored: -dissipated, dissipated }
-    }
-}
-
-impl<T: Scalar, const N: usize> From<CompletedPlaneStep<T, N>> for EnergyBalance<T> {
-    fn from(step: CompletedPlaneStep<T, N>) -> Self {
-        Self { supplied: step.work, stored: step.stored, dissipated: step.dissipated }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Measured motion and friction, checked row by row.
 
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use crate::parameter::{self, ParameterError, Rule};
 
@@ -162,12 +163,8 @@ impl Log {
     ///
     /// Refuses a window of fewer than 20 rows, and an end that is NaN; both may be infinite.
     pub fn between(&self, from: f64, to: f64) -> Result<Self, ParameterError> {
-        parameter::number("from", from)?;
-        parameter::number("to", to)?;
-        let first = self.time.partition_point(|&t| t < from);
-        let end = self.time.partition_point(|&t| t <= to).max(first);
-        parameter::count("rows", end - first, FEWEST)?;
-        let part = |column: &[f64]| column.get(first..end).unwrap_or_default().to_vec();
+        let rows = window(&self.time, from, to)?;
+        let part = |column: &[f64]| column.get(rows.clone()).unwrap_or_default().to_vec();
         Ok(Self {
             time: part(&self.time),
             held: part(&self.held),
@@ -237,6 +234,16 @@ impl Log {
 /// Neighbouring values.
 pub(super) fn pairs(values: &[f64]) -> impl Iterator<Item = (f64, f64)> {
     values.iter().copied().zip(values.iter().copied().skip(1))
+}
+
+/// The rows with from ≤ t ≤ to; at least as many as a log has.
+pub(super) fn window(time: &[f64], from: f64, to: f64) -> Result<Range<usize>, ParameterError> {
+    parameter::number("from", from)?;
+    parameter::number("to", to)?;
+    let first = time.partition_point(|&t| t < from);
+    let end = time.partition_point(|&t| t <= to).max(first);
+    parameter::count("rows", end - first, FEWEST)?;
+    Ok(first..end)
 }
 
 /// Refuses a column of another length than that of the time.

@@ -10,7 +10,7 @@ use nalgebra::SVector;
 
 use super::surface::norm;
 use super::{PlaneBristle, PlaneContact};
-use crate::companion::{CompanionStep, PointMass};
+use crate::companion::{CompanionStep, CompletedStep, PointMass};
 use crate::parameter::{self, ParameterError};
 use crate::scalar::unlimited;
 use crate::{Reloaded, Scalar};
@@ -134,23 +134,6 @@ impl<T: Scalar, const N: usize> Default for PlaneCompanionStep<T, N> {
     }
 }
 
-/// The result of a step of N axes: work = stored + dissipated, up to rounding.
-#[must_use]
-#[non_exhaustive]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CompletedPlaneStep<T: Scalar, const N: usize> {
-    /// Deflection at the end of the step \[m\].
-    pub deflection: SVector<T, N>,
-    /// Friction force averaged over the step \[N\].
-    pub force: SVector<T, N>,
-    /// Work of the mechanism on the friction \[J\], h F̄·v̄.
-    pub work: T,
-    /// Change of the stored energy \[J\].
-    pub stored: T,
-    /// Dissipated energy \[J\]; with FrBD no rounding makes it negative.
-    pub dissipated: T,
-}
-
 impl<T: Scalar, const N: usize> PlaneCompanionStep<T, N> {
     /// The step of each axis.
     pub fn axes(&self) -> &[CompanionStep<T>; N] {
@@ -198,9 +181,12 @@ impl<T: Scalar, const N: usize> PlaneCompanionStep<T, N> {
 
     /// Ends the step with the mean velocity v̄ [m/s] that the mechanism has found.
     #[inline(always)]
-    pub fn commit(&self, mean_velocity: &SVector<T, N>) -> CompletedPlaneStep<T, N> {
+    pub fn commit(
+        &self,
+        mean_velocity: &SVector<T, N>,
+    ) -> CompletedStep<T, SVector<T, N>, SVector<T, N>> {
         let (zeros, zero) = (SVector::<T, N>::zeros(), T::zero());
-        let mut done = CompletedPlaneStep {
+        let mut done = CompletedStep {
             deflection: zeros,
             force: zeros,
             work: zero,

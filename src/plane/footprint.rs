@@ -49,52 +49,60 @@ pub enum DiscPressure {
     Hertz,
 }
 
-/// The 3 n² points of a disc of a radius a \[m\] about the origin, on n rings. A negative radius
-/// gives places that are NaN, which [`Footprint::new`] refuses.
-pub fn disc_points<T: Scalar>(
-    radius: T,
-    pressure: DiscPressure,
-    rings: u16,
-) -> impl Iterator<Item = FootprintPoint<T>> {
-    let number = |count: u32| lit::<T>(f64::from(count));
-    // Share of the load within a radius, and the radius of such a share.
-    let within = move |r: T| match pressure {
-        DiscPressure::Uniform => r * r,
-        DiscPressure::Hertz => T::one() - (T::one() - r * r).powf(lit(1.5)),
-    };
-    let radius_of = move |share: T| match pressure {
-        DiscPressure::Uniform => share.sqrt(),
-        DiscPressure::Hertz => (T::one() - (T::one() - share).powf(lit(2.0 / 3.0))).sqrt(),
-    };
-    (0..u32::from(rings)).flat_map(move |ring| {
-        let edge = |ring: u32| within(number(ring) / number(u32::from(rings)));
-        let (inside, outside, count) = (edge(ring), edge(ring + 1), 6 * ring + 3);
-        let r = length(radius) * radius_of((inside + outside) * lit(0.5));
-        let weight = (outside - inside) / number(count);
-        (0..count).map(move |k| {
-            let (sin, cos) = (T::two_pi() * number(k) / number(count)).sin_cos();
-            FootprintPoint { place: [r * cos, r * sin], weight }
-        })
-    })
+impl DiscPressure {
+    /// The radius R \[m\] that turns the spin of a disc of a radius a \[m\] into an axis R ω: the
+    /// full friction torque is R times the full friction force, with R = ⅔ a under a uniform
+    /// pressure and 3π/16 a under that of Hertz. NaN for a negative radius.
+    pub fn spin_radius<T: Scalar>(self, radius: T) -> T {
+        length(radius)
+            * lit(match self {
+                Self::Uniform => 2.0 / 3.0,
+                Self::Hertz => 3.0 * core::f64::consts::PI / 16.0,
+            })
+    }
 }
 
-/// The points of a rectangle of a length and a width \[m\] about the origin under a uniform
-/// pressure, in rows and columns at the middles of equal cells. A negative length or width gives
-/// places that are NaN, which [`Footprint::new`] refuses.
-pub fn rectangle_points<T: Scalar>(
-    size: [T; 2],
-    counts: [u16; 2],
-) -> impl Iterator<Item = FootprintPoint<T>> {
-    let place = move |axis: usize, cell: u16| {
-        let [size, count] = [size[axis % 2], lit(f64::from(counts[axis % 2]))];
-        length(size) * ((lit::<T>(f64::from(cell)) + lit(0.5)) / count - lit(0.5))
-    };
-    (0..counts[1]).flat_map(move |row| {
-        (0..counts[0]).map(move |column| FootprintPoint {
-            place: [place(0, column), place(1, row)],
-            weight: T::one(),
+impl<T: Scalar> FootprintPoint<T> {
+    /// The 3 n² points of a disc of a radius a \[m\] about the origin, on n rings. A negative radius
+    /// gives places that are NaN, which [`Footprint::new`] refuses.
+    pub fn disc(radius: T, pressure: DiscPressure, rings: u16) -> impl Iterator<Item = Self> {
+        let number = |count: u32| lit::<T>(f64::from(count));
+        // Share of the load within a radius, and the radius of such a share.
+        let within = move |r: T| match pressure {
+            DiscPressure::Uniform => r * r,
+            DiscPressure::Hertz => T::one() - (T::one() - r * r).powf(lit(1.5)),
+        };
+        let radius_of = move |share: T| match pressure {
+            DiscPressure::Uniform => share.sqrt(),
+            DiscPressure::Hertz => (T::one() - (T::one() - share).powf(lit(2.0 / 3.0))).sqrt(),
+        };
+        (0..u32::from(rings)).flat_map(move |ring| {
+            let edge = |ring: u32| within(number(ring) / number(u32::from(rings)));
+            let (inside, outside, count) = (edge(ring), edge(ring + 1), 6 * ring + 3);
+            let r = length(radius) * radius_of((inside + outside) * lit(0.5));
+            let weight = (outside - inside) / number(count);
+            (0..count).map(move |k| {
+                let (sin, cos) = (T::two_pi() * number(k) / number(count)).sin_cos();
+                FootprintPoint { place: [r * cos, r * sin], weight }
+            })
         })
-    })
+    }
+
+    /// The points of a rectangle of a length and a width \[m\] about the origin under a uniform
+    /// pressure, in rows and columns at the middles of equal cells. A negative length or width gives
+    /// places that are NaN, which [`Footprint::new`] refuses.
+    pub fn rectangle(size: [T; 2], counts: [u16; 2]) -> impl Iterator<Item = Self> {
+        let place = move |axis: usize, cell: u16| {
+            let [size, count] = [size[axis % 2], lit(f64::from(counts[axis % 2]))];
+            length(size) * ((lit::<T>(f64::from(cell)) + lit(0.5)) / count - lit(0.5))
+        };
+        (0..counts[1]).flat_map(move |row| {
+            (0..counts[0]).map(move |column| FootprintPoint {
+                place: [place(0, column), place(1, row)],
+                weight: T::one(),
+            })
+        })
+    }
 }
 
 /// A contact surface of points P, each with a bristle model M on two axes.
@@ -102,7 +110,7 @@ pub fn rectangle_points<T: Scalar>(
 /// ```
 /// use bristle::curve::{Coulomb, CoulombParameters};
 /// use bristle::nalgebra::Vector3;
-/// use bristle::plane::{DiscPressure, Footprint, PlaneBristle, PlaneFrBd, disc_points};
+/// use bristle::plane::{DiscPressure, Footprint, FootprintPoint, PlaneBristle, PlaneFrBd};
 /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 ///
 /// let curve =
@@ -110,7 +118,7 @@ pub fn rectangle_points<T: Scalar>(
 /// let bristle =
 ///     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 10.0 })?;
 /// let contact = PlaneFrBd::isotropic(curve, bristle).under_load(10.0)?; // N
-/// let points: Vec<_> = disc_points(0.03, DiscPressure::Uniform, 10).collect();
+/// let points: Vec<_> = FootprintPoint::disc(0.03, DiscPressure::Uniform, 10).collect();
 /// let finger = Footprint::new(contact, points)?;
 ///
 /// // On the spot it spins with ⅔ a μ p. While it spins fast, it slides nearly without force.
@@ -212,14 +220,14 @@ where
     ///
     /// ```
     /// # use bristle::curve::{Coulomb, CoulombParameters};
-    /// # use bristle::plane::{Footprint, PlaneBristle, PlaneFrBd, rectangle_points};
+    /// # use bristle::plane::{Footprint, FootprintPoint, PlaneBristle, PlaneFrBd};
     /// # use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
     /// # let curve =
     /// #     Coulomb::new(CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 })?;
     /// # let bristle = KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 10.0 };
     /// # let bristle = KelvinVoigt::new(bristle)?;
     /// # let contact = PlaneFrBd::isotropic(curve, bristle).under_load(10.0)?;
-    /// let points: Vec<_> = rectangle_points([0.1, 0.1], [20, 20]).collect();
+    /// let points: Vec<_> = FootprintPoint::rectangle([0.1, 0.1], [20, 20]).collect();
     /// let square = Footprint::new(contact, points)?.limit_ellipsoid();
     /// assert!((square.spin_radius - 0.03826_f64).abs() < 1e-4); // (√2 + asinh 1)/6 of the side
     /// assert!(square.error > 0.05 && square.error < 0.1);
@@ -359,7 +367,7 @@ impl<T: Scalar> Lever<T> {
 /// use bristle::companion::VelocityHistory;
 /// use bristle::curve::{Coulomb, CoulombParameters};
 /// use bristle::nalgebra::{Matrix3, Vector2, Vector3};
-/// use bristle::plane::{DiscPressure, Footprint, PlaneBristle, PlaneFrBd, disc_points};
+/// use bristle::plane::{DiscPressure, Footprint, FootprintPoint, PlaneBristle, PlaneFrBd};
 /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 ///
 /// let curve =
@@ -367,7 +375,7 @@ impl<T: Scalar> Lever<T> {
 /// let bristle =
 ///     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 50.0 })?;
 /// let contact = PlaneFrBd::isotropic(curve, bristle).under_load(2.0 * 9.81)?;
-/// let points: Vec<_> = disc_points(0.05, DiscPressure::Uniform, 4).collect();
+/// let points: Vec<_> = FootprintPoint::disc(0.05, DiscPressure::Uniform, 4).collect();
 /// let mut deflections = vec![Vector2::zeros(); points.len()];
 /// let disc = Footprint::new(contact, points)?.companion(5.0)?;
 /// let (inertia, h) = (Matrix3::from_diagonal(&Vector3::new(2.0, 2.0, 2.5e-3)), 1e-3);

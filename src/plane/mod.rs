@@ -41,10 +41,9 @@
 //! # Rotation as an axis
 //!
 //! A contact that spins at ω [rad/s] about its normal takes R ω [m/s] as an axis; the torque is R
-//! times the force of that axis. [`spin_radius_of_disc`] and [`spin_radius_of_hertz_contact`] give
-//! R. The limit surface, the set of all forces and torques of steady sliding, is then an ellipsoid.
-//! That of a disc differs from it by a few per cent; [`Footprint`] sums over the points of a patch.
-//! With R = 0 there is no torque: leave the axis out, because its mass J/R² would be infinite.
+//! times the force of that axis. [`DiscPressure::spin_radius`] gives R. The limit surface, the set
+//! of all forces and torques of steady sliding, is then an ellipsoid. That of a disc differs from
+//! it by a few per cent; [`Footprint`] sums over the points of a patch. With R = 0 there is no torque: leave the axis out, because its mass J/R² would be infinite.
 //!
 //! Source: the construction of Romano et al. (arXiv 2602.09429), section II, with the ellipsoid of
 //! friction for the scalar curve; W. D. Howe, M. R. Cutkosky, "Practical force-motion models for
@@ -61,11 +60,11 @@ use core::fmt::Debug;
 
 use nalgebra::SVector;
 
-pub use companion::{CompletedPlaneStep, PlaneCompanion, PlaneCompanionStep};
+pub use companion::{PlaneCompanion, PlaneCompanionStep};
 pub use contact::{LinearisedPlane, PlaneContact, Turned};
 pub use footprint::{
     CompletedFootprintStep, DiscPressure, Footprint, FootprintCompanion, FootprintPoint,
-    FootprintStep, LimitEllipsoid, disc_points, rectangle_points,
+    FootprintStep, LimitEllipsoid,
 };
 pub use frbd::PlaneFrBd;
 pub use lugre::PlaneLuGre;
@@ -73,7 +72,7 @@ pub use surface::AxisSurface;
 
 use crate::parameter::ParameterError;
 use crate::rheology::KelvinVoigt;
-use crate::scalar::{lit, nan};
+use crate::scalar::nan;
 use crate::{Bristle, ContactResponse, Law, Load, Scalar};
 
 /// The bristle of one axis, and its share of the friction.
@@ -158,19 +157,6 @@ pub struct PlaneLimits<T: Scalar, const N: usize> {
     /// Whether the deflection stays within the ellipsoid with these semi-axes, too, and with it the
     /// force, if that has limits: so it is if the relaxation rates of all axes are equal.
     pub ellipsoid: bool,
-}
-
-/// The radius R \[m\] that turns the spin of a disc of this radius \[m\], under a uniform pressure,
-/// into an axis R ω: its full friction torque is ⅔ of radius times force. NaN for a negative
-/// radius.
-pub fn spin_radius_of_disc<T: Scalar>(radius: T) -> T {
-    length(radius) * lit(2.0 / 3.0)
-}
-
-/// The radius R \[m\] that turns the spin of a circular Hertz contact of this radius \[m\] into an
-/// axis R ω: its full friction torque is 3π/16 of radius times force. NaN for a negative radius.
-pub fn spin_radius_of_hertz_contact<T: Scalar>(radius: T) -> T {
-    length(radius) * lit(3.0 * core::f64::consts::PI / 16.0)
 }
 
 /// A length; NaN for a negative one.

@@ -4,7 +4,6 @@
 //! |---|---|---|
 //! | a number, a [`signal`](crate::signal) | u(t) | anything that depends on time alone |
 //! | [`Gravity`] | −G sin(q − q0) | N m |
-//! | [`OfAngle`] | a function of the angle | |
 //! | [`PositionControl`] | K_p (r(t) − q) − K_d v | torque, current or voltage |
 //! | [`CurrentMotor`] | k_t i | N m |
 //! | [`VoltageMotor`] | k_t i, i = (u − k_t v)/R | N m |
@@ -20,7 +19,7 @@
 //! In SI units the constant of the back-EMF is k_t, too [V s/rad]. The inductance is left out: it
 //! is over within a millisecond.
 
-use core::fmt::{self, Debug};
+use core::fmt::Debug;
 
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};
@@ -82,6 +81,21 @@ impl<T: Scalar> JointInputValue<T> {
 
 /// A quantity that depends on time and motion of a joint: a torque, a current, a voltage. Numbers
 /// and the signals of [`signal`](crate::signal) are such inputs.
+///
+/// ```
+/// use bristle::scene::{JointInput, JointInputValue, JointMotion};
+///
+/// /// A spring on the joint [N m/rad].
+/// #[derive(Debug, Clone)]
+/// struct Spring(f64);
+///
+/// impl JointInput<f64> for Spring {
+///     fn at(&self, motion: JointMotion<f64>) -> JointInputValue<f64> {
+///         let torque = JointInputValue::constant(-self.0 * motion.angle);
+///         JointInputValue { by_angle: -self.0, ..torque }
+///     }
+/// }
+/// ```
 pub trait JointInput<T: Scalar>: Debug + Clone {
     /// The value and its partial derivatives.
     fn at(&self, motion: JointMotion<T>) -> JointInputValue<T>;
@@ -137,31 +151,6 @@ impl<T: Scalar> JointInput<T> for Gravity<T> {
     fn at(&self, motion: JointMotion<T>) -> JointInputValue<T> {
         let (sin, cos) = (motion.angle - self.hanging_angle).sin_cos();
         let (value, by_angle) = (-self.horizontal_torque * sin, -self.horizontal_torque * cos);
-        JointInputValue { by_angle, ..JointInputValue::constant(value) }
-    }
-}
-
-/// A function of the angle: a closure that returns value and slope.
-///
-/// ```
-/// use bristle::scene::OfAngle;
-///
-/// // A spring of 2 N m/rad.
-/// let spring = OfAngle(|angle: f64| (-2.0 * angle, -2.0));
-/// ```
-#[derive(Clone, Copy)]
-pub struct OfAngle<F>(pub F);
-
-impl<F> Debug for OfAngle<F> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("OfAngle").finish_non_exhaustive()
-    }
-}
-
-impl<T: Scalar, F: Fn(T) -> (T, T) + Clone> JointInput<T> for OfAngle<F> {
-    #[inline]
-    fn at(&self, motion: JointMotion<T>) -> JointInputValue<T> {
-        let (value, by_angle) = (self.0)(motion.angle);
         JointInputValue { by_angle, ..JointInputValue::constant(value) }
     }
 }

@@ -28,7 +28,7 @@ pub use diaphragm_valve::{DiaphragmValve, DiaphragmValveParameters};
 pub use geared_joint::{GearedJoint, GearedJointParameters, JointState};
 pub use joint_input::{
     CurrentMotor, CurrentMotorParameters, Gravity, JointInput, JointInputValue, JointMotion,
-    OfAngle, PositionControl, VoltageMotor, VoltageMotorParameters,
+    PositionControl, VoltageMotor, VoltageMotorParameters,
 };
 pub use mass_spring_damper::{MassSpringDamper, MassSpringDamperParameters};
 pub use plane_body::{PlaneBody, PlaneBodyParameters};

@@ -4,7 +4,7 @@ use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
 use bristle::paper;
 use bristle::plane::{
     Axis, DiscPressure, Footprint, FootprintPoint, PlaneBristle, PlaneCompanionStep, PlaneContact,
-    PlaneFrBd, disc_points, rectangle_points, spin_radius_of_disc, spin_radius_of_hertz_contact,
+    PlaneFrBd,
 };
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -31,7 +31,7 @@ fn table_2() -> PlaneContact<f64, PlaneFrBd<Stribeck<f64>, f64, 2>, 2> {
 }
 
 fn disc(pressure: DiscPressure, rings: u16) -> Vec<FootprintPoint<f64>> {
-    disc_points(1.0, pressure, rings).collect()
+    FootprintPoint::disc(1.0, pressure, rings).collect()
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn rings_and_cells_carry_what_they_should() {
         }
         assert!(points.iter().all(|p| p.place[0].hypot(p.place[1]) < 1.0 && p.weight > 0.0));
     }
-    let points: Vec<FootprintPoint<f64>> = rectangle_points([4.0, 2.0], [8, 6]).collect();
+    let points: Vec<FootprintPoint<f64>> = FootprintPoint::rectangle([4.0, 2.0], [8, 6]).collect();
     assert_eq!(points.len(), 48);
     let second = |axis: usize| points.iter().map(|p| p.place[axis].powi(2)).sum::<f64>() / 48.0;
     // The variance of n middles of a length is L²(1 − 1/n²)/12.
@@ -65,12 +65,12 @@ fn converges(want: f64, of: impl Fn(u16) -> f64) {
 fn spin_converges_to_the_full_torque_of_discs_and_squares() {
     let spin = Vector3::new(0.0, 0.0, 1.0);
     let torque = |points| Footprint::new(coulomb(), points).unwrap().stationary_wrench(&spin).z;
-    converges(spin_radius_of_disc(1.0), |n| torque(disc(DiscPressure::Uniform, n)));
-    converges(spin_radius_of_hertz_contact(1.0), |n| torque(disc(DiscPressure::Hertz, n)));
+    converges(DiscPressure::Uniform.spin_radius(1.0), |n| torque(disc(DiscPressure::Uniform, n)));
+    converges(DiscPressure::Hertz.spin_radius(1.0), |n| torque(disc(DiscPressure::Hertz, n)));
     // The mean distance from the centre of a unit square, (√2 + ln(1 + √2))/6.
     let root = 2.0_f64.sqrt();
     converges((root + (1.0 + root).ln()) / 6.0, |n| {
-        torque(rectangle_points([1.0, 1.0], [n, n]).collect())
+        torque(FootprintPoint::rectangle([1.0, 1.0], [n, n]).collect())
     });
 }
 
@@ -183,9 +183,9 @@ fn bad_footprints_are_refused_by_name() {
     assert_eq!(none.name, "sum of weights");
     assert!(Footprint::new(coulomb(), []).is_err());
     let backwards: [Vec<FootprintPoint<f64>>; 3] = [
-        disc_points(-1.0, DiscPressure::Hertz, 3).collect(),
-        rectangle_points([-1.0, 1.0], [2, 2]).collect(),
-        rectangle_points([1.0, -1.0], [2, 2]).collect(),
+        FootprintPoint::disc(-1.0, DiscPressure::Hertz, 3).collect(),
+        FootprintPoint::rectangle([-1.0, 1.0], [2, 2]).collect(),
+        FootprintPoint::rectangle([1.0, -1.0], [2, 2]).collect(),
     ];
     for points in backwards {
         assert_eq!(Footprint::new(coulomb(), points).unwrap_err().name, "place");
@@ -231,8 +231,10 @@ fn the_ellipsoid_of_a_disc_is_as_far_off_as_an_integral_over_the_disc_says() {
         .map(|k| wrench(0.05 * f64::from(k)))
         .map(|(force, torque)| 1.0 - force.hypot(1.5 * torque))
         .fold(0.0, f64::max);
-    let surface =
-        Footprint::new(coulomb(), disc_points(1.0, DiscPressure::Uniform, 24).collect::<Vec<_>>());
+    let surface = Footprint::new(
+        coulomb(),
+        FootprintPoint::disc(1.0, DiscPressure::Uniform, 24).collect::<Vec<_>>(),
+    );
     let ellipsoid = surface.unwrap().limit_ellipsoid();
     assert!((ellipsoid.spin_radius - 2.0 / 3.0).abs() < 1e-3, "{ellipsoid:?}");
     assert!((ellipsoid.error - farthest).abs() < 2e-3, "{ellipsoid:?}, {farthest}");

@@ -3,10 +3,7 @@
 use bristle::companion::PointMass;
 use bristle::curve::{FrictionCurve, Stribeck, StribeckParameters};
 use bristle::ledger::EnergyLedger;
-use bristle::plane::{
-    Axis, PlaneBristle, PlaneContact, PlaneFrBd, PlaneLuGre, spin_radius_of_disc,
-    spin_radius_of_hertz_contact,
-};
+use bristle::plane::{Axis, DiscPressure, PlaneBristle, PlaneContact, PlaneFrBd, PlaneLuGre};
 use bristle::regularisation::{Regularisation, SquareRoot, Unregularised};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd, Law, Load, LuGre, Scalar, paper};
@@ -596,12 +593,14 @@ fn spin_radii_are_those_of_the_full_torque() {
         };
         weigh(2) / weigh(1)
     };
-    assert_within(1e-9, 1.0, spin_radius_of_disc(1.0), torque(&|_| 1.0), || "disc".into());
+    assert_within(1e-9, 1.0, DiscPressure::Uniform.spin_radius(1.0), torque(&|_| 1.0), || {
+        "disc".into()
+    });
     let hertz = torque(&|r: f64| (1.0 - r * r).max(0.0).sqrt());
-    assert_within(1e-5, 1.0, spin_radius_of_hertz_contact(1.0), hertz, || "Hertz".into());
+    assert_within(1e-5, 1.0, DiscPressure::Hertz.spin_radius(1.0), hertz, || "Hertz".into());
     for radius in [-1.0, f64::NAN] {
-        assert!(spin_radius_of_disc(radius).is_nan());
-        assert!(spin_radius_of_hertz_contact(radius).is_nan());
+        assert!(DiscPressure::Uniform.spin_radius(radius).is_nan());
+        assert!(DiscPressure::Hertz.spin_radius(radius).is_nan());
     }
 }
 

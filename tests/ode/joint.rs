@@ -12,7 +12,7 @@ use bristle::ode::{self, Automatic, Output, Solver, System, Tolerances};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{
     CurrentMotor, CurrentMotorParameters, GearedJoint, GearedJointParameters, Gravity, JointInput,
-    JointMotion, JointState, OfAngle, PositionControl, VoltageMotor, VoltageMotorParameters,
+    JointMotion, JointState, PositionControl, VoltageMotor, VoltageMotorParameters,
 };
 use bristle::signal::{Function, Sine, SineParameters};
 use bristle::{Branch, Dahl, DahlParameters, FrBd, ParameterError, Scalar};
@@ -363,13 +363,11 @@ fn the_derivatives_of_every_input_are_its_slopes() {
         largest_current: Some(1.0),
     };
     let current = CurrentMotor::new(current).unwrap();
-    let spring = OfAngle(|angle: f64| (-2.0 * angle * angle, -4.0 * angle));
     let time = Function::new(|t: f64| (t * t, 2.0 * t), [1.0]);
     for n in 0..200 {
         let t = 0.037 * f64::from(n);
         let motion = JointMotion { time: t, angle: t.sin(), velocity: 3.0 * (2.3 * t).cos() };
         derivatives_are_slopes(&GRAVITY, motion);
-        derivatives_are_slopes(&spring, motion);
         derivatives_are_slopes(&time, motion);
         derivatives_are_slopes(&3.0, motion);
         derivatives_are_slopes(&motor(), motion);

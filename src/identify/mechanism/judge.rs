@@ -88,7 +88,7 @@ fn unexplained(result: &JointFit, logs: &[DriveLog], smoothed: &[Vec<Smoothed>])
     let motions: Vec<f64> = logs.iter().map(motion).collect();
     let most = motions.iter().copied().fold(0.0, f64::max);
     let criterion = Criterion::Segments(length);
-    let errors = result.by_log(logs, smoothed, criterion);
+    let (_, errors) = result.by_log(logs, smoothed, criterion);
     let mut fails: Vec<(f64, Remark)> = Vec::new();
     for (log, (&Score { rmse, .. }, &motion)) in errors.iter().zip(&motions).enumerate() {
         let share = rmse / motion.max(LEAST_MOTION * most);

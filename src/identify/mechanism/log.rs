@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 use core::ops::Range;
 
-use crate::identify::log::{FEWEST, column, median, pairs, range, same_length};
+use crate::identify::log::{FEWEST, column, median, pairs, range, same_length, window};
 use crate::parameter::{self, ParameterError};
 
 /// What drives the mechanism, row by row, positive along v > 0.
@@ -187,12 +187,8 @@ impl DriveLog {
     /// Refuses a window of fewer than 20 rows, an end that is NaN, and a position that does not
     /// change in it.
     pub fn between(&self, from: f64, to: f64) -> Result<Self, ParameterError> {
-        parameter::number("from", from)?;
-        parameter::number("to", to)?;
-        let first = self.time.partition_point(|&t| t < from);
-        let end = self.time.partition_point(|&t| t <= to).max(first);
-        parameter::count("rows", end - first, FEWEST)?;
-        let part = |column: &[f64]| column.get(first..end).unwrap_or_default().to_vec();
+        let rows = window(&self.time, from, to)?;
+        let part = |column: &[f64]| column.get(rows.clone()).unwrap_or_default().to_vec();
         let position = part(&self.position);
         let (least, most) = range(&position);
         let rule = "not stay there all along: does the sensor work?";
@@ -208,7 +204,7 @@ impl DriveLog {
             },
             held: self.held,
             external: part(&self.external),
-            enabled: self.enabled.get(first..end).unwrap_or_default().to_vec(),
+            enabled: self.enabled.get(rows).unwrap_or_default().to_vec(),
             load: self.load,
         })
     }

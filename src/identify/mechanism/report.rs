@@ -142,13 +142,14 @@ impl JointFit {
         errors.by_segment(&self.fit.values())
     }
 
-    /// Errors on logs by a criterion, log by log; NaN where the model has no answer.
+    /// Errors on logs by a criterion, on all of them and log by log; NaN where the model has no
+    /// answer.
     pub(super) fn by_log(
         &self,
         logs: &[DriveLog],
         smoothed: &[Vec<Smoothed>],
         criterion: Criterion,
-    ) -> Vec<Score> {
+    ) -> (Score, Vec<Score>) {
         let parts = self.residuals(logs, smoothed, criterion);
         let mut rest = parts.as_slice();
         let one = |log: &DriveLog| {
@@ -157,7 +158,7 @@ impl JointFit {
             rest = others;
             Score::of(ours)
         };
-        logs.iter().map(one).collect()
+        (Score::of(&parts), logs.iter().map(one).collect())
     }
 
     /// Takes the errors on the logs that were fitted and on those held out.
@@ -166,23 +167,27 @@ impl JointFit {
         fitted: &[DriveLog],
         held_out: &[DriveLog],
     ) -> Result<(), ParameterError> {
-        self.fitted = self.scores(fitted)?;
-        self.held_out = if held_out.is_empty() { None } else { Some(self.scores(held_out)?) };
-        let each = |logs: &[DriveLog]| -> Vec<Scores> {
-            let smoothed: Vec<Vec<Smoothed>> = logs.iter().map(smooth).collect();
-            let by = |criterion| self.by_log(logs, &smoothed, criterion);
-            let [inverse, segments, simulated] = self.criteria().map(by);
-            let rows = inverse.into_iter().zip(segments).zip(simulated);
-            rows.map(|((inverse, segments), simulated)| Scores { inverse, segments, simulated })
-                .collect()
-        };
-        (self.fitted_logs, self.held_out_logs) = (each(fitted), each(held_out));
+        (self.fitted, self.fitted_logs) = self.scores_by_log(fitted)?;
+        if !held_out.is_empty() {
+            let (all, each) = self.scores_by_log(held_out)?;
+            (self.held_out, self.held_out_logs) = (Some(all), each);
+        }
         Ok(())
     }
 
-    /// The criteria that are reported.
-    fn criteria(&self) -> [Criterion; 3] {
-        [Criterion::Inverse, Criterion::Segments(self.segment), Criterion::Segments(f64::INFINITY)]
+    /// Errors by all three criteria, on all logs and log by log.
+    fn scores_by_log(&self, logs: &[DriveLog]) -> Result<(Scores, Vec<Scores>), ParameterError> {
+        self.check(logs)?;
+        let smoothed: Vec<Vec<Smoothed>> = logs.iter().map(smooth).collect();
+        let by = |criterion| self.by_log(logs, &smoothed, criterion);
+        let (inverse, inverse_logs) = by(Criterion::Inverse);
+        let (segments, segments_logs) = by(Criterion::Segments(self.segment));
+        let (simulated, simulated_logs) = by(Criterion::Segments(f64::INFINITY));
+        let rows = inverse_logs.into_iter().zip(segments_logs).zip(simulated_logs);
+        let each = rows
+            .map(|((inverse, segments), simulated)| Scores { inverse, segments, simulated })
+            .collect();
+        Ok((Scores { inverse, segments, simulated }, each))
     }
 
     /// Errors on logs by all three criteria.
@@ -191,11 +196,7 @@ impl JointFit {
     ///
     /// Refuses logs of a drive that the fit has no constants of.
     pub fn scores(&self, logs: &[DriveLog]) -> Result<Scores, ParameterError> {
-        self.check(logs)?;
-        let smoothed: Vec<Vec<Smoothed>> = logs.iter().map(smooth).collect();
-        let by = |criterion| Score::of(&self.residuals(logs, &smoothed, criterion));
-        let [inverse, segments, simulated] = self.criteria().map(by);
-        Ok(Scores { inverse, segments, simulated })
+        Ok(self.scores_by_log(logs)?.0)
     }
 
     /// Refuses logs of a drive that the fit has no constants of.
