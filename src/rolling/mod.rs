@@ -31,7 +31,8 @@
 //!
 //! A patch of one axis slips in one direction, along or across. A model of several axes
 //! ([`PlaneFrBd`](crate::plane::PlaneFrBd)) makes a patch in *combined slip*, as of a tyre that
-//! brakes in a bend: [`Patch::combined_steady`], [`CombinedPatch`].
+//! brakes in a bend: [`Patch::combined_steady`], [`CombinedPatch`]. With spin, as of a tyre that
+//! turns on the spot or leans, the slip velocity varies along the patch: `CombinedGrid`.
 //!
 //! # Parameters from measurements
 //!
@@ -43,7 +44,7 @@
 //!
 //! # Which pressure for what
 //!
-//! Steady rolling, its linearisation and `Grid` take any [`Pressure`]. The exact reduction, and
+//! Steady rolling, its linearisation and the grids take any [`Pressure`]. The exact reduction, and
 //! with it the coupling to mechanisms, takes a [`PolynomialExponential`]. A polynomial follows a
 //! trapezium well: the coefficients 0, 8, −24, 32, −16 are 1 − (2ξ − 1)⁴. A measured pressure, or
 //! one given by a function, is a [`FunctionPressure`].
@@ -66,7 +67,7 @@ mod steady;
 pub use exact::{CombinedPatch, CombinedStep, ExactPatch, PatchLedger, PatchStep, Segment};
 pub use frequency::LinearisedPatch;
 #[cfg(feature = "alloc")]
-pub use grid::Grid;
+pub use grid::{CombinedGrid, Grid};
 pub use limits::PatchLimits;
 pub use passivity::Passivity;
 pub use patch::{Motion, Patch, PatchParameters, RateDependent};

@@ -16,14 +16,14 @@ use bristle::{FrBd, Scalar};
 use nalgebra::{Rotation2, SVector, Vector1, Vector2, Vector3};
 use proptest::prelude::*;
 
-const LENGTH: f64 = 0.12;
-const LOAD: f64 = 4000.0;
+pub(super) const LENGTH: f64 = 0.12;
+pub(super) const LOAD: f64 = 4000.0;
 
-type Model<T = f64, const A: usize = 2> = PlaneFrBd<Stribeck<T>, T, A>;
+pub(super) type Model<T = f64, const A: usize = 2> = PlaneFrBd<Stribeck<T>, T, A>;
 type Tyre<P, const A: usize = 2> = Patch<f64, Model<f64, A>, P>;
-type Slip = Motion<Vector2<f64>, f64>;
+pub(super) type Slip = Motion<Vector2<f64>, f64>;
 
-fn curve<T: Scalar>([dynamic, rise, stribeck]: [f64; 3]) -> Stribeck<T> {
+pub(super) fn curve<T: Scalar>([dynamic, rise, stribeck]: [f64; 3]) -> Stribeck<T> {
     Stribeck::new(StribeckParameters {
         static_coefficient: lit(dynamic * rise),
         dynamic_coefficient: lit(dynamic),
@@ -34,20 +34,20 @@ fn curve<T: Scalar>([dynamic, rise, stribeck]: [f64; 3]) -> Stribeck<T> {
     .unwrap()
 }
 
-fn bristle<T: Scalar>(micro_stiffness: f64, micro_damping: f64) -> KelvinVoigt<T> {
+pub(super) fn bristle<T: Scalar>(micro_stiffness: f64, micro_damping: f64) -> KelvinVoigt<T> {
     let [micro_stiffness, micro_damping] = [micro_stiffness, micro_damping].map(lit);
     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping }).unwrap()
 }
 
 /// Curve, and σ0 and σ1 for every axis with its friction ratio.
 #[derive(Debug, Clone, Copy)]
-struct Rubber {
-    curve: [f64; 3],
-    axes: [[f64; 3]; 2],
+pub(super) struct Rubber {
+    pub(super) curve: [f64; 3],
+    pub(super) axes: [[f64; 3]; 2],
 }
 
 impl Rubber {
-    fn model(&self) -> Model {
+    pub(super) fn model(&self) -> Model {
         let axis = |[friction_ratio, stiffness, damping]: [f64; 3]| Axis {
             friction_ratio,
             bristle: bristle(stiffness, damping),
@@ -55,17 +55,17 @@ impl Rubber {
         PlaneFrBd::new(curve(self.curve), self.axes.map(axis)).unwrap()
     }
 
-    fn isotropic(&self) -> Model {
+    pub(super) fn isotropic(&self) -> Model {
         PlaneFrBd::isotropic(curve(self.curve), bristle(self.axes[0][1], self.axes[0][2]))
     }
 
     /// The model of one axis with the bristle of the first.
-    fn line(&self) -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
+    pub(super) fn line(&self) -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
         FrBd::new(curve(self.curve), bristle(self.axes[0][1], self.axes[0][2]))
     }
 }
 
-fn rubber() -> impl Strategy<Value = Rubber> {
+pub(super) fn rubber() -> impl Strategy<Value = Rubber> {
     let damping = || prop_oneof![1 => Just(0.0), 3 => decades(1e-2, 10.0)];
     let axis = || (decades(0.2, 5.0), decades(20.0, 5e3), damping());
     let curve = (decades(0.1, 2.0), 1.0..2.0, decades(0.1, 20.0));
@@ -75,12 +75,12 @@ fn rubber() -> impl Strategy<Value = Rubber> {
     })
 }
 
-fn slip() -> impl Strategy<Value = Vector2<f64>> {
+pub(super) fn slip() -> impl Strategy<Value = Vector2<f64>> {
     (decades(1e-6, 50.0), 0.0..std::f64::consts::TAU)
         .prop_map(|(speed, angle)| Vector2::new(speed * angle.cos(), speed * angle.sin()))
 }
 
-fn patch<T: Scalar, M, const N: usize>(
+pub(super) fn patch<T: Scalar, M, const N: usize>(
     model: M,
     pressure: PolynomialExponential<T, N>,
 ) -> Patch<T, M, PolynomialExponential<T, N>> {
@@ -88,7 +88,7 @@ fn patch<T: Scalar, M, const N: usize>(
     patch.unwrap().carrying(lit(LOAD)).unwrap()
 }
 
-fn falling() -> PolynomialExponential<f64, 3> {
+pub(super) fn falling() -> PolynomialExponential<f64, 3> {
     let coefficients = [1.0, -0.3, -0.6];
     let parameters = PolynomialExponentialParameters { coefficients, decay: 0.2 };
     PolynomialExponential::new(parameters).unwrap()
@@ -355,7 +355,7 @@ fn no_transient_of_isotropic_bristles_exceeds_the_largest_friction() {
 }
 
 /// Slip that turns: the sum of two sines.
-fn manoeuvre(time: f64) -> Slip {
+pub(super) fn manoeuvre(time: f64) -> Slip {
     let slip_velocity = Vector2::new(0.8 + 0.6 * (40.0 * time).sin(), 0.5 * (23.0 * time).cos());
     Motion { slip_velocity, rolling_speed: 16.0 }
 }

@@ -11,6 +11,7 @@ mod grid;
 mod passive;
 mod refusals;
 mod smooth;
+mod spin;
 mod steady;
 mod theory;
 mod wheel;

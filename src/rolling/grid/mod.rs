@@ -24,12 +24,17 @@
 //! The scheme is classical (R. Courant, E. Isaacson, M. Rees, Communications on Pure and Applied
 //! Mathematics 5 (1952), 243–255).
 
+mod combined;
 mod interpolation;
 mod path;
 mod weights;
 
 use alloc::vec;
 use alloc::vec::Vec;
+
+pub use combined::CombinedGrid;
+
+use nalgebra::Vector1;
 
 use super::{Motion, Patch, Pressure, RateDependent};
 use crate::contact::LoadChange;
@@ -341,15 +346,25 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     {
         let duration = parameter::non_negative("duration", duration)?;
         let Motion { slip_velocity, rolling_speed } = field;
-        let (bristles, deflections, length) = (&self.bristles, &self.deflections, self.length);
-        let paths = Paths { bristles, deflections, slip_velocity, rolling_speed, length, duration };
-        let mut range = self.range;
+        let (bristles, deflections) = (&self.bristles, &self.deflections);
+        let paths = Paths {
+            driven: |place, slip: &Vector1<T>| [bristles.driven(place, slip.x, deflections)],
+            slip_velocity: |place, time| Vector1::new(slip_velocity(place, time)),
+            rolling_speed,
+            length: self.length,
+            duration,
+            cells: self.places.len() - 1,
+        };
+        let mut ranges = [self.range];
         for (next, &place) in self.next.iter_mut().zip(&self.places) {
-            let arrival = paths.arrival(place, &mut range)?;
+            let arrival = paths.arrival(place, &mut ranges);
+            let arrival = arrival.map_err(|error| ParameterError { component: None, ..error })?;
             let before =
                 arrival.origin.map_or_else(T::zero, |at| between(deflections, self.range, at));
-            *next = arrival.decay * before + arrival.gained;
+            let [change] = arrival.changes;
+            *next = change.of(before);
         }
+        let [range] = ranges;
         let force = self.force_of(&self.next, &|place| slip_velocity(place, duration));
         self.commit(force, range)
     }

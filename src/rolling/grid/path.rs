@@ -1,4 +1,5 @@
-//! The way of one bristle over a step: where it came from and what happened to it since.
+//! The way of one bristle over a step: where it came from and what happened to it since, on every
+//! axis.
 //!
 //! Ẋ = V(X, t) is followed back from a node by the classical Runge–Kutta method, in panels that
 //! cross a cell at most. A bristle that crosses an end of the patch on the way entered there,
@@ -14,15 +15,19 @@
 //!
 //! a mean with positive weights of z and of the stationary deflections u_k/λ_k met: no deflection
 //! beyond them. Exact where λ and u are constant, of fourth order where they vary. Where v
-//! reverses on the way the panel is split, since λ has a kink there.
+//! reverses on the way the panel is split, since λ has a kink there. On several axes v reverses
+//! where the start and the end of a panel are at an obtuse angle; it is split where ‖v‖ is least.
 //!
 //! Source: nodes, weights and A are those of Radau IIA of order 5 (E. Hairer, G. Wanner, "Solving
 //! Ordinary Differential Equations II", table IV.5.6).
+
+use nalgebra::SVector;
 
 use super::Bristles;
 use super::interpolation::{cut, lagrange};
 use crate::bounds::{larger, smaller};
 use crate::parameter::{self, ParameterError};
+use crate::rolling::combined::finite;
 use crate::root::enclose;
 use crate::scalar::{lit, to_f64};
 use crate::{Bristle, Scalar, Sliding};
@@ -46,11 +51,52 @@ const FARTHEST: f64 = 1.6;
 const PANELS_A_CELL: usize = 20;
 const MORE_PANELS: usize = 1000;
 
-/// What a step makes of the bristle that arrives at a node: z ← decay · z(origin) + gained.
+/// What a step makes of a deflection: z ← decay · z + gained.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Arrival<T> {
-    pub(super) decay: T,
-    pub(super) gained: T,
+pub(super) struct Change<T> {
+    decay: T,
+    gained: T,
+}
+
+impl<T: Scalar> Change<T> {
+    #[inline]
+    pub(super) fn of(self, deflection: T) -> T {
+        self.decay * deflection + self.gained
+    }
+
+    /// Goes back over a time with λ and u at the three nodes.
+    #[inline]
+    fn pass(&mut self, met: [(T, T); 3], duration: T, range: &mut (T, T)) {
+        for (relaxation, drive) in met {
+            *range = widened(*range, drive / relaxation);
+        }
+        let sum = |row: &[f64; 3]| {
+            let terms = row.iter().zip(met);
+            terms.fold(T::zero(), |sum, (&a, (relaxation, _))| sum + lit::<T>(a) * relaxation)
+                * duration
+        };
+        let whole = sum(&WEIGHTS);
+        let [first, second] = INTEGRALS.map(|row| (sum(&row) - whole).exp());
+        let weights = [first * lit(WEIGHTS[0]), second * lit(WEIGHTS[1]), lit(WEIGHTS[2])];
+        let (mut relaxation, mut gained) = (T::zero(), T::zero());
+        for (weight, met) in weights.into_iter().zip(met) {
+            relaxation += weight * duration * met.0;
+            gained += weight * duration * met.1;
+        }
+        // 1 − e^−Λ over its mean is 1 up to the fourth order; nodes too few for λ may not make
+        // more of it.
+        let faded = (-whole).exp_m1();
+        let quotient = if relaxation > T::zero() { -faded / relaxation } else { T::one() };
+        self.gained += self.decay * smaller(quotient, lit(2.0)) * gained;
+        self.decay *= T::one() + faded;
+    }
+}
+
+/// The bristle that arrives at a node.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Arrival<T, const A: usize> {
+    /// On each axis.
+    pub(super) changes: [Change<T>; A],
     /// Where it was at the start of the step; `None` if it was not yet in the patch.
     pub(super) origin: Option<T>,
 }
@@ -63,16 +109,17 @@ pub(super) fn widened<T: Scalar>((low, high): (T, T), value: T) -> (T, T) {
 
 /// Everything the paths of a step share.
 #[derive(Debug)]
-pub(super) struct Paths<'a, T, M, F, G> {
-    pub(super) bristles: &'a Bristles<M>,
-    /// At the start of the step.
-    pub(super) deflections: &'a [T],
-    /// v(ξ, t) and U(ξ, t) = L V.
-    pub(super) slip_velocity: &'a F,
-    pub(super) rolling_speed: &'a G,
+pub(super) struct Paths<T, D, F, G> {
+    /// λᵢ and uᵢ = rᵢ vᵢ of every axis at a place and a slip velocity.
+    pub(super) driven: D,
+    /// v(ξ, t)
+    pub(super) slip_velocity: F,
+    /// U(ξ, t) = L V
+    pub(super) rolling_speed: G,
     /// L [m]
     pub(super) length: T,
     pub(super) duration: T,
+    pub(super) cells: usize,
 }
 
 /// One panel, from its end back to its start.
@@ -107,43 +154,46 @@ fn inside<T: Scalar>(place: T) -> T {
     cut(place, T::zero(), T::one())
 }
 
-impl<T, M, F, G> Paths<'_, T, M, F, G>
+impl<T, D, F, G> Paths<T, D, F, G>
 where
     T: Scalar,
-    M: Bristle<T, Deflection = T>,
-    F: Fn(T, T) -> T,
     G: Fn(T, T) -> T,
 {
-    fn cells(&self) -> usize {
-        self.deflections.len().saturating_sub(1)
-    }
-
     fn transport(&self, place: T, time: T) -> T {
         (self.rolling_speed)(inside(place), time) / self.length
     }
 
-    fn slip(&self, place: T, time: T) -> T {
+    fn slip<const A: usize>(&self, place: T, time: T) -> SVector<T, A>
+    where
+        F: Fn(T, T) -> SVector<T, A>,
+    {
         (self.slip_velocity)(inside(place), time)
     }
 
     /// Follows the bristle that is at a place at the end of the step, and adds the stationary
-    /// deflections that it has met to a range. Velocities that are not
+    /// deflections that it has met to the range of each axis. Velocities that are not
     /// finite on the way make its deflection NaN.
-    pub(super) fn arrival(
+    pub(super) fn arrival<const A: usize>(
         &self,
         node: T,
-        range: &mut (T, T),
-    ) -> Result<Arrival<T>, ParameterError> {
+        ranges: &mut [(T, T); A],
+    ) -> Result<Arrival<T, A>, ParameterError>
+    where
+        D: Fn(T, &SVector<T, A>) -> [(T, T); A],
+        F: Fn(T, T) -> SVector<T, A>,
+    {
         let (zero, one) = (T::zero(), T::one());
-        let width = one / lit(self.cells() as f64);
-        let mut arrival = Arrival { decay: one, gained: zero, origin: None };
+        let width = one / lit(self.cells as f64);
+        let mut arrival =
+            Arrival { changes: [Change { decay: one, gained: zero }; A], origin: None };
         let transport = parameter::finite("rolling_speed", self.transport(node, self.duration))?;
-        let mut slip = parameter::finite("slip_velocity", self.slip(node, self.duration))?;
+        let mut slip = self.slip(node, self.duration);
+        finite("slip_velocity", &slip)?;
         let mut here = (self.duration, node, transport);
         if node <= zero && here.2 > zero || node >= one && here.2 < zero {
             return Ok(arrival);
         }
-        let most = PANELS_A_CELL * self.cells() + MORE_PANELS;
+        let most = PANELS_A_CELL * self.cells + MORE_PANELS;
         let mut panels = 0;
         while here.0 > zero {
             let (time, place, velocity) = here;
@@ -165,7 +215,7 @@ where
                 start = self.entry(here, start);
             }
             let before = self.slip(start.1, start.0);
-            self.pass(&Panel { start, end: here }, (before, slip), &mut arrival, range);
+            self.pass(&Panel { start, end: here }, (before, slip), &mut arrival, ranges);
             if entered {
                 return Ok(arrival);
             }
@@ -197,68 +247,58 @@ where
     }
 
     /// Adds what happens along a panel, with v at its start and end.
-    fn pass(
+    fn pass<const A: usize>(
         &self,
         panel: &Panel<T>,
-        (before, after): (T, T),
-        arrival: &mut Arrival<T>,
-        range: &mut (T, T),
-    ) {
+        (before, after): (SVector<T, A>, SVector<T, A>),
+        arrival: &mut Arrival<T, A>,
+        ranges: &mut [(T, T); A],
+    ) where
+        D: Fn(T, &SVector<T, A>) -> [(T, T); A],
+        F: Fn(T, T) -> SVector<T, A>,
+    {
         let (zero, one) = (T::zero(), T::one());
         let mut turn = zero;
-        if before < zero && after > zero || before > zero && after < zero {
+        if before.dot(&after) < zero {
             // To a millionth of the panel: what λ's kink costs there is beyond notice.
-            let slip = |part: T| self.slip(panel.place(part), panel.time(part));
-            (turn, _) = enclose(slip, (zero, before), (one, after), lit(1e-6));
+            let change = after - before;
+            let slip = |part: T| change.dot(&self.slip(panel.place(part), panel.time(part)));
+            let ends = ((zero, change.dot(&before)), (one, change.dot(&after)));
+            (turn, _) = enclose(slip, ends.0, ends.1, lit(1e-6));
         }
-        self.collect(panel, (turn, one), arrival, range);
+        self.collect(panel, (turn, one), arrival, ranges);
         if turn > zero {
-            self.collect(panel, (zero, turn), arrival, range);
+            self.collect(panel, (zero, turn), arrival, ranges);
         }
     }
 
     /// Adds what happens along a part of a panel.
-    fn collect(
+    fn collect<const A: usize>(
         &self,
         panel: &Panel<T>,
         (from, to): (T, T),
-        arrival: &mut Arrival<T>,
-        range: &mut (T, T),
-    ) {
+        arrival: &mut Arrival<T, A>,
+        ranges: &mut [(T, T); A],
+    ) where
+        D: Fn(T, &SVector<T, A>) -> [(T, T); A],
+        F: Fn(T, T) -> SVector<T, A>,
+    {
         let duration = (panel.end.0 - panel.start.0) * (to - from);
-        let mut met = [(T::zero(), T::zero()); 3];
-        for (met, place) in met.iter_mut().zip(PLACES) {
+        let met = PLACES.map(|place| {
             let part = if place < 1.0 { from + (to - from) * lit(place) } else { to };
             let (place, time) = (panel.place(part), panel.time(part));
-            *met = self.bristles.driven(place, self.slip(place, time), self.deflections);
-            *range = widened(*range, met.1 / met.0);
+            (self.driven)(place, &self.slip(place, time))
+        });
+        for (axis, (change, range)) in arrival.changes.iter_mut().zip(ranges).enumerate() {
+            change.pass(met.each_ref().map(|met| met[axis]), duration, range);
         }
-        let sum = |row: &[f64; 3]| {
-            let terms = row.iter().zip(met);
-            terms.fold(T::zero(), |sum, (&a, (relaxation, _))| sum + lit::<T>(a) * relaxation)
-                * duration
-        };
-        let whole = sum(&WEIGHTS);
-        let [first, second] = INTEGRALS.map(|row| (sum(&row) - whole).exp());
-        let weights = [first * lit(WEIGHTS[0]), second * lit(WEIGHTS[1]), lit(WEIGHTS[2])];
-        let (mut relaxation, mut gained) = (T::zero(), T::zero());
-        for (weight, met) in weights.into_iter().zip(met) {
-            relaxation += weight * duration * met.0;
-            gained += weight * duration * met.1;
-        }
-        // 1 − e^−Λ over its mean is 1 up to the fourth order; nodes too few for λ may not make
-        // more of it.
-        let faded = (-whole).exp_m1();
-        let quotient = if relaxation > T::zero() { -faded / relaxation } else { T::one() };
-        arrival.gained += arrival.decay * smaller(quotient, lit(2.0)) * gained;
-        arrival.decay *= T::one() + faded;
     }
 }
 
 impl<M> Bristles<M> {
     /// λ and u = r v at a place: that of the node there, or interpolated between nodes.
     #[inline]
-    fn driven<T: Scalar>(&self, place: T, slip: T, deflections: &[T]) -> (T, T)
+    pub(super) fn driven<T: Scalar>(&self, place: T, slip: T, deflections: &[T]) -> (T, T)
     where
         M: Bristle<T, Deflection = T>,
     {
