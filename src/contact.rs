@@ -264,7 +264,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     }
 
     /// Rate and force at once.
-    #[inline]
+    #[inline(always)]
     pub fn response(
         &self,
         sliding: impl Into<Sliding<T>>,

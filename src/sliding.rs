@@ -34,10 +34,21 @@ impl Branch {
         let (speed, direction) = match self {
             Branch::Forward => (velocity, T::one()),
             Branch::Backward => (-velocity, -T::one()),
-            Branch::Free if velocity > T::zero() => (velocity, T::one()),
-            Branch::Free if velocity < T::zero() => (-velocity, -T::one()),
-            // v = 0: the middle of the one-sided values; NaN stays NaN.
-            Branch::Free => (velocity * velocity, velocity * velocity),
+            Branch::Free => {
+                // v = 0: the middle of the one-sided values; NaN stays NaN.
+                let rest = velocity * velocity;
+                let moves = velocity > T::zero() || velocity < T::zero();
+                // By `abs`, of which the compiler knows that it is never negative.
+                let speed = if moves { velocity.abs() } else { rest };
+                let direction = if velocity > T::zero() {
+                    T::one()
+                } else if velocity < T::zero() {
+                    -T::one()
+                } else {
+                    rest
+                };
+                (speed, direction)
+            }
         };
         Sliding { velocity, speed, direction }
     }
@@ -94,6 +105,18 @@ impl<T: Scalar> Sliding<T> {
 }
 
 impl<T: Scalar> Sliding<T> {
+    /// Velocity, speed and direction.
+    #[inline(always)]
+    pub(crate) fn parts(self) -> (T, T, T) {
+        (self.velocity, self.speed, self.direction)
+    }
+
+    /// From velocity, speed and direction that belong together.
+    #[inline(always)]
+    pub(crate) fn from_parts(velocity: T, speed: T, direction: T) -> Self {
+        Self { velocity, speed, direction }
+    }
+
     /// The opposite velocity, seen from the same branch.
     pub(crate) fn mirrored(&self) -> Self {
         Self { velocity: -self.velocity, speed: -self.speed, direction: self.direction }

@@ -78,13 +78,25 @@ impl<T: Scalar> FrictionCurve<T> for AnyCurve<T> {
             Self::Stribeck(curve) => curve.coefficient(sliding),
             Self::RationalStribeck(curve) => curve.coefficient(sliding),
             #[cfg(feature = "alloc")]
-            _ => self.allocated(sliding),
+            _ => {
+                let (velocity, speed, direction) = sliding.parts();
+                self.allocated(velocity, speed, direction)
+            }
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        of_the_curve!(self, curve => curve.coefficient_and_slope(sliding))
+        match self {
+            Self::Coulomb(curve) => curve.coefficient_and_slope(sliding),
+            Self::Stribeck(curve) => curve.coefficient_and_slope(sliding),
+            Self::RationalStribeck(curve) => curve.coefficient_and_slope(sliding),
+            #[cfg(feature = "alloc")]
+            _ => {
+                let (velocity, speed, direction) = sliding.parts();
+                self.allocated_and_slope(velocity, speed, direction)
+            }
+        }
     }
 
     fn bounds(&self, fastest: T) -> Bounds<T> {
@@ -173,9 +185,18 @@ impl<T: Scalar> AnyCurve<T> {
         Self::Own(OwnCurve::new(curve))
     }
 
-    /// μ(v) of the curves behind a pointer: a call, so that the others are inlined.
+    /// μ(v) of the curves behind a pointer: a call, so that the others are inlined. It takes the
+    /// parts of a [`Sliding`], which would be passed in memory, and all other uses wait for it.
     #[inline(never)]
-    fn allocated(&self, sliding: Sliding<T>) -> T {
+    fn allocated(&self, velocity: T, speed: T, direction: T) -> T {
+        let sliding = Sliding::from_parts(velocity, speed, direction);
         of_the_curve!(self, curve => curve.coefficient(sliding))
+    }
+
+    /// μ(v) of the curves behind a pointer, and its slope.
+    #[inline(never)]
+    fn allocated_and_slope(&self, velocity: T, speed: T, direction: T) -> (T, T) {
+        let sliding = Sliding::from_parts(velocity, speed, direction);
+        of_the_curve!(self, curve => curve.coefficient_and_slope(sliding))
     }
 }

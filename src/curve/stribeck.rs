@@ -159,7 +159,7 @@ impl<T: Scalar> Stribeck<T> {
 }
 
 impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
-    #[inline]
+    #[inline(always)]
     fn coefficient(&self, sliding: Sliding<T>) -> T {
         let (w, _) = self.power(sliding.speed() * self.valley.inverse_velocity);
         self.valley.dynamic
@@ -167,7 +167,7 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
             + self.valley.viscous * sliding.speed()
     }
 
-    #[inline]
+    #[inline(always)]
     fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
         let (w, w_slope) = self.power(sliding.speed() * self.valley.inverse_velocity);
         let stribeck = self.valley.drop * self.decay(w);

@@ -81,6 +81,18 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
     }
 }
 
+impl<T: Scalar> Affine<T> {
+    /// These numbers, as slopes, times the slope of their variable.
+    pub(crate) fn times(&self, slope: T) -> Self {
+        Self {
+            relaxation: self.relaxation * slope,
+            drive: self.drive * slope,
+            stiffness: self.stiffness * slope,
+            damping: self.damping * slope,
+        }
+    }
+}
+
 /// A length of a step; NaN for a negative one: a bristle cannot be run backwards, what it has
 /// forgotten would grow.
 #[inline(always)]

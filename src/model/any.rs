@@ -84,6 +84,16 @@ impl<T> AnyBristle<T> {
     }
 }
 
+impl<T: Scalar> AnyBristle<T> {
+    /// The coefficients of the larger models: a call, so that the others are inlined, with numbers
+    /// for arguments, because what is passed in memory is waited for in the others, too.
+    #[inline(never)]
+    fn called(&self, velocity: T, speed: T, direction: T, deflection: T) -> (T, T, T, T) {
+        let sliding = Sliding::from_parts(velocity, speed, direction);
+        parts(of_the_model!(self, model => model.affine(sliding, deflection)))
+    }
+}
+
 #[inline(always)]
 fn parts<T: Scalar>(affine: Affine<T>) -> (T, T, T, T) {
     let Affine { relaxation, drive, stiffness, damping } = affine;
@@ -101,8 +111,10 @@ impl<T: Scalar> Bristle<T> for AnyBristle<T> {
             Self::Maxwell(model) => parts(model.affine(sliding, deflection)),
             Self::LuGre(model) => parts(model.coefficients(sliding)),
             Self::Dahl(model) => parts(model.affine(sliding, deflection)),
-            Self::ElastoPlastic(model) => parts(model.affine(sliding, deflection)),
-            Self::Implicit(model) => parts(model.affine(sliding, deflection)),
+            Self::ElastoPlastic(_) | Self::Implicit(_) => {
+                let (velocity, speed, direction) = sliding.parts();
+                self.called(velocity, speed, direction, deflection)
+            }
         };
         Affine { relaxation, drive, stiffness, damping }
     }

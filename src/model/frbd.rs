@@ -278,7 +278,7 @@ where
 {
     type Deflection = R::Deflection;
 
-    #[inline]
+    #[inline(always)]
     fn affine(&self, sliding: Sliding<T>, _deflection: R::Deflection) -> Affine<T, R::Deflection> {
         self.frozen(sliding)
     }

@@ -182,11 +182,17 @@ where
         self.frozen(sliding, &self.parts.series(sliding)).1
     }
 
+    /// g on the other branch.
+    #[cold]
+    fn opposite(&self, sliding: Sliding<T>) -> T {
+        self.curve().coefficient(sliding)
+    }
+
     /// 1/g and the coefficients, from the bristle and the surface at a velocity.
     #[inline(always)]
     fn frozen(&self, sliding: Sliding<T>, series: &Series<T>) -> (T, Affine<T>) {
         let Series { elements, speed, mu: g } = *series;
-        let inverse = inverse_resistance(sliding, g, |other| self.curve().coefficient(other));
+        let inverse = inverse_resistance(sliding, g, |other| self.opposite(other));
         let relaxation = elements.stiffness * speed * inverse;
         let affine = Affine {
             relaxation,
@@ -224,12 +230,12 @@ where
 {
     type Deflection = T;
 
-    #[inline]
+    #[inline(always)]
     fn affine(&self, sliding: Sliding<T>, _deflection: T) -> Affine<T> {
         self.coefficients(sliding)
     }
 
-    #[inline]
+    #[inline(always)]
     fn affine_and_slopes(&self, sliding: Sliding<T>, _deflection: T) -> (Affine<T>, Affine<T>) {
         let [series, slope] = self.parts.series_and_slopes(sliding);
         let (inverse, affine) = self.frozen(sliding, &series);

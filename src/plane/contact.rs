@@ -161,25 +161,27 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
             force_by_deflection: zeros,
             force_by_velocity: SMatrix::zeros(),
         };
-        let axes = self.model.axes_and_slopes(velocity);
+        let (axes, gradient) = self.model.axes_and_slopes(velocity);
+        let (mut rate_slope, mut force_slope) = (zeros, zeros);
+        for i in 0..N {
+            let (v, z) = (velocity[i], deflection[i]);
+            let (affine, slopes) = axes[i].affine_and_slopes(v.into(), z);
+            linearised.rate[i] = affine.rate(v, z);
+            linearised.force[i] = p * affine.coefficient(v, z);
+            linearised.rate_by_deflection[i] = -affine.relaxation;
+            linearised.force_by_deflection[i] = affine.stiffness * p;
+            linearised.rate_by_velocity[(i, i)] = affine.drive;
+            linearised.force_by_velocity[(i, i)] = affine.damping;
+            (rate_slope[i], force_slope[i]) = (slopes.rate(v, z), slopes.coefficient(v, z));
+        }
         #[allow(clippy::needless_range_loop, reason = "iterators in two depths are not unrolled")]
         for j in 0..N {
             for i in 0..N {
-                let (v, z) = (velocity[i], deflection[i]);
-                let (affine, slopes) = axes[j][i].affine_and_slopes(v.into(), z);
-                let (mut rate_slope, mut slope) = (slopes.rate(v, z), slopes.coefficient(v, z));
-                if i == j {
-                    linearised.rate[i] = affine.rate(v, z);
-                    linearised.force[i] = p * affine.coefficient(v, z);
-                    rate_slope += affine.drive;
-                    slope += affine.damping;
-                    linearised.rate_by_deflection[i] = -affine.relaxation;
-                    linearised.force_by_deflection[i] = affine.stiffness * p;
-                }
-                linearised.rate_by_velocity[(i, j)] = rate_slope;
-                linearised.force_by_velocity[(i, j)] = p * slope;
+                linearised.rate_by_velocity[(i, j)] += rate_slope[i] * gradient[j];
+                linearised.force_by_velocity[(i, j)] += force_slope[i] * gradient[j];
             }
         }
+        linearised.force_by_velocity *= p;
         linearised
     }
 

@@ -13,6 +13,9 @@ use crate::rheology::{KelvinVoigt, Rheology};
 use crate::scalar::{lit, unlimited};
 use crate::{FrBd, Law, Scalar};
 
+/// A bristle on the surface that its axis feels.
+type AxisFrBd<T> = FrBd<AxisSurface<T>, KelvinVoigt<T>, AxisSurface<T>>;
+
 /// FrBD with Kelvin–Voigt bristles on N axes; the [module](super) has the equations.
 ///
 /// ```
@@ -60,6 +63,16 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneFrBd<C, T, N> {
     }
 }
 
+impl<T: Scalar, C, const N: usize, E> PlaneFrBd<C, T, N, E> {
+    /// Each bristle on the surface that its axis feels.
+    #[inline(always)]
+    fn on(&self, surfaces: [AxisSurface<T>; N]) -> [AxisFrBd<T>; N] {
+        core::array::from_fn(|i| {
+            FrBd::new(surfaces[i], self.axes[i].bristle).regularised(surfaces[i])
+        })
+    }
+}
+
 impl<C, T, const N: usize, E> PlaneFrBd<C, T, N, E> {
     /// The model with another regularisation of the weighted speed.
     pub fn regularised<F>(self, regularisation: F) -> PlaneFrBd<C, T, N, F> {
@@ -88,18 +101,19 @@ where
     C: FrictionCurve<T>,
     E: Regularisation<T>,
 {
-    type Axis = FrBd<AxisSurface<T>, KelvinVoigt<T>, AxisSurface<T>>;
+    type Axis = AxisFrBd<T>;
 
     #[inline(always)]
     fn axes(&self, velocity: &SVector<T, N>) -> [Self::Axis; N] {
         let surfaces = surfaces((&self.curve, &self.regularisation), &self.axes, velocity);
-        core::array::from_fn(|i| on(surfaces[i], self.axes[i].bristle))
+        self.on(surfaces)
     }
 
     #[inline(always)]
-    fn axes_and_slopes(&self, velocity: &SVector<T, N>) -> [[Self::Axis; N]; N] {
-        let rows = surfaces_and_slopes((&self.curve, &self.regularisation), &self.axes, velocity);
-        core::array::from_fn(|j| core::array::from_fn(|i| on(rows[j][i], self.axes[i].bristle)))
+    fn axes_and_slopes(&self, velocity: &SVector<T, N>) -> ([Self::Axis; N], SVector<T, N>) {
+        let parts = (&self.curve, &self.regularisation);
+        let (surfaces, gradient) = surfaces_and_slopes(parts, &self.axes, velocity);
+        (self.on(surfaces), gradient)
     }
 
     #[inline]
@@ -178,13 +192,4 @@ impl<T: Scalar, C, E, const N: usize> PlaneFrBd<C, T, N, E> {
     pub(super) fn is_undamped(&self) -> bool {
         self.axes.iter().all(|axis| axis.bristle.bounds().damping.max == T::zero())
     }
-}
-
-/// A bristle on the surface that its axis feels.
-#[inline(always)]
-fn on<T: Scalar>(
-    surface: AxisSurface<T>,
-    bristle: KelvinVoigt<T>,
-) -> FrBd<AxisSurface<T>, KelvinVoigt<T>, AxisSurface<T>> {
-    FrBd::new(surface, bristle).regularised(surface)
 }

@@ -78,9 +78,9 @@ where
     }
 
     #[inline(always)]
-    fn axes_and_slopes(&self, velocity: &SVector<T, N>) -> [[Self::Axis; N]; N] {
-        let rows = self.parts.axes_and_slopes(velocity);
-        rows.map(|axes| axes.map(|axis| LuGre::from_parts(axis, self.viscous)))
+    fn axes_and_slopes(&self, velocity: &SVector<T, N>) -> ([Self::Axis; N], SVector<T, N>) {
+        let (axes, gradient) = self.parts.axes_and_slopes(velocity);
+        (axes.map(|axis| LuGre::from_parts(axis, self.viscous)), gradient)
     }
 
     #[inline]

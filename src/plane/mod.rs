@@ -98,10 +98,11 @@ pub trait PlaneBristle<T: Scalar, const N: usize>: Debug + Clone {
     /// The model of each axis at a velocity [m/s], to be evaluated at that axis's component.
     fn axes(&self, velocity: &SVector<T, N>) -> [Self::Axis; N];
 
-    /// The models with derivatives: `axes_and_slopes(v)[j][i]` is axis i, whose
-    /// [slopes](Bristle::affine_and_slopes) are with respect to the velocity of axis j. At v = 0
-    /// the derivatives depend on the direction; zero stands for them.
-    fn axes_and_slopes(&self, velocity: &SVector<T, N>) -> [[Self::Axis; N]; N];
+    /// The models with derivatives, which they all have through one number u(v): the axes, whose
+    /// [slopes](Bristle::affine_and_slopes) are with respect to u, and the gradient ∂u/∂vⱼ. Every
+    /// coefficient c has ∂cᵢ/∂vⱼ = (∂cᵢ/∂u)(∂u/∂vⱼ). At v = 0 the derivatives depend on the
+    /// direction; a gradient of zero stands for them.
+    fn axes_and_slopes(&self, velocity: &SVector<T, N>) -> ([Self::Axis; N], SVector<T, N>);
 
     /// The stiffness σ0ᵢ [1/m] of each axis in the stored energy W = ½ p Σ σ0ᵢ zᵢ².
     fn storage_stiffness(&self) -> SVector<T, N>;

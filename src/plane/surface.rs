@@ -7,8 +7,8 @@ use nalgebra::SVector;
 use super::Axis;
 use crate::curve::FrictionCurve;
 use crate::regularisation::Regularisation;
-use crate::scalar::is_zero;
-use crate::{Bounds, Scalar, Sliding};
+use crate::scalar::{is_zero, unlimited};
+use crate::{Bounds, Branch, Scalar, Sliding};
 
 /// The surface as one axis feels it at one velocity of all axes: a curve whose friction coefficient
 /// is the number aᵢ² μ, and a regularisation whose |v|_ε is the number n.
@@ -82,6 +82,12 @@ fn weighted<T: Scalar, const N: usize>(
     SVector::from_fn(|i, _| axes[i].friction_ratio * velocity[i])
 }
 
+/// A length as a velocity: it has one direction only.
+#[inline(always)]
+fn sliding<T: Scalar>(length: T) -> Sliding<T> {
+    Branch::Forward.of(length)
+}
+
 /// The surface under each axis, without derivatives.
 #[inline(always)]
 pub(super) fn surfaces<T, C, E, const N: usize>(
@@ -94,46 +100,52 @@ where
     C: FrictionCurve<T>,
     E: Regularisation<T>,
 {
-    let speed = regularisation.speed(norm(&weighted(axes, velocity)).into());
-    let mu = curve.coefficient(norm(velocity).into());
+    let speed = regularisation.speed(sliding(norm(&weighted(axes, velocity))));
+    let coefficient = curve.coefficient(sliding(norm(velocity)));
     let zero = T::zero();
-    let shared = AxisSurface { coefficient: mu, coefficient_slope: zero, speed, speed_slope: zero };
+    let shared = AxisSurface { coefficient, coefficient_slope: zero, speed, speed_slope: zero };
     axes.map(|axis| shared.under(axis.friction_ratio))
 }
 
-/// The surface under each axis i with its derivatives with respect to the velocity of axis j, in
-/// place `[j][i]`.
+/// The surface under each axis with its derivatives with respect to a number u, and ∂u/∂vⱼ.
+///
+/// The coefficients of an axis depend on n/μ alone. So u is n with μ held, and of μ the gradient of
+/// u takes the part −(n/μ) ∂μ/∂vⱼ. With one axis u is ±v, and the slopes are those of the scalar
+/// model.
 #[inline(always)]
 pub(super) fn surfaces_and_slopes<T, C, E, const N: usize>(
     (curve, regularisation): (&C, &E),
     axes: &[Axis<T>; N],
     velocity: &SVector<T, N>,
-) -> [[AxisSurface<T>; N]; N]
+) -> ([AxisSurface<T>; N], SVector<T, N>)
 where
     T: Scalar,
     C: FrictionCurve<T>,
     E: Regularisation<T>,
 {
-    let (weighted, bare_speed) = (weighted(axes, velocity), norm(velocity));
-    let bare = norm(&weighted);
-    let (speed, slope) = regularisation.speed_and_slope(bare.into());
-    let (mu, mu_slope) = curve.coefficient_and_slope(bare_speed.into());
-    let shared =
-        AxisSurface { coefficient: mu, coefficient_slope: mu_slope, speed, speed_slope: slope };
-    // Loops, because closures of this size are not inlined.
-    let mut rows = [[shared; N]; N];
-    let along = axes.iter().zip(velocity.iter().zip(&weighted));
-    for (row, (axis, (&v, &weighted))) in rows.iter_mut().zip(along) {
-        let along = AxisSurface {
-            coefficient_slope: mu_slope * over(v, bare_speed),
-            speed_slope: slope * axis.friction_ratio * over(weighted, bare),
-            ..shared
-        };
-        for (surface, axis) in row.iter_mut().zip(axes) {
-            *surface = along.under(axis.friction_ratio);
-        }
+    let weighted = weighted(axes, velocity);
+    let (length, weighted_length) = (norm(velocity), norm(&weighted));
+    let (speed, speed_slope) = regularisation.speed_and_slope(sliding(weighted_length));
+    let (coefficient, coefficient_slope) = curve.coefficient_and_slope(sliding(length));
+    let gradient: SVector<T, N> = unit(velocity, length);
+    let mut shared = AxisSurface { coefficient, coefficient_slope, speed, speed_slope };
+    if let [axis] = axes.as_slice() {
+        shared.speed_slope *= axis.friction_ratio;
+        return (axes.map(|axis| shared.under(axis.friction_ratio)), gradient);
     }
-    rows
+    (shared.coefficient_slope, shared.speed_slope) = (T::zero(), T::one());
+    let by_length = speed / coefficient * coefficient_slope;
+    let weighted = unit(&weighted, weighted_length);
+    let gradient = SVector::from_fn(|i, _| {
+        axes[i].friction_ratio * speed_slope * weighted[i] - by_length * gradient[i]
+    });
+    (axes.map(|axis| shared.under(axis.friction_ratio)), gradient)
+}
+
+/// The unit vector of a vector of this length; zero of zero.
+#[inline(always)]
+fn unit<T: Scalar, const N: usize>(x: &SVector<T, N>, length: T) -> SVector<T, N> {
+    x / if is_zero(length) { unlimited() } else { length }
 }
 
 /// A component of a unit vector; zero of none.

@@ -103,17 +103,17 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         M: PlaneBristle<T, A, Axis: RateDependent<T>>,
     {
         let Motion { slip_velocity: v, rolling_speed } = motion;
-        let rows = self.model().axes_and_slopes(finite("slip_velocity", &v)?);
+        let (axes, gradient) = self.model().axes_and_slopes(finite("slip_velocity", &v)?);
         let Crossing { transport, .. } =
             self.rolling(Motion { slip_velocity: T::zero(), rolling_speed })?;
-        for (axis, &slip_velocity) in rows.iter().flatten().zip(v.iter().cycle()) {
+        for (axis, &slip_velocity) in axes.iter().zip(&v) {
             coefficients(axis, slip_velocity)?;
         }
         let about = |j: usize, i: usize| {
             let share = if i == j { T::one() } else { T::zero() };
-            let coefficients = rows[j][i].affine_and_slopes(v[i].into(), T::zero());
-            let axis = self.with_model(rows[j][i].clone());
-            axis.linearised_about((v[i], transport), coefficients, share)
+            let (affine, slopes) = axes[i].affine_and_slopes(v[i].into(), T::zero());
+            let axis = self.with_model(axes[i].clone());
+            axis.linearised_about((v[i], transport), (affine, slopes.times(gradient[j])), share)
         };
         Ok(core::array::from_fn(|j| core::array::from_fn(|i| about(j, i))))
     }

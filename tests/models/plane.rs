@@ -326,13 +326,13 @@ fn compare_derivatives<const N: usize, M: PlaneBristle<f64, N>, D: PlaneBristle<
 ) {
     let (v, z) = (draw.velocity, draw.deflection());
     let axes = model.axes(&v);
-    let slopes = model.axes_and_slopes(&v);
+    let (with_slopes, gradient) = model.axes_and_slopes(&v);
     let contact = model.under_load(1.0).unwrap();
     let dual = dual.under_load(Dual64::from(1.0)).unwrap();
     let linearised = contact.linearised(&v, &z);
     assert_eq!(linearised.rate, contact.rate(&v, &z));
     assert_eq!(linearised.force, contact.force(&v, &z));
-    for (j, slopes) in slopes.iter().enumerate() {
+    for j in 0..N {
         let seed = |x: SVector<f64, N>, along: f64| {
             SVector::<Dual64, N>::from_fn(|i, _| {
                 Dual64::new(x[i], if i == j { along } else { 0.0 })
@@ -342,10 +342,10 @@ fn compare_derivatives<const N: usize, M: PlaneBristle<f64, N>, D: PlaneBristle<
         let by_deflection = dual.response(&seed(v, 0.0), &seed(z, 1.0));
         for i in 0..N {
             let affine = axes[i].affine(v[i].into(), z[i]);
-            let (_, slope) = slopes[i].affine_and_slopes(v[i].into(), z[i]);
+            let (_, slope) = with_slopes[i].affine_and_slopes(v[i].into(), z[i]);
             let [_, stiffness, damping] = draw.axes[i];
             let terms = |slope: f64, other: f64, own: f64| {
-                (slope * z[i]).abs() + (other * v[i]).abs() + own.abs()
+                ((slope * z[i]).abs() + (other * v[i]).abs()) * gradient[j].abs() + own.abs()
             };
             // μ', n' and ‖v‖' are at most a few of their quantities over ‖v‖, and may cancel.
             let steep = z[i].abs() / v.norm();
