@@ -9,8 +9,12 @@
 
 #[macro_use]
 mod support;
+#[path = "from_file/choices.rs"]
+mod choices;
 #[path = "from_file/refusal.rs"]
 mod refusal;
+#[path = "from_file/scenes.rs"]
+mod scenes;
 #[path = "from_file/setup.rs"]
 mod setup;
 

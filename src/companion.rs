@@ -137,6 +137,11 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         &self.contact
     }
 
+    /// The speed [m/s] up to which the deflection is limited.
+    pub(crate) fn fastest(&self) -> T {
+        self.fastest
+    }
+
     /// Changes the normal force to p' \[N\], zero or positive, before a step: take the load at the
     /// middle of the step. Returns the deflection to begin it from, and the energy that left, see
     /// [`Contact::reload`].

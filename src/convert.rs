@@ -58,6 +58,8 @@ use crate::{Bristle, Scalar};
 /// Source: MathWorks, Simscape reference, pages *Rotational Friction* and *Translational
 /// Friction*.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct SimscapeFriction<T> {
     /// Breakaway friction T_brk [N m or N], at least the Coulomb friction.
     pub breakaway_friction: T,
@@ -119,6 +121,8 @@ impl<T: Scalar> SimscapeFriction<T> {
 /// Source: Drake, `multibody/plant/multibody_plant.h`, section on Coulomb's law and its continuous
 /// approximation, and `coulomb_friction.h`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct DrakeFriction<T> {
     /// Static friction coefficient μ_s \[–\], at least the dynamic one.
     pub static_friction: T,
@@ -198,6 +202,8 @@ impl<T: Scalar> DrakeFriction<T> {
 /// Source: MuJoCo documentation, *Computation*, "Constraint model", and *Modeling*, "Solver
 /// parameters"; `engine_core_constraint.c` for b and for the stiffness of friction, which is zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct MujocoFriction<T> {
     /// Friction loss f [N m or N], positive.
     pub friction_loss: T,
@@ -355,6 +361,8 @@ pub fn bearing_friction<T: Scalar>(
 /// Schweiger, M. Otter, "Modeling and simulating the efficiency of gearboxes and of planetary
 /// gearboxes", 2nd International Modelica Conference (2002).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct LossyGear<T> {
     /// Mesh efficiency η_mf1 \[–\] while the motor drives, above 0 and at most 1.
     #[doc(alias = "eta_mf1")]
@@ -479,6 +487,8 @@ impl<T: Scalar> LossyGear<T> {
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Presliding<T> {
     /// Static friction coefficient μ_s \[–\] of the curve, positive; under a load of 1 the
     /// breakaway force.

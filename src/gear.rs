@@ -285,6 +285,17 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
         })
     }
 
+    /// The parameters, without the scales.
+    pub fn parameters(&self) -> GearFrictionParameters<T, M, L> {
+        let (friction, load) = (self.model().clone(), self.law.clone());
+        GearFrictionParameters {
+            friction,
+            load,
+            drag: self.drag,
+            fastest: self.companion.fastest(),
+        }
+    }
+
     /// The friction model.
     pub fn model(&self) -> &M {
         self.companion.contact().model()
@@ -315,6 +326,11 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
     /// The scale s of the friction \[–\].
     pub fn friction_scale(&self) -> T {
         self.friction_scale
+    }
+
+    /// The scale s_B of the drag \[–\].
+    pub fn drag_scale(&self) -> T {
+        self.drag_scale
     }
 
     /// Sets the scale s of the friction \[–\], zero or positive; 1 at the beginning. The next step

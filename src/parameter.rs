@@ -125,12 +125,12 @@ pub enum Rule {
         least: f64,
         /// Largest admissible value.
         most: f64,
-        /// The velocity [m/s] where it is outside.
+        /// The velocity where it is outside, in m/s, of a joint in rad/s.
         place: f64,
     },
     /// Finite everywhere, which it is not at one velocity.
     FiniteAt {
-        /// The velocity [m/s] where it is not finite.
+        /// The velocity where it is not finite, in m/s, of a joint in rad/s.
         place: f64,
     },
     /// Zero or positive everywhere, which it is not at one place.
@@ -161,9 +161,9 @@ impl fmt::Display for Rule {
             Rule::CountBetween { least, most } => write!(f, "lie between {least} and {most}"),
             Rule::BetweenAt { least, most, place } => {
                 let (least, most) = (Number(least), Number(most));
-                write!(f, "lie between {least} and {most} at {} m/s", Number(place))
+                write!(f, "lie between {least} and {most} at v = {}", Number(place))
             }
-            Rule::FiniteAt { place } => write!(f, "be finite at {} m/s", Number(place)),
+            Rule::FiniteAt { place } => write!(f, "be finite at v = {}", Number(place)),
             Rule::NonNegativeAt { place } => {
                 write!(f, "be zero or positive at ξ = {}", Number(place))
             }

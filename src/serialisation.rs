@@ -13,8 +13,11 @@ use crate::curve::{
     Coulomb, CoulombParameters, Cubic, FrictionCurve, Knot, RationalStribeck,
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
-use crate::gear::{TorqueLoad, TorqueLoadParameters};
-use crate::plane::{Axis, PlaneBristle, PlaneContact, PlaneFrBd};
+use crate::gear::{
+    GearFriction, GearFrictionParameters, LoadLaw, TorqueLoad, TorqueLoadParameters,
+};
+use crate::parameter;
+use crate::plane::{Axis, PlaneBristle, PlaneContact, PlaneFrBd, PlaneLuGre};
 use crate::regularisation::{HyperbolicTangent, Regularisation, SquareRoot};
 use crate::rheology::{
     GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt,
@@ -22,8 +25,9 @@ use crate::rheology::{
 };
 use crate::rolling::{FunctionPressure, PolynomialExponential, PolynomialExponentialParameters};
 use crate::scene::{
-    DiaphragmValve, DiaphragmValveParameters, MassSpringDamper, MassSpringDamperParameters,
-    PlaneBody, PlaneBodyParameters,
+    CurrentMotor, CurrentMotorParameters, DiaphragmValve, DiaphragmValveParameters, GearedJoint,
+    GearedJointParameters, JointInput, MassSpringDamper, MassSpringDamperParameters, PlaneBody,
+    PlaneBodyParameters, VoltageMotor, VoltageMotorParameters,
 };
 use crate::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
 use crate::{
@@ -63,6 +67,20 @@ where
 {
     new(P::deserialize(deserializer)?).map_err(D::Error::custom)
 }
+
+/// Reads a number that no constructor checks, under its own name.
+macro_rules! finite {
+    ($($name:ident)*) => {$(
+        pub(crate) fn $name<'de, T, D>(deserializer: D) -> Result<T, D::Error>
+        where
+            T: Scalar + Deserialize<'de>,
+            D: Deserializer<'de>,
+        {
+            read(deserializer, |value: T| parameter::finite(stringify!($name), value))
+        }
+    )*};
+}
+finite!(constant horizontal_torque hanging_angle proportional_gain derivative_gain);
 
 /// A type that is read and written as something else: `[generics] type as what: read, write`.
 macro_rules! through {
@@ -173,11 +191,47 @@ PlaneFrBd<C, T, N, E> as PlaneFile<C, E, T, N>:
     axes: *model.bristles(),
     regularisation: model.regularisation().clone(),
 });
+through!([C: FrictionCurve<T>, E: Regularisation<T> | Default; const N]
+PlaneLuGre<C, T, N, E> as PlaneLuGreFile<C, E, T, N>:
+|file: PlaneLuGreFile<C, E, T, N>| {
+    let PlaneLuGreFile { curve, axes, regularisation, viscous_friction } = file;
+    let model = match viscous_friction {
+        Some(outside) => PlaneLuGre::with_viscous_friction(curve, axes, outside)?,
+        None => PlaneLuGre::classical(curve, axes)?,
+    };
+    Ok(model.regularised(regularisation))
+},
+|model| PlaneLuGreFile {
+    curve: model.parts().curve().clone(),
+    axes: *model.parts().bristles(),
+    regularisation: model.parts().regularisation().clone(),
+    viscous_friction: Some(model.viscous_friction()),
+});
 through!([M: PlaneBristle<T, N>, A: Signal<T>, F: Signal<T>; const N]
     PlaneBody<T, M, N, A, F> as PlaneBodyParameters<T, M, N, A, F>:
     Self::new, |body| body.parameters().clone());
 
 through!([] TorqueLoad<T> as TorqueLoadParameters<T>: Self::new, Self::parameters);
+through!([M: Bristle<T>, L: LoadLaw<T>] GearFriction<T, M, L> as GearFile<T, M, L>:
+|file: GearFile<T, M, L>| {
+    let GearFile { friction, load, drag, fastest, friction_scale, drag_scale } = file;
+    let mut gear = Self::new(GearFrictionParameters { friction, load, drag, fastest })?;
+    gear.set_friction_scale(friction_scale)?;
+    gear.set_drag_scale(drag_scale)?;
+    Ok(gear)
+},
+|gear| {
+    let GearFrictionParameters { friction, load, drag, fastest } = gear.parameters();
+    let (friction_scale, drag_scale) = (gear.friction_scale(), gear.drag_scale());
+    GearFile { friction, load, drag, fastest, friction_scale, drag_scale }
+});
+through!([I: JointInput<T>] CurrentMotor<T, I> as CurrentMotorParameters<T, I>:
+    Self::new, Self::parameters);
+through!([U: JointInput<T>] VoltageMotor<T, U> as VoltageMotorParameters<T, U>:
+    Self::new, Self::parameters);
+through!([M: Bristle<T, Deflection = T>, L: LoadLaw<T>, A: JointInput<T>, E: JointInput<T>]
+    GearedJoint<T, M, L, A, E> as GearedJointParameters<T, M, L, A, E>:
+    Self::new, Self::parameters);
 
 impl<'de, T, M> Deserialize<'de> for Contact<T, M>
 where
@@ -272,6 +326,49 @@ struct PlaneFile<C, E, T, const N: usize> {
     axes: [Axis<T>; N],
     #[serde(default)]
     regularisation: E,
+}
+
+/// A LuGre model on several axes in a file: g and the viscous friction outside it, as of
+/// [`LuGreFile`].
+#[derive(Serialize, Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    rename = "PlaneLuGre",
+    bound(
+        deserialize = "C: Deserialize<'de>, E: Default + Deserialize<'de>, \
+                       T: Scalar + Deserialize<'de>",
+        serialize = "C: Serialize, E: Serialize, T: Scalar + Serialize"
+    )
+)]
+struct PlaneLuGreFile<C, E, T, const N: usize> {
+    curve: C,
+    #[serde(with = "array")]
+    axes: [Axis<T>; N],
+    #[serde(default)]
+    regularisation: E,
+    #[serde(default = "Option::default")]
+    viscous_friction: Option<T>,
+}
+
+/// The friction of a gear in a file, with its scales; its load is that without torques.
+#[derive(Serialize, Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    rename = "GearFriction",
+    bound(
+        deserialize = "T: Scalar + Deserialize<'de>, M: Deserialize<'de>, L: Deserialize<'de>",
+        serialize = "T: Scalar + Serialize, M: Serialize, L: Serialize"
+    )
+)]
+struct GearFile<T, M, L> {
+    friction: M,
+    load: L,
+    drag: T,
+    fastest: T,
+    #[serde(default = "T::one")]
+    friction_scale: T,
+    #[serde(default = "T::one")]
+    drag_scale: T,
 }
 
 /// An elasto-plastic model in a file.

@@ -24,10 +24,12 @@ impl fmt::Display for Refusal {
 }
 
 impl Refusal {
-    /// Of a run: the place is that of the parameter which the message names with its value.
+    /// Of a run: the place is that of the parameter which the message names with its value, else
+    /// that of the scene.
     pub(crate) fn of_run(text: &str, message: String) -> Self {
-        let place = parameter(text, &message).and_then(|start| line_and_column(text, start));
-        Self { place, message }
+        let scene = || text.find("[scene").or_else(|| text.find("scene")).unwrap_or(0);
+        let start = parameter(text, &message).unwrap_or_else(scene);
+        Self { place: line_and_column(text, start), message }
     }
 
     /// Of a text.
@@ -61,7 +63,7 @@ fn line_and_column(text: &str, start: usize) -> Option<(usize, usize)> {
 /// Where the key stands which a message "name is value, but must …" speaks of.
 fn parameter(text: &str, message: &str) -> Option<usize> {
     let (name, rest) = message.split_once(" is ")?;
-    let name = name.split('[').next().filter(|name| !name.contains(' '))?;
+    let name = name.split('[').next()?.rsplit('.').next().filter(|name| !name.contains(' '))?;
     let value = rest.split_once(", but must")?.0;
     let number = |text: &str| text.parse::<f64>().map(|number| number.to_string());
     text.match_indices(name).map(|found| found.0).find(|&at| {

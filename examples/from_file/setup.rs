@@ -2,27 +2,25 @@
 
 use std::fmt::Display;
 
-use bristle::curve::AnyCurve;
-use bristle::gear::{GearFriction, GearFrictionParameters, TorqueLoad};
-use bristle::nalgebra::{SMatrix, SVector, Vector2};
-use bristle::ode::{AnyMethod, Output, Solver, System, Tolerances};
-use bristle::plane::PlaneFrBd;
-use bristle::regularisation::AnyRegularisation;
-use bristle::rheology::{
-    GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters,
-    KelvinVoigtParameters, MaxwellArm, Rheology,
-};
-use bristle::rolling::{AnyPressure, Patch, PatchParameters, PolynomialExponential};
-use bristle::scene::{
-    BrakedWheel, BrakedWheelParameters, CurrentMotor, CurrentMotorParameters, DiaphragmValve,
-    GearedJoint, GearedJointParameters, Gravity, JointInput, JointMotion, MassSpringDamper,
-    PlaneBody, PositionControl, PrescribedVelocity, VoltageMotor, VoltageMotorParameters,
-    WheelLoads,
-};
+use bristle::nalgebra::{SMatrix, SVector};
+use bristle::ode::{AnyMethod, Output, Solver, StopReason, System, Tolerances};
+use bristle::scene::{DiaphragmValve, MassSpringDamper, PrescribedVelocity};
 use bristle::signal::{AnySignal, Signal};
 use bristle::stability::{self, Scheme};
-use bristle::{AnyBristle, Branch, Bristle, FrBd, ParameterError};
+use bristle::{AnyBristle, Branch, ParameterError};
 use serde::{Deserialize, Serialize};
+
+use crate::choices::PlaneModel;
+use crate::scenes::{Joint, PlaneBlock, RollingPatch, Surface, Viscoelastic, Wheel};
+
+/// Most rows of a table.
+const MOST_SAMPLES: usize = 1_000_000;
+/// Most steps of a run.
+const MOST_STEPS: u64 = 10_000_000;
+/// Most steps of a run times the bristles that take them.
+const MOST_WORK: f64 = 1e9;
+/// Most periods of a sine over a run.
+const MOST_PERIODS: f64 = 1e6;
 
 /// What may go wrong: a refused parameter, or a run that stopped.
 pub(crate) type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -52,9 +50,12 @@ pub(crate) struct SolverSetup {
     pub(crate) tolerance: Option<f64>,
     /// Length [s] of fixed steps, in place of a tolerance.
     pub(crate) step: Option<f64>,
+    /// A run that is broken off after so many steps; the table then has a row for each step.
+    #[serde(skip)]
+    pub(crate) most_steps: Option<u64>,
 }
 
-/// Every scene of this crate with one contact.
+/// Every scene of this crate.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[allow(clippy::large_enum_variant, reason = "there is one")]
@@ -68,95 +69,20 @@ pub(crate) enum SceneSetup {
     /// A pneumatic valve.
     DiaphragmValve(DiaphragmValve<f64, AnyBristle<f64>, AnySignal<f64>>),
     /// A wheel that is braked to a stop.
-    BrakedWheel(Wheel),
+    BrakedWheel(Wheel<AnyBristle<f64>>),
+    /// A wheel that is braked and slips sideways.
+    SteeredWheel(Wheel<PlaneModel<2>>),
+    /// A patch of bristles at a given slip velocity and rolling speed.
+    RollingPatch(RollingPatch),
     /// A joint driven by a motor through a gear.
     GearedJoint(Joint),
     /// A body that slides in a plane, on springs whose far ends move.
-    PlaneBody(PlaneBlock),
+    PlaneBody(PlaneBlock<2>),
+    /// Such a body with its rotation.
+    TurningBody(PlaneBlock<3>),
+    /// A contact surface of points at a given twist.
+    Footprint(Surface),
 }
-
-/// A body on two axes.
-pub(crate) type PlaneBlock = PlaneBody<
-    f64,
-    PlaneFrBd<AnyCurve<f64>, f64, 2, AnyRegularisation<f64>>,
-    2,
-    AnySignal<f64>,
-    AnySignal<f64>,
->;
-
-/// FrBD with a bristle of one to six springs.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Viscoelastic {
-    /// The friction curve.
-    pub(crate) curve: AnyCurve<f64>,
-    /// The springs.
-    pub(crate) springs: Springs,
-    /// Normal force [N].
-    pub(crate) normal_force: f64,
-    /// Sliding velocity v(t) [m/s].
-    pub(crate) velocity: AnySignal<f64>,
-}
-
-/// Springs side by side, or in a row.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub(crate) enum Springs {
-    /// Side by side, each alone or behind a dashpot, beside one dashpot.
-    GeneralisedMaxwell {
-        /// The springs.
-        arms: Vec<MaxwellArm<f64>>,
-        /// The dashpot beside them [s/m].
-        micro_damping: f64,
-    },
-    /// In a row, each beside a dashpot.
-    GeneralisedKelvinVoigt(Vec<KelvinVoigtParameters<f64, f64>>),
-}
-
-/// A braked wheel with its load and its brake.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Wheel {
-    /// Wheel, tyre and brake.
-    pub(crate) wheel: BrakedWheelParameters<f64, Tyre, AnyBristle<f64>>,
-    /// Normal force of the tyre [N].
-    pub(crate) tyre_load: f64,
-    /// Normal force of the brake over time: its capacity over μ.
-    pub(crate) brake_load: AnySignal<f64>,
-}
-
-/// A joint driven by a motor through a gear.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Joint {
-    /// Friction of the gear, its load law and its drag.
-    pub(crate) gear: GearFrictionParameters<f64, AnyBristle<f64>, TorqueLoad<f64>>,
-    /// Moment of inertia at the joint [kg m²].
-    pub(crate) inertia: f64,
-    /// The motor.
-    pub(crate) motor: Motor,
-    /// Gravity on the link.
-    pub(crate) gravity: Gravity<f64>,
-    /// Angle at the beginning [rad].
-    pub(crate) angle: f64,
-}
-
-/// The motor of a joint.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum Motor {
-    /// A torque over time [N m].
-    Torque(AnySignal<f64>),
-    /// A current over time [A].
-    Current(CurrentMotorParameters<f64, AnySignal<f64>>),
-    /// A voltage over time [V].
-    Voltage(VoltageMotorParameters<f64, AnySignal<f64>>),
-    /// A current that follows from a position controller [A].
-    PositionControl(CurrentMotorParameters<f64, PositionControl<f64, AnySignal<f64>>>),
-}
-
-/// A tyre in a file: the model of its bristles, its length and its pressure.
-pub(crate) type Tyre = PatchParameters<f64, AnyBristle<f64>, AnyPressure<f64>>;
 
 /// A column: its name, the label of its axis, and the factor from SI units to those of the axis.
 pub(crate) type Column = (&'static str, &'static str, f64);
@@ -170,15 +96,29 @@ pub(crate) struct Table {
     pub(crate) rows: Vec<Vec<f64>>,
 }
 
-const FORCE: Column = ("force", "friction force F (N)", 1.0);
-const BODY: [Column; 3] =
+pub(crate) const FORCE: Column = ("force", "friction force F (N)", 1.0);
+pub(crate) const BODY: [Column; 3] =
     [("x", "position x (m)", 1.0), ("v", "velocity v (m/s)", 1.0), ("z", "deflection z (µm)", 1e6)];
 
 impl Setup {
     /// Checks the solver's keys and simulates the scene.
     pub(crate) fn run(&self) -> Result<Table> {
-        self.solver.check(matches!(self.scene, SceneSetup::BrakedWheel(_)))?;
-        self.simulate()
+        let own_steps = match self.scene {
+            SceneSetup::BrakedWheel(_) | SceneSetup::SteeredWheel(_) => Some("a braked wheel"),
+            SceneSetup::RollingPatch(_) => Some("a rolling patch"),
+            SceneSetup::Footprint(_) => Some("a footprint"),
+            _ => None,
+        };
+        self.solver.check(own_steps)?;
+        let table = self.simulate()?;
+        for row in &table.rows {
+            for (column, value) in table.columns.iter().zip(row.iter().skip(1)) {
+                if !value.is_finite() {
+                    return Err(format!("{} is {value} at t = {} s", column.0, row[0]).into());
+                }
+            }
+        }
+        Ok(table)
     }
 
     /// Simulates the scene.
@@ -187,6 +127,7 @@ impl Setup {
         match &self.scene {
             SceneSetup::PrescribedVelocity(scene) => {
                 let columns = vec![BODY[1], BODY[2], FORCE];
+                solver.admit(System::<f64, 1>::longest_step(scene))?;
                 solver.run(scene, SVector::zeros(), columns, |time, state: &SVector<f64, 1>| {
                     vec![scene.velocity(time), state[0], scene.friction_force(time, state)]
                 })
@@ -194,6 +135,7 @@ impl Setup {
             SceneSetup::Viscoelastic(scene) => scene.run(solver),
             SceneSetup::MassSpringDamper(rig) => {
                 let columns = [&BODY[..], &[FORCE]].concat();
+                solver.admit(rig.parameters().force.longest_step())?;
                 solver.run(rig, rig.at_rest(), columns, |_, state| {
                     vec![state[0], state[1], state[2], rig.friction_force(state)]
                 })
@@ -203,6 +145,7 @@ impl Setup {
                 let pressure = ("pressure", "pressure P (kPa)", 1e-3);
                 let opening = ("opening", "opening OP (%)", 1.0);
                 let columns = [&BODY[..], &[pressure, FORCE, opening]].concat();
+                solver.admit(parameters.opening.longest_step())?;
                 solver.run(valve, valve.balanced(0.0), columns, |time, state| {
                     let force = valve.friction_force(state);
                     let opening = parameters.opening.value(time);
@@ -210,61 +153,52 @@ impl Setup {
                 })
             }
             SceneSetup::BrakedWheel(wheel) => wheel.run(solver),
+            SceneSetup::SteeredWheel(wheel) => wheel.run_steered(solver),
+            SceneSetup::RollingPatch(patch) => patch.run(solver),
             SceneSetup::GearedJoint(joint) => joint.run(solver),
-            SceneSetup::PlaneBody(body) => {
-                let columns = vec![
-                    ("x", "position x (m)", 1.0),
-                    ("y", "position y (m)", 1.0),
-                    ("vx", "velocity v_x (m/s)", 1.0),
-                    ("vy", "velocity v_y (m/s)", 1.0),
-                    ("force_x", "friction force F_x (N)", 1.0),
-                    ("force_y", "friction force F_y (N)", 1.0),
-                ];
-                solver.run(body, SVector::zeros(), columns, |_, state: &SVector<f64, 6>| {
-                    let part = |from| Vector2::new(state[from], state[from + 1]);
-                    let force = body.contact().force(&part(2), &part(4));
-                    let mut row: Vec<f64> = state.iter().copied().take(4).collect();
-                    row.extend(force.iter());
-                    row
-                })
-            }
+            SceneSetup::PlaneBody(body) => body.run::<6>(solver),
+            SceneSetup::TurningBody(body) => body.run::<9>(solver),
+            SceneSetup::Footprint(surface) => surface.run(solver),
         }
     }
 }
 
 impl SolverSetup {
     /// Refuses a number out of its range, and keys that contradict each other.
-    fn check(&self, passive: bool) -> Result<()> {
-        let Self { end, samples, method, tolerance, step } = *self;
+    ///
+    /// Some scenes take steps of their own.
+    fn check(&self, own_steps: Option<&str>) -> Result<()> {
+        let Self { end, samples, method, tolerance, step, .. } = *self;
         if !(end > 0.0 && end.is_finite()) {
             return Err(format!("end is {end}, but must be positive and finite").into());
         }
-        if !(2..=10_000_000).contains(&samples) {
-            return Err(format!("samples is {samples}, but must lie between 2 and 1e7").into());
+        if !(2..=MOST_SAMPLES).contains(&samples) {
+            return Err(format!("samples is {samples}, but must lie between 2 and 1e6").into());
         }
         if let Some(step) = step
-            && !(step >= 1e-9 * end && step.is_finite())
+            && !(step >= end / MOST_STEPS as f64 && step.is_finite())
         {
-            let least = 1e-9 * end;
-            let rule = format!("must be finite and at least a billionth of end = {least}");
+            let least = end / MOST_STEPS as f64;
+            let rule = format!("must be finite and at least {least}: a run has up to 1e7 steps");
             return Err(format!("step is {step}, but {rule}").into());
         }
         if let Some(tolerance) = tolerance {
             let named = |refused| ParameterError { name: "tolerance", component: None, ..refused };
             Tolerances::scaled(tolerance, SVector::<f64, 1>::repeat(1.0)).map_err(named)?;
         }
-        let absent = |key, value: &dyn Display, why| {
+        let absent = |key, value: &dyn Display, why: &str| {
             Err(format!("{key} is {value}, but must be absent: {why}").into())
         };
         let chosen = method.unwrap_or_default();
+        if let Some(scene) = own_steps {
+            let why = format!("{scene} takes steps of length `step`");
+            return match (method, tolerance) {
+                (Some(method), _) => absent("method", &method, &why),
+                (_, Some(tolerance)) => absent("tolerance", &tolerance, &why),
+                _ => Ok(()),
+            };
+        }
         match (method, tolerance, step) {
-            (Some(method), ..) if passive => {
-                absent("method", &method, "a braked wheel takes passive steps of length `step`")
-            }
-            (_, Some(tolerance), _) if passive => {
-                absent("tolerance", &tolerance, "a braked wheel takes steps of length `step`")
-            }
-            _ if passive => Ok(()),
             (_, Some(_), Some(step)) => absent("step", &step, "tolerance chooses the steps"),
             (_, _, Some(step)) if chosen == AnyMethod::Automatic => {
                 absent("step", &step, "the method automatic chooses the steps")
@@ -279,10 +213,58 @@ impl SolverSetup {
         }
     }
 
+    /// Refuses an input that turns too often for the run to end, given the time over which it has
+    /// one extremum at most.
+    pub(crate) fn admit(&self, longest: Option<f64>) -> Result<()> {
+        let most = MOST_PERIODS / self.end;
+        match longest.map(|quarter| 0.25 / quarter) {
+            Some(frequency) if !(frequency <= most) => {
+                // The digits that were given: those of a quarter of the period are rounded.
+                let frequency: f64 = format!("{frequency:.12e}").parse()?;
+                let rule = format!("at most {most}: a run has up to a million periods");
+                Err(format!("frequency is {frequency}, but must be {rule}").into())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The table of a scene that takes steps of its own, of so many bristles: no longer than
+    /// `step`, and whole ones between two rows. `advance` takes one from a time, and answers with
+    /// the row at its end.
+    pub(crate) fn stepped(
+        &self,
+        longest: f64,
+        bristles: usize,
+        columns: Vec<Column>,
+        mut advance: impl FnMut(f64, f64) -> Result<Vec<f64>>,
+    ) -> Result<Table> {
+        let interval = self.end / (self.samples - 1) as f64;
+        let parts = (interval / self.step.unwrap_or(longest)).ceil().max(1.0);
+        let most = (MOST_WORK / bristles as f64).min(MOST_STEPS as f64);
+        if self.most_steps.is_none() && !(parts * self.samples as f64 <= most + 1.0) {
+            let rule = format!("at most {}", self.end * most / (parts * self.samples as f64));
+            let why = format!("a run has up to {most} steps of {bristles} bristles");
+            return Err(format!("end is {}, but must be {rule}: {why}", self.end).into());
+        }
+        let step = interval / parts;
+        let row = |time, rest: Vec<f64>| [&[time][..], &rest].concat();
+        let mut rows = vec![row(0.0, advance(0.0, 0.0)?)];
+        let (mut taken, mut part) = (0, 0.0);
+        while rows.len() < self.samples && self.most_steps.is_none_or(|most| taken < most) {
+            let start = (rows.len() - 1) as f64 * interval;
+            let end = advance(start + part * step, step)?;
+            (taken, part) = (taken + 1, part + 1.0);
+            if part == parts || self.most_steps.is_some() {
+                (part, _) = (0.0, rows.push(row(start + interval, end)));
+            }
+        }
+        Ok(Table { columns, rows })
+    }
+
     /// Integrates a system, and makes a row of each sample.
     ///
     /// Fixed steps must be stable at the start, at every sample and at every reversal.
-    fn run<S: System<f64, N, K>, const N: usize, const K: usize>(
+    pub(crate) fn run<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
         system: &S,
         start: SVector<f64, N>,
@@ -301,7 +283,19 @@ impl SolverSetup {
         for side in sides {
             self.check_step(system, 0.0, &start, side)?;
         }
-        let run = solver.solve(system, 0.0..self.end, start, Output::Uniform(self.samples))?;
+        let (most, output) = match self.most_steps {
+            Some(most) => (most, Output::Steps),
+            None => (MOST_STEPS, Output::Uniform(self.samples)),
+        };
+        let run = match solver.with_most_steps(most).solve(system, 0.0..self.end, start, output) {
+            Ok(run) => run,
+            Err(failure) => match (failure.reason, &failure.trajectory) {
+                (StopReason::TooManySteps { .. }, Some(run)) if self.most_steps.is_some() => {
+                    (**run).clone()
+                }
+                _ => return Err(failure.into()),
+            },
+        };
         for (time, state) in run.iter() {
             let branches = system.sliding_velocities(time, state).map(Branch::towards);
             self.check_step(system, time, state, branches)?;
@@ -371,142 +365,4 @@ fn differences<S: System<f64, N, K>, const N: usize, const K: usize>(
         jacobian.set_column(index, &((rate(little) - rate(-little)) / (2.0 * little)));
     }
     jacobian
-}
-
-impl Viscoelastic {
-    fn run(&self, solver: &SolverSetup) -> Result<Table> {
-        /// One call for each number of springs.
-        macro_rules! of_length {
-            ($list:expr, $make:expr, $($n:literal)*) => {
-                match $list.len() {
-                    $($n => {
-                        let mut list = [$list[0]; $n];
-                        list.copy_from_slice(&$list);
-                        self.dragged::<$n, _>(solver, $make(list)?)
-                    })*
-                    many => Err(format!("there must be 1 to 6 springs, not {many}").into()),
-                }
-            };
-        }
-        match &self.springs {
-            Springs::GeneralisedMaxwell { arms, micro_damping } => of_length!(
-                arms,
-                |arms| GeneralisedMaxwell::new(GeneralisedMaxwellParameters {
-                    arms,
-                    micro_damping: *micro_damping
-                }),
-                1 2 3 4 5 6
-            ),
-            Springs::GeneralisedKelvinVoigt(elements) => {
-                of_length!(elements, GeneralisedKelvinVoigt::new, 1 2 3 4 5 6)
-            }
-        }
-    }
-
-    fn dragged<const N: usize, R: Rheology<f64, Deflection = SVector<f64, N>>>(
-        &self,
-        solver: &SolverSetup,
-        bristle: R,
-    ) -> Result<Table> {
-        const STRETCHES: [Column; 6] = [
-            ("x1", "stretch x_1 (µm)", 1e6),
-            ("x2", "stretch x_2 (µm)", 1e6),
-            ("x3", "stretch x_3 (µm)", 1e6),
-            ("x4", "stretch x_4 (µm)", 1e6),
-            ("x5", "stretch x_5 (µm)", 1e6),
-            ("x6", "stretch x_6 (µm)", 1e6),
-        ];
-        let contact = FrBd::new(self.curve.clone(), bristle).under_load(self.normal_force)?;
-        let scene = PrescribedVelocity::new(contact, self.velocity.clone());
-        let columns = [&[BODY[1]], &STRETCHES[..N], &[FORCE]].concat();
-        solver.run(&scene, SVector::zeros(), columns, |time, state| {
-            let mut row = vec![scene.velocity(time)];
-            row.extend(state.iter());
-            row.push(scene.friction_force(time, state));
-            row
-        })
-    }
-}
-
-impl Wheel {
-    fn run(&self, solver: &SolverSetup) -> Result<Table> {
-        match &self.wheel.tyre.pressure {
-            AnyPressure::Exponential(pressure) => self.braked(solver, *pressure),
-            AnyPressure::Quadratic(pressure) => self.braked(solver, *pressure),
-            AnyPressure::Polynomial(pressure) => self.braked(solver, *pressure),
-            _ => Err("a braked wheel takes a polynomial pressure, not a measured one".into()),
-        }
-    }
-
-    fn braked<const N: usize>(
-        &self,
-        solver: &SolverSetup,
-        pressure: PolynomialExponential<f64, N>,
-    ) -> Result<Table> {
-        let BrakedWheelParameters { tyre, brake, mass, inertia, radius, speed, angular_velocity } =
-            self.wheel.clone();
-        let patch =
-            Patch::new(PatchParameters { model: tyre.model, length: tyre.length, pressure })?
-                .carrying(self.tyre_load)?;
-        let mut wheel = BrakedWheel::new(BrakedWheelParameters {
-            tyre: patch.exact_in(100)?,
-            brake,
-            mass,
-            inertia,
-            radius,
-            speed,
-            angular_velocity,
-        })?;
-        let columns = vec![
-            ("x", "way x (m)", 1.0),
-            ("v", "speed v_x (m/s)", 1.0),
-            ("omega", "angular velocity ω (rad/s)", 1.0),
-            ("force", "force of the tyre (N)", 1.0),
-            ("torque", "torque of the brake (N m)", 1.0),
-        ];
-        let mut table = Table { columns, rows: Vec::new() };
-        let step = solver.step.unwrap_or(5e-3);
-        let interval = solver.end / (solver.samples - 1) as f64;
-        loop {
-            let state = wheel.state();
-            if state.time >= interval * table.rows.len() as f64 - 0.5 * step {
-                let motion = [state.time, state.position, state.speed, state.angular_velocity];
-                table.rows.push([&motion[..], &[state.force, state.brake_torque]].concat());
-            }
-            if !(state.time < solver.end - 0.5 * step) {
-                return Ok(table);
-            }
-            wheel.step(WheelLoads::braking(self.brake_load.value(state.time)), step)?;
-        }
-    }
-}
-
-impl Joint {
-    fn run(&self, solver: &SolverSetup) -> Result<Table> {
-        match &self.motor {
-            Motor::Torque(torque) => self.driven(solver, torque.clone()),
-            Motor::Current(motor) => self.driven(solver, CurrentMotor::new(motor.clone())?),
-            Motor::Voltage(motor) => self.driven(solver, VoltageMotor::new(motor.clone())?),
-            Motor::PositionControl(motor) => self.driven(solver, CurrentMotor::new(motor.clone())?),
-        }
-    }
-
-    fn driven<A: JointInput<f64>>(&self, solver: &SolverSetup, motor: A) -> Result<Table> {
-        let joint = GearedJoint::new(GearedJointParameters {
-            gear: GearFriction::new(self.gear.clone())?,
-            inertia: self.inertia,
-            motor: motor.clone(),
-            external: self.gravity,
-        })?;
-        let columns = vec![
-            ("q", "angle q (rad)", 1.0),
-            ("v", "angular velocity v (rad/s)", 1.0),
-            ("z", "deflection z (mrad)", 1e3),
-            ("motor", "motor torque τ_m (N m)", 1.0),
-        ];
-        solver.run(&joint, joint.at_rest(self.angle), columns, |time, state| {
-            let motion = JointMotion { time, angle: state[0], velocity: state[1] };
-            vec![state[0], state[1], state[2], motor.at(motion).value]
-        })
-    }
 }

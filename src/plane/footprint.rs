@@ -32,6 +32,8 @@ use crate::scalar::{is_zero, lit, nan};
 
 /// A point of a [`Footprint`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct FootprintPoint<T> {
     /// Place (x, y) \[m\] in axes that the body carries.
     pub place: [T; 2],
@@ -42,6 +44,8 @@ pub struct FootprintPoint<T> {
 
 /// How the pressure falls towards the edge of a disc.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum DiscPressure {
     /// Constant.
     Uniform,

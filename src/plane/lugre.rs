@@ -8,7 +8,7 @@ use nalgebra::SVector;
 
 use super::{Axis, AxisSurface, PlaneBristle, PlaneFrBd, PlaneLimits};
 use crate::curve::FrictionCurve;
-use crate::parameter::ParameterError;
+use crate::parameter::{self, ParameterError};
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::KelvinVoigt;
 use crate::scalar::unlimited;
@@ -47,6 +47,21 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneLuGre<C, T, N> {
         Ok(Self { parts: PlaneFrBd::new(inside, axes)?, viscous })
     }
 
+    /// The model of a curve g, taken as it is, and a viscous friction σ2 [s/m] outside it.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a viscous friction that is negative or not finite, and a friction ratio outside
+    /// 1e-100 … 1e100 (`f32`: 1e-18 … 1e15), of which it names the axis.
+    pub fn with_viscous_friction(
+        curve: C,
+        axes: [Axis<T>; N],
+        viscous_friction: T,
+    ) -> Result<Self, ParameterError> {
+        let viscous = parameter::non_negative("viscous_friction", viscous_friction)?;
+        Ok(Self { parts: PlaneFrBd::new(curve, axes)?, viscous })
+    }
+
     /// The variant whose g is the whole curve, viscous part included.
     ///
     /// # Errors
@@ -61,6 +76,12 @@ impl<C, T, const N: usize, E> PlaneLuGre<C, T, N, E> {
     /// The model with another regularisation of the weighted speed.
     pub fn regularised<F>(self, regularisation: F) -> PlaneLuGre<C, T, N, F> {
         PlaneLuGre { parts: self.parts.regularised(regularisation), viscous: self.viscous }
+    }
+
+    /// Curve g, bristles and regularisation.
+    #[cfg(feature = "serde")]
+    pub(crate) fn parts(&self) -> &PlaneFrBd<C, T, N, E> {
+        &self.parts
     }
 }
 
@@ -107,6 +128,11 @@ where
 }
 
 impl<T: Scalar, C, E, const N: usize> PlaneLuGre<C, T, N, E> {
+    /// The viscous friction σ2 [s/m] outside g.
+    pub fn viscous_friction(&self) -> T {
+        self.viscous
+    }
+
     /// Whether no bristle is damped and nothing viscous stands outside g: then the model is the
     /// undamped FrBD one.
     fn is_undamped(&self) -> bool {

@@ -49,6 +49,22 @@ use crate::{Branch, Bristle, Load, Scalar};
 
 /// Parameters of [`GearedJoint`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>, \
+                       M: Bristle<T> + serde::Deserialize<'de>, \
+                       L: LoadLaw<T> + serde::Deserialize<'de>, \
+                       A: serde::Deserialize<'de>, E: serde::Deserialize<'de>"))
+)]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "T: Scalar + serde::Serialize, \
+                     M: Bristle<T> + serde::Serialize, \
+                     L: LoadLaw<T> + serde::Serialize, \
+                     A: serde::Serialize, E: serde::Serialize"))
+)]
 pub struct GearedJointParameters<T, M, L, A, E = T> {
     /// Friction of the gear, with its load law and drag.
     pub gear: GearFriction<T, M, L>,
@@ -141,6 +157,12 @@ where
         check("motor", motor.at(beginning()))?;
         check("external", external.at(beginning()))?;
         Ok(Self { gear, inertia: parameter::positive("inertia", inertia)?, motor, external })
+    }
+
+    /// The parameters, with the gear as it is.
+    pub fn parameters(&self) -> GearedJointParameters<T, M, L, A, E> {
+        let Self { gear, inertia, motor, external } = self.clone();
+        GearedJointParameters { gear, inertia, motor, external }
     }
 
     /// Friction of the gear.

@@ -138,11 +138,17 @@ where
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
 pub struct Gravity<T> {
     /// Torque G [N m] of the horizontal link: its mass times 9.81 m/s² times the distance of its
     /// centre of mass from the axis.
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "crate::serialisation::horizontal_torque")
+    )]
     pub horizontal_torque: T,
     /// Angle q0 \[rad\] at which the link hangs.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::serialisation::hanging_angle"))]
     pub hanging_angle: T,
 }
 
@@ -159,12 +165,24 @@ impl<T: Scalar> JointInput<T> for Gravity<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>, R: serde::Deserialize<'de>"))
+)]
 pub struct PositionControl<T, R> {
     /// Reference r(t) \[rad\].
     pub reference: R,
     /// Gain K_p, in units of the output per rad.
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "crate::serialisation::proportional_gain")
+    )]
     pub proportional_gain: T,
     /// Gain K_d, in units of the output per rad/s.
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "crate::serialisation::derivative_gain")
+    )]
     pub derivative_gain: T,
 }
 
@@ -222,6 +240,12 @@ impl<T: Scalar, I: JointInput<T>> CurrentMotor<T, I> {
             largest_current: positive("largest_current", largest_current)?,
         })
     }
+
+    /// The parameters.
+    pub fn parameters(&self) -> CurrentMotorParameters<T, I> {
+        let Self { current, torque_constant, largest_current } = self.clone();
+        CurrentMotorParameters { current, torque_constant, largest_current }
+    }
 }
 
 impl<T: Scalar, I: JointInput<T>> JointInput<T> for CurrentMotor<T, I> {
@@ -276,7 +300,7 @@ pub struct VoltageMotorParameters<T, U> {
 pub struct VoltageMotor<T, U> {
     voltage: U,
     torque_constant: T,
-    conductance: T,
+    resistance: T,
     largest_voltage: Option<T>,
     largest_current: Option<T>,
 }
@@ -292,10 +316,23 @@ impl<T: Scalar, U: JointInput<T>> VoltageMotor<T, U> {
         Ok(Self {
             voltage,
             torque_constant: parameter::positive("torque_constant", torque_constant)?,
-            conductance: T::one() / parameter::positive("resistance", resistance)?,
+            resistance: parameter::positive("resistance", resistance)?,
             largest_voltage: positive("largest_voltage", parameters.largest_voltage)?,
             largest_current: positive("largest_current", parameters.largest_current)?,
         })
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> VoltageMotorParameters<T, U> {
+        let Self { voltage, torque_constant, resistance, largest_voltage, largest_current } =
+            self.clone();
+        VoltageMotorParameters {
+            voltage,
+            torque_constant,
+            resistance,
+            largest_voltage,
+            largest_current,
+        }
     }
 }
 
@@ -305,7 +342,7 @@ impl<T: Scalar, U: JointInput<T>> JointInput<T> for VoltageMotor<T, U> {
         let mut voltage = self.voltage.at(motion).within(self.largest_voltage);
         voltage.value -= self.torque_constant * motion.velocity;
         voltage.by_velocity -= self.torque_constant;
-        let current = voltage.scaled(self.conductance).within(self.largest_current);
+        let current = voltage.scaled(T::one() / self.resistance).within(self.largest_current);
         current.scaled(self.torque_constant)
     }
 

@@ -17,7 +17,10 @@ use crate::Scalar;
 #[non_exhaustive]
 pub enum AnySignal<T> {
     /// A number that does not change.
-    Constant(T),
+    Constant(
+        #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::serialisation::constant"))]
+        T,
+    ),
     /// A sine about a mean.
     Sine(Sine<T>),
     /// Straight lines between any number of points.

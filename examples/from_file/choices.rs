@@ -1,0 +1,250 @@
+//! What a file chooses from beside the choices of the library.
+
+use bristle::curve::AnyCurve;
+use bristle::plane::{
+    DiscPressure, FootprintPoint, PlaneFrBd, PlaneLuGre, disc_points, rectangle_points,
+};
+use bristle::regularisation::AnyRegularisation;
+use bristle::rheology::{KelvinVoigtParameters, MaxwellArm, ZenerParameters};
+use bristle::scene::{
+    CurrentMotor, Gravity, JointInput, JointInputValue, JointMotion, PositionControl, VoltageMotor,
+};
+use bristle::signal::{AnySignal, Polyline, Signal, Sine, Vertex};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
+
+use crate::setup::Result;
+
+/// Most points of a footprint.
+const MOST_POINTS: u64 = 100_000;
+
+/// Springs side by side, or in a row.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum Springs {
+    /// A spring alone beside one behind a dashpot.
+    Zener(ZenerParameters<f64>),
+    /// Side by side, each alone or behind a dashpot, beside one dashpot.
+    GeneralisedMaxwell {
+        /// The springs.
+        arms: Vec<MaxwellArm<f64>>,
+        /// The dashpot beside them [s/m].
+        micro_damping: f64,
+    },
+    /// In a row, each beside a dashpot.
+    GeneralisedKelvinVoigt(Vec<KelvinVoigtParameters<f64, f64>>),
+}
+
+/// Friction with bristle dynamics on N axes.
+pub(crate) type Frbd<const N: usize> = PlaneFrBd<AnyCurve<f64>, f64, N, AnyRegularisation<f64>>;
+
+/// LuGre on N axes.
+pub(crate) type Lugre<const N: usize> = PlaneLuGre<AnyCurve<f64>, f64, N, AnyRegularisation<f64>>;
+
+/// A friction model of N axes.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum PlaneModel<const N: usize> {
+    /// Friction with bristle dynamics.
+    #[serde(rename = "frbd")]
+    FrBd(Frbd<N>),
+    /// The LuGre model.
+    #[serde(rename = "lugre")]
+    LuGre(Lugre<N>),
+}
+
+/// Calls a function of the model.
+macro_rules! of_the_model {
+    ($model:expr, $name:ident => $answer:expr) => {
+        match $model {
+            $crate::choices::PlaneModel::FrBd($name) => $answer,
+            $crate::choices::PlaneModel::LuGre($name) => $answer,
+        }
+    };
+}
+pub(crate) use of_the_model;
+
+/// A model of N axes under a normal force.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Pressed<const N: usize> {
+    /// The model.
+    pub(crate) model: PlaneModel<N>,
+    /// Normal force [N].
+    pub(crate) normal_force: f64,
+}
+
+/// The points of a contact surface.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum Points {
+    /// Of a disc.
+    Disc {
+        /// Radius [m].
+        radius: f64,
+        /// How the pressure falls towards the edge.
+        pressure: DiscPressure,
+        /// Rings of points.
+        rings: u16,
+    },
+    /// Of a rectangle under a uniform pressure.
+    Rectangle {
+        /// Length and width [m].
+        size: [f64; 2],
+        /// Columns and rows.
+        counts: [u16; 2],
+    },
+    /// Given one by one.
+    List(Vec<FootprintPoint<f64>>),
+}
+
+impl Points {
+    /// The points, if there are not too many.
+    pub(crate) fn points(&self) -> Result<Vec<FootprintPoint<f64>>> {
+        let few = |count: u64, name: &str, value: String| {
+            let rule = format!("must give up to {MOST_POINTS} points, not {count}");
+            if count <= MOST_POINTS {
+                Ok(())
+            } else {
+                Err(format!("{name} is {value}, but {rule}"))
+            }
+        };
+        match self {
+            &Self::Disc { radius, pressure, rings } => {
+                few(3 * u64::from(rings).pow(2), "rings", rings.to_string())?;
+                if !(radius >= 0.0) {
+                    return Err(format!("radius is {radius}, but must be zero or positive").into());
+                }
+                Ok(disc_points(radius, pressure, rings).collect())
+            }
+            &Self::Rectangle { size, counts } => {
+                let [columns, rows] = counts.map(u64::from);
+                few(columns * rows, "counts", format!("{counts:?}"))?;
+                Ok(rectangle_points(size, counts).collect())
+            }
+            Self::List(points) => Ok(points.clone()),
+        }
+    }
+}
+
+/// What acts on a joint: a signal, gravity or a controller.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Input {
+    /// A number.
+    #[serde(deserialize_with = "finite_constant")]
+    Constant(f64),
+    /// A sine.
+    Sine(Sine<f64>),
+    /// Straight lines between points.
+    Polyline(Polyline<Vec<Vertex<f64>>>),
+    /// The torque of a link that hangs from the joint.
+    Gravity(Gravity<f64>),
+    /// A position controller.
+    PositionControl(PositionControl<f64, AnySignal<f64>>),
+}
+
+fn finite_constant<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> std::result::Result<f64, D::Error> {
+    let constant = f64::deserialize(deserializer)?;
+    let refused = || D::Error::custom(format!("constant is {constant}, but must be finite"));
+    constant.is_finite().then_some(constant).ok_or_else(refused)
+}
+
+/// Calls a function of the input.
+macro_rules! of_the_input {
+    ($self:ident, $input:ident => $answer:expr) => {
+        match $self {
+            Input::Constant($input) => $answer,
+            Input::Sine($input) => $answer,
+            Input::Polyline($input) => $answer,
+            Input::Gravity($input) => $answer,
+            Input::PositionControl($input) => $answer,
+        }
+    };
+}
+
+impl Input {
+    /// The time over which it turns once at most.
+    pub(crate) fn longest_step(&self) -> Option<f64> {
+        match self {
+            Self::Sine(sine) => sine.longest_step(),
+            Self::PositionControl(control) => control.reference.longest_step(),
+            _ => None,
+        }
+    }
+}
+
+impl JointInput<f64> for Input {
+    fn at(&self, motion: JointMotion<f64>) -> JointInputValue<f64> {
+        of_the_input!(self, input => input.at(motion))
+    }
+
+    fn next_kink(&self, time: f64, towards: f64) -> Option<f64> {
+        of_the_input!(self, input => JointInput::next_kink(input, time, towards))
+    }
+}
+
+/// The motor of a joint.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Motor {
+    /// A torque [N m].
+    Torque(Input),
+    /// A current [A].
+    Current(CurrentMotor<f64, Input>),
+    /// A voltage [V].
+    Voltage(VoltageMotor<f64, Input>),
+}
+
+impl Motor {
+    /// The time over which its input turns once at most.
+    pub(crate) fn longest_step(&self) -> Option<f64> {
+        match self {
+            Self::Torque(input) => input.longest_step(),
+            Self::Current(motor) => motor.parameters().current.longest_step(),
+            Self::Voltage(motor) => motor.parameters().voltage.longest_step(),
+        }
+    }
+}
+
+impl JointInput<f64> for Motor {
+    fn at(&self, motion: JointMotion<f64>) -> JointInputValue<f64> {
+        match self {
+            Self::Torque(input) => input.at(motion),
+            Self::Current(motor) => motor.at(motion),
+            Self::Voltage(motor) => motor.at(motion),
+        }
+    }
+
+    fn next_kink(&self, time: f64, towards: f64) -> Option<f64> {
+        match self {
+            Self::Torque(input) => input.next_kink(time, towards),
+            Self::Current(motor) => motor.next_kink(time, towards),
+            Self::Voltage(motor) => motor.next_kink(time, towards),
+        }
+    }
+}
+
+/// Arrays of a generic length, read from lists.
+pub(crate) mod array {
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(crate) fn serialize<V: Serialize, S: Serializer, const N: usize>(
+        array: &[V; N],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(array)
+    }
+
+    pub(crate) fn deserialize<'de, V: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
+        deserializer: D,
+    ) -> Result<[V; N], D::Error> {
+        let list = Vec::deserialize(deserializer)?;
+        list.try_into().map_err(|list: Vec<V>| {
+            D::Error::custom(format!("there must be {N} of them, not {}", list.len()))
+        })
+    }
+}
