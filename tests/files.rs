@@ -20,9 +20,7 @@ use bristle::convert::LossyGear;
 use bristle::curve::{AnyCurve, Stribeck};
 use bristle::gear::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
 use bristle::ode::{AnyMethod, System};
-use bristle::plane::{
-    Axis, DiscPressure, FootprintPoint, PlaneBristle, PlaneFrBd, PlaneLuGre, disc_points,
-};
+use bristle::plane::{Axis, DiscPressure, FootprintPoint, PlaneBristle, PlaneFrBd, PlaneLuGre};
 use bristle::regularisation::{AnyRegularisation, HyperbolicTangent, SquareRoot};
 use bristle::rheology::{
     GeneralisedKelvinVoigt, GeneralisedMaxwell, KelvinVoigt, KelvinVoigtParameters, ZenerParameters,
@@ -501,7 +499,8 @@ fn joints_and_parameters_of_other_tools_read_back_to_the_same_bits() {
         ratio: 100.0,
     };
     assert_eq!(round_trip(&row), row);
-    let points: Vec<FootprintPoint<f64>> = disc_points(0.3, DiscPressure::Hertz, 2).collect();
+    let points: Vec<FootprintPoint<f64>> =
+        FootprintPoint::disc(0.3, DiscPressure::Hertz, 2).collect();
     assert_eq!(round_trip(&points), points);
     assert_eq!(round_trip(&DiscPressure::Uniform), DiscPressure::Uniform);
 

@@ -1,9 +1,7 @@
 //! What a file chooses from beside the choices of the library.
 
 use bristle::curve::AnyCurve;
-use bristle::plane::{
-    DiscPressure, FootprintPoint, PlaneFrBd, PlaneLuGre, disc_points, rectangle_points,
-};
+use bristle::plane::{DiscPressure, FootprintPoint, PlaneFrBd, PlaneLuGre};
 use bristle::regularisation::AnyRegularisation;
 use bristle::rheology::{KelvinVoigtParameters, MaxwellArm, ZenerParameters};
 use bristle::scene::{
@@ -115,7 +113,7 @@ impl Points {
                 if !(radius >= 0.0) {
                     return Err(format!("radius is {radius}, but must be zero or positive").into());
                 }
-                Ok(disc_points(radius, pressure, rings).collect())
+                Ok(FootprintPoint::disc(radius, pressure, rings).collect())
             }
             &Self::Rectangle { size, counts } => {
                 let [columns, rows] = counts.map(u64::from);
