@@ -118,7 +118,7 @@ impl Points {
             &Self::Rectangle { size, counts } => {
                 let [columns, rows] = counts.map(u64::from);
                 few(columns * rows, "counts", format!("{counts:?}"))?;
-                Ok(rectangle_points(size, counts).collect())
+                Ok(FootprintPoint::rectangle(size, counts).collect())
             }
             Self::List(points) => Ok(points.clone()),
         }
