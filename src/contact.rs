@@ -140,7 +140,7 @@ pub struct Load<T> {
 impl<T: Scalar> Load<T> {
     /// What the asperities that come into contact add to the rate of a deflection \[m/s\]:
     /// −(max(ṗ, 0)/p) x for each spring. Infinite where p = 0, ṗ > 0 and x ≠ 0: a contact that
-    /// touches again has forgotten. NaN for a negative normal force.
+    /// touches again has lost its deflection. NaN for a negative normal force.
     #[inline]
     pub fn renewal<D: Deflection<T>>(&self, deflection: D) -> D {
         let Self { normal_force, rate } = *self;

@@ -352,6 +352,9 @@ fn one_log_with_the_wrong_sign_is_named_and_nothing_is_determined_then() {
     let worst = found.fit.remarks[0];
     assert!(matches!(worst, Remark::Unexplained { log: 1, .. }), "{found}");
     assert!(text.contains("THIS MODEL DOES NOT EXPLAIN THE LOG"), "{text}");
+    let several = found.fit.remarks.iter().filter(|remark| unexplained(remark)).count() > 1;
+    assert!(several && text.contains("fit each log alone"), "{text}");
+    assert!(!sound.to_string().contains("fit each log alone"), "{sound}");
     let verdict = Identifiability::Determined;
     assert!(found.fit.estimates.iter().all(|e| e.verdict != verdict), "{found}");
     assert!(!found.fit.is_determined() && !text.contains(" determined"), "{text}");
@@ -487,7 +490,8 @@ fn segments_are_shortened_where_the_motion_is_too_sensitive() {
     assert!(found.horizon < 1.0, "{found}");
     let shortened = |remark: &Remark| matches!(remark, Remark::Shortened { .. });
     assert!(found.fit.remarks.iter().any(shortened), "{found}");
-    assert!(found.to_string().contains("TOO SENSITIVE"), "{found}");
+    let text = found.to_string();
+    assert!(text.contains("TOO SENSITIVE") && text.contains("log too short"), "{found}");
 }
 
 #[test]

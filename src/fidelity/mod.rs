@@ -15,7 +15,8 @@
 //!
 //! 1. The *reference*, the most expensive level, runs over the scene with 1, 2, 4 … steps from one
 //!    answer to the next until two runs agree within a tenth of the tolerance, and a third one
-//!    that has an odd number of steps, and so meets a force that the other two step over.
+//!    with them. The third has an odd number of steps: it meets a force that repeats itself from
+//!    step to step of the others.
 //! 2. Every other level runs with 1, 2, 4 … steps until it is within the tolerance, settles on
 //!    something else, or would cost more than the best run so far.
 //! 3. The cheapest run that is within the tolerance is chosen.
@@ -55,9 +56,9 @@
 //!
 //! # Limits
 //!
-//! A choice holds for its scene, at its answers. All runs alike can miss an event that no signal
-//! declares ([`Signal::next_kink`](crate::signal::Signal::next_kink)) and that is shorter than the
-//! steps of the reference: at least 8 from one answer to the next and 4096 over the scene.
+//! A choice holds for its scene, at its answers. All runs can miss an event that no signal declares
+//! ([`Signal::next_kink`](crate::signal::Signal::next_kink)) and that is shorter than the steps of
+//! the reference: at least 8 from one answer to the next and 4096 over the scene.
 
 mod choose;
 mod cost;

@@ -130,7 +130,8 @@ pub enum Remark {
         motion: f64,
     },
     /// The motion is so sensitive to the parameters that simulations over the length asked for say
-    /// nothing: shorter ones were fitted.
+    /// nothing: shorter ones were fitted. Stick-slip has such a motion. So has a log that is too
+    /// short, or moves too little, for its parameters: the search then begins far from them.
     Shortened {
         /// Length asked for \[s\].
         asked: f64,
@@ -197,7 +198,8 @@ impl fmt::Display for Remark {
             }
             Self::Shortened { asked, fitted } => {
                 let (asked, fitted) = (Number(asked), Number(fitted));
-                write!(f, "TOO SENSITIVE over {asked:.3} s: fitted over {fitted:.3} s")
+                write!(f, "TOO SENSITIVE over {asked:.3} s: fitted over {fitted:.3} s. ")?;
+                write!(f, "Stick-slip, or a log too short for these parameters")
             }
             Self::RowsTooSensitive { rows } => {
                 write!(f, "{rows} rows are too sensitive: left out of residuals and errors")
@@ -321,6 +323,13 @@ impl fmt::Display for Fit {
             }
         }
         self.remarks.iter().try_for_each(|remark| writeln!(f, "{remark}"))?;
+        let unexplained = |remark: &&Remark| matches!(remark, Remark::Unexplained { .. });
+        if self.remarks.iter().filter(unexplained).count() > 1 {
+            writeln!(
+                f,
+                "one wrong log spoils the fit of all: fit each log alone to see which it is"
+            )?;
+        }
         let [rmse, mean, largest] = [self.rmse, self.mean, self.largest].map(Number);
         let Self { rows, effective_rows, neighbour_correlation, .. } = self;
         write!(f, "residuals: rmse {rmse:.5}, mean {mean:.5}, largest {largest:.5}; {rows} rows ")?;
