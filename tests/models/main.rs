@@ -14,4 +14,5 @@ mod laws;
 mod parameters;
 mod plane;
 mod runtime;
+mod runtime_everywhere;
 mod viscoelastic;
