@@ -354,8 +354,7 @@ pub fn bearing_friction<T: Scalar>(
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 ///
-/// A table of several rows: convert each, take the coefficients over |w_a|/i as a `Tabulated`
-/// curve, and load and friction of the row in which the gear works most.
+/// A table of several rows: `docs/coming-from.md` has the program.
 ///
 /// Source: Modelica Standard Library, `Mechanics.Rotational.Components.LossyGear`; C. Pelchen, C.
 /// Schweiger, M. Otter, "Modeling and simulating the efficiency of gearboxes and of planetary
