@@ -13,7 +13,7 @@ mod support;
 use std::error::Error;
 use std::process::ExitCode;
 
-use bristle::companion::Companion;
+use bristle::companion::{Companion, VelocityHistory};
 use bristle::curve::Stribeck;
 use bristle::ode::{DormandPrince, Output, RungeKutta4, Solver, System, Tolerances, Trajectory};
 use bristle::rheology::KelvinVoigt;
@@ -135,13 +135,13 @@ impl<M: Bristle<f64, Deflection = f64>> Rig<M> {
         Ok(Self { parameters, system, companion })
     }
 
-    /// One step from a state, with the velocity at the start of the step before.
+    /// One step from a state, with the velocity predicted for its middle.
     fn step(
         &self,
         scheme: Scheme,
         time: f64,
         state: &Vector3<f64>,
-        velocity_before: f64,
+        predicted: f64,
         h: f64,
     ) -> Vector3<f64> {
         let MassSpringDamperParameters { contact, mechanism, drive_velocity, .. } =
@@ -163,7 +163,7 @@ impl<M: Bristle<f64, Deflection = f64>> Rig<M> {
             Scheme::Passive => {
                 // The bristle as a source and a damper in v̄, the mean velocity of the step:
                 // m (v₁ − v₀)/h = f − k (x + h v̄/2) − F̄ with v₁ = 2 v̄ − v₀.
-                let friction = self.companion.step(1.5 * v - 0.5 * velocity_before, z, h);
+                let friction = self.companion.step(predicted, z, h);
                 let inertia = 2.0 * mass / h;
                 let mean = (inertia * v + spring(time + 0.5 * h, x) - friction.bias())
                     / (inertia + 0.5 * spring_stiffness * h + friction.damping());
@@ -177,15 +177,14 @@ impl<M: Bristle<f64, Deflection = f64>> Rig<M> {
     /// A whole run in steps of one length, against a reference.
     fn run(&self, scheme: Scheme, h: f64, end: f64, reference: &Reference) -> Run {
         let mut state = self.system.at_rest();
-        let mut velocity_before = 0.0;
+        let mut history = VelocityHistory::new(state[1]);
         let (mut error, mut count) = (0.0, 0);
         let (mut chatter, mut stuck) = (0.0, 0);
         let (mut slips, mut ready) = (Vec::new(), true);
         for step in 0..(end / h) as usize {
             let time = step as f64 * h;
-            let next = self.step(scheme, time, &state, velocity_before, h);
-            velocity_before = state[1];
-            state = next;
+            state = self.step(scheme, time, &state, history.predict(), h);
+            history.push(state[1]);
             if !(state[0].abs() <= LOST && state[1].abs() <= LOST) {
                 let nan = f64::NAN;
                 return Run { step: h, error: nan, chatter: nan, period: nan, slips: slips.len() };

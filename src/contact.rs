@@ -43,6 +43,9 @@ use crate::{Bristle, Linearised, Scalar, Sliding};
 
 /// A friction model M under a normal force: the friction element of a mechanism.
 ///
+/// Velocities may be as large as parameters, 1e100 m/s (`f32`: 1e15). Far beyond, where σ1|v|,
+/// σ0|v|/μ or a regularised |v| overflows, forces and steps are not finite.
+///
 /// ```
 /// use bristle::{Bristle, Dahl, DahlParameters};
 ///

@@ -392,19 +392,21 @@ where
 }
 
 /// 1/g. NaN on a branch locked to the other direction of sliding where g has fallen to half of its
-/// value on the right one, about a third of the way to its pole.
+/// value on the right one, about a third of the way to its pole. NaN if g has overflowed: 0 would
+/// switch the friction off.
 #[inline(always)]
 pub(crate) fn inverse_resistance<T: Scalar>(
     sliding: Sliding<T>,
     resistance: T,
     at: impl FnOnce(Sliding<T>) -> T,
 ) -> T {
+    let inverse = T::one() / resistance;
     let admissible = if sliding.speed() < T::zero() {
         resistance + resistance > at(sliding.mirrored())
     } else {
-        resistance > T::zero()
+        inverse > T::zero()
     };
-    if admissible { T::one() / resistance } else { nan() }
+    if admissible { inverse } else { nan() }
 }
 
 /// A number that μ(v)/|v|_ε does not fall below for |v| ≤ `fastest`.

@@ -32,7 +32,7 @@
 //! All of it holds for a normal force that varies, too, told by [`PlaneContact::reload`].
 //!
 //! It holds where neither μ nor σ1ᵢ n overflows or underflows: take it for speeds from 1e-100 to
-//! 1e100 m/s (`f32`: 1e-18 to 1e15) and at rest. Far above, the force is 0 or NaN; far below, only
+//! 1e100 m/s (`f32`: 1e-18 to 1e15) and at rest. Far above, the force is NaN; far below, only
 //! the box holds.
 //!
 //! Two scalar contacts at right angles do not give this: at 45° they resist with √2 times the

@@ -40,7 +40,9 @@ impl<T: Scalar> SquareRoot<T> {
 impl<T: Scalar> Regularisation<T> for SquareRoot<T> {
     #[inline]
     fn speed_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-        let speed = (sliding.velocity() * sliding.velocity() + self.epsilon).sqrt();
+        let square = sliding.velocity() * sliding.velocity() + self.epsilon;
+        // Beside a velocity whose square overflows ε is nothing.
+        let speed = if square.is_finite() { square.sqrt() } else { sliding.velocity().abs() };
         (speed, sliding.velocity() / speed)
     }
 

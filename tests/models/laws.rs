@@ -842,6 +842,32 @@ fn a_step_of_any_length_ends_in_steady_sliding() {
 }
 
 #[test]
+fn no_velocity_is_so_large_that_it_switches_the_friction_off() {
+    let overflows = std::cell::Cell::new(0);
+    every_claimant(Law::SteadySliding, 8, |specimen, state| {
+        if specimen.freezes() {
+            return;
+        }
+        let subject = &specimen.subject;
+        for (sign, exponent) in (100..=308).flat_map(|exponent| [(1.0, exponent), (-1.0, exponent)])
+        {
+            let (v, slower) = (sign * 10_f64.powi(exponent), sign * 1e99);
+            let z = state.fraction.abs() * subject.stationary(slower.into());
+            let held = subject.hold(v, z, 1e6);
+            // A number is no less than the friction of steady sliding, which any bristle reaches.
+            let least = 0.99 * sign * subject.stationary_force(slower.into());
+            for force in [subject.stationary_force(v.into()), held.end_force, held.mean_force] {
+                let name = || format!("{} at {v:e}: {force:e}", specimen.name());
+                assert!(!force.is_finite() || sign * force >= least, "{}", name());
+                assert!(force.is_finite() || exponent > 140, "{}", name());
+                overflows.set(overflows.get() + u32::from(!force.is_finite()));
+            }
+        }
+    });
+    assert!(overflows.get() > 0);
+}
+
+#[test]
 fn two_half_steps_make_a_whole_one() {
     every_specimen(48, |specimen, state| {
         if specimen.freezes() {

@@ -5,6 +5,7 @@
 
 use crate::common::recipe::decades;
 use crate::common::{assert_within, check, lit};
+use bristle::companion::VelocityHistory;
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 use bristle::plane::{Axis, PlaneBristle, PlaneFrBd, PlaneLuGre};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
@@ -473,11 +474,12 @@ fn the_companion_is_of_second_order() {
         let model = Model::isotropic(curve([0.7, 1.5, 6.0]), bristle(300.0, 0.5));
         let mut tyre = patch(model, PolynomialExponential::parabolic()).combined_in(800).unwrap();
         let (mass, h) = (Vector2::new(20.0, 40.0), 0.02 / f64::from(steps));
-        let (mut v, mut last) = (Vector2::new(0.3, 0.0), None);
+        let mut v = Vector2::new(0.3, 0.0);
+        let mut history = [VelocityHistory::new(v.x), VelocityHistory::new(v.y)];
         for number in 0..steps {
             let time = h * (f64::from(number) + 0.5);
             let pull = Vector2::new(1500.0 * (60.0 * time).sin(), 2000.0 * (90.0 * time).sin());
-            let mut predicted = last.map_or(v, |last| 1.5 * v - 0.5 * last);
+            let mut predicted = Vector2::from_fn(|i, _| history[i].predict());
             // Twice in the first step, whose prediction is only of first order.
             for repeat in 0..2 {
                 let motion = Motion { slip_velocity: predicted, rolling_speed: 16.0 };
@@ -485,12 +487,13 @@ fn the_companion_is_of_second_order() {
                 let weight: Vector2<f64> = mass * (2.0 / h);
                 let mean: Vector2<f64> = (weight.component_mul(&v) + pull - step.bias())
                     .component_div(&(weight + step.damping()));
-                if repeat == 0 && last.is_none() {
+                if repeat == 0 && number == 0 {
                     predicted = mean;
                     continue;
                 }
                 step.commit(&mean).unwrap();
-                (last, v) = (Some(v), 2.0 * mean - v);
+                v = 2.0 * mean - v;
+                history.iter_mut().zip(&v).for_each(|(history, &v)| history.push(v));
                 break;
             }
         }
