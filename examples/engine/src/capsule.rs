@@ -2,6 +2,9 @@
 //! hold 17 to 84 N. Users report that it creeps out of the grip in engines that regularise
 //! friction.
 //!
+//! The grip is the scene that they report. A capsule that stands upright on level ground asks
+//! nothing of its friction, and one that lies along a slope is the block of [`scene`](crate::scene).
+//!
 //! Each pad has a bristle of two axes in its own plane, put into rapier as the two motors of a
 //! joint (see [`bond`](crate::bond)).
 
