@@ -34,6 +34,7 @@ fn spelt_out(scene: &str) -> String {
         Some("S2") => "valve",
         Some("S3") => "pre-sliding",
         Some("S4") => "frictional lag",
+        Some("S5") => "block in a plane",
         _ => return scene.to_owned(),
     };
     format!("{what}{}", scene.get(2..).unwrap_or_default())

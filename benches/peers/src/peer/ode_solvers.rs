@@ -91,6 +91,7 @@ fn dop853<S: System<f64, N>, const N: usize>(
         1 => dop853_with_time::<S, N, 2>(field, tolerance),
         3 => dop853_with_time::<S, N, 4>(field, tolerance),
         4 => dop853_with_time::<S, N, 5>(field, tolerance),
+        6 => dop853_with_time::<S, N, 7>(field, tolerance),
         _ => Err(Failure::new("size", format!("add the line for {N} states and the time"))),
     }
 }
