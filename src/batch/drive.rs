@@ -72,6 +72,7 @@ fn padded<T: Real, const N: usize>(slices: [&[T]; N]) -> [[T; BLOCK]; N] {
 }
 
 /// All blocks.
+#[allow(clippy::needless_range_loop, reason = "iterators in two depths are not unrolled")]
 #[inline(always)]
 fn sweep<
     T: Real,
@@ -89,16 +90,21 @@ fn sweep<
     let mut results = [[*T::ONES; N]; O];
     while done + BLOCK <= length {
         if K::READS_OUTPUTS {
-            let ones = *T::ONES;
-            let first = |slice: &&mut [T]| slice.first_chunk().copied().unwrap_or(ones);
-            results = outputs.each_ref().map(|axes| axes.each_ref().map(first));
+            for column in 0..O {
+                for axis in 0..N {
+                    let before = outputs[column][axis].first_chunk();
+                    results[column][axis] = *before.unwrap_or(T::ONES);
+                }
+            }
         }
         let (parameters, inputs) = (next(&mut parameters), inputs.each_mut().map(next));
         let finite = block(&kernel, parameters, inputs, &mut results);
-        let written = outputs.iter_mut().flatten().zip(results.iter().flatten());
-        for (slice, result) in written {
-            if let Some(to) = slice.split_off_mut(..BLOCK).and_then(|to| to.first_chunk_mut()) {
-                *to = *result;
+        for column in 0..O {
+            for axis in 0..N {
+                let written = outputs[column][axis].split_off_mut(..BLOCK);
+                if let Some(to) = written.and_then(|to| to.first_chunk_mut()) {
+                    *to = results[column][axis];
+                }
             }
         }
         if !finite {

@@ -174,13 +174,9 @@ impl<T: Real, const N: usize> Operation<T, N, 2, 1> for Commit<T> {
             let (size, most) = (z.size(), most * axis.ratio * axis.compliance());
             // The limit at an infinite velocity, infinite or 0·∞, cuts nothing.
             let limit = if size > most { size } else { most };
-            deflection[i] = if after > limit {
-                limit
-            } else if after < -limit {
-                -limit
-            } else {
-                after
-            };
+            // A minimum and a maximum, not a choice among three: one instruction each.
+            let below = if after > limit { limit } else { after };
+            deflection[i] = if below < -limit { -limit } else { below };
         }
         [deflection]
     }
