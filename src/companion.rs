@@ -227,25 +227,26 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         }
         let (storage_stiffness, normal_force) =
             (model.storage_stiffness(), self.contact.normal_force());
-        // The mean deflection for z₀ = 0, v̄ = 1, and that for v̄ = 0.
-        let driven = weights.driven_mean(affine.drive);
-        let undriven = weights.undriven_mean(deflection);
-        // c₀ z̄ + c₂ v̄ = K r z̄ + rest. For FrBD c₀ − K r is the difference of two equal numbers.
-        let springs = storage_stiffness * affine.drive;
-        let excess = affine.stiffness - springs;
-        let mut rest_damping = model
-            .mean_damping(sliding, &weights)
-            .unwrap_or_else(|| excess.dot(driven) + affine.damping);
-        let mut damping = springs.dot(driven) + rest_damping;
+        // p (c₀ z̄ + c₂ v̄) = p K r z̄ + rest. For FrBD c₀ − K r is the difference of two equal numbers.
+        let stiffness = affine.stiffness * normal_force;
+        let springs = storage_stiffness * affine.drive * normal_force;
+        let excess = stiffness - springs;
+        let [bias, rest_bias] = weights.undriven_sums([stiffness, excess], deflection);
+        let [of_springs, of_excess] = weights.driven_sums([springs, excess], affine.drive);
+        let mut rest_damping = match model.mean_damping(sliding, &weights) {
+            Some(damping) => normal_force * damping,
+            None => of_excess + normal_force * affine.damping,
+        };
+        let mut damping = of_springs + rest_damping;
         if damping < T::zero() {
             // A rounding, where a stiffness varies. Force and dissipation use the same numbers.
             rest_damping -= damping;
             damping = T::zero();
         }
         CompanionStep {
-            bias: normal_force * affine.stiffness.dot(undriven),
-            damping: normal_force * damping,
-            rest_bias: excess.dot(undriven),
+            bias,
+            damping,
+            rest_bias,
             rest_damping,
             affine,
             weights,
@@ -318,7 +319,7 @@ pub struct PointMass<T> {
 pub struct CompanionStep<T: Scalar, D: Deflection<T> = T> {
     bias: T,
     damping: T,
-    /// Bias and damping, per unit normal force, beyond K r z̄.
+    /// Bias and damping beyond p K r z̄.
     rest_bias: T,
     rest_damping: T,
     affine: Affine<T, D>,
@@ -451,14 +452,15 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
         };
         // For FrBD the rest is c₂ v̄, and all are squares.
         let rest = self.rest_bias + self.rest_damping * mean_velocity;
-        let dissipated = weights.relaxed_energy(self.storage_stiffness, before, drive)
+        let dissipated = self.normal_force
+            * weights.relaxed_energy(self.storage_stiffness, before, drive)
             + rest * (duration * mean_velocity);
         CompletedStep {
             deflection: after,
             force,
             work: duration * force * mean_velocity,
             stored: energy(before, after),
-            dissipated: self.normal_force * dissipated + energy(after, free),
+            dissipated: dissipated + energy(after, free),
         }
     }
 }

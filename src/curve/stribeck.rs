@@ -162,9 +162,10 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
     #[inline(always)]
     fn coefficient(&self, sliding: Sliding<T>) -> T {
         let (w, _) = self.power(sliding.speed() * self.valley.inverse_velocity);
+        // The exponential, which takes longest, last.
         self.valley.dynamic
-            + self.valley.drop * self.decay(w)
             + self.valley.viscous * sliding.speed()
+            + self.valley.drop * self.decay(w)
     }
 
     #[inline(always)]
@@ -175,7 +176,7 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
         let fall = if stribeck == T::zero() { stribeck } else { stribeck * w_slope };
         let slope = self.valley.viscous - fall * self.valley.inverse_velocity;
         (
-            self.valley.dynamic + stribeck + self.valley.viscous * sliding.speed(),
+            self.valley.dynamic + self.valley.viscous * sliding.speed() + stribeck,
             slope * sliding.direction(),
         )
     }

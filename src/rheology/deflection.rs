@@ -57,15 +57,7 @@ pub trait Deflection<T: Scalar>:
     /// Every xᵢ cut to |xᵢ| ≤ limit; NaN stays NaN.
     #[inline(always)]
     fn within(self, limit: T) -> Self {
-        self.each(|x| {
-            if x > limit {
-                limit
-            } else if x < -limit {
-                -limit
-            } else {
-                x
-            }
-        })
+        self.each(|x| if x.abs() > limit { cut(x, limit) } else { x })
     }
 
     /// One number for every spring.
@@ -79,6 +71,12 @@ pub trait Deflection<T: Scalar>:
 
     /// A function of each component.
     fn each(self, function: impl FnMut(T) -> T) -> Self;
+}
+
+/// The limit with the sign of x. Cold, so that a step does not wait for it: few reach their limit.
+#[cold]
+fn cut<T: Scalar>(x: T, limit: T) -> T {
+    if x > limit { limit } else { -limit }
 }
 
 /// The exact step of a relaxing state under a held drive, see [`Deflection::weights`].
@@ -99,6 +97,21 @@ pub trait HeldWeights<T: Scalar, D: Deflection<T>>: Copy + Debug + PartialEq {
     #[inline]
     fn driven_mean(&self, drive: T) -> D {
         self.mean(D::fill(T::zero()), drive)
+    }
+
+    /// Σ kᵢ x̄ᵢ of the state averaged over the step, without a drive, for each of two k.
+    #[inline]
+    fn undriven_sums(&self, springs: [D; 2], state: D) -> [T; 2] {
+        let mean = self.undriven_mean(state);
+        springs.map(|springs| springs.dot(mean))
+    }
+
+    /// Σ kᵢ x̄ᵢ of the state averaged over the step, from zero under a drive u [m/s], for each of
+    /// two k.
+    #[inline]
+    fn driven_sums(&self, springs: [D; 2], drive: T) -> [T; 2] {
+        let mean = self.driven_mean(drive);
+        springs.map(|springs| springs.dot(mean))
     }
 
     /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step \[m\]: the energy that springs of stiffness K dissipate per

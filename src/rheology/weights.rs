@@ -20,8 +20,8 @@ pub struct Weights<T> {
     end_by_drive: T,
     /// φ1
     phi1: T,
-    /// φ2 h \[s\]
-    mean_by_drive: T,
+    /// Two factors of φ2 h: of no unit, and \[s\].
+    mean_by_drive: [T; 2],
 }
 
 impl<T: Scalar> Weights<T> {
@@ -31,13 +31,13 @@ impl<T: Scalar> Weights<T> {
         let exponent = relaxation * duration;
         let (decay, phi1, phi2) = relaxed(exponent);
         let (end_by_drive, mean_by_drive) = if exponent < T::one() {
-            (phi1 * duration, phi2 * duration)
+            (phi1 * duration, [phi2, duration])
         } else {
             // By way of the stationary deflection, which no length of step overflows. A λ that has
             // overflowed knows none.
             let inverse = T::one() / relaxation;
             let inverse = if inverse > T::zero() { inverse } else { nan() };
-            ((T::one() - decay) * inverse, (T::one() - phi1) * inverse)
+            ((T::one() - decay) * inverse, [T::one() - phi1, inverse])
         };
         Self { exponent, decay, end_by_drive, phi1, mean_by_drive }
     }
@@ -92,7 +92,19 @@ impl<T: Scalar> HeldWeights<T, T> for Weights<T> {
 
     #[inline(always)]
     fn driven_mean(&self, drive: T) -> T {
-        self.mean_by_drive * drive
+        let [share, time] = self.mean_by_drive;
+        share * (time * drive)
+    }
+
+    // What does not wait for φ1 and φ2 is multiplied while they are computed.
+    #[inline(always)]
+    fn undriven_sums(&self, springs: [T; 2], state: T) -> [T; 2] {
+        springs.map(|stiffness| self.undriven_mean(stiffness * state))
+    }
+
+    #[inline(always)]
+    fn driven_sums(&self, springs: [T; 2], drive: T) -> [T; 2] {
+        springs.map(|stiffness| self.driven_mean(stiffness * drive))
     }
 
     #[inline(always)]
