@@ -227,7 +227,8 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         }
         let (storage_stiffness, normal_force) =
             (model.storage_stiffness(), self.contact.normal_force());
-        // p (c₀ z̄ + c₂ v̄) = p K r z̄ + rest. For FrBD c₀ − K r is the difference of two equal numbers.
+        // p (c₀ z̄ + c₂ v̄) = p K r z̄ + rest. For FrBD c₀ − K r is the difference of two equal
+        // numbers.
         let stiffness = affine.stiffness * normal_force;
         let springs = storage_stiffness * affine.drive * normal_force;
         let excess = stiffness - springs;
