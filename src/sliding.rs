@@ -34,21 +34,11 @@ impl Branch {
         let (speed, direction) = match self {
             Branch::Forward => (velocity, T::one()),
             Branch::Backward => (-velocity, -T::one()),
-            Branch::Free => {
-                // v = 0: the middle of the one-sided values; NaN stays NaN.
-                let rest = velocity * velocity;
-                let moves = velocity > T::zero() || velocity < T::zero();
-                // By `abs`, of which the compiler knows that it is never negative.
-                let speed = if moves { velocity.abs() } else { rest };
-                let direction = if velocity > T::zero() {
-                    T::one()
-                } else if velocity < T::zero() {
-                    -T::one()
-                } else {
-                    rest
-                };
-                (speed, direction)
-            }
+            // `abs` shows the compiler that such a speed is never negative.
+            Branch::Free if velocity > T::zero() => (velocity.abs(), T::one()),
+            Branch::Free if velocity < T::zero() => (velocity.abs(), -T::one()),
+            // v = 0: the middle of the one-sided values; NaN stays NaN.
+            Branch::Free => (velocity * velocity, velocity * velocity),
         };
         Sliding { velocity, speed, direction }
     }

@@ -88,16 +88,10 @@ impl<T: Scalar> AnyBristle<T> {
     /// The coefficients of the larger models: a call, so that the others are inlined, with numbers
     /// for arguments, because what is passed in memory is waited for in the others, too.
     #[inline(never)]
-    fn called(&self, velocity: T, speed: T, direction: T, deflection: T) -> (T, T, T, T) {
+    fn called(&self, velocity: T, speed: T, direction: T, deflection: T) -> Affine<T> {
         let sliding = Sliding::from_parts(velocity, speed, direction);
-        parts(of_the_model!(self, model => model.affine(sliding, deflection)))
+        of_the_model!(self, model => model.affine(sliding, deflection))
     }
-}
-
-#[inline(always)]
-fn parts<T: Scalar>(affine: Affine<T>) -> (T, T, T, T) {
-    let Affine { relaxation, drive, stiffness, damping } = affine;
-    (relaxation, drive, stiffness, damping)
 }
 
 impl<T: Scalar> Bristle<T> for AnyBristle<T> {
@@ -105,18 +99,16 @@ impl<T: Scalar> Bristle<T> for AnyBristle<T> {
 
     #[inline(always)]
     fn affine(&self, sliding: Sliding<T>, deflection: T) -> Affine<T> {
-        // Part by part, so that the answer of a model stays in registers.
-        let (relaxation, drive, stiffness, damping) = match self {
-            Self::FrBd(model) => parts(model.frozen(sliding)),
-            Self::Maxwell(model) => parts(model.affine(sliding, deflection)),
-            Self::LuGre(model) => parts(model.coefficients(sliding)),
-            Self::Dahl(model) => parts(model.affine(sliding, deflection)),
+        match self {
+            Self::FrBd(model) => model.affine(sliding, deflection),
+            Self::Maxwell(model) => model.affine(sliding, deflection),
+            Self::LuGre(model) => model.affine(sliding, deflection),
+            Self::Dahl(model) => model.affine(sliding, deflection),
             Self::ElastoPlastic(_) | Self::Implicit(_) => {
                 let (velocity, speed, direction) = sliding.parts();
                 self.called(velocity, speed, direction, deflection)
             }
-        };
-        Affine { relaxation, drive, stiffness, damping }
+        }
     }
 
     #[inline]

@@ -177,20 +177,6 @@ impl<C, R, E> FrBd<C, R, E> {
         }
     }
 
-    /// The coefficients at a velocity.
-    #[inline(always)]
-    pub(super) fn frozen<T>(&self, sliding: Sliding<T>) -> Affine<T, R::Deflection>
-    where
-        T: Scalar,
-        C: FrictionCurve<T>,
-        R: Rheology<T>,
-        E: Regularisation<T>,
-    {
-        let series = self.series(sliding);
-        let resistance = series.resistance();
-        series.affine(inverse_resistance(sliding, resistance, |other| self.resistance(other)))
-    }
-
     /// The bristle and the surface at a velocity, and their derivatives.
     #[inline(always)]
     pub(super) fn series_and_slopes<T>(&self, sliding: Sliding<T>) -> [Series<T, R::Deflection>; 2]
@@ -280,7 +266,9 @@ where
 
     #[inline(always)]
     fn affine(&self, sliding: Sliding<T>, _deflection: R::Deflection) -> Affine<T, R::Deflection> {
-        self.frozen(sliding)
+        let series = self.series(sliding);
+        let resistance = series.resistance();
+        series.affine(inverse_resistance(sliding, resistance, |other| self.resistance(other)))
     }
 
     #[inline(always)]

@@ -176,12 +176,6 @@ where
         self.viscous == T::zero() && self.rheology().bounds().damping.max == T::zero()
     }
 
-    /// The coefficients at a velocity.
-    #[inline(always)]
-    pub(super) fn coefficients(&self, sliding: Sliding<T>) -> Affine<T> {
-        self.frozen(sliding, &self.parts.series(sliding)).1
-    }
-
     /// g on the other branch.
     #[cold]
     fn opposite(&self, sliding: Sliding<T>) -> T {
@@ -232,7 +226,7 @@ where
 
     #[inline(always)]
     fn affine(&self, sliding: Sliding<T>, _deflection: T) -> Affine<T> {
-        self.coefficients(sliding)
+        self.frozen(sliding, &self.parts.series(sliding)).1
     }
 
     #[inline(always)]

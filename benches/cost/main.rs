@@ -1,4 +1,6 @@
 //! What one evaluation and one step cost, beside one exponential: `cargo bench --bench cost`.
+//! Contacts of several axes, models chosen at run time and bristles of several springs are compared
+//! with their plain counterparts by `cargo bench --bench cost -- --ratios`.
 //!
 //! Every measured piece of work waits for the result of the one before, as it does in a simulation
 //! or a control loop, and so does the exponential it is compared with. Read the ratios to `exp`
@@ -8,6 +10,8 @@
 //! friction curve needs its exponential. An integrator's line is the cost of a whole step of the
 //! driver (fixed, sliding steadily, without output): its right-hand sides, its algebra, and the
 //! watch for reversals.
+
+mod ratios;
 
 use std::hint::black_box;
 
@@ -19,7 +23,6 @@ use bristle::gear::{
 use bristle::ode::{
     DormandPrince, DormandPrince8, Method, Rodas4, Rodas5P, RungeKutta4, Solver, System,
 };
-use bristle::plane::{PlaneBristle, PlaneFrBd};
 use bristle::rheology::{
     GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters,
     MaxwellArm, ZenerParameters,
@@ -28,10 +31,10 @@ use bristle::scene::{
     GearedJoint, GearedJointParameters, JointState, MassSpringDamper, MassSpringDamperParameters,
 };
 use bristle::{
-    Affine, AnyBristle, Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre,
-    Mechanism, ParameterError, Scalar, paper,
+    Affine, Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, Mechanism,
+    ParameterError, Scalar, paper,
 };
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{Criterion, criterion_group};
 use nalgebra::{SVector, Vector2, Vector3, convert};
 
 const SPEED: f64 = 0.008;
@@ -101,11 +104,7 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
         linear.rate_by_velocity + linear.coefficient_by_velocity
     });
     one(c, "exact step, FrBD", &|v| frbd.affine(v.into(), z).hold(v, z, h).mean_coefficient);
-    if let Ok(bristle) = GeneralisedMaxwell::zener(ZenerParameters {
-        static_stiffness: t(1e4),
-        relaxing_stiffness: t(2e4),
-        series_damping: t(100.0),
-    }) {
+    if let Ok(bristle) = GeneralisedMaxwell::zener(zener()) {
         let zener = FrBd::new(curve, bristle);
         let x = Vector2::new(z, t(1e-5));
         one(c, "rate and force, FrBD with Zener bristle", &|v| {
@@ -114,20 +113,7 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
         });
         one(c, "exact step, FrBD with Zener bristle", &|v| zener.hold(v, x, h).mean_coefficient);
     }
-    let arm = |stiffness, dashpot: Option<f64>| MaxwellArm {
-        stiffness: t(stiffness),
-        series_damping: dashpot.map(t),
-    };
-    if let Ok(bristle) = GeneralisedMaxwell::new(GeneralisedMaxwellParameters {
-        arms: [
-            arm(1e4, None),
-            arm(2e4, Some(100.0)),
-            arm(5e3, Some(5e3)),
-            arm(1e4, Some(1.0)),
-            arm(1e3, Some(1e4)),
-        ],
-        micro_damping: t(1.0),
-    }) {
+    if let Ok(bristle) = GeneralisedMaxwell::new(five_arms()) {
         let five = FrBd::new(curve, bristle);
         let x = SVector::<T, 5>::repeat(t(1e-5));
         one(c, "rate and force, FrBD with five arms", &|v| {
@@ -172,89 +158,32 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
     one(c, "exact step, FrBD with rational curve", &|v| {
         quick.affine(v.into(), z).hold(v, z, h).mean_coefficient
     });
-    plane::<T, 1>(c, scalar, frbd);
-    plane::<T, 2>(c, scalar, frbd);
-    plane::<T, 3>(c, scalar, frbd);
 }
 
-/// FrBD on N axes, sliding along the diagonal at the speed of the scalar lines.
-fn plane<T: Scalar, const N: usize>(c: &mut Criterion, scalar: &str, line: Friction<T>) {
-    let t = |value: f64| convert::<f64, T>(value);
-    let (Ok(contact), Ok(companion)) = (
-        PlaneFrBd::<_, T, N>::isotropic(*line.curve(), *line.rheology()).under_load(t(1.0)),
-        PlaneFrBd::<_, T, N>::isotropic(*line.curve(), *line.rheology())
-            .under_load(t(1.0))
-            .and_then(|contact| contact.companion(t(1.0))),
-    ) else {
-        return;
-    };
-    let share = t(1.0 / (N as f64).sqrt());
-    let (z, h) = (SVector::<T, N>::repeat(t(DEFLECTION) * share), t(1e-3));
-    let each = |v: T| SVector::<T, N>::repeat(v * share);
-    let mut one = |name: &str, model: &dyn Fn(T) -> T| {
-        measure(c, &format!("{scalar}/{name}, FrBD on {N} axes"), SPEED, model);
-    };
-    one("rate and force", &|v| {
-        let response = contact.response(&each(v), &z);
-        response.rate.sum() + response.force.sum()
-    });
-    one("all derivatives", &|v| {
-        let linear = contact.linearised(&each(v), &z);
-        linear.rate_by_velocity.sum() + linear.force_by_velocity.sum()
-    });
-    one("exact step", &|v| contact.hold(&each(v), &z, h).mean_force.sum());
-    one("passive step, deflection alone", &|v| {
-        let step = companion.step(&each(v), &z, h);
-        let pull = each(t(1.28)) - step.bias() + each(v) * t(2e3);
-        let mean = pull.component_div(&step.damping().add_scalar(t(2e3)));
-        step.commit(&mean).deflection.sum()
-    });
-}
-
-/// Models chosen at run time beside the same models as types of their own. Each pair takes its
-/// parameters from where the compiler cannot see them.
-fn chosen_at_run_time<T: Scalar>(c: &mut Criterion, scalar: &str) {
-    let t = |value: f64| convert::<f64, T>(value);
-    let Ok(rig) = rig::<T>() else { return };
-    let frbd = rig.contact().model();
-    let (curve, bristle) = (*frbd.curve(), *frbd.rheology());
-    let dahl = DahlParameters { dynamic_coefficient: t(1.0), micro_stiffness: t(1e4) };
-    let Ok(dahl) = Dahl::new(dahl) else { return };
-    pair(c, &format!("{scalar}/FrBD"), FrBd::new(curve, bristle));
-    pair(c, &format!("{scalar}/LuGre"), LuGre::classical(curve, bristle));
-    pair(c, &format!("{scalar}/Dahl"), dahl);
-    if let Ok(model) = ElastoPlastic::new(curve, bristle, t(5e-5)) {
-        pair(c, &format!("{scalar}/elasto-plastic FrBD"), model);
+/// A spring beside one behind a dashpot.
+fn zener<T: Scalar>() -> ZenerParameters<T> {
+    ZenerParameters {
+        static_stiffness: convert(1e4),
+        relaxing_stiffness: convert(2e4),
+        series_damping: convert(100.0),
     }
 }
 
-fn pair<T: Scalar, M>(c: &mut Criterion, name: &str, model: M)
-where
-    M: Bristle<T, Deflection = T> + Into<AnyBristle<T>>,
-{
-    rows(c, name, black_box(model.clone()));
-    rows(c, &format!("{name} as AnyBristle"), black_box(model.into()));
-}
-
-fn rows<T: Scalar, M: Bristle<T, Deflection = T>>(c: &mut Criterion, name: &str, model: M) {
-    let t = |value: f64| convert::<f64, T>(value);
-    let (z, h) = (t(DEFLECTION), t(1e-3));
-    measure(c, &format!("{name}: rate and force"), SPEED, |v: T| {
-        let affine = model.affine(v.into(), z);
-        affine.rate(v, z) + affine.coefficient(v, z)
-    });
-    measure(c, &format!("{name}: all derivatives"), SPEED, |v: T| {
-        let linear = model.linearised(v, z);
-        linear.rate_by_velocity + linear.coefficient_by_velocity
-    });
-    measure(c, &format!("{name}: exact step"), SPEED, |v: T| model.hold(v, z, h).mean_coefficient);
-    let companion = model.under_load(t(1.0)).and_then(|contact| contact.companion(t(1.0)));
-    if let Ok(companion) = companion {
-        measure(c, &format!("{name}: passive step"), SPEED, |v: T| {
-            let step = companion.step(v, z, h);
-            let mean = (t(1.28) - step.bias() + v * t(2e3)) / (t(2e3) + step.damping());
-            step.commit(mean).deflection
-        });
+/// A spring beside four behind dashpots, whose relaxation times span five decades.
+fn five_arms<T: Scalar>() -> GeneralisedMaxwellParameters<T, 5> {
+    let arm = |stiffness, dashpot: Option<f64>| MaxwellArm {
+        stiffness: convert(stiffness),
+        series_damping: dashpot.map(convert),
+    };
+    GeneralisedMaxwellParameters {
+        arms: [
+            arm(1e4, None),
+            arm(2e4, Some(100.0)),
+            arm(5e3, Some(5e3)),
+            arm(1e4, Some(1.0)),
+            arm(1e3, Some(1e4)),
+        ],
+        micro_damping: convert(1.0),
     }
 }
 
@@ -362,11 +291,17 @@ where
 fn all(c: &mut Criterion) {
     models::<f64>(c, "f64");
     models::<f32>(c, "f32");
-    chosen_at_run_time::<f64>(c, "f64");
-    chosen_at_run_time::<f32>(c, "f32");
     integrators::<f64>(c, "f64");
     integrators::<f32>(c, "f32");
 }
 
 criterion_group!(benches, all);
-criterion_main!(benches);
+
+fn main() -> Result<(), ParameterError> {
+    if std::env::args().any(|word| word == "--ratios") {
+        return ratios::report();
+    }
+    benches();
+    Criterion::default().configure_from_args().final_summary();
+    Ok(())
+}
