@@ -288,66 +288,60 @@ struct MaxwellFile<T> {
     series_damping: T,
 }
 
-/// A LuGre model in a file: g(v) and the viscous friction outside it. If that is absent, it is the
-/// classical model, whose curve gives it.
-#[derive(Serialize, Deserialize)]
-#[serde(
-    deny_unknown_fields,
-    rename = "LuGre",
-    bound(
-        deserialize = "C: Deserialize<'de>, E: Default + Deserialize<'de>, \
-                       T: Scalar + Deserialize<'de>",
-        serialize = "C: Serialize, E: Serialize, T: Scalar + Serialize"
-    )
-)]
-struct LuGreFile<C, E, T> {
-    curve: C,
-    rheology: KelvinVoigt<T>,
-    #[serde(default)]
-    regularisation: E,
-    #[serde(default = "Option::default")]
-    viscous_friction: Option<T>,
+/// What a model of a curve C, a regularisation E and a scalar T is in a file.
+macro_rules! model_file {
+    ($(#[$about:meta])* $name:literal $file:ident[$($generic:tt)*] { $($fields:tt)* }) => {
+        $(#[$about])*
+        #[derive(Serialize, Deserialize)]
+        #[serde(
+            deny_unknown_fields,
+            rename = $name,
+            bound(
+                deserialize = "C: Deserialize<'de>, E: Default + Deserialize<'de>, \
+                               T: Scalar + Deserialize<'de>",
+                serialize = "C: Serialize, E: Serialize, T: Scalar + Serialize"
+            )
+        )]
+        struct $file<$($generic)*> { $($fields)* }
+    };
 }
 
-/// A model on several axes in a file.
-#[derive(Serialize, Deserialize)]
-#[serde(
-    deny_unknown_fields,
-    rename = "PlaneFrBd",
-    bound(
-        deserialize = "C: Deserialize<'de>, E: Default + Deserialize<'de>, \
-                       T: Scalar + Deserialize<'de>",
-        serialize = "C: Serialize, E: Serialize, T: Scalar + Serialize"
-    )
-)]
-struct PlaneFile<C, E, T, const N: usize> {
-    curve: C,
-    #[serde(with = "array")]
-    axes: [Axis<T>; N],
-    #[serde(default)]
-    regularisation: E,
+model_file! {
+    /// A LuGre model in a file: g(v) and the viscous friction outside it. If that is absent, it is
+    /// the classical model, whose curve gives it.
+    "LuGre" LuGreFile[C, E, T] {
+        curve: C,
+        rheology: KelvinVoigt<T>,
+        #[serde(default)]
+        regularisation: E,
+        #[serde(default = "Option::default")]
+        viscous_friction: Option<T>,
+    }
 }
 
-/// A LuGre model on several axes in a file: g and the viscous friction outside it, as of
-/// [`LuGreFile`].
-#[derive(Serialize, Deserialize)]
-#[serde(
-    deny_unknown_fields,
-    rename = "PlaneLuGre",
-    bound(
-        deserialize = "C: Deserialize<'de>, E: Default + Deserialize<'de>, \
-                       T: Scalar + Deserialize<'de>",
-        serialize = "C: Serialize, E: Serialize, T: Scalar + Serialize"
-    )
-)]
-struct PlaneLuGreFile<C, E, T, const N: usize> {
-    curve: C,
-    #[serde(with = "array")]
-    axes: [Axis<T>; N],
-    #[serde(default)]
-    regularisation: E,
-    #[serde(default = "Option::default")]
-    viscous_friction: Option<T>,
+model_file! {
+    /// A model on several axes in a file.
+    "PlaneFrBd" PlaneFile[C, E, T, const N: usize] {
+        curve: C,
+        #[serde(with = "array")]
+        axes: [Axis<T>; N],
+        #[serde(default)]
+        regularisation: E,
+    }
+}
+
+model_file! {
+    /// A LuGre model on several axes in a file: g and the viscous friction outside it, as of
+    /// [`LuGreFile`].
+    "PlaneLuGre" PlaneLuGreFile[C, E, T, const N: usize] {
+        curve: C,
+        #[serde(with = "array")]
+        axes: [Axis<T>; N],
+        #[serde(default)]
+        regularisation: E,
+        #[serde(default = "Option::default")]
+        viscous_friction: Option<T>,
+    }
 }
 
 /// The friction of a gear in a file, with its scales; its load is that without torques.
@@ -371,23 +365,15 @@ struct GearFile<T, M, L> {
     drag_scale: T,
 }
 
-/// An elasto-plastic model in a file.
-#[derive(Serialize, Deserialize)]
-#[serde(
-    deny_unknown_fields,
-    rename = "ElastoPlastic",
-    bound(
-        deserialize = "C: Deserialize<'de>, E: Default + Deserialize<'de>, \
-                       T: Scalar + Deserialize<'de>",
-        serialize = "C: Serialize, E: Serialize, T: Scalar + Serialize"
-    )
-)]
-struct ElastoPlasticFile<C, E, T> {
-    curve: C,
-    rheology: KelvinVoigt<T>,
-    #[serde(default)]
-    regularisation: E,
-    stick_limit: T,
+model_file! {
+    /// An elasto-plastic model in a file.
+    "ElastoPlastic" ElastoPlasticFile[C, E, T] {
+        curve: C,
+        rheology: KelvinVoigt<T>,
+        #[serde(default)]
+        regularisation: E,
+        stick_limit: T,
+    }
 }
 
 /// An implicit bristle in a file.

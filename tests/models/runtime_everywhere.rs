@@ -358,3 +358,36 @@ proptest! {
         }
     }
 }
+
+#[cfg(feature = "alloc")]
+#[test]
+fn the_ladder_of_models_takes_mechanisms_and_patches_chosen_at_run_time() {
+    use bristle::fidelity::{Answers, MechanismScene, PatchScene, Quantity, Tolerance, choose};
+
+    let r = &Recipe::TABLE_2;
+    let fixed = FrBd::new(stribeck(r, 2.0), kelvin_voigt(r.stiffness, r.damping));
+    let answers = Answers { interval: 0.01, count: 100 };
+    fn pulled<M>(model: M, answers: Answers<f64>) -> String
+    where
+        M: Bristle<f64, Deflection = f64> + bristle::fidelity::Reducible<f64>,
+    {
+        let rig = bristle::paper::stick_slip_rig(model.under_load(1.0).unwrap());
+        let rig = MassSpringDamper::new(rig).unwrap();
+        let scene = MechanismScene::new(rig, [0.0; 3].into(), answers, Quantity::Position);
+        format!("{:?}", choose(&scene.unwrap(), Tolerance::at_every_answer(1e-3)).unwrap())
+    }
+    assert_eq!(pulled(fixed, answers), pulled(AnyBristle::from(fixed), answers));
+
+    let answers = Answers { interval: 1e-3, count: 100 };
+    fn rolled<M>(model: M, answers: Answers<f64>) -> String
+    where
+        M: RateDependent<f64> + bristle::fidelity::Reducible<f64>,
+    {
+        let pressure = PolynomialExponential::parabolic();
+        let patch = Patch::new(PatchParameters { model, length: 0.1, pressure }).unwrap();
+        let motion = Motion { slip_velocity: sine(&Recipe::TABLE_2), rolling_speed: 5.0 };
+        let scene = PatchScene::new(patch.carrying(1e3).unwrap(), motion, answers).unwrap();
+        format!("{:?}", choose(&scene, Tolerance::at_every_answer(50.0)).unwrap())
+    }
+    assert_eq!(rolled(fixed, answers), rolled(AnyBristle::from(fixed), answers));
+}
