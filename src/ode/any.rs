@@ -94,14 +94,14 @@ impl FromStr for AnyMethod {
 impl<T: Scalar, const N: usize> OneStep<T, N> for AnyMethod {
     type Stepper = AnyStepper<T, N>;
 
-    fn stepper(&self) -> Self::Stepper {
+    fn stepper(&self, tolerance: f64) -> Self::Stepper {
         match self {
-            Self::Automatic => AnyStepper::Automatic(Automatic.stepper()),
-            Self::DormandPrince => AnyStepper::DormandPrince(DormandPrince.stepper()),
-            Self::DormandPrince8 => AnyStepper::DormandPrince8(DormandPrince8.stepper()),
-            Self::Rodas4 => AnyStepper::Rodas4(Rodas4.stepper()),
-            Self::Rodas5P => AnyStepper::Rodas5P(Rodas5P.stepper()),
-            Self::RungeKutta4 => AnyStepper::RungeKutta4(RungeKutta4.stepper()),
+            Self::Automatic => AnyStepper::Automatic(Automatic.stepper(tolerance)),
+            Self::DormandPrince => AnyStepper::DormandPrince(DormandPrince.stepper(tolerance)),
+            Self::DormandPrince8 => AnyStepper::DormandPrince8(DormandPrince8.stepper(tolerance)),
+            Self::Rodas4 => AnyStepper::Rodas4(Rodas4.stepper(tolerance)),
+            Self::Rodas5P => AnyStepper::Rodas5P(Rodas5P.stepper(tolerance)),
+            Self::RungeKutta4 => AnyStepper::RungeKutta4(RungeKutta4.stepper(tolerance)),
         }
     }
 

@@ -20,26 +20,36 @@
 use nalgebra::SMatrix;
 
 use super::dense_output::DenseOutput;
-use super::explicit::{Explicit, ExplicitTableau, HELD};
+use super::explicit::{Explicit, ExplicitTableau};
 use super::rosenbrock::Rosenbrock;
 use super::stepper::{Field, OneStep, Point, Stepper, TrialStep};
 use super::tolerance::Loosest;
-use super::{DormandPrince8, Rodas5P};
+use super::{DormandPrince, DormandPrince8, Rodas5P};
 use crate::Scalar;
 use crate::bounds::smaller;
 use crate::scalar::{lit, to_f64};
 
-/// The method behind [`solve`](super::solve): [`DormandPrince8`] and [`Rodas5P`] take turns.
+/// The method behind [`solve`](super::solve): [`DormandPrince8`] and [`Rodas5P`] take turns. For a
+/// single state, as of a bristle at a given velocity, and loose steps, [`DormandPrince`] is the
+/// explicit one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Automatic;
 
 impl<T: Scalar, const N: usize> OneStep<T, N> for Automatic {
     type Stepper = Alternating<T, N>;
 
-    fn stepper(&self) -> Self::Stepper {
-        let (explicit, rosenbrock) = (Explicit::new(), Rosenbrock::new());
-        let (is_explicit, is_new, since, votes, needed) = (false, false, 0, 0, VOTES);
-        Alternating { explicit, rosenbrock, is_explicit, is_new, since, votes, needed }
+    fn stepper(&self, tolerance: f64) -> Self::Stepper {
+        Alternating {
+            eighth: Explicit::new(),
+            fifth: Explicit::new(),
+            rosenbrock: Rosenbrock::new(),
+            explicit: if N == 1 && tolerance > FIFTH { Turn::Fifth } else { Turn::Eighth },
+            turn: Turn::Rosenbrock,
+            is_new: false,
+            since: 0,
+            votes: 0,
+            needed: VOTES,
+        }
     }
 
     fn loosest(&self) -> Loosest {
@@ -50,10 +60,13 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for Automatic {
 /// An explicit and a Rosenbrock method that take turns.
 #[derive(Debug, Clone)]
 pub(crate) struct Alternating<T: Scalar, const N: usize> {
-    explicit: Explicit<DormandPrince8, T, N, 16>,
+    eighth: Explicit<DormandPrince8, T, N, 16>,
+    fifth: Explicit<DormandPrince, T, N, 7>,
     rosenbrock: Rosenbrock<Rodas5P, T, N, 8>,
-    /// Whether it is the explicit method's turn.
-    is_explicit: bool,
+    /// The explicit method of this run.
+    explicit: Turn,
+    /// The method whose turn it is.
+    turn: Turn,
     /// Whether the Rosenbrock method has yet to see the point where its turn starts.
     is_new: bool,
     /// Accepted steps since the last change.
@@ -64,16 +77,29 @@ pub(crate) struct Alternating<T: Scalar, const N: usize> {
     needed: u32,
 }
 
+/// A method that may have its turn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Turn {
+    Fifth,
+    Eighth,
+    Rosenbrock,
+}
+
 /// Calls a function of the method at work.
 macro_rules! at_work {
     ($self:ident.$function:ident($($argument:expr),*)) => {
-        if $self.is_explicit {
-            $self.explicit.$function($($argument),*)
-        } else {
-            $self.rosenbrock.$function($($argument),*)
+        match $self.turn {
+            Turn::Fifth => $self.fifth.$function($($argument),*),
+            Turn::Eighth => $self.eighth.$function($($argument),*),
+            Turn::Rosenbrock => $self.rosenbrock.$function($($argument),*),
         }
     };
 }
+
+/// With steps of looser tolerances than this, an explicit step of order 5 on a single state is
+/// about as long as one of order 8: the swing of the given velocity limits both. With more states
+/// it is not.
+const FIFTH: f64 = 5e-7;
 
 /// Below this h ρ of a Rosenbrock step an explicit method is cheaper: it can take steps of
 /// 0.8 of its limit, or two to three times as long if accuracy allows, at about the same cost.
@@ -95,8 +121,11 @@ impl<T: Scalar, const N: usize> Alternating<T, N> {
         if self.votes < needed {
             return false;
         }
-        self.explicit.forget();
-        (self.is_explicit, self.since, self.votes) = (!self.is_explicit, 0, 0);
+        self.eighth.forget();
+        self.fifth.forget();
+        let is_explicit = self.turn != Turn::Rosenbrock;
+        self.turn = if is_explicit { Turn::Rosenbrock } else { self.explicit };
+        (self.since, self.votes) = (0, 0);
         true
     }
 }
@@ -146,10 +175,13 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
 
     fn accepted(&mut self, step: T, end: &Point<T, N>, proposed: Option<T>) -> Option<T> {
         self.since += 1;
-        if self.is_explicit {
-            self.explicit.took();
+        let held = match self.turn {
+            Turn::Fifth => Some(self.fifth.took_held(end, step)),
+            Turn::Eighth => Some(self.eighth.took_held(end, step)),
+            Turn::Rosenbrock => None,
+        };
+        if let Some(held) = held {
             let lasted = self.since > SHORT;
-            let held = self.explicit.is_held_by_stability(end, step, HELD);
             if self.vote(held, VOTES) {
                 self.needed = if lasted { VOTES } else { (self.needed * 2).min(MOST_VOTES) };
                 self.is_new = true;
@@ -165,7 +197,11 @@ impl<T: Scalar, const N: usize> Stepper<T, N> for Alternating<T, N> {
             return Some(proposed);
         }
         let reach = if reach > 0.01 { reach } else { 0.01 };
-        Some(smaller(proposed, length * lit(DormandPrince8::REAL_LIMIT * 0.8 / reach)))
+        let limit = match self.explicit {
+            Turn::Fifth => DormandPrince::REAL_LIMIT,
+            _ => DormandPrince8::REAL_LIMIT,
+        };
+        Some(smaller(proposed, length * lit(limit * 0.8 / reach)))
     }
 }
 
@@ -198,7 +234,7 @@ fn spectral_radius<T: Scalar, const N: usize>(matrix: &SMatrix<T, N, N>) -> f64 
 mod tests {
     use super::super::Linearisation;
     use super::super::stepper::{Field, OneStep, Point, Stepper};
-    use super::{Alternating, Automatic, spectral_radius};
+    use super::{Alternating, Automatic, Turn, spectral_radius};
     use nalgebra::{Matrix1, Matrix2, Matrix3, Vector1};
 
     /// x' = −x
@@ -220,7 +256,7 @@ mod tests {
 
     #[test]
     fn the_first_explicit_step_is_at_most_four_fifths_of_the_stable_one() {
-        let mut stepper: Alternating<f64, 1> = Automatic.stepper();
+        let mut stepper: Alternating<f64, 1> = Automatic.stepper(0.0);
         let one = Vector1::new(1.0);
         let mut from = Point { time: 0.0, state: one, rate: -one, scale: one };
         stepper.begin(&mut Decay, &mut from);
@@ -232,7 +268,7 @@ mod tests {
             from = end;
             stepper.accepted(2.0, &from, Some(100.0)).unwrap_or(f64::NAN)
         });
-        assert!(stepper.is_explicit && proposals[0] == 100.0, "{proposals:?}");
+        assert!(stepper.turn == Turn::Eighth && proposals[0] == 100.0, "{proposals:?}");
         // The polynomial of order eight is stable up to 6.39; the spectral radius is rough.
         assert!((proposals[1] / (0.8 * 6.39) - 1.0).abs() < 0.12, "{proposals:?}");
     }

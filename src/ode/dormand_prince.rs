@@ -18,7 +18,7 @@ pub struct DormandPrince;
 impl<T: Scalar, const N: usize> OneStep<T, N> for DormandPrince {
     type Stepper = Explicit<Self, T, N, 7>;
 
-    fn stepper(&self) -> Self::Stepper {
+    fn stepper(&self, _tolerance: f64) -> Self::Stepper {
         Explicit::new()
     }
 }

@@ -19,7 +19,7 @@ pub struct DormandPrince8;
 impl<T: Scalar, const N: usize> OneStep<T, N> for DormandPrince8 {
     type Stepper = Explicit<Self, T, N, 16>;
 
-    fn stepper(&self) -> Self::Stepper {
+    fn stepper(&self, _tolerance: f64) -> Self::Stepper {
         Explicit::new()
     }
 }

@@ -97,7 +97,7 @@ pub(crate) struct Explicit<B, T, const N: usize, const S: usize> {
 const CHANCE: f64 = 0.3;
 
 /// Beyond this part of the stability limit, stability holds a step.
-pub(super) const HELD: f64 = 0.6;
+const HELD: f64 = 0.6;
 
 /// Calls a function for every stage from 1 on, so that each sum has a length known in advance.
 macro_rules! for_each_stage {
@@ -145,7 +145,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
 
     /// Whether h|λ| of an accepted step exceeds a part of the stability limit, with |λ| from the
     /// last two stages: |f(x₁) − f(x̃)|/|x₁ − x̃|.
-    pub(super) fn is_held_by_stability(&self, end: &Point<T, N>, step: T, part: f64) -> bool {
+    fn is_held_by_stability(&self, end: &Point<T, N>, step: T) -> bool {
         let rates = self.k[B::STAGES] - self.k[B::STAGES - 1];
         let states = end.state - self.before_end;
         let (mut over, mut under) = (T::zero(), T::zero());
@@ -155,13 +155,19 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
             over += rate * rate;
             under += state * state;
         }
-        let limit: T = lit(B::REAL_LIMIT * part);
+        let limit: T = lit(B::REAL_LIMIT * HELD);
         // States that hardly differ show nothing but their rounding.
         under > lit(1e-6) && over * step * step > under * limit * limit
     }
 
+    /// Keeps what an accepted step tells of the next. Answers whether stability holds it.
+    pub(super) fn took_held(&mut self, end: &Point<T, N>, step: T) -> bool {
+        self.took();
+        self.is_held_by_stability(end, step)
+    }
+
     /// Keeps what an accepted step tells of the next.
-    pub(super) fn took(&mut self) {
+    fn took(&mut self) {
         let (_, latest) = self.smoothness;
         self.smoothness.0 = if latest.is_finite() { latest } else { T::zero() };
         let [_, at_end] = self.jacobians;
@@ -296,7 +302,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
         self.took();
         let proposed = proposed?;
         // The further stages of a dense output enlarge fast motions that have died out.
-        let is_held = B::STAGES + 1 < S && self.is_held_by_stability(end, step, HELD);
+        let is_held = B::STAGES + 1 < S && self.is_held_by_stability(end, step);
         Some(if is_held { smaller(proposed, step.abs() * lit(HELD)) } else { proposed })
     }
 }

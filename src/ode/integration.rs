@@ -76,9 +76,10 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         state: SVector<T, N>,
     ) -> Result<Self, Failure<T, N>> {
         let rate = SVector::zeros();
+        let of_step = settings.tolerances.map_or(0.0, |tolerances| tolerances.loosest());
         let mut run = Self {
             system,
-            stepper: settings.method.stepper(),
+            stepper: settings.method.stepper(of_step),
             walk: Walk::new(settings.pace.limited(system.longest_step()), (start_time, end_time)),
             point: Point { time: start_time, state, rate, scale: settings.scale(&state) },
             settings,

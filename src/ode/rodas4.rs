@@ -15,7 +15,7 @@ pub struct Rodas4;
 impl<T: Scalar, const N: usize> OneStep<T, N> for Rodas4 {
     type Stepper = Rosenbrock<Self, T, N, 6>;
 
-    fn stepper(&self) -> Self::Stepper {
+    fn stepper(&self, _tolerance: f64) -> Self::Stepper {
         Rosenbrock::new()
     }
 }

@@ -17,7 +17,7 @@ pub struct Rodas5P;
 impl<T: Scalar, const N: usize> OneStep<T, N> for Rodas5P {
     type Stepper = Rosenbrock<Self, T, N, 8>;
 
-    fn stepper(&self) -> Self::Stepper {
+    fn stepper(&self, _tolerance: f64) -> Self::Stepper {
         Rosenbrock::new()
     }
 }

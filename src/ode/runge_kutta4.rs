@@ -22,7 +22,7 @@ pub struct RungeKutta4;
 impl<T: Scalar, const N: usize> OneStep<T, N> for RungeKutta4 {
     type Stepper = Explicit<Self, T, N, 5>;
 
-    fn stepper(&self) -> Self::Stepper {
+    fn stepper(&self, _tolerance: f64) -> Self::Stepper {
         Explicit::new()
     }
 }

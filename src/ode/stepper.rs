@@ -143,8 +143,9 @@ pub(crate) trait OneStep<T: Scalar, const N: usize>: Debug + Copy {
     /// What steps with it.
     type Stepper: Stepper<T, N>;
 
-    /// The method at the start of a run.
-    fn stepper(&self) -> Self::Stepper;
+    /// The method at the start of a run with this relative tolerance of a step; zero if steps are
+    /// fixed.
+    fn stepper(&self, tolerance: f64) -> Self::Stepper;
 
     /// How loose its steps may be where nothing is known of the growth of errors.
     fn loosest(&self) -> Loosest {

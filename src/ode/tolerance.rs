@@ -106,7 +106,7 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
     }
 
     /// The largest of the relative tolerances.
-    fn loosest(&self) -> f64 {
+    pub(super) fn loosest(&self) -> f64 {
         self.relative.iter().fold(0.0, |most, &part| f64::max(most, to_f64(part)))
     }
 

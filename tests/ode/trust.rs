@@ -4,8 +4,8 @@
 use crate::common::draw::Draw;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{
-    Automatic, DormandPrince, DormandPrince8, Failure, Method, Output, Rodas4, Rodas5P, Solver,
-    StopReason, System, Tolerances, Trajectory,
+    AnyMethod, Automatic, DormandPrince, DormandPrince8, Failure, Method, Output, Rodas4, Rodas5P,
+    Solver, StopReason, System, Tolerances, Trajectory,
 };
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::{
@@ -221,6 +221,32 @@ fn steps_are_as_tight_as_the_growth_of_errors_asks() {
     let (stuck, slipping) = (solve(1e-6, 5.0).statistics(), solve(1e-6, 25.0).statistics());
     assert!(stuck.rejected < stuck.steps / 4, "{stuck}");
     assert!(slipping.rejected > slipping.steps / 10, "{slipping}");
+}
+
+#[test]
+fn a_bristle_at_a_given_velocity_takes_loose_steps_of_order_five() {
+    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+    let friction = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap());
+    let contact = friction.under_load(1.0).unwrap();
+    let velocity = SineParameters { mean: 0.0055, amplitude: 0.005, frequency: 50.0, phase: 0.0 };
+    let scene = PrescribedVelocity::new(contact, Sine::new(velocity).unwrap());
+    let solve = |method: AnyMethod, tolerance: f64| {
+        let tolerances = Tolerances::scaled(tolerance, scene.scales()).unwrap();
+        let solver = Solver::adaptive(method, tolerances);
+        solver.solve(&scene, 0.0..0.4, Vector1::new(0.0), Output::Uniform(1001)).unwrap()
+    };
+    // A trial of order 5 evaluates six rates; one of order 8 twelve, and three for the samples.
+    for (tolerance, least, most) in [(1e-3, 5.5, 6.5), (1e-4, 5.5, 6.5), (1e-9, 12.0, 16.0)] {
+        let automatic = solve(AnyMethod::Automatic, tolerance);
+        let statistics = automatic.statistics();
+        let trials = (statistics.steps + statistics.rejected) as f64;
+        let of_a_trial = statistics.evaluations as f64 / trials;
+        assert!(of_a_trial > least && of_a_trial < most, "{tolerance:e}: {statistics}");
+        // The error is less than the tolerance.
+        let fine = solve(AnyMethod::Rodas5P, 1e-10);
+        let error = distance((&automatic, &fine), &scene.scales());
+        assert!(error < f64::max(tolerance, 1e-8), "{tolerance:e}: {error:e}");
+    }
 }
 
 #[test]
