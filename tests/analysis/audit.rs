@@ -463,7 +463,7 @@ fn a_curve_that_is_none_is_refused_with_the_speed_and_the_value() {
         contact.audit(AuditParameters::up_to(1.0)).map_err(|error| error.to_string())
     };
     let outside = |value: &str| {
-        format!("friction curve is {value}, but must lie between 0.5 and 1.5 at 1 m/s")
+        format!("friction curve is {value}, but must lie between 0.5 and 1.5 at v = 1")
     };
     assert_eq!(refused(|v| (if v > 0.05 { -1.0 } else { 1.0 }, 0.0)), Err(outside("-1")));
     assert_eq!(refused(|v| (if v > 0.05 { f64::NAN } else { 1.0 }, 0.0)), Err(outside("NaN")));
