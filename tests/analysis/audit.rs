@@ -469,10 +469,10 @@ fn a_curve_that_is_none_is_refused_with_the_speed_and_the_value() {
     assert_eq!(refused(|v| (if v > 0.05 { f64::NAN } else { 1.0 }, 0.0)), Err(outside("NaN")));
     assert_eq!(refused(|_| (0.0, 0.0)), Err(outside("0")));
     assert_eq!(refused(|_| (5.0, 0.0)), Err(outside("5")));
-    let slope = "slope of the friction curve is NaN, but must be finite at 1 m/s";
+    let slope = "slope of the friction curve is NaN, but must be finite at v = 1";
     assert_eq!(refused(|_| (1.0, f64::NAN)), Err(slope.to_owned()));
     // At rest alone.
-    let at_rest = "friction curve is 2, but must lie between 0.5 and 1.5 at 0 m/s";
+    let at_rest = "friction curve is 2, but must lie between 0.5 and 1.5 at v = 0";
     assert_eq!(refused(|v| (if v > 0.0 { 1.0 } else { 2.0 }, 0.0)), Err(at_rest.to_owned()));
     assert!(refused(|v| (0.5 + 1.0 / (1.0 + v), -1.0 / ((1.0 + v) * (1.0 + v)))).is_ok());
     // What the crate has of its own stays within its bounds.
