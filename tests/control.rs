@@ -1118,6 +1118,10 @@ fn a_count_that_is_coarse_for_the_sample_time_is_no_speed() {
     assert!((gone - last).abs() < 1e-12 && (encoder.velocity() - 0.77).abs() < 0.77);
     // A jump is one still.
     assert_eq!(encoder.step(last + 4.0 * count), None);
+    // Found elsewhere again, a count further on, the measurement starts anew from there.
+    assert_eq!(encoder.step(last + 100.0 * count), None);
+    let found = encoder.step(last + 101.0 * count).unwrap();
+    assert!(found.restarted && found.displacement == 0.0, "{found:?}");
     let bad = VelocityFromPositionParameters { count: -1.0, ..coarse };
     assert!(VelocityFromPosition::new(bad).unwrap_err().to_string().contains("count"));
 }
