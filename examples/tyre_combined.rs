@@ -1,5 +1,5 @@
-//! A tyre in combined slip: its force in steady rolling, braking and cornering at once, and a
-//! quarter of a car that changes lane while it brakes to a standstill.
+//! A tyre in combined slip: its force in steady rolling, braking and cornering at once, its camber
+//! thrust, and a quarter of a car that changes lane while it brakes to a standstill.
 //!
 //! Car and road are those of the example `wheel_braking`, in `quarter_car/mod.rs`. The pressure in
 //! the patch is parabolic, the bristles are isotropic. The slip angle α follows one period of a
@@ -18,7 +18,7 @@ use std::process::ExitCode;
 use bristle::curve::Stribeck;
 use bristle::plane::PlaneFrBd;
 use bristle::rolling::{
-    CombinedPatch, Motion, Patch, PatchParameters, PolynomialExponential, Segment,
+    CombinedGrid, CombinedPatch, Motion, Patch, PatchParameters, PolynomialExponential, Segment,
 };
 use bristle::scene::WheelLoads;
 use nalgebra::Vector2;
@@ -140,6 +140,18 @@ fn steady(tyre: &Tyre, slip: f64, slip_angle: f64) -> Outcome<Vector2<f64>> {
     Ok(Vector2::from(tyre.combined_steady(motion)?.map(|axis| axis.force / LOAD)))
 }
 
+/// Lateral force over the normal force, and moment \[N m\], of a wheel that leans by an angle [rad]
+/// as a motorcycle does, at a slip ratio of braking.
+fn leaning(tyre: &Tyre, slip: f64, camber: f64) -> Outcome<(f64, f64)> {
+    let spin = CRUISE / RADIUS * camber.sin(); // rad/s
+    let velocity = |place: f64| Vector2::new(slip * CRUISE, spin * tyre.length() * (0.5 - place));
+    let field = Motion { slip_velocity: |place, _| velocity(place), rolling_speed: |_, _| CRUISE };
+    // A step longer than a crossing of the patch: steady rolling.
+    let mut rolling = CombinedGrid::new(tyre, 50)?;
+    let force = rolling.step_field(&field, 2.0 * tyre.length() / CRUISE)?;
+    Ok((force.y / LOAD, rolling.moment(velocity).y))
+}
+
 fn report(tyre: &Tyre, rows: &[Row]) -> Outcome<()> {
     println!("steady rolling at {CRUISE} m/s, force over normal force");
     println!("slip angle   free: F_y   at 10 % of braking slip: F_x, F_y   locked: F_x, F_y");
@@ -186,6 +198,20 @@ fn chart(tyre: &Tyre, rows: &[Row]) -> Outcome<Figure> {
             .collect();
         ellipses = ellipses.line(format!("{degrees}°"), Stroke::nth(number), points?);
     }
+    let leans = |label, title| Panel::new("camber γ (°)", label).title(title).own_legend();
+    let mut thrust = leans("lateral force F_y/F_z (–)", "camber thrust at constant braking slips");
+    let mut moment = leans("moment M_z (N m)", "its moment");
+    for (number, slip) in [0.0, 0.02, 0.05, 0.1].into_iter().enumerate() {
+        let points: Outcome<Vec<_>> =
+            (0..=50).map(|degrees| leaning(tyre, slip, f64::from(degrees).to_radians())).collect();
+        let points = points?;
+        let over = |of: fn(&(f64, f64)) -> f64| {
+            points.iter().enumerate().map(move |(degrees, at)| (degrees as f64, of(at)))
+        };
+        let name = format!("{:.0} %", 100.0 * slip);
+        thrust = thrust.line(&name, Stroke::nth(number), over(|at| at.0));
+        moment = moment.line(name, Stroke::nth(number), over(|at| at.1));
+    }
     let plane: Vec<_> = rows.iter().map(|row| (row.force.y / LOAD, row.force.x / LOAD)).collect();
     let over_time = |value: &dyn Fn(&Row) -> f64| -> Vec<(f64, f64)> {
         rows.iter().map(|row| (row.time, value(row))).collect()
@@ -217,7 +243,7 @@ fn chart(tyre: &Tyre, rows: &[Row]) -> Outcome<Figure> {
             over_time(&|row| row.moment),
         ),
     ];
-    let figure = Figure::new(900, 1080)
+    let figure = Figure::new(900, 1440)
         .title("A tyre that brakes and corners: steady forces, and a braking lane change")
         .columns(2)
         .panel(ellipses.own_legend())
@@ -226,6 +252,8 @@ fn chart(tyre: &Tyre, rows: &[Row]) -> Outcome<Figure> {
                 .title("the lane change, to standstill")
                 .line("lane change", Colour::Blue, &plane)
                 .own_legend(),
-        );
+        )
+        .panel(thrust)
+        .panel(moment);
     Ok(timed.into_iter().enumerate().map(standstill).fold(figure, Figure::panel))
 }

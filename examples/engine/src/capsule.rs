@@ -3,7 +3,8 @@
 //! friction.
 //!
 //! The grip is the scene that they report. A capsule that stands upright on level ground asks
-//! nothing of its friction, and one that lies along a slope is the block of [`scene`](crate::scene).
+//! nothing of its friction, and one that lies along a slope is the block of
+//! [`scene`](crate::scene).
 //!
 //! Each pad has a bristle of two axes in its own plane, put into rapier as the two motors of a
 //! joint (see [`bond`](crate::bond)).
