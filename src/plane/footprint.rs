@@ -67,8 +67,8 @@ impl DiscPressure {
 }
 
 impl<T: Scalar> FootprintPoint<T> {
-    /// The 3 n² points of a disc of a radius a \[m\] about the origin, on n rings. A negative radius
-    /// gives places that are NaN, which [`Footprint::new`] refuses.
+    /// The 3 n² points of a disc of a radius a \[m\] about the origin, on n rings. A negative
+    /// radius gives places that are NaN, which [`Footprint::new`] refuses.
     pub fn disc(radius: T, pressure: DiscPressure, rings: u16) -> impl Iterator<Item = Self> {
         let number = |count: u32| lit::<T>(f64::from(count));
         // Share of the load within a radius, and the radius of such a share.
@@ -93,8 +93,8 @@ impl<T: Scalar> FootprintPoint<T> {
     }
 
     /// The points of a rectangle of a length and a width \[m\] about the origin under a uniform
-    /// pressure, in rows and columns at the middles of equal cells. A negative length or width gives
-    /// places that are NaN, which [`Footprint::new`] refuses.
+    /// pressure, in rows and columns at the middles of equal cells. A negative length or width
+    /// gives places that are NaN, which [`Footprint::new`] refuses.
     pub fn rectangle(size: [T; 2], counts: [u16; 2]) -> impl Iterator<Item = Self> {
         let place = move |axis: usize, cell: u16| {
             let [size, count] = [size[axis % 2], lit(f64::from(counts[axis % 2]))];

@@ -44,7 +44,8 @@
 //! A contact that spins at ω [rad/s] about its normal takes R ω [m/s] as an axis; the torque is R
 //! times the force of that axis. [`DiscPressure::spin_radius`] gives R. The limit surface, the set
 //! of all forces and torques of steady sliding, is then an ellipsoid. That of a disc differs from
-//! it by a few per cent; [`Footprint`] sums over the points of a patch. With R = 0 there is no torque: leave the axis out, because its mass J/R² would be infinite.
+//! it by a few per cent; [`Footprint`] sums over the points of a patch. With R = 0 there is no
+//! torque: leave the axis out, because its mass J/R² would be infinite.
 //!
 //! Source: the construction of Romano et al. (arXiv 2602.09429), section II, with the ellipsoid of
 //! friction for the scalar curve; W. D. Howe, M. R. Cutkosky, "Practical force-motion models for

@@ -31,11 +31,11 @@ use crate::{Bristle, Scalar};
 /// A patch in combined slip on a [`Grid`], for velocities that vary along it: turn slip and camber.
 /// Without spin [`CombinedPatch`](crate::rolling::CombinedPatch) is exact and faster.
 ///
-/// A wheel that turns about the vertical at ψ̇ and leans by the camber angle γ, while it turns about
-/// its axle at Ω, has the spin ω = ψ̇ + (1 − ε) Ω sin γ. With x forward, y to the left and z up, a
-/// wheel of γ > 0 leans to the right. ε is how much of the camber the carcass takes up: 0 for the
-/// tyre of a motorcycle, about 0.7 for that of a car (H. B. Pacejka, "Tire and Vehicle Dynamics",
-/// chapter 4).
+/// A wheel that turns about the vertical at ψ̇ and leans by the camber angle γ, while it turns
+/// about its axle at Ω, has the spin ω = ψ̇ + (1 − ε) Ω sin γ. With x forward, y to the left and z
+/// up, a wheel of γ > 0 leans to the right. ε is how much of the camber the carcass takes up: 0 for
+/// the tyre of a motorcycle, about 0.7 for that of a car (H. B. Pacejka, "Tire and Vehicle
+/// Dynamics", chapter 4).
 ///
 /// ```
 /// use bristle::curve::Stribeck;
