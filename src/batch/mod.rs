@@ -173,18 +173,18 @@
 //!
 //! | | AVX2, `f64` | `f32` | AVX-512, `f64` | `f32` |
 //! |---|---|---|---|---|
-//! | passive step, both halves, over `exp` | 0.97 | 0.86 | 0.67 | 0.67 |
+//! | passive step, both halves, over `exp` | 0.92 | 0.70 | 0.67 | 0.67 |
 //! | exact step over `exp` | 1.8 | 1.5 | 1.4 | 1.0 |
-//! | scalar passive step over the batch's | 4.6 | 9.0 | 7.2 | 11 |
-//! | scalar exact step over the batch's | 2.3 | 4.7 | 3.1 | 6.8 |
+//! | scalar passive step over the batch's | 5.1 | 11 | 7.2 | 11 |
+//! | scalar exact step over the batch's | 2.2 | 4.6 | 3.1 | 6.8 |
 //!
 //! Passive steps of several axes are multiples of that of one axis:
 //!
 //! | | AVX2, `f64` | `f32` | AVX-512, `f64` | `f32` |
 //! |---|---|---|---|---|
-//! | two axes alike | 1.8 | 1.8 | 2.1 | 1.9 |
-//! | two axes unlike | 1.9 | 2.0 | 2.3 | 2.0 |
-//! | three axes alike | 3.3 | 4.1 | 3.4 | 3.3 |
+//! | two axes alike | 1.7 | 2.1 | 2.1 | 1.9 |
+//! | two axes unlike | 1.9 | 2.3 | 2.3 | 2.0 |
+//! | three axes alike | 3.0 | 4.2 | 3.4 | 3.3 |
 //!
 //! ```sh
 //! RUSTFLAGS="-C target-feature=+avx2" cargo bench --bench batch

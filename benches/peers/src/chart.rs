@@ -23,7 +23,7 @@ const CRATES: [(&str, &str, Colour, Marker); 5] = [
     ("differential-equations", "differential-equations", Colour::Orange, Marker::Square),
     ("diffsol", "diffsol", Colour::Green, Marker::Triangle),
     ("ivp", "ivp", Colour::Purple, Marker::Diamond),
-    ("ode_solvers", r"ode\_solvers", Colour::Vermilion, Marker::Square),
+    ("ode_solvers", r"ode\_solvers", Colour::Black, Marker::Square),
     (crate::OURS, "bristle, the best single method", Colour::Sky, Marker::Disc),
 ];
 
@@ -47,8 +47,8 @@ pub(crate) fn save(rows: &[&Row], folder: &Path, name: &str) -> Result<PathBuf> 
     let mut figure = Figure::new(900, 520)
         .title(format!("{scene}: CPU time over error of this crate and of four others"))
         .note(
-            "A line: the best of all methods of a crate. A small mark: one run. Marks at \
-             “failed”: failed runs. Errors below 10⁻¹³ are drawn at 10⁻¹³.",
+            "A line: the best of all methods of a crate, and of ode::solve. A small mark: one run. \
+             Marks at “failed”: failed runs. Errors below 10⁻¹³ are drawn at 10⁻¹³.",
         )
         .columns(2);
     let times = || rows.iter().map(|row| row.cpu_s).filter(|time| *time > 0.0);
@@ -87,10 +87,12 @@ pub(crate) fn save(rows: &[&Row], folder: &Path, name: &str) -> Result<PathBuf> 
                 );
         }
         let own = here().filter(|row| (&*row.crate_, &*row.method) == (crate::OURS, AUTOMATIC));
-        let solve: Vec<_> = own.filter_map(reached).collect();
-        let disc = Colour::Blue.marked(Marker::Disc).size(5.0);
+        let solve: Vec<&Row> = own.collect();
+        let disc = Colour::Blue.marked(Marker::Disc);
+        panel = panel.points("", disc.size(2.5), solve.iter().copied().filter_map(reached));
+        let best = envelope(solve.into_iter()).into_iter().map(|(error, row)| place(error, row));
         figure =
-            figure.panel(panel.marked_line("ode::solve", Colour::Blue.width(3.5), disc, solve));
+            figure.panel(panel.marked_line("ode::solve", Colour::Blue.width(3.5), disc.size(5.0), best));
     }
     figure.save(folder, name)
 }
