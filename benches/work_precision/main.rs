@@ -5,7 +5,7 @@
 //! several such runs. A run that fails is a row and a mark, too.
 //!
 //! `--scene WORD` and `--method WORD` keep what has the word in its name, `--out DIR` says where
-//! the files go.
+//! the files go. `--phases` prints where the evaluations on stick-slip go, and nothing else.
 //!
 //! Read times as ratios within one run of this bench. What is unfair: the scenes are small (one to
 //! four states), so that the linear algebra of an implicit method is nearly free; the relative
@@ -20,6 +20,7 @@ mod support;
 mod chart;
 mod measure;
 mod methods;
+mod phases;
 mod reference;
 mod row;
 mod scenes;
@@ -35,11 +36,14 @@ use row::Row;
 /// A reference that differs by more from another one of its kind is none.
 const CONSISTENT: f64 = 1e-13;
 
-const USAGE: &str = "usage: work_precision [--out DIR] [--scene WORD] [--method WORD]";
+const USAGE: &str = "usage: work_precision [--out DIR] [--scene WORD] [--method WORD] [--phases]";
 
 fn main() -> ExitCode {
     support::run(|| {
         let options = Options::read(std::env::args().skip(1))?;
+        if options.phases {
+            return phases::report();
+        }
         let mut bench = Bench { options, visited: 0, rows: Vec::new(), problem: None };
         let begin = Instant::now();
         scenes::each(&mut bench)?;
@@ -59,12 +63,17 @@ struct Options {
     out: PathBuf,
     scene: String,
     method: String,
+    phases: bool,
 }
 
 impl Options {
     fn read(mut words: impl Iterator<Item = String>) -> Result<Self, Box<dyn Error>> {
-        let mut options =
-            Self { out: "target/figures".into(), scene: String::new(), method: String::new() };
+        let mut options = Self {
+            out: "target/figures".into(),
+            scene: String::new(),
+            method: String::new(),
+            phases: false,
+        };
         while let Some(word) = words.next() {
             let mut value = || words.next().ok_or(USAGE);
             match word.as_str() {
@@ -72,6 +81,7 @@ impl Options {
                 "--out" => options.out = value()?.into(),
                 "--scene" => options.scene = value()?,
                 "--method" => options.method = value()?,
+                "--phases" => options.phases = true,
                 _ => return Err(USAGE.into()),
             }
         }
