@@ -223,25 +223,30 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> Scene for Mechanism
         Ok(self.motion(level, steps)?.0)
     }
 
-    /// Of the static curve the pre-sliding share: the breakaway distance over the farthest way from
-    /// the start, at most 1. Of Dahl the drop of the curve from rest to the fastest velocity, over
-    /// its value at rest. Of the reference the share of the answers at which the mass is stuck:
-    /// slower than a hundredth of its fastest velocity.
+    /// All from the run of the reference with these steps. Of the static curve the pre-sliding
+    /// share: the breakaway distance over the farthest way from the start, at most 1. Of Dahl by how
+    /// much the steady friction differs from that at rest at most, over that at rest. Of the
+    /// reference the share of the answers at which the mass is stuck: slower than a hundredth of its
+    /// fastest velocity.
     fn physics(&self, level: Level, steps: u32) -> Option<(&'static str, f64)> {
-        let (_, states) = self.motion(level, steps).ok()?;
-        let fastest = states.iter().fold(T::zero(), |most, state| larger(most, state[1].abs()));
+        let (_, states) = self.motion(Level::REFERENCE_COMPANION, steps).ok()?;
+        let most = |of: &dyn Fn(&Vector3<T>) -> T| states.iter().map(of).fold(T::zero(), larger);
         Some(match level {
             Level::TRUE_REST => {
-                let way = |state: &Vector3<T>| (state[0] - self.start[0]).abs();
-                let farthest = states.iter().map(way).fold(T::zero(), larger);
+                let farthest = most(&|state| (state[0] - self.start[0]).abs());
                 let stiffness = self.dahl.model().storage_stiffness() * self.dahl.normal_force();
                 ("presliding", to_f64(self.breakaway / (stiffness * farthest)).min(1.0))
             }
             Level::DAHL_COMPANION => {
-                let sliding = self.system.contact().stationary_force(fastest);
-                ("drop", to_f64((self.breakaway - sliding) / self.breakaway))
+                let steady = |speed| self.system.contact().stationary_force(speed);
+                let change = most(&|state| match state[1].abs() {
+                    speed if is_zero(speed) => speed,
+                    speed => (steady(speed) - self.breakaway).abs(),
+                });
+                ("variation", to_f64(change / self.breakaway))
             }
             _ => {
+                let fastest = most(&|state| state[1].abs());
                 let stuck = |state: &&Vector3<T>| state[1].abs() * lit(100.0) <= fastest;
                 let stuck = states.iter().filter(stuck).count();
                 ("stuck", stuck as f64 / states.len() as f64)

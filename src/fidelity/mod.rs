@@ -39,14 +39,16 @@
 //!
 //! # Physics
 //!
-//! The last column of the table is [`Trial::physics`], a number for what the level leaves out.
+//! The last column of the table is [`Trial::physics`], a number for what the level leaves out, from
+//! the motion of the reference. Where it is large the level fails. Small, it does not promise that
+//! the level is enough: the errors were measured, the numbers explain them.
 //!
 //! | number | of | formula | small if |
 //! |---|---|---|---|
 //! | lag | static curve | max \|ż_ss\|/(λ z_b), 2 at a reversal | the bristle has no delay |
 //! | lag | slip curve | change of the steady force per transit over its maximum | likewise |
 //! | presliding | Dahl | z_b over the longest way in one direction | it slides far |
-//! | drop | Dahl of a mass | 1 − F_ss(fastest)/F_ss(0) | friction hardly falls with the velocity |
+//! | variation | Dahl of a mass | max \|F_ss(v) − F_ss(0)\|/F_ss(0) | friction hardly varies with v |
 //! | ς/L | relaxation length | relaxation length over length | the patch forgets within a transit |
 //! | stuck | reference | share of answers within z_b of a reversal (mass: at rest) | it slides |
 //! | adhering | reference of a patch | share of answers with λ L < V | it slides |

@@ -60,7 +60,7 @@ pub enum StopReason {
 }
 
 /// A run that ended before its time: why, when and where.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Failure<T, const N: usize> {
     /// Why it stopped.
@@ -100,6 +100,20 @@ impl<T: Scalar, const N: usize> fmt::Display for Failure<T, N> {
             StopReason::Refused(refused) => write!(f, "the integration did not start: {refused}"),
             reason => write!(f, "integration stopped at t = {} s: {reason}", number(self.time)),
         }
+    }
+}
+
+/// Says why in words, because `main` prints an error in this way, and of a trajectory how long it is.
+impl<T: Scalar, const N: usize> fmt::Debug for Failure<T, N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut debug = f.debug_struct("Failure");
+        debug.field("why", &format_args!("{self}")).field("state", &self.state);
+        debug.field("statistics", &format_args!("{}", self.statistics));
+        #[cfg(feature = "alloc")]
+        if let Some(trajectory) = &self.trajectory {
+            debug.field("trajectory", &format_args!("{} states", trajectory.states().len()));
+        }
+        debug.finish()
     }
 }
 

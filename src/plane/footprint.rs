@@ -27,6 +27,7 @@ use super::surface::norm;
 use super::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneContact, length};
 use crate::Scalar;
 use crate::bounds::larger;
+use crate::contact::LoadChange;
 use crate::parameter::{self, ParameterError, Rule};
 use crate::scalar::{is_zero, lit, nan};
 
@@ -202,6 +203,27 @@ where
     /// The points.
     pub fn points(&self) -> &[FootprintPoint<T>] {
         self.points.as_ref()
+    }
+
+    /// Changes the normal force to p' \[N\], zero or positive; each point keeps its share of it.
+    /// Moves the deflections to what is left of them, z' = z min(1, p/p'), and returns the energy
+    /// \[J\] that left with the rest, see [`PlaneContact::reload`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite, and another number of deflections
+    /// than points; the footprint is as it was.
+    pub fn reload(
+        &mut self,
+        normal_force: T,
+        deflections: &mut [Vector2<T>],
+    ) -> Result<T, ParameterError> {
+        self.counted(deflections)?;
+        let stored = self.stored_energy(deflections);
+        let change = LoadChange::new(self.contact.normal_force(), normal_force);
+        let _ = self.contact.reload(normal_force, &Vector2::zeros())?;
+        deflections.iter_mut().for_each(|z| *z *= change.kept);
+        Ok(change.lost * stored)
     }
 
     /// Each point's share of the normal force and its place.
@@ -427,6 +449,22 @@ where
     /// The footprint.
     pub fn footprint(&self) -> &Footprint<T, M, P> {
         &self.footprint
+    }
+
+    /// Changes the normal force before a step: take the load at the middle of the step. See
+    /// [`Footprint::reload`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses what [`Footprint::reload`] refuses; the companion is as it was.
+    pub fn reload(
+        &mut self,
+        normal_force: T,
+        deflections: &mut [Vector2<T>],
+    ) -> Result<T, ParameterError> {
+        let dissipated = self.footprint.reload(normal_force, deflections)?;
+        let _ = self.companion.reload(normal_force, &Vector2::zeros())?;
+        Ok(dissipated)
     }
 
     /// The source and the damper that stand for the friction over a step of length h ≥ 0 \[s\],

@@ -1,12 +1,12 @@
 //! What holds of every scene: the report, refusals, references that do not settle.
 
-use bristle::curve::Stribeck;
+use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
 use bristle::fidelity::*;
 use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{Motion, PolynomialExponential};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::{Function, Signal, Sine, SineParameters};
-use bristle::{Bristle, FrBd, Mechanism, ParameterError, Rule, Units};
+use bristle::{Bristle, FrBd, Mechanism, ParameterError, Rule, Units, paper};
 use nalgebra::Vector3;
 
 use crate::common::specimens::table_2;
@@ -72,6 +72,25 @@ fn the_report_lists_every_level_with_what_its_plan_costs_when_it_runs() {
             assert!((0.0..=2.0).contains(&physics), "{choice}");
         }
     }
+}
+
+/// A mass that slides steadily at V differs from rest by σ2 V/μ_d, up or down.
+#[test]
+fn the_friction_varies_by_its_viscous_part() {
+    let curve = CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.5 };
+    let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
+    let contact = FrBd::new(Coulomb::new(curve).unwrap(), bristle).under_load(1.0).unwrap();
+    let mechanism = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
+    let system = MassSpringDamperParameters { contact, mechanism, drive_velocity: 0.6, force: 0.0 };
+    let steady = Vector3::new(-0.65, 0.6, 1.3e-4);
+    let scene = MechanismScene::new(
+        MassSpringDamper::new(system).unwrap(),
+        steady,
+        Answers { interval: 0.01, count: 100 },
+        Quantity::Force,
+    );
+    let (name, variation) = scene.unwrap().physics(Level::DAHL_COMPANION, 4).unwrap();
+    assert!(name == "variation" && (variation - 0.3).abs() < 1e-9, "{name} {variation}");
 }
 
 #[test]

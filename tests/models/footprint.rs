@@ -126,11 +126,12 @@ fn one_point_is_the_contact_and_many_in_one_place_too() {
 #[test]
 fn no_step_of_a_footprint_gives_energy() {
     let point = (-0.1..0.1, -0.1..0.1, prop_oneof![1 => Just(0.0), 4 => decades(1e-2, 1e2)]);
+    let load = prop_oneof![1 => Just(0.0), 6 => decades(0.1, 10.0)];
     let twist =
         || (velocity(), velocity(), velocity()).prop_map(|(x, y, spin)| Vector3::new(x, y, spin));
     let draw = (
         prop::collection::vec(point, 1..12),
-        prop::collection::vec((twist(), twist(), decades(1e-6, 1.0)), 4),
+        prop::collection::vec((load, (twist(), twist(), decades(1e-6, 1.0))), 4),
     );
     check(200, draw, |(points, steps)| {
         let points: Vec<_> = points
@@ -141,8 +142,13 @@ fn no_step_of_a_footprint_gives_energy() {
             return;
         }
         let mut z = vec![Vector2::zeros(); points.len()];
-        let companion = Footprint::new(table_2(), points).unwrap().companion(1.0).unwrap();
-        for (predicted, twist, h) in steps {
+        let mut companion = Footprint::new(table_2(), points).unwrap().companion(1.0).unwrap();
+        for (load, (predicted, twist, h)) in steps {
+            let before = companion.footprint().stored_energy(&z);
+            let lost = companion.reload(load, &mut z).unwrap();
+            let after = companion.footprint().stored_energy(&z);
+            assert!(lost >= 0.0 && companion.footprint().contact().normal_force() == load);
+            assert_within(1e-13, before, before, after + lost, || format!("reload to {load}"));
             let before = companion.footprint().stored_energy(&z);
             let step = companion.step(&predicted, &z, h).unwrap();
             let damping = step.damping;
@@ -163,6 +169,30 @@ fn no_step_of_a_footprint_gives_energy() {
             assert_within(1e-10, scale, done.work, done.stored + done.dissipated, what);
         }
     });
+}
+
+#[test]
+fn a_changed_load_leaves_what_it_leaves_of_one_contact() {
+    let points = [FootprintPoint { place: [0.01, 0.0], weight: 1.0 }; 3];
+    let (twist, start) = (Vector3::new(0.01, 0.02, 0.3), Vector2::new(1e-5, 2e-5));
+    for load in [0.0, 1.0, 3.0, 7.0] {
+        let (mut contact, mut z) = (table_2(), [start; 3]);
+        let left = contact.reload(load, &start).unwrap();
+        let mut companion = Footprint::new(table_2(), points).unwrap().companion(1.0).unwrap();
+        let lost = companion.reload(load, &mut z).unwrap();
+        assert_eq!(z, [left.deflection; 3]);
+        assert_within(1e-14, left.dissipated, lost, left.dissipated, || load.to_string());
+        let fresh = Footprint::new(contact, points).unwrap().companion(1.0).unwrap();
+        let step = companion.step(&twist, &z, 1e-3).unwrap();
+        assert_eq!(step, fresh.step(&twist, &z, 1e-3).unwrap());
+    }
+    let mut footprint = Footprint::new(table_2(), points).unwrap();
+    for load in [f64::NAN, f64::INFINITY, -1.0] {
+        let (before, mut z) = (footprint.clone(), [start; 3]);
+        assert_eq!(footprint.reload(load, &mut z).unwrap_err().name, "normal_force");
+        assert!(footprint == before && z == [start; 3]);
+    }
+    assert!(footprint.reload(1.0, &mut [start; 2]).is_err());
 }
 
 #[test]

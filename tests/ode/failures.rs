@@ -207,6 +207,20 @@ fn failures_are_errors_with_a_cause() {
     assert_eq!(boxed.to_string(), message);
 }
 
+/// What `main` prints of an error: not the trajectory.
+#[test]
+fn a_failure_that_is_printed_says_why_in_a_line() {
+    let tolerance = Tolerances::new(Vector1::repeat(1e-9), Vector1::repeat(1e-9)).unwrap();
+    let solver = Solver::adaptive_per_step(Rodas4, tolerance).with_most_steps(100);
+    let wave = Driven(|t| (1e3 * t).sin());
+    let stopped = solver.solve(&wave, 0.0..1.0, Vector1::zeros(), Output::Steps).unwrap_err();
+    let states = stopped.trajectory.as_ref().unwrap().states().len();
+    let printed = format!("{stopped:?}");
+    assert!(printed.contains(&stopped.to_string()), "{printed}");
+    assert!(states > 50 && printed.contains(&format!("{states} states")), "{printed}");
+    assert!(printed.len() < 300, "{printed}");
+}
+
 #[test]
 fn every_reason_says_what_happened() {
     let texts = [
