@@ -94,7 +94,7 @@ fn main() -> Result<(), bristle::ParameterError> {
             stored / whole
         );
     }
-    println!("\ncontact surface     spin radius   error of the ellipsoid");
+    println!("\ncontact surface   spin radius   error of the ellipsoid: surface, wrench");
     let disc = |pressure| FootprintPoint::disc(1.0, pressure, 24).collect();
     let rectangle = |length| FootprintPoint::rectangle([length, 1.0], [48, 48]).collect();
     let ring = |k: u32| {
@@ -111,8 +111,11 @@ fn main() -> Result<(), bristle::ParameterError> {
     ];
     for (name, points) in surfaces {
         let ellipsoid = Footprint::new(point, points)?.limit_ellipsoid();
-        let error = 100.0 * ellipsoid.error;
-        println!("{name:22} {:8.4} {error:21.1} %", ellipsoid.spin_radius);
+        let errors = [ellipsoid.surface_error, ellipsoid.wrench_error].map(|error| 100.0 * error);
+        println!(
+            "{name:22} {:8.4} {:22.1} % {:5.1} %",
+            ellipsoid.spin_radius, errors[0], errors[1]
+        );
     }
     Ok(())
 }

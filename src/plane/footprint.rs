@@ -165,9 +165,12 @@ pub struct LimitEllipsoid<T> {
     /// Radius R \[m\] of the spin as a third axis R ω: full friction torque over full friction
     /// force.
     pub spin_radius: T,
-    /// Largest relative error \[–\] of the wrench (F_x, F_y, M/R) in size, over all directions of
-    /// the twist.
-    pub error: T,
+    /// How far the limit surface is from the ellipsoid at most \[–\]: the error of the size of the
+    /// wrench (F_x, F_y, M/R), over the size.
+    pub surface_error: T,
+    /// How far the wrench (F_x, F_y, M/R) is from that of the ellipsoid at the same twist at most
+    /// \[–\], over the full friction force. It is larger, because the directions differ too.
+    pub wrench_error: T,
 }
 
 impl<T, M, P> Footprint<T, M, P>
@@ -256,7 +259,8 @@ where
     /// let points: Vec<_> = FootprintPoint::rectangle([0.1, 0.1], [20, 20]).collect();
     /// let square = Footprint::new(contact, points)?.limit_ellipsoid();
     /// assert!((square.spin_radius - 0.03826_f64).abs() < 1e-4); // (√2 + asinh 1)/6 of the side
-    /// assert!(square.error > 0.05 && square.error < 0.1);
+    /// assert!(square.surface_error > 0.05 && square.surface_error < 0.1);
+    /// assert!(square.wrench_error > 0.15 && square.wrench_error < 0.2);
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     pub fn limit_ellipsoid(&self) -> LimitEllipsoid<T> {
@@ -269,20 +273,23 @@ where
                 if rests { sum } else { sum + lever.wrench(&(velocity / speed)) * share }
             })
         };
-        let (spin_radius, mut error) = (wrench(&Vector3::z()).z, T::zero());
+        let (spin_radius, zero) = (wrench(&Vector3::z()).z, T::zero());
+        let mut nearest = LimitEllipsoid { spin_radius, surface_error: zero, wrench_error: zero };
         if is_zero(spin_radius) {
-            return LimitEllipsoid { spin_radius, error };
+            return nearest;
         }
         let angle = |part: i8, parts: i8| T::pi() * lit(f64::from(part) / f64::from(parts));
         for (part, direction) in (-32..=32).flat_map(|part| (0..16).map(move |j| (part, j))) {
             let ((turn, slide), (sin, cos)) =
                 (angle(part, 64).sin_cos(), angle(direction, 16).sin_cos());
-            let twist = Vector3::new(slide * cos, slide * sin, turn / spin_radius);
-            let mut got = wrench(&twist);
+            // Of the twist (v_x, v_y, R ω), and of the wrench with which the ellipsoid answers it.
+            let direction = Vector3::new(slide * cos, slide * sin, turn);
+            let mut got = wrench(&Vector3::new(direction.x, direction.y, turn / spin_radius));
             got.z /= spin_radius;
-            error = larger(error, (T::one() - norm(&got)).abs());
+            nearest.surface_error = larger(nearest.surface_error, (T::one() - norm(&got)).abs());
+            nearest.wrench_error = larger(nearest.wrench_error, norm(&(got - direction)));
         }
-        LimitEllipsoid { spin_radius, error }
+        nearest
     }
 
     /// The wrench \[N, N m\] at a twist and the deflections \[m\] of all points; NaN for another

@@ -257,17 +257,27 @@ fn the_ellipsoid_of_a_disc_is_as_far_off_as_an_integral_over_the_disc_says() {
     let (force, torque) = wrench(1.0);
     let pi = std::f64::consts::PI;
     assert!((force - 8.0 / (3.0 * pi)).abs() < 1e-4 && (torque - 8.0 / (9.0 * pi)).abs() < 1e-4);
-    let farthest = (1..60)
-        .map(|k| wrench(0.05 * f64::from(k)))
-        .map(|(force, torque)| 1.0 - force.hypot(1.5 * torque))
-        .fold(0.0, f64::max);
+    let of_all = |off: &dyn Fn(f64, f64, f64) -> f64| {
+        (1..60).map(|k| 0.05 * f64::from(k)).fold(0.0, |most, c| {
+            let (force, torque) = wrench(c);
+            f64::max(most, off(c, force, 1.5 * torque))
+        })
+    };
+    let farthest = of_all(&|_, force, torque| 1.0 - force.hypot(torque));
+    // The ellipsoid answers (c, 0, 1) with the direction of (c, 0, ⅔).
+    let apart = of_all(&|c, force, torque| {
+        let size = c.hypot(2.0 / 3.0);
+        (force - c / size).hypot(torque - 2.0 / 3.0 / size)
+    });
     let surface = Footprint::new(
         coulomb(),
         FootprintPoint::disc(1.0, DiscPressure::Uniform, 24).collect::<Vec<_>>(),
     );
     let ellipsoid = surface.unwrap().limit_ellipsoid();
     assert!((ellipsoid.spin_radius - 2.0 / 3.0).abs() < 1e-3, "{ellipsoid:?}");
-    assert!((ellipsoid.error - farthest).abs() < 2e-3, "{ellipsoid:?}, {farthest}");
+    assert!((ellipsoid.surface_error - farthest).abs() < 2e-3, "{ellipsoid:?}, {farthest}");
+    assert!((ellipsoid.wrench_error - apart).abs() < 2e-3, "{ellipsoid:?}, {apart}");
+    assert!(apart > 0.14, "{apart}");
 }
 
 #[test]
@@ -279,12 +289,13 @@ fn the_ellipsoids_of_few_points_are_known_in_closed_form() {
     };
     // A point has no torque.
     let point = of(&[[0.0, 0.0]]);
-    assert_eq!((point.spin_radius, point.error), (0.0, 0.0));
+    assert_eq!((point.spin_radius, point.surface_error, point.wrench_error), (0.0, 0.0, 0.0));
     // Two points whose frictions point along a and b: the square of the wrench is
     // 1 − ¼(cos a − cos b)², at least ¾ where it counts.
     let two = of(&[[0.3, 0.0], [-0.3, 0.0]]);
     assert!((two.spin_radius - 0.3).abs() < 1e-15);
-    assert!(two.error < 1.0 - 0.75_f64.sqrt() + 1e-12 && two.error > 0.12, "{two:?}");
+    let error = two.surface_error;
+    assert!(error < 1.0 - 0.75_f64.sqrt() + 1e-12 && error > 0.12, "{two:?}");
 }
 
 #[test]
