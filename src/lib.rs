@@ -162,7 +162,7 @@ struct GearedJoints;
 #[doc = include_str!("../docs/coming-from.md")]
 struct ComingFrom;
 
-/// And what the pages without a program of their own may get.
+/// And that of the page on microcontrollers, and what the other pages may get.
 #[cfg(all(doctest, feature = "alloc"))]
 #[doc = include_str!("../docs/embedded.md")]
 #[doc = include_str!("../docs/gallery.md")]
