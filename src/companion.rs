@@ -307,7 +307,8 @@ pub struct PointMass<T> {
     /// Weight θ of the velocity v₁ at the end of the step in its displacement h v̄ \[–\]:
     /// v̄ = v₀ + θ (v₁ − v₀), hence v₁ = v₀ + (v̄ − v₀)/θ. It belongs to the integrator of the
     /// mass: ½ for the trapezoidal rule, 1 for semi-implicit Euler, (n + 1)/(2n) for n such
-    /// substeps under constant forces. Below ½ the mass can gain energy by the step.
+    /// substeps under constant forces. Below ½ the mass can gain energy by the step; outside 0 … 1
+    /// the velocity is NaN.
     pub end_weight: T,
 }
 
@@ -404,7 +405,8 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     #[inline]
     pub fn point_mass(&self, body: PointMass<T>) -> T {
         let PointMass { mass, velocity, force, end_weight } = body;
-        let mass = if mass >= T::zero() { mass } else { nan() };
+        let sound = mass >= T::zero() && end_weight >= T::zero() && end_weight <= T::one();
+        let mass = if sound { mass } else { nan() };
         let pace = end_weight * self.duration;
         (mass * velocity + pace * (force - self.bias)) / (mass + pace * self.damping)
     }
@@ -426,12 +428,13 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     pub fn is_passive(&self) -> bool {
         let Affine { relaxation, drive, stiffness, damping } = self.affine;
         let excess = stiffness - self.storage_stiffness * drive;
-        let square = excess.dot(excess);
+        let square = excess.inner_product(excess);
         if is_zero(square) {
             return damping >= T::zero();
         }
         let relaxing = D::relax(relaxation, self.storage_stiffness);
-        D::SPRINGS == 1 && square <= lit::<T>(4.0) * damping * relaxing.dot(D::fill(T::one()))
+        D::SPRINGS == 1
+            && square <= lit::<T>(4.0) * damping * relaxing.inner_product(D::fill(T::one()))
     }
 
     /// Ends the step with the mean velocity v̄ [m/s] that the mechanism has found. Returns the new
@@ -449,7 +452,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
         let force = self.force(mean_velocity);
         let energy = |from: D, to: D| {
             let half = self.storage_stiffness * (lit::<T>(0.5) * self.normal_force);
-            half.scaled_by(to - from).dot(to + from)
+            half.scaled_by(to - from).inner_product(to + from)
         };
         // For FrBD the rest is c₂ v̄, and all are squares.
         let rest = self.rest_bias + self.rest_damping * mean_velocity;

@@ -328,7 +328,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// The energy stored in the bristles, W = ½ p Σ Kᵢ xᵢ² \[J\].
     pub fn stored_energy(&self, deflection: M::Deflection) -> T {
         let weighted = self.model.storage_stiffness().scaled_by(deflection);
-        lit::<T>(0.5) * self.normal_force * weighted.dot(deflection)
+        lit::<T>(0.5) * self.normal_force * weighted.inner_product(deflection)
     }
 
     /// The dissipated power F v − Ẇ \[W\]: never negative for a passive model.

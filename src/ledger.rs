@@ -195,12 +195,12 @@ impl<T: Scalar> EnergyLedger<T> {
         let path = duration * velocity;
         // Σ K x·(Λx) integrated over the step, + (c₀ − K r) h z̄ v + c₂ h v²
         let dissipated = weights.relaxed_energy(stiffness, deflection, drive)
-            + (affine.stiffness - stiffness * affine.drive).dot(mean) * path
+            + (affine.stiffness - stiffness * affine.drive).inner_product(mean) * path
             + affine.damping * path * velocity;
         let half = stiffness * (lit::<T>(0.5) * contact.normal_force());
         self.enter(EnergyBalance {
             supplied: duration * hold.mean_force * velocity,
-            stored: half.scaled_by(change).dot(hold.deflection + deflection),
+            stored: half.scaled_by(change).inner_product(hold.deflection + deflection),
             dissipated: contact.normal_force() * dissipated,
         });
         hold
@@ -260,7 +260,7 @@ impl<T: Scalar> EnergyLedger<T> {
         // Σ ½ K (z₁ − z₀)(z₁ + z₀)
         let half = lit::<T>(0.5) * contact.normal_force();
         let (rise, sum) = (after - before, after + before);
-        let stored = half * contact.model().storage_stiffness().scaled_by(rise).dot(sum);
+        let stored = half * contact.model().storage_stiffness().scaled_by(rise).inner_product(sum);
         self.enter(EnergyBalance { supplied, stored, dissipated });
     }
 

@@ -178,6 +178,11 @@ fn limits<T: Scalar>() -> (f64, f64) {
     if wide { (1e-100, 1e100) } else { (1e-18, 1e15) }
 }
 
+/// The smallest admissible magnitude.
+pub(crate) fn smallest<T: Scalar>() -> T {
+    lit(limits::<T>().0)
+}
+
 /// Returns a value that passes a check, or the error that names the rule.
 pub(crate) fn check<T: Scalar>(
     name: &'static str,

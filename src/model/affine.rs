@@ -46,7 +46,7 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
     /// μ_b = c₀ z + c₂ v \[–\].
     #[inline(always)]
     pub fn coefficient(&self, velocity: T, deflection: D) -> T {
-        self.stiffness.dot(deflection) + self.damping * velocity
+        self.stiffness.inner_product(deflection) + self.damping * velocity
     }
 
     /// Dissipated power per unit normal force [m/s], μ_b v − Ẇ/p, for the stored energy
@@ -55,8 +55,8 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
     pub fn dissipation(&self, storage_stiffness: D, velocity: T, deflection: D) -> T {
         // Multiplied out, so that c₀ − K r, which vanishes for every FrBD model, can cancel first.
         let weighted = storage_stiffness.scaled_by(deflection);
-        weighted.dot(D::relax(self.relaxation, deflection))
-            + (self.stiffness - storage_stiffness * self.drive).dot(deflection) * velocity
+        weighted.inner_product(D::relax(self.relaxation, deflection))
+            + (self.stiffness - storage_stiffness * self.drive).inner_product(deflection) * velocity
             + self.damping * velocity * velocity
     }
 

@@ -314,7 +314,7 @@ where
         } else {
             fluidity * mu * sign / (speed + mu * fluidity)
         };
-        let stiffening = slope.elements.stiffness.dot(deflection);
+        let stiffening = slope.elements.stiffness.inner_product(deflection);
         let by_velocity = speed * inverse * (slope.mu * sign + mu * sign_slope - stiffening)
             + creep * resistance * series.share_slope(&slope, inverse);
         Linearised {

@@ -129,7 +129,7 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         let (affine, slopes) = self.affine_and_slopes(sliding, deflection);
         let relaxed = <Self::Deflection as Deflection<T>>::relax(slopes.relaxation, deflection);
         let rate_terms = relaxed.largest() + (slopes.drive * velocity).abs() + affine.drive.abs();
-        let coefficient_terms = slopes.stiffness.dot(deflection).abs()
+        let coefficient_terms = slopes.stiffness.inner_product(deflection).abs()
             + (slopes.damping * velocity).abs()
             + affine.damping.abs();
         Linearised {

@@ -64,7 +64,7 @@ pub trait Deflection<T: Scalar>:
     fn fill(value: T) -> Self;
 
     /// Σ aᵢ bᵢ.
-    fn dot(self, other: Self) -> T;
+    fn inner_product(self, other: Self) -> T;
 
     /// Component by component.
     fn scaled_by(self, other: Self) -> Self;
@@ -103,7 +103,7 @@ pub trait HeldWeights<T: Scalar, D: Deflection<T>>: Copy + Debug + PartialEq {
     #[inline]
     fn undriven_sums(&self, springs: [D; 2], state: D) -> [T; 2] {
         let mean = self.undriven_mean(state);
-        springs.map(|springs| springs.dot(mean))
+        springs.map(|springs| springs.inner_product(mean))
     }
 
     /// Σ kᵢ x̄ᵢ of the state averaged over the step, from zero under a drive u [m/s], for each of
@@ -111,7 +111,7 @@ pub trait HeldWeights<T: Scalar, D: Deflection<T>>: Copy + Debug + PartialEq {
     #[inline]
     fn driven_sums(&self, springs: [D; 2], drive: T) -> [T; 2] {
         let mean = self.driven_mean(drive);
-        springs.map(|springs| springs.dot(mean))
+        springs.map(|springs| springs.inner_product(mean))
     }
 
     /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step \[m\]: the energy that springs of stiffness K dissipate per
@@ -158,7 +158,7 @@ impl<T: Scalar> Deflection<T> for T {
     }
 
     #[inline(always)]
-    fn dot(self, other: T) -> T {
+    fn inner_product(self, other: T) -> T {
         self * other
     }
 
@@ -210,7 +210,7 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
 
     #[inline]
     fn relax(relaxation: DiagonalPlusRankOne<Self>, state: Self) -> Self {
-        let common = Deflection::dot(relaxation.row, state);
+        let common = Deflection::inner_product(relaxation.row, state);
         relaxation.decay.component_mul(&state).add_scalar(common)
     }
 
@@ -227,7 +227,7 @@ impl<T: Scalar, const N: usize> Deflection<T> for SVector<T, N> {
     }
 
     #[inline]
-    fn dot(self, other: Self) -> T {
+    fn inner_product(self, other: Self) -> T {
         nalgebra::Matrix::dot(&self, &other)
     }
 

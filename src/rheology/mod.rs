@@ -83,7 +83,7 @@ impl<T: Scalar, D: Deflection<T>> Elements<T, D> {
     pub fn fluidity(&self) -> T {
         if self.creeps() {
             let series = self.decay.each(|a| T::one() / a);
-            T::one() / (self.damping + self.stiffness.dot(series))
+            T::one() / (self.damping + self.stiffness.inner_product(series))
         } else {
             T::zero()
         }
@@ -98,7 +98,7 @@ impl<T: Scalar, D: Deflection<T>> Elements<T, D> {
         } else {
             // Springs with a dashpot have relaxed; the others share the load at a common stretch.
             let held = self.decay.each(|a| if is_zero(a) { T::one() } else { T::zero() });
-            held * (coefficient / self.stiffness.dot(held))
+            held * (coefficient / self.stiffness.inner_product(held))
         }
     }
 }
@@ -242,8 +242,8 @@ pub trait Rheology<T: Scalar>: Debug + Clone {
             }
         };
         Complex::new(
-            stiffness.dot(decay.each(|a| part(a).0)),
-            stiffness.dot(decay.each(|a| part(a).1)) + omega * damping,
+            stiffness.inner_product(decay.each(|a| part(a).0)),
+            stiffness.inner_product(decay.each(|a| part(a).1)) + omega * damping,
         )
     }
 }

@@ -281,11 +281,14 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         self.load * self.unloaded
     }
 
-    /// The motion in the patch's own unit of length, if the patch rolls forward or stands.
+    /// The motion in the patch's own unit of length, if the patch rolls forward or stands. Below the
+    /// smallest parameter a speed is none, and its arithmetic with subnormal numbers is slow.
     #[inline]
     pub(super) fn forward(&self, motion: Motion<T>) -> Result<Crossing<T>, ParameterError> {
         let slip_velocity = parameter::finite("slip_velocity", motion.slip_velocity)?;
         let rolling_speed = parameter::non_negative("rolling_speed", motion.rolling_speed)?;
+        let stands = rolling_speed < parameter::smallest();
+        let rolling_speed = if stands { T::zero() } else { rolling_speed };
         let transport = parameter::finite("rolling_speed", rolling_speed / self.length)?;
         Ok(Crossing { slip_velocity, transport })
     }

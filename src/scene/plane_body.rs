@@ -14,10 +14,12 @@
 //! With three axes the third is R times the angle of rotation, R ω its velocity, J/R² its mass and
 //! torque over R its force, with the radius R of [`plane`](crate::plane#rotation-as-an-axis).
 //!
-//! In a plane ‖v‖ has the tip of a cone at rest, and there is no direction to lock. A path seldom
-//! meets the tip; it passes beside it or comes to rest in it. Close to the tip the velocity turns
-//! fast, and an adaptive solver takes short steps. Where the body stops and starts often, take the
-//! passive step of [`PlaneCompanion`](crate::plane::PlaneCompanion).
+//! In a plane ‖v‖ has the tip of a cone at rest, and there is no direction to lock. A path that
+//! passes beside the tip is smooth, and the solver takes short steps where the velocity turns fast.
+//! A body that rests stays at the tip, where the direction of its velocity is that of its roundings:
+//! an adaptive solver may take hundreds of steps for each second of rest. Where the body stands for
+//! long or stops often, take the passive step of
+//! [`PlaneCompanion`](crate::plane::PlaneCompanion).
 
 use nalgebra::{SMatrix, SVector};
 

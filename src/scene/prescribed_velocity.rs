@@ -81,7 +81,7 @@ impl<T: Scalar, M: Bristle<T>, V: Signal<T>> PrescribedVelocity<T, M, V> {
         // At rest; of several springs that of a pull that none had time to relax from.
         let model = self.contact.model();
         let limits = model.limits(T::zero());
-        let together = M::Deflection::fill(T::one()).dot(model.storage_stiffness());
+        let together = M::Deflection::fill(T::one()).inner_product(model.storage_stiffness());
         let pulled = || limits.coefficient.map(|coefficient| coefficient / together);
         let typical = limits.deflection.or_else(pulled).unwrap_or_else(|| lit(1e-6));
         SVector::repeat(typical)

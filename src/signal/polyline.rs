@@ -2,7 +2,7 @@
 
 use core::fmt::Debug;
 
-use super::{Signal, first_between};
+use super::Signal;
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};
 
@@ -91,6 +91,13 @@ impl<T: Scalar, S: AsRef<[Vertex<T>]> + Debug + Clone> Signal<T> for Polyline<S>
     }
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
-        first_between(self.vertices.as_ref().iter().map(|vertex| vertex.time), time, towards)
+        let vertices = self.vertices.as_ref();
+        if towards > time {
+            let after = vertices.partition_point(|vertex| vertex.time <= time);
+            return vertices.get(after).map(|vertex| vertex.time).filter(|&kink| kink < towards);
+        }
+        let from = vertices.partition_point(|vertex| vertex.time < time).checked_sub(1);
+        let before = from.and_then(|last| vertices.get(last));
+        before.map(|vertex| vertex.time).filter(|&kink| kink > towards)
     }
 }

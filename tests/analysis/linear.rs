@@ -842,7 +842,7 @@ fn small_motions_about_steady_sliding_are_the_derivatives_there() {
         let size = M::Deflection::relax(slopes.relaxation, z).largest() + affine.drive;
         let off = steady.rate_by_velocity - plain.rate_by_velocity;
         near(off.largest(), 0.0, size, "∂ż/∂v");
-        let size = size * (1.0 + affine.damping) + slopes.stiffness.dot(z).abs();
+        let size = size * (1.0 + affine.damping) + slopes.stiffness.inner_product(z).abs();
         near(steady.coefficient_by_velocity, plain.coefficient_by_velocity, size, "∂μ_b/∂v");
         assert_eq!(steady.rate, plain.rate);
         assert_eq!(steady.rate_by_deflection, plain.rate_by_deflection);

@@ -272,7 +272,7 @@ fn secant_violation(specimen: &Specimen<f64>, v: f64, z: f64) -> (f64, f64) {
 /// F v − Ẇ from force and rate alone, for a bristle of any state.
 fn power_balance<M: Bristle<f64>>(contact: &Contact<f64, M>, v: f64, z: M::Deflection) -> f64 {
     let storage = contact.model().storage_stiffness();
-    let released = storage.scaled_by(z).dot(contact.rate(v, z));
+    let released = storage.scaled_by(z).inner_product(contact.rate(v, z));
     contact.force(v, z) * v - contact.normal_force() * released
 }
 

@@ -203,7 +203,7 @@ where
             linear.rate_by_velocity.vec(),
             linear.force_by_velocity,
             M::Deflection::relax(linear.rate_by_deflection, along).vec(),
-            linear.force_by_deflection.dot(along),
+            linear.force_by_deflection.inner_product(along),
         )
     }
 }
@@ -658,7 +658,7 @@ fn golden<const N: usize>(
     type State<const N: usize> = SVector<f64, N>;
     let relaxation = <State<N> as Deflection<f64>>::relaxation(decay.into(), row.into());
     let weights = <State<N> as Deflection<f64>>::weights(relaxation, h);
-    let norm = |x: State<N>| State::<N>::from(row).component_mul(&x).dot(x).sqrt();
+    let norm = |x: State<N>| State::<N>::from(row).component_mul(&x).dot(&x).sqrt();
     let (x, end, mean): (State<N>, State<N>, State<N>) = (x.into(), end.into(), mean.into());
     // Four thousand random matrices with rates from 1e-12 to 1e12 1/s came within 2e-15.
     let tolerance = 4e-15 * norm(x).max(norm(end)).max(norm(mean));
@@ -1173,7 +1173,7 @@ fn a_row_stores_in_its_own_springs_what_its_equivalent_says() {
         let x = SVector::<f64, 4>::from_fn(|i, _| forces[i] / k[i].sqrt());
         let e = bristle.elongations(x);
         let row_energy: f64 = elements.iter().zip(e.iter()).map(|((k, _), e)| k * e * e).sum();
-        let energy = k.component_mul(&x).dot(x);
+        let energy = k.component_mul(&x).dot(&x);
         assert_within(1e-11, energy, row_energy, energy, || format!("{elements:?}"));
         let terms: f64 = e.iter().map(|e| e.abs()).sum();
         let scale = terms + x[0].abs();

@@ -287,3 +287,22 @@ fn a_polyline_takes_its_points_in_any_storage() {
         assert_eq!(list.next_kink(time, 9.0), array.next_kink(time, 9.0));
     }
 }
+
+/// Against the plain reading: the first of all times on the way.
+#[test]
+fn the_next_corner_of_a_polyline_is_the_first_on_the_way() {
+    let times = [-1.0, 0.0, 0.5, 2.0, 7.0];
+    let line = Polyline::new(times.map(|time| Vertex { time, value: 1.0 })).unwrap();
+    let probes = [-2.0, -1.0, -0.5, 0.0, 0.2, 0.5, 1.0, 2.0, 6.9, 7.0, 9.0, f64::NAN];
+    for from in probes {
+        for to in probes {
+            let inside = |time: &f64| from.min(to) < *time && *time < from.max(to);
+            let mut met: Vec<f64> = times.into_iter().filter(inside).collect();
+            if to < from {
+                met.reverse();
+            }
+            let expected = if from.is_nan() || to.is_nan() { None } else { met.first().copied() };
+            assert_eq!(line.next_kink(from, to), expected, "{from} {to}");
+        }
+    }
+}

@@ -673,6 +673,16 @@ fn bad_input_is_named_and_changes_nothing() {
         rolling_speed: |_, time: f64| 1e6 * (1e8 * time).cos(),
     };
     assert_eq!(grid.step_field(&shaking, 1.0).unwrap_err().name, "panels of a path");
+    // So long that a cell is crossed within the roundings of the time.
+    let rolling = Motion { slip_velocity: |_, _| 1.0, rolling_speed: |_, _| 16.0 };
+    let mut steady = uniform(10);
+    let force = steady.step_field(&rolling, 1.0).unwrap();
+    let long = steady.step_field(&rolling, 1e9).unwrap();
+    assert!((long - force).abs() < 1e-3 * force, "{long} {force}");
+    assert_eq!(steady.step_field(&rolling, 1e13).unwrap_err().name, "duration");
+    let fast = Motion { slip_velocity: |_, _| 1.0, rolling_speed: |_, _| 2e100 };
+    let refused = steady.step_field(&fast, 1e-3).unwrap_err();
+    assert_eq!((refused.name, refused.value), ("rolling_speed", 2e100));
 }
 
 #[test]

@@ -447,6 +447,23 @@ fn bad_input_of_a_step_is_named() {
     assert_eq!(rolling.force(0.1), force);
 }
 
+/// A speed too small to be a parameter is none: even at 5e-324 m/s nothing is 0/0.
+#[test]
+fn a_patch_that_all_but_stands_steps_as_one_that_stands() {
+    let moved = |rolling_speed| {
+        let mut rolling = patch(0.5, PolynomialExponential::parabolic()).exact_in(20).unwrap();
+        rolling.step(Motion { slip_velocity: 0.1, rolling_speed: 10.0 }, 1e-3).unwrap();
+        let motion = Motion { slip_velocity: 0.2, rolling_speed };
+        let step = rolling.companion_step(motion, 1e-3).unwrap();
+        let found = (step.bias(), step.damping());
+        step.commit(0.15).unwrap();
+        (found, rolling.force(0.15))
+    };
+    for rolling_speed in [5e-324, 1e-320, 1e-310, 1e-200] {
+        assert_eq!(moved(rolling_speed), moved(0.0), "{rolling_speed:e}");
+    }
+}
+
 // ---------------------------------------------------------------------------------------------
 // passivity
 // ---------------------------------------------------------------------------------------------

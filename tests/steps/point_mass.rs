@@ -76,12 +76,16 @@ fn a_body_without_mass_moves_as_forces_and_friction_say() {
 }
 
 #[test]
-fn a_mass_that_is_none_gives_no_number() {
+fn a_mass_or_a_weight_that_is_none_gives_no_number() {
     let companion = FrBd::new(curve(), bristle()).under_load(1.0).unwrap().companion(10.0).unwrap();
     let step = companion.step(0.1, 0.0, 1e-3);
     for mass in [-1.0, -1e-300, f64::NEG_INFINITY, f64::NAN] {
         let body = PointMass { mass, velocity: 3.0, force: 2.0, end_weight: 1.0 };
         assert!(step.point_mass(body).is_nan(), "{mass}");
+    }
+    for end_weight in [-1.0, -1e-300, 1.5, f64::INFINITY, f64::NAN] {
+        let body = PointMass { mass: 1.0, velocity: 3.0, force: 2.0, end_weight };
+        assert!(step.point_mass(body).is_nan(), "{end_weight}");
     }
 }
 

@@ -186,7 +186,11 @@ where
         let width = one / lit(self.cells as f64);
         let mut arrival =
             Arrival { changes: [Change { decay: one, gained: zero }; A], origin: None };
-        let transport = parameter::finite("rolling_speed", self.transport(node, self.duration))?;
+        let rolling_speed = (self.rolling_speed)(inside(node), self.duration);
+        let transport = parameter::finite("rolling_speed", rolling_speed)? / self.length;
+        // A hundredth of a cell is crossed within the rounding of the time.
+        let longest = width / (transport.abs() * T::default_epsilon() * lit(1e2));
+        parameter::at_most("duration", self.duration, "what resolves a cell", longest)?;
         let mut slip = self.slip(node, self.duration);
         finite("slip_velocity", &slip)?;
         let mut here = (self.duration, node, transport);
