@@ -188,7 +188,7 @@ fn a_changed_load_leaves_what_it_leaves_of_one_contact() {
     }
     let mut footprint = Footprint::new(table_2(), points).unwrap();
     for load in [f64::NAN, f64::INFINITY, -1.0] {
-        let (before, mut z) = (footprint.clone(), [start; 3]);
+        let (before, mut z) = (footprint, [start; 3]);
         assert_eq!(footprint.reload(load, &mut z).unwrap_err().name, "normal_force");
         assert!(footprint == before && z == [start; 3]);
     }
