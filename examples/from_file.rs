@@ -50,6 +50,9 @@ fn main() -> ExitCode {
         csv.finish()?;
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into());
         println!("{}: {} rows of {}", path.display(), table.rows.len(), names.join(", "));
+        if let Some(error) = table.error {
+            println!("Half the step changes a state by up to {error:.1e} of its scale.");
+        }
         println!();
         println!("{}", chart(&name, &table).save(arguments.out_dir(), "from_file")?.display());
         Ok(())

@@ -31,14 +31,13 @@ use bristle::scene::{
     PlaneBodyParameters, PositionControl, VoltageMotor, VoltageMotorParameters,
 };
 use bristle::signal::AnySignal;
-use bristle::stability::{self, Scheme};
 use bristle::{
     AnyBristle, Bounds, Branch, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FoldRule,
     FrBd, ImplicitBristle, LuGre, Mechanism, paper,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use setup::{SceneSetup, Setup, SolverSetup};
+use setup::{Setup, SolverSetup};
 
 /// The files that the example ships.
 const FILES: [(&str, &str); 17] = [
@@ -310,38 +309,77 @@ viscous_friction = 20.0
     };
     // m s² + (σ1 p + d) s + (σ0 p + k) = 0 at rest, c = 1: Runge–Kutta 4 is stable up to 0.66 ms.
     let fixed = |method: &str, step: f64| valve(&format!("method = \"{method}\"\nstep = {step}"));
+    let too_long = ":5:1: step is 0.002, but must be shorter";
     for method in ["runge_kutta4", "dormand_prince", "dormand_prince8"] {
-        let refused = refused(&fixed(method, 0.1));
-        assert!(refused.starts_with(":5:1: step is 0.1, but must be at most "), "{refused}");
-        assert!(refused.contains(&format!("{method} is unstable beyond it at t = ")), "{refused}");
+        let refused = refused(&fixed(method, 2e-3));
+        assert!(refused.starts_with(too_long), "{method}{refused}");
+        assert!(refused.ends_with("a tolerance in its place chooses the steps"), "{refused}");
         let runs = refusal::read(&fixed(method, 1e-4)).unwrap().run().unwrap();
         assert_eq!(runs.rows.len(), 11, "{method}");
+        assert!(runs.error.unwrap() < 0.01, "{method}: {:?}", runs.error);
     }
-    // Between the limits at rest and after a reversal (c = 2), by `stability::largest_step`.
-    let SceneSetup::MassSpringDamper(rig) = refusal::read(&fixed("rodas4", 1e-4)).unwrap().scene
-    else {
-        panic!("another scene")
+}
+
+/// A body on a spring whose end moves, with a curve that falls: L-stable methods are no safer.
+const STICKING: &str = "[solver]
+end = 15.0
+samples = 301
+method = \"rodas4\"
+step = 0.05
+[scene.mass_spring_damper]
+drive_velocity = 0.02
+force.constant = 0.0
+mechanism = { mass = 2.0, spring_stiffness = 50.0, viscous_damping = 0.0 }
+contact.normal_force = 10.0
+[scene.mass_spring_damper.contact.model.frbd]
+rheology = { micro_stiffness = 5e3, micro_damping = 20.0 }
+[scene.mass_spring_damper.contact.model.frbd.curve]
+stribeck = { static_coefficient = 0.6, dynamic_coefficient = 0.35, stribeck_velocity = 0.01, \
+stribeck_exponent = 1.0, viscous_friction = 0.0 }
+";
+
+#[test]
+fn the_error_of_fixed_steps_is_told_and_a_large_one_refused() {
+    let run = |solver: &str| {
+        let text = STICKING.replace("method = \"rodas4\"\nstep = 0.05", solver);
+        refusal::read(&text).unwrap().run().unwrap()
     };
-    let (contact, mechanism) = (rig.contact(), rig.mechanism());
-    let limits =
-        stability::largest_step(contact, Some(mechanism), 0.0, Scheme::RungeKutta4).unwrap();
-    let (rest, reversed) = (limits.stuck_from_rest.unwrap(), limits.stuck_reversed.unwrap());
-    assert!(reversed < rest, "{limits}");
-    let late = refused(&fixed("runge_kutta4", 0.98 * rest));
-    assert!(late.contains("unstable beyond it") && !late.contains("t = 0.000000"), "{late}");
-    let first = refused(&fixed("runge_kutta4", 1.02 * rest));
-    assert!(first.contains("unstable beyond it at t = 0.000000 s"), "{first}");
-    // No step of an L-stable method is too long to be stable.
-    assert!(refusal::read(&fixed("rodas4", 5e-3)).unwrap().run().is_ok());
-    // A joint has no Jacobian of its own.
+    let exact = run("tolerance = 1e-10");
+    assert_eq!(exact.error, None);
+    for (method, steps) in [
+        ("rodas4", [0.05, 0.2, 1.0]),
+        ("rodas5p", [0.1, 0.2, 1.0]),
+        ("runge_kutta4", [0.02, 0.2, 1.0]),
+    ] {
+        for step in steps {
+            let text = STICKING.replace("rodas4", method).replace("0.05", &step.to_string());
+            let refused = refused(&text);
+            let expected = format!(":5:1: step is {step}, but must be shorter");
+            assert!(refused.starts_with(&expected), "{method}: {refused}");
+        }
+        // Against an adaptive run: the worst row of each state, over its largest size.
+        let fixed = run(&format!("method = \"{method}\"\nstep = 4e-3"));
+        let told = fixed.error.unwrap();
+        let mut error = 0.0;
+        for column in 1..4 {
+            let size = exact.rows.iter().fold(0.0, |most, row| f64::max(most, row[column].abs()));
+            for (row, exact) in fixed.rows.iter().zip(&exact.rows) {
+                error = f64::max(error, (row[column] - exact[column]).abs() / size);
+            }
+        }
+        assert!(told < 1e-2 && error > 1e-8, "{method}: {error:e}");
+        // Half the step of order four leaves a sixteenth of the error; order one would leave half.
+        assert!((0.5..2.0).contains(&(told / error)), "{method}: {told:e}, {error:e}");
+    }
+    // The load of a gear has kinks, at which every method is of order one.
     let (_, joint) = FILES[8];
     let joint = |step: f64| {
         let solver = format!("method = \"runge_kutta4\"\nstep = {step}");
         joint.replacen("tolerance = 1e-6", &solver, 1).replacen("end = 6.0", "end = 0.1", 1)
     };
     let long = refused(&joint(0.1));
-    assert!(long.starts_with(":8:1: step is 0.1, but must be at most "), "{long}");
-    assert!(refusal::read(&joint(1e-4)).unwrap().run().is_ok());
+    assert!(long.starts_with(":8:1: step is 0.1, but must be shorter"), "{long}");
+    assert!(refusal::read(&joint(1e-4)).unwrap().run().unwrap().error.unwrap() < 1e-2);
 }
 
 #[test]

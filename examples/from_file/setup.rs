@@ -2,12 +2,11 @@
 
 use std::fmt::Display;
 
-use bristle::nalgebra::{SMatrix, SVector};
-use bristle::ode::{AnyMethod, Output, Solver, StopReason, System, Tolerances};
+use bristle::nalgebra::SVector;
+use bristle::ode::{AnyMethod, Output, Solver, StopReason, System, Tolerances, Trajectory};
 use bristle::scene::{DiaphragmValve, MassSpringDamper, PrescribedVelocity};
 use bristle::signal::{AnySignal, Signal};
-use bristle::stability::{self, Scheme};
-use bristle::{AnyBristle, Branch, ParameterError};
+use bristle::{AnyBristle, ParameterError};
 use serde::{Deserialize, Serialize};
 
 use crate::choices::PlaneModel;
@@ -21,6 +20,10 @@ const MOST_STEPS: u64 = 10_000_000;
 const MOST_WORK: f64 = 1e9;
 /// Most periods of a sine over a run.
 const MOST_PERIODS: f64 = 1e6;
+/// Largest error of fixed steps over the scales.
+const MOST_ERROR: f64 = 0.1;
+/// What to write instead of a fixed step.
+const ADVICE: &str = "a tolerance in its place chooses the steps";
 
 /// What may go wrong: a refused parameter, or a run that stopped.
 pub(crate) type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -94,6 +97,8 @@ pub(crate) struct Table {
     pub(crate) columns: Vec<Column>,
     /// The rows.
     pub(crate) rows: Vec<Vec<f64>>,
+    /// The error of fixed steps over the scales, where it is known.
+    pub(crate) error: Option<f64>,
 }
 
 pub(crate) const FORCE: Column = ("force", "friction force F (N)", 1.0);
@@ -258,12 +263,12 @@ impl SolverSetup {
                 (part, _) = (0.0, rows.push(row(start + interval, end)));
             }
         }
-        Ok(Table { columns, rows })
+        Ok(Table { columns, rows, error: None })
     }
 
     /// Integrates a system, and makes a row of each sample.
     ///
-    /// Fixed steps must be stable at the start, at every sample and at every reversal.
+    /// A run of fixed steps is repeated with half the step: what that changes is its error.
     pub(crate) fn run<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
         system: &S,
@@ -271,98 +276,96 @@ impl SolverSetup {
         columns: Vec<Column>,
         row: impl Fn(f64, &SVector<f64, N>) -> Vec<f64>,
     ) -> Result<Table> {
+        let run = self.trajectory(system, start, self.step)?;
+        let error = match self.step {
+            Some(step) if self.most_steps.is_none() => {
+                let finer = self.trajectory(system, start, Some(0.5 * step))?;
+                Some(error_of_steps(step, &run, &finer, system.scales())?)
+            }
+            _ => None,
+        };
+        let rows = run.iter().map(|(time, state)| {
+            let mut line = vec![time];
+            line.extend(row(time, state));
+            line
+        });
+        Ok(Table { columns, rows: rows.collect(), error })
+    }
+
+    /// Integrates a system with fixed steps or with the tolerance.
+    fn trajectory<S: System<f64, N, K>, const N: usize, const K: usize>(
+        &self,
+        system: &S,
+        start: SVector<f64, N>,
+        step: Option<f64>,
+    ) -> Result<Trajectory<f64, N>> {
         let method = self.method.unwrap_or_default();
-        let solver = match self.step {
+        let solver = match step {
             Some(step) => Solver::fixed(method, step)?,
             None => {
                 let tolerance = self.tolerance.unwrap_or(1e-6);
                 Solver::adaptive(method, Tolerances::scaled(tolerance, system.scales())?)
             }
         };
-        let sides = [Branch::Forward, Branch::Backward].map(|side| [side; K]);
-        for side in sides {
-            self.check_step(system, 0.0, &start, side)?;
-        }
-        let (most, output) = match self.most_steps {
-            Some(most) => (most, Output::Steps),
-            None => (MOST_STEPS, Output::Uniform(self.samples)),
-        };
-        let run = match solver.with_most_steps(most).solve(system, 0.0..self.end, start, output) {
-            Ok(run) => run,
-            Err(failure) => match (failure.reason, &failure.trajectory) {
-                (StopReason::TooManySteps { .. }, Some(run)) if self.most_steps.is_some() => {
-                    (**run).clone()
-                }
-                _ => return Err(failure.into()),
-            },
-        };
-        for (time, state) in run.iter() {
-            let branches = system.sliding_velocities(time, state).map(Branch::towards);
-            self.check_step(system, time, state, branches)?;
-        }
-        for reversal in run.reversals() {
-            for side in sides {
-                self.check_step(system, reversal.time, &reversal.state, side)?;
+        let (most, output) = match (self.most_steps, step) {
+            (Some(most), _) => (most, Output::Steps),
+            (None, None) => (MOST_STEPS, Output::Uniform(self.samples)),
+            // With more parts than this between reversals, it is the step that makes them.
+            (None, Some(step)) => {
+                (10_000 + (10.0 * self.end / step) as u64, Output::Uniform(self.samples))
             }
-        }
-        let rows = run.iter().map(|(time, state)| {
-            let mut line = vec![time];
-            line.extend(row(time, state));
-            line
-        });
-        Ok(Table { columns, rows: rows.collect() })
-    }
-
-    /// Refuses a fixed step in which a small motion about a state would grow although it decays.
-    fn check_step<S: System<f64, N, K>, const N: usize, const K: usize>(
-        &self,
-        system: &S,
-        time: f64,
-        state: &SVector<f64, N>,
-        branches: [Branch; K],
-    ) -> Result<()> {
-        let method = self.method.unwrap_or_default();
-        let (Some(step), Some(scheme)) = (self.step, explicit(method)) else { return Ok(()) };
-        let jacobian = match system.linearised(time, state, branches) {
-            Some(tangent) => tangent.by_state,
-            None => differences(system, time, state, branches),
         };
-        match stability::largest_step_of(&jacobian, scheme) {
-            Some(limit) if step > limit => {
-                let why = format!("{method} is unstable beyond it at t = {time:.6} s");
-                Err(format!("step is {step}, but must be at most {limit:.2e}: {why}").into())
+        let failure = match solver.with_most_steps(most).solve(system, 0.0..self.end, start, output)
+        {
+            Ok(run) => return Ok(run),
+            Err(failure) => failure,
+        };
+        match (failure.reason, &failure.trajectory, self.step) {
+            (StopReason::TooManySteps { .. }, Some(run), _) if self.most_steps.is_some() => {
+                Ok((**run).clone())
             }
-            _ => Ok(()),
+            (StopReason::Refused(_), ..) | (.., None) => Err(failure.into()),
+            (.., Some(step)) => {
+                let rule = "must be shorter, unless the motion itself diverges";
+                Err(format!("step is {}, but {rule}: {failure}; {ADVICE}", shown(step)).into())
+            }
         }
     }
 }
 
-/// The scheme of a method that has a longest stable step.
-fn explicit(method: AnyMethod) -> Option<Scheme> {
-    match method {
-        AnyMethod::DormandPrince => Some(Scheme::DormandPrince),
-        AnyMethod::DormandPrince8 => Some(Scheme::DormandPrince8),
-        AnyMethod::RungeKutta4 => Some(Scheme::RungeKutta4),
-        _ => None,
+/// The error of fixed steps, over the scale of each state or over its largest size: what half the
+/// step changes in the worst of the rows.
+fn error_of_steps<const N: usize>(
+    step: f64,
+    run: &Trajectory<f64, N>,
+    finer: &Trajectory<f64, N>,
+    scales: SVector<f64, N>,
+) -> Result<f64> {
+    let largest = |sizes: SVector<f64, N>, state: &SVector<f64, N>| sizes.sup(&state.abs());
+    let sizes = finer.states().iter().fold(scales, largest);
+    let mut worst = (0.0, 0.0, 0);
+    for ((time, state), (_, nearer)) in run.iter().zip(finer.iter()) {
+        for (index, part) in (state - nearer).component_div(&sizes).iter().enumerate() {
+            if !(part.abs() <= worst.0) {
+                worst = (part.abs(), time, index);
+            }
+        }
     }
+    let (error, time, index) = worst;
+    if error <= MOST_ERROR {
+        return Ok(error);
+    }
+    let error = shown(format!("{error:.1e}").parse()?);
+    let why = format!("half of it changes component {index} of the state at t = {time} s");
+    let rule = format!("must be shorter: {why} by {error} of its scale");
+    Err(format!("step is {}, but {rule}; {ADVICE}", shown(step)).into())
 }
 
-/// The Jacobian of a right-hand side, by central differences.
-fn differences<S: System<f64, N, K>, const N: usize, const K: usize>(
-    system: &S,
-    time: f64,
-    state: &SVector<f64, N>,
-    branches: [Branch; K],
-) -> SMatrix<f64, N, N> {
-    let mut jacobian = SMatrix::<f64, N, N>::zeros();
-    for (index, scale) in system.scales().iter().enumerate() {
-        let little = 6e-6 * scale.max(state[index].abs());
-        let rate = |by: f64| {
-            let mut moved = *state;
-            moved[index] += by;
-            system.rate(time, &moved, branches)
-        };
-        jacobian.set_column(index, &((rate(little) - rate(-little)) / (2.0 * little)));
+/// A number for a reader: plain from 1e-3 to 1e6, with an exponent beyond.
+pub(crate) fn shown(number: f64) -> String {
+    if number == 0.0 || !number.is_finite() || (1e-3..1e6).contains(&number.abs()) {
+        number.to_string()
+    } else {
+        format!("{number:e}")
     }
-    jacobian
 }
