@@ -24,7 +24,8 @@
 //! ∂F/∂v = L (c₀ (b₀ R/κ + b₁ R')/V + c₀'z_ss R + (c₂ + c₂'v) P(0)),
 //! ∂F/∂U = −c₀ z_ss R' κ/V,
 //!
-//! in which nothing is divided by λ, so that v = 0 is a velocity like any other.
+//! in which nothing is divided by λ, so that v = 0 is a velocity like any other. The moment of the
+//! force about the middle of the patch has L (ξ − ½) p in place of p.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -38,9 +39,10 @@
 use nalgebra::Complex;
 
 use super::patch::{Crossing, checked};
+use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure, RateDependent};
 use crate::parameter::ParameterError;
-use crate::scalar::is_zero;
+use crate::scalar::{is_zero, lit};
 use crate::{Affine, Scalar};
 
 /// A patch linearised about a steady motion, see [`Patch::linearised`].
@@ -202,8 +204,83 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
         shifted.scale(-self.weight * self.stiffness * self.stationary * share)
     }
 
+    /// The frequency response from the slip velocity to the moment of the force about the middle of
+    /// the patch, M̃/ṽ [N s], at an angular frequency ω [rad/s] of either sign: for the force of the
+    /// lateral axis the self-aligning moment on the wheel. At ω = 0 it is the slope of the steady
+    /// moment. By quadrature, to a rounding of L times the response of the force.
+    ///
+    /// ```
+    /// use bristle::curve::Stribeck;
+    /// use bristle::nalgebra::Vector2;
+    /// use bristle::paper;
+    /// use bristle::plane::PlaneFrBd;
+    /// use bristle::rheology::KelvinVoigt;
+    /// use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
+    ///
+    /// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+    /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
+    /// let tyre = Patch::new(PatchParameters {
+    ///     model: PlaneFrBd::isotropic(curve, bristle),
+    ///     length: paper::TYRE_LENGTH,
+    ///     pressure: PolynomialExponential::constant(),
+    /// })?
+    /// .carrying(4000.0)?; // N
+    /// let cruise = Motion { slip_velocity: Vector2::zeros(), rolling_speed: 16.0 };
+    /// let lateral = tyre.combined_linearised(cruise)?[1][1]; // of F_y to v_y
+    /// let trail = lateral.moment_by_slip_velocity(0.0).re / lateral.by_slip_velocity(0.0).re;
+    /// assert!((trail / (paper::TYRE_LENGTH / 6.0) - 1.0_f64).abs() < 1e-12);
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    pub fn moment_by_slip_velocity(&self, angular_frequency: T) -> Complex<T> {
+        self.levered().by_slip_velocity(angular_frequency)
+    }
+
+    /// The frequency response from the rolling speed to the moment, M̃/Ũ [N s], see
+    /// [`LinearisedPatch::moment_by_slip_velocity`].
+    pub fn moment_by_rolling_speed(&self, angular_frequency: T) -> Complex<T> {
+        self.levered().by_rolling_speed(angular_frequency)
+    }
+
+    fn levered(&self) -> LinearisedPatch<T, Levered<P>> {
+        LinearisedPatch {
+            pressure: Levered(self.pressure.clone()),
+            weight: self.weight * self.length,
+            transport: self.transport,
+            length: self.length,
+            stiffness: self.stiffness,
+            decay: self.decay,
+            stationary: self.stationary,
+            b0: self.b0,
+            b1: self.b1,
+            direct: self.direct,
+            rising_direct: self.rising_direct,
+        }
+    }
+
     /// s = κ + iω/V
     fn exponent(&self, angular_frequency: T) -> Complex<T> {
         Complex::new(self.decay, angular_frequency / self.transport)
+    }
+}
+
+/// (ξ − ½) p: a pressure times its lever about the middle of the patch, of both signs. Its integrals
+/// are those by quadrature.
+#[derive(Debug, Clone)]
+struct Levered<P>(P);
+
+impl<T: Scalar, P: Pressure<T>> Pressure<T> for Levered<P> {
+    fn at_and_slope(&self, place: T) -> (T, T) {
+        let (lever, (pressure, slope)) = (place - lit(0.5), self.0.at_and_slope(place));
+        (lever * pressure, pressure + lever * slope)
+    }
+
+    fn next_knot(&self, place: T) -> Option<T> {
+        self.0.next_knot(place)
+    }
+
+    fn total(&self) -> T {
+        let mut sum = T::zero();
+        weigh(self, None, T::zero().into(), |_, pressure| sum += pressure);
+        sum
     }
 }

@@ -540,9 +540,9 @@ fn slow_responses_are_the_slopes_of_the_steady_force() {
 }
 
 #[test]
-fn a_small_wave_of_one_axis_moves_both_forces_as_the_linearisation_says() {
+fn a_small_wave_of_one_axis_moves_forces_and_moments_as_the_linearisation_says() {
     let rubber = Rubber { curve: [0.7, 1.5, 6.0], axes: [[1.0, 300.0, 0.3], [0.6, 200.0, 0.1]] };
-    let tyre = patch(rubber.model(), falling());
+    let tyre = patch(rubber.model(), falling().padded::<4>());
     let motion = Motion { slip_velocity: Vector2::new(0.7, 0.5), rolling_speed: 16.0 };
     let rows = tyre.combined_linearised(motion).unwrap();
     // Two and a half periods in a crossing.
@@ -558,33 +558,90 @@ fn a_small_wave_of_one_axis_moves_both_forces_as_the_linearisation_says() {
         let answer = |size: f64| {
             let mut rolling = tyre.combined_in(500).unwrap();
             rolling.settle(motion).unwrap();
-            let mut sums = [[0.0; 2]; 2];
+            let mut sums = [[0.0; 2]; 4];
             for number in 0..periods * steps {
                 let time = h * f64::from(number);
                 rolling.step(wave(time + 0.5 * h, size), h).unwrap();
                 // The last period, with the force at the end of the step.
                 if number >= (periods - 1) * steps {
                     let end = time + h;
-                    let force = rolling.force(&wave(end, size).slip_velocity);
+                    let v = wave(end, size).slip_velocity;
+                    let (force, moment) = (rolling.force(&v), rolling.moment(&v));
                     let (sin, cos) = (frequency * end).sin_cos();
-                    for i in 0..2 {
-                        sums[i][0] += force[i] * sin * 2.0 / f64::from(steps);
-                        sums[i][1] += force[i] * cos * 2.0 / f64::from(steps);
+                    for (sum, value) in sums.iter_mut().zip(force.iter().chain(&moment)) {
+                        sum[0] += value * sin * 2.0 / f64::from(steps);
+                        sum[1] += value * cos * 2.0 / f64::from(steps);
                     }
                 }
             }
             sums
         };
         let (up, down) = (answer(1e-3), answer(-1e-3));
-        for (i, linearised) in row.iter().enumerate() {
-            let want = linearised.by_slip_velocity(frequency);
+        let forces = row.iter().map(|axis| axis.by_slip_velocity(frequency));
+        let moments = row.iter().map(|axis| axis.moment_by_slip_velocity(frequency));
+        for (i, want) in forces.chain(moments).enumerate() {
             let [re, im] = [0, 1].map(|part| (up[i][part] - down[i][part]) / 2e-3);
             // Of second order in the wave, 1e-6, and in 2π/1000 rad, 3e-6.
-            let scale = row[j].by_slip_velocity(frequency).norm();
+            let lever = if i < 2 { 1.0 } else { LENGTH };
+            let scale = lever * row[j].by_slip_velocity(frequency).norm();
             assert_within(2e-5, scale, re, want.re, || format!("{j} {i} re"));
             assert_within(2e-5, scale, im, want.im, || format!("{j} {i} im"));
         }
     }
+}
+
+#[test]
+fn the_moment_of_bristles_that_adhere_responds_in_closed_form() {
+    // z = ṽ (1 − e^(−iθξ))/(iω) under a constant pressure, times ξ − ½.
+    let tyre = patch(
+        Model::<f64>::isotropic(curve([0.7, 1.5, 6.0]), bristle(300.0, 0.0)),
+        PolynomialExponential::constant(),
+    );
+    let free = Motion { slip_velocity: Vector2::zeros(), rolling_speed: 16.0 };
+    let lateral = tyre.combined_linearised(free).unwrap()[1][1];
+    let size = LOAD * LENGTH.powi(2) * 300.0 / 16.0;
+    for theta in [1e-6, 0.3, 2.0, 7.3, 60.0] {
+        let (sin, cos) = f64::sin_cos(0.5 * theta);
+        let inner =
+            if theta < 1e-3 { theta / 12.0 } else { 2.0 * sin / theta.powi(2) - cos / theta };
+        let (real, imaginary) = (size * inner / theta * cos, -size * inner / theta * sin);
+        let got = lateral.moment_by_slip_velocity(theta * 16.0 / LENGTH);
+        assert_within(1e-12, size, got.re, real, || format!("{theta} re"));
+        assert_within(1e-12, size, got.im, imaginary, || format!("{theta} im"));
+        assert_eq!(lateral.moment_by_rolling_speed(theta).norm(), 0.0);
+    }
+}
+
+#[test]
+fn slow_responses_of_the_moment_are_the_slopes_of_the_steady_moment() {
+    check(60, (rubber(), slip(), 1.0..60.0), |(rubber, v, rolling_speed)| {
+        let tyre = patch(rubber.model(), falling());
+        let motion = Motion { slip_velocity: v, rolling_speed };
+        // F_y times the trail.
+        let moment = |motion: Slip| {
+            let v = motion.slip_velocity;
+            let lateral = tyre.axes(&v)[1].clone();
+            let motion = Motion { slip_velocity: v.y, rolling_speed: motion.rolling_speed };
+            lateral.steady(motion).unwrap().force
+                * lateral.pneumatic_trail(motion).unwrap().unwrap()
+        };
+        let rows = tyre.combined_linearised(motion).unwrap();
+        let scale = LENGTH * steady(&tyre, motion).norm();
+        let slope = |at: &dyn Fn(f64) -> Slip| {
+            let at = |part: f64| moment(at(1e-4 * part));
+            (8.0 * (at(1.0) - at(-1.0)) - at(2.0) + at(-2.0)) / 12e-4
+        };
+        for j in 0..2 {
+            let mut side = Vector2::zeros();
+            side[j] = v.norm();
+            let want = slope(&|part| Motion { slip_velocity: v + part * side, ..motion });
+            let got = rows[j][1].moment_by_slip_velocity(0.0).re * v.norm();
+            assert_within(1e-9, scale, got, want, || format!("v {j}"));
+        }
+        let want = slope(&|part| Motion { rolling_speed: rolling_speed * (1.0 + part), ..motion });
+        let got = rows[1][1].moment_by_rolling_speed(0.0).re * rolling_speed;
+        assert_within(1e-9, scale, got, want, || "U".into());
+    });
 }
 
 #[test]

@@ -50,31 +50,39 @@ fn twist() -> impl Strategy<Value = Twist> {
     )
 }
 
-/// The profile of steady rolling at equal distances: the bristles of the model sheet, section 10,
-/// by the classical Runge–Kutta method.
-fn profile(rubber: &Rubber, twist: Twist, speed: f64, cells: usize) -> Vec<Vector2<f64>> {
+/// dz/dt of the bristles of the model sheet, section 10.
+fn rate(rubber: &Rubber, v: Vector2<f64>, z: Vector2<f64>) -> Vector2<f64> {
     let [dynamic, rise, stribeck] = rubber.curve;
-    let slope = |place: f64, z: Vector2<f64>| {
-        let v = twist.at(place);
-        let mu = dynamic * (1.0 + (rise - 1.0) * (-v.norm() / stribeck).exp());
-        let semi_axes = rubber.axes.map(|axis| axis[0] * mu);
-        let n = (semi_axes[0] * v.x).hypot(semi_axes[1] * v.y);
-        Vector2::from_fn(|i, _| {
-            let ([_, stiffness, damping], square) = (rubber.axes[i], semi_axes[i].powi(2));
-            let rate = (square * v[i] - n * stiffness * z[i]) / (square + damping * n);
-            rate * LENGTH / speed
-        })
-    };
+    let mu = dynamic * (1.0 + (rise - 1.0) * (-v.norm() / stribeck).exp());
+    let semi_axes = rubber.axes.map(|axis| axis[0] * mu);
+    let n = (semi_axes[0] * v.x).hypot(semi_axes[1] * v.y);
+    Vector2::from_fn(|i, _| {
+        let ([_, stiffness, damping], square) = (rubber.axes[i], semi_axes[i].powi(2));
+        (square * v[i] - n * stiffness * z[i]) / (square + damping * n)
+    })
+}
+
+/// One step of the classical Runge–Kutta method.
+fn advanced(
+    slope: impl Fn(f64, Vector2<f64>) -> Vector2<f64>,
+    (time, h): (f64, f64),
+    z: Vector2<f64>,
+) -> Vector2<f64> {
+    let first = slope(time, z);
+    let second = slope(time + 0.5 * h, z + 0.5 * h * first);
+    let third = slope(time + 0.5 * h, z + 0.5 * h * second);
+    let fourth = slope(time + h, z + h * third);
+    z + (first + 2.0 * (second + third) + fourth) * (h / 6.0)
+}
+
+/// The profile of steady rolling at equal distances.
+fn profile(rubber: &Rubber, twist: Twist, speed: f64, cells: usize) -> Vec<Vector2<f64>> {
+    let slope = |place: f64, z| rate(rubber, twist.at(place), z) * LENGTH / speed;
     let panels = 8000 / cells;
     let h = 1.0 / (cells * panels) as f64;
     let (mut z, mut all) = (Vector2::zeros(), vec![Vector2::zeros()]);
     for number in 0..cells * panels {
-        let place = number as f64 * h;
-        let first = slope(place, z);
-        let second = slope(place + 0.5 * h, z + 0.5 * h * first);
-        let third = slope(place + 0.5 * h, z + 0.5 * h * second);
-        let fourth = slope(place + h, z + h * third);
-        z += (first + 2.0 * (second + third) + fourth) * (h / 6.0);
+        z = advanced(slope, (number as f64 * h, h), z);
         if (number + 1) % panels == 0 {
             all.push(z);
         }
@@ -321,6 +329,47 @@ fn steady_rolling_with_spin_is_the_integral_along_each_line() {
     };
     let [coarse, fine] = [10, 20].map(error);
     assert!(coarse > 14.0 * fine && fine < 1e-9, "{coarse:e} {fine:e}");
+}
+
+#[test]
+fn an_extremum_that_enters_where_one_axis_reverses_keeps_the_fourth_order() {
+    // Soft: the profile bends little, and the grid has little else to miss.
+    let rubber = Rubber { axes: [[1.0, 30.0, 0.1], [0.7, 20.0, 0.0]], ..TREAD };
+    let (tyre, speed, end) = (patch(rubber.model(), falling()), 16.0, 4.0 * LENGTH / 16.0);
+    let error = |cells: usize, courant: f64| {
+        let steps = (4.0 * cells as f64 / courant).round();
+        let h = end / steps;
+        // Braking, while v_y swings through zero: an extremum of z_y enters and travels on. A step
+        // in the middle of its way begins when it is in the first half of the first cell and
+        // looks for a bristle between the inlet and twice as far.
+        let since = (0.5 - 0.25 * courant.fract()) * LENGTH / speed / cells as f64;
+        let reversal = (0.87 * steps).round() * h - since;
+        let slip = |time: f64| {
+            Vector2::new(1.6 + 0.8 * (40.0 * time).sin(), (30.0 * (reversal - time)).sin())
+        };
+        let mut grid = CombinedGrid::new(&tyre, cells).unwrap();
+        for number in 0..steps as usize {
+            let slip_velocity = |_, time| slip(number as f64 * h + time);
+            grid.step_field(&Motion { slip_velocity, rolling_speed: |_, _| speed }, h).unwrap();
+        }
+        // Each bristle for itself, from where it entered.
+        let bristle = |node: usize| {
+            let (start, panels) = (end - node as f64 / cells as f64 * LENGTH / speed, 400);
+            let panel = (end - start) / f64::from(panels);
+            (0..panels).fold(Vector2::zeros(), |z, number| {
+                let slope = |time, z| rate(&rubber, slip(time), z);
+                advanced(slope, (start + panel * f64::from(number), panel), z)
+            })
+        };
+        distance(&grid, &rubber, &(0..=cells).map(bristle).collect::<Vec<_>>())
+    };
+    for courant in [0.37, 0.5, 0.8, 1.6, 2.3] {
+        let errors = [10, 20, 40, 80].map(|cells| error(cells, courant));
+        for pair in errors.windows(2) {
+            // Measured 14 to 16 times; where the extremum is cut it is 4 to 7.
+            assert!(pair[0] > 13.0 * pair[1], "{courant}: {errors:?}");
+        }
+    }
 }
 
 #[test]

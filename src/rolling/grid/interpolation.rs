@@ -3,14 +3,15 @@
 //!
 //! Between two nodes the value is that of the polynomial through up to six nodes. Where the data
 //! rise or fall, over the cell and its two neighbours, it is cut to lie between the two nodes; at
-//! an extremum it is not.
+//! an extremum it is not. An inlet has no neighbour outside: there the data are continued as they
+//! are bent inside, since an extremum enters where the slip reverses.
 //!
 //! Source: the idea of such limits is A. Suresh, H. T. Huynh, "Accurate monotonicity-preserving
 //! schemes with Runge–Kutta time stepping", Journal of Computational Physics 136 (1997), 83–99.
 
 use crate::Scalar;
 use crate::bounds::{larger, smaller};
-use crate::scalar::lit;
+use crate::scalar::{is_zero, lit};
 
 /// Most nodes of a polynomial.
 pub(super) const MOST: usize = 6;
@@ -87,7 +88,30 @@ fn limited<T: Scalar>(values: &[T], cell: usize, value: T) -> T {
             falls |= b < a;
         }
     }
+    // At an inlet, where bristles enter undeflected, an extremum may have entered with them.
+    let outside = match *values {
+        [a, b, c, d, ..] if cell == 0 && is_zero(a) => before(b, c, d),
+        [.., d, c, b, a] if cell + 2 == values.len() && is_zero(a) => -before(b, c, d),
+        _ => T::zero(),
+    };
+    rises |= outside > T::zero();
+    falls |= outside < T::zero();
     if rises && falls { value } else { cut(value, smaller(here, next), larger(here, next)) }
+}
+
+/// How much the data 0, b, c, d would rise over the cell before them if they were bent there as
+/// they are behind: by the lesser of two second differences, by none where these differ in sign.
+#[inline]
+fn before<T: Scalar>(b: T, c: T, d: T) -> T {
+    let (first, second) = ((c - b) - b, (d - c) - (c - b));
+    let bend = if (first > T::zero()) != (second > T::zero()) {
+        T::zero()
+    } else if first.abs() < second.abs() {
+        first
+    } else {
+        second
+    };
+    b - bend
 }
 
 /// A value cut to a range; NaN stays NaN.
@@ -135,6 +159,22 @@ mod tests {
         };
         let ratio = error(40) / error(80);
         assert!((50.0..80.0).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn an_extremum_beside_an_inlet_is_not_cut() {
+        // Of parabolas whose tops lie in the first half of the cell at either end.
+        for top in [0.05, 0.2, 0.49] {
+            let f = |x: f64| x * (2.0 * top - x);
+            let forward: Vec<f64> = (0..8).map(|i| f(f64::from(i))).collect();
+            let backward: Vec<f64> = forward.iter().rev().copied().collect();
+            for part in [0.01, top, 0.6] {
+                let want = f(part);
+                for got in [between(&forward, 0, part), between(&backward, 6, 1.0 - part)] {
+                    assert!((got - want).abs() < 1e-14, "{top} {part}: {got}, not {want}");
+                }
+            }
+        }
     }
 
     #[test]
