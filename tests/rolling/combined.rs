@@ -620,7 +620,7 @@ fn slow_responses_of_the_moment_are_the_slopes_of_the_steady_moment() {
         // F_y times the trail.
         let moment = |motion: Slip| {
             let v = motion.slip_velocity;
-            let lateral = tyre.axes(&v)[1].clone();
+            let lateral = tyre.axes(&v)[1];
             let motion = Motion { slip_velocity: v.y, rolling_speed: motion.rolling_speed };
             lateral.steady(motion).unwrap().force
                 * lateral.pneumatic_trail(motion).unwrap().unwrap()

@@ -329,7 +329,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     ///
     /// In smooth motion the error is of fourth order in the width of a cell, and in the length of
     /// a step that crosses less than one. In a longer step each bristle is followed from cell to
-    /// cell.
+    /// cell. Whole cells a step are best: nothing is interpolated, and the error is tens to
+    /// thousands of times below that of a third of a cell a step.
     ///
     /// # Errors
     ///
