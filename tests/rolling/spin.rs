@@ -285,21 +285,27 @@ fn pure_spin_of_coulomb_bristles_has_a_closed_form() {
 
 #[test]
 fn camber_thrust_in_adhesion_is_that_of_the_brush() {
-    // z = ω L²/(2U) ξ(1 − ξ): the tip stands on the ground while its foot runs along a curve.
-    let tread = Rubber { axes: [[1.0, 300.0, 0.0]; 2], ..TREAD };
-    for spin in [1e-3, -1e-4, 1e-6_f64] {
+    // z = ω L²/(2U) ξ(1 − ξ): the tip stands on the ground while its foot runs along a curve. The
+    // dashpots feel the spin, σ1 ω L (½ − ξ).
+    for (spin, damping) in [(1e-3, 0.0), (-1e-4, 0.0), (1e-6_f64, 0.0), (1e-4, 0.5)] {
+        let tread = Rubber { axes: [[1.0, 300.0, damping]; 2], ..TREAD };
         let thrust = LOAD * 300.0 * spin * LENGTH.powi(2) / 16.0;
-        let (twist, mut off) = (Twist::pure(spin), Vec::new());
+        let moment = -LOAD * damping * spin * LENGTH.powi(2);
+        let (twist, mut off) = (Twist::pure(spin), Vec::<f64>::new());
+        let mut compare =
+            |mut grid: CombinedGrid<f64, Model, 2>, of_thrust: f64, of_moment: f64| {
+                off.push((twist.settle(&mut grid, 16.0).y / (thrust / of_thrust) - 1.0).abs());
+                let turning = grid.moment(|place| twist.at(place)).y - moment / of_moment;
+                off.push((turning / (thrust * LENGTH)).abs());
+            };
         let flat = patch(tread.model(), PolynomialExponential::constant());
-        let mut flat = CombinedGrid::new(&flat, 20).unwrap();
-        let got = twist.settle(&mut flat, 16.0).y;
-        off.push((got / (thrust / 12.0) - 1.0).abs());
-        off.push((flat.moment(|place| twist.at(place)).y / (thrust * LENGTH)).abs());
+        compare(CombinedGrid::new(&flat, 20).unwrap(), 12.0, 12.0);
         let round = patch(tread.model(), PolynomialExponential::parabolic());
-        let mut round = CombinedGrid::new(&round, 20).unwrap();
-        off.push((twist.settle(&mut round, 16.0).y / (thrust / 10.0) - 1.0).abs());
-        // A bristle forgets σ0/μ of the way that it slips, up to ω L²/(8 U).
-        let forgotten = 300.0 / 1.05 * spin.abs() * LENGTH.powi(2) / (8.0 * 16.0);
+        compare(CombinedGrid::new(&round, 20).unwrap(), 10.0, 20.0);
+        // A bristle forgets σ0/μ of the way that it slips, up to ω L²/(8 U), and takes σ1 v/μ of
+        // the speed less.
+        let forgotten =
+            spin.abs() * LENGTH / 1.05 * (300.0 * LENGTH / (8.0 * 16.0) + 0.5 * damping);
         assert!(off.iter().all(|&off| off < forgotten + 1e-9), "{spin}: {off:?} {forgotten:e}");
     }
 }
