@@ -1,6 +1,6 @@
 //! What holds of every scene: the report, refusals, references that do not settle.
 
-use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
+use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve, Stribeck};
 use bristle::fidelity::*;
 use bristle::rheology::KelvinVoigt;
 use bristle::rolling::{Motion, PolynomialExponential};
@@ -74,23 +74,33 @@ fn the_report_lists_every_level_with_what_its_plan_costs_when_it_runs() {
     }
 }
 
-/// A mass that slides steadily at V differs from rest by σ2 V/μ_d, up or down.
-#[test]
-fn the_friction_varies_by_its_viscous_part() {
-    let curve = CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.5 };
-    let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
-    let contact = FrBd::new(Coulomb::new(curve).unwrap(), bristle).under_load(1.0).unwrap();
+/// By how much the friction of a mass differs from that at rest, at steady sliding from the start.
+fn variation<C: FrictionCurve<f64>>(curve: C, velocity: f64) -> f64 {
+    let contact = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap());
+    let contact = contact.under_load(1.0).unwrap();
     let mechanism = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
-    let system = MassSpringDamperParameters { contact, mechanism, drive_velocity: 0.6, force: 0.0 };
-    let steady = Vector3::new(-0.65, 0.6, 1.3e-4);
+    let force = contact.stationary_force(velocity);
+    let system =
+        MassSpringDamperParameters { contact, mechanism, drive_velocity: velocity, force: 0.0 };
     let scene = MechanismScene::new(
         MassSpringDamper::new(system).unwrap(),
-        steady,
-        Answers { interval: 0.01, count: 100 },
+        Vector3::new(-force / 2.0, velocity, force / paper::STICK_SLIP_BRISTLE.micro_stiffness),
+        Answers { interval: 0.01, count: 20 },
         Quantity::Force,
     );
     let (name, variation) = scene.unwrap().physics(Level::DAHL_COMPANION, 4).unwrap();
-    assert!(name == "variation" && (variation - 0.3).abs() < 1e-9, "{name} {variation}");
+    assert_eq!(name, "variation");
+    variation
+}
+
+#[test]
+fn friction_varies_by_its_viscous_part_and_by_its_fall() {
+    let coulomb = CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.5 };
+    let rising = variation(Coulomb::new(coulomb).unwrap(), 0.6);
+    assert!((rising - 0.3).abs() < 1e-9, "{rising}"); // σ2 V/μ_d
+    let falling = variation(Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(), 0.5);
+    assert!((falling - (1.5 - 1.02) / 1.5).abs() < 1e-6, "{falling}"); // μ(V) = μ_d + σ2 V
+    assert_eq!(variation(Coulomb::new(coulomb).unwrap(), 0.0), 0.0);
 }
 
 #[test]
