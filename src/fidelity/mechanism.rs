@@ -224,10 +224,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> Scene for Mechanism
     }
 
     /// All from the run of the reference with these steps. Of the static curve the pre-sliding
-    /// share: the breakaway distance over the farthest way from the start, at most 1. Of Dahl by how
-    /// much the steady friction differs from that at rest at most, over that at rest. Of the
-    /// reference the share of the answers at which the mass is stuck: slower than a hundredth of its
-    /// fastest velocity.
+    /// share: the breakaway distance over the farthest way from the start, at most 1. Of Dahl by
+    /// how much the steady friction differs from that at rest at most, over that at rest. Of the
+    /// reference the share of the answers at which the mass is stuck: slower than a hundredth of
+    /// its fastest velocity.
     fn physics(&self, level: Level, steps: u32) -> Option<(&'static str, f64)> {
         let (_, states) = self.motion(Level::REFERENCE_COMPANION, steps).ok()?;
         let most = |of: &dyn Fn(&Vector3<T>) -> T| states.iter().map(of).fold(T::zero(), larger);

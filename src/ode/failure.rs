@@ -45,7 +45,8 @@ pub enum StopReason {
     },
     /// The errors of the steps have grown, as they do at breakaway, to more than the tolerances of
     /// the solution allow. [`Solver::solve`](super::Solver::solve) then starts again with tighter
-    /// ones for its steps; a run that hands out its steps cannot: ask it for a tighter tolerance.
+    /// ones for its steps. A run that hands out its steps cannot: hold its steps to tolerances of
+    /// their own, by [`Solver::adaptive_per_step`](super::Solver::adaptive_per_step).
     #[error("the estimated error of the solution is {times:.1} times what the tolerances allow")]
     ErrorsGrow {
         /// The estimated error over what is allowed.
@@ -103,7 +104,8 @@ impl<T: Scalar, const N: usize> fmt::Display for Failure<T, N> {
     }
 }
 
-/// Says why in words, because `main` prints an error in this way, and of a trajectory how long it is.
+/// Says why in words, because `main` prints an error in this way, and of a trajectory how long it
+/// is.
 impl<T: Scalar, const N: usize> fmt::Debug for Failure<T, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut debug = f.debug_struct("Failure");

@@ -205,9 +205,9 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     }
 
     /// The frequency response from the slip velocity to the moment of the force about the middle of
-    /// the patch, M̃/ṽ [N s], at an angular frequency ω [rad/s] of either sign: for the force of the
-    /// lateral axis the self-aligning moment on the wheel. At ω = 0 it is the slope of the steady
-    /// moment. By quadrature, to a rounding of L times the response of the force.
+    /// the patch, M̃/ṽ [N s], at an angular frequency ω [rad/s] of either sign: for the force of
+    /// the lateral axis the self-aligning moment on the wheel. At ω = 0 it is the slope of the
+    /// steady moment. By quadrature, to a rounding of L times the response of the force.
     ///
     /// ```
     /// use bristle::curve::Stribeck;
@@ -263,8 +263,8 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     }
 }
 
-/// (ξ − ½) p: a pressure times its lever about the middle of the patch, of both signs. Its integrals
-/// are those by quadrature.
+/// (ξ − ½) p: a pressure times its lever about the middle of the patch, of both signs. Its
+/// integrals are those by quadrature.
 #[derive(Debug, Clone)]
 struct Levered<P>(P);
 

@@ -281,8 +281,8 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         self.load * self.unloaded
     }
 
-    /// The motion in the patch's own unit of length, if the patch rolls forward or stands. Below the
-    /// smallest parameter a speed is none, and its arithmetic with subnormal numbers is slow.
+    /// The motion in the patch's own unit of length, if the patch rolls forward or stands. Below
+    /// the smallest parameter a speed is none, and its arithmetic with subnormal numbers is slow.
     #[inline]
     pub(super) fn forward(&self, motion: Motion<T>) -> Result<Crossing<T>, ParameterError> {
         let slip_velocity = parameter::finite("slip_velocity", motion.slip_velocity)?;

@@ -16,9 +16,9 @@
 //!
 //! In a plane ‖v‖ has the tip of a cone at rest, and there is no direction to lock. A path that
 //! passes beside the tip is smooth, and the solver takes short steps where the velocity turns fast.
-//! A body that rests stays at the tip, where the direction of its velocity is that of its roundings:
-//! an adaptive solver may take hundreds of steps for each second of rest. Where the body stands for
-//! long or stops often, take the passive step of
+//! A body that rests stays at the tip, where the direction of its velocity is that of its
+//! roundings: an adaptive solver may take hundreds of steps for each second of rest. Where the body
+//! stands for long or stops often, take the passive step of
 //! [`PlaneCompanion`](crate::plane::PlaneCompanion).
 
 use nalgebra::{SMatrix, SVector};

@@ -91,8 +91,12 @@ pub(crate) fn save(rows: &[&Row], folder: &Path, name: &str) -> Result<PathBuf> 
         let disc = Colour::Blue.marked(Marker::Disc);
         panel = panel.points("", disc.size(2.5), solve.iter().copied().filter_map(reached));
         let best = envelope(solve.into_iter()).into_iter().map(|(error, row)| place(error, row));
-        figure =
-            figure.panel(panel.marked_line("ode::solve", Colour::Blue.width(3.5), disc.size(5.0), best));
+        figure = figure.panel(panel.marked_line(
+            "ode::solve",
+            Colour::Blue.width(3.5),
+            disc.size(5.0),
+            best,
+        ));
     }
     figure.save(folder, name)
 }
