@@ -333,7 +333,7 @@ where
     }
 
     /// Prepares the footprint for passive steps inside a mechanism, with the limits of its
-    /// deflections for speeds up to `fastest` [m/s], see [`PlaneContact::companion`].
+    /// deflections for speeds up to `fastest` [m/s] of any point, see [`PlaneContact::companion`].
     ///
     /// # Errors
     ///
