@@ -149,12 +149,19 @@ impl<T: Scalar> Stribeck<T> {
         } else if self.exponent == T::one() {
             // u itself, not |u|: the smooth continuation to speeds of the wrong sign.
             (u, T::one())
-        } else if is_zero(u) {
-            (T::zero(), T::zero())
         } else {
-            let w = u.abs().powf(self.exponent);
-            (w, self.exponent * w / u)
+            self.general_power(u)
         }
+    }
+
+    /// Of any exponent. By itself, or the compiler takes the power of every u and then selects.
+    #[inline(never)]
+    fn general_power(&self, u: T) -> (T, T) {
+        if is_zero(u) {
+            return (T::zero(), T::zero());
+        }
+        let w = u.abs().powf(self.exponent);
+        (w, self.exponent * w / u)
     }
 }
 
