@@ -383,6 +383,75 @@ fn the_error_of_fixed_steps_is_told_and_a_large_one_refused() {
 }
 
 #[test]
+fn a_value_that_occurs_twice_is_found_by_its_index() {
+    let table = |rows: &str| {
+        let curve = STICKING.split("stribeck = {").next().unwrap();
+        format!("{curve}tabulated = [\n{rows}]\n")
+    };
+    let row = |speed: f64| format!("{{ speed = {speed:?}, coefficient = 0.5 }},\n");
+    let speeds = [0.0, 0.1, 0.3, 0.1];
+    let text = table(&speeds.map(row).concat());
+    let first = text.lines().position(|line| line.starts_with("{ speed")).unwrap() + 1;
+    let refused = |text: &str| refusal::read(text).unwrap_err();
+    let named = refused(&text);
+    assert_eq!(named.place, Some((first + 3, 3)), "{named}");
+    assert!(named.message.starts_with("speed[3] is 0.1, but must be larger"), "{named}");
+    let short = table(&speeds.map(|speed| format!("[{speed:?}, 0.5],\n")).concat());
+    assert_eq!(refused(&short).place, Some((first + 3, 1)), "{short}");
+}
+
+#[test]
+fn a_plain_number_is_a_constant_signal() {
+    for text in ["value = 0.1", "value = { constant = 0.1 }"] {
+        let signal: AnySignal<f64> = read(text).unwrap();
+        assert_eq!(signal, AnySignal::Constant(0.1));
+        assert_eq!(written(&signal), "[value]\nconstant = 0.1\n");
+    }
+    assert_eq!(read("value = -3"), Ok(AnySignal::Constant(-3.0)));
+    for bad in ["nan", "inf", "{}", "\"constant\"", "{ constant = 1.0, sine = 2.0 }", "true"] {
+        assert!(read::<AnySignal<f64>>(&format!("value = {bad}")).is_err(), "{bad}");
+    }
+    let (_, joint) = FILES[8];
+    let plain = joint.replace("external.gravity = {", "external = 0.5 # {");
+    let table = joint.replace("external.gravity = {", "external.constant = 0.5 # {");
+    let rows = |text: &str| {
+        let mut setup = refusal::read(text).unwrap();
+        setup.solver.end = 0.05;
+        setup.run().unwrap().rows
+    };
+    assert_eq!(rows(&plain), rows(&table));
+}
+
+#[test]
+fn a_value_of_another_type_is_told_what_it_must_be() {
+    let (rig, joint) = (STICKING, FILES[8].1);
+    for (text, good, bad, expected) in [
+        (rig, "samples = 301", "samples = 1e6", "samples is 1e6, but must be a whole number"),
+        (rig, "samples = 301", "samples = -5", "samples is -5, but must be a whole number"),
+        (rig, "mass = 2.0", "mass = \"2\"", "mass is \"2\", but must be a number"),
+        (
+            rig,
+            "force.constant = 0.0",
+            "force = \"constant\"",
+            "force is \"constant\", but must be a signal: a number, `constant`, `sine` or",
+        ),
+        (
+            joint,
+            "external.gravity",
+            "external = true #",
+            "external is true, but must be an input: ",
+        ),
+        (FILES[12].1, "rings = 10", "rings = 65536", "rings is 65536, but must be a whole number"),
+    ] {
+        let changed = text.replacen(good, bad, 1);
+        let line = changed.lines().position(|line| line.contains(bad)).expect(good) + 1;
+        let refused = refused(&changed);
+        assert!(refused.starts_with(&format!(":{line}:")), "{bad}{refused}");
+        assert!(refused.contains(expected), "{bad}{refused}");
+    }
+}
+
+#[test]
 fn the_file_on_the_page_runs() {
     let page = include_str!("../docs/files.md");
     let text = page.split("```toml\n").nth(1).and_then(|text| text.split("```").next()).unwrap();

@@ -1,5 +1,7 @@
 //! What a file chooses from beside the choices of the library.
 
+use std::fmt;
+
 use bristle::curve::AnyCurve;
 use bristle::plane::{DiscPressure, FootprintPoint, PlaneFrBd, PlaneLuGre};
 use bristle::regularisation::AnyRegularisation;
@@ -8,8 +10,9 @@ use bristle::scene::{
     CurrentMotor, Gravity, JointInput, JointInputValue, JointMotion, PositionControl, VoltageMotor,
 };
 use bristle::signal::{AnySignal, Polyline, Signal, Sine, Vertex};
-use serde::de::Error;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, IgnoredAny, IntoDeserializer, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::setup::Result;
 
@@ -125,9 +128,9 @@ impl Points {
     }
 }
 
-/// What acts on a joint: a signal, gravity or a controller.
+/// What acts on a joint: a signal, gravity or a controller. A plain number is a constant.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", remote = "Self")]
 pub(crate) enum Input {
     /// A number.
     #[serde(deserialize_with = "finite_constant")]
@@ -148,6 +151,45 @@ fn finite_constant<'de, D: Deserializer<'de>>(
     let constant = f64::deserialize(deserializer)?;
     let refused = || D::Error::custom(format!("constant is {constant}, but must be finite"));
     constant.is_finite().then_some(constant).ok_or_else(refused)
+}
+
+impl Serialize for Input {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        Self::serialize(self, serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Input {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        deserializer.deserialize_any(InputVisitor)
+    }
+}
+
+struct InputVisitor;
+
+impl<'de> Visitor<'de> for InputVisitor {
+    type Value = Input;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let choices = "`constant`, `sine`, `polyline`, `gravity` or `position_control`";
+        write!(f, "an input: a number, {choices}")
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> std::result::Result<Input, E> {
+        finite_constant(value.into_deserializer()).map(Input::Constant)
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> std::result::Result<Input, E> {
+        self.visit_f64(value as f64)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> std::result::Result<Input, A::Error> {
+        let input = Input::deserialize(MapAccessDeserializer::new(&mut map))?;
+        match map.next_key::<IgnoredAny>()? {
+            None => Ok(input),
+            Some(_) => Err(A::Error::custom("wanted exactly 1 element")),
+        }
+    }
 }
 
 /// Calls a function of the input.

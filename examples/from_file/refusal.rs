@@ -3,7 +3,8 @@
 use std::fmt;
 
 use serde::Deserialize;
-use toml::de::{DeTable, DeValue};
+use toml::Spanned;
+use toml::de::{DeArray, DeTable, DeValue};
 
 use crate::setup::Setup;
 
@@ -28,23 +29,33 @@ impl Refusal {
     /// that of the scene.
     pub(crate) fn of_run(text: &str, message: String) -> Self {
         let scene = || text.find("[scene").or_else(|| text.find("scene")).unwrap_or(0);
-        let start = parameter(text, &message).unwrap_or_else(scene);
-        Self { place: line_and_column(text, start), message }
+        let document = DeTable::parse(text).ok();
+        let found = document
+            .as_ref()
+            .and_then(|document| parameter(text, &entries(document.get_ref()), &message));
+        Self { place: line_and_column(text, found.unwrap_or_else(scene)), message }
     }
 
     /// Of a text.
     ///
     /// A format knows where a table or a list begins in which a parameter was refused. The
-    /// parameter is the first key behind it with the name and the value of the error.
+    /// parameter is the first key behind it with the name, the index and the value of the error.
     fn of_text(text: &str, error: &toml::de::Error) -> Self {
-        let Some(span) = error.span() else {
-            return Self { place: None, message: error.message().to_owned() };
-        };
-        let (start, message) = choice(text, error).unwrap_or_else(|| {
-            let behind = text.get(span.start..).unwrap_or("");
-            let further = parameter(behind, error.message()).unwrap_or(0);
-            (span.start + further, error.message().to_owned())
+        let message = error.message().to_owned();
+        let Some(span) = error.span() else { return Self { place: None, message } };
+        let told = DeTable::parse(text).ok().and_then(|document| {
+            let entries = entries(document.get_ref());
+            let behind: Vec<Entry> = entries
+                .iter()
+                .filter(|entry| entry.value.span().end > span.start)
+                .cloned()
+                .collect();
+            choice(text, document.get_ref(), error)
+                .or_else(|| wrong_type(text, &entries, error))
+                .or_else(|| Some((parameter(text, &behind, &message)?, message.clone())))
+                .or_else(|| Some((row(&behind, &message)?, message.clone())))
         });
+        let (start, message) = told.unwrap_or((span.start, message));
         Self { place: line_and_column(text, start), message }
     }
 }
@@ -60,45 +71,179 @@ fn line_and_column(text: &str, start: usize) -> Option<(usize, usize)> {
     Some((before.matches('\n').count() + 1, column))
 }
 
-/// Where the key stands which a message "name is value, but must …" speaks of.
-fn parameter(text: &str, message: &str) -> Option<usize> {
-    let (name, rest) = message.split_once(" is ")?;
-    let name = name.split('[').next()?.rsplit('.').next().filter(|name| !name.contains(' '))?;
-    let value = rest.split_once(", but must")?.0;
-    let number = |text: &str| text.parse::<f64>().map(|number| number.to_string());
-    text.match_indices(name).map(|found| found.0).find(|&at| {
-        let whole = text
-            .get(..at)
-            .is_some_and(|before| !before.ends_with(|c: char| c.is_alphanumeric() || c == '_'));
-        let given = text.get(at + name.len()..).unwrap_or("").trim_start();
-        let given = given.strip_prefix('=').unwrap_or("").trim_start();
-        let given = given.split([',', '}', ' ', '\n']).next().unwrap_or("").trim_matches('"');
-        whole && (given == value || number(given).is_ok_and(|given| Ok(given) == number(value)))
-    })
+/// A key of a file with its value.
+#[derive(Debug, Clone)]
+struct Entry<'t, 'i> {
+    /// The keys and the indices that lead to it, itself last.
+    path: Vec<String>,
+    /// Where the key stands.
+    start: usize,
+    /// The index of its table in the list around it, if there is one.
+    row: Option<usize>,
+    value: &'t Spanned<DeValue<'i>>,
+}
+
+/// Every key of a file, in the order of the text.
+fn entries<'t, 'i>(document: &'t DeTable<'i>) -> Vec<Entry<'t, 'i>> {
+    fn of_table<'t, 'i>(
+        table: &'t DeTable<'i>,
+        path: &[String],
+        row: Option<usize>,
+        found: &mut Vec<Entry<'t, 'i>>,
+    ) {
+        for (key, value) in table {
+            let path = [path, &[key.get_ref().to_string()]].concat();
+            found.push(Entry { path: path.clone(), start: key.span().start, row, value });
+            of_value(value, &path, row, found);
+        }
+    }
+    fn of_value<'t, 'i>(
+        value: &'t Spanned<DeValue<'i>>,
+        path: &[String],
+        row: Option<usize>,
+        found: &mut Vec<Entry<'t, 'i>>,
+    ) {
+        match value.get_ref() {
+            DeValue::Table(table) => of_table(table, path, row, found),
+            DeValue::Array(list) => list.iter().enumerate().for_each(|(index, value)| {
+                of_value(value, &[path, &[index.to_string()]].concat(), Some(index), found);
+            }),
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    of_table(document, &[], None, &mut found);
+    found.sort_by_key(|entry| entry.start);
+    found
+}
+
+impl Entry<'_, '_> {
+    fn key(&self) -> &str {
+        self.path.last().map_or("", String::as_str)
+    }
+
+    fn list(&self) -> Option<&DeArray<'_>> {
+        match self.value.get_ref() {
+            DeValue::Array(list) => Some(list),
+            _ => None,
+        }
+    }
+}
+
+/// Name and index of "name[index] is …".
+fn name(message: &str) -> Option<(&str, Option<usize>)> {
+    let name = message.split_once(" is ")?.0;
+    let index = name.split_once('[').and_then(|(_, index)| index.strip_suffix(']')?.parse().ok());
+    let name = name.split('[').next()?.rsplit('.').next()?;
+    (!name.contains(' ')).then_some((name, index))
+}
+
+/// Where the key stands which a message "name[index] is value, but must …" speaks of: with this
+/// index and value, else with the value alone, else with a table or a list as its value.
+fn parameter(text: &str, entries: &[Entry], message: &str) -> Option<usize> {
+    let (name, index) = name(message)?;
+    let value = message.split_once(" is ")?.1.split_once(", but must")?.0;
+    let number = |text: &str| text.replace('_', "").parse::<f64>().map(|number| number.to_string());
+    let given = |at: &Spanned<DeValue>| {
+        let given = text.get(at.span()).unwrap_or("").trim_matches(['"', '\'']);
+        given == value || number(given).is_ok_and(|given| Ok(given) == number(value))
+    };
+    let any = |entry: &Entry| {
+        given(entry.value) || entry.list().is_some_and(|list| list.iter().any(given))
+    };
+    let named = || entries.iter().filter(|entry| entry.key() == name);
+    // One number of a list.
+    let element = |entry: &Entry| {
+        let element = entry.list()?.get(index?)?;
+        given(element).then_some(element.span().start)
+    };
+    let element = named().find_map(element);
+    let start = |entry: &Entry| entry.start;
+    named()
+        .find(|entry| index.is_some() && entry.row == index && any(entry))
+        .map(start)
+        .or(element)
+        .or_else(|| named().find(|entry| any(entry)).map(start))
+        .or_else(|| {
+            let deep = |entry: &&Entry| {
+                matches!(entry.value.get_ref(), DeValue::Array(_) | DeValue::Table(_))
+            };
+            named().find(deep).map(start)
+        })
+}
+
+/// Where the row of a list of lists begins that a message "name[index] is …" speaks of.
+fn row(entries: &[Entry], message: &str) -> Option<usize> {
+    let index = name(message)?.1?;
+    let list = entries.iter().find_map(|entry| entry.list().filter(|list| !list.is_empty()))?;
+    list.get(index)
+        .filter(|row| matches!(row.get_ref(), DeValue::Array(_)))
+        .map(|row| row.span().start)
+}
+
+/// Where a value is of another type than it must be, and what it must be.
+fn wrong_type(text: &str, entries: &[Entry], error: &toml::de::Error) -> Option<(usize, String)> {
+    let (span, message) = (error.span()?, error.message());
+    let within = |entry: &&Entry| {
+        let around = entry.value.span();
+        around.start <= span.start && span.end <= around.end
+    };
+    let entry = entries.iter().filter(within).min_by_key(|entry| entry.value.span().len())?;
+    let wanted = match message.rsplit_once(", expected ") {
+        _ if message == "wanted string or table" => choices(text, &entry.path)?,
+        Some((_, "newtype variant")) => "a table of this name with its keys".into(),
+        Some((_, "usize" | "u64")) => "a whole number, zero or positive".into(),
+        Some((_, "u16")) => "a whole number from 0 to 65535".into(),
+        Some((_, "f64")) => "a number".into(),
+        Some((_, "a sequence")) => "a list".into(),
+        Some((_, wanted)) if wanted.starts_with("struct ") => "a table with its keys".into(),
+        Some((_, wanted)) if wanted.starts_with("an array of length ") => {
+            wanted.replace("an array of length", "a list of")
+        }
+        Some((_, wanted)) if message.starts_with("invalid type") => wanted.into(),
+        _ => return None,
+    };
+    let given = text.get(span.clone())?.lines().next().unwrap_or("");
+    Some((span.start, format!("{} is {given}, but must be {wanted}", entry.key())))
+}
+
+/// What may be chosen at a place.
+fn choices(text: &str, path: &[String]) -> Option<String> {
+    let why = with(text, path, "?", toml::Value::Boolean(true))?;
+    Some(why.strip_prefix("unknown variant `?`, expected ")?.to_owned())
+}
+
+/// What is said of a file with a table of one entry at a place.
+fn with(text: &str, path: &[String], entry: &str, kept: toml::Value) -> Option<String> {
+    let mut whole = toml::Value::Table(text.parse().ok()?);
+    let place = path.iter().try_fold(&mut whole, |value, key| match value {
+        toml::Value::Table(table) => table.get_mut(key),
+        toml::Value::Array(list) => list.get_mut(key.parse::<usize>().ok()?),
+        _ => None,
+    })?;
+    *place = toml::Value::Table([(entry.to_owned(), kept)].into_iter().collect());
+    Some(Setup::deserialize(whole).err()?.message().to_owned())
 }
 
 /// Where a choice has several entries or none, such as two models, and what to write.
-fn choice(text: &str, error: &toml::de::Error) -> Option<(usize, String)> {
-    if !error.message().starts_with("wanted exactly 1 element") {
+fn choice(text: &str, document: &DeTable, error: &toml::de::Error) -> Option<(usize, String)> {
+    let refused = ["wanted exactly 1 element", "invalid type: map, expected enum"];
+    if !refused.iter().any(|refused| error.message().starts_with(refused)) {
         return None;
     }
     let span = error.span()?;
-    let document = DeTable::parse(text).ok()?;
     let mut path = Vec::new();
-    let table = find(document.get_ref(), &span, &mut path)?;
+    let table = find(document, &span, &mut path)?;
     let entries: Vec<&str> = table.keys().map(|key| key.get_ref().as_ref()).collect();
     // With one entry alone the error says whether it is a choice, and names all choices.
     let alone = |entry: &str| {
-        let mut whole = toml::Value::Table(text.parse().ok()?);
-        let place = path.iter().try_fold(&mut whole, |value, key| match value {
-            toml::Value::Table(table) => table.get_mut(key),
-            toml::Value::Array(list) => list.get_mut(key.parse::<usize>().ok()?),
-            _ => None,
+        let whole = toml::Value::Table(text.parse().ok()?);
+        let place = path.iter().try_fold(&whole, |value, key| match value {
+            toml::Value::Array(list) => list.get(key.parse::<usize>().ok()?),
+            value => value.get(key),
         })?;
         let kept = place.get(entry).cloned().unwrap_or(toml::Value::Boolean(true));
-        *place = toml::Value::Table([(entry.to_owned(), kept)].into_iter().collect());
-        let why = Setup::deserialize(whole).err()?.message().to_owned();
-        why.starts_with("unknown variant").then_some(why)
+        with(text, &path, entry, kept).filter(|why| why.starts_with("unknown variant"))
     };
     let path_name = path.join(".");
     if entries.is_empty() {
@@ -133,7 +278,7 @@ fn find<'t, 'i>(
 }
 
 fn inside<'t, 'i>(
-    value: &'t toml::Spanned<DeValue<'i>>,
+    value: &'t Spanned<DeValue<'i>>,
     span: &std::ops::Range<usize>,
     path: &mut Vec<String>,
 ) -> Option<&'t DeTable<'i>> {

@@ -47,7 +47,10 @@ pub enum StopReason {
     /// the solution allow. [`Solver::solve`](super::Solver::solve) then starts again with tighter
     /// ones for its steps. A run that hands out its steps cannot: hold its steps to tolerances of
     /// their own, by [`Solver::adaptive_per_step`](super::Solver::adaptive_per_step).
-    #[error("the estimated error of the solution is {times:.1} times what the tolerances allow")]
+    #[error(
+        "the estimated error of the solution is up to {:.1} times what the tolerances allow",
+        .times + 0.05
+    )]
     ErrorsGrow {
         /// The estimated error over what is allowed.
         times: f64,

@@ -379,7 +379,7 @@ impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
 fn reserve<V>(list: &mut Vec<V>, samples: usize) -> Result<(), ParameterError> {
     list.try_reserve_exact(samples).map_err(|_| {
         let value = samples as f64;
-        let rule = Rule::Below { other: "what the memory holds", limit: value };
+        let rule = Rule::Stated("fit into the memory");
         ParameterError { name: "samples", component: None, value, rule }
     })
 }
