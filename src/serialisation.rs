@@ -5,12 +5,8 @@
 //! fields are refused. What is written reads back to the same bits.
 
 use alloc::vec::Vec;
-use core::fmt;
-use core::marker::PhantomData;
 
-use serde::de::{
-    EnumAccess, Error, IgnoredAny, IntoDeserializer, MapAccess, VariantAccess, Visitor,
-};
+use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::curve::{
@@ -33,7 +29,7 @@ use crate::scene::{
     GearedJointParameters, JointInput, MassSpringDamper, MassSpringDamperParameters, PlaneBody,
     PlaneBodyParameters, VoltageMotor, VoltageMotorParameters,
 };
-use crate::signal::{AnySignal, Polyline, Signal, Sine, SineParameters, Vertex};
+use crate::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
 use crate::{
     Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FoldRule, ImplicitBristle, LuGre,
     Mechanism, ParameterError, Scalar,
@@ -85,73 +81,6 @@ macro_rules! finite {
     )*};
 }
 finite!(constant horizontal_torque hanging_angle proportional_gain derivative_gain);
-
-/// A number in the place of a signal.
-#[derive(Deserialize)]
-#[serde(bound = "T: Scalar + Deserialize<'de>")]
-struct Constant<T>(#[serde(deserialize_with = "constant")] T);
-
-/// The choices of a signal.
-#[derive(Deserialize)]
-#[serde(variant_identifier, rename_all = "snake_case")]
-enum SignalKind {
-    Constant,
-    Sine,
-    Polyline,
-}
-
-struct SignalVisitor<T>(PhantomData<T>);
-
-impl<'de, T: Scalar + Deserialize<'de>> Visitor<'de> for SignalVisitor<T> {
-    type Value = AnySignal<T>;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a signal: a number, `constant`, `sine` or `polyline`")
-    }
-
-    fn visit_f64<E: Error>(self, value: f64) -> Result<Self::Value, E> {
-        constant(value.into_deserializer()).map(AnySignal::Constant)
-    }
-
-    fn visit_i64<E: Error>(self, value: i64) -> Result<Self::Value, E> {
-        self.visit_f64(value as f64)
-    }
-
-    fn visit_u64<E: Error>(self, value: u64) -> Result<Self::Value, E> {
-        self.visit_f64(value as f64)
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-        let other = || A::Error::custom("wanted exactly 1 element");
-        let signal = match map.next_key()?.ok_or_else(other)? {
-            SignalKind::Constant => AnySignal::Constant(map.next_value::<Constant<T>>()?.0),
-            SignalKind::Sine => AnySignal::Sine(map.next_value()?),
-            SignalKind::Polyline => AnySignal::Polyline(map.next_value()?),
-        };
-        if map.next_key::<IgnoredAny>()?.is_none() { Ok(signal) } else { Err(other()) }
-    }
-
-    fn visit_enum<A: EnumAccess<'de>>(self, choice: A) -> Result<Self::Value, A::Error> {
-        let (kind, value) = choice.variant()?;
-        Ok(match kind {
-            SignalKind::Constant => AnySignal::Constant(value.newtype_variant::<Constant<T>>()?.0),
-            SignalKind::Sine => AnySignal::Sine(value.newtype_variant()?),
-            SignalKind::Polyline => AnySignal::Polyline(value.newtype_variant()?),
-        })
-    }
-}
-
-/// In a format for people a number is a constant. Others do not tell what comes next.
-impl<'de, T: Scalar + Deserialize<'de>> Deserialize<'de> for AnySignal<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        const CHOICES: &[&str] = &["constant", "sine", "polyline"];
-        if deserializer.is_human_readable() {
-            deserializer.deserialize_any(SignalVisitor(PhantomData))
-        } else {
-            deserializer.deserialize_enum("AnySignal", CHOICES, SignalVisitor(PhantomData))
-        }
-    }
-}
 
 /// A type that is read and written as something else: `[generics] type as what: read, write`.
 macro_rules! through {

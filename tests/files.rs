@@ -402,15 +402,16 @@ fn a_value_that_occurs_twice_is_found_by_its_index() {
 
 #[test]
 fn a_plain_number_is_a_constant_signal() {
-    for text in ["value = 0.1", "value = { constant = 0.1 }"] {
-        let signal: AnySignal<f64> = read(text).unwrap();
-        assert_eq!(signal, AnySignal::Constant(0.1));
-        assert_eq!(written(&signal), "[value]\nconstant = 0.1\n");
-    }
-    assert_eq!(read("value = -3"), Ok(AnySignal::Constant(-3.0)));
     for bad in ["nan", "inf", "{}", "\"constant\"", "{ constant = 1.0, sine = 2.0 }", "true"] {
-        assert!(read::<AnySignal<f64>>(&format!("value = {bad}")).is_err(), "{bad}");
+        let text = STICKING.replace("force.constant = 0.0", &format!("force = {bad}"));
+        assert!(text != STICKING && refusal::read(&text).is_err(), "{bad}");
     }
+    let read = |force: &str| {
+        let text = STICKING.replace("force.constant = 0.0", force);
+        toml::to_string(&refusal::read(&text).unwrap()).unwrap()
+    };
+    assert_eq!(read("force = 0.1"), read("force.constant = 0.1"));
+    assert_eq!(read("force = -3"), read("force.constant = -3.0"));
     let (_, joint) = FILES[8];
     let plain = joint.replace("external.gravity = {", "external = 0.5 # {");
     let table = joint.replace("external.gravity = {", "external.constant = 0.5 # {");

@@ -1,6 +1,7 @@
 //! What a file chooses from beside the choices of the library.
 
 use std::fmt;
+use std::marker::PhantomData;
 
 use bristle::curve::AnyCurve;
 use bristle::plane::{DiscPressure, FootprintPoint, PlaneFrBd, PlaneLuGre};
@@ -142,7 +143,7 @@ pub(crate) enum Input {
     /// The torque of a link that hangs from the joint.
     Gravity(Gravity<f64>),
     /// A position controller.
-    PositionControl(PositionControl<f64, AnySignal<f64>>),
+    PositionControl(PositionControl<f64, FileSignal>),
 }
 
 fn finite_constant<'de, D: Deserializer<'de>>(
@@ -161,32 +162,101 @@ impl Serialize for Input {
 
 impl<'de> Deserialize<'de> for Input {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        deserializer.deserialize_any(InputVisitor)
+        deserializer.deserialize_any(OrNumber(PhantomData))
     }
 }
 
-struct InputVisitor;
+/// A signal of the library. A plain number is a constant.
+#[derive(Debug, Clone, Serialize)]
+#[serde(transparent)]
+pub(crate) struct FileSignal(AnySignal<f64>);
 
-impl<'de> Visitor<'de> for InputVisitor {
-    type Value = Input;
+impl FileSignal {
+    /// Zero at all times.
+    pub(crate) fn none() -> Self {
+        Self(AnySignal::Constant(0.0))
+    }
+}
+
+impl<'de> Deserialize<'de> for FileSignal {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        deserializer.deserialize_any(OrNumber(PhantomData))
+    }
+}
+
+impl Signal<f64> for FileSignal {
+    fn value(&self, time: f64) -> f64 {
+        self.0.value(time)
+    }
+
+    fn value_and_rate(&self, time: f64) -> (f64, f64) {
+        self.0.value_and_rate(time)
+    }
+
+    fn next_kink(&self, time: f64, towards: f64) -> Option<f64> {
+        Signal::next_kink(&self.0, time, towards)
+    }
+
+    fn longest_step(&self) -> Option<f64> {
+        self.0.longest_step()
+    }
+}
+
+/// A choice of which a file may give the constant as a plain number.
+trait Choice: Sized {
+    const EXPECTED: &'static str;
+
+    fn constant(value: f64) -> Self;
+
+    fn chosen<'de, D: Deserializer<'de>>(of: D) -> std::result::Result<Self, D::Error>;
+}
+
+impl Choice for Input {
+    const EXPECTED: &'static str = "an input: a number, `constant`, `sine`, `polyline`, `gravity` \
+                                    or `position_control`";
+
+    fn constant(value: f64) -> Self {
+        Self::Constant(value)
+    }
+
+    fn chosen<'de, D: Deserializer<'de>>(of: D) -> std::result::Result<Self, D::Error> {
+        Self::deserialize(of)
+    }
+}
+
+impl Choice for FileSignal {
+    const EXPECTED: &'static str = "a signal: a number, `constant`, `sine` or `polyline`";
+
+    fn constant(value: f64) -> Self {
+        Self(AnySignal::Constant(value))
+    }
+
+    fn chosen<'de, D: Deserializer<'de>>(of: D) -> std::result::Result<Self, D::Error> {
+        AnySignal::deserialize(of).map(Self)
+    }
+}
+
+struct OrNumber<C>(PhantomData<C>);
+
+impl<'de, C: Choice> Visitor<'de> for OrNumber<C> {
+    type Value = C;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let choices = "`constant`, `sine`, `polyline`, `gravity` or `position_control`";
-        write!(f, "an input: a number, {choices}")
+        f.write_str(C::EXPECTED)
     }
 
-    fn visit_f64<E: Error>(self, value: f64) -> std::result::Result<Input, E> {
-        finite_constant(value.into_deserializer()).map(Input::Constant)
+    fn visit_f64<E: Error>(self, value: f64) -> std::result::Result<C, E> {
+        finite_constant(value.into_deserializer()).map(C::constant)
     }
 
-    fn visit_i64<E: Error>(self, value: i64) -> std::result::Result<Input, E> {
+    fn visit_i64<E: Error>(self, value: i64) -> std::result::Result<C, E> {
         self.visit_f64(value as f64)
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> std::result::Result<Input, A::Error> {
-        let input = Input::deserialize(MapAccessDeserializer::new(&mut map))?;
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> std::result::Result<C, A::Error> {
+        let chosen = C::chosen(MapAccessDeserializer::new(&mut map))?;
         match map.next_key::<IgnoredAny>()? {
-            None => Ok(input),
+            None => Ok(chosen),
             Some(_) => Err(A::Error::custom("wanted exactly 1 element")),
         }
     }

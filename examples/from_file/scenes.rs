@@ -13,12 +13,13 @@ use bristle::scene::{
     BrakedWheel, BrakedWheelParameters, GearedJoint, GearedJointParameters, JointInput,
     JointMotion, PlaneBody, PlaneBodyParameters, PrescribedVelocity, Tyre, WheelLoads,
 };
-use bristle::signal::{AnySignal, Signal};
+use bristle::signal::Signal;
 use bristle::{AnyBristle, Bristle, FrBd, Mechanism, ParameterError};
 use serde::{Deserialize, Serialize};
 
 use crate::choices::{
-    Frbd, Input, Lugre, Motor, PlaneModel, Points, Pressed, Springs, array, of_the_model,
+    FileSignal, Frbd, Input, Lugre, Motor, PlaneModel, Points, Pressed, Springs, array,
+    of_the_model,
 };
 use crate::setup::{BODY, Column, FORCE, Result, SolverSetup, Table};
 
@@ -38,7 +39,7 @@ pub(crate) struct Viscoelastic {
     /// Normal force [N].
     pub(crate) normal_force: f64,
     /// Sliding velocity v(t) [m/s].
-    pub(crate) velocity: AnySignal<f64>,
+    pub(crate) velocity: FileSignal,
 }
 
 impl Viscoelastic {
@@ -110,9 +111,9 @@ pub(crate) struct Wheel<M> {
     /// Normal force of the tyre [N].
     pub(crate) tyre_load: f64,
     /// Normal force of the brake over time: its capacity over μ.
-    pub(crate) brake_load: AnySignal<f64>,
+    pub(crate) brake_load: FileSignal,
     /// Lateral velocity of the wheel [m/s]; zero if it is absent, and on a tyre of one axis.
-    pub(crate) lateral_velocity: Option<AnySignal<f64>>,
+    pub(crate) lateral_velocity: Option<FileSignal>,
 }
 
 /// Calls a function of the pressure of a tyre.
@@ -182,7 +183,7 @@ impl<M: Clone> Wheel<M> {
             speed,
             angular_velocity,
         })?;
-        let lateral = self.lateral_velocity.clone().unwrap_or(AnySignal::Constant(0.0));
+        let lateral = self.lateral_velocity.clone().unwrap_or_else(FileSignal::none);
         solver.admit(self.brake_load.longest_step())?;
         solver.admit(lateral.longest_step())?;
         solver.stepped(5e-3, SEGMENTS, COLUMNS[..columns].to_vec(), |time, step| {
@@ -210,9 +211,9 @@ pub(crate) struct RollingPatch {
     /// Cells of the grid.
     pub(crate) cells: usize,
     /// Slip velocity v(t) [m/s].
-    pub(crate) slip_velocity: AnySignal<f64>,
+    pub(crate) slip_velocity: FileSignal,
     /// Rolling speed U(t) [m/s].
-    pub(crate) rolling_speed: AnySignal<f64>,
+    pub(crate) rolling_speed: FileSignal,
 }
 
 impl RollingPatch {
@@ -296,14 +297,14 @@ pub(crate) struct PlaneBlock<const N: usize> {
     pub(crate) mechanisms: [Mechanism<f64>; N],
     /// Place of each spring's far end [m].
     #[serde(with = "array")]
-    pub(crate) anchor: [AnySignal<f64>; N],
+    pub(crate) anchor: [FileSignal; N],
     /// Force along each axis [N].
     #[serde(with = "array")]
-    pub(crate) force: [AnySignal<f64>; N],
+    pub(crate) force: [FileSignal; N],
 }
 
 /// A body on axes with a model M.
-type Body<M, const N: usize> = PlaneBody<f64, M, N, AnySignal<f64>, AnySignal<f64>>;
+type Body<M, const N: usize> = PlaneBody<f64, M, N, FileSignal, FileSignal>;
 
 /// The columns of a body on three axes.
 const AXES: [[Column; 3]; 3] = [
@@ -366,7 +367,7 @@ pub(crate) struct Surface {
     /// The points.
     pub(crate) points: Points,
     /// The twist: velocity at the origin [m/s] and spin [rad/s], (v_x, v_y, ω) over time.
-    pub(crate) twist: [AnySignal<f64>; 3],
+    pub(crate) twist: [FileSignal; 3],
 }
 
 impl Surface {

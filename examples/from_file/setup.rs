@@ -5,11 +5,11 @@ use std::fmt::Display;
 use bristle::nalgebra::SVector;
 use bristle::ode::{AnyMethod, Output, Solver, StopReason, System, Tolerances, Trajectory};
 use bristle::scene::{DiaphragmValve, MassSpringDamper, PrescribedVelocity};
-use bristle::signal::{AnySignal, Signal};
+use bristle::signal::Signal;
 use bristle::{AnyBristle, ParameterError};
 use serde::{Deserialize, Serialize};
 
-use crate::choices::PlaneModel;
+use crate::choices::{FileSignal, PlaneModel};
 use crate::scenes::{Joint, PlaneBlock, RollingPatch, Surface, Viscoelastic, Wheel};
 
 /// Most rows of a table.
@@ -64,13 +64,13 @@ pub(crate) struct SolverSetup {
 #[allow(clippy::large_enum_variant, reason = "there is one")]
 pub(crate) enum SceneSetup {
     /// A bristle dragged at a given velocity.
-    PrescribedVelocity(PrescribedVelocity<f64, AnyBristle<f64>, AnySignal<f64>>),
+    PrescribedVelocity(PrescribedVelocity<f64, AnyBristle<f64>, FileSignal>),
     /// A bristle of several springs dragged at a given velocity.
     Viscoelastic(Viscoelastic),
     /// A mass with a spring, a damper and friction.
-    MassSpringDamper(MassSpringDamper<f64, AnyBristle<f64>, AnySignal<f64>>),
+    MassSpringDamper(MassSpringDamper<f64, AnyBristle<f64>, FileSignal>),
     /// A pneumatic valve.
-    DiaphragmValve(DiaphragmValve<f64, AnyBristle<f64>, AnySignal<f64>>),
+    DiaphragmValve(DiaphragmValve<f64, AnyBristle<f64>, FileSignal>),
     /// A wheel that is braked to a stop.
     BrakedWheel(Wheel<AnyBristle<f64>>),
     /// A wheel that is braked and slips sideways.

@@ -9,16 +9,18 @@ use super::{Signal, Sine};
 use crate::Scalar;
 
 /// A signal chosen at run time: one of this crate's, with its numbers to the last bit.
-///
-/// With the feature `serde`, a plain number in a file is read as a constant.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
 #[cfg_attr(feature = "serde", serde(bound(serialize = "T: Scalar + serde::Serialize")))]
 #[non_exhaustive]
 pub enum AnySignal<T> {
     /// A number that does not change.
-    Constant(T),
+    Constant(
+        #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::serialisation::constant"))]
+        T,
+    ),
     /// A sine about a mean.
     Sine(Sine<T>),
     /// Straight lines between any number of points.
