@@ -48,7 +48,7 @@
 //! | lag | static curve | max \|ż_ss\|/(λ z_b), 2 at a reversal | the bristle has no delay |
 //! | lag | slip curve | change of the steady force per transit over its maximum | likewise |
 //! | presliding | Dahl | z_b over the longest way in one direction | it slides far |
-//! | variation | Dahl of a mass | max \|F_ss(v) − F_ss(0)\|/F_ss(0) | friction hardly varies with v |
+//! | variation | Dahl of a mass | max \|F_ss(v) / F_ss(0) − 1\| | friction hardly varies with v |
 //! | ς/L | relaxation length | relaxation length over length | the patch forgets within a transit |
 //! | stuck | reference | share of answers within z_b of a reversal (mass: at rest) | it slides |
 //! | adhering | reference of a patch | share of answers with λ L < V | it slides |
