@@ -40,10 +40,11 @@ fn steps<T: Scalar, M: Bristle<T>>(
     let hold = contact.hold(velocity, deflection, duration);
     let response = contact.response(velocity, deflection);
     let linear = contact.linearised(velocity, deflection);
-    let mut sum = reloaded.dissipated + hold.end_force + hold.mean_force + hold.deflection.dot(one);
-    sum += response.force + response.rate.dot(one);
-    sum += linear.force_by_velocity + linear.force_by_deflection.dot(one);
-    sum += contact.stationary_force(velocity) + contact.stationary(velocity).dot(one);
+    let mut sum =
+        reloaded.dissipated + hold.end_force + hold.mean_force + hold.deflection.inner_product(one);
+    sum += response.force + response.rate.inner_product(one);
+    sum += linear.force_by_velocity + linear.force_by_deflection.inner_product(one);
+    sum += contact.stationary_force(velocity) + contact.stationary(velocity).inner_product(one);
     sum += contact.stored_energy(deflection) + contact.dissipated_power(velocity, deflection);
     let limits = contact.limits(fastest);
     sum += limits.force.unwrap_or(T::zero()) + limits.deflection.unwrap_or(T::zero());
@@ -53,7 +54,8 @@ fn steps<T: Scalar, M: Bristle<T>>(
     let mut companion = contact.clone().companion(fastest)?;
     let step = companion.step(history.predict(), hold.deflection, duration);
     let done = step.commit(next_velocity);
-    sum += step.bias() + step.damping() + done.deflection.dot(one) + done.force + done.work;
+    sum +=
+        step.bias() + step.damping() + done.deflection.inner_product(one) + done.force + done.work;
     sum += done.stored + done.dissipated;
     if step.is_passive() {
         sum += T::one();
@@ -70,7 +72,7 @@ fn steps<T: Scalar, M: Bristle<T>>(
     let mean = step.point_mass(body);
     sum += step.commit(mean).dissipated + step.target_velocity().unwrap_or(T::zero());
     let lighter = companion.reload(input.output[1], deflection)?;
-    sum += lighter.deflection.dot(one) + lighter.dissipated;
+    sum += lighter.deflection.inner_product(one) + lighter.dissipated;
     Ok((contact, sum))
 }
 
