@@ -50,7 +50,7 @@ impl Refusal {
                 .filter(|entry| entry.value.span().end > span.start)
                 .cloned()
                 .collect();
-            choice(text, document.get_ref(), error)
+            choice(text, &entries, error)
                 .or_else(|| wrong_type(text, &entries, error))
                 .or_else(|| Some((parameter(text, &behind, &message)?, message.clone())))
                 .or_else(|| Some((row(&behind, &message)?, message.clone())))
@@ -71,55 +71,59 @@ fn line_and_column(text: &str, start: usize) -> Option<(usize, usize)> {
     Some((before.matches('\n').count() + 1, column))
 }
 
-/// A key of a file with its value.
+/// A value of a file: of a key, or an element of a list.
 #[derive(Debug, Clone)]
 struct Entry<'t, 'i> {
-    /// The keys and the indices that lead to it, itself last.
+    /// The keys and the indices that lead to it, its own last.
     path: Vec<String>,
-    /// Where the key stands.
+    /// Where its key stands; where an element begins.
     start: usize,
-    /// The index of its table in the list around it, if there is one.
-    row: Option<usize>,
     value: &'t Spanned<DeValue<'i>>,
 }
 
-/// Every key of a file, in the order of the text.
+/// Every value of a file, in the order of the text.
 fn entries<'t, 'i>(document: &'t DeTable<'i>) -> Vec<Entry<'t, 'i>> {
-    fn of_table<'t, 'i>(
-        table: &'t DeTable<'i>,
-        path: &[String],
-        row: Option<usize>,
-        found: &mut Vec<Entry<'t, 'i>>,
-    ) {
+    fn of_table<'t, 'i>(table: &'t DeTable<'i>, path: &[String], found: &mut Vec<Entry<'t, 'i>>) {
         for (key, value) in table {
-            let path = [path, &[key.get_ref().to_string()]].concat();
-            found.push(Entry { path: path.clone(), start: key.span().start, row, value });
-            of_value(value, &path, row, found);
+            of_value(value, [path, &[key.get_ref().to_string()]].concat(), key.span().start, found);
         }
     }
     fn of_value<'t, 'i>(
         value: &'t Spanned<DeValue<'i>>,
-        path: &[String],
-        row: Option<usize>,
+        path: Vec<String>,
+        start: usize,
         found: &mut Vec<Entry<'t, 'i>>,
     ) {
+        found.push(Entry { path: path.clone(), start, value });
         match value.get_ref() {
-            DeValue::Table(table) => of_table(table, path, row, found),
+            DeValue::Table(table) => of_table(table, &path, found),
             DeValue::Array(list) => list.iter().enumerate().for_each(|(index, value)| {
-                of_value(value, &[path, &[index.to_string()]].concat(), Some(index), found);
+                let path = [path.as_slice(), &[index.to_string()]].concat();
+                of_value(value, path, value.span().start, found);
             }),
             _ => {}
         }
     }
     let mut found = Vec::new();
-    of_table(document, &[], None, &mut found);
+    of_table(document, &[], &mut found);
     found.sort_by_key(|entry| entry.start);
     found
 }
 
 impl Entry<'_, '_> {
+    /// Its key, or that of the list in which it is an element.
     fn key(&self) -> &str {
-        self.path.last().map_or("", String::as_str)
+        let keys = self.path.iter().rev();
+        keys.map(String::as_str).find(|key| key.parse::<usize>().is_err()).unwrap_or("")
+    }
+
+    /// The index in the innermost list around it, or its own.
+    fn index(&self) -> Option<usize> {
+        self.path.iter().rev().find_map(|key| key.parse().ok())
+    }
+
+    fn is_element(&self) -> bool {
+        self.path.last().is_some_and(|key| key.parse::<usize>().is_ok())
     }
 
     fn list(&self) -> Option<&DeArray<'_>> {
@@ -151,25 +155,15 @@ fn parameter(text: &str, entries: &[Entry], message: &str) -> Option<usize> {
     let any = |entry: &Entry| {
         given(entry.value) || entry.list().is_some_and(|list| list.iter().any(given))
     };
-    let named = || entries.iter().filter(|entry| entry.key() == name);
-    // One number of a list.
-    let element = |entry: &Entry| {
-        let element = entry.list()?.get(index?)?;
-        given(element).then_some(element.span().start)
+    let of_name = |elements: bool| {
+        entries.iter().filter(move |entry| entry.key() == name && entry.is_element() == elements)
     };
-    let element = named().find_map(element);
-    let start = |entry: &Entry| entry.start;
-    named()
-        .find(|entry| index.is_some() && entry.row == index && any(entry))
-        .map(start)
-        .or(element)
-        .or_else(|| named().find(|entry| any(entry)).map(start))
-        .or_else(|| {
-            let deep = |entry: &&Entry| {
-                matches!(entry.value.get_ref(), DeValue::Array(_) | DeValue::Table(_))
-            };
-            named().find(deep).map(start)
-        })
+    let at_index = |entry: &&Entry| index.is_some() && entry.index() == index && any(entry);
+    let deep =
+        |entry: &&Entry| matches!(entry.value.get_ref(), DeValue::Array(_) | DeValue::Table(_));
+    let found = of_name(false).find(at_index).or_else(|| of_name(true).find(at_index));
+    let found = found.or_else(|| of_name(false).find(|entry| any(entry)));
+    found.or_else(|| of_name(false).find(deep)).map(|entry| entry.start)
 }
 
 /// Where the row of a list of lists begins that a message "name[index] is …" speaks of.
@@ -226,14 +220,18 @@ fn with(text: &str, path: &[String], entry: &str, kept: toml::Value) -> Option<S
 }
 
 /// Where a choice has several entries or none, such as two models, and what to write.
-fn choice(text: &str, document: &DeTable, error: &toml::de::Error) -> Option<(usize, String)> {
+fn choice(text: &str, entries: &[Entry], error: &toml::de::Error) -> Option<(usize, String)> {
     let refused = ["wanted exactly 1 element", "invalid type: map, expected enum"];
     if !refused.iter().any(|refused| error.message().starts_with(refused)) {
         return None;
     }
     let span = error.span()?;
-    let mut path = Vec::new();
-    let table = find(document, &span, &mut path)?;
+    let (path, table) = entries.iter().find_map(|entry| match entry.value.get_ref() {
+        DeValue::Table(table) if entry.value.span() == span && table.len() != 1 => {
+            Some((&entry.path, table))
+        }
+        _ => None,
+    })?;
     let entries: Vec<&str> = table.keys().map(|key| key.get_ref().as_ref()).collect();
     // With one entry alone the error says whether it is a choice, and names all choices.
     let alone = |entry: &str| {
@@ -243,7 +241,7 @@ fn choice(text: &str, document: &DeTable, error: &toml::de::Error) -> Option<(us
             value => value.get(key),
         })?;
         let kept = place.get(entry).cloned().unwrap_or(toml::Value::Boolean(true));
-        with(text, &path, entry, kept).filter(|why| why.starts_with("unknown variant"))
+        with(text, path, entry, kept).filter(|why| why.starts_with("unknown variant"))
     };
     let path_name = path.join(".");
     if entries.is_empty() {
@@ -259,40 +257,4 @@ fn choice(text: &str, document: &DeTable, error: &toml::de::Error) -> Option<(us
     let last = table.keys().map(|key| key.span().start).max()?;
     let (count, entries) = (entries.len(), entries.join(" and "));
     Some((last, format!("{path_name} has {count} entries, {entries}, but must have one")))
-}
-
-/// The table that is no choice of one, and the keys that lead there.
-fn find<'t, 'i>(
-    table: &'t DeTable<'i>,
-    span: &std::ops::Range<usize>,
-    path: &mut Vec<String>,
-) -> Option<&'t DeTable<'i>> {
-    table.iter().find_map(|(key, value)| {
-        path.push(key.get_ref().to_string());
-        let found = inside(value, span, path);
-        if found.is_none() {
-            path.pop();
-        }
-        found
-    })
-}
-
-fn inside<'t, 'i>(
-    value: &'t Spanned<DeValue<'i>>,
-    span: &std::ops::Range<usize>,
-    path: &mut Vec<String>,
-) -> Option<&'t DeTable<'i>> {
-    match value.get_ref() {
-        DeValue::Table(table) if value.span() == *span && table.len() != 1 => Some(table),
-        DeValue::Table(table) => find(table, span, path),
-        DeValue::Array(list) => list.iter().enumerate().find_map(|(index, value)| {
-            path.push(index.to_string());
-            let found = inside(value, span, path);
-            if found.is_none() {
-                path.pop();
-            }
-            found
-        }),
-        _ => None,
-    }
 }

@@ -5,7 +5,7 @@
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | (v_x, v_y, ω) | twist: sliding velocity at the origin, rate of spin | m/s, rad/s |
-//! | (F_x, F_y, M) | wrench: friction force on the body, and its torque about the origin | N, N m |
+//! | (F_x, F_y, M) | wrench: friction against the motion, its torque about the origin | N, N m |
 //! | (xⱼ, yⱼ) | place of point j | m |
 //! | wⱼ, Σ wⱼ = 1 | share of point j in the normal force p | – |
 //! | Fⱼ | friction force of a contact on two axes under the whole of p at vⱼ | N |

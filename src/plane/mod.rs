@@ -14,7 +14,7 @@
 //! | n = ‖(aᵢ vᵢ)‖_ε | weighted speed, regularised | m/s |
 //! | aᵢ | friction ratio of axis i: its friction over the curve | – |
 //! | σ0ᵢ, σ1ᵢ | stiffness and damping of the bristle of axis i | 1/m, s/m |
-//! | p, F | normal force; friction force on the body: m v̇ = … − F | N |
+//! | p, F | normal force; friction force, against the motion: m v̇ = … − F | N |
 //!
 //! The axes meet in the numbers μ and n alone. Given these, each axis is a scalar model, a
 //! [`FrBd`](crate::FrBd) whose curve is aᵢ² μ and whose |v|_ε is n. So the rates, forces, exact and

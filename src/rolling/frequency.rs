@@ -207,7 +207,8 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     /// The frequency response from the slip velocity to the moment of the force about the middle of
     /// the patch, M̃/ṽ [N s], at an angular frequency ω [rad/s] of either sign: for the force of
     /// the lateral axis the self-aligning moment on the wheel. At ω = 0 it is the slope of the
-    /// steady moment. By quadrature, to a rounding of L times the response of the force.
+    /// steady moment. By quadrature, to a rounding of L times the response of the force: its work
+    /// grows with ω L/U, beyond 2·10⁶ it is NaN.
     ///
     /// ```
     /// use bristle::curve::Stribeck;

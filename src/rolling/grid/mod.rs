@@ -354,7 +354,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
             rolling_speed,
             length: self.length,
             duration,
-            cells: self.places.len() - 1,
+            cells: self.cells(),
         };
         let mut ranges = [self.range];
         for (next, &place) in self.next.iter_mut().zip(&self.places) {
