@@ -298,6 +298,16 @@ fn the_ellipsoids_of_few_points_are_known_in_closed_form() {
     assert!(error < 1.0 - 0.75_f64.sqrt() + 1e-12 && error > 0.12, "{two:?}");
 }
 
+/// As docs/plane.md says; the mean distance from the centre, by quadrature over a quarter.
+#[test]
+fn few_points_give_the_spin_radius_of_a_rectangle() {
+    let want = integral(0.0, 1.0, 100, |x| 2.0 * integral(0.0, 0.5, 100, |y| x.hypot(y)));
+    let points: Vec<_> = FootprintPoint::rectangle([2.0, 1.0], [12, 6]).collect();
+    let got = Footprint::new(coulomb(), points).unwrap().limit_ellipsoid().spin_radius;
+    let off = (got - want).abs() / want;
+    assert!((want - 0.593).abs() < 5e-4 && off > 0.0035 && off < 0.0045, "{got} {want}");
+}
+
 #[test]
 fn stored_steps_of_all_points_give_the_bits_of_repeated_ones() {
     let surface = Footprint::new(table_2(), disc(DiscPressure::Hertz, 5)).unwrap();
