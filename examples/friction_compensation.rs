@@ -14,9 +14,6 @@
 //!
 //! Leaves `friction_compensation.csv` (the tables) and `friction_compensation.svg`.
 
-#[macro_use]
-pub(crate) mod support; // a test includes this example
-
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::process::ExitCode;
@@ -30,7 +27,7 @@ use bristle::control::{
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd, ImplicitBristle, LuGre, ParameterError};
-use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Stroke};
+use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Stroke, println};
 
 /// The axis: mass [kg], encoder count [m], limit of the motor [N].
 const MASS: f64 = 12.0;
@@ -452,7 +449,7 @@ fn study(base: Setting) -> Result<Study, Box<dyn Error>> {
 }
 
 fn main() -> ExitCode {
-    support::run(|| {
+    bristle_charts::run(|| {
         let arguments =
             Arguments::new("friction_compensation", "A servo with friction compensation")
                 .number("share", 1.2, "", "over-compensation shown in the second panel")

@@ -2,9 +2,6 @@
 //!
 //! Leaves `friction_curves.csv` and `friction_curves.svg`.
 
-#[macro_use]
-mod support;
-
 use std::process::ExitCode;
 
 use bristle::curve::{
@@ -12,7 +9,7 @@ use bristle::curve::{
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
+use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke, println};
 
 const STATIC: f64 = 0.6;
 const DYNAMIC: f64 = 0.4;
@@ -29,7 +26,7 @@ struct Curve {
 }
 
 fn main() -> ExitCode {
-    support::run(|| {
+    bristle_charts::run(|| {
         let arguments = Arguments::new("friction_curves", "Friction curves and regularisations")
             .count("samples", 801, "points per curve")
             .must_be(Rule::Between(2.0, 1e7))

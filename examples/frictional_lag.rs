@@ -3,9 +3,6 @@
 //!
 //! Leaves `frictional_lag.csv` and `frictional_lag.svg`, friction force over velocity.
 
-#[macro_use]
-mod support;
-
 use std::error::Error;
 use std::process::ExitCode;
 
@@ -15,7 +12,7 @@ use bristle::rheology::KelvinVoigt;
 use bristle::scene::PrescribedVelocity;
 use bristle::signal::{Sine, SineParameters};
 use bristle::{Bristle, FrBd, LuGre, paper};
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
+use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke, println};
 
 const FREQUENCIES: [f64; 3] = [25.0, 50.0, 100.0];
 const PERIODS: usize = 10;
@@ -29,7 +26,7 @@ const AMPLITUDE: f64 = 0.005;
 type Row = [f64; 4];
 
 fn main() -> ExitCode {
-    support::run(|| {
+    bristle_charts::run(|| {
         let arguments = Arguments::new("frictional_lag", "Friction lags behind its steady curve")
             .count("samples", 5001, "rows per model and frequency, evenly spaced")
             .must_be(Rule::Between(PERIODS as f64 + 1.0, 1e7))

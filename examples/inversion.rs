@@ -4,9 +4,6 @@
 //!
 //! Leaves `inversion.csv` and `inversion.svg`.
 
-#[macro_use]
-mod support;
-
 use std::error::Error;
 use std::f64::consts::PI;
 use std::process::ExitCode;
@@ -17,8 +14,8 @@ use bristle::rheology::KelvinVoigt;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity};
 use bristle::signal::{Sine, SineParameters};
 use bristle::{Bristle, FrBd, ImplicitBristle, Mechanism, paper};
+use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke, println};
 use nalgebra::Vector3;
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 const LAG_FREQUENCIES: [f64; 2] = [25.0, 100.0];
 const STICK_SLIP_END: f64 = 60.0;
@@ -38,7 +35,7 @@ struct Run {
 }
 
 fn main() -> ExitCode {
-    support::run(|| {
+    bristle_charts::run(|| {
         let arguments =
             Arguments::new("inversion", "FrBD beside the bristle whose force balance is solved")
                 .count("samples", 4001, "rows per model and scene, evenly spaced")

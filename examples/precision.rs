@@ -5,9 +5,6 @@
 //! Velocities run from the smallest subnormal to 1 km/s, λh from 1e-12 to 1e6; then a million steps
 //! of a millisecond. Leaves `precision.csv` and `precision.svg`.
 
-#[macro_use]
-mod support;
-
 use std::process::ExitCode;
 
 use bristle::companion::Companion;
@@ -17,7 +14,7 @@ use bristle::curve::{
 };
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, Contact, Dahl, DahlParameters, FrBd, LuGre, ParameterError, Scalar, paper};
-use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Stroke};
+use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Stroke, println};
 
 /// Rounded to single precision, in either type.
 fn lit<T: Scalar>(value: f64) -> T {
@@ -235,7 +232,7 @@ where
 }
 
 fn main() -> ExitCode {
-    support::run(|| {
+    bristle_charts::run(|| {
         let arguments = Arguments::new("precision", "Single precision beside double precision")
             .count("density", 4, "velocities, and steps, per decade")
             .must_be(Rule::Between(1.0, 100.0))

@@ -4,9 +4,6 @@
 //!
 //! Leaves `presliding.csv` and `presliding.svg`, friction force over position.
 
-#[macro_use]
-mod support;
-
 use std::error::Error;
 use std::process::ExitCode;
 
@@ -16,7 +13,7 @@ use bristle::rheology::KelvinVoigt;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::{Sine, SineParameters};
 use bristle::{Bristle, FrBd, LuGre, Mechanism, paper};
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule};
+use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, println};
 
 const FREQUENCIES: [f64; 3] = [1.0, 5.0, 10.0];
 const PERIODS: f64 = 3.0;
@@ -26,7 +23,7 @@ const NORMAL_FORCE: f64 = 1.0;
 type Row = [f64; 5];
 
 fn main() -> ExitCode {
-    support::run(|| {
+    bristle_charts::run(|| {
         let arguments = Arguments::new("presliding", "Hysteresis below breakaway")
             .count("samples", 3001, "rows per model and frequency, evenly spaced")
             .must_be(Rule::Between(2.0, 1e7))

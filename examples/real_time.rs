@@ -9,9 +9,6 @@
 //! Leaves `real_time.csv` and `real_time.svg`. Times differ between machines; the ratios of the
 //! schemes hardly do.
 
-#[macro_use]
-mod support;
-
 use std::error::Error;
 use std::hint::black_box;
 use std::process::ExitCode;
@@ -23,7 +20,7 @@ use bristle::ode::{self, Output};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::scene::MassSpringDamper;
 use bristle::{Bristle, Contact, FrBd, Scalar, paper};
-use support::{Arguments, Colour, Csv, Figure, Marker, Panel, Progress, Rule, Way};
+use bristle_charts::{Arguments, Colour, Csv, Figure, Marker, Panel, Progress, Rule, Way, println};
 
 /// The shortest step [s], and the steps as multiples of it: closer together where schemes become
 /// unstable.
@@ -273,7 +270,7 @@ impl Sweep {
 }
 
 fn main() -> ExitCode {
-    support::run(|| {
+    bristle_charts::run(|| {
         let arguments = Arguments::new("real_time", "What a real-time simulation can afford")
             .number("end", 30.0, "s", "end of the simulated time, three slips or so")
             .must_be(Rule::Between(10.0, 1e3))

@@ -6,9 +6,6 @@
 //!
 //! Leaves `reversal_order.csv` and `reversal_order.svg`, error over step length.
 
-#[macro_use]
-mod support;
-
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::process::ExitCode;
@@ -17,8 +14,8 @@ use bristle::ode::{DormandPrince, Method, Output, RungeKutta4, Solver};
 use bristle::scene::PrescribedVelocity;
 use bristle::signal::{Sine, SineParameters};
 use bristle::{Bristle, Dahl, DahlParameters};
+use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke, print, println};
 use nalgebra::Vector1;
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 const FRICTION: DahlParameters<f64> =
     DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 1e4 };
@@ -30,7 +27,7 @@ const PERIODS: f64 = 3.0;
 type Scene = PrescribedVelocity<f64, Dahl<f64>, Sine<f64>>;
 
 fn main() -> ExitCode {
-    support::run(|| {
+    bristle_charts::run(|| {
         let arguments =
             Arguments::new("reversal_order", "The error of fixed steps across reversals")
                 .count("samples", 2001, "output samples over which the error is taken")

@@ -4,9 +4,6 @@
 //! Leaves `stick_slip.csv` and `stick_slip.svg`: the whole run, and the first slip enlarged, where
 //! the two models can be told apart.
 
-#[macro_use]
-mod support;
-
 use std::error::Error;
 use std::process::ExitCode;
 
@@ -15,8 +12,8 @@ use bristle::ode::{Direction, DormandPrince, Event, Output, Solver, Tolerances, 
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::MassSpringDamper;
 use bristle::{Bristle, FrBd, LuGre, paper};
+use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Stroke, println};
 use nalgebra::Vector3;
-use support::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Stroke};
 
 /// Something to draw, from a state and the friction force there.
 type Quantity = fn(&Vector3<f64>, f64) -> f64;
@@ -37,7 +34,7 @@ struct Run {
 }
 
 fn main() -> ExitCode {
-    support::run(|| {
+    bristle_charts::run(|| {
         let arguments = Arguments::new("stick_slip", "The stick-slip rig of the paper")
             .number("end", 60.0, "s", "end of the simulated time; 10⁵ s take some 15 s")
             .must_be(Rule::Between(0.1, 1e5))

@@ -7,9 +7,6 @@
 //!
 //! Leaves `valve.csv` and `valve.svg`.
 
-#[macro_use]
-mod support;
-
 use std::error::Error;
 use std::ops::RangeInclusive;
 use std::process::ExitCode;
@@ -20,8 +17,8 @@ use bristle::rheology::KelvinVoigt;
 use bristle::scene::DiaphragmValve;
 use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
 use bristle::{Bristle, FrBd, LuGre, paper};
+use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke, println};
 use nalgebra::Vector4;
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
 
 /// Position, velocity, deflection, pressure.
 type State = Vector4<f64>;
@@ -71,7 +68,7 @@ struct Row {
 }
 
 fn main() -> ExitCode {
-    support::run(|| {
+    bristle_charts::run(|| {
         let arguments = Arguments::new("valve", "The diaphragm valve of the paper")
             .number("end", 200.0, "s", "end of the simulated time")
             .must_be(Rule::Between(0.1, 1e5))

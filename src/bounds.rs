@@ -1,7 +1,7 @@
 //! The range of a velocity-dependent quantity.
 
 use crate::parameter::{self, ParameterError};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, larger, smaller};
 
 /// Smallest and largest value of a quantity over a range of velocities.
 ///
@@ -34,26 +34,16 @@ impl<T: Scalar> Bounds<T> {
     }
 
     /// Checks the bounds of a quantity that must be positive.
-    pub(crate) fn positive(self, name: &'static str) -> Result<Self, ParameterError> {
+    pub fn positive(self, name: &'static str) -> Result<Self, ParameterError> {
         parameter::positive(name, self.min)?;
         parameter::at_least(name, self.max, "its lower bound", self.min)?;
         Ok(self)
     }
 
     /// Checks the bounds of a quantity that may be zero.
-    pub(crate) fn non_negative(self, name: &'static str) -> Result<Self, ParameterError> {
+    pub fn non_negative(self, name: &'static str) -> Result<Self, ParameterError> {
         parameter::non_negative(name, self.min)?;
         parameter::at_least(name, self.max, "its lower bound", self.min)?;
         Ok(self)
     }
-}
-
-/// The smaller of two numbers; NaN if the first is.
-pub(crate) fn smaller<T: Scalar>(a: T, b: T) -> T {
-    if b < a { b } else { a }
-}
-
-/// The larger of two numbers; NaN if the first is.
-pub(crate) fn larger<T: Scalar>(a: T, b: T) -> T {
-    if b > a { b } else { a }
 }

@@ -55,10 +55,9 @@
 //! Source: a consequence of the affine form of the models of Romano et al. (arXiv 2602.09429),
 //! section III-A, and of their storage function, Lemma III.2.
 
-use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
 use crate::rheology::{Deflection, HeldWeights};
-use crate::scalar::{is_zero, lit, nan, unlimited};
+use crate::scalar::{is_zero, larger, lit, nan, unlimited};
 use crate::{Affine, Bristle, Contact, Reloaded, Scalar};
 
 /// A contact prepared for passive steps inside a mechanism.
@@ -138,7 +137,7 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
     }
 
     /// The speed [m/s] up to which the deflection is limited.
-    pub(crate) fn fastest(&self) -> T {
+    pub fn fastest(&self) -> T {
         self.fastest
     }
 
@@ -281,7 +280,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
 
     /// As [`Contact::companion`], with a speed and a limit of the deflection \[m\] that are known.
     #[inline]
-    pub(crate) fn companion_within(self, fastest: T, limit: T) -> Companion<T, M> {
+    pub fn companion_within(self, fastest: T, limit: T) -> Companion<T, M> {
         Companion { contact: self, fastest, limit }
     }
 }
@@ -333,10 +332,10 @@ pub struct CompanionStep<T: Scalar, D: Deflection<T> = T> {
     limit: T,
 }
 
-impl<T: Scalar> CompanionStep<T> {
-    /// A step of no length without friction: a place for another.
+/// A step of no length without friction: a place for another.
+impl<T: Scalar> Default for CompanionStep<T> {
     #[inline(always)]
-    pub(crate) fn idle() -> Self {
+    fn default() -> Self {
         let zero = T::zero();
         let affine = Affine { relaxation: zero, drive: zero, stiffness: zero, damping: zero };
         Self {
@@ -481,7 +480,6 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
 /// the balance of one step can be off by 2.5e-4 of the energies, and by more where rates differ by
 /// ten decades or a step is 10⁶ relaxation times long.
 #[must_use]
-#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompletedStep<T, D = T, F = T> {
     /// Deflection at the end of the step \[m\].

@@ -64,7 +64,6 @@ pub struct Contact<T, M> {
 }
 
 /// Deflection rate and friction force at one instant.
-#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactResponse<T, D = T> {
     /// Deflection rate ż [m/s].
@@ -74,7 +73,6 @@ pub struct ContactResponse<T, D = T> {
 }
 
 /// A [`ContactResponse`] with its partial derivatives.
-#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearisedContact<T: Scalar, D: Deflection<T> = T> {
     /// Deflection rate ż [m/s].
@@ -93,7 +91,6 @@ pub struct LinearisedContact<T: Scalar, D: Deflection<T> = T> {
 
 /// The result of an exact step at a held velocity, from [`Contact::hold`].
 #[must_use]
-#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldContact<T, D = T> {
     /// Deflection at the end of the step \[m\].
@@ -107,7 +104,6 @@ pub struct HeldContact<T, D = T> {
 
 /// Bounds of a contact for a range of velocities, proved by theorems, from [`Contact::limits`].
 /// `None` where the model has no such theorem, or only an infinite limit.
-#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactLimits<T> {
     /// Upper bound of |z| \[m\], see [`Limits::deflection`](crate::Limits::deflection).
@@ -120,7 +116,6 @@ pub struct ContactLimits<T> {
 
 /// The result of a change of the normal force, from [`Contact::reload`].
 #[must_use = "the deflection has changed with the load"]
-#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reloaded<T, D = T> {
     /// Deflection under the new normal force \[m\].
@@ -163,17 +158,17 @@ impl<T: Scalar> Load<T> {
 
 /// What a change of the load from p to p' leaves.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct LoadChange<T> {
+pub struct LoadChange<T> {
     /// The share of each deflection that is kept, min(1, p/p').
-    pub(crate) kept: T,
+    pub kept: T,
     /// The share of the stored energy that leaves, |p' − p|/max(p, p').
-    pub(crate) lost: T,
+    pub lost: T,
 }
 
 impl<T: Scalar> LoadChange<T> {
     /// From one valid normal force to another.
     #[inline]
-    pub(crate) fn new(from: T, to: T) -> Self {
+    pub fn new(from: T, to: T) -> Self {
         let zero = T::zero();
         if is_zero(from) || is_zero(to) {
             return Self { kept: zero, lost: T::one() };
@@ -186,7 +181,7 @@ impl<T: Scalar> LoadChange<T> {
     }
 }
 
-impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
+impl<T: Scalar, M> Contact<T, M> {
     /// A model under a normal force p \[N\], zero or positive.
     ///
     /// # Errors
@@ -197,12 +192,38 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         Ok(Self { model, normal_force })
     }
 
-    /// A model under a normal force that has been checked.
-    #[inline]
-    pub(crate) fn of(model: M, normal_force: T) -> Self {
-        Self { model, normal_force }
+    /// The friction model.
+    pub fn model(&self) -> &M {
+        &self.model
     }
 
+    /// The normal force p \[N\].
+    pub fn normal_force(&self) -> T {
+        self.normal_force
+    }
+
+    /// Another model under the same normal force.
+    #[inline]
+    pub fn with_model<N>(&self, model: N) -> Contact<T, N> {
+        Contact { model, normal_force: self.normal_force }
+    }
+
+    /// Changes the normal force to p' \[N\] and returns what a deflection has to follow, for a
+    /// contact of your own that is made of others; see [`Contact::reload`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite; the contact is as it was.
+    #[inline]
+    pub fn change_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
+        let normal_force = parameter::non_negative("normal_force", normal_force)?;
+        let change = LoadChange::new(self.normal_force, normal_force);
+        self.normal_force = normal_force;
+        Ok(change)
+    }
+}
+
+impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// Changes the normal force to p' \[N\], zero or positive. Returns the deflection that is left
     /// of the given one, x' = x min(1, p/p'), and the energy that left with it.
     ///
@@ -237,21 +258,9 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         normal_force: T,
         deflection: M::Deflection,
     ) -> Result<Reloaded<T, M::Deflection>, ParameterError> {
-        let normal_force = parameter::non_negative("normal_force", normal_force)?;
-        let change = LoadChange::new(self.normal_force, normal_force);
-        let dissipated = change.lost * self.stored_energy(deflection);
-        self.normal_force = normal_force;
-        Ok(Reloaded { deflection: deflection * change.kept, dissipated })
-    }
-
-    /// The friction model.
-    pub fn model(&self) -> &M {
-        &self.model
-    }
-
-    /// The normal force p \[N\].
-    pub fn normal_force(&self) -> T {
-        self.normal_force
+        let stored = self.stored_energy(deflection);
+        let change = self.change_load(normal_force)?;
+        Ok(Reloaded { deflection: deflection * change.kept, dissipated: change.lost * stored })
     }
 
     /// The deflection rate ż [m/s].

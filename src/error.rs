@@ -1,6 +1,5 @@
 //! One error for all.
 
-use crate::batch::BatchError;
 use crate::number::{Number, decimal};
 use crate::ode::{Failure, StopReason};
 use crate::parameter::ParameterError;
@@ -39,13 +38,6 @@ pub enum Error {
         #[source]
         reason: StopReason,
     },
-    /// A batch or a step of it was refused.
-    #[error(transparent)]
-    Batch(#[from] BatchError),
-    /// No model could be chosen.
-    #[cfg(feature = "alloc")]
-    #[error(transparent)]
-    Fidelity(#[from] crate::fidelity::FidelityError),
 }
 
 impl<T: Scalar, const N: usize> From<Failure<T, N>> for Error {

@@ -72,110 +72,46 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
-pub mod audit;
-pub mod batch;
 mod bounds;
 pub mod companion;
 mod contact;
 pub mod control;
-pub mod convert;
 pub mod curve;
-mod eigenvalues;
 mod error;
 pub mod exponential;
-#[cfg(feature = "alloc")]
-pub mod fidelity;
-pub mod gear;
-#[cfg(feature = "identify")]
-pub mod identify;
-pub mod ledger;
-pub mod linear;
 mod mechanism;
 mod model;
-mod number;
+pub mod number;
 pub mod ode;
 pub mod paper;
-mod parameter;
-pub mod plane;
+pub mod parameter;
 pub mod regularisation;
 pub mod rheology;
-pub mod rolling;
-mod root;
-mod scalar;
+pub mod root;
+pub mod scalar;
 pub mod scene;
 #[cfg(feature = "serde")]
-mod serialisation;
+pub mod serialisation;
 pub mod signal;
 mod sliding;
-pub mod stability;
+mod surface;
 
 /// The linear algebra of states and matrices, in the version that this crate uses.
 pub use nalgebra;
 
 pub use bounds::Bounds;
 pub use contact::{
-    Contact, ContactLimits, ContactResponse, HeldContact, LinearisedContact, Load, Reloaded,
+    Contact, ContactLimits, ContactResponse, HeldContact, LinearisedContact, Load, LoadChange,
+    Reloaded,
 };
 pub use error::Error;
 pub use mechanism::Mechanism;
 pub use model::{
     Affine, AnyBristle, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, FoldRule,
-    FrBd, HeldStep, ImplicitBristle, Law, Limits, Linearised, LuGre,
+    FrBd, HeldStep, ImplicitBristle, Law, Limits, Linearised, LuGre, least_slope,
 };
 pub use number::Units;
 pub use parameter::{ParameterError, Rule};
 pub use scalar::Scalar;
 pub use sliding::{Branch, Sliding};
-
-/// The README's programs compile and run.
-#[cfg(all(doctest, feature = "alloc"))]
-#[doc = include_str!("../README.md")]
-struct Readme;
-
-/// So do those of the page on control loops.
-#[cfg(all(doctest, feature = "alloc"))]
-#[doc = include_str!("../docs/control-loop.md")]
-struct ControlLoop;
-
-/// And that of the page on rolling contact.
-#[cfg(all(doctest, feature = "alloc"))]
-#[doc = include_str!("../docs/rolling-contact.md")]
-struct RollingContact;
-
-/// And those of the page on planes.
-#[cfg(all(doctest, feature = "alloc"))]
-#[doc = include_str!("../docs/plane.md")]
-struct Plane;
-
-/// And those of the page on choosing.
-#[cfg(all(doctest, feature = "alloc"))]
-#[doc = include_str!("../docs/choosing.md")]
-struct Choosing;
-
-/// And those of the page on geared joints.
-#[cfg(all(doctest, feature = "alloc"))]
-#[doc = include_str!("../docs/joint.md")]
-struct GearedJoints;
-
-/// And those of the page on other tools.
-#[cfg(all(doctest, feature = "alloc"))]
-#[doc = include_str!("../docs/coming-from.md")]
-struct ComingFrom;
-
-/// And that of the page on microcontrollers, and what the other pages may get.
-#[cfg(all(doctest, feature = "alloc"))]
-#[doc = include_str!("../docs/embedded.md")]
-#[doc = include_str!("../docs/gallery.md")]
-#[doc = include_str!("../docs/paper.md")]
-#[doc = include_str!("../docs/work-precision.md")]
-struct Pages;
-
-/// And that of the page on identification.
-#[cfg(all(doctest, feature = "identify"))]
-#[doc = include_str!("../docs/identification.md")]
-struct Identification;
-
-/// And that of the page on files.
-#[cfg(all(doctest, feature = "serde"))]
-#[doc = include_str!("../docs/files.md")]
-struct Files;
+pub use surface::Surface;

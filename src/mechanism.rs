@@ -24,7 +24,7 @@ pub struct Mechanism<T> {
 
 impl<T: Scalar> Mechanism<T> {
     /// Returns the mechanism if every parameter is in its range.
-    pub(crate) fn checked(self) -> Result<Self, ParameterError> {
+    pub fn checked(self) -> Result<Self, ParameterError> {
         Ok(Self {
             mass: parameter::positive("mass", self.mass)?,
             spring_stiffness: parameter::non_negative("spring_stiffness", self.spring_stiffness)?,

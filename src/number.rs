@@ -7,17 +7,20 @@ use nalgebra::ComplexField;
 use crate::scalar::{Scalar, to_f64};
 
 /// Text of at most `N` bytes on the stack; what does not fit is cut off.
-pub(crate) struct Text<const N: usize> {
+#[derive(Debug, Clone)]
+pub struct Text<const N: usize> {
     bytes: [u8; N],
     length: usize,
 }
 
 impl<const N: usize> Text<N> {
-    pub(crate) fn new() -> Self {
+    /// No text yet.
+    pub fn new() -> Self {
         Self { bytes: [0; N], length: 0 }
     }
 
-    pub(crate) fn as_str(&self) -> &str {
+    /// What was written.
+    pub fn as_str(&self) -> &str {
         let written = self.bytes.get(..self.length).unwrap_or(&[]);
         core::str::from_utf8(written).unwrap_or("")
     }
@@ -86,18 +89,18 @@ impl Units {
 /// A number for a reader: plain from 1e-3 to 1e6, with an exponent beyond, without trailing zeros.
 ///
 /// `{}` prints every digit, `{:.5}` five significant ones.
-#[derive(Clone, Copy)]
-pub(crate) struct Number(pub(crate) f64);
+#[derive(Debug, Clone, Copy)]
+pub struct Number(pub f64);
 
 /// A scalar as a [`Number`].
-pub(crate) fn number<T: Scalar>(value: T) -> Number {
+pub fn number<T: Scalar>(value: T) -> Number {
     Number(decimal(value))
 }
 
 /// A number as its shortest digits say: of a single 1e-7 this is 1e-7, not 1.0000000116860974e-7.
 ///
 /// By arithmetic, because formatting is not free of panics, and parameters are refused by firmware.
-pub(crate) fn decimal<T: Scalar>(value: T) -> f64 {
+pub fn decimal<T: Scalar>(value: T) -> f64 {
     let wide = to_f64(value);
     if to_f64(T::default_epsilon()) < 1e-10 || !wide.is_finite() || wide == 0.0 {
         return wide;

@@ -179,12 +179,12 @@ fn limits<T: Scalar>() -> (f64, f64) {
 }
 
 /// The smallest admissible magnitude.
-pub(crate) fn smallest<T: Scalar>() -> T {
+pub fn smallest<T: Scalar>() -> T {
     lit(limits::<T>().0)
 }
 
 /// Returns a value that passes a check, or the error that names the rule.
-pub(crate) fn check<T: Scalar>(
+pub fn check<T: Scalar>(
     name: &'static str,
     value: T,
     passes: bool,
@@ -205,17 +205,17 @@ fn against<T: Scalar>(
 }
 
 /// The error for a value that breaks a rule.
-pub(crate) fn refused<T: Scalar>(name: &'static str, value: T, rule: Rule) -> ParameterError {
+pub fn refused<T: Scalar>(name: &'static str, value: T, rule: Rule) -> ParameterError {
     ParameterError { name, component: None, value: decimal(value), rule }
 }
 
 /// The error for what was chosen at run time and does not go where it was put, which takes others.
-pub(crate) fn chosen(choice: &'static str, takes: &'static str) -> ParameterError {
+pub fn chosen(choice: &'static str, takes: &'static str) -> ParameterError {
     ParameterError { name: choice, component: None, value: f64::NAN, rule: Rule::Takes(takes) }
 }
 
 /// A rule of one construction: the value must …
-pub(crate) fn stated<T: Scalar>(
+pub fn stated<T: Scalar>(
     name: &'static str,
     value: T,
     passes: bool,
@@ -225,30 +225,30 @@ pub(crate) fn stated<T: Scalar>(
 }
 
 /// Not NaN.
-pub(crate) fn number<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
+pub fn number<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
     check(name, value, value.abs() >= T::zero(), Rule::Number)
 }
 
 /// Finite, of either sign and of admissible magnitude.
-pub(crate) fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
+pub fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
     let (_, most) = limits::<T>();
     between(name, value, -most, most)
 }
 
 /// Strictly positive.
-pub(crate) fn positive<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
+pub fn positive<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
     let (least, most) = limits::<T>();
     between(name, value, least, most)
 }
 
 /// Zero or positive; −0 becomes 0, because what is divided by it has a sign.
-pub(crate) fn non_negative<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
+pub fn non_negative<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
     let (_, most) = limits::<T>();
     between(name, value, 0.0, most).map(|value| value + T::zero())
 }
 
 /// Between two limits, or at one of them.
-pub(crate) fn between<T: Scalar>(
+pub fn between<T: Scalar>(
     name: &'static str,
     value: T,
     least: f64,
@@ -259,7 +259,7 @@ pub(crate) fn between<T: Scalar>(
 }
 
 /// Not smaller than another parameter (both are checked to be finite elsewhere).
-pub(crate) fn at_least<T: Scalar>(
+pub fn at_least<T: Scalar>(
     name: &'static str,
     value: T,
     other: &'static str,
@@ -269,7 +269,7 @@ pub(crate) fn at_least<T: Scalar>(
 }
 
 /// Not larger than another parameter (both are checked to be finite elsewhere).
-pub(crate) fn at_most<T: Scalar>(
+pub fn at_most<T: Scalar>(
     name: &'static str,
     value: T,
     other: &'static str,
@@ -279,7 +279,7 @@ pub(crate) fn at_most<T: Scalar>(
 }
 
 /// Strictly smaller than another quantity.
-pub(crate) fn below<T: Scalar>(
+pub fn below<T: Scalar>(
     name: &'static str,
     value: T,
     other: &'static str,
@@ -289,7 +289,7 @@ pub(crate) fn below<T: Scalar>(
 }
 
 /// Strictly larger than the component before it.
-pub(crate) fn increasing<T: Scalar>(
+pub fn increasing<T: Scalar>(
     name: &'static str,
     value: T,
     previous: T,
@@ -298,21 +298,17 @@ pub(crate) fn increasing<T: Scalar>(
 }
 
 /// Exactly the value that the construction needs.
-pub(crate) fn exactly<T: Scalar>(
-    name: &'static str,
-    value: T,
-    wanted: T,
-) -> Result<T, ParameterError> {
+pub fn exactly<T: Scalar>(name: &'static str, value: T, wanted: T) -> Result<T, ParameterError> {
     against(name, value, value == wanted, wanted, |value| Rule::Exactly { value })
 }
 
 /// A count of at least `least`.
-pub(crate) fn count(name: &'static str, count: usize, least: usize) -> Result<(), ParameterError> {
+pub fn count(name: &'static str, count: usize, least: usize) -> Result<(), ParameterError> {
     check(name, count as f64, count >= least, Rule::Count { least }).map(drop)
 }
 
 /// The abscissas of a table: two at least, from zero on, increasing.
-pub(crate) fn abscissas<T: Scalar>(
+pub fn abscissas<T: Scalar>(
     name: &'static str,
     values: impl ExactSizeIterator<Item = T>,
 ) -> Result<(), ParameterError> {
@@ -329,9 +325,6 @@ pub(crate) fn abscissas<T: Scalar>(
 }
 
 /// Names the component of an array that a check refused.
-pub(crate) fn component<T>(
-    index: usize,
-    checked: Result<T, ParameterError>,
-) -> Result<T, ParameterError> {
+pub fn component<T>(index: usize, checked: Result<T, ParameterError>) -> Result<T, ParameterError> {
     checked.map_err(|error| ParameterError { component: Some(index), ..error })
 }

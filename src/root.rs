@@ -9,7 +9,7 @@ use crate::scalar::{is_zero, lit};
 ///
 /// By regula falsi, with the weight of an end that stays for a second time halved (Illinois), and
 /// bisection where that is slow.
-pub(crate) fn enclose<T: Scalar>(
+pub fn enclose<T: Scalar>(
     mut function: impl FnMut(T) -> T,
     (mut a, mut at_a): (T, T),
     (mut b, mut at_b): (T, T),

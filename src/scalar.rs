@@ -10,31 +10,41 @@ impl<T: RealField + Copy> Scalar for T {}
 
 /// A literal of the scalar type.
 #[inline(always)]
-pub(crate) fn lit<T: Scalar>(value: f64) -> T {
+pub fn lit<T: Scalar>(value: f64) -> T {
     nalgebra::convert(value)
 }
 
 /// The value as `f64`, for error messages and step-size control.
 #[inline(always)]
-pub(crate) fn to_f64<T: Scalar>(value: T) -> f64 {
+pub fn to_f64<T: Scalar>(value: T) -> f64 {
     value.to_subset_unchecked()
 }
 
 /// Whether a value is zero. Of a dual number that asks for the value alone, where `==` would ask
 /// for its derivatives too.
 #[inline(always)]
-pub(crate) fn is_zero<T: Scalar>(value: T) -> bool {
+pub fn is_zero<T: Scalar>(value: T) -> bool {
     value <= T::zero() && value >= T::zero()
 }
 
 /// Infinity, in any scalar type: the fastest speed of a law that holds at every velocity.
 #[inline(always)]
-pub(crate) fn unlimited<T: Scalar>() -> T {
+pub fn unlimited<T: Scalar>() -> T {
     T::one() / T::zero()
 }
 
 /// Not a number, in any scalar type: what a model answers where it has no answer.
 #[inline(always)]
-pub(crate) fn nan<T: Scalar>() -> T {
+pub fn nan<T: Scalar>() -> T {
     T::zero() / T::zero()
+}
+
+/// The smaller of two numbers; NaN if the first is.
+pub fn smaller<T: Scalar>(a: T, b: T) -> T {
+    if b < a { b } else { a }
+}
+
+/// The larger of two numbers; NaN if the first is.
+pub fn larger<T: Scalar>(a: T, b: T) -> T {
+    if b > a { b } else { a }
 }

@@ -13,21 +13,14 @@ use crate::curve::{
     Coulomb, CoulombParameters, Cubic, FrictionCurve, Knot, RationalStribeck,
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
-use crate::gear::{
-    GearFriction, GearFrictionParameters, LoadLaw, TorqueLoad, TorqueLoadParameters,
-};
 use crate::parameter;
-use crate::plane::{Axis, PlaneBristle, PlaneContact, PlaneFrBd, PlaneLuGre};
 use crate::regularisation::{HyperbolicTangent, Regularisation, SquareRoot};
 use crate::rheology::{
     GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt,
     KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters,
 };
-use crate::rolling::{FunctionPressure, PolynomialExponential, PolynomialExponentialParameters};
 use crate::scene::{
-    CurrentMotor, CurrentMotorParameters, DiaphragmValve, DiaphragmValveParameters, GearedJoint,
-    GearedJointParameters, JointInput, MassSpringDamper, MassSpringDamperParameters, PlaneBody,
-    PlaneBodyParameters, VoltageMotor, VoltageMotorParameters,
+    DiaphragmValve, DiaphragmValveParameters, MassSpringDamper, MassSpringDamperParameters,
 };
 use crate::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
 use crate::{
@@ -36,17 +29,27 @@ use crate::{
 };
 
 /// Arrays of any length.
-pub(crate) mod array {
+pub mod array {
     use super::{Deserialize, Deserializer, Error, Serialize, Serializer, Vec};
 
-    pub(crate) fn serialize<T: Serialize, S: Serializer, const N: usize>(
+    /// Writes an array as a list.
+    ///
+    /// # Errors
+    ///
+    /// Those of the format.
+    pub fn serialize<T: Serialize, S: Serializer, const N: usize>(
         array: &[T; N],
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
         serializer.collect_seq(array)
     }
 
-    pub(crate) fn deserialize<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
+    /// Reads a list of N.
+    ///
+    /// # Errors
+    ///
+    /// Another number of them, and those of the format.
+    pub fn deserialize<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
         deserializer: D,
     ) -> Result<[T; N], D::Error> {
         let list = Vec::deserialize(deserializer)?;
@@ -57,7 +60,11 @@ pub(crate) mod array {
 }
 
 /// Reads a value from what a file holds, through the constructor of the value.
-fn read<'de, P, T, D>(
+///
+/// # Errors
+///
+/// What the constructor refuses, at the place in the file.
+pub fn read<'de, P, T, D>(
     deserializer: D,
     new: impl FnOnce(P) -> Result<T, ParameterError>,
 ) -> Result<T, D::Error>
@@ -80,54 +87,57 @@ macro_rules! finite {
         }
     )*};
 }
-finite!(constant horizontal_torque hanging_angle proportional_gain derivative_gain);
+finite!(constant);
 
-/// A type that is read and written as something else: `[generics] type as what: read, write`.
-macro_rules! through {
+/// Implements serde's traits for a type that is read and written as something else:
+/// `[generics] type as what: read, write`, with T for the scalar.
+#[macro_export]
+macro_rules! serialised_as {
     (
         [$($generic:ident: $($bound:path)|+),* $(; const $n:ident)?]
         $type:ty as $file:ty: $new:expr, $file_of:expr
     ) => {
-        impl<'de, T: Scalar + Deserialize<'de>
-            $(, $generic: $($bound +)+ Deserialize<'de>)* $(, const $n: usize)?>
-            Deserialize<'de> for $type
+        impl<'de, T: $crate::Scalar + ::serde::Deserialize<'de>
+            $(, $generic: $($bound +)+ ::serde::Deserialize<'de>)* $(, const $n: usize)?>
+            ::serde::Deserialize<'de> for $type
         {
-            fn deserialize<De: Deserializer<'de>>(deserializer: De) -> Result<Self, De::Error> {
-                read::<$file, Self, De>(deserializer, $new)
+            fn deserialize<De: ::serde::Deserializer<'de>>(
+                deserializer: De,
+            ) -> Result<Self, De::Error> {
+                $crate::serialisation::read::<$file, Self, De>(deserializer, $new)
             }
         }
 
-        impl<T: Scalar + Serialize
-            $(, $generic: $($bound +)+ Serialize)* $(, const $n: usize)?>
-            Serialize for $type
+        impl<T: $crate::Scalar + ::serde::Serialize
+            $(, $generic: $($bound +)+ ::serde::Serialize)* $(, const $n: usize)?>
+            ::serde::Serialize for $type
         {
-            fn serialize<Se: Serializer>(&self, serializer: Se) -> Result<Se::Ok, Se::Error> {
+            fn serialize<Se: ::serde::Serializer>(
+                &self,
+                serializer: Se,
+            ) -> Result<Se::Ok, Se::Error> {
                 let file_of: fn(&Self) -> $file = $file_of;
-                file_of(self).serialize(serializer)
+                ::serde::Serialize::serialize(&file_of(self), serializer)
             }
         }
     };
 }
 
-through!([] Coulomb<T> as CoulombParameters<T>: Self::new, Self::parameters);
-through!([] Stribeck<T> as StribeckParameters<T>: Self::new, Self::parameters);
-through!([] RationalStribeck<T> as RationalStribeckParameters<T>: Self::new, Self::parameters);
-through!([] Dahl<T> as DahlParameters<T>: Self::new, Self::parameters);
-through!([] KelvinVoigt<T> as KelvinVoigtParameters<T, T>: Self::new, Self::parameters);
-through!([] Sine<T> as SineParameters<T>: Self::new, Self::parameters);
-through!([] SquareRoot<T> as T: Self::new, Self::epsilon);
-through!([] HyperbolicTangent<T> as T: Self::new, Self::threshold_velocity);
-through!([; const N] GeneralisedMaxwell<T, N> as GeneralisedMaxwellParameters<T, N>:
+serialised_as!([] Coulomb<T> as CoulombParameters<T>: Self::new, Self::parameters);
+serialised_as!([] Stribeck<T> as StribeckParameters<T>: Self::new, Self::parameters);
+serialised_as!([] RationalStribeck<T> as RationalStribeckParameters<T>: Self::new, Self::parameters);
+serialised_as!([] Dahl<T> as DahlParameters<T>: Self::new, Self::parameters);
+serialised_as!([] KelvinVoigt<T> as KelvinVoigtParameters<T, T>: Self::new, Self::parameters);
+serialised_as!([] Sine<T> as SineParameters<T>: Self::new, Self::parameters);
+serialised_as!([] SquareRoot<T> as T: Self::new, Self::epsilon);
+serialised_as!([] HyperbolicTangent<T> as T: Self::new, Self::threshold_velocity);
+serialised_as!([; const N] GeneralisedMaxwell<T, N> as GeneralisedMaxwellParameters<T, N>:
     Self::new, Self::parameters);
-through!([; const N] PolynomialExponential<T, N> as PolynomialExponentialParameters<T, N>:
-    Self::new, Self::parameters);
-through!([] Tabulated<Vec<Cubic<T>>> as Vec<Knot<T>>:
+serialised_as!([] Tabulated<Vec<Cubic<T>>> as Vec<Knot<T>>:
     |knots: Vec<Knot<T>>| Self::from_slice(&knots), |table| table.knots().collect());
-through!([] Polyline<Vec<Vertex<T>>> as Vec<Vertex<T>>:
+serialised_as!([] Polyline<Vec<Vertex<T>>> as Vec<Vertex<T>>:
     Self::new, |line| line.vertices().clone());
-through!([] FunctionPressure<T, Polyline<Vec<Vertex<T>>>> as Polyline<Vec<Vertex<T>>>:
-    Self::new, |pressure| pressure.function().clone());
-through!([] Maxwell<T> as MaxwellFile<T>:
+serialised_as!([] Maxwell<T> as MaxwellFile<T>:
 |file: MaxwellFile<T>| {
     let MaxwellFile { micro_stiffness, series_damping } = file;
     Self::new(MaxwellParameters { micro_stiffness, series_damping })
@@ -138,7 +148,7 @@ through!([] Maxwell<T> as MaxwellFile<T>:
     let series_damping = series_damping.unwrap_or_else(T::zero);
     MaxwellFile { micro_stiffness: stiffness, series_damping }
 });
-through!([C: FrictionCurve<T>, E: Regularisation<T> | Default]
+serialised_as!([C: FrictionCurve<T>, E: Regularisation<T> | Default]
 LuGre<C, KelvinVoigt<T>, E, T> as LuGreFile<C, E, T>:
 |file: LuGreFile<C, E, T>| {
     let LuGreFile { curve, rheology, regularisation, viscous_friction } = file;
@@ -154,7 +164,7 @@ LuGre<C, KelvinVoigt<T>, E, T> as LuGreFile<C, E, T>:
     regularisation: model.regularisation().clone(),
     viscous_friction: Some(model.viscous_friction()),
 });
-through!([C: FrictionCurve<T>, E: Regularisation<T> | Default]
+serialised_as!([C: FrictionCurve<T>, E: Regularisation<T> | Default]
 ElastoPlastic<C, KelvinVoigt<T>, E, T> as ElastoPlasticFile<C, E, T>:
 |file: ElastoPlasticFile<C, E, T>| {
     let ElastoPlasticFile { curve, rheology, regularisation, stick_limit } = file;
@@ -166,7 +176,7 @@ ElastoPlastic<C, KelvinVoigt<T>, E, T> as ElastoPlasticFile<C, E, T>:
     regularisation: model.plastic().regularisation().clone(),
     stick_limit: model.stick_limit(),
 });
-through!([C: FrictionCurve<T>] ImplicitBristle<C, T> as ImplicitFile<C, T>:
+serialised_as!([C: FrictionCurve<T>] ImplicitBristle<C, T> as ImplicitFile<C, T>:
 |file: ImplicitFile<C, T>| Self::new(file.curve, file.rheology, file.fold_rule),
 |model| ImplicitFile {
     curve: model.curve().clone(),
@@ -174,79 +184,17 @@ through!([C: FrictionCurve<T>] ImplicitBristle<C, T> as ImplicitFile<C, T>:
     fold_rule: model.fold_rule(),
 });
 
-through!([M: Bristle<T, Deflection = T>, F: Signal<T>]
+serialised_as!([M: Bristle<T, Deflection = T>, F: Signal<T>]
     MassSpringDamper<T, M, F> as MassSpringDamperParameters<T, M, F>:
     Self::new, Self::parameters);
-through!([M: Bristle<T, Deflection = T>, U: Signal<T>]
+serialised_as!([M: Bristle<T, Deflection = T>, U: Signal<T>]
     DiaphragmValve<T, M, U> as DiaphragmValveParameters<T, M, U>:
-    Self::new, Self::parameters);
-
-through!([C: FrictionCurve<T>, E: Regularisation<T> | Default; const N]
-PlaneFrBd<C, T, N, E> as PlaneFile<C, E, T, N>:
-|file: PlaneFile<C, E, T, N>| {
-    Ok(PlaneFrBd::new(file.curve, file.axes)?.regularised(file.regularisation))
-},
-|model| PlaneFile {
-    curve: model.curve().clone(),
-    axes: *model.bristles(),
-    regularisation: model.regularisation().clone(),
-});
-through!([C: FrictionCurve<T>, E: Regularisation<T> | Default; const N]
-PlaneLuGre<C, T, N, E> as PlaneLuGreFile<C, E, T, N>:
-|file: PlaneLuGreFile<C, E, T, N>| {
-    let PlaneLuGreFile { curve, axes, regularisation, viscous_friction } = file;
-    let model = match viscous_friction {
-        Some(outside) => PlaneLuGre::with_viscous_friction(curve, axes, outside)?,
-        None => PlaneLuGre::classical(curve, axes)?,
-    };
-    Ok(model.regularised(regularisation))
-},
-|model| PlaneLuGreFile {
-    curve: model.parts().curve().clone(),
-    axes: *model.parts().bristles(),
-    regularisation: model.parts().regularisation().clone(),
-    viscous_friction: Some(model.viscous_friction()),
-});
-through!([M: PlaneBristle<T, N>, A: Signal<T>, F: Signal<T>; const N]
-    PlaneBody<T, M, N, A, F> as PlaneBodyParameters<T, M, N, A, F>:
-    Self::new, |body| body.parameters().clone());
-
-through!([] TorqueLoad<T> as TorqueLoadParameters<T>: Self::new, Self::parameters);
-through!([M: Bristle<T>, L: LoadLaw<T>] GearFriction<T, M, L> as GearFile<T, M, L>:
-|file: GearFile<T, M, L>| {
-    let GearFile { friction, load, drag, fastest, friction_scale, drag_scale } = file;
-    let mut gear = Self::new(GearFrictionParameters { friction, load, drag, fastest })?;
-    gear.set_friction_scale(friction_scale)?;
-    gear.set_drag_scale(drag_scale)?;
-    Ok(gear)
-},
-|gear| {
-    let GearFrictionParameters { friction, load, drag, fastest } = gear.parameters();
-    let (friction_scale, drag_scale) = (gear.friction_scale(), gear.drag_scale());
-    GearFile { friction, load, drag, fastest, friction_scale, drag_scale }
-});
-through!([I: JointInput<T>] CurrentMotor<T, I> as CurrentMotorParameters<T, I>:
-    Self::new, Self::parameters);
-through!([U: JointInput<T>] VoltageMotor<T, U> as VoltageMotorParameters<T, U>:
-    Self::new, Self::parameters);
-through!([M: Bristle<T, Deflection = T>, L: LoadLaw<T>, A: JointInput<T>, E: JointInput<T>]
-    GearedJoint<T, M, L, A, E> as GearedJointParameters<T, M, L, A, E>:
     Self::new, Self::parameters);
 
 impl<'de, T, M> Deserialize<'de> for Contact<T, M>
 where
     T: Scalar + Deserialize<'de>,
     M: Bristle<T> + Deserialize<'de>,
-{
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        read(deserializer, |file: ContactFile<T, M>| Self::new(file.model, file.normal_force))
-    }
-}
-
-impl<'de, T, M, const N: usize> Deserialize<'de> for PlaneContact<T, M, N>
-where
-    T: Scalar + Deserialize<'de>,
-    M: PlaneBristle<T, N> + Deserialize<'de>,
 {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         read(deserializer, |file: ContactFile<T, M>| Self::new(file.model, file.normal_force))
@@ -317,52 +265,6 @@ model_file! {
         #[serde(default = "Option::default")]
         viscous_friction: Option<T>,
     }
-}
-
-model_file! {
-    /// A model on several axes in a file.
-    "PlaneFrBd" PlaneFile[C, E, T, const N: usize] {
-        curve: C,
-        #[serde(with = "array")]
-        axes: [Axis<T>; N],
-        #[serde(default)]
-        regularisation: E,
-    }
-}
-
-model_file! {
-    /// A LuGre model on several axes in a file: g and the viscous friction outside it, as of
-    /// [`LuGreFile`].
-    "PlaneLuGre" PlaneLuGreFile[C, E, T, const N: usize] {
-        curve: C,
-        #[serde(with = "array")]
-        axes: [Axis<T>; N],
-        #[serde(default)]
-        regularisation: E,
-        #[serde(default = "Option::default")]
-        viscous_friction: Option<T>,
-    }
-}
-
-/// The friction of a gear in a file, with its scales; its load is that without torques.
-#[derive(Serialize, Deserialize)]
-#[serde(
-    deny_unknown_fields,
-    rename = "GearFriction",
-    bound(
-        deserialize = "T: Scalar + Deserialize<'de>, M: Deserialize<'de>, L: Deserialize<'de>",
-        serialize = "T: Scalar + Serialize, M: Serialize, L: Serialize"
-    )
-)]
-struct GearFile<T, M, L> {
-    friction: M,
-    load: L,
-    drag: T,
-    fastest: T,
-    #[serde(default = "T::one")]
-    friction_scale: T,
-    #[serde(default = "T::one")]
-    drag_scale: T,
 }
 
 model_file! {

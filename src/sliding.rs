@@ -97,18 +97,18 @@ impl<T: Scalar> Sliding<T> {
 impl<T: Scalar> Sliding<T> {
     /// Velocity, speed and direction.
     #[inline(always)]
-    pub(crate) fn parts(self) -> (T, T, T) {
+    pub fn parts(self) -> (T, T, T) {
         (self.velocity, self.speed, self.direction)
     }
 
     /// From velocity, speed and direction that belong together.
     #[inline(always)]
-    pub(crate) fn from_parts(velocity: T, speed: T, direction: T) -> Self {
+    pub fn from_parts(velocity: T, speed: T, direction: T) -> Self {
         Self { velocity, speed, direction }
     }
 
     /// The opposite velocity, seen from the same branch.
-    pub(crate) fn mirrored(&self) -> Self {
+    pub fn mirrored(&self) -> Self {
         Self { velocity: -self.velocity, speed: -self.speed, direction: self.direction }
     }
 }

@@ -17,9 +17,6 @@ use proptest::prelude::*;
 #[path = "../examples/friction_compensation.rs"]
 mod example;
 
-// Where the example prints by.
-use example::support;
-
 type FrBdFriction = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
 type Friction = Contact<f64, FrBdFriction>;
 type LuGreFriction = Contact<f64, LuGre<Stribeck<f64>, KelvinVoigt<f64>>>;

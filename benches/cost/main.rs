@@ -1,6 +1,6 @@
 //! What one evaluation and one step cost, beside one exponential: `cargo bench --bench cost`.
 //! Contacts of several axes, models chosen at run time and bristles of several springs are compared
-//! with their plain counterparts by `cargo bench --bench cost -- --ratios`.
+//! with their plain counterparts by `cargo bench --bench ratios`.
 //!
 //! Every measured piece of work waits for the result of the one before, as it does in a simulation
 //! or a control loop, and so does the exponential it is compared with. Read the ratios to `exp`
@@ -11,15 +11,10 @@
 //! driver (fixed, sliding steadily, without output): its right-hand sides, its algebra, and the
 //! watch for reversals.
 
-mod ratios;
-
 use std::hint::black_box;
 
 use bristle::curve::{RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters};
 use bristle::exponential::Exponential;
-use bristle::gear::{
-    GearFriction, GearFrictionParameters, GearTorques, TorqueLoad, TorqueLoadParameters,
-};
 use bristle::ode::{
     DormandPrince, DormandPrince8, Method, Rodas4, Rodas5P, RungeKutta4, Solver, System,
 };
@@ -27,14 +22,12 @@ use bristle::rheology::{
     GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters,
     MaxwellArm, ZenerParameters,
 };
-use bristle::scene::{
-    GearedJoint, GearedJointParameters, JointState, MassSpringDamper, MassSpringDamperParameters,
-};
+use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::{
     Affine, Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, Mechanism,
     ParameterError, Scalar, paper,
 };
-use criterion::{Criterion, criterion_group};
+use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{SVector, Vector2, Vector3, convert};
 
 const SPEED: f64 = 0.008;
@@ -136,7 +129,6 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
             done.deflection + done.work + done.stored + done.dissipated
         });
     }
-    gear(c, scalar, frbd);
     if let Ok(companion) = frbd.under_load(t(1.0)).and_then(|contact| contact.companion(t(1.0))) {
         // Between 1 and 2 N, each step under a load of its own.
         let mut companion = companion;
@@ -188,34 +180,6 @@ fn five_arms<T: Scalar>() -> GeneralisedMaxwellParameters<T, 5> {
 }
 
 type Friction<T> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
-
-/// Steps of a gear under torques that vary, in a mass of one's own and in the scene.
-fn gear<T: Scalar>(c: &mut Criterion, scalar: &str, friction: Friction<T>) {
-    let t = |value: f64| convert::<f64, T>(value);
-    let shares =
-        TorqueLoadParameters { idle_load: t(0.5), motor_share: t(1.0), external_share: t(0.6) };
-    let Ok(load) = TorqueLoad::new(shares) else { return };
-    let parameters = GearFrictionParameters { friction, load, drag: t(0.05), fastest: t(1.0) };
-    let Ok(mut gear) = GearFriction::new(parameters) else { return };
-    let (z, h) = (t(DEFLECTION), t(1e-3));
-    let name = |what: &str| format!("{scalar}/passive step, FrBD, {what}");
-    let mut motor = t(1.28);
-    measure(c, &name("of a gear whose torques vary"), SPEED, |v: T| {
-        motor = t(2.5) - motor;
-        let torques = GearTorques { motor, external: t(-0.1) };
-        let Ok(step) = gear.step(torques, v, z, h) else { return v };
-        let mean = (motor - t(0.1) - step.bias() + v * t(2e3)) / (t(2e3) + step.damping());
-        step.commit(mean).deflection
-    });
-    let parameters =
-        GearedJointParameters { gear, inertia: t(1.0), motor: t(1.28), external: t(-0.1) };
-    let Ok(mut joint) = GearedJoint::new(parameters) else { return };
-    measure(c, &name("of a geared joint"), SPEED, |velocity: T| {
-        let mut state = JointState::at_rest(t(0.0));
-        (state.velocity, state.deflection) = (velocity, z);
-        joint.step(&state, h).map_or(velocity, |(state, _)| state.velocity + state.deflection)
-    });
-}
 
 /// The stick-slip rig in a scalar type.
 fn rig<T: Scalar>() -> Result<MassSpringDamper<T, Friction<T>>, ParameterError> {
@@ -297,11 +261,4 @@ fn all(c: &mut Criterion) {
 
 criterion_group!(benches, all);
 
-fn main() -> Result<(), ParameterError> {
-    if std::env::args().any(|word| word == "--ratios") {
-        return ratios::report();
-    }
-    benches();
-    Criterion::default().configure_from_args().final_summary();
-    Ok(())
-}
+criterion_main!(benches);

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::support::{Figure, Marker, Panel, Stroke};
+use bristle_charts::{Figure, Marker, Panel, Stroke};
 
 use crate::row::{NO_ANSWER, Row};
 
@@ -16,7 +16,7 @@ const AUTOMATIC: &str = "solve";
 const EXACT: f64 = 2e-15;
 
 /// Writes a figure for every scene in some rows.
-pub fn draw(folder: &Path, prefix: &str, rows: &[Row]) -> crate::support::Result<Vec<PathBuf>> {
+pub fn draw(folder: &Path, prefix: &str, rows: &[Row]) -> bristle_charts::Result<Vec<PathBuf>> {
     let methods = distinct(rows.iter().map(|row| row.method));
     let scenes = distinct(rows.iter().map(|row| row.scene));
     scenes.into_iter().map(|scene| figure(folder, prefix, rows, scene, &methods)).collect()
@@ -28,7 +28,7 @@ fn figure(
     rows: &[Row],
     scene: &str,
     methods: &[&str],
-) -> crate::support::Result<PathBuf> {
+) -> bristle_charts::Result<PathBuf> {
     let rows: Vec<&Row> = rows.iter().filter(|row| row.scene == scene).collect();
     // Both panels have the same axes, so that the models can be compared too.
     let times = || rows.iter().map(|row| row.seconds).filter(|time| *time > 0.0);

@@ -13,10 +13,6 @@
 //! every method here is told where the sliding velocity reverses, save the plain ones.
 #![allow(unreachable_pub, reason = "another package includes these modules")]
 
-#[macro_use]
-#[path = "../../examples/support/mod.rs"]
-mod support;
-
 mod chart;
 mod measure;
 mod methods;
@@ -39,7 +35,7 @@ const CONSISTENT: f64 = 1e-13;
 const USAGE: &str = "usage: work_precision [--out DIR] [--scene WORD] [--method WORD] [--phases]";
 
 fn main() -> ExitCode {
-    support::run(|| {
+    bristle_charts::run(|| {
         let options = Options::read(std::env::args().skip(1))?;
         if options.phases {
             return phases::report();
@@ -128,7 +124,7 @@ impl scenes::Visitor for Bench {
         }
         let mut methods = methods::all(scene);
         methods.retain(|method| method.name.contains(&self.options.method));
-        let mut progress = support::Progress::new("methods", methods.len());
+        let mut progress = bristle_charts::Progress::new("methods", methods.len());
         for method in methods {
             let rows = measure::sweep(scene, &reference, &method);
             progress.step();

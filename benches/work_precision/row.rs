@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::support::Csv;
+use bristle_charts::Csv;
 
 use crate::methods::Cost;
 
@@ -48,7 +48,7 @@ impl Row {
 }
 
 /// Writes `folder/name.csv`.
-pub fn write(folder: &Path, name: &str, rows: &[Row]) -> crate::support::Result<PathBuf> {
+pub fn write(folder: &Path, name: &str, rows: &[Row]) -> bristle_charts::Result<PathBuf> {
     let columns = [
         "scene",
         "model",

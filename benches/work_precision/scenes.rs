@@ -17,14 +17,14 @@ use std::rc::Rc;
 use bristle::curve::Stribeck;
 use bristle::exponential::Exponential;
 use bristle::ode::{Linearisation, Statistics, System};
-use bristle::plane::{Axis, PlaneBristle, PlaneFrBd, PlaneLuGre};
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{
-    DiaphragmValve, MassSpringDamper, MassSpringDamperParameters, PlaneBody, PlaneBodyParameters,
-    PrescribedVelocity,
+    DiaphragmValve, MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity,
 };
 use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
 use bristle::{Branch, Bristle, FrBd, LuGre, Mechanism, ParameterError, paper};
+use bristle_plane::{Axis, PlaneBristle, PlaneFrBd, PlaneLuGre};
+use bristle_plane::{PlaneBody, PlaneBodyParameters};
 use nalgebra::{SVector, Vector1, Vector6};
 
 /// A system over a time span from t = 0, and how solutions of it are judged.

@@ -17,7 +17,6 @@ pub struct OutputParameters<T> {
 
 /// The answer to one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
 #[must_use = "the force has to be added to the controller's"]
 pub struct Compensation<T> {
     /// Force \[N\] to add to the controller's, over the sample that begins now.

@@ -17,9 +17,8 @@
 //! refused samples it takes n such steps at once towards the mean velocity of all n, with the
 //! weight 1 − (τ/(τ + h))ⁿ.
 
-use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
-use crate::scalar::{is_zero, lit};
+use crate::scalar::{is_zero, larger, lit};
 use crate::{Affine, Bristle, Scalar};
 
 /// Parameters of a [`VelocityFromPosition`].
@@ -43,7 +42,6 @@ pub struct VelocityFromPositionParameters<T> {
 
 /// What one sample of an encoder says of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
 pub struct MotionSample<T> {
     /// Displacement since the last good sample \[m\]; zero for the first sample and after a
     /// restart.

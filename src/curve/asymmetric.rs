@@ -1,7 +1,7 @@
 //! A separate friction curve for each direction of motion, as gearboxes and seals need.
 
-use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
+use crate::scalar::smaller;
 use crate::{Bounds, Scalar, Sliding};
 
 /// A friction curve made of two, one for each direction of sliding.

@@ -39,7 +39,6 @@ pub use own::OwnCurve;
 pub use rational_stribeck::{RationalStribeck, RationalStribeckParameters};
 pub use stribeck::{Stribeck, StribeckParameters};
 pub use tabulated::{Cubic, Knot, Tabulated};
-pub(crate) use valley::Valley;
 
 use crate::{Bounds, Branch, Scalar, Sliding};
 

@@ -12,10 +12,9 @@
 
 use core::fmt::Debug;
 
-use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError, Rule};
-use crate::scalar::{lit, nan};
+use crate::scalar::{lit, nan, smaller};
 use crate::{Bounds, Scalar, Sliding};
 
 /// One measured point of a [`Tabulated`] curve.

@@ -5,9 +5,8 @@
 //! only falls), there are at most two such points: a maximum just above rest, where viscosity
 //! outruns a decay that starts flat, and then the minimum of the Stribeck valley.
 
-use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
-use crate::scalar::{is_zero, lit};
+use crate::scalar::{is_zero, larger, lit};
 use crate::{Bounds, Scalar};
 
 /// The parameters of a curve that falls from static to dynamic friction.

@@ -6,8 +6,7 @@
 )]
 
 use super::nodes::Nodes;
-use crate::bounds::{larger, smaller};
-use crate::scalar::{is_zero, lit, nan};
+use crate::scalar::{is_zero, larger, lit, nan, smaller};
 use crate::{Affine, Branch, Bristle, Scalar};
 
 /// The affine bristle at one velocity, per unit normal force.
@@ -336,7 +335,6 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
 
 /// Deflection, force and work of one step, from [`Exponential::ramp`](super::Exponential::ramp) and
 /// [`Exponential::step`](super::Exponential::step).
-#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepSummary<T> {
     /// Deflection at the end of the step \[m\].

@@ -52,10 +52,9 @@ pub use solver::CollocationSolver;
 
 use core::ops::Range;
 
-use crate::bounds::larger;
 use crate::ode::{Crossing, Pace, Search};
 use crate::parameter::{self, ParameterError};
-use crate::scalar::{is_zero, lit};
+use crate::scalar::{is_zero, larger, lit};
 use crate::{Branch, Bristle, Contact, Scalar};
 use dense_step::Sample;
 use nodes::{MOST_NODES, Nodes};

@@ -8,9 +8,8 @@ use nalgebra::Vector1;
 use super::dense_step::{DenseStep, Sample};
 use super::nodes::Nodes;
 use super::{CollocationSolver, crossing, direction, places};
-use crate::bounds::{larger, smaller};
 use crate::ode::{Crossing, Failure, Statistics, StopReason, Trial, Walk};
-use crate::scalar::{is_zero, lit, to_f64};
+use crate::scalar::{is_zero, larger, lit, smaller, to_f64};
 use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Scalar};
 

@@ -76,14 +76,14 @@ impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
 
     /// What a step of length h ≥ 0 \[s\] makes of a deflection, with these coefficients frozen.
     #[inline]
-    pub(crate) fn weights(&self, duration: T) -> D::Weights {
+    pub fn weights(&self, duration: T) -> D::Weights {
         D::weights(self.relaxation, duration)
     }
 }
 
 impl<T: Scalar> Affine<T> {
     /// These numbers, as slopes, times the slope of their variable.
-    pub(crate) fn times(&self, slope: T) -> Self {
+    pub fn times(&self, slope: T) -> Self {
         Self {
             relaxation: self.relaxation * slope,
             drive: self.drive * slope,

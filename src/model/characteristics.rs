@@ -1,10 +1,9 @@
 //! Parameters and bounds of a model, as its theorems use them.
 
-use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
 use crate::parameter::{ParameterError, Rule, at_least, refused};
 use crate::rheology::ElementBounds;
-use crate::scalar::{is_zero, lit, to_f64, unlimited};
+use crate::scalar::{is_zero, lit, smaller, to_f64, unlimited};
 use crate::{Bounds, Branch, Scalar};
 
 /// Parameters and bounds of a model, as its theorems use them. From

@@ -22,11 +22,10 @@
 //! Source: Romano et al. (arXiv 2602.09429), sections II-B and III-A, equations for ż and g(v).
 
 use super::{Affine, Characteristics, Law, Limits, Linearised, finite};
-use crate::bounds::larger;
 use crate::curve::FrictionCurve;
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Deflection, ElementBounds, Elements, Rheology};
-use crate::scalar::{is_zero, nan, unlimited};
+use crate::scalar::{is_zero, larger, nan, unlimited};
 use crate::{Bristle, Scalar, Sliding};
 
 /// An FrBD model (friction with bristle dynamics) of a friction curve C, a bristle R and a
@@ -398,7 +397,7 @@ pub(crate) fn inverse_resistance<T: Scalar>(
 }
 
 /// A number that μ(v)/|v|_ε does not fall below for |v| ≤ `fastest`.
-pub(crate) fn least_slope<T, C, E>(curve: &C, regularisation: &E, fastest: T) -> T
+pub fn least_slope<T, C, E>(curve: &C, regularisation: &E, fastest: T) -> T
 where
     T: Scalar,
     C: FrictionCurve<T>,

@@ -115,7 +115,7 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
 impl<C, R, E, T> LuGre<C, R, E, T> {
     /// Of g, bristle and regularisation, and σ2 of the term outside g.
     #[inline]
-    pub(crate) fn from_parts(parts: FrBd<C, R, E>, viscous: T) -> Self {
+    pub fn from_parts(parts: FrBd<C, R, E>, viscous: T) -> Self {
         Self { parts, viscous }
     }
 
@@ -159,7 +159,7 @@ where
     /// σ1 `kept` + σ2 `carried`: the damping beyond σ0 z of bristles that keep a share of their
     /// deflection, because λ m = 1 − kept with the mean m of what a unit velocity makes.
     #[inline]
-    pub(crate) fn damping_of(&self, sliding: Sliding<T>, kept: T, carried: T) -> T {
+    pub fn damping_of(&self, sliding: Sliding<T>, kept: T, carried: T) -> T {
         self.rheology().elements(sliding).damping * kept + self.viscous * carried
     }
 

@@ -18,7 +18,7 @@ pub use characteristics::Characteristics;
 pub use dahl::{Dahl, DahlParameters};
 pub use elasto_plastic::ElastoPlastic;
 pub use frbd::FrBd;
-pub(crate) use frbd::least_slope;
+pub use frbd::least_slope;
 pub use implicit::{FoldRule, ImplicitBristle};
 pub use law::Law;
 pub use lugre::LuGre;

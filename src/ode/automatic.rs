@@ -26,8 +26,7 @@ use super::stepper::{Field, OneStep, Point, Stepper, TrialStep};
 use super::tolerance::Loosest;
 use super::{DormandPrince, DormandPrince8, Rodas5P};
 use crate::Scalar;
-use crate::bounds::smaller;
-use crate::scalar::{lit, to_f64};
+use crate::scalar::{lit, smaller, to_f64};
 
 /// The method behind [`solve`](super::solve): [`DormandPrince8`] and [`Rodas5P`] take turns. For a
 /// single state, as of a bristle at a given velocity, and loose steps, [`DormandPrince`] is the

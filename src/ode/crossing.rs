@@ -1,9 +1,8 @@
 //! The search for the first sign change of a speed that is known at a few places of a step.
 
 use crate::Scalar;
-use crate::bounds::{larger, smaller};
 use crate::root::enclose;
-use crate::scalar::lit;
+use crate::scalar::{larger, lit, smaller};
 
 /// A place in a step, and the speed there: positive in the direction of sliding.
 pub(crate) type Sight<T> = (T, T);

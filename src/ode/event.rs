@@ -58,7 +58,6 @@ impl<T, const N: usize> fmt::Debug for Event<'_, T, N> {
 
 /// An event that happened, or a sliding direction that reversed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
 pub struct Occurrence<T, const N: usize> {
     /// Which event, by its place in the list given to the run; which contact, by its place among
     /// the system's sliding velocities.

@@ -23,8 +23,7 @@ use nalgebra::{SMatrix, SVector};
 use super::dense_output::DenseOutput;
 use super::stepper::{Field, Point, Stepper, TrialStep};
 use crate::Scalar;
-use crate::bounds::smaller;
-use crate::scalar::lit;
+use crate::scalar::{lit, smaller};
 
 /// The coefficients of an explicit Runge–Kutta method.
 pub(crate) trait ExplicitTableau: Debug + Copy {

@@ -65,7 +65,6 @@ pub enum StopReason {
 
 /// A run that ended before its time: why, when and where.
 #[derive(Clone, PartialEq)]
-#[non_exhaustive]
 pub struct Failure<T, const N: usize> {
     /// Why it stopped.
     pub reason: StopReason,

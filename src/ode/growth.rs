@@ -21,8 +21,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::Scalar;
-use crate::bounds::larger;
-use crate::scalar::{lit, to_f64};
+use crate::scalar::{larger, lit, to_f64};
 
 /// The estimated error of a run so far.
 #[derive(Debug, Clone, Copy)]

@@ -13,8 +13,7 @@ use super::step::Step;
 use super::stepper::{Field, Method, Point, Stepper, TrialStep};
 use super::walk::{Stop, Trial, Walk};
 use super::{Statistics, System};
-use crate::bounds::{larger, smaller};
-use crate::scalar::lit;
+use crate::scalar::{larger, lit, smaller};
 use crate::{Branch, Scalar};
 
 /// The right-hand side jumps at zero velocity, and holds a contact there, if contacts slide in

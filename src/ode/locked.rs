@@ -4,8 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::stepper::{Field, Point};
 use super::{Linearisation, Statistics, System};
-use crate::bounds::{larger, smaller};
-use crate::scalar::lit;
+use crate::scalar::{larger, lit, smaller};
 use crate::{Branch, Scalar};
 
 /// The earliest and the latest time of a smooth stretch \[s\].

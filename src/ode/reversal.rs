@@ -4,8 +4,7 @@ use super::System;
 use super::crossing::{Crossing, Search};
 use super::step::Step;
 use super::stepper::Point;
-use crate::bounds::{larger, smaller};
-use crate::scalar::lit;
+use crate::scalar::{larger, lit, smaller};
 use crate::{Branch, Scalar};
 
 /// A velocity on the wrong side of zero by less than this part of the error that its tolerances

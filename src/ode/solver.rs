@@ -320,7 +320,6 @@ impl<T: Scalar, F: FnMut(&Step<T, N>) -> ControlFlow<()>, const N: usize> Observ
 /// Final time and state, terminating event and evaluation counts of a run whose steps were streamed
 /// to an observer.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
 pub struct Summary<T, const N: usize> {
     /// Time reached \[s\].
     pub time: T,

@@ -7,8 +7,7 @@ use super::controller::rough_power;
 use super::failure::StopReason;
 use super::integration::{Integration, check_finite};
 use super::stepper::{Method, Point};
-use crate::bounds::{larger, smaller};
-use crate::scalar::{is_zero, lit, to_f64};
+use crate::scalar::{is_zero, larger, lit, smaller, to_f64};
 use crate::{Branch, Scalar};
 
 impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: usize>

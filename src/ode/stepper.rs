@@ -8,9 +8,8 @@ use super::dense_output::DenseOutput;
 use super::system::Linearisation;
 use super::tolerance::Loosest;
 use crate::Scalar;
-use crate::bounds::larger;
 use crate::parameter::ParameterError;
-use crate::scalar::to_f64;
+use crate::scalar::{larger, to_f64};
 
 /// The right-hand side on locked branches, as a method sees it: smooth, and its calls counted.
 pub(crate) trait Field<T: Scalar, const N: usize> {

@@ -5,9 +5,8 @@ use super::controller::Controller;
 use super::failure::StopReason;
 use super::statistics::Statistics;
 use crate::Scalar;
-use crate::bounds::{larger, smaller};
 use crate::parameter::{self, ParameterError};
-use crate::scalar::{lit, to_f64};
+use crate::scalar::{larger, lit, smaller, to_f64};
 
 /// A time \[s\] below any that matters, for the rounding of times near zero.
 const INSTANT: f64 = 1e-30;

@@ -7,7 +7,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::{Modes, Weights};
 use crate::Scalar;
-use crate::bounds::larger;
+use crate::scalar::larger;
 
 /// The state of a bristle \[m\]: a scalar for a single deflection, an `SVector` for several
 /// springs. Only these two implement it.

@@ -36,10 +36,9 @@ use nalgebra::{SMatrix, SVector};
 
 use super::modes::{Pole, root};
 use super::{ElementBounds, Elements, GeneralisedMaxwell, KelvinVoigtParameters, MaxwellArm};
-use crate::bounds::larger;
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Rheology;
-use crate::scalar::is_zero;
+use crate::scalar::{is_zero, larger};
 use crate::{Scalar, Sliding};
 
 /// Springs in a row, each with a dashpot beside it; the first may be a spring alone.

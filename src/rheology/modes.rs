@@ -35,8 +35,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::{DiagonalPlusRankOne, HeldWeights, Weights};
 use crate::Scalar;
-use crate::bounds::larger;
-use crate::scalar::{is_zero, lit, nan};
+use crate::scalar::{is_zero, larger, lit, nan};
 
 /// Iterations that a root may take. Three to eight are usual; a cut between two ends halves the
 /// decades between them, so that this many cannot run out before the root is found.

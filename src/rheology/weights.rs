@@ -48,7 +48,7 @@ impl<T: Scalar> Weights<T> {
     ///
     /// are squares, so that no rounding makes it negative.
     #[inline]
-    pub(crate) fn relaxed_square(&self, mean: T, change: T) -> T {
+    pub fn relaxed_square(&self, mean: T, change: T) -> T {
         let x = self.exponent;
         // Above it the closed form loses less than two digits, of an f32 less than one.
         let series_to = if T::default_epsilon() < lit(1e-10) { 0.5 } else { 1.5 };
@@ -116,7 +116,7 @@ impl<T: Scalar> HeldWeights<T, T> for Weights<T> {
 
 /// e⁻ˣ, φ1(x) = (1 − e⁻ˣ)/x and φ2(x) = (1 − φ1(x))/x without loss of digits.
 #[inline]
-pub(crate) fn relaxed<T: Scalar>(x: T) -> (T, T, T) {
+pub fn relaxed<T: Scalar>(x: T) -> (T, T, T) {
     if x < lit(0.5) && x > lit(-0.5) {
         // φ2 = Σ (−x)ᵏ/(k + 2)!, cut below 2e-17; the others follow from it without cancellation.
         // Even and odd powers apart and in pairs, so that the sums do not wait for each other.

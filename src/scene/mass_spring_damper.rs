@@ -17,10 +17,9 @@
 use nalgebra::Vector3;
 
 use super::{Body, POSITION, VELOCITY};
-use crate::bounds::larger;
 use crate::ode::{Linearisation, System};
 use crate::parameter::{self, ParameterError};
-use crate::scalar::is_zero;
+use crate::scalar::{is_zero, larger};
 use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 

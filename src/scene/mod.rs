@@ -5,42 +5,23 @@
 //! |---|---|
 //! | [`PrescribedVelocity`] | deflection, or the stretches of the springs of a bristle |
 //! | [`MassSpringDamper`] | position, velocity, deflection |
-//! | [`PlaneBody`] | positions, velocities and deflections of two or three axes |
 //! | [`DiaphragmValve`] | position, velocity, deflection, pressure |
-//! | [`GearedJoint`] | angle, angular velocity, deflection |
 //!
 //! A scene of your own implements [`System`](crate::ode::System) in about twenty lines.
-//!
-//! [`BrakedWheel`], a wheel on a rolling patch from free rolling to standstill, has the state of
-//! the whole patch and takes passive steps of its own.
 
-mod braked_wheel;
 mod diaphragm_valve;
-mod geared_joint;
-mod joint_input;
 mod mass_spring_damper;
-mod plane_body;
 mod prescribed_velocity;
-mod tyre;
 
-pub use braked_wheel::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState};
 pub use diaphragm_valve::{DiaphragmValve, DiaphragmValveParameters};
-pub use geared_joint::{GearedJoint, GearedJointParameters, JointState};
-pub use joint_input::{
-    CurrentMotor, CurrentMotorParameters, Gravity, JointInput, JointInputValue, JointMotion,
-    PositionControl, VoltageMotor, VoltageMotorParameters,
-};
 pub use mass_spring_damper::{MassSpringDamper, MassSpringDamperParameters};
-pub use plane_body::{PlaneBody, PlaneBodyParameters};
 pub use prescribed_velocity::PrescribedVelocity;
-pub use tyre::Tyre;
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::bounds::larger;
 use crate::ode::Linearisation;
 use crate::parameter::ParameterError;
-use crate::scalar::lit;
+use crate::scalar::{larger, lit};
 use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 
 /// Places of the states of a [`Body`] in those of its system.

@@ -53,11 +53,7 @@ impl<T: Scalar> Signal<T> for T {
 }
 
 /// Which of some times comes first on the way from `time` towards another.
-pub(crate) fn first_between<T: Scalar>(
-    kinks: impl Iterator<Item = T>,
-    time: T,
-    towards: T,
-) -> Option<T> {
+pub fn first_between<T: Scalar>(kinks: impl Iterator<Item = T>, time: T, towards: T) -> Option<T> {
     let forward = towards > time;
     kinks
         .filter(

@@ -1,15 +1,15 @@
 //! Friction curves and regularisations: limits, bounds, switches and branches.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::common::closed_form::{Curve, Modulus, Table};
-use crate::common::recipe::{Recipe, decades, recipe, velocity};
-use crate::common::specimens::{
-    coulomb, curves, kelvin_voigt, rational, regularisations, stribeck, table,
-};
-use crate::common::{assert_within, check, root};
 use bristle::curve::{Asymmetric, Coulomb, FrictionCurve};
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
 use bristle::{Bounds, Branch, Bristle, FrBd, Law, LuGre, Scalar, Sliding};
+use bristle_specimens::closed_form::{Curve, Modulus, Table};
+use bristle_specimens::recipe::{Recipe, decades, recipe, velocity};
+use bristle_specimens::specimens::{
+    coulomb, curves, kelvin_voigt, rational, regularisations, stribeck, table,
+};
+use bristle_specimens::{assert_within, check, root};
 use proptest::prelude::*;
 
 /// Some ten roundings; an exponent w has its own multiplied by w e^−w < 1.
@@ -687,10 +687,13 @@ fn a_curve_of_ones_own_needs_two_methods_and_claims_nothing() {
     struct Own;
     impl<T: Scalar> FrictionCurve<T> for Own {
         fn coefficient_and_slope(&self, sliding: Sliding<T>) -> (T, T) {
-            (crate::common::lit::<T>(0.1) + sliding.speed(), sliding.direction())
+            (bristle_specimens::lit::<T>(0.1) + sliding.speed(), sliding.direction())
         }
         fn bounds(&self, fastest: T) -> Bounds<T> {
-            Bounds { min: crate::common::lit(0.1), max: crate::common::lit::<T>(0.1) + fastest }
+            Bounds {
+                min: bristle_specimens::lit(0.1),
+                max: bristle_specimens::lit::<T>(0.1) + fastest,
+            }
         }
     }
     assert_eq!(FrictionCurve::<f64>::viscous_friction(&Own), 0.0);

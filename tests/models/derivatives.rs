@@ -3,22 +3,22 @@
 //! it once in `f32`.
 //!
 //! A derivative is a sum of the terms of the product and quotient rules, which can cancel. Errors
-//! are measured against the sum of their absolute values, as `crate::common::closed_form` writes it
+//! are measured against the sum of their absolute values, as `bristle_specimens::closed_form` writes it
 //! down, since neither the library nor the dual numbers can do better than a few roundings of it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::common::closed_form::{
+use bristle::rheology::{Elements, KelvinVoigt, Rheology, VelocityDependent};
+use bristle::{Affine, Branch, Law, Scalar, Sliding};
+use bristle_specimens::closed_form::{
     Coefficients, Curve, DAMPING_VARIATION, Element, Family, Modulus, Partials,
     STIFFNESS_VARIATION, Table,
 };
-use crate::common::recipe::{Recipe, fraction, nonzero_velocity, recipe};
-use crate::common::specimens::{
+use bristle_specimens::recipe::{Recipe, fraction, nonzero_velocity, recipe};
+use bristle_specimens::specimens::{
     Specimen, curves, kelvin_voigt, regularisations, specimens, spring, varying_damping,
     varying_stiffness,
 };
-use crate::common::{assert_within, check, lit};
-use bristle::rheology::{Elements, KelvinVoigt, Rheology, VelocityDependent};
-use bristle::{Affine, Branch, Law, Scalar, Sliding};
+use bristle_specimens::{assert_within, check, lit};
 use num_dual::Dual64;
 use proptest::prelude::*;
 

@@ -5,16 +5,16 @@
 
 use std::cell::Cell;
 
-use crate::common::closed_form::{Curve, Family};
-use crate::common::recipe::{Recipe, recipe, state};
-use crate::common::specimens::{
-    curves, function, implicit, kelvin_voigt, specimens, stribeck, table, tabulated,
-};
-use crate::common::{assert_within, check};
 use bristle::companion::VelocityHistory;
 use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Stribeck};
 use bristle::rheology::KelvinVoigt;
 use bristle::{Bounds, Bristle, FoldRule, FrBd, ImplicitBristle, Law, Rule, paper};
+use bristle_specimens::closed_form::{Curve, Family};
+use bristle_specimens::recipe::{Recipe, recipe, state};
+use bristle_specimens::specimens::{
+    curves, function, implicit, kelvin_voigt, specimens, stribeck, table, tabulated,
+};
+use bristle_specimens::{assert_within, check};
 use num_dual::{Dual2_64, Dual64};
 
 /// Some twenty roundings.

@@ -2,17 +2,17 @@
 //! that claims it; and a counterexample for every law that one denies.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::common::closed_form::{ClosedForm, Curve, Element, Family, Modulus};
-use crate::common::recipe::{Recipe, State, decades, recipe, state};
-use crate::common::specimens::{
-    Specimen, coulomb, dahl, elasto_plastic, hyperbolic_tangent, kelvin_voigt, rational, specimens,
-    spring, square_root, stribeck, varying_damping, varying_stiffness,
-};
-use crate::common::{assert_within, check, integral, root};
 use bristle::curve::{FrictionCurve, FunctionCurve};
 use bristle::regularisation::SquareRoot;
 use bristle::rheology::Deflection;
 use bristle::{Affine, Bounds, Bristle, Contact, FrBd, Law, LuGre, Scalar};
+use bristle_specimens::closed_form::{ClosedForm, Curve, Element, Family, Modulus};
+use bristle_specimens::recipe::{Recipe, State, decades, recipe, state};
+use bristle_specimens::specimens::{
+    Specimen, coulomb, dahl, elasto_plastic, hyperbolic_tangent, kelvin_voigt, rational, specimens,
+    spring, square_root, stribeck, varying_damping, varying_stiffness,
+};
+use bristle_specimens::{assert_within, check, integral, root};
 use proptest::prelude::*;
 
 /// What a handful of roundings may cost, relative to the sum of the absolute terms. The longest
@@ -704,7 +704,7 @@ fn a_stiffness_that_depends_on_the_velocity_needs_enough_damping() {
 
 #[test]
 fn without_damping_a_varying_stiffness_always_gives_energy_somewhere() {
-    check(128, (recipe(), crate::common::recipe::nonzero_velocity()), |(r, v)| {
+    check(128, (recipe(), bristle_specimens::recipe::nonzero_velocity()), |(r, v)| {
         // A spring that stiffens with v > 0 and is held stretched against it.
         let v = v.signum() * r.varying_velocity * (1.0 + v.abs());
         let model = FrBd::new(stribeck(&r, 2.0), kelvin_voigt(varying_stiffness(&r), 0.0));

@@ -2,9 +2,6 @@
 //! finite answers.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::common::lit;
-use crate::common::recipe::Recipe;
-use crate::common::specimens::{coulomb, kelvin_voigt, spring, stribeck};
 use bristle::curve::{
     Coulomb, CoulombParameters, FrictionCurve, FunctionCurve, Knot, RationalStribeck,
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
@@ -15,6 +12,9 @@ use bristle::{
     Bounds, Branch, Bristle, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, ParameterError,
     Rule, Scalar, Sliding,
 };
+use bristle_specimens::lit;
+use bristle_specimens::recipe::Recipe;
+use bristle_specimens::specimens::{coulomb, kelvin_voigt, spring, stribeck};
 
 // ---------------------------------------------------------------------------------------------
 // One parameter at a time
@@ -644,7 +644,7 @@ fn a_table_of_extreme_numbers_gives_finite_answers() {
         [(0.0, 1e100), (1.5, 1e-100), (3.0, 1e100)],
         [(0.0, 1.0), (1e-100, 1.5), (2e-100, 1.0)],
     ] {
-        let curve = crate::common::specimens::table::<f64, 3>(knots);
+        let curve = bristle_specimens::specimens::table::<f64, 3>(knots);
         for v in velocities() {
             let (mu, slope) = curve.coefficient_and_slope(v.into());
             assert!(mu.is_finite() && slope.is_finite(), "{knots:?} at {v:e}: {mu} {slope}");

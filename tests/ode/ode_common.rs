@@ -30,8 +30,8 @@ use bristle::{
 };
 use nalgebra::{Matrix1, SVector, Vector1, Vector2};
 
-pub use crate::common::lit;
-pub use crate::common::specimens::table_2;
+pub use bristle_specimens::lit;
+pub use bristle_specimens::specimens::table_2;
 
 /// No run here needs as many steps: with this limit a test ends even if its run does not.
 pub const MOST_STEPS: u64 = 100_000;

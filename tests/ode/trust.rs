@@ -1,7 +1,6 @@
 //! Success means success: no run that answers is far off, in any state, whatever its tolerance.
 #![cfg(feature = "alloc")]
 
-use crate::common::draw::Draw;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{
     AnyMethod, Automatic, DormandPrince, DormandPrince8, Failure, Method, Output, Rodas4, Rodas5P,
@@ -13,6 +12,7 @@ use bristle::scene::{
 };
 use bristle::signal::{Polyline, Sine, SineParameters, Vertex};
 use bristle::{Branch, Bristle, FrBd, LuGre, Mechanism, paper};
+use bristle_specimens::draw::Draw;
 use nalgebra::{SVector, Vector1};
 
 const SAMPLES: usize = 1001;

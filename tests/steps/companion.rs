@@ -5,16 +5,16 @@
 use std::cell::Cell;
 use std::fmt;
 
-use crate::common::closed_form::{Element, Family};
-use crate::common::recipe::{Recipe, State, decades, recipe, state, velocity};
-use crate::common::specimens::{Specimen, Subject, kelvin_voigt, specimens, stribeck};
-use crate::common::{assert_within, check, lit};
 use bristle::companion::{Companion, CompanionStep, CompletedStep, PointMass, VelocityHistory};
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{
     Affine, Bristle, Contact, ContactLimits, FrBd, Law, Limits, LuGre, Scalar, Sliding, paper,
 };
+use bristle_specimens::closed_form::{Element, Family};
+use bristle_specimens::recipe::{Recipe, State, decades, recipe, state, velocity};
+use bristle_specimens::specimens::{Specimen, Subject, kelvin_voigt, specimens, stribeck};
+use bristle_specimens::{assert_within, check, lit};
 use proptest::prelude::*;
 
 /// Relative to the sum of the absolute terms: about forty roundings of 1.1e-16, a few of which φ2

@@ -3,9 +3,6 @@
 
 use std::f64::consts::TAU;
 
-use crate::common::check;
-use crate::common::recipe::{Recipe, decades, recipe};
-use crate::common::specimens::{Specimen, specimens, table_2};
 use bristle::curve::Stribeck;
 use bristle::exponential::{Exponential, StepSummary};
 use bristle::ode::StopReason;
@@ -14,6 +11,9 @@ use bristle::signal::{Function, Polyline, Signal, Sine, SineParameters, Vertex};
 use bristle::{
     Affine, Bristle, Contact, Dahl, DahlParameters, FrBd, Law, Limits, LuGre, Sliding, paper,
 };
+use bristle_specimens::check;
+use bristle_specimens::recipe::{Recipe, decades, recipe};
+use bristle_specimens::specimens::{Specimen, specimens, table_2};
 use proptest::prelude::*;
 
 type Friction = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;

@@ -1,19 +1,19 @@
 //! A normal force that varies: no history of load and velocity gives more energy than was stored.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::common::draw::Draw;
-use crate::common::recipe::{Recipe, decades, recipe, velocity};
-use crate::common::specimens::{kelvin_voigt, specimens, stribeck};
-use crate::common::{assert_within, check, lit};
 use crate::companion::Wrapped;
 use bristle::curve::Stribeck;
-use bristle::ledger::{EnergyBalance, EnergyLedger};
 use bristle::nalgebra::SVector;
 use bristle::rheology::{
     Deflection, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, MaxwellArm, States,
     ZenerParameters,
 };
 use bristle::{Bristle, FrBd, Law, Load, Scalar};
+use bristle_analysis::ledger::{EnergyBalance, EnergyLedger};
+use bristle_specimens::draw::Draw;
+use bristle_specimens::recipe::{Recipe, decades, recipe, velocity};
+use bristle_specimens::specimens::{kelvin_voigt, specimens, stribeck};
+use bristle_specimens::{assert_within, check, lit};
 use proptest::prelude::*;
 
 fn table_2() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {

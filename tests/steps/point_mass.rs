@@ -2,8 +2,6 @@
 //! deflection.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::common::check;
-use crate::common::recipe::{decades, velocity};
 use bristle::companion::{PointMass, Prediction};
 use bristle::curve::{Stribeck, StribeckParameters};
 #[cfg(feature = "alloc")]
@@ -12,6 +10,8 @@ use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 #[cfg(feature = "alloc")]
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::{Bristle, ElastoPlastic, FrBd, ImplicitBristle};
+use bristle_specimens::check;
+use bristle_specimens::recipe::{decades, velocity};
 use proptest::prelude::*;
 
 fn curve() -> Stribeck<f64> {

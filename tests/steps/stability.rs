@@ -5,15 +5,15 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::specimens;
 use bristle::Mechanism;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{DormandPrince, DormandPrince8, Method, RungeKutta4, Solver, Step, System};
 use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellParameters};
 use bristle::scene::{DiaphragmValve, MassSpringDamper};
-use bristle::stability::{Scheme, StepLimits, largest_step, largest_step_of};
 use bristle::{Branch, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, paper};
+use bristle_analysis::stability::{Scheme, StepLimits, largest_step, largest_step_of};
+use bristle_specimens::specimens;
 use nalgebra::{Matrix2, Matrix3, Vector1, Vector2, Vector3, Vector4};
 
 /// Schemes whose stuck limit can be met.

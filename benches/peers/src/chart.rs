@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::ratio::envelope;
-use crate::support::{Colour, Figure, Marker, Panel, Result};
+use bristle_charts::{Colour, Figure, Marker, Panel, Result};
 
 use crate::row::{OK, Row};
 

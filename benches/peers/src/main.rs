@@ -16,10 +16,6 @@
 //! that happens, or after three failures in a row. Slow methods are run at whole decades of the
 //! tolerance, the others at half ones.
 
-#[macro_use]
-#[path = "../../../examples/support/mod.rs"]
-mod support;
-
 mod chart;
 mod field;
 mod measure;
@@ -46,7 +42,7 @@ use std::fs;
 use std::process::ExitCode;
 
 use bristle::ode::System;
-use support::{Arguments, Progress, Rule};
+use bristle_charts::{Arguments, Progress, Rule, println};
 
 use measure::Complaint;
 use row::Row;
@@ -59,7 +55,7 @@ const OURS: &str = "bristle";
 const PASSES: usize = 2;
 
 fn main() -> ExitCode {
-    support::run(|| {
+    bristle_charts::run(|| {
         let about = "Work and precision of other crates on the paper's experiments";
         let arguments = Arguments::new("peers", about)
             .count("scene", 0, "only this scene of the list, from 1; 0 for all")
@@ -132,7 +128,7 @@ impl Visitor for Study {
 }
 
 /// Leaves the charts and the ratios.
-fn draw(rows: &[Row], folder: &std::path::Path) -> support::Result<()> {
+fn draw(rows: &[Row], folder: &std::path::Path) -> bristle_charts::Result<()> {
     for path in charts(rows, folder)? {
         println!("{}", path.display());
     }
@@ -143,7 +139,7 @@ fn draw(rows: &[Row], folder: &std::path::Path) -> support::Result<()> {
     Ok(())
 }
 
-fn charts(rows: &[Row], folder: &std::path::Path) -> support::Result<Vec<std::path::PathBuf>> {
+fn charts(rows: &[Row], folder: &std::path::Path) -> bristle_charts::Result<Vec<std::path::PathBuf>> {
     let mut scenes: Vec<&str> = Vec::new();
     for row in rows {
         if !scenes.contains(&row.scene.as_str()) {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::support::Csv;
+use bristle_charts::{Csv};
 
 /// The status of a run that reached the end.
 pub(crate) const OK: &str = "ok";
@@ -55,7 +55,7 @@ impl Row {
 }
 
 /// Writes `folder/name.csv`.
-pub(crate) fn save(rows: &[Row], folder: &Path, name: &str) -> crate::support::Result<PathBuf> {
+pub(crate) fn save(rows: &[Row], folder: &Path, name: &str) -> bristle_charts::Result<PathBuf> {
     const COLUMNS: [&str; 11] = [
         "scene",
         "model",
@@ -90,7 +90,7 @@ pub(crate) fn save(rows: &[Row], folder: &Path, name: &str) -> crate::support::R
 }
 
 /// Reads what [`save`] wrote.
-pub(crate) fn read(path: &Path) -> crate::support::Result<Vec<Row>> {
+pub(crate) fn read(path: &Path) -> bristle_charts::Result<Vec<Row>> {
     let text = std::fs::read_to_string(path)?;
     let row = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();

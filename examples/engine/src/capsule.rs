@@ -13,7 +13,7 @@ use std::error::Error;
 
 use bristle::curve::{Coulomb, CoulombParameters};
 use bristle::nalgebra::Vector2;
-use bristle::plane::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneFrBd};
+use bristle_plane::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneFrBd};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use rapier3d_f64::prelude::*;
 

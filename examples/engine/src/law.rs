@@ -5,7 +5,7 @@ use std::fmt::Debug;
 
 use bristle::companion::{Companion, CompanionStep, PointMass, Prediction, VelocityHistory};
 use bristle::curve::{FrictionCurve, Stribeck};
-use bristle::ledger::{EnergyBalance, EnergyLedger};
+use bristle_analysis::ledger::{EnergyBalance, EnergyLedger};
 use bristle::{Bristle, ParameterError};
 
 /// Friction along one direction of one contact.

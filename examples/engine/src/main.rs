@@ -4,10 +4,6 @@
 //! Prints a table, and leaves `engine.csv` (the same) and `engine.svg` in `target/figures`, or
 //! `--out DIR`.
 
-#[macro_use]
-#[path = "../../support/mod.rs"]
-mod support;
-
 use std::process::ExitCode;
 
 use bristle_engine::bond::Coupling;
@@ -17,7 +13,7 @@ use bristle_engine::measure::{
     energy_gain, load_cycles, swing, tilt,
 };
 use bristle_engine::scene::{CURVE, Friction};
-use support::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke};
+use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke, println};
 
 /// Where the tilting plane begins [°]; below it nothing breaks away.
 const FROM: f64 = 25.0;
@@ -53,7 +49,7 @@ const GRIPS: [(&str, Grip); 4] = [
 ];
 
 fn main() -> ExitCode {
-    support::run(|| {
+    bristle_charts::run(|| {
         let arguments = Arguments::new("engine", "Friction of bristle inside rapier")
             .number("seconds", 60.0, "s", "how long the block has to stand")
             .must_be(Rule::Positive)

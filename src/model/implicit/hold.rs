@@ -29,9 +29,8 @@
 
 use super::ImplicitBristle;
 use super::solve::{Fold, Surface, heading};
-use crate::bounds::{larger, smaller};
 use crate::curve::FrictionCurve;
-use crate::scalar::{is_zero, lit, nan, to_f64};
+use crate::scalar::{is_zero, larger, lit, nan, smaller, to_f64};
 use crate::{Branch, Bristle, HeldStep, Scalar};
 
 /// Most pieces of Λ, tried or kept, in one step. The rest is done with the coefficients frozen.

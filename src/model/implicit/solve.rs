@@ -4,9 +4,8 @@
 //! bounds the solution from above. With a fold the rule says on which side of it to look.
 
 use super::{FoldRule, ImplicitBristle};
-use crate::bounds::smaller;
 use crate::curve::FrictionCurve;
-use crate::scalar::{is_zero, lit, nan, to_f64};
+use crate::scalar::{is_zero, lit, nan, smaller, to_f64};
 use crate::{Branch, Scalar};
 
 /// Newton steps after which every other step halves the bracket.

@@ -8,7 +8,7 @@
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::exponential::Exponential;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Segment};
+use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Segment};
 use bristle::{Bristle, FrBd, LuGre, ParameterError, Scalar, paper};
 use nalgebra::convert;
 

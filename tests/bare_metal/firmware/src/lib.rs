@@ -17,7 +17,7 @@ mod probes;
 mod rolling;
 mod steps;
 
-use bristle::batch::BatchError;
+use bristle_batch::BatchError;
 use bristle::{ParameterError, Scalar};
 use nalgebra::RealField;
 

@@ -1,10 +1,7 @@
 //! Batches of many bristles, in slices of a length known at run time.
 
 use bristle::FrBd;
-use bristle::batch::{
-    Batch, BatchError, Columns, CommitInput, Fall, PassiveOutput, Real, ReloadInput, StepInput,
-    Uniform,
-};
+use bristle_batch::{Batch, BatchError, Columns, CommitInput, Fall, PassiveOutput, Real, ReloadInput, StepInput, Uniform};
 use bristle::curve::{RationalStribeck, RationalStribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 

@@ -1,7 +1,7 @@
 //! Friction on several axes.
 
 use bristle::companion::PointMass;
-use bristle::plane::{Axis, Footprint, FootprintPoint, PlaneBristle, PlaneFrBd, PlaneLuGre};
+use bristle_plane::{Axis, Footprint, FootprintPoint, PlaneBristle, PlaneFrBd, PlaneLuGre};
 use bristle::regularisation::SquareRoot;
 use bristle::{Load, Scalar};
 use nalgebra::{SVector, Vector2, Vector3};

@@ -2,9 +2,7 @@
 
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
-use bristle::rolling::{
-    ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Segment,
-};
+use bristle_rolling::{ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Segment};
 use bristle::{FrBd, ParameterError, Scalar};
 
 use crate::steps::{bristle, stribeck};

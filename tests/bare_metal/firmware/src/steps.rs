@@ -6,16 +6,14 @@ use bristle::curve::{
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 use bristle::exponential::Exponential;
-use bristle::gear::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
+use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
 use bristle::regularisation::{HyperbolicTangent, SquareRoot, Unregularised};
 use bristle::rheology::{
     Deflection, GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters,
     KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters, Rheology,
     VelocityDependent, ZenerParameters,
 };
-use bristle::scene::{
-    GearedJoint, GearedJointParameters, Gravity, JointState, VoltageMotor, VoltageMotorParameters,
-};
+use bristle_joint::{GearedJoint, GearedJointParameters, Gravity, JointState, VoltageMotor, VoltageMotorParameters};
 use bristle::{
     Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FoldRule, FrBd, ImplicitBristle,
     LuGre, ParameterError, Scalar,

@@ -1,0 +1,373 @@
+//! What the bristles of a batch are made of: one model for all, or parameters of each.
+//!
+//! μ(v) = μ_d + (μ_s − μ_d) fall(|v|/v_S) + σ2|v|, with a Kelvin–Voigt bristle σ0, σ1 on each axis.
+
+use super::BatchError;
+use super::real::{self, Real};
+use bristle::curve::{AnyCurve, Coulomb, RationalStribeck, RationalStribeckParameters, Stribeck};
+use bristle::parameter::{self, ParameterError, Rule};
+use bristle::regularisation::AnyRegularisation;
+use bristle::rheology::{KelvinVoigt, Rheology};
+use bristle::scalar::lit;
+use bristle::{AnyBristle, Dahl, DahlParameters, FrBd, Sliding};
+use bristle_plane::PlaneFrBd;
+pub(super) use sealed::Material;
+
+/// How friction falls from its static to its dynamic coefficient, over u = |v|/v_S.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fall {
+    /// e^−u: the Stribeck curve of exponent δ = 1.
+    Exponential,
+    /// e^−u²: the Stribeck curve of exponent δ = 2.
+    Gaussian,
+    /// 1/(1 + u²): the rational Stribeck curve, which needs no exponential.
+    Rational,
+}
+
+pub(super) const EXPONENTIAL: u8 = Fall::Exponential as u8;
+pub(super) const GAUSSIAN: u8 = Fall::Gaussian as u8;
+pub(super) const RATIONAL: u8 = Fall::Rational as u8;
+
+/// Parameters of every bristle of a batch, one slice for each: FrBD with a Kelvin–Voigt bristle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Columns<'a, T> {
+    /// Static friction coefficients μ_s \[–\], each at least the dynamic one.
+    #[doc(alias = "mu_s")]
+    pub static_coefficients: &'a [T],
+    /// Dynamic friction coefficients μ_d \[–\], positive.
+    #[doc(alias = "mu_d")]
+    pub dynamic_coefficients: &'a [T],
+    /// Stribeck velocities v_S [m/s], positive.
+    #[doc(alias = "v_S")]
+    pub stribeck_velocities: &'a [T],
+    /// Viscous frictions σ2 [s/m], zero or positive.
+    #[doc(alias = "sigma2")]
+    pub viscous_frictions: &'a [T],
+    /// Normalised micro-stiffnesses σ0 [1/m], positive.
+    #[doc(alias = "sigma0")]
+    pub micro_stiffnesses: &'a [T],
+    /// Normalised micro-dampings σ1 [s/m], zero or positive.
+    #[doc(alias = "sigma1")]
+    pub micro_dampings: &'a [T],
+}
+
+impl<'a, T: Real> Columns<'a, T> {
+    /// The columns with their names, in the order that [`Stored`] takes them.
+    pub(super) fn named(&self) -> [(&'static str, &'a [T]); 6] {
+        [
+            ("static_coefficients", self.static_coefficients),
+            ("dynamic_coefficients", self.dynamic_coefficients),
+            ("stribeck_velocities", self.stribeck_velocities),
+            ("viscous_frictions", self.viscous_frictions),
+            ("micro_stiffnesses", self.micro_stiffnesses),
+            ("micro_dampings", self.micro_dampings),
+        ]
+    }
+
+    /// Checks the lengths and every value.
+    pub(super) fn check(&self) -> Result<(), BatchError> {
+        super::same_length(self.named().map(|(name, column)| (name, 1, column.len())))?;
+        for (name, column) in self.named() {
+            let zero_too = matches!(name, "viscous_frictions" | "micro_dampings");
+            let gate = if zero_too { parameter::non_negative } else { parameter::positive };
+            for (index, &value) in column.iter().enumerate() {
+                parameter::component(index, gate(name, value))?;
+            }
+        }
+        let [(name, statics), (other, dynamics), ..] = self.named();
+        for (index, (&static_, &dynamic)) in statics.iter().zip(dynamics).enumerate() {
+            parameter::component(index, parameter::at_least(name, static_, other, dynamic))?;
+        }
+        Ok(())
+    }
+}
+
+impl<T: Real, const N: usize> Material<T, N> {
+    /// The weighted speed ‖(aᵢ vᵢ)‖ and the speed ‖v‖.
+    #[inline(always)]
+    pub(super) fn speeds(&self, velocity: [T; N]) -> (T, T) {
+        if let ([axis], [v]) = (self.axes.as_slice(), velocity.as_slice()) {
+            return ((axis.ratio * *v).size(), v.size());
+        }
+        let (mut weighted, mut speed) = (T::zero(), T::zero());
+        for (axis, v) in self.axes.iter().zip(velocity) {
+            let along = axis.ratio * v;
+            (weighted, speed) = (weighted + along * along, speed + v * v);
+        }
+        (weighted.sqrt(), speed.sqrt())
+    }
+
+    /// μ(v) at a speed |v|.
+    #[inline(always)]
+    pub(super) fn coefficient<const FALL: u8>(&self, speed: T) -> T {
+        let Valley { dynamic, drop, inverse_velocity, viscous } = self.curve;
+        let u = speed * inverse_velocity;
+        let fall = match FALL {
+            EXPONENTIAL => real::decay(-u).decay,
+            GAUSSIAN => real::decay(-(u * u)).decay,
+            _ => T::one() / (T::one() + u * u),
+        };
+        dynamic + drop * fall + viscous * speed
+    }
+
+    /// An upper bound of μ up to a speed, without an exponential.
+    #[inline(always)]
+    pub(super) fn most(&self, speed: T) -> T {
+        self.curve.dynamic + self.curve.drop + self.curve.viscous * speed
+    }
+}
+
+/// The parameters of a curve that falls from static to dynamic friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Valley<T> {
+    /// μ_d
+    pub(crate) dynamic: T,
+    /// μ_s − μ_d
+    pub(crate) drop: T,
+    /// 1/v_S
+    pub(crate) inverse_velocity: T,
+    /// σ2
+    pub(crate) viscous: T,
+}
+
+impl<T: Real> Valley<T> {
+    fn new(parameters: RationalStribeckParameters<T>) -> Self {
+        let dynamic = parameters.dynamic_coefficient;
+        Self {
+            dynamic,
+            drop: parameters.static_coefficient - dynamic,
+            inverse_velocity: T::one() / parameters.stribeck_velocity,
+            viscous: parameters.viscous_friction,
+        }
+    }
+}
+
+/// The parameters of one axis of a bristle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct AxisMaterial<T> {
+    /// a, its friction over the curve
+    pub(super) ratio: T,
+    /// σ0
+    pub(super) stiffness: T,
+    /// σ1
+    pub(super) damping: T,
+}
+
+impl<T: Real> AxisMaterial<T> {
+    /// The axis of a contact in which no direction is special.
+    fn plain(stiffness: T, damping: T) -> Self {
+        Self { ratio: T::one(), stiffness, damping }
+    }
+
+    /// a²
+    #[inline(always)]
+    pub(super) fn square(&self) -> T {
+        self.ratio * self.ratio
+    }
+
+    /// 1/σ0. Of shared parameters the compiler takes it out of the loop.
+    #[inline(always)]
+    pub(super) fn compliance(&self) -> T {
+        T::one() / self.stiffness
+    }
+
+    /// vᵢ/‖(aᵢ vᵢ)‖. At rest, where nothing moves, any finite number will do.
+    #[inline(always)]
+    pub(super) fn direction<const N: usize>(&self, velocity: T, weighted: T) -> T {
+        let zero = T::zero();
+        if N == 1 {
+            let size = T::one() / self.ratio;
+            return if velocity < zero { -size } else { size };
+        }
+        if weighted > zero { velocity / weighted } else { zero }
+    }
+}
+
+/// A model that all bristles of a batch can share: [`FrBd`] of a [`Coulomb`], [`Stribeck`]
+/// (exponent 1 or 2) or [`RationalStribeck`] curve and a constant [`KelvinVoigt`]
+/// bristle, or [`Dahl`]. An [`AnyBristle`] is one if it holds one of these. A [`PlaneFrBd`] of such
+/// a curve is one of N axes.
+pub trait Uniform<T, const N: usize = 1>: sealed::Model<T, N> {}
+
+pub(super) mod sealed {
+    use super::{AxisMaterial, Fall, ParameterError, Valley};
+
+    /// The parameters of one bristle.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Material<T, const N: usize> {
+        /// μ_d, μ_s − μ_d, 1/v_S and σ2
+        pub(crate) curve: Valley<T>,
+        pub(crate) axes: [AxisMaterial<T>; N],
+    }
+
+    /// A model that a batch can compute.
+    pub trait Model<T, const N: usize> {
+        fn material(&self) -> Result<(Fall, Material<T, N>), ParameterError>;
+    }
+
+    /// A curve that a batch can compute, as a material without a bristle.
+    pub trait Curve<T> {
+        fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError>;
+    }
+
+    /// A bristle of one spring, none of whose elements depends on the velocity.
+    pub trait Constant {}
+}
+
+impl<T> sealed::Constant for KelvinVoigt<T> {}
+
+impl<T: Real> sealed::Curve<T> for Stribeck<T> {
+    fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError> {
+        let parameters = self.parameters();
+        let exponent = parameters.stribeck_exponent;
+        let fall = if exponent == T::one() {
+            Fall::Exponential
+        } else if exponent == lit(2.0) {
+            Fall::Gaussian
+        } else {
+            let rule = Rule::Stated("be 1 or 2 here");
+            return Err(parameter::refused("stribeck_exponent", exponent, rule));
+        };
+        let valley = Valley::new(RationalStribeckParameters {
+            static_coefficient: parameters.static_coefficient,
+            dynamic_coefficient: parameters.dynamic_coefficient,
+            stribeck_velocity: parameters.stribeck_velocity,
+            viscous_friction: parameters.viscous_friction,
+        });
+        Ok((fall, Material { curve: valley, axes: [] }))
+    }
+}
+
+impl<T: Real> sealed::Curve<T> for RationalStribeck<T> {
+    fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError> {
+        Ok((Fall::Rational, Material { curve: Valley::new(self.parameters()), axes: [] }))
+    }
+}
+
+impl<T: Real> sealed::Curve<T> for Coulomb<T> {
+    fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError> {
+        let curve = self.parameters();
+        Ok((Fall::Rational, flat(curve.dynamic_coefficient, curve.viscous_friction)))
+    }
+}
+
+impl<T: Real> sealed::Curve<T> for AnyCurve<T> {
+    fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError> {
+        match self {
+            Self::Coulomb(curve) => curve.curve(),
+            Self::Stribeck(curve) => curve.curve(),
+            Self::RationalStribeck(curve) => curve.curve(),
+            _ => {
+                let takes = "a batch takes Coulomb, Stribeck or rational Stribeck";
+                Err(parameter::chosen("another curve", takes))
+            }
+        }
+    }
+}
+
+/// A curve that does not fall, at any speed.
+fn flat<T: Real>(dynamic: T, viscous: T) -> Material<T, 0> {
+    let (drop, inverse_velocity) = (T::zero(), T::zero());
+    Material { curve: Valley { dynamic, drop, inverse_velocity, viscous }, axes: [] }
+}
+
+impl<T, C, R> sealed::Model<T, 1> for FrBd<C, R>
+where
+    T: Real,
+    C: sealed::Curve<T>,
+    R: Rheology<T, Deflection = T> + sealed::Constant,
+{
+    fn material(&self) -> Result<(Fall, Material<T, 1>), ParameterError> {
+        let (fall, Material { curve, .. }) = self.curve().curve()?;
+        let elements = self.rheology().elements(Sliding::from(T::zero()));
+        let axis = AxisMaterial::plain(elements.stiffness, elements.damping);
+        Ok((fall, Material { curve, axes: [axis] }))
+    }
+}
+
+impl<T, C, const N: usize> sealed::Model<T, N> for PlaneFrBd<C, T, N>
+where
+    T: Real,
+    C: sealed::Curve<T>,
+{
+    fn material(&self) -> Result<(Fall, Material<T, N>), ParameterError> {
+        let (fall, Material { curve, .. }) = self.curve().curve()?;
+        let axes = self.bristles().map(|axis| {
+            let elements = axis.bristle.elements(Sliding::from(T::zero()));
+            let (stiffness, damping) = (elements.stiffness, elements.damping);
+            AxisMaterial { ratio: axis.friction_ratio, stiffness, damping }
+        });
+        Ok((fall, Material { curve, axes }))
+    }
+}
+
+/// Dahl's model is FrBD of a constant curve and a spring.
+impl<T: Real> sealed::Model<T, 1> for Dahl<T> {
+    fn material(&self) -> Result<(Fall, Material<T, 1>), ParameterError> {
+        let DahlParameters { dynamic_coefficient, micro_stiffness } = self.parameters();
+        let Material { curve, .. } = flat(dynamic_coefficient, T::zero());
+        let axes = [AxisMaterial::plain(micro_stiffness, T::zero())];
+        Ok((Fall::Rational, Material { curve, axes }))
+    }
+}
+
+impl<T: Real> sealed::Model<T, 1> for AnyBristle<T> {
+    fn material(&self) -> Result<(Fall, Material<T, 1>), ParameterError> {
+        match self {
+            Self::FrBd(model) => {
+                let AnyRegularisation::Unregularised = model.regularisation() else {
+                    return Err(parameter::chosen(
+                        "a regularised one",
+                        "a batch takes |v| as it is",
+                    ));
+                };
+                FrBd::new(model.curve().clone(), *model.rheology()).material()
+            }
+            Self::Dahl(model) => model.material(),
+            _ => Err(parameter::chosen(self.name(), "a batch takes FrBD or Dahl")),
+        }
+    }
+}
+
+impl<T, M: sealed::Model<T, N>, const N: usize> Uniform<T, N> for M {}
+
+/// Where the parameters of a bristle come from, out of P numbers stored for each.
+pub(super) trait Source<T, const N: usize, const P: usize>: Copy + Send + Sync {
+    fn material(&self, columns: [T; P]) -> Material<T, N>;
+}
+
+impl<T: Real, const N: usize> Source<T, N, 0> for Material<T, N> {
+    #[inline(always)]
+    fn material(&self, _: [T; 0]) -> Material<T, N> {
+        *self
+    }
+}
+
+/// A material whose friction ratios are one: the compiler sees it, and drops their products.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Alike<T, const N: usize>(pub(super) Material<T, N>);
+
+impl<T: Real, const N: usize> Source<T, N, 0> for Alike<T, N> {
+    #[inline(always)]
+    fn material(&self, _: [T; 0]) -> Material<T, N> {
+        let Self(Material { curve, axes }) = *self;
+        let plain = |axis: AxisMaterial<T>| AxisMaterial::plain(axis.stiffness, axis.damping);
+        Material { curve, axes: axes.map(plain) }
+    }
+}
+
+/// Parameters of each bristle, in the order of [`Columns::named`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stored;
+
+impl<T: Real, const N: usize> Source<T, N, 6> for Stored {
+    #[inline(always)]
+    fn material(
+        &self,
+        [static_, dynamic, velocity, viscous, stiffness, damping]: [T; 6],
+    ) -> Material<T, N> {
+        let (drop, inverse_velocity) = (static_ - dynamic, T::one() / velocity);
+        let curve = Valley { dynamic, drop, inverse_velocity, viscous };
+        Material { curve, axes: [AxisMaterial::plain(stiffness, damping); N] }
+    }
+}

@@ -1,0 +1,697 @@
+//! Batches: the same step as one bristle takes, the energy balance, the same bits wherever a
+//! bristle stands, and numbers that are none.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
+
+mod axes;
+use std::fmt::Debug;
+
+use bristle::curve::{
+    Coulomb, CoulombParameters, RationalStribeck, RationalStribeckParameters, Stribeck,
+    StribeckParameters,
+};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::{Bristle, Dahl, DahlParameters, FrBd, Scalar};
+use bristle_batch::{
+    Batch, BatchError, Columns, CommitInput, Fall, Outcome, PassiveOutput, Real, ReloadInput,
+    StepInput, Uniform,
+};
+use bristle_specimens::draw::Draw;
+use bristle_specimens::{assert_within, lit};
+
+/// Bristles of a batch, before and after a step.
+#[derive(Debug, Clone, PartialEq)]
+struct Run<T> {
+    predicted: Vec<T>,
+    mean: Vec<T>,
+    load: Vec<T>,
+    before: Vec<T>,
+    share: Vec<T>,
+    bias: Vec<T>,
+    damping: Vec<T>,
+    after: Vec<T>,
+    held: Vec<T>,
+    held_force: Vec<T>,
+}
+
+impl<T: Real> Run<T> {
+    /// Velocities around the Stribeck velocity of 0.01 m/s and far from it, deflections within and
+    /// beyond their limit of 1.5e-4 m.
+    fn random(length: usize) -> Self {
+        let mut draw = Draw(9429);
+        let zeros = || vec![T::zero(); length];
+        let mut run = Self {
+            predicted: zeros(),
+            mean: zeros(),
+            load: zeros(),
+            before: zeros(),
+            share: zeros(),
+            bias: zeros(),
+            damping: zeros(),
+            after: zeros(),
+            held: zeros(),
+            held_force: zeros(),
+        };
+        for i in 0..length {
+            let mut velocity = || lit(draw.sign() * draw.logarithmic(1e-6, 10.0));
+            (run.predicted[i], run.mean[i]) = (velocity(), velocity());
+            run.load[i] = lit(draw.logarithmic(1e-3, 1e3));
+            run.before[i] = lit(draw.sign() * draw.logarithmic(1e-9, 3e-4));
+        }
+        run
+    }
+
+    /// A part of the bristles.
+    fn part(&self, from: usize, to: usize) -> Self {
+        let cut = |column: &[T]| column[from..to].to_vec();
+        Self {
+            predicted: cut(&self.predicted),
+            mean: cut(&self.mean),
+            load: cut(&self.load),
+            before: cut(&self.before),
+            share: cut(&self.share),
+            bias: cut(&self.bias),
+            damping: cut(&self.damping),
+            after: cut(&self.after),
+            held: cut(&self.held),
+            held_force: cut(&self.held_force),
+        }
+    }
+
+    /// Both kinds of step: what the beginning and the end of the passive one report, and the exact
+    /// one.
+    fn step(&mut self, batch: &Batch<'_, T>, duration: T) -> [Outcome; 3] {
+        self.after.copy_from_slice(&self.before);
+        let predicted = StepInput {
+            velocities: &self.predicted,
+            normal_forces: &self.load,
+            deflections: &mut self.after,
+        };
+        let dampers = PassiveOutput {
+            shares: &mut self.share,
+            biases: &mut self.bias,
+            dampings: &mut self.damping,
+        };
+        let begun = batch.companions(predicted, duration, dampers).unwrap();
+        // The beginning leaves the deflections to the end.
+        let found = CommitInput { shares: &self.share, velocities: &self.mean };
+        let ended = batch.commit(found, duration, &mut self.after).unwrap();
+        self.held.copy_from_slice(&self.before);
+        let held = StepInput {
+            velocities: &self.predicted,
+            normal_forces: &self.load,
+            deflections: &mut self.held,
+        };
+        [begun, ended, batch.hold(held, duration, &mut self.held_force).unwrap()]
+    }
+
+    /// The bits of everything that a step leaves of one bristle; NaN has none of its own.
+    fn bits(&self, index: usize) -> [u64; 6] {
+        let columns =
+            [&self.share, &self.bias, &self.damping, &self.after, &self.held, &self.held_force];
+        columns.map(|column| {
+            let value: f64 = column[index].to_subset_unchecked();
+            if value.is_nan() { f64::NAN.to_bits() } else { value.to_bits() }
+        })
+    }
+}
+
+fn stribeck<T: Scalar>(exponent: f64) -> Stribeck<T> {
+    Stribeck::new(StribeckParameters {
+        static_coefficient: lit(1.5),
+        dynamic_coefficient: lit(1.0),
+        stribeck_velocity: lit(0.01),
+        stribeck_exponent: lit(exponent),
+        viscous_friction: lit(0.04),
+    })
+    .unwrap()
+}
+
+fn kelvin_voigt<T: Scalar>() -> KelvinVoigt<T> {
+    KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: lit(1e4), micro_damping: lit(64.5) })
+        .unwrap()
+}
+
+fn friction<T: Scalar>() -> FrBd<Stribeck<T>, KelvinVoigt<T>> {
+    FrBd::new(stribeck(2.0), kelvin_voigt())
+}
+
+/// What is done with every model that a batch knows.
+trait Task<T: Real> {
+    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy>(&self, model: M);
+}
+
+fn every_model<T: Real>(task: &impl Task<T>) {
+    let rational = RationalStribeck::new(RationalStribeckParameters {
+        static_coefficient: lit(0.6),
+        dynamic_coefficient: lit(0.2),
+        stribeck_velocity: lit(0.05),
+        viscous_friction: lit(0.1),
+    })
+    .unwrap();
+    let coulomb = Coulomb::new(CoulombParameters {
+        dynamic_coefficient: lit(0.7),
+        viscous_friction: lit(0.2),
+    })
+    .unwrap();
+    let spring = KelvinVoigt::new(KelvinVoigtParameters {
+        micro_stiffness: lit(3e3),
+        micro_damping: lit(0.0),
+    })
+    .unwrap();
+    let dahl = DahlParameters { dynamic_coefficient: lit(0.5), micro_stiffness: lit(1e4) };
+    task.does(friction());
+    task.does(FrBd::new(stribeck(1.0), kelvin_voigt()));
+    task.does(FrBd::new(rational, kelvin_voigt()));
+    task.does(FrBd::new(rational, spring));
+    task.does(FrBd::new(coulomb, kelvin_voigt()));
+    task.does(FrBd::new(stribeck(2.0), spring));
+    task.does(Dahl::new(dahl).unwrap());
+}
+
+fn f<T: Scalar>(value: T) -> f64 {
+    value.to_subset_unchecked()
+}
+
+const DURATIONS: [f64; 6] = [0.0, 1e-6, 1e-3, 0.02, 1.0, 1e3];
+
+struct Midpoint;
+
+impl<T: Real> Task<T> for Midpoint {
+    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy>(&self, model: M) {
+        let batch = Batch::of(&model).unwrap();
+        // Some ten roundings, of which the commit's 1 − c doubles one.
+        let rounding = 16.0 * f(T::default_epsilon());
+        let mut run = Run::random(150);
+        for h in DURATIONS {
+            for outcome in run.step(&batch, lit(h)) {
+                assert!(outcome.is_finite(), "{model:?} {outcome}");
+            }
+            for i in 0..run.mean.len() {
+                // The implicit midpoint rule, as the module writes it, in f64 of the model's own
+                // numbers.
+                let a = model.affine(run.predicted[i].into(), run.before[i]);
+                let (rate, drive) = (f(a.relaxation), f(a.drive));
+                let (load, before, v) = (f(run.load[i]), f(run.before[i]), f(run.mean[i]));
+                let slack = 1.0 / (1.0 + 0.5 * rate * h);
+                let bias = load * f(a.stiffness) * slack * before;
+                let own = f(a.stiffness) * slack * 0.5 * h * drive;
+                let damping = load * (own + f(a.damping));
+                let mean = slack * (before + 0.5 * h * drive * v);
+                let after = before + 2.0 * (mean - before);
+                // What is subtracted, in size.
+                let size = slack * h * (drive * v.abs() + rate * before.abs()) + before.abs();
+                // (μ_s + σ2|v̄|)/σ0, the second from what the model allows at very high speeds.
+                let limit = |speed: f64| f(model.limits(lit(speed)).deflection.unwrap());
+                let rise = (limit(2e6) - limit(1e6)) / 1e6;
+                let most = (limit(0.0) + rise * v.abs()).max(before.abs());
+                let after = after.clamp(-most, most);
+                let what = |name: &str| format!("{name} of {model:?}, bristle {i}, h = {h}");
+                assert_within(rounding, bias.abs(), f(run.bias[i]), bias, || what("bias"));
+                assert_within(rounding, damping, f(run.damping[i]), damping, || what("damping"));
+                assert_within(rounding, size, f(run.after[i]), after, || what("deflection"));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_passive_step_is_the_midpoint_rule_with_the_models_coefficients() {
+    every_model::<f64>(&Midpoint);
+    every_model::<f32>(&Midpoint);
+}
+
+struct Exact;
+
+impl<T: Real> Task<T> for Exact {
+    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy>(&self, model: M) {
+        let batch = Batch::of(&model).unwrap();
+        // Below x = ½ the scalar step takes a series, above it loses less than two digits of φ2;
+        // and both exponents carry a few roundings of x, at most 1/e of which reach e⁻ˣ.
+        let rounding = 24.0 * f(T::default_epsilon());
+        let mut run = Run::random(150);
+        for h in DURATIONS {
+            for outcome in run.step(&batch, lit(h)) {
+                assert!(outcome.is_finite(), "{model:?} {outcome}");
+            }
+            for i in 0..run.mean.len() {
+                let contact = model.under_load(run.load[i]).unwrap();
+                let (v, before) = (run.predicted[i], run.before[i]);
+                let want = contact.hold(v, before, lit(h));
+                // The two terms of each sum, in size: what came and what was there.
+                let steady = f(contact.stationary(v)).abs();
+                let x = (f(model.affine(v.into(), before).relaxation) * h).min(1.0);
+                let size = f(before).abs() + x * steady;
+                let a = model.affine(v.into(), before);
+                let force = f(run.load[i]) * (f(a.stiffness) * size + f(a.damping) * f(v).abs());
+                let what = |name: &str| format!("{name} of {model:?}, bristle {i}, h = {h}");
+                assert_within(rounding, size, f(run.held[i]), f(want.deflection), || {
+                    what("deflection")
+                });
+                assert_within(rounding, force, f(run.held_force[i]), f(want.mean_force), || {
+                    what("force")
+                });
+            }
+        }
+    }
+}
+
+#[test]
+fn an_exact_step_is_that_of_one_bristle() {
+    every_model::<f64>(&Exact);
+    every_model::<f32>(&Exact);
+}
+
+struct Reloads;
+
+impl<T: Real> Task<T> for Reloads {
+    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy>(&self, model: M) {
+        let batch = Batch::of(&model).unwrap();
+        let mut run = Run::random(150);
+        let mut draw = Draw(7);
+        let mut forces =
+            || if draw.next() < 0.2 { T::zero() } else { lit(draw.logarithmic(1e-3, 1e3)) };
+        let (before, after) = (run.load.clone(), [(); 150].map(|()| forces()));
+        run.after.copy_from_slice(&run.before);
+        let loads = ReloadInput { before: &before, after: &after };
+        let outcome = batch.reload(loads, &mut run.after, &mut run.bias).unwrap();
+        assert!(outcome.is_finite());
+        for i in 0..150 {
+            let mut contact = model.under_load(before[i]).unwrap();
+            let want = contact.reload(after[i], run.before[i]).unwrap();
+            let (z, left) = (f(want.deflection), f(want.dissipated));
+            // A few roundings of a product.
+            let rounding = 4.0 * f(T::default_epsilon());
+            assert_within(rounding, z.abs(), f(run.after[i]), z, || format!("z of {i}"));
+            assert_within(rounding, left, f(run.bias[i]), left, || format!("W of {i}"));
+        }
+    }
+}
+
+#[test]
+fn a_change_of_the_load_is_that_of_one_bristle() {
+    every_model::<f64>(&Reloads);
+    every_model::<f32>(&Reloads);
+    // From and to nothing, and what is none.
+    let batch = Batch::of(&friction::<f64>()).unwrap();
+    let (mut z, mut left) = ([1e-5; 8], [0.0; 8]);
+    let infinite = f64::INFINITY;
+    let loads = ReloadInput {
+        before: &[0.0, 2.0, 0.0, f64::NAN, 1.0, 1.0, infinite, infinite],
+        after: &[2.0, 0.0, 0.0, 1.0, -1.0, infinite, 1.0, infinite],
+    };
+    let outcome = batch.reload(loads, &mut z, &mut left).unwrap();
+    assert_eq!(z, [0.0; 8]);
+    assert_eq!(left[..3], [0.0, 0.5 * 2.0 * 1e4 * 1e-5 * 1e-5, 0.0]);
+    assert_eq!(outcome, Outcome { not_finite: 5, first: Some(3) });
+    assert!(!outcome.is_finite());
+    let short = ReloadInput { before: &[1.0], after: &[1.0; 2] };
+    let refused = batch.reload(short, &mut [0.0], &mut [0.0]).unwrap_err();
+    assert!(matches!(refused, BatchError::Length { name: "after", length: 2, .. }));
+}
+
+#[test]
+fn a_passive_step_approaches_the_companion_with_the_cube_of_its_length() {
+    let model = friction::<f64>();
+    let batch = Batch::of(&model).unwrap();
+    let mut run = Run::<f64>::random(150);
+    let mut gap = |h: f64| {
+        let _ = run.step(&batch, h);
+        (0..150)
+            .map(|i| {
+                let companion = model.under_load(run.load[i]).unwrap().companion(10.0).unwrap();
+                let step = companion.step(run.predicted[i], run.before[i], h);
+                // Slow enough that nothing is cut.
+                let v = 1e-3 * run.mean[i].signum();
+                let (force, after) = (step.force(v), step.commit(v).deflection);
+                let rough = run.bias[i] + run.damping[i] * v;
+                let mut deflection = [run.before[i]];
+                let found = CommitInput { shares: &run.share[i..=i], velocities: &[v] };
+                let _ = batch.commit(found, h, &mut deflection).unwrap();
+                // In metres and, over p σ0, in metres too.
+                (deflection[0] - after).abs() + (force - rough).abs() / (run.load[i] * 1e4) * h
+            })
+            .fold(0.0, f64::max)
+    };
+    // λh ≤ 0.06 at 0.4 ms; the factor 8 falls short by a term of next order.
+    let (long, short) = (gap(4e-4), gap(2e-4));
+    let ratio = long / short;
+    assert!(ratio > 7.6 && ratio < 8.4, "{ratio}");
+}
+
+struct Energy;
+
+impl<T: Real> Task<T> for Energy {
+    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy>(&self, model: M) {
+        let batch = Batch::of(&model).unwrap();
+        let stiffness = f(model.storage_stiffness());
+        let rounding = 32.0 * f(T::default_epsilon());
+        let mut run = Run::random(300);
+        for h in DURATIONS {
+            let _ = run.step(&batch, lit(h));
+            for i in 0..run.mean.len() {
+                let load = f(run.load[i]);
+                let stored = |z: T| 0.5 * load * stiffness * f(z) * f(z);
+                let gain = stored(run.after[i]) - stored(run.before[i]);
+                // Any mean velocity, whatever was predicted.
+                let v = f(run.mean[i]);
+                let work = h * v * (f(run.bias[i]) + f(run.damping[i]) * v);
+                let terms = h * v.abs() * (f(run.bias[i]).abs() + f(run.damping[i]) * v.abs())
+                    + stored(run.after[i])
+                    + stored(run.before[i]);
+                assert!(
+                    work - gain >= -rounding * terms,
+                    "{model:?}, bristle {i}, h = {h}: {work} {gain}"
+                );
+                // A held velocity.
+                let gain = stored(run.held[i]) - stored(run.before[i]);
+                let work = h * f(run.predicted[i]) * f(run.held_force[i]);
+                let terms = work.abs() + stored(run.held[i]) + stored(run.before[i]);
+                assert!(
+                    work - gain >= -rounding * terms,
+                    "{model:?}, bristle {i}, h = {h}: {work} {gain}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn no_step_gives_energy_that_was_not_stored() {
+    every_model::<f64>(&Energy);
+    every_model::<f32>(&Energy);
+}
+
+fn same_bits_in_batches_of_every_size<T: Real>() {
+    let batch = Batch::of(&friction::<T>()).unwrap();
+    let h = lit(2e-3);
+    let mut all = Run::<T>::random(67);
+    // What must be spoilt by no neighbour, nor spoil one.
+    all.predicted[13] = lit(f64::NAN);
+    all.before[40] = lit(f64::INFINITY);
+    let alone: Vec<_> = (0..67)
+        .map(|i| {
+            let mut one = all.part(i, i + 1);
+            let _ = one.step(&batch, h);
+            one.bits(0)
+        })
+        .collect();
+    for offset in [0, 1, 2, 3, 5, 7, 8, 15, 16, 31, 33] {
+        for size in 0..=67 - offset {
+            let mut part = all.part(offset, offset + size);
+            let _ = part.step(&batch, h);
+            for i in 0..size {
+                assert_eq!(part.bits(i), alone[offset + i], "bristle {i} of {size} from {offset}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_bristle_gets_the_same_bits_in_a_batch_of_any_size_and_at_any_place() {
+    same_bits_in_batches_of_every_size::<f64>();
+    same_bits_in_batches_of_every_size::<f32>();
+}
+
+fn own_parameters_give_the_same_bits<T: Real>() {
+    let shared = Batch::of(&friction::<T>()).unwrap();
+    let column = |value: f64| vec![lit::<T>(value); 67];
+    let (static_, dynamic, velocity) = (column(1.5), column(1.0), column(0.01));
+    let (viscous, stiffness, damping) = (column(0.04), column(1e4), column(64.5));
+    let each = Batch::of_each(
+        Fall::Gaussian,
+        Columns {
+            static_coefficients: &static_,
+            dynamic_coefficients: &dynamic,
+            stribeck_velocities: &velocity,
+            viscous_frictions: &viscous,
+            micro_stiffnesses: &stiffness,
+            micro_dampings: &damping,
+        },
+    )
+    .unwrap();
+    let mut one = Run::<T>::random(67);
+    let mut other = one.clone();
+    let _ = (one.step(&shared, lit(1e-3)), other.step(&each, lit(1e-3)));
+    assert_eq!(one, other);
+}
+
+#[test]
+fn parameters_of_each_bristle_give_the_bits_of_shared_ones() {
+    own_parameters_give_the_same_bits::<f64>();
+    own_parameters_give_the_same_bits::<f32>();
+}
+
+#[test]
+fn every_bristle_obeys_its_own_parameters() {
+    let mut draw = Draw(7);
+    let mut column =
+        |from: f64, to: f64| (0..70).map(|_| draw.logarithmic(from, to)).collect::<Vec<_>>();
+    let (static_, dynamic, velocity) = (column(1.0, 3.0), column(0.1, 1.0), column(1e-3, 1.0));
+    let (viscous, stiffness, damping) = (column(1e-3, 1.0), column(1e2, 1e5), column(1e-2, 1e2));
+    for (fall, exponent) in [(Fall::Gaussian, 2.0), (Fall::Exponential, 1.0)] {
+        let columns = Columns {
+            static_coefficients: &static_,
+            dynamic_coefficients: &dynamic,
+            stribeck_velocities: &velocity,
+            viscous_frictions: &viscous,
+            micro_stiffnesses: &stiffness,
+            micro_dampings: &damping,
+        };
+        let mut run = Run::<f64>::random(70);
+        let _ = run.step(&Batch::of_each(fall, columns).unwrap(), 1e-3);
+        for i in 0..70 {
+            let curve = Stribeck::new(StribeckParameters {
+                static_coefficient: static_[i],
+                dynamic_coefficient: dynamic[i],
+                stribeck_velocity: velocity[i],
+                stribeck_exponent: exponent,
+                viscous_friction: viscous[i],
+            });
+            let bristle = KelvinVoigt::new(KelvinVoigtParameters {
+                micro_stiffness: stiffness[i],
+                micro_damping: damping[i],
+            });
+            let model = FrBd::new(curve.unwrap(), bristle.unwrap());
+            let mut alone = run.part(i, i + 1);
+            let _ = alone.step(&Batch::of(&model).unwrap(), 1e-3);
+            assert_eq!(run.bits(i), alone.bits(0), "bristle {i}");
+        }
+    }
+}
+
+#[test]
+fn the_deflection_is_cut_to_its_limit_only_when_the_velocity_was_mispredicted() {
+    let batch = Batch::of(&friction::<f64>()).unwrap();
+    // Predicted at rest, then 1 m/s for 1 s: the bristle would follow by 1 m.
+    let mut deflections = [0.0, 0.0, 4e-4];
+    let found = CommitInput { shares: &[1.0; 3], velocities: &[1.0, -1.0, 1.0] };
+    assert!(batch.commit(found, 1.0, &mut deflections).unwrap().is_finite());
+    // (μ_s + σ2|v̄|)/σ0, and what was beyond it stays.
+    assert_eq!(deflections, [1.54e-4, -1.54e-4, 4e-4]);
+}
+
+#[test]
+fn a_step_of_no_length_changes_no_deflection() {
+    let spring =
+        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 0.0 })
+            .unwrap();
+    // Without damping κ = σ1 + h σ0/2 is zero too.
+    let batch = Batch::of(&FrBd::new(stribeck(2.0), spring)).unwrap();
+    let mut run = Run::<f64>::random(40);
+    assert!(run.step(&batch, 0.0).iter().all(Outcome::is_finite));
+    assert_eq!((&run.before, &run.before), (&run.after, &run.held));
+}
+
+/// What bristle 11 of 40 gets, and whether its neighbours keep their bits.
+fn spoilt(batch: &Batch<'_, f64>, spoil: impl Fn(&mut Run<f64>)) -> ([Outcome; 3], Run<f64>) {
+    let mut clean = Run::<f64>::random(40);
+    let mut run = clean.clone();
+    let _ = clean.step(batch, 1e-3);
+    spoil(&mut run);
+    let outcomes = run.step(batch, 1e-3);
+    for i in (0..40).filter(|&i| i != 11) {
+        assert_eq!(run.bits(i), clean.bits(i), "bristle {i}");
+    }
+    (outcomes, run.part(11, 12))
+}
+
+#[test]
+fn non_finite_values_affect_no_neighbour_and_are_counted() {
+    let reported = Outcome { not_finite: 1, first: Some(11) };
+    let fine = Outcome { not_finite: 0, first: None };
+    // Without viscous friction a curve has a finite value even at an infinite speed.
+    let curve = Stribeck::new(StribeckParameters {
+        static_coefficient: 1.5,
+        dynamic_coefficient: 1.0,
+        stribeck_velocity: 0.01,
+        stribeck_exponent: 2.0,
+        viscous_friction: 0.0,
+    });
+    let dry = FrBd::new(curve.unwrap(), kelvin_voigt());
+    let batches = [Batch::of(&friction::<f64>()).unwrap(), Batch::of(&dry).unwrap()];
+    let nothings = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+    for (batch, nothing) in batches.iter().flat_map(|b| nothings.map(|nothing| (b, nothing))) {
+        let (outcomes, got) = spoilt(batch, |run| run.predicted[11] = nothing);
+        assert_eq!(outcomes, [reported; 3]);
+        assert!(got.share[0].is_nan() && got.bias[0].is_nan() && got.damping[0].is_nan());
+        let (outcomes, got) = spoilt(batch, |run| run.before[11] = nothing);
+        assert_eq!(outcomes, [reported; 3]);
+        assert!(got.share[0].is_finite() && !got.bias[0].is_finite() && !got.after[0].is_finite());
+        let (outcomes, got) = spoilt(batch, |run| run.mean[11] = nothing);
+        assert_eq!(outcomes, [fine, reported, fine]);
+        assert!(!got.after[0].is_finite() && got.held[0].is_finite());
+        // A load that is none spoils the forces and leaves the deflection as it is.
+        let (outcomes, got) = spoilt(batch, |run| run.load[11] = nothing);
+        assert_eq!(outcomes, [reported, fine, reported]);
+        assert!(!got.bias[0].is_finite() && got.after[0].is_finite() && got.held[0].is_finite());
+    }
+}
+
+#[test]
+fn a_negative_normal_force_is_reported_and_none_at_all_is_no_force() {
+    let reported = Outcome { not_finite: 1, first: Some(11) };
+    let batch = Batch::of(&friction::<f64>()).unwrap();
+    let (outcomes, got) = spoilt(&batch, |run| run.load[11] = -1e-9);
+    assert_eq!((outcomes[0], outcomes[2]), (reported, reported));
+    assert!(got.bias[0].is_nan() && got.damping[0].is_nan() && got.held_force[0].is_nan());
+    let (outcomes, got) = spoilt(&batch, |run| run.load[11] = 0.0);
+    assert!(outcomes.iter().all(Outcome::is_finite));
+    assert_eq!((got.bias[0].abs(), got.damping[0], got.held_force[0].abs()), (0.0, 0.0, 0.0));
+    // The deflection goes on.
+    assert_ne!(got.after[0], got.before[0]);
+}
+
+#[test]
+fn slices_of_other_lengths_are_refused_by_name_and_nothing_is_written() {
+    let batch = Batch::of(&friction::<f64>()).unwrap();
+    let names = ["normal_forces", "deflections", "shares", "biases", "dampings"];
+    for (odd, name) in names.into_iter().enumerate() {
+        let length = |k| if k == odd { 4 } else { 5 };
+        let (load, mut z) = (vec![1.0; length(0)], vec![0.0; length(1)]);
+        let mut out = [2, 3, 4].map(|k| vec![7.0; length(k)]);
+        let [shares, biases, dampings] = &mut out;
+        let refused = batch.companions(
+            StepInput { velocities: &[0.1; 5], normal_forces: &load, deflections: &mut z },
+            1e-3,
+            PassiveOutput { shares, biases, dampings },
+        );
+        let want = BatchError::Length { name, length: 4, other: "velocities", expected: 5 };
+        assert_eq!(refused, Err(want));
+        assert!(out.iter().flatten().all(|&number| number == 7.0));
+    }
+    let mut z = [0.0; 3];
+    let refused =
+        batch.commit(CommitInput { shares: &[1.0; 2], velocities: &[0.1; 3] }, 1e-3, &mut z);
+    assert_eq!(refused.unwrap_err().to_string(), "shares has length 2, but velocities asks for 3");
+    let refused =
+        batch.commit(CommitInput { shares: &[1.0; 2], velocities: &[0.1; 2] }, 1e-3, &mut z);
+    assert_eq!(
+        refused.unwrap_err().to_string(),
+        "deflections has length 3, but velocities asks for 2"
+    );
+    for (name, lengths) in
+        [("normal_forces", [2, 3, 3]), ("deflections", [3, 2, 3]), ("mean_forces", [3, 3, 2])]
+    {
+        let [load, mut z, mut force] = lengths.map(|length| vec![1.0; length]);
+        let held = StepInput { velocities: &[0.1; 3], normal_forces: &load, deflections: &mut z };
+        let refused = batch.hold(held, 1e-3, &mut force);
+        let want = BatchError::Length { name, length: 2, other: "velocities", expected: 3 };
+        assert_eq!(refused, Err(want));
+    }
+}
+
+#[test]
+fn a_bad_duration_is_refused() {
+    let batch = Batch::of(&friction::<f64>()).unwrap();
+    for duration in [-1e-3, f64::NAN, f64::INFINITY] {
+        let refused =
+            batch.commit(CommitInput { shares: &[1.0], velocities: &[0.1] }, duration, &mut [0.0]);
+        assert!(matches!(refused, Err(BatchError::Parameter(error)) if error.name == "duration"));
+    }
+}
+
+#[test]
+fn parameters_out_of_range_are_refused_by_name_and_index() {
+    let refused = Batch::<f64>::of(&FrBd::new(stribeck(1.5), kelvin_voigt())).unwrap_err();
+    assert_eq!(refused.to_string(), "stribeck_exponent is 1.5, but must be 1 or 2 here");
+    let names = [
+        "static_coefficients",
+        "dynamic_coefficients",
+        "stribeck_velocities",
+        "viscous_frictions",
+        "micro_stiffnesses",
+        "micro_dampings",
+    ];
+    let of = |columns: &[Vec<f64>; 6]| {
+        let [static_, dynamic, velocity, viscous, stiffness, damping] = columns;
+        let columns = Columns {
+            static_coefficients: static_,
+            dynamic_coefficients: dynamic,
+            stribeck_velocities: velocity,
+            viscous_frictions: viscous,
+            micro_stiffnesses: stiffness,
+            micro_dampings: damping,
+        };
+        let mut out = [[0.0; 3]; 2];
+        let [deflections, mean_forces] = &mut out;
+        let held = StepInput { velocities: &[0.1; 3], normal_forces: &[1.0; 3], deflections };
+        Batch::of_each(Fall::Rational, columns)?.hold(held, 1e-3, mean_forces)
+    };
+    let columns = [1.5, 1.0, 0.01, 0.04, 1e4, 64.5].map(|value| vec![value; 3]);
+    assert!(of(&columns).unwrap().is_finite());
+    for (k, name) in names.into_iter().enumerate() {
+        for value in [f64::NAN, -1.0, f64::INFINITY] {
+            let mut columns = columns.clone();
+            columns[k][2] = value;
+            let Err(BatchError::Parameter(error)) = of(&columns) else { panic!("{name} {value}") };
+            assert_eq!((error.name, error.component), (name, Some(2)));
+        }
+        let mut columns = columns.clone();
+        columns[k][2] = 0.0;
+        let refused = of(&columns);
+        if ["viscous_frictions", "micro_dampings"].contains(&name) {
+            assert!(refused.is_ok(), "{name}");
+        } else {
+            let Err(BatchError::Parameter(error)) = refused else { panic!("{name}") };
+            assert_eq!((error.name, error.component, error.value), (name, Some(2), 0.0));
+        }
+        columns[k].push(1.0);
+        assert!(matches!(of(&columns), Err(BatchError::Length { .. })), "{name}");
+    }
+    let mut below = columns.clone();
+    below[0][1] = 0.5;
+    assert!(matches!(of(&below), Err(BatchError::Parameter(error)) if error.component == Some(1)));
+    // Of one length, but not that of the step.
+    let longer = columns.map(|column| [column, vec![1.5]].concat());
+    let want = BatchError::Length {
+        name: "static_coefficients",
+        length: 4,
+        other: "velocities",
+        expected: 3,
+    };
+    assert_eq!(of(&longer), Err(want));
+}
+
+#[test]
+fn a_step_allocates_nothing() {
+    let batch = Batch::of(&friction::<f64>()).unwrap();
+    let mut run = Run::<f64>::random(1001);
+    let counted = allocation_counter::measure(|| {
+        let _ = run.step(&batch, 1e-3);
+    });
+    assert_eq!(counted.count_total, 0);
+}
+
+#[cfg(feature = "rayon")]
+#[test]
+fn several_threads_give_the_bits_and_the_report_of_one() {
+    let batch = Batch::of(&friction::<f64>()).unwrap();
+    let mut one = Run::<f64>::random(50_001);
+    one.predicted[49_999] = f64::NAN;
+    one.predicted[30_000] = f64::NAN;
+    let mut several = one.clone();
+    let outcomes = one.step(&batch, 1e-3);
+    assert_eq!(outcomes[0], Outcome { not_finite: 2, first: Some(30_000) });
+    assert_eq!(several.step(&batch.in_parallel(), 1e-3), outcomes);
+    assert!((0..50_001).all(|i| one.bits(i) == several.bits(i)));
+}

@@ -1,0 +1,529 @@
+//! Parameters of other tools, where taking them over is more than a change of name.
+//!
+//! | from | to |
+//! |---|---|
+//! | Simscape *Rotational* and *Translational Friction* | [`SimscapeFriction`] → [`Stribeck`] |
+//! | Drake `CoulombFriction` and stiction tolerance | [`DrakeFriction`] → [`Stribeck`] |
+//! | MuJoCo `frictionloss`, `damping`, `solref` … | [`MujocoFriction`] → [`Coulomb`], [`Maxwell`] |
+//! | Modelica `BearingFriction` (`tau_pos`, `peak`) | `bearing_friction` → [`Tabulated`] |
+//! | Modelica `LossyGear` (`lossTable`) | [`LossyGear`] ↔ [`TorqueLoad`] |
+//! | a datasheet without a bristle | [`Presliding`] → [`KelvinVoigt`] |
+//!
+//! Where a tool gives the friction as a force \[N\] or a torque \[N m\], the coefficients here are
+//! that force or torque: put the model under a load of 1.
+//!
+//! Most of these tools have no bristle. They let friction grow from zero with the velocity, over a
+//! small velocity that is chosen for the solver: a stuck body creeps. Here the bristle sticks, and
+//! a curve begins at the static friction. A bristle is needed beside the curve: [`Presliding`].
+//!
+//! Changes of name are in `docs/coming-from.md`.
+#![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
+#[cfg(feature = "alloc")]
+extern crate alloc;
+#[cfg(feature = "std")]
+extern crate std;
+
+#[cfg(feature = "alloc")]
+use alloc::vec::Vec;
+
+use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
+#[cfg(feature = "alloc")]
+use bristle::curve::{Cubic, Knot, Tabulated};
+use bristle::parameter::{self, ParameterError};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellParameters};
+use bristle::scalar::lit;
+use bristle::{Bristle, Scalar};
+use bristle_joint::{GearFriction, TorqueLoad, TorqueLoadParameters};
+
+/// Friction of Simscape's blocks *Rotational Friction* and *Translational Friction*.
+///
+/// T = √(2e) (T_brk − T_C) e^(−(ω/ω_St)²) ω/ω_St + T_C tanh(ω/ω_Coul) + f ω,
+///
+/// ω_St = √2 ω_brk,  ω_Coul = ω_brk/10
+///
+/// Its sum of Stribeck and Coulomb part has its peak T_brk at the breakaway velocity ω_brk, which
+/// is not the Stribeck velocity: at 2.16 ω_brk most of the fall is over.
+///
+/// ```
+/// use bristle_convert::SimscapeFriction;
+/// use bristle::curve::FrictionCurve;
+///
+/// let block = SimscapeFriction { // its defaults
+///     breakaway_friction: 25.0, // N m
+///     coulomb_friction: 20.0,
+///     breakaway_velocity: 0.1, // rad/s
+///     viscous_coefficient: 0.001, // N m s/rad
+/// };
+/// let curve = block.curve()?; // under a load of 1
+/// assert_eq!(curve.at(0.0), 25.0);
+/// assert!((curve.at(1.0) - 20.001_f64).abs() < 1e-6);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+///
+/// Source: MathWorks, Simscape reference, pages *Rotational Friction* and *Translational
+/// Friction*.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct SimscapeFriction<T> {
+    /// Breakaway friction T_brk [N m or N], at least the Coulomb friction.
+    pub breakaway_friction: T,
+    /// Coulomb friction T_C [N m or N], positive.
+    pub coulomb_friction: T,
+    /// Breakaway friction velocity ω_brk [rad/s or m/s], positive.
+    pub breakaway_velocity: T,
+    /// Viscous friction coefficient f [N m s/rad or N s/m], zero or positive.
+    pub viscous_coefficient: T,
+}
+
+impl<T: Scalar> SimscapeFriction<T> {
+    /// The curve, for a load of 1: T_brk at rest, T_C + f ω far beyond ω_brk, and between them
+    /// within 4.5 % of T_brk − T_C of the block's at every speed from ω_brk on.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range.
+    pub fn curve(&self) -> Result<Stribeck<T>, ParameterError> {
+        parameter::positive("coulomb_friction", self.coulomb_friction)?;
+        parameter::finite("breakaway_friction", self.breakaway_friction)?;
+        let (least, limit) = ("coulomb_friction", self.coulomb_friction);
+        parameter::at_least("breakaway_friction", self.breakaway_friction, least, limit)?;
+        parameter::positive("breakaway_velocity", self.breakaway_velocity)?;
+        parameter::non_negative("viscous_coefficient", self.viscous_coefficient)?;
+        // With u = ω/ω_brk the fall is u e^((1 − u²)/2) from u = 1 on, and 1 below. Of all
+        // e^(−(u/a)^δ) this one has the least largest error, 0.0448 (a search over a and δ).
+        Stribeck::new(StribeckParameters {
+            static_coefficient: self.breakaway_friction,
+            dynamic_coefficient: self.coulomb_friction,
+            stribeck_velocity: self.breakaway_velocity * lit(2.157),
+            stribeck_exponent: lit(4.285),
+            viscous_friction: self.viscous_coefficient,
+        })
+    }
+}
+
+/// Friction of a pair of surfaces in Drake: `CoulombFriction`, and the plant's stiction tolerance.
+///
+/// Drake's continuous model has the coefficient μ_s S(x) for x < 1, μ_s − (μ_s − μ_d) S((x − 1)/2)
+/// for 1 ≤ x < 3, and μ_d beyond, with x = v/v_s, the stiction tolerance v_s and
+/// S(x) = x³ (10 − 15 x + 6 x²). Its discrete solvers do not use μ_s.
+///
+/// ```
+/// use bristle_convert::DrakeFriction;
+/// use bristle::curve::FrictionCurve;
+///
+/// let steel = DrakeFriction {
+///     static_friction: 0.8,
+///     dynamic_friction: 0.6,
+///     stiction_tolerance: 1e-3, // m/s
+/// };
+/// let rubber = DrakeFriction { static_friction: 1.2, dynamic_friction: 1.0, ..steel };
+/// let curve = steel.against(rubber).curve()?;
+/// assert_eq!(curve.at(0.0), 2.0 * 0.8 * 1.2 / (0.8 + 1.2));
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+///
+/// Source: Drake, `multibody/plant/multibody_plant.h`, section on Coulomb's law and its continuous
+/// approximation, and `coulomb_friction.h`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct DrakeFriction<T> {
+    /// Static friction coefficient μ_s \[–\], at least the dynamic one.
+    pub static_friction: T,
+    /// Dynamic friction coefficient μ_d \[–\], positive.
+    pub dynamic_friction: T,
+    /// Stiction tolerance v_s [m/s], positive.
+    ///
+    /// It is a number of the solver, not of the surface. If you know the Stribeck velocity of the
+    /// surface, take [`Stribeck`] with it instead.
+    pub stiction_tolerance: T,
+}
+
+impl<T: Scalar> DrakeFriction<T> {
+    /// This surface against another: the coefficients are 2 μ₁ μ₂/(μ₁ + μ₂), the stiction tolerance
+    /// is that of this one.
+    #[must_use]
+    pub fn against(self, other: Self) -> Self {
+        let pair = |a: T, b: T| lit::<T>(2.0) * a * b / (a + b);
+        Self {
+            static_friction: pair(self.static_friction, other.static_friction),
+            dynamic_friction: pair(self.dynamic_friction, other.dynamic_friction),
+            ..self
+        }
+    }
+
+    /// The curve: μ_s at rest, μ_d from three stiction tolerances on, and between them within 2.5 %
+    /// of μ_s − μ_d of Drake's at every speed from v_s on.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range.
+    pub fn curve(&self) -> Result<Stribeck<T>, ParameterError> {
+        parameter::positive("dynamic_friction", self.dynamic_friction)?;
+        parameter::finite("static_friction", self.static_friction)?;
+        let (least, limit) = ("dynamic_friction", self.dynamic_friction);
+        parameter::at_least("static_friction", self.static_friction, least, limit)?;
+        parameter::positive("stiction_tolerance", self.stiction_tolerance)?;
+        // Of all e^(−(x/a)^δ) this one has the least largest error, 0.0241 (a search over a and δ).
+        Stribeck::new(StribeckParameters {
+            static_coefficient: self.static_friction,
+            dynamic_coefficient: self.dynamic_friction,
+            stribeck_velocity: self.stiction_tolerance * lit(2.15),
+            stribeck_exponent: lit(5.894),
+            viscous_friction: T::zero(),
+        })
+    }
+}
+
+/// Friction of a degree of freedom in MuJoCo: `frictionloss` and `damping` of a joint or a tendon.
+///
+/// MuJoCo's friction is a constraint without stiffness, a₁ + d b v = (1 − d) a₀: under a force
+/// below f the body creeps as if a damper c = d b M/(1 − d) held it, with d = dmin and
+/// b = 2/(dmax timeconst) from `solimp` and `solref`. A [`Maxwell`] bristle creeps, too. Real
+/// friction hardly does: if the creep is not wanted, take [`Presliding`].
+///
+/// ```
+/// use bristle_convert::MujocoFriction;
+/// use bristle::{Bristle, FrBd};
+///
+/// let joint = MujocoFriction {
+///     friction_loss: 0.5, // N m
+///     damping: 0.02,      // N m s/rad
+///     inertia: 0.01,      // kg m², with armature
+///     solref: [0.02, 1.0], // the defaults
+///     solimp: [0.9, 0.95],
+/// };
+/// let friction = FrBd::new(joint.curve()?, joint.bristle()?).under_load(1.0)?;
+/// // Under a hundredth of the friction loss it creeps as in MuJoCo, within one per cent.
+/// let creep = 0.005 * (1.0 - 0.9) / 0.9 * (0.95 * 0.02 / 2.0) / 0.01; // rad/s
+/// assert!((friction.stationary_force(creep) / 0.005_f64 - 1.0).abs() < 0.011);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+///
+/// For a contact, `friction_loss` is the sliding coefficient times the normal force, and `inertia`
+/// the mass of the body.
+///
+/// Source: MuJoCo documentation, *Computation*, "Constraint model", and *Modeling*, "Solver
+/// parameters"; `engine_core_constraint.c` for b and for the stiffness of friction, which is zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct MujocoFriction<T> {
+    /// Friction loss f [N m or N], positive.
+    pub friction_loss: T,
+    /// Viscous damping of the joint [N m s/rad or N s/m], zero or positive.
+    pub damping: T,
+    /// Inertia M [kg m² or kg] that the friction brakes, with the armature; positive.
+    pub inertia: T,
+    /// `solreffriction`: (timeconst, dampratio) \[s, –\], or both negative, (−stiffness, −damping).
+    pub solref: [T; 2],
+    /// The first two numbers of `solimpfriction`, (dmin, dmax), clamped to 0.0001 … 0.9999.
+    pub solimp: [T; 2],
+}
+
+impl<T: Scalar> MujocoFriction<T> {
+    /// f and the damping, for a load of 1.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range.
+    pub fn curve(&self) -> Result<Coulomb<T>, ParameterError> {
+        Coulomb::new(CoulombParameters {
+            dynamic_coefficient: parameter::positive("friction_loss", self.friction_loss)?,
+            viscous_friction: parameter::non_negative("damping", self.damping)?,
+        })
+    }
+
+    /// The damper c = d b M/(1 − d) [N m s/rad or N s/m] as which a stuck body creeps in MuJoCo.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range.
+    pub fn creep_damping(&self) -> Result<T, ParameterError> {
+        let inertia = parameter::positive("inertia", self.inertia)?;
+        let mut impedance = self.solimp;
+        for (index, d) in impedance.iter_mut().enumerate() {
+            parameter::component(index, parameter::between("solimp", *d, 0.0, 1.0))?;
+            *d = d.clamp(lit(1e-4), lit(0.9999));
+        }
+        let [least, most] = impedance;
+        let [time, damping] = self.solref;
+        let rate = if damping > T::zero() {
+            let time = parameter::component(0, parameter::positive("solref", time))?;
+            lit::<T>(2.0) / (most * time)
+        } else {
+            -parameter::component(1, parameter::finite("solref", damping))? / most
+        };
+        parameter::positive("creep_damping", least * rate * inertia / (T::one() - least))
+    }
+
+    /// A bristle that creeps like MuJoCo's friction under forces far below f, for a load of 1. At
+    /// half of f it creeps twice as fast.
+    ///
+    /// MuJoCo has no spring. This one, 4 c²/M, is the softest on which the stuck body does not
+    /// oscillate.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range.
+    pub fn bristle(&self) -> Result<Maxwell<T>, ParameterError> {
+        let damping = self.creep_damping()?;
+        Maxwell::new(MaxwellParameters {
+            micro_stiffness: lit::<T>(4.0) * damping * damping / self.inertia,
+            series_damping: damping,
+        })
+    }
+}
+
+/// The curve of the table `tau_pos` of Modelica's `BearingFriction`, rows of speed and torque, for
+/// a load of 1. `f_pos` of `SupportFriction` and `mue_pos` of `Clutch` and `Brake` are read alike.
+///
+/// There the friction at rest is `peak` times that of the first row, and drops to it at the first
+/// motion. Here it drops within `fall_speed` [rad/s or m/s], which lies below the second row: from
+/// there on the curve meets the table.
+///
+/// ```
+/// use bristle_convert::bearing_friction;
+/// use bristle::curve::FrictionCurve;
+///
+/// let curve = bearing_friction(&[[0.0, 2.0], [10.0, 2.0], [100.0, 5.0]], 1.1, 0.01)?;
+/// assert_eq!((curve.at(0.0), curve.at(0.01), curve.at(100.0)), (2.2, 2.0, 5.0));
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+///
+/// Source: Modelica Standard Library, `Mechanics.Rotational.Components.BearingFriction`.
+///
+/// # Errors
+///
+/// Names the row whose speed does not increase or whose torque is not positive, an empty table, a
+/// `peak` below 1, or a `fall_speed` that is not below the second row.
+#[cfg(feature = "alloc")]
+pub fn bearing_friction<T: Scalar>(
+    tau_pos: &[[T; 2]],
+    peak: T,
+    fall_speed: T,
+) -> Result<Tabulated<Vec<Cubic<T>>>, ParameterError> {
+    parameter::count("rows of tau_pos", tau_pos.len(), 1)?;
+    let mut previous = None;
+    for (row, &[speed, torque]) in tau_pos.iter().enumerate() {
+        let checked = match previous {
+            None => parameter::exactly("speed", speed, T::zero()),
+            Some(last) => parameter::finite("speed", speed)
+                .and_then(|speed| parameter::increasing("speed", speed, last)),
+        };
+        previous = Some(parameter::component(row, checked)?);
+        parameter::component(row, parameter::positive("torque", torque))?;
+    }
+    parameter::at_least("peak", parameter::finite("peak", peak)?, "one", T::one())?;
+    parameter::positive("fall_speed", fall_speed)?;
+    let mut rows = tau_pos.iter().copied();
+    let [_, start] = rows.next().unwrap_or([T::zero(); 2]);
+    let mut landing = start;
+    if let Some([speed, torque]) = rows.clone().next() {
+        parameter::below("fall_speed", fall_speed, "speed of the second row", speed)?;
+        landing += (torque - start) * (fall_speed / speed);
+    }
+    let first = [[T::zero(), peak * start], [fall_speed, landing]];
+    let knot = |[speed, coefficient]: [T; 2]| Knot { speed, coefficient };
+    Tabulated::from_slice(&first.into_iter().chain(rows).map(knot).collect::<Vec<_>>())
+}
+
+/// One row of the loss table of Modelica's `LossyGear`.
+///
+/// −τ_B = i (η_mf1 τ_A − τ_bf1) while flange A drives, the motor,
+///
+/// −τ_B = i (τ_A/η_mf2 − τ_bf2) while flange B drives, the load.
+///
+/// With x = μ k_m, y = μ k_e and c = μ p0 + B |v| of [`gear`](bristle_joint) this is
+///
+/// η_mf1 = (1 − x)/(1 + y),  η_mf2 = (1 − y)/(1 + x),  i τ_bf1 = c/(1 + y),  i τ_bf2 = c/(1 − y)
+///
+/// x = (1 − 2 η_mf1 + η_mf1 η_mf2)/(1 − η_mf1 η_mf2),  y likewise with the two exchanged.
+///
+/// ```
+/// use bristle_convert::LossyGear;
+///
+/// // The row of Modelica's example LossyGearDemo3.
+/// let row = LossyGear {
+///     driving_efficiency: 0.25,
+///     back_driving_efficiency: 0.25,
+///     driving_friction: 0.625, // N m
+///     back_driving_friction: 2.5,
+///     ratio: 1.0,
+/// };
+/// let gear = row.losses()?;
+/// assert!((gear.coefficient - 0.6_f64).abs() < 1e-12); // 0.75/1.25
+/// let load = gear.load.parameters();
+/// assert!((load.motor_share - 1.0).abs() < 1e-12 && (load.idle_load - 1.0 / 0.6).abs() < 1e-12);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+///
+/// A table of several rows: `docs/coming-from.md` has the program.
+///
+/// Source: Modelica Standard Library, `Mechanics.Rotational.Components.LossyGear`; C. Pelchen, C.
+/// Schweiger, M. Otter, "Modeling and simulating the efficiency of gearboxes and of planetary
+/// gearboxes", 2nd International Modelica Conference (2002).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct LossyGear<T> {
+    /// Mesh efficiency η_mf1 \[–\] while the motor drives, above 0 and at most 1.
+    #[doc(alias = "eta_mf1")]
+    pub driving_efficiency: T,
+    /// Mesh efficiency η_mf2 \[–\] while the load drives, above 0 and at most 1.
+    #[doc(alias = "eta_mf2")]
+    pub back_driving_efficiency: T,
+    /// Bearing friction τ_bf1 [N m] on the motor side while the motor drives, zero or positive.
+    #[doc(alias = "tau_bf1")]
+    pub driving_friction: T,
+    /// Bearing friction τ_bf2 [N m] on the motor side while the load drives, zero or positive.
+    #[doc(alias = "tau_bf2")]
+    pub back_driving_friction: T,
+    /// Ratio i \[–\]: angle of the motor over angle of the joint, without its sign; positive.
+    pub ratio: T,
+}
+
+/// The losses of a [`LossyGear`] in the terms of [`gear`](bristle_joint), on the side of the joint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GearLosses<T> {
+    /// Friction coefficient μ \[–\], with the larger of k_m and k_e as 1.
+    pub coefficient: T,
+    /// The load law: p0, k_m, k_e. The drag at the row's speed is within p0.
+    pub load: TorqueLoad<T>,
+}
+
+impl<T: Scalar> LossyGear<T> {
+    /// Coefficient and load law with this row's efficiencies.
+    ///
+    /// The row's two bearing frictions are one number here, c = μ p0: the mean of i τ_bf1 (1 + y)
+    /// and i τ_bf2 (1 − y). The row is met exactly if they agree.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range. The load law asks for
+    /// η_mf1 ≤ 1/(2 − η_mf2) and η_mf2 ≤ 1/(2 − η_mf1).
+    pub fn losses(&self) -> Result<GearLosses<T>, ParameterError> {
+        let Self { driving_efficiency: drive, back_driving_efficiency: back, .. } = *self;
+        let (one, two) = (T::one(), lit::<T>(2.0));
+        for (name, value) in [("driving_efficiency", drive), ("back_driving_efficiency", back)] {
+            parameter::positive(name, value)?;
+            parameter::at_most(name, value, "one", one)?;
+        }
+        let ratio = parameter::positive("ratio", self.ratio)?;
+        let first = parameter::non_negative("driving_friction", self.driving_friction)?;
+        let second = parameter::non_negative("back_driving_friction", self.back_driving_friction)?;
+        // 1 − 2 η + η₁η₂, where roundings stand for zero.
+        let share = |name, eta: T, bound, other: T| {
+            let numerator = one - two * eta + drive * back;
+            let rounding = lit::<T>(8.0) * T::default_epsilon();
+            if numerator.abs() <= rounding {
+                return Ok(T::zero());
+            }
+            parameter::at_most(name, eta, bound, one / (two - other))?;
+            Ok(numerator / (one - drive * back))
+        };
+        let bound = ("1/(2 - back_driving_efficiency)", "1/(2 - driving_efficiency)");
+        let motor = share("driving_efficiency", drive, bound.0, back)?;
+        let external = share("back_driving_efficiency", back, bound.1, drive)?;
+        let beside = ratio * (first * (one + external) + second * (one - external)) / two;
+        let larger = if motor > external { motor } else { external };
+        // Ideal teeth: the bearings alone.
+        let coefficient = if larger > T::zero() { larger } else { one };
+        let load = TorqueLoad::new(TorqueLoadParameters {
+            idle_load: beside / coefficient,
+            motor_share: motor / coefficient,
+            external_share: external / coefficient,
+        })?;
+        Ok(GearLosses { coefficient, load })
+    }
+
+    /// The row of a gear at a velocity of its joint [rad/s]. A gear that jams or locks itself has
+    /// no row: an efficiency would not be positive.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a ratio that is not positive, a velocity of zero, and a gear with μ k_m ≥ 1 or
+    /// μ k_e ≥ 1.
+    pub fn of<M: Bristle<T>>(
+        gear: &GearFriction<T, M, TorqueLoad<T>>,
+        velocity: T,
+        ratio: T,
+    ) -> Result<Self, ParameterError> {
+        parameter::positive("ratio", ratio)?;
+        let speed = parameter::positive("velocity", velocity.abs())?;
+        let one = T::one();
+        let coefficient = gear.model().stationary_coefficient(velocity).abs();
+        let mu = gear.friction_scale() * coefficient;
+        let TorqueLoadParameters { idle_load, motor_share, external_share } =
+            gear.law().parameters();
+        let motor = parameter::below("mu k_m", mu * motor_share, "one", one)?;
+        let external = parameter::below("mu k_e", mu * external_share, "one", one)?;
+        let beside = (mu * idle_load + gear.drag() * speed) / ratio;
+        Ok(Self {
+            driving_efficiency: (one - motor) / (one + external),
+            back_driving_efficiency: (one - external) / (one + motor),
+            driving_friction: beside / (one + external),
+            back_driving_friction: beside / (one - external),
+            ratio,
+        })
+    }
+}
+
+/// What sticks before it slips, from what is measured or guessed: a bristle for a curve that has
+/// none.
+///
+/// σ0 = μ_s/travel,  σ1 = 2 ζ √(σ0 m/p)
+///
+/// ```
+/// use bristle_convert::Presliding;
+///
+/// let dry = Presliding {
+///     static_coefficient: 0.2,
+///     travel: 10e-6, // m
+///     normal_force: 50.0, // N
+///     mass: 2.0, // kg
+///     damping_ratio: 0.5,
+/// };
+/// let bristle = dry.bristle()?;
+/// assert_eq!(bristle.parameters().micro_stiffness, 2e4); // 1/m
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Presliding<T> {
+    /// Static friction coefficient μ_s \[–\] of the curve, positive; under a load of 1 the
+    /// breakaway force.
+    pub static_coefficient: T,
+    /// Elastic travel \[m or rad\] until breakaway, positive: of metal on metal 1 to 100 µm.
+    pub travel: T,
+    /// Normal force p \[N\], positive; 1 if the coefficient is a force or a torque.
+    pub normal_force: T,
+    /// Mass m \[kg\] that hangs on the bristle when stuck, or moment of inertia [kg m²]; positive.
+    pub mass: T,
+    /// Damping ratio ζ \[–\] of the stuck mass, zero or positive: 0.3 to 0.7 if nothing is known.
+    pub damping_ratio: T,
+}
+
+impl<T: Scalar> Presliding<T> {
+    /// The bristle.
+    ///
+    /// # Errors
+    ///
+    /// Names the parameter that is out of its range.
+    pub fn bristle(&self) -> Result<KelvinVoigt<T>, ParameterError> {
+        let stiffness = parameter::positive("static_coefficient", self.static_coefficient)?
+            / parameter::positive("travel", self.travel)?;
+        let mass = parameter::positive("mass", self.mass)?;
+        let force = parameter::positive("normal_force", self.normal_force)?;
+        let ratio = parameter::non_negative("damping_ratio", self.damping_ratio)?;
+        let damping = lit::<T>(2.0) * ratio * (stiffness * mass / force).sqrt();
+        KelvinVoigt::new(KelvinVoigtParameters {
+            micro_stiffness: stiffness,
+            micro_damping: damping,
+        })
+    }
+}

@@ -1,0 +1,360 @@
+//! Parameters of other tools against those tools' own equations.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
+
+use bristle::curve::FrictionCurve;
+use bristle::{Bristle, Dahl, DahlParameters, FrBd, Mechanism, ParameterError};
+use bristle_analysis::audit::AuditParameters;
+use bristle_convert::{DrakeFriction, LossyGear, MujocoFriction, Presliding, SimscapeFriction};
+use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
+use bristle_specimens::{assert_within, check};
+
+/// Numbers that no positive parameter may be.
+const BAD: [f64; 7] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -1.0, 1e-320, 1e300];
+
+#[track_caller]
+fn refused<A: std::fmt::Debug>(result: Result<A, ParameterError>, name: &str, value: f64) {
+    let error = result.unwrap_err();
+    assert_eq!(error.name, name, "{error}");
+    assert!(error.value == value || value.is_nan(), "{error}");
+}
+
+#[test]
+fn the_simscape_curve_follows_the_block_from_its_breakaway_velocity_on() {
+    let ranges = (0.1..1e3, 0.0..3.0, 1e-4..10.0, 0.0..1.0);
+    check(200, ranges, |(coulomb, excess, breakaway_velocity, viscous)| {
+        let peak = coulomb * (1.0 + excess);
+        let block = SimscapeFriction {
+            breakaway_friction: peak,
+            coulomb_friction: coulomb,
+            breakaway_velocity,
+            viscous_coefficient: viscous,
+        };
+        let curve = block.curve().unwrap();
+        assert_within(1e-15, 2.0 * peak, curve.at(0.0), peak, || "rest".into());
+        // The documentation's equation.
+        let (stribeck, coul) = (breakaway_velocity * 2.0_f64.sqrt(), breakaway_velocity / 10.0);
+        let torque = |w: f64| {
+            let u = w / stribeck;
+            let fall = (2.0 * std::f64::consts::E).sqrt() * (peak - coulomb) * (-u * u).exp() * u;
+            fall + coulomb * (w / coul).tanh() + viscous * w
+        };
+        for i in 0..400 {
+            let w = breakaway_velocity * (1.0 + 0.02 * f64::from(i));
+            // The fit's error; tanh(10) is 1 − 4e-9.
+            let allowed = 0.045 * (peak - coulomb) + 1e-8 * coulomb;
+            assert_within(1.0, allowed, curve.at(w), torque(w), || format!("{block:?} at {w}"));
+        }
+    });
+}
+
+#[test]
+fn conversions_work_in_single_precision() {
+    let row = LossyGear {
+        driving_efficiency: 0.8_f32,
+        back_driving_efficiency: 0.75,
+        driving_friction: 0.1,
+        back_driving_friction: 0.1,
+        ratio: 50.0,
+    };
+    // 1 − 2 · 0.8 + 0.8 · 0.75 is zero but for roundings.
+    assert_eq!(row.losses().unwrap().load.parameters().motor_share, 0.0);
+    let block = SimscapeFriction {
+        breakaway_friction: 25.0_f32,
+        coulomb_friction: 20.0,
+        breakaway_velocity: 0.1,
+        viscous_coefficient: 0.0,
+    };
+    assert_eq!(block.curve().unwrap().at(1.0), 20.0);
+}
+
+#[test]
+fn the_drake_curve_follows_its_continuous_model_from_the_stiction_tolerance_on() {
+    check(200, (0.01..2.0, 0.0..1.0, 1e-5..1e-2), |(dynamic, excess, tolerance)| {
+        let pair = DrakeFriction {
+            static_friction: dynamic * (1.0 + excess),
+            dynamic_friction: dynamic,
+            stiction_tolerance: tolerance,
+        };
+        let (curve, drop) = (pair.curve().unwrap(), dynamic * excess);
+        let rest = pair.static_friction;
+        assert_within(1e-15, 2.0 * rest, curve.at(0.0), rest, || "rest".into());
+        for i in 0..=400 {
+            let x = 1.0 + 0.01 * f64::from(i);
+            let s = (0.5 * (x - 1.0)).min(1.0);
+            let step = s * s * s * (10.0 + s * (6.0 * s - 15.0));
+            let want = pair.static_friction - drop * step;
+            // The fit's error, and roundings.
+            let allowed = 0.0245 * drop + 1e-14;
+            assert_within(1.0, allowed, curve.at(x * tolerance), want, || format!("{pair:?}, {x}"));
+        }
+        // A surface against itself; the harmonic mean lies below the arithmetic one.
+        let itself = pair.against(pair);
+        assert_within(1e-15, dynamic, itself.dynamic_friction, dynamic, || "itself".into());
+        let other = DrakeFriction { dynamic_friction: 3.0 * dynamic, ..pair };
+        let both = pair.against(other).dynamic_friction;
+        assert_within(1e-14, dynamic, both, 1.5 * dynamic, || "2·3/(1 + 3)".into());
+    });
+}
+
+#[test]
+fn a_mujoco_bristle_creeps_as_the_constraint_does() {
+    let ranges = (0.1..100.0, 1e-3..10.0, 0.002..0.1, 0.1..0.99, 0.5..0.999);
+    check(200, ranges, |(friction_loss, inertia, time, least, most)| {
+        let joint = MujocoFriction {
+            friction_loss,
+            damping: 0.0,
+            inertia,
+            solref: [time, 1.0],
+            solimp: [least, most],
+        };
+        let bristle = joint.bristle().unwrap();
+        let contact = FrBd::new(joint.curve().unwrap(), bristle).under_load(1.0).unwrap();
+        for share in [1e-4, 0.1, 0.5] {
+            // a₁ + d b v = (1 − d) a₀ with a₁ = 0 and a₀ = share f/M.
+            let b = 2.0 / (most * time);
+            let creep = (1.0 - least) / (least * b) * share * friction_loss / inertia;
+            // v = (F/c) f/(f − F), which at half of f is twice the velocity.
+            let force = contact.stationary_force(creep / (1.0 - share));
+            assert_within(1e-12, friction_loss, force, share * friction_loss, || {
+                format!("{joint:?}, {share}")
+            });
+        }
+        // The stuck body on its spring: s² + (k/c) s + k/M has a double root.
+        let (k, c) = (bristle.arm().stiffness, bristle.arm().series_damping.unwrap());
+        assert_within(1e-12, (k / c).powi(2), (k / c).powi(2), 4.0 * k / inertia, || "root".into());
+        // The direct form: b = damping/dmax.
+        let direct = MujocoFriction { solref: [-1e4, -2.0 / time], ..joint };
+        let damping = direct.creep_damping().unwrap();
+        assert_within(1e-12, c, damping, c, || "direct form".into());
+    });
+    // A rigid constraint is clamped, as in MuJoCo.
+    let joint = MujocoFriction {
+        friction_loss: 1.0,
+        damping: 0.0,
+        inertia: 1.0,
+        solref: [0.02, 1.0],
+        solimp: [1.0, 1.0],
+    };
+    let want = 0.9999 * (2.0 / (0.9999 * 0.02)) / 1e-4;
+    assert_within(1e-9, want, joint.creep_damping().unwrap(), want, || "clamped".into());
+}
+
+/// A gear of a friction coefficient and its load law.
+fn gear(
+    coefficient: f64,
+    load: TorqueLoad<f64>,
+    drag: f64,
+) -> GearFriction<f64, Dahl<f64>, TorqueLoad<f64>> {
+    let friction = DahlParameters { dynamic_coefficient: coefficient, micro_stiffness: 300.0 };
+    let friction = Dahl::new(friction).unwrap();
+    let parameters = GearFrictionParameters { friction, load, drag, fastest: 5.0 };
+    GearFriction::new(parameters).unwrap()
+}
+
+#[test]
+fn a_gear_and_its_loss_table_pass_the_torques_alike() {
+    let ranges = (0.01..0.5, 0.0..1.0, 0.0..1.0, 0.0..5.0, 0.0..1.0, 0.5..200.0, 0.1..20.0);
+    check(200, ranges, |(mu, motor_share, external_share, idle_load, drag, ratio, velocity)| {
+        let load = TorqueLoadParameters { idle_load, motor_share, external_share };
+        let there = gear(mu, TorqueLoad::new(load).unwrap(), drag);
+        let row = LossyGear::of(&there, velocity, ratio).unwrap();
+        let near = |got: f64, want: f64, what: &str| {
+            assert_within(1e-12, 1.0 + want.abs(), got, want, || format!("{what}: {row:?}"));
+        };
+        for external in [0.5, 5.0, 500.0] {
+            // Modelica: −τ_B = i (η_mf1 τ_A − τ_bf1), with τ_A on the side of the motor.
+            let driving = there.driving_torque(velocity, external).unwrap() / ratio;
+            near(ratio * (row.driving_efficiency * driving - row.driving_friction), external, "up");
+            // −τ_B = i (τ_A/η_mf2 − τ_bf2), here with a braking torque τ_A < 0.
+            if let Some(braking) = there.braking_torque(velocity, external) {
+                let tau_a = -braking / ratio;
+                let tau_b =
+                    -ratio * (tau_a / row.back_driving_efficiency - row.back_driving_friction);
+                near(tau_b, external, "down");
+            }
+        }
+        // And back: the same products, with the drag in the idle load.
+        let back = row.losses().unwrap();
+        let law = back.load.parameters();
+        near(back.coefficient * law.motor_share, mu * motor_share, "mu k_m");
+        near(back.coefficient * law.external_share, mu * external_share, "mu k_e");
+        near(back.coefficient * law.idle_load, mu * idle_load + drag * velocity, "mu p0");
+        let larger = law.motor_share.max(law.external_share);
+        assert!((larger - 1.0).abs() < 1e-12 || mu * motor_share.max(external_share) < 1e-12);
+    });
+}
+
+#[test]
+fn loss_tables_of_the_literature() {
+    let row = |eta1, eta2, bf1, bf2| LossyGear {
+        driving_efficiency: eta1,
+        back_driving_efficiency: eta2,
+        driving_friction: bf1,
+        back_driving_friction: bf2,
+        ratio: 2.0,
+    };
+    // Modelica's LossyGearDemo1 with a ratio of 2: η = 0.5 both ways, μ = (1 − η)/(1 + η).
+    let demo = row(0.5, 0.5, 0.0, 0.0).losses().unwrap();
+    assert_within(1e-15, 1.0, demo.coefficient, 1.0 / 3.0, || "demo 1".into());
+    let law = demo.load.parameters();
+    assert_eq!((law.idle_load, law.motor_share, law.external_share), (0.0, 1.0, 1.0));
+    // Ideal teeth, friction in the bearings: constant, twice 0.3 N m at the joint.
+    let ideal = row(1.0, 1.0, 0.3, 0.3).losses().unwrap();
+    let law = ideal.load.parameters();
+    assert_eq!((law.motor_share, law.external_share), (0.0, 0.0));
+    assert_within(1e-15, 1.0, ideal.coefficient * law.idle_load, 0.6, || "ideal".into());
+    // The rule of worm gears, η₂ = 2 − 1/η₁, is the end of the range: k_m = 0.
+    let worm = row(0.8, 0.75, 0.0, 0.0).losses().unwrap();
+    assert_eq!(worm.load.parameters().motor_share, 0.0);
+    assert_within(1e-14, 1.0, worm.coefficient, 0.25, || "worm".into());
+    // Beyond it no load of this law does it.
+    let error = row(0.8, 0.7, 0.0, 0.0).losses().unwrap_err().to_string();
+    let want = "driving_efficiency is 0.8, but must be at most 1/(2 - back_driving_efficiency) = ";
+    assert!(error.starts_with(want), "{error}");
+    refused(row(0.7, 0.8, 0.0, 0.0).losses(), "back_driving_efficiency", 0.8);
+    refused(row(0.5, 1.01, 0.0, 0.0).losses(), "back_driving_efficiency", 1.01);
+    for bad in BAD {
+        refused(row(bad, 0.5, 0.0, 0.0).losses(), "driving_efficiency", bad);
+        refused(row(0.5, bad, 0.0, 0.0).losses(), "back_driving_efficiency", bad);
+        refused(LossyGear { ratio: bad, ..row(0.5, 0.5, 0.0, 0.0) }.losses(), "ratio", bad);
+    }
+    refused(row(0.5, 0.5, -1.0, 0.0).losses(), "driving_friction", -1.0);
+    refused(row(0.5, 0.5, 0.0, f64::NAN).losses(), "back_driving_friction", f64::NAN);
+    // A gear that locks itself has no row.
+    let load = TorqueLoadParameters { idle_load: 1.0, motor_share: 0.1, external_share: 1.0 };
+    let locks = gear(1.5, TorqueLoad::new(load).unwrap(), 0.0);
+    refused(LossyGear::of(&locks, 1.0, 1.0), "mu k_e", 1.5);
+    refused(LossyGear::of(&locks, 0.0, 1.0), "velocity", 0.0);
+}
+
+#[test]
+fn a_presliding_bristle_gives_the_stuck_mass_its_damping() {
+    check(50, (0.05..2.0, 1e-6..1e-3, 0.1..1e3, 0.01..100.0, 0.0..2.0), |parameters| {
+        let (static_coefficient, travel, normal_force, mass, damping_ratio) = parameters;
+        let dry = Presliding { static_coefficient, travel, normal_force, mass, damping_ratio };
+        let bristle = dry.bristle().unwrap();
+        assert_eq!(bristle.parameters().micro_stiffness, static_coefficient / travel);
+        let curve = DrakeFriction {
+            static_friction: static_coefficient,
+            dynamic_friction: static_coefficient,
+            stiction_tolerance: 1e-3,
+        };
+        let friction = FrBd::new(curve.curve().unwrap(), bristle);
+        let contact = friction.under_load(normal_force).unwrap();
+        let mechanism = Mechanism { mass, spring_stiffness: 0.0, viscous_damping: 0.0 };
+        let up_to = AuditParameters::up_to(1.0);
+        let audit = AuditParameters { mechanism: Some(mechanism), ..up_to };
+        let stuck = contact.audit(audit).unwrap().stuck.unwrap();
+        assert_within(1e-9, 1.0, stuck.damping_ratio, damping_ratio, || format!("{dry:?}"));
+    });
+}
+
+#[test]
+fn bad_parameters_are_refused_by_the_name_they_have_in_the_tool() {
+    let block = SimscapeFriction {
+        breakaway_friction: 25.0,
+        coulomb_friction: 20.0,
+        breakaway_velocity: 0.1,
+        viscous_coefficient: 0.001,
+    };
+    let pair =
+        DrakeFriction { static_friction: 0.8, dynamic_friction: 0.6, stiction_tolerance: 1e-3 };
+    let joint = MujocoFriction {
+        friction_loss: 0.5,
+        damping: 0.02,
+        inertia: 0.01,
+        solref: [0.02, 1.0],
+        solimp: [0.9, 0.95],
+    };
+    let dry = Presliding {
+        static_coefficient: 0.2,
+        travel: 1e-5,
+        normal_force: 50.0,
+        mass: 2.0,
+        damping_ratio: 0.5,
+    };
+    for bad in BAD {
+        let of = |value| SimscapeFriction { coulomb_friction: value, ..block }.curve();
+        refused(of(bad), "coulomb_friction", bad);
+        let of = |value| SimscapeFriction { breakaway_friction: value, ..block }.curve();
+        refused(of(bad), "breakaway_friction", bad);
+        let of = |value| SimscapeFriction { breakaway_velocity: value, ..block }.curve();
+        refused(of(bad), "breakaway_velocity", bad);
+        let of = |value| DrakeFriction { static_friction: value, ..pair }.curve();
+        refused(of(bad), "static_friction", bad);
+        let of = |value| DrakeFriction { dynamic_friction: value, ..pair }.curve();
+        refused(of(bad), "dynamic_friction", bad);
+        let of = |value| DrakeFriction { stiction_tolerance: value, ..pair }.curve();
+        refused(of(bad), "stiction_tolerance", bad);
+        let of = |value| MujocoFriction { friction_loss: value, ..joint }.curve();
+        refused(of(bad), "friction_loss", bad);
+        let of = |value| MujocoFriction { inertia: value, ..joint }.bristle();
+        refused(of(bad), "inertia", bad);
+        let of = |value| MujocoFriction { solref: [value, 1.0], ..joint }.bristle();
+        refused(of(bad), "solref", bad);
+        let of = |value| Presliding { static_coefficient: value, ..dry }.bristle();
+        refused(of(bad), "static_coefficient", bad);
+        let of = |value| Presliding { travel: value, ..dry }.bristle();
+        refused(of(bad), "travel", bad);
+        let of = |value| Presliding { normal_force: value, ..dry }.bristle();
+        refused(of(bad), "normal_force", bad);
+        let of = |value| Presliding { mass: value, ..dry }.bristle();
+        refused(of(bad), "mass", bad);
+        if bad != 0.0 && bad != 1e-320 {
+            let of = |value| SimscapeFriction { viscous_coefficient: value, ..block }.curve();
+            refused(of(bad), "viscous_coefficient", bad);
+            let of = |value| MujocoFriction { damping: value, ..joint }.curve();
+            refused(of(bad), "damping", bad);
+            let of = |value| MujocoFriction { solimp: [value, 0.95], ..joint }.bristle();
+            refused(of(bad), "solimp", bad);
+            let of = |value| Presliding { damping_ratio: value, ..dry }.bristle();
+            refused(of(bad), "damping_ratio", bad);
+        }
+    }
+    let low = SimscapeFriction { breakaway_friction: 19.0, ..block }.curve().unwrap_err();
+    let want = "breakaway_friction is 19, but must be at least coulomb_friction = 20";
+    assert_eq!(low.to_string(), want);
+    refused(DrakeFriction { static_friction: 0.5, ..pair }.curve(), "static_friction", 0.5);
+    // A damping of zero in the direct form brakes nothing.
+    refused(MujocoFriction { solref: [-1.0, 0.0], ..joint }.bristle(), "creep_damping", 0.0);
+    refused(MujocoFriction { solref: [-1.0, f64::NAN], ..joint }.bristle(), "solref", f64::NAN);
+}
+
+#[cfg(feature = "alloc")]
+#[test]
+fn a_bearing_table_is_met_at_its_rows_and_falls_from_its_peak() {
+    use bristle_convert::bearing_friction;
+
+    let rows = [[0.0, 2.0], [1.0, 1.5], [10.0, 2.5], [100.0, 6.0]];
+    let curve = bearing_friction(&rows, 1.25, 0.01).unwrap();
+    assert_eq!(curve.at(0.0), 2.5);
+    for [speed, torque] in &rows[1..] {
+        assert_eq!(curve.at(*speed), *torque);
+    }
+    // Where the fall ends it is on the table's straight line.
+    assert_within(1e-15, 2.0, curve.at(0.01), 2.0 - 0.5 * 0.01, || "landing".into());
+    // One row: constant beyond the fall.
+    let one = bearing_friction(&[[0.0, 2.0]], 1.5, 0.1).unwrap();
+    assert_eq!((one.at(0.0), one.at(0.1), one.at(1e3)), (3.0, 2.0, 2.0));
+    let level = bearing_friction(&[[0.0, 2.0]], 1.0, 0.1).unwrap();
+    assert_eq!((level.at(0.0), level.at(0.05)), (2.0, 2.0));
+
+    let refuse = |rows: &[[f64; 2]], peak, fall, name: &str, value| {
+        refused(bearing_friction(rows, peak, fall), name, value);
+    };
+    refuse(&[], 1.0, 0.1, "rows of tau_pos", 0.0);
+    refuse(&[[0.1, 2.0]], 1.0, 0.1, "speed", 0.1);
+    refuse(&[[0.0, 2.0], [0.0, 1.0]], 1.0, 0.1, "speed", 0.0);
+    for bad in BAD {
+        refuse(&[[0.0, 2.0], [1.0, bad]], 1.0, 0.1, "torque", bad);
+        refuse(&rows, 1.0, bad, "fall_speed", bad);
+        if bad != 0.0 && bad != 1e-320 {
+            refuse(&[[0.0, 2.0], [bad, 1.0]], 1.0, 0.1, "speed", bad);
+        }
+        refuse(&rows, bad, 0.1, "peak", bad);
+    }
+    refuse(&rows, 0.99, 0.1, "peak", 0.99);
+    refuse(&rows, 1.0, 1.0, "fall_speed", 1.0);
+    let error = bearing_friction(&[[0.0, 2.0], [1.0, -1.0]], 1.0, 0.1).unwrap_err().to_string();
+    assert!(error.starts_with("torque[1] is -1, but must lie between"), "{error}");
+}

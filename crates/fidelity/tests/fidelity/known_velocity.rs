@@ -1,0 +1,138 @@
+//! Bristles along a known velocity.
+
+use bristle::curve::Stribeck;
+use bristle::ode::{Output, Rodas5P, Solver, System, Tolerances};
+use bristle::rheology::{Deflection, GeneralisedMaxwell, KelvinVoigt, States, ZenerParameters};
+use bristle::scene::PrescribedVelocity;
+use bristle::signal::{Signal, Sine, SineParameters};
+use bristle::{Bristle, Contact, ElastoPlastic, FrBd, LuGre, paper};
+use bristle_fidelity::*;
+use nalgebra::SVector;
+
+use crate::judge::{ALL, Tally};
+use bristle_specimens::draw::{Draw, Shape, Wave};
+
+type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
+
+/// The paper's stick-slip rig, its tyre and its valve.
+pub(crate) fn sets() -> [Lumped; 3] {
+    [
+        (paper::STICK_SLIP_CURVE, paper::STICK_SLIP_BRISTLE),
+        (paper::TYRE_CURVE, paper::TYRE_BRISTLE),
+        (paper::VALVE_CURVE, paper::VALVE_BRISTLE),
+    ]
+    .map(|(curve, bristle)| {
+        FrBd::new(Stribeck::new(curve).unwrap(), KelvinVoigt::new(bristle).unwrap())
+    })
+}
+
+/// The forces by Rodas5P under error control, which shares no step with any level; between the
+/// jumps of a square wave exactly.
+fn truth<M: Bristle<f64>, const N: usize>(
+    contact: &Contact<f64, M>,
+    velocity: &Wave,
+    answers: Answers<f64>,
+    steady: bool,
+) -> Vec<f64>
+where
+    M::Deflection: States<f64, N>,
+{
+    let (contact, velocity) = (contact.clone(), velocity.clone().declared());
+    let Answers { interval, count } = answers;
+    let times: Vec<f64> = (1..=count).map(|answer| interval * answer as f64).collect();
+    if let Wave::Repeated { shape: Shape::Square, .. } = velocity {
+        let mut time = 0.0;
+        let mut z =
+            if steady { contact.stationary(velocity.value(0.0)) } else { M::Deflection::fill(0.0) };
+        let to_answer = |answer: &f64| {
+            while time < *answer {
+                let next = velocity.next_kink(time, *answer).unwrap_or(*answer);
+                z = contact.hold(velocity.value(time), z, next - time).deflection;
+                time = next;
+            }
+            contact.force(velocity.value(*answer), z)
+        };
+        return times.iter().map(to_answer).collect();
+    }
+    let system = PrescribedVelocity::new(contact, velocity);
+    let state: SVector<f64, N> = if steady { system.stationary(0.0) } else { SVector::zeros() };
+    let tolerances = Tolerances::scaled(1e-9, System::<f64, N, 1>::scales(&system)).unwrap();
+    let solver = Solver::adaptive(Rodas5P, tolerances);
+    let solver = solver.with_largest_step(interval / 4.0).unwrap();
+    let span = 0.0..interval * count as f64;
+    let run = solver.solve(&system, span, state, Output::Times(&times)).unwrap();
+    let forces = times.iter().zip(run.states());
+    forces.map(|(time, state)| system.friction_force(*time, state)).collect()
+}
+
+fn study(scenes: usize, most_answers: f64) -> Tally {
+    let mut dice = Draw::seeded(31_415);
+    let mut tally = Tally::default();
+    for index in 0..scenes {
+        let amplitude = dice.logarithmic(1e-6, 10.0);
+        let frequency = dice.logarithmic(0.01, 1000.0);
+        let mean = amplitude * dice.one_of(&[0.0, 0.0, 0.3, 1.1, 2.0]);
+        // Also periods of large prime numbers of answers, and of less than an answer.
+        let per_period = dice.one_of(&[36.0, 50.0, 97.0, 100.0, 211.0, 7.3, 1.0, 0.31]);
+        let interval = 1.0 / (frequency * per_period);
+        let answers = dice.logarithmic(20.0, most_answers) as usize;
+        let steady = dice.one_of(&[false, true]);
+        let root_mean_square = dice.one_of(&[false, true]);
+        let share = dice.logarithmic(1e-3, 0.2);
+        let velocity = dice.wave(mean, amplitude, frequency, interval * answers as f64);
+        let what =
+            format!("{index:3} {velocity:?}, {answers} answers, {interval:.2e} s, steady {steady}");
+        let tolerance = |contact: &Contact<f64, Lumped>| {
+            let scale = contact.limits(mean + amplitude).force.unwrap();
+            Tolerance { root_mean_square, ..Tolerance::at_every_answer(share * scale) }
+        };
+        let answers = Answers { interval, count: answers };
+        let lumped = sets()[index % 3].under_load(1.0).unwrap();
+        if index % 4 == 3 {
+            let bristle = GeneralisedMaxwell::zener(ZenerParameters {
+                static_stiffness: 1e4,
+                relaxing_stiffness: 2e4,
+                series_damping: dice.logarithmic(10.0, 1e4),
+            });
+            let contact = FrBd::new(*sets()[0].curve(), bristle.unwrap()).under_load(2.0).unwrap();
+            let truth = truth::<_, 2>(&contact, &velocity, answers, steady);
+            let scene = KnownVelocity::new(contact, velocity, answers).unwrap();
+            let scene = if steady { scene.starting_steadily() } else { scene };
+            tally.judge(&scene, tolerance(&lumped), &truth, &format!("{what}, Zener"));
+        } else {
+            let truth = truth::<_, 1>(&lumped, &velocity, answers, steady);
+            let scene = KnownVelocity::new(lumped, velocity, answers).unwrap();
+            let scene = if steady { scene.starting_steadily() } else { scene };
+            tally.judge(&scene, tolerance(&lumped), &truth, &what);
+        }
+    }
+    tally
+}
+
+#[test]
+fn no_choice_along_a_drawn_velocity_is_wrong_and_hardly_one_is_dear() {
+    study(12, 60.0).verdict(0); // every set, every fourth scene with Zener's bristle
+}
+
+#[test]
+#[ignore = "minutes, in release"]
+fn no_choice_along_three_hundred_drawn_velocities_is_wrong() {
+    study(ALL, 10_000.0).verdict(0);
+}
+
+#[test]
+fn lugre_and_elasto_plastic_friction_can_be_the_reference() {
+    fn chosen<M: Reducible<f64>>(friction: M) -> Level {
+        let velocity = SineParameters { mean: 0.0, amplitude: 1e-4, frequency: 1.0, phase: 0.0 };
+        let (contact, velocity) = (friction.under_load(1.0).unwrap(), Sine::new(velocity).unwrap());
+        let scene = KnownVelocity::new(contact, velocity, Answers { interval: 0.01, count: 200 });
+        choose(&scene.unwrap(), Tolerance::at_every_answer(1e-6)).unwrap().best.level
+    }
+    let (curve, bristle) = (
+        Stribeck::new(paper::STICK_SLIP_CURVE).unwrap(),
+        KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap(),
+    );
+    assert_eq!(chosen(LuGre::classical(curve, bristle)), Level::REFERENCE);
+    let elasto_plastic = ElastoPlastic::new(curve, bristle, 0.7e-4).unwrap();
+    assert_eq!(chosen(elasto_plastic), Level::REFERENCE);
+}

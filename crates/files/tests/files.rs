@@ -1,0 +1,944 @@
+//! Parameters, models and scenes in files: exact round trips, refusals with their place, and
+//! damaged files.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
+
+use bristle::control::{
+    FeedForwardParameters, FeedbackParameters, Injection, ObserverParameters,
+    VelocityFromPositionParameters,
+};
+use bristle::curve::{AnyCurve, Stribeck};
+use bristle::ode::{AnyMethod, System};
+use bristle::regularisation::{AnyRegularisation, HyperbolicTangent, SquareRoot};
+use bristle::rheology::{
+    GeneralisedKelvinVoigt, GeneralisedMaxwell, KelvinVoigt, KelvinVoigtParameters, ZenerParameters,
+};
+use bristle::signal::AnySignal;
+use bristle::{
+    AnyBristle, Bounds, Branch, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FoldRule,
+    FrBd, ImplicitBristle, LuGre, Mechanism, paper,
+};
+use bristle_analysis::audit::AuditParameters;
+use bristle_convert::LossyGear;
+use bristle_files::{Setup, SolverSetup};
+use bristle_joint::{
+    CurrentMotor, CurrentMotorParameters, GearedJoint, GearedJointParameters, Gravity,
+    PositionControl, VoltageMotor, VoltageMotorParameters,
+};
+use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
+use bristle_plane::{Axis, DiscPressure, FootprintPoint, PlaneBristle, PlaneFrBd, PlaneLuGre};
+use bristle_plane::{PlaneBody, PlaneBodyParameters};
+use bristle_rolling::AnyPressure;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// The files that the example ships.
+const FILES: [(&str, &str); 17] = [
+    ("stick_slip", include_str!("../examples/from_file/stick_slip.toml")),
+    ("lugre", include_str!("../examples/from_file/lugre.toml")),
+    ("valve", include_str!("../examples/from_file/valve.toml")),
+    ("frictional_lag", include_str!("../examples/from_file/frictional_lag.toml")),
+    ("gearbox", include_str!("../examples/from_file/gearbox.toml")),
+    ("dahl", include_str!("../examples/from_file/dahl.toml")),
+    ("creep", include_str!("../examples/from_file/creep.toml")),
+    ("viscoelastic", include_str!("../examples/from_file/viscoelastic.toml")),
+    ("joint", include_str!("../examples/from_file/joint.toml")),
+    ("braking", include_str!("../examples/from_file/braking.toml")),
+    ("plane", include_str!("../examples/from_file/plane.toml")),
+    ("turning", include_str!("../examples/from_file/turning.toml")),
+    ("footprint", include_str!("../examples/from_file/footprint.toml")),
+    ("patch", include_str!("../examples/from_file/patch.toml")),
+    ("steering", include_str!("../examples/from_file/steering.toml")),
+    ("voltage", include_str!("../examples/from_file/voltage.toml")),
+    ("springs_in_a_row", include_str!("../examples/from_file/springs_in_a_row.toml")),
+];
+
+/// A value in a file of its own.
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
+struct File<V> {
+    value: V,
+}
+
+fn written<V: Serialize>(value: &V) -> String {
+    toml::to_string(&File { value }).unwrap()
+}
+
+fn read<V: DeserializeOwned>(text: &str) -> Result<V, String> {
+    toml::from_str::<File<V>>(text).map(|file| file.value).map_err(|error| error.to_string())
+}
+
+/// Writes a value, reads it and writes it again.
+fn round_trip<V: Serialize + DeserializeOwned>(value: &V) -> V {
+    let text = written(value);
+    let again: V = read(&text).unwrap();
+    assert_eq!(text, written(&again));
+    again
+}
+
+#[test]
+fn shipped_files_run_and_read_back_to_the_same_run() {
+    for (name, text) in FILES {
+        let setup: Setup = toml::from_str(text).unwrap();
+        let setup =
+            Setup { solver: SolverSetup { end: 0.05, samples: 11, ..setup.solver }, ..setup };
+        let again: Setup = toml::from_str(&toml::to_string(&setup).unwrap()).unwrap();
+        let (run, again) = (setup.run().unwrap(), again.run().unwrap());
+        assert_eq!(run.rows.len(), 11, "{name}");
+        assert!(run.rows.iter().flatten().all(|x| x.is_finite()), "{name}");
+        // To the last bit.
+        assert_eq!(run, again, "{name}");
+    }
+}
+
+/// Awkward numbers, each with all its digits.
+const CURVE: &str = "[value.stribeck]
+static_coefficient = 0.30000000000000004
+dynamic_coefficient = 0.1
+stribeck_velocity = 0.0007000000000000001
+stribeck_exponent = 1.2345678901234567
+viscous_friction = 1e-17
+";
+
+#[test]
+fn what_is_read_is_what_a_constructor_builds() {
+    let curve: AnyCurve<f64> = read(CURVE).unwrap();
+    let AnyCurve::Stribeck(stribeck) = curve else { panic!("{curve:?}") };
+    let parameters = stribeck.parameters();
+    assert_eq!(parameters.static_coefficient, 0.30000000000000004);
+    assert_eq!(parameters.stribeck_velocity, 0.0007000000000000001);
+    assert_eq!(stribeck, Stribeck::new(parameters).unwrap());
+    assert_eq!(read::<Stribeck<f64>>(&CURVE.replace(".stribeck", "")), Ok(stribeck));
+    assert_eq!(round_trip(&stribeck), stribeck);
+    // In single precision the file's digits are those of a float.
+    let single: Stribeck<f32> = read(&CURVE.replace(".stribeck", "")).unwrap();
+    assert_eq!(round_trip(&single), single);
+}
+
+#[test]
+fn values_read_back_to_the_same_bits() {
+    let curve: AnyCurve<f64> = read(CURVE).unwrap();
+    let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
+    let smooth = SquareRoot::new(1e-9).unwrap();
+    let folded = ImplicitBristle::new(curve.clone(), bristle, Some(FoldRule::Fastest)).unwrap();
+    let elastic = ElastoPlastic::new(curve.clone(), bristle, 1e-6).unwrap();
+    let models: [AnyBristle<f64>; 6] = [
+        LuGre::classical(curve.clone(), bristle).regularised(smooth).into(),
+        elastic.regularised(HyperbolicTangent::new(1e-4).unwrap()).into(),
+        folded.into(),
+        FrBd::new(curve.clone(), bristle).into(),
+        LuGre::classical(curve.clone(), bristle).into(),
+        LuGre::with_viscous_part_inside(curve.clone(), bristle).into(),
+    ];
+    for model in models {
+        let contact = model.under_load(12.5).unwrap();
+        let again: Contact<f64, AnyBristle<f64>> = round_trip(&contact);
+        assert_eq!(format!("{contact:?}"), format!("{again:?}"));
+        for velocity in [0.0, 1e-6, -3e-3, 2.0] {
+            assert_eq!(contact.force(velocity, 1e-5), again.force(velocity, 1e-5));
+        }
+        let velocity = VelocityFromPositionParameters {
+            sample_time: 1e-3,
+            time_constant: 2e-3,
+            fastest: 0.5,
+            count: 0.0,
+        };
+        let output = bristle::control::OutputParameters { share: 1.0, largest_force: 3.0 };
+        let _ = round_trip(&FeedForwardParameters {
+            contact: contact.clone(),
+            sample_time: 1e-3,
+            fastest: 1.0,
+            output,
+        });
+        let damping = bristle::control::MicroDamping::Filtered;
+        let feedback = FeedbackParameters { contact: contact.clone(), velocity, damping, output };
+        let _ = round_trip(&feedback);
+        let _ = round_trip(&ObserverParameters {
+            contact,
+            mass: 1.0,
+            proportional_gain: 400.0,
+            derivative_gain: 30.0,
+            integral_gain: 1000.0,
+            injection: Injection::Velocity { gain: 0.1, corner: 10.0 },
+            velocity,
+            output,
+        });
+    }
+    let zener = ZenerParameters {
+        static_stiffness: 1e4,
+        relaxing_stiffness: 2e4 / 3.0,
+        series_damping: 0.1 + 0.2,
+    };
+    assert_eq!(round_trip(&zener), zener);
+    let zener: GeneralisedMaxwell<f64, 2> = GeneralisedMaxwell::zener(zener).unwrap();
+    assert_eq!(round_trip(&zener), zener);
+    let audit = AuditParameters {
+        load_cycle: Some(Bounds { min: 0.1, max: 0.2 }),
+        ..AuditParameters::up_to(0.1)
+    };
+    assert_eq!(round_trip(&audit), audit);
+    for method in ["automatic", "dormand_prince", "dormand_prince8", "rodas4", "rodas5p"] {
+        let read: AnyMethod = read(&format!("value = \"{method}\"")).unwrap();
+        assert_eq!(read.to_string(), method);
+        assert_eq!(round_trip(&read), read);
+    }
+}
+
+#[test]
+fn a_refused_parameter_is_found_at_its_own_line() {
+    let (_, text) = FILES[0];
+    for (good, bad) in [
+        ("mass = 1.0", "mass = -1.0"),
+        ("spring_stiffness = 2.0", "spring_stiffness = inf"),
+        ("normal_force = 1.0", "normal_force = nan"),
+        ("dynamic_coefficient = 1.0", "dynamic_coefficient = 0.0"),
+        ("static_coefficient = 1.5", "static_coefficient = 0.5"),
+        ("micro_damping = 64.5", "micro_damping = -64.5"),
+        // No parameter: the format's own place.
+        ("viscous_friction = 0.04", "viscosity = 0.04"),
+        ("samples = 6001", "samples = 1.5"),
+    ] {
+        let text = text.replace(good, bad);
+        assert!(text.contains(bad));
+        let (line, column) = refusal::read(&text).unwrap_err().place.unwrap();
+        let there: String = text.lines().nth(line - 1).unwrap().chars().skip(column - 1).collect();
+        let key = bad.split(' ').next().unwrap();
+        let value = bad.rsplit(' ').next().unwrap();
+        assert!(there.starts_with(key) || there.starts_with(value), "{bad}: {line}: {there}");
+    }
+    // The mechanism of the second axis: its own braces.
+    let (_, plane) = FILES[10];
+    let bad = plane.replacen(
+        "mass = 1.0, spring_stiffness = 2.0",
+        "mass = 1.0, spring_stiffness = 3.0",
+        1,
+    );
+    let bad = bad.replace("spring_stiffness = 2.0", "spring_stiffness = -2.0");
+    let refusal = refusal::read(&bad).unwrap_err();
+    let line = bad.lines().position(|line| line.contains("= -2.0")).unwrap() + 1;
+    assert_eq!(refusal.place.unwrap().0, line, "{refusal}");
+}
+
+/// What the example says of a text that it refuses at once or as it runs.
+fn refused(text: &str) -> String {
+    let run = refusal::read(text).and_then(|setup| {
+        setup.run().map_err(|error| refusal::Refusal::of_run(text, error.to_string()))
+    });
+    run.map(|table| table.rows.len()).unwrap_err().to_string()
+}
+
+#[test]
+fn solver_keys_that_are_out_of_range_or_contradict_are_refused_at_their_line() {
+    let (_, rig) = FILES[0]; // lines 5 to 8: end, samples, method, tolerance
+    let (_, braking) = FILES[9]; // lines 4 to 6: end, samples, step
+    for (text, good, bad, expected) in [
+        (rig, "end = 60.0 ", "end = -1.0 ", ":5:1: end is -1, but must be positive and finite"),
+        (rig, "end = 60.0 ", "end = 0 ", ":5:1: end is 0, but must be positive and finite"),
+        (rig, "end = 60.0 ", "end = inf ", ":5:1: end is inf, but must be positive and finite"),
+        (rig, "samples = 6001", "samples = 1", ":6:1: samples is 1, but must lie between 2 and"),
+        (rig, "tolerance = 1e-6", "tolerance = 0", ":8:1: tolerance is 0, but must lie between"),
+        (rig, "tolerance = 1e-6", "tolerance = 1", ":8:1: tolerance is 1, but must be at most"),
+        (
+            rig,
+            "tolerance = 1e-6",
+            "step = 1e-5",
+            ":8:1: step is 0.00001, but must be absent: the method auto",
+        ),
+        (
+            rig,
+            "tolerance = 1e-6",
+            "tolerance = 1e-6\nstep = 1e-3",
+            ":9:1: step is 0.001, but must be absent: tolerance chooses the steps",
+        ),
+        (
+            rig,
+            "\"automatic\"",
+            "\"runge_kutta4\"",
+            ":8:1: tolerance is 0.000001, but must be absent: runge_kutta4 takes steps of",
+        ),
+        (
+            rig,
+            "\"automatic\"  # dormand_prince, dormand_prince8, rodas4, rodas5p, \
+             runge_kutta4\ntolerance = 1e-6",
+            "\"runge_kutta4\"\n",
+            ":7:1: method is runge_kutta4, but must come with a step",
+        ),
+        (braking, "step", "tolerance", ":6:1: tolerance is 0.005, but must be absent: a braked"),
+        (
+            braking,
+            "step",
+            "method = \"rodas4\"\nstep",
+            ":6:1: method is rodas4, but must be absent: a braked wheel takes steps",
+        ),
+        (braking, "step = 5e-3", "step = 0.0", ":6:1: step is 0, but must be finite and at least"),
+    ] {
+        let text = text.replacen(good, bad, 1);
+        assert!(text.contains(bad), "{good}");
+        let refused = refused(&text);
+        assert!(refused.starts_with(expected), "{bad}: {refused}");
+    }
+}
+
+#[test]
+fn fixed_steps_beyond_the_stable_ones_are_refused() {
+    // A light mass on stiff bristles, driven harmonically: ω = √(σ0 p/m) = 4000 rad/s.
+    let valve = |solver: &str| {
+        format!(
+            "[solver]\nend = 0.01\nsamples = 11\n{solver}
+[scene.mass_spring_damper]
+drive_velocity = 0.0
+force.sine = {{ mean = 0.0, amplitude = 20.0, frequency = 100.0, phase = 0.0 }}
+mechanism = {{ mass = 0.1, spring_stiffness = 12e3, viscous_damping = 10.0 }}
+contact.normal_force = 1.0
+[scene.mass_spring_damper.contact.model.frbd]
+rheology = {{ micro_stiffness = 1.6e6, micro_damping = 400.0 }}
+[scene.mass_spring_damper.contact.model.frbd.curve.stribeck]
+static_coefficient = 8.0
+dynamic_coefficient = 5.0
+stribeck_velocity = 2e-3
+stribeck_exponent = 2.0
+viscous_friction = 20.0
+"
+        )
+    };
+    // m s² + (σ1 p + d) s + (σ0 p + k) = 0 at rest, c = 1: Runge–Kutta 4 is stable up to 0.66 ms.
+    let fixed = |method: &str, step: f64| valve(&format!("method = \"{method}\"\nstep = {step}"));
+    let too_long = ":5:1: step is 0.002, but must be shorter";
+    for method in ["runge_kutta4", "dormand_prince", "dormand_prince8"] {
+        let refused = refused(&fixed(method, 2e-3));
+        assert!(refused.starts_with(too_long), "{method}{refused}");
+        assert!(refused.ends_with("a tolerance in its place chooses the steps"), "{refused}");
+        let runs = refusal::read(&fixed(method, 1e-4)).unwrap().run().unwrap();
+        assert_eq!(runs.rows.len(), 11, "{method}");
+        assert!(runs.error.unwrap() < 0.01, "{method}: {:?}", runs.error);
+    }
+}
+
+/// A body on a spring whose end moves, with a curve that falls: L-stable methods are no safer.
+const STICKING: &str = "[solver]
+end = 15.0
+samples = 301
+method = \"rodas4\"
+step = 0.05
+[scene.mass_spring_damper]
+drive_velocity = 0.02
+force.constant = 0.0
+mechanism = { mass = 2.0, spring_stiffness = 50.0, viscous_damping = 0.0 }
+contact.normal_force = 10.0
+[scene.mass_spring_damper.contact.model.frbd]
+rheology = { micro_stiffness = 5e3, micro_damping = 20.0 }
+[scene.mass_spring_damper.contact.model.frbd.curve]
+stribeck = { static_coefficient = 0.6, dynamic_coefficient = 0.35, stribeck_velocity = 0.01, \
+stribeck_exponent = 1.0, viscous_friction = 0.0 }
+";
+
+#[test]
+fn the_error_of_fixed_steps_is_told_and_a_large_one_refused() {
+    let run = |solver: &str| {
+        let text = STICKING.replace("method = \"rodas4\"\nstep = 0.05", solver);
+        refusal::read(&text).unwrap().run().unwrap()
+    };
+    let exact = run("tolerance = 1e-10");
+    assert_eq!(exact.error, None);
+    for (method, steps) in [
+        ("rodas4", [0.05, 0.2, 1.0]),
+        ("rodas5p", [0.1, 0.2, 1.0]),
+        ("runge_kutta4", [0.02, 0.2, 1.0]),
+    ] {
+        for step in steps {
+            let text = STICKING.replace("rodas4", method).replace("0.05", &step.to_string());
+            let refused = refused(&text);
+            let expected = format!(":5:1: step is {step}, but must be shorter");
+            assert!(refused.starts_with(&expected), "{method}: {refused}");
+        }
+        // Against an adaptive run: the worst row of each state, over its largest size.
+        let fixed = run(&format!("method = \"{method}\"\nstep = 4e-3"));
+        let told = fixed.error.unwrap();
+        let mut error = 0.0;
+        for column in 1..4 {
+            let size = exact.rows.iter().fold(0.0, |most, row| f64::max(most, row[column].abs()));
+            for (row, exact) in fixed.rows.iter().zip(&exact.rows) {
+                error = f64::max(error, (row[column] - exact[column]).abs() / size);
+            }
+        }
+        assert!(told < 1e-2 && error > 1e-8, "{method}: {error:e}");
+        // Half the step of order four leaves a sixteenth of the error; order one would leave half.
+        assert!((0.5..2.0).contains(&(told / error)), "{method}: {told:e}, {error:e}");
+    }
+    // The load of a gear has kinks, at which every method is of order one.
+    let (_, joint) = FILES[8];
+    let joint = |step: f64| {
+        let solver = format!("method = \"runge_kutta4\"\nstep = {step}");
+        joint.replacen("tolerance = 1e-6", &solver, 1).replacen("end = 6.0", "end = 0.1", 1)
+    };
+    let long = refused(&joint(0.1));
+    assert!(long.starts_with(":8:1: step is 0.1, but must be shorter"), "{long}");
+    assert!(refusal::read(&joint(1e-4)).unwrap().run().unwrap().error.unwrap() < 1e-2);
+}
+
+#[test]
+fn a_value_that_occurs_twice_is_found_by_its_index() {
+    let table = |rows: &str| {
+        let curve = STICKING.split("stribeck = {").next().unwrap();
+        format!("{curve}tabulated = [\n{rows}]\n")
+    };
+    let row = |speed: f64| format!("{{ speed = {speed:?}, coefficient = 0.5 }},\n");
+    let speeds = [0.0, 0.1, 0.3, 0.1];
+    let text = table(&speeds.map(row).concat());
+    let first = text.lines().position(|line| line.starts_with("{ speed")).unwrap() + 1;
+    let refused = |text: &str| refusal::read(text).unwrap_err();
+    let named = refused(&text);
+    assert_eq!(named.place, Some((first + 3, 3)), "{named}");
+    assert!(named.message.starts_with("speed[3] is 0.1, but must be larger"), "{named}");
+    let short = table(&speeds.map(|speed| format!("[{speed:?}, 0.5],\n")).concat());
+    assert_eq!(refused(&short).place, Some((first + 3, 1)), "{short}");
+}
+
+#[test]
+fn a_plain_number_is_a_constant_signal() {
+    for bad in ["nan", "inf", "{}", "\"constant\"", "{ constant = 1.0, sine = 2.0 }", "true"] {
+        let text = STICKING.replace("force.constant = 0.0", &format!("force = {bad}"));
+        assert!(text != STICKING && refusal::read(&text).is_err(), "{bad}");
+    }
+    let read = |force: &str| {
+        let text = STICKING.replace("force.constant = 0.0", force);
+        toml::to_string(&refusal::read(&text).unwrap()).unwrap()
+    };
+    assert_eq!(read("force = 0.1"), read("force.constant = 0.1"));
+    assert_eq!(read("force = -3"), read("force.constant = -3.0"));
+    let (_, joint) = FILES[8];
+    let plain = joint.replace("external.gravity = {", "external = 0.5 # {");
+    let table = joint.replace("external.gravity = {", "external.constant = 0.5 # {");
+    let rows = |text: &str| {
+        let mut setup = refusal::read(text).unwrap();
+        setup.solver.end = 0.05;
+        setup.run().unwrap().rows
+    };
+    assert_eq!(rows(&plain), rows(&table));
+}
+
+#[test]
+fn a_value_of_another_type_is_told_what_it_must_be() {
+    let (rig, joint) = (STICKING, FILES[8].1);
+    for (text, good, bad, expected) in [
+        (rig, "samples = 301", "samples = 1e6", "samples is 1e6, but must be a whole number"),
+        (rig, "samples = 301", "samples = -5", "samples is -5, but must be a whole number"),
+        (rig, "mass = 2.0", "mass = \"2\"", "mass is \"2\", but must be a number"),
+        (
+            rig,
+            "force.constant = 0.0",
+            "force = \"constant\"",
+            "force is \"constant\", but must be a signal: a number, `constant`, `sine` or",
+        ),
+        (
+            joint,
+            "external.gravity",
+            "external = true #",
+            "external is true, but must be an input: ",
+        ),
+        (FILES[12].1, "rings = 10", "rings = 65536", "rings is 65536, but must be a whole number"),
+    ] {
+        let changed = text.replacen(good, bad, 1);
+        let line = changed.lines().position(|line| line.contains(bad)).expect(good) + 1;
+        let refused = refused(&changed);
+        assert!(refused.starts_with(&format!(":{line}:")), "{bad}{refused}");
+        assert!(refused.contains(expected), "{bad}{refused}");
+    }
+}
+
+#[test]
+fn the_file_on_the_page_runs() {
+    let page = include_str!("../docs/files.md");
+    let text = page.split("```toml\n").nth(1).and_then(|text| text.split("```").next()).unwrap();
+    let table = refusal::read(text).unwrap().run().unwrap();
+    assert_eq!(table.rows.len(), 2001);
+    // It slides: 8 N against 4 N, and 6 N to break away.
+    assert!(table.rows.iter().any(|row| row[2].abs() > 0.1));
+}
+
+#[test]
+fn every_key_of_the_files_is_on_the_page() {
+    let page = include_str!("../docs/files.md");
+    let known = |key: &str| {
+        page.match_indices(key).any(|(at, _)| {
+            let part = |c: char| c.is_alphanumeric() || c == '_';
+            let (before, after) = (&page[..at], &page[at + key.len()..]);
+            !before.ends_with(part) && !after.starts_with(part)
+        })
+    };
+    for (name, text) in FILES {
+        let lines = text.lines().filter_map(|line| line.split('#').next());
+        let words = lines.flat_map(|line| line.split([' ', '{', '[', ']', ',', '.', '=', '}']));
+        for key in words.filter(|word| word.starts_with(|c: char| c.is_ascii_lowercase())) {
+            assert!(known(key.trim_matches('"')), "{name}: {key} is not on the page");
+        }
+    }
+}
+
+#[test]
+fn a_choice_of_two_or_of_none_is_refused_with_what_it_lacks() {
+    let (_, text) = FILES[0];
+    let two = text.replacen("model.frbd.curve", "model.lugre.curve", 1);
+    let two = refused(&two);
+    let why = "scene.mass_spring_damper.contact.model has 2 entries, frbd and lugre, but must";
+    assert!(two.contains(why) && two.starts_with(':'), "{two}");
+    // One header of several is misspelt.
+    let spool = text.replacen("[scene.mass_spring_damper]", "[scene.spool]", 1);
+    let line = spool.lines().position(|line| line == "[scene.spool]").unwrap() + 1;
+    let spool = refused(&spool);
+    let why = "unknown variant `spool`, expected one of `prescribed_velocity`";
+    assert!(spool.contains(why) && spool.starts_with(&format!(":{line}:8: ")), "{spool}");
+    let empty = refused("[solver]\nend = 1.0\nsamples = 2\n[scene]\n");
+    let why = ":4:1: scene is empty, expected one of `prescribed_velocity`";
+    assert!(empty.starts_with(why), "{empty}");
+}
+
+#[test]
+fn contacts_in_a_plane_and_springs_in_a_row_read_back_to_the_same_bits() {
+    let curve: AnyCurve<f64> = read(CURVE).unwrap();
+    let bristle =
+        |stiffness| KelvinVoigtParameters { micro_stiffness: stiffness, micro_damping: 0.1 + 0.2 };
+    let axis = |friction_ratio, stiffness| Axis {
+        friction_ratio,
+        bristle: KelvinVoigt::new(bristle(stiffness)).unwrap(),
+    };
+    let axes = [axis(1.0, 1e4), axis(0.1 + 0.5, 2e4 / 3.0), axis(0.9, 1e3)];
+    let model = PlaneFrBd::new(curve, axes).unwrap();
+    let model = model.regularised(AnyRegularisation::from(SquareRoot::new(1e-9).unwrap()));
+    let contact = model.under_load(1.0 / 3.0).unwrap();
+    let again = round_trip(&contact);
+    assert_eq!(format!("{contact:?}"), format!("{again:?}"));
+    let free = Mechanism { mass: 0.3, spring_stiffness: 0.0, viscous_damping: 0.1 };
+    let body = PlaneBodyParameters {
+        contact,
+        mechanisms: [free; 3],
+        anchor: [0.0, 0.1, 0.2],
+        force: [1.0 / 3.0; 3],
+    };
+    let body = PlaneBody::new(body).unwrap();
+    assert_eq!(format!("{body:?}"), format!("{:?}", round_trip(&body)));
+
+    let smooth = AnyRegularisation::from(SquareRoot::new(1e-9).unwrap());
+    let curve: AnyCurve<f64> = read(CURVE).unwrap();
+    for model in [
+        PlaneLuGre::classical(curve.clone(), axes).unwrap(),
+        PlaneLuGre::with_viscous_part_inside(curve.clone(), axes).unwrap(),
+        PlaneLuGre::with_viscous_friction(curve, axes, 0.1 + 0.2).unwrap(),
+    ] {
+        let model = model.regularised(smooth);
+        assert_eq!(format!("{model:?}"), format!("{:?}", round_trip(&model)));
+    }
+
+    let row = [bristle(2e4), KelvinVoigtParameters { micro_damping: 200.0, ..bristle(1e4 / 7.0) }];
+    let row = GeneralisedKelvinVoigt::new(row).unwrap();
+    assert_eq!(round_trip(&row), row);
+
+    let refused = |axis: &str| {
+        let curve = "curve.coulomb = { dynamic_coefficient = 0.3, viscous_friction = 0.0 }";
+        let bristle = "bristle = { micro_stiffness = 1e4, micro_damping = 1.0 }";
+        let text =
+            format!("[value]\n{curve}\naxes = [{{ friction_ratio = 1.0, {bristle} }}, {axis}]");
+        read::<PlaneFrBd<AnyCurve<f64>, f64, 2, AnyRegularisation<f64>>>(&text).unwrap_err()
+    };
+    let bristle = "bristle = { micro_stiffness = 1e4, micro_damping = 1.0 }";
+    let ratio = refused(&format!("{{ friction_ratio = 0.0, {bristle} }}"));
+    assert!(ratio.contains("friction_ratio[1] is 0, but must lie between"), "{ratio}");
+    let soft = bristle.replace("1e4", "-1.0");
+    let soft = refused(&format!("{{ friction_ratio = 1.0, {soft} }}"));
+    assert!(soft.contains("micro_stiffness is -1, but must"), "{soft}");
+    let three = refused(&format!(
+        "{{ friction_ratio = 1.0, {bristle} }}, {{ friction_ratio = 1.0, {bristle} }}"
+    ));
+    assert!(three.contains("there must be 2 of them, not 3"), "{three}");
+}
+
+#[test]
+fn joints_and_parameters_of_other_tools_read_back_to_the_same_bits() {
+    let bristle = DahlParameters { dynamic_coefficient: 0.1 + 0.2, micro_stiffness: 1e3 / 7.0 };
+    let load = TorqueLoadParameters { idle_load: 0.5, motor_share: 1.0, external_share: 0.6 };
+    let mut gear = GearFriction::new(GearFrictionParameters {
+        friction: AnyBristle::from(Dahl::new(bristle).unwrap()),
+        load: TorqueLoad::new(load).unwrap(),
+        drag: 0.05,
+        fastest: 1.0 / 3.0,
+    })
+    .unwrap();
+    gear.set_friction_scale(1.1).unwrap();
+    gear.set_drag_scale(0.7).unwrap();
+    let motor = VoltageMotor::new(VoltageMotorParameters {
+        voltage: PositionControl {
+            reference: AnySignal::Constant(0.1),
+            proportional_gain: 0.3,
+            derivative_gain: 0.7,
+        },
+        torque_constant: 1.2,
+        resistance: 0.1 + 0.2,
+        largest_voltage: Some(24.0),
+        largest_current: None,
+    })
+    .unwrap();
+    let external = Gravity { horizontal_torque: 1.2, hanging_angle: 0.1 };
+    let parameters = GearedJointParameters { gear, inertia: 0.02, motor, external };
+    let joint = GearedJoint::new(parameters).unwrap();
+    let again = round_trip(&joint);
+    let (state, free) = ([0.3, 0.1, 1e-5].into(), [Branch::Free]);
+    assert_eq!(joint.rate(0.1, &state, free), again.rate(0.1, &state, free));
+    let parameters = joint.parameters();
+    assert_eq!(format!("{:?}", round_trip(&parameters).motor), format!("{:?}", parameters.motor));
+    let current = CurrentMotor::new(CurrentMotorParameters {
+        current: 1.0 / 3.0,
+        torque_constant: 1.2,
+        largest_current: Some(5.0),
+    })
+    .unwrap();
+    assert_eq!(round_trip(&current), current);
+
+    let row = LossyGear {
+        driving_efficiency: 0.9,
+        back_driving_efficiency: 0.8,
+        driving_friction: 0.1 + 0.2,
+        back_driving_friction: 0.4,
+        ratio: 100.0,
+    };
+    assert_eq!(round_trip(&row), row);
+    let points: Vec<FootprintPoint<f64>> =
+        FootprintPoint::disc(0.3, DiscPressure::Hertz, 2).collect();
+    assert_eq!(round_trip(&points), points);
+    assert_eq!(round_trip(&DiscPressure::Uniform), DiscPressure::Uniform);
+
+    let bad = "value = { constant = inf }";
+    let refused = read::<AnySignal<f64>>(bad).unwrap_err();
+    assert!(refused.contains("constant is inf, but must lie between"), "{refused}");
+    let bad = "value = { horizontal_torque = 1.0, hanging_angle = nan }";
+    let refused = read::<Gravity<f64>>(bad).unwrap_err();
+    let place = "line 1, column 52";
+    assert!(refused.contains(place) && refused.contains("hanging_angle is NaN"), "{refused}");
+}
+
+#[test]
+fn a_bad_file_is_refused_with_parameter_value_rule_and_place() {
+    let refused = |text: &str| read::<AnyCurve<f64>>(text).unwrap_err();
+    let negative =
+        refused(&CURVE.replace("dynamic_coefficient = 0.1", "dynamic_coefficient = -1.0"));
+    assert!(negative.contains("line 1, column 2"), "{negative}");
+    let why = "dynamic_coefficient is -1, but must lie between 1e-100 and 1e100";
+    assert!(negative.contains(why), "{negative}");
+    let unknown = refused(&CURVE.replace("viscous_friction", "viscosity"));
+    assert!(unknown.contains("line 6, column 1"), "{unknown}");
+    assert!(unknown.contains("unknown field `viscosity`"), "{unknown}");
+    let missing = refused(&CURVE.replace("viscous_friction = 1e-17", ""));
+    assert!(missing.contains("missing field `viscous_friction`"), "{missing}");
+    let other = refused(&CURVE.replace("stribeck]", "parabola]"));
+    assert!(other.contains("unknown variant `parabola`"), "{other}");
+    let nan = refused(&CURVE.replace("1e-17", "nan"));
+    assert!(nan.contains("viscous_friction is NaN, but must lie between 0 and 1e100"), "{nan}");
+
+    let table = "value = { tabulated = [{ speed = 0.0, coefficient = 0.4 }, \
+                 { speed = 0.0, coefficient = 0.3 }] }";
+    let order = refused(table);
+    assert!(order.contains("speed[1] is 0, but must be larger than its predecessor 0"), "{order}");
+    let pressure = "value.quadratic = { coefficients = [1.0, 2.0], decay = 0.0 }";
+    let count = read::<AnyPressure<f64>>(pressure).unwrap_err();
+    assert!(count.contains("there must be 3 of them, not 2"), "{count}");
+    let sine = "value.sine = { mean = 0.0, amplitude = 1.0, frequency = 0.0, phase = 0.0 }";
+    let frequency = read::<AnySignal<f64>>(sine).unwrap_err();
+    assert!(frequency.contains("frequency is 0, but must lie between"), "{frequency}");
+    // A curve of your own is no text.
+    let own = AnyCurve::own(Stribeck::new(paper::STICK_SLIP_CURVE).unwrap());
+    assert!(toml::to_string(&File { value: own }).is_err());
+}
+
+/// Numbers at random (Marsaglia's xorshift).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, most: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % most.max(1) as u64) as usize
+    }
+
+    fn of<'t, V>(&mut self, list: &'t [V]) -> Option<&'t V> {
+        list.get(self.below(list.len()))
+    }
+}
+
+/// Where a text has words of numbers and of letters.
+fn words(text: &str) -> Vec<std::ops::Range<usize>> {
+    let ends = |c: char| c.is_whitespace() || "=,[]{}\"#".contains(c);
+    let starts = text.match_indices(ends).map(|(at, end)| at + end.len());
+    std::iter::once(0)
+        .chain(starts)
+        .map(|start| start..text[start..].find(ends).map_or(text.len(), |length| start + length))
+        .filter(|word| !word.is_empty())
+        .collect()
+}
+
+/// Where a text has numbers outside its comments.
+fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
+    let said = |at: usize| !text[..at].rsplit('\n').next().unwrap().contains('#');
+    let mut words = words(text);
+    words.retain(|word| text[word.clone()].parse::<f64>().is_ok() && said(word.start));
+    words
+}
+
+/// A text with one damage.
+fn damaged_once(text: &str, random: &mut Random) -> String {
+    const NUMBERS: [&str; 20] = [
+        "nan",
+        "-nan",
+        "inf",
+        "-inf",
+        "0.0",
+        "-0.0",
+        "0",
+        "-1.0",
+        "1e308",
+        "-1e308",
+        "1e-320",
+        "1e400",
+        "1e100",
+        "1e-100",
+        "1",
+        "\"1\"",
+        "true",
+        "[]",
+        "9223372036854775807",
+        "123456789012345678901234567890",
+    ];
+    let mut text = text.to_owned();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let place = random.below(lines.len());
+    match random.below(8) {
+        // A number.
+        0 | 1 => {
+            if let Some(at) = random.of(&numbers(&text)) {
+                text.replace_range(at.clone(), random.of(&NUMBERS).unwrap());
+            }
+            return text;
+        }
+        // A bit of a byte.
+        2 => {
+            let mut bytes = text.into_bytes();
+            let at = random.below(bytes.len());
+            bytes[at] ^= 1 << random.below(8);
+            return String::from_utf8_lossy(&bytes).into_owned();
+        }
+        // Two words change places.
+        3 => {
+            let words = words(&text);
+            let (Some(one), Some(other)) = (random.of(&words), random.of(&words)) else {
+                return text;
+            };
+            let (first, last) = if one.start < other.start { (one, other) } else { (other, one) };
+            if first.end <= last.start {
+                let (early, late) = (text[first.clone()].to_owned(), text[last.clone()].to_owned());
+                text.replace_range(last.clone(), &early);
+                text.replace_range(first.clone(), &late);
+            }
+            return text;
+        }
+        // One of several entries within braces or brackets is lost or doubled.
+        4 => {
+            let commas: Vec<usize> = text.match_indices(',').map(|found| found.0).collect();
+            if let Some(&at) = random.of(&commas) {
+                let end =
+                    text[at + 1..].find([',', '}', ']', '\n']).map_or(text.len(), |n| at + 1 + n);
+                let entry = text[at..end].to_owned();
+                if random.below(2) == 0 {
+                    text.replace_range(at..end, "");
+                } else {
+                    text.insert_str(end, &entry);
+                }
+            }
+            return text;
+        }
+        // Two tables change places, or their headers do.
+        5 => {
+            let headers: Vec<usize> =
+                (0..lines.len()).filter(|&i| lines[i].starts_with('[')).collect();
+            let (Some(&one), Some(&other)) = (random.of(&headers), random.of(&headers)) else {
+                return text;
+            };
+            if random.below(2) == 0 {
+                lines.swap(one, other);
+            } else {
+                let table = |from: usize| {
+                    let end = headers.iter().find(|&&at| at > from).map_or(lines.len(), |&at| at);
+                    lines[from..end].to_vec()
+                };
+                let (first, last) = (one.min(other), one.max(other));
+                let (early, late) = (table(first), table(last));
+                let (a, b) = (first + early.len(), last + late.len());
+                if a <= last {
+                    let between = lines[a..last].to_vec();
+                    lines.splice(first..b, [late, between, early].concat());
+                }
+            }
+        }
+        // A line is lost, doubled or exchanged.
+        6 => match random.below(3) {
+            0 => drop(lines.remove(place)),
+            1 => lines.insert(place, lines[place].clone()),
+            _ => {
+                let other = random.below(lines.len());
+                lines.swap(place, other);
+            }
+        },
+        // A character is lost, doubled or replaced.
+        _ => {
+            let line: Vec<char> = lines[place].chars().collect();
+            let at = random.below(line.len());
+            let (before, after) = line.split_at(at);
+            let other = ["", "=", "e", "-", "{", "\"", "9", "\u{3bc}"][random.below(8)];
+            let after = if random.below(2) == 0 { after } else { after.get(1..).unwrap_or(&[]) };
+            lines[place] =
+                format!("{}{other}{}", String::from_iter(before), String::from_iter(after));
+        }
+    }
+    lines.join("\n")
+}
+
+/// A text with one to three damages.
+fn damaged(text: &str, random: &mut Random) -> String {
+    (0..=random.below(3)).fold(text.to_owned(), |text, _| damaged_once(&text, random))
+}
+
+/// Takes ten steps of what a text holds: the number of rows, or the refusal.
+fn ten_steps(text: &str) -> Result<usize, refusal::Refusal> {
+    let mut setup = refusal::read(text)?;
+    // Of which some may be tried again.
+    setup.solver.most_steps = Some(20);
+    let table = setup.run().map_err(|error| refusal::Refusal::of_run(text, error.to_string()))?;
+    assert!(table.rows.iter().flatten().all(|number| number.is_finite()), "{text}");
+    Ok(table.rows.len())
+}
+
+/// So many damaged versions of each file: every one is refused at a place, or takes ten steps.
+fn refused_or_run(rounds: usize) {
+    let mut random = Random(0x9e37_79b9_7f4a_7c15);
+    let (mut refused, mut run, mut slowest) = ([0; FILES.len()], [0; FILES.len()], (0, ""));
+    for round in 0..rounds * FILES.len() {
+        let file = round % FILES.len();
+        let (name, text) = FILES[file];
+        let text = damaged(text, &mut random);
+        let begin = std::time::Instant::now();
+        match std::panic::catch_unwind(|| ten_steps(&text)) {
+            Err(_) => panic!("{name} panics:\n{text}"),
+            Ok(Err(refusal)) => {
+                refused[file] += 1;
+                assert!(!refusal.message.is_empty(), "{name}: {text}");
+                let (line, column) = refusal.place.unwrap_or_else(|| panic!("{refusal}\n{text}"));
+                // At the latest just behind the last character.
+                let there =
+                    text.split('\n').nth(line - 1).is_some_and(|l| column <= l.chars().count() + 1);
+                assert!(there, "{name}{refusal}\n{text}");
+            }
+            Ok(Ok(rows)) => {
+                run[file] += 1;
+                assert!(rows > 0, "{name}: {text}");
+            }
+        }
+        let took = begin.elapsed().as_millis();
+        if took > slowest.0 {
+            slowest = (took, name);
+        }
+    }
+    println!("{refused:?} refused, {run:?} run, the slowest in {} ms, {}", slowest.0, slowest.1);
+    assert!(refused.iter().all(|&count| 10 * count > 3 * rounds), "{refused:?}");
+    assert!(run.iter().all(|&count| 20 * count > rounds), "{run:?}");
+}
+
+#[test]
+fn damaged_files_are_refused_at_a_place_or_run() {
+    refused_or_run(100);
+}
+
+#[test]
+#[ignore = "takes a minute: ten times as many as the test before"]
+fn a_thousand_damaged_versions_of_each_file_are_refused_at_a_place_or_run() {
+    refused_or_run(1000);
+}
+
+#[test]
+fn a_bad_number_is_refused_at_its_own_line() {
+    for (name, text) in FILES {
+        for at in numbers(text) {
+            let mut bad = text.to_owned();
+            bad.replace_range(at.clone(), "nan");
+            let line = text[..at.start].matches('\n').count() + 1;
+            let refusal = ten_steps(&bad).expect_err(&bad);
+            let column = at.start - text[..at.start].rfind('\n').map_or(0, |end| end + 1) + 1;
+            let place = refusal.place.unwrap();
+            assert!(place.0 == line && place.1 <= column, "{name}:{line}:{column}: {refusal}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_end_is_refused_at_its_line() {
+    for (text, good, bad, expected) in [
+        (
+            FILES[4].1,
+            "frequency = 1.0",
+            "frequency = 9e18",
+            "must be at most 500000: a run has up to a million periods",
+        ),
+        (
+            FILES[5].1,
+            "frequency = 1.0",
+            "frequency = 9e18",
+            "frequency is 9000000000000000000, but must be at most",
+        ),
+        (
+            FILES[8].1,
+            "frequency = 0.5",
+            "frequency = 1e9",
+            "frequency is 1000000000, but must be at most",
+        ),
+        (
+            FILES[10].1,
+            "frequency = 0.0477",
+            "frequency = 1e9",
+            "frequency is 1000000000, but must be at most",
+        ),
+        (
+            FILES[13].1,
+            "frequency = 20.0",
+            "frequency = 1e12",
+            "frequency is 1000000000000, but must be at most",
+        ),
+        (
+            FILES[0].1,
+            "samples = 6001",
+            "samples = 1000000000000",
+            "samples is 1000000000000, but must lie between 2 and 1e6",
+        ),
+        (
+            FILES[4].1,
+            "step = 1e-4",
+            "step = 1e-12",
+            "step is 0.000000000001, but must be finite and at least",
+        ),
+        (
+            FILES[12].1,
+            "rings = 10",
+            "rings = 60000",
+            "rings is 60000, but must give up to 100000 points, not 10800000000",
+        ),
+        (FILES[12].1, "end = 1.0", "end = 5e3", "end is 5000, but must be at most"),
+        (
+            FILES[13].1,
+            "cells = 200",
+            "cells = 1000000000",
+            "cells is 1000000000, but must lie between 1 and 1e4",
+        ),
+    ] {
+        let changed = text.replacen(good, bad, 1);
+        let line = changed.lines().position(|line| line.contains(bad)).expect(good) + 1;
+        let refused = refused(&changed);
+        assert!(
+            refused.starts_with(&format!(":{line}:")) && refused.contains(expected),
+            "{bad}: {refused}"
+        );
+    }
+}

@@ -1,0 +1,239 @@
+//! Inertia, friction and load factors of a joint from logs of its drive and position.
+//!
+//! Without files it makes logs of a known joint: encoder counts, noise of the torque. With files,
+//!
+//! ```sh
+//! cargo run --release --features identify,serde --example identify -- \
+//!     --log monday_*.csv --held-out tuesday.csv --terms gravity --columns torque=tau*2.4
+//! ```
+//!
+//! fits the first ones and predicts the others. A column is taken by the beginning of its name in
+//! the first line: `time_s`, `position [rad]`, and one of `torque`, `current`, `voltage` and
+//! `goal`, that of a position controller with duty = clamp(gain (goal − position), ±1). There may
+//! be `velocity`, `enabled` and `external_torque`.
+//!
+//! Without `--held-out` the last third of every log is held out.
+//!
+//! Leaves `identify.csv` and `identify.svg`, the measured and the simulated position of the logs
+//! held out, and with the feature `serde` the joint as `identify.toml`, for
+//! `identify::mechanism::JointModel`.
+
+#[path = "identify/logs.rs"]
+mod logs;
+
+use std::error::Error;
+use std::ops::ControlFlow;
+use std::process::ExitCode;
+
+use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, Values, println};
+use bristle_identify::mechanism::{
+    self, Friction, Joint, JointFit, Loss, Progress, Settings, Term,
+};
+use logs::Named;
+
+/// Panels of the chart at most.
+const PANELS: usize = 8;
+
+fn main() -> ExitCode {
+    bristle_charts::run(|| {
+        let arguments = Arguments::new("identify", "A joint from logs of drive and position")
+            .files("log", "logs to fit, tables with a line of names")
+            .files("held-out", "logs that are only predicted")
+            .text("columns", "", "NAME=COLUMN*FACTOR,… where names differ from the first line's")
+            .text("between-rows", "linear", "the drive between two rows: linear or held")
+            .text("gain", "", "duty per radian; PART=GAIN,… for files whose name has the part")
+            .number("supply", 0.0, "V", "voltage that the duty is of")
+            .must_be(Rule::AtLeast(0.0))
+            .text("terms", "", "torques on the load side: gravity, spring, constant")
+            .text("load-gravity", "", "known torque of the load / N m; PART=TORQUE,…, as gain")
+            .text("load-inertia", "", "known inertia of the load / kg m²; PART=INERTIA,…, as gain")
+            .text("known", "", "PARAMETER=VALUE,… that are known")
+            .text("start", "", "PARAMETER=VALUE,… where the search starts")
+            .text("each", "", "PARAMETER,… that each log has for itself")
+            .text("model", "all", "coulomb, stribeck, dahl, frbd or lugre, with -loaded behind, …")
+            .text("loss", "squares", "squares, huber or tukey")
+            .count("runs", 100, "most runs with derivatives of a model")
+            .must_be(Rule::AtLeast(1.0))
+            .parse()?;
+        let files = [arguments.files("log"), arguments.files("held-out")];
+        let (mut joint, mut models) = (joint(&arguments)?, models(arguments.text("model"))?);
+        let (fitted, held_out) = if files[0].is_empty() {
+            joint = joint.with(Term::Gravity);
+            if arguments.text("model") == "all" {
+                models = vec![
+                    Friction::coulomb(),
+                    Friction::coulomb().loaded(),
+                    Friction::dahl(),
+                    Friction::dahl().loaded(),
+                ];
+            }
+            logs::synthetic()?
+        } else if files[1].is_empty() {
+            logs::split(logs::read(&files[0], &arguments)?)?
+        } else {
+            (logs::read(&files[0], &arguments)?, logs::read(&files[1], &arguments)?)
+        };
+        let fit = search(&joint, &models, [&fitted, &held_out], &arguments)?;
+        report(&fit, [&fitted, &held_out], &arguments)
+    })
+}
+
+/// A name from the command line as a joint takes it, for the rest of the program.
+fn lasting(name: &str) -> &'static str {
+    name.to_owned().leak()
+}
+
+/// `NAME=VALUE,NAME=VALUE` with the names of parameters, which the joint checks.
+fn pairs(option: &str, text: &str) -> Result<Vec<(&'static str, f64)>, Box<dyn Error>> {
+    let pair = |part: &str| -> Result<(&'static str, f64), Box<dyn Error>> {
+        let (name, value) = part.split_once('=').unwrap_or((part, ""));
+        let value = value
+            .parse()
+            .map_err(|_| format!("--{option} must be PARAMETER=VALUE,…, but {part:?} was given"))?;
+        Ok((lasting(name), value))
+    };
+    text.split(',').filter(|part| !part.is_empty()).map(pair).collect()
+}
+
+/// The mechanism, and what is known of it.
+fn joint(arguments: &Values) -> Result<Joint, Box<dyn Error>> {
+    let mut joint = Joint::new();
+    for term in arguments.text("terms").split(',').filter(|term| !term.is_empty()) {
+        joint = joint.with(match term {
+            "gravity" => Term::Gravity,
+            "spring" => Term::Spring,
+            "constant" => Term::Constant,
+            other => return Err(format!("--terms has no {other:?}").into()),
+        });
+    }
+    for (name, value) in pairs("start", arguments.text("start"))? {
+        joint = joint.start(name, value);
+    }
+    for (name, value) in pairs("known", arguments.text("known"))? {
+        joint = joint.known(name, value);
+    }
+    for name in arguments.text("each").split(',').filter(|name| !name.is_empty()) {
+        joint = joint.of_each_log(lasting(name));
+    }
+    Ok(joint)
+}
+
+/// The candidates for the friction.
+fn models(text: &str) -> Result<Vec<Friction>, Box<dyn Error>> {
+    if text == "all" {
+        return Ok(Friction::candidates());
+    }
+    let model = |word: &str| -> Result<Friction, Box<dyn Error>> {
+        let (name, loaded) = match word.strip_suffix("-loaded") {
+            Some(name) => (name, true),
+            None => (word, false),
+        };
+        let friction = match name {
+            "coulomb" => Friction::coulomb(),
+            "stribeck" => Friction::stribeck(),
+            "dahl" => Friction::dahl(),
+            "frbd" => Friction::frbd(),
+            "lugre" => Friction::lugre(),
+            other => return Err(format!("--model has no {other:?}").into()),
+        };
+        Ok(if loaded { friction.loaded() } else { friction })
+    };
+    text.split(',').map(model).collect()
+}
+
+/// Fits the only model, or compares all of them and takes the one that is named.
+fn search(
+    joint: &Joint,
+    models: &[Friction],
+    [fitted, held_out]: [&[Named]; 2],
+    arguments: &Values,
+) -> Result<JointFit, Box<dyn Error>> {
+    let loss = match arguments.text("loss") {
+        "squares" => Loss::Squares,
+        "huber" => Loss::Huber,
+        "tukey" => Loss::Tukey,
+        other => return Err(format!("--loss has no {other:?}").into()),
+    };
+    let gradient_runs = arguments.count("runs");
+    let settings = Settings { loss, gradient_runs, ..Settings::default() };
+    let [fitted, held_out] = [fitted, held_out].map(logs::logs);
+    let parts = models.len() * gradient_runs;
+    let mut bar = bristle_charts::Progress::new("runs, of at most", parts);
+    let mut watch = |now: &Progress<'_>| {
+        bar.reach((now.candidate * gradient_runs + now.gradient_runs).min(parts - 1));
+        ControlFlow::Continue(())
+    };
+    let fit = if let [model] = models {
+        let fit = mechanism::fit(joint, model, &fitted, &held_out, &settings, &mut watch)?;
+        bar.reach(parts);
+        println!("{fit}");
+        fit
+    } else {
+        let found = mechanism::compare(joint, models, &fitted, &held_out, &settings, &mut watch)?;
+        bar.reach(parts);
+        println!("{found}");
+        found.named().ok_or("no model was fitted")?.clone()
+    };
+    Ok(fit)
+}
+
+/// Errors log by log, table, chart and model.
+fn report(
+    fit: &JointFit,
+    [fitted, held_out]: [&[Named]; 2],
+    arguments: &Values,
+) -> Result<(), Box<dyn Error>> {
+    let mut table = Csv::create(
+        arguments.out_dir(),
+        "identify",
+        &["part", "log", "t", "measured", "simulated"],
+    )?;
+    let columns = held_out.len().clamp(1, 2);
+    let mut figure =
+        Figure::new(860, 60 + 230 * held_out.len().min(PANELS).div_ceil(columns) as u32)
+            .title(format!(
+                "Position of logs that were not fitted, and of the model {}",
+                fit.friction
+            ))
+            .columns(columns);
+    println!("mean error of the simulated position, its size [rad]");
+    for (part, logs) in [("fitted", fitted), ("held out", held_out)] {
+        let mut sum = 0.0;
+        for (place, Named { name, log }) in logs.iter().enumerate() {
+            let simulated = fit.simulate(log)?;
+            let rows = || log.times().iter().zip(log.positions()).zip(&simulated);
+            let error = rows().map(|((_, measured), now)| (now - measured).abs()).sum::<f64>()
+                / simulated.len() as f64;
+            sum += error;
+            println!("  {part:9} {name:32} {error:.4}");
+            for ((&t, &measured), &simulated) in rows() {
+                table.row(&[part, name], &[t, measured, simulated])?;
+            }
+            if part == "held out" && place < PANELS {
+                let line = |values: &[f64]| -> Vec<(f64, f64)> {
+                    log.times().iter().copied().zip(values.iter().copied()).collect()
+                };
+                // A line of names has no subscripts.
+                let title = format!("{}: mean error {error:.4} rad", name.replace('_', " "));
+                let panel = Panel::new("time t (s)", "position x (rad)")
+                    .title(title)
+                    .line("measured", Colour::Orange.width(4.0), line(log.positions()))
+                    .line("simulated", Colour::Blue.width(1.2), line(&simulated));
+                figure = figure.panel(panel);
+            }
+        }
+        println!("  {part:9} {:32} {:.4}\n", "all", sum / logs.len() as f64);
+    }
+    table.finish()?;
+    #[cfg(feature = "serde")]
+    {
+        let path = arguments.out_dir().join("identify.toml");
+        let text = toml::to_string(&fit.model()?)?;
+        // What is written is read again.
+        toml::from_str::<mechanism::JointModel>(&text)?.gear()?;
+        std::fs::write(&path, text).map_err(|e| format!("cannot write {}: {e}", path.display()))?;
+        println!("{}", path.display());
+    }
+    println!("{}", figure.save(arguments.out_dir(), "identify")?.display());
+    Ok(())
+}

@@ -1,0 +1,203 @@
+//! Candidates: models with parameters to be found. Three are ready: FrBD with a Stribeck curve and
+//! bristles of growing richness.
+
+use core::fmt::Debug;
+use core::num::NonZero;
+
+use super::InitialGuess;
+use super::residuals::Parameter;
+use super::static_curve::{EXPONENT, stribeck, stribeck_parameters};
+use bristle::curve::Stribeck;
+use bristle::parameter::ParameterError;
+use bristle::regularisation::Unregularised;
+use bristle::rheology::{
+    GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt, KelvinVoigtParameters,
+    MaxwellArm,
+};
+use bristle::{Bristle, ElastoPlastic, FrBd, Scalar};
+
+/// A friction model with N parameters to be found. Implement it for a model of your own:
+///
+/// ```
+/// use bristle_identify::{Candidate, InitialGuess, Parameter};
+/// use bristle::{Dahl, DahlParameters, ParameterError, Scalar};
+///
+/// /// Dahl's model.
+/// #[derive(Debug)]
+/// struct DahlFit;
+///
+/// impl Candidate<2> for DahlFit {
+///     type Model<T: Scalar> = Dahl<T>;
+///
+///     fn parameters(&self, guess: &InitialGuess) -> [Parameter; 2] {
+///         [
+///             Parameter::positive("dynamic_coefficient", "", guess.dynamic_coefficient, 10.0),
+///             Parameter::positive("micro_stiffness", "1/m", guess.micro_stiffness, 100.0),
+///         ]
+///     }
+///
+///     fn model<T: Scalar>(
+///         &self,
+///         &[dynamic_coefficient, micro_stiffness]: &[T; 2],
+///     ) -> Result<Dahl<T>, ParameterError> {
+///         Dahl::new(DahlParameters { dynamic_coefficient, micro_stiffness })
+///     }
+/// }
+/// ```
+pub trait Candidate<const N: usize>: Debug {
+    /// The model, in any scalar.
+    type Model<T: Scalar>: Bristle<T>;
+
+    /// The parameters, with starts and bounds around an initial guess.
+    fn parameters(&self, guess: &InitialGuess) -> [Parameter; N];
+
+    /// The model with these parameters.
+    ///
+    /// # Errors
+    ///
+    /// Parameters out of their ranges.
+    fn model<T: Scalar>(&self, values: &[T; N]) -> Result<Self::Model<T>, ParameterError>;
+
+    /// Exact steps per row of a log: more than one for a model that freezes a coefficient over a
+    /// step, where rows lie far apart.
+    fn substeps(&self) -> NonZero<u32> {
+        NonZero::<u32>::MIN
+    }
+
+    /// Offset of the force sensor over the normal force \[–\], added to the friction coefficient:
+    /// zero, or one of the parameters.
+    fn offset<T: Scalar>(&self, _values: &[T; N]) -> T {
+        T::zero()
+    }
+}
+
+/// An offset of any size: the middle between both directions, and twice the friction about it.
+fn offset(guess: &InitialGuess) -> Parameter {
+    let (start, size) = (guess.offset, 2.0 * guess.dynamic_coefficient);
+    let (least, most, typical) = (start - size, start + size, Some(0.05 * size));
+    Parameter { name: "offset", unit: "", start, least, most, typical }
+}
+
+fn kelvin_voigt<T: Scalar>(
+    micro_stiffness: T,
+    micro_damping: T,
+) -> Result<KelvinVoigt<T>, ParameterError> {
+    KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping })
+}
+
+/// [`FrBd`] with a [`Stribeck`] curve (δ = 2) and a [`KelvinVoigt`] bristle.
+///
+/// Six parameters: μ_d, μ_s − μ_d, v_S, σ2, σ0, σ1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FrBdFit;
+
+impl Candidate<6> for FrBdFit {
+    type Model<T: Scalar> = FrBd<Stribeck<T>, KelvinVoigt<T>>;
+
+    fn parameters(&self, guess: &InitialGuess) -> [Parameter; 6] {
+        let [dynamic, excess, velocity, viscous] = stribeck_parameters(guess);
+        let stiffness = Parameter::positive("micro_stiffness", "1/m", guess.micro_stiffness, 100.0);
+        let start = guess.micro_damping;
+        let (name, typical) = ("micro_damping", Some(start));
+        let damping =
+            Parameter { name, unit: "s/m", start, least: 0.0, most: 1e3 * start, typical };
+        [dynamic, excess, velocity, viscous, stiffness, damping]
+    }
+
+    fn model<T: Scalar>(
+        &self,
+        &[dynamic, excess, velocity, viscous, s0, s1]: &[T; 6],
+    ) -> Result<Self::Model<T>, ParameterError> {
+        let curve = stribeck(&[dynamic, excess, velocity, viscous], EXPONENT)?;
+        Ok(FrBd::new(curve, kelvin_voigt(s0, s1)?))
+    }
+}
+
+/// FrBD whose bristle has a second spring that relaxes, and an offset of the force sensor.
+///
+/// The bristle is a [`GeneralisedMaxwell`] one: a spring σ0, an arm of stiffness K₁ and relaxation
+/// time τ, and a damper σ1. Nine parameters: those of [`FrBdFit`], then K₁, τ and the offset. With
+/// σ1 at its lower bound, zero, the bristle is a
+/// [Zener](bristle::rheology::GeneralisedMaxwell::zener) one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct MaxwellFit;
+
+impl Candidate<9> for MaxwellFit {
+    type Model<T: Scalar> = FrBd<Stribeck<T>, GeneralisedMaxwell<T, 2>>;
+
+    fn parameters(&self, guess: &InitialGuess) -> [Parameter; 9] {
+        let [a, b, c, d, e, f] = FrBdFit.parameters(guess);
+        // The time in which the breakaway distance is slid. An arm that is much slower acts as a
+        // spring, one that is much faster not at all.
+        let time = guess.dynamic_coefficient / (guess.micro_stiffness * guess.fastest);
+        let stiffness =
+            Parameter::positive("relaxing_stiffness", "1/m", 0.3 * guess.micro_stiffness, 300.0);
+        let relaxation = Parameter::positive("relaxation_time", "s", time, 1e3);
+        [a, b, c, d, e, f, stiffness, relaxation, offset(guess)]
+    }
+
+    fn model<T: Scalar>(&self, values: &[T; 9]) -> Result<Self::Model<T>, ParameterError> {
+        let &[dynamic, excess, velocity, viscous, s0, s1, k1, time, _] = values;
+        let bristle = GeneralisedMaxwell::new(GeneralisedMaxwellParameters {
+            arms: [
+                MaxwellArm { stiffness: s0, series_damping: None },
+                MaxwellArm { stiffness: k1, series_damping: Some(k1 * time) },
+            ],
+            micro_damping: s1,
+        })?;
+        Ok(FrBd::new(stribeck(&[dynamic, excess, velocity, viscous], EXPONENT)?, bristle))
+    }
+
+    fn offset<T: Scalar>(&self, &[.., offset]: &[T; 9]) -> T {
+        offset
+    }
+}
+
+/// [`ElastoPlastic`] FrBD, whose bristle is elastic up to a stick limit z_b, and an offset of the
+/// force sensor: for loops with straight flanks and a sharp knee.
+///
+/// Eight parameters: those of [`FrBdFit`], then the stick share z_b σ0/μ_d, below one, and the
+/// offset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ElastoPlasticFit {
+    /// Exact steps per row, because a step freezes the elastic share of the sliding. More than one
+    /// where the velocity changes much from row to row.
+    pub substeps: NonZero<u32>,
+}
+
+impl Default for ElastoPlasticFit {
+    /// One step per row.
+    fn default() -> Self {
+        Self { substeps: NonZero::<u32>::MIN }
+    }
+}
+
+impl Candidate<8> for ElastoPlasticFit {
+    type Model<T: Scalar> = ElastoPlastic<Stribeck<T>, KelvinVoigt<T>, Unregularised, T>;
+
+    fn parameters(&self, guess: &InitialGuess) -> [Parameter; 8] {
+        let [a, b, c, d, e, f] = FrBdFit.parameters(guess);
+        let typical = Some(0.5);
+        // At a share of one the knee would be a corner.
+        let (least, most) = (1e-3, 0.99);
+        let share = Parameter { name: "stick_share", unit: "", start: 0.5, least, most, typical };
+        [a, b, c, d, e, f, share, offset(guess)]
+    }
+
+    fn model<T: Scalar>(&self, values: &[T; 8]) -> Result<Self::Model<T>, ParameterError> {
+        let &[dynamic, excess, velocity, viscous, s0, s1, share, _] = values;
+        ElastoPlastic::new(
+            stribeck(&[dynamic, excess, velocity, viscous], EXPONENT)?,
+            kelvin_voigt(s0, s1)?,
+            share * dynamic / s0,
+        )
+    }
+
+    fn substeps(&self) -> NonZero<u32> {
+        self.substeps
+    }
+
+    fn offset<T: Scalar>(&self, &[.., offset]: &[T; 8]) -> T {
+        offset
+    }
+}

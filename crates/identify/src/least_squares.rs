@@ -1,0 +1,251 @@
+//! Bounded nonlinear least squares by Levenberg and Marquardt, with exact sensitivities.
+
+use alloc::vec::Vec;
+use core::ops::ControlFlow;
+
+use super::problem::{Counted, Objective, Point, Problem};
+use super::residuals::{Parameter, Residuals};
+use super::uncertainty::assess;
+use super::{Fit, Outcome};
+use bristle::parameter::{self, ParameterError, Rule};
+
+/// Settings of a search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Most iterations of one search.
+    pub iterations: usize,
+    /// Relative change of the sum of squares below which a search has converged: finite, not
+    /// negative.
+    pub tolerance: f64,
+    /// Number of searches: the first from the given start, the others from places drawn around it,
+    /// the same ones in every run. Zero counts as one.
+    pub starts: usize,
+}
+
+impl Default for Settings {
+    /// A hundred iterations, a change of 10⁻⁹, one start.
+    fn default() -> Self {
+        Self { iterations: 100, tolerance: 1e-9, starts: 1 }
+    }
+}
+
+/// State of a search, passed to the callback after every iteration. The callback can stop the
+/// search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress<'a> {
+    /// Number of the search, from zero.
+    pub start: usize,
+    /// Iterations of this search so far.
+    pub iteration: usize,
+    /// Root mean square of the residuals.
+    pub rmse: f64,
+    /// The parameters now.
+    pub values: &'a [f64],
+}
+
+/// Largest change of a logarithm in one step: a factor of 5, beyond which a linear model says
+/// little.
+const LONGEST_STEP: f64 = 1.6;
+/// Half width of the range of starts on a logarithmic scale: a factor of 30, about one and a half
+/// decades, which is how well an initial guess is known.
+const START_RANGE: f64 = 3.4;
+/// Step of the search variables, all of order one, that is rounding only.
+const SMALLEST_STEP: f64 = 1e-12;
+/// Most step lengths tried in one iteration. The damping grows by 2, 4, 8, …: long before, the
+/// steps are below the smallest one.
+const TRIALS: usize = 40;
+
+/// Change of a search variable by which each parameter is probed before a search has converged:
+/// 5 % of a positive parameter.
+const PROBE: f64 = 0.05;
+/// Share of the sum of squares that no probe, and no movement of one parameter along the gradient,
+/// may take away from a search that has converged.
+pub(super) const NOTICEABLE: f64 = 1e-3;
+/// Most times that a search goes on from a better probe.
+const PROBES: usize = 5;
+
+/// Where a search ended.
+struct Search {
+    point: Point,
+    cost: f64,
+    outcome: Outcome,
+    iterations: usize,
+}
+
+/// Finds the parameters that minimise Σ r² within their bounds.
+///
+/// The result is always the best point found; [`Fit::outcome`] says why the search ended there. The
+/// module documentation describes the method. A problem with no more rows than parameters is fitted
+/// too, but its standard errors are infinite.
+///
+/// # Errors
+///
+/// Refuses a [`Settings::tolerance`] that is negative or not finite, bounds that do not contain the
+/// start, and a start at which the model has no answer.
+pub fn least_squares<R: Residuals<N>, const N: usize>(
+    residuals: &R,
+    parameters: [Parameter; N],
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<Fit, ParameterError> {
+    minimise(&Counted(residuals), &parameters, settings, progress)
+}
+
+/// [`least_squares`] with parameters whose number is known at run time.
+pub(super) fn minimise<R: Objective>(
+    residuals: &R,
+    parameters: &[Parameter],
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<Fit, ParameterError> {
+    parameter::non_negative("tolerance", settings.tolerance)?;
+    let problem = Problem::new(residuals, parameters)?;
+    let start = problem.start();
+    // With the model's own error, if it refuses the start.
+    residuals.evaluate(&problem.values(&start), &mut |_: f64| ())?;
+    let cost = problem.cost(&start);
+    parameter::check("sum of squares at the start", cost, cost.is_finite(), Rule::Finite)?;
+    let mut best = search(&problem, start.clone(), settings, 0, progress);
+    let mut iterations = best.iterations;
+    let mut draw = Draw(1);
+    for number in 1..settings.starts {
+        if best.outcome == Outcome::Stopped {
+            break;
+        }
+        let places: Vec<f64> = (problem.parameters.iter().enumerate())
+            .map(|(i, parameter)| {
+                let (least, most) = (problem.least[i], problem.most[i]);
+                let span = parameter.typical.map_or(START_RANGE, |_| most - least);
+                let (low, high) = ((start[i] - span).max(least), (start[i] + span).min(most));
+                low + (high - low) * draw.next()
+            })
+            .collect();
+        let found = search(&problem, Point::from_vec(places), settings, number, progress);
+        iterations += found.iterations;
+        let stopped = found.outcome == Outcome::Stopped;
+        if found.cost < best.cost {
+            best = found;
+        }
+        if stopped {
+            best.outcome = Outcome::Stopped;
+        }
+    }
+    Ok(assess(&problem, &best.point, best.outcome, iterations))
+}
+
+/// One search from one place, which goes on while a probe of one parameter finds a better one.
+fn search<R: Objective>(
+    problem: &Problem<'_, R>,
+    from: Point,
+    settings: &Settings,
+    start: usize,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Search {
+    let cost = problem.cost(&from);
+    let mut now = Search { point: from, cost, outcome: Outcome::IterationLimit, iterations: 0 };
+    for _ in 0..PROBES {
+        descend(problem, &mut now, settings, start, progress);
+        if now.outcome != Outcome::Converged {
+            return now;
+        }
+        let Some((point, cost)) = probe(problem, &now) else { return now };
+        now = Search { point, cost, outcome: Outcome::Stalled, ..now };
+    }
+    now
+}
+
+/// The best of the points that differ in one parameter, if the difference is noticeable.
+fn probe<R: Objective>(problem: &Problem<'_, R>, now: &Search) -> Option<(Point, f64)> {
+    let moved = |i: usize, change: f64| {
+        let size = problem.parameters.get(i)?.typical.map_or(1.0, |_| now.point[i].abs().max(1.0));
+        let point = problem.within(|j| now.point[j] + if i == j { change * size } else { 0.0 });
+        if point == now.point {
+            return None;
+        }
+        let cost = problem.cost(&point);
+        (cost < (1.0 - NOTICEABLE) * now.cost).then_some((point, cost))
+    };
+    let both = (0..now.point.len()).flat_map(|i| [moved(i, PROBE), moved(i, -PROBE)]);
+    both.flatten().min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The method of Levenberg and Marquardt from the present point.
+fn descend<R: Objective>(
+    problem: &Problem<'_, R>,
+    now: &mut Search,
+    settings: &Settings,
+    start: usize,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) {
+    let Search { point, cost, outcome, iterations } = now;
+    let mut scale = Point::zeros(point.len());
+    let (mut damping, mut growth) = (1e-3, 2.0);
+    let mut small_steps = 0;
+    *outcome = 'search: loop {
+        if *iterations == settings.iterations {
+            break Outcome::IterationLimit;
+        }
+        *iterations += 1;
+        let rows = problem.rows(point);
+        if !rows.finite {
+            break Outcome::NoDerivative;
+        }
+        let linear = rows.linear();
+        // Marquardt's scaling by the lengths of the columns, which never falls (Moré). A column of
+        // zeros gets a little.
+        let norms = linear.column_norms();
+        let floor = norms.max() * 1e-8 + f64::MIN_POSITIVE;
+        scale = scale.zip_map(&norms, |scale, norm| scale.max(norm).max(floor));
+        let descent = linear.gradient();
+        let free: Vec<bool> =
+            problem.resting(point, &descent).iter().map(Option::is_none).collect();
+        let mut accepted = false;
+        for _ in 0..TRIALS {
+            let step = linear.damped(&(&scale * f64::sqrt(damping)), &free);
+            let longest = |i: usize| match problem.parameters.get(i) {
+                Some(Parameter { typical: None, .. }) => LONGEST_STEP,
+                _ => f64::INFINITY,
+            };
+            let trial = problem.within(|i| point[i] + step[i].clamp(-longest(i), longest(i)));
+            let taken = &trial - &*point;
+            if taken.amax() <= SMALLEST_STEP {
+                break 'search Outcome::Converged;
+            }
+            let reached = problem.cost(&trial);
+            if reached < *cost {
+                // What the linear model predicts for the step taken, whether it was cut or not.
+                let predicted = 2.0 * descent.dot(&taken) - linear.image_squared(&taken);
+                let gain = (*cost - reached) / predicted.max(f64::MIN_POSITIVE);
+                let change = (*cost - reached) / cost.max(f64::MIN_POSITIVE);
+                small_steps = if change < settings.tolerance { small_steps + 1 } else { 0 };
+                (*point, *cost) = (trial, reached);
+                // Nielsen's update.
+                damping *= f64::max(1.0 / 3.0, 1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3));
+                (damping, growth, accepted) = (damping.max(1e-15), 2.0, true);
+                break;
+            }
+            damping *= growth;
+            growth *= 2.0;
+        }
+        let rmse = (*cost / linear.rows.max(1) as f64).sqrt();
+        let values = &problem.values(point);
+        if progress(&Progress { start, iteration: *iterations, rmse, values }).is_break() {
+            break Outcome::Stopped;
+        }
+        // Twice in a row: one step that a bound has cut short does not end the search.
+        if !accepted || small_steps >= 2 || *cost == 0.0 {
+            break Outcome::Converged;
+        }
+    };
+}
+
+/// Uniform numbers in [0, 1) by Knuth's 64-bit linear congruential generator (MMIX), upper 53 bits.
+struct Draw(u64);
+
+impl Draw {
+    fn next(&mut self) -> f64 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}

@@ -1,0 +1,286 @@
+//! Measured motion and friction, checked row by row.
+
+use alloc::vec::Vec;
+use core::ops::Range;
+
+use bristle::parameter::{self, ParameterError, Rule};
+
+/// Fewest rows of a log.
+pub(super) const FEWEST: usize = 20;
+
+/// What was measured of the motion. (Of a contact patch see
+/// [`rolling::Motion`](bristle_rolling::Motion).)
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Motion<'a> {
+    /// Position x \[m\] at each time. Between two rows the velocity is Δx/Δt.
+    Position(&'a [f64]),
+    /// Sliding velocity v [m/s] at each time. Between two rows it is the mean of both.
+    Velocity(&'a [f64]),
+}
+
+/// What a [`Log`] is made of: columns of equal length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LogParameters<'a> {
+    /// Time t \[s\], increasing.
+    pub time: &'a [f64],
+    /// Position or velocity.
+    pub motion: Motion<'a>,
+    /// Friction force F \[N\], positive against v > 0: the force that brakes.
+    pub friction: &'a [f64],
+    /// Normal force p \[N\], positive. Without it p = 1 N, and μ stands for a force or a torque.
+    pub normal_force: Option<&'a [f64]>,
+}
+
+/// Measured motion and friction.
+///
+/// ```
+/// use bristle_identify::{Log, LogParameters, Motion};
+///
+/// let time: Vec<f64> = (0..100).map(|i| 1e-2 * f64::from(i)).collect();
+/// let velocity: Vec<f64> = time.iter().map(|t| 1e-3 * (6.0 * t).sin()).collect();
+/// let mut friction: Vec<f64> = velocity.iter().map(|v| 2.0 * (v / 1e-4).tanh()).collect();
+/// friction[42] = f64::NAN;
+/// let columns = LogParameters {
+///     time: &time,
+///     motion: Motion::Velocity(&velocity),
+///     friction: &friction,
+///     normal_force: None,
+/// };
+/// let refused = Log::new(columns).unwrap_err();
+/// assert_eq!(
+///     refused.to_string(),
+///     "friction[42] is NaN, but must lie between -1e100 and 1e100"
+/// );
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Log {
+    pub(super) time: Vec<f64>,
+    /// Velocity held over the interval that ends at each row. The first row repeats the second.
+    pub(super) held: Vec<f64>,
+    /// Velocity at each row.
+    pub(super) velocity: Vec<f64>,
+    /// F/p at each row.
+    pub(super) coefficient: Vec<f64>,
+    /// Time at the beginning that does not count.
+    settle: f64,
+}
+
+/// Fastest speed [m/s] that a log may have; millimetres taken for metres give more.
+const FASTEST: f64 = 1e4;
+/// Least and largest median of |F|/p: five decades around friction coefficients, which are of order
+/// one.
+const COEFFICIENTS: (f64, f64) = (1e-4, 100.0);
+/// Shortest travel [m], below any distance over which friction is measured.
+const SHORTEST: f64 = 1e-9;
+
+impl Log {
+    /// Checks the columns.
+    ///
+    /// # Errors
+    ///
+    /// Names the column, the row, the value and the rule. Columns must have one length of at least
+    /// 20 rows. Every number must be finite, the time increasing and the normal force positive.
+    ///
+    /// Magnitudes that only a mistake in units explains are refused: a speed above 10⁴ m/s, a
+    /// travel below a nanometre, and, with a normal force, a median |F|/p outside 10⁻⁴ … 100.
+    pub fn new(parameters: LogParameters<'_>) -> Result<Self, ParameterError> {
+        let LogParameters { time, motion, friction, normal_force } = parameters;
+        let (motion_name, along) = match motion {
+            Motion::Position(x) => ("position", x),
+            Motion::Velocity(v) => ("velocity", v),
+        };
+        parameter::count("rows", time.len(), FEWEST)?;
+        for (name, count, values) in [
+            ("time", "rows of time", time),
+            (motion_name, "rows of motion", along),
+            ("friction", "rows of friction", friction),
+        ] {
+            same_length(count, values, time)?;
+            column(name, values, parameter::finite)?;
+        }
+        for (row, (before, value)) in pairs(time).enumerate() {
+            parameter::component(row + 1, parameter::increasing("time", value, before))?;
+        }
+        let coefficient = match normal_force {
+            Some(normal) => {
+                same_length("rows of normal_force", normal, time)?;
+                column("normal_force", normal, parameter::positive)?;
+                friction.iter().zip(normal).map(|(f, p)| f / p).collect()
+            }
+            None => friction.to_vec(),
+        };
+        let mean_velocity = |((start, end), (a, b))| match motion {
+            Motion::Position(_) => (b - a) / (end - start),
+            Motion::Velocity(_) => 0.5 * (a + b),
+        };
+        let mut held: Vec<f64> = pairs(time).zip(pairs(along)).map(mean_velocity).collect();
+        held.insert(0, held.first().copied().unwrap_or(0.0));
+        let velocity = match motion {
+            Motion::Velocity(v) => v.to_vec(),
+            // The mean of the intervals before and after each row; at the ends, of one.
+            Motion::Position(_) => {
+                let after = held.iter().skip(1).chain(held.last());
+                held.iter().zip(after).map(|(before, after)| 0.5 * (before + after)).collect()
+            }
+        };
+        let log = Self { time: time.to_vec(), held, velocity, coefficient, settle: 0.0 };
+        log.check_magnitudes(normal_force.is_some())?;
+        Ok(log)
+    }
+
+    /// Refuses what only a mistake in units explains.
+    fn check_magnitudes(&self, normalised: bool) -> Result<(), ParameterError> {
+        let rule = "lie between -10000 and 10000 m/s (units?)";
+        let usual = |name, v: f64| parameter::stated(name, v, v.abs() <= FASTEST, rule);
+        column("velocity", &self.held, usual)?;
+        if normalised {
+            let name = "the median of |friction|/normal_force";
+            let mut sizes: Vec<f64> = self.coefficient.iter().map(|mu| mu.abs()).collect();
+            let median = median(&mut sizes);
+            let (least, most) = COEFFICIENTS;
+            parameter::stated(name, median, median >= least, "be at least 0.0001 (units?)")?;
+            parameter::stated(name, median, median <= most, "be at most 100 (units?)")?;
+        }
+        let (least, most) = range(&self.positions());
+        let travel = most - least;
+        let rule = "be at least 1e-9 (units?)";
+        parameter::stated("the travel in m", travel, travel >= SHORTEST, rule).map(drop)
+    }
+
+    /// The log whose first `duration` \[s\] does not count in [`fit`](super::fit) and
+    /// [`Log::rmse`]: until then the bristle has not forgotten its initial deflection.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a duration that is negative or not finite.
+    pub fn settling(self, duration: f64) -> Result<Self, ParameterError> {
+        Ok(Self { settle: parameter::non_negative("settling time", duration)?, ..self })
+    }
+
+    /// The rows with from ≤ t ≤ to \[s\]; the settling time begins anew.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a window of fewer than 20 rows, and an end that is NaN; both may be infinite.
+    pub fn between(&self, from: f64, to: f64) -> Result<Self, ParameterError> {
+        let rows = window(&self.time, from, to)?;
+        let part = |column: &[f64]| column.get(rows.clone()).unwrap_or_default().to_vec();
+        Ok(Self {
+            time: part(&self.time),
+            held: part(&self.held),
+            velocity: part(&self.velocity),
+            coefficient: part(&self.coefficient),
+            settle: self.settle,
+        })
+    }
+
+    /// Number of rows.
+    #[expect(clippy::len_without_is_empty, reason = "a log is never empty")]
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Time \[s\] of each row.
+    pub fn times(&self) -> &[f64] {
+        &self.time
+    }
+
+    /// Sliding velocity [m/s] at each row: as measured, or, from a position, the mean of the
+    /// differences before and after.
+    pub fn velocities(&self) -> &[f64] {
+        &self.velocity
+    }
+
+    /// Friction coefficient F/p \[–\] at each row.
+    pub fn coefficients(&self) -> &[f64] {
+        &self.coefficient
+    }
+
+    /// The first row that counts.
+    pub(super) fn settled(&self) -> usize {
+        let begin = self.time.first().copied().unwrap_or(0.0) + self.settle;
+        self.time.partition_point(|&t| t < begin)
+    }
+
+    /// Root mean square of the difference between a friction coefficient at every row and the
+    /// measured one, over the rows that count.
+    pub fn rmse(&self, coefficients: &[f64]) -> f64 {
+        let rows = coefficients.iter().zip(&self.coefficient).skip(self.settled());
+        let (squares, count) = rows.fold((0.0, 0.0), |(sum, count), (model, measured)| {
+            (sum + (model - measured) * (model - measured), count + 1.0)
+        });
+        f64::sqrt(squares / count)
+    }
+
+    /// Work \[m\] of a friction coefficient at every row, over the normal force, along the whole
+    /// log: [`Log::coefficients`] gives the measured one.
+    pub fn work(&self, coefficients: &[f64]) -> f64 {
+        let step = |((from, to), (before, after))| (to - from) * 0.5 * (before + after);
+        pairs(&self.positions()).zip(pairs(coefficients)).map(step).sum()
+    }
+
+    /// Position \[m\] at each row, from zero at the first.
+    pub fn positions(&self) -> Vec<f64> {
+        let mut position = 0.0;
+        let steps = pairs(&self.time).zip(self.held.iter().skip(1));
+        let positions = steps.map(|((before, time), velocity)| {
+            position += velocity * (time - before);
+            position
+        });
+        core::iter::once(0.0).chain(positions).collect()
+    }
+}
+
+/// Neighbouring values.
+pub(super) fn pairs(values: &[f64]) -> impl Iterator<Item = (f64, f64)> {
+    values.iter().copied().zip(values.iter().copied().skip(1))
+}
+
+/// The rows with from ≤ t ≤ to; at least as many as a log has.
+pub(super) fn window(time: &[f64], from: f64, to: f64) -> Result<Range<usize>, ParameterError> {
+    parameter::number("from", from)?;
+    parameter::number("to", to)?;
+    let first = time.partition_point(|&t| t < from);
+    let end = time.partition_point(|&t| t <= to).max(first);
+    parameter::count("rows", end - first, FEWEST)?;
+    Ok(first..end)
+}
+
+/// Refuses a column of another length than that of the time.
+pub(super) fn same_length(
+    name: &'static str,
+    values: &[f64],
+    time: &[f64],
+) -> Result<(), ParameterError> {
+    let (count, rows) = (values.len(), time.len());
+    let rule = Rule::CountBetween { least: rows, most: rows };
+    parameter::check(name, count as f64, count == rows, rule).map(drop)
+}
+
+/// Refuses the first value of a column that breaks a rule.
+pub(super) fn column(
+    name: &'static str,
+    values: &[f64],
+    check: impl Fn(&'static str, f64) -> Result<f64, ParameterError>,
+) -> Result<(), ParameterError> {
+    let mut rows = values.iter().enumerate();
+    rows.try_for_each(|(row, &value)| parameter::component(row, check(name, value)).map(drop))
+}
+
+/// The smallest and the largest value.
+pub(super) fn range(values: &[f64]) -> (f64, f64) {
+    let wider = |(least, most): (f64, f64), &x: &f64| (least.min(x), most.max(x));
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), wider)
+}
+
+/// The median; zero for no values.
+pub(super) fn median(values: &mut [f64]) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// The value below which a share of all values lies; zero for no values.
+pub(super) fn quantile(values: &mut [f64], share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let index = (share * values.len().saturating_sub(1) as f64) as usize;
+    values.get(index).copied().unwrap_or(0.0)
+}

@@ -1,0 +1,160 @@
+//! Comparison of candidates on logs that were not fitted: no more model than the data carries.
+//!
+//! The score of a candidate is the mean square e² of the simulated position over the logs held
+//! out. Cut into windows, ten in each log, it has a standard error s/√n, with the deviation s of
+//! the n windows. Among the candidates within one standard error of the best, the one with the
+//! fewest parameters is named.
+//!
+//! Source: L. Breiman, J. H. Friedman, R. A. Olshen, C. J. Stone, "Classification and Regression
+//! Trees" (1984), section 3.4.3.
+
+use alloc::vec::Vec;
+use core::fmt;
+use core::ops::ControlFlow;
+
+use super::criteria::Criterion;
+use super::fit::{Progress, Settings, fit_number};
+use super::friction::Friction;
+use super::joint::Joint;
+use super::log::DriveLog;
+use super::report::{JointFit, Scores};
+use super::smooth::smooth;
+use crate::Outcome;
+use bristle::number::Number;
+use bristle::parameter::{self, ParameterError};
+
+/// Windows in each log.
+const WINDOWS: usize = 10;
+
+/// Candidates and their errors on logs that were not fitted, from [`compare`]. Prints as a table.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// The candidates that were fitted.
+    pub fits: Vec<JointFit>,
+    /// Candidates that were refused, and why.
+    pub refused: Vec<(Friction, ParameterError)>,
+    /// Place of the candidate with the least error on the logs held out.
+    pub best: usize,
+    /// Place of the simplest candidate within one standard error of it.
+    pub simplest: usize,
+    /// Standard error of the best mean square \[rad²\].
+    pub standard_error: f64,
+}
+
+/// Fits all candidates to the logs `fitted`, and names the simplest one that predicts the logs
+/// `held_out` as well as the best. Each candidate is started from the logs and from the best one
+/// before it: put the simpler ones first.
+///
+/// The callback can stop: the candidates so far are compared.
+///
+/// # Errors
+///
+/// Refuses no candidate and no logs held out. Of candidates that [`fit`](super::fit()) all refuses,
+/// the first reason.
+pub fn compare(
+    joint: &Joint,
+    candidates: &[Friction],
+    fitted: &[DriveLog],
+    held_out: &[DriveLog],
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<Comparison, ParameterError> {
+    parameter::count("candidates", candidates.len(), 1)?;
+    parameter::count("logs held out", held_out.len(), 1)?;
+    let (mut fits, mut refused) = (Vec::<JointFit>::new(), Vec::new());
+    for (number, friction) in candidates.iter().enumerate() {
+        // The best so far, by the positions that were fitted.
+        let error = |fit: &&JointFit| fit.fitted.simulated.rmse;
+        let simpler = fits.iter().min_by(|a, b| error(a).total_cmp(&error(b)));
+        match fit_number(number, joint, friction, fitted, held_out, settings, simpler, progress) {
+            Ok(fit) => {
+                let stopped = fit.fit.outcome == Outcome::Stopped;
+                fits.push(fit);
+                if stopped {
+                    break;
+                }
+            }
+            Err(error) => refused.push((*friction, error)),
+        }
+    }
+    let smoothed: Vec<_> = held_out.iter().map(smooth).collect();
+    let windows = |fit: &JointFit| {
+        let parts = fit.residuals(held_out, &smoothed, Criterion::Segments(f64::INFINITY));
+        let mut squares = Vec::new();
+        for part in &parts {
+            let length = part.len().div_ceil(WINDOWS).max(1);
+            let mean = |window: &[f64]| window.iter().map(|r| r * r).sum::<f64>() / length as f64;
+            squares.extend(part.chunks(length).map(mean));
+        }
+        squares
+    };
+    let scored: Vec<(f64, f64)> = fits.iter().map(|fit| mean_and_error(&windows(fit))).collect();
+    let order =
+        |&(_, a): &(usize, &(f64, f64)), &(_, b): &(usize, &(f64, f64))| a.0.total_cmp(&b.0);
+    let Some((best, &(least, standard_error))) = scored.iter().enumerate().min_by(order) else {
+        let reason = |(_, error): &(Friction, ParameterError)| *error;
+        let none = parameter::refused("candidates", 0.0, parameter::Rule::Count { least: 1 });
+        return Err(refused.first().map_or(none, reason));
+    };
+    let near = scored.iter().enumerate().filter(|(_, score)| score.0 <= least + standard_error);
+    let searched = |i: usize| fits.get(i).map_or(usize::MAX, JointFit::searched);
+    let simplest =
+        near.min_by(|a, b| searched(a.0).cmp(&searched(b.0)).then(a.1.0.total_cmp(&b.1.0)));
+    let simplest = simplest.map_or(best, |(i, _)| i);
+    Ok(Comparison { fits, refused, best, simplest, standard_error })
+}
+
+/// The mean of values and its standard error; infinite where a value is not finite or there is
+/// none.
+fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
+    let error = (squares / (count * (count - 1.0))).sqrt();
+    if mean.is_finite() {
+        (mean, if error.is_finite() { error } else { 0.0 })
+    } else {
+        (f64::INFINITY, 0.0)
+    }
+}
+
+impl Comparison {
+    /// The simplest candidate within one standard error of the best.
+    pub fn named(&self) -> Option<&JointFit> {
+        self.fits.get(self.simplest)
+    }
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:28} {:>5} {:>10}  ", "rmse", "free", "fitted on")?;
+        write!(f, "held out: torque [N m]  ")?;
+        writeln!(f, "segments [rad]  whole logs [rad]   search")?;
+        for (i, fit) in self.fits.iter().enumerate() {
+            let over = match fit.horizon {
+                f64::INFINITY => "whole logs".into(),
+                0.0 => "torques".into(),
+                length => alloc::format!("{:.3} s", Number(length)),
+            };
+            write!(f, "{:28} {:>5} {over:>10}", fit.friction, fit.searched())?;
+            let Scores { inverse, segments, simulated } = fit.held_out.unwrap_or(fit.fitted);
+            for score in [inverse, segments, simulated] {
+                write!(f, "  {:>15.4}", Number(score.rmse))?;
+            }
+            let mark = match i {
+                _ if i == self.simplest && i == self.best => "  <- best and simplest",
+                _ if i == self.simplest => "  <- simplest within one standard error",
+                _ if i == self.best => "  <- best",
+                _ => "",
+            };
+            writeln!(f, "   {}{mark}", fit.fit.outcome)?;
+        }
+        for (friction, error) in &self.refused {
+            writeln!(f, "{friction:28} refused: {error}")?;
+        }
+        match self.named() {
+            Some(named) => write!(f, "\n{named}"),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! Candidates for the friction of a gear: a bristle, a curve, a load law, in units of torque.
+//!
+//! T = p μ_b(v, z),  p = T_c + |k_m τ_m − k_e τ_e|,  μ_d = 1
+//!
+//! With μ_d = 1 the load of the idle gear is the Coulomb torque T_c itself, and the factors of the
+//! load say how much friction each newton metre of motor and external torque adds.
+//!
+//! | parameter | symbol | unit |
+//! |---|---|---|
+//! | `coulomb_torque` | T_c | N m |
+//! | `motor_load_factor`, `external_load_factor` | k_m, k_e: the products k_m μ_d and k_e μ_d | – |
+//! | `breakaway_excess` | μ_s/μ_d − 1 | – |
+//! | `stribeck_velocity` | v_S, exponent δ = 2 | rad/s |
+//! | `backward_ratio` | μ for v < 0 over μ for v > 0 | – |
+//! | `micro_stiffness` | σ0: the inverse of the breakaway distance | 1/rad |
+//! | `micro_damping` | σ1 | s/rad |
+
+use alloc::vec::Vec;
+use core::fmt;
+
+use super::start::Guess;
+use crate::Parameter;
+use bristle::curve::{
+    AnyCurve, Asymmetric, Coulomb, CoulombParameters, Stribeck, StribeckParameters,
+};
+use bristle::parameter::ParameterError;
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::scalar::{lit, nan};
+use bristle::{AnyBristle, Dahl, DahlParameters, FrBd, LuGre, Scalar};
+use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
+
+/// What carries the friction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Kind {
+    /// A bristle so stiff that its deflection does not count.
+    Static,
+    Dahl,
+    LuGre,
+    FrBd,
+}
+
+/// A candidate for the friction of a gear.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Friction {
+    kind: Kind,
+    stribeck: bool,
+    loaded: bool,
+    directional: bool,
+}
+
+/// The friction of a gear, chosen at run time.
+pub(super) type Gear<T> = GearFriction<T, AnyBristle<T>, TorqueLoad<T>>;
+
+/// Its parameters.
+pub(super) type GearParameters<T> = GearFrictionParameters<T, AnyBristle<T>, TorqueLoad<T>>;
+
+impl Friction {
+    /// All parameters that a candidate can have.
+    pub(super) const NAMES: [&'static str; 8] = [
+        "coulomb_torque",
+        "motor_load_factor",
+        "external_load_factor",
+        "breakaway_excess",
+        "stribeck_velocity",
+        "backward_ratio",
+        "micro_stiffness",
+        "micro_damping",
+    ];
+
+    fn new(kind: Kind, stribeck: bool) -> Self {
+        Self { kind, stribeck, loaded: false, directional: false }
+    }
+
+    /// A constant torque against the motion. Its bristle is fixed and stiff: it breaks away over a
+    /// ten-thousandth of the range of positions, well damped.
+    pub fn coulomb() -> Self {
+        Self::new(Kind::Static, false)
+    }
+
+    /// A Stribeck curve, with the bristle of [`Friction::coulomb`].
+    pub fn stribeck() -> Self {
+        Self::new(Kind::Static, true)
+    }
+
+    /// [`Dahl`]'s model.
+    pub fn dahl() -> Self {
+        Self::new(Kind::Dahl, false)
+    }
+
+    /// The classical [`LuGre`] model with a Stribeck curve.
+    pub fn lugre() -> Self {
+        Self::new(Kind::LuGre, true)
+    }
+
+    /// [`FrBd`] with a Stribeck curve.
+    pub fn frbd() -> Self {
+        Self::new(Kind::FrBd, true)
+    }
+
+    /// With a load that grows with the torques, p = T_c + |k_m τ_m − k_e τ_e|.
+    #[must_use]
+    pub fn loaded(self) -> Self {
+        Self { loaded: true, ..self }
+    }
+
+    /// With another curve backwards.
+    #[must_use]
+    pub fn directional(self) -> Self {
+        Self { directional: true, ..self }
+    }
+
+    /// Coulomb, Dahl, Stribeck, FrBD and LuGre with a constant load, then with one that grows with
+    /// the torques: from simple to rich, as [`compare`](super::compare()) takes them.
+    pub fn candidates() -> Vec<Self> {
+        let plain = [Self::coulomb(), Self::dahl(), Self::stribeck(), Self::frbd(), Self::lugre()];
+        plain.into_iter().chain(plain.map(Self::loaded)).collect()
+    }
+
+    /// Whether its load grows with the torques.
+    pub fn is_loaded(&self) -> bool {
+        self.loaded
+    }
+
+    pub(super) fn parameters(&self, guess: &Guess) -> Vec<Parameter> {
+        let mut all = Vec::new();
+        let mut push = |name, unit, start, least, most, typical| {
+            all.push(Parameter { name, unit, start, least, most, typical });
+        };
+        let coulomb = guess.coulomb;
+        push("coulomb_torque", "N m", coulomb, 1e-3 * coulomb, 100.0 * coulomb, Some(coulomb));
+        if self.loaded {
+            let typical = Some(0.1);
+            push("motor_load_factor", "", 0.1, 0.0, 0.95, typical);
+            push("external_load_factor", "", 0.1, 0.0, 5.0, typical);
+        }
+        if self.stribeck {
+            let (speed, fastest) = (guess.speed, guess.fastest);
+            push("breakaway_excess", "", 0.3, 1e-3, 10.0, Some(0.3));
+            push("stribeck_velocity", "rad/s", 0.1 * speed, 1e-4 * fastest, 10.0 * fastest, None);
+        }
+        if self.directional {
+            push("backward_ratio", "", 1.0, 0.1, 10.0, None);
+        }
+        // σ1 of a critically damped stuck joint is 2 √(σ0 J/T_c).
+        let critical = |stiffness: f64| 2.0 * (stiffness * guess.inertia / guess.coulomb).sqrt();
+        if self.kind == Kind::Static {
+            let stiffness = 1e4 / guess.range;
+            let damping = 0.5 * critical(stiffness);
+            push("micro_stiffness", "1/rad", stiffness, stiffness, stiffness, None);
+            push("micro_damping", "s/rad", damping, damping, damping, None);
+            return all;
+        }
+        let stiffness = 200.0 / guess.range;
+        let (least, most) = (1.0 / guess.range, 1e5 / guess.range);
+        push("micro_stiffness", "1/rad", stiffness, least, most, None);
+        if self.kind != Kind::Dahl {
+            let damping = 0.1 * critical(stiffness);
+            push("micro_damping", "s/rad", damping, 0.0, 1e3 * damping, Some(damping));
+        }
+        all
+    }
+
+    /// The friction with these parameters, for speeds up to the fastest.
+    pub(super) fn gear<T: Scalar>(
+        &self,
+        values: &[T],
+        drag: T,
+        fastest: f64,
+    ) -> Result<GearParameters<T>, ParameterError> {
+        let mut values = values.iter().copied();
+        let mut next = || values.next().unwrap_or_else(nan);
+        let (zero, one) = (T::zero(), T::one());
+        let idle_load = next();
+        let [motor_share, external_share] =
+            if self.loaded { [next(), next()] } else { [zero, zero] };
+        let [excess, stribeck_velocity] =
+            if self.stribeck { [next(), next()] } else { [zero, one] };
+        let backward = if self.directional { next() } else { one };
+        let micro_stiffness = next();
+        let micro_damping = if self.kind == Kind::Dahl { zero } else { next() };
+
+        let curve = |size: T| -> Result<AnyCurve<T>, ParameterError> {
+            let viscous_friction = zero;
+            Ok(if self.stribeck {
+                let stribeck_exponent = lit(2.0);
+                Stribeck::new(StribeckParameters {
+                    static_coefficient: size * (one + excess),
+                    dynamic_coefficient: size,
+                    stribeck_velocity,
+                    stribeck_exponent,
+                    viscous_friction,
+                })?
+                .into()
+            } else {
+                Coulomb::new(CoulombParameters { dynamic_coefficient: size, viscous_friction })?
+                    .into()
+            })
+        };
+        let forward = curve(one)?;
+        let curve = if self.directional {
+            Asymmetric { forward, backward: curve(backward)? }.into()
+        } else {
+            forward
+        };
+        let bristle = KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping })?;
+        let friction: AnyBristle<T> = match self.kind {
+            Kind::Dahl if !self.directional && !self.stribeck => {
+                Dahl::new(DahlParameters { dynamic_coefficient: one, micro_stiffness })?.into()
+            }
+            Kind::LuGre => LuGre::classical(curve, bristle).into(),
+            _ => FrBd::new(curve, bristle).into(),
+        };
+        let load =
+            TorqueLoad::new(TorqueLoadParameters { idle_load, motor_share, external_share })?;
+        Ok(GearFrictionParameters { friction, load, drag, fastest: lit(fastest) })
+    }
+}
+
+impl fmt::Display for Friction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = match (self.kind, self.stribeck) {
+            (Kind::Static, false) => "Coulomb",
+            (Kind::Static, true) => "Stribeck",
+            (Kind::Dahl, _) => "Dahl",
+            (Kind::LuGre, _) => "LuGre",
+            (Kind::FrBd, _) => "FrBD",
+        };
+        let load = if self.loaded { ", loaded" } else { "" };
+        let directional = if self.directional { ", directional" } else { "" };
+        f.pad(&alloc::format!("{name}{load}{directional}"))
+    }
+}

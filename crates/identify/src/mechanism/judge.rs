@@ -1,0 +1,121 @@
+//! What speaks against a result: logs that the model does not explain, degrees, one load only.
+//!
+//! A log is not explained where the errors of the position are larger than a third of the standard
+//! deviation of the motion, both over the segments that were fitted. A ninth of its variance is
+//! then left, where a position that stays at its mean leaves all of it. Noise and friction that is
+//! modelled a little wrong leave a hundredth at most; a wrong sign or a missing torque leave nearly
+//! all.
+
+use alloc::vec::Vec;
+
+use super::criteria::{Criterion, segments};
+use super::log::DriveLog;
+use super::report::{JointFit, Score};
+use super::smooth::Smoothed;
+use crate::log::range;
+use crate::{Identifiability, Remark};
+
+/// Range of positions of a pendulum [rad] that looks like degrees: more than four turns.
+const TURNS: f64 = 25.0;
+/// Variation of the external torque over the largest torque, below which there is one load only.
+const ONE_LOAD: f64 = 0.1;
+/// Error over motion from which on a log is not explained.
+const UNEXPLAINED: f64 = 1.0 / 3.0;
+/// Least motion that is to be explained, over that of the log that moves most: a joint that sticks
+/// moves by counts of its encoder.
+const LEAST_MOTION: f64 = 0.03;
+
+/// Adds what speaks against the result.
+pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog], smoothed: &[Vec<Smoothed>]) {
+    let mut remarks = Vec::new();
+    let unexplained = unexplained(result, logs, smoothed);
+    if !unexplained.is_empty() {
+        for estimate in &mut result.fit.estimates {
+            if estimate.verdict == Identifiability::Determined {
+                estimate.verdict = Identifiability::Unexplained;
+            }
+        }
+    }
+    let one_load = one_load(result, logs, smoothed);
+    if one_load.is_some() {
+        for estimate in &mut result.fit.estimates {
+            if estimate.parameter.name.ends_with("load_factor") {
+                estimate.verdict = Identifiability::Undetermined;
+                estimate.standard_error = f64::INFINITY;
+            }
+        }
+    }
+    let pendulum = result.fit.estimate("gravity_torque").is_some();
+    for (number, log) in logs.iter().enumerate() {
+        let (least, most) = range(&log.position);
+        if pendulum && most - least > TURNS {
+            remarks.push(Remark::ManyTurns { log: number, range: most - least });
+        }
+    }
+    if remarks.is_empty() {
+        remarks = unexplained;
+        remarks.append(&mut result.fit.remarks);
+        for (number, log) in logs.iter().enumerate() {
+            let count = log.pieces().len() - 1;
+            if count > 0 {
+                remarks.push(Remark::Gaps { log: number, count });
+            }
+            if log.is_saturated() {
+                remarks.push(Remark::Saturated { log: number });
+            }
+        }
+        remarks.extend(one_load);
+    }
+    // With a wrong unit nothing else that could be said means anything.
+    result.fit.remarks = remarks;
+}
+
+/// The logs that the model does not explain, the worst first; none where only torques were fitted.
+fn unexplained(result: &JointFit, logs: &[DriveLog], smoothed: &[Vec<Smoothed>]) -> Vec<Remark> {
+    let length = result.horizon;
+    if length == 0.0 {
+        return Vec::new();
+    }
+    let motion = |log: &DriveLog| {
+        let part = |rows: core::ops::Range<usize>| -> Vec<f64> {
+            let ours = log.position.get(rows).unwrap_or_default();
+            let mean = ours.iter().sum::<f64>() / ours.len() as f64;
+            ours.iter().map(|x| x - mean).collect()
+        };
+        let parts: Vec<_> = segments(log, length).into_iter().map(part).collect();
+        Score::of(&parts).rmse
+    };
+    let motions: Vec<f64> = logs.iter().map(motion).collect();
+    let most = motions.iter().copied().fold(0.0, f64::max);
+    let criterion = Criterion::Segments(length);
+    let (_, errors) = result.by_log(logs, smoothed, criterion);
+    let mut fails: Vec<(f64, Remark)> = Vec::new();
+    for (log, (&Score { rmse, .. }, &motion)) in errors.iter().zip(&motions).enumerate() {
+        let share = rmse / motion.max(LEAST_MOTION * most);
+        // NaN, where the model has no answer, explains nothing.
+        if !(share <= UNEXPLAINED) {
+            fails.push((share, Remark::Unexplained { log, rmse, motion }));
+        }
+    }
+    fails.sort_by(|a, b| b.0.total_cmp(&a.0));
+    fails.into_iter().map(|(_, remark)| remark).collect()
+}
+
+/// What keeps the factors of the load from being told.
+fn one_load(result: &JointFit, logs: &[DriveLog], smoothed: &[Vec<Smoothed>]) -> Option<Remark> {
+    if !result.friction.is_loaded() {
+        return None;
+    }
+    let (mut motor, mut external) = (0.0_f64, (f64::INFINITY, f64::NEG_INFINITY));
+    for (number, (log, rows)) in logs.iter().zip(smoothed).enumerate() {
+        let plant = result.plant(log, rows, number).ok()?;
+        for row in rows {
+            let torques = plant.measured(row);
+            motor = motor.max(torques.motor.abs());
+            external = (external.0.min(torques.external), external.1.max(torques.external));
+        }
+    }
+    let modelled = !result.joint.terms.is_empty() || external != (0.0, 0.0);
+    let remark = if modelled { Remark::OneLoad } else { Remark::NoExternalTorque };
+    (external.1 - external.0 < ONE_LOAD * motor).then_some(remark)
+}

@@ -1,0 +1,268 @@
+//! What a machine records of itself: its drive and its position, checked row by row.
+
+use alloc::vec::Vec;
+use core::ops::Range;
+
+use crate::log::{FEWEST, column, median, pairs, range, same_length, window};
+use bristle::parameter::{self, ParameterError};
+
+/// What drives the mechanism, row by row, positive along v > 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Drive<'a> {
+    /// Torque of the motor at the joint [N m].
+    Torque(&'a [f64]),
+    /// Current \[A\]; the torque is k_t i.
+    Current(&'a [f64]),
+    /// Voltage \[V\]; the torque is k_t (u − k_t v)/R.
+    Voltage(&'a [f64]),
+    /// Duty of a position controller that is known, as a servo has it in its firmware:
+    /// d = clamp(gain (goal − x), ±1). A simulation closes the loop with its own position.
+    ///
+    /// The voltage is supply times d, or supply · sgn(d) |d|^γ if something is said of the
+    /// parameter `duty_exponent` γ, as [`Joint::start`](super::Joint::start) does: the drivers of
+    /// small servos give more than their share at small duties.
+    Duty {
+        /// Goal of the position \[rad\].
+        goal: &'a [f64],
+        /// Gain [1/rad], positive.
+        gain: f64,
+        /// Voltage of the supply \[V\], positive.
+        supply: &'a [f64],
+    },
+}
+
+/// What is known of the load in one log, beside what all logs share.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct KnownLoad {
+    /// Moment of inertia at the joint [kg m²], added to that of the mechanism.
+    pub inertia: f64,
+    /// Torque of gravity where the link is horizontal [N m], added to that of
+    /// [`Term::Gravity`](super::Term::Gravity).
+    pub gravity_torque: f64,
+}
+
+/// What a [`DriveLog`] is made of: columns of equal length. Those that were not recorded stay as
+/// [`DriveLogParameters::new`] has them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DriveLogParameters<'a> {
+    /// Time \[s\], increasing. After a step of more than ten times the median a simulation starts
+    /// anew.
+    pub time: &'a [f64],
+    /// Position \[rad\].
+    pub position: &'a [f64],
+    /// Velocity [rad/s], if it was measured and not computed from the position.
+    pub velocity: Option<&'a [f64]>,
+    /// The drive.
+    pub drive: Drive<'a>,
+    /// Whether the drive is a command, which is held from each row to the next and has no noise.
+    /// Otherwise it is taken as measured: linear between rows, and smoothed where it loads the
+    /// gear.
+    pub held: bool,
+    /// External torque that loads the gear [N m], positive along v > 0, if one was measured.
+    pub external_torque: Option<&'a [f64]>,
+    /// Where the drive is enabled: elsewhere the motor is open, without torque or back-EMF.
+    pub enabled: Option<&'a [bool]>,
+    /// What is known of the load in this log.
+    pub load: KnownLoad,
+}
+
+impl<'a> DriveLogParameters<'a> {
+    /// Columns of time, position and drive, of a drive that is enabled throughout and linear
+    /// between rows.
+    pub fn new(time: &'a [f64], position: &'a [f64], drive: Drive<'a>) -> Self {
+        Self {
+            time,
+            position,
+            velocity: None,
+            drive,
+            held: false,
+            external_torque: None,
+            enabled: None,
+            load: KnownLoad::default(),
+        }
+    }
+}
+
+/// How the drive becomes a torque.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Source {
+    Torque,
+    Current,
+    Voltage,
+    Duty { gain: f64, supply: Vec<f64> },
+}
+
+/// Drive and position of a mechanism over time.
+///
+/// ```
+/// use bristle_identify::mechanism::{Drive, DriveLog, DriveLogParameters};
+///
+/// let time: Vec<f64> = (0..100).map(|i| 1e-2 * f64::from(i)).collect();
+/// let position: Vec<f64> = time.iter().map(|t| (6.0 * t).sin()).collect();
+/// let mut torque = vec![0.0; 100];
+/// torque[7] = f64::NAN;
+/// let columns = DriveLogParameters::new(&time, &position, Drive::Torque(&torque));
+/// let refused = DriveLog::new(columns).unwrap_err();
+/// assert_eq!(refused.to_string(), "torque[7] is NaN, but must lie between -1e100 and 1e100");
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct DriveLog {
+    pub(super) time: Vec<f64>,
+    pub(super) position: Vec<f64>,
+    pub(super) velocity: Option<Vec<f64>>,
+    /// Torque, current, voltage or goal.
+    pub(super) drive: Vec<f64>,
+    pub(super) source: Source,
+    pub(super) held: bool,
+    pub(super) external: Vec<f64>,
+    pub(super) enabled: Vec<bool>,
+    pub(super) load: KnownLoad,
+}
+
+/// A step of the time longer than so many medians is a gap.
+const GAP: f64 = 10.0;
+
+impl DriveLog {
+    /// Checks the columns.
+    ///
+    /// # Errors
+    ///
+    /// Names the column, the row, the value and the rule. Columns must have one length of at least
+    /// 20 rows. Every number must be finite, the time increasing and the supply positive. Refuses
+    /// a position that never changes.
+    pub fn new(parameters: DriveLogParameters<'_>) -> Result<Self, ParameterError> {
+        let DriveLogParameters { time, position, velocity, held, load, .. } = parameters;
+        parameter::count("rows", time.len(), FEWEST)?;
+        let checked = |name, count, values: &[f64]| {
+            same_length(count, values, time)?;
+            column(name, values, parameter::finite)?;
+            Ok(values.to_vec())
+        };
+        let stamps = checked("time", "rows of time", time)?;
+        for (row, (before, value)) in pairs(time).enumerate() {
+            parameter::component(row + 1, parameter::increasing("time", value, before))?;
+        }
+        let (drive, source) = match parameters.drive {
+            Drive::Torque(u) => (checked("torque", "rows of torque", u)?, Source::Torque),
+            Drive::Current(u) => (checked("current", "rows of current", u)?, Source::Current),
+            Drive::Voltage(u) => (checked("voltage", "rows of voltage", u)?, Source::Voltage),
+            Drive::Duty { goal, gain, supply } => {
+                let gain = parameter::positive("gain", gain)?;
+                let supply = checked("supply", "rows of supply", supply)?;
+                column("supply", &supply, parameter::positive)?;
+                (checked("goal", "rows of goal", goal)?, Source::Duty { gain, supply })
+            }
+        };
+        let position = checked("position", "rows of position", position)?;
+        let (least, most) = range(&position);
+        let rule = "not stay there all along: does the sensor work?";
+        parameter::stated("position", least, most > least, rule)?;
+        let velocity = velocity.map(|v| checked("velocity", "rows of velocity", v)).transpose()?;
+        let external = parameters.external_torque;
+        let external = external.map(|u| checked("external_torque", "rows of external_torque", u));
+        let enabled =
+            parameters.enabled.map_or_else(|| alloc::vec![true; time.len()], <[_]>::to_vec);
+        let rule = parameter::Rule::CountBetween { least: time.len(), most: time.len() };
+        let count = enabled.len();
+        parameter::check("rows of enabled", count as f64, count == time.len(), rule)?;
+        parameter::non_negative("load.inertia", load.inertia)?;
+        parameter::finite("load.gravity_torque", load.gravity_torque)?;
+        Ok(Self {
+            external: external.transpose()?.unwrap_or_else(|| alloc::vec![0.0; time.len()]),
+            time: stamps,
+            position,
+            velocity,
+            drive,
+            source,
+            held,
+            enabled,
+            load,
+        })
+    }
+
+    /// The rows with from ≤ t ≤ to \[s\].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a window of fewer than 20 rows, an end that is NaN, and a position that does not
+    /// change in it.
+    pub fn between(&self, from: f64, to: f64) -> Result<Self, ParameterError> {
+        let rows = window(&self.time, from, to)?;
+        let part = |column: &[f64]| column.get(rows.clone()).unwrap_or_default().to_vec();
+        let position = part(&self.position);
+        let (least, most) = range(&position);
+        let rule = "not stay there all along: does the sensor work?";
+        parameter::stated("position", least, most > least, rule)?;
+        Ok(Self {
+            time: part(&self.time),
+            position,
+            velocity: self.velocity.as_deref().map(part),
+            drive: part(&self.drive),
+            source: match &self.source {
+                Source::Duty { gain, supply } => Source::Duty { gain: *gain, supply: part(supply) },
+                other => other.clone(),
+            },
+            held: self.held,
+            external: part(&self.external),
+            enabled: self.enabled.get(rows).unwrap_or_default().to_vec(),
+            load: self.load,
+        })
+    }
+
+    /// Time \[s\] of each row.
+    pub fn times(&self) -> &[f64] {
+        &self.time
+    }
+
+    /// Position \[rad\] at each row.
+    pub fn positions(&self) -> &[f64] {
+        &self.position
+    }
+
+    /// The time that lies between rows at most within a piece.
+    fn longest_step(&self) -> f64 {
+        let mut steps: Vec<f64> = pairs(&self.time).map(|(from, to)| to - from).collect();
+        GAP * median(&mut steps)
+    }
+
+    /// The rows between gaps of the time.
+    pub(super) fn pieces(&self) -> Vec<Range<usize>> {
+        let longest = self.longest_step();
+        let (mut pieces, mut first) = (Vec::new(), 0);
+        for (row, (from, to)) in pairs(&self.time).enumerate() {
+            if to - from > longest {
+                pieces.push(first..row + 1);
+                first = row + 1;
+            }
+        }
+        pieces.push(first..self.time.len());
+        pieces
+    }
+
+    /// Duty of the controller at a row and a position, without its limits. Zero for other drives.
+    pub(super) fn unlimited_duty(&self, row: usize) -> f64 {
+        let (Some(goal), Some(x)) = (self.drive.get(row), self.position.get(row)) else {
+            return 0.0;
+        };
+        if let Source::Duty { gain, .. } = self.source { gain * (goal - x) } else { 0.0 }
+    }
+
+    /// Torque, current or voltage of the drive at a row, at the measured position; zero where it is
+    /// not enabled.
+    pub(super) fn effort(&self, row: usize) -> f64 {
+        let value = match &self.source {
+            Source::Duty { supply, .. } => {
+                let supply = supply.get(row).copied().unwrap_or(0.0);
+                supply * self.unlimited_duty(row).clamp(-1.0, 1.0)
+            }
+            _ => self.drive.get(row).copied().unwrap_or(0.0),
+        };
+        if self.enabled.get(row).copied().unwrap_or(false) { value } else { 0.0 }
+    }
+
+    /// Whether the controller is at its limit wherever it is enabled.
+    pub(super) fn is_saturated(&self) -> bool {
+        let mut on = self.enabled.iter().enumerate().filter(|(_, on)| **on).peekable();
+        on.peek().is_some() && on.all(|(row, _)| self.unlimited_duty(row).abs() >= 1.0)
+    }
+}

@@ -1,0 +1,167 @@
+//! The parameters of a mechanism and of its friction from logs of drive and position, where no
+//! friction was measured.
+//!
+//! J v̇ = τ_m + τ_e − B v − p μ_b(v, z),  p = T_c + |k_m τ_m − k_e τ_e|,
+//!
+//! τ_e = τ(t) + Σ θᵢ φᵢ(x, v)
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | x, v, z | position, velocity, deflection of the bristle | rad, rad/s, rad |
+//! | J, B | moment of inertia, drag: [`Joint`] | kg m², N m s/rad |
+//! | τ_m | torque of the motor, from torque, current, voltage or a controller: [`Drive`] | N m |
+//! | τ_e | torques on the load side, each a [`Term`] with a factor θ, and a measured one | N m |
+//! | p, μ_b | load of the gear, friction model: [`Friction`]; see [`gear`](bristle_joint) | N m, – |
+//! | T_c, k_m, k_e | Coulomb torque, factors of the load, with μ_d = 1 | N m, –, – |
+//!
+//! For a linear axis read m for rad, N for N m and kg for kg m².
+//!
+//! | step | what | where |
+//! |---|---|---|
+//! | 1 | columns, checked row by row | [`DriveLog`] |
+//! | 2 | the mechanism, and what is known of it | [`Joint`] |
+//! | 3 | one candidate, or several compared on logs held out | [`fit()`], [`compare`] |
+//! | 4 | parameters with standard errors, errors by three criteria | [`JointFit`], which prints |
+//! | 5 | friction and joint for simulations and control | [`JointModel`] |
+//!
+//! ```
+//! use bristle_identify::mechanism::{
+//!     self, Drive, DriveLog, DriveLogParameters, Friction, Joint, Progress, Settings, Term,
+//! };
+//! use core::ops::ControlFlow;
+//!
+//! # fn columns(phase: f64) -> Result<[Vec<f64>; 3], bristle::ParameterError> {
+//! #     use bristle_joint::{
+//! #         GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters,
+//! #     };
+//! #     use bristle::scene::{GearedJoint, GearedJointParameters, Gravity, JointState};
+//! #     use bristle::{Dahl, DahlParameters};
+//! #     let law = TorqueLoadParameters { idle_load: 0.05, motor_share: 0.2, external_share: 0.1 };
+//! #     let dahl = DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 200.0 };
+//! #     let (friction, load) = (Dahl::new(dahl)?, TorqueLoad::new(law)?);
+//! #     let gear = GearFrictionParameters { friction, load, drag: 0.01, fastest: 10.0 };
+//! #     let torque = |t: f64| 0.7 * (3.0 * t + phase).sin() + 0.3 * (7.3 * t).sin();
+//! #     let mut joint = GearedJoint::new(GearedJointParameters {
+//! #         gear: GearFriction::new(gear)?,
+//! #         inertia: 0.008,
+//! #         motor: bristle::signal::Function::new(move |t: f64| (torque(t), 0.0), []),
+//! #         external: Gravity { horizontal_torque: 0.5, hanging_angle: 0.0 },
+//! #     })?;
+//! #     let (mut state, mut columns) = (JointState::at_rest(0.0), [vec![], vec![], vec![]]);
+//! #     for step in 0..4000 {
+//! #         if step % 5 == 0 {
+//! #             let row = [state.time, state.angle, torque(state.time)];
+//! #             columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
+//! #         }
+//! #         state = joint.step(&state, 1e-3)?.0;
+//! #     }
+//! #     Ok(columns)
+//! # }
+//! // Columns of two logs of a pendulum on a gear: time, position and motor torque.
+//! let (one, other) = (columns(0.0)?, columns(1.0)?);
+//! let log = |[time, position, torque]: &[Vec<f64>; 3]| {
+//!     DriveLog::new(DriveLogParameters::new(time, position, Drive::Torque(torque)))
+//! };
+//! let joint = Joint::new().with(Term::Gravity);
+//! let mut go_on = |_: &Progress<'_>| ControlFlow::Continue(());
+//! let candidates = [Friction::coulomb().loaded(), Friction::dahl().loaded()];
+//! let found = mechanism::compare(
+//!     &joint,
+//!     &candidates,
+//!     &[log(&one)?],
+//!     &[log(&other)?],
+//!     &Settings::default(),
+//!     &mut go_on,
+//! )?;
+//! println!("{found}");
+//! let fit = found.named().unwrap();
+//! let near = |name: &str, truth: f64| (fit.value(name).unwrap() / truth - 1.0).abs() < 0.05;
+//! assert!(near("inertia", 0.008) && near("coulomb_torque", 0.05));
+//! assert!(near("motor_load_factor", 0.2) && near("external_load_factor", 0.1));
+//! let gear = fit.model()?.gear()?; // for `scene::GearedJoint`, or steps of your own
+//! # let _ = gear;
+//! # Ok::<(), bristle::ParameterError>(())
+//! ```
+//!
+//! # Names of the parameters
+//!
+//! With μ_d = 1 the friction model is a curve without a unit, and torques and factors of the load
+//! are what the teeth take. A [`gear`](bristle_joint) with a μ_d of its own, as that of its
+//! datasheet, has the products:
+//!
+//! | name | in [`gear`](bristle_joint) or [`scene`](bristle::scene) | found with |
+//! |---|---|---|
+//! | `inertia` | `GearedJointParameters::inertia` | always |
+//! | `drag` | `GearFrictionParameters::drag` | always |
+//! | `torque_constant`, `resistance` | those of `VoltageMotorParameters` | [`Drive`] |
+//! | `duty_exponent` | γ of V sgn(d) \|d\|^γ, not in a scene | [`Drive::Duty`] |
+//! | `offset_torque`, `spring_rate` | not in a scene | [`Term::Constant`], [`Term::Spring`] |
+//! | `gravity_torque` | `Gravity::horizontal_torque` | [`Term::Gravity`] |
+//! | `hanging_angle` | `Gravity::hanging_angle` | [`Term::Gravity`] |
+//! | `coulomb_torque` | `TorqueLoadParameters::idle_load` · μ_d | every [`Friction`] |
+//! | `motor_load_factor` | `TorqueLoadParameters::motor_share` · μ_d | [`Friction::loaded`] |
+//! | `external_load_factor` | `TorqueLoadParameters::external_share` · μ_d | [`Friction::loaded`] |
+//! | `breakaway_excess` | μ_s/μ_d − 1 | Stribeck, FrBD, LuGre |
+//! | `stribeck_velocity` | `StribeckParameters::stribeck_velocity` | Stribeck, FrBD, LuGre |
+//! | `backward_ratio` | μ for v < 0 over μ for v > 0 | [`Friction::directional`] |
+//! | `micro_stiffness` | σ0 of the bristle, over μ_d | Dahl, FrBD, LuGre |
+//! | `micro_damping` | σ1 of the bristle, over μ_d | FrBD, LuGre |
+//!
+//! # Criteria
+//!
+//! | criterion | residual | what it is for |
+//! |---|---|---|
+//! | inverse | torque of the equation of motion, from smoothed derivatives | the start |
+//! | segments | position, simulated over segments from the measured motion | the way |
+//! | simulated | position over whole logs | the end, and what a simulator needs |
+//!
+//! All three are reported, also on logs held out. A search goes through the inverse criterion and
+//! segments of growing length ([`Settings::horizons`]). Where the position over a segment depends
+//! on the parameters too much, as in stick-slip, segments end earlier, and a
+//! [remark](crate::Remark) says so.
+//!
+//! Where the errors of the position exceed a third of the standard deviation of the motion, the
+//! model does not explain the log: a wrong sign, a missing torque, degrees. A remark names the log,
+//! the worst first, and no parameter is determined then.
+//!
+//! Simulations take passive steps of at most 1 ms, see [`GearFriction`](bristle_joint::GearFriction);
+//! dual numbers through them give exact sensitivities. Standard errors, and what the data do not
+//! determine, are those of [`identify`](crate).
+//!
+//! # What which log tells
+//!
+//! The unit of all torques comes from the drive or from what is [known](Joint::known): with a
+//! voltage alone and neither torque constant nor gravity known, only ratios are determined. One
+//! load does not tell factors of the load, one speed no Stribeck curve, and a position with a
+//! coarse encoder no bristle shorter than a count.
+//!
+//! Noise of a measured drive would load and unload the gear in every step, and a bristle forgets
+//! with each rise of its load: 1 % of noise would pass for 2 % of Coulomb torque. The gear is
+//! therefore loaded by the smoothed drive, unless the drive is a command
+//! ([`DriveLogParameters::held`]).
+//!
+//! # Limits
+//!
+//! A simulation starts with the smoothed position and velocity of its first row; they are not
+//! searched. Begin and end logs at rest, or leave out rows by [`DriveLog::between`]. Voltage and
+//! current are taken without limits of their own, and inductance is left out.
+
+mod compare;
+mod criteria;
+mod fit;
+mod friction;
+mod joint;
+mod judge;
+mod log;
+mod plant;
+mod report;
+mod smooth;
+mod start;
+
+pub use super::robust::Loss;
+pub use compare::{Comparison, compare};
+pub use fit::{Progress, Settings, fit};
+pub use friction::Friction;
+pub use joint::{Joint, OwnTerm, Term};
+pub use log::{Drive, DriveLog, DriveLogParameters, KnownLoad};
+pub use report::{JointFit, JointModel, Score, Scores};

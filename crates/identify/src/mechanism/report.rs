@@ -1,0 +1,344 @@
+//! The result of a fit, and the model that the crate runs.
+
+use alloc::vec::Vec;
+use core::fmt;
+
+use super::criteria::{Criterion, Data, Errors, counts};
+use super::friction::Friction;
+use super::joint::{Joint, MotorConstants, Table, Term};
+use super::log::DriveLog;
+use super::plant::Plant;
+use super::smooth::{Smoothed, smooth};
+use super::start::Guess;
+use crate::Fit;
+use bristle::AnyBristle;
+use bristle::number::Number;
+use bristle::parameter::{self, ParameterError};
+use bristle_joint::Gravity;
+use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad};
+
+/// Errors by one criterion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Score {
+    /// Root mean square.
+    pub rmse: f64,
+    /// Mean size.
+    pub mean_absolute: f64,
+}
+
+impl Score {
+    /// Of residuals; NaN where there is none.
+    pub(super) fn of(parts: &[Vec<f64>]) -> Self {
+        let all = || parts.iter().flatten();
+        let count = all().count() as f64;
+        let squares: f64 = all().map(|r| r * r).sum();
+        let sizes: f64 = all().map(|r| r.abs()).sum();
+        Self { rmse: (squares / count).sqrt(), mean_absolute: sizes / count }
+    }
+}
+
+/// Errors by all three criteria.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scores {
+    /// Of the equation of motion [N m].
+    pub inverse: Score,
+    /// Of the position over segments \[rad\].
+    pub segments: Score,
+    /// Of the position over whole logs \[rad\].
+    pub simulated: Score,
+}
+
+/// The parameters of a joint and its friction, from [`fit`](super::fit()). Prints as a table.
+#[derive(Debug, Clone)]
+pub struct JointFit {
+    /// The candidate.
+    pub friction: Friction,
+    /// Its parameters with standard errors, what the data say of them, and how the search ended.
+    pub fit: Fit,
+    /// Length of the segments \[s\] that were fitted last; infinite for whole logs, zero for the
+    /// inverse criterion.
+    pub horizon: f64,
+    /// Length of the segments of the reported criterion \[s\].
+    pub segment: f64,
+    /// Errors on the logs that were fitted.
+    pub fitted: Scores,
+    /// Errors on the logs held out.
+    pub held_out: Option<Scores>,
+    /// Errors on each log that was fitted.
+    pub fitted_logs: Vec<Scores>,
+    /// Errors on each log held out.
+    pub held_out_logs: Vec<Scores>,
+    /// Runs with derivatives.
+    pub gradient_runs: usize,
+    pub(super) joint: Joint,
+    table: Table,
+    constants: MotorConstants,
+    fastest: f64,
+    step: f64,
+}
+
+impl JointFit {
+    pub(super) fn new(
+        joint: &Joint,
+        friction: &Friction,
+        table: Table,
+        guess: &Guess,
+        fit: Fit,
+        step: f64,
+    ) -> Self {
+        let none = Score { rmse: f64::NAN, mean_absolute: f64::NAN };
+        Self {
+            friction: *friction,
+            fit,
+            horizon: 0.0,
+            segment: 0.0,
+            fitted: Scores { inverse: none, segments: none, simulated: none },
+            held_out: None,
+            fitted_logs: Vec::new(),
+            held_out_logs: Vec::new(),
+            gradient_runs: 0,
+            joint: joint.clone(),
+            table,
+            constants: guess.constants,
+            fastest: guess.fastest,
+            step,
+        }
+    }
+
+    /// The value of a parameter by its name; of those that each log has for itself, the mean.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        let ours = || self.fit.estimates.iter().filter(|e| e.parameter.name == name);
+        let count = ours().count();
+        (count > 0).then(|| ours().map(|estimate| estimate.value).sum::<f64>() / count as f64)
+    }
+
+    /// Number of parameters that were searched.
+    pub fn searched(&self) -> usize {
+        self.table.searched()
+    }
+
+    /// The residuals of logs by a criterion, by segments.
+    pub(super) fn residuals(
+        &self,
+        logs: &[DriveLog],
+        smoothed: &[Vec<Smoothed>],
+        criterion: Criterion,
+    ) -> Vec<Vec<f64>> {
+        let errors = Errors {
+            joint: &self.joint,
+            friction: &self.friction,
+            table: &self.table,
+            data: Data { logs, smoothed },
+            constants: self.constants,
+            fastest: self.fastest,
+            step: self.step,
+            largest_gradient: f64::INFINITY,
+            criterion,
+            weights: Vec::new(),
+        };
+        errors.by_segment(&self.fit.values())
+    }
+
+    /// Errors on logs by a criterion, on all of them and log by log; NaN where the model has no
+    /// answer.
+    pub(super) fn by_log(
+        &self,
+        logs: &[DriveLog],
+        smoothed: &[Vec<Smoothed>],
+        criterion: Criterion,
+    ) -> (Score, Vec<Score>) {
+        let parts = self.residuals(logs, smoothed, criterion);
+        let mut rest = parts.as_slice();
+        let one = |log: &DriveLog| {
+            let count = counts(log, criterion).len();
+            let (ours, others) = rest.split_at_checked(count).unwrap_or_default();
+            rest = others;
+            Score::of(ours)
+        };
+        (Score::of(&parts), logs.iter().map(one).collect())
+    }
+
+    /// Takes the errors on the logs that were fitted and on those held out.
+    pub(super) fn score(
+        &mut self,
+        fitted: &[DriveLog],
+        held_out: &[DriveLog],
+    ) -> Result<(), ParameterError> {
+        (self.fitted, self.fitted_logs) = self.scores_by_log(fitted)?;
+        if !held_out.is_empty() {
+            let (all, each) = self.scores_by_log(held_out)?;
+            (self.held_out, self.held_out_logs) = (Some(all), each);
+        }
+        Ok(())
+    }
+
+    /// Errors by all three criteria, on all logs and log by log.
+    fn scores_by_log(&self, logs: &[DriveLog]) -> Result<(Scores, Vec<Scores>), ParameterError> {
+        self.check(logs)?;
+        let smoothed: Vec<Vec<Smoothed>> = logs.iter().map(smooth).collect();
+        let by = |criterion| self.by_log(logs, &smoothed, criterion);
+        let (inverse, inverse_logs) = by(Criterion::Inverse);
+        let (segments, segments_logs) = by(Criterion::Segments(self.segment));
+        let (simulated, simulated_logs) = by(Criterion::Segments(f64::INFINITY));
+        let rows = inverse_logs.into_iter().zip(segments_logs).zip(simulated_logs);
+        let each = rows
+            .map(|((inverse, segments), simulated)| Scores { inverse, segments, simulated })
+            .collect();
+        Ok((Scores { inverse, segments, simulated }, each))
+    }
+
+    /// Errors on logs by all three criteria.
+    ///
+    /// # Errors
+    ///
+    /// Refuses logs of a drive that the fit has no constants of.
+    pub fn scores(&self, logs: &[DriveLog]) -> Result<Scores, ParameterError> {
+        Ok(self.scores_by_log(logs)?.0)
+    }
+
+    /// Refuses logs of a drive that the fit has no constants of.
+    fn check(&self, logs: &[DriveLog]) -> Result<(), ParameterError> {
+        if !self.constants.cover(MotorConstants::of(&self.joint, logs)) {
+            return Err(parameter::chosen("an electric drive", "this fit takes logs of torque"));
+        }
+        Ok(())
+    }
+
+    /// The position \[rad\] at every row of a log, simulated from the first on.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a log of a drive that the fit has no constants of, and a simulation that is not
+    /// finite.
+    pub fn simulate(&self, log: &DriveLog) -> Result<Vec<f64>, ParameterError> {
+        let logs = core::slice::from_ref(log);
+        self.check(logs)?;
+        let smoothed = [smooth(log)];
+        let pieces = log.pieces();
+        let mut positions = log.position.clone();
+        let parts = self.residuals(logs, &smoothed, Criterion::Segments(f64::INFINITY));
+        let rows = pieces.into_iter().filter(|piece| piece.len() > 1);
+        for (piece, errors) in rows.zip(parts) {
+            for (row, error) in piece.skip(1).zip(errors) {
+                parameter::component(row, parameter::finite("simulated position", error))?;
+                positions.iter_mut().skip(row).take(1).for_each(|x| *x += error);
+            }
+        }
+        Ok(positions)
+    }
+
+    /// The mechanism of a log.
+    pub(super) fn plant<'a>(
+        &'a self,
+        log: &'a DriveLog,
+        rows: &'a [Smoothed],
+        number: usize,
+    ) -> Result<Plant<'a, f64>, ParameterError> {
+        let values = self.table.of_log(&self.fit.values(), number);
+        Plant::new(&self.joint, &self.friction, (log, rows), self.constants, self.fastest, &values)
+    }
+
+    /// The joint with these parameters, for simulations and control. Parameters that each log has
+    /// for itself are their means; terms of your own are not in it.
+    ///
+    /// # Errors
+    ///
+    /// None for the parameters that were found.
+    pub fn model(&self) -> Result<JointModel, ParameterError> {
+        let values = self.table.of_log(&self.fit.values(), usize::MAX);
+        let of = |name| self.value(name).unwrap_or(0.0);
+        let skipped = 2 + self.constants.count();
+        let terms: usize = self.joint.terms.iter().map(Term::count).sum();
+        let friction = values.get(skipped + terms..).unwrap_or_default();
+        let [drag, fastest] = [of("drag"), self.fastest];
+        Ok(JointModel {
+            inertia: of("inertia"),
+            torque_constant: self.value("torque_constant"),
+            resistance: self.value("resistance"),
+            duty_exponent: self.value("duty_exponent"),
+            gravity: self.value("gravity_torque").map(|horizontal_torque| Gravity {
+                horizontal_torque,
+                hanging_angle: of("hanging_angle"),
+            }),
+            offset_torque: of("offset_torque"),
+            spring_rate: of("spring_rate"),
+            gear: self.friction.gear(friction, drag, fastest)?,
+        })
+    }
+}
+
+/// A joint as it was identified. What logs [know](super::KnownLoad) of their loads is not in it.
+///
+/// With the feature `serde` it is written to a file and read again.
+#[derive(Debug, Clone)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct JointModel {
+    /// Moment of inertia [kg m²].
+    pub inertia: f64,
+    /// Torque constant [N m/A], if the drive has one.
+    pub torque_constant: Option<f64>,
+    /// Resistance \[Ω\], if the drive has one.
+    pub resistance: Option<f64>,
+    /// Exponent of the duty \[–\], if it was searched.
+    pub duty_exponent: Option<f64>,
+    /// Gravity, if the joint has that term.
+    pub gravity: Option<Gravity<f64>>,
+    /// Constant torque on the load side [N m].
+    pub offset_torque: f64,
+    /// Rate of a spring on the load side [N m/rad].
+    pub spring_rate: f64,
+    /// Friction and drag of the gear.
+    pub gear: GearFrictionParameters<f64, AnyBristle<f64>, TorqueLoad<f64>>,
+}
+
+impl JointModel {
+    /// The friction of the gear, for [`GearedJoint`](bristle_joint::GearedJoint) or steps of your
+    /// own.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a drag that was changed to be negative or not finite.
+    pub fn gear(
+        &self,
+    ) -> Result<GearFriction<f64, AnyBristle<f64>, TorqueLoad<f64>>, ParameterError> {
+        GearFriction::new(self.gear.clone())
+    }
+}
+
+impl fmt::Display for JointFit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "friction: {}", self.friction)?;
+        writeln!(f, "{}", self.fit)?;
+        match self.horizon {
+            f64::INFINITY => write!(f, "fitted: positions of whole logs")?,
+            0.0 => write!(f, "fitted: torques")?,
+            _ => write!(f, "fitted: positions over segments of {:.3} s", Number(self.horizon))?,
+        }
+        writeln!(f, ", {} runs with derivatives", self.gradient_runs)?;
+        let segment = Number(self.segment);
+        writeln!(
+            f,
+            "rmse (mean size)  torque [N m]       {segment:.3} s [rad]     whole logs [rad]"
+        )?;
+        let mut row = |name: &str, scores: &Scores| {
+            write!(f, "{name:15}")?;
+            for Score { rmse, mean_absolute } in [scores.inverse, scores.segments, scores.simulated]
+            {
+                write!(f, " {:>9.4} ({:>8.4})", Number(rmse), Number(mean_absolute))?;
+            }
+            writeln!(f)
+        };
+        let groups = [
+            ("fitted", Some(&self.fitted), &self.fitted_logs),
+            ("held out", self.held_out.as_ref(), &self.held_out_logs),
+        ];
+        for (name, all, logs) in groups {
+            all.iter().try_for_each(|scores| row(name, scores))?;
+            for (number, scores) in logs.iter().enumerate().filter(|_| logs.len() > 1) {
+                row(&alloc::format!("  log {number}"), scores)?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,143 @@
+//! Zero-phase smoothing: position, velocity and acceleration of a log at every row, from a cubic
+//! fitted to the rows around it.
+//!
+//! Σ w(|tᵢ − t|/W) (xᵢ − a − b(tᵢ − t) − c(tᵢ − t)² − d(tᵢ − t)³)² → min,  w(u) = (1 − u³)³
+//!
+//! The window W reaches as far to both sides, so that nothing is delayed; rows need not be evenly
+//! spaced. It is so wide that noise of standard deviation s leaves 1 % of the velocity,
+//!
+//! W = (s² Δt/(0.01 v)²)^(1/3),
+//!
+//! and at least six rows.
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | x, s | position, standard deviation of its noise | rad |
+//! | v | root mean square of the velocity | rad/s |
+//! | Δt, W | median step of the time, half width of the window | s |
+//!
+//! Source: W. S. Cleveland, "Robust locally weighted regression and smoothing scatterplots",
+//! Journal of the American Statistical Association 74 (1979), without the robust weights.
+
+use alloc::vec::Vec;
+
+use nalgebra::{Matrix4, Vector4};
+
+use super::log::{DriveLog, Source};
+use crate::initial_guess::noise;
+use crate::log::{median, pairs};
+
+/// Motion and effort at a row.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Smoothed {
+    pub(super) position: f64,
+    pub(super) velocity: f64,
+    pub(super) acceleration: f64,
+    /// Torque, current or voltage of the drive.
+    pub(super) effort: f64,
+    /// Share of the window in which it is enabled.
+    pub(super) enabled: f64,
+    pub(super) external: f64,
+    /// Voltage of the supply of a controller, zero for other drives.
+    pub(super) supply: f64,
+}
+
+/// Share of the velocity that noise may leave.
+const NOISE: f64 = 0.01;
+/// Rows to both sides, at least.
+const ROWS: f64 = 6.0;
+/// The window reaches over at most this share of a log.
+const WIDEST: f64 = 0.05;
+
+/// The half width of the window \[s\] that suits a log.
+fn window(log: &DriveLog) -> f64 {
+    let mut steps: Vec<f64> = pairs(&log.time).map(|(from, to)| to - from).collect();
+    let step = median(&mut steps);
+    let (first, last) = (log.time.first(), log.time.last());
+    let duration = last.zip(first).map_or(step, |(last, first)| last - first);
+    let rows = pairs(&log.position).zip(pairs(&log.time));
+    let travel = rows.map(|((a, b), (s, t))| (b - a) * (b - a) / (t - s)).sum::<f64>();
+    let velocity = (travel / duration).sqrt().max(f64::MIN_POSITIVE);
+    let deviation = noise(&log.position) / 6.0;
+    let wanted = (step * (deviation / (NOISE * velocity)).powi(2)).cbrt();
+    wanted.min(WIDEST * duration).max(ROWS * step)
+}
+
+/// Every row of a log, smoothed within the pieces between gaps.
+pub(super) fn smooth(log: &DriveLog) -> Vec<Smoothed> {
+    let width = window(log);
+    let mut rows = Vec::with_capacity(log.time.len());
+    for piece in log.pieces() {
+        let times = log.time.get(piece.clone()).unwrap_or_default();
+        for (row, &time) in piece.clone().zip(times) {
+            let from = piece.start + times.partition_point(|&t| t < time - width);
+            let to = piece.start + times.partition_point(|&t| t <= time + width);
+            let fitted = Cubic::new(from..to, row, width, &log.time);
+            let value = |of: &dyn Fn(usize) -> f64| fitted.at(of)[0];
+            let column = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(0.0);
+            let position = fitted.at(&|i| column(&log.position, i));
+            let (velocity, acceleration) = match &log.velocity {
+                Some(velocity) => {
+                    let velocity = fitted.at(&|i| column(velocity, i));
+                    (velocity[0], velocity[1])
+                }
+                None => (position[1], 2.0 * position[2]),
+            };
+            rows.push(Smoothed {
+                position: position[0],
+                velocity,
+                acceleration,
+                effort: value(&|i| log.effort(i)),
+                enabled: value(&|i| {
+                    f64::from(u8::from(log.enabled.get(i).copied().unwrap_or(false)))
+                }),
+                external: value(&|i| column(&log.external, i)),
+                supply: match &log.source {
+                    Source::Duty { supply, .. } => column(supply, row),
+                    _ => 0.0,
+                },
+            });
+        }
+    }
+    rows
+}
+
+/// The weights of a local cubic, for any column.
+struct Cubic {
+    /// Row, its time over the window, its weight.
+    rows: Vec<(usize, f64, f64)>,
+    inverse: Matrix4<f64>,
+    width: f64,
+}
+
+fn powers(u: f64) -> Vector4<f64> {
+    Vector4::new(1.0, u, u * u, u * u * u)
+}
+
+impl Cubic {
+    fn new(range: core::ops::Range<usize>, row: usize, width: f64, time: &[f64]) -> Self {
+        let centre = time.get(row).copied().unwrap_or(0.0);
+        let rows: Vec<_> = range
+            .filter_map(|i| {
+                let u = (time.get(i)? - centre) / width;
+                Some((i, u, (1.0 - u.abs().powi(3)).max(0.0).powi(3)))
+            })
+            .collect();
+        let mut normal = Matrix4::identity() * 1e-9;
+        for &(_, u, weight) in &rows {
+            normal += powers(u) * powers(u).transpose() * weight;
+        }
+        Self { rows, inverse: normal.try_inverse().unwrap_or_else(Matrix4::zeros), width }
+    }
+
+    /// The coefficients a, b, c, d of a column.
+    fn at(&self, column: &dyn Fn(usize) -> f64) -> [f64; 4] {
+        let mut right = Vector4::zeros();
+        for &(i, u, weight) in &self.rows {
+            right += powers(u) * (weight * column(i));
+        }
+        let [a, b, c, d] = (self.inverse * right).into();
+        let w = self.width;
+        [a, b / w, c / (w * w), d / (w * w * w)]
+    }
+}

@@ -1,0 +1,226 @@
+//! A least-squares problem in its search variables.
+//!
+//! The search variable of a positive parameter is its logarithm, that of any other parameter its
+//! value over a typical magnitude. The number of parameters is known at run time; dual numbers
+//! carry eight derivatives at a time, so that N parameters take N/8 runs, rounded up.
+
+use alloc::vec::Vec;
+
+use nalgebra::{Const, DVector, U1};
+use num_dual::DualSVec64;
+
+use super::Identifiability;
+use super::residuals::{Parameter, Residuals, within};
+use super::triangle::Triangle;
+use bristle::Scalar;
+use bristle::parameter::{self, ParameterError, Rule};
+
+/// Values of the search variables.
+pub(super) type Point = DVector<f64>;
+
+/// Derivatives that one run with dual numbers carries.
+const DIRECTIONS: usize = 8;
+
+/// Residuals as a function of parameters whose number is known at run time.
+pub(super) trait Objective {
+    /// Passes every residual to `each`, see [`Residuals::evaluate`].
+    fn evaluate<T: Scalar>(
+        &self,
+        values: &[T],
+        each: &mut impl FnMut(T),
+    ) -> Result<(), ParameterError>;
+
+    /// Size of a gradient in the search variables beyond which a row says nothing of the accuracy
+    /// of the parameters: a linear model of it would hold for no change that is worth a name.
+    fn largest_gradient(&self) -> f64 {
+        f64::INFINITY
+    }
+}
+
+/// Residuals of N parameters.
+pub(super) struct Counted<'a, R, const N: usize>(pub(super) &'a R);
+
+impl<R: Residuals<N>, const N: usize> Objective for Counted<'_, R, N> {
+    fn evaluate<T: Scalar>(
+        &self,
+        values: &[T],
+        each: &mut impl FnMut(T),
+    ) -> Result<(), ParameterError> {
+        match values.try_into() {
+            Ok(values) => self.0.evaluate(values, each),
+            Err(_) => parameter::count("parameters", values.len(), N),
+        }
+    }
+}
+
+/// Residuals at a point, and their gradients in the search variables.
+pub(super) struct Rows {
+    pub(super) residuals: Vec<f64>,
+    /// Gradient after gradient.
+    gradients: Vec<f64>,
+    width: usize,
+    /// Whether all numbers are finite.
+    pub(super) finite: bool,
+}
+
+impl Rows {
+    /// The residuals with their gradients.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (f64, Point)> {
+        let gradients = self.gradients.chunks_exact(self.width.max(1));
+        self.residuals.iter().copied().zip(gradients.map(Point::from_column_slice))
+    }
+
+    /// The rows whose gradients do not exceed a size, and the number of the others.
+    pub(super) fn up_to(self, largest: f64) -> (Self, usize) {
+        let mut kept =
+            Self { residuals: Vec::new(), gradients: Vec::new(), width: self.width, ..self };
+        for (residual, gradient) in self.iter() {
+            if !(gradient.amax() > largest) {
+                kept.residuals.push(residual);
+                kept.gradients.extend(gradient.iter());
+            }
+        }
+        let dropped = self.residuals.len() - kept.residuals.len();
+        (kept, dropped)
+    }
+
+    /// The linear problem J δ ≈ −r.
+    pub(super) fn linear(&self) -> Triangle {
+        let mut triangle = Triangle::new(self.width);
+        self.iter().for_each(|(residual, mut gradient)| triangle.push(&mut gradient, -residual));
+        triangle
+    }
+}
+
+/// Residuals with their parameters, and the bounds of the search variables.
+pub(super) struct Problem<'a, R> {
+    pub(super) residuals: &'a R,
+    pub(super) parameters: &'a [Parameter],
+    pub(super) least: Point,
+    pub(super) most: Point,
+}
+
+impl<'a, R: Objective> Problem<'a, R> {
+    /// Checks starts and bounds.
+    pub(super) fn new(
+        residuals: &'a R,
+        parameters: &'a [Parameter],
+    ) -> Result<Self, ParameterError> {
+        for &Parameter { name, start, least, most, typical, .. } in parameters {
+            parameter::finite("least", least)?;
+            parameter::finite("most", most)?;
+            let inside = least <= start && start <= most;
+            parameter::check(name, start, inside, Rule::Between { least, most })?;
+            let unit = typical.unwrap_or(least);
+            let rule = "have a positive lower bound or typical magnitude";
+            parameter::stated(name, unit, unit > 0.0 && unit.is_finite(), rule)?;
+        }
+        let point = |of: fn(&Parameter) -> f64| {
+            let coordinates = parameters.iter().map(|p| p.coordinate(of(p)));
+            Point::from_iterator(parameters.len(), coordinates)
+        };
+        Ok(Self { residuals, parameters, least: point(|p| p.least), most: point(|p| p.most) })
+    }
+
+    pub(super) fn start(&self) -> Point {
+        Point::from_iterator(
+            self.parameters.len(),
+            self.parameters.iter().map(|parameter| parameter.coordinate(parameter.start)),
+        )
+    }
+
+    /// A point within the bounds, component by component.
+    pub(super) fn within(&self, of: impl Fn(usize) -> f64) -> Point {
+        Point::from_fn(self.parameters.len(), |i, _| within(of(i), self.least[i], self.most[i]))
+    }
+
+    pub(super) fn values(&self, point: &Point) -> Vec<f64> {
+        let value = |(i, &Parameter { least, most, typical, .. }): (usize, &Parameter)| {
+            match typical {
+                // At a bound to the last digit, where the exponential rounds.
+                _ if point[i] <= self.least[i] => least,
+                _ if point[i] >= self.most[i] => most,
+                Some(typical) => point[i] * typical,
+                None => point[i].exp(),
+            }
+        };
+        self.parameters.iter().enumerate().map(value).collect()
+    }
+
+    /// Derivatives of the values with respect to the search variables.
+    pub(super) fn slopes(&self, values: &[f64]) -> Vec<f64> {
+        let slopes = self.parameters.iter().zip(values);
+        slopes.map(|(parameter, &value)| parameter.typical.unwrap_or(value)).collect()
+    }
+
+    /// Σ r²; infinite where the model has no finite answer.
+    pub(super) fn cost(&self, point: &Point) -> f64 {
+        let mut cost = 0.0;
+        match self.residuals.evaluate(&self.values(point), &mut |r: f64| cost += r * r) {
+            Ok(()) if cost.is_finite() => cost,
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// Every residual with its gradient in the search variables.
+    pub(super) fn rows(&self, point: &Point) -> Rows {
+        let values = self.values(point);
+        let slopes = self.slopes(&values);
+        let width = values.len();
+        let (mut residuals, mut gradients) = (Vec::new(), Vec::new());
+        let mut finite = true;
+        let searched: Vec<usize> = (0..width).filter(|&i| !self.is_fixed(i)).collect();
+        // One run at least, for the residuals.
+        for run in 0..searched.len().div_ceil(DIRECTIONS).max(1) {
+            let from = run * DIRECTIONS;
+            let ours = searched.get(from..).unwrap_or_default();
+            let ours = ours.get(..DIRECTIONS).unwrap_or(ours);
+            let dual = |(i, &value): (usize, &f64)| {
+                let dual = DualSVec64::<DIRECTIONS>::from_re(value);
+                let direction = ours.iter().position(|&ours| ours == i);
+                direction.map_or(dual, |direction| dual.derivative(direction))
+            };
+            let duals: Vec<_> = values.iter().enumerate().map(dual).collect();
+            let mut row = 0;
+            let done = self.residuals.evaluate(&duals, &mut |r: DualSVec64<DIRECTIONS>| {
+                if run == 0 {
+                    residuals.push(r.re);
+                    gradients.resize(gradients.len() + width, 0.0);
+                }
+                let eps = r.eps.unwrap_generic(Const::<DIRECTIONS>, U1);
+                let place = gradients.get_mut(row * width..).unwrap_or_default();
+                for (&i, by_value) in ours.iter().zip(eps.iter()) {
+                    if let (Some(entry), Some(slope)) = (place.get_mut(i), slopes.get(i)) {
+                        *entry = by_value * slope;
+                        finite &= entry.is_finite();
+                    }
+                }
+                finite &= r.re.is_finite();
+                row += 1;
+            });
+            finite &= done.is_ok();
+        }
+        Rows { residuals, gradients, width, finite }
+    }
+
+    /// Whether a parameter has one bound twice.
+    fn is_fixed(&self, i: usize) -> bool {
+        self.least[i] >= self.most[i]
+    }
+
+    /// Which parameters cannot move, and why: fixed, or at a bound that the descent points beyond.
+    pub(super) fn resting(&self, point: &Point, descent: &Point) -> Vec<Option<Identifiability>> {
+        let rests = |i| {
+            if self.is_fixed(i) {
+                Some(Identifiability::Fixed)
+            } else if point[i] <= self.least[i] && descent[i] <= 0.0 {
+                Some(Identifiability::AtLowerBound)
+            } else if point[i] >= self.most[i] && descent[i] >= 0.0 {
+                Some(Identifiability::AtUpperBound)
+            } else {
+                None
+            }
+        };
+        (0..self.parameters.len()).map(rests).collect()
+    }
+}

@@ -1,0 +1,338 @@
+//! The result of a fit.
+
+use alloc::vec::Vec;
+use core::fmt;
+
+use nalgebra::DMatrix;
+
+use super::Parameter;
+use bristle::number::{Number, Units};
+
+/// How well the data determine a parameter, near the minimum that was found. Other minima are not
+/// examined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Identifiability {
+    /// Its standard error is smaller than its value.
+    Determined,
+    /// Its standard error is larger than its value: it cannot be distinguished from zero, or is
+    /// known only to a factor of about three.
+    Uncertain,
+    /// It can change, alone or together with others, without any effect on the residuals.
+    Undetermined,
+    /// The data ask for less than its lower bound.
+    AtLowerBound,
+    /// The data ask for more than its upper bound.
+    AtUpperBound,
+    /// Its bounds are equal: it was not searched.
+    Fixed,
+    /// Its standard error is small, but the model does not explain the log: the parameter of a
+    /// model that is not that of the log.
+    Unexplained,
+}
+
+impl fmt::Display for Identifiability {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Identifiability::Determined => "determined",
+            Identifiability::Uncertain => "UNCERTAIN: standard error above value",
+            Identifiability::Undetermined => "UNDETERMINED by these data",
+            Identifiability::AtLowerBound => "AT ITS LOWER BOUND",
+            Identifiability::AtUpperBound => "AT ITS UPPER BOUND",
+            Identifiability::Fixed => "fixed",
+            Identifiability::Unexplained => "of a model that does not explain the log",
+        })
+    }
+}
+
+/// A parameter that was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Its name, unit, bounds and start.
+    pub parameter: Parameter,
+    /// Number of the log, from zero, of a parameter that each log has for itself.
+    pub log: Option<usize>,
+    /// The best value.
+    pub value: f64,
+    /// Standard error in the unit of the parameter. Infinite if the parameter is undetermined, or
+    /// if there are no more rows than parameters. NaN if it is fixed or at a bound; the errors of
+    /// the others then hold for that bound.
+    pub standard_error: f64,
+    /// How well the data determine it.
+    pub verdict: Identifiability,
+}
+
+/// Why a search ended. (Of a batch's step see [`batch::Outcome`](bristle_batch::Outcome).)
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Outcome {
+    /// No step lowers the sum of squares noticeably, nor does a change of one parameter by 5 %, and
+    /// the gradient is small.
+    Converged,
+    /// No step lowers the sum of squares, although its gradient says that one should, or changes of
+    /// one parameter by 5 % keep lowering it: the best point found is no minimum.
+    Stalled,
+    /// The limit of iterations was reached, [`Settings::iterations`](super::Settings::iterations).
+    IterationLimit,
+    /// The limit of runs with derivatives was reached, `gradient_runs` of
+    /// [`mechanism::Settings`](super::mechanism::Settings::gradient_runs).
+    RunLimit,
+    /// The callback stopped the search.
+    Stopped,
+    /// At the best point the model has no finite sensitivities.
+    NoDerivative,
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Outcome::Converged => "converged",
+            Outcome::Stalled => "NOT CONVERGED: stalled short of the minimum",
+            Outcome::IterationLimit => {
+                "NOT CONVERGED: iterations used up: raise `Settings::iterations`"
+            }
+            Outcome::RunLimit => {
+                "NOT CONVERGED: gradient_runs used up: raise `Settings::gradient_runs`"
+            }
+            Outcome::Stopped => "NOT CONVERGED: broken off",
+            Outcome::NoDerivative => "NOT CONVERGED: no finite sensitivities",
+        })
+    }
+}
+
+/// What speaks against taking estimates for what their names say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Remark {
+    /// Not friction alone: an equation of motion with a mass, a spring and Coulomb friction
+    /// explains most of what the friction model leaves over, as it does where the column of
+    /// friction is the torque of a motor. Use [`mechanism`](super::mechanism) for those.
+    LooksLikeMotorTorque {
+        /// Share of the squares of the residuals that it explains \[–\].
+        explained: f64,
+    },
+    /// One load only: the external torque hardly changes, so that factors of the load cannot be
+    /// told from a constant friction. They are marked undetermined.
+    OneLoad,
+    /// No external torque is modelled or measured, so that factors of the load cannot be told from
+    /// a constant friction: a [`Term`](super::mechanism::Term) may be missing. They are marked
+    /// undetermined.
+    NoExternalTorque,
+    /// The model does not explain a log: the errors of the position are larger than a third of the
+    /// standard deviation of the motion. No parameter is determined then.
+    Unexplained {
+        /// Number of the log, from zero.
+        log: usize,
+        /// Root mean square of the errors over the segments that were fitted \[rad\].
+        rmse: f64,
+        /// Standard deviation of the position over these segments \[rad\].
+        motion: f64,
+    },
+    /// The motion is so sensitive to the parameters that simulations over the length asked for say
+    /// nothing: shorter ones were fitted. Stick-slip has such a motion. So has a log that is too
+    /// short, or moves too little, for its parameters: the search then begins far from them.
+    Shortened {
+        /// Length asked for \[s\].
+        asked: f64,
+        /// Length fitted \[s\].
+        fitted: f64,
+    },
+    /// Rows whose residuals depend so much on the parameters that they say nothing of their
+    /// accuracy, as after a slip that is about to happen: they are left out of residuals and
+    /// standard errors.
+    RowsTooSensitive {
+        /// Number of rows.
+        rows: usize,
+    },
+    /// A log has gaps; simulations start anew after each.
+    Gaps {
+        /// Number of the log, from zero.
+        log: usize,
+        /// Number of gaps.
+        count: usize,
+    },
+    /// The controller of a log is at its limit all along: its goal and gain do not count.
+    Saturated {
+        /// Number of the log, from zero.
+        log: usize,
+    },
+    /// A pendulum that turns so far: degrees taken for radians?
+    ManyTurns {
+        /// Number of the log, from zero.
+        log: usize,
+        /// Range of its positions \[rad\].
+        range: f64,
+    },
+}
+
+impl Remark {
+    /// Whether the estimates are not those of the model that was fitted, whatever their errors.
+    fn is_objection(&self) -> bool {
+        matches!(
+            self,
+            Self::LooksLikeMotorTorque { .. } | Self::Unexplained { .. } | Self::ManyTurns { .. }
+        )
+    }
+}
+
+impl fmt::Display for Remark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::LooksLikeMotorTorque { explained } => {
+                let percent = 100.0 * explained;
+                write!(f, "NOT FRICTION ALONE: position and acceleration explain {percent:.0} % ")?;
+                write!(f, "of the residuals; is the column the torque of a motor?")
+            }
+            Self::OneLoad => {
+                write!(f, "ONE LOAD ONLY: factors of the load are not told from constant friction")
+            }
+            Self::NoExternalTorque => {
+                write!(f, "no external torque is modelled: a `Term` missing? ")?;
+                write!(f, "Factors of the load are not told from constant friction")
+            }
+            Self::Unexplained { log, rmse, motion } => {
+                let (rmse, motion) = (Number(rmse), Number(motion));
+                write!(f, "log {log}: THIS MODEL DOES NOT EXPLAIN THE LOG: ")?;
+                write!(f, "rmse {rmse:.3} rad of a motion of {motion:.3} rad")
+            }
+            Self::Shortened { asked, fitted } => {
+                let (asked, fitted) = (Number(asked), Number(fitted));
+                write!(f, "TOO SENSITIVE over {asked:.3} s: fitted over {fitted:.3} s. ")?;
+                write!(f, "Stick-slip, or a log too short for these parameters")
+            }
+            Self::RowsTooSensitive { rows } => {
+                write!(f, "{rows} rows are too sensitive: left out of residuals and errors")
+            }
+            Self::Gaps { log, count } => {
+                write!(f, "log {log} has {count} gaps: simulations start anew after each")
+            }
+            Self::Saturated { log } => {
+                write!(f, "log {log}: the controller is at its limit all along")
+            }
+            Self::ManyTurns { log, range } => {
+                let range = Number(range);
+                write!(f, "log {log}: a pendulum that turns by {range:.1} rad; degrees?")
+            }
+        }
+    }
+}
+
+/// The best parameters found, and what the data say of them. Prints as a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// The parameters.
+    pub estimates: Vec<Estimate>,
+    /// Correlation of their errors on the scale of the search; NaN where there is no standard
+    /// error.
+    pub correlation: DMatrix<f64>,
+    /// Number of residuals.
+    pub rows: usize,
+    /// Root mean square of the residuals.
+    pub rmse: f64,
+    /// Mean of the residuals.
+    pub mean: f64,
+    /// Largest magnitude of a residual.
+    pub largest: f64,
+    /// Correlation of each residual with the next: near zero for noise, near one for errors of the
+    /// model.
+    pub neighbour_correlation: f64,
+    /// Number of independent rows with the same information: rows over the correlation time 1 + 2 Σ
+    /// ρ of the residuals.
+    pub effective_rows: f64,
+    /// Number of rows over which the standard errors account for correlation.
+    pub window: usize,
+    /// Combinations of parameters without any effect on the residuals: the names with their shares,
+    /// the largest first, in units of each one's own effect.
+    pub weak: Vec<Vec<(&'static str, f64)>>,
+    /// What speaks against taking the estimates for what their names say.
+    pub remarks: Vec<Remark>,
+    /// Why the search ended.
+    pub outcome: Outcome,
+    /// Iterations of all starts together.
+    pub iterations: usize,
+}
+
+impl Fit {
+    /// The best values.
+    pub fn values(&self) -> Vec<f64> {
+        self.estimates.iter().map(|estimate| estimate.value).collect()
+    }
+
+    /// The best values as an array, of as many parameters as were fitted: NaN beyond them.
+    pub fn array<const N: usize>(&self) -> [f64; N] {
+        core::array::from_fn(|i| self.estimates.get(i).map_or(f64::NAN, |estimate| estimate.value))
+    }
+
+    /// A parameter by its name; of those that each log has for itself, that of the first.
+    pub fn estimate(&self, name: &str) -> Option<&Estimate> {
+        self.estimates.iter().find(|estimate| estimate.parameter.name == name)
+    }
+
+    /// The units of a joint in place of those of a slide, in the table: 1/rad, s/rad, rad/s. For a
+    /// log of angles, angular velocities and torques.
+    #[must_use]
+    pub fn in_units(mut self, units: Units) -> Self {
+        for estimate in &mut self.estimates {
+            estimate.parameter.unit = units.of(estimate.parameter.unit);
+        }
+        self
+    }
+
+    /// Whether every parameter is determined, or fixed, and no remark says that the model or a unit
+    /// is not that of the log. Other remarks, as of gaps, do not count.
+    pub fn is_determined(&self) -> bool {
+        let known =
+            |verdict| matches!(verdict, Identifiability::Determined | Identifiability::Fixed);
+        let sound = !self.remarks.iter().any(Remark::is_objection);
+        sound && self.estimates.iter().all(|estimate| known(estimate.verdict))
+    }
+}
+
+impl fmt::Display for Fit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{:22} {:>12} {:>12}  {:5} verdict",
+            "parameter", "value", "std. error", "unit"
+        )?;
+        for Estimate { parameter, log, value, standard_error, verdict } in &self.estimates {
+            let unit = if parameter.unit.is_empty() { "–" } else { parameter.unit };
+            let (value, error) = (Number(*value), Number(*standard_error));
+            let name = match log {
+                Some(log) => alloc::format!("{}[{log}]", parameter.name),
+                None => parameter.name.into(),
+            };
+            writeln!(f, "{name:22} {value:>12.5} {error:>12.5}  {unit:5} {verdict}")?;
+        }
+        for shares in &self.weak {
+            write!(f, "no effect on the data:")?;
+            for (name, share) in shares {
+                write!(f, " {share:+.2} {name}")?;
+            }
+            writeln!(f, " (in units of each one's own effect)")?;
+        }
+        for (j, b) in self.estimates.iter().enumerate() {
+            for (i, a) in self.estimates.iter().enumerate().take(j) {
+                let correlation = self.correlation.get((i, j)).copied().unwrap_or(f64::NAN);
+                if correlation.abs() > 0.9 {
+                    let (a, b) = (a.parameter.name, b.parameter.name);
+                    writeln!(f, "correlated: {a} and {b}, {correlation:+.3}")?;
+                }
+            }
+        }
+        self.remarks.iter().try_for_each(|remark| writeln!(f, "{remark}"))?;
+        let unexplained = |remark: &&Remark| matches!(remark, Remark::Unexplained { .. });
+        if self.remarks.iter().filter(unexplained).count() > 1 {
+            writeln!(
+                f,
+                "one wrong log spoils the fit of all: fit each log alone to see which it is"
+            )?;
+        }
+        let [rmse, mean, largest] = [self.rmse, self.mean, self.largest].map(Number);
+        let Self { rows, effective_rows, neighbour_correlation, .. } = self;
+        write!(f, "residuals: rmse {rmse:.5}, mean {mean:.5}, largest {largest:.5}; {rows} rows ")?;
+        write!(f, "worth {effective_rows:.0} independent ones ")?;
+        writeln!(f, "(correlation of neighbours {neighbour_correlation:.2})")?;
+        write!(f, "{}, {} iterations", self.outcome, self.iterations)
+    }
+}

@@ -1,0 +1,98 @@
+//! What is fitted: residuals as a function of a few parameters, in any scalar.
+
+use bristle::{ParameterError, Scalar};
+
+/// A parameter to be found: its name, its bounds, and where the search starts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Name.
+    pub name: &'static str,
+    /// Unit, empty for a pure number.
+    pub unit: &'static str,
+    /// Where the search starts.
+    pub start: f64,
+    /// Lower bound, finite; positive on a logarithmic scale.
+    pub least: f64,
+    /// Upper bound, finite.
+    pub most: f64,
+    /// Typical magnitude, positive: the unit in which the value is searched. `None` searches the
+    /// logarithm of the value: for a positive quantity whose magnitude is known roughly.
+    pub typical: Option<f64>,
+}
+
+impl Parameter {
+    /// A positive parameter on a logarithmic scale, with bounds at a factor below and above its
+    /// start.
+    pub fn positive(name: &'static str, unit: &'static str, start: f64, factor: f64) -> Self {
+        let (least, most) = (start / factor, start * factor);
+        Self { name, unit, start, least, most, typical: None }
+    }
+
+    /// The search variable of a value.
+    pub(super) fn coordinate(&self, value: f64) -> f64 {
+        self.typical.map_or_else(|| value.ln(), |typical| value / typical)
+    }
+}
+
+/// The nearest value within bounds. Unlike `clamp`, it lets NaN through, for the search to refuse
+/// it by name, and does not panic at bounds in the wrong order.
+pub(super) fn within<T: Scalar>(value: T, least: T, most: T) -> T {
+    if value < least {
+        least
+    } else if value > most {
+        most
+    } else {
+        value
+    }
+}
+
+/// Residuals of a model with N parameters, generic over the scalar so that dual numbers can
+/// differentiate them.
+///
+/// [`least_squares`](super::least_squares) minimises Σ r². For friction along a log implement
+/// [`Candidate`](super::Candidate) instead.
+///
+/// ```
+/// use bristle_identify as identify;
+/// use bristle_identify::{Parameter, Residuals, Settings};
+/// use bristle::{ParameterError, Scalar};
+/// use core::ops::ControlFlow;
+///
+/// /// y = a e^(−b x), measured at three places.
+/// struct Decay;
+///
+/// impl Residuals<2> for Decay {
+///     fn evaluate<T: Scalar>(
+///         &self,
+///         &[a, b]: &[T; 2],
+///         each: &mut impl FnMut(T),
+///     ) -> Result<(), ParameterError> {
+///         for (x, y) in [(0.0, 2.0), (1.0, 1.0), (2.0, 0.5)] {
+///             let [x, y]: [T; 2] = [x, y].map(nalgebra::convert);
+///             each(a * (-b * x).exp() - y);
+///         }
+///         Ok(())
+///     }
+/// }
+///
+/// let mut go_on = |_: &identify::Progress<'_>| ControlFlow::Continue(());
+/// let parameters =
+///     [Parameter::positive("a", "", 1.0, 1e3), Parameter::positive("b", "1/s", 1.0, 1e3)];
+/// let fit = identify::least_squares(&Decay, parameters, &Settings::default(), &mut go_on)?;
+/// let [a, b] = fit.array();
+/// assert!((a - 2.0).abs() < 1e-6 && (b - 2_f64.ln()).abs() < 1e-6);
+/// # Ok::<(), ParameterError>(())
+/// ```
+pub trait Residuals<const N: usize> {
+    /// Passes every residual to `each`, always the same number in the same order. The standard
+    /// errors need the order of time, if there is one.
+    ///
+    /// # Errors
+    ///
+    /// Parameters that the model refuses. The search then takes a shorter step.
+    fn evaluate<T: Scalar>(
+        &self,
+        values: &[T; N],
+        each: &mut impl FnMut(T),
+    ) -> Result<(), ParameterError>;
+}

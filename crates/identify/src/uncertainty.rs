@@ -1,0 +1,288 @@
+//! How well the data determine the parameters at the best fit.
+
+use alloc::collections::VecDeque;
+use alloc::vec::Vec;
+
+use nalgebra::DMatrix;
+
+use super::least_squares::NOTICEABLE;
+use super::log::pairs;
+use super::problem::{Objective, Point, Problem, Rows};
+use super::residuals::{Parameter, within};
+use super::{Estimate, Fit, Identifiability, Outcome, Remark};
+
+/// Singular values of the scaled sensitivities below this share of the largest have no effect: √ε,
+/// with which half of the digits are left.
+const SINGULAR: f64 = 1.5e-8;
+
+/// A parameter with this share of a direction without effect is undetermined. Smaller shares come
+/// from rounding, and from parameters that nearly make up for one another.
+const SHARE: f64 = 0.03;
+
+/// Movement of a search variable along its own gradient that is rounding, whatever it changes.
+const SETTLED: f64 = 1e-6;
+
+/// The fit at a point, with its standard errors.
+pub(super) fn assess<R: Objective>(
+    problem: &Problem<'_, R>,
+    point: &Point,
+    outcome: Outcome,
+    iterations: usize,
+) -> Fit {
+    let width = problem.parameters.len();
+    let (all, dropped) = problem.rows(point).up_to(problem.residuals.largest_gradient());
+    let smooth = all.finite;
+    let triangle = all.linear();
+    let residuals = &all.residuals;
+    let rows = residuals.len();
+    let count = rows.max(1) as f64;
+    let mean = residuals.iter().sum::<f64>() / count;
+    let deviations: Vec<f64> = residuals.iter().map(|r| r - mean).collect();
+    let squares: f64 = deviations.iter().map(|d| d * d).sum();
+    let next: f64 = pairs(&deviations).map(|(a, b)| a * b).sum();
+    let cost: f64 = residuals.iter().map(|r| r * r).sum();
+    let rmse = (cost / count).sqrt();
+    let time = correlation_time(deviations).max(1.0);
+    // Bartlett's weights lose about (correlation time)/window of the variance: a tenth.
+    let window = ((10.0 * time) as usize).clamp(1, (rows / 10).max(1));
+    let descent = triangle.gradient();
+    let resting = problem.resting(point, &descent);
+    let free: Vec<bool> = resting.iter().map(Option::is_none).collect();
+
+    // The pseudo-inverse of JᵀJ over the free parameters, and the directions that it leaves out.
+    let norms = triangle.column_norms();
+    let directions = if smooth { triangle.directions(&free) } else { Vec::new() };
+    let largest = directions.first().map_or(0.0, |d| d.0);
+    let mut inverse = DMatrix::<f64>::zeros(width, width);
+    // Without directions the sensitivities are not finite or all zero, and determine no parameter.
+    let mut undetermined: Vec<bool> = (free.iter().zip(&norms))
+        .map(|(&free, &norm)| free && (directions.is_empty() || !(norm > 0.0)))
+        .collect();
+    let mut weak = Vec::new();
+    for (value, direction) in &directions {
+        if *value > SINGULAR * largest {
+            // A column of zeros has no share in any direction.
+            let unscaled =
+                direction.zip_map(&norms, |x, norm| if norm > 0.0 { x / norm } else { x });
+            inverse += &unscaled * unscaled.transpose() / (value * value);
+            continue;
+        }
+        let names = problem.parameters.iter().map(|parameter| parameter.name);
+        let mut shares = Vec::new();
+        for ((name, flag), &share) in names.zip(&mut undetermined).zip(direction.iter()) {
+            if share.abs() > SHARE {
+                *flag = true;
+                shares.push((name, share));
+            }
+        }
+        shares.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+        weak.push(shares);
+    }
+
+    // A parameter that could still go down its gradient, noticeably.
+    let goes_on = |((&gradient, &norm), &free): ((&f64, &f64), &bool)| {
+        let share = gradient * gradient / (norm * norm * cost);
+        free && share > NOTICEABLE && gradient.abs() > SETTLED * norm * norm
+    };
+    let stalled = descent.iter().zip(&norms).zip(&free).any(goes_on);
+    let outcome = match outcome {
+        Outcome::Converged if stalled => Outcome::Stalled,
+        other => other,
+    };
+
+    let known = smooth && rows > width;
+    let correction = if known { count / (rows - width) as f64 } else { 1.0 };
+    let covariance = &inverse * scores(&all, width, window) * &inverse * correction;
+    // Rounding leaves the product of three symmetric matrices slightly unsymmetric.
+    let covariance = (&covariance + covariance.transpose()) * 0.5;
+    // Where few rows determine a parameter, the sum over scores is uncertain, and too small on
+    // average.
+    let variance = rmse * rmse * time * correction;
+    // `max` alone would turn NaN into zero.
+    let root =
+        |square: f64| if square.is_finite() { square.max(0.0).sqrt() } else { f64::INFINITY };
+    let spread = |i: usize| root(covariance[(i, i)]);
+    let correlation = DMatrix::from_fn(width, width, |i, j| {
+        let scale = spread(i) * spread(j);
+        let sound = known && scale > 0.0 && scale.is_finite();
+        if i == j {
+            1.0
+        } else if sound && !undetermined[i] && !undetermined[j] {
+            within(covariance[(i, j)] / scale, -1.0, 1.0)
+        } else {
+            f64::NAN
+        }
+    });
+    let values = problem.values(point);
+    let slopes = problem.slopes(&values);
+    let estimate = |i: usize, parameter: &Parameter| {
+        let value = values[i];
+        let (verdict, standard_error) = match resting[i] {
+            Some(rests) => (rests, f64::NAN),
+            None if undetermined[i] || !smooth => (Identifiability::Undetermined, f64::INFINITY),
+            None => {
+                let error = spread(i).max(root(variance * inverse[(i, i)])) * slopes[i];
+                let error = if known { error } else { f64::INFINITY };
+                let clear = error <= value.abs();
+                let uncertain = Identifiability::Uncertain;
+                (if clear { Identifiability::Determined } else { uncertain }, error)
+            }
+        };
+        Estimate { parameter: *parameter, log: None, value, standard_error, verdict }
+    };
+    Fit {
+        estimates: problem.parameters.iter().enumerate().map(|(i, p)| estimate(i, p)).collect(),
+        correlation,
+        rows,
+        rmse,
+        mean,
+        largest: residuals.iter().fold(0.0, |most, r| f64::max(most, r.abs())),
+        neighbour_correlation: if squares > 0.0 { next / squares } else { 0.0 },
+        effective_rows: rows as f64 / time,
+        window,
+        weak,
+        remarks: if dropped > 0 {
+            alloc::vec![Remark::RowsTooSensitive { rows: dropped }]
+        } else {
+            Vec::new()
+        },
+        outcome,
+        iterations,
+    }
+}
+
+/// Lags that are summed row by row: enough for a correlation time of 400 rows, and for every log of
+/// up to 20 000 rows.
+const LAGS: usize = 2000;
+
+/// Rows in a block, where more lags are needed.
+const BLOCK: usize = 10;
+
+/// τ = 1 + 2 Σ ρ of deviations from their mean, summed to five τ (Sokal's window), at most over a
+/// tenth of the rows.
+///
+/// Where 2000 lags do not suffice, the deviations are averaged in blocks of ten. The mean of the
+/// blocks has the variance of the mean of the rows, τ σ²/n = τ_b σ_b²/(n/10). The time needed
+/// therefore grows with the number of rows, not with its square.
+fn correlation_time(mut deviations: Vec<f64>) -> f64 {
+    let mut factor = 1.0;
+    loop {
+        let variance: f64 = deviations.iter().map(|d| d * d).sum();
+        if !(variance > 0.0) {
+            return factor;
+        }
+        let longest = (deviations.len() / 10).max(1);
+        let (mut time, mut lag) = (1.0_f64, 0);
+        while lag < longest.min(LAGS) && (lag as f64) < 5.0 * time {
+            lag += 1;
+            let pairs = deviations.iter().zip(deviations.iter().skip(lag));
+            time += 2.0 * pairs.map(|(a, b)| a * b).sum::<f64>() / variance;
+        }
+        if lag == longest || !((lag as f64) < 5.0 * time) {
+            return factor * time;
+        }
+        let rows = deviations.len() as f64;
+        let mean = |block: &[f64]| block.iter().sum::<f64>() / BLOCK as f64;
+        deviations = deviations.chunks_exact(BLOCK).map(mean).collect();
+        let of_blocks: f64 = deviations.iter().map(|d| d * d).sum();
+        // A variance is the sum of squares over its number.
+        factor *= BLOCK as f64 * (of_blocks / deviations.len() as f64) / (variance / rows);
+    }
+}
+
+/// Newey and West's Σ Σ w(s − t) gₜ gₛᵀ with gₜ = Jₜᵀ rₜ and Bartlett's weights 1 − |lag|/window.
+///
+/// It equals the mean of the squares of all sums of `window` consecutive scores, which needs memory
+/// for one window only.
+fn scores(rows: &Rows, width: usize, window: usize) -> DMatrix<f64> {
+    let mut recent: VecDeque<Point> = VecDeque::with_capacity(window);
+    let mut sum = Point::zeros(width);
+    let mut meat = DMatrix::<f64>::zeros(width, width);
+    let mut add = |score: Point| {
+        if recent.len() == window
+            && let Some(oldest) = recent.pop_front()
+        {
+            sum -= oldest;
+        }
+        sum += &score;
+        recent.push_back(score);
+        meat.ger(1.0, &sum, &sum, 1.0);
+    };
+    rows.iter().for_each(|(residual, gradient)| add(gradient * residual));
+    (1..window).for_each(|_| add(Point::zeros(width)));
+    meat / window as f64
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+
+    /// Residuals x − k, and one that hardly any x can explain.
+    struct Exploding(f64);
+
+    impl Objective for Exploding {
+        fn evaluate<T: bristle::Scalar>(
+            &self,
+            values: &[T],
+            each: &mut impl FnMut(T),
+        ) -> Result<(), bristle::ParameterError> {
+            let lit = bristle::scalar::lit::<T>;
+            let [x, y] = [0, 1].map(|i| values.get(i).copied().unwrap_or_else(T::zero));
+            (0..30).for_each(|k| each(x + y * lit(f64::from(k)) - lit(f64::from(k % 7))));
+            each((x - lit(3.0)) * lit(1e12));
+            Ok(())
+        }
+
+        fn largest_gradient(&self) -> f64 {
+            self.0
+        }
+    }
+
+    #[test]
+    fn a_row_with_an_exploded_gradient_says_nothing_of_the_accuracy() {
+        let parameter = |name, start| Parameter {
+            name,
+            unit: "",
+            start,
+            least: -10.0,
+            most: 10.0,
+            typical: Some(1.0),
+        };
+        let parameters = [parameter("x", 3.0), parameter("y", 0.01)];
+        let assessed = |largest| {
+            let exploding = Exploding(largest);
+            let problem = Problem::new(&exploding, &parameters).unwrap();
+            assess(&problem, &problem.start(), Outcome::IterationLimit, 0)
+        };
+        // Beside 10¹² the others fall below half of the digits.
+        let (all, kept) = (assessed(f64::INFINITY), assessed(1e6));
+        assert!((all.rows, kept.rows) == (31, 30), "{all} {kept}");
+        assert!(all.remarks.is_empty());
+        assert_eq!(kept.remarks, [Remark::RowsTooSensitive { rows: 1 }]);
+        // σ/√n of the mean of 30 numbers between −3 and 3, and a slope beside it.
+        let error = kept.estimates[0].standard_error;
+        assert!(error > 0.1 && error < 2.0, "{kept}");
+        assert!(all.estimates[0].standard_error < 1e-6, "{all}");
+    }
+
+    #[test]
+    fn rows_repeated_ten_times_correlate_for_ten_times_as_many() {
+        // An autoregressive process of correlation time (1 + φ)/(1 − φ) = 66 rows, driven by
+        // uniform noise from a congruential generator.
+        let (mut state, mut value) = (1_u32, 0.0);
+        let once: Vec<f64> = (0..2100)
+            .map(|_| {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                value = 0.97 * value + f64::from(state) / f64::from(u32::MAX) - 0.5;
+                value
+            })
+            .collect();
+        let repeated: Vec<f64> = once.iter().flat_map(|&row| [row; BLOCK]).collect();
+        // 2000 lags do not reach five times 660 rows; the blocks are the rows before repetition.
+        let (one, ten) = (correlation_time(once), correlation_time(repeated));
+        assert!(one > 0.2 * LAGS as f64 / BLOCK as f64, "{one}");
+        // Sums of 21 000 roundings.
+        assert!((ten / (BLOCK as f64 * one) - 1.0).abs() < 1e-9, "{ten} of {one}");
+    }
+}

@@ -1,0 +1,673 @@
+//! Identification of a joint from logs of drive and position: what is known comes back, the
+//! simplest sufficient model is named, and bad logs are refused or marked.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::ops::ControlFlow;
+
+use bristle::signal::Function;
+use bristle::{Dahl, DahlParameters, ParameterError};
+use bristle_identify::mechanism::{
+    self, Comparison, Drive, DriveLog, DriveLogParameters, Friction, Joint, JointFit, KnownLoad,
+    Loss, Progress, Scores, Settings, Term,
+};
+use bristle_identify::{Estimate, Identifiability, Outcome, Remark};
+use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
+use bristle_joint::{
+    GearedJoint, GearedJointParameters, Gravity, JointState, PositionControl, VoltageMotor,
+    VoltageMotorParameters,
+};
+use bristle_specimens::draw::Draw;
+
+/// The joint of the synthetic logs, with a breakaway distance 1/σ0 of eleven encoder counts.
+const INERTIA: f64 = 0.01; // kg m²
+const DRAG: f64 = 0.02; // N m s/rad
+const GRAVITY: f64 = 0.6; // N m
+const LOAD: TorqueLoadParameters<f64> =
+    TorqueLoadParameters { idle_load: 0.08, motor_share: 0.2, external_share: 0.1 };
+const STIFFNESS: f64 = 60.0; // 1/rad
+const TORQUE_CONSTANT: f64 = 0.5; // N m/A
+const RESISTANCE: f64 = 3.0; // Ω
+const NAMES: [&str; 7] = [
+    "inertia",
+    "drag",
+    "gravity_torque",
+    "coulomb_torque",
+    "motor_load_factor",
+    "external_load_factor",
+    "micro_stiffness",
+];
+const TRUTH: [f64; 7] =
+    [INERTIA, DRAG, GRAVITY, LOAD.idle_load, LOAD.motor_share, LOAD.external_share, STIFFNESS];
+
+/// Columns of a log.
+#[derive(Clone)]
+struct Columns {
+    time: Vec<f64>,
+    position: Vec<f64>,
+    drive: Vec<f64>,
+}
+
+impl Columns {
+    fn voltage(&self) -> Result<DriveLog, ParameterError> {
+        let drive = Drive::Voltage(&self.drive);
+        DriveLog::new(DriveLogParameters::new(&self.time, &self.position, drive))
+    }
+
+    fn torque(&self) -> Result<DriveLog, ParameterError> {
+        let drive = Drive::Torque(&self.drive);
+        DriveLog::new(DriveLogParameters::new(&self.time, &self.position, drive))
+    }
+}
+
+/// Three and a half seconds at 200 Hz, half a second of them at rest, by steps of 0.5 ms: an
+/// encoder of 4096 counts and a voltage with noise of 1 %.
+fn run(load: TorqueLoadParameters<f64>, gravity: f64, seed: u64, noisy: bool) -> Columns {
+    let mut draw = Draw(1000 + 77 * seed);
+    (0..10).for_each(|_| _ = draw.next());
+    let phases: [f64; 3] = core::array::from_fn(|_| 6.3 * draw.next());
+    let voltage = move |t: f64| {
+        let t = (t - 0.5).max(0.0);
+        let fade = (2.0 * t).min(1.0);
+        let wave = |size: f64, rate: f64, phase: f64| size * (rate * t + phase).sin();
+        fade * (wave(3.0, 2.3, phases[0]) + wave(2.0, 5.1, phases[1]) + wave(1.0, 11.3, phases[2]))
+    };
+    let friction =
+        Dahl::new(DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: STIFFNESS }).unwrap();
+    let load = TorqueLoad::new(load).unwrap();
+    let gear = GearFrictionParameters { friction, load, drag: DRAG, fastest: 20.0 };
+    let motor = VoltageMotor::new(VoltageMotorParameters {
+        voltage: Function::new(move |t: f64| (voltage(t), 0.0), []),
+        torque_constant: TORQUE_CONSTANT,
+        resistance: RESISTANCE,
+        largest_voltage: None,
+        largest_current: None,
+    })
+    .unwrap();
+    let mut joint = GearedJoint::new(GearedJointParameters {
+        gear: GearFriction::new(gear).unwrap(),
+        inertia: INERTIA,
+        motor,
+        external: Gravity { horizontal_torque: gravity, hanging_angle: 0.0 },
+    })
+    .unwrap();
+    let count = core::f64::consts::TAU / 4096.0;
+    let mut columns = Columns { time: vec![], position: vec![], drive: vec![] };
+    let mut state = JointState::at_rest(0.0);
+    for step in 0..7000 {
+        if step % 10 == 0 {
+            let angle = state.angle;
+            columns.time.push(state.time);
+            columns.position.push(if noisy { (angle / count).round() * count } else { angle });
+            columns.drive.push(voltage(state.time) + if noisy { 0.03 * draw.gauss() } else { 0.0 });
+        }
+        state = joint.step(&state, 5e-4).unwrap().0;
+    }
+    columns
+}
+
+fn logs(seed: u64, noisy: bool) -> [DriveLog; 3] {
+    core::array::from_fn(|i| run(LOAD, GRAVITY, 10 * seed + i as u64, noisy).voltage().unwrap())
+}
+
+fn pendulum() -> Joint {
+    Joint::new()
+        .with(Term::Gravity)
+        .known("torque_constant", TORQUE_CONSTANT)
+        .known("resistance", RESISTANCE)
+}
+
+fn go_on(_: &Progress<'_>) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+fn dahl(joint: &Joint, logs: &[DriveLog]) -> Result<JointFit, ParameterError> {
+    let friction = Friction::dahl().loaded();
+    mechanism::fit(joint, &friction, logs, &[], &Settings::default(), &mut go_on)
+}
+
+#[test]
+fn without_noise_every_parameter_comes_back() {
+    let found = dahl(&pendulum(), &logs(3, false)).unwrap();
+    assert_eq!(found.fit.outcome, Outcome::Converged, "{found}");
+    for (name, truth) in NAMES.into_iter().zip(TRUTH) {
+        // The steps of 1 ms are twice those of the log, and of second order.
+        let ratio = found.value(name).unwrap() / truth;
+        assert!((ratio - 1.0).abs() < 0.03, "{name} {ratio}\n{found}");
+    }
+    assert!(found.gradient_runs <= 100, "{found}");
+}
+
+/// How many of so many seeds lie within three standard errors, for each parameter.
+fn covered(seeds: u64) -> [usize; 7] {
+    let mut within = [0; 7];
+    for seed in 0..seeds {
+        let found = dahl(&pendulum(), &logs(seed, true)[..2]).unwrap();
+        for ((within, name), truth) in within.iter_mut().zip(NAMES).zip(TRUTH) {
+            let estimate = found.fit.estimate(name).unwrap();
+            if (estimate.value - truth).abs() < 3.0 * estimate.standard_error {
+                *within += 1;
+            }
+        }
+    }
+    within
+}
+
+/// Candidates from the simplest to one that is richer than the truth.
+fn compared(seed: u64) -> Comparison {
+    let candidates = [
+        Friction::coulomb(),
+        Friction::dahl(),
+        Friction::coulomb().loaded(),
+        Friction::dahl().loaded(),
+        Friction::frbd().loaded(),
+    ];
+    let [one, two, held_out] = logs(seed, true);
+    let (joint, settings) = (pendulum(), Settings::default());
+    mechanism::compare(&joint, &candidates, &[one, two], &[held_out], &settings, &mut go_on)
+        .unwrap()
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn estimates_lie_within_three_standard_errors() {
+    // Of four Gaussian errors one beyond three deviations has a chance of 1 %.
+    let within = covered(4);
+    assert!(within.iter().all(|&count| count >= 3), "{within:?}");
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn the_simplest_sufficient_model_is_named() {
+    let found = compared(1);
+    assert_eq!(found.named().unwrap().friction, Friction::dahl().loaded(), "{found}");
+    // A richer candidate is started from the simpler one, too, and explains no less.
+    let error = |i: usize| found.fits[i].fitted.simulated.rmse;
+    assert!(error(3) < error(2) && error(3) < error(1) && error(4) < 1.02 * error(3), "{found}");
+    let text = found.to_string();
+    assert!(text.contains("simplest") && text.contains("held out"), "{text}");
+}
+
+#[test]
+#[ignore = "minutes; run in release"]
+fn of_200_seeds_95_percent_are_within_three_standard_errors_and_90_percent_well_named() {
+    let within = covered(200);
+    println!("within three standard errors, of 200: {within:?}");
+    let named = (0..200)
+        .filter(|&seed| compared(seed).named().unwrap().friction == Friction::dahl().loaded())
+        .count();
+    println!("simplest sufficient model named: {named} of 200");
+    assert!(within.iter().all(|&count| count >= 190) && named >= 180);
+}
+
+/// A servo that follows a goal: its controller is closed around the simulated position.
+#[test]
+fn a_servo_is_identified_from_its_goal() {
+    let goal = |t: f64| 0.8 * (3.0 * t).sin() + 0.3 * (7.0 * t).sin();
+    let slope = |t: f64| 2.4 * (3.0 * t).cos() + 2.1 * (7.0 * t).cos();
+    let friction =
+        Dahl::new(DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 100.0 }).unwrap();
+    let load = TorqueLoad::new(LOAD).unwrap();
+    let gear = GearFrictionParameters { friction, load, drag: DRAG, fastest: 20.0 };
+    let voltage = PositionControl {
+        reference: Function::new(move |t: f64| (goal(t), slope(t)), []),
+        proportional_gain: 7.0 * 2.5,
+        derivative_gain: 0.0,
+    };
+    let motor = VoltageMotor::new(VoltageMotorParameters {
+        voltage,
+        torque_constant: TORQUE_CONSTANT,
+        resistance: RESISTANCE,
+        largest_voltage: Some(7.0),
+        largest_current: None,
+    });
+    let mut joint = GearedJoint::new(GearedJointParameters {
+        gear: GearFriction::new(gear).unwrap(),
+        inertia: INERTIA,
+        motor: motor.unwrap(),
+        external: Gravity { horizontal_torque: GRAVITY, hanging_angle: 0.05 },
+    })
+    .unwrap();
+    let mut columns = Columns { time: vec![], position: vec![], drive: vec![] };
+    let mut state = JointState::at_rest(0.0);
+    for step in 0..8000 {
+        if step % 10 == 0 {
+            columns.time.push(state.time);
+            columns.position.push(state.angle);
+            columns.drive.push(goal(state.time));
+        }
+        state = joint.step(&state, 5e-4).unwrap().0;
+    }
+    let supply = vec![7.0; columns.time.len()];
+    let drive = Drive::Duty { goal: &columns.drive, gain: 2.5, supply: &supply };
+    let load = KnownLoad { inertia: 0.004, gravity_torque: 0.1 };
+    let new = DriveLogParameters::new(&columns.time, &columns.position, drive);
+    let log = DriveLog::new(DriveLogParameters { load, ..new }).unwrap();
+    // What is known of the load is not found again; torque constant and gravity are known.
+    let joint = Joint::new()
+        .with(Term::Gravity)
+        .known("gravity_torque", GRAVITY - 0.1)
+        .known("resistance", RESISTANCE)
+        .start("torque_constant", 0.8 * TORQUE_CONSTANT)
+        .known("drag", DRAG);
+    let found = dahl(&joint, core::slice::from_ref(&log)).unwrap();
+    for (name, truth) in [
+        ("inertia", INERTIA - 0.004),
+        ("torque_constant", TORQUE_CONSTANT),
+        ("hanging_angle", 0.05),
+        ("coulomb_torque", LOAD.idle_load),
+        ("motor_load_factor", LOAD.motor_share),
+    ] {
+        // As above.
+        let ratio = found.value(name).unwrap() / truth;
+        assert!((ratio - 1.0).abs() < 0.05, "{name} {ratio}\n{found}");
+    }
+    let positions = found.simulate(&log).unwrap();
+    let error = positions.iter().zip(log.positions()).map(|(a, b)| (a - b).abs());
+    assert!(error.fold(0.0, f64::max) < 5e-3, "{found}");
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn a_parameter_of_each_log_has_as_many_values() {
+    let mut logs = logs(2, false).to_vec();
+    logs.truncate(2);
+    let joint = pendulum().of_each_log("hanging_angle");
+    let found = dahl(&joint, &logs).unwrap();
+    let ours = found.fit.estimates.iter().filter(|e| e.parameter.name == "hanging_angle");
+    assert_eq!(ours.map(|e| e.log).collect::<Vec<_>>(), [Some(0), Some(1)]);
+    assert!(found.value("hanging_angle").unwrap().abs() < 1e-2, "{found}");
+    assert!(found.to_string().contains("hanging_angle[1]"), "{found}");
+}
+
+#[test]
+fn a_stopped_search_returns_the_best_so_far() {
+    let logs = logs(1, true);
+    let mut left = 3;
+    let mut stop = |_: &Progress<'_>| {
+        left -= 1;
+        if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let friction = Friction::dahl().loaded();
+    let settings = Settings::default();
+    let found =
+        mechanism::fit(&pendulum(), &friction, &logs, &logs[..1], &settings, &mut stop).unwrap();
+    assert_eq!(found.fit.outcome, Outcome::Stopped, "{found}");
+    assert_eq!(found.horizon, 0.0);
+    assert!(found.fitted.simulated.rmse.is_finite() && found.held_out.is_some(), "{found}");
+    assert!((found.value("inertia").unwrap() / INERTIA - 1.0).abs() < 0.5, "{found}");
+}
+
+#[test]
+fn one_load_does_not_tell_the_factors_of_the_load() {
+    let log = run(LOAD, 0.0, 5, true).voltage().unwrap();
+    let joint =
+        Joint::new().known("torque_constant", TORQUE_CONSTANT).known("resistance", RESISTANCE);
+    let found = dahl(&joint, &[log]).unwrap();
+    assert_eq!(found.fit.remarks, [Remark::NoExternalTorque], "{found}");
+    assert!(found.to_string().contains("a `Term` missing?"), "{found}");
+    for name in ["motor_load_factor", "external_load_factor"] {
+        let estimate = found.fit.estimate(name).unwrap();
+        assert_eq!(estimate.verdict, Identifiability::Undetermined, "{found}");
+    }
+    assert!(!found.fit.is_determined());
+}
+
+#[test]
+fn one_load_is_marked_where_a_term_hardly_varies() {
+    let log = run(LOAD, 0.0, 5, true).voltage().unwrap();
+    let joint = pendulum().with(Term::Constant).known("gravity_torque", 1e-3);
+    let mut first = |_: &Progress<'_>| ControlFlow::Break(());
+    let friction = Friction::dahl().loaded();
+    let settings = Settings::default();
+    let found = mechanism::fit(&joint, &friction, &[log], &[], &settings, &mut first).unwrap();
+    assert_eq!(found.fit.remarks, [Remark::OneLoad], "{found}");
+}
+
+#[test]
+fn one_log_with_the_wrong_sign_is_named_and_nothing_is_determined_then() {
+    let short = Settings { horizons: vec![0.3], gradient_runs: 30, ..Settings::default() };
+    let fitted = |flipped: bool| {
+        let mut logs = [0, 1, 2].map(|i| run(LOAD, GRAVITY, 10 + i, false));
+        if flipped {
+            logs[1].drive.iter_mut().for_each(|u| *u = -*u);
+        }
+        let logs = logs.map(|columns| columns.voltage().unwrap());
+        mechanism::fit(&pendulum(), &Friction::coulomb(), &logs, &[], &short, &mut go_on).unwrap()
+    };
+    let unexplained = |remark: &Remark| matches!(remark, Remark::Unexplained { .. });
+    // Without its bristle and the load that grows, the model is wrong by much less.
+    let sound = fitted(false);
+    assert!(!sound.fit.remarks.iter().any(unexplained), "{sound}");
+    assert!(sound.fit.estimate("inertia").unwrap().verdict == Identifiability::Determined);
+
+    let found = fitted(true);
+    let text = found.to_string();
+    // All suffer from it; the worst comes first.
+    let worst = found.fit.remarks[0];
+    assert!(matches!(worst, Remark::Unexplained { log: 1, .. }), "{found}");
+    assert!(text.contains("THIS MODEL DOES NOT EXPLAIN THE LOG"), "{text}");
+    let several = found.fit.remarks.iter().filter(|remark| unexplained(remark)).count() > 1;
+    assert!(several && text.contains("fit each log alone"), "{text}");
+    assert!(!sound.to_string().contains("fit each log alone"), "{sound}");
+    let verdict = Identifiability::Determined;
+    assert!(found.fit.estimates.iter().all(|e| e.verdict != verdict), "{found}");
+    assert!(!found.fit.is_determined() && !text.contains(" determined"), "{text}");
+    // The errors of each log stand in a row of their own; together they are those of all.
+    let square = |scores: &Scores| scores.simulated.rmse.powi(2);
+    let mean = found.fitted_logs.iter().map(square).sum::<f64>() / 3.0;
+    assert!((mean / square(&found.fitted) - 1.0).abs() < 1e-9, "{found}");
+    assert!(text.contains("  log 1"), "{text}");
+}
+
+#[test]
+fn a_search_that_ends_early_names_the_setting_that_ended_it() {
+    let log = run(LOAD, GRAVITY, 1, true).voltage().unwrap();
+    let settings = Settings { gradient_runs: 8, ..Settings::default() };
+    let candidates = [Friction::coulomb()];
+    let logs = core::slice::from_ref(&log);
+    let found = mechanism::compare(&pendulum(), &candidates, logs, logs, &settings, &mut go_on);
+    let found = found.unwrap();
+    let fit = found.named().unwrap();
+    assert_eq!(fit.fit.outcome, Outcome::RunLimit, "{found}");
+    assert!(fit.gradient_runs <= 2 * 8, "{found}");
+    let text = found.to_string();
+    assert!(text.contains("gradient_runs used up: raise `Settings::gradient_runs`"), "{text}");
+    // The table says what was fitted.
+    let over = match fit.horizon {
+        f64::INFINITY => "whole logs",
+        0.0 => "torques",
+        _ => " s ",
+    };
+    let row = text.lines().nth(1).unwrap();
+    assert!(text.contains("fitted on") && row.contains(over), "{text}");
+}
+
+#[test]
+fn an_arm_that_drops_with_its_motor_open_tells_inertia_and_friction() {
+    let friction =
+        Dahl::new(DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 100.0 }).unwrap();
+    let gear = GearFrictionParameters { friction, load: 0.05, drag: DRAG, fastest: 20.0 };
+    let mut joint = GearedJoint::new(GearedJointParameters {
+        gear: GearFriction::new(gear).unwrap(),
+        inertia: INERTIA,
+        motor: 0.0,
+        external: Gravity { horizontal_torque: GRAVITY, hanging_angle: 0.0 },
+    })
+    .unwrap();
+    let mut state = JointState::at_rest(1.4);
+    let (mut time, mut position) = (vec![], vec![]);
+    for step in 0..4000 {
+        if step % 10 == 0 {
+            time.push(state.time);
+            position.push(state.angle);
+        }
+        state = joint.step(&state, 5e-4).unwrap().0;
+    }
+    // The voltage that the log shows is not at the motor.
+    let (voltage, enabled) = (vec![5.0; time.len()], vec![false; time.len()]);
+    let columns = DriveLogParameters {
+        enabled: Some(&enabled),
+        ..DriveLogParameters::new(&time, &position, Drive::Voltage(&voltage))
+    };
+    let joint = pendulum().known("gravity_torque", GRAVITY).known("hanging_angle", 0.0);
+    let logs = [DriveLog::new(columns).unwrap()];
+    let settings = Settings::default();
+    let found =
+        mechanism::fit(&joint, &Friction::dahl(), &logs, &[], &settings, &mut go_on).unwrap();
+    for (name, truth) in [("inertia", INERTIA), ("drag", DRAG), ("coulomb_torque", 0.05)] {
+        // The start of the fall, where the log begins, is smoothed from one side.
+        let ratio = found.value(name).unwrap() / truth;
+        assert!((ratio - 1.0).abs() < 0.05, "{name} {ratio}\n{found}");
+    }
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn a_measured_external_torque_loads_the_gear() {
+    let wave = |t: f64| 0.6 * (4.0 * t).sin();
+    let drive = |t: f64| 0.5 * (6.1 * t).sin() + 0.2 * (14.0 * t).sin();
+    let signal = |of: fn(f64) -> f64| Function::new(move |t: f64| (of(t), 0.0), []);
+    let friction =
+        Dahl::new(DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 100.0 }).unwrap();
+    let load = TorqueLoad::new(LOAD).unwrap();
+    let gear = GearFrictionParameters { friction, load, drag: DRAG, fastest: 20.0 };
+    let mut joint = GearedJoint::new(GearedJointParameters {
+        gear: GearFriction::new(gear).unwrap(),
+        inertia: INERTIA,
+        motor: signal(drive),
+        external: signal(wave),
+    })
+    .unwrap();
+    let mut state = JointState::at_rest(0.0);
+    let [mut time, mut position, mut velocity, mut current, mut external] =
+        core::array::from_fn(|_| vec![]);
+    for step in 0..8000 {
+        if step % 10 == 0 {
+            let columns = [&mut time, &mut position, &mut velocity, &mut current, &mut external];
+            let row = [
+                state.time,
+                state.angle,
+                state.velocity,
+                drive(state.time) / TORQUE_CONSTANT,
+                wave(state.time),
+            ];
+            columns.into_iter().zip(row).for_each(|(column, value)| column.push(value));
+        }
+        state = joint.step(&state, 5e-4).unwrap().0;
+    }
+    let columns = DriveLogParameters {
+        velocity: Some(&velocity),
+        external_torque: Some(&external),
+        ..DriveLogParameters::new(&time, &position, Drive::Current(&current))
+    };
+    let joint = Joint::new().known("torque_constant", TORQUE_CONSTANT);
+    let found = dahl(&joint, &[DriveLog::new(columns).unwrap()]).unwrap();
+    assert!(!found.fit.remarks.contains(&Remark::OneLoad), "{found}");
+    for (name, truth) in [
+        ("inertia", INERTIA),
+        ("coulomb_torque", LOAD.idle_load),
+        ("motor_load_factor", LOAD.motor_share),
+        ("external_load_factor", LOAD.external_share),
+    ] {
+        // As without noise above.
+        let ratio = found.value(name).unwrap() / truth;
+        assert!((ratio - 1.0).abs() < 0.03, "{name} {ratio}\n{found}");
+    }
+}
+
+#[test]
+fn segments_are_shortened_where_the_motion_is_too_sensitive() {
+    let log = run(LOAD, GRAVITY, 2, true).voltage().unwrap();
+    let settings = Settings { largest_sensitivity: 0.05, ..Settings::default() };
+    let friction = Friction::dahl().loaded();
+    let found = mechanism::fit(&pendulum(), &friction, &[log], &[], &settings, &mut go_on).unwrap();
+    assert!(found.horizon < 1.0, "{found}");
+    let shortened = |remark: &Remark| matches!(remark, Remark::Shortened { .. });
+    assert!(found.fit.remarks.iter().any(shortened), "{found}");
+    let text = found.to_string();
+    assert!(text.contains("TOO SENSITIVE") && text.contains("log too short"), "{found}");
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn a_robust_loss_ignores_positions_that_were_not_read() {
+    let mut columns = run(LOAD, GRAVITY, 2, true);
+    columns.position[450..500].fill(0.0);
+    let logs = [columns.voltage().unwrap()];
+    let off = |loss| {
+        let settings = Settings { loss, ..Settings::default() };
+        let friction = Friction::dahl().loaded();
+        let fit = mechanism::fit(&pendulum(), &friction, &logs, &[], &settings, &mut go_on);
+        let found = fit.unwrap();
+        let error = |name: &str, truth: f64| (found.value(name).unwrap() / truth - 1.0).abs();
+        error("inertia", INERTIA) + error("coulomb_torque", LOAD.idle_load)
+    };
+    let (squares, tukey, huber) = (off(Loss::Squares), off(Loss::Tukey), off(Loss::Huber));
+    // One row in fourteen reads nothing: Tukey's loss leaves it out, as far as the smoothed motion
+    // that everything starts from does.
+    let better = tukey < 0.1 && tukey < huber && huber < squares;
+    assert!(better, "{squares} {tukey} {huber}");
+}
+
+/// What is said of a log with a change.
+fn refused(change: impl FnOnce(&mut Columns)) -> String {
+    let mut columns = run(LOAD, GRAVITY, 1, false);
+    change(&mut columns);
+    match columns.voltage().and_then(|log| dahl(&pendulum(), &[log])) {
+        Ok(found) => panic!("{found}"),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn bad_logs_are_refused_with_column_row_and_rule() {
+    for (change, want) in [
+        ((|c| c.time[7] = c.time[6]) as fn(&mut Columns), "time[7] is 0.03"),
+        (|c| c.time.swap(3, 4), "time[4] is 0.015"),
+        (|c| c.drive[9] = f64::NAN, "voltage[9] is NaN, but must lie between -1e100 and 1e100"),
+        (|c| c.position[2] = f64::INFINITY, "position[2] is inf, but"),
+        (|c| c.position.fill(1.0), "position is 1, but must not stay there all along"),
+        (|c| c.drive.truncate(699), "there must be 700 rows of voltage, not 699"),
+        (|c| c.drive.iter_mut().for_each(|u| *u = -*u), "does the drive have the sign"),
+        // Only the back-EMF is left, which drives nothing.
+        (|c| c.drive.fill(0.0), "does the drive have the sign"),
+    ] {
+        let error = refused(change);
+        assert!(error.contains(want), "{error} / {want}");
+    }
+}
+
+#[test]
+fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
+    let log = run(LOAD, GRAVITY, 1, false).voltage().unwrap();
+    let error = |joint: Joint| dahl(&joint, core::slice::from_ref(&log)).unwrap_err().to_string();
+    let wrong = error(pendulum().known("inertai", 1.0));
+    assert!(wrong.ends_with(", not inertai"), "{wrong}");
+    let others = ["breakaway_excess", "stribeck_velocity", "backward_ratio", "micro_damping"];
+    let terms = ["offset_torque", "spring_rate", "hanging_angle", "duty_exponent"];
+    for name in NAMES.into_iter().chain(others).chain(terms) {
+        assert!(wrong.contains(name), "{name}: {wrong}");
+    }
+    // A name of a term that is not there.
+    let missing = error(pendulum().known("spring_rate", 1.0));
+    assert!(missing.contains("with Term::Spring") && missing.ends_with("spring_rate"), "{missing}");
+    let missing = error(Joint::new().known("resistance", 3.0));
+    assert_eq!(missing, "this drive takes a known or starting value of, not torque_constant");
+    let none =
+        mechanism::fit(&pendulum(), &Friction::dahl(), &[], &[], &Settings::default(), &mut go_on);
+    assert_eq!(none.unwrap_err().to_string(), "there must be at least 1 logs, not 0");
+    let held_out: [DriveLog; 0] = [];
+    let candidates = [Friction::dahl()];
+    let none = mechanism::compare(
+        &pendulum(),
+        &candidates,
+        core::slice::from_ref(&log),
+        &held_out,
+        &Settings::default(),
+        &mut go_on,
+    );
+    assert_eq!(none.unwrap_err().to_string(), "there must be at least 1 logs held out, not 0");
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn gaps_limits_and_degrees_are_marked() {
+    // Rows that are missing leave a gap; the parameters are found all the same.
+    let mut columns = run(LOAD, GRAVITY, 1, false);
+    for column in [&mut columns.time, &mut columns.position, &mut columns.drive] {
+        column.drain(300..340);
+    }
+    let found = dahl(&pendulum(), &[columns.voltage().unwrap()]).unwrap();
+    assert!(found.fit.remarks.contains(&Remark::Gaps { log: 0, count: 1 }), "{found}");
+    assert!((found.value("inertia").unwrap() / INERTIA - 1.0).abs() < 0.1, "{found}");
+    // A gap says nothing of the parameters.
+    let determined =
+        |e: &Estimate| matches!(e.verdict, Identifiability::Determined | Identifiability::Fixed);
+    let all = found.fit.estimates.iter().all(determined);
+    assert_eq!(found.fit.is_determined(), all, "{found}");
+
+    // A pendulum in degrees.
+    let mut columns = run(LOAD, GRAVITY, 1, false);
+    columns.position.iter_mut().for_each(|x| *x *= 57.3);
+    let log = columns.torque().unwrap();
+    let joint = Joint::new().with(Term::Gravity).start("inertia", 1e-3).start("drag", 1e-3);
+    match dahl(&joint, &[log]) {
+        Ok(found) => {
+            let marked = |remark: &Remark| matches!(remark, Remark::ManyTurns { log: 0, .. });
+            assert!(found.fit.remarks.iter().all(marked), "{found}");
+            assert_eq!(found.fit.remarks.len(), 1, "{found}");
+        }
+        Err(error) => assert!(error.to_string().contains("SI units?"), "{error}"),
+    }
+
+    let columns = run(LOAD, GRAVITY, 1, false);
+    let (goal, supply) = (vec![100.0; 700], vec![7.0; 700]);
+    let drive = Drive::Duty { goal: &goal, gain: 2.0, supply: &supply };
+    let log = DriveLogParameters::new(&columns.time, &columns.position, drive);
+    let mut first = |_: &Progress<'_>| ControlFlow::Break(());
+    let found = mechanism::fit(
+        &pendulum(),
+        &Friction::dahl(),
+        &[DriveLog::new(log).unwrap()],
+        &[],
+        &Settings::default(),
+        &mut first,
+    );
+    let remarks = found.map(|found| found.fit.remarks);
+    // Such a log contradicts the motion: what matters is that it is not fitted in silence.
+    assert!(remarks.is_err() || remarks.is_ok_and(|r| r.contains(&Remark::Saturated { log: 0 })));
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn a_log_of_torque_needs_no_constants_and_one_of_voltage_is_then_refused() {
+    let mut columns = run(LOAD, GRAVITY, 4, false);
+    let electric = columns.voltage().unwrap();
+    // The torque of the motor, from its voltage and the differences of the position.
+    for row in 1..699 {
+        let v = (columns.position[row + 1] - columns.position[row - 1]) / 0.01;
+        let current = (columns.drive[row] - TORQUE_CONSTANT * v) / RESISTANCE;
+        columns.drive[row] = TORQUE_CONSTANT * current;
+    }
+    let joint = Joint::new().with(Term::Gravity);
+    let found = dahl(&joint, &[columns.torque().unwrap()]).unwrap();
+    for (name, truth) in NAMES.into_iter().zip(TRUTH).take(4) {
+        // Differences over 10 ms.
+        let ratio = found.value(name).unwrap() / truth;
+        assert!((ratio - 1.0).abs() < 0.1, "{name} {ratio}\n{found}");
+    }
+    let error = found.simulate(&electric).unwrap_err().to_string();
+    assert_eq!(error, "this fit takes logs of torque, not an electric drive");
+}
+
+#[test]
+fn the_model_that_was_found_moves_like_the_log() {
+    let log = run(LOAD, GRAVITY, 6, false);
+    let found = dahl(&pendulum(), &[log.voltage().unwrap()]).unwrap();
+    let model = found.model().unwrap();
+    let gear = model.gear().unwrap();
+    assert_eq!(gear.drag(), found.value("drag").unwrap());
+    let load = gear.law().parameters();
+    assert_eq!(load.idle_load, found.value("coulomb_torque").unwrap());
+    assert_eq!(load.motor_share, found.value("motor_load_factor").unwrap());
+    assert_eq!(model.inertia, found.value("inertia").unwrap());
+    let gravity = model.gravity.unwrap();
+    assert!((gravity.horizontal_torque / GRAVITY - 1.0).abs() < 0.03, "{found}");
+}
+
+#[cfg(feature = "serde")]
+#[test]
+fn a_model_in_a_file_is_read_again() {
+    let log = run(LOAD, GRAVITY, 6, false);
+    let friction = Friction::frbd().loaded().directional();
+    let mut first = |_: &Progress<'_>| ControlFlow::Break(());
+    let settings = Settings::default();
+    let logs = [log.voltage().unwrap()];
+    let found = mechanism::fit(&pendulum(), &friction, &logs, &[], &settings, &mut first).unwrap();
+    let model = found.model().unwrap();
+    let text = toml::to_string(&model).unwrap();
+    let read: mechanism::JointModel = toml::from_str(&text).unwrap();
+    assert_eq!(toml::to_string(&read).unwrap(), text);
+    assert_eq!(format!("{:?}", read.gear().unwrap()), format!("{:?}", model.gear().unwrap()));
+}

@@ -1,0 +1,462 @@
+//! Friction of a gear: it grows with the torques through the gear, and differs between driving and
+//! being driven.
+//!
+//! p = p0 + |k_m τ_m − k_e τ_e|,  T = s p μ_b(v, z) + s_B B v
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | τ_m | motor torque, positive along v > 0 | N m |
+//! | τ_e | external torque, positive along v > 0: gravity and load, no inertia | N m |
+//! | v | angular velocity of the joint | rad/s |
+//! | z | deflection of the bristle | rad |
+//! | p | load of the gear: its normal force in units of torque | N m |
+//! | p0 | load of an idle gear: preload of teeth, seals and bearings | N m |
+//! | k_m, k_e | how much of the motor torque and of the external torque loads the gear | – |
+//! | μ_b | virtual friction coefficient of the model, see [`Bristle`] | – |
+//! | B | drag: viscous friction beside the load | N m s/rad |
+//! | s, s_B | scales of friction and drag, set while it runs: temperature, wear | – |
+//! | T | friction torque on the joint, against v > 0 | N m |
+//!
+//! Where motor and load pull against each other, as in lifting or holding, their parts of p add up.
+//! The load changes from step to step as [`Contact::reload`](bristle::Contact::reload) says, so that
+//! the friction is passive whatever the torques do. The scale s multiplies p and with it friction
+//! and stiffness alike: a change of s is a change of the load.
+//!
+//! Only the products p0 μ, k_m μ and k_e μ can be told from measurements: fix one of them, μ_d = 1
+//! or k_m = 1.
+//!
+//! # Driving and being driven
+//!
+//! In steady motion with friction coefficient μ and speed |v| the loss beside the load is
+//! c = s p0 μ + s_B B |v|. With μ for s μ:
+//!
+//! | | balance | efficiency |
+//! |---|---|---|
+//! | driving | τ_m (1 − μ k_m) = \|τ_e\| (1 + μ k_e) + c | \|τ_e\|/τ_m |
+//! | being driven, the motor brakes | \|τ_m\| (1 + μ k_m) = τ_e (1 − μ k_e) − c | \|τ_m\|/τ_e |
+//!
+//! From μ k_e ≥ 1 on no external torque moves the gear: it is *self-locking*. From μ k_m ≥ 1 on no
+//! motor torque moves it against a load: it jams. [`GearFriction::driving_torque`]
+//! and [`GearFriction::braking_torque`] solve the balances,
+//! [`GearFriction::audit`] prints them.
+//!
+//! Source: the load law covers the friction models M1 to M4 of G. Duclusaud, G. Passault, V.
+//! Padois, O. Ly, "Extended friction models for the physics simulation of servo actuators" (arXiv
+//! 2410.08650); the balances follow from it.
+
+use core::fmt::Debug;
+
+use bristle::companion::{Companion, CompanionStep, CompletedStep};
+use bristle::parameter::{self, ParameterError};
+use bristle::rheology::Deflection;
+use bristle::{Bristle, Scalar};
+
+/// The torques through a gear, positive along v > 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GearTorques<T> {
+    /// Motor torque τ_m [N m], at the joint.
+    pub motor: T,
+    /// External torque τ_e [N m]: gravity, load; no inertia.
+    pub external: T,
+}
+
+/// How the load of a gear follows from the torques through it. A number is a load that does not
+/// depend on them.
+///
+/// ```
+/// use bristle_joint::{GearTorques, LoadLaw};
+///
+/// /// The load grows with the square of the motor torque.
+/// #[derive(Debug, Clone)]
+/// struct Quadratic { base: f64, factor: f64 }
+///
+/// impl LoadLaw<f64> for Quadratic {
+///     fn load(&self, torques: GearTorques<f64>) -> f64 {
+///         self.base + self.factor * torques.motor * torques.motor
+///     }
+///
+///     fn slopes(&self, torques: GearTorques<f64>) -> GearTorques<f64> {
+///         GearTorques { motor: 2.0 * self.factor * torques.motor, external: 0.0 }
+///     }
+/// }
+/// ```
+pub trait LoadLaw<T: Scalar>: Debug + Clone {
+    /// The load p [N m]; zero or positive for every finite torque.
+    fn load(&self, torques: GearTorques<T>) -> T;
+
+    /// The derivatives ∂p/∂τ_m and ∂p/∂τ_e \[–\]; at a kink one of both sides. For simulations in
+    /// continuous time; steps do not need them.
+    fn slopes(&self, torques: GearTorques<T>) -> GearTorques<T>;
+}
+
+/// A load that does not depend on the torques.
+impl<T: Scalar> LoadLaw<T> for T {
+    #[inline]
+    fn load(&self, _torques: GearTorques<T>) -> T {
+        *self
+    }
+
+    #[inline]
+    fn slopes(&self, _torques: GearTorques<T>) -> GearTorques<T> {
+        GearTorques { motor: T::zero(), external: T::zero() }
+    }
+}
+
+/// Parameters of [`TorqueLoad`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct TorqueLoadParameters<T> {
+    /// Load p0 of an idle gear [N m], zero or positive.
+    ///
+    /// With zero the gear forgets its bristle whenever the torques cancel: the deflection jumps,
+    /// and [`ode::solve`](bristle::ode::solve) stops there. Steps pass it. A millionth of the other
+    /// loads is enough.
+    #[doc(alias = "p0")]
+    pub idle_load: T,
+    /// How much of the motor torque loads the gear, k_m \[–\], zero or positive.
+    #[doc(alias = "k_m")]
+    pub motor_share: T,
+    /// How much of the external torque loads the gear, k_e \[–\], zero or positive.
+    #[doc(alias = "k_e")]
+    pub external_share: T,
+}
+
+/// The load p = p0 + |k_m τ_m − k_e τ_e|.
+///
+/// ```
+/// use bristle_joint::{GearTorques, LoadLaw, TorqueLoad, TorqueLoadParameters};
+///
+/// let parameters =
+///     TorqueLoadParameters { idle_load: 2.0, motor_share: 1.0, external_share: 0.6 };
+/// let load = TorqueLoad::new(parameters)?;
+/// // Lifting: motor and load pull against each other.
+/// assert_eq!(load.load(GearTorques { motor: 3.0, external: -5.0 }), 8.0);
+/// // Accelerating downwards they pull together.
+/// assert_eq!(load.load(GearTorques { motor: -3.0, external: -5.0 }), 2.0);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TorqueLoad<T> {
+    idle_load: T,
+    motor_share: T,
+    external_share: T,
+}
+
+impl<T: Scalar> TorqueLoad<T> {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a parameter that is negative or not finite.
+    pub fn new(parameters: TorqueLoadParameters<T>) -> Result<Self, ParameterError> {
+        let TorqueLoadParameters { idle_load, motor_share, external_share } = parameters;
+        Ok(Self {
+            idle_load: parameter::non_negative("idle_load", idle_load)?,
+            motor_share: parameter::non_negative("motor_share", motor_share)?,
+            external_share: parameter::non_negative("external_share", external_share)?,
+        })
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> TorqueLoadParameters<T> {
+        let Self { idle_load, motor_share, external_share } = *self;
+        TorqueLoadParameters { idle_load, motor_share, external_share }
+    }
+
+    /// k_m τ_m − k_e τ_e [N m], at whose zero the load has a kink.
+    #[inline]
+    pub fn difference(&self, torques: GearTorques<T>) -> T {
+        self.motor_share * torques.motor - self.external_share * torques.external
+    }
+}
+
+impl<T: Scalar> LoadLaw<T> for TorqueLoad<T> {
+    #[inline]
+    fn load(&self, torques: GearTorques<T>) -> T {
+        self.idle_load + self.difference(torques).abs()
+    }
+
+    #[inline]
+    fn slopes(&self, torques: GearTorques<T>) -> GearTorques<T> {
+        let Self { motor_share, external_share, .. } = *self;
+        if self.difference(torques) < T::zero() {
+            GearTorques { motor: -motor_share, external: external_share }
+        } else {
+            GearTorques { motor: motor_share, external: -external_share }
+        }
+    }
+}
+
+/// Parameters of [`GearFriction`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct GearFrictionParameters<T, M, L> {
+    /// Friction model, with angles: μ \[–\], σ0 [1/rad], σ1 and σ2 [s/rad], v_S [rad/s].
+    pub friction: M,
+    /// How the load follows from the torques: [`TorqueLoad`], a number, or a law of your own.
+    pub load: L,
+    /// Drag B [N m s/rad], zero or positive.
+    pub drag: T,
+    /// Speed [rad/s] up to which the deflection is limited, zero or positive, see
+    /// [`Contact::companion`](bristle::Contact::companion).
+    pub fastest: T,
+}
+
+/// The friction of a gear: a model under a load that follows the torques, and a drag.
+///
+/// Over one step it is a source and a damper, as a [`Companion`] is. A motor of
+/// 3 N m that lifts a load of 2 N m, in steps of 1 ms:
+///
+/// ```
+/// use bristle::companion::VelocityHistory;
+/// use bristle::curve::{Stribeck, StribeckParameters};
+/// use bristle_joint::{
+///     GearFriction, GearFrictionParameters, GearTorques, TorqueLoad, TorqueLoadParameters,
+/// };
+/// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+/// use bristle::FrBd;
+///
+/// let curve = Stribeck::new(StribeckParameters {
+///     static_coefficient: 0.15,
+///     dynamic_coefficient: 0.1,
+///     stribeck_velocity: 0.05, // rad/s
+///     stribeck_exponent: 1.0,
+///     viscous_friction: 0.0,
+/// })?;
+/// let bristle =
+///     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 300.0, micro_damping: 1.0 })?;
+/// let load = TorqueLoad::new(TorqueLoadParameters {
+///     idle_load: 2.0,
+///     motor_share: 1.0,
+///     external_share: 0.6,
+/// })?;
+/// let friction = FrBd::new(curve, bristle);
+/// let parameters = GearFrictionParameters { friction, load, drag: 0.05, fastest: 5.0 };
+/// let mut gear = GearFriction::new(parameters)?;
+///
+/// let (inertia, h) = (0.02, 1e-3); // kg m², s
+/// let (mut v, mut z, mut history) = (0.0, 0.0, VelocityHistory::new(0.0));
+/// for _ in 0..2000 {
+///     let torques = GearTorques { motor: 3.0, external: -2.0 }; // N m, at the middle of the step
+///     let step = gear.step(torques, history.predict(), z, h)?;
+///     // J (v₁ − v)/h = τ_m + τ_e − bias − damping v̄ with v₁ = 2 v̄ − v
+///     let momentum = 2.0 * inertia / h;
+///     let mean = (momentum * v + torques.motor + torques.external - step.bias())
+///         / (momentum + step.damping());
+///     (v, z) = (2.0 * mean - v, step.commit(mean).deflection);
+///     history.push(v);
+/// }
+/// // 3 − 2 = 0.1 (2 + 3 + 0.6 · 2) + 0.05 v
+/// assert!((v - 7.6_f64).abs() < 0.1);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+///
+/// An arm of n joints is one linear solve: add the dampings to the diagonal of its matrix and
+/// subtract the biases from its right-hand side (example `arm`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GearFriction<T, M, L> {
+    companion: Companion<T, M>,
+    law: L,
+    drag: T,
+    friction_scale: T,
+    drag_scale: T,
+}
+
+impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a drag or a fastest speed that is negative or not finite, and a law whose load
+    /// without torques is.
+    pub fn new(parameters: GearFrictionParameters<T, M, L>) -> Result<Self, ParameterError> {
+        let GearFrictionParameters { friction, load: law, drag, fastest } = parameters;
+        let zero = T::zero();
+        let idle = law.load(GearTorques { motor: zero, external: zero });
+        let idle = parameter::non_negative("load", idle)?;
+        Ok(Self {
+            companion: friction.under_load(idle)?.companion(fastest)?,
+            law,
+            drag: parameter::non_negative("drag", drag)?,
+            friction_scale: T::one(),
+            drag_scale: T::one(),
+        })
+    }
+
+    /// The parameters, without the scales.
+    pub fn parameters(&self) -> GearFrictionParameters<T, M, L> {
+        let (friction, load) = (self.model().clone(), self.law.clone());
+        GearFrictionParameters {
+            friction,
+            load,
+            drag: self.drag,
+            fastest: self.companion.fastest(),
+        }
+    }
+
+    /// The friction model.
+    pub fn model(&self) -> &M {
+        self.companion.contact().model()
+    }
+
+    /// The load law.
+    pub fn law(&self) -> &L {
+        &self.law
+    }
+
+    /// The load s p [N m] of the last step, to which the deflection belongs.
+    pub fn normal_force(&self) -> T {
+        self.companion.contact().normal_force()
+    }
+
+    /// The load s p [N m] under given torques.
+    #[inline]
+    pub fn load(&self, torques: GearTorques<T>) -> T {
+        self.friction_scale * self.law.load(torques)
+    }
+
+    /// The drag s_B B [N m s/rad].
+    #[inline]
+    pub fn drag(&self) -> T {
+        self.drag_scale * self.drag
+    }
+
+    /// The scale s of the friction \[–\].
+    pub fn friction_scale(&self) -> T {
+        self.friction_scale
+    }
+
+    /// The scale s_B of the drag \[–\].
+    pub fn drag_scale(&self) -> T {
+        self.drag_scale
+    }
+
+    /// Sets the scale s of the friction \[–\], zero or positive; 1 at the beginning. The next step
+    /// counts it as a change of the load.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a scale that is negative or not finite; nothing has changed.
+    #[inline]
+    pub fn set_friction_scale(&mut self, scale: T) -> Result<(), ParameterError> {
+        self.friction_scale = parameter::non_negative("friction_scale", scale)?;
+        Ok(())
+    }
+
+    /// Sets the scale s_B of the drag \[–\], zero or positive; 1 at the beginning.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a scale that is negative or not finite; nothing has changed.
+    #[inline]
+    pub fn set_drag_scale(&mut self, scale: T) -> Result<(), ParameterError> {
+        self.drag_scale = parameter::non_negative("drag_scale", scale)?;
+        Ok(())
+    }
+
+    /// The source and the damper that stand for friction and drag over a step of length h ≥ 0
+    /// \[s\], from the torques and a velocity v\* [rad/s] predicted for its middle and a deflection
+    /// \[rad\]. NaN for h < 0.
+    ///
+    /// # Errors
+    ///
+    /// Refuses torques whose load is negative or not finite; nothing has changed.
+    #[inline]
+    pub fn step(
+        &mut self,
+        torques: GearTorques<T>,
+        predicted_velocity: T,
+        deflection: M::Deflection,
+        duration: T,
+    ) -> Result<GearStep<T, M::Deflection>, ParameterError> {
+        let load = self.load(torques);
+        let reloaded = self.companion.reload(load, deflection)?;
+        Ok(GearStep {
+            friction: self.companion.step(predicted_velocity, reloaded.deflection, duration),
+            drag: self.drag(),
+            duration,
+            left: reloaded.dissipated,
+        })
+    }
+}
+
+impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
+    /// s μ(v), p0 s μ + s_B B |v|.
+    fn loss(&self, velocity: T) -> (T, T) {
+        let coefficient = self.friction_scale * self.model().stationary_coefficient(velocity).abs();
+        let beside = coefficient * self.law.idle_load + self.drag() * velocity.abs();
+        (coefficient, beside)
+    }
+
+    /// The motor torque [N m] that drives the gear steadily at a velocity [rad/s] against an
+    /// external torque of so many N m; both without their signs. `None` for a gear that jams,
+    /// μ k_m ≥ 1.
+    pub fn driving_torque(&self, velocity: T, external_torque: T) -> Option<T> {
+        let (coefficient, beside) = self.loss(velocity);
+        let one = T::one();
+        let passed = one - coefficient * self.law.motor_share;
+        let needed = external_torque.abs() * (one + coefficient * self.law.external_share) + beside;
+        (passed > T::zero()).then(|| needed / passed)
+    }
+
+    /// The motor torque [N m] that brakes the gear while an external torque of so many N m drives
+    /// it steadily at a velocity [rad/s]; both without their signs. `None` where friction holds the
+    /// external torque: always for a self-locking gear, μ k_e ≥ 1.
+    pub fn braking_torque(&self, velocity: T, external_torque: T) -> Option<T> {
+        let (coefficient, beside) = self.loss(velocity);
+        let one = T::one();
+        let left = external_torque.abs() * (one - coefficient * self.law.external_share) - beside;
+        let braking = left / (one + coefficient * self.law.motor_share);
+        (braking >= T::zero()).then_some(braking)
+    }
+}
+
+/// Friction and drag of a gear over one step: mean torque = bias + damping·v̄.
+#[must_use]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GearStep<T: Scalar, D: Deflection<T> = T> {
+    friction: CompanionStep<T, D>,
+    drag: T,
+    duration: T,
+    /// Energy that left with the change of the load.
+    left: T,
+}
+
+impl<T: Scalar, D: Deflection<T>> GearStep<T, D> {
+    /// Mean friction torque [N m] if the mean velocity is zero.
+    #[inline]
+    pub fn bias(&self) -> T {
+        self.friction.bias()
+    }
+
+    /// Increase of the mean torque with the mean velocity [N m s/rad], zero or positive, with the
+    /// drag.
+    #[inline]
+    pub fn damping(&self) -> T {
+        self.friction.damping() + self.drag
+    }
+
+    /// Mean torque [N m] of friction and drag at a mean velocity v̄ [rad/s], against v̄ > 0.
+    #[inline]
+    pub fn torque(&self, mean_velocity: T) -> T {
+        self.bias() + self.damping() * mean_velocity
+    }
+
+    /// Ends the step with the mean velocity v̄ [rad/s] that the mechanism has found. The drag, and
+    /// the energy that left with the change of the load, are in the account.
+    #[inline]
+    pub fn commit(&self, mean_velocity: T) -> CompletedStep<T, D> {
+        let done = self.friction.commit(mean_velocity);
+        let drag = self.drag * mean_velocity;
+        let lost = drag * mean_velocity * self.duration;
+        CompletedStep {
+            force: done.force + drag,
+            work: done.work + lost,
+            stored: done.stored - self.left,
+            dissipated: done.dissipated + lost + self.left,
+            ..done
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! Geared joints: friction that grows with the torques through the gear ([`GearFriction`]), motors
+//! and controllers that drive it, and the joint to simulate ([`GearedJoint`]).
+#![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
+#[cfg(feature = "alloc")]
+extern crate alloc;
+#[cfg(feature = "std")]
+extern crate std;
+
+mod audit;
+mod gear;
+mod geared_joint;
+mod input;
+#[cfg(feature = "serde")]
+mod serialisation;
+
+pub use audit::GearAudit;
+pub use gear::{
+    GearFriction, GearFrictionParameters, GearStep, GearTorques, LoadLaw, TorqueLoad,
+    TorqueLoadParameters,
+};
+pub use geared_joint::{GearedJoint, GearedJointParameters, JointState};
+pub use input::{
+    CurrentMotor, CurrentMotorParameters, Gravity, JointInput, JointInputValue, JointMotion,
+    PositionControl, VoltageMotor, VoltageMotorParameters,
+};
+
+/// Places of the states of a joint.
+const POSITION: usize = 0;
+const VELOCITY: usize = 1;
+const DEFLECTION: usize = 2;

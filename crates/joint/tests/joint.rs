@@ -1,0 +1,527 @@
+//! A geared joint: check values, closed forms of steady motion, energy, order of its own step.
+#![cfg(feature = "alloc")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
+
+use bristle::curve::{Stribeck, StribeckParameters};
+use bristle::nalgebra::Vector3;
+use bristle::ode::{self, Automatic, Output, Solver, System, Tolerances};
+use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle::signal::{Function, Sine, SineParameters};
+use bristle::{Branch, Dahl, DahlParameters, FrBd, ParameterError, Scalar};
+use bristle_joint::{
+    CurrentMotor, CurrentMotorParameters, GearedJoint, GearedJointParameters, Gravity, JointInput,
+    JointMotion, JointState, PositionControl, VoltageMotor, VoltageMotorParameters,
+};
+use bristle_joint::{
+    GearFriction, GearFrictionParameters, GearTorques, LoadLaw, TorqueLoad, TorqueLoadParameters,
+};
+use bristle_specimens::draw::Draw;
+use bristle_specimens::{assert_within, check};
+use proptest::prelude::*;
+
+type Friction = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
+type Gear = GearFriction<f64, Friction, TorqueLoad<f64>>;
+
+fn friction() -> Friction {
+    let curve = StribeckParameters {
+        static_coefficient: 0.15,
+        dynamic_coefficient: 0.1,
+        stribeck_velocity: 0.05,
+        stribeck_exponent: 1.0,
+        viscous_friction: 0.0,
+    };
+    let bristle = KelvinVoigtParameters { micro_stiffness: 300.0, micro_damping: 1.0 };
+    FrBd::new(Stribeck::new(curve).unwrap(), KelvinVoigt::new(bristle).unwrap())
+}
+
+const LOAD: TorqueLoadParameters<f64> =
+    TorqueLoadParameters { idle_load: 2.0, motor_share: 1.0, external_share: 0.6 };
+
+fn gear_of(load: TorqueLoadParameters<f64>) -> Gear {
+    let load = TorqueLoad::new(load).unwrap();
+    GearFriction::new(GearFrictionParameters {
+        friction: friction(),
+        load,
+        drag: 0.05,
+        fastest: 5.0,
+    })
+    .unwrap()
+}
+
+/// 1.5 sin 2t.
+fn motor() -> Sine<f64> {
+    let frequency = std::f64::consts::FRAC_1_PI;
+    Sine::new(SineParameters { mean: 0.0, amplitude: 1.5, frequency, phase: 0.0 }).unwrap()
+}
+
+const GRAVITY: Gravity<f64> = Gravity { horizontal_torque: 1.2, hanging_angle: 0.0 };
+
+fn joint<A: JointInput<f64>>(
+    motor: A,
+) -> GearedJoint<f64, Friction, TorqueLoad<f64>, A, Gravity<f64>> {
+    let parameters =
+        GearedJointParameters { gear: gear_of(LOAD), inertia: 0.02, motor, external: GRAVITY };
+    GearedJoint::new(parameters).unwrap()
+}
+
+/// Of an independent integration, to 1e-8.
+const CHECK: [f64; 3] = [1.04688638, 0.0447087217, 3.65970401e-4];
+
+#[test]
+fn the_check_value() {
+    let joint = joint(motor());
+    let run = ode::solve(&joint, 0.0..10.0, joint.at_rest(0.3), 1e-9, Output::Uniform(2)).unwrap();
+    let end = run.states()[1];
+    // Ten digits; of the angle eight decimals.
+    for (i, digits) in [1e-8, 1e-10, 1e-12].into_iter().enumerate() {
+        assert_within(digits, 1.0, end[i], CHECK[i], || format!("state {i}"));
+    }
+    assert_eq!(run.statistics().reversals, 23);
+}
+
+// ---------------------------------------------------------------------------------------------
+// closed forms
+// ---------------------------------------------------------------------------------------------
+
+#[test]
+fn steady_motion_obeys_the_balances() {
+    for scale in [1.0, 0.3] {
+        let mut gear = gear_of(LOAD);
+        gear.set_friction_scale(scale).unwrap();
+        gear.set_drag_scale(0.5).unwrap();
+        for (velocity, external) in [(0.01, 5.0), (2.0, 5.0), (0.3, 40.0)] {
+            let driving = gear.driving_torque(velocity, external).unwrap();
+            let braking = gear.braking_torque(velocity, external).unwrap();
+            for (motor, external) in [(driving, -external), (-braking, external)] {
+                for direction in [1.0, -1.0] {
+                    let parameters = GearedJointParameters {
+                        gear,
+                        inertia: 1.0,
+                        motor: direction * motor,
+                        external: direction * external,
+                    };
+                    let joint = GearedJoint::new(parameters).unwrap();
+                    let z = direction * bristle::Bristle::stationary(&friction(), velocity);
+                    let state = Vector3::new(0.0, direction * velocity, z);
+                    let branch = if direction > 0.0 { Branch::Forward } else { Branch::Backward };
+                    let rate = joint.rate(0.0, &state, [branch]);
+                    assert_within(1e-14, external.abs(), rate[1], 0.0, || "v̇".into());
+                    assert_within(1e-14, 1.0, rate[2], 0.0, || "ż".into());
+                }
+            }
+        }
+    }
+    // μ k_m ≥ 1 jams, μ k_e ≥ 1 holds.
+    let jams = gear_of(TorqueLoadParameters { motor_share: 10.0, ..LOAD });
+    assert_eq!(jams.driving_torque(1.0, 1.0), None);
+    let holds = gear_of(TorqueLoadParameters { external_share: 10.0, ..LOAD });
+    assert_eq!(holds.braking_torque(1.0, 1e9), None);
+}
+
+/// How far [rad] an external torque that grows for two seconds, and stays for one, turns a gear.
+fn turned(external_share: f64, external: f64) -> f64 {
+    let load = TorqueLoadParameters { external_share, ..LOAD };
+    let gear = gear_of(load);
+    let external = Function::new(|t: f64| (external * f64::min(0.5 * t, 1.0), 0.0), [2.0]);
+    let parameters = GearedJointParameters { gear, inertia: 0.02, motor: 0.0, external };
+    let mut joint = GearedJoint::new(parameters).unwrap();
+    let mut state = JointState::at_rest(0.0);
+    for _ in 0..3000 {
+        state = joint.step(&state, 1e-3).unwrap().0;
+    }
+    state.angle
+}
+
+#[test]
+fn a_gear_is_driven_from_outside_beyond_its_torque_and_a_self_locking_one_never() {
+    let audit = gear_of(LOAD).audit(1.0, 5.0).unwrap();
+    // μ_s p0/(1 − μ_s k_e) = 0.3/0.91
+    let torque = audit.back_driving_torque.unwrap();
+    assert_within(1e-14, 1.0, torque, 0.3 / 0.91, || "torque".into());
+    // The bristle at breakaway is deflected by μ_s/σ0 = 5e-4 rad.
+    let (below, beyond) = (turned(0.6, 0.9 * torque), turned(0.6, 1.1 * torque));
+    assert!(below < 2e-3 && beyond > 0.1, "{below} and {beyond} rad");
+    // μ_d k_e = 1.1
+    let load = TorqueLoadParameters { external_share: 11.0, ..LOAD };
+    let audit = gear_of(load).audit(1.0, 5.0).unwrap();
+    assert!(audit.locking > 1.0 && audit.back_driving_torque.is_none());
+    assert_within(1e-14, 1.65, audit.static_locking, 1.65, || "μ_s k_e".into());
+    for external in [1.0, 1e2, 1e4] {
+        // The load grows with the torque, and the bristles of ln(p/p0) new generations each need
+        // a deflection below μ_s/σ0.
+        let turned = turned(11.0, external);
+        assert!(turned.abs() < 2e-2, "{external} N m turn it by {turned} rad");
+        // In motion it stops. The stuck joint swings at √(σ0 p/J) = 4e4 rad/s at most.
+        let gear = gear_of(load);
+        let parameters = GearedJointParameters { gear, inertia: 0.02, motor: 0.0, external };
+        let mut joint = GearedJoint::new(parameters).unwrap();
+        let mut state = JointState { velocity: 1.0, ..JointState::at_rest(0.0) };
+        for _ in 0..20_000 {
+            state = joint.step(&state, 2e-5).unwrap().0;
+        }
+        assert!(state.velocity.abs() < 1e-3, "{external} N m: {} rad/s", state.velocity);
+    }
+}
+
+#[test]
+fn the_audit_prints_efficiencies() {
+    // μ = 0.1 at 1 rad/s up to e⁻²⁰: c = 0.2 + 0.05.
+    let audit = gear_of(LOAD).audit(-1.0, 5.0).unwrap();
+    let mu = 0.1 + 0.05 * (-20.0f64).exp();
+    let driving = (5.0 * (1.0 + 0.6 * mu) + 2.0 * mu + 0.05) / (1.0 - mu);
+    let braking = (5.0 * (1.0 - 0.6 * mu) - 2.0 * mu - 0.05) / (1.0 + mu);
+    assert_within(1e-14, driving, audit.driving_torque.unwrap(), driving, || "driving".into());
+    assert_within(1e-14, braking, audit.braking_torque.unwrap(), braking, || "braking".into());
+    assert_within(1e-14, 1.0, audit.driving_efficiency.unwrap(), 5.0 / driving, || "η".into());
+    assert_within(1e-14, 1.0, audit.braking_efficiency.unwrap(), braking / 5.0, || "η".into());
+    let printed = audit.to_string();
+    for part in ["no, moves", "μ_s k_e = 0.09", "from 0.32967 N m on", "0.84906", "0.85455"] {
+        assert!(printed.contains(part), "{part} in\n{printed}");
+    }
+    let locking = gear_of(TorqueLoadParameters { external_share: 12.0, motor_share: 11.0, ..LOAD });
+    let printed = locking.audit(1.0, 5.0).unwrap().to_string();
+    for part in ["yes: μ_s k_e = 1.8, μ k_e = 1.2", "JAMS", "friction holds this torque"] {
+        assert!(printed.contains(part), "{part} in\n{printed}");
+    }
+    let holds = gear_of(TorqueLoadParameters { external_share: 8.0, ..LOAD });
+    assert!(holds.audit(1.0, 5.0).unwrap().to_string().contains("AT REST ONLY: μ_s k_e = 1.2"));
+    for (velocity, torque, name) in [
+        (0.0, 1.0, "velocity"),
+        (f64::NAN, 1.0, "velocity"),
+        (1.0, 0.0, "external_torque"),
+        (1.0, f64::INFINITY, "external_torque"),
+    ] {
+        assert_eq!(locking.audit(velocity, torque).unwrap_err().name, name);
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// steps
+// ---------------------------------------------------------------------------------------------
+
+#[test]
+fn a_step_of_the_joint_is_of_second_order() {
+    let mut servo = joint(servo());
+    let end = 0.4;
+    let start = Vector3::new(0.3, 0.0, 0.0);
+    let want = ode::solve(&servo, 0.0..end, start, 1e-11, Output::Uniform(2)).unwrap().states()[1];
+    let first = servo.rate(0.0, &start, [Branch::Forward])[1];
+    let mut errors = |steps: u32| {
+        let mut state = JointState { acceleration: first, ..JointState::at_rest(0.3) };
+        for _ in 0..steps {
+            state = servo.step(&state, end / f64::from(steps)).unwrap().0;
+        }
+        // The deflection belongs to the load at the last middle.
+        let at_end = Vector3::new(state.angle, state.velocity, state.deflection);
+        let load = servo.gear().load(servo.torques(end, &at_end));
+        let z = state.deflection * (servo.gear().normal_force() / load).min(1.0);
+        [state.angle - want[0], state.velocity - want[1], z - want[2]].map(f64::abs)
+    };
+    let all = [500, 1000, 2000, 4000].map(&mut errors);
+    for i in 0..3 {
+        let order = (all[0][i] / all[3][i]).log2() / 3.0;
+        assert!((order - 2.0).abs() < 0.25, "state {i}: order {order}, {all:?}");
+    }
+}
+
+/// A position servo that runs into the limit of its supply.
+fn servo() -> impl JointInput<f64> + Copy {
+    VoltageMotor::new(VoltageMotorParameters {
+        voltage: PositionControl {
+            reference: motor(),
+            proportional_gain: 20.0,
+            derivative_gain: 0.2,
+        },
+        torque_constant: 1.2,
+        resistance: 2.4,
+        largest_voltage: Some(12.0),
+        largest_current: Some(4.0),
+    })
+    .unwrap()
+}
+
+#[test]
+fn a_gear_gives_no_more_than_it_stored_whatever_torques_and_scales_do() {
+    check(64, any::<u64>(), |seed| {
+        let mut draw = Draw(seed);
+        let idle_load = if seed % 2 == 0 { 0.0 } else { 2.0 };
+        let mut gear = gear_of(TorqueLoadParameters { idle_load, ..LOAD });
+        let (mut z, mut given, mut size) = (0.0, 0.0, 0.0);
+        let stored = |gear: &Gear, z: f64| 0.5 * gear.normal_force() * 300.0 * z * z;
+        for _ in 0..300 {
+            let mut torque = || {
+                let none = draw.next() < 0.2;
+                if none { 0.0 } else { draw.sign() * draw.logarithmic(1e-2, 1e2) }
+            };
+            let torques = GearTorques { motor: torque(), external: torque() };
+            gear.set_friction_scale(draw.one_of(&[0.0, 0.5, 1.0, 2.0])).unwrap();
+            gear.set_drag_scale(draw.one_of(&[0.0, 1.0])).unwrap();
+            let mut velocity = || draw.sign() * draw.logarithmic(1e-5, 10.0);
+            let (predicted, mean) = (velocity(), velocity());
+            let before = stored(&gear, z);
+            let h = draw.logarithmic(1e-5, 1.0);
+            let step = gear.step(torques, predicted, z, h).unwrap();
+            assert!(step.damping() >= 0.0);
+            let done = step.commit(mean);
+            z = done.deflection;
+            let after = stored(&gear, z);
+            let terms = before + after + done.work.abs();
+            // A hundred roundings of the terms.
+            assert_within(1e-14, terms, done.stored, after - before, || "stored".into());
+            assert_within(1e-14, terms, done.work, done.stored + done.dissipated, || "D".into());
+            assert_within(1e-14, terms, done.work, h * done.force * mean, || "T".into());
+            let torque = step.torque(mean);
+            let sum = step.bias().abs() + step.damping() * mean.abs();
+            assert_within(1e-15, sum, done.force, torque, || "T".into());
+            assert!(done.dissipated >= 0.0);
+            given += done.work;
+            size += terms;
+            assert!(given - after >= -1e-14 * size, "{given:e} of {size:e}");
+        }
+    });
+}
+
+#[test]
+fn steps_of_a_joint_allocate_nothing() {
+    let mut joint = joint(servo());
+    let counted = allocation_counter::measure(|| {
+        let mut state = JointState::at_rest(0.3);
+        for _ in 0..1000 {
+            state = joint.step(&state, 1e-3).unwrap().0;
+        }
+        assert!(state.angle.is_finite());
+    });
+    assert_eq!(counted.count_total, 0);
+}
+
+#[test]
+fn a_joint_in_single_precision_goes_the_same_way() {
+    fn lit<T: Scalar>(value: f64) -> T {
+        bristle::nalgebra::convert(value)
+    }
+    fn end<T: Scalar>() -> f64 {
+        let friction = Dahl::new(DahlParameters {
+            dynamic_coefficient: lit::<T>(0.1),
+            micro_stiffness: lit(300.0),
+        });
+        let load = TorqueLoadParameters {
+            idle_load: lit::<T>(2.0),
+            motor_share: lit(1.0),
+            external_share: lit(0.6),
+        };
+        let gear = GearFriction::new(GearFrictionParameters {
+            friction: friction.unwrap(),
+            load: TorqueLoad::new(load).unwrap(),
+            drag: lit(0.05),
+            fastest: lit(5.0),
+        });
+        let gravity = Gravity { horizontal_torque: lit(1.2), hanging_angle: lit(0.0) };
+        let mut joint = GearedJoint::new(GearedJointParameters {
+            gear: gear.unwrap(),
+            inertia: lit(0.02),
+            motor: lit::<T>(0.0),
+            external: gravity,
+        })
+        .unwrap();
+        let mut state = JointState::at_rest(lit(1.5));
+        for _ in 0..500 {
+            state = joint.step(&state, lit(1e-3)).unwrap().0;
+        }
+        state.angle.to_subset_unchecked()
+    }
+    assert_within(1e-4, 1.0, end::<f32>(), end::<f64>(), || "angle".into());
+}
+
+// ---------------------------------------------------------------------------------------------
+// inputs and laws
+// ---------------------------------------------------------------------------------------------
+
+/// The derivatives of an input, by central differences.
+fn derivatives_are_slopes(input: &impl JointInput<f64>, motion: JointMotion<f64>) {
+    let h = 1e-5;
+    let at = |time: f64, angle: f64, velocity: f64| {
+        let JointMotion { time: t, angle: q, velocity: v } = motion;
+        input.at(JointMotion { time: t + time, angle: q + angle, velocity: v + velocity }).value
+    };
+    let got = input.at(motion);
+    let slope = |up: f64, down: f64| (up - down) / (2.0 * h);
+    let want = [
+        slope(at(h, 0.0, 0.0), at(-h, 0.0, 0.0)),
+        slope(at(0.0, h, 0.0), at(0.0, -h, 0.0)),
+        slope(at(0.0, 0.0, h), at(0.0, 0.0, -h)),
+    ];
+    for (got, want) in [got.by_time, got.by_angle, got.by_velocity].into_iter().zip(want) {
+        // h² and roundings over h.
+        assert_within(1e-8, 1.0 + want.abs(), got, want, || format!("{input:?} at {motion:?}"));
+    }
+}
+
+#[test]
+fn the_derivatives_of_every_input_are_its_slopes() {
+    let current = CurrentMotorParameters {
+        current: motor(),
+        torque_constant: 1.2,
+        largest_current: Some(1.0),
+    };
+    let current = CurrentMotor::new(current).unwrap();
+    let time = Function::new(|t: f64| (t * t, 2.0 * t), [1.0]);
+    for n in 0..200 {
+        let t = 0.037 * f64::from(n);
+        let motion = JointMotion { time: t, angle: t.sin(), velocity: 3.0 * (2.3 * t).cos() };
+        derivatives_are_slopes(&GRAVITY, motion);
+        derivatives_are_slopes(&time, motion);
+        derivatives_are_slopes(&3.0, motion);
+        derivatives_are_slopes(&motor(), motion);
+        derivatives_are_slopes(&current, motion);
+        derivatives_are_slopes(&servo(), motion);
+    }
+    let saturated = current.at(JointMotion { time: 0.8, angle: 0.0, velocity: 0.0 });
+    assert_eq!((saturated.value, saturated.by_time), (1.2, 0.0));
+    // Kinks are those of the signals, the next of both torques.
+    let parameters = GearedJointParameters {
+        gear: gear_of(LOAD),
+        inertia: 1.0,
+        motor: time,
+        external: Function::new(|_| (0.0, 0.0), [0.5, 2.0]),
+    };
+    let joint = GearedJoint::new(parameters).unwrap();
+    assert_eq!(joint.next_kink(0.0, 9.0), Some(0.5));
+    assert_eq!(joint.next_kink(0.5, 9.0), Some(1.0));
+    assert_eq!(joint.next_kink(9.0, 0.0), Some(2.0));
+    assert_eq!(joint.next_kink(2.0, 9.0), None);
+}
+
+#[test]
+fn a_law_of_ones_own_and_a_number_load_a_gear() {
+    #[derive(Debug, Clone)]
+    struct Upright;
+    impl LoadLaw<f64> for Upright {
+        fn load(&self, torques: GearTorques<f64>) -> f64 {
+            torques.motor - 1.0
+        }
+        fn slopes(&self, _: GearTorques<f64>) -> GearTorques<f64> {
+            GearTorques { motor: 1.0, external: 0.0 }
+        }
+    }
+    let torques = GearTorques { motor: 3.0, external: 7.0 };
+    let number =
+        GearFrictionParameters { friction: friction(), load: 2.5, drag: 0.0, fastest: 1.0 };
+    assert_eq!(GearFriction::new(number).unwrap().load(torques), 2.5);
+    // A load that is negative is refused, at once or when it comes.
+    let own =
+        GearFrictionParameters { friction: friction(), load: Upright, drag: 0.0, fastest: 1.0 };
+    assert_eq!(GearFriction::new(own).unwrap_err().name, "load");
+    // The slopes of the shipped law, on both sides of its kink.
+    let law = *gear_of(LOAD).law();
+    for external in [4.0, 6.0] {
+        let at = |motor: f64, external: f64| law.load(GearTorques { motor, external });
+        let slopes = law.slopes(GearTorques { motor: 3.0, external });
+        let by_motor = at(3.5, external) - at(2.5, external);
+        let by_external = at(3.0, external + 0.5) - at(3.0, external - 0.5);
+        assert_within(1e-14, 1.0, slopes.motor, by_motor, || "∂p/∂τ_m".into());
+        assert_within(1e-14, 1.0, slopes.external, by_external, || "∂p/∂τ_e".into());
+    }
+}
+
+#[test]
+fn bad_input_of_a_joint_is_named() {
+    let name = |error: ParameterError| error.name;
+    for bad in [f64::NAN, -1.0, f64::INFINITY] {
+        for (field, parameters) in [
+            ("idle_load", TorqueLoadParameters { idle_load: bad, ..LOAD }),
+            ("motor_share", TorqueLoadParameters { motor_share: bad, ..LOAD }),
+            ("external_share", TorqueLoadParameters { external_share: bad, ..LOAD }),
+        ] {
+            assert_eq!(name(TorqueLoad::new(parameters).unwrap_err()), field);
+        }
+        let good =
+            GearFrictionParameters { friction: friction(), load: 2.0, drag: 0.0, fastest: 1.0 };
+        for (field, parameters) in [
+            ("load", GearFrictionParameters { load: bad, ..good }),
+            ("drag", GearFrictionParameters { drag: bad, ..good }),
+            ("fastest", GearFrictionParameters { fastest: bad, ..good }),
+        ] {
+            assert_eq!(name(GearFriction::new(parameters).unwrap_err()), field);
+        }
+        let mut gear = gear_of(LOAD);
+        assert_eq!(name(gear.set_friction_scale(bad).unwrap_err()), "friction_scale");
+        assert_eq!(name(gear.set_drag_scale(bad).unwrap_err()), "drag_scale");
+        assert_eq!((gear.friction_scale(), gear.drag()), (1.0, 0.05));
+        let good = GearedJointParameters { gear, inertia: 1.0, motor: 0.0, external: 0.0 };
+        assert_eq!(
+            name(GearedJoint::new(GearedJointParameters { inertia: bad, ..good }).unwrap_err()),
+            "inertia"
+        );
+        if !bad.is_finite() {
+            let motor = GearedJointParameters { motor: bad, ..good };
+            assert_eq!(name(GearedJoint::new(motor).unwrap_err()), "motor");
+            let external = GearedJointParameters { external: bad, ..good };
+            assert_eq!(name(GearedJoint::new(external).unwrap_err()), "external");
+            let before = gear;
+            let torques = GearTorques { motor: bad, external: 0.0 };
+            assert_eq!(gear.step(torques, 0.0, 0.0, 1e-3).unwrap_err().name, "normal_force");
+            assert_eq!(gear, before);
+        }
+        let current =
+            CurrentMotorParameters { current: 1.0, torque_constant: bad, largest_current: None };
+        assert_eq!(name(CurrentMotor::new(current).unwrap_err()), "torque_constant");
+        let good = VoltageMotorParameters {
+            voltage: 1.0,
+            torque_constant: 1.0,
+            resistance: 1.0,
+            largest_voltage: None,
+            largest_current: None,
+        };
+        for (field, parameters) in [
+            ("torque_constant", VoltageMotorParameters { torque_constant: bad, ..good }),
+            ("resistance", VoltageMotorParameters { resistance: bad, ..good }),
+            ("largest_voltage", VoltageMotorParameters { largest_voltage: Some(bad), ..good }),
+            ("largest_current", VoltageMotorParameters { largest_current: Some(bad), ..good }),
+        ] {
+            assert_eq!(name(VoltageMotor::new(parameters).unwrap_err()), field);
+        }
+    }
+    // A step backwards is none.
+    let mut joint = joint(motor());
+    assert!(joint.step(&JointState::at_rest(0.3), -1e-3).unwrap().0.angle.is_nan());
+}
+
+#[test]
+fn a_load_that_vanishes_is_passed_if_something_is_left_of_it() {
+    let joint_of = |idle_load| {
+        let parameters = GearedJointParameters {
+            gear: gear_of(TorqueLoadParameters { idle_load, ..LOAD }),
+            inertia: 0.02,
+            motor: motor(),
+            external: GRAVITY,
+        };
+        GearedJoint::new(parameters).unwrap()
+    };
+    let stepped = |idle_load| {
+        let mut joint = joint_of(idle_load);
+        let mut state = JointState::at_rest(0.3);
+        for _ in 0..8000 {
+            state = joint.step(&state, 5e-4).unwrap().0;
+        }
+        state.angle
+    };
+    for idle_load in [1e-1, 1e-3, 1e-6] {
+        let joint = joint_of(idle_load);
+        // Where little is left the Jacobian has a peak, and the estimated error of the solution
+        // with it: steps of a tolerance of their own.
+        let tolerances = Tolerances::scaled(1e-7, joint.scales()).unwrap();
+        let solver = Solver::adaptive_per_step(Automatic, tolerances);
+        let run = solver.solve(&joint, 0.0..4.0, joint.at_rest(0.3), Output::Uniform(2)).unwrap();
+        // The error of the steps, which are of second order: 8000 and 16 000 of them differ by
+        // 1e-4 rad.
+        let want = run.states()[1][0];
+        assert_within(5e-4, 1.0, stepped(idle_load), want, || format!("p0 = {idle_load}"));
+        assert!(run.statistics().steps < 2000, "{}", run.statistics());
+    }
+    // Where nothing is left the deflection jumps, which no solver can follow; steps of the joint's
+    // own do.
+    let joint = joint_of(0.0);
+    let refused = ode::solve(&joint, 0.0..4.0, joint.at_rest(0.3), 1e-6, Output::Uniform(2));
+    assert!(refused.unwrap_err().to_string().contains("the step falls below"));
+    assert_within(5e-4, 1.0, stepped(0.0), stepped(1e-6), || "q".into());
+}

@@ -1,0 +1,251 @@
+//! A bristle of several axes under a normal force: forces in newtons, energies in joules.
+//!
+//! Fᵢ = p μ_bᵢ,  W = ½ p Σ σ0ᵢ zᵢ²
+
+use nalgebra::{SMatrix, SVector};
+
+use super::PlaneBristle;
+use bristle::parameter::ParameterError;
+use bristle::scalar::lit;
+use bristle::{Bristle, Contact, ContactResponse, HeldContact, Reloaded, Scalar};
+
+/// A model of N axes under a normal force. Its methods are those of [`Contact`], with a vector for
+/// the velocity, the deflection and the force.
+///
+/// ```
+/// use bristle::curve::Stribeck;
+/// use bristle::nalgebra::Vector2;
+/// use bristle::paper;
+/// use bristle_plane::{Axis, PlaneBristle, PlaneFrBd};
+/// use bristle::rheology::KelvinVoigt;
+///
+/// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
+/// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+/// // A ski: a tenth of the friction along it.
+/// let [along, across] = [0.1, 1.0].map(|friction_ratio| Axis { friction_ratio, bristle });
+/// let ski = PlaneFrBd::new(curve, [along, across])?.under_load(400.0)?; // N
+/// // One exact step of 1 ms, held at 0.2 and 0.1 m/s, from rest.
+/// let step = ski.hold(&Vector2::new(0.2, 0.1), &Vector2::zeros(), 1e-3);
+/// assert!(step.mean_force.x < 0.1 * step.mean_force.y);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(transparent))]
+pub struct PlaneContact<T, M, const N: usize> {
+    contact: Contact<T, M>,
+}
+
+/// Rate and force of a [`PlaneContact`] at one instant, with their partial derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearisedPlane<T: Scalar, const N: usize> {
+    /// Deflection rate ż [m/s].
+    pub rate: SVector<T, N>,
+    /// Friction force F \[N\].
+    pub force: SVector<T, N>,
+    /// ∂żᵢ/∂zᵢ [1/s]; all others are zero.
+    pub rate_by_deflection: SVector<T, N>,
+    /// ∂żᵢ/∂vⱼ \[–\].
+    pub rate_by_velocity: SMatrix<T, N, N>,
+    /// ∂Fᵢ/∂zᵢ [N/m]; all others are zero.
+    pub force_by_deflection: SVector<T, N>,
+    /// ∂Fᵢ/∂vⱼ [N s/m].
+    pub force_by_velocity: SMatrix<T, N, N>,
+}
+
+/// The result of [`PlaneContact::turn`].
+#[must_use = "the deflection has been turned"]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turned<T: Scalar, const N: usize> {
+    /// The turned deflection \[m\].
+    pub deflection: SVector<T, N>,
+    /// Change of the stored energy \[J\], which the mechanism that turns the contact supplies. Zero
+    /// for equal stiffnesses in the turned plane, NaN if the deflection is not finite.
+    pub supplied: T,
+}
+
+impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
+    /// A model under a normal force p \[N\], zero or positive.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite.
+    pub fn new(model: M, normal_force: T) -> Result<Self, ParameterError> {
+        Ok(Self { contact: Contact::new(model, normal_force)? })
+    }
+
+    /// Changes the normal force to p' \[N\], zero or positive. Returns the deflection that is left
+    /// of the given one, z' = z min(1, p/p') on every axis, and the energy that left with it, see
+    /// [`Contact::reload`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite; the contact is as it was.
+    #[inline]
+    pub fn reload(
+        &mut self,
+        normal_force: T,
+        deflection: &SVector<T, N>,
+    ) -> Result<Reloaded<T, SVector<T, N>>, ParameterError> {
+        let stored = self.stored_energy(deflection);
+        let change = self.contact.change_load(normal_force)?;
+        Ok(Reloaded { deflection: deflection * change.kept, dissipated: change.lost * stored })
+    }
+
+    /// The friction model.
+    pub fn model(&self) -> &M {
+        self.contact.model()
+    }
+
+    /// The normal force p \[N\].
+    pub fn normal_force(&self) -> T {
+        self.contact.normal_force()
+    }
+
+    /// Each axis at a velocity [m/s]: a scalar contact, to be evaluated at that axis's component.
+    #[inline(always)]
+    pub fn axes(&self, velocity: &SVector<T, N>) -> [Contact<T, M::Axis>; N] {
+        self.model().axes(velocity).map(|axis| self.contact.with_model(axis))
+    }
+
+    /// The deflection rate ż [m/s].
+    #[inline]
+    pub fn rate(&self, velocity: &SVector<T, N>, deflection: &SVector<T, N>) -> SVector<T, N> {
+        self.response(velocity, deflection).rate
+    }
+
+    /// The friction force F \[N\] on the body: m v̇ = … − F.
+    #[inline]
+    pub fn force(&self, velocity: &SVector<T, N>, deflection: &SVector<T, N>) -> SVector<T, N> {
+        self.response(velocity, deflection).force
+    }
+
+    /// Rate and force at once.
+    #[inline(always)]
+    pub fn response(
+        &self,
+        velocity: &SVector<T, N>,
+        deflection: &SVector<T, N>,
+    ) -> ContactResponse<SVector<T, N>> {
+        let zeros = SVector::<T, N>::zeros();
+        let mut response = ContactResponse { rate: zeros, force: zeros };
+        let results = response.rate.iter_mut().zip(response.force.iter_mut());
+        let inputs = velocity.iter().zip(deflection);
+        for ((axis, (&v, &z)), (rate, force)) in self.axes(velocity).iter().zip(inputs).zip(results)
+        {
+            let each = axis.response(v, z);
+            (*rate, *force) = (each.rate, each.force);
+        }
+        response
+    }
+
+    /// Rate and force with all their partial derivatives.
+    #[inline(always)]
+    pub fn linearised(
+        &self,
+        velocity: &SVector<T, N>,
+        deflection: &SVector<T, N>,
+    ) -> LinearisedPlane<T, N> {
+        let (p, zeros) = (self.normal_force(), SVector::zeros());
+        let mut linearised = LinearisedPlane {
+            rate: zeros,
+            force: zeros,
+            rate_by_deflection: zeros,
+            rate_by_velocity: SMatrix::zeros(),
+            force_by_deflection: zeros,
+            force_by_velocity: SMatrix::zeros(),
+        };
+        let (axes, gradient) = self.model().axes_and_slopes(velocity);
+        let (mut rate_slope, mut force_slope) = (zeros, zeros);
+        for i in 0..N {
+            let (v, z) = (velocity[i], deflection[i]);
+            let (affine, slopes) = axes[i].affine_and_slopes(v.into(), z);
+            linearised.rate[i] = affine.rate(v, z);
+            linearised.force[i] = p * affine.coefficient(v, z);
+            linearised.rate_by_deflection[i] = -affine.relaxation;
+            linearised.force_by_deflection[i] = affine.stiffness * p;
+            linearised.rate_by_velocity[(i, i)] = affine.drive;
+            linearised.force_by_velocity[(i, i)] = affine.damping;
+            (rate_slope[i], force_slope[i]) = (slopes.rate(v, z), slopes.coefficient(v, z));
+        }
+        #[allow(clippy::needless_range_loop, reason = "iterators in two depths are not unrolled")]
+        for j in 0..N {
+            for i in 0..N {
+                linearised.rate_by_velocity[(i, j)] += rate_slope[i] * gradient[j];
+                linearised.force_by_velocity[(i, j)] += force_slope[i] * gradient[j];
+            }
+        }
+        linearised.force_by_velocity *= p;
+        linearised
+    }
+
+    /// The deflection of steady sliding at a velocity, aᵢ² μ vᵢ/(σ0ᵢ n) \[m\]; zero at rest.
+    pub fn stationary(&self, velocity: &SVector<T, N>) -> SVector<T, N> {
+        let axes = self.model().axes(velocity);
+        SVector::from_fn(|i, _| axes[i].stationary(velocity[i]))
+    }
+
+    /// The friction force \[N\] of steady sliding at a velocity; zero at rest.
+    pub fn stationary_force(&self, velocity: &SVector<T, N>) -> SVector<T, N> {
+        let axes = self.axes(velocity);
+        SVector::from_fn(|i, _| axes[i].stationary_force(velocity[i]))
+    }
+
+    /// The stored energy W = ½ p Σ σ0ᵢ zᵢ² \[J\].
+    pub fn stored_energy(&self, deflection: &SVector<T, N>) -> T {
+        let weighted = self.model().storage_stiffness().component_mul(deflection);
+        lit::<T>(0.5) * self.normal_force() * weighted.dot(deflection)
+    }
+
+    /// The dissipated power F·v − Ẇ \[W\]: never negative for a passive model.
+    pub fn dissipated_power(&self, velocity: &SVector<T, N>, deflection: &SVector<T, N>) -> T {
+        let axes = self.axes(velocity);
+        let power = |i: usize| axes[i].dissipated_power(velocity[i], deflection[i]);
+        (0..N).fold(T::zero(), |sum, i| sum + power(i))
+    }
+
+    /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s] (zero-order hold); NaN for a
+    /// negative length. See [`Contact::hold`] for where it serves and where it does not.
+    #[doc(alias = "zero-order hold")]
+    #[inline(always)]
+    pub fn hold(
+        &self,
+        velocity: &SVector<T, N>,
+        deflection: &SVector<T, N>,
+        duration: T,
+    ) -> HeldContact<SVector<T, N>> {
+        let zeros = SVector::<T, N>::zeros();
+        let mut held = HeldContact { deflection: zeros, end_force: zeros, mean_force: zeros };
+        let forces = held.end_force.iter_mut().zip(held.mean_force.iter_mut());
+        let results = held.deflection.iter_mut().zip(forces);
+        let inputs = velocity.iter().zip(deflection);
+        for ((axis, (&v, &z)), (end, (end_force, mean_force))) in
+            self.axes(velocity).iter().zip(inputs).zip(results)
+        {
+            let step = axis.hold(v, z, duration);
+            (*end, *end_force, *mean_force) = (step.deflection, step.end_force, step.mean_force);
+        }
+        held
+    }
+
+    /// Turns the bristles by an angle \[rad\] about the normal, from the first axis towards the
+    /// second: z ← R z.
+    ///
+    /// It is for a body that carries its bristles along as it turns, against the axes in which
+    /// velocities and deflections are given. If these axes turn and the bristles do not, give the
+    /// opposite angle. Velocities in axes that the body carries need neither. With one axis nothing
+    /// turns.
+    pub fn turn(&self, deflection: &SVector<T, N>, angle: T) -> Turned<T, N> {
+        let stiffness = self.model().storage_stiffness();
+        let mut turned = *deflection;
+        let mut supplied = T::zero();
+        if let ([x, y, ..], [k, l, ..]) = (turned.as_mut_slice(), stiffness.as_slice()) {
+            let (sin, cos) = angle.sin_cos();
+            (*x, *y) = (cos * *x - sin * *y, sin * *x + cos * *y);
+            // What is not finite has no energy: the difference is NaN.
+            if k != l || turned.iter().any(|z| !z.is_finite()) {
+                supplied = self.stored_energy(&turned) - self.stored_energy(deflection);
+            }
+        }
+        Turned { deflection: turned, supplied }
+    }
+}

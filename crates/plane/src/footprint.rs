@@ -1,0 +1,592 @@
+//! A contact surface: points of a footprint, each with its bristles and its share of the load.
+//!
+//! vⱼ = (v_x − ω yⱼ, v_y + ω xⱼ),  F = Σ wⱼ Fⱼ,  M = Σ wⱼ (xⱼ F_yⱼ − yⱼ F_xⱼ)
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | (v_x, v_y, ω) | twist: sliding velocity at the origin, rate of spin | m/s, rad/s |
+//! | (F_x, F_y, M) | wrench: friction against the motion, its torque about the origin | N, N m |
+//! | (xⱼ, yⱼ) | place of point j | m |
+//! | wⱼ, Σ wⱼ = 1 | share of point j in the normal force p | – |
+//! | Fⱼ | friction force of a contact on two axes under the whole of p at vⱼ | N |
+//!
+//! Every point is a passive contact, so the footprint is one: its dissipation is the sum of theirs.
+//! Under a companion step each point is a source and a damper. Together they are one wrench and a
+//! symmetric, positive semidefinite 3 × 3 matrix.
+//!
+//! Three axes with a spin radius (see the [module](super)) are the cheap model, with an ellipsoid
+//! for the limit surface; [`Footprint::limit_ellipsoid`] tells its error. The footprint does not
+//! roll: all places and deflections are in axes that the body carries.
+//!
+//! Source: the limit surface as a sum over the points of a patch is that of S. Goyal, A. Ruina,
+//! J. Papadopoulos, "Planar sliding with dry friction", Wear 143 (1991).
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use super::surface::norm;
+use super::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneContact, length};
+use bristle::LoadChange;
+use bristle::Scalar;
+use bristle::parameter::{self, ParameterError, Rule};
+use bristle::scalar::{is_zero, larger, lit, nan};
+
+/// A point of a [`Footprint`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct FootprintPoint<T> {
+    /// Place (x, y) \[m\] in axes that the body carries.
+    pub place: [T; 2],
+    /// Weight, zero or positive: pressure times area in any unit. Its share wⱼ of the normal force
+    /// is its part of the sum of all weights.
+    pub weight: T,
+}
+
+/// How the pressure falls towards the edge of a disc.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum DiscPressure {
+    /// Constant.
+    Uniform,
+    /// √(1 − (r/a)²), of two elastic bodies.
+    Hertz,
+}
+
+impl DiscPressure {
+    /// The radius R \[m\] that turns the spin of a disc of a radius a \[m\] into an axis R ω: the
+    /// full friction torque is R times the full friction force, with R = ⅔ a under a uniform
+    /// pressure and 3π/16 a under that of Hertz. NaN for a negative radius.
+    pub fn spin_radius<T: Scalar>(self, radius: T) -> T {
+        length(radius)
+            * lit(match self {
+                Self::Uniform => 2.0 / 3.0,
+                Self::Hertz => 3.0 * core::f64::consts::PI / 16.0,
+            })
+    }
+}
+
+impl<T: Scalar> FootprintPoint<T> {
+    /// The 3 n² points of a disc of a radius a \[m\] about the origin, on n rings. A negative
+    /// radius gives places that are NaN, which [`Footprint::new`] refuses.
+    pub fn disc(radius: T, pressure: DiscPressure, rings: u16) -> impl Iterator<Item = Self> {
+        let number = |count: u32| lit::<T>(f64::from(count));
+        // Share of the load within a radius, and the radius of such a share.
+        let within = move |r: T| match pressure {
+            DiscPressure::Uniform => r * r,
+            DiscPressure::Hertz => T::one() - (T::one() - r * r).powf(lit(1.5)),
+        };
+        let radius_of = move |share: T| match pressure {
+            DiscPressure::Uniform => share.sqrt(),
+            DiscPressure::Hertz => (T::one() - (T::one() - share).powf(lit(2.0 / 3.0))).sqrt(),
+        };
+        (0..u32::from(rings)).flat_map(move |ring| {
+            let edge = |ring: u32| within(number(ring) / number(u32::from(rings)));
+            let (inside, outside, count) = (edge(ring), edge(ring + 1), 6 * ring + 3);
+            let r = length(radius) * radius_of((inside + outside) * lit(0.5));
+            let weight = (outside - inside) / number(count);
+            (0..count).map(move |k| {
+                let (sin, cos) = (T::two_pi() * number(k) / number(count)).sin_cos();
+                FootprintPoint { place: [r * cos, r * sin], weight }
+            })
+        })
+    }
+
+    /// The points of a rectangle of a length and a width \[m\] about the origin under a uniform
+    /// pressure, in rows and columns at the middles of equal cells. A negative length or width
+    /// gives places that are NaN, which [`Footprint::new`] refuses.
+    pub fn rectangle(size: [T; 2], counts: [u16; 2]) -> impl Iterator<Item = Self> {
+        let place = move |axis: usize, cell: u16| {
+            let [size, count] = [size[axis % 2], lit(f64::from(counts[axis % 2]))];
+            length(size) * ((lit::<T>(f64::from(cell)) + lit(0.5)) / count - lit(0.5))
+        };
+        (0..counts[1]).flat_map(move |row| {
+            (0..counts[0]).map(move |column| FootprintPoint {
+                place: [place(0, column), place(1, row)],
+                weight: T::one(),
+            })
+        })
+    }
+}
+
+/// A contact surface of points P, each with a bristle model M on two axes.
+///
+/// ```
+/// use bristle::curve::{Coulomb, CoulombParameters};
+/// use bristle::nalgebra::Vector3;
+/// use bristle_plane::{DiscPressure, Footprint, FootprintPoint, PlaneBristle, PlaneFrBd};
+/// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+///
+/// let curve =
+///     Coulomb::new(CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 })?;
+/// let bristle =
+///     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 10.0 })?;
+/// let contact = PlaneFrBd::isotropic(curve, bristle).under_load(10.0)?; // N
+/// let points: Vec<_> = FootprintPoint::disc(0.03, DiscPressure::Uniform, 10).collect();
+/// let finger = Footprint::new(contact, points)?;
+///
+/// // On the spot it spins with ⅔ a μ p. While it spins fast, it slides nearly without force.
+/// let spin = finger.stationary_wrench(&Vector3::new(0.0, 0.0, 10.0));
+/// assert!((spin.z / (2.0 / 3.0 * 0.03 * 5.0) - 1.0_f64).abs() < 2e-3 && spin.xy().norm() < 1e-12);
+/// let both = finger.stationary_wrench(&Vector3::new(0.01, 0.0, 10.0));
+/// assert!(both.x < 0.3);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Footprint<T, M, P> {
+    contact: PlaneContact<T, M, 2>,
+    points: P,
+    /// 1/Σ weights
+    inverse: T,
+}
+
+/// The wrench of a footprint over a step that has been completed, and its energies: work = stored +
+/// dissipated, up to rounding.
+#[must_use]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CompletedFootprintStep<T: Scalar> {
+    /// Mean wrench (F_x, F_y, M) [N, N m].
+    pub wrench: Vector3<T>,
+    /// Work of the mechanism on the friction \[J\].
+    pub work: T,
+    /// Change of the stored energy \[J\].
+    pub stored: T,
+    /// Dissipated energy \[J\].
+    pub dissipated: T,
+}
+
+/// The ellipsoid that stands for the limit surface of a footprint, from
+/// [`Footprint::limit_ellipsoid`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LimitEllipsoid<T> {
+    /// Radius R \[m\] of the spin as a third axis R ω: full friction torque over full friction
+    /// force.
+    pub spin_radius: T,
+    /// How far the limit surface is from the ellipsoid at most \[–\]: the error of the size of the
+    /// wrench (F_x, F_y, M/R), over the size.
+    pub surface_error: T,
+    /// How far the wrench (F_x, F_y, M/R) is from that of the ellipsoid at the same twist at most
+    /// \[–\], over the full friction force. It is larger, because the directions differ too.
+    pub wrench_error: T,
+}
+
+impl<T, M, P> Footprint<T, M, P>
+where
+    T: Scalar,
+    M: PlaneBristle<T, 2>,
+    P: AsRef<[FootprintPoint<T>]>,
+{
+    /// A contact under the whole normal force, spread over points.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a place that is not finite, a weight that is negative or not finite, and weights
+    /// without a positive sum. Names the point.
+    pub fn new(contact: PlaneContact<T, M, 2>, points: P) -> Result<Self, ParameterError> {
+        let mut sum = T::zero();
+        for (number, point) in points.as_ref().iter().enumerate() {
+            let [x, y] = point.place;
+            let checked = parameter::finite("place", x)
+                .and_then(|_| parameter::finite("place", y))
+                .and_then(|_| parameter::non_negative("weight", point.weight));
+            sum += parameter::component(number, checked)?;
+        }
+        let sum = parameter::positive("sum of weights", sum)?;
+        Ok(Self { contact, points, inverse: T::one() / sum })
+    }
+
+    /// The contact under the whole normal force.
+    pub fn contact(&self) -> &PlaneContact<T, M, 2> {
+        &self.contact
+    }
+
+    /// The points.
+    pub fn points(&self) -> &[FootprintPoint<T>] {
+        self.points.as_ref()
+    }
+
+    /// Changes the normal force to p' \[N\], zero or positive; each point keeps its share of it.
+    /// Moves the deflections to what is left of them, z' = z min(1, p/p'), and returns the energy
+    /// \[J\] that left with the rest, see [`PlaneContact::reload`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite, and another number of deflections
+    /// than points; the footprint is as it was.
+    pub fn reload(
+        &mut self,
+        normal_force: T,
+        deflections: &mut [Vector2<T>],
+    ) -> Result<T, ParameterError> {
+        self.counted(deflections)?;
+        let stored = self.stored_energy(deflections);
+        let change = LoadChange::new(self.contact.normal_force(), normal_force);
+        let _ = self.contact.reload(normal_force, &Vector2::zeros())?;
+        deflections.iter_mut().for_each(|z| *z *= change.kept);
+        Ok(change.lost * stored)
+    }
+
+    /// Each point's share of the normal force and its place.
+    fn shares(&self) -> impl Iterator<Item = (T, Lever<T>)> {
+        self.points().iter().map(|point| (point.weight * self.inverse, Lever(point.place)))
+    }
+
+    /// The wrench \[N, N m\] of steady sliding with a twist: a point of the limit surface.
+    pub fn stationary_wrench(&self, twist: &Vector3<T>) -> Vector3<T> {
+        self.shares().fold(Vector3::zeros(), |sum, (share, lever)| {
+            sum + lever.wrench(&self.contact.stationary_force(&lever.velocity(twist))) * share
+        })
+    }
+
+    /// The ellipsoid of three axes that is nearest to the limit surface of these points, and how
+    /// far it is from it: whether the cheap model will do.
+    ///
+    /// It is of constant friction, equal along both axes, and tells nothing of the friction curve.
+    /// Evaluates the points 1041 times.
+    ///
+    /// ```
+    /// # use bristle::curve::{Coulomb, CoulombParameters};
+    /// # use bristle_plane::{Footprint, FootprintPoint, PlaneBristle, PlaneFrBd};
+    /// # use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+    /// # let curve =
+    /// #     Coulomb::new(CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 })?;
+    /// # let bristle = KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 10.0 };
+    /// # let bristle = KelvinVoigt::new(bristle)?;
+    /// # let contact = PlaneFrBd::isotropic(curve, bristle).under_load(10.0)?;
+    /// let points: Vec<_> = FootprintPoint::rectangle([0.1, 0.1], [20, 20]).collect();
+    /// let square = Footprint::new(contact, points)?.limit_ellipsoid();
+    /// assert!((square.spin_radius - 0.03826_f64).abs() < 1e-4); // (√2 + asinh 1)/6 of the side
+    /// assert!(square.surface_error > 0.05 && square.surface_error < 0.1);
+    /// assert!(square.wrench_error > 0.15 && square.wrench_error < 0.2);
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    pub fn limit_ellipsoid(&self) -> LimitEllipsoid<T> {
+        // Over the friction force of pure sliding.
+        let wrench = |twist: &Vector3<T>| {
+            self.shares().fold(Vector3::zeros(), |sum, (share, lever)| {
+                let velocity = lever.velocity(twist);
+                let speed = norm(&velocity);
+                let rests = is_zero(speed);
+                if rests { sum } else { sum + lever.wrench(&(velocity / speed)) * share }
+            })
+        };
+        let (spin_radius, zero) = (wrench(&Vector3::z()).z, T::zero());
+        let mut nearest = LimitEllipsoid { spin_radius, surface_error: zero, wrench_error: zero };
+        if is_zero(spin_radius) {
+            return nearest;
+        }
+        let angle = |part: i8, parts: i8| T::pi() * lit(f64::from(part) / f64::from(parts));
+        for (part, direction) in (-32..=32).flat_map(|part| (0..16).map(move |j| (part, j))) {
+            let ((turn, slide), (sin, cos)) =
+                (angle(part, 64).sin_cos(), angle(direction, 16).sin_cos());
+            // Of the twist (v_x, v_y, R ω), and of the wrench with which the ellipsoid answers it.
+            let direction = Vector3::new(slide * cos, slide * sin, turn);
+            let mut got = wrench(&Vector3::new(direction.x, direction.y, turn / spin_radius));
+            got.z /= spin_radius;
+            nearest.surface_error = larger(nearest.surface_error, (T::one() - norm(&got)).abs());
+            nearest.wrench_error = larger(nearest.wrench_error, norm(&(got - direction)));
+        }
+        nearest
+    }
+
+    /// The wrench \[N, N m\] at a twist and the deflections \[m\] of all points; NaN for another
+    /// number of deflections.
+    pub fn wrench(&self, twist: &Vector3<T>, deflections: &[Vector2<T>]) -> Vector3<T> {
+        if deflections.len() != self.points().len() {
+            return Vector3::repeat(nan());
+        }
+        self.shares().zip(deflections).fold(Vector3::zeros(), |sum, ((share, lever), z)| {
+            sum + lever.wrench(&self.contact.force(&lever.velocity(twist), z)) * share
+        })
+    }
+
+    /// The energy \[J\] stored in the bristles of all points.
+    pub fn stored_energy(&self, deflections: &[Vector2<T>]) -> T {
+        self.shares()
+            .zip(deflections)
+            .fold(T::zero(), |sum, ((share, _), z)| sum + share * self.contact.stored_energy(z))
+    }
+
+    /// The exact step of length h ≥ 0 \[s\] at a held twist: moves the deflections of all points
+    /// and returns the mean wrench \[N, N m\].
+    ///
+    /// # Errors
+    ///
+    /// Refuses another number of deflections than points.
+    pub fn hold(
+        &self,
+        twist: &Vector3<T>,
+        deflections: &mut [Vector2<T>],
+        duration: T,
+    ) -> Result<Vector3<T>, ParameterError> {
+        self.counted(deflections)?;
+        let mut mean = Vector3::zeros();
+        for ((share, lever), z) in self.shares().zip(deflections) {
+            let held = self.contact.hold(&lever.velocity(twist), z, duration);
+            *z = held.deflection;
+            mean += lever.wrench(&held.mean_force) * share;
+        }
+        Ok(mean)
+    }
+
+    /// Prepares the footprint for passive steps inside a mechanism, with the limits of its
+    /// deflections for speeds up to `fastest` [m/s] of any point, see [`PlaneContact::companion`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a speed that is negative or not finite.
+    pub fn companion(self, fastest: T) -> Result<FootprintCompanion<T, M, P>, ParameterError> {
+        let companion = self.contact.clone().companion(fastest)?;
+        Ok(FootprintCompanion { footprint: self, companion })
+    }
+
+    /// As many deflections as points.
+    fn counted(&self, deflections: &[Vector2<T>]) -> Result<(), ParameterError> {
+        self.as_many("deflections", deflections.len())
+    }
+
+    /// As many of something as points.
+    fn as_many(&self, name: &'static str, count: usize) -> Result<(), ParameterError> {
+        let points = self.points().len();
+        let rule = Rule::CountBetween { least: points, most: points };
+        parameter::check(name, count as f64, count == points, rule).map(drop)
+    }
+}
+
+/// The place of a point, from which twists and wrenches are seen.
+#[derive(Debug, Clone, Copy)]
+struct Lever<T>([T; 2]);
+
+impl<T: Scalar> Lever<T> {
+    #[inline(always)]
+    fn velocity(self, twist: &Vector3<T>) -> Vector2<T> {
+        let [x, y] = self.0;
+        Vector2::new(twist.x - twist.z * y, twist.y + twist.z * x)
+    }
+
+    #[inline(always)]
+    fn wrench(self, force: &Vector2<T>) -> Vector3<T> {
+        let [x, y] = self.0;
+        Vector3::new(force.x, force.y, x * force.y - y * force.x)
+    }
+
+    /// Jᵀ diag(d) J with the velocity J·twist.
+    #[inline(always)]
+    fn damping(self, damping: &Vector2<T>) -> Matrix3<T> {
+        let ([x, y], zero) = (self.0, T::zero());
+        let (first, second) = (-damping.x * y, damping.y * x);
+        Matrix3::new(
+            damping.x,
+            zero,
+            first, //
+            zero,
+            damping.y,
+            second, //
+            first,
+            second,
+            second * x - first * y,
+        )
+    }
+}
+
+/// A [`Footprint`] prepared for passive steps inside a mechanism.
+///
+/// A disc of 2 kg that is pushed off spinning, with steps of 1 ms:
+///
+/// ```
+/// use bristle::companion::VelocityHistory;
+/// use bristle::curve::{Coulomb, CoulombParameters};
+/// use bristle::nalgebra::{Matrix3, Vector2, Vector3};
+/// use bristle_plane::{DiscPressure, Footprint, FootprintPoint, PlaneBristle, PlaneFrBd};
+/// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+///
+/// let curve =
+///     Coulomb::new(CoulombParameters { dynamic_coefficient: 0.3, viscous_friction: 0.0 })?;
+/// let bristle =
+///     KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 50.0 })?;
+/// let contact = PlaneFrBd::isotropic(curve, bristle).under_load(2.0 * 9.81)?;
+/// let points: Vec<_> = FootprintPoint::disc(0.05, DiscPressure::Uniform, 4).collect();
+/// let mut deflections = vec![Vector2::zeros(); points.len()];
+/// let disc = Footprint::new(contact, points)?.companion(5.0)?;
+/// let (inertia, h) = (Matrix3::from_diagonal(&Vector3::new(2.0, 2.0, 2.5e-3)), 1e-3);
+/// let mut twist = Vector3::new(0.5, 0.2, 30.0);
+/// let mut history: [_; 3] = core::array::from_fn(|i| VelocityHistory::new(twist[i]));
+/// while twist.norm() > 1e-6 {
+///     let predicted = Vector3::from_fn(|i, _| history[i].predict());
+///     let step = disc.step(&predicted, &deflections, h)?;
+///     // (2/h) inertia (v̄ − v₀) = −bias − damping v̄
+///     let matrix = inertia * (2.0 / h) + step.damping;
+///     let right = inertia * (2.0 / h) * twist - step.bias;
+///     let Some(mean) = matrix.lu().solve(&right) else { break };
+///     let done = disc.commit(&step, &mean, &mut deflections)?;
+///     assert!(done.dissipated >= 0.0);
+///     twist = 2.0 * mean - twist;
+///     (0..3).for_each(|i| history[i].push(twist[i]));
+/// }
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FootprintCompanion<T: Scalar, M, P> {
+    footprint: Footprint<T, M, P>,
+    companion: PlaneCompanion<T, M, 2>,
+}
+
+/// Friction of a footprint over one step: mean wrench = bias + damping·mean twist.
+#[must_use]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FootprintStep<T: Scalar> {
+    /// Mean wrench \[N, N m\] if the mean twist is zero.
+    pub bias: Vector3<T>,
+    /// The damping [N s/m, N s, N m s]: symmetric, positive semidefinite.
+    pub damping: Matrix3<T>,
+    predicted_twist: Vector3<T>,
+    duration: T,
+}
+
+impl<T, M, P> FootprintCompanion<T, M, P>
+where
+    T: Scalar,
+    M: PlaneBristle<T, 2>,
+    P: AsRef<[FootprintPoint<T>]>,
+{
+    /// The footprint.
+    pub fn footprint(&self) -> &Footprint<T, M, P> {
+        &self.footprint
+    }
+
+    /// Changes the normal force before a step: take the load at the middle of the step. See
+    /// [`Footprint::reload`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses what [`Footprint::reload`] refuses; the companion is as it was.
+    pub fn reload(
+        &mut self,
+        normal_force: T,
+        deflections: &mut [Vector2<T>],
+    ) -> Result<T, ParameterError> {
+        let dissipated = self.footprint.reload(normal_force, deflections)?;
+        let _ = self.companion.reload(normal_force, &Vector2::zeros())?;
+        Ok(dissipated)
+    }
+
+    /// The source and the damper that stand for the friction over a step of length h ≥ 0 \[s\],
+    /// from the deflections \[m\] of all points and a twist predicted for the middle of the step.
+    ///
+    /// # Errors
+    ///
+    /// Refuses another number of deflections than points.
+    pub fn step(
+        &self,
+        predicted_twist: &Vector3<T>,
+        deflections: &[Vector2<T>],
+        duration: T,
+    ) -> Result<FootprintStep<T>, ParameterError> {
+        self.begin(predicted_twist, deflections, duration, |_| ())
+    }
+
+    /// [`FootprintCompanion::step`] that keeps the step of each point for
+    /// [`FootprintCompanion::commit_stored`]. Both together take two thirds of the time, for 256
+    /// bytes a point in `f64`.
+    ///
+    /// # Errors
+    ///
+    /// Refuses another number of deflections or steps than points.
+    pub fn step_storing(
+        &self,
+        predicted_twist: &Vector3<T>,
+        deflections: &[Vector2<T>],
+        duration: T,
+        steps: &mut [PlaneCompanionStep<T, 2>],
+    ) -> Result<FootprintStep<T>, ParameterError> {
+        self.footprint.as_many("steps", steps.len())?;
+        let mut slots = steps.iter_mut();
+        self.begin(predicted_twist, deflections, duration, |step| {
+            if let Some(slot) = slots.next() {
+                *slot = *step;
+            }
+        })
+    }
+
+    #[inline]
+    fn begin(
+        &self,
+        predicted_twist: &Vector3<T>,
+        deflections: &[Vector2<T>],
+        duration: T,
+        mut keep: impl FnMut(&PlaneCompanionStep<T, 2>),
+    ) -> Result<FootprintStep<T>, ParameterError> {
+        self.footprint.counted(deflections)?;
+        let (mut bias, mut damping) = (Vector3::zeros(), Matrix3::zeros());
+        for ((share, lever), z) in self.footprint.shares().zip(deflections) {
+            let step = self.companion.step(&lever.velocity(predicted_twist), z, duration);
+            bias += lever.wrench(&step.bias()) * share;
+            damping += lever.damping(&step.damping()) * share;
+            keep(&step);
+        }
+        Ok(FootprintStep { bias, damping, predicted_twist: *predicted_twist, duration })
+    }
+
+    /// Ends a step with the mean twist that the mechanism has found: moves the deflections of all
+    /// points, from which the step was made. It computes the step of each point again;
+    /// [`FootprintCompanion::step_storing`] keeps it instead.
+    ///
+    /// # Errors
+    ///
+    /// Refuses another number of deflections than points.
+    pub fn commit(
+        &self,
+        step: &FootprintStep<T>,
+        mean_twist: &Vector3<T>,
+        deflections: &mut [Vector2<T>],
+    ) -> Result<CompletedFootprintStep<T>, ParameterError> {
+        let again = |lever: Lever<T>, z: &Vector2<T>| {
+            let predicted = lever.velocity(&step.predicted_twist);
+            self.companion.step(&predicted, z, step.duration)
+        };
+        self.end(mean_twist, deflections, again)
+    }
+
+    /// [`FootprintCompanion::commit`] of the steps of all points, from
+    /// [`FootprintCompanion::step_storing`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses another number of deflections or steps than points.
+    pub fn commit_stored(
+        &self,
+        steps: &[PlaneCompanionStep<T, 2>],
+        mean_twist: &Vector3<T>,
+        deflections: &mut [Vector2<T>],
+    ) -> Result<CompletedFootprintStep<T>, ParameterError> {
+        self.footprint.as_many("steps", steps.len())?;
+        let mut stored = steps.iter();
+        self.end(mean_twist, deflections, |_, _| stored.next().copied().unwrap_or_default())
+    }
+
+    #[inline]
+    fn end(
+        &self,
+        mean_twist: &Vector3<T>,
+        deflections: &mut [Vector2<T>],
+        mut step: impl FnMut(Lever<T>, &Vector2<T>) -> PlaneCompanionStep<T, 2>,
+    ) -> Result<CompletedFootprintStep<T>, ParameterError> {
+        self.footprint.counted(deflections)?;
+        let zero = T::zero();
+        let mut sum = CompletedFootprintStep {
+            wrench: Vector3::zeros(),
+            work: zero,
+            stored: zero,
+            dissipated: zero,
+        };
+        for ((share, lever), z) in self.footprint.shares().zip(deflections) {
+            let done = step(lever, z).commit(&lever.velocity(mean_twist));
+            *z = done.deflection;
+            sum.wrench += lever.wrench(&done.force) * share;
+            sum.work += share * done.work;
+            sum.stored += share * done.stored;
+            sum.dissipated += share * done.dissipated;
+        }
+        Ok(sum)
+    }
+}

@@ -1,0 +1,308 @@
+//! The exact reduction in combined slip: each axis a patch of one axis, whose model is frozen at
+//! the slip velocity of the step.
+//!
+//! With v ∈ ℝᴬ and V held over a step all bristles of axis i share λᵢ and rᵢ vᵢ, so that each axis
+//! is reduced exactly as a patch of one axis is. Over a step inside a mechanism each axis is a
+//! source and a damper, F̄ᵢ = biasᵢ + dampingᵢ v̄ᵢ, with an energy balance of its own.
+
+use nalgebra::SVector;
+
+use super::coupling::Coupling;
+use super::queue::Queue;
+use super::{ExactPatch, PatchLedger, Segment};
+use crate::combined::finite;
+use crate::patch::coefficients;
+use crate::{Motion, Patch, PolynomialExponential, RateDependent};
+use bristle::parameter::{self, ParameterError};
+use bristle::{Affine, Scalar};
+use bristle_plane::PlaneBristle;
+
+/// A patch in motion in combined slip, without a grid: [`ExactPatch`] with a vector for the slip
+/// velocity and the force. Memory, merging, accuracy and time are those of `ExactPatch` on each of
+/// the A axes.
+///
+/// ```
+/// use bristle::curve::Stribeck;
+/// use bristle::nalgebra::Vector2;
+/// use bristle::paper;
+/// use bristle_plane::PlaneFrBd;
+/// use bristle::rheology::KelvinVoigt;
+/// use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Segment};
+///
+/// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+/// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
+/// let tyre = Patch::new(PatchParameters {
+///     model: PlaneFrBd::isotropic(curve, bristle),
+///     length: paper::TYRE_LENGTH,
+///     pressure: PolynomialExponential::parabolic().padded::<4>(), // for the moment
+/// })?
+/// .carrying(4000.0)?; // N
+///
+/// let mut rolling = tyre.combined([[Segment::default(); 200]; 2])?;
+/// let mut force = Vector2::zeros();
+/// for millisecond in 0..100 {
+///     // Braking, with a slip angle that grows.
+///     let slip_velocity = Vector2::new(0.8, 0.01 * f64::from(millisecond)); // m/s
+///     force = rolling.step(Motion { slip_velocity, rolling_speed: 16.0 }, 1e-3)?;
+/// }
+/// let aligning = rolling.moment(&Vector2::new(0.8, 0.99)).y; // N m
+/// assert!(force.x > 800.0 && force.y > 1000.0 && aligning > 0.0);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct CombinedPatch<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B> {
+    patch: Patch<T, M, PolynomialExponential<T, N>>,
+    /// With the models of the last slip velocity.
+    axes: [ExactPatch<T, M::Axis, N, B>; A],
+}
+
+/// Friction of a patch over one step in combined slip, F̄ᵢ = biasᵢ + dampingᵢ v̄ᵢ.
+///
+/// Made by [`CombinedPatch::companion_step`]; what [`PatchStep`](super::PatchStep) says holds on
+/// each axis.
+#[derive(Debug)]
+#[must_use = "the bristles move when it is committed"]
+pub struct CombinedStep<'a, T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B> {
+    rolling: &'a mut CombinedPatch<T, M, A, N, B>,
+    couplings: [Coupling<T>; A],
+}
+
+impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
+    /// The patch in motion in combined slip, with undeflected bristles, in memory that the caller
+    /// provides for each axis: see [`Patch::exact`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses fewer than 22 segments.
+    pub fn combined<B, const A: usize>(
+        self,
+        segments: [B; A],
+    ) -> Result<CombinedPatch<T, M, A, N, B>, ParameterError>
+    where
+        M: PlaneBristle<T, A, Axis: RateDependent<T>>,
+        B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
+    {
+        for memory in &segments {
+            parameter::count("segments", memory.as_ref().len(), Queue::<T, N, B>::LEAST)?;
+        }
+        let decay = self.pressure().decay();
+        let still = self.axes(&SVector::zeros());
+        let mut number = 0;
+        let axes = segments.map(|memory| {
+            number += 1;
+            ExactPatch { patch: still[number - 1].clone(), queue: Queue::new(memory, decay) }
+        });
+        Ok(CombinedPatch { patch: self, axes })
+    }
+
+    /// The patch in motion in combined slip, with undeflected bristles and memory for steps of
+    /// V h ≥ 1/`segments`: see [`Patch::exact_in`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses fewer than 8 segments and more than ten million.
+    #[cfg(feature = "alloc")]
+    pub fn combined_in<const A: usize>(
+        self,
+        segments: usize,
+    ) -> Result<CombinedPatch<T, M, A, N, alloc::vec::Vec<Segment<T, N>>>, ParameterError>
+    where
+        M: PlaneBristle<T, A, Axis: RateDependent<T>>,
+    {
+        let memory = super::memory(segments)?;
+        self.combined(core::array::from_fn(|_| memory.clone()))
+    }
+}
+
+impl<T, M, const A: usize, const N: usize, B> CombinedPatch<T, M, A, N, B>
+where
+    T: Scalar,
+    M: PlaneBristle<T, A, Axis: RateDependent<T>>,
+    B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
+{
+    /// The patch.
+    pub fn patch(&self) -> &Patch<T, M, PolynomialExponential<T, N>> {
+        &self.patch
+    }
+
+    /// The bristles of each axis. Their energy and deflections are those of the axis; their forces
+    /// are with the coefficients of the last step.
+    pub fn axes(&self) -> &[ExactPatch<T, M::Axis, N, B>; A] {
+        &self.axes
+    }
+
+    /// Changes the normal force F_z \[N\], zero or positive, and returns the share of the stored
+    /// energy that leaves: [`ExactPatch::reload`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite; the patch is as it was.
+    pub fn reload(&mut self, normal_force: T) -> Result<T, ParameterError> {
+        self.patch.set_normal_force(normal_force)?;
+        let mut lost = T::zero();
+        for axis in &mut self.axes {
+            lost = axis.reload(normal_force)?;
+        }
+        Ok(lost)
+    }
+
+    /// Takes all bristles to the profile of steady rolling.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a motion that is not finite or runs backwards; the patch is as it was.
+    pub fn settle(&mut self, motion: Motion<SVector<T, A>, T>) -> Result<(), ParameterError> {
+        self.freeze(&motion.slip_velocity)?;
+        self.along(motion).try_for_each(|(axis, motion)| axis.settle(motion))
+    }
+
+    /// Rolls on for a time h ≥ 0 \[s\] with a motion held, and returns the friction force F \[N\]
+    /// at the end. Of a motion that varies take that at the middle of the step: second order.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a velocity that is not finite, a rolling speed or a duration that is negative, and a
+    /// velocity at which a coefficient of the model is not finite; the patch is as it was.
+    #[inline]
+    pub fn step(
+        &mut self,
+        motion: Motion<SVector<T, A>, T>,
+        duration: T,
+    ) -> Result<SVector<T, A>, ParameterError> {
+        self.freeze(&motion.slip_velocity)?;
+        let mut forces = SVector::<T, A>::zeros();
+        for ((axis, motion), force) in self.along(motion).zip(forces.iter_mut()) {
+            *force = axis.step(motion, duration)?;
+        }
+        Ok(forces)
+    }
+
+    /// The friction force \[N\] at a slip velocity [m/s], with the bristles as they are.
+    pub fn force(&self, slip_velocity: &SVector<T, A>) -> SVector<T, A> {
+        self.each(slip_velocity, ExactPatch::force_of)
+    }
+
+    /// The moment of each axis's force about the middle of the patch \[N m\]: that of the lateral
+    /// axis is the self-aligning moment M_z. See [`ExactPatch::moment`].
+    pub fn moment(&self, slip_velocity: &SVector<T, A>) -> SVector<T, A> {
+        self.each(slip_velocity, ExactPatch::moment_of)
+    }
+
+    /// The energy stored in the bristles \[J\], see [`ExactPatch::stored_energy`].
+    pub fn stored_energy(&self) -> T {
+        self.axes.iter().fold(T::zero(), |sum, axis| sum + axis.stored_energy())
+    }
+
+    /// The sources and the dampers that stand for the patch over a step of length h ≥ 0 \[s\], from
+    /// a motion predicted for its middle: [`ExactPatch::companion_step`] with a vector.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a velocity that is not finite, a rolling speed or a duration that is negative, and
+    /// what gives a bias or a damping that is not finite; the patch is as it was.
+    pub fn companion_step(
+        &mut self,
+        predicted: Motion<SVector<T, A>, T>,
+        duration: T,
+    ) -> Result<CombinedStep<'_, T, M, A, N, B>, ParameterError> {
+        self.freeze(&predicted.slip_velocity)?;
+        let mut couplings = [Coupling::idle(); A];
+        for ((axis, predicted), coupling) in self.along(predicted).zip(&mut couplings) {
+            *coupling = axis.coupling(predicted, duration)?;
+        }
+        Ok(CombinedStep { rolling: self, couplings })
+    }
+
+    /// A function of each axis's bristles, coefficients and slip velocity.
+    fn each(
+        &self,
+        slip_velocity: &SVector<T, A>,
+        of: impl Fn(&ExactPatch<T, M::Axis, N, B>, &Affine<T>, T) -> T,
+    ) -> SVector<T, A> {
+        let models = self.patch.model().axes(slip_velocity);
+        SVector::from_fn(|i, _| {
+            let v = slip_velocity[i];
+            of(&self.axes[i], &models[i].at_velocity(v), v)
+        })
+    }
+
+    /// Gives each axis its model at a slip velocity, if its coefficients there are finite.
+    #[inline]
+    fn freeze(&mut self, slip_velocity: &SVector<T, A>) -> Result<(), ParameterError> {
+        finite("slip_velocity", slip_velocity)?;
+        let models = self.patch.model().axes(slip_velocity);
+        for (model, &v) in models.iter().zip(slip_velocity) {
+            coefficients(model, v)?;
+        }
+        for (axis, model) in self.axes.iter_mut().zip(models) {
+            axis.patch.set_model(model);
+        }
+        Ok(())
+    }
+
+    /// Each axis with its motion.
+    fn along(
+        &mut self,
+        motion: Motion<SVector<T, A>, T>,
+    ) -> impl Iterator<Item = (&mut ExactPatch<T, M::Axis, N, B>, Motion<T>)> {
+        let Motion { slip_velocity, rolling_speed } = motion;
+        self.axes.iter_mut().enumerate().map(move |(number, axis)| {
+            (axis, Motion { slip_velocity: slip_velocity[number], rolling_speed })
+        })
+    }
+}
+
+impl<T, M, const A: usize, const N: usize, B> CombinedStep<'_, T, M, A, N, B>
+where
+    T: Scalar,
+    M: PlaneBristle<T, A, Axis: RateDependent<T>>,
+    B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
+{
+    /// Mean friction force \[N\] if the mean slip velocity is zero.
+    pub fn bias(&self) -> SVector<T, A> {
+        SVector::from_fn(|i, _| self.couplings[i].bias)
+    }
+
+    /// Diagonal of the damping [N s/m]: zero or positive.
+    pub fn damping(&self) -> SVector<T, A> {
+        SVector::from_fn(|i, _| self.couplings[i].damping)
+    }
+
+    /// Mean friction force F̄ \[N\] for a mean slip velocity v̄ [m/s].
+    pub fn force(&self, mean_slip_velocity: &SVector<T, A>) -> SVector<T, A> {
+        SVector::from_fn(|i, _| self.couplings[i].force(mean_slip_velocity[i]))
+    }
+
+    /// Ends the step with the mean slip velocity v̄ [m/s] that the mechanism has found, and returns
+    /// the mean friction force F̄ \[N\].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a velocity that is not finite; the patch is as it was.
+    pub fn commit(
+        self,
+        mean_slip_velocity: &SVector<T, A>,
+    ) -> Result<SVector<T, A>, ParameterError> {
+        let (mean, force) =
+            (finite("mean_slip_velocity", mean_slip_velocity)?, self.force(mean_slip_velocity));
+        for ((axis, coupling), &v) in self.rolling.axes.iter_mut().zip(&self.couplings).zip(mean) {
+            axis.commit(coupling, v);
+        }
+        Ok(force)
+    }
+
+    /// Ends the step as [`CombinedStep::commit`] does, with an account of each axis. The time is
+    /// proportional to the number of segments.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a velocity that is not finite; the patch is as it was.
+    pub fn commit_with_ledger(
+        self,
+        mean_slip_velocity: &SVector<T, A>,
+    ) -> Result<[PatchLedger<T>; A], ParameterError> {
+        let mean = finite("mean_slip_velocity", mean_slip_velocity)?;
+        let axes = &mut self.rolling.axes;
+        Ok(core::array::from_fn(|i| axes[i].commit_with_ledger(&self.couplings[i], mean[i])))
+    }
+}

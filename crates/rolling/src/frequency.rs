@@ -1,0 +1,287 @@
+//! A rolling patch about a steady motion: its linearisation and frequency response.
+//!
+//! With z = z* + z̃, v = v* + ṽ, V = V* + Ṽ and z* = z_ss (1 − e^(−κξ)), κ = λ/V*,
+//!
+//! ∂z̃/∂t + V* ∂z̃/∂ξ = −λ z̃ + H₁(ξ) ṽ − (z_ss κ e^(−κξ)) Ṽ,  z̃(0, t) = 0,
+//! F̃ = L ∫₀¹ p (c₀ z̃ + H₂(ξ) ṽ) dξ,
+//! H₁ = b₀ + b₁ e^(−κξ),  b₀ = r + r'v* − λ'z_ss,  b₁ = λ'z_ss,
+//! H₂ = c₂ + c₂'v* + c₀'z*.
+//!
+//! For ṽ = e^(iωt), θ = ω/V* and s = κ + iθ,
+//!
+//! z̃(ξ) = (b₀/V*) (1 − e^(−sξ))/s + (b₁/V*) e^(−κξ) (1 − e^(−iθξ))/(iθ):
+//!
+//! the first part is what the bristle at ξ has gathered since it entered, less what it would have
+//! gathered before. The delays e^(−iθξ) of the bristles' ways since the inlet make the response
+//! ripple with the period 2π of θ, which is ω over the rate of transits. Weighted with the
+//! pressure, and with P(s) = ∫₀¹ p e^(−sξ) dξ and Q(a, b) = (P(a) − P(b))/(b − a),
+//!
+//! F̃/ṽ = L ((c₀/V*) (b₀ Q(0, s) + b₁ Q(κ, s)) + (c₂ + c₂'v*) P(0) + c₀'z_ss R(κ)),
+//! F̃/Ũ = −c₀ z_ss (κ/V*) Q(κ, s),  V = U/L.
+//!
+//! For ω = 0 these are the slopes of the steady force, with R' = dR/dκ = ∫₀¹ p ξ e^(−κξ) dξ,
+//!
+//! ∂F/∂v = L (c₀ (b₀ R/κ + b₁ R')/V + c₀'z_ss R + (c₂ + c₂'v) P(0)),
+//! ∂F/∂U = −c₀ z_ss R' κ/V,
+//!
+//! in which nothing is divided by λ, so that v = 0 is a velocity like any other. The moment of the
+//! force about the middle of the patch has L (ξ − ½) p in place of p.
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | H₁, H₂ | the paper's names for how ṽ drives the bristle and the force | –, s/m |
+//! | ω | angular frequency | rad/s |
+//! | θ | phase that passes during a transit of the patch | rad |
+//!
+//! Source: Romano et al. (arXiv 2602.09429), section IV-C, which gives H₁ and H₂ (the term with
+//! σ0'(v) there lacks the factor z); the response in closed form is worked out here.
+
+use nalgebra::Complex;
+
+use super::patch::{Crossing, checked};
+use super::quadrature::weigh;
+use super::{Motion, Patch, Pressure, RateDependent};
+use bristle::parameter::ParameterError;
+use bristle::scalar::{is_zero, lit};
+use bristle::{Affine, Scalar};
+
+/// A patch linearised about a steady motion, see [`Patch::linearised`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearisedPatch<T, P> {
+    pressure: P,
+    /// L, and what multiplies the pressure.
+    weight: T,
+    transport: T,
+    length: T,
+    /// c₀
+    stiffness: T,
+    /// κ
+    decay: T,
+    /// z_ss
+    stationary: T,
+    /// b₀ = r + r'v − λ'z_ss
+    b0: T,
+    /// b₁ = λ'z_ss
+    b1: T,
+    /// c₂ + c₂'v
+    direct: T,
+    /// c₀'z_ss
+    rising_direct: T,
+}
+
+impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
+    /// The patch linearised about a steady motion. About v = 0 it takes the middle of the one-sided
+    /// slopes: there λ = 0 and λ' = 0, and it is the patch in adhesion.
+    ///
+    /// ```
+    /// use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
+    /// use bristle::{FrBd, paper};
+    /// use bristle::curve::Stribeck;
+    /// use bristle::rheology::KelvinVoigt;
+    ///
+    /// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+    /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
+    /// let tyre = Patch::new(PatchParameters {
+    ///     model: FrBd::new(curve, bristle),
+    ///     length: paper::TYRE_LENGTH,
+    ///     pressure: PolynomialExponential::constant(),
+    /// })?
+    /// .carrying(4000.0)?; // N
+    /// let cruise = Motion { slip_velocity: 0.0, rolling_speed: 16.0 };
+    /// let linearised = tyre.linearised(cruise)?;
+    /// // A slow change of slip gets the slip stiffness, a fast one less and later.
+    /// let slow = linearised.by_slip_velocity(1e-3);
+    /// let fast = linearised.by_slip_velocity(300.0); // rad/s
+    /// assert!((slow.re * 16.0 / tyre.slip_stiffness(16.0)? - 1.0).abs() < 1e-9);
+    /// assert!(fast.re < slow.re && fast.im < 0.0);
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    ///
+    /// # Relaxation length
+    ///
+    /// The way after which the force has followed a small step of slip is −U Im G/(ω Re G) for ω →
+    /// 0. About v = 0 and without damping it is L ∫pξ² dξ/(2 ∫pξ dξ): L/3 for constant pressure,
+    /// 0.3 L for a parabola. It is that of the patch alone: what is measured on a tyre, some
+    /// decimetres, is mostly its carcass, to first order slip stiffness over lateral
+    /// (longitudinal) stiffness of the tyre.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a motion that is not finite, and a rolling speed that is not positive.
+    pub fn linearised(&self, motion: Motion<T>) -> Result<LinearisedPatch<T, P>, ParameterError> {
+        let Crossing { slip_velocity: v, transport } = self.rolling(motion)?;
+        let (affine, slopes) = self.model().affine_and_slopes(v.into(), T::zero());
+        self.model().check_rate_dependence()?;
+        Ok(self.linearised_about((v, transport), (checked(affine)?, slopes), T::one()))
+    }
+
+    /// The force linearised about v and V, given its coefficients and their slopes with respect to
+    /// a slip velocity: its own (`share` one) or that of another axis (zero).
+    pub(super) fn linearised_about(
+        &self,
+        (v, transport): (T, T),
+        (affine, slopes): (Affine<T>, Affine<T>),
+        share: T,
+    ) -> LinearisedPatch<T, P> {
+        let stationary = self.model().stationary(v);
+        // A slope can be infinite at rest (|v|^δ with δ < 1), where nothing is there to be
+        // multiplied.
+        let times = |slope: T, value: T| if is_zero(value) { T::zero() } else { slope * value };
+        let b1 = times(slopes.relaxation, stationary);
+        LinearisedPatch {
+            pressure: self.pressure().clone(),
+            weight: self.length() * self.load(),
+            transport,
+            length: self.length(),
+            stiffness: affine.stiffness,
+            decay: affine.relaxation / transport,
+            stationary,
+            b0: share * affine.drive + times(slopes.drive, v) - b1,
+            b1,
+            direct: share * affine.damping + times(slopes.damping, v),
+            rising_direct: times(slopes.stiffness, stationary),
+        }
+    }
+}
+
+impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
+    /// κ = λ/V \[–\]: how often a bristle relaxes on its way through the patch.
+    #[doc(alias = "kappa")]
+    pub fn decay(&self) -> T {
+        self.decay
+    }
+
+    /// H₁(ξ) = b₀ + b₁ e^(−κξ) \[–\]: how the slip velocity drives the bristle at a place.
+    #[doc(alias = "H1")]
+    pub fn drive(&self, place: T) -> T {
+        self.b0 + self.b1 * (-self.decay * place).exp()
+    }
+
+    /// H₂(ξ) = c₂ + c₂'v + c₀'z*(ξ) [s/m]: how the slip velocity acts on the friction coefficient
+    /// at a place directly.
+    #[doc(alias = "H2")]
+    pub fn direct(&self, place: T) -> T {
+        self.direct - self.rising_direct * (-self.decay * place).exp_m1()
+    }
+
+    /// The frequency response from the slip velocity to the force, F̃/ṽ [N s/m], at an angular
+    /// frequency ω [rad/s] of either sign. At ω = 0 it is ∂F/∂v, the slope of the steady force.
+    /// LuGre's loses the digits by which c₀ z_ss' and c₂ exceed their sum.
+    pub fn by_slip_velocity(&self, angular_frequency: T) -> Complex<T> {
+        if is_zero(angular_frequency) {
+            return self.steady_slope().into();
+        }
+        let (pressure, both) = (&self.pressure, self.exponent(angular_frequency));
+        let gathered = pressure.transform_slope(T::zero(), both).scale(self.b0)
+            + pressure.transform_slope(self.decay, both).scale(self.b1);
+        (gathered.scale(self.stiffness / self.transport) + Complex::from(self.direct_force()))
+            .scale(self.weight)
+    }
+
+    /// ∂F/∂v [N s/m] of the steady force.
+    pub(super) fn steady_slope(&self) -> T {
+        let (decay, lever) = (self.decay, self.pressure.lever(self.decay));
+        let rise_per_decay = if is_zero(decay) { lever } else { self.pressure.rise(decay) / decay };
+        let deflection = (self.b0 * rise_per_decay + self.b1 * lever) / self.transport;
+        self.weight * (self.stiffness * deflection + self.direct_force())
+    }
+
+    /// ∫ p H₂ dξ, risen and remaining apart: LuGre's first is a small difference.
+    fn direct_force(&self) -> T {
+        (self.rising_direct + self.direct) * self.pressure.rise(self.decay)
+            + self.direct * self.pressure.remaining(self.decay)
+    }
+
+    /// The frequency response from the rolling speed to the force, F̃/Ũ [N s/m], at an angular
+    /// frequency ω [rad/s] of either sign. At ω = 0 it is ∂F/∂U, the slope of the steady force.
+    pub fn by_rolling_speed(&self, angular_frequency: T) -> Complex<T> {
+        let shifted = if is_zero(angular_frequency) {
+            self.pressure.lever(self.decay).into()
+        } else {
+            self.pressure.transform_slope(self.decay, self.exponent(angular_frequency))
+        };
+        let share = self.decay / (self.transport * self.length);
+        shifted.scale(-self.weight * self.stiffness * self.stationary * share)
+    }
+
+    /// The frequency response from the slip velocity to the moment of the force about the middle of
+    /// the patch, M̃/ṽ [N s], at an angular frequency ω [rad/s] of either sign: for the force of
+    /// the lateral axis the self-aligning moment on the wheel. At ω = 0 it is the slope of the
+    /// steady moment. By quadrature, to a rounding of L times the response of the force: its work
+    /// grows with ω L/U, beyond 2·10⁶ it is NaN.
+    ///
+    /// ```
+    /// use bristle::curve::Stribeck;
+    /// use bristle::nalgebra::Vector2;
+    /// use bristle::paper;
+    /// use bristle_plane::PlaneFrBd;
+    /// use bristle::rheology::KelvinVoigt;
+    /// use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
+    ///
+    /// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+    /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
+    /// let tyre = Patch::new(PatchParameters {
+    ///     model: PlaneFrBd::isotropic(curve, bristle),
+    ///     length: paper::TYRE_LENGTH,
+    ///     pressure: PolynomialExponential::constant(),
+    /// })?
+    /// .carrying(4000.0)?; // N
+    /// let cruise = Motion { slip_velocity: Vector2::zeros(), rolling_speed: 16.0 };
+    /// let lateral = tyre.combined_linearised(cruise)?[1][1]; // of F_y to v_y
+    /// let trail = lateral.moment_by_slip_velocity(0.0).re / lateral.by_slip_velocity(0.0).re;
+    /// assert!((trail / (paper::TYRE_LENGTH / 6.0) - 1.0_f64).abs() < 1e-12);
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    pub fn moment_by_slip_velocity(&self, angular_frequency: T) -> Complex<T> {
+        self.levered().by_slip_velocity(angular_frequency)
+    }
+
+    /// The frequency response from the rolling speed to the moment, M̃/Ũ [N s], see
+    /// [`LinearisedPatch::moment_by_slip_velocity`].
+    pub fn moment_by_rolling_speed(&self, angular_frequency: T) -> Complex<T> {
+        self.levered().by_rolling_speed(angular_frequency)
+    }
+
+    fn levered(&self) -> LinearisedPatch<T, Levered<P>> {
+        LinearisedPatch {
+            pressure: Levered(self.pressure.clone()),
+            weight: self.weight * self.length,
+            transport: self.transport,
+            length: self.length,
+            stiffness: self.stiffness,
+            decay: self.decay,
+            stationary: self.stationary,
+            b0: self.b0,
+            b1: self.b1,
+            direct: self.direct,
+            rising_direct: self.rising_direct,
+        }
+    }
+
+    /// s = κ + iω/V
+    fn exponent(&self, angular_frequency: T) -> Complex<T> {
+        Complex::new(self.decay, angular_frequency / self.transport)
+    }
+}
+
+/// (ξ − ½) p: a pressure times its lever about the middle of the patch, of both signs. Its
+/// integrals are those by quadrature.
+#[derive(Debug, Clone)]
+struct Levered<P>(P);
+
+impl<T: Scalar, P: Pressure<T>> Pressure<T> for Levered<P> {
+    fn at_and_slope(&self, place: T) -> (T, T) {
+        let (lever, (pressure, slope)) = (place - lit(0.5), self.0.at_and_slope(place));
+        (lever * pressure, pressure + lever * slope)
+    }
+
+    fn next_knot(&self, place: T) -> Option<T> {
+        self.0.next_knot(place)
+    }
+
+    fn total(&self) -> T {
+        let mut sum = T::zero();
+        weigh(self, None, T::zero().into(), |_, pressure| sum += pressure);
+        sum
+    }
+}

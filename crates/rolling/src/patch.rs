@@ -1,0 +1,330 @@
+//! A contact patch: bristles of one model along a length, under a pressure.
+
+use super::Pressure;
+use bristle::curve::FrictionCurve;
+use bristle::parameter::{self, ParameterError, Rule};
+use bristle::regularisation::Regularisation;
+use bristle::rheology::{KelvinVoigt, Rheology, VelocityLaw};
+use bristle::scalar::{is_zero, larger, nan, unlimited};
+use bristle::{Affine, AnyBristle, Bristle, Dahl, FrBd, LuGre, Scalar, Sliding};
+
+/// A friction model with one deflection whose coefficients depend on the velocity alone, so that
+/// all bristles of a patch share them: [`FrBd`] with a bristle of one spring,
+/// [`LuGre`] and [`Dahl`]. (Elasto-plastic FrBD switches with its deflection, the implicit bristle
+/// solves for it.)
+pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
+    /// The four coefficients at a velocity.
+    #[inline]
+    fn at_velocity(&self, sliding: impl Into<Sliding<T>>) -> Affine<T> {
+        self.affine(sliding.into(), T::zero())
+    }
+
+    /// Refuses a model, chosen at run time, whose coefficients depend on its deflection.
+    #[doc(hidden)]
+    fn check_rate_dependence(&self) -> Result<(), ParameterError> {
+        Ok(())
+    }
+
+    /// ∫ p (m (c₀ − K r) + c₂) dξ over a part of the patch, where m is the mean deflection of
+    /// bristles that entered undeflected, over a step under v̄ = 1, and K the stiffness of the
+    /// stored energy: what the friction coefficient rises by beyond the springs. Given ∫ p m, the
+    /// integral `kept` of p times the mean of e^(−λ age), and ∫ p.
+    ///
+    /// For c₀ that falls with the speed, as LuGre's, this sum loses digits, and another form may
+    /// not.
+    #[doc(hidden)]
+    #[inline]
+    fn damping_beyond_springs(&self, velocity: T, driven: T, kept: T, carried: T) -> T {
+        let _ = kept;
+        let affine = self.at_velocity(velocity);
+        let excess = affine.stiffness - self.storage_stiffness() * affine.drive;
+        excess * driven + affine.damping * carried
+    }
+
+    /// Upper bounds of |c₀| [1/m] and |c₂| [s/m] at velocities with |v| ≤ `fastest`; infinite if
+    /// there is no such limit.
+    fn output_limits(&self, fastest: T) -> (T, T) {
+        let _ = fastest;
+        let unlimited = T::one() / T::zero();
+        (unlimited, unlimited)
+    }
+}
+
+impl<T, C, R, E> RateDependent<T> for FrBd<C, R, E>
+where
+    T: Scalar,
+    C: FrictionCurve<T>,
+    R: Rheology<T, Deflection = T>,
+    E: Regularisation<T>,
+{
+    fn output_limits(&self, _fastest: T) -> (T, T) {
+        // c₀ = σ0 r and c₂ = σ1 r with 0 < r ≤ 1.
+        let bounds = self.rheology().bounds();
+        (bounds.stiffness.max, bounds.damping.max)
+    }
+}
+
+impl<T, C, D, E> RateDependent<T> for LuGre<C, KelvinVoigt<T, T, D>, E, T>
+where
+    T: Scalar,
+    C: FrictionCurve<T>,
+    D: VelocityLaw<T>,
+    E: Regularisation<T>,
+{
+    #[inline]
+    fn damping_beyond_springs(&self, velocity: T, _driven: T, kept: T, carried: T) -> T {
+        // c₀ − K r = −σ1 λ, c₂ = σ1 + σ2 and λ m = 1 − the mean of e^(−λ age).
+        self.damping_of(velocity.into(), kept, carried)
+    }
+
+    fn output_limits(&self, fastest: T) -> (T, T) {
+        let stiffness = self.storage_stiffness();
+        let damping = self.rheology().bounds().damping.max;
+        // c₀ = σ0 − σ1λ lies between σ0 − max σ1 max λ and σ0.
+        let lowest = match self.limits(fastest).relaxation_rate {
+            _ if is_zero(damping) => stiffness,
+            Some(rate) => stiffness - damping * rate,
+            None => -T::one() / T::zero(),
+        };
+        (larger(stiffness, -lowest), damping + self.viscous_friction())
+    }
+}
+
+impl<T: Scalar> RateDependent<T> for Dahl<T> {
+    fn output_limits(&self, _fastest: T) -> (T, T) {
+        (self.storage_stiffness(), T::zero())
+    }
+}
+
+/// Those of its models that depend on the velocity alone; every motion of a patch refuses the
+/// others.
+impl<T: Scalar> RateDependent<T> for AnyBristle<T> {
+    fn check_rate_dependence(&self) -> Result<(), ParameterError> {
+        match self {
+            Self::FrBd(_) | Self::Maxwell(_) | Self::LuGre(_) | Self::Dahl(_) => Ok(()),
+            _ => Err(parameter::chosen(self.name(), "a patch takes FrBD, LuGre or Dahl")),
+        }
+    }
+
+    #[inline]
+    fn damping_beyond_springs(&self, velocity: T, driven: T, kept: T, carried: T) -> T {
+        match self {
+            Self::FrBd(model) => model.damping_beyond_springs(velocity, driven, kept, carried),
+            Self::Maxwell(model) => model.damping_beyond_springs(velocity, driven, kept, carried),
+            Self::LuGre(model) => model.damping_beyond_springs(velocity, driven, kept, carried),
+            Self::Dahl(model) => model.damping_beyond_springs(velocity, driven, kept, carried),
+            _ => nan(),
+        }
+    }
+
+    fn output_limits(&self, fastest: T) -> (T, T) {
+        match self {
+            Self::FrBd(model) => model.output_limits(fastest),
+            Self::Maxwell(model) => model.output_limits(fastest),
+            Self::LuGre(model) => model.output_limits(fastest),
+            Self::Dahl(model) => model.output_limits(fastest),
+            _ => (unlimited(), unlimited()),
+        }
+    }
+}
+
+/// The coefficients of a model at a velocity, if they are finite and λ is not negative: a bad one
+/// would stay in the patch.
+#[inline]
+pub(super) fn coefficients<T: Scalar, M: RateDependent<T>>(
+    model: &M,
+    velocity: T,
+) -> Result<Affine<T>, ParameterError> {
+    model.check_rate_dependence()?;
+    checked(model.at_velocity(velocity))
+}
+
+/// Coefficients, if they are finite and λ is not negative.
+#[inline]
+pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Result<Affine<T>, ParameterError> {
+    let Affine { relaxation, drive, stiffness, damping } = affine;
+    if relaxation >= T::zero() && (relaxation + drive + stiffness + damping).is_finite() {
+        return Ok(affine);
+    }
+    finite("relaxation rate of the friction model", relaxation)?;
+    finite("drive of the friction model", drive)?;
+    finite("stiffness of the friction model", stiffness)?;
+    finite("damping of the friction model", damping)?;
+    let least = larger(relaxation, T::zero());
+    parameter::at_least("relaxation rate of the friction model", relaxation, "zero", least)?;
+    Ok(affine)
+}
+
+/// A computed number of any magnitude, if it is finite.
+#[inline]
+pub(super) fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
+    parameter::check(name, value, value.is_finite(), Rule::Finite)
+}
+
+/// Parameters of [`Patch`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct PatchParameters<T, M, P> {
+    /// Friction model of the bristles.
+    pub model: M,
+    /// Length L of the patch \[m\], positive.
+    pub length: T,
+    /// Pressure p(ξ) [N/m]: normal force per length.
+    pub pressure: P,
+}
+
+/// Bristles of a model M along a length, under a pressure P.
+///
+/// ```
+/// use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
+/// use bristle::{FrBd, paper};
+/// use bristle::curve::Stribeck;
+/// use bristle::rheology::KelvinVoigt;
+///
+/// let curve = Stribeck::new(paper::TYRE_CURVE)?;
+/// let friction = FrBd::new(curve, KelvinVoigt::new(paper::TYRE_BRISTLE)?);
+/// let tyre = Patch::new(PatchParameters {
+///     model: friction,
+///     length: 0.1,                                  // m
+///     pressure: PolynomialExponential::parabolic(),
+/// })?
+/// .carrying(4000.0)?; // N
+/// assert!((tyre.normal_force() - 4000.0_f64).abs() < 1e-9);
+///
+/// // Rolling at 16 m/s with 0.8 m/s of slip.
+/// let motion = Motion { slip_velocity: 0.8, rolling_speed: 16.0 };
+/// assert!((motion.slip_ratio() - 0.05_f64).abs() < 1e-15);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Patch<T, M, P> {
+    model: M,
+    length: T,
+    pressure: P,
+    /// Multiplies the pressure.
+    load: T,
+    /// L ∫p dξ without it \[N\].
+    unloaded: T,
+}
+
+impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a length that is not positive.
+    pub fn new(parameters: PatchParameters<T, M, P>) -> Result<Self, ParameterError> {
+        let PatchParameters { model, length, pressure } = parameters;
+        let length = parameter::positive("length", length)?;
+        let unloaded = parameter::non_negative("total pressure", length * pressure.total())?;
+        Ok(Self { model, length, pressure, load: T::one(), unloaded })
+    }
+
+    /// This patch with its pressure scaled to a normal force F_z \[N\], zero or positive.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite, and a pressure that carries nothing.
+    pub fn carrying(mut self, normal_force: T) -> Result<Self, ParameterError> {
+        self.set_normal_force(normal_force)?;
+        Ok(self)
+    }
+
+    /// Scales the pressure to a normal force F_z \[N\] in place, for a load that varies.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Patch::carrying`]; the patch is as it was.
+    pub fn set_normal_force(&mut self, normal_force: T) -> Result<(), ParameterError> {
+        let normal_force = parameter::non_negative("normal_force", normal_force)?;
+        self.load = normal_force / parameter::positive("total pressure", self.unloaded)?;
+        Ok(())
+    }
+
+    /// The friction model.
+    pub fn model(&self) -> &M {
+        &self.model
+    }
+
+    /// This patch with another friction model.
+    #[inline]
+    pub(super) fn with_model<K>(&self, model: K) -> Patch<T, K, P> {
+        let Self { length, load, unloaded, .. } = *self;
+        Patch { model, length, pressure: self.pressure.clone(), load, unloaded }
+    }
+
+    pub(super) fn set_model(&mut self, model: M) {
+        self.model = model;
+    }
+
+    /// Length L \[m\].
+    pub fn length(&self) -> T {
+        self.length
+    }
+
+    /// The pressure as it was given; [`Patch::carrying`] multiplies it by [`Patch::load`].
+    pub fn pressure(&self) -> &P {
+        &self.pressure
+    }
+
+    /// The factor by which the pressure is multiplied \[–\].
+    pub fn load(&self) -> T {
+        self.load
+    }
+
+    /// The normal force F_z = L ∫p dξ \[N\].
+    pub fn normal_force(&self) -> T {
+        self.load * self.unloaded
+    }
+
+    /// The motion in the patch's own unit of length, if the patch rolls forward or stands. Below
+    /// the smallest parameter a speed is none, and its arithmetic with subnormal numbers is slow.
+    #[inline]
+    pub(super) fn forward(&self, motion: Motion<T>) -> Result<Crossing<T>, ParameterError> {
+        let slip_velocity = parameter::finite("slip_velocity", motion.slip_velocity)?;
+        let rolling_speed = parameter::non_negative("rolling_speed", motion.rolling_speed)?;
+        let stands = rolling_speed < parameter::smallest();
+        let rolling_speed = if stands { T::zero() } else { rolling_speed };
+        let transport = parameter::finite("rolling_speed", rolling_speed / self.length)?;
+        Ok(Crossing { slip_velocity, transport })
+    }
+
+    /// The motion in the patch's own unit of length, if the patch rolls forward.
+    pub(super) fn rolling(&self, motion: Motion<T>) -> Result<Crossing<T>, ParameterError> {
+        parameter::positive("rolling_speed", motion.rolling_speed)?;
+        self.forward(motion)
+    }
+}
+
+/// How two bodies move on each other at a contact patch (what a log measured is an
+/// `identify::Motion`): two numbers, held over a step, two signals
+/// of the time for [`ExactPatch::follow`](super::ExactPatch::follow), or two functions of the place
+/// ξ \[–\] and of the time since the step's start \[s\] for
+#[cfg_attr(feature = "alloc", doc = "[`Grid::step_field`](super::Grid::step_field).")]
+#[cfg_attr(not(feature = "alloc"), doc = "`Grid::step_field`.")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion<S, W = S> {
+    /// Slip velocity v [m/s]: velocity of the body's surface over the ground if neither were
+    /// elastic (the rigid sliding velocity). The friction force opposes it.
+    pub slip_velocity: S,
+    /// Rolling speed U [m/s] at which bristles cross the patch. For a wheel it is ωR. Only a grid
+    /// also takes negative ones.
+    pub rolling_speed: W,
+}
+
+impl<T: Scalar> Motion<T> {
+    /// The slip ratio v/U \[–\]; infinite for a patch that slides without rolling.
+    pub fn slip_ratio(self) -> T {
+        self.slip_velocity / self.rolling_speed
+    }
+}
+
+/// A motion in lengths of the patch.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Crossing<T> {
+    /// Slip velocity v [m/s].
+    pub(super) slip_velocity: T,
+    /// Transport velocity V = U/L \[1/s\]: crossings of the patch per second.
+    pub(super) transport: T,
+}

@@ -1,0 +1,168 @@
+//! What a friction model meets at one instant: the sliding velocity, and the share of its friction
+//! that the load leaves.
+//!
+//! A load that varies scales the friction curve, μ → s μ with the friction scale s = p/P ≥ 0, and
+//! leaves the stiffness as it was measured, under the reference load P. A model asks the surface
+//! for the values of its curve, and gets them scaled.
+
+use crate::curve::FrictionCurve;
+use crate::regularisation::Regularisation;
+use crate::rheology::{Elements, Rheology};
+use crate::{Scalar, Sliding};
+
+/// A sliding velocity under a friction scale. From a velocity or a [`Sliding`] the scale is one.
+///
+/// The velocity on its branch is not given out: a model that takes its curve past the scale does
+/// not compile.
+///
+/// ```
+/// use bristle::Surface;
+/// use bristle::curve::{Coulomb, CoulombParameters};
+///
+/// let curve = CoulombParameters { dynamic_coefficient: 0.5, viscous_friction: 0.0 };
+/// let curve = Coulomb::new(curve)?;
+/// assert_eq!(Surface::from(0.1).friction(&curve), 0.5);
+/// assert_eq!(Surface::scaled(0.1, 0.3).friction(&curve), 0.15);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
+///
+/// ```compile_fail
+/// # use bristle::{Surface, curve::{Coulomb, FrictionCurve}};
+/// fn friction(surface: Surface<f64>, curve: &Coulomb<f64>) -> f64 {
+///     curve.coefficient(surface)
+/// }
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surface<T> {
+    sliding: Sliding<T>,
+    scale: T,
+}
+
+impl<T: Scalar> Surface<T> {
+    /// A sliding velocity under a friction scale s \[–\].
+    #[inline(always)]
+    pub fn scaled(sliding: impl Into<Sliding<T>>, scale: T) -> Self {
+        Self { sliding: sliding.into(), scale }
+    }
+
+    /// Signed velocity v [m/s].
+    #[inline(always)]
+    pub fn velocity(&self) -> T {
+        self.sliding.velocity()
+    }
+
+    /// Speed |v| [m/s], see [`Sliding::speed`].
+    #[inline(always)]
+    pub fn speed(&self) -> T {
+        self.sliding.speed()
+    }
+
+    /// Direction sgn v, see [`Sliding::direction`].
+    #[inline(always)]
+    pub fn direction(&self) -> T {
+        self.sliding.direction()
+    }
+
+    /// The friction scale s \[–\].
+    #[inline(always)]
+    pub fn scale(&self) -> T {
+        self.scale
+    }
+
+    /// A friction coefficient \[–\], or its derivative, scaled by s. Free of cost at s = 1.
+    #[inline(always)]
+    pub fn apply(&self, coefficient: T) -> T {
+        if self.scale == T::one() { coefficient } else { rescaled(coefficient, self.scale) }
+    }
+
+    /// s μ(v) \[–\].
+    #[inline(always)]
+    pub fn friction<C: FrictionCurve<T>>(&self, curve: &C) -> T {
+        self.apply(curve.coefficient(self.sliding))
+    }
+
+    /// s μ(v) \[–\] and its derivative with respect to the signed velocity [s/m].
+    #[inline(always)]
+    pub fn friction_and_slope<C: FrictionCurve<T>>(&self, curve: &C) -> (T, T) {
+        let (mu, slope) = curve.coefficient_and_slope(self.sliding);
+        (self.apply(mu), self.apply(slope))
+    }
+
+    /// The regularised speed |v|_ε [m/s].
+    #[inline(always)]
+    pub fn regularised_speed<E: Regularisation<T>>(&self, regularisation: &E) -> T {
+        regularisation.speed(self.sliding)
+    }
+
+    /// The regularised speed and its slope.
+    #[inline(always)]
+    pub fn regularised_speed_and_slope<E: Regularisation<T>>(&self, regularisation: &E) -> (T, T) {
+        regularisation.speed_and_slope(self.sliding)
+    }
+
+    /// The regularised sign sgn_ε(v) \[–\] and its slope [s/m].
+    #[inline]
+    pub fn regularised_sign_and_slope<E: Regularisation<T>>(&self, regularisation: &E) -> (T, T) {
+        regularisation.sign_and_slope(self.sliding)
+    }
+
+    /// The regularised sign sgn_ε(v) \[–\].
+    #[inline]
+    pub fn regularised_sign<E: Regularisation<T>>(&self, regularisation: &E) -> T {
+        regularisation.sign(self.sliding)
+    }
+
+    /// The springs and dashpots of a bristle.
+    #[inline(always)]
+    pub fn elements<R: Rheology<T>>(&self, rheology: &R) -> Elements<T, R::Deflection> {
+        rheology.elements(self.sliding)
+    }
+
+    /// The springs and dashpots of a bristle, and their derivatives with respect to the velocity.
+    #[inline(always)]
+    pub fn elements_and_slopes<R: Rheology<T>>(
+        &self,
+        rheology: &R,
+    ) -> (Elements<T, R::Deflection>, Elements<T, R::Deflection>) {
+        rheology.elements_and_slopes(self.sliding)
+    }
+
+    /// The opposite velocity on the same branch.
+    pub fn mirrored(&self) -> Self {
+        Self { sliding: self.sliding.mirrored(), scale: self.scale }
+    }
+
+    /// Velocity, speed, direction and scale.
+    #[inline(always)]
+    pub(crate) fn parts(self) -> [T; 4] {
+        let (velocity, speed, direction) = self.sliding.parts();
+        [velocity, speed, direction, self.scale]
+    }
+
+    /// From parts that belong together.
+    #[inline(always)]
+    pub(crate) fn from_parts([velocity, speed, direction, scale]: [T; 4]) -> Self {
+        Self { sliding: Sliding::from_parts(velocity, speed, direction), scale }
+    }
+}
+
+/// Out of line, so that a scale of one costs a comparison and no product.
+#[cold]
+#[inline(never)]
+fn rescaled<T: Scalar>(coefficient: T, scale: T) -> T {
+    coefficient * scale
+}
+
+impl<T: Scalar> From<T> for Surface<T> {
+    #[inline(always)]
+    fn from(velocity: T) -> Self {
+        Self { sliding: velocity.into(), scale: T::one() }
+    }
+}
+
+impl<T: Scalar> From<Sliding<T>> for Surface<T> {
+    #[inline(always)]
+    fn from(sliding: Sliding<T>) -> Self {
+        Self { sliding, scale: T::one() }
+    }
+}
