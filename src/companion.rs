@@ -217,8 +217,7 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         let model = self.contact.model();
         // NaN for a step backwards.
         let duration = if duration >= T::zero() { duration } else { nan() };
-        let sliding = velocity.into();
-        let affine = model.affine(sliding, prediction.deflection);
+        let affine = model.affine(velocity.into(), prediction.deflection);
         let weights = affine.weights(duration);
         let mut limit = larger(self.limit, deflection.largest());
         if velocity.abs() > self.fastest {
@@ -233,10 +232,7 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         let excess = stiffness - springs;
         let [bias, rest_bias] = weights.undriven_sums([stiffness, excess], deflection);
         let [of_springs, of_excess] = weights.driven_sums([springs, excess], affine.drive);
-        let mut rest_damping = match model.mean_damping(sliding, &weights) {
-            Some(damping) => normal_force * damping,
-            None => of_excess + normal_force * affine.damping,
-        };
+        let mut rest_damping = of_excess + normal_force * affine.damping;
         let mut damping = of_springs + rest_damping;
         if damping < T::zero() {
             // A rounding, where a stiffness varies. Force and dissipation use the same numbers.

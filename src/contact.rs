@@ -39,7 +39,7 @@
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Deflection;
 use crate::scalar::{is_zero, lit, nan};
-use crate::{Bristle, Linearised, Scalar, Sliding};
+use crate::{Bristle, Linearised, Scalar, Surface};
 
 /// A friction model M under a normal force: the friction element of a mechanism.
 ///
@@ -265,28 +265,28 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
 
     /// The deflection rate ż [m/s].
     #[inline]
-    pub fn rate(&self, sliding: impl Into<Sliding<T>>, deflection: M::Deflection) -> M::Deflection {
-        self.model.rate(sliding, deflection)
+    pub fn rate(&self, surface: impl Into<Surface<T>>, deflection: M::Deflection) -> M::Deflection {
+        self.model.rate(surface, deflection)
     }
 
     /// The friction force F \[N\], positive against v > 0.
     #[inline]
-    pub fn force(&self, sliding: impl Into<Sliding<T>>, deflection: M::Deflection) -> T {
-        self.normal_force * self.model.coefficient(sliding, deflection)
+    pub fn force(&self, surface: impl Into<Surface<T>>, deflection: M::Deflection) -> T {
+        self.normal_force * self.model.coefficient(surface, deflection)
     }
 
     /// Rate and force at once.
     #[inline(always)]
     pub fn response(
         &self,
-        sliding: impl Into<Sliding<T>>,
+        surface: impl Into<Surface<T>>,
         deflection: M::Deflection,
     ) -> ContactResponse<T, M::Deflection> {
-        let sliding = sliding.into();
-        let affine = self.model.affine(sliding, deflection);
+        let surface = surface.into();
+        let affine = self.model.affine(surface, deflection);
         ContactResponse {
-            rate: affine.rate(sliding.velocity(), deflection),
-            force: self.normal_force * affine.coefficient(sliding.velocity(), deflection),
+            rate: affine.rate(surface.velocity(), deflection),
+            force: self.normal_force * affine.coefficient(surface.velocity(), deflection),
         }
     }
 
@@ -294,19 +294,19 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     #[inline]
     pub fn linearised(
         &self,
-        sliding: impl Into<Sliding<T>>,
+        surface: impl Into<Surface<T>>,
         deflection: M::Deflection,
     ) -> LinearisedContact<T, M::Deflection> {
-        self.loaded(self.model.linearised(sliding, deflection))
+        self.loaded(self.model.linearised(surface, deflection))
     }
 
     /// Rate and force of steady sliding with all their partial derivatives, see
     /// [`Bristle::steady_linearised`].
     pub fn steady_linearised(
         &self,
-        sliding: impl Into<Sliding<T>>,
+        surface: impl Into<Surface<T>>,
     ) -> LinearisedContact<T, M::Deflection> {
-        self.loaded(self.model.steady_linearised(sliding))
+        self.loaded(self.model.steady_linearised(surface))
     }
 
     #[inline]
@@ -325,13 +325,13 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     }
 
     /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) μ(v)/σ0 \[m\].
-    pub fn stationary(&self, sliding: impl Into<Sliding<T>>) -> M::Deflection {
-        self.model.stationary(sliding)
+    pub fn stationary(&self, surface: impl Into<Surface<T>>) -> M::Deflection {
+        self.model.stationary(surface)
     }
 
     /// The friction force \[N\] of steady sliding at a velocity.
-    pub fn stationary_force(&self, sliding: impl Into<Sliding<T>>) -> T {
-        self.normal_force * self.model.stationary_coefficient(sliding)
+    pub fn stationary_force(&self, surface: impl Into<Surface<T>>) -> T {
+        self.normal_force * self.model.stationary_coefficient(surface)
     }
 
     /// The energy stored in the bristles, W = ½ p Σ Kᵢ xᵢ² \[J\].
@@ -341,11 +341,11 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     }
 
     /// The dissipated power F v − Ẇ \[W\]: never negative for a passive model.
-    pub fn dissipated_power(&self, sliding: impl Into<Sliding<T>>, deflection: M::Deflection) -> T {
-        let sliding = sliding.into();
-        let affine = self.model.affine(sliding, deflection);
+    pub fn dissipated_power(&self, surface: impl Into<Surface<T>>, deflection: M::Deflection) -> T {
+        let surface = surface.into();
+        let affine = self.model.affine(surface, deflection);
         let stiffness = self.model.storage_stiffness();
-        self.normal_force * affine.dissipation(stiffness, sliding.velocity(), deflection)
+        self.normal_force * affine.dissipation(stiffness, surface.velocity(), deflection)
     }
 
     /// The limits that the model's theorems give for velocities with |v| ≤ `fastest` [m/s].

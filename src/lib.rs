@@ -107,8 +107,8 @@ pub use contact::{
 pub use error::Error;
 pub use mechanism::Mechanism;
 pub use model::{
-    Affine, AnyBristle, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, FoldRule,
-    FrBd, HeldStep, ImplicitBristle, Law, Limits, Linearised, LuGre, least_slope,
+    Affine, AnyBristle, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, Form, FrBd,
+    HeldStep, ImplicitBristle, Law, Limits, Linearised, LuGre, least_slope,
 };
 pub use number::Units;
 pub use parameter::{ParameterError, Rule};

@@ -13,12 +13,13 @@ pub struct Text<const N: usize> {
     length: usize,
 }
 
-impl<const N: usize> Text<N> {
-    /// No text yet.
-    pub fn new() -> Self {
+impl<const N: usize> Default for Text<N> {
+    fn default() -> Self {
         Self { bytes: [0; N], length: 0 }
     }
+}
 
+impl<const N: usize> Text<N> {
     /// What was written.
     pub fn as_str(&self) -> &str {
         let written = self.bytes.get(..self.length).unwrap_or(&[]);
@@ -123,7 +124,7 @@ impl Number {
     fn write(self, digits: Option<usize>, to: &mut impl Write) -> fmt::Result {
         let rounded = match digits {
             Some(digits) => {
-                let mut text = Text::<32>::new();
+                let mut text = Text::<32>::default();
                 write!(text, "{:.*e}", digits.saturating_sub(1), self.0)?;
                 text.as_str().parse().unwrap_or(self.0)
             }
@@ -143,7 +144,7 @@ impl Number {
 /// With the width and the alignment that are asked for, to the left by default.
 impl fmt::Display for Number {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut text = Text::<40>::new();
+        let mut text = Text::<40>::default();
         self.write(f.precision(), &mut text)?;
         // `Formatter::pad` would cut the text to the precision.
         let (text, width) = (text.as_str(), f.width().unwrap_or(0));

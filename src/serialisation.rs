@@ -24,8 +24,8 @@ use crate::scene::{
 };
 use crate::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
 use crate::{
-    Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FoldRule, ImplicitBristle, LuGre,
-    Mechanism, ParameterError, Scalar,
+    Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, ImplicitBristle, LuGre, Mechanism,
+    ParameterError, Scalar,
 };
 
 /// Arrays of any length.
@@ -177,11 +177,10 @@ ElastoPlastic<C, KelvinVoigt<T>, E, T> as ElastoPlasticFile<C, E, T>:
     stick_limit: model.stick_limit(),
 });
 serialised_as!([C: FrictionCurve<T>] ImplicitBristle<C, T> as ImplicitFile<C, T>:
-|file: ImplicitFile<C, T>| Self::new(file.curve, file.rheology, file.fold_rule),
+|file: ImplicitFile<C, T>| Self::new(file.curve, file.rheology),
 |model| ImplicitFile {
     curve: model.curve().clone(),
     rheology: *model.rheology(),
-    fold_rule: model.fold_rule(),
 });
 
 serialised_as!([M: Bristle<T, Deflection = T>, F: Signal<T>]
@@ -291,8 +290,6 @@ model_file! {
 struct ImplicitFile<C, T> {
     curve: C,
     rheology: KelvinVoigt<T>,
-    #[serde(default = "Option::default")]
-    fold_rule: Option<FoldRule>,
 }
 
 impl<'de, T: Scalar + Deserialize<'de>, const N: usize> Deserialize<'de>

@@ -59,7 +59,7 @@ mod velocity_from_position;
 
 pub use feed_forward::{FeedForwardCompensator, FeedForwardParameters};
 pub use feedback::{FeedbackCompensator, FeedbackParameters, MicroDamping};
-pub use observer::{FrictionObserver, Injection, Measured, ObserverModel, ObserverParameters};
+pub use observer::{FrictionObserver, Injection, Measured, ObserverParameters};
 pub use output::{Compensation, OutputParameters};
 pub use velocity_from_position::{
     MotionSample, VelocityFromPosition, VelocityFromPositionParameters,

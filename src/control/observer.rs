@@ -87,9 +87,9 @@
 use super::output::{Compensation, Output, OutputParameters};
 use super::velocity_from_position::{VelocityFromPosition, VelocityFromPositionParameters, along};
 use crate::parameter::{self, ParameterError};
-use crate::rheology::{Deflection, HeldWeights, KelvinVoigt};
-use crate::scalar::{lit, unlimited};
-use crate::{Affine, AnyBristle, Bristle, Contact, Dahl, FrBd, Law, LuGre, Scalar};
+use crate::rheology::{Deflection, HeldWeights};
+use crate::scalar::{is_zero, lit, unlimited};
+use crate::{Affine, Bristle, Contact, Form, Law, Scalar};
 
 /// How the tracking error corrects the estimate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -154,41 +154,6 @@ pub struct Measured<T> {
     pub error_rate: T,
 }
 
-/// A model whose difference from an estimate is linear, as the theorems assume: [`FrBd`] and
-/// [`LuGre`] with constant σ0 and σ1, and [`Dahl`].
-///
-/// The coefficients of elasto-plastic friction and of the implicit bristle depend on the deflection
-/// itself.
-pub trait ObserverModel<T: Scalar>: Bristle<T, Deflection = T> + sealed::Linear {}
-
-impl<T: Scalar, M: Bristle<T, Deflection = T> + sealed::Linear> ObserverModel<T> for M {}
-
-mod sealed {
-    use crate::parameter::ParameterError;
-
-    pub trait Linear {
-        /// Refuses a model, chosen at run time, that is not linear.
-        fn check_linearity(&self) -> Result<(), ParameterError> {
-            Ok(())
-        }
-    }
-}
-
-impl<T, C, E> sealed::Linear for FrBd<C, KelvinVoigt<T>, E> {}
-impl<T, C, E> sealed::Linear for LuGre<C, KelvinVoigt<T>, E, T> {}
-impl<T> sealed::Linear for Dahl<T> {}
-
-impl<T> sealed::Linear for AnyBristle<T> {
-    fn check_linearity(&self) -> Result<(), ParameterError> {
-        match self {
-            Self::FrBd(_) | Self::LuGre(_) | Self::Dahl(_) => Ok(()),
-            Self::Maxwell(_) | Self::ElastoPlastic(_) | Self::Implicit(_) => {
-                Err(parameter::chosen(self.name(), "an observer takes FrBD, LuGre or Dahl"))
-            }
-        }
-    }
-}
-
 /// Largest jump of the reference in one sample, over the displacement at the fastest speed: a
 /// planner a thousand times slower than the loop asks for that much. A larger jump is refused as a
 /// fault the first time.
@@ -245,7 +210,7 @@ pub struct FrictionObserver<T, M> {
     output: Output<T>,
 }
 
-impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
+impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
     /// Checks the parameters and the conditions under which the closed loop converges. The bristle
     /// starts undeflected.
     ///
@@ -253,8 +218,9 @@ impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
     ///
     /// Refuses parameters out of their ranges, α m ≥ K_d, and K_i ≥ α K_p. [`Injection::Position`]
     /// needs σ1 > 0, and has α = σ0/σ1. With [`Injection::Velocity`], LuGre is refused if the
-    /// fastest speed breaks σ1² λ ≤ 4 σ0 (σ1 + σ2). Of an [`AnyBristle`], models that are not
-    /// linear are refused.
+    /// fastest speed breaks σ1² λ ≤ 4 σ0 (σ1 + σ2). Refuses a model whose difference from an
+    /// estimate is not linear (its [`Form`] is not [`Form::OfVelocity`]), and one without the laws
+    /// [`Law::Secant`] and [`Law::Passivity`] that does not tell its σ1.
     pub fn new(parameters: ObserverParameters<T, M>) -> Result<Self, ParameterError> {
         let ObserverParameters { contact, injection, velocity, output, .. } = parameters;
         let fastest = parameter::positive("fastest", velocity.fastest)?;
@@ -263,7 +229,10 @@ impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
         let derivative = parameter::positive("derivative_gain", parameters.derivative_gain)?;
         let integral = parameter::non_negative("integral_gain", parameters.integral_gain)?;
         let model = contact.model();
-        model.check_linearity()?;
+        let takes = "an observer takes models of the velocity alone, such as FrBD, LuGre or Dahl";
+        if model.form() != Form::OfVelocity {
+            return Err(parameter::chosen(model.name(), takes));
+        }
         let stiffness = model.storage_stiffness();
         let (micro_damping, viscous) = model
             .characteristics(fastest)
@@ -271,7 +240,10 @@ impl<T: Scalar, M: ObserverModel<T>> FrictionObserver<T, M> {
         let corner = match injection {
             Injection::Velocity { gain, corner } => {
                 parameter::positive("gain", gain)?;
-                if !model.obeys(Law::Secant) {
+                if !(model.obeys(Law::Secant) && model.obeys(Law::Passivity)) {
+                    if is_zero(micro_damping) {
+                        return Err(parameter::chosen(model.name(), takes));
+                    }
                     // D is a sum of squares up to this relaxation rate.
                     let four: T = lit(4.0);
                     let limit = four * stiffness * (micro_damping + viscous)

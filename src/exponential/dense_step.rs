@@ -38,7 +38,7 @@ impl<T: Scalar> Sample<T> {
             sliding = branch.of(T::zero());
         }
         let velocity = sliding.velocity();
-        let affine = model.affine(sliding, deflection);
+        let affine = model.affine(sliding.into(), deflection);
         Self {
             velocity,
             relaxation: affine.relaxation,

@@ -1,13 +1,13 @@
 //! A friction model chosen at run time.
 
 use super::{
-    Affine, Characteristics, Dahl, ElastoPlastic, FrBd, HeldStep, ImplicitBristle, Law, Limits,
-    Linearised, LuGre,
+    Affine, Characteristics, Dahl, ElastoPlastic, Form, FrBd, HeldStep, ImplicitBristle, Law,
+    Limits, Linearised, LuGre,
 };
 use crate::curve::{AnyCurve, FrictionCurve};
 use crate::regularisation::AnyRegularisation;
-use crate::rheology::{KelvinVoigt, Maxwell, Weights};
-use crate::{Bristle, Scalar, Sliding};
+use crate::rheology::{KelvinVoigt, Maxwell};
+use crate::{Bristle, Scalar, Surface};
 
 /// A friction model of one deflection chosen at run time, by a configuration file for instance: one
 /// of this crate's, over any curve, with its numbers to the last bit.
@@ -70,27 +70,12 @@ macro_rules! of_the_model {
     };
 }
 
-impl<T> AnyBristle<T> {
-    /// The name of the model: `FrBD`, `LuGre` and so on.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::FrBd(_) => "FrBD",
-            Self::Maxwell(_) => "FrBD with a Maxwell bristle",
-            Self::LuGre(_) => "LuGre",
-            Self::Dahl(_) => "Dahl",
-            Self::ElastoPlastic(_) => "elasto-plastic FrBD",
-            Self::Implicit(_) => "implicit bristle",
-        }
-    }
-}
-
 impl<T: Scalar> AnyBristle<T> {
     /// The coefficients of the larger models: a call, so that the others are inlined, with numbers
     /// for arguments, because what is passed in memory is waited for in the others, too.
     #[inline(never)]
-    fn called(&self, velocity: T, speed: T, direction: T, deflection: T) -> Affine<T> {
-        let sliding = Sliding::from_parts(velocity, speed, direction);
-        of_the_model!(self, model => model.affine(sliding, deflection))
+    fn called(&self, parts: [T; 4], deflection: T) -> Affine<T> {
+        of_the_model!(self, model => model.affine(Surface::from_parts(parts), deflection))
     }
 }
 
@@ -98,30 +83,35 @@ impl<T: Scalar> Bristle<T> for AnyBristle<T> {
     type Deflection = T;
 
     #[inline(always)]
-    fn affine(&self, sliding: Sliding<T>, deflection: T) -> Affine<T> {
+    fn affine(&self, surface: Surface<T>, deflection: T) -> Affine<T> {
         match self {
-            Self::FrBd(model) => model.affine(sliding, deflection),
-            Self::Maxwell(model) => model.affine(sliding, deflection),
-            Self::LuGre(model) => model.affine(sliding, deflection),
-            Self::Dahl(model) => model.affine(sliding, deflection),
-            Self::ElastoPlastic(_) | Self::Implicit(_) => {
-                let (velocity, speed, direction) = sliding.parts();
-                self.called(velocity, speed, direction, deflection)
-            }
+            Self::FrBd(model) => model.affine(surface, deflection),
+            Self::Maxwell(model) => model.affine(surface, deflection),
+            Self::LuGre(model) => model.affine(surface, deflection),
+            Self::Dahl(model) => model.affine(surface, deflection),
+            Self::ElastoPlastic(_) | Self::Implicit(_) => self.called(surface.parts(), deflection),
         }
     }
 
     #[inline]
-    fn affine_and_slopes(&self, sliding: Sliding<T>, deflection: T) -> (Affine<T>, Affine<T>) {
-        of_the_model!(self, model => model.affine_and_slopes(sliding, deflection))
+    fn affine_and_slopes(&self, surface: Surface<T>, deflection: T) -> (Affine<T>, Affine<T>) {
+        of_the_model!(self, model => model.affine_and_slopes(surface, deflection))
     }
 
-    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
-        of_the_model!(self, model => model.stationary(sliding))
+    fn form(&self) -> Form {
+        of_the_model!(self, model => model.form())
     }
 
-    fn stationary_coefficient(&self, sliding: impl Into<Sliding<T>>) -> T {
-        of_the_model!(self, model => model.stationary_coefficient(sliding))
+    fn name(&self) -> &'static str {
+        of_the_model!(self, model => model.name())
+    }
+
+    fn stationary(&self, surface: impl Into<Surface<T>>) -> T {
+        of_the_model!(self, model => model.stationary(surface))
+    }
+
+    fn stationary_coefficient(&self, surface: impl Into<Surface<T>>) -> T {
+        of_the_model!(self, model => model.stationary_coefficient(surface))
     }
 
     #[inline]
@@ -142,32 +132,27 @@ impl<T: Scalar> Bristle<T> for AnyBristle<T> {
     }
 
     #[inline]
-    fn rate(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> T {
-        of_the_model!(self, model => model.rate(sliding, deflection))
+    fn rate(&self, surface: impl Into<Surface<T>>, deflection: T) -> T {
+        of_the_model!(self, model => model.rate(surface, deflection))
     }
 
     #[inline]
-    fn coefficient(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> T {
-        of_the_model!(self, model => model.coefficient(sliding, deflection))
+    fn coefficient(&self, surface: impl Into<Surface<T>>, deflection: T) -> T {
+        of_the_model!(self, model => model.coefficient(surface, deflection))
     }
 
     #[inline]
-    fn linearised(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> Linearised<T> {
-        of_the_model!(self, model => model.linearised(sliding, deflection))
+    fn linearised(&self, surface: impl Into<Surface<T>>, deflection: T) -> Linearised<T> {
+        of_the_model!(self, model => model.linearised(surface, deflection))
     }
 
-    fn steady_linearised(&self, sliding: impl Into<Sliding<T>>) -> Linearised<T> {
-        of_the_model!(self, model => model.steady_linearised(sliding))
-    }
-
-    #[inline]
-    fn hold(&self, velocity: T, deflection: T, duration: T) -> HeldStep<T> {
-        of_the_model!(self, model => model.hold(velocity, deflection, duration))
+    fn steady_linearised(&self, surface: impl Into<Surface<T>>) -> Linearised<T> {
+        of_the_model!(self, model => model.steady_linearised(surface))
     }
 
     #[inline]
-    fn mean_damping(&self, sliding: Sliding<T>, weights: &Weights<T>) -> Option<T> {
-        of_the_model!(self, model => model.mean_damping(sliding, weights))
+    fn hold(&self, surface: impl Into<Surface<T>>, deflection: T, duration: T) -> HeldStep<T> {
+        of_the_model!(self, model => model.hold(surface, deflection, duration))
     }
 }
 

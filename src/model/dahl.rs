@@ -8,11 +8,11 @@
 //! Source: P. R. Dahl, "A solid friction model", The Aerospace Corporation, report
 //! TOR-0158(3107-18)-1 (1968), with exponent 1.
 
-use super::{Affine, Characteristics, Law, Limits, finite};
+use super::{Affine, Characteristics, Form, Law, Limits, finite};
 use crate::curve::Coulomb;
 use crate::parameter::{self, ParameterError};
 use crate::rheology::ElementBounds;
-use crate::{Bounds, Bristle, Scalar, Sliding};
+use crate::{Bounds, Bristle, Scalar, Surface};
 
 /// Parameters of [`Dahl`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,8 +38,8 @@ pub struct DahlParameters<T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dahl<T> {
-    pub(crate) dynamic: T,
-    pub(crate) stiffness: T,
+    dynamic: T,
+    stiffness: T,
     /// σ0/μ_d
     relaxation_per_speed: T,
 }
@@ -60,15 +60,25 @@ impl<T: Scalar> Dahl<T> {
     pub fn parameters(&self) -> DahlParameters<T> {
         DahlParameters { dynamic_coefficient: self.dynamic, micro_stiffness: self.stiffness }
     }
+
+    /// σ0/(s μ_d)
+    #[inline(always)]
+    fn rate_per_speed(&self, surface: &Surface<T>) -> T {
+        if surface.scale() == T::one() {
+            self.relaxation_per_speed
+        } else {
+            self.stiffness / surface.apply(self.dynamic)
+        }
+    }
 }
 
 impl<T: Scalar> Bristle<T> for Dahl<T> {
     type Deflection = T;
 
     #[inline]
-    fn affine(&self, sliding: Sliding<T>, _deflection: T) -> Affine<T> {
+    fn affine(&self, surface: Surface<T>, _deflection: T) -> Affine<T> {
         Affine {
-            relaxation: self.relaxation_per_speed * sliding.speed(),
+            relaxation: self.rate_per_speed(&surface) * surface.speed(),
             drive: T::one(),
             stiffness: self.stiffness,
             damping: T::zero(),
@@ -76,18 +86,27 @@ impl<T: Scalar> Bristle<T> for Dahl<T> {
     }
 
     #[inline]
-    fn affine_and_slopes(&self, sliding: Sliding<T>, deflection: T) -> (Affine<T>, Affine<T>) {
+    fn affine_and_slopes(&self, surface: Surface<T>, deflection: T) -> (Affine<T>, Affine<T>) {
         let slopes = Affine {
-            relaxation: self.relaxation_per_speed * sliding.direction(),
+            relaxation: self.rate_per_speed(&surface) * surface.direction(),
             drive: T::zero(),
             stiffness: T::zero(),
             damping: T::zero(),
         };
-        (self.affine(sliding, deflection), slopes)
+        (self.affine(surface, deflection), slopes)
     }
 
-    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
-        sliding.into().direction() * self.dynamic / self.stiffness
+    fn stationary(&self, surface: impl Into<Surface<T>>) -> T {
+        let surface = surface.into();
+        surface.apply(surface.direction() * self.dynamic) / self.stiffness
+    }
+
+    fn form(&self) -> Form {
+        Form::OfVelocity
+    }
+
+    fn name(&self) -> &'static str {
+        "Dahl"
     }
 
     fn storage_stiffness(&self) -> T {

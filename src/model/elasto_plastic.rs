@@ -24,7 +24,7 @@ use crate::parameter::{self, ParameterError};
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, KelvinVoigt, Rheology, VelocityLaw};
 use crate::scalar::{is_zero, unlimited};
-use crate::{Bristle, Scalar, Sliding};
+use crate::{Bristle, Scalar, Surface};
 
 /// The elasto-plastic FrBD model of a friction curve C, a [`KelvinVoigt`] bristle R of constant
 /// stiffness and a regularisation E.
@@ -126,36 +126,41 @@ where
 {
     /// How plastic the bristle is at a state, α ∈ [0, 1].
     #[doc(alias = "alpha")]
-    pub fn plasticity(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> T {
-        let sliding = sliding.into();
-        self.alpha(sliding, deflection, self.plastic.curve().coefficient(sliding), T::zero())[0]
+    pub fn plasticity(&self, surface: impl Into<Surface<T>>, deflection: T) -> T {
+        let surface = surface.into();
+        self.alpha(surface, deflection, surface.friction(self.plastic.curve()), T::zero())[0]
     }
 
     /// α and its derivatives with respect to the deflection and to the velocity.
-    fn alpha(&self, sliding: Sliding<T>, deflection: T, mu: T, mu_slope: T) -> [T; 3] {
-        let (zero, aligned) = (T::zero(), sliding.direction() * deflection);
+    fn alpha(&self, surface: Surface<T>, deflection: T, mu: T, mu_slope: T) -> [T; 3] {
+        let (zero, aligned) = (T::zero(), surface.direction() * deflection);
         let stiffness = self.storage_stiffness();
         let full = mu / stiffness;
-        if !(aligned > self.stick_limit) {
+        // s z_b; without friction the bristle is plastic.
+        let stick_limit = surface.apply(self.stick_limit);
+        if !(surface.scale() > T::zero()) {
+            return [T::one() + surface.scale(), zero, zero];
+        }
+        if !(aligned > stick_limit) {
             // Elastic; a NaN deflection stays NaN.
             return [if aligned.is_finite() { zero } else { aligned }, zero, zero];
         }
         if aligned >= full {
             return [T::one(), zero, zero];
         }
-        let width = full - self.stick_limit;
+        let width = full - stick_limit;
         // ½ + ½ sin(2w − π/2) = sin² w, which keeps its digits near the stick limit.
-        let (sin, cos) = (T::frac_pi_2() * (aligned - self.stick_limit) / width).sin_cos();
+        let (sin, cos) = (T::frac_pi_2() * (aligned - stick_limit) / width).sin_cos();
         let slope = T::pi() * sin * cos / width;
         // dα/dz_m at fixed z, with w = (π/2)(z − z_b)/(z_m − z_b).
-        let by_full = -slope * (aligned - self.stick_limit) / width;
-        [sin * sin, slope * sliding.direction(), by_full * mu_slope / stiffness]
+        let by_full = -slope * (aligned - stick_limit) / width;
+        [sin * sin, slope * surface.direction(), by_full * mu_slope / stiffness]
     }
 
     /// 1/g.
     #[inline]
-    fn inverse(&self, sliding: Sliding<T>, series: &Series<T>, alpha: T) -> T {
-        inverse_resistance(sliding, series.resistance(), |right| {
+    fn inverse(&self, surface: Surface<T>, series: &Series<T>, alpha: T) -> T {
+        inverse_resistance(surface, series.resistance(), |right| {
             let Series { elements, speed, mu } = self.plastic.series(right);
             alpha * elements.damping * speed + mu
         })
@@ -163,16 +168,16 @@ where
 
     /// The coefficients, their derivatives with respect to the velocity, and those with respect to
     /// the deflection.
-    fn affine_and_derivatives(&self, sliding: Sliding<T>, deflection: T) -> [Affine<T>; 3] {
-        let [mut series, mut slope] = self.plastic.series_and_slopes(sliding);
+    fn affine_and_derivatives(&self, surface: Surface<T>, deflection: T) -> [Affine<T>; 3] {
+        let [mut series, mut slope] = self.plastic.series_and_slopes(surface);
         let [alpha, by_deflection, by_velocity] =
-            self.alpha(sliding, deflection, series.mu, slope.mu);
+            self.alpha(surface, deflection, series.mu, slope.mu);
         let (zero, speed) = (T::zero(), series.speed);
         series.speed = alpha * speed;
         slope.speed = alpha * slope.speed + by_velocity * speed;
         let still = Elements { stiffness: zero, decay: zero, damping: zero };
         let along = Series { elements: still, speed: by_deflection * speed, mu: zero };
-        let inverse = self.inverse(sliding, &series, alpha);
+        let inverse = self.inverse(surface, &series, alpha);
         [series.affine(inverse), series.slopes(&slope, inverse), series.slopes(&along, inverse)]
     }
 }
@@ -187,34 +192,38 @@ where
     type Deflection = T;
 
     #[inline]
-    fn affine(&self, sliding: Sliding<T>, deflection: T) -> Affine<T> {
-        let mut series = self.plastic.series(sliding);
-        let [alpha, ..] = self.alpha(sliding, deflection, series.mu, T::zero());
+    fn affine(&self, surface: Surface<T>, deflection: T) -> Affine<T> {
+        let mut series = self.plastic.series(surface);
+        let [alpha, ..] = self.alpha(surface, deflection, series.mu, T::zero());
         series.speed *= alpha;
-        series.affine(self.inverse(sliding, &series, alpha))
+        series.affine(self.inverse(surface, &series, alpha))
     }
 
-    fn affine_and_slopes(&self, sliding: Sliding<T>, deflection: T) -> (Affine<T>, Affine<T>) {
-        let [affine, slopes, _] = self.affine_and_derivatives(sliding, deflection);
+    fn affine_and_slopes(&self, surface: Surface<T>, deflection: T) -> (Affine<T>, Affine<T>) {
+        let [affine, slopes, _] = self.affine_and_derivatives(surface, deflection);
         (affine, slopes)
     }
 
-    fn linearised(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> Linearised<T> {
-        let sliding = sliding.into();
-        let velocity = sliding.velocity();
-        let [affine, slopes, along] = self.affine_and_derivatives(sliding, deflection);
+    fn linearised(&self, surface: impl Into<Surface<T>>, deflection: T) -> Linearised<T> {
+        let surface = surface.into();
+        let velocity = surface.velocity();
+        let [affine, slopes, along] = self.affine_and_derivatives(surface, deflection);
         let mut linearised = Linearised::new(&affine, &slopes, velocity, deflection);
         linearised.rate_by_deflection += along.rate(velocity, deflection);
         linearised.coefficient_by_deflection += along.coefficient(velocity, deflection);
         linearised
     }
 
-    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
-        self.plastic.stationary(sliding)
+    fn stationary(&self, surface: impl Into<Surface<T>>) -> T {
+        self.plastic.stationary(surface)
     }
 
     fn storage_stiffness(&self) -> T {
         self.plastic.storage_stiffness()
+    }
+
+    fn name(&self) -> &'static str {
+        "elasto-plastic FrBD"
     }
 
     fn obeys(&self, law: Law) -> bool {

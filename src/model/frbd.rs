@@ -21,12 +21,12 @@
 //!
 //! Source: Romano et al. (arXiv 2602.09429), sections II-B and III-A, equations for ż and g(v).
 
-use super::{Affine, Characteristics, Law, Limits, Linearised, finite};
+use super::{Affine, Characteristics, Form, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Deflection, ElementBounds, Elements, Rheology};
 use crate::scalar::{is_zero, larger, nan, unlimited};
-use crate::{Bristle, Scalar, Sliding};
+use crate::{Bristle, Scalar, Sliding, Surface};
 
 /// An FrBD model (friction with bristle dynamics) of a friction curve C, a bristle R and a
 /// regularisation E.
@@ -150,19 +150,19 @@ impl<C, R, E> FrBd<C, R, E> {
 impl<C, R, E> FrBd<C, R, E> {
     /// g(v) = σ1|v|_ε + μ(v).
     #[cold]
-    fn resistance<T>(&self, sliding: Sliding<T>) -> T
+    fn resistance<T>(&self, surface: Surface<T>) -> T
     where
         T: Scalar,
         C: FrictionCurve<T>,
         R: Rheology<T>,
         E: Regularisation<T>,
     {
-        self.series(sliding).resistance()
+        self.series(surface).resistance()
     }
 
     /// The bristle and the surface at a velocity.
     #[inline(always)]
-    pub(super) fn series<T>(&self, sliding: Sliding<T>) -> Series<T, R::Deflection>
+    pub(super) fn series<T>(&self, surface: Surface<T>) -> Series<T, R::Deflection>
     where
         T: Scalar,
         C: FrictionCurve<T>,
@@ -170,24 +170,24 @@ impl<C, R, E> FrBd<C, R, E> {
         E: Regularisation<T>,
     {
         Series {
-            elements: self.rheology.elements(sliding),
-            speed: self.regularisation.speed(sliding),
-            mu: self.curve.coefficient(sliding),
+            elements: surface.elements(&self.rheology),
+            speed: surface.regularised_speed(&self.regularisation),
+            mu: surface.friction(&self.curve),
         }
     }
 
     /// The bristle and the surface at a velocity, and their derivatives.
     #[inline(always)]
-    pub(super) fn series_and_slopes<T>(&self, sliding: Sliding<T>) -> [Series<T, R::Deflection>; 2]
+    pub(super) fn series_and_slopes<T>(&self, surface: Surface<T>) -> [Series<T, R::Deflection>; 2]
     where
         T: Scalar,
         C: FrictionCurve<T>,
         R: Rheology<T>,
         E: Regularisation<T>,
     {
-        let (elements, elements_slope) = self.rheology.elements_and_slopes(sliding);
-        let (speed, speed_slope) = self.regularisation.speed_and_slope(sliding);
-        let (mu, mu_slope) = self.curve.coefficient_and_slope(sliding);
+        let (elements, elements_slope) = surface.elements_and_slopes(&self.rheology);
+        let (speed, speed_slope) = surface.regularised_speed_and_slope(&self.regularisation);
+        let (mu, mu_slope) = surface.friction_and_slope(&self.curve);
         [
             Series { elements, speed, mu },
             Series { elements: elements_slope, speed: speed_slope, mu: mu_slope },
@@ -264,47 +264,47 @@ where
     type Deflection = R::Deflection;
 
     #[inline(always)]
-    fn affine(&self, sliding: Sliding<T>, _deflection: R::Deflection) -> Affine<T, R::Deflection> {
-        let series = self.series(sliding);
+    fn affine(&self, surface: Surface<T>, _deflection: R::Deflection) -> Affine<T, R::Deflection> {
+        let series = self.series(surface);
         let resistance = series.resistance();
-        series.affine(inverse_resistance(sliding, resistance, |other| self.resistance(other)))
+        series.affine(inverse_resistance(surface, resistance, |other| self.resistance(other)))
     }
 
     #[inline(always)]
     fn affine_and_slopes(
         &self,
-        sliding: Sliding<T>,
+        surface: Surface<T>,
         _deflection: R::Deflection,
     ) -> (Affine<T, R::Deflection>, Affine<T, R::Deflection>) {
-        let [series, slope] = self.series_and_slopes(sliding);
+        let [series, slope] = self.series_and_slopes(surface);
         let resistance = series.resistance();
-        let inverse = inverse_resistance(sliding, resistance, |other| self.resistance(other));
+        let inverse = inverse_resistance(surface, resistance, |other| self.resistance(other));
         (series.affine(inverse), series.slopes(&slope, inverse))
     }
 
-    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> R::Deflection {
-        let sliding = sliding.into();
-        let elements = self.rheology.elements(sliding);
-        let mu = self.curve.coefficient(sliding);
+    fn stationary(&self, surface: impl Into<Surface<T>>) -> R::Deflection {
+        let surface = surface.into();
+        let elements = surface.elements(&self.rheology);
+        let mu = surface.friction(&self.curve);
         elements.stationary(if elements.creeps() {
             // The surface, μ/|v|_ε, is in series with the dashpots.
-            let speed = self.regularisation.speed(sliding);
-            mu * sliding.velocity() / (speed + mu * elements.fluidity())
+            let speed = surface.regularised_speed(&self.regularisation);
+            mu * surface.velocity() / (speed + mu * elements.fluidity())
         } else {
-            self.regularisation.sign(sliding) * mu
+            surface.regularised_sign(&self.regularisation) * mu
         })
     }
 
     /// With N = μ v − |v|_ε Σ Kᵢxᵢ = g ż; the terms of N' that cancel in steady sliding are left
     /// out.
-    fn steady_linearised(&self, sliding: impl Into<Sliding<T>>) -> Linearised<T, Self::Deflection> {
-        let sliding = sliding.into();
-        let deflection = self.stationary(sliding);
-        let [series, slope] = self.series_and_slopes(sliding);
-        let (sign, sign_slope) = self.regularisation.sign_and_slope(sliding);
+    fn steady_linearised(&self, surface: impl Into<Surface<T>>) -> Linearised<T, Self::Deflection> {
+        let surface = surface.into();
+        let deflection = self.stationary(surface);
+        let [series, slope] = self.series_and_slopes(surface);
+        let (sign, sign_slope) = surface.regularised_sign_and_slope(&self.regularisation);
         let Series { elements, speed, mu } = series;
         let resistance = series.resistance();
-        let inverse = inverse_resistance(sliding, resistance, |other| self.resistance(other));
+        let inverse = inverse_resistance(surface, resistance, |other| self.resistance(other));
         let (affine, slopes) = (series.affine(inverse), series.slopes(&slope, inverse));
         // ż/|v|_ε: zero unless the bristle creeps.
         let fluidity = elements.fluidity();
@@ -322,12 +322,24 @@ where
             coefficient_by_velocity: elements.damping * by_velocity
                 + slope.elements.damping * (creep * speed)
                 + stiffening,
-            ..Linearised::new(&affine, &slopes, sliding.velocity(), deflection)
+            ..Linearised::new(&affine, &slopes, surface.velocity(), deflection)
         }
     }
 
     fn storage_stiffness(&self) -> Self::Deflection {
         self.rheology.storage_stiffness()
+    }
+
+    fn form(&self) -> Form {
+        Form::OfVelocity
+    }
+
+    fn name(&self) -> &'static str {
+        if self.rheology.elements(Sliding::from(T::zero())).creeps() {
+            "FrBD with a bristle that creeps"
+        } else {
+            "FrBD"
+        }
     }
 
     fn obeys(&self, law: Law) -> bool {
@@ -383,13 +395,13 @@ where
 /// switch the friction off.
 #[inline(always)]
 pub(crate) fn inverse_resistance<T: Scalar>(
-    sliding: Sliding<T>,
+    surface: Surface<T>,
     resistance: T,
-    at: impl FnOnce(Sliding<T>) -> T,
+    at: impl FnOnce(Surface<T>) -> T,
 ) -> T {
     let inverse = T::one() / resistance;
-    let admissible = if sliding.speed() < T::zero() {
-        resistance + resistance > at(sliding.mirrored())
+    let admissible = if surface.speed() < T::zero() {
+        resistance + resistance > at(surface.mirrored())
     } else {
         inverse > T::zero()
     };

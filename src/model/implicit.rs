@@ -21,8 +21,8 @@
 //! The bristle sticks, v_s = 0 and ż = v, if |e| ≤ μ(0); otherwise the tip
 //! slides in the direction of e. Φ rises, so that there is a single solution, if and only if
 //! σ1 + dμ/d|v| > 0 at every speed. For the [`Stribeck`](crate::curve::Stribeck) curve with δ = 2
-//! that is σ1 + σ2 > (μ_s − μ_d)√(2/e)/v_S. Otherwise Φ is folded, and a [`FoldRule`] says which
-//! branch to follow.
+//! that is σ1 + σ2 > (μ_s − μ_d)√(2/e)/v_S. Otherwise Φ is folded:
+//! several velocities of the tip carry the same load, and the model is refused.
 //!
 //! # The affine form
 //!
@@ -61,35 +61,14 @@
 mod hold;
 mod solve;
 
-use solve::{Fold, Surface, Tip};
+use solve::{Tip, UnderTip};
 
-use super::{Affine, HeldStep, Law, Limits, Linearised, finite};
+use super::{Affine, Form, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError, Rule};
+use crate::parameter::{self, ParameterError};
 use crate::rheology::{Elements, KelvinVoigt, Rheology};
-use crate::scalar::{lit, nan, unlimited};
-use crate::{Branch, Bristle, Scalar, Sliding};
-
-/// Which branch of a folded inversion to follow.
-///
-/// Where σ1 is too small for the fall of the curve, several tip velocities carry the same load. The
-/// state is the deflection only, so that a branch is not remembered: the rule picks one at every
-/// state, and the tip velocity jumps where that branch ends.
-///
-/// A curve with several valleys has more branches. Up to the first summit of Φ and beyond its last
-/// valley the rules apply unchanged; where neither has an answer, one in between is taken, always
-/// the same at the same state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
-pub enum FoldRule {
-    /// The slowest: the tip sticks, or creeps, as long as the surface can hold it, and then breaks
-    /// away.
-    Slowest,
-    /// The fastest: the tip slides as soon as the surface can keep it sliding, and sticks
-    /// otherwise.
-    Fastest,
-}
+use crate::scalar::{is_zero, lit, nan, unlimited};
+use crate::{Branch, Bristle, Scalar, Surface};
 
 /// The bristle with its force balance solved, of a friction curve C:
 /// σ0 z + σ1 ż = μ(v_s) sgn(v_s), v_s = v − ż.
@@ -104,7 +83,7 @@ pub enum FoldRule {
 ///
 /// let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
-/// let friction = ImplicitBristle::new(curve, bristle, None)?;
+/// let friction = ImplicitBristle::new(curve, bristle)?;
 /// // 1.2 of 1.5 carried, at rest: it sticks, and the bristle follows the body.
 /// assert_eq!(friction.rate(1e-3, 1.2e-4), 1e-3);
 /// // Steady sliding is on the curve, as with FrBD; disturbances fade at 418 1/s and not at 32 1/s.
@@ -144,16 +123,12 @@ pub enum FoldRule {
 /// # At a held velocity
 ///
 /// [`Bristle::hold`] follows the tip through a step of any length: it sticks for exactly as long as
-/// the surface holds, changes branches by the [`FoldRule`], and slides with an error of about 1e-9
-/// of μ/σ0 (2e-6 in `f32`). Two half steps make a whole one, and the
-/// work is what is stored and dissipated, within that error.
-///
-/// Where both branches of a fold lead to it, the load stays at the fold.
+/// the surface holds, and slides with an error of about 1e-9 of μ/σ0 (2e-6 in `f32`). Two half
+/// steps make a whole one, and the work is what is stored and dissipated, within that error.
 ///
 /// In Table 2 a step evaluates the curve 7 times on average for 10 µs, and 23 times for steps of up
 /// to 1000 s; 1500 is the most. If 288 pieces of a step have not sufficed, the rest of it is done
-/// with the coefficients frozen, and so is every step of a curve with several folds at one load
-/// (see [`FoldRule`]).
+/// with the coefficients frozen.
 ///
 /// # Compared with FrBD
 ///
@@ -165,54 +140,35 @@ pub enum FoldRule {
 pub struct ImplicitBristle<C, T = f64> {
     curve: C,
     rheology: KelvinVoigt<T>,
-    fold_rule: Option<FoldRule>,
-    /// A lower bound of dμ/d|v|, if Φ is known to rise everywhere.
-    least_slope: Option<T>,
-    /// Folds of Φ, forward and backward.
-    folds: [Option<Fold<T>>; 2],
+    /// A lower bound of dμ/d|v|.
+    least_slope: T,
 }
 
 impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
-    /// Checks that the force balance has a single solution at every state, or a rule which to take
-    /// where it is folded. A rule for an inversion that is not folded has no effect.
+    /// Checks that the force balance has a single solution at every state.
     ///
     /// # Errors
     ///
-    /// Refuses σ1 + σ2 = 0, for which fast sliding could carry no more than slow. Without a fold
-    /// rule, refuses a curve that falls as steeply as σ1 or more (the value is σ1 + min dμ/d|v|),
-    /// or whose steepest fall is not known (the value is NaN).
-    pub fn new(
-        curve: C,
-        rheology: KelvinVoigt<T>,
-        fold_rule: Option<FoldRule>,
-    ) -> Result<Self, ParameterError> {
+    /// Refuses σ1 + σ2 = 0, for which fast sliding could carry no more than slow; a curve that
+    /// falls as steeply as σ1 or more (the value is σ1 + min dμ/d|v|), and one whose steepest fall
+    /// is not known (the value is NaN).
+    pub fn new(curve: C, rheology: KelvinVoigt<T>) -> Result<Self, ParameterError> {
         let damping = rheology.elements(Branch::Forward.of(T::zero())).damping;
         let viscous = curve.viscous_friction();
         parameter::positive("micro_damping + viscous_friction", damping + viscous)?;
-        // The solution is unique if and only if σ1 + min dμ/d|v| is positive: above the roundings
-        // of the slope.
-        let margin = curve.least_slope().map_or_else(nan, |slope| damping + slope);
+        let least_slope = curve.least_slope().unwrap_or_else(nan);
+        // Above the roundings of the slope.
+        let margin = damping + least_slope;
         let rises = margin > damping * T::default_epsilon() * lit(16.0);
-        if !rises && fold_rule.is_none() {
-            let rule = Rule::Stated("be positive unless a fold_rule is given");
-            return Err(parameter::refused(
-                "micro_damping + least slope of the curve",
-                margin,
-                rule,
-            ));
-        }
-        let least_slope = curve.least_slope().filter(|_| rises);
-        let mut implicit = Self { curve, rheology, fold_rule, least_slope, folds: [None; 2] };
-        if !rises {
-            implicit.folds = [Branch::Forward, Branch::Backward].map(|way| implicit.fold(way));
-        }
-        Ok(implicit)
+        let name = "micro_damping + least slope of the curve";
+        parameter::stated(name, margin, rises, "be positive, or several tip velocities fit")?;
+        Ok(Self { curve, rheology, least_slope })
     }
 
     /// The model with its curve in another type.
     pub(super) fn map<C2>(self, curve: impl FnOnce(C) -> C2) -> ImplicitBristle<C2, T> {
-        let Self { rheology, fold_rule, least_slope, folds, .. } = self;
-        ImplicitBristle { curve: curve(self.curve), rheology, fold_rule, least_slope, folds }
+        let Self { rheology, least_slope, .. } = self;
+        ImplicitBristle { curve: curve(self.curve), rheology, least_slope }
     }
 
     /// The friction curve.
@@ -225,48 +181,50 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
         &self.rheology
     }
 
-    /// The branch that is followed where the force balance is folded, as it was given.
-    pub fn fold_rule(&self) -> Option<FoldRule> {
-        self.fold_rule
-    }
-
-    /// Whether the force balance is known to have a single solution at every state.
-    pub fn is_single_valued(&self) -> bool {
-        self.least_slope.is_some()
-    }
-
-    /// σ0 and σ1.
+    /// The force balance under a friction scale s.
     #[inline]
-    fn elements(&self) -> (T, T) {
+    fn balance(&self, scale: T) -> Balance<'_, C, T> {
         let Elements { stiffness, damping, .. } =
             self.rheology.elements(Branch::Forward.of(T::zero()));
-        (stiffness, damping)
+        Balance { curve: &self.curve, stiffness, damping, scale }
     }
 
     /// The sliding velocity of the bristle's tip, v_s = v − ż [m/s]: zero if it sticks.
     #[doc(alias = "v_s")]
-    pub fn tip_velocity(&self, velocity: T, deflection: T) -> T {
-        let tip = self.tip(velocity, deflection);
+    pub fn tip_velocity(&self, surface: impl Into<Surface<T>>, deflection: T) -> T {
+        let surface = surface.into();
+        let tip = self.balance(surface.scale()).tip(surface.velocity(), deflection);
         tip.direction * tip.surface.speed
     }
 
     /// Whether the tip sticks, ż = v.
-    pub fn sticks(&self, velocity: T, deflection: T) -> bool {
-        self.tip(velocity, deflection).sticks()
+    pub fn sticks(&self, surface: impl Into<Surface<T>>, deflection: T) -> bool {
+        is_zero(self.tip_velocity(surface, deflection))
     }
 
-    /// |σ0 z + σ1 v| − μ(0) \[–\]: positive if the tip cannot stick, and a kink of the field at
-    /// zero, for an [`ode::Event`](crate::ode::Event). With [`FoldRule::Fastest`] it may slip
-    /// before.
-    pub fn stick_excess(&self, velocity: T, deflection: T) -> T {
-        let trial = self.trial(velocity, deflection);
-        trial.abs() - self.curve.coefficient(Branch::towards(trial).of(T::zero()))
+    /// |σ0 z + σ1 v| − s μ(0) \[–\]: positive if the tip cannot stick, and a kink of the field at
+    /// zero, for an [`ode::Event`](crate::ode::Event).
+    pub fn stick_excess(&self, surface: impl Into<Surface<T>>, deflection: T) -> T {
+        let surface = surface.into();
+        let balance = self.balance(surface.scale());
+        let trial = balance.trial(surface.velocity(), deflection);
+        trial.abs() - balance.surface(Branch::towards(trial), T::zero()).mu
     }
+}
 
+/// The force balance σ0 z + σ1 ż = s μ(v_s) sgn(v_s) of a bristle.
+struct Balance<'a, C, T> {
+    curve: &'a C,
+    stiffness: T,
+    damping: T,
+    scale: T,
+}
+
+impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
     /// By the compliance s = |v_s|/μ of the surface, which keeps more digits at low speed than g.
     fn affine_at(&self, tip: &Tip<T>) -> Affine<T> {
         let compliance = tip.surface.speed / tip.surface.mu;
-        let (stiffness, damping) = self.elements();
+        let (stiffness, damping) = (self.stiffness, self.damping);
         let drive = T::one() / (T::one() + damping * compliance);
         Affine {
             relaxation: stiffness * (compliance * drive),
@@ -282,7 +240,7 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
             return (T::zero(), T::one());
         }
         let slope = tip.surface.mu_slope;
-        let inverse = T::one() / (self.elements().1 + slope);
+        let inverse = T::one() / (self.damping + slope);
         (inverse, slope * inverse)
     }
 }
@@ -292,19 +250,21 @@ impl<T: Scalar, C: FrictionCurve<T>> Bristle<T> for ImplicitBristle<C, T> {
 
     /// The coefficients with the surface taken at the tip velocity: they give rate and force at
     /// this velocity and deflection exactly, and depend on both.
-    fn affine(&self, sliding: Sliding<T>, deflection: T) -> Affine<T> {
-        self.affine_at(&self.tip(sliding.velocity(), deflection))
+    fn affine(&self, surface: Surface<T>, deflection: T) -> Affine<T> {
+        let balance = self.balance(surface.scale());
+        balance.affine_at(&balance.tip(surface.velocity(), deflection))
     }
 
     /// The coefficients and their derivatives with respect to the velocity at a fixed deflection.
-    fn affine_and_slopes(&self, sliding: Sliding<T>, deflection: T) -> (Affine<T>, Affine<T>) {
-        let tip = self.tip(sliding.velocity(), deflection);
-        let affine = self.affine_at(&tip);
-        let Surface { speed, mu, mu_slope } = tip.surface;
-        let (stiffness, damping) = self.elements();
+    fn affine_and_slopes(&self, surface: Surface<T>, deflection: T) -> (Affine<T>, Affine<T>) {
+        let balance = self.balance(surface.scale());
+        let tip = balance.tip(surface.velocity(), deflection);
+        let affine = balance.affine_at(&tip);
+        let UnderTip { speed, mu, mu_slope } = tip.surface;
+        let Balance { stiffness, damping, .. } = balance;
         // ds/dv, with du/dv = ±σ1/Φ'.
-        let compliance_slope =
-            (mu - speed * mu_slope) / (mu * mu) * (tip.direction * damping * self.shares(&tip).0);
+        let compliance_slope = (mu - speed * mu_slope) / (mu * mu)
+            * (tip.direction * damping * balance.shares(&tip).0);
         let share_slope = affine.drive * affine.drive * compliance_slope;
         let drive = -damping * share_slope;
         let slopes = Affine {
@@ -316,12 +276,13 @@ impl<T: Scalar, C: FrictionCurve<T>> Bristle<T> for ImplicitBristle<C, T> {
         (affine, slopes)
     }
 
-    fn linearised(&self, sliding: impl Into<Sliding<T>>, deflection: T) -> Linearised<T> {
-        let velocity = sliding.into().velocity();
-        let tip = self.tip(velocity, deflection);
-        let affine = self.affine_at(&tip);
-        let (inverse, share) = self.shares(&tip);
-        let (stiffness, damping) = self.elements();
+    fn linearised(&self, surface: impl Into<Surface<T>>, deflection: T) -> Linearised<T> {
+        let surface = surface.into();
+        let (velocity, balance) = (surface.velocity(), self.balance(surface.scale()));
+        let tip = balance.tip(velocity, deflection);
+        let affine = balance.affine_at(&tip);
+        let (inverse, share) = balance.shares(&tip);
+        let Balance { stiffness, damping, .. } = balance;
         Linearised {
             rate: affine.rate(velocity, deflection),
             coefficient: affine.coefficient(velocity, deflection),
@@ -332,29 +293,36 @@ impl<T: Scalar, C: FrictionCurve<T>> Bristle<T> for ImplicitBristle<C, T> {
         }
     }
 
-    fn hold(&self, velocity: T, deflection: T, duration: T) -> HeldStep<T> {
-        self.step(velocity, deflection, duration)
+    fn hold(&self, surface: impl Into<Surface<T>>, deflection: T, duration: T) -> HeldStep<T> {
+        let surface = surface.into();
+        self.balance(surface.scale()).step(surface.velocity(), deflection, duration)
     }
 
-    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
-        self.stationary_coefficient(sliding) / self.rheology.storage_stiffness()
+    fn stationary(&self, surface: impl Into<Surface<T>>) -> T {
+        self.stationary_coefficient(surface) / self.rheology.storage_stiffness()
     }
 
     /// On the curve, on any branch.
-    fn stationary_coefficient(&self, sliding: impl Into<Sliding<T>>) -> T {
-        let sliding = sliding.into();
-        sliding.direction() * self.curve.coefficient(sliding)
+    fn stationary_coefficient(&self, surface: impl Into<Surface<T>>) -> T {
+        let surface = surface.into();
+        surface.direction() * surface.friction(&self.curve)
     }
 
     fn storage_stiffness(&self) -> T {
         self.rheology.storage_stiffness()
     }
 
+    fn form(&self) -> Form {
+        Form::Solved
+    }
+
+    fn name(&self) -> &'static str {
+        "implicit bristle"
+    }
+
     fn obeys(&self, law: Law) -> bool {
         match law {
-            Law::Passivity | Law::BoundedForce | Law::NoDrift => true,
-            // On a fold, steady sliding may be on a branch that the rule does not follow.
-            Law::SteadySliding => self.is_single_valued(),
+            Law::Passivity | Law::BoundedForce | Law::NoDrift | Law::SteadySliding => true,
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
             Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
             Law::OddSymmetry => self.curve.is_even(),
@@ -365,15 +333,11 @@ impl<T: Scalar, C: FrictionCurve<T>> Bristle<T> for ImplicitBristle<C, T> {
     fn limits(&self, fastest: T) -> Limits<T> {
         Limits::up_to(fastest, |fastest| {
             let mu = self.curve.bounds(fastest).max;
-            let (stiffness, damping) = self.elements();
-            let relaxation_rate =
-                self.least_slope.and_then(|slope| finite(stiffness / (damping + slope)));
-            // Without damping a folded bristle sits on its limit and jumps across it.
-            let turns_back = damping > T::zero() || self.is_single_valued();
+            let Balance { stiffness, damping, .. } = self.balance(T::one());
             Limits {
-                deflection: if turns_back { finite(mu / stiffness) } else { None },
+                deflection: finite(mu / stiffness),
                 coefficient: finite(mu),
-                relaxation_rate,
+                relaxation_rate: finite(stiffness / (damping + self.least_slope)),
             }
         })
     }

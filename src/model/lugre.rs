@@ -12,13 +12,13 @@
 
 use super::affine::forwards;
 use super::frbd::{Series, inverse_resistance, least_slope};
-use super::{Affine, Characteristics, FrBd, HeldStep, Law, Limits, Linearised, finite};
+use super::{Affine, Characteristics, Form, FrBd, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
 use crate::parameter::{self, ParameterError};
 use crate::regularisation::{Regularisation, Unregularised};
-use crate::rheology::{Elements, HeldWeights, KelvinVoigt, Rheology, VelocityLaw, Weights};
+use crate::rheology::{Elements, HeldWeights, KelvinVoigt, Rheology, VelocityLaw};
 use crate::scalar::{is_zero, lit, unlimited};
-use crate::{Bristle, Scalar, Sliding};
+use crate::{Bristle, Scalar, Surface};
 
 /// The LuGre model of a friction curve C, a [`KelvinVoigt`] bristle R of constant stiffness and a
 /// regularisation E.
@@ -156,13 +156,6 @@ where
     D: VelocityLaw<T>,
     E: Regularisation<T>,
 {
-    /// σ1 `kept` + σ2 `carried`: the damping beyond σ0 z of bristles that keep a share of their
-    /// deflection, because λ m = 1 − kept with the mean m of what a unit velocity makes.
-    #[inline]
-    pub fn damping_of(&self, sliding: Sliding<T>, kept: T, carried: T) -> T {
-        self.rheology().elements(sliding).damping * kept + self.viscous * carried
-    }
-
     /// The viscous friction σ2 [s/m] of the term σ2 v outside g; zero for the variant with the
     /// viscous part inside.
     #[doc(alias = "sigma2")]
@@ -178,21 +171,22 @@ where
 
     /// g on the other branch.
     #[cold]
-    fn opposite(&self, sliding: Sliding<T>) -> T {
-        self.curve().coefficient(sliding)
+    fn opposite(&self, surface: Surface<T>) -> T {
+        surface.friction(self.curve())
     }
 
     /// 1/g and the coefficients, from the bristle and the surface at a velocity.
     #[inline(always)]
-    fn frozen(&self, sliding: Sliding<T>, series: &Series<T>) -> (T, Affine<T>) {
+    fn frozen(&self, surface: Surface<T>, series: &Series<T>) -> (T, Affine<T>) {
         let Series { elements, speed, mu: g } = *series;
-        let inverse = inverse_resistance(sliding, g, |other| self.opposite(other));
+        let inverse = inverse_resistance(surface, g, |other| self.opposite(other));
         let relaxation = elements.stiffness * speed * inverse;
         let affine = Affine {
             relaxation,
             drive: T::one(),
-            stiffness: elements.stiffness - elements.damping * relaxation,
-            damping: elements.damping + self.viscous,
+            // σ1 and σ2 scale as g does, and λ inversely.
+            stiffness: elements.stiffness - surface.apply(elements.damping) * relaxation,
+            damping: surface.apply(elements.damping + self.viscous),
         };
         (inverse, affine)
     }
@@ -225,23 +219,23 @@ where
     type Deflection = T;
 
     #[inline(always)]
-    fn affine(&self, sliding: Sliding<T>, _deflection: T) -> Affine<T> {
-        self.frozen(sliding, &self.parts.series(sliding)).1
+    fn affine(&self, surface: Surface<T>, _deflection: T) -> Affine<T> {
+        self.frozen(surface, &self.parts.series(surface)).1
     }
 
     #[inline(always)]
-    fn affine_and_slopes(&self, sliding: Sliding<T>, _deflection: T) -> (Affine<T>, Affine<T>) {
-        let [series, slope] = self.parts.series_and_slopes(sliding);
-        let (inverse, affine) = self.frozen(sliding, &series);
+    fn affine_and_slopes(&self, surface: Surface<T>, _deflection: T) -> (Affine<T>, Affine<T>) {
+        let [series, slope] = self.parts.series_and_slopes(surface);
+        let (inverse, affine) = self.frozen(surface, &series);
         let Series { elements, speed, .. } = series;
         let relaxation_slope =
             elements.stiffness * (slope.speed - speed * slope.mu * inverse) * inverse;
         let slopes = Affine {
             relaxation: relaxation_slope,
             drive: T::zero(),
-            stiffness: -slope.elements.damping * affine.relaxation
-                - elements.damping * relaxation_slope,
-            damping: slope.elements.damping,
+            stiffness: -surface.apply(slope.elements.damping) * affine.relaxation
+                - surface.apply(elements.damping) * relaxation_slope,
+            damping: surface.apply(slope.elements.damping),
         };
         (affine, slopes)
     }
@@ -249,13 +243,15 @@ where
     /// The exact step, with σ1 ż from the rate at its start, which decays. In c₀ z + c₂ v the term
     /// σ1 v of fast sliding would cancel, and with it half the digits of an `f32`.
     #[inline]
-    fn hold(&self, velocity: T, deflection: T, duration: T) -> HeldStep<T> {
-        let affine = self.affine(Sliding::from(velocity), deflection);
+    fn hold(&self, surface: impl Into<Surface<T>>, deflection: T, duration: T) -> HeldStep<T> {
+        let surface = surface.into();
+        let velocity = surface.velocity();
+        let affine = self.affine(surface, deflection);
         let weights = affine.weights(forwards(duration));
         let (end, mean) = (weights.end(deflection, velocity), weights.mean(deflection, velocity));
-        let Elements { stiffness, damping, .. } = self.rheology().elements(Sliding::from(velocity));
-        let rate = damping * affine.rate(velocity, deflection);
-        let viscous = self.viscous * velocity;
+        let Elements { stiffness, damping, .. } = surface.elements(self.rheology());
+        let rate = surface.apply(damping) * affine.rate(velocity, deflection);
+        let viscous = surface.apply(self.viscous) * velocity;
         // e⁻ˣ and φ1 of the rate are its value at the end and its mean.
         let (one, zero) = (T::one(), T::zero());
         HeldStep {
@@ -265,41 +261,44 @@ where
         }
     }
 
-    /// σ1φ1 + σ2, because x φ2 = 1 − φ1.
-    #[inline]
-    fn mean_damping(&self, sliding: Sliding<T>, weights: &Weights<T>) -> Option<T> {
-        Some(self.damping_of(sliding, weights.undriven_mean(T::one()), T::one()))
-    }
-
-    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
-        self.parts.stationary(sliding)
+    fn stationary(&self, surface: impl Into<Surface<T>>) -> T {
+        self.parts.stationary(surface)
     }
 
     /// ∂ż/∂v = (|v|_ε/g)(g sgn_ε)' and ∂μ_b/∂v = σ1 ∂ż/∂v + σ2: the terms that cancel in steady
     /// sliding are left out.
-    fn steady_linearised(&self, sliding: impl Into<Sliding<T>>) -> Linearised<T> {
-        let sliding = sliding.into();
-        let (affine, slopes) = self.affine_and_slopes(sliding, T::zero());
-        let (sign, sign_slope) = self.regularisation().sign_and_slope(sliding);
-        let (g, g_slope) = self.curve().coefficient_and_slope(sliding);
-        let Elements { stiffness, damping, .. } = self.rheology().elements(sliding);
+    fn steady_linearised(&self, surface: impl Into<Surface<T>>) -> Linearised<T> {
+        let surface = surface.into();
+        let (affine, slopes) = self.affine_and_slopes(surface, T::zero());
+        let (sign, sign_slope) = surface.regularised_sign_and_slope(self.regularisation());
+        let (g, g_slope) = surface.friction_and_slope(self.curve());
+        let Elements { stiffness, damping, .. } = surface.elements(self.rheology());
         let by_velocity = affine.relaxation / stiffness * (g_slope * sign + g * sign_slope);
         Linearised {
             rate_by_velocity: by_velocity,
-            coefficient_by_velocity: damping * by_velocity + self.viscous,
-            ..Linearised::new(&affine, &slopes, sliding.velocity(), self.stationary(sliding))
+            coefficient_by_velocity: surface.apply(damping) * by_velocity
+                + surface.apply(self.viscous),
+            ..Linearised::new(&affine, &slopes, surface.velocity(), self.stationary(surface))
         }
     }
 
-    fn stationary_coefficient(&self, sliding: impl Into<Sliding<T>>) -> T {
+    fn stationary_coefficient(&self, surface: impl Into<Surface<T>>) -> T {
         // σ1 ż is zero; in c₀ z + c₂ v it would be the difference of two large numbers.
-        let sliding = sliding.into();
-        self.regularisation().sign(sliding) * self.curve().coefficient(sliding)
-            + self.viscous * sliding.velocity()
+        let surface = surface.into();
+        surface.regularised_sign(self.regularisation()) * surface.friction(self.curve())
+            + surface.apply(self.viscous) * surface.velocity()
     }
 
     fn storage_stiffness(&self) -> T {
         self.parts.storage_stiffness()
+    }
+
+    fn form(&self) -> Form {
+        Form::OfVelocity
+    }
+
+    fn name(&self) -> &'static str {
+        "LuGre"
     }
 
     fn obeys(&self, law: Law) -> bool {

@@ -19,14 +19,14 @@ pub use dahl::{Dahl, DahlParameters};
 pub use elasto_plastic::ElastoPlastic;
 pub use frbd::FrBd;
 pub use frbd::least_slope;
-pub use implicit::{FoldRule, ImplicitBristle};
+pub use implicit::ImplicitBristle;
 pub use law::Law;
 pub use lugre::LuGre;
 
 use crate::parameter::ParameterError;
 use crate::rheology::Deflection;
 use crate::scalar::{lit, nan};
-use crate::{Contact, ContactResponse, Load, Scalar, Sliding};
+use crate::{Contact, ContactResponse, Load, Scalar, Surface};
 
 /// A dynamic friction model per unit normal force: the bristle deflection z \[m\] as state, the
 /// sliding velocity v as input, the virtual friction coefficient μ_b = F/p \[–\] as output.
@@ -35,8 +35,13 @@ use crate::{Contact, ContactResponse, Load, Scalar, Sliding};
 ///
 /// ż = −λ(v) z + r(v) v,  μ_b = c₀(v) z + c₂(v) v.
 ///
-/// The velocity can be a plain number or a [`Sliding`] on a locked branch. [`Bristle::under_load`]
-/// adds the normal force, for forces in newtons and energies in joules.
+/// A model of your own writes down four things: these coefficients, their slopes, the deflection of
+/// steady sliding and the stiffness in its stored energy. It then goes wherever the models of this
+/// crate go; what asks more of it (laws, limits) takes a pessimistic answer until it is given.
+///
+/// The velocity comes as a [`Surface`], with the scale of the friction: a plain number or a
+/// [`Sliding`](crate::Sliding) on a locked branch stand for a scale of one.
+/// [`Bristle::under_load`] adds the normal force, for forces in newtons and energies in joules.
 pub trait Bristle<T: Scalar>: Debug + Clone {
     /// The state: a scalar, or a vector for a bristle with internal states.
     type Deflection: Deflection<T>;
@@ -45,41 +50,58 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     /// switches with it (elasto-plastic) or solves for it (the implicit bristle).
     fn affine(
         &self,
-        sliding: Sliding<T>,
+        surface: Surface<T>,
         deflection: Self::Deflection,
     ) -> Affine<T, Self::Deflection>;
 
     /// The four coefficients and their derivatives with respect to the signed velocity.
     fn affine_and_slopes(
         &self,
-        sliding: Sliding<T>,
+        surface: Surface<T>,
         deflection: Self::Deflection,
     ) -> (Affine<T, Self::Deflection>, Affine<T, Self::Deflection>);
 
     /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) μ(v)/σ0 \[m\]; of
     /// several springs, their stretches.
-    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> Self::Deflection;
-
-    /// The friction coefficient μ_b \[–\] of steady sliding at a velocity.
-    fn stationary_coefficient(&self, sliding: impl Into<Sliding<T>>) -> T {
-        let sliding = sliding.into();
-        self.coefficient(sliding, self.stationary(sliding))
-    }
+    fn stationary(&self, surface: impl Into<Surface<T>>) -> Self::Deflection;
 
     /// The stiffness [1/m] of each spring in the stored energy W = ½ p Σ Kᵢ xᵢ².
     fn storage_stiffness(&self) -> Self::Deflection;
 
+    /// What the coefficients depend on. What works with some forms only asks this, once, when it is
+    /// built. The default promises nothing.
+    fn form(&self) -> Form {
+        Form::Switched
+    }
+
+    /// A name for reports and refusals.
+    fn name(&self) -> &'static str {
+        "a model of its own"
+    }
+
+    /// The friction coefficient μ_b \[–\] of steady sliding at a velocity.
+    fn stationary_coefficient(&self, surface: impl Into<Surface<T>>) -> T {
+        let surface = surface.into();
+        self.coefficient(surface, self.stationary(surface))
+    }
+
     /// Whether this model, with its parameters, obeys a law by one of the theorems cited at
     /// [`Law`]. A "no" mostly means a counterexample; it may also mean that the theorem's
     /// conditions are not met, or cannot be told (closures, say), without the law being broken.
-    fn obeys(&self, law: Law) -> bool;
+    fn obeys(&self, law: Law) -> bool {
+        let _ = law;
+        false
+    }
 
     /// The limits that the model's theorems give for velocities with |v| ≤ `fastest` (which may
-    /// be infinite; without its sign, and nothing is promised for NaN).
-    fn limits(&self, fastest: T) -> Limits<T>;
+    /// be infinite; without its sign, and nothing is promised for NaN). By default there are none.
+    fn limits(&self, fastest: T) -> Limits<T> {
+        let _ = fastest;
+        Limits { deflection: None, coefficient: None, relaxation_rate: None }
+    }
 
-    /// The parameters and bounds of the model for speeds up to `fastest` [m/s], as an
-    /// [audit](crate::audit) needs them. `None` for a model that does not expose them, or a speed
+    /// The parameters and bounds of the model for speeds up to `fastest` [m/s], as an audit needs
+    /// them. `None` for a model that does not expose them, or a speed
     /// that is negative or not finite.
     fn characteristics(&self, fastest: T) -> Option<Characteristics<T>> {
         let _ = fastest;
@@ -90,30 +112,30 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     #[inline]
     fn rate(
         &self,
-        sliding: impl Into<Sliding<T>>,
+        surface: impl Into<Surface<T>>,
         deflection: Self::Deflection,
     ) -> Self::Deflection {
-        let sliding = sliding.into();
-        self.affine(sliding, deflection).rate(sliding.velocity(), deflection)
+        let surface = surface.into();
+        self.affine(surface, deflection).rate(surface.velocity(), deflection)
     }
 
     /// The virtual friction coefficient μ_b = F/p \[–\].
     #[inline]
-    fn coefficient(&self, sliding: impl Into<Sliding<T>>, deflection: Self::Deflection) -> T {
-        let sliding = sliding.into();
-        self.affine(sliding, deflection).coefficient(sliding.velocity(), deflection)
+    fn coefficient(&self, surface: impl Into<Surface<T>>, deflection: Self::Deflection) -> T {
+        let surface = surface.into();
+        self.affine(surface, deflection).coefficient(surface.velocity(), deflection)
     }
 
     /// Rate and coefficient with all their partial derivatives.
     #[inline]
     fn linearised(
         &self,
-        sliding: impl Into<Sliding<T>>,
+        surface: impl Into<Surface<T>>,
         deflection: Self::Deflection,
     ) -> Linearised<T, Self::Deflection> {
-        let sliding = sliding.into();
-        let (affine, slopes) = self.affine_and_slopes(sliding, deflection);
-        Linearised::new(&affine, &slopes, sliding.velocity(), deflection)
+        let surface = surface.into();
+        let (affine, slopes) = self.affine_and_slopes(surface, deflection);
+        Linearised::new(&affine, &slopes, surface.velocity(), deflection)
     }
 
     /// Rate and coefficient of steady sliding with all their partial derivatives.
@@ -121,12 +143,12 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     /// There ∂ż/∂v = −λ' z + r' v + r is a difference of terms of order one, of which (|v|_ε/g)(μ
     /// sgn_ε)' is left, and its sign decides whether small motions grow. A model that can write
     /// that down does; else a difference of a few roundings of its terms counts as zero.
-    fn steady_linearised(&self, sliding: impl Into<Sliding<T>>) -> Linearised<T, Self::Deflection> {
-        let sliding = sliding.into();
-        let velocity = sliding.velocity();
-        let deflection = self.stationary(sliding);
-        let linearised = self.linearised(sliding, deflection);
-        let (affine, slopes) = self.affine_and_slopes(sliding, deflection);
+    fn steady_linearised(&self, surface: impl Into<Surface<T>>) -> Linearised<T, Self::Deflection> {
+        let surface = surface.into();
+        let velocity = surface.velocity();
+        let deflection = self.stationary(surface);
+        let linearised = self.linearised(surface, deflection);
+        let (affine, slopes) = self.affine_and_slopes(surface, deflection);
         let relaxed = <Self::Deflection as Deflection<T>>::relax(slopes.relaxation, deflection);
         let rate_terms = relaxed.largest() + (slopes.drive * velocity).abs() + affine.drive.abs();
         let coefficient_terms = slopes.stiffness.inner_product(deflection).abs()
@@ -165,12 +187,12 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     fn response_under(
         &self,
         load: Load<T>,
-        sliding: impl Into<Sliding<T>>,
+        surface: impl Into<Surface<T>>,
         deflection: Self::Deflection,
     ) -> ContactResponse<T, Self::Deflection> {
-        let sliding = sliding.into();
-        let affine = self.affine(sliding, deflection);
-        let velocity = sliding.velocity();
+        let surface = surface.into();
+        let affine = self.affine(surface, deflection);
+        let velocity = surface.velocity();
         let normal_force = if load.normal_force >= T::zero() { load.normal_force } else { nan() };
         ContactResponse {
             rate: affine.rate(velocity, deflection) + load.renewal(deflection),
@@ -185,28 +207,12 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     #[inline]
     fn hold(
         &self,
-        velocity: T,
+        surface: impl Into<Surface<T>>,
         deflection: Self::Deflection,
         duration: T,
     ) -> HeldStep<T, Self::Deflection> {
-        self.affine(Sliding::from(velocity), deflection).hold(velocity, deflection, duration)
-    }
-
-    /// The part (c₀ − K r) r φ2 h + c₂ [s/m] of a companion step's damping, from the weights of the
-    /// step: by how much the friction coefficient averaged over a step rises with the mean velocity
-    /// beyond what the springs of the stored energy, of stiffness K, give. `None`, the default, for
-    /// this sum as it stands.
-    ///
-    /// Where c₀ falls with the speed, as in LuGre, the sum cancels and loses digits: such a model
-    /// returns it in another form.
-    #[inline]
-    fn mean_damping(
-        &self,
-        sliding: Sliding<T>,
-        weights: &<Self::Deflection as Deflection<T>>::Weights,
-    ) -> Option<T> {
-        let _ = (sliding, weights);
-        None
+        let surface = surface.into();
+        self.affine(surface, deflection).hold(surface.velocity(), deflection, duration)
     }
 
     /// Puts the model under a normal force p \[N\], zero or positive.
@@ -217,6 +223,17 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     fn under_load(self, normal_force: T) -> Result<Contact<T, Self>, ParameterError> {
         Contact::new(self, normal_force)
     }
+}
+
+/// What the coefficients of a model depend on besides parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Form {
+    /// The velocity alone: at a velocity rate and force are affine in the deflection.
+    OfVelocity,
+    /// The deflection, too: it switches them, as in an elasto-plastic bristle. A step freezes them.
+    Switched,
+    /// The deflection, too: they are solved for, as in the implicit bristle.
+    Solved,
 }
 
 /// Deflection rate and virtual friction coefficient at one instant, with their partial derivatives.

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | [`audit`] | which laws hold for a set of parameters, what is bounded, how long a step may be |
 //! | [`stability`] | the largest stable step of each integration method |
-//! | [`linear`] | small motions: poles, frequency response, where steady sliding turns to stick-slip |
+//! | [`linear`] | small motions: poles, frequency response, the onset of stick-slip |
 //! | [`ledger`] | energy supplied, stored and dissipated over a run, and whether it was passive |
 //!
 //! All are functions of a [`Contact`](bristle::Contact), a model under a normal force:

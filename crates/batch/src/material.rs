@@ -9,7 +9,7 @@ use bristle::parameter::{self, ParameterError, Rule};
 use bristle::regularisation::AnyRegularisation;
 use bristle::rheology::{KelvinVoigt, Rheology};
 use bristle::scalar::lit;
-use bristle::{AnyBristle, Dahl, DahlParameters, FrBd, Sliding};
+use bristle::{AnyBristle, Bristle, Dahl, DahlParameters, FrBd, Sliding};
 use bristle_plane::PlaneFrBd;
 pub(super) use sealed::Material;
 

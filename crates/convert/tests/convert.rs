@@ -3,7 +3,7 @@
 
 use bristle::curve::FrictionCurve;
 use bristle::{Bristle, Dahl, DahlParameters, FrBd, Mechanism, ParameterError};
-use bristle_analysis::audit::AuditParameters;
+use bristle_analysis::audit::{AuditParameters, audit};
 use bristle_convert::{DrakeFriction, LossyGear, MujocoFriction, Presliding, SimscapeFriction};
 use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
 use bristle_specimens::{assert_within, check};
@@ -243,8 +243,8 @@ fn a_presliding_bristle_gives_the_stuck_mass_its_damping() {
         let contact = friction.under_load(normal_force).unwrap();
         let mechanism = Mechanism { mass, spring_stiffness: 0.0, viscous_damping: 0.0 };
         let up_to = AuditParameters::up_to(1.0);
-        let audit = AuditParameters { mechanism: Some(mechanism), ..up_to };
-        let stuck = contact.audit(audit).unwrap().stuck.unwrap();
+        let parameters = AuditParameters { mechanism: Some(mechanism), ..up_to };
+        let stuck = audit(&contact, parameters).unwrap().stuck.unwrap();
         assert_within(1e-9, 1.0, stuck.damping_ratio, damping_ratio, || format!("{dry:?}"));
     });
 }

@@ -1,48 +1,45 @@
 //! Friction simulated without writing Rust: model, scene and solver from a TOML file.
 //!
 //! ```sh
-//! cargo run --release --features serde --example from_file -- examples/from_file/valve.toml
+//! cargo run --release -p bristle-files -- crates/files/examples/valve.toml
 //! ```
 //!
-//! Without a file it takes `examples/from_file/stick_slip.toml`. The folder has a file for every
-//! scene. Leaves `from_file.csv` and `from_file.svg`: every state over time.
+//! Without a file it takes `stick_slip.toml`. The folder has a file for every scene. Leaves
+//! `valve.csv` and `valve.svg`, under the name of the file: every state over time.
 
 use std::path::Path;
 use std::process::ExitCode;
 
 use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, println};
-use bristle_files::{Refusal, Table, read};
-
-/// The file that is taken if none is given.
-const DEFAULT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/from_file/stick_slip.toml");
+use bristle_files::{Table, read};
 
 fn main() -> ExitCode {
     bristle_charts::run(|| {
-        let arguments = Arguments::new("from_file", "Model, scene and solver from a TOML file")
-            .file()
-            .parse()?;
-        let path = arguments.file().unwrap_or(Path::new(DEFAULT));
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-        let refused = |refusal| format!("{}{refusal}", path.display());
-        let setup = read(&text).map_err(refused)?;
-        let run = setup.run().map_err(|error| Refusal::of_run(&text, error.to_string()));
-        let table = run.map_err(refused)?;
+        let about = "Simulates the friction scene of a TOML FILE [default: stick_slip.toml]";
+        let arguments = Arguments::new("bristle", about).file().parse()?;
+        let (path, text) = match arguments.file() {
+            None => (Path::new("stick_slip.toml"), include_str!("../examples/stick_slip.toml").into()),
+            Some(path) => {
+                let unread = |error| format!("cannot read {}: {error}", path.display());
+                (path, std::fs::read_to_string(path).map_err(unread)?)
+            }
+        };
+        let table = read(&text).and_then(|setup| setup.run());
+        let table = table.map_err(|refusal| format!("{}{refusal}", path.display()))?;
 
-        let names = table.columns.iter().map(|column| column.0);
-        let names: Vec<&str> = std::iter::once("t").chain(names).collect();
-        let mut csv = Csv::create(arguments.out_dir(), "from_file", &names)?;
+        let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
+        let columns = table.columns.iter().map(|column| column.0);
+        let columns: Vec<&str> = std::iter::once("t").chain(columns).collect();
+        let mut csv = Csv::create(arguments.out_dir(), &name, &columns)?;
         for row in &table.rows {
             csv.row(&[], row)?;
         }
         csv.finish()?;
-        let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into());
-        println!("{}: {} rows of {}", path.display(), table.rows.len(), names.join(", "));
+        println!("{}: {} rows of {}", path.display(), table.rows.len(), columns.join(", "));
         if let Some(error) = table.error {
             println!("Half the step changes a state by up to {error:.1e} of its scale.");
         }
-        println!();
-        println!("{}", chart(&name, &table).save(arguments.out_dir(), "from_file")?.display());
+        println!("\n{}", chart(&name, &table).save(arguments.out_dir(), &name)?.display());
         Ok(())
     })
 }

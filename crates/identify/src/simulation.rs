@@ -62,7 +62,7 @@ impl<'a, C> Along<'a, C> {
             if let Some(before) = before {
                 let duration = lit((time - before) * share);
                 for _ in 0..substeps {
-                    deflection = model.hold(lit(held), deflection, duration).deflection;
+                    deflection = model.hold(lit::<T>(held), deflection, duration).deflection;
                 }
             }
             before = Some(time);

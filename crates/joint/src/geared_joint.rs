@@ -264,7 +264,7 @@ where
         let torques = GearTorques { motor: motor.value, external: external.value };
         let normal_force = self.gear.load(torques);
         let sliding = branch.of(velocity);
-        let affine = self.gear.model().affine(sliding, deflection);
+        let affine = self.gear.model().affine(sliding.into(), deflection);
         let friction = normal_force * affine.coefficient(sliding.velocity(), deflection);
         let torque = motor.value + external.value - self.gear.drag() * velocity - friction;
         let acceleration = torque / self.inertia;

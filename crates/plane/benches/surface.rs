@@ -1,5 +1,6 @@
 //! Steps of a square contact surface of n² points beside those of its cheap model, three axes with
-//! a spin radius, all within one run: microseconds, and ratios. `cargo bench --bench surface`.
+//! a spin radius, all within one run: microseconds, and ratios. The command is
+//! `cargo bench -p bristle-plane --bench surface`.
 //!
 //! Twist (0.1 m/s, −0.05 m/s, 1.59 rad/s) and step (0.1 ms) are those of the published script of G.
 //! A. Waltersson and Y. Karayiannidis, "Planar friction modelling with LuGre dynamics and limit

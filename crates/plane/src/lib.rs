@@ -176,3 +176,13 @@ pub struct PlaneLimits<T: Scalar, const N: usize> {
 fn length<T: Scalar>(length: T) -> T {
     if length >= T::zero() { length } else { nan() }
 }
+
+/// The README's program compiles and runs.
+#[cfg(all(doctest, feature = "alloc"))]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+/// So do those of the page.
+#[cfg(all(doctest, feature = "alloc"))]
+#[doc = include_str!("../docs/plane.md")]
+struct Page;

@@ -88,3 +88,13 @@ pub use pressure::{
 };
 pub use steady::Steady;
 pub use tyre::Tyre;
+
+/// The README's program compiles and runs.
+#[cfg(all(doctest, feature = "alloc"))]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+/// So do those of the page.
+#[cfg(all(doctest, feature = "alloc"))]
+#[doc = include_str!("../docs/rolling-contact.md")]
+struct Page;

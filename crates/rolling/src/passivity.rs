@@ -41,7 +41,7 @@ use bristle::scalar::lit;
 use bristle::{Law, Scalar};
 
 /// What the sufficient condition (Σ0 V)' ≤ 0 says about a patch. (Of a lumped contact see
-/// [`audit::Passivity`](bristle_analysis::audit::Passivity).)
+/// `bristle_analysis::audit::Passivity`.)
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Passivity<T> {
     /// The condition holds: F v ≥ Ẇ for every motion.

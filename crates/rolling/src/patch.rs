@@ -6,7 +6,7 @@ use bristle::parameter::{self, ParameterError, Rule};
 use bristle::regularisation::Regularisation;
 use bristle::rheology::{KelvinVoigt, Rheology, VelocityLaw};
 use bristle::scalar::{is_zero, larger, nan, unlimited};
-use bristle::{Affine, AnyBristle, Bristle, Dahl, FrBd, LuGre, Scalar, Sliding};
+use bristle::{Affine, AnyBristle, Bristle, Dahl, FrBd, LuGre, Scalar, Surface};
 
 /// A friction model with one deflection whose coefficients depend on the velocity alone, so that
 /// all bristles of a patch share them: [`FrBd`] with a bristle of one spring,
@@ -15,8 +15,8 @@ use bristle::{Affine, AnyBristle, Bristle, Dahl, FrBd, LuGre, Scalar, Sliding};
 pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
     /// The four coefficients at a velocity.
     #[inline]
-    fn at_velocity(&self, sliding: impl Into<Sliding<T>>) -> Affine<T> {
-        self.affine(sliding.into(), T::zero())
+    fn at_velocity(&self, surface: impl Into<Surface<T>>) -> Affine<T> {
+        self.affine(surface.into(), T::zero())
     }
 
     /// Refuses a model, chosen at run time, whose coefficients depend on its deflection.
@@ -71,12 +71,6 @@ where
     D: VelocityLaw<T>,
     E: Regularisation<T>,
 {
-    #[inline]
-    fn damping_beyond_springs(&self, velocity: T, _driven: T, kept: T, carried: T) -> T {
-        // c₀ − K r = −σ1 λ, c₂ = σ1 + σ2 and λ m = 1 − the mean of e^(−λ age).
-        self.damping_of(velocity.into(), kept, carried)
-    }
-
     fn output_limits(&self, fastest: T) -> (T, T) {
         let stiffness = self.storage_stiffness();
         let damping = self.rheology().bounds().damping.max;

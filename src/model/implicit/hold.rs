@@ -9,35 +9,26 @@
 //! | u, w | speed of the tip, velocity of the body, along the load e = σ0 z + σ1 v | m/s |
 //! | g = w − u | distance from steady sliding; ż in that direction | m/s |
 //! | Φ = σ1 u + μ(u) | the load that the tip carries at a speed | – |
-//! | E*, u⁻, u⁺ | load at which a folded Φ changes its branch; tip's speeds beside it | –, m/s |
 //!
 //! While the tip sticks, z and the load grow as v t. While it slides, g = g₀ e^(−Λ), and
 //!
 //! t = (1/σ0) ∫ Φ'(u) dΛ,  ∫ F dt = (p/σ0) ∫ μ(u) Φ'(u) dΛ.
 //!
-//! The integrands are finite at a fold (Φ' = 0) and constant near steady sliding. They are taken
+//! The integrands are constant near steady sliding. They are taken
 //! over pieces of Λ by Gauss's rule with three nodes; the part of μ that is linear in u is
 //! integrated in closed form. The rule must also return the change of μ over the piece,
 //! ∫ μ' g dΛ, which the ends tell: that is the estimate of its error.
-//!
-//! Where the load reaches E*, the tip goes over from u⁻ to u⁺ or back. With u⁻ < w < u⁺ both
-//! branches lead to E*. There the load stays: the tip alternates between the branches, at the mean
-//! speed w, and the bristle carries σ0 z = E* − σ1 w.
-//!
-//! A curve whose last valley is higher than its first summit has more folds than one E* describes;
-//! there the coefficients are frozen over the step.
 
-use super::ImplicitBristle;
-use super::solve::{Fold, Surface, heading};
+use super::Balance;
+use super::solve::{UnderTip, heading};
 use crate::curve::FrictionCurve;
 use crate::scalar::{is_zero, larger, lit, nan, smaller, to_f64};
-use crate::{Branch, Bristle, HeldStep, Scalar};
+use crate::{Branch, HeldStep, Scalar};
 
 /// Most pieces of Λ, tried or kept, in one step. The rest is done with the coefficients frozen.
 const PIECES: u32 = 288;
 
-/// Most phases of sticking and sliding: from fast sliding one way to fast sliding the other way,
-/// over both folds, takes seven.
+/// Most phases of sticking and sliding: from sliding one way to sliding the other way takes three.
 const PHASES: u32 = 8;
 
 /// Longest piece: e^−40 is below the roundings of an `f64`.
@@ -61,7 +52,7 @@ struct Path<T> {
     /// w and g.
     velocity: T,
     gap: T,
-    here: Surface<T>,
+    here: UnderTip<T>,
     sticks: bool,
     deflection: T,
     /// Time left, and ∫ F/p dt so far.
@@ -73,13 +64,13 @@ struct Path<T> {
 /// One piece of sliding.
 struct Piece<T> {
     gap: T,
-    end: Surface<T>,
+    end: UnderTip<T>,
     time: T,
     impulse: T,
     error: T,
 }
 
-impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
+impl<T: Scalar, C: FrictionCurve<T>> Balance<'_, C, T> {
     pub(super) fn step(&self, velocity: T, deflection: T, duration: T) -> HeldStep<T> {
         let held = self.held(velocity, deflection, duration);
         let HeldStep { deflection, end_coefficient, mean_coefficient } = held;
@@ -93,11 +84,10 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
 
     fn held(&self, velocity: T, deflection: T, duration: T) -> HeldStep<T> {
         let frozen = |deflection: T, duration: T| {
-            self.affine(velocity.into(), deflection).hold(velocity, deflection, duration)
+            self.affine_at(&self.tip(velocity, deflection)).hold(velocity, deflection, duration)
         };
         let finite = [velocity, deflection, duration].iter().all(T::is_finite);
-        let rises = self.folds.iter().flatten().all(|fold| fold.single);
-        if !finite || !rises || !(duration > T::zero()) {
+        if !finite || !(duration > T::zero()) {
             return frozen(deflection, duration);
         }
         let tip = self.tip(velocity, deflection);
@@ -139,7 +129,7 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
         (path.branch, path.direction) = heading(velocity);
         path.velocity = velocity.abs();
         self.place(path, T::zero());
-        let (stiffness, _) = self.elements();
+        let stiffness = self.stiffness;
         let load = path.direction * self.trial(velocity, path.deflection);
         let held = path.here.mu;
         if !held.is_finite() {
@@ -147,8 +137,7 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
             (path.deflection, path.impulse, path.left) = (held, held, T::zero());
             return;
         }
-        let most = self.fold_of(path.branch).map_or(held, |fold| smaller(held, fold.load));
-        let until = (most - load) / (stiffness * path.velocity);
+        let until = (held - load) / (stiffness * path.velocity);
         path.sticks = !(until < path.left);
         let time = if path.sticks { path.left } else { larger(until, T::zero()) };
         let way = path.velocity * time;
@@ -173,46 +162,24 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
         self.settle(path);
     }
 
-    /// Over a fold if the tip is at one, and on to where the branch ends or the time is over.
+    /// Slides to where the tip comes to rest or the time is over.
     fn slide(&self, path: &mut Path<T>) {
-        let (falls, w) = (path.gap < T::zero(), path.velocity);
-        let mut edge = falls.then(T::zero);
-        if let Some(Fold { load, slow, fast, .. }) = self.fold_of(path.branch) {
-            let u = path.here.speed;
-            let inside = if falls { u > slow && u <= fast } else { u >= slow && u < fast };
-            if inside && w >= slow && w <= fast {
-                // Both branches lead here.
-                path.here.mu = load - self.elements().1 * w;
-                path.gap = T::zero();
-                return self.stay(path);
-            }
-            if inside {
-                self.place(path, if falls { slow } else { fast });
-                path.sticks = falls && is_zero(slow);
-                if path.sticks {
-                    return;
-                }
-            } else if falls && u > fast {
-                edge = Some(fast);
-            } else if !falls && u < slow {
-                edge = Some(slow);
-            }
-        }
-        let edge = edge.filter(|&edge| if falls { w < edge } else { w > edge });
+        let falls = path.gap < T::zero() && path.velocity < T::zero();
+        let edge = falls.then(T::zero);
         self.slide_to(path, edge);
         path.sticks = path.left > T::zero() && edge.is_some_and(is_zero);
     }
 
     /// Slides until the time is over, or the tip's speed has come to an edge.
     fn slide_to(&self, path: &mut Path<T>, edge: Option<T>) {
-        let (stiffness, damping) = self.elements();
+        let (stiffness, damping) = (self.stiffness, self.damping);
         let accuracy = lit::<T>(ACCURACY) + T::default_epsilon() * lit(16.0);
         // The longest piece that the error allows, and one that should end with the time.
         let mut reach = lit::<T>(LONGEST);
         let mut wanted = None;
         while path.pieces < PIECES {
             // Steady sliding, as far as the balance can tell.
-            let steepest = damping + self.curve.viscous_friction() + path.here.mu_slope.abs();
+            let steepest = self.rise() + path.here.mu_slope.abs();
             if path.gap.abs() * steepest <= T::default_epsilon() * path.here.mu {
                 return self.stay(path);
             }
@@ -251,7 +218,7 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
                 let way = if near { way } else { T::zero() };
                 path.impulse += path.direction * (piece.impulse - late * piece.end.mu);
                 let mu = piece.end.mu + piece.end.mu_slope * way;
-                path.here = Surface { mu, ..piece.end };
+                path.here = UnderTip { mu, ..piece.end };
                 path.gap = piece.gap - way;
                 path.left = T::zero();
                 return self.settle(path);
@@ -275,13 +242,13 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
 
     /// The deflection at which the balance has its tip here.
     fn settle(&self, path: &mut Path<T>) {
-        let (stiffness, damping) = self.elements();
+        let (stiffness, damping) = (self.stiffness, self.damping);
         path.deflection = path.direction * (path.here.mu - damping * path.gap) / stiffness;
     }
 
     /// A piece of Λ of some length, which ends at a known speed or not.
     fn piece(&self, path: &Path<T>, length: T, speed: Option<T>) -> Piece<T> {
-        let (stiffness, damping) = self.elements();
+        let (stiffness, damping) = (self.stiffness, self.damping);
         let (gap, here, w) = (path.gap, path.here, path.velocity);
         // u − u₀ = g₀ (1 − e^−Λ), and u from the end where it keeps its digits.
         let falls = w.abs() < here.speed;
@@ -319,6 +286,6 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
 }
 
 /// Gauss's rule over a piece: weight, g and the surface at each node.
-fn weighted<T: Scalar>(nodes: &[(T, T, Surface<T>)], term: impl Fn(T, &Surface<T>) -> T) -> T {
+fn weighted<T: Scalar>(nodes: &[(T, T, UnderTip<T>)], term: impl Fn(T, &UnderTip<T>) -> T) -> T {
     nodes.iter().fold(T::zero(), |sum, (weight, gap, at)| sum + *weight * term(*gap, at))
 }

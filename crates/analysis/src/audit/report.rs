@@ -22,7 +22,7 @@ type Cell = Text<192>;
 
 /// Writes one row: name, finding, reference.
 fn row(f: &mut fmt::Formatter<'_>, name: &str, text: fmt::Arguments<'_>, by: &str) -> fmt::Result {
-    let mut finding = Cell::new();
+    let mut finding = Cell::default();
     finding.write_fmt(text)?;
     writeln!(f, "{name:<NAME$} {:<FINDING$} {by}", finding.as_str())
 }
@@ -158,7 +158,7 @@ impl<T: Scalar> Audit<T> {
     fn write_mechanism(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [mass, unit] = self.units(["mass", "m/s"]);
         if let Some(stuck) = self.stuck {
-            let mut name = Cell::new();
+            let mut name = Cell::default();
             write!(name, "stuck {mass}")?;
             row!(f, name.as_str(), by "module stability",
                 "ω = {:.5} rad/s, ζ = {:.5}; after a reversal ζ = {:.5}",
@@ -168,7 +168,7 @@ impl<T: Scalar> Audit<T> {
         let Some(threshold) = self.steady_sliding else { return Ok(()) };
         let fastest = self.parameters.fastest;
         let (slowest, fastest) = (number(slowest_on_spring(fastest)), number(fastest));
-        let mut by = Cell::new();
+        let mut by = Cell::default();
         write!(by, "Routh–Hurwitz, {slowest:.5} … {fastest:.5} {unit}")?;
         let (name, by) = ("sliding on spring", by.as_str());
         match threshold {
@@ -187,7 +187,7 @@ impl<T: Scalar> Audit<T> {
 
     fn write_steps(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let columns = STEPS.into_iter().take(if self.stuck.is_some() { 3 } else { 1 });
-        let mut cells = Cell::new();
+        let mut cells = Cell::default();
         for (title, width) in columns.clone() {
             write!(cells, "{title:<width$}")?;
         }
@@ -196,7 +196,7 @@ impl<T: Scalar> Audit<T> {
         }
         row!(f, "largest step [s]", by "module stability", "{}", cells.as_str())?;
         for (scheme, limits) in Scheme::ALL.into_iter().zip(self.steps) {
-            let mut cells = Cell::new();
+            let mut cells = Cell::default();
             match limits {
                 None if scheme == Scheme::Passive => {
                     write!(cells, "no promise: the contact is not passive at every deflection")?;
@@ -215,7 +215,7 @@ impl<T: Scalar> Audit<T> {
                     cells.write_str(within.map_or("", |ok| if ok { "ok" } else { "TOO LONG" }))?;
                 }
             }
-            let mut name = Cell::new();
+            let mut name = Cell::default();
             write!(name, "  {scheme}")?;
             writeln!(f, "{:<NAME$} {}", name.as_str(), cells.as_str().trim_end())?;
         }

@@ -312,7 +312,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
             return self.step_field(&field, duration);
         };
         let duration = parameter::non_negative("duration", duration)?;
-        let affine = model.affine(Sliding::from(slip), T::zero());
+        let affine = model.affine(slip.into(), T::zero());
         let drive = affine.drive * slip;
         let courant = speed / self.length * duration * lit(self.cells() as f64);
         self.shift(&affine, drive, courant, duration);

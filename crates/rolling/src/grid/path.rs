@@ -29,7 +29,7 @@ use crate::combined::finite;
 use bristle::parameter::{self, ParameterError};
 use bristle::root::enclose;
 use bristle::scalar::{larger, lit, smaller, to_f64};
-use bristle::{Bristle, Scalar, Sliding};
+use bristle::{Bristle, Scalar};
 
 /// √6
 const ROOT: f64 = 2.449_489_742_783_178;
@@ -306,7 +306,7 @@ impl<M> Bristles<M> {
         M: Bristle<T, Deflection = T>,
     {
         let of = |model: &M, deflection: T| {
-            let affine = model.affine(Sliding::from(slip), deflection);
+            let affine = model.affine(slip.into(), deflection);
             (affine.relaxation, affine.drive * slip)
         };
         let models = match self {

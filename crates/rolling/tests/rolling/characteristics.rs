@@ -2,7 +2,7 @@
 //! characteristic, and quadrature over the patch. Nothing of the library but a model's
 //! coefficients.
 
-#![allow(dead_code, unreachable_pub, reason = "each test binary uses its own part of this module")]
+#![allow(dead_code, unreachable_pub, reason = "the bench includes it, too")]
 
 /// A step with everything held, as the bristles see it.
 #[derive(Debug, Clone, Copy)]

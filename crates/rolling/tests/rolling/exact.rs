@@ -1,7 +1,7 @@
 //! The exact reduction of a rolling patch against the characteristics themselves.
 //!
-//! `cargo test --release -p bristle-rolling --test rolling exact:: -- --ignored` runs the long version of what is
-//! random.
+//! `cargo test --release -p bristle-rolling --test rolling exact:: -- --ignored` runs the long
+//! version of what is random.
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
