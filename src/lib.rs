@@ -106,6 +106,8 @@ pub use contact::{
 };
 pub use error::Error;
 pub use mechanism::Mechanism;
+#[cfg(feature = "alloc")]
+pub use model::OwnModel;
 pub use model::{
     Affine, AnyBristle, Bristle, Characteristics, Dahl, DahlParameters, ElastoPlastic, Form, FrBd,
     HeldStep, ImplicitBristle, Law, Limits, Linearised, LuGre, least_slope,

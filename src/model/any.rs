@@ -1,5 +1,7 @@
 //! A friction model chosen at run time.
 
+#[cfg(feature = "alloc")]
+use super::own::OwnModel;
 use super::{
     Affine, Characteristics, Dahl, ElastoPlastic, Form, FrBd, HeldStep, ImplicitBristle, Law,
     Limits, Linearised, LuGre,
@@ -54,6 +56,10 @@ pub enum AnyBristle<T> {
     ElastoPlastic(ElastoPlastic<AnyCurve<T>, KelvinVoigt<T>, AnyRegularisation<T>, T>),
     /// The implicit bristle.
     Implicit(ImplicitBristle<AnyCurve<T>, T>),
+    /// A model of your own, see [`AnyBristle::own`].
+    #[cfg(feature = "alloc")]
+    #[cfg_attr(feature = "serde", serde(skip))]
+    Own(OwnModel<T>),
 }
 
 /// Calls a function of the model.
@@ -66,11 +72,20 @@ macro_rules! of_the_model {
             AnyBristle::Dahl($model) => $answer,
             AnyBristle::ElastoPlastic($model) => $answer,
             AnyBristle::Implicit($model) => $answer,
+            #[cfg(feature = "alloc")]
+            AnyBristle::Own($model) => $answer,
         }
     };
 }
 
 impl<T: Scalar> AnyBristle<T> {
+    /// A model of your own with one deflection. It goes where the others go, at the cost of a call
+    /// for each evaluation; files do not hold it.
+    #[cfg(feature = "alloc")]
+    pub fn own(model: impl Bristle<T, Deflection = T> + Send + Sync + 'static) -> Self {
+        Self::Own(OwnModel::new(model))
+    }
+
     /// The coefficients of the larger models: a call, so that the others are inlined, with numbers
     /// for arguments, because what is passed in memory is waited for in the others, too.
     #[inline(never)]
@@ -89,7 +104,7 @@ impl<T: Scalar> Bristle<T> for AnyBristle<T> {
             Self::Maxwell(model) => model.affine(surface, deflection),
             Self::LuGre(model) => model.affine(surface, deflection),
             Self::Dahl(model) => model.affine(surface, deflection),
-            Self::ElastoPlastic(_) | Self::Implicit(_) => self.called(surface.parts(), deflection),
+            _ => self.called(surface.parts(), deflection),
         }
     }
 

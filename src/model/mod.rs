@@ -9,6 +9,8 @@ mod frbd;
 mod implicit;
 mod law;
 mod lugre;
+#[cfg(feature = "alloc")]
+mod own;
 
 use core::fmt::Debug;
 
@@ -22,6 +24,8 @@ pub use frbd::least_slope;
 pub use implicit::ImplicitBristle;
 pub use law::Law;
 pub use lugre::LuGre;
+#[cfg(feature = "alloc")]
+pub use own::OwnModel;
 
 use crate::parameter::ParameterError;
 use crate::rheology::Deflection;

@@ -4,11 +4,12 @@ use bristle::curve::AnyCurve;
 use bristle::regularisation::AnyRegularisation;
 use bristle::rheology::{KelvinVoigtParameters, MaxwellArm, ZenerParameters};
 use bristle::signal::{AnySignal, Polyline, Sine, Vertex};
+use bristle::{parameter, serialisation};
 use bristle_joint::{
     CurrentMotor, Gravity, JointInput, JointInputValue, JointMotion, PositionControl, VoltageMotor,
 };
 use bristle_plane::{DiscPressure, FootprintPoint, PlaneFrBd, PlaneLuGre};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::setup::{Result, must};
 
@@ -28,12 +29,10 @@ pub(crate) enum Springs {
 }
 
 /// Friction with bristle dynamics on N axes.
-pub(crate) type Frbd<const N: usize> =
-    PlaneFrBd<AnyCurve<f64>, f64, N, AnyRegularisation<f64>>;
+pub(crate) type Frbd<const N: usize> = PlaneFrBd<AnyCurve<f64>, f64, N, AnyRegularisation<f64>>;
 
 /// LuGre on N axes.
-pub(crate) type Lugre<const N: usize> =
-    PlaneLuGre<AnyCurve<f64>, f64, N, AnyRegularisation<f64>>;
+pub(crate) type Lugre<const N: usize> = PlaneLuGre<AnyCurve<f64>, f64, N, AnyRegularisation<f64>>;
 
 /// A friction model of N axes.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -103,12 +102,16 @@ impl Points {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Input {
-    Constant(f64),
+    Constant(#[serde(deserialize_with = "constant")] f64),
     Sine(Sine<f64>),
     Polyline(Polyline<Vec<Vertex<f64>>>),
     /// The torque of a link that hangs from the joint.
     Gravity(Gravity<f64>),
     PositionControl(PositionControl<f64, AnySignal<f64>>),
+}
+
+fn constant<'de, D: Deserializer<'de>>(of: D) -> std::result::Result<f64, D::Error> {
+    serialisation::read(of, |constant| parameter::finite("constant", constant))
 }
 
 /// The motor of a joint: a torque [N m], a current [A] or a voltage [V].

@@ -18,7 +18,9 @@ fn main() -> ExitCode {
         let about = "Simulates the friction scene of a TOML FILE [default: stick_slip.toml]";
         let arguments = Arguments::new("bristle", about).file().parse()?;
         let (path, text) = match arguments.file() {
-            None => (Path::new("stick_slip.toml"), include_str!("../examples/stick_slip.toml").into()),
+            None => {
+                (Path::new("stick_slip.toml"), include_str!("../examples/stick_slip.toml").into())
+            }
             Some(path) => {
                 let unread = |error| format!("cannot read {}: {error}", path.display());
                 (path, std::fs::read_to_string(path).map_err(unread)?)

@@ -1,19 +1,23 @@
-//! Why a file of the example `from_file` is refused, and where.
+//! Why a file is refused, and where.
 
 use std::fmt;
 
 use serde::Deserialize;
 use toml::Spanned;
-use toml::de::{DeArray, DeTable, DeValue};
+use toml::de::{DeString, DeTable, DeValue, ValueDeserializer};
 
 use crate::setup::Setup;
 
-/// What is wrong with a file: line and column from 1 if they are known, and the reason.
-#[derive(Debug)]
+/// Why a file is refused, or its run. It prints as `:line:column: message`, for behind a file name.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Refusal {
+    /// Line and column from 1, if they are known.
     pub place: Option<(usize, usize)>,
+    /// Parameter, value and rule, or why the run stopped.
     pub message: String,
 }
+
+impl std::error::Error for Refusal {}
 
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -24,88 +28,141 @@ impl fmt::Display for Refusal {
     }
 }
 
-impl Refusal {
-    /// Of a run: the place is that of the parameter which the message names with its value, else
-    /// that of the scene.
-    pub fn of_run(text: &str, message: String) -> Self {
-        let scene = || text.find("[scene").or_else(|| text.find("scene")).unwrap_or(0);
-        let document = DeTable::parse(text).ok();
-        let found = document
-            .as_ref()
-            .and_then(|document| parameter(text, &entries(document.get_ref()), &message));
-        Self { place: line_and_column(text, found.unwrap_or_else(scene)), message }
-    }
+/// A value of a file, with its place.
+type Node<'i> = Spanned<DeValue<'i>>;
 
-    /// Of a text.
-    ///
-    /// A format knows where a table or a list begins in which a parameter was refused. The
-    /// parameter is the first key behind it with the name, the index and the value of the error.
-    fn of_text(text: &str, error: &toml::de::Error) -> Self {
-        let message = error.message().to_owned();
-        let Some(span) = error.span() else { return Self { place: None, message } };
-        let told = DeTable::parse(text).ok().and_then(|document| {
-            let entries = entries(document.get_ref());
-            let behind: Vec<Entry> = entries
-                .iter()
-                .filter(|entry| entry.value.span().end > span.start)
-                .cloned()
-                .collect();
-            choice(text, &entries, error)
-                .or_else(|| wrong_type(text, &entries, error))
-                .or_else(|| Some((parameter(text, &behind, &message)?, message.clone())))
-                .or_else(|| Some((row(&behind, &message)?, message.clone())))
-        });
-        let (start, message) = told.unwrap_or((span.start, message));
-        Self { place: line_and_column(text, start), message }
-    }
-}
+/// The keys of signals and inputs, of which a plain number is a constant one.
+const SIGNALS: [&str; 14] = [
+    "anchor",
+    "brake_load",
+    "current",
+    "external",
+    "force",
+    "lateral_velocity",
+    "opening",
+    "reference",
+    "rolling_speed",
+    "slip_velocity",
+    "torque",
+    "twist",
+    "velocity",
+    "voltage",
+];
 
 /// Reads a file.
+///
+/// # Errors
+///
+/// Text that is no TOML, keys and choices that do not exist, and parameters that a constructor
+/// refuses, with the place in the file.
 pub fn read(text: &str) -> Result<Setup, Refusal> {
-    toml::from_str(text).map_err(|error| Refusal::of_text(text, &error))
+    let start = |error: &toml::de::Error| error.span().map(|span| span.start);
+    let document = document(text)
+        .map_err(|error| Refusal::at(text, start(&error), error.message().to_owned()))?;
+    match Setup::deserialize(ValueDeserializer::from(document.clone())) {
+        Ok(setup) => Ok(Setup { text: text.to_owned(), ..setup }),
+        Err(error) => {
+            let (found, message) = reason(text, &document, &error)
+                .unwrap_or_else(|| (start(&error), error.message().to_owned()));
+            Err(Refusal::at(text, found, message))
+        }
+    }
 }
 
-fn line_and_column(text: &str, start: usize) -> Option<(usize, usize)> {
-    let before = text.get(..start)?;
-    let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
-    Some((before.matches('\n').count() + 1, column))
+impl Refusal {
+    fn at(text: &str, start: Option<usize>, message: String) -> Self {
+        let place = start.and_then(|start| {
+            let before = text.get(..start)?;
+            let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+            Some((before.matches('\n').count() + 1, column))
+        });
+        Self { place, message }
+    }
+
+    /// Of a run: the place is that of the parameter which the message names with its value, else
+    /// that of the scene.
+    pub(crate) fn of_run(text: &str, message: String) -> Self {
+        let found = document(text)
+            .ok()
+            .and_then(|document| parameter(text, entries(&document).iter(), &message));
+        let scene = || text.find("[scene").or_else(|| text.find("scene")).unwrap_or(0);
+        Self::at(text, Some(found.unwrap_or_else(scene)), message)
+    }
+}
+
+/// A file in which every signal is a table.
+fn document(text: &str) -> Result<Node<'_>, toml::de::Error> {
+    let table = DeTable::parse(text)?;
+    let mut document = Spanned::new(table.span(), DeValue::Table(table.into_inner()));
+    constants(&mut document, false);
+    Ok(document)
+}
+
+/// Turns plain numbers that stand for signals into constant signals.
+fn constants(value: &mut Node, is_signal: bool) {
+    let span = value.span();
+    match value.get_mut() {
+        DeValue::Table(table) => {
+            for (key, value) in table.iter_mut() {
+                constants(value, SIGNALS.contains(&key.get_ref().as_ref()));
+            }
+        }
+        DeValue::Array(list) => list.iter_mut().for_each(|value| constants(value, is_signal)),
+        number @ (DeValue::Integer(_) | DeValue::Float(_)) if is_signal => {
+            let key = Spanned::new(span.clone(), "constant".into());
+            let constant = Spanned::new(span, number.clone());
+            *number = DeValue::Table([(key, constant)].into_iter().collect());
+        }
+        _ => {}
+    }
+}
+
+/// Where a file is wrong and why, better than the format knows.
+///
+/// It knows where a table or a list begins in which a parameter was refused. The parameter is the
+/// first key behind it with the name, the index and the value of the error.
+fn reason(text: &str, document: &Node, error: &toml::de::Error) -> Option<(Option<usize>, String)> {
+    let (span, message) = (error.span()?, error.message());
+    let entries = entries(document);
+    let (found, message) = choice(document, &entries, error)
+        .or_else(|| wrong_type(text, document, &entries, error))
+        .or_else(|| {
+            let behind = entries.iter().filter(|entry| entry.value.span().end > span.start);
+            Some((parameter(text, behind, message)?, message.to_owned()))
+        })?;
+    Some((Some(found), message))
 }
 
 /// A value of a file: of a key, or an element of a list.
-#[derive(Debug, Clone)]
 struct Entry<'t, 'i> {
     /// The keys and the indices that lead to it, its own last.
     path: Vec<String>,
     /// Where its key stands; where an element begins.
     start: usize,
-    value: &'t Spanned<DeValue<'i>>,
+    value: &'t Node<'i>,
 }
 
 /// Every value of a file, in the order of the text.
-fn entries<'t, 'i>(document: &'t DeTable<'i>) -> Vec<Entry<'t, 'i>> {
-    fn of_table<'t, 'i>(table: &'t DeTable<'i>, path: &[String], found: &mut Vec<Entry<'t, 'i>>) {
-        for (key, value) in table {
-            of_value(value, [path, &[key.get_ref().to_string()]].concat(), key.span().start, found);
-        }
+fn entries<'t, 'i>(document: &'t Node<'i>) -> Vec<Entry<'t, 'i>> {
+    let mut found = vec![Entry { path: Vec::new(), start: 0, value: document }];
+    let mut next = 0;
+    while let Some(Entry { path, value, .. }) = found.get(next) {
+        let value: &'t Node<'i> = value;
+        let within = |key: String| [path.as_slice(), &[key]].concat();
+        let inner: Vec<_> = match value.get_ref() {
+            DeValue::Table(table) => table
+                .iter()
+                .map(|(key, value)| (within(key.get_ref().to_string()), key.span().start, value))
+                .collect(),
+            DeValue::Array(list) => (0..)
+                .zip(list.iter())
+                .map(|(index, value)| (within(index.to_string()), value.span().start, value))
+                .collect(),
+            _ => Vec::new(),
+        };
+        found.extend(inner.into_iter().map(|(path, start, value)| Entry { path, start, value }));
+        next += 1;
     }
-    fn of_value<'t, 'i>(
-        value: &'t Spanned<DeValue<'i>>,
-        path: Vec<String>,
-        start: usize,
-        found: &mut Vec<Entry<'t, 'i>>,
-    ) {
-        found.push(Entry { path: path.clone(), start, value });
-        match value.get_ref() {
-            DeValue::Table(table) => of_table(table, &path, found),
-            DeValue::Array(list) => list.iter().enumerate().for_each(|(index, value)| {
-                let path = [path.as_slice(), &[index.to_string()]].concat();
-                of_value(value, path, value.span().start, found);
-            }),
-            _ => {}
-        }
-    }
-    let mut found = Vec::new();
-    of_table(document, &[], &mut found);
     found.sort_by_key(|entry| entry.start);
     found
 }
@@ -125,67 +182,68 @@ impl Entry<'_, '_> {
     fn is_element(&self) -> bool {
         self.path.last().is_some_and(|key| key.parse::<usize>().is_ok())
     }
-
-    fn list(&self) -> Option<&DeArray<'_>> {
-        match self.value.get_ref() {
-            DeValue::Array(list) => Some(list),
-            _ => None,
-        }
-    }
-}
-
-/// Name and index of "name[index] is …".
-fn name(message: &str) -> Option<(&str, Option<usize>)> {
-    let name = message.split_once(" is ")?.0;
-    let index = name.split_once('[').and_then(|(_, index)| index.strip_suffix(']')?.parse().ok());
-    let name = name.split('[').next()?.rsplit('.').next()?;
-    (!name.contains(' ')).then_some((name, index))
 }
 
 /// Where the key stands which a message "name[index] is value, but must …" speaks of: with this
-/// index and value, else with the value alone, else with a table or a list as its value.
-fn parameter(text: &str, entries: &[Entry], message: &str) -> Option<usize> {
-    let (name, index) = name(message)?;
-    let value = message.split_once(" is ")?.1.split_once(", but must")?.0;
+/// index and value, else with the value alone, else with a table or a list as its value. Else the
+/// row of this index in a list of lists.
+fn parameter<'e, 't: 'e, 'i: 't>(
+    text: &str,
+    entries: impl Iterator<Item = &'e Entry<'t, 'i>>,
+    message: &str,
+) -> Option<usize> {
+    let (name, rest) = message.split_once(" is ")?;
+    let value = rest.split_once(", but must").map(|parts| parts.0);
+    let index = name.split_once('[').and_then(|(_, index)| index.strip_suffix(']')?.parse().ok());
+    let name = name.split('[').next()?.rsplit('.').next()?;
     let number = |text: &str| text.replace('_', "").parse::<f64>().map(|number| number.to_string());
-    let given = |at: &Spanned<DeValue>| {
+    let given = |at: &Node| {
         let given = text.get(at.span()).unwrap_or("").trim_matches(['"', '\'']);
-        given == value || number(given).is_ok_and(|given| Ok(given) == number(value))
+        value.is_some_and(|value| {
+            given == value || number(given).is_ok_and(|given| Ok(given) == number(value))
+        })
     };
-    let any = |entry: &Entry| {
-        given(entry.value) || entry.list().is_some_and(|list| list.iter().any(given))
+    let rank = |entry: &Entry| {
+        let (is_list, is_table, given) = match entry.value.get_ref() {
+            DeValue::Array(list) => (true, false, given(entry.value) || list.iter().any(given)),
+            other => (false, other.is_table(), given(entry.value)),
+        };
+        let (named, here) = (entry.key() == name, index.is_some() && entry.index() == index);
+        match entry.is_element() {
+            false if named && given && here => Some(0),
+            true if named && given && here => Some(1),
+            false if named && given => Some(2),
+            false if named && (is_list || is_table) => Some(3),
+            true if here && is_list => Some(4),
+            _ => None,
+        }
     };
-    let of_name = |elements: bool| {
-        entries.iter().filter(move |entry| entry.key() == name && entry.is_element() == elements)
-    };
-    let at_index = |entry: &&Entry| index.is_some() && entry.index() == index && any(entry);
-    let deep =
-        |entry: &&Entry| matches!(entry.value.get_ref(), DeValue::Array(_) | DeValue::Table(_));
-    let found = of_name(false).find(at_index).or_else(|| of_name(true).find(at_index));
-    let found = found.or_else(|| of_name(false).find(|entry| any(entry)));
-    found.or_else(|| of_name(false).find(deep)).map(|entry| entry.start)
-}
-
-/// Where the row of a list of lists begins that a message "name[index] is …" speaks of.
-fn row(entries: &[Entry], message: &str) -> Option<usize> {
-    let index = name(message)?.1?;
-    let list = entries.iter().find_map(|entry| entry.list().filter(|list| !list.is_empty()))?;
-    list.get(index)
-        .filter(|row| matches!(row.get_ref(), DeValue::Array(_)))
-        .map(|row| row.span().start)
+    entries.filter_map(|entry| Some((rank(entry)?, entry.start))).min().map(|found| found.1)
 }
 
 /// Where a value is of another type than it must be, and what it must be.
-fn wrong_type(text: &str, entries: &[Entry], error: &toml::de::Error) -> Option<(usize, String)> {
+fn wrong_type(
+    text: &str,
+    document: &Node,
+    entries: &[Entry],
+    error: &toml::de::Error,
+) -> Option<(usize, String)> {
     let (span, message) = (error.span()?, error.message());
     let within = |entry: &&Entry| {
         let around = entry.value.span();
         around.start <= span.start && span.end <= around.end
     };
     let entry = entries.iter().filter(within).min_by_key(|entry| entry.value.span().len())?;
+    let is_signal = SIGNALS.contains(&entry.key());
     let wanted = match message.rsplit_once(", expected ") {
-        _ if message == "wanted string or table" => choices(text, &entry.path)?,
-        Some((_, "newtype variant")) => "a table of this name with its keys".into(),
+        Some((_, "newtype variant")) if !is_signal => "a table of this name with its keys".into(),
+        Some((_, "newtype variant")) => {
+            format!("a number or {}", choices(document, &entry.path)?)
+        }
+        None if message == "wanted string or table" => {
+            let number = if is_signal { "a number or " } else { "" };
+            format!("{number}{}", choices(document, &entry.path)?)
+        }
         Some((_, "usize" | "u64")) => "a whole number, zero or positive".into(),
         Some((_, "u16")) => "a whole number from 0 to 65535".into(),
         Some((_, "f64")) => "a number".into(),
@@ -201,60 +259,49 @@ fn wrong_type(text: &str, entries: &[Entry], error: &toml::de::Error) -> Option<
     Some((span.start, format!("{} is {given}, but must be {wanted}", entry.key())))
 }
 
+/// What is said of a file with a table of one entry at a place.
+fn with(document: &Node, path: &[String], entry: (Spanned<DeString>, Node)) -> Option<String> {
+    let mut whole = document.clone();
+    let place = path.iter().try_fold(&mut whole, |value, key| match value.get_mut() {
+        DeValue::Table(table) => table.get_mut(key.as_str()),
+        DeValue::Array(list) => list.get_mut(key.parse::<usize>().ok()?),
+        _ => None,
+    })?;
+    *place.get_mut() = DeValue::Table([entry].into_iter().collect());
+    Some(Setup::deserialize(ValueDeserializer::from(whole)).err()?.message().to_owned())
+}
+
 /// What may be chosen at a place.
-fn choices(text: &str, path: &[String]) -> Option<String> {
-    let why = with(text, path, "?", toml::Value::Boolean(true))?;
+fn choices(document: &Node, path: &[String]) -> Option<String> {
+    let value = Spanned::new(0..0, DeValue::Boolean(true));
+    let why = with(document, path, (Spanned::new(0..0, "?".into()), value))?;
     Some(why.strip_prefix("unknown variant `?`, expected ")?.to_owned())
 }
 
-/// What is said of a file with a table of one entry at a place.
-fn with(text: &str, path: &[String], entry: &str, kept: toml::Value) -> Option<String> {
-    let mut whole = toml::Value::Table(text.parse().ok()?);
-    let place = path.iter().try_fold(&mut whole, |value, key| match value {
-        toml::Value::Table(table) => table.get_mut(key),
-        toml::Value::Array(list) => list.get_mut(key.parse::<usize>().ok()?),
-        _ => None,
-    })?;
-    *place = toml::Value::Table([(entry.to_owned(), kept)].into_iter().collect());
-    Some(Setup::deserialize(whole).err()?.message().to_owned())
-}
-
 /// Where a choice has several entries or none, such as two models, and what to write.
-fn choice(text: &str, entries: &[Entry], error: &toml::de::Error) -> Option<(usize, String)> {
-    let refused = ["wanted exactly 1 element", "invalid type: map, expected enum"];
-    if !refused.iter().any(|refused| error.message().starts_with(refused)) {
-        return None;
-    }
-    let span = error.span()?;
+fn choice(document: &Node, entries: &[Entry], error: &toml::de::Error) -> Option<(usize, String)> {
+    let span = error.span().filter(|_| error.message().starts_with("wanted exactly 1 element"))?;
     let (path, table) = entries.iter().find_map(|entry| match entry.value.get_ref() {
         DeValue::Table(table) if entry.value.span() == span && table.len() != 1 => {
             Some((&entry.path, table))
         }
         _ => None,
     })?;
-    let entries: Vec<&str> = table.keys().map(|key| key.get_ref().as_ref()).collect();
-    // With one entry alone the error says whether it is a choice, and names all choices.
-    let alone = |entry: &str| {
-        let whole = toml::Value::Table(text.parse().ok()?);
-        let place = path.iter().try_fold(&whole, |value, key| match value {
-            toml::Value::Array(list) => list.get(key.parse::<usize>().ok()?),
-            value => value.get(key),
-        })?;
-        let kept = place.get(entry).cloned().unwrap_or(toml::Value::Boolean(true));
-        with(text, path, entry, kept).filter(|why| why.starts_with("unknown variant"))
-    };
-    let path_name = path.join(".");
-    if entries.is_empty() {
-        let choices = alone("?").and_then(|why| Some(why.split_once(", ")?.1.to_owned()));
-        let choices = choices.unwrap_or_else(|| "expected one entry".into());
-        return Some((span.start, format!("{path_name} is empty, {choices}")));
-    }
-    for key in table.keys() {
-        if let Some(why) = alone(key.get_ref()) {
+    // With one entry alone the error names all choices if that is none.
+    for (key, value) in table {
+        let why = with(document, path, (key.clone(), value.clone()));
+        if let Some(why) = why.filter(|why| why.starts_with("unknown variant")) {
             return Some((key.span().start, why));
         }
     }
-    let last = table.keys().map(|key| key.span().start).max()?;
-    let (count, entries) = (entries.len(), entries.join(" and "));
-    Some((last, format!("{path_name} has {count} entries, {entries}, but must have one")))
+    let name = path.join(".");
+    let Some(last) = table.keys().map(|key| key.span().start).max() else {
+        return Some((
+            span.start,
+            format!("{name} is empty, expected {}", choices(document, path)?),
+        ));
+    };
+    let keys: Vec<&str> = table.keys().map(|key| key.get_ref().as_ref()).collect();
+    let (count, keys) = (keys.len(), keys.join(" and "));
+    Some((last, format!("{name} has {count} entries, {keys}, but must have one")))
 }

@@ -7,43 +7,39 @@ use bristle::rheology::{
     GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters, Rheology,
 };
 use bristle::scene::PrescribedVelocity;
-use bristle::signal::Signal;
+use bristle::serialisation::array;
+use bristle::signal::{AnySignal, Signal};
 use bristle::{AnyBristle, Bristle, FrBd, Mechanism, ParameterError};
-use bristle_joint::{GearFriction, TorqueLoad};
-use bristle_joint::{GearedJoint, GearedJointParameters, JointInput, JointMotion};
-use bristle_plane::{Footprint, PlaneBristle};
-use bristle_plane::{PlaneBody, PlaneBodyParameters};
+use bristle_joint::{
+    GearFriction, GearedJoint, GearedJointParameters, JointInput, JointMotion, TorqueLoad,
+};
+use bristle_plane::{Footprint, PlaneBody, PlaneBodyParameters, PlaneBristle};
 use bristle_rolling::{AnyPressure, Grid, Motion, Patch, PatchParameters, PolynomialExponential};
 use bristle_rolling::{BrakedWheel, BrakedWheelParameters, Tyre, WheelLoads};
 use serde::{Deserialize, Serialize};
 
-use crate::choices::{
-    FileSignal, Frbd, Input, Lugre, Motor, PlaneModel, Points, Pressed, Springs, array,
-    of_the_model,
-};
-use crate::setup::{BODY, Column, FORCE, Result, SolverSetup, Table};
+use crate::choices::of_the_model;
+use crate::choices::{Frbd, Input, Lugre, Motor, PlaneModel, Points, Pressed, Springs};
+use crate::setup::{BODY, Column, FORCE, Result, SolverSetup, Table, must};
 
 /// Segments of a tyre, and the steps in which a bristle crosses its patch.
 const SEGMENTS: usize = 100;
 /// Most cells of a patch.
 const MOST_CELLS: usize = 10_000;
 
-/// FrBD with a bristle of one to six springs, dragged at a given velocity.
+/// FrBD with a bristle of one to six springs, dragged at a given velocity [m/s] under a normal force
+/// [N].
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Viscoelastic {
-    /// The friction curve.
-    pub curve: AnyCurve<f64>,
-    /// The springs.
-    pub springs: Springs,
-    /// Normal force [N].
-    pub normal_force: f64,
-    /// Sliding velocity v(t) [m/s].
-    pub velocity: FileSignal,
+pub(crate) struct Viscoelastic {
+    curve: AnyCurve<f64>,
+    springs: Springs,
+    normal_force: f64,
+    velocity: AnySignal<f64>,
 }
 
 impl Viscoelastic {
-    pub fn run(&self, solver: &SolverSetup) -> Result<Table> {
+    pub(crate) fn run(&self, solver: &SolverSetup) -> Result<Table> {
         /// One call for each number of springs.
         macro_rules! of_length {
             ($list:expr, $make:expr, $($n:literal)*) => {
@@ -59,12 +55,9 @@ impl Viscoelastic {
         }
         match &self.springs {
             Springs::Zener(zener) => self.dragged(solver, GeneralisedMaxwell::zener(*zener)?),
-            Springs::GeneralisedMaxwell { arms, micro_damping } => of_length!(
+            &Springs::GeneralisedMaxwell { ref arms, micro_damping } => of_length!(
                 arms,
-                |arms| GeneralisedMaxwell::new(GeneralisedMaxwellParameters {
-                    arms,
-                    micro_damping: *micro_damping
-                }),
+                |arms| GeneralisedMaxwell::new(GeneralisedMaxwellParameters { arms, micro_damping }),
                 1 2 3 4 5 6
             ),
             Springs::GeneralisedKelvinVoigt(elements) => {
@@ -88,32 +81,27 @@ impl Viscoelastic {
         ];
         let contact = FrBd::new(self.curve.clone(), bristle).under_load(self.normal_force)?;
         let scene = PrescribedVelocity::new(contact, self.velocity.clone());
-        solver.admit(self.velocity.longest_step())?;
         let columns = [&[BODY[1]], &STRETCHES[..N], &[FORCE]].concat();
         solver.run(&scene, SVector::zeros(), columns, |time, state| {
-            let mut row = vec![scene.velocity(time)];
-            row.extend(state.iter());
-            row.push(scene.friction_force(time, state));
-            row
+            let (velocity, force) = (scene.velocity(time), scene.friction_force(time, state));
+            [&[velocity], state.as_slice(), &[force]].concat()
         })
     }
 }
 
 /// A tyre in a file: the model of its bristles, its length and its pressure.
-pub type TyreSetup<M> = PatchParameters<f64, M, AnyPressure<f64>>;
+type TyreSetup<M> = PatchParameters<f64, M, AnyPressure<f64>>;
 
-/// A braked wheel with its load, its brake and its steering.
+/// A braked wheel under the load of its tyre [N].
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Wheel<M> {
-    /// Wheel, tyre and brake.
-    pub wheel: BrakedWheelParameters<f64, TyreSetup<M>, AnyBristle<f64>>,
-    /// Normal force of the tyre [N].
-    pub tyre_load: f64,
+pub(crate) struct Wheel<M> {
+    wheel: BrakedWheelParameters<f64, TyreSetup<M>, AnyBristle<f64>>,
+    tyre_load: f64,
     /// Normal force of the brake over time: its capacity over μ.
-    pub brake_load: FileSignal,
+    brake_load: AnySignal<f64>,
     /// Lateral velocity of the wheel [m/s]; zero if it is absent, and on a tyre of one axis.
-    pub lateral_velocity: Option<FileSignal>,
+    lateral_velocity: Option<AnySignal<f64>>,
 }
 
 /// Calls a function of the pressure of a tyre.
@@ -129,7 +117,7 @@ macro_rules! of_the_polynomial {
 }
 
 impl Wheel<AnyBristle<f64>> {
-    pub fn run(&self, solver: &SolverSetup) -> Result<Table> {
+    pub(crate) fn run(&self, solver: &SolverSetup) -> Result<Table> {
         let tyre = &self.wheel.tyre;
         of_the_polynomial!(&tyre.pressure, pressure => {
             let tyre = self.patch(tyre.model.clone(), *pressure)?.exact_in(SEGMENTS)?;
@@ -139,7 +127,7 @@ impl Wheel<AnyBristle<f64>> {
 }
 
 impl Wheel<PlaneModel<2>> {
-    pub fn run_steered(&self, solver: &SolverSetup) -> Result<Table> {
+    pub(crate) fn run_steered(&self, solver: &SolverSetup) -> Result<Table> {
         let tyre = &self.wheel.tyre;
         of_the_polynomial!(&tyre.pressure, pressure => of_the_model!(&tyre.model, model => {
             let tyre = self.patch(model.clone(), *pressure)?.combined_in::<2>(SEGMENTS)?;
@@ -183,13 +171,11 @@ impl<M: Clone> Wheel<M> {
             speed,
             angular_velocity,
         })?;
-        let lateral = self.lateral_velocity.clone().unwrap_or_else(FileSignal::none);
-        solver.admit(self.brake_load.longest_step())?;
-        solver.admit(lateral.longest_step())?;
         solver.stepped(5e-3, SEGMENTS, COLUMNS[..columns].to_vec(), |time, step| {
             let middle = time + 0.5 * step;
             let braking = WheelLoads::braking(self.brake_load.value(middle));
-            let lateral_velocity = lateral.value(middle);
+            let lateral = self.lateral_velocity.as_ref();
+            let lateral_velocity = lateral.map_or(0.0, |lateral| lateral.value(middle));
             let state = wheel.step(WheelLoads { lateral_velocity, ..braking }, step)?;
             let mut row = vec![state.position, state.speed, state.angular_velocity];
             row.extend([state.force, state.brake_torque, state.lateral_force]);
@@ -200,75 +186,63 @@ impl<M: Clone> Wheel<M> {
     }
 }
 
-/// A patch of bristles at a given slip velocity and rolling speed, on a grid.
+/// A patch of bristles on a grid, under a normal force [N], at a given slip velocity and rolling
+/// speed [m/s].
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct RollingPatch {
-    /// Bristles, length and pressure.
-    pub patch: TyreSetup<AnyBristle<f64>>,
-    /// Normal force [N].
-    pub normal_force: f64,
-    /// Cells of the grid.
-    pub cells: usize,
-    /// Slip velocity v(t) [m/s].
-    pub slip_velocity: FileSignal,
-    /// Rolling speed U(t) [m/s].
-    pub rolling_speed: FileSignal,
+pub(crate) struct RollingPatch {
+    patch: TyreSetup<AnyBristle<f64>>,
+    normal_force: f64,
+    cells: usize,
+    slip_velocity: AnySignal<f64>,
+    rolling_speed: AnySignal<f64>,
 }
 
 impl RollingPatch {
-    pub fn run(&self, solver: &SolverSetup) -> Result<Table> {
-        let Self { cells, slip_velocity, rolling_speed, .. } = self;
-        if !(1..=MOST_CELLS).contains(cells) {
-            return Err(format!("cells is {cells}, but must lie between 1 and 1e4").into());
+    pub(crate) fn run(&self, solver: &SolverSetup) -> Result<Table> {
+        let cells = self.cells;
+        if !(1..=MOST_CELLS).contains(&cells) {
+            return must("cells", cells, "lie between 1 and 1e4");
         }
         let patch = Patch::new(self.patch.clone())?.carrying(self.normal_force)?;
-        let mut grid = Grid::new(&patch, *cells)?;
-        solver.admit(slip_velocity.longest_step())?;
-        solver.admit(rolling_speed.longest_step())?;
+        let mut grid = Grid::new(&patch, cells)?;
         let columns = vec![
             ("v", "slip velocity v (m/s)", 1.0),
             ("u", "rolling speed U (m/s)", 1.0),
             FORCE,
             ("stored", "stored energy W (J)", 1.0),
         ];
-        solver.stepped(f64::INFINITY, *cells, columns, |time, step| {
-            let middle = time + 0.5 * step;
-            let motion = Motion {
-                slip_velocity: slip_velocity.value(middle),
-                rolling_speed: rolling_speed.value(middle),
-            };
-            let _ = grid.step(motion, step)?;
-            let now = [slip_velocity, rolling_speed].map(|signal| signal.value(time + step));
-            Ok(vec![now[0], now[1], grid.force(now[0]), grid.stored_energy()])
+        let motion = |time| Motion {
+            slip_velocity: self.slip_velocity.value(time),
+            rolling_speed: self.rolling_speed.value(time),
+        };
+        solver.stepped(f64::INFINITY, cells, columns, |time, step| {
+            let _ = grid.step(motion(time + 0.5 * step), step)?;
+            let Motion { slip_velocity, rolling_speed } = motion(time + step);
+            let force = grid.force(slip_velocity);
+            Ok(vec![slip_velocity, rolling_speed, force, grid.stored_energy()])
         })
     }
 }
 
-/// A joint driven by a motor through a gear.
+/// A joint driven by a motor through a gear: its moment of inertia [kg m²], an external torque
+/// [N m], its angle at the beginning [rad].
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Joint {
-    /// Friction of the gear, its load law and its drag.
-    pub gear: GearFriction<f64, AnyBristle<f64>, TorqueLoad<f64>>,
-    /// Moment of inertia at the joint [kg m²].
-    pub inertia: f64,
-    /// The motor.
-    pub motor: Motor,
-    /// External torque [N m].
-    pub external: Input,
-    /// Angle at the beginning [rad].
-    pub angle: f64,
+pub(crate) struct Joint {
+    gear: GearFriction<f64, AnyBristle<f64>, TorqueLoad<f64>>,
+    inertia: f64,
+    motor: Motor,
+    external: Input,
+    angle: f64,
 }
 
 impl Joint {
-    pub fn run(&self, solver: &SolverSetup) -> Result<Table> {
+    pub(crate) fn run(&self, solver: &SolverSetup) -> Result<Table> {
         let Self { gear, inertia, motor, external, angle } = self.clone();
         if !angle.is_finite() {
-            return Err(format!("angle is {angle}, but must be finite").into());
+            return must("angle", angle, "be finite");
         }
-        solver.admit(motor.longest_step())?;
-        solver.admit(external.longest_step())?;
         let parameters = GearedJointParameters { gear, inertia, motor, external };
         let joint = GearedJoint::new(parameters)?;
         let columns = vec![
@@ -280,31 +254,27 @@ impl Joint {
         ];
         solver.run(&joint, joint.at_rest(angle), columns, |time, state| {
             let motion = JointMotion { time, angle: state[0], velocity: state[1] };
-            let friction = joint.friction_torque(time, state);
-            vec![state[0], state[1], state[2], self.motor.at(motion).value, friction]
+            let torques = [self.motor.at(motion).value, joint.friction_torque(time, state)];
+            [state.as_slice(), &torques].concat()
         })
     }
 }
 
-/// A body of N axes, on springs whose far ends move.
+/// A body of N axes on springs whose far ends move [m], with a force along each axis [N].
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct PlaneBlock<const N: usize> {
-    /// Friction under its normal force.
-    pub contact: Pressed<N>,
-    /// Mass, spring and damper of each axis.
+pub(crate) struct PlaneBlock<const N: usize> {
+    contact: Pressed<N>,
     #[serde(with = "array")]
-    pub mechanisms: [Mechanism<f64>; N],
-    /// Place of each spring's far end [m].
+    mechanisms: [Mechanism<f64>; N],
     #[serde(with = "array")]
-    pub anchor: [FileSignal; N],
-    /// Force along each axis [N].
+    anchor: [AnySignal<f64>; N],
     #[serde(with = "array")]
-    pub force: [FileSignal; N],
+    force: [AnySignal<f64>; N],
 }
 
 /// A body on axes with a model M.
-type Body<M, const N: usize> = PlaneBody<f64, M, N, FileSignal, FileSignal>;
+type Body<M, const N: usize> = PlaneBody<f64, M, N, AnySignal<f64>, AnySignal<f64>>;
 
 /// The columns of a body on three axes.
 const AXES: [[Column; 3]; 3] = [
@@ -327,14 +297,11 @@ const AXES: [[Column; 3]; 3] = [
 
 impl<const N: usize> PlaneBlock<N> {
     /// The run, with three states for each axis.
-    pub fn run<const S: usize>(&self, solver: &SolverSetup) -> Result<Table>
+    pub(crate) fn run<const S: usize>(&self, solver: &SolverSetup) -> Result<Table>
     where
         Body<Frbd<N>, N>: System<f64, S, 0>,
         Body<Lugre<N>, N>: System<f64, S, 0>,
     {
-        for signal in self.anchor.iter().chain(&self.force) {
-            solver.admit(signal.longest_step())?;
-        }
         of_the_model!(&self.contact.model, model => self.slides(solver, model.clone()))
     }
 
@@ -353,28 +320,23 @@ impl<const N: usize> PlaneBlock<N> {
         solver.run(&body, SVector::zeros(), columns, |_, state: &SVector<f64, S>| {
             let part = |from: usize| SVector::<f64, N>::from_fn(|axis, _| state[from + axis]);
             let force = body.contact().force(&part(N), &part(2 * N));
-            state.iter().take(2 * N).chain(force.iter()).copied().collect()
+            [&state.as_slice()[..2 * N], force.as_slice()].concat()
         })
     }
 }
 
-/// A contact surface of points at a given twist.
+/// A contact surface of points at a given twist: velocity at the origin [m/s] and spin [rad/s],
+/// (v_x, v_y, ω) over time.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Surface {
-    /// Friction under the whole normal force.
-    pub contact: Pressed<2>,
-    /// The points.
-    pub points: Points,
-    /// The twist: velocity at the origin [m/s] and spin [rad/s], (v_x, v_y, ω) over time.
-    pub twist: [FileSignal; 3],
+pub(crate) struct Surface {
+    contact: Pressed<2>,
+    points: Points,
+    twist: [AnySignal<f64>; 3],
 }
 
 impl Surface {
-    pub fn run(&self, solver: &SolverSetup) -> Result<Table> {
-        for signal in &self.twist {
-            solver.admit(signal.longest_step())?;
-        }
+    pub(crate) fn run(&self, solver: &SolverSetup) -> Result<Table> {
         of_the_model!(&self.contact.model, model => self.dragged(solver, model.clone()))
     }
 
@@ -390,12 +352,12 @@ impl Surface {
             ("force_y", "friction force F_y (N)", 1.0),
             ("torque", "friction torque M (N m)", 1.0),
         ];
+        let twist = |time| Vector3::from_fn(|axis, _| self.twist[axis].value(time));
         solver.stepped(f64::INFINITY, deflections.len(), columns, |time, step| {
-            let twist = |time| Vector3::from_fn(|axis, _| self.twist[axis].value(time));
             let _ = surface.hold(&twist(time + 0.5 * step), &mut deflections, step)?;
             let now = twist(time + step);
             let wrench = surface.wrench(&now, &deflections);
-            Ok(now.iter().chain(wrench.iter()).copied().collect())
+            Ok([now.as_slice(), wrench.as_slice()].concat())
         })
     }
 }

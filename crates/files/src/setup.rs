@@ -1,15 +1,17 @@
-//! What a file of the example `from_file` holds, and its simulation.
+//! What a file holds, and its simulation.
 
 use std::fmt::Display;
 
 use bristle::nalgebra::SVector;
 use bristle::ode::{AnyMethod, Output, Solver, StopReason, System, Tolerances, Trajectory};
 use bristle::scene::{DiaphragmValve, MassSpringDamper, PrescribedVelocity};
-use bristle::signal::Signal;
+use bristle::signal::{AnySignal, Signal};
 use bristle::{AnyBristle, ParameterError};
 use serde::{Deserialize, Serialize};
+use toml::Value;
 
-use crate::choices::{FileSignal, PlaneModel};
+use crate::choices::PlaneModel;
+use crate::refusal::Refusal;
 use crate::scenes::{Joint, PlaneBlock, RollingPatch, Surface, Viscoelastic, Wheel};
 
 /// Most rows of a table.
@@ -26,98 +28,111 @@ const MOST_ERROR: f64 = 0.1;
 const ADVICE: &str = "a tolerance in its place chooses the steps";
 
 /// What may go wrong: a refused parameter, or a run that stopped.
-pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+pub(crate) type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
-/// A scene, and how it is solved.
+/// Refuses a value by its name and a rule.
+pub(crate) fn must<R>(name: &str, value: impl Display, rule: impl Display) -> Result<R> {
+    Err(format!("{name} is {value}, but must {rule}").into())
+}
+
+/// A scene, and how it is solved: [`read`](crate::read) from a file.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Setup {
     /// Time span, method and accuracy.
     pub solver: SolverSetup,
     /// Contact and mechanism.
-    pub scene: SceneSetup,
+    scene: Scene,
+    /// The file, in which a refusal is found.
+    #[serde(skip)]
+    pub(crate) text: String,
 }
 
 /// Time span, method and accuracy.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SolverSetup {
-    /// The run goes from t = 0 to here [s].
+    /// The run goes from t = 0 to here \[s\].
     pub end: f64,
-    /// Rows of the table, evenly spaced, both ends included.
+    /// Rows of the table, evenly spaced, both ends included: 2 to 1e6.
     pub samples: usize,
     /// The method; `automatic` if it is absent.
     pub method: Option<AnyMethod>,
-    /// Tolerance relative to the scale of each state, for adaptive steps; 1e-6 if neither it nor a
-    /// step is given.
+    /// Tolerance relative to the scale of each state, for adaptive steps, at most 0.1; 1e-6 if
+    /// neither it nor a step is given.
     pub tolerance: Option<f64>,
-    /// Length [s] of fixed steps, in place of a tolerance.
+    /// Length \[s\] of fixed steps, in place of a tolerance.
     pub step: Option<f64>,
     /// A run that is broken off after so many steps; the table then has a row for each step.
     #[serde(skip)]
     pub most_steps: Option<u64>,
 }
 
-/// Every scene of this crate.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[allow(clippy::large_enum_variant, reason = "there is one")]
-pub enum SceneSetup {
-    /// A bristle dragged at a given velocity.
-    PrescribedVelocity(PrescribedVelocity<f64, AnyBristle<f64>, FileSignal>),
-    /// A bristle of several springs dragged at a given velocity.
+enum Scene {
+    PrescribedVelocity(PrescribedVelocity<f64, AnyBristle<f64>, AnySignal<f64>>),
     Viscoelastic(Viscoelastic),
-    /// A mass with a spring, a damper and friction.
-    MassSpringDamper(MassSpringDamper<f64, AnyBristle<f64>, FileSignal>),
-    /// A pneumatic valve.
-    DiaphragmValve(DiaphragmValve<f64, AnyBristle<f64>, FileSignal>),
-    /// A wheel that is braked to a stop.
+    MassSpringDamper(MassSpringDamper<f64, AnyBristle<f64>, AnySignal<f64>>),
+    DiaphragmValve(DiaphragmValve<f64, AnyBristle<f64>, AnySignal<f64>>),
     BrakedWheel(Wheel<AnyBristle<f64>>),
-    /// A wheel that is braked and slips sideways.
     SteeredWheel(Wheel<PlaneModel<2>>),
-    /// A patch of bristles at a given slip velocity and rolling speed.
     RollingPatch(RollingPatch),
-    /// A joint driven by a motor through a gear.
     GearedJoint(Joint),
-    /// A body that slides in a plane, on springs whose far ends move.
     PlaneBody(PlaneBlock<2>),
-    /// Such a body with its rotation.
     TurningBody(PlaneBlock<3>),
-    /// A contact surface of points at a given twist.
     Footprint(Surface),
 }
 
-/// A column: its name, the label of its axis, and the factor from SI units to those of the axis.
+/// A column: its name, the label of its axis, and the factor from SI units to those of the label.
 pub type Column = (&'static str, &'static str, f64);
 
-/// A run as a table: named columns with their labels, and rows that begin with the time.
+/// A run as a table in SI units: rows that begin with the time \[s\].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Table {
     /// The columns after the time.
     pub columns: Vec<Column>,
     /// The rows.
     pub rows: Vec<Vec<f64>>,
-    /// The error of fixed steps over the scales, where it is known.
+    /// The largest difference \[–\] that half the step makes, over the scale of each state or over
+    /// its largest size; of fixed steps alone.
     pub error: Option<f64>,
 }
 
-pub const FORCE: Column = ("force", "friction force F (N)", 1.0);
-pub const BODY: [Column; 3] =
+pub(crate) const FORCE: Column = ("force", "friction force F (N)", 1.0);
+pub(crate) const BODY: [Column; 3] =
     [("x", "position x (m)", 1.0), ("v", "velocity v (m/s)", 1.0), ("z", "deflection z (µm)", 1e6)];
 
 impl Setup {
-    /// Checks the solver's keys and simulates the scene.
-    pub fn run(&self) -> Result<Table> {
-        let own_steps = match self.scene {
-            SceneSetup::BrakedWheel(_) | SceneSetup::SteeredWheel(_) => Some("a braked wheel"),
-            SceneSetup::RollingPatch(_) => Some("a rolling patch"),
-            SceneSetup::Footprint(_) => Some("a footprint"),
+    /// Simulates the scene.
+    ///
+    /// # Errors
+    ///
+    /// Refuses keys of the solver that are out of range or contradict each other, parameters that
+    /// only a run can refuse, steps whose error is large, and a run that would not end. Says why a
+    /// run stopped.
+    pub fn run(&self) -> std::result::Result<Table, Refusal> {
+        self.table().map_err(|error| Refusal::of_run(&self.text, error.to_string()))
+    }
+
+    fn table(&self) -> Result<Table> {
+        self.solver.check(match self.scene {
+            Scene::BrakedWheel(_) | Scene::SteeredWheel(_) => Some("a braked wheel"),
+            Scene::RollingPatch(_) => Some("a rolling patch"),
+            Scene::Footprint(_) => Some("a footprint"),
             _ => None,
-        };
-        self.solver.check(own_steps)?;
+        })?;
+        let most = MOST_PERIODS / self.solver.end;
+        if let Some(frequency) =
+            frequencies(&Value::try_from(&self.scene)?).into_iter().find(|f| !(*f <= most))
+        {
+            let rule = format!("be at most {most}: a run has up to a million periods");
+            return must("frequency", frequency, rule);
+        }
         let table = self.simulate()?;
         for row in &table.rows {
-            for (column, value) in table.columns.iter().zip(row.iter().skip(1)) {
+            for (column, value) in table.columns.iter().zip(&row[1..]) {
                 if !value.is_finite() {
                     return Err(format!("{} is {value} at t = {} s", column.0, row[0]).into());
                 }
@@ -126,45 +141,55 @@ impl Setup {
         Ok(table)
     }
 
-    /// Simulates the scene.
-    pub fn simulate(&self) -> Result<Table> {
+    fn simulate(&self) -> Result<Table> {
         let solver = &self.solver;
         match &self.scene {
-            SceneSetup::PrescribedVelocity(scene) => {
+            Scene::PrescribedVelocity(scene) => {
                 let columns = vec![BODY[1], BODY[2], FORCE];
-                solver.admit(System::<f64, 1>::longest_step(scene))?;
                 solver.run(scene, SVector::zeros(), columns, |time, state: &SVector<f64, 1>| {
                     vec![scene.velocity(time), state[0], scene.friction_force(time, state)]
                 })
             }
-            SceneSetup::Viscoelastic(scene) => scene.run(solver),
-            SceneSetup::MassSpringDamper(rig) => {
+            Scene::Viscoelastic(scene) => scene.run(solver),
+            Scene::MassSpringDamper(rig) => {
                 let columns = [&BODY[..], &[FORCE]].concat();
-                solver.admit(rig.parameters().force.longest_step())?;
                 solver.run(rig, rig.at_rest(), columns, |_, state| {
                     vec![state[0], state[1], state[2], rig.friction_force(state)]
                 })
             }
-            SceneSetup::DiaphragmValve(valve) => {
-                let parameters = valve.parameters();
+            Scene::DiaphragmValve(valve) => {
                 let pressure = ("pressure", "pressure P (kPa)", 1e-3);
                 let opening = ("opening", "opening OP (%)", 1.0);
                 let columns = [&BODY[..], &[pressure, FORCE, opening]].concat();
-                solver.admit(parameters.opening.longest_step())?;
+                let parameters = valve.parameters();
                 solver.run(valve, valve.balanced(0.0), columns, |time, state| {
-                    let force = valve.friction_force(state);
-                    let opening = parameters.opening.value(time);
-                    vec![state[0], state[1], state[2], state[3], force, opening]
+                    let rest = [valve.friction_force(state), parameters.opening.value(time)];
+                    [state.as_slice(), &rest].concat()
                 })
             }
-            SceneSetup::BrakedWheel(wheel) => wheel.run(solver),
-            SceneSetup::SteeredWheel(wheel) => wheel.run_steered(solver),
-            SceneSetup::RollingPatch(patch) => patch.run(solver),
-            SceneSetup::GearedJoint(joint) => joint.run(solver),
-            SceneSetup::PlaneBody(body) => body.run::<6>(solver),
-            SceneSetup::TurningBody(body) => body.run::<9>(solver),
-            SceneSetup::Footprint(surface) => surface.run(solver),
+            Scene::BrakedWheel(wheel) => wheel.run(solver),
+            Scene::SteeredWheel(wheel) => wheel.run_steered(solver),
+            Scene::RollingPatch(patch) => patch.run(solver),
+            Scene::GearedJoint(joint) => joint.run(solver),
+            Scene::PlaneBody(body) => body.run::<6>(solver),
+            Scene::TurningBody(body) => body.run::<9>(solver),
+            Scene::Footprint(surface) => surface.run(solver),
         }
+    }
+}
+
+/// The frequencies of all sines within a value.
+fn frequencies(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Table(table) => table
+            .iter()
+            .flat_map(|(key, value)| match value {
+                Value::Float(frequency) if key == "frequency" => vec![*frequency],
+                _ => frequencies(value),
+            })
+            .collect(),
+        Value::Array(list) => list.iter().flat_map(frequencies).collect(),
+        _ => Vec::new(),
     }
 }
 
@@ -175,60 +200,41 @@ impl SolverSetup {
     fn check(&self, own_steps: Option<&str>) -> Result<()> {
         let Self { end, samples, method, tolerance, step, .. } = *self;
         if !(end > 0.0 && end.is_finite()) {
-            return Err(format!("end is {end}, but must be positive and finite").into());
+            return must("end", end, "be positive and finite");
         }
         if !(2..=MOST_SAMPLES).contains(&samples) {
-            return Err(format!("samples is {samples}, but must lie between 2 and 1e6").into());
+            return must("samples", samples, "lie between 2 and 1e6");
         }
-        if let Some(step) = step
-            && !(step >= end / MOST_STEPS as f64 && step.is_finite())
-        {
-            let least = end / MOST_STEPS as f64;
-            let rule = format!("must be finite and at least {least}: a run has up to 1e7 steps");
-            return Err(format!("step is {step}, but {rule}").into());
+        let least = end / MOST_STEPS as f64;
+        if let Some(step) = step.filter(|&step| !(step >= least && step.is_finite())) {
+            let rule = format!("be finite and at least {least}: a run has up to 1e7 steps");
+            return must("step", step, rule);
         }
         if let Some(tolerance) = tolerance {
             let named = |refused| ParameterError { name: "tolerance", component: None, ..refused };
             Tolerances::scaled(tolerance, SVector::<f64, 1>::repeat(1.0)).map_err(named)?;
         }
-        let absent = |key, value: &dyn Display, why: &str| {
-            Err(format!("{key} is {value}, but must be absent: {why}").into())
-        };
-        let chosen = method.unwrap_or_default();
+        let method_or_default = method.unwrap_or_default();
         if let Some(scene) = own_steps {
-            let why = format!("{scene} takes steps of length `step`");
+            let rule = format!("be absent: {scene} takes steps of length `step`");
             return match (method, tolerance) {
-                (Some(method), _) => absent("method", &method, &why),
-                (_, Some(tolerance)) => absent("tolerance", &tolerance, &why),
+                (Some(method), _) => must("method", method, rule),
+                (_, Some(tolerance)) => must("tolerance", tolerance, rule),
                 _ => Ok(()),
             };
         }
-        match (method, tolerance, step) {
-            (_, Some(_), Some(step)) => absent("step", &step, "tolerance chooses the steps"),
-            (_, _, Some(step)) if chosen == AnyMethod::Automatic => {
-                absent("step", &step, "the method automatic chooses the steps")
+        match (method_or_default, tolerance, step) {
+            (_, Some(_), Some(step)) => {
+                must("step", step, "be absent: tolerance chooses the steps")
             }
-            (_, Some(tolerance), _) if chosen == AnyMethod::RungeKutta4 => {
-                absent("tolerance", &tolerance, "runge_kutta4 takes steps of length `step`")
+            (AnyMethod::Automatic, _, Some(step)) => {
+                must("step", step, "be absent: the method automatic chooses the steps")
             }
-            (_, _, None) if chosen == AnyMethod::RungeKutta4 => {
-                Err("method is runge_kutta4, but must come with a step".into())
+            (AnyMethod::RungeKutta4, Some(tolerance), _) => {
+                let rule = "be absent: runge_kutta4 takes steps of length `step`";
+                must("tolerance", tolerance, rule)
             }
-            _ => Ok(()),
-        }
-    }
-
-    /// Refuses an input that turns too often for the run to end, given the time over which it has
-    /// one extremum at most.
-    pub fn admit(&self, longest: Option<f64>) -> Result<()> {
-        let most = MOST_PERIODS / self.end;
-        match longest.map(|quarter| 0.25 / quarter) {
-            Some(frequency) if !(frequency <= most) => {
-                // The digits that were given: those of a quarter of the period are rounded.
-                let frequency: f64 = format!("{frequency:.12e}").parse()?;
-                let rule = format!("at most {most}: a run has up to a million periods");
-                Err(format!("frequency is {frequency}, but must be {rule}").into())
-            }
+            (AnyMethod::RungeKutta4, _, None) => must("method", "runge_kutta4", "come with a step"),
             _ => Ok(()),
         }
     }
@@ -236,7 +242,7 @@ impl SolverSetup {
     /// The table of a scene that takes steps of its own, of so many bristles: no longer than
     /// `step`, and whole ones between two rows. `advance` takes one from a time, and answers with
     /// the row at its end.
-    pub fn stepped(
+    pub(crate) fn stepped(
         &self,
         longest: f64,
         bristles: usize,
@@ -247,9 +253,9 @@ impl SolverSetup {
         let parts = (interval / self.step.unwrap_or(longest)).ceil().max(1.0);
         let most = (MOST_WORK / bristles as f64).min(MOST_STEPS as f64);
         if self.most_steps.is_none() && !(parts * self.samples as f64 <= most + 1.0) {
-            let rule = format!("at most {}", self.end * most / (parts * self.samples as f64));
+            let longest = self.end * most / (parts * self.samples as f64);
             let why = format!("a run has up to {most} steps of {bristles} bristles");
-            return Err(format!("end is {}, but must be {rule}: {why}", self.end).into());
+            return must("end", self.end, format!("be at most {longest}: {why}"));
         }
         let step = interval / parts;
         let row = |time, rest: Vec<f64>| [&[time][..], &rest].concat();
@@ -269,7 +275,7 @@ impl SolverSetup {
     /// Integrates a system, and makes a row of each sample.
     ///
     /// A run of fixed steps is repeated with half the step: what that changes is its error.
-    pub fn run<S: System<f64, N, K>, const N: usize, const K: usize>(
+    pub(crate) fn run<S: System<f64, N, K>, const N: usize, const K: usize>(
         &self,
         system: &S,
         start: SVector<f64, N>,
@@ -284,12 +290,8 @@ impl SolverSetup {
             }
             _ => None,
         };
-        let rows = run.iter().map(|(time, state)| {
-            let mut line = vec![time];
-            line.extend(row(time, state));
-            line
-        });
-        Ok(Table { columns, rows: rows.collect(), error })
+        let row = |(time, state)| [&[time][..], &row(time, state)].concat();
+        Ok(Table { columns, rows: run.iter().map(row).collect(), error })
     }
 
     /// Integrates a system with fixed steps or with the tolerance.
@@ -307,16 +309,15 @@ impl SolverSetup {
                 Solver::adaptive(method, Tolerances::scaled(tolerance, system.scales())?)
             }
         };
+        let rows = Output::Uniform(self.samples);
         let (most, output) = match (self.most_steps, step) {
             (Some(most), _) => (most, Output::Steps),
-            (None, None) => (MOST_STEPS, Output::Uniform(self.samples)),
+            (None, None) => (MOST_STEPS, rows),
             // With more parts than this between reversals, it is the step that makes them.
-            (None, Some(step)) => {
-                (10_000 + (10.0 * self.end / step) as u64, Output::Uniform(self.samples))
-            }
+            (None, Some(step)) => (10_000 + (10.0 * self.end / step) as u64, rows),
         };
-        let failure = match solver.with_most_steps(most).solve(system, 0.0..self.end, start, output)
-        {
+        let solved = solver.with_most_steps(most).solve(system, 0.0..self.end, start, output);
+        let failure = match solved {
             Ok(run) => return Ok(run),
             Err(failure) => failure,
         };
@@ -326,8 +327,8 @@ impl SolverSetup {
             }
             (StopReason::Refused(_), ..) | (.., None) => Err(failure.into()),
             (.., Some(step)) => {
-                let rule = "must be shorter, unless the motion itself diverges";
-                Err(format!("step is {}, but {rule}: {failure}; {ADVICE}", shown(step)).into())
+                let rule = "be shorter, unless the motion itself diverges";
+                must("step", shown(step), format!("{rule}: {failure}; {ADVICE}"))
             }
         }
     }
@@ -343,26 +344,25 @@ fn error_of_steps<const N: usize>(
 ) -> Result<f64> {
     let largest = |sizes: SVector<f64, N>, state: &SVector<f64, N>| sizes.sup(&state.abs());
     let sizes = finer.states().iter().fold(scales, largest);
-    let mut worst = (0.0, 0.0, 0);
+    let (mut error, mut where_it_is) = (0.0, (0.0, 0));
     for ((time, state), (_, nearer)) in run.iter().zip(finer.iter()) {
         for (index, part) in (state - nearer).component_div(&sizes).iter().enumerate() {
-            if !(part.abs() <= worst.0) {
-                worst = (part.abs(), time, index);
+            if !(part.abs() <= error) {
+                (error, where_it_is) = (part.abs(), (time, index));
             }
         }
     }
-    let (error, time, index) = worst;
     if error <= MOST_ERROR {
         return Ok(error);
     }
+    let (time, index) = where_it_is;
     let error = shown(format!("{error:.1e}").parse()?);
     let why = format!("half of it changes component {index} of the state at t = {time} s");
-    let rule = format!("must be shorter: {why} by {error} of its scale");
-    Err(format!("step is {}, but {rule}; {ADVICE}", shown(step)).into())
+    must("step", shown(step), format!("be shorter: {why} by {error} of its scale; {ADVICE}"))
 }
 
 /// A number for a reader: plain from 1e-3 to 1e6, with an exponent beyond.
-pub fn shown(number: f64) -> String {
+fn shown(number: f64) -> String {
     if number == 0.0 || !number.is_finite() || (1e-3..1e6).contains(&number.abs()) {
         number.to_string()
     } else {

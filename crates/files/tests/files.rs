@@ -19,7 +19,7 @@ use bristle::{
 };
 use bristle_analysis::audit::AuditParameters;
 use bristle_convert::LossyGear;
-use bristle_files::{Setup, SolverSetup};
+use bristle_files::{Refusal, Setup};
 use bristle_joint::{
     CurrentMotor, CurrentMotorParameters, GearedJoint, GearedJointParameters, Gravity,
     PositionControl, VoltageMotor, VoltageMotorParameters,
@@ -33,23 +33,23 @@ use serde::de::DeserializeOwned;
 
 /// The files that the example ships.
 const FILES: [(&str, &str); 17] = [
-    ("stick_slip", include_str!("../examples/from_file/stick_slip.toml")),
-    ("lugre", include_str!("../examples/from_file/lugre.toml")),
-    ("valve", include_str!("../examples/from_file/valve.toml")),
-    ("frictional_lag", include_str!("../examples/from_file/frictional_lag.toml")),
-    ("gearbox", include_str!("../examples/from_file/gearbox.toml")),
-    ("dahl", include_str!("../examples/from_file/dahl.toml")),
-    ("creep", include_str!("../examples/from_file/creep.toml")),
-    ("viscoelastic", include_str!("../examples/from_file/viscoelastic.toml")),
-    ("joint", include_str!("../examples/from_file/joint.toml")),
-    ("braking", include_str!("../examples/from_file/braking.toml")),
-    ("plane", include_str!("../examples/from_file/plane.toml")),
-    ("turning", include_str!("../examples/from_file/turning.toml")),
-    ("footprint", include_str!("../examples/from_file/footprint.toml")),
-    ("patch", include_str!("../examples/from_file/patch.toml")),
-    ("steering", include_str!("../examples/from_file/steering.toml")),
-    ("voltage", include_str!("../examples/from_file/voltage.toml")),
-    ("springs_in_a_row", include_str!("../examples/from_file/springs_in_a_row.toml")),
+    ("stick_slip", include_str!("../examples/stick_slip.toml")),
+    ("lugre", include_str!("../examples/lugre.toml")),
+    ("valve", include_str!("../examples/valve.toml")),
+    ("frictional_lag", include_str!("../examples/frictional_lag.toml")),
+    ("gearbox", include_str!("../examples/gearbox.toml")),
+    ("dahl", include_str!("../examples/dahl.toml")),
+    ("creep", include_str!("../examples/creep.toml")),
+    ("viscoelastic", include_str!("../examples/viscoelastic.toml")),
+    ("joint", include_str!("../examples/joint.toml")),
+    ("braking", include_str!("../examples/braking.toml")),
+    ("plane", include_str!("../examples/plane.toml")),
+    ("turning", include_str!("../examples/turning.toml")),
+    ("footprint", include_str!("../examples/footprint.toml")),
+    ("patch", include_str!("../examples/patch.toml")),
+    ("steering", include_str!("../examples/steering.toml")),
+    ("voltage", include_str!("../examples/voltage.toml")),
+    ("springs_in_a_row", include_str!("../examples/springs_in_a_row.toml")),
 ];
 
 /// A value in a file of its own.
@@ -77,9 +77,8 @@ fn round_trip<V: Serialize + DeserializeOwned>(value: &V) -> V {
 #[test]
 fn shipped_files_run_and_read_back_to_the_same_run() {
     for (name, text) in FILES {
-        let setup: Setup = toml::from_str(text).unwrap();
-        let setup =
-            Setup { solver: SolverSetup { end: 0.05, samples: 11, ..setup.solver }, ..setup };
+        let mut setup = bristle_files::read(text).unwrap();
+        (setup.solver.end, setup.solver.samples) = (0.05, 11);
         let again: Setup = toml::from_str(&toml::to_string(&setup).unwrap()).unwrap();
         let (run, again) = (setup.run().unwrap(), again.run().unwrap());
         assert_eq!(run.rows.len(), 11, "{name}");
@@ -198,7 +197,7 @@ fn a_refused_parameter_is_found_at_its_own_line() {
     ] {
         let text = text.replace(good, bad);
         assert!(text.contains(bad));
-        let (line, column) = refusal::read(&text).unwrap_err().place.unwrap();
+        let (line, column) = bristle_files::read(&text).unwrap_err().place.unwrap();
         let there: String = text.lines().nth(line - 1).unwrap().chars().skip(column - 1).collect();
         let key = bad.split(' ').next().unwrap();
         let value = bad.rsplit(' ').next().unwrap();
@@ -212,16 +211,14 @@ fn a_refused_parameter_is_found_at_its_own_line() {
         1,
     );
     let bad = bad.replace("spring_stiffness = 2.0", "spring_stiffness = -2.0");
-    let refusal = refusal::read(&bad).unwrap_err();
+    let refusal = bristle_files::read(&bad).unwrap_err();
     let line = bad.lines().position(|line| line.contains("= -2.0")).unwrap() + 1;
     assert_eq!(refusal.place.unwrap().0, line, "{refusal}");
 }
 
 /// What the example says of a text that it refuses at once or as it runs.
 fn refused(text: &str) -> String {
-    let run = refusal::read(text).and_then(|setup| {
-        setup.run().map_err(|error| refusal::Refusal::of_run(text, error.to_string()))
-    });
+    let run = bristle_files::read(text).and_then(|setup| setup.run());
     run.map(|table| table.rows.len()).unwrap_err().to_string()
 }
 
@@ -306,7 +303,7 @@ viscous_friction = 20.0
         let refused = refused(&fixed(method, 2e-3));
         assert!(refused.starts_with(too_long), "{method}{refused}");
         assert!(refused.ends_with("a tolerance in its place chooses the steps"), "{refused}");
-        let runs = refusal::read(&fixed(method, 1e-4)).unwrap().run().unwrap();
+        let runs = bristle_files::read(&fixed(method, 1e-4)).unwrap().run().unwrap();
         assert_eq!(runs.rows.len(), 11, "{method}");
         assert!(runs.error.unwrap() < 0.01, "{method}: {:?}", runs.error);
     }
@@ -334,7 +331,7 @@ stribeck_exponent = 1.0, viscous_friction = 0.0 }
 fn the_error_of_fixed_steps_is_told_and_a_large_one_refused() {
     let run = |solver: &str| {
         let text = STICKING.replace("method = \"rodas4\"\nstep = 0.05", solver);
-        refusal::read(&text).unwrap().run().unwrap()
+        bristle_files::read(&text).unwrap().run().unwrap()
     };
     let exact = run("tolerance = 1e-10");
     assert_eq!(exact.error, None);
@@ -371,7 +368,7 @@ fn the_error_of_fixed_steps_is_told_and_a_large_one_refused() {
     };
     let long = refused(&joint(0.1));
     assert!(long.starts_with(":8:1: step is 0.1, but must be shorter"), "{long}");
-    assert!(refusal::read(&joint(1e-4)).unwrap().run().unwrap().error.unwrap() < 1e-2);
+    assert!(bristle_files::read(&joint(1e-4)).unwrap().run().unwrap().error.unwrap() < 1e-2);
 }
 
 #[test]
@@ -384,7 +381,7 @@ fn a_value_that_occurs_twice_is_found_by_its_index() {
     let speeds = [0.0, 0.1, 0.3, 0.1];
     let text = table(&speeds.map(row).concat());
     let first = text.lines().position(|line| line.starts_with("{ speed")).unwrap() + 1;
-    let refused = |text: &str| refusal::read(text).unwrap_err();
+    let refused = |text: &str| bristle_files::read(text).unwrap_err();
     let named = refused(&text);
     assert_eq!(named.place, Some((first + 3, 3)), "{named}");
     assert!(named.message.starts_with("speed[3] is 0.1, but must be larger"), "{named}");
@@ -396,11 +393,11 @@ fn a_value_that_occurs_twice_is_found_by_its_index() {
 fn a_plain_number_is_a_constant_signal() {
     for bad in ["nan", "inf", "{}", "\"constant\"", "{ constant = 1.0, sine = 2.0 }", "true"] {
         let text = STICKING.replace("force.constant = 0.0", &format!("force = {bad}"));
-        assert!(text != STICKING && refusal::read(&text).is_err(), "{bad}");
+        assert!(text != STICKING && bristle_files::read(&text).is_err(), "{bad}");
     }
     let read = |force: &str| {
         let text = STICKING.replace("force.constant = 0.0", force);
-        toml::to_string(&refusal::read(&text).unwrap()).unwrap()
+        toml::to_string(&bristle_files::read(&text).unwrap()).unwrap()
     };
     assert_eq!(read("force = 0.1"), read("force.constant = 0.1"));
     assert_eq!(read("force = -3"), read("force.constant = -3.0"));
@@ -408,7 +405,7 @@ fn a_plain_number_is_a_constant_signal() {
     let plain = joint.replace("external.gravity = {", "external = 0.5 # {");
     let table = joint.replace("external.gravity = {", "external.constant = 0.5 # {");
     let rows = |text: &str| {
-        let mut setup = refusal::read(text).unwrap();
+        let mut setup = bristle_files::read(text).unwrap();
         setup.solver.end = 0.05;
         setup.run().unwrap().rows
     };
@@ -426,13 +423,13 @@ fn a_value_of_another_type_is_told_what_it_must_be() {
             rig,
             "force.constant = 0.0",
             "force = \"constant\"",
-            "force is \"constant\", but must be a signal: a number, `constant`, `sine` or",
+            "force is \"constant\", but must be a number or one of `constant`, `sine`, `polyline`",
         ),
         (
             joint,
             "external.gravity",
             "external = true #",
-            "external is true, but must be an input: ",
+            "external is true, but must be a number or one of `constant`, `sine`, `polyline`, `gra",
         ),
         (FILES[12].1, "rings = 10", "rings = 65536", "rings is 65536, but must be a whole number"),
     ] {
@@ -448,7 +445,7 @@ fn a_value_of_another_type_is_told_what_it_must_be() {
 fn the_file_on_the_page_runs() {
     let page = include_str!("../docs/files.md");
     let text = page.split("```toml\n").nth(1).and_then(|text| text.split("```").next()).unwrap();
-    let table = refusal::read(text).unwrap().run().unwrap();
+    let table = bristle_files::read(text).unwrap().run().unwrap();
     assert_eq!(table.rows.len(), 2001);
     // It slides: 8 N against 4 N, and 6 N to break away.
     assert!(table.rows.iter().any(|row| row[2].abs() > 0.1));
@@ -804,11 +801,11 @@ fn damaged(text: &str, random: &mut Random) -> String {
 }
 
 /// Takes ten steps of what a text holds: the number of rows, or the refusal.
-fn ten_steps(text: &str) -> Result<usize, refusal::Refusal> {
-    let mut setup = refusal::read(text)?;
+fn ten_steps(text: &str) -> Result<usize, Refusal> {
+    let mut setup = bristle_files::read(text)?;
     // Of which some may be tried again.
     setup.solver.most_steps = Some(20);
-    let table = setup.run().map_err(|error| refusal::Refusal::of_run(text, error.to_string()))?;
+    let table = setup.run()?;
     assert!(table.rows.iter().flatten().all(|number| number.is_finite()), "{text}");
     Ok(table.rows.len())
 }

@@ -138,9 +138,7 @@ pub struct TorqueLoadParameters<T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TorqueLoad<T> {
-    idle_load: T,
-    motor_share: T,
-    external_share: T,
+    parameters: TorqueLoadParameters<T>,
 }
 
 impl<T: Scalar> TorqueLoad<T> {
@@ -150,36 +148,34 @@ impl<T: Scalar> TorqueLoad<T> {
     ///
     /// Refuses a parameter that is negative or not finite.
     pub fn new(parameters: TorqueLoadParameters<T>) -> Result<Self, ParameterError> {
-        let TorqueLoadParameters { idle_load, motor_share, external_share } = parameters;
-        Ok(Self {
-            idle_load: parameter::non_negative("idle_load", idle_load)?,
-            motor_share: parameter::non_negative("motor_share", motor_share)?,
-            external_share: parameter::non_negative("external_share", external_share)?,
-        })
+        parameter::non_negative("idle_load", parameters.idle_load)?;
+        parameter::non_negative("motor_share", parameters.motor_share)?;
+        parameter::non_negative("external_share", parameters.external_share)?;
+        Ok(Self { parameters })
     }
 
     /// The parameters.
     pub fn parameters(&self) -> TorqueLoadParameters<T> {
-        let Self { idle_load, motor_share, external_share } = *self;
-        TorqueLoadParameters { idle_load, motor_share, external_share }
+        self.parameters
     }
 
     /// k_m τ_m − k_e τ_e [N m], at whose zero the load has a kink.
     #[inline]
     pub fn difference(&self, torques: GearTorques<T>) -> T {
-        self.motor_share * torques.motor - self.external_share * torques.external
+        self.parameters.motor_share * torques.motor
+            - self.parameters.external_share * torques.external
     }
 }
 
 impl<T: Scalar> LoadLaw<T> for TorqueLoad<T> {
     #[inline]
     fn load(&self, torques: GearTorques<T>) -> T {
-        self.idle_load + self.difference(torques).abs()
+        self.parameters.idle_load + self.difference(torques).abs()
     }
 
     #[inline]
     fn slopes(&self, torques: GearTorques<T>) -> GearTorques<T> {
-        let Self { motor_share, external_share, .. } = *self;
+        let TorqueLoadParameters { motor_share, external_share, .. } = self.parameters;
         if self.difference(torques) < T::zero() {
             GearTorques { motor: -motor_share, external: external_share }
         } else {
@@ -386,7 +382,7 @@ impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
     /// s μ(v), p0 s μ + s_B B |v|.
     fn loss(&self, velocity: T) -> (T, T) {
         let coefficient = self.friction_scale * self.model().stationary_coefficient(velocity).abs();
-        let beside = coefficient * self.law.idle_load + self.drag() * velocity.abs();
+        let beside = coefficient * self.law.parameters.idle_load + self.drag() * velocity.abs();
         (coefficient, beside)
     }
 
@@ -396,8 +392,10 @@ impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
     pub fn driving_torque(&self, velocity: T, external_torque: T) -> Option<T> {
         let (coefficient, beside) = self.loss(velocity);
         let one = T::one();
-        let passed = one - coefficient * self.law.motor_share;
-        let needed = external_torque.abs() * (one + coefficient * self.law.external_share) + beside;
+        let passed = one - coefficient * self.law.parameters.motor_share;
+        let needed = external_torque.abs()
+            * (one + coefficient * self.law.parameters.external_share)
+            + beside;
         (passed > T::zero()).then(|| needed / passed)
     }
 
@@ -407,8 +405,9 @@ impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
     pub fn braking_torque(&self, velocity: T, external_torque: T) -> Option<T> {
         let (coefficient, beside) = self.loss(velocity);
         let one = T::one();
-        let left = external_torque.abs() * (one - coefficient * self.law.external_share) - beside;
-        let braking = left / (one + coefficient * self.law.motor_share);
+        let left = external_torque.abs() * (one - coefficient * self.law.parameters.external_share)
+            - beside;
+        let braking = left / (one + coefficient * self.law.parameters.motor_share);
         (braking >= T::zero()).then_some(braking)
     }
 }

@@ -8,7 +8,7 @@
 //! | z | deflection of the bristle | rad |
 //! | J | moment of inertia, that of the motor times the square of the gear's ratio | kg m² |
 //! | τ_m, τ_e | motor torque, external torque; functions of time, angle and velocity | N m |
-//! | p, T | load and friction torque of the gear, see [`gear`](crate) | N m |
+//! | p, T | load and friction torque of the gear, see [`GearFriction`] | N m |
 //!
 //! Along a motion p changes with the torques,
 //!
@@ -25,20 +25,20 @@
 //!
 //! # A step
 //!
-//! [`GearedJoint::step`] takes torques and friction at the middle of a step, as predicted from the
-//! last acceleration, and the dependence of the torques on angle and velocity about it implicitly:
+//! [`GearFriction::joint_step`], which [`GearedJoint::step`] calls, takes torques and friction at the
+//! middle of a step, as predicted from the last acceleration, and the dependence of the torques on
+//! angle and velocity about it implicitly:
 //!
 //! (2J/h) (v̄ − v₀) = τ* + (τ_q h/2 + τ_v)(v̄ − v*) − bias − damping·v̄,  q₁ = q₀ + h v̄.
 //!
 //! It is of second order, and passive as far as the friction is concerned: the friction torque
 //! never gives more energy than was stored.
 //!
-//! Source: derived here; the load law as in [`gear`](crate).
+//! Source: derived here; the load law as in [`GearFriction`].
 
 use nalgebra::Vector3;
 
-use crate::input::{JointInput, JointInputValue, JointMotion, beginning};
-use crate::{DEFLECTION, POSITION, VELOCITY};
+use crate::input::{JointInput, JointInputValue, JointMotion};
 use crate::{GearFriction, GearTorques, LoadLaw};
 use bristle::companion::CompletedStep;
 use bristle::ode::System;
@@ -108,13 +108,10 @@ pub struct GearedJointParameters<T, M, L, A, E = T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GearedJoint<T, M, L, A, E = T> {
-    gear: GearFriction<T, M, L>,
-    inertia: T,
-    motor: A,
-    external: E,
+    parameters: GearedJointParameters<T, M, L, A, E>,
 }
 
-/// The motion of a [`GearedJoint`] that takes steps of its own, and what acted over the last one.
+/// The motion of a joint that takes passive steps, and its mean acceleration over the last one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointState<T> {
     /// Time t \[s\].
@@ -137,6 +134,64 @@ impl<T: Scalar> JointState<T> {
     }
 }
 
+/// The torques on a joint at an instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointTorques<T> {
+    /// Motor torque τ_m [N m] at the joint, with its derivatives.
+    pub motor: JointInputValue<T>,
+    /// External torque τ_e [N m], with its derivatives.
+    pub external: JointInputValue<T>,
+    /// The torques that load the gear: the values of the two above, or, where those were measured
+    /// and are noisy, smoothed ones. Noise would load and unload the gear in every step.
+    pub loading: GearTorques<T>,
+}
+
+impl<T: Scalar, M: Bristle<T, Deflection = T>, L: LoadLaw<T>> GearFriction<T, M, L> {
+    /// A step of length h ≥ 0 \[s\] of a joint with this friction and a moment of inertia J
+    /// [kg m²]: the motion at its end, and what the friction has done, drag included. The torques
+    /// are asked for once, at the predicted middle of the step.
+    ///
+    /// A first state with the true acceleration makes the first step as accurate as the others.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a load that is negative or not finite, as that of torques that are not; nothing has
+    /// changed.
+    #[inline]
+    pub fn joint_step(
+        &mut self,
+        inertia: T,
+        state: &JointState<T>,
+        duration: T,
+        torques: impl FnOnce(JointMotion<T>) -> JointTorques<T>,
+    ) -> Result<(JointState<T>, CompletedStep<T>), ParameterError> {
+        let JointState { time, angle, velocity, deflection, acceleration } = *state;
+        let (half, two) = (lit::<T>(0.5) * duration, lit::<T>(2.0));
+        let predicted = velocity + half * acceleration;
+        let middle =
+            JointMotion { time: time + half, angle: angle + half * predicted, velocity: predicted };
+        let JointTorques { motor, external, loading } = torques(middle);
+        let step = self.step(loading, predicted, deflection, duration)?;
+        // Of the torques with the mean velocity, −∂τ/∂v̄.
+        let slope =
+            half * (motor.by_angle + external.by_angle) + motor.by_velocity + external.by_velocity;
+        // With v̄ = v + (h/2) a: (J + (h/2) (damping − slope)) a = τ* − slope (v* − v) − T(v).
+        let driving = motor.value + external.value - slope * (predicted - velocity);
+        let resisting = inertia + half * (step.damping() - slope);
+        let acceleration = (driving - step.torque(velocity)) / resisting;
+        let mean = velocity + half * acceleration;
+        let done = step.commit(mean);
+        let next = JointState {
+            time: time + duration,
+            angle: angle + duration * mean,
+            velocity: two * mean - velocity,
+            deflection: done.deflection,
+            acceleration,
+        };
+        Ok((next, done))
+    }
+}
+
 impl<T, M, L, A, E> GearedJoint<T, M, L, A, E>
 where
     T: Scalar,
@@ -152,26 +207,27 @@ where
     /// Refuses a moment of inertia that is not positive, and torques or derivatives that are not
     /// finite at rest at the origin at time zero.
     pub fn new(parameters: GearedJointParameters<T, M, L, A, E>) -> Result<Self, ParameterError> {
-        let GearedJointParameters { gear, inertia, motor, external } = parameters;
-        check("motor", motor.at(beginning()))?;
-        check("external", external.at(beginning()))?;
-        Ok(Self { gear, inertia: parameter::positive("inertia", inertia)?, motor, external })
+        let zero = T::zero();
+        let beginning = JointMotion { time: zero, angle: zero, velocity: zero };
+        parameters.motor.at(beginning).check("motor")?;
+        parameters.external.at(beginning).check("external")?;
+        parameter::positive("inertia", parameters.inertia)?;
+        Ok(Self { parameters })
     }
 
     /// The parameters, with the gear as it is.
     pub fn parameters(&self) -> GearedJointParameters<T, M, L, A, E> {
-        let Self { gear, inertia, motor, external } = self.clone();
-        GearedJointParameters { gear, inertia, motor, external }
+        self.parameters.clone()
     }
 
     /// Friction of the gear.
     pub fn gear(&self) -> &GearFriction<T, M, L> {
-        &self.gear
+        &self.parameters.gear
     }
 
     /// Friction of the gear, to set its scales while the joint moves.
     pub fn gear_mut(&mut self) -> &mut GearFriction<T, M, L> {
-        &mut self.gear
+        &mut self.parameters.gear
     }
 
     /// The state at rest at an angle \[rad\] with an undeflected bristle.
@@ -179,36 +235,24 @@ where
         Vector3::new(angle, T::zero(), T::zero())
     }
 
+    fn acting(&self, time: T, state: &Vector3<T>) -> JointTorques<T> {
+        let motion = JointMotion { time, angle: state[0], velocity: state[1] };
+        both(&self.parameters.motor, &self.parameters.external, motion)
+    }
+
     /// The torques [N m] on the joint at a time and a state.
     pub fn torques(&self, time: T, state: &Vector3<T>) -> GearTorques<T> {
-        let motion = motion(time, state);
-        GearTorques { motor: self.motor.at(motion).value, external: self.external.at(motion).value }
+        self.acting(time, state).loading
     }
 
     /// The torque [N m] of friction and drag at a time and a state.
     pub fn friction_torque(&self, time: T, state: &Vector3<T>) -> T {
-        let load = self.gear.load(self.torques(time, state));
-        let velocity = state[VELOCITY];
-        load * self.gear.model().coefficient(velocity, state[DEFLECTION])
-            + self.gear.drag() * velocity
+        let (gear, [_, velocity, deflection]) = (self.gear(), <[T; 3]>::from(*state));
+        let load = gear.load(self.torques(time, state));
+        load * gear.model().coefficient(velocity, deflection) + gear.drag() * velocity
     }
 
-    /// A typical magnitude of each state, for tolerances: the deflection at breakaway for angle
-    /// and deflection, and the speed at which the joint swings through it on its bristles under
-    /// the load at the beginning.
-    pub fn scales(&self) -> Vector3<T> {
-        let model = self.gear.model();
-        let deflection = model.limits(T::zero()).deflection.unwrap_or_else(|| lit(1e-6));
-        let load = self.gear.load(self.torques(T::zero(), &Vector3::zeros()));
-        let stiffness = larger(load * model.storage_stiffness(), T::default_epsilon());
-        let velocity = (stiffness / self.inertia).sqrt() * deflection;
-        Vector3::new(deflection, velocity, deflection)
-    }
-
-    /// A step of length h ≥ 0 \[s\]: the motion at its end, and what the friction has done, drag
-    /// included.
-    ///
-    /// A first state with the true acceleration makes the first step as accurate as the others.
+    /// A step of length h ≥ 0 \[s\] by [`GearFriction::joint_step`].
     ///
     /// # Errors
     ///
@@ -220,32 +264,21 @@ where
         state: &JointState<T>,
         duration: T,
     ) -> Result<(JointState<T>, CompletedStep<T>), ParameterError> {
-        let JointState { time, angle, velocity, deflection, acceleration } = *state;
-        let (half, two) = (lit::<T>(0.5) * duration, lit::<T>(2.0));
-        let predicted = velocity + half * acceleration;
-        let middle =
-            JointMotion { time: time + half, angle: angle + half * predicted, velocity: predicted };
-        let (motor, external) = (self.motor.at(middle), self.external.at(middle));
-        let torques = GearTorques { motor: motor.value, external: external.value };
-        let step = self.gear.step(torques, predicted, deflection, duration)?;
-        // Of the torques with the mean velocity, −∂τ/∂v̄.
-        let slope =
-            half * (motor.by_angle + external.by_angle) + motor.by_velocity + external.by_velocity;
-        // With v̄ = v + (h/2) a: (J + (h/2) (damping − slope)) a = τ* − slope (v* − v) − T(v).
-        let driving = motor.value + external.value - slope * (predicted - velocity);
-        let resisting = self.inertia + half * (step.damping() - slope);
-        let acceleration = (driving - step.torque(velocity)) / resisting;
-        let mean = velocity + half * acceleration;
-        let done = step.commit(mean);
-        let next = JointState {
-            time: time + duration,
-            angle: angle + duration * mean,
-            velocity: two * mean - velocity,
-            deflection: done.deflection,
-            acceleration,
-        };
-        Ok((next, done))
+        let GearedJointParameters { gear, inertia, motor, external } = &mut self.parameters;
+        gear.joint_step(*inertia, state, duration, |middle| both(motor, external, middle))
     }
+}
+
+/// Motor and external torque, which load the gear.
+#[inline]
+fn both<T: Scalar>(
+    motor: &impl JointInput<T>,
+    external: &impl JointInput<T>,
+    motion: JointMotion<T>,
+) -> JointTorques<T> {
+    let (motor, external) = (motor.at(motion), external.at(motion));
+    let loading = GearTorques { motor: motor.value, external: external.value };
+    JointTorques { motor, external, loading }
 }
 
 impl<T, M, L, A, E> System<T, 3> for GearedJoint<T, M, L, A, E>
@@ -258,38 +291,32 @@ where
 {
     #[inline]
     fn rate(&self, time: T, state: &Vector3<T>, [branch]: [Branch; 1]) -> Vector3<T> {
-        let (velocity, deflection) = (state[VELOCITY], state[DEFLECTION]);
-        let motion = motion(time, state);
-        let (motor, external) = (self.motor.at(motion), self.external.at(motion));
-        let torques = GearTorques { motor: motor.value, external: external.value };
-        let normal_force = self.gear.load(torques);
+        let (gear, [_, velocity, deflection]) = (self.gear(), <[T; 3]>::from(*state));
+        let JointTorques { motor, external, loading } = self.acting(time, state);
+        let normal_force = gear.load(loading);
         let sliding = branch.of(velocity);
-        let affine = self.gear.model().affine(sliding.into(), deflection);
+        let affine = gear.model().affine(sliding, deflection);
         let friction = normal_force * affine.coefficient(sliding.velocity(), deflection);
-        let torque = motor.value + external.value - self.gear.drag() * velocity - friction;
-        let acceleration = torque / self.inertia;
+        let torque = motor.value + external.value - gear.drag() * velocity - friction;
+        let acceleration = torque / self.parameters.inertia;
         let along = |input: &JointInputValue<T>| {
             input.by_time + input.by_angle * velocity + input.by_velocity * acceleration
         };
-        let slopes = self.gear.law().slopes(torques);
+        let slopes = gear.law().slopes(loading);
         let rate = slopes.motor * along(&motor) + slopes.external * along(&external);
-        let load = Load { normal_force, rate: rate * self.gear.friction_scale() };
-        let mut rates = Vector3::zeros();
-        rates[POSITION] = velocity;
-        rates[VELOCITY] = acceleration;
-        rates[DEFLECTION] = affine.rate(sliding.velocity(), deflection) + load.renewal(deflection);
-        rates
+        let load = Load { normal_force, rate: rate * gear.friction_scale() };
+        let deflecting = affine.rate(sliding.velocity(), deflection) + load.renewal(deflection);
+        Vector3::new(velocity, acceleration, deflecting)
     }
 
     #[inline]
     fn sliding_velocities(&self, _time: T, state: &Vector3<T>) -> [T; 1] {
-        [state[VELOCITY]]
+        [state[1]]
     }
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
-        let (motor, external) =
-            (self.motor.next_kink(time, towards), self.external.next_kink(time, towards));
-        match (motor, external) {
+        let GearedJointParameters { motor, external, .. } = &self.parameters;
+        match (motor.next_kink(time, towards), external.next_kink(time, towards)) {
             (Some(one), Some(other)) => {
                 Some(if (one < other) == (towards > time) { one } else { other })
             }
@@ -297,20 +324,14 @@ where
         }
     }
 
+    /// The deflection at breakaway for angle and deflection, and the speed at which the joint
+    /// swings through it on its bristles under the load at the beginning.
     fn scales(&self) -> Vector3<T> {
-        GearedJoint::scales(self)
+        let model = self.gear().model();
+        let deflection = model.limits(T::zero()).deflection.unwrap_or_else(|| lit(1e-6));
+        let load = self.gear().load(self.torques(T::zero(), &Vector3::zeros()));
+        let stiffness = larger(load * model.storage_stiffness(), T::default_epsilon());
+        let velocity = (stiffness / self.parameters.inertia).sqrt() * deflection;
+        Vector3::new(deflection, velocity, deflection)
     }
-}
-
-fn motion<T: Scalar>(time: T, state: &Vector3<T>) -> JointMotion<T> {
-    JointMotion { time, angle: state[POSITION], velocity: state[VELOCITY] }
-}
-
-/// Refuses a torque or a derivative that is not finite.
-fn check<T: Scalar>(name: &'static str, input: JointInputValue<T>) -> Result<(), ParameterError> {
-    let JointInputValue { value, by_time, by_angle, by_velocity } = input;
-    for number in [value, by_time, by_angle, by_velocity] {
-        parameter::finite(name, number)?;
-    }
-    Ok(())
 }

@@ -56,6 +56,13 @@ impl<T: Scalar> JointInputValue<T> {
         Self { value, by_time: zero, by_angle: zero, by_velocity: zero }
     }
 
+    /// Refuses a value or a derivative that is not finite.
+    pub(super) fn check(self, name: &'static str) -> Result<(), ParameterError> {
+        let Self { value, by_time, by_angle, by_velocity } = self;
+        let mut all = [value, by_time, by_angle, by_velocity].into_iter();
+        all.try_for_each(|number| parameter::finite(name, number).map(drop))
+    }
+
     /// This value times a factor.
     #[inline]
     fn scaled(self, factor: T) -> Self {
@@ -108,7 +115,7 @@ pub trait JointInput<T: Scalar>: Debug + Clone {
     }
 }
 
-/// A shipped signal, as an input that depends on time alone.
+/// A signal, as an input that depends on time alone.
 macro_rules! of_time {
     ($($header:tt)*) => {
         $($header)* {
@@ -132,10 +139,8 @@ of_time!(impl<T: Scalar, const K: usize> JointInput<T> for Polyline<[Vertex<T>; 
 of_time!(impl<T: Scalar> JointInput<T> for Polyline<&[Vertex<T>]>);
 #[cfg(feature = "alloc")]
 of_time!(impl<T: Scalar> JointInput<T> for Polyline<alloc::vec::Vec<Vertex<T>>>);
-of_time!(impl<T, F, const K: usize> JointInput<T> for Function<T, F, K>
-where
-    T: Scalar,
-    F: Fn(T) -> (T, T) + Clone);
+of_time!(impl<T: Scalar, F: Fn(T) -> (T, T) + Clone, const K: usize> JointInput<T>
+    for Function<T, F, K>);
 
 /// The torque of gravity on a link, −G sin(q − q0) [N m].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -224,9 +229,7 @@ pub struct CurrentMotorParameters<T, I> {
 /// The torque [N m] of a motor whose current is given: k_t i, with |i| up to a limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurrentMotor<T, I> {
-    current: I,
-    torque_constant: T,
-    largest_current: Option<T>,
+    parameters: CurrentMotorParameters<T, I>,
 }
 
 impl<T: Scalar, I: JointInput<T>> CurrentMotor<T, I> {
@@ -236,29 +239,26 @@ impl<T: Scalar, I: JointInput<T>> CurrentMotor<T, I> {
     ///
     /// Refuses a torque constant or a largest current that is not positive.
     pub fn new(parameters: CurrentMotorParameters<T, I>) -> Result<Self, ParameterError> {
-        let CurrentMotorParameters { current, torque_constant, largest_current } = parameters;
-        Ok(Self {
-            current,
-            torque_constant: parameter::positive("torque_constant", torque_constant)?,
-            largest_current: positive("largest_current", largest_current)?,
-        })
+        parameter::positive("torque_constant", parameters.torque_constant)?;
+        positive("largest_current", parameters.largest_current)?;
+        Ok(Self { parameters })
     }
 
     /// The parameters.
     pub fn parameters(&self) -> CurrentMotorParameters<T, I> {
-        let Self { current, torque_constant, largest_current } = self.clone();
-        CurrentMotorParameters { current, torque_constant, largest_current }
+        self.parameters.clone()
     }
 }
 
 impl<T: Scalar, I: JointInput<T>> JointInput<T> for CurrentMotor<T, I> {
     #[inline]
     fn at(&self, motion: JointMotion<T>) -> JointInputValue<T> {
-        self.current.at(motion).within(self.largest_current).scaled(self.torque_constant)
+        let CurrentMotorParameters { current, torque_constant, largest_current } = &self.parameters;
+        current.at(motion).within(*largest_current).scaled(*torque_constant)
     }
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
-        self.current.next_kink(time, towards)
+        self.parameters.current.next_kink(time, towards)
     }
 }
 
@@ -301,11 +301,7 @@ pub struct VoltageMotorParameters<T, U> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VoltageMotor<T, U> {
-    voltage: U,
-    torque_constant: T,
-    resistance: T,
-    largest_voltage: Option<T>,
-    largest_current: Option<T>,
+    parameters: VoltageMotorParameters<T, U>,
 }
 
 impl<T: Scalar, U: JointInput<T>> VoltageMotor<T, U> {
@@ -315,51 +311,37 @@ impl<T: Scalar, U: JointInput<T>> VoltageMotor<T, U> {
     ///
     /// Refuses a torque constant, a resistance or a limit that is not positive.
     pub fn new(parameters: VoltageMotorParameters<T, U>) -> Result<Self, ParameterError> {
-        let VoltageMotorParameters { voltage, torque_constant, resistance, .. } = parameters;
-        Ok(Self {
-            voltage,
-            torque_constant: parameter::positive("torque_constant", torque_constant)?,
-            resistance: parameter::positive("resistance", resistance)?,
-            largest_voltage: positive("largest_voltage", parameters.largest_voltage)?,
-            largest_current: positive("largest_current", parameters.largest_current)?,
-        })
+        parameter::positive("torque_constant", parameters.torque_constant)?;
+        parameter::positive("resistance", parameters.resistance)?;
+        positive("largest_voltage", parameters.largest_voltage)?;
+        positive("largest_current", parameters.largest_current)?;
+        Ok(Self { parameters })
     }
 
     /// The parameters.
     pub fn parameters(&self) -> VoltageMotorParameters<T, U> {
-        let Self { voltage, torque_constant, resistance, largest_voltage, largest_current } =
-            self.clone();
-        VoltageMotorParameters {
-            voltage,
-            torque_constant,
-            resistance,
-            largest_voltage,
-            largest_current,
-        }
+        self.parameters.clone()
     }
 }
 
 impl<T: Scalar, U: JointInput<T>> JointInput<T> for VoltageMotor<T, U> {
     #[inline]
     fn at(&self, motion: JointMotion<T>) -> JointInputValue<T> {
-        let mut voltage = self.voltage.at(motion).within(self.largest_voltage);
-        voltage.value -= self.torque_constant * motion.velocity;
-        voltage.by_velocity -= self.torque_constant;
-        let current = voltage.scaled(T::one() / self.resistance).within(self.largest_current);
-        current.scaled(self.torque_constant)
+        let VoltageMotorParameters { torque_constant, resistance, .. } = self.parameters;
+        let mut voltage =
+            self.parameters.voltage.at(motion).within(self.parameters.largest_voltage);
+        voltage.value -= torque_constant * motion.velocity;
+        voltage.by_velocity -= torque_constant;
+        let current = voltage.scaled(T::one() / resistance).within(self.parameters.largest_current);
+        current.scaled(torque_constant)
     }
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
-        self.voltage.next_kink(time, towards)
+        self.parameters.voltage.next_kink(time, towards)
     }
 }
 
-/// A limit, if there is one.
-fn positive<T: Scalar>(name: &'static str, limit: Option<T>) -> Result<Option<T>, ParameterError> {
-    limit.map(|limit| parameter::positive(name, limit)).transpose()
-}
-
-/// An instant at which inputs are checked.
-pub(super) fn beginning<T: Scalar>() -> JointMotion<T> {
-    JointMotion { time: T::zero(), angle: T::zero(), velocity: T::zero() }
+/// Checks a limit, if there is one.
+fn positive<T: Scalar>(name: &'static str, limit: Option<T>) -> Result<(), ParameterError> {
+    limit.map_or(Ok(()), |limit| parameter::positive(name, limit).map(drop))
 }

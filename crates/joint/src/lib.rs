@@ -20,13 +20,14 @@ pub use gear::{
     GearFriction, GearFrictionParameters, GearStep, GearTorques, LoadLaw, TorqueLoad,
     TorqueLoadParameters,
 };
-pub use geared_joint::{GearedJoint, GearedJointParameters, JointState};
+pub use geared_joint::{GearedJoint, GearedJointParameters, JointState, JointTorques};
 pub use input::{
     CurrentMotor, CurrentMotorParameters, Gravity, JointInput, JointInputValue, JointMotion,
     PositionControl, VoltageMotor, VoltageMotorParameters,
 };
 
-/// Places of the states of a joint.
-const POSITION: usize = 0;
-const VELOCITY: usize = 1;
-const DEFLECTION: usize = 2;
+/// The programs on these pages are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+#[doc = include_str!("../docs/joint.md")]
+struct Pages;

@@ -3,8 +3,6 @@
 //! Written apart from the library, by the formulas and not by the code: no fast paths, no series
 //! where the formula itself is good, other formulations where there is a choice.
 
-use bristle::FoldRule;
-
 use super::recipe::Recipe;
 
 /// A friction curve.
@@ -52,8 +50,7 @@ pub enum Family {
     LuGreInside,
     Dahl,
     ElastoPlastic,
-    /// The implicit bristle, with its rule where it is folded.
-    Implicit(Option<FoldRule>),
+    Implicit,
 }
 
 /// A model in closed form.
@@ -293,16 +290,9 @@ impl ClosedForm {
 
     /// z_b.
     pub fn stick_limit(&self) -> f64 {
-        if let Family::Implicit(rule) = self.family {
+        if self.family == Family::Implicit {
             // What the surface can hold at rest; to be slow, and within roundings.
-            let mut least = self.mu(1e-300).min(self.mu(-1e-300));
-            if rule == Some(FoldRule::Fastest) {
-                for sign in [1.0, -1.0] {
-                    let carried = |u: f64| self.carried(sign * u).abs() + self.sigma1(0.0) * u;
-                    least = self.speeds(1e3).iter().fold(least, |least, &u| least.min(carried(u)));
-                }
-            }
-            return 0.999 * least / self.recipe.stiffness;
+            return 0.999 * self.mu(1e-300).min(self.mu(-1e-300)) / self.recipe.stiffness;
         }
         self.recipe.stick_fraction * self.curve.floor(&self.recipe) / self.recipe.stiffness
     }
@@ -334,67 +324,25 @@ impl ClosedForm {
         self.mu(u) * self.sign(u)
     }
 
-    /// Speeds up to the fastest, close enough together for any curve here: from 1e-6 of v_S (or ε,
-    /// v_t).
-    fn speeds(&self, fastest: f64) -> Vec<f64> {
-        let r = &self.recipe;
-        let least = 1e-6 * fastest.min(r.stribeck_velocity).min(self.modulus.at_rest(r).max(1e-9));
-        let count = ((fastest / least).log2() * 3.0).ceil().max(1.0);
-        let at = |i: f64| least * (fastest / least).powf(i / count);
-        (0..=count as u32).map(|i| at(f64::from(i))).collect()
-    }
-
     /// v_s of the implicit bristle, from σ1 v_s + f(v_s) = σ0 z + σ1 v by bisection over the
-    /// numbers themselves; on a fold after a search for the first or the last crossing.
+    /// numbers themselves.
     pub fn tip(&self, v: f64, z: f64) -> f64 {
+        if self.family != Family::Implicit {
+            return v;
+        }
         let (s0, s1) = (self.sigma0(v), self.sigma1(v));
         let trial = s0 * z + s1 * v;
         let (size, direction) = (trial.abs(), if trial < 0.0 { -1.0 } else { 1.0 });
+        if size == 0.0 || self.curve.mu(&self.recipe, direction * f64::MIN_POSITIVE) >= size {
+            return 0.0;
+        }
         let balance = |u: f64| s1 * u + self.carried(direction * u) * direction - size;
-        let cross = |low: f64, high: f64| {
-            let (mut low, mut high) = (low.to_bits(), high.to_bits());
-            while high - low > 1 {
-                let middle = low + (high - low) / 2;
-                if balance(f64::from_bits(middle)) < 0.0 { low = middle } else { high = middle }
-            }
-            direction * f64::from_bits(high)
-        };
-        let sticks = self.modulus == Modulus::Exact
-            && self.curve.mu(&self.recipe, direction * f64::MIN_POSITIVE) >= size;
-        let Family::Implicit(rule) = self.family else { return v };
-        let Some(rule) = rule else {
-            return if sticks || size == 0.0 { 0.0 } else { cross(0.0, 1e300) };
-        };
-        let viscous = self.curve.viscous(&self.recipe);
-        let fastest = 2.0 * size / (s1 + viscous);
-        let mut speeds = self.speeds(fastest);
-        // The extremes between them.
-        for i in 1..speeds.len() - 1 {
-            let [a, b, c] = [speeds[i - 1], speeds[i], speeds[i + 1]];
-            let up = balance(b) > balance(a);
-            if up == (balance(b) > balance(c)) {
-                let side = if up { 1.0 } else { -1.0 };
-                let (mut low, mut high) = (a, c);
-                for _ in 0..50 {
-                    let (p, q) = ((2.0 * low + high) / 3.0, (low + 2.0 * high) / 3.0);
-                    if side * balance(p) < side * balance(q) { low = p } else { high = q }
-                }
-                speeds.push(0.5 * (low + high));
-            }
+        let (mut low, mut high) = (0, 1e300_f64.to_bits());
+        while high - low > 1 {
+            let middle = low + (high - low) / 2;
+            if balance(f64::from_bits(middle)) < 0.0 { low = middle } else { high = middle }
         }
-        speeds.sort_by(f64::total_cmp);
-        match rule {
-            FoldRule::Slowest if sticks => 0.0,
-            FoldRule::Slowest => {
-                let i = speeds.iter().position(|&u| balance(u) >= 0.0).unwrap_or(speeds.len() - 1);
-                cross(if i == 0 { 0.0 } else { speeds[i - 1] }, speeds[i])
-            }
-            FoldRule::Fastest => match speeds.iter().rposition(|&u| balance(u) < 0.0) {
-                Some(i) => cross(speeds[i], speeds[i + 1]),
-                None if sticks => 0.0,
-                None => cross(0.0, speeds[0]),
-            },
-        }
+        direction * f64::from_bits(high)
     }
 
     /// For the implicit bristle, at its tip: r, ds/d|v_s| with the sum of its terms, Φ' with the
@@ -403,20 +351,16 @@ impl ClosedForm {
         let r = &self.recipe;
         let u = self.tip(v, z);
         let (s0, s1, mu, n) = (self.sigma0(v), self.sigma1(v), self.mu(u), self.speed(u));
-        let (mu_terms, n_terms) = (self.mu_slope_terms(u), self.modulus.slope_terms(r, u));
-        let sign = self.sign(u).abs();
-        // sgn_ε' = (1 − sgn_ε |v|_ε')/|v|_ε; 0 without regularisation.
-        let sign_terms = if self.modulus == Modulus::Exact { 0.0 } else { 2.0 / n };
-        let slope_terms = s1 + mu_terms * sign + mu * sign_terms;
-        // Φ' itself by differences, without regularisation on one side of rest.
-        let exact = self.modulus == Modulus::Exact;
-        let h = (1e-6 * if exact { r.stribeck_velocity } else { n }).max(1e-9 * u.abs());
+        let mu_terms = self.mu_slope_terms(u);
+        let slope_terms = s1 + mu_terms;
+        // Φ' itself by differences, on one side of rest.
+        let h = (1e-6 * r.stribeck_velocity).max(1e-9 * u.abs());
         let side = if u < 0.0 { -1.0 } else { 1.0 };
-        let from = (u.abs() - h).max(if exact { f64::MIN_POSITIVE } else { -h });
+        let from = (u.abs() - h).max(f64::MIN_POSITIVE);
         let to = u.abs() + h;
         let rise = side * (self.carried(side * to) - self.carried(side * from));
         let loads = s0 * z.abs() + s1 * v.abs();
-        let sticks = exact && u == 0.0 && (s0 * z + s1 * v).abs() < mu * (1.0 - 1e-9);
+        let sticks = u == 0.0 && (s0 * z + s1 * v).abs() < mu * (1.0 - 1e-9);
         let (slope, error) = if sticks {
             (slope_terms, 0.0)
         } else {
@@ -425,7 +369,7 @@ impl ClosedForm {
         };
         AtTip {
             drive: mu / (mu + s1 * n),
-            compliance_terms: (n_terms * mu + n * mu_terms) / (mu * mu),
+            compliance_terms: (mu + n * mu_terms) / (mu * mu),
             slope,
             slope_terms,
             error,
@@ -441,7 +385,7 @@ impl ClosedForm {
     /// The denominator g.
     pub fn resistance(&self, v: f64, z: f64) -> f64 {
         match self.family {
-            Family::Implicit(_) => {
+            Family::Implicit => {
                 let u = self.tip(v, z);
                 self.sigma1(v) * self.speed(u) + self.mu(u)
             }
@@ -457,7 +401,7 @@ impl ClosedForm {
         let (sigma0, sigma1, mu) = (self.sigma0(v), self.sigma1(v), self.mu(v));
         let g = self.resistance(v, z);
         match self.family {
-            Family::Implicit(_) => {
+            Family::Implicit => {
                 let u = self.tip(v, z);
                 let drive = self.mu(u) / g;
                 Coefficients {
@@ -493,7 +437,7 @@ impl ClosedForm {
     pub fn terms(&self, v: f64, z: f64) -> Coefficients {
         let coefficients = self.coefficients(v, z);
         match self.family {
-            Family::Implicit(_) => {
+            Family::Implicit => {
                 let at = self.at_tip(v, z);
                 let share = at.drive * at.drive * at.compliance_terms * at.error;
                 let (s0, s1) = (self.sigma0(v), self.sigma1(v));
@@ -550,7 +494,7 @@ impl ClosedForm {
         let (c, terms) = (self.coefficients(v, z), self.terms(v, z));
         let force = terms.stiffness * z.abs() + terms.damping * v.abs();
         // The error of an implicit bristle's tip is in its rate, too.
-        let rate = if matches!(self.family, Family::Implicit(_)) { terms } else { c };
+        let rate = if self.family == Family::Implicit { terms } else { c };
         let rate = rate.relaxation * z.abs() + rate.drive * v.abs();
         self.recipe.load * (force * v.abs() + self.storage() * z.abs() * rate)
     }
@@ -573,7 +517,7 @@ impl ClosedForm {
         let transition = self.in_transition(v, z);
         let (g, alpha) = (self.resistance(v, z), if transition { 1.0 } else { self.alpha(v, z) });
         match self.family {
-            Family::Implicit(_) => {
+            Family::Implicit => {
                 let at = self.at_tip(v, z);
                 // The same uncertainty, as the caller has it at v, at the tip.
                 let (u, uncertain) = (self.tip(v, z), if rough > 0.0 { 1.0 } else { 0.0 });
@@ -632,7 +576,7 @@ impl ClosedForm {
     /// Sums of the absolute values of the terms of the partial derivatives of ż = −λz + rv and
     /// μ_b = c₀z + c₂v, by the product rule and through α.
     pub fn partials_terms(&self, v: f64, z: f64) -> Partials {
-        if let Family::Implicit(_) = self.family {
+        if self.family == Family::Implicit {
             let at = self.at_tip(v, z);
             let (s0, s1, share) =
                 (self.sigma0(v), self.sigma1(v), at.slope_terms / at.slope * at.rough);

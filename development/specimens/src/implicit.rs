@@ -1,10 +1,10 @@
 //! The implicit bristle along a held velocity, by an integration of its own with tiny steps, which
-//! finds the tip by bisection, ends a step where the tip begins or ceases to stick or changes its
-//! branch, and is of fourth order in between.
+//! finds the tip by bisection, ends a step where the tip begins or ceases to stick, and is of fourth
+//! order in between.
 
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{FoldRule, ImplicitBristle, paper};
+use bristle::{ImplicitBristle, paper};
 
 type Model = ImplicitBristle<Stribeck<f64>>;
 
@@ -13,36 +13,28 @@ type Model = ImplicitBristle<Stribeck<f64>>;
 pub struct Set {
     pub curve: StribeckParameters<f64>,
     pub bristle: KelvinVoigtParameters<f64, f64>,
-    pub rule: Option<FoldRule>,
 }
 
 pub const TABLE_2: Set =
-    Set { curve: paper::STICK_SLIP_CURVE, bristle: paper::STICK_SLIP_BRISTLE, rule: None };
+    Set { curve: paper::STICK_SLIP_CURVE, bristle: paper::STICK_SLIP_BRISTLE };
 
 impl Set {
     pub fn model(&self) -> Model {
         ImplicitBristle::new(
             Stribeck::new(self.curve).unwrap(),
             KelvinVoigt::new(self.bristle).unwrap(),
-            self.rule,
         )
         .unwrap()
     }
 
-    /// Table 2; the same folded, with a valley below and above what sticks at rest; Table 1.
-    pub fn all() -> Vec<Set> {
-        let mut sets = vec![TABLE_2];
-        for rule in [FoldRule::Slowest, FoldRule::Fastest] {
-            let table_1 =
-                Set { curve: paper::TYRE_CURVE, bristle: paper::TYRE_BRISTLE, rule: Some(rule) };
-            let damped = |micro_damping| Set {
-                bristle: KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping },
-                rule: Some(rule),
-                ..TABLE_2
-            };
-            sets.extend([table_1, damped(5.0), damped(35.0)]);
-        }
-        sets
+    /// Table 2 (σ1 + min dμ/d|v| is 22 s/m), the same hardly damped enough (0.05 s/m), and a light
+    /// one, where the tip is fast: Table 1 on a dashpot.
+    pub fn all() -> [Set; 3] {
+        let damped = |curve, micro_stiffness, micro_damping| Set {
+            curve,
+            bristle: KelvinVoigtParameters { micro_stiffness, micro_damping },
+        };
+        [TABLE_2, damped(TABLE_2.curve, 1e4, 42.9), damped(paper::TYRE_CURVE, 252.0, 0.3)]
     }
 
     pub fn mu(&self, u: f64) -> f64 {
@@ -71,74 +63,16 @@ impl Set {
         0.5 * (low + high)
     }
 
-    /// E*, u⁻ and u⁺: the turns of Φ by golden section from a sample of 20 000 speeds.
-    pub fn fold(&self) -> Option<(f64, f64, f64)> {
-        let rule = self.rule?;
-        let top = 10.0 * self.curve.stribeck_velocity;
-        let at = |i: f64| top * (i / 20_000.0).powi(3);
-        let falls = |i: &i32| self.phi(at(f64::from(*i) + 1.0)) < self.phi(at(f64::from(*i)));
-        let turn = |i: i32, sign: f64| {
-            let (mut low, mut high) = (at(f64::from(i - 1).max(0.0)), at(f64::from(i + 1)));
-            for _ in 0..120 {
-                let (a, b) = (low + 0.382 * (high - low), low + 0.618 * (high - low));
-                if sign * self.phi(a) > sign * self.phi(b) { high = b } else { low = a }
-            }
-            0.5 * (low + high)
-        };
-        let first = (0..20_000).find(falls)?;
-        let last = (0..20_000).rev().find(falls)?;
-        let (summit, valley) = (turn(first, 1.0), turn(last + 1, -1.0));
-        Some(match rule {
-            FoldRule::Slowest => {
-                let load = self.phi(summit);
-                (load, summit, self.speed(load, (valley, 1e6)))
-            }
-            FoldRule::Fastest => {
-                let load = self.phi(valley);
-                let slow =
-                    if self.phi(0.0) >= load { 0.0 } else { self.speed(load, (0.0, summit)) };
-                (load, slow, valley)
-            }
-        })
-    }
-
     /// Deflection after so long, and the mean coefficient.
-    pub fn truth(&self, v: f64, z: f64, h: f64) -> (f64, f64) {
-        self.truth_about(&self.fold(), v, z, h)
-    }
-
-    /// The same with a fold that is known already.
-    pub fn truth_about(
-        &self,
-        fold: &Option<(f64, f64, f64)>,
-        v: f64,
-        mut z: f64,
-        h: f64,
-    ) -> (f64, f64) {
+    pub fn truth(&self, v: f64, mut z: f64, h: f64) -> (f64, f64) {
         let KelvinVoigtParameters { micro_stiffness: s0, micro_damping: s1 } = self.bristle;
-        let fold = *fold;
-        // −2 … 2: the sign of the load, and 0 sticking, 1 before, 2 beyond the fold.
+        // The sign of the load where it slides, 0 where it sticks.
         let mode = |z: f64| {
             let load = s0 * z + s1 * v;
-            let beyond = fold.is_some_and(|(most, ..)| load.abs() > most);
-            let sticks = load.abs() <= self.phi(0.0) && !beyond;
-            let way = if load < 0.0 { -1 } else { 1 };
-            if sticks {
-                0
-            } else if beyond {
-                2 * way
-            } else {
-                way
-            }
+            if load.abs() <= self.phi(0.0) { 0.0 } else { load.signum() }
         };
-        let tip = |mode: i32, z: f64| {
-            let load = s0 * z + s1 * v;
-            let (slow, fast) = fold.map_or((1e6, 1e6), |(_, slow, fast)| (slow, fast));
-            match mode {
-                0 => 0.0,
-                1 | -1 => load.signum() * self.speed(load.abs(), (0.0, slow)),
-                _ => load.signum() * self.speed(load.abs(), (fast, 1e6)),
-            }
+        let tip = |mode: f64, z: f64| {
+            if mode == 0.0 { 0.0 } else { mode * self.speed((s0 * z + s1 * v) * mode, (0.0, 1e6)) }
         };
         let (mut left, mut impulse) = (h, 0.0);
         for _ in 0..200_000 {
@@ -160,7 +94,7 @@ impl Set {
             };
             let load_time = self.mu(0.0) / (s0 * gap.abs());
             let mut dt = 0.02 * load_time;
-            if now != 0 {
+            if now != 0.0 {
                 let scale = u.abs() + 0.05 * self.curve.stribeck_velocity;
                 let phi = slope(u).max(0.0);
                 dt = dt.min(0.02 * phi / s0).min(0.02 * scale * phi / (s0 * gap.abs()));
@@ -188,16 +122,7 @@ impl Set {
                 dt = high;
             }
             let (to, added) = advance(dt);
-            let next = mode(to);
             (z, left, impulse) = (to, left - dt, impulse + added);
-            let crossed = next != now && (next.abs() == 2 || now.abs() == 2);
-            if let (true, Some((load, slow, fast))) = (crossed, fold) {
-                let w = v * (s0 * z + s1 * v).signum();
-                if w >= slow && w <= fast {
-                    let carried = (load - s1 * w) * (s0 * z + s1 * v).signum();
-                    return (carried / s0, (impulse + left * carried) / h);
-                }
-            }
         }
         panic!("{self:?} at {v:e} from {z:e}: {left:e} of {h:e} s left");
     }

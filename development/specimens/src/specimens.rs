@@ -7,8 +7,8 @@ use bristle::curve::{
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, VelocityDependent, VelocityLaw};
 use bristle::{
-    Affine, Bounds, Bristle, Contact, ContactLimits, Dahl, DahlParameters, ElastoPlastic, FoldRule,
-    FrBd, HeldContact, ImplicitBristle, Law, LinearisedContact, LuGre, Scalar, Sliding,
+    Affine, Bounds, Bristle, Contact, ContactLimits, Dahl, DahlParameters, ElastoPlastic, FrBd,
+    HeldContact, HeldStep, ImplicitBristle, Law, LinearisedContact, LuGre, Scalar, Sliding, Surface,
 };
 
 use super::closed_form::{
@@ -19,58 +19,66 @@ use super::recipe::Recipe;
 
 /// A contact of any model with a single deflection, behind one pointer.
 pub trait Subject<T: Scalar> {
-    fn affine(&self, sliding: Sliding<T>, z: T) -> Affine<T>;
-    fn affine_and_slopes(&self, sliding: Sliding<T>, z: T) -> (Affine<T>, Affine<T>);
-    fn response(&self, sliding: Sliding<T>, z: T) -> (T, T);
-    fn rate(&self, sliding: Sliding<T>, z: T) -> T;
-    fn force(&self, sliding: Sliding<T>, z: T) -> T;
-    fn linearised(&self, sliding: Sliding<T>, z: T) -> LinearisedContact<T>;
-    fn stationary(&self, sliding: Sliding<T>) -> T;
-    fn stationary_force(&self, sliding: Sliding<T>) -> T;
+    fn affine(&self, surface: Surface<T>, z: T) -> Affine<T>;
+    fn affine_and_slopes(&self, surface: Surface<T>, z: T) -> (Affine<T>, Affine<T>);
+    fn response(&self, surface: Surface<T>, z: T) -> (T, T);
+    fn rate(&self, surface: Surface<T>, z: T) -> T;
+    fn force(&self, surface: Surface<T>, z: T) -> T;
+    fn linearised(&self, surface: Surface<T>, z: T) -> LinearisedContact<T>;
+    fn stationary(&self, surface: Surface<T>) -> T;
+    fn stationary_force(&self, surface: Surface<T>) -> T;
     fn stored_energy(&self, z: T) -> T;
-    fn dissipated_power(&self, sliding: Sliding<T>, z: T) -> T;
+    fn dissipated_power(&self, surface: Surface<T>, z: T) -> T;
     fn limits(&self, fastest: T) -> ContactLimits<T>;
     fn hold(&self, velocity: T, z: T, duration: T) -> HeldContact<T>;
+    fn held(&self, surface: Surface<T>, z: T, duration: T) -> HeldStep<T>;
     fn obeys(&self, law: Law) -> bool;
+    fn steady_linearised(&self, surface: Surface<T>) -> LinearisedContact<T>;
 }
 
 impl<T: Scalar, M: Bristle<T, Deflection = T>> Subject<T> for Contact<T, M> {
-    fn affine(&self, sliding: Sliding<T>, z: T) -> Affine<T> {
-        self.model().affine(sliding, z)
+    fn affine(&self, surface: Surface<T>, z: T) -> Affine<T> {
+        self.model().affine(surface, z)
     }
-    fn affine_and_slopes(&self, sliding: Sliding<T>, z: T) -> (Affine<T>, Affine<T>) {
-        self.model().affine_and_slopes(sliding, z)
+    fn affine_and_slopes(&self, surface: Surface<T>, z: T) -> (Affine<T>, Affine<T>) {
+        self.model().affine_and_slopes(surface, z)
     }
-    fn response(&self, sliding: Sliding<T>, z: T) -> (T, T) {
-        let response = Contact::response(self, sliding, z);
+    fn response(&self, surface: Surface<T>, z: T) -> (T, T) {
+        let response = Contact::response(self, surface, z);
         (response.rate, response.force)
     }
-    fn rate(&self, sliding: Sliding<T>, z: T) -> T {
-        Contact::rate(self, sliding, z)
+    fn rate(&self, surface: Surface<T>, z: T) -> T {
+        Contact::rate(self, surface, z)
     }
-    fn force(&self, sliding: Sliding<T>, z: T) -> T {
-        Contact::force(self, sliding, z)
+    fn force(&self, surface: Surface<T>, z: T) -> T {
+        Contact::force(self, surface, z)
     }
-    fn linearised(&self, sliding: Sliding<T>, z: T) -> LinearisedContact<T> {
-        Contact::linearised(self, sliding, z)
+    fn linearised(&self, surface: Surface<T>, z: T) -> LinearisedContact<T> {
+        Contact::linearised(self, surface, z)
     }
-    fn stationary(&self, sliding: Sliding<T>) -> T {
-        Contact::stationary(self, sliding)
+    fn stationary(&self, surface: Surface<T>) -> T {
+        Contact::stationary(self, surface)
     }
-    fn stationary_force(&self, sliding: Sliding<T>) -> T {
-        Contact::stationary_force(self, sliding)
+    fn stationary_force(&self, surface: Surface<T>) -> T {
+        Contact::stationary_force(self, surface)
     }
     fn stored_energy(&self, z: T) -> T {
         Contact::stored_energy(self, z)
     }
-    fn dissipated_power(&self, sliding: Sliding<T>, z: T) -> T {
-        Contact::dissipated_power(self, sliding, z)
+    fn dissipated_power(&self, surface: Surface<T>, z: T) -> T {
+        Contact::dissipated_power(self, surface, z)
     }
     fn limits(&self, fastest: T) -> ContactLimits<T> {
         Contact::limits(self, fastest)
     }
     fn hold(&self, velocity: T, z: T, duration: T) -> HeldContact<T> {
         Contact::hold(self, velocity, z, duration)
+    }
+    fn held(&self, surface: Surface<T>, z: T, duration: T) -> HeldStep<T> {
+        self.model().hold(surface, z, duration)
+    }
+    fn steady_linearised(&self, surface: Surface<T>) -> LinearisedContact<T> {
+        Contact::steady_linearised(self, surface)
     }
     fn obeys(&self, law: Law) -> bool {
         self.model().obeys(law)
@@ -97,7 +105,7 @@ impl<T: Scalar> Specimen<T> {
 
     /// Whether the tip velocity is solved for.
     pub fn is_implicit(&self) -> bool {
-        matches!(self.form.family, Family::Implicit(_))
+        self.form.family == Family::Implicit
     }
 
     /// Whether the model is a case of FrBD.
@@ -227,30 +235,13 @@ fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
         elasto_plastic(c.clone(), kelvin_voigt(k, d_varying), stick_limit),
     );
 
-    // Damped enough not to be folded, where that can be, …
+    // Damped enough to have a single solution, where that can be: just so, and amply.
     let fall = curve.steepest_fall(r);
     if fall.is_finite() {
-        let r = Recipe { damping: 1.5 * fall + r.damping + 1e-2, ..*r };
-        let form =
-            ClosedForm { recipe: r, ..form(Family::Implicit(Option::None), Constant, Constant) };
-        let bristle = kelvin_voigt(k, lit(r.damping));
-        push(list, form, implicit(c.clone(), bristle, Option::None));
-    }
-    // … and folded, unless by chance it is not. (A table may have several folds, see
-    // tests/models/implicit.rs.)
-    if !matches!(curve, Curve::Coulomb | Curve::Tabulated) {
-        let r = Recipe { damping: r.damping + 1e-2, ..*r };
-        // Both rules where the fold is of a kind of its own, one where it is like another.
-        let both = [FoldRule::Slowest, FoldRule::Fastest];
-        let rules = match curve {
-            Curve::Stribeck(1.0) | Curve::Rational => &both[..1],
-            Curve::Stribeck(3.3) | Curve::Function => &both[1..],
-            _ => &both[..],
-        };
-        for &rule in rules {
-            let family = Family::Implicit(Some(rule));
-            let form = ClosedForm { recipe: r, ..form(family, Constant, Constant) };
-            push(list, form, implicit(c.clone(), kelvin_voigt(k, lit(r.damping)), Some(rule)));
+        for ample in [1.001, 1.5] {
+            let r = Recipe { damping: ample * fall + r.damping + 1e-2, ..*r };
+            let form = ClosedForm { recipe: r, ..form(Family::Implicit, Constant, Constant) };
+            push(list, form, implicit(c.clone(), kelvin_voigt(k, lit(r.damping))));
         }
     }
 }
@@ -396,9 +387,8 @@ pub fn elasto_plastic<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>(
 pub fn implicit<T: Scalar, C: FrictionCurve<T>>(
     curve: C,
     rheology: KelvinVoigt<T>,
-    fold_rule: Option<FoldRule>,
 ) -> ImplicitBristle<C, T> {
-    ImplicitBristle::new(curve, rheology, fold_rule).unwrap()
+    ImplicitBristle::new(curve, rheology).unwrap()
 }
 
 pub fn dahl<T: Scalar>(r: &Recipe) -> Dahl<T> {
