@@ -76,6 +76,21 @@ pub struct DenseStep<T, const S: usize> {
     pub(super) error: T,
 }
 
+/// The mean relaxation rate of the nodes, and the range of their stationary deflections.
+#[inline(always)]
+fn range<T: Scalar, const S: usize>(samples: &[Sample<T>; S]) -> (T, T, T) {
+    let mut relaxation = T::zero();
+    let (mut least, mut greatest) = (T::one() / T::zero(), -T::one() / T::zero());
+    for (sample, &weight) in samples.iter().zip(&Nodes::<S>::OF.weights) {
+        relaxation += sample.relaxation * lit(weight);
+        // Without relaxation nothing holds the deflection on the side to which it is driven;
+        // 0/0 is neither side.
+        let stationary = sample.drive / sample.relaxation;
+        (least, greatest) = (smaller(least, stationary), larger(greatest, stationary));
+    }
+    (relaxation, least, greatest)
+}
+
 /// A polynomial of the part θ of the step that is over, zero at the start:
 /// first θ + Σ higher_k θ^(k+2).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -129,16 +144,8 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
     ) -> Self {
         let table = &Nodes::<S>::OF;
         let duration = end_time - start_time;
-        let mut relaxation = T::zero();
-        let (mut least, mut greatest) = (T::one() / T::zero(), -T::one() / T::zero());
-        for (sample, &weight) in samples.iter().zip(&table.weights) {
-            relaxation += sample.relaxation * lit(weight);
-            // Without relaxation nothing holds the deflection on the side to which it is driven;
-            // 0/0 is neither side.
-            let stationary = sample.drive / sample.relaxation;
-            (least, greatest) = (smaller(least, stationary), larger(greatest, stationary));
-        }
-        relaxation *= duration;
+        let (relaxation, mut least, mut greatest) = range(samples);
+        let relaxation = relaxation * duration;
         // A deflection that follows z_ss lags by its change over Λ: what is within that of the
         // range belongs to the slow part, what is outside decays exactly.
         let lag = (greatest - least) * (lit::<T>(0.5) + lit::<T>(2.0) / relaxation);

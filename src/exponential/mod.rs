@@ -52,7 +52,7 @@ pub use solver::CollocationSolver;
 
 use core::ops::Range;
 
-use crate::ode::{Crossing, Pace, Search};
+use crate::ode::{Crossing, Search, StepControl};
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{is_zero, larger, lit};
 use crate::{Branch, Bristle, Contact, Scalar};
@@ -190,7 +190,7 @@ impl<const S: usize> Exponential<S> {
         tolerance: T,
     ) -> Result<CollocationSolver<T, S>, ParameterError> {
         let tolerance = Some(parameter::positive("tolerance", tolerance)?);
-        Ok(CollocationSolver { pace: Pace::adaptive(), tolerance })
+        Ok(CollocationSolver { control: StepControl::adaptive(), tolerance })
     }
 
     /// Steps of a fixed length \[s\], each split at reversals and where the velocity is not smooth.
@@ -199,7 +199,7 @@ impl<const S: usize> Exponential<S> {
     ///
     /// Refuses a step that is not positive.
     pub fn fixed<T: Scalar>(self, step: T) -> Result<CollocationSolver<T, S>, ParameterError> {
-        Ok(CollocationSolver { pace: Pace::fixed(step)?, tolerance: None })
+        Ok(CollocationSolver { control: StepControl::fixed(step)?, tolerance: None })
     }
 }
 
@@ -229,12 +229,12 @@ fn crossing<T: Scalar, const S: usize>(
     shortest: T,
 ) -> Crossing<T> {
     // After a reversal the start lies on the wrong side by a rounding.
-    let mut sights = [(start.0, larger(start.1, T::zero())); MOST_NODES + 1];
-    for ((sight, place), speed) in sights.iter_mut().skip(1).zip(places).zip(speeds) {
-        *sight = (place, speed);
+    let mut known = [(start.0, larger(start.1, T::zero())); MOST_NODES + 1];
+    for ((known, place), speed) in known.iter_mut().skip(1).zip(places).zip(speeds) {
+        *known = (place, speed);
     }
     let search = Search { forgiven: T::zero(), tolerance: T::zero(), shortest };
-    search.first(ahead, sights.get(..=S).unwrap_or(&[]))
+    search.first(ahead, known.get(..=S).unwrap_or(&[]))
 }
 
 /// The solution over a part of a step without a reversal inside.

@@ -8,7 +8,7 @@ use nalgebra::Vector1;
 use super::dense_step::{DenseStep, Sample};
 use super::nodes::Nodes;
 use super::{CollocationSolver, crossing, direction, places};
-use crate::ode::{Crossing, Failure, Statistics, StopReason, Trial, Walk};
+use crate::ode::{Crossing, Failure, NextStep, Progress, Statistics, StopReason};
 use crate::scalar::{is_zero, larger, lit, smaller, to_f64};
 use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Scalar};
@@ -29,7 +29,7 @@ pub struct Run<'a, T: Scalar, M, V, const S: usize> {
     velocity: &'a V,
     /// Error allowed in a step \[m\]; none for fixed steps.
     allowed: Option<T>,
-    walk: Walk<T>,
+    progress: Progress<T>,
     deflection: T,
     branch: Branch,
     /// Velocity at the current time, and the bristle there.
@@ -68,26 +68,26 @@ where
             contact,
             velocity,
             allowed: solver.tolerance.map(|tolerance| tolerance * breakaway),
-            walk: Walk::new(solver.pace, (span.start, span.end)),
+            progress: Progress::new(solver.control, (span.start, span.end)),
             deflection,
             branch,
             now,
             sample: Sample::new(contact.model(), branch, now, deflection),
         };
-        run.walk.check().map_err(|error| run.failure(error.into()))?;
-        run.walk.statistics.evaluations = 1;
+        run.progress.check().map_err(|error| run.failure(error.into()))?;
+        run.progress.statistics.evaluations = 1;
         // A part of the time in which the velocity doubles; estimates correct it from there.
         let guess = now.abs() / rate.abs() * lit(0.25);
         let most = (span.end - span.start) * lit(0.01);
         let guess = if guess > T::zero() { smaller(most, guess) } else { most };
-        let first = run.walk.given_length().unwrap_or(guess);
-        run.walk.start(first).map_err(|reason| run.failure(reason))?;
+        let first = run.progress.given_length().unwrap_or(guess);
+        run.progress.start(first).map_err(|reason| run.failure(reason))?;
         Ok(run)
     }
 
     /// The time reached \[s\].
     pub fn time(&self) -> T {
-        self.walk.time
+        self.progress.time
     }
 
     /// The deflection there \[m\].
@@ -97,7 +97,7 @@ where
 
     /// What the run has cost so far; evaluations are of the friction model.
     pub fn statistics(&self) -> Statistics {
-        self.walk.statistics
+        self.progress.statistics
     }
 
     /// Takes one step. `None` at the end of the time span.
@@ -119,15 +119,15 @@ where
     fn refresh(&mut self, velocity: T) {
         self.now = velocity;
         self.sample = Sample::new(self.contact.model(), self.branch, velocity, self.deflection);
-        self.walk.statistics.evaluations += 1;
+        self.progress.statistics.evaluations += 1;
     }
 
     fn try_advance(&mut self) -> Result<Option<DenseStep<T, S>>, StopReason> {
         // Of the estimate of the error of the dense output.
         let order = S as u8 + 2;
-        while !self.walk.is_over() {
+        while !self.progress.is_over() {
             let velocity = self.velocity;
-            let trial = self.walk.trial(|from, towards| velocity.next_kink(from, towards))?;
+            let trial = self.progress.trial(|from, towards| velocity.next_kink(from, towards))?;
             let (step, end) = self.attempt(&trial);
             let duration = step.end_time() - self.time();
             let is_finite = step.end().is_finite();
@@ -145,18 +145,18 @@ where
             };
             if square <= 1.0 {
                 let is_cut = trial.reaches || end == End::Reversal;
-                let length = self.walk.accept(duration, is_cut, square, order);
-                self.walk.propose(length);
+                let length = self.progress.accept(duration, is_cut, square, order);
+                self.progress.propose(length);
                 self.arrive(&step, end, &trial);
                 return Ok(Some(step));
             }
-            if !self.walk.reject(duration, square, order) || self.allowed.is_none() {
+            if !self.progress.reject(duration, square, order) || self.allowed.is_none() {
                 return Err(if !self.velocity.value(step.end_time()).is_finite() {
                     StopReason::VelocityNotFinite { contact: 0 }
                 } else if !is_finite {
                     StopReason::NotFinite { component: 0 }
                 } else {
-                    self.walk.too_small()
+                    self.progress.too_small()
                 });
             }
         }
@@ -164,7 +164,7 @@ where
     }
 
     /// Tries a step, cut where the direction first reverses.
-    fn attempt(&mut self, trial: &Trial<T>) -> (DenseStep<T, S>, End) {
+    fn attempt(&mut self, trial: &NextStep<T>) -> (DenseStep<T, S>, End) {
         let model = self.contact.model();
         let is_kink = trial.reaches && trial.stop.is_kink;
         let (mut end_time, mut end) =
@@ -175,7 +175,7 @@ where
             let mut times = places::<T, S>((start, end_time));
             if end == End::Kink {
                 // Nothing of a step lies beyond the kink at which it ends.
-                let last = self.walk.just_before(end_time);
+                let last = self.progress.just_before(end_time);
                 for time in &mut times {
                     *time = if *time > last && last > start { last } else { *time };
                 }
@@ -190,7 +190,7 @@ where
             if cuts < MOST_CUTS {
                 let ahead = |time| self.branch.of(self.velocity.value(time)).speed();
                 let from = (start, self.branch.of(self.now).speed());
-                match crossing(ahead, from, (times, speeds), self.walk.smallest_step()) {
+                match crossing(ahead, from, (times, speeds), self.progress.smallest_step()) {
                     Crossing::At(place) if place < end_time => {
                         (end_time, end) = (place, End::Reversal);
                         continue;
@@ -203,7 +203,7 @@ where
                     Crossing::At(_) | Crossing::None => {}
                 }
             }
-            self.walk.statistics.evaluations += S as u64;
+            self.progress.statistics.evaluations += S as u64;
             let mut samples = [self.sample; S];
             for (sample, velocity) in samples.iter_mut().zip(velocities) {
                 *sample = Sample::new(model, self.branch, velocity, self.deflection);
@@ -214,12 +214,12 @@ where
     }
 
     /// Moves to the end of an accepted step.
-    fn arrive(&mut self, step: &DenseStep<T, S>, end: End, trial: &Trial<T>) {
-        self.walk.time = step.end_time();
+    fn arrive(&mut self, step: &DenseStep<T, S>, end: End, trial: &NextStep<T>) {
+        self.progress.time = step.end_time();
         self.deflection = step.end();
         match end {
             End::Reversal => {
-                self.walk.statistics.reversals += 1;
+                self.progress.statistics.reversals += 1;
                 self.branch = self.branch.reversed();
                 self.refresh(self.velocity.value(step.end_time()));
             }
@@ -235,8 +235,8 @@ where
                 self.now = self.sample.velocity;
             }
         }
-        if trial.reaches && end != End::Reversal && !self.walk.is_over() {
-            self.walk.pass(trial.stop);
+        if trial.reaches && end != End::Reversal && !self.progress.is_over() {
+            self.progress.pass(trial.stop);
         }
     }
 
@@ -275,7 +275,7 @@ where
             let time = end + gap * next;
             let velocity = self.velocity.value(time);
             let sample = Sample::new(self.contact.model(), self.branch, velocity, step.start());
-            self.walk.statistics.evaluations += 1;
+            self.progress.statistics.evaluations += 1;
             let defect = step.defect(time, &sample).abs();
             sum += (defect + before) * lit(0.5) * (part - next) * gap.abs();
             if step.reach(&sample, next * gap.abs()) < enough {

@@ -5,7 +5,7 @@ use core::ops::Range;
 use nalgebra::Vector1;
 
 use super::run::Run;
-use crate::ode::{Failure, Pace, Statistics, check_samples};
+use crate::ode::{Failure, Statistics, StepControl, check_samples};
 use crate::parameter::{self, ParameterError};
 use crate::scalar::lit;
 use crate::signal::Signal;
@@ -38,7 +38,7 @@ use crate::{Bristle, Contact, Scalar};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CollocationSolver<T, const S: usize> {
-    pub(super) pace: Pace<T>,
+    pub(super) control: StepControl<T>,
     /// Tolerance of adaptive steps, as a part of the deflection at breakaway.
     pub(super) tolerance: Option<T>,
 }
@@ -52,14 +52,14 @@ impl<T: Scalar, const S: usize> CollocationSolver<T, S> {
     ///
     /// Refuses a limit that is not positive.
     pub fn with_largest_step(mut self, largest: T) -> Result<Self, ParameterError> {
-        self.pace.largest_step = Some(parameter::positive("largest_step", largest)?);
+        self.control.largest_step = Some(parameter::positive("largest_step", largest)?);
         Ok(self)
     }
 
     /// A limit on the number of trial steps, 10⁸ if not given.
     #[must_use]
     pub fn with_most_steps(mut self, most: u64) -> Self {
-        self.pace.most_steps = most;
+        self.control.most_steps = most;
         self
     }
 

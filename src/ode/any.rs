@@ -10,7 +10,7 @@ use super::dense_output::DenseOutput;
 use super::explicit::Explicit;
 use super::rosenbrock::Rosenbrock;
 use super::stepper::{Field, OneStep, Point, Stepper, TrialStep};
-use super::tolerance::Loosest;
+use super::tolerance::ToleranceRange;
 use super::{Automatic, DormandPrince, DormandPrince8, Rodas4, Rodas5P, RungeKutta4};
 use crate::Scalar;
 use crate::parameter::{self, ParameterError};
@@ -105,8 +105,8 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for AnyMethod {
         }
     }
 
-    fn loosest(&self) -> Loosest {
-        if *self == Self::Automatic { Loosest::AUTOMATIC } else { Loosest::SINGLE }
+    fn tolerance_range(&self) -> ToleranceRange {
+        if *self == Self::Automatic { ToleranceRange::AUTOMATIC } else { ToleranceRange::SINGLE }
     }
 
     fn check_adaptive(&self) -> Result<(), ParameterError> {

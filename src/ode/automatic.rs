@@ -23,7 +23,7 @@ use super::dense_output::DenseOutput;
 use super::explicit::{Explicit, ExplicitTableau};
 use super::rosenbrock::Rosenbrock;
 use super::stepper::{Field, OneStep, Point, Stepper, TrialStep};
-use super::tolerance::Loosest;
+use super::tolerance::ToleranceRange;
 use super::{DormandPrince, DormandPrince8, Rodas5P};
 use crate::Scalar;
 use crate::scalar::{lit, smaller, to_f64};
@@ -51,8 +51,8 @@ impl<T: Scalar, const N: usize> OneStep<T, N> for Automatic {
         }
     }
 
-    fn loosest(&self) -> Loosest {
-        Loosest::AUTOMATIC
+    fn tolerance_range(&self) -> ToleranceRange {
+        ToleranceRange::AUTOMATIC
     }
 }
 

@@ -5,7 +5,7 @@ use crate::root::enclose;
 use crate::scalar::{larger, lit, smaller};
 
 /// A place in a step, and the speed there: positive in the direction of sliding.
-pub(crate) type Sight<T> = (T, T);
+pub(crate) type SpeedAt<T> = (T, T);
 
 /// Where a speed first becomes negative within a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,9 +43,9 @@ impl<T: Scalar> Search<T> {
     /// The first sign change of a speed, from its values at the start of the step and at two or
     /// more places after it.
     #[inline]
-    pub(crate) fn first(self, speed: impl Fn(T) -> T, sights: &[Sight<T>]) -> Crossing<T> {
-        let Some(&start) = sights.first() else { return Crossing::None };
-        let Some((right, wrong)) = self.bracket(&speed, sights) else { return Crossing::None };
+    pub(crate) fn first(self, speed: impl Fn(T) -> T, speeds: &[SpeedAt<T>]) -> Crossing<T> {
+        let Some(&start) = speeds.first() else { return Crossing::None };
+        let Some((right, wrong)) = self.bracket(&speed, speeds) else { return Crossing::None };
         let mut right = right.unwrap_or(start);
         if !(right.0 > start.0) && right.1 >= -self.forgiven {
             // A speed that starts near zero may be positive first.
@@ -66,11 +66,11 @@ impl<T: Scalar> Search<T> {
     fn bracket(
         self,
         speed: &impl Fn(T) -> T,
-        sights: &[Sight<T>],
-    ) -> Option<(Option<Sight<T>>, Sight<T>)> {
+        speeds: &[SpeedAt<T>],
+    ) -> Option<(Option<SpeedAt<T>>, SpeedAt<T>)> {
         let mut right = None;
         let (mut least, mut most, mut lowest) = (None, T::zero(), 0);
-        for (index, &sight) in sights.iter().enumerate() {
+        for (index, &sight) in speeds.iter().enumerate() {
             if sight.1 < -self.forgiven {
                 return Some((right, sight));
             }
@@ -86,8 +86,8 @@ impl<T: Scalar> Search<T> {
         if !(least < (most - least) * lit(CLOSE)) {
             return None;
         }
-        let middle = lowest.clamp(1, sights.len().checked_sub(2)?);
-        let three = [sights.get(middle - 1)?, sights.get(middle)?, sights.get(middle + 1)?];
+        let middle = lowest.clamp(1, speeds.len().checked_sub(2)?);
+        let three = [speeds.get(middle - 1)?, speeds.get(middle)?, speeds.get(middle + 1)?];
         let (before, after) = self.dip(speed, three.map(|&sight| sight))?;
         Some((Some(before), after))
     }
@@ -97,8 +97,8 @@ impl<T: Scalar> Search<T> {
     fn dip(
         self,
         speed: &impl Fn(T) -> T,
-        mut three: [Sight<T>; 3],
-    ) -> Option<(Sight<T>, Sight<T>)> {
+        mut three: [SpeedAt<T>; 3],
+    ) -> Option<(SpeedAt<T>, SpeedAt<T>)> {
         let (half, zero): (T, T) = (lit(0.5), T::zero());
         for _ in 0..PARABOLAS {
             let [(t0, v0), (t1, v1), (t2, v2)] = three;
@@ -154,8 +154,8 @@ mod tests {
     fn a_speed_that_starts_from_zero_may_be_positive_first() {
         let search = Search { forgiven: 0.0, tolerance: 0.0, shortest: 1e-9 };
         let hump = |x: f64| x * (0.05 - x);
-        let sights = [0.0, 0.5, 1.0].map(|place| (place, hump(place)));
-        let found = search.first(hump, &sights);
+        let speeds = [0.0, 0.5, 1.0].map(|place| (place, hump(place)));
+        let found = search.first(hump, &speeds);
         assert!(matches!(found, Crossing::At(place) if (place - 0.05).abs() < 1e-12), "{found:?}");
     }
 }

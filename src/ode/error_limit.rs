@@ -4,7 +4,7 @@
 use super::System;
 use super::failure::StopReason;
 use super::integration::Integration;
-use super::locked::Window;
+use super::locked::Interval;
 use super::stepper::{Method, Point, Stepper, TrialStep};
 use crate::Scalar;
 
@@ -20,12 +20,12 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         &mut self,
         end: &Point<T, N>,
         (trial, square): (&TrialStep<T, N>, f64),
-        window: Window<T>,
+        interval: Interval<T>,
     ) {
         if self.most_growth.is_none() {
             return;
         }
-        let (stepper, mut field, from) = self.parts(window);
+        let (stepper, mut field, from) = self.parts(interval);
         let jacobian = stepper.mean_jacobian(&mut field, from, end);
         let growth = jacobian * (end.time - self.point.time);
         self.growth.step(&growth, (&trial.error, square), &end.scale);
@@ -39,9 +39,9 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         if times <= 1.0 {
             return Ok(());
         }
-        let steps = self.walk.statistics.steps;
+        let steps = self.progress.statistics.steps;
         let enough = *self.enough.get_or_insert(steps + steps / 4);
-        if self.walk.is_over() || steps >= enough || times > HOPELESS {
+        if self.progress.is_over() || steps >= enough || times > HOPELESS {
             return Err(StopReason::ErrorsGrow { times });
         }
         Ok(())

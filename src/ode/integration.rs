@@ -6,12 +6,12 @@ use nalgebra::SVector;
 use super::dense_output::DenseOutput;
 use super::failure::{Failure, StopReason};
 use super::growth::Growth;
-use super::locked::{Locked, Window};
-use super::reversal::{Lock, Reversal, first_reversal, surely_none};
+use super::locked::{Interval, Locked};
+use super::progress::{NextStep, Progress, StopTime};
+use super::reversal::{ContactBranch, Reversal, first_reversal, surely_none};
 use super::solver::Solver;
 use super::step::Step;
 use super::stepper::{Field, Method, Point, Stepper, TrialStep};
-use super::walk::{Stop, Trial, Walk};
 use super::{Statistics, System};
 use crate::scalar::{larger, lit, smaller};
 use crate::{Branch, Scalar};
@@ -45,15 +45,15 @@ pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const 
     pub(super) system: &'a S,
     stepper: M::Stepper,
     pub(super) settings: Solver<T, M, N>,
-    pub(super) walk: Walk<T>,
+    pub(super) progress: Progress<T>,
     pub(super) point: Point<T, N>,
-    pub(super) locks: [Lock<T>; K],
+    pub(super) locks: [ContactBranch<T>; K],
     /// Whether `point.time` is a kink of an input.
     pub(super) at_kink: bool,
     /// The contact that reverses at the current point, where the next step starts.
     turned: Option<usize>,
     /// A time \[s\], and how often since then a contact slid in neither direction.
-    given_up: (T, u32),
+    undecided: (T, u32),
     /// The step taken last.
     step: Step<T, N>,
     pub(super) growth: Growth<T, N>,
@@ -75,17 +75,20 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         state: SVector<T, N>,
     ) -> Result<Self, Failure<T, N>> {
         let rate = SVector::zeros();
-        let of_step = settings.tolerances.map_or(0.0, |tolerances| tolerances.loosest());
+        let of_step = settings.tolerances.map_or(0.0, |tolerances| tolerances.largest());
         let mut run = Self {
             system,
             stepper: settings.method.stepper(of_step),
-            walk: Walk::new(settings.pace.limited(system.longest_step()), (start_time, end_time)),
+            progress: Progress::new(
+                settings.control.limited(system.longest_step()),
+                (start_time, end_time),
+            ),
             point: Point { time: start_time, state, rate, scale: settings.scale(&state) },
             settings,
-            locks: [Lock::free(); K],
+            locks: [ContactBranch::free(); K],
             at_kink: false,
             turned: None,
-            given_up: (start_time, 0),
+            undecided: (start_time, 0),
             stopped: None,
             growth: Growth::new(),
             most_growth: settings.most_growth(),
@@ -102,7 +105,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         };
         if start_time != end_time {
             let refuse = |error| Failure::refused(error, start_time, state);
-            run.walk.check().map_err(refuse)?;
+            run.progress.check().map_err(refuse)?;
             run.start().map_err(|reason| run.failure(reason))?;
         }
         Ok(run)
@@ -125,7 +128,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
 
     /// Counts of steps and evaluations so far.
     pub fn statistics(&self) -> Statistics {
-        self.walk.statistics
+        self.progress.statistics
     }
 
     /// Takes one step. `None` at the end of the time span.
@@ -167,25 +170,25 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     #[inline(always)]
     pub(super) fn parts(
         &mut self,
-        window: Window<T>,
+        interval: Interval<T>,
     ) -> (&mut M::Stepper, Locked<'_, T, S, K>, &mut Point<T, N>) {
         let branches = self.branches();
-        let statistics = &mut self.walk.statistics;
-        let field = Locked { system: self.system, branches, window, statistics };
+        let statistics = &mut self.progress.statistics;
+        let field = Locked { system: self.system, branches, interval, statistics };
         (&mut self.stepper, field, &mut self.point)
     }
 
     /// The right-hand side on the current branches.
     pub(super) fn evaluate(&mut self, time: T, state: &SVector<T, N>) -> SVector<T, N> {
-        self.walk.statistics.evaluations += 1;
+        self.progress.statistics.evaluations += 1;
         self.system.rate(time, state, self.branches())
     }
 
     /// Evaluates the rate at the current point anew.
     pub(super) fn refresh_rate(&mut self) {
-        let stop = self.walk.next_stop(self.kinks());
-        let window = self.window(stop);
-        let (stepper, mut field, point) = self.parts(window);
+        let stop = self.progress.next_stop(self.kinks());
+        let interval = self.interval(stop);
+        let (stepper, mut field, point) = self.parts(interval);
         stepper.begin(&mut field, point);
     }
 
@@ -222,21 +225,21 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         needs_dense_output: impl Fn(T, T) -> bool,
     ) -> Result<bool, StopReason> {
         self.check_growth()?;
-        while !self.walk.is_over() {
-            let trial = self.walk.trial(self.kinks())?;
-            let Trial { step, end_time, stop, reaches } = trial;
-            let window = self.window(stop);
-            let Some((end, tried, square)) = self.try_step((step, end_time), window)? else {
+        while !self.progress.is_over() {
+            let trial = self.progress.trial(self.kinks())?;
+            let NextStep { step, end_time, stop, reaches } = trial;
+            let interval = self.interval(stop);
+            let Some((end, tried, square)) = self.try_step((step, end_time), interval)? else {
                 continue;
             };
             let is_clear =
                 !self.settings.locks || surely_none(self.system, &self.locks, &self.point, &end);
             let full = !is_clear || needs_dense_output(self.point.time, end_time);
-            self.describe(&end, full, window);
+            self.describe(&end, full, interval);
             let reversal = if is_clear {
                 Reversal::None
             } else {
-                let smallest = self.walk.smallest_step();
+                let smallest = self.progress.smallest_step();
                 first_reversal(self.system, &self.locks, &self.step, smallest)
             };
             match reversal {
@@ -244,14 +247,10 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
                     for lock in &mut self.locks {
                         lock.stalled = 0;
                     }
-                    self.estimate(&end, (&tried, square), window);
+                    self.estimate(&end, (&tried, square), interval);
                     self.accept(&end, step.abs(), reaches, square, tried.order);
-                    if reaches && !self.walk.is_over() {
-                        self.walk.pass(stop);
-                        if stop.is_kink {
-                            self.at_kink = true;
-                            self.refresh_rate();
-                        }
+                    if reaches && !self.progress.is_over() {
+                        self.pass(stop);
                     }
                     return Ok(true);
                 }
@@ -260,32 +259,50 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
                 Reversal::Within(contact, fraction) => {
                     // The dense output locates the reversal, but the state there comes from a step
                     // of its own: that keeps the order of the method.
-                    let cut = self.walk.rounded(step * fraction);
+                    let cut = self.progress.rounded(step * fraction);
                     let cut_time = self.point.time + cut;
-                    let Some((end, part, of_part)) = self.try_step((cut, cut_time), window)? else {
-                        continue;
-                    };
+                    let Some(part) = self.try_step((cut, cut_time), interval)? else { continue };
                     let full = needs_dense_output(self.point.time, cut_time);
-                    self.describe(&end, full, window);
+                    self.describe(&part.0, full, interval);
+                    self.estimate(&part.0, (&part.1, part.2), interval);
                     let before = self.locks;
-                    self.walk.statistics.rejected += 1;
-                    self.estimate(&end, (&part, of_part), window);
-                    self.accept(&end, step.abs(), false, square, tried.order);
-                    // Where the dense output was too coarse, the rest of the way is another step.
-                    let has_arrived = match (before.get(contact), self.locks.get(contact)) {
-                        (Some(before), Some(after)) => after.reaches_zero(before),
-                        _ => true,
-                    };
-                    if has_arrived {
-                        self.step.reversal = Some(contact);
-                        self.walk.statistics.reversals += 1;
-                        self.turn(contact, fraction)?;
-                    }
+                    self.progress.statistics.rejected += 1;
+                    self.accept(&part.0, step.abs(), false, square, tried.order);
+                    self.reverse(&before, contact, fraction)?;
                     return Ok(true);
                 }
             }
         }
         Ok(false)
+    }
+
+    /// Passes a time that no step may pass, where an input may have a kink.
+    fn pass(&mut self, stop: StopTime<T>) {
+        self.progress.pass(stop);
+        if stop.is_kink {
+            self.at_kink = true;
+            self.refresh_rate();
+        }
+    }
+
+    /// Turns a contact at the end of a step that was cut at its reversal. Where the dense output
+    /// was too coarse, the rest of the way is another step.
+    fn reverse(
+        &mut self,
+        before: &[ContactBranch<T>; K],
+        contact: usize,
+        fraction: T,
+    ) -> Result<(), StopReason> {
+        let has_arrived = match (before.get(contact), self.locks.get(contact)) {
+            (Some(before), Some(after)) => after.reaches_zero(before),
+            _ => true,
+        };
+        if has_arrived {
+            self.step.reversal = Some(contact);
+            self.progress.statistics.reversals += 1;
+            self.turn(contact, fraction)?;
+        }
+        Ok(())
     }
 
     /// Tries a step. Answers with its end, the trial and the mean square of its error over the
@@ -295,22 +312,22 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     fn try_step(
         &mut self,
         (step, end_time): (T, T),
-        window: Window<T>,
+        interval: Interval<T>,
     ) -> Result<Option<(Point<T, N>, TrialStep<T, N>, f64)>, StopReason> {
-        let (stepper, mut field, from) = self.parts(window);
+        let (stepper, mut field, from) = self.parts(interval);
         let trial = stepper.step(&mut field, from, step);
         let scale = self.settings.scale(&trial.state);
         let mut square = match is_finite(&trial.state) {
-            true if !self.walk.is_adaptive() => 0.0,
+            true if !self.progress.is_adaptive() => 0.0,
             true => trial.mean_square(&self.point.scale, &scale),
             false => f64::NAN,
         };
         if square <= 1.0 {
             let rate = SVector::zeros();
             let mut end = Point { time: end_time, state: trial.state, rate, scale };
-            let (stepper, mut field, _) = self.parts(window);
+            let (stepper, mut field, _) = self.parts(interval);
             stepper.arrive(&mut field, &mut end);
-            let is_sound = !self.walk.is_adaptive() || self.stepper.represents_growth();
+            let is_sound = !self.progress.is_adaptive() || self.stepper.represents_growth();
             if is_sound && is_finite(&end.rate) {
                 return Ok(Some((end, trial, square)));
             }
@@ -322,10 +339,11 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
 
     /// The smooth stretch from here to a stop. At a kink the inputs answer with what holds just
     /// after it.
-    fn window(&self, stop: Stop<T>) -> Window<T> {
+    fn interval(&self, stop: StopTime<T>) -> Interval<T> {
         let now = self.point.time;
-        let before = |kink: bool, time: T| if kink { self.walk.just_before(time) } else { time };
-        if self.walk.is_forward() {
+        let before =
+            |kink: bool, time: T| if kink { self.progress.just_before(time) } else { time };
+        if self.progress.is_forward() {
             (now, before(stop.is_kink, stop.time))
         } else {
             (stop.time, before(self.at_kink, now))
@@ -335,8 +353,8 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     /// Describes a trial step, with the method's own dense output or with the cubic through its
     /// ends.
     #[inline]
-    fn describe(&mut self, end: &Point<T, N>, full: bool, window: Window<T>) {
-        let (stepper, mut field, from) = self.parts(window);
+    fn describe(&mut self, end: &Point<T, N>, full: bool, interval: Interval<T>) {
+        let (stepper, mut field, from) = self.parts(interval);
         let dense_output =
             if full { stepper.dense_output(&mut field, from, end) } else { from.cubic_to(end) };
         self.step = Step {
@@ -354,15 +372,15 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     /// error is given (a step cut at a reversal is shorter than its trial).
     #[inline]
     fn accept(&mut self, end: &Point<T, N>, tried: T, reaches: bool, square: f64, order: u8) {
-        let proposed = self.walk.accept(tried, reaches, square, order);
-        self.walk.statistics.reversals += u64::from(self.turned.take().is_some());
+        let proposed = self.progress.accept(tried, reaches, square, order);
+        self.progress.statistics.reversals += u64::from(self.turned.take().is_some());
         for lock in &mut self.locks {
             lock.took(tried);
         }
         self.at_kink = false;
         let length = self.stepper.accepted(end.time - self.point.time, end, proposed);
-        self.walk.propose(length);
-        self.walk.time = end.time;
+        self.progress.propose(length);
+        self.progress.time = end.time;
         self.point = *end;
         if self.settings.locks {
             self.update_locks();
@@ -388,13 +406,13 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
 
     /// Turns a contact that was on the wrong branch from the start of the trial.
     fn turn_at_start(&mut self, contact: usize) -> Result<(), StopReason> {
-        self.walk.statistics.rejected += 1;
+        self.progress.statistics.rejected += 1;
         self.turn(contact, T::zero())?;
         // Turned back again, it has not reversed; nor has it where the first direction was a wrong
         // guess.
-        let is_first = self.point.time == self.walk.start_time;
+        let is_first = self.point.time == self.progress.start_time;
         self.turned = if self.turned == Some(contact) || is_first { None } else { Some(contact) };
-        if !self.walk.is_adaptive() && self.branches().get(contact) == Some(&Branch::Free) {
+        if !self.progress.is_adaptive() && self.branches().get(contact) == Some(&Branch::Free) {
             // Neither branch leads anywhere, and without an error estimate nothing tells whether
             // the free one does.
             return Err(StopReason::EndlessReversals { contact });
@@ -406,18 +424,18 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     fn turn(&mut self, index: usize, fraction: T) -> Result<(), StopReason> {
         if let Some(lock) = self.locks.get_mut(index) {
             lock.turn(fraction);
-            if self.walk.is_adaptive() {
-                self.walk.limit_length(lock.likely(self.walk.length()));
+            if self.progress.is_adaptive() {
+                self.progress.limit_length(lock.likely(self.progress.length()));
             }
             if lock.branch == Branch::Free {
-                let (since, times) = self.given_up;
+                let (since, times) = self.undecided;
                 let (many, part) = ENDLESS;
-                self.given_up = (since, times + 1);
+                self.undecided = (since, times + 1);
                 if times >= many {
-                    if (self.point.time - since).abs() < self.walk.span() * lit(part) {
+                    if (self.point.time - since).abs() < self.progress.span() * lit(part) {
                         return Err(StopReason::EndlessReversals { contact: index });
                     }
-                    self.given_up = (self.point.time, 0);
+                    self.undecided = (self.point.time, 0);
                 }
             }
         }
@@ -434,8 +452,8 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         trial: &TrialStep<T, N>,
         square: f64,
     ) -> Result<(), StopReason> {
-        let can_go_on = self.walk.reject(tried, square, trial.order);
-        if !self.settings.locks && !self.walk.is_adaptive() {
+        let can_go_on = self.progress.reject(tried, square, trial.order);
+        if !self.settings.locks && !self.progress.is_adaptive() {
             // Plain fixed steps have a fixed cost: there is no second trial.
             if is_finite(&trial.state) {
                 let rate = self.evaluate(self.point.time + tried, &trial.state);
@@ -456,9 +474,9 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             self.velocities(time + tried, &ahead)?;
         }
         check_finite(&self.evaluate(time + tried, &ahead))?;
-        if self.walk.statistics.jacobians > 0 {
+        if self.progress.statistics.jacobians > 0 {
             // Or the one whose derivatives did.
-            let end = self.walk.end_time;
+            let end = self.progress.end_time;
             let (_, mut field, _) = self.parts((smaller(time, end), larger(time, end)));
             let tangent = field.linearised(time, &state);
             check_finite(&tangent.by_time)?;
@@ -467,12 +485,12 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             }
         }
         // Where the linear system of an implicit method breaks down, the field is sound.
-        if !self.walk.is_adaptive() || self.walk.statistics.jacobians == 0 {
+        if !self.progress.is_adaptive() || self.progress.statistics.jacobians == 0 {
             check_finite(&trial.state)?;
         }
         let contact = self.locks.iter().position(|lock| lock.stalled > 0);
         Err(contact
-            .map_or(self.walk.too_small(), |contact| StopReason::EndlessReversals { contact }))
+            .map_or(self.progress.too_small(), |contact| StopReason::EndlessReversals { contact }))
     }
 
     /// The sliding velocities, all of them finite.

@@ -8,21 +8,21 @@ use crate::scalar::{larger, lit, smaller};
 use crate::{Branch, Scalar};
 
 /// The earliest and the latest time of a smooth stretch \[s\].
-pub(super) type Window<T> = (T, T);
+pub(super) type Interval<T> = (T, T);
 
 /// The system on its locked branches, with the evaluations counted.
 pub(super) struct Locked<'a, T, S, const K: usize> {
     pub(super) system: &'a S,
     pub(super) branches: [Branch; K],
     /// Times are cut to these, so that no stage looks beyond a kink.
-    pub(super) window: Window<T>,
+    pub(super) interval: Interval<T>,
     pub(super) statistics: &'a mut Statistics,
 }
 
 impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
     #[inline(always)]
     fn within(&self, time: T) -> T {
-        let (earliest, latest) = self.window;
+        let (earliest, latest) = self.interval;
         smaller(larger(time, earliest), latest)
     }
 }
@@ -68,7 +68,7 @@ impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
         let rate = self.rate(time, state);
         let by_state = self.differences_of_states(time, state, &rate);
         // Towards the side on which there is room, and nowhere if there is none.
-        let (earliest, latest) = self.window;
+        let (earliest, latest) = self.interval;
         let room = if latest - time > time - earliest { latest } else { earliest };
         let reach = part * larger(time.abs(), (latest - earliest).abs());
         let most = (room - time) * lit(0.5);

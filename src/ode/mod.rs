@@ -51,6 +51,7 @@ mod failure;
 mod growth;
 mod integration;
 mod locked;
+mod progress;
 mod reversal;
 mod rodas4;
 mod rodas5p;
@@ -65,7 +66,6 @@ mod system;
 mod tolerance;
 #[cfg(feature = "alloc")]
 mod trajectory;
-mod walk;
 
 pub use any::AnyMethod;
 pub use automatic::Automatic;
@@ -76,6 +76,7 @@ pub use dormand_prince8::DormandPrince8;
 pub use event::{Direction, Event, Occurrence};
 pub use failure::{Failure, StopReason};
 pub use integration::Integration;
+pub(crate) use progress::{NextStep, Progress, StepControl};
 pub use rodas4::Rodas4;
 pub use rodas5p::Rodas5P;
 pub use runge_kutta4::RungeKutta4;
@@ -88,4 +89,3 @@ pub use system::{Linearisation, System};
 pub use tolerance::Tolerances;
 #[cfg(feature = "alloc")]
 pub use trajectory::{Output, Trajectory, solve};
-pub(crate) use walk::{Pace, Trial, Walk};

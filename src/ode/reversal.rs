@@ -26,7 +26,7 @@ const AGAIN: f64 = 1.25;
 
 /// What the driver knows of one sliding contact.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Lock<T> {
+pub(super) struct ContactBranch<T> {
     /// The direction to which the contact is locked.
     pub(super) branch: Branch,
     /// Sliding velocity at the current point, positive on the right side of zero.
@@ -46,7 +46,7 @@ pub(super) struct Lock<T> {
     fresh: bool,
 }
 
-impl<T: Scalar> Lock<T> {
+impl<T: Scalar> ContactBranch<T> {
     /// A contact that is not locked yet.
     pub(super) fn free() -> Self {
         Self {
@@ -128,7 +128,7 @@ const CLOSE: f64 = 0.05;
 #[inline]
 pub(super) fn surely_none<T: Scalar, const N: usize, const K: usize>(
     system: &impl System<T, N, K>,
-    locks: &[Lock<T>; K],
+    locks: &[ContactBranch<T>; K],
     from: &Point<T, N>,
     end: &Point<T, N>,
 ) -> bool {
@@ -165,7 +165,7 @@ pub(super) fn surely_none<T: Scalar, const N: usize, const K: usize>(
 /// Whether a trial step takes a contact to the wrong side of zero, and which one first.
 pub(super) fn first_reversal<T: Scalar, const N: usize, const K: usize>(
     system: &impl System<T, N, K>,
-    locks: &[Lock<T>; K],
+    locks: &[ContactBranch<T>; K],
     step: &Step<T, N>,
     smallest_step: T,
 ) -> Reversal<T> {
@@ -195,8 +195,8 @@ pub(super) fn first_reversal<T: Scalar, const N: usize, const K: usize>(
             tolerance: T::default_epsilon() * lit(4.0),
             shortest: smallest_step * lit(4.0) / duration,
         };
-        let sights = [(T::zero(), lock.ahead), (half, ahead(middle)), (T::one(), ahead(end))];
-        match search.first(at, &sights) {
+        let speeds = [(T::zero(), lock.ahead), (half, ahead(middle)), (T::one(), ahead(end))];
+        match search.first(at, &speeds) {
             Crossing::None => {}
             Crossing::AtStart => return Reversal::AtStart(index),
             Crossing::At(place) if place < earliest => {
@@ -213,7 +213,7 @@ pub(super) fn first_reversal<T: Scalar, const N: usize, const K: usize>(
 mod tests {
     use super::super::stepper::Point;
     use super::super::system::System;
-    use super::{Lock, surely_none};
+    use super::{ContactBranch, surely_none};
     use crate::Branch;
     use nalgebra::Vector1;
 
@@ -255,7 +255,7 @@ mod tests {
                 };
                 let from = point(start, b[0], 3.0 * (b[1] - b[0]) / duration);
                 let end = point(start + duration, b[3], 3.0 * (b[3] - b[2]) / duration);
-                let mut lock = Lock::free();
+                let mut lock = ContactBranch::free();
                 lock.branch = branch;
                 lock.update(b[0]);
                 let found = surely_none(&Slider, &[lock], &from, &end);
@@ -266,7 +266,7 @@ mod tests {
 
     #[test]
     fn a_turn_remembers_the_first_step_after_the_last_turn_the_same_way() {
-        let mut lock = Lock::<f64>::free();
+        let mut lock = ContactBranch::<f64>::free();
         lock.branch = Branch::Backward;
         lock.turn(1.0); // forward
         assert_eq!(lock.likely(1.0), 1.0);

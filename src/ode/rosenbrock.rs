@@ -55,7 +55,7 @@ pub(crate) struct Rosenbrock<B, T: Scalar, const N: usize, const S: usize> {
 }
 
 /// What the stages of one trial step share.
-struct Trial<'a, T: Scalar, const N: usize> {
+struct NextStep<'a, T: Scalar, const N: usize> {
     from: &'a Point<T, N>,
     step: T,
     per_step: T,
@@ -72,7 +72,7 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Rosenbrock
 
     /// Solves for stage I, if the method has it.
     #[inline(always)]
-    fn stage<const I: usize>(&mut self, field: &mut impl Field<T, N>, trial: &mut Trial<T, N>) {
+    fn stage<const I: usize>(&mut self, field: &mut impl Field<T, N>, trial: &mut NextStep<T, N>) {
         if I >= S {
             return;
         }
@@ -121,7 +121,7 @@ impl<B: RosenbrockTableau, T: Scalar, const N: usize, const S: usize> Stepper<T,
         let first: T = lit(const { entry(B::TIME_WEIGHTS, 0) });
         let right = self.at_start.rate + self.at_start.by_time * (h * first);
         self.u[0] = solution(&factors, right);
-        let mut trial = Trial { from, step: h, per_step, factors, state: from.state };
+        let mut trial = NextStep { from, step: h, per_step, factors, state: from.state };
         for_each_stage!(self.stage(field, &mut trial));
         let error = self.u[S - 1];
         let state = trial.state + error;

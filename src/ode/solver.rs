@@ -9,10 +9,10 @@ use super::failure::Failure;
 #[cfg(feature = "alloc")]
 use super::failure::StopReason;
 use super::integration::Integration;
+use super::progress::StepControl;
 use super::step::Step;
 use super::stepper::{Method, Stepper};
 use super::tolerance::check;
-use super::walk::Pace;
 use super::{Automatic, Statistics, System, Tolerances};
 use crate::Scalar;
 use crate::parameter::{self, ParameterError, Rule};
@@ -35,7 +35,7 @@ const MOST_AT_ONCE: f64 = 1e-4;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solver<T: Scalar, M, const N: usize> {
     pub(super) method: M,
-    pub(super) pace: Pace<T>,
+    pub(super) control: StepControl<T>,
     /// Of one step; none for fixed steps.
     pub(super) tolerances: Option<Tolerances<T, N>>,
     /// The relative error that the solution aims at; none if its error is not estimated.
@@ -51,7 +51,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// [`RungeKutta4`](super::RungeKutta4) has no error estimate, and does not compile here.
     pub fn adaptive(method: M, tolerances: Tolerances<T, N>) -> Self {
-        let aim = tolerances.aim(method.loosest());
+        let aim = tolerances.aim(method.tolerance_range());
         Self { aim: Some(aim), ..Self::adaptive_per_step(method, tolerances.of_a_step(aim)) }
     }
 
@@ -65,15 +65,15 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     /// with loose tolerances a slip comes late, or is missed without notice.
     pub fn adaptive_per_step(method: M, tolerances: Tolerances<T, N>) -> Self {
         const { assert!(M::Stepper::ESTIMATES_ERROR, "the method has no error estimate") };
-        let (pace, tolerances) = (Pace::adaptive(), Some(tolerances));
-        Self { method, pace, tolerances, aim: None, locks: true }
+        let (control, tolerances) = (StepControl::adaptive(), Some(tolerances));
+        Self { method, control, tolerances, aim: None, locks: true }
     }
 
     /// The solver that is tried first, with loose steps. None if the error of the solution is not
     /// estimated.
     #[cfg(feature = "alloc")]
     pub(super) fn first_attempt(&self) -> Option<Self> {
-        let first = self.tolerances?.at_first(self.aim?, self.method.loosest());
+        let first = self.tolerances?.at_first(self.aim?, self.method.tolerance_range());
         Some(Self { tolerances: Some(first), ..*self })
     }
 
@@ -105,8 +105,8 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// Refuses a step that is not positive.
     pub fn fixed(method: M, step: T) -> Result<Self, ParameterError> {
-        let pace = Pace::fixed(step)?;
-        Ok(Self { method, pace, tolerances: None, aim: None, locks: true })
+        let control = StepControl::fixed(step)?;
+        Ok(Self { method, control, tolerances: None, aim: None, locks: true })
     }
 
     /// The error of each state that is allowed where it is found.
@@ -131,7 +131,7 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// Refuses a limit that is not positive.
     pub fn with_largest_step(mut self, largest: T) -> Result<Self, ParameterError> {
-        self.pace.largest_step = Some(parameter::positive("largest_step", largest)?);
+        self.control.largest_step = Some(parameter::positive("largest_step", largest)?);
         Ok(self)
     }
 
@@ -141,14 +141,14 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
     ///
     /// Refuses a step that is not positive.
     pub fn with_first_step(mut self, first: T) -> Result<Self, ParameterError> {
-        self.pace.first_step = Some(parameter::positive("first_step", first)?);
+        self.control.first_step = Some(parameter::positive("first_step", first)?);
         Ok(self)
     }
 
     /// A limit on the number of trial steps, 10⁸ if not given.
     #[must_use]
     pub fn with_most_steps(mut self, most: u64) -> Self {
-        self.pace.most_steps = most;
+        self.control.most_steps = most;
         self
     }
 

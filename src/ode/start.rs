@@ -17,16 +17,16 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
     pub(super) fn start(&mut self) -> Result<(), StopReason> {
         let time = self.point.time;
         self.at_kink = self.settings.locks && {
-            let before = self.walk.just_before(time);
+            let before = self.progress.just_before(time);
             self.system.next_kink(before, time + (time - before)).is_some()
         };
         self.refresh_rate();
         check_finite(&self.point.rate)?;
-        let length = match self.walk.given_length() {
+        let length = match self.progress.given_length() {
             Some(length) => length,
             None => self.first_step(),
         };
-        self.walk.start(length)?;
+        self.progress.start(length)?;
         if self.settings.locks {
             self.choose_branches()?;
             self.refresh_locks();
@@ -38,7 +38,7 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
     /// Locks each contact to the direction in which it slides, or is about to.
     fn choose_branches(&mut self) -> Result<(), StopReason> {
         let Point { mut time, mut state, mut rate, .. } = self.point;
-        let later = self.walk.length() * self.walk.direction() * lit(1e-3);
+        let later = self.progress.length() * self.progress.direction() * lit(1e-3);
         let mut velocities = self.velocities(time, &state)?;
         // Without a velocity, the one a little later tells the direction; without an acceleration,
         // the one after that.
@@ -72,11 +72,11 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
             (vector.component_div(&scale)).norm() / lit::<T>(N.max(1) as f64).sqrt()
         };
         let (size, speed) = (norm(&state), norm(&rate));
-        let (tiny, span): (T, T) = (lit(1e-5), self.walk.span());
+        let (tiny, span): (T, T) = (lit(1e-5), self.progress.span());
         let guess = if size > tiny && speed > tiny { size / speed * lit(0.01) } else { T::zero() };
         let fallback = span * lit(1e-6);
         let guess = smaller(if guess > T::zero() { guess } else { fallback }, span);
-        let signed = guess * self.walk.direction();
+        let signed = guess * self.progress.direction();
         let later = self.evaluate(time + signed, &(state + rate * signed));
         let bend = norm(&(later - rate)) / guess;
         let most = larger(speed, bend);

@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::dense_output::DenseOutput;
 use super::system::Linearisation;
-use super::tolerance::Loosest;
+use super::tolerance::ToleranceRange;
 use crate::Scalar;
 use crate::parameter::ParameterError;
 use crate::scalar::{larger, to_f64};
@@ -147,8 +147,8 @@ pub(crate) trait OneStep<T: Scalar, const N: usize>: Debug + Copy {
     fn stepper(&self, tolerance: f64) -> Self::Stepper;
 
     /// How loose its steps may be where nothing is known of the growth of errors.
-    fn loosest(&self) -> Loosest {
-        Loosest::SINGLE
+    fn tolerance_range(&self) -> ToleranceRange {
+        ToleranceRange::SINGLE
     }
 
     /// Refuses adaptive steps of a method, chosen at run time, without an error estimate.

@@ -16,7 +16,7 @@ const MOST: f64 = 0.1;
 /// How loose the steps of a method may be where nothing is known of the growth of errors: with
 /// coarser ones a slip is missed without an error to show it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Loosest {
+pub(crate) struct ToleranceRange {
     /// The tolerance of a solution that a run aims at.
     pub(super) aim: f64,
     /// The tolerance of a step that is tried first, over that of the solution.
@@ -24,7 +24,7 @@ pub(crate) struct Loosest {
     pub(super) first: f64,
 }
 
-impl Loosest {
+impl ToleranceRange {
     /// Of the single methods.
     pub(crate) const SINGLE: Self = Self {
         aim: 1e-4,
@@ -106,30 +106,30 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
     }
 
     /// The largest of the relative tolerances.
-    pub(super) fn loosest(&self) -> f64 {
+    pub(super) fn largest(&self) -> f64 {
         self.relative.iter().fold(0.0, |most, &part| f64::max(most, to_f64(part)))
     }
 
     /// The relative error that a solution with these tolerances aims at.
-    pub(super) fn aim(&self, loosest: Loosest) -> f64 {
-        self.loosest().min(loosest.aim)
+    pub(super) fn aim(&self, range: ToleranceRange) -> f64 {
+        self.largest().min(range.aim)
     }
 
     /// The largest estimated error of a solution over these tolerances of its steps, by its aim.
     pub(super) fn most_growth(&self, aim: f64) -> f64 {
         let roundings = ROUNDINGS * to_f64(T::default_epsilon());
-        (ACCEPTED * aim).max(roundings) / self.loosest()
+        (ACCEPTED * aim).max(roundings) / self.largest()
     }
 
     /// The tolerances of one step, of these of the solution and its aim.
     pub(super) fn of_a_step(self, aim: f64) -> Self {
-        self.times(aim / self.loosest() * OF_STEP).unwrap_or(self)
+        self.times(aim / self.largest() * OF_STEP).unwrap_or(self)
     }
 
     /// The tolerances of one step that are tried first.
     #[cfg(feature = "alloc")]
-    pub(super) fn at_first(self, aim: f64, loosest: Loosest) -> Self {
-        let times = loosest.first * aim / self.loosest();
+    pub(super) fn at_first(self, aim: f64, range: ToleranceRange) -> Self {
+        let times = range.first * aim / self.largest();
         if times > 1.0 { self.times(times).unwrap_or(self) } else { self }
     }
 

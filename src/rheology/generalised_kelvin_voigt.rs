@@ -81,18 +81,7 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
         let elements = elements.map(|element| (element.micro_stiffness, element.micro_damping));
         let (zero, one) = (T::zero(), T::one());
         parameter::count("elements", N, 1)?;
-        let mut last = None;
-        for (j, &(stiffness, damping)) in elements.iter().enumerate() {
-            parameter::component(j, parameter::positive("micro_stiffness", stiffness))?;
-            parameter::component(j, parameter::non_negative("micro_damping", damping))?;
-            // Behind the first element it must be positive, too: the times increase.
-            let time = damping / stiffness;
-            if let Some(last) = last {
-                let name = "retardation time";
-                parameter::component(j, parameter::increasing(name, time, last))?;
-            }
-            last = Some(time);
-        }
+        check(&elements)?;
         let springs = elements.iter().take_while(|element| is_zero(element.1)).count();
         // Retardation rates pⱼ, increasing, of the elements with a dashpot, from the last to the
         // first.
@@ -189,4 +178,21 @@ impl<T: Scalar, const N: usize> Rheology<T> for GeneralisedKelvinVoigt<T, N> {
     fn bounds(&self) -> ElementBounds<T> {
         self.maxwell.bounds()
     }
+}
+
+/// Checks the elements: their retardation times increase.
+fn check<T: Scalar>(elements: &[(T, T)]) -> Result<(), ParameterError> {
+    let mut last = None;
+    for (j, &(stiffness, damping)) in elements.iter().enumerate() {
+        parameter::component(j, parameter::positive("micro_stiffness", stiffness))?;
+        parameter::component(j, parameter::non_negative("micro_damping", damping))?;
+        // Behind the first element it must be positive, too: the times increase.
+        let time = damping / stiffness;
+        if let Some(last) = last {
+            let name = "retardation time";
+            parameter::component(j, parameter::increasing(name, time, last))?;
+        }
+        last = Some(time);
+    }
+    Ok(())
 }

@@ -282,20 +282,12 @@ pub(super) fn root<T: Scalar>(poles: &[Pole<T>], constant: T, j: usize) -> Root<
         } else {
             low = distance;
         }
-        // rest − l₁/(λ − aⱼ) + r₁/(aⱼ₊₁ − λ) = 0, for the distance from the nearer pole.
         let next = if last {
             l1 / rest
+        } else if side > zero {
+            rational_root([l1, r1, rest], width)
         } else {
-            let (near, far, curvature) = if side > zero { (l1, r1, rest) } else { (r1, l1, -rest) };
-            let scaled = curvature * width;
-            let difference = scaled + far - near;
-            let radical = (difference * difference + lit::<T>(4.0) * near * far).sqrt();
-            let sum = scaled + near + far;
-            if sum > zero {
-                (near + near) * width / (sum + radical)
-            } else {
-                (sum - radical) * half / curvature
-            }
+            rational_root([r1, l1, -rest], width)
         };
         let next = if next > low && next < high {
             next
@@ -312,4 +304,17 @@ pub(super) fn root<T: Scalar>(poles: &[Pole<T>], constant: T, j: usize) -> Root<
         }
     }
     Root { nearest, side, distance }
+}
+
+/// The distance x from the nearer of two poles at which curvature − near/x + far/(width − x) = 0.
+fn rational_root<T: Scalar>([near, far, curvature]: [T; 3], width: T) -> T {
+    let scaled = curvature * width;
+    let difference = scaled + far - near;
+    let radical = (difference * difference + lit::<T>(4.0) * near * far).sqrt();
+    let sum = scaled + near + far;
+    if sum > T::zero() {
+        (near + near) * width / (sum + radical)
+    } else {
+        (sum - radical) * lit(0.5) / curvature
+    }
 }

@@ -3,17 +3,16 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 use std::cell::Cell;
-use std::fmt;
 
 use bristle::companion::{Companion, CompanionStep, CompletedStep, PointMass, VelocityHistory};
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{
-    Affine, Bristle, Contact, ContactLimits, FrBd, Law, Limits, LuGre, Scalar, Sliding, paper,
+    Affine, Bristle, Contact, FrBd, Law, LuGre, Scalar, Surface, paper,
 };
 use bristle_specimens::closed_form::{Element, Family};
 use bristle_specimens::recipe::{Recipe, State, decades, recipe, state, velocity};
-use bristle_specimens::specimens::{Specimen, Subject, kelvin_voigt, specimens, stribeck};
+use bristle_specimens::specimens::{AsModel, Specimen, kelvin_voigt, specimens, stribeck};
 use bristle_specimens::{assert_within, check, lit};
 use proptest::prelude::*;
 
@@ -23,47 +22,9 @@ const ROUNDING: f64 = 2e-14;
 /// The same for `f32`, with roundings of 6e-8.
 const ROUNDING_F32: f64 = 1e-5;
 
-/// A specimen as a model of its own, so that every contact can be made a companion.
-#[derive(Clone)]
-pub(crate) struct Wrapped<'a, T: Scalar> {
-    pub(crate) subject: &'a dyn Subject<T>,
-    pub(crate) storage: T,
-}
-
-impl<T: Scalar> fmt::Debug for Wrapped<'_, T> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Wrapped")
-    }
-}
-
-impl<T: Scalar> Bristle<T> for Wrapped<'_, T> {
-    type Deflection = T;
-
-    fn affine(&self, sliding: Sliding<T>, z: T) -> Affine<T> {
-        self.subject.affine(sliding, z)
-    }
-    fn affine_and_slopes(&self, sliding: Sliding<T>, z: T) -> (Affine<T>, Affine<T>) {
-        self.subject.affine_and_slopes(sliding, z)
-    }
-    fn stationary(&self, sliding: impl Into<Sliding<T>>) -> T {
-        self.subject.stationary(sliding.into())
-    }
-    fn storage_stiffness(&self) -> T {
-        self.storage
-    }
-    fn obeys(&self, law: Law) -> bool {
-        self.subject.obeys(law)
-    }
-    fn limits(&self, fastest: T) -> Limits<T> {
-        let ContactLimits { deflection, relaxation_rate, .. } = self.subject.limits(fastest);
-        Limits { deflection, coefficient: None, relaxation_rate }
-    }
-}
-
-fn companion<T: Scalar>(specimen: &Specimen<T>, fastest: T) -> Companion<T, Wrapped<'_, T>> {
-    let storage = lit(specimen.form.storage());
-    let model = Wrapped { subject: &*specimen.subject, storage };
-    model.under_load(lit(specimen.form.recipe.load)).unwrap().companion(fastest).unwrap()
+fn companion<T: Scalar>(specimen: &Specimen<T>, fastest: T) -> Companion<T, AsModel<'_, T>> {
+    let load = lit(specimen.form.recipe.load);
+    AsModel(specimen).under_load(load).unwrap().companion(fastest).unwrap()
 }
 
 /// A step of any length from any deflection, with a prediction that need not have to do with what
@@ -439,23 +400,17 @@ struct Unlimited(FrBd<Stribeck<f64>, KelvinVoigt<f64>>);
 impl Bristle<f64> for Unlimited {
     type Deflection = f64;
 
-    fn affine(&self, sliding: Sliding<f64>, z: f64) -> Affine<f64> {
-        self.0.affine(sliding, z)
+    fn affine(&self, surface: Surface<f64>, z: f64) -> Affine<f64> {
+        self.0.affine(surface, z)
     }
-    fn affine_and_slopes(&self, sliding: Sliding<f64>, z: f64) -> (Affine<f64>, Affine<f64>) {
-        self.0.affine_and_slopes(sliding, z)
+    fn affine_and_slopes(&self, surface: Surface<f64>, z: f64) -> (Affine<f64>, Affine<f64>) {
+        self.0.affine_and_slopes(surface, z)
     }
-    fn stationary(&self, sliding: impl Into<Sliding<f64>>) -> f64 {
-        self.0.stationary(sliding)
+    fn stationary(&self, surface: impl Into<Surface<f64>>) -> f64 {
+        self.0.stationary(surface)
     }
     fn storage_stiffness(&self) -> f64 {
         Bristle::<f64>::storage_stiffness(&self.0)
-    }
-    fn obeys(&self, _law: Law) -> bool {
-        false
-    }
-    fn limits(&self, _fastest: f64) -> Limits<f64> {
-        Limits { deflection: None, coefficient: None, relaxation_rate: None }
     }
 }
 

@@ -9,11 +9,11 @@ use bristle::ode::StopReason;
 use bristle::rheology::KelvinVoigt;
 use bristle::signal::{Function, Polyline, Signal, Sine, SineParameters, Vertex};
 use bristle::{
-    Affine, Bristle, Contact, Dahl, DahlParameters, FrBd, Law, Limits, LuGre, Sliding, paper,
+    Bristle, Contact, Dahl, DahlParameters, FrBd, Law, LuGre, paper,
 };
 use bristle_specimens::check;
 use bristle_specimens::recipe::{Recipe, decades, recipe};
-use bristle_specimens::specimens::{Specimen, specimens, table_2};
+use bristle_specimens::specimens::{AsModel, specimens, table_2};
 use proptest::prelude::*;
 
 type Friction = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
@@ -389,51 +389,13 @@ fn the_curve_passes_an_extreme_of_the_stationary_deflection_between_the_nodes() 
     assert!(error < 2e-8 * BREAKAWAY, "{:e}", error / BREAKAWAY);
 }
 
-/// A specimen as a model again.
-#[derive(Clone, Copy)]
-struct Wrapped<'a>(&'a Specimen<f64>);
-
-impl core::fmt::Debug for Wrapped<'_> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(&self.0.name())
-    }
-}
-
-impl Bristle<f64> for Wrapped<'_> {
-    type Deflection = f64;
-    fn affine(&self, sliding: Sliding<f64>, z: f64) -> Affine<f64> {
-        self.0.subject.affine(sliding, z)
-    }
-    fn affine_and_slopes(&self, sliding: Sliding<f64>, z: f64) -> (Affine<f64>, Affine<f64>) {
-        self.0.subject.affine_and_slopes(sliding, z)
-    }
-    fn stationary(&self, sliding: impl Into<Sliding<f64>>) -> f64 {
-        self.0.subject.stationary(sliding.into())
-    }
-    fn storage_stiffness(&self) -> f64 {
-        2.0 * self.0.subject.stored_energy(1.0) / self.0.form.recipe.load
-    }
-    fn obeys(&self, law: Law) -> bool {
-        self.0.subject.obeys(law)
-    }
-    fn limits(&self, fastest: f64) -> Limits<f64> {
-        let limits = self.0.subject.limits(fastest);
-        let load = self.0.form.recipe.load;
-        Limits {
-            deflection: limits.deflection,
-            coefficient: limits.force.map(|force| force / load),
-            relaxation_rate: limits.relaxation_rate,
-        }
-    }
-}
-
 #[test]
 fn a_constant_velocity_gives_the_exact_hold() {
     for specimen in specimens::<f64>(&Recipe::TABLE_2) {
         if specimen.freezes() {
             continue; // the hold of an α above one at every node is the same, below it is not
         }
-        let contact = Wrapped(&specimen).under_load(1.0).unwrap();
+        let contact = AsModel(&specimen).under_load(1.0).unwrap();
         for v in [1e-6, -3e-3, 0.02, -1.5, 0.0] {
             for z in [0.0, 1e-4, -3e-4] {
                 for h in [1e-9, 1e-5, 1e-3, 0.03, 1.0, 1e3] {
@@ -485,7 +447,7 @@ fn a_stiff_bristle_ends_at_the_stationary_deflection_to_rounding() {
         if specimen.freezes() {
             continue;
         }
-        let contact = Wrapped(&specimen).under_load(1.0).unwrap();
+        let contact = AsModel(&specimen).under_load(1.0).unwrap();
         for z in [0.0, -1e-4, 5e-4] {
             // λ > 1 1/s at these speeds, so λh > 1e15 … 1e20 and what lags behind is below a
             // rounding.
@@ -531,7 +493,7 @@ fn no_step_of_any_length_leaves_the_bound() {
             if specimen.freezes() || !specimen.subject.obeys(Law::BoundedDeflection) {
                 continue;
             }
-            let contact = Wrapped(&specimen).under_load(1.0).unwrap();
+            let contact = AsModel(&specimen).under_load(1.0).unwrap();
             // |a + b s + c s² + d sin| ≤ 4; the velocities met are among these.
             let fastest = 4.0 * speed;
             let Some(limit) = contact.limits(fastest).deflection else { continue };

@@ -1,7 +1,6 @@
 //! A normal force that varies: no history of load and velocity gives more energy than was stored.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::companion::Wrapped;
 use bristle::curve::Stribeck;
 use bristle::nalgebra::SVector;
 use bristle::rheology::{
@@ -12,7 +11,7 @@ use bristle::{Bristle, FrBd, Law, Load, Scalar};
 use bristle_analysis::ledger::{EnergyBalance, EnergyLedger};
 use bristle_specimens::draw::Draw;
 use bristle_specimens::recipe::{Recipe, decades, recipe, velocity};
-use bristle_specimens::specimens::{kelvin_voigt, specimens, stribeck};
+use bristle_specimens::specimens::{AsModel, kelvin_voigt, specimens, stribeck};
 use bristle_specimens::{assert_within, check, lit};
 use proptest::prelude::*;
 
@@ -98,7 +97,7 @@ fn random_histories<T: Scalar>(
         if !specimen.subject.obeys(Law::Passivity) || specimen.is_implicit() {
             continue;
         }
-        let model = Wrapped { subject: &*specimen.subject, storage: lit(form.storage()) };
+        let model = AsModel(specimen);
         taken += random_history::<T, _>(&model, form.recipe.load, draw, steps, rounding);
     }
     let bristle = GeneralisedMaxwell::zener(ZenerParameters {
@@ -191,7 +190,7 @@ fn along_a_smooth_load_the_balance_has_one_more_square() {
     check(64, case, |(recipe, velocity, fraction, load, rate)| {
         for specimen in specimens::<f64>(&recipe) {
             let storage = specimen.form.storage();
-            let model = Wrapped { subject: &*specimen.subject, storage };
+            let model = AsModel(&specimen);
             let z = fraction * specimen.subject.limits(velocity).deflection.unwrap_or(1e-4);
             let now = model.response_under(Load { normal_force: load, rate }, velocity, z);
             let contact = model.under_load(load).unwrap();

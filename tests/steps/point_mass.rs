@@ -36,7 +36,7 @@ fn elasto_plastic() -> ElastoPlastic<Stribeck<f64>, KelvinVoigt<f64>> {
 
 fn implicit() -> ImplicitBristle<Stribeck<f64>> {
     let (curve, rheology) = (curve(), bristle());
-    ImplicitBristle::new(curve, rheology, None).unwrap()
+    ImplicitBristle::new(curve, rheology).unwrap()
 }
 
 /// m (v₁ − v₀) = h (f − F̄) with v̄ = v₀ + θ (v₁ − v₀), relative to the sum of its terms.

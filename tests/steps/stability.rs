@@ -423,7 +423,7 @@ impl<M: Bristle<f64, Deflection = f64>> Stuck<M> {
             }
             Scheme::ExactHold => {
                 let model = self.contact.model();
-                let hold = model.affine(branch.of(v), z).hold(v, z, h);
+                let hold = model.affine(branch.of(v).into(), z).hold(v, z, h);
                 let middle = Vector3::new(x + 0.5 * v * h, v, z);
                 let mean = self.contact.normal_force() * hold.mean_coefficient;
                 let force = self.others(&middle) - self.friction(mean);

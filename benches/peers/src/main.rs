@@ -139,7 +139,10 @@ fn draw(rows: &[Row], folder: &std::path::Path) -> bristle_charts::Result<()> {
     Ok(())
 }
 
-fn charts(rows: &[Row], folder: &std::path::Path) -> bristle_charts::Result<Vec<std::path::PathBuf>> {
+fn charts(
+    rows: &[Row],
+    folder: &std::path::Path,
+) -> bristle_charts::Result<Vec<std::path::PathBuf>> {
     let mut scenes: Vec<&str> = Vec::new();
     for row in rows {
         if !scenes.contains(&row.scene.as_str()) {

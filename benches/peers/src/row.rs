@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bristle_charts::{Csv};
+use bristle_charts::Csv;
 
 /// The status of a run that reached the end.
 pub(crate) const OK: &str = "ok";

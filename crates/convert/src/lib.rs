@@ -337,7 +337,7 @@ pub fn bearing_friction<T: Scalar>(
 ///
 /// −τ_B = i (τ_A/η_mf2 − τ_bf2) while flange B drives, the load.
 ///
-/// With x = μ k_m, y = μ k_e and c = μ p0 + B |v| of [`gear`](bristle_joint) this is
+/// With x = μ k_m, y = μ k_e and c = μ p0 + B |v| of a [gear](bristle_joint::GearFriction) this is
 ///
 /// η_mf1 = (1 − x)/(1 + y),  η_mf2 = (1 − y)/(1 + x),  i τ_bf1 = c/(1 + y),  i τ_bf2 = c/(1 − y)
 ///
@@ -386,7 +386,7 @@ pub struct LossyGear<T> {
     pub ratio: T,
 }
 
-/// The losses of a [`LossyGear`] in the terms of [`gear`](bristle_joint), on the side of the joint.
+/// The losses of a [`LossyGear`] in the terms of a [gear](bristle_joint::GearFriction), on the side of the joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GearLosses<T> {
     /// Friction coefficient μ \[–\], with the larger of k_m and k_e as 1.
@@ -527,3 +527,9 @@ impl<T: Scalar> Presliding<T> {
         })
     }
 }
+
+/// The programs on these pages are tests.
+#[cfg(all(doctest, feature = "alloc"))]
+#[doc = include_str!("../README.md")]
+#[doc = include_str!("../docs/coming-from.md")]
+struct Pages;

@@ -60,7 +60,10 @@ pub fn read(text: &str) -> Result<Setup, Refusal> {
     let document = document(text)
         .map_err(|error| Refusal::at(text, start(&error), error.message().to_owned()))?;
     match Setup::deserialize(ValueDeserializer::from(document.clone())) {
-        Ok(setup) => Ok(Setup { text: text.to_owned(), ..setup }),
+        Ok(mut setup) => {
+            setup.text = text.to_owned();
+            Ok(setup)
+        }
         Err(error) => {
             let (found, message) = reason(text, &document, &error)
                 .unwrap_or_else(|| (start(&error), error.message().to_owned()));

@@ -18,8 +18,8 @@
 //! | T | friction torque on the joint, against v > 0 | N m |
 //!
 //! Where motor and load pull against each other, as in lifting or holding, their parts of p add up.
-//! The load changes from step to step as [`Contact::reload`](bristle::Contact::reload) says, so that
-//! the friction is passive whatever the torques do. The scale s multiplies p and with it friction
+//! The load changes from step to step as [`Contact::reload`](bristle::Contact::reload) says: the
+//! friction is passive whatever the torques do. The scale s multiplies p and with it friction
 //! and stiffness alike: a change of s is a change of the load.
 //!
 //! Only the products p0 μ, k_m μ and k_e μ can be told from measurements: fix one of them, μ_d = 1

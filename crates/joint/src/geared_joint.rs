@@ -25,9 +25,9 @@
 //!
 //! # A step
 //!
-//! [`GearFriction::joint_step`], which [`GearedJoint::step`] calls, takes torques and friction at the
-//! middle of a step, as predicted from the last acceleration, and the dependence of the torques on
-//! angle and velocity about it implicitly:
+//! [`GearFriction::joint_step`], and with it [`GearedJoint::step`], takes torques and friction at
+//! the middle of a step, as predicted from the last acceleration, and the dependence of the torques
+//! on angle and velocity about it implicitly:
 //!
 //! (2J/h) (v̄ − v₀) = τ* + (τ_q h/2 + τ_v)(v̄ − v*) − bias − damping·v̄,  q₁ = q₀ + h v̄.
 //!
@@ -146,6 +146,15 @@ pub struct JointTorques<T> {
     pub loading: GearTorques<T>,
 }
 
+impl<T: Scalar> JointTorques<T> {
+    /// Motor and external torque, which load the gear as they are.
+    #[inline]
+    pub fn of(motor: JointInputValue<T>, external: JointInputValue<T>) -> Self {
+        let loading = GearTorques { motor: motor.value, external: external.value };
+        Self { motor, external, loading }
+    }
+}
+
 impl<T: Scalar, M: Bristle<T, Deflection = T>, L: LoadLaw<T>> GearFriction<T, M, L> {
     /// A step of length h ≥ 0 \[s\] of a joint with this friction and a moment of inertia J
     /// [kg m²]: the motion at its end, and what the friction has done, drag included. The torques
@@ -235,9 +244,10 @@ where
         Vector3::new(angle, T::zero(), T::zero())
     }
 
+    #[inline]
     fn acting(&self, time: T, state: &Vector3<T>) -> JointTorques<T> {
         let motion = JointMotion { time, angle: state[0], velocity: state[1] };
-        both(&self.parameters.motor, &self.parameters.external, motion)
+        JointTorques::of(self.parameters.motor.at(motion), self.parameters.external.at(motion))
     }
 
     /// The torques [N m] on the joint at a time and a state.
@@ -265,20 +275,10 @@ where
         duration: T,
     ) -> Result<(JointState<T>, CompletedStep<T>), ParameterError> {
         let GearedJointParameters { gear, inertia, motor, external } = &mut self.parameters;
-        gear.joint_step(*inertia, state, duration, |middle| both(motor, external, middle))
+        gear.joint_step(*inertia, state, duration, |middle| {
+            JointTorques::of(motor.at(middle), external.at(middle))
+        })
     }
-}
-
-/// Motor and external torque, which load the gear.
-#[inline]
-fn both<T: Scalar>(
-    motor: &impl JointInput<T>,
-    external: &impl JointInput<T>,
-    motion: JointMotion<T>,
-) -> JointTorques<T> {
-    let (motor, external) = (motor.at(motion), external.at(motion));
-    let loading = GearTorques { motor: motor.value, external: external.value };
-    JointTorques { motor, external, loading }
 }
 
 impl<T, M, L, A, E> System<T, 3> for GearedJoint<T, M, L, A, E>

@@ -34,7 +34,7 @@ impl Set {
             curve,
             bristle: KelvinVoigtParameters { micro_stiffness, micro_damping },
         };
-        [TABLE_2, damped(TABLE_2.curve, 1e4, 42.9), damped(paper::TYRE_CURVE, 252.0, 0.3)]
+        [TABLE_2, damped(TABLE_2.curve, 1e4, 42.9), damped(paper::TYRE_CURVE, 252.0, 0.04)]
     }
 
     pub fn mu(&self, u: f64) -> f64 {

@@ -7,8 +7,9 @@ use bristle::curve::{
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, VelocityDependent, VelocityLaw};
 use bristle::{
-    Affine, Bounds, Bristle, Contact, ContactLimits, Dahl, DahlParameters, ElastoPlastic, FrBd,
-    HeldContact, HeldStep, ImplicitBristle, Law, LinearisedContact, LuGre, Scalar, Sliding, Surface,
+    Affine, Bounds, Bristle, Contact, ContactLimits, Dahl, DahlParameters, ElastoPlastic, Form, FrBd,
+    HeldContact, HeldStep, ImplicitBristle, Law, Limits, LinearisedContact, LuGre, Scalar, Sliding,
+    Surface,
 };
 
 use super::closed_form::{
@@ -32,6 +33,7 @@ pub trait Subject<T: Scalar> {
     fn limits(&self, fastest: T) -> ContactLimits<T>;
     fn hold(&self, velocity: T, z: T, duration: T) -> HeldContact<T>;
     fn held(&self, surface: Surface<T>, z: T, duration: T) -> HeldStep<T>;
+    fn form(&self) -> Form;
     fn obeys(&self, law: Law) -> bool;
     fn steady_linearised(&self, surface: Surface<T>) -> LinearisedContact<T>;
 }
@@ -80,6 +82,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Subject<T> for Contact<T, M> {
     fn steady_linearised(&self, surface: Surface<T>) -> LinearisedContact<T> {
         Contact::steady_linearised(self, surface)
     }
+    fn form(&self) -> Form {
+        self.model().form()
+    }
     fn obeys(&self, law: Law) -> bool {
         self.model().obeys(law)
     }
@@ -111,6 +116,44 @@ impl<T: Scalar> Specimen<T> {
     /// Whether the model is a case of FrBD.
     pub fn is_frbd(&self) -> bool {
         matches!(self.form.family, Family::FrBd | Family::Dahl)
+    }
+}
+
+/// A specimen as a model again, for what takes any model.
+#[derive(Clone, Copy)]
+pub struct AsModel<'a, T: Scalar>(pub &'a Specimen<T>);
+
+impl<T: Scalar> core::fmt::Debug for AsModel<'_, T> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(&self.0.name())
+    }
+}
+
+impl<T: Scalar> Bristle<T> for AsModel<'_, T> {
+    type Deflection = T;
+
+    fn affine(&self, surface: Surface<T>, z: T) -> Affine<T> {
+        self.0.subject.affine(surface, z)
+    }
+    fn affine_and_slopes(&self, surface: Surface<T>, z: T) -> (Affine<T>, Affine<T>) {
+        self.0.subject.affine_and_slopes(surface, z)
+    }
+    fn stationary(&self, surface: impl Into<Surface<T>>) -> T {
+        self.0.subject.stationary(surface.into())
+    }
+    fn storage_stiffness(&self) -> T {
+        lit(self.0.form.storage())
+    }
+    fn form(&self) -> Form {
+        self.0.subject.form()
+    }
+    fn obeys(&self, law: Law) -> bool {
+        self.0.subject.obeys(law)
+    }
+    fn limits(&self, fastest: T) -> Limits<T> {
+        let ContactLimits { deflection, force, relaxation_rate } = self.0.subject.limits(fastest);
+        let coefficient = force.map(|force| force / lit(self.0.form.recipe.load));
+        Limits { deflection, coefficient, relaxation_rate }
     }
 }
 

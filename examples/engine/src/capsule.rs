@@ -13,8 +13,8 @@ use std::error::Error;
 
 use bristle::curve::{Coulomb, CoulombParameters};
 use bristle::nalgebra::Vector2;
-use bristle_plane::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneFrBd};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle_plane::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneFrBd};
 use rapier3d_f64::prelude::*;
 
 use crate::bond::Part;

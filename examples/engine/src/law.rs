@@ -5,8 +5,8 @@ use std::fmt::Debug;
 
 use bristle::companion::{Companion, CompanionStep, PointMass, Prediction, VelocityHistory};
 use bristle::curve::{FrictionCurve, Stribeck};
-use bristle_analysis::ledger::{EnergyBalance, EnergyLedger};
 use bristle::{Bristle, ParameterError};
+use bristle_analysis::ledger::{EnergyBalance, EnergyLedger};
 
 /// Friction along one direction of one contact.
 pub trait Law: Debug {

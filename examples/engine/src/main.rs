@@ -6,6 +6,7 @@
 
 use std::process::ExitCode;
 
+use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke, println};
 use bristle_engine::bond::Coupling;
 use bristle_engine::capsule::{Grip, slip};
 use bristle_engine::measure::{
@@ -13,7 +14,6 @@ use bristle_engine::measure::{
     energy_gain, load_cycles, swing, tilt,
 };
 use bristle_engine::scene::{CURVE, Friction};
-use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, Stroke, println};
 
 /// Where the tilting plane begins [°]; below it nothing breaks away.
 const FROM: f64 = 25.0;

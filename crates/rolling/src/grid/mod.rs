@@ -41,7 +41,7 @@ use bristle::LoadChange;
 use bristle::parameter::{self, ParameterError, Rule};
 use bristle::rheology::HeldWeights as _;
 use bristle::scalar::{is_zero, lit, nan, to_f64};
-use bristle::{Affine, Bristle, Scalar, Sliding};
+use bristle::{Affine, Bristle, Scalar};
 use interpolation::{Interpolation, cut};
 use path::{Paths, located, widened};
 
@@ -429,7 +429,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         let coefficient = nodes.fold(T::zero(), |sum, (node, ((&weight, &deflection), &place))| {
             let slip = slip_velocity(place);
             self.bristles.at(node).map_or(sum, |model| {
-                sum + weight * model.coefficient(Sliding::from(slip), deflection)
+                sum + weight * model.coefficient(slip, deflection)
             })
         });
         self.normal_force * coefficient

@@ -6,7 +6,7 @@
 use crate::tyre::{LENGTH, motion};
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bristle, ElastoPlastic, FrBd, LuGre, ParameterError, Scalar, Sliding, paper};
+use bristle::{Bristle, ElastoPlastic, FrBd, LuGre, ParameterError, Scalar, paper};
 use bristle_rolling::{
     Grid, Motion, Patch, PatchParameters, PolynomialExponential, PolynomialExponentialParameters,
     Pressure,
@@ -53,7 +53,7 @@ const BREAKAWAY: f64 = 0.6 / 252.0;
 
 /// z_ss(1 − e^(−λτ)): a bristle a time τ after it entered, at a held velocity.
 fn risen(friction: &Friction, slip: f64, age: f64) -> f64 {
-    let affine = friction.affine(Sliding::from(slip), 0.0);
+    let affine = friction.affine(slip.into(), 0.0);
     affine.drive * slip * -(-affine.relaxation * age).exp_m1() / affine.relaxation
 }
 
@@ -99,7 +99,7 @@ fn whole_courant_numbers_move_any_history_exactly() {
                 // deflection or of nothing, plus what each step added.
                 let (mut left, mut want, mut place, mut step) = (1.0, 0.0, node as isize, n);
                 loop {
-                    let affine = tyre().affine(Sliding::from(velocity(step)), 0.0);
+                    let affine = tyre().affine(velocity(step).into(), 0.0);
                     let drive = affine.drive * velocity(step);
                     let before = place - courant;
                     let aged = if before <= 0 {
@@ -211,7 +211,7 @@ fn transient_error(cells: usize, courant: f64) -> f64 {
     let steady = |place: f64| risen(&tyre(), slip, place / rolling);
     // Its fifth derivatives at the inlet vanish.
     let hump = |place: f64| 1e-3 * (std::f64::consts::PI * place).sin().powi(6);
-    let relaxation = tyre().affine(Sliding::from(slip), 0.0).relaxation;
+    let relaxation = tyre().affine(slip.into(), 0.0).relaxation;
     let mut grid = uniform(cells).with_profile(|x| steady(x) + hump(x)).unwrap();
     let motion = Motion { slip_velocity: slip, rolling_speed: LENGTH * rolling };
     let duration = courant / (rolling * cells as f64);
@@ -257,7 +257,7 @@ fn by_quadrature(place: f64, time: f64, slip: &dyn Fn(f64, f64) -> f64) -> f64 {
     let start = (time - (1.0 + place / ratio).ln() / FASTER).max(0.0);
     let affine = |s: f64| {
         let v = slip(at(s), s);
-        let affine = bristles(stiffness(at(s))).unwrap().affine(Sliding::from(v), 0.0);
+        let affine = bristles(stiffness(at(s))).unwrap().affine(v.into(), 0.0);
         (affine.relaxation, affine.drive * v)
     };
     // Thirty panels of five Gauss points, for the inner integral too: far below 1e-12.
@@ -319,7 +319,7 @@ fn spin_that_turns_the_slip_inside_the_patch_keeps_the_second_order() {
 #[test]
 fn bristles_spread_from_a_place_inside_and_crowd_towards_one() {
     let (rate, slip, time) = (30.0, 0.1, 0.02);
-    let relaxation = tyre().affine(Sliding::from(slip), 0.0).relaxation;
+    let relaxation = tyre().affine(slip.into(), 0.0).relaxation;
     let initial = |place: f64| 1e-3 * (3.0 * place).sin();
     let cells = 100;
     let mut spread = uniform(cells).with_profile(initial).unwrap();
@@ -690,7 +690,7 @@ fn a_reversal_of_the_slip_within_a_step_is_met() {
     // Not rolling, v(t) = 0.15 − 50 t over 5 ms: a reversal at 3 ms, with λ's kink.
     let slip = |t: f64| 0.15 - 50.0 * t;
     let (turn, end) = (3e-3_f64, 5e-3);
-    let affine = |t: f64| tyre().affine(Sliding::from(slip(t)), 0.0);
+    let affine = |t: f64| tyre().affine(slip(t).into(), 0.0);
     let relaxation = |from: f64, to: f64| {
         let middle = turn.clamp(from, to);
         let part = |from, to| integral(from, to, 20, |t| affine(t).relaxation);

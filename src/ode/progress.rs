@@ -1,4 +1,4 @@
-//! The way of a run over its time span: where a step has to end at the latest, and how long the
+//! The progress of a run over its time span: where a step ends at the latest, and how long the
 //! next trial is.
 
 use super::controller::Controller;
@@ -16,7 +16,7 @@ const MOST_STEPS: u64 = 100_000_000;
 
 /// How a run chooses its steps, and how many it may try.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Pace<T> {
+pub(crate) struct StepControl<T> {
     /// The length of all steps \[s\]; chosen by the error if there is none.
     pub(crate) fixed_step: Option<T>,
     /// The length of the first adaptive step \[s\]; estimated if there is none.
@@ -26,7 +26,7 @@ pub(crate) struct Pace<T> {
     pub(crate) most_steps: u64,
 }
 
-impl<T: Scalar> Pace<T> {
+impl<T: Scalar> StepControl<T> {
     pub(crate) fn adaptive() -> Self {
         Self { fixed_step: None, first_step: None, largest_step: None, most_steps: MOST_STEPS }
     }
@@ -47,7 +47,7 @@ impl<T: Scalar> Pace<T> {
 
 /// A time that no step may pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Stop<T> {
+pub(crate) struct StopTime<T> {
     /// The time \[s\].
     pub(crate) time: T,
     /// Whether an input has a kink there.
@@ -56,21 +56,21 @@ pub(crate) struct Stop<T> {
 
 /// The next step to try.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Trial<T> {
+pub(crate) struct NextStep<T> {
     /// Its signed length \[s\].
     pub(crate) step: T,
     /// The time at its end \[s\].
     pub(crate) end_time: T,
     /// What it must not pass.
-    pub(crate) stop: Stop<T>,
+    pub(crate) stop: StopTime<T>,
     /// Whether it ends at the stop.
     pub(crate) reaches: bool,
 }
 
-/// Where a run stands on its way over the time span.
+/// How far a run has come in its time span.
 #[derive(Debug, Clone)]
-pub(crate) struct Walk<T> {
-    pace: Pace<T>,
+pub(crate) struct Progress<T> {
+    control: StepControl<T>,
     pub(crate) start_time: T,
     pub(crate) end_time: T,
     /// The time reached \[s\].
@@ -83,10 +83,10 @@ pub(crate) struct Walk<T> {
     pub(crate) statistics: Statistics,
 }
 
-impl<T: Scalar> Walk<T> {
-    pub(crate) fn new(pace: Pace<T>, (start_time, end_time): (T, T)) -> Self {
+impl<T: Scalar> Progress<T> {
+    pub(crate) fn new(control: StepControl<T>, (start_time, end_time): (T, T)) -> Self {
         Self {
-            pace,
+            control,
             start_time,
             end_time,
             time: start_time,
@@ -99,7 +99,7 @@ impl<T: Scalar> Walk<T> {
 
     /// The length of the first step, if it is fixed or was asked for.
     pub(crate) fn given_length(&self) -> Option<T> {
-        self.pace.fixed_step.or(self.pace.first_step)
+        self.control.fixed_step.or(self.control.first_step)
     }
 
     /// Checks that the span is long enough, and that the steps of an adaptive run that were given
@@ -110,7 +110,7 @@ impl<T: Scalar> Walk<T> {
         parameter::stated("span.end", self.end_time, is_long, rule)?;
         // A span that is one rounding of the time long is one step.
         let least = smaller(self.smallest_step(), self.span());
-        let Pace { first_step, largest_step, .. } = self.pace;
+        let StepControl { first_step, largest_step, .. } = self.control;
         for (name, step) in [("first_step", first_step), ("largest_step", largest_step)] {
             if let Some(step) = step.filter(|_| self.is_adaptive()) {
                 parameter::at_least(name, step, "the smallest that advances the time", least)?;
@@ -135,7 +135,7 @@ impl<T: Scalar> Walk<T> {
     }
 
     pub(crate) fn is_adaptive(&self) -> bool {
-        self.pace.fixed_step.is_none()
+        self.control.fixed_step.is_none()
     }
 
     pub(crate) fn is_over(&self) -> bool {
@@ -193,10 +193,10 @@ impl<T: Scalar> Walk<T> {
 
     /// Where the next step has to end at the latest, given the next kink of an input between two
     /// times.
-    pub(crate) fn next_stop(&self, next_kink: impl FnOnce(T, T) -> Option<T>) -> Stop<T> {
+    pub(crate) fn next_stop(&self, next_kink: impl FnOnce(T, T) -> Option<T>) -> StopTime<T> {
         let direction = self.direction();
         let is_before = |a: T, b: T| (b - a) * direction > T::zero();
-        let mut stop = Stop { time: self.end_time, is_kink: false };
+        let mut stop = StopTime { time: self.end_time, is_kink: false };
         // A kink that lies behind, beyond or nowhere (NaN) is none; one at the very end is, for the
         // last stage must not look beyond it.
         let beyond = stop.time + self.rounding(stop.time) * direction;
@@ -205,13 +205,13 @@ impl<T: Scalar> Walk<T> {
             && is_before(kink, beyond)
         {
             let time = if is_before(kink, stop.time) { kink } else { stop.time };
-            stop = Stop { time, is_kink: true };
+            stop = StopTime { time, is_kink: true };
         }
-        if let Some(step) = self.pace.fixed_step {
+        if let Some(step) = self.control.fixed_step {
             let grid = self.start_time + step * lit((self.grid + 1) as f64) * direction;
             // Rounding must not leave a last step of nothing.
             if (stop.time - grid) * direction > self.rounding(stop.time) {
-                return Stop { time: grid, is_kink: false };
+                return StopTime { time: grid, is_kink: false };
             }
         }
         stop
@@ -222,9 +222,9 @@ impl<T: Scalar> Walk<T> {
     pub(crate) fn trial(
         &mut self,
         next_kink: impl Fn(T, T) -> Option<T>,
-    ) -> Result<Trial<T>, StopReason> {
+    ) -> Result<NextStep<T>, StopReason> {
         let Statistics { steps, rejected, .. } = self.statistics;
-        let limit = self.pace.most_steps;
+        let limit = self.control.most_steps;
         if steps + rejected >= limit {
             return Err(StopReason::TooManySteps { limit });
         }
@@ -246,14 +246,14 @@ impl<T: Scalar> Walk<T> {
         Ok(trial)
     }
 
-    fn trial_to(&self, stop: Stop<T>) -> Trial<T> {
+    fn trial_to(&self, stop: StopTime<T>) -> NextStep<T> {
         let remaining = stop.time - self.time;
         let distance = remaining.abs();
         // A fixed grid is exact only to the rounding of time. A trial that was shortened is not
         // stretched again: the one after it would be shortened for the same reason, for ever.
         let slack = if self.controller.is_rejecting() { T::zero() } else { self.smallest_step() };
         if self.length >= distance * lit(0.999) - slack * lit(4.0) {
-            return Trial { step: remaining, end_time: stop.time, stop, reaches: true };
+            return NextStep { step: remaining, end_time: stop.time, stop, reaches: true };
         }
         let step = if self.is_adaptive() && self.length > distance * lit(0.5) {
             // Two equal steps instead of a long one and a stub.
@@ -261,7 +261,7 @@ impl<T: Scalar> Walk<T> {
         } else {
             self.rounded(self.length * self.direction())
         };
-        Trial { step, end_time: self.time + step, stop, reaches: false }
+        NextStep { step, end_time: self.time + step, stop, reaches: false }
     }
 
     /// Counts a rejected trial and shortens the next one, from the mean square of its error and the
@@ -283,7 +283,7 @@ impl<T: Scalar> Walk<T> {
         order: u8,
     ) -> Option<T> {
         self.statistics.steps += 1;
-        if let Some(step) = self.pace.fixed_step {
+        if let Some(step) = self.control.fixed_step {
             // After a trial shortened at a pole of the field: back to the grid in doublings.
             self.length = smaller(step, self.length * lit(2.0));
             self.controller = Controller::new();
@@ -298,15 +298,15 @@ impl<T: Scalar> Walk<T> {
     /// Sets the length of the next step, if one is given.
     pub(crate) fn propose(&mut self, length: Option<T>) {
         let Some(length) = length else { return };
-        self.length = match self.pace.largest_step {
+        self.length = match self.control.largest_step {
             Some(largest) if self.is_adaptive() => smaller(length, largest),
             _ => length,
         };
     }
 
     /// Counts a stop that a step has reached and that is not the end of the span.
-    pub(crate) fn pass(&mut self, stop: Stop<T>) {
-        if let Some(step) = self.pace.fixed_step {
+    pub(crate) fn pass(&mut self, stop: StopTime<T>) {
+        if let Some(step) = self.control.fixed_step {
             // A kink may fall on a grid point, and a grid point on a kink but for rounding.
             let travelled = (self.time - self.start_time).abs();
             let next = step * lit((self.grid + 1) as f64);
