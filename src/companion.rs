@@ -142,8 +142,8 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
     }
 
     /// Changes the normal force to p' \[N\], zero or positive, before a step: take the load at the
-    /// middle of the step. Returns the deflection to begin it from, and the energy that left, see
-    /// [`Contact::reload`].
+    /// middle of the step, and the velocity [m/s] predicted for it. Returns the deflection to begin
+    /// the step from, and the energy that is dissipated, see [`Contact::reload`].
     ///
     /// With a model whose step keeps its balance, the mechanism never gets more out of the friction
     /// than it has put in, whatever the load does.
@@ -155,9 +155,24 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
     pub fn reload(
         &mut self,
         normal_force: T,
+        predicted_velocity: T,
         deflection: M::Deflection,
     ) -> Result<Reloaded<T, M::Deflection>, ParameterError> {
-        self.contact.reload(normal_force, deflection)
+        self.contact.reload(normal_force, predicted_velocity, deflection)
+    }
+
+    /// Changes the normal force by renewal, before a step, see [`Contact::renew`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite; the companion is as it was.
+    #[inline]
+    pub fn renew(
+        &mut self,
+        normal_force: T,
+        deflection: M::Deflection,
+    ) -> Result<Reloaded<T, M::Deflection>, ParameterError> {
+        self.contact.renew(normal_force, deflection)
     }
 
     /// The source and the damper that stand for the friction over a step of length h ≥ 0 \[s\],
@@ -217,14 +232,15 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         let model = self.contact.model();
         // NaN for a step backwards.
         let duration = if duration >= T::zero() { duration } else { nan() };
-        let affine = model.affine(velocity.into(), prediction.deflection);
+        let affine = self.contact.affine(velocity, prediction.deflection);
         let weights = affine.weights(duration);
-        let mut limit = larger(self.limit, deflection.largest());
+        let mut limit =
+            larger(self.contact.surface(velocity).apply(self.limit), deflection.largest());
         if velocity.abs() > self.fastest {
-            limit = larger(limit, model.stationary(velocity).largest());
+            limit = larger(limit, self.contact.stationary(velocity).largest());
         }
         let (storage_stiffness, normal_force) =
-            (model.storage_stiffness(), self.contact.normal_force());
+            (model.storage_stiffness(), self.contact.reference_load());
         // p (c₀ z̄ + c₂ v̄) = p K r z̄ + rest. For FrBD c₀ − K r is the difference of two equal
         // numbers.
         let stiffness = affine.stiffness * normal_force;

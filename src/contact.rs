@@ -10,36 +10,22 @@
 //!
 //! # A normal force that varies
 //!
-//! With the deflection kept, a rise of the normal force would do the work ½ Δp Σ Kᵢ xᵢ² on the
-//! bristles, which nothing in a mechanism supplies: a contact that is deflected under a small load
-//! and released under a large one would be an engine. In a real contact asperities that come into
-//! contact come unstretched, and those that leave take their energy with them. On a change of the
-//! normal force from p to p' ([`Contact::reload`]), for each spring,
+//! Stiffness and damping belong to a reference load P, at which they were measured; the load p
+//! scales the friction curve by s = p/P:
 //!
-//! x' = x min(1, p/p'),  W' = W min(p, p')/max(p, p') ≤ W.
+//! F = P (σ0 z + σ1 ż),  ż = (s μ(v) v − σ0 |v| z)/(σ1 |v| + s μ(v)),  W = ½ P Σ Kᵢ xᵢ²
 //!
-//! Along a smooth p(t) ([`Load`], [`Bristle::response_under`](crate::Bristle::response_under))
+//! The stored energy does not depend on p, so that a passive model stays passive for every p(t), and
+//! a body that is held stands still while the grip varies. Steady sliding is p μ(v). When the load
+//! falls below what a stuck bristle carries, the bristle slips back ([`Contact::reload`]).
 //!
-//! ẋ = (ẋ of the model) − (max(ṗ, 0)/p) x,
-//!
-//! where the dashpot beside the springs follows the model's part alone. A passive model stays
-//! passive for every p(t) ≥ 0: F v − Ẇ is the dissipation of the model plus ½ |ṗ| Σ Kᵢ xᵢ².
-//!
-//! A stuck bristle keeps its force while the load rises and the ratio F/p while it falls, as in the
-//! theory of Cattaneo, Mindlin and Deresiewicz. The limits of deflection and force hold for every
-//! p(t), too.
-//!
-//! A load that oscillates makes a stuck body creep, as vibration does: each rise from p to p' and
-//! back takes the share 1 − p/p' of the deflection, which the body has to make up for.
-//!
-//! Source: R. D. Mindlin, H. Deresiewicz, "Elastic spheres in contact under varying oblique
-//! forces", Journal of Applied Mechanics 20 (1953), for the stuck bristle; the energy is derived
-//! here.
+//! A stiffness that follows the load, as that of bristles which enter a rolling contact, is
+//! [`Contact::renew`].
 
 use crate::parameter::{self, ParameterError};
 use crate::rheology::Deflection;
-use crate::scalar::{is_zero, lit, nan};
-use crate::{Bristle, Linearised, Scalar, Surface};
+use crate::scalar::{is_zero, larger, lit, nan};
+use crate::{Affine, Bristle, Linearised, Scalar, Surface};
 
 /// A friction model M under a normal force: the friction element of a mechanism.
 ///
@@ -60,7 +46,13 @@ use crate::{Bristle, Linearised, Scalar, Surface};
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Contact<T, M> {
     model: M,
+    /// p
     normal_force: T,
+    /// P
+    reference_load: T,
+    /// s = p/P
+    #[cfg_attr(feature = "serde", serde(skip))]
+    scale: T,
 }
 
 /// Deflection rate and friction force at one instant.
@@ -125,71 +117,68 @@ pub struct Reloaded<T, D = T> {
     pub dissipated: T,
 }
 
-/// A normal force that varies, at one instant: for systems whose load is a function of time or
-/// state, see [`Bristle::response_under`](crate::Bristle::response_under).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Load<T> {
-    /// Normal force p \[N\], zero or positive.
-    pub normal_force: T,
-    /// Its rate of change ṗ along the motion [N/s].
-    pub rate: T,
-}
-
-impl<T: Scalar> Load<T> {
-    /// What the asperities that come into contact add to the rate of a deflection \[m/s\]:
-    /// −(max(ṗ, 0)/p) x for each spring. Infinite where p = 0, ṗ > 0 and x ≠ 0: a contact that
-    /// touches again has lost its deflection. NaN for a negative normal force.
-    #[inline]
-    pub fn renewal<D: Deflection<T>>(&self, deflection: D) -> D {
-        let Self { normal_force, rate } = *self;
-        let zero = T::zero();
-        let pace = if !(normal_force >= zero) {
-            nan()
-        } else if rate > zero {
-            rate / normal_force
-        } else {
-            // Zero, or NaN.
-            rate * zero
-        };
-        let touches = pace > zero && !pace.is_finite();
-        deflection.each(|x| if touches && is_zero(x) { x } else { -pace * x })
-    }
-}
-
-/// What a change of the load from p to p' leaves.
+/// A change of the normal force from p to p', for a contact of your own that is made of others. From
+/// [`Contact::change_load`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadChange<T> {
-    /// The share of each deflection that is kept, min(1, p/p').
-    pub kept: T,
-    /// The share of the stored energy that leaves, |p' − p|/max(p, p').
-    pub lost: T,
+    /// The normal force p before \[N\].
+    pub before: T,
+    /// The normal force p' after \[N\].
+    pub after: T,
 }
 
 impl<T: Scalar> LoadChange<T> {
-    /// From one valid normal force to another.
+    /// The share that is left of what the bristles carry, given what they carry over what the
+    /// surface holds under the new load: min(1, max(1/`utilisation`, p'/p)); all of it if the load
+    /// rises, nothing without a load.
     #[inline]
-    pub fn new(from: T, to: T) -> Self {
-        let zero = T::zero();
-        if is_zero(from) || is_zero(to) {
-            return Self { kept: zero, lost: T::one() };
+    pub fn kept(&self, utilisation: T) -> T {
+        let Self { before, after } = *self;
+        if after >= before || utilisation <= T::one() {
+            return if is_zero(after) { T::zero() } else { T::one() };
         }
-        if to > from {
-            Self { kept: from / to, lost: (to - from) / to }
+        // Of an infinite utilisation nothing is held.
+        larger(T::one() / utilisation, after / before)
+    }
+
+    /// By renewal, the share of each deflection that is kept, min(1, p/p'), and the share of the
+    /// stored energy that leaves, |p' − p|/max(p, p').
+    #[inline]
+    pub fn renewed(&self) -> (T, T) {
+        let Self { before, after } = *self;
+        if is_zero(before) || is_zero(after) {
+            (T::zero(), T::one())
+        } else if after > before {
+            (before / after, (after - before) / after)
         } else {
-            Self { kept: T::one(), lost: (from - to) / from }
+            (T::one(), (before - after) / before)
         }
     }
 }
 
 impl<T: Scalar, M> Contact<T, M> {
-    /// A model under a normal force p \[N\], zero or positive.
+    /// A model under a normal force p \[N\], zero or positive, at which its stiffness was measured:
+    /// it is the reference load, too. Where p is zero, the first load that follows is.
     ///
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite.
     pub fn new(model: M, normal_force: T) -> Result<Self, ParameterError> {
         let normal_force = parameter::non_negative("normal_force", normal_force)?;
-        Ok(Self { model, normal_force })
+        Ok(Self { model, reference_load: normal_force, normal_force, scale: T::one() })
+    }
+
+    /// The contact whose stiffness and damping [1/m, s/m] belong to another load P \[N\] than its
+    /// normal force p: the bristles keep P σ0 and P σ1, and the friction is p μ(v).
+    ///
+    /// # Errors
+    ///
+    /// Refuses a reference load that is not positive and finite.
+    pub fn measured_at(self, reference_load: T) -> Result<Self, ParameterError> {
+        let reference_load = parameter::positive("reference_load", reference_load)?;
+        let mut contact = Self { reference_load, ..self };
+        (_, contact.scale) = contact.under(contact.normal_force);
+        Ok(contact)
     }
 
     /// The friction model.
@@ -202,49 +191,90 @@ impl<T: Scalar, M> Contact<T, M> {
         self.normal_force
     }
 
-    /// Another model under the same normal force.
-    #[inline]
-    pub fn with_model<N>(&self, model: N) -> Contact<T, N> {
-        Contact { model, normal_force: self.normal_force }
+    /// The reference load P \[N\], at which stiffness and damping were measured.
+    pub fn reference_load(&self) -> T {
+        self.reference_load
     }
 
-    /// Changes the normal force to p' \[N\] and returns what a deflection has to follow, for a
-    /// contact of your own that is made of others; see [`Contact::reload`].
+    /// The friction scale s = p/P \[–\].
+    pub fn friction_scale(&self) -> T {
+        self.scale
+    }
+
+    /// Another model under the same loads.
+    #[inline]
+    pub fn with_model<N>(&self, model: N) -> Contact<T, N> {
+        let Self { reference_load, normal_force, scale, .. } = *self;
+        Contact { model, reference_load, normal_force, scale }
+    }
+
+    /// Changes the normal force to p' \[N\], zero or positive. A deflection has to follow
+    /// ([`LoadChange::kept`]): this is for a contact of your own that is made of others, and
+    /// [`Contact::reload`] does both.
     ///
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite; the contact is as it was.
     #[inline]
     pub fn change_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
-        let normal_force = parameter::non_negative("normal_force", normal_force)?;
-        let change = LoadChange::new(self.normal_force, normal_force);
-        self.normal_force = normal_force;
+        let after = parameter::non_negative("normal_force", normal_force)?;
+        let before = self.normal_force;
+        (self.reference_load, self.scale) = self.under(after);
+        self.normal_force = after;
+        Ok(LoadChange { before, after })
+    }
+
+    /// Changes the normal force by renewal: it becomes the reference load, too, and a deflection has
+    /// to follow ([`LoadChange::renewed`]). [`Contact::renew`] does both.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite; the contact is as it was.
+    #[inline]
+    pub fn renew_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
+        let change = self.change_load(normal_force)?;
+        (self.reference_load, self.scale) = (change.after, T::one());
         Ok(change)
+    }
+
+    /// Reference load and friction scale under a normal force that has been checked.
+    #[inline]
+    fn under(&self, normal_force: T) -> (T, T) {
+        if is_zero(self.reference_load) || normal_force == self.reference_load {
+            (normal_force, T::one())
+        } else {
+            (self.reference_load, normal_force / self.reference_load)
+        }
     }
 }
 
 impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
-    /// Changes the normal force to p' \[N\], zero or positive. Returns the deflection that is left
-    /// of the given one, x' = x min(1, p/p'), and the energy that left with it.
+    /// Changes the normal force to p' \[N\], zero or positive, before a step. Returns what is left
+    /// of a deflection, and the energy that is dissipated.
     ///
-    /// With p = 0 or p' = 0 the bristles forget: x' = 0. At p = 0 a step still moves the
-    /// deflection, without force or energy; the next change discards it.
+    /// A deflection that the surface still holds stays as it is. If the load falls below what the
+    /// bristle carries, the bristle slips back: its share of the force that is left is
+    /// min(1, max(s'/γ, s'/s)), where γ = |K·x|/B is how much of B, the largest μ up to the speed of
+    /// `velocity` [m/s], it carries. Without a load nothing is left.
     ///
-    /// For steps under a load that varies, take the load at the middle of each step and change it
-    /// before the step: forces averaged over a step are then of second order in its length. The
-    /// stored x belongs to the load at the last middle; at the time t at the end of that step it
-    /// is x min(1, p/p(t)) with the contact's p. Read raw it is of first order.
+    /// For steps under a load that varies, take the load at the middle of each step, and the
+    /// velocity that is predicted for it: forces averaged over a step are then of second order in
+    /// its length.
     ///
     /// ```
     /// use bristle::{Bristle, Dahl, DahlParameters};
     ///
     /// let dahl = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 };
-    /// let mut contact = Dahl::new(dahl)?.under_load(1.0)?; // N
-    /// let pulled = contact.reload(8.0, 4e-6)?;
-    /// assert_eq!(pulled.deflection, 0.5e-6); // it keeps its force while the load rises,
-    /// let released = contact.reload(1.0, pulled.deflection)?;
-    /// assert_eq!(released.deflection, 0.5e-6); // and its deflection while the load falls.
-    /// assert!(pulled.dissipated > 0.0 && released.dissipated > 0.0);
+    /// let mut grip = Dahl::new(dahl)?.under_load(10.0)?; // N, holds 5 N
+    /// let part = 3e-5; // m: 3 N
+    /// // It keeps its place and its force under 7 N as under 20 N …
+    /// assert_eq!(grip.reload(7.0, 0.0, part)?.deflection, part);
+    /// assert_eq!(grip.reload(20.0, 0.0, part)?.deflection, part);
+    /// assert_eq!(grip.force(0.0, part), 3.0);
+    /// // … and slips under 2 N, which hold 1 N.
+    /// let slipped = grip.reload(2.0, 0.0, part)?;
+    /// assert!((grip.force(0.0, slipped.deflection) - 1.0).abs() < 1e-15);
+    /// assert!(slipped.dissipated > 0.0);
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     ///
@@ -256,23 +286,106 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     pub fn reload(
         &mut self,
         normal_force: T,
+        velocity: T,
+        deflection: M::Deflection,
+    ) -> Result<Reloaded<T, M::Deflection>, ParameterError> {
+        let change = self.change_load(normal_force)?;
+        let left = self.held(change, velocity, deflection);
+        // ½ P K (x − x')(x + x')
+        let half = self.model.storage_stiffness() * (lit::<T>(0.5) * self.reference_load);
+        let dissipated = half.scaled_by(deflection - left).inner_product(deflection + left);
+        Ok(Reloaded { deflection: left, dissipated })
+    }
+
+    /// What the surface still holds of a deflection after a change of the load.
+    #[inline]
+    fn held(&self, change: LoadChange<T>, velocity: T, deflection: M::Deflection) -> M::Deflection {
+        if change.after >= change.before {
+            return deflection;
+        }
+        let stiffness = self.model.storage_stiffness();
+        let carried = stiffness.inner_product(deflection);
+        if is_zero(change.after) || is_zero(carried) {
+            return deflection * change.kept(T::zero());
+        }
+        let most = self.model.holding_coefficient(self.surface(velocity), carried);
+        let kept = change.kept(carried.abs() / most);
+        if M::Deflection::SPRINGS == 1 {
+            deflection * kept
+        } else {
+            // The tip slips: every stretch shifts alike.
+            let total = stiffness.inner_product(M::Deflection::fill(T::one()));
+            deflection - M::Deflection::fill(carried * (T::one() - kept) / total)
+        }
+    }
+
+    /// Changes the normal force to p' \[N\], zero or positive, by *renewal*: the stiffness follows
+    /// the load, because asperities come into contact unstretched and leave with their energy. Of a
+    /// deflection x' = x min(1, p/p') is left. p' becomes the reference load, too.
+    ///
+    /// This is what happens to bristles that enter a rolling contact. A body that is held creeps
+    /// under a load that varies: each rise from p to p' takes the share 1 − p/p' of the deflection.
+    /// For what is held take [`Contact::reload`]. Read the stored x at the load of the last middle
+    /// of a step: at the time t it is x min(1, p/p(t)).
+    ///
+    /// ```
+    /// use bristle::{Bristle, Dahl, DahlParameters};
+    ///
+    /// let dahl = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 };
+    /// let mut contact = Dahl::new(dahl)?.under_load(1.0)?; // N
+    /// let pulled = contact.renew(8.0, 4e-6)?;
+    /// assert_eq!(pulled.deflection, 0.5e-6); // it keeps its force while the load rises,
+    /// let released = contact.renew(1.0, pulled.deflection)?;
+    /// assert_eq!(released.deflection, 0.5e-6); // and its deflection while the load falls.
+    /// assert!(pulled.dissipated > 0.0 && released.dissipated > 0.0);
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite; the contact is as it was.
+    #[inline]
+    pub fn renew(
+        &mut self,
+        normal_force: T,
         deflection: M::Deflection,
     ) -> Result<Reloaded<T, M::Deflection>, ParameterError> {
         let stored = self.stored_energy(deflection);
-        let change = self.change_load(normal_force)?;
-        Ok(Reloaded { deflection: deflection * change.kept, dissipated: change.lost * stored })
+        let (kept, lost) = self.renew_load(normal_force)?.renewed();
+        Ok(Reloaded { deflection: deflection * kept, dissipated: lost * stored })
+    }
+
+    /// What the model meets at a velocity under this load. A scale of the given surface counts on
+    /// top: wear, temperature.
+    #[inline(always)]
+    pub fn surface(&self, surface: impl Into<Surface<T>>) -> Surface<T> {
+        surface.into().rescaled(self.scale)
+    }
+
+    /// The coefficients of the model per reference load, at a velocity under this load. Without a
+    /// load all are zero.
+    #[inline(always)]
+    pub fn affine(
+        &self,
+        surface: impl Into<Surface<T>>,
+        deflection: M::Deflection,
+    ) -> Affine<T, M::Deflection> {
+        if is_zero(self.scale) {
+            return Affine::none();
+        }
+        self.model.affine(self.surface(surface), deflection)
     }
 
     /// The deflection rate ż [m/s].
     #[inline]
     pub fn rate(&self, surface: impl Into<Surface<T>>, deflection: M::Deflection) -> M::Deflection {
-        self.model.rate(surface, deflection)
+        self.response(surface, deflection).rate
     }
 
     /// The friction force F \[N\], positive against v > 0.
     #[inline]
     pub fn force(&self, surface: impl Into<Surface<T>>, deflection: M::Deflection) -> T {
-        self.normal_force * self.model.coefficient(surface, deflection)
+        self.response(surface, deflection).force
     }
 
     /// Rate and force at once.
@@ -283,10 +396,59 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         deflection: M::Deflection,
     ) -> ContactResponse<T, M::Deflection> {
         let surface = surface.into();
-        let affine = self.model.affine(surface, deflection);
+        let (affine, velocity) = (self.affine(surface, deflection), surface.velocity());
         ContactResponse {
-            rate: affine.rate(surface.velocity(), deflection),
-            force: self.normal_force * affine.coefficient(surface.velocity(), deflection),
+            rate: affine.rate(velocity, deflection),
+            force: self.reference_load * affine.coefficient(velocity, deflection),
+        }
+    }
+
+    /// Rate and force under a normal force p \[N\] that varies, at one instant: for a
+    /// [`System`](crate::ode::System) of your own whose load is a function of time or state.
+    ///
+    /// The stiffness is that of the reference load, and the rate of p does not matter. Where the
+    /// load has fallen below what a stuck bristle carries, the force is that which the surface
+    /// holds: F = P (c₀ κ z + c₂ v) with κ = min(1, s B/|K·z|), B as in [`Contact::reload`].
+    ///
+    /// ```
+    /// use bristle::{Bristle, Dahl, DahlParameters};
+    ///
+    /// let dahl = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 };
+    /// let friction = Dahl::new(dahl)?.under_load(2.0)?; // N
+    /// let (v, z) = (0.0, 1e-5); // stuck, with 0.2 N
+    /// for (load, force) in [(2.0, 0.2), (5.0, 0.2), (0.2, 0.1)] {
+    ///     assert!((friction.response_under(load, v, z).force - force as f64).abs() < 1e-15);
+    /// }
+    /// # Ok::<(), bristle::ParameterError>(())
+    /// ```
+    ///
+    /// NaN for a negative normal force.
+    #[inline]
+    pub fn response_under(
+        &self,
+        normal_force: T,
+        surface: impl Into<Surface<T>>,
+        deflection: M::Deflection,
+    ) -> ContactResponse<T, M::Deflection> {
+        let surface = surface.into();
+        let normal_force = if normal_force >= T::zero() { normal_force } else { nan() };
+        let (reference_load, scale) = self.under(normal_force);
+        let loaded = Self { model: self.model.clone(), reference_load, normal_force, scale };
+        let (affine, velocity) = (loaded.affine(surface, deflection), surface.velocity());
+        let carried = self.model.storage_stiffness().inner_product(deflection);
+        let most = if is_zero(carried) || is_zero(loaded.scale) {
+            T::zero()
+        } else {
+            self.model.holding_coefficient(loaded.surface(surface), carried)
+        };
+        let held = if most < carried.abs() {
+            deflection * (most / larger(carried.abs(), most))
+        } else {
+            deflection
+        };
+        ContactResponse {
+            rate: affine.rate(velocity, deflection),
+            force: loaded.reference_load * affine.coefficient(velocity, held),
         }
     }
 
@@ -297,7 +459,12 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         surface: impl Into<Surface<T>>,
         deflection: M::Deflection,
     ) -> LinearisedContact<T, M::Deflection> {
-        self.loaded(self.model.linearised(surface, deflection))
+        let surface = surface.into();
+        if is_zero(self.scale) {
+            let none = Affine::none();
+            return self.loaded(Linearised::new(&none, &none, surface.velocity(), deflection));
+        }
+        self.loaded(self.model.linearised(self.surface(surface), deflection))
     }
 
     /// Rate and force of steady sliding with all their partial derivatives, see
@@ -306,7 +473,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         &self,
         surface: impl Into<Surface<T>>,
     ) -> LinearisedContact<T, M::Deflection> {
-        self.loaded(self.model.steady_linearised(surface))
+        self.loaded(self.model.steady_linearised(self.surface(surface)))
     }
 
     #[inline]
@@ -314,47 +481,51 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         &self,
         linearised: Linearised<T, M::Deflection>,
     ) -> LinearisedContact<T, M::Deflection> {
+        let load = self.reference_load;
         LinearisedContact {
             rate: linearised.rate,
-            force: self.normal_force * linearised.coefficient,
+            force: load * linearised.coefficient,
             rate_by_deflection: linearised.rate_by_deflection,
             rate_by_velocity: linearised.rate_by_velocity,
-            force_by_deflection: linearised.coefficient_by_deflection * self.normal_force,
-            force_by_velocity: self.normal_force * linearised.coefficient_by_velocity,
+            force_by_deflection: linearised.coefficient_by_deflection * load,
+            force_by_velocity: load * linearised.coefficient_by_velocity,
         }
     }
 
-    /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) μ(v)/σ0 \[m\].
+    /// The stationary deflection of steady sliding at a velocity, z_ss = sgn_ε(v) s μ(v)/σ0 \[m\].
     pub fn stationary(&self, surface: impl Into<Surface<T>>) -> M::Deflection {
-        self.model.stationary(surface)
+        self.model.stationary(self.surface(surface))
     }
 
     /// The friction force \[N\] of steady sliding at a velocity.
     pub fn stationary_force(&self, surface: impl Into<Surface<T>>) -> T {
-        self.normal_force * self.model.stationary_coefficient(surface)
+        self.reference_load * self.model.stationary_coefficient(self.surface(surface))
     }
 
-    /// The energy stored in the bristles, W = ½ p Σ Kᵢ xᵢ² \[J\].
+    /// The energy stored in the bristles, W = ½ P Σ Kᵢ xᵢ² \[J\].
     pub fn stored_energy(&self, deflection: M::Deflection) -> T {
         let weighted = self.model.storage_stiffness().scaled_by(deflection);
-        lit::<T>(0.5) * self.normal_force * weighted.inner_product(deflection)
+        lit::<T>(0.5) * self.reference_load * weighted.inner_product(deflection)
     }
 
     /// The dissipated power F v − Ẇ \[W\]: never negative for a passive model.
     pub fn dissipated_power(&self, surface: impl Into<Surface<T>>, deflection: M::Deflection) -> T {
         let surface = surface.into();
-        let affine = self.model.affine(surface, deflection);
         let stiffness = self.model.storage_stiffness();
-        self.normal_force * affine.dissipation(stiffness, surface.velocity(), deflection)
+        let affine = self.affine(surface, deflection);
+        self.reference_load * affine.dissipation(stiffness, surface.velocity(), deflection)
     }
 
-    /// The limits that the model's theorems give for velocities with |v| ≤ `fastest` [m/s].
+    /// The limits that the model's theorems give for velocities with |v| ≤ `fastest` [m/s], at this
+    /// load and for a deflection that it holds.
     pub fn limits(&self, fastest: T) -> ContactLimits<T> {
         let limits = self.model.limits(fastest);
+        let constant = self.scale == T::one();
         ContactLimits {
-            deflection: limits.deflection,
+            deflection: limits.deflection.map(|most| most * self.scale),
             force: limits.coefficient.map(|mu| mu * self.normal_force),
-            relaxation_rate: limits.relaxation_rate,
+            // A smaller load lets the bristle relax faster.
+            relaxation_rate: limits.relaxation_rate.filter(|_| constant),
         }
     }
 
@@ -363,8 +534,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ///
     /// If your simulation computes its velocity from this force, use [`Contact::companion`], which
     /// is stable for any step, or keep h below
-    /// [`stability::largest_step`](crate::stability::largest_step) with
-    /// [`Scheme::ExactHold`](crate::stability::Scheme::ExactHold). For a free mass m without damper
+    /// the largest stable step of bristle-analysis (`stability::largest_step`). For a free mass m without damper
     /// or spring the limit is the smaller of 2σ1/σ0 and m/(σ1 p) \[s\]. A damper or spring changes
     /// it. Without any damping no step is stable. Beyond the limit a stuck mass slides under forces
     /// far below breakaway, with plausible numbers. The impulse on a mass is h times the mean
@@ -380,11 +550,15 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         deflection: M::Deflection,
         duration: T,
     ) -> HeldContact<T, M::Deflection> {
-        let hold = self.model.hold(velocity, deflection, duration);
+        let hold = if is_zero(self.scale) {
+            Affine::none().hold(velocity, deflection, duration)
+        } else {
+            self.model.hold(self.surface(velocity), deflection, duration)
+        };
         HeldContact {
             deflection: hold.deflection,
-            end_force: self.normal_force * hold.end_coefficient,
-            mean_force: self.normal_force * hold.mean_coefficient,
+            end_force: self.reference_load * hold.end_coefficient,
+            mean_force: self.reference_load * hold.mean_coefficient,
         }
     }
 }

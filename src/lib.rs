@@ -101,8 +101,7 @@ pub use nalgebra;
 
 pub use bounds::Bounds;
 pub use contact::{
-    Contact, ContactLimits, ContactResponse, HeldContact, LinearisedContact, Load, LoadChange,
-    Reloaded,
+    Contact, ContactLimits, ContactResponse, HeldContact, LinearisedContact, LoadChange, Reloaded,
 };
 pub use error::Error;
 pub use mechanism::Mechanism;

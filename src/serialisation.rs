@@ -196,7 +196,13 @@ where
     M: Bristle<T> + Deserialize<'de>,
 {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        read(deserializer, |file: ContactFile<T, M>| Self::new(file.model, file.normal_force))
+        read(deserializer, |file: ContactFile<T, M>| {
+            let contact = Self::new(file.model, file.normal_force)?;
+            match file.reference_load.filter(|load| *load != T::zero()) {
+                Some(load) => contact.measured_at(load),
+                None => Ok(contact),
+            }
+        })
     }
 }
 
@@ -225,6 +231,8 @@ struct MechanismFile<T> {
 struct ContactFile<T, M> {
     model: M,
     normal_force: T,
+    #[serde(default = "Option::default")]
+    reference_load: Option<T>,
 }
 
 /// A Maxwell bristle in a file.

@@ -8,7 +8,8 @@
 use crate::curve::FrictionCurve;
 use crate::regularisation::Regularisation;
 use crate::rheology::{Elements, Rheology};
-use crate::{Scalar, Sliding};
+use crate::scalar::larger;
+use crate::{Branch, Scalar, Sliding};
 
 /// A sliding velocity under a friction scale. From a velocity or a [`Sliding`] the scale is one.
 ///
@@ -45,6 +46,12 @@ impl<T: Scalar> Surface<T> {
         Self { sliding: sliding.into(), scale }
     }
 
+    /// The same velocity with s times the scale.
+    #[inline(always)]
+    pub fn rescaled(self, scale: T) -> Self {
+        Self { scale: self.scale * scale, ..self }
+    }
+
     /// Signed velocity v [m/s].
     #[inline(always)]
     pub fn velocity(&self) -> T {
@@ -72,7 +79,7 @@ impl<T: Scalar> Surface<T> {
     /// A friction coefficient \[–\], or its derivative, scaled by s. Free of cost at s = 1.
     #[inline(always)]
     pub fn apply(&self, coefficient: T) -> T {
-        if self.scale == T::one() { coefficient } else { rescaled(coefficient, self.scale) }
+        if self.scale == T::one() { coefficient } else { product(coefficient, self.scale) }
     }
 
     /// s μ(v) \[–\].
@@ -127,6 +134,15 @@ impl<T: Scalar> Surface<T> {
         rheology.elements_and_slopes(self.sliding)
     }
 
+    /// The larger value of a function at rest and at this speed, in the direction of a sign.
+    pub fn largest_up_to(&self, sign: T, function: impl Fn(Self) -> T) -> T {
+        let branch = if sign < T::zero() { Branch::Backward } else { Branch::Forward };
+        let speed = self.sliding.velocity().abs();
+        let velocity = if sign < T::zero() { -speed } else { speed };
+        let at = |velocity| function(Self::scaled(branch.of(velocity), self.scale));
+        larger(at(velocity), at(T::zero()))
+    }
+
     /// The opposite velocity on the same branch.
     pub fn mirrored(&self) -> Self {
         Self { sliding: self.sliding.mirrored(), scale: self.scale }
@@ -149,7 +165,7 @@ impl<T: Scalar> Surface<T> {
 /// Out of line, so that a scale of one costs a comparison and no product.
 #[cold]
 #[inline(never)]
-fn rescaled<T: Scalar>(coefficient: T, scale: T) -> T {
+fn product<T: Scalar>(coefficient: T, scale: T) -> T {
     coefficient * scale
 }
 

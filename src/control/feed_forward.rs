@@ -62,10 +62,9 @@ pub struct FeedForwardParameters<T, M> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FeedForwardCompensator<T, M> {
-    contact: Contact<T, M>,
     sample_time: T,
     fastest: T,
-    output: Output<T>,
+    output: Output<T, M>,
 }
 
 impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
@@ -79,8 +78,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
         Ok(Self {
             sample_time: parameter::positive("sample_time", parameters.sample_time)?,
             fastest: parameter::positive("fastest", parameters.fastest)?,
-            output: Output::new(parameters.output)?,
-            contact: parameters.contact,
+            output: Output::new(parameters.contact, parameters.output)?,
         })
     }
 
@@ -91,21 +89,20 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
             return self.output.refuse();
         }
         let deflection = self.output.last.deflection;
-        let held = self.contact.hold(reference_velocity, deflection, self.sample_time);
-        self.output.answer(held.mean_force, held.deflection)
+        let held = self.output.contact.hold(reference_velocity, deflection, self.sample_time);
+        self.output.answer(held.mean_force, reference_velocity, held.deflection)
     }
 
     /// Changes the normal force \[N\], zero or positive, before a sample: that at its middle, as
-    /// measured or computed. The deflection changes with it, see [`Contact::reload`].
+    /// measured or computed. A deflection that it no longer holds is cut, see
+    /// [`Contact::reload`].
     ///
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite; nothing has changed.
     #[inline]
     pub fn reload(&mut self, normal_force: T) -> Result<(), ParameterError> {
-        let reloaded = self.contact.reload(normal_force, self.output.last.deflection)?;
-        self.output.last.deflection = reloaded.deflection;
-        Ok(())
+        self.output.reload(normal_force)
     }
 
     /// Takes other parameters between two samples: another model, load, share or limit. The
@@ -129,7 +126,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedForwardCompensator<T, M> {
 
     /// The contact.
     pub fn contact(&self) -> &Contact<T, M> {
-        &self.contact
+        &self.output.contact
     }
 
     /// Back to the beginning: an undeflected bristle.

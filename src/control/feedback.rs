@@ -111,12 +111,11 @@ pub struct FeedbackParameters<T, M> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FeedbackCompensator<T, M> {
-    contact: Contact<T, M>,
     encoder: VelocityFromPosition<T>,
     damping: MicroDamping,
     /// σ2 of the term outside the bristle.
     viscous: T,
-    output: Output<T>,
+    output: Output<T, M>,
 }
 
 impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
@@ -133,8 +132,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
             contact.model().characteristics(T::one()).map_or(T::zero(), |a| a.viscous_friction);
         Ok(Self {
             encoder: VelocityFromPosition::new(velocity)?,
-            output: Output::new(output)?,
-            contact,
+            output: Output::new(contact, output)?,
             damping,
             viscous,
         })
@@ -167,17 +165,19 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
         let Some(MotionSample { velocity, secant, .. }) = sample else {
             return self.output.refuse();
         };
-        let (model, duration) = (self.contact.model(), self.encoder.sample_time);
+        let (contact, duration) = (&self.output.contact, self.encoder.sample_time);
         let before = self.output.last.deflection;
         let deflection =
-            along(model, secant, velocity, before).hold(secant, before, duration).deflection;
-        let coefficient = match self.damping {
+            along(contact, secant, velocity, before).hold(secant, before, duration).deflection;
+        let force = match self.damping {
             MicroDamping::Uncompensated => {
-                model.storage_stiffness() * deflection + self.viscous * velocity
+                let viscous = contact.surface(velocity).apply(self.viscous);
+                let elastic = contact.model().storage_stiffness() * deflection;
+                contact.reference_load() * (elastic + viscous * velocity)
             }
-            MicroDamping::Filtered => model.coefficient(velocity, deflection),
+            MicroDamping::Filtered => contact.force(velocity, deflection),
         };
-        self.output.answer(self.contact.normal_force() * coefficient, deflection)
+        self.output.answer(force, velocity, deflection)
     }
 
     /// Upper bound of the change of the force \[N\] from one sample to the next if the encoder
@@ -194,7 +194,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
     ///
     /// Choose the encoder, or a smaller stiffness, so that the actuator tolerates this force.
     pub fn step_per_count(&self, count: T) -> Option<T> {
-        let model = self.contact.model();
+        let model = self.output.contact.model();
         let fastest = self.encoder.fastest;
         let characteristics = model.characteristics(fastest)?;
         let stiffness = model.storage_stiffness();
@@ -202,23 +202,23 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
         let ratio = most / characteristics.dry_coefficient.min;
         let viscous = self.viscous * self.encoder.weight / self.encoder.sample_time;
         let per_metre = stiffness * (T::one() + ratio) + viscous + viscous;
-        let step = self.output.share * self.contact.normal_force() * per_metre * count.abs();
+        let step =
+            self.output.share * self.output.contact.reference_load() * per_metre * count.abs();
         let bounded =
             self.damping == MicroDamping::Uncompensated && is_zero(characteristics.speed_at_rest);
         (bounded && step.is_finite()).then_some(step)
     }
 
     /// Changes the normal force \[N\], zero or positive, before a sample: that at its middle, as
-    /// measured or computed. The deflection changes with it, see [`Contact::reload`].
+    /// measured or computed. A deflection that it no longer holds is cut, see
+    /// [`Contact::reload`].
     ///
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite; nothing has changed.
     #[inline]
     pub fn reload(&mut self, normal_force: T) -> Result<(), ParameterError> {
-        let reloaded = self.contact.reload(normal_force, self.output.last.deflection)?;
-        self.output.last.deflection = reloaded.deflection;
-        Ok(())
+        self.output.reload(normal_force)
     }
 
     /// Takes other parameters between two samples: another model, load, share or limit. Deflection,
@@ -272,7 +272,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FeedbackCompensator<T, M> {
 
     /// The contact.
     pub fn contact(&self) -> &Contact<T, M> {
-        &self.contact
+        &self.output.contact
     }
 
     /// The filtered velocity [m/s].

@@ -200,14 +200,13 @@ const JUMP: f64 = 1e3;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionObserver<T, M> {
-    contact: Contact<T, M>,
     injection: Injection<T>,
     /// σ1
     micro_damping: T,
     limit: T,
     position: VelocityFromPosition<T>,
     error: VelocityFromPosition<T>,
-    output: Output<T>,
+    output: Output<T, M>,
 }
 
 impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
@@ -274,8 +273,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
                 fastest: fastest * lit(JUMP),
                 ..velocity
             })?,
-            output: Output::new(output)?,
-            contact,
+            output: Output::new(contact, output)?,
             injection,
             micro_damping,
         })
@@ -329,16 +327,15 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
     }
 
     /// Changes the normal force \[N\], zero or positive, before a sample: that at its middle, as
-    /// measured or computed. The deflection changes with it, see [`Contact::reload`].
+    /// measured or computed. A deflection that it no longer holds is cut, see
+    /// [`Contact::reload`].
     ///
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite; nothing has changed.
     #[inline]
     pub fn reload(&mut self, normal_force: T) -> Result<(), ParameterError> {
-        let reloaded = self.contact.reload(normal_force, self.output.last.deflection)?;
-        self.output.last.deflection = reloaded.deflection;
-        Ok(())
+        self.output.reload(normal_force)
     }
 
     /// Takes other parameters between two samples: another model, load, share or limit. The
@@ -364,7 +361,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
 
     /// The contact.
     pub fn contact(&self) -> &Contact<T, M> {
-        &self.contact
+        &self.output.contact
     }
 
     /// Back to the beginning: an undeflected bristle; the next sample is the initial position.
@@ -377,7 +374,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
     #[inline]
     fn follow(&mut self, secant: T, measured: Measured<T>) -> Compensation<T> {
         let (deflection, force) = self.estimate(secant, measured);
-        self.output.answer(force, deflection)
+        self.output.answer(force, measured.velocity, deflection)
     }
 
     /// Deflection \[m\] and force \[N\] after the sample.
@@ -385,7 +382,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
     fn estimate(&self, secant: T, measured: Measured<T>) -> (T, T) {
         let Measured { velocity, error, error_rate } = measured;
         let before = self.output.last.deflection;
-        let affine: Affine<T> = along(self.contact.model(), secant, velocity, before);
+        let affine: Affine<T> = along(&self.output.contact, secant, velocity, before);
         let weights = affine.weights(self.position.sample_time);
         // What the injection takes from the bristle's rate and from the friction coefficient.
         let (rate, coefficient) = match self.injection {
@@ -396,9 +393,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
             Injection::Position { gain } => (gain * error, self.micro_damping * gain * error),
         };
         let drive = affine.drive * secant - rate;
-        let deflection = weights.end(before, drive).within(self.limit);
-        let force =
-            self.contact.normal_force() * (affine.coefficient(velocity, deflection) - coefficient);
+        let limit = self.output.contact.surface(velocity).apply(self.limit);
+        let deflection = weights.end(before, drive).within(limit);
+        let friction = affine.coefficient(velocity, deflection) - coefficient;
+        let force = self.output.contact.reference_load() * friction;
         (deflection, force)
     }
 }

@@ -1,7 +1,7 @@
 //! The output of a compensator: a share of the friction force, within the actuator's limit.
 
-use crate::Scalar;
 use crate::parameter::{self, ParameterError};
+use crate::{Bristle, Contact, Scalar};
 
 /// How much of the friction force is compensated, and how much at most.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,17 +30,25 @@ pub struct Compensation<T> {
     pub refused: u32,
 }
 
-/// The checked parameters and the last answer, which also keeps the deflection of the bristle.
+/// What all compensators share: the contact, the checked parameters, the velocity of the last good
+/// sample, and the last answer, which also keeps the deflection of the bristle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Output<T> {
+pub(super) struct Output<T, M> {
+    pub(super) contact: Contact<T, M>,
     pub(super) share: T,
     largest_force: T,
+    velocity: T,
     pub(super) last: Compensation<T>,
 }
 
-impl<T: Scalar> Output<T> {
-    pub(super) fn new(parameters: OutputParameters<T>) -> Result<Self, ParameterError> {
+impl<T: Scalar, M: Bristle<T, Deflection = T>> Output<T, M> {
+    pub(super) fn new(
+        contact: Contact<T, M>,
+        parameters: OutputParameters<T>,
+    ) -> Result<Self, ParameterError> {
         Ok(Self {
+            contact,
+            velocity: T::zero(),
             share: parameter::between("share", parameters.share, 0.0, 2.0)? + T::zero(),
             largest_force: parameter::positive("largest_force", parameters.largest_force)?,
             last: Self::start(),
@@ -49,7 +57,16 @@ impl<T: Scalar> Output<T> {
 
     /// Back to the beginning: an undeflected bristle.
     pub(super) fn reset(&mut self) {
-        self.last = Self::start();
+        (self.velocity, self.last) = (T::zero(), Self::start());
+    }
+
+    /// Changes the normal force, at the velocity of the last good sample.
+    #[inline]
+    pub(super) fn reload(&mut self, normal_force: T) -> Result<(), ParameterError> {
+        let deflection = self.last.deflection;
+        self.last.deflection =
+            self.contact.reload(normal_force, self.velocity, deflection)?.deflection;
+        Ok(())
     }
 
     /// This output going on after another: with its last answer, within the largest force.
@@ -60,7 +77,7 @@ impl<T: Scalar> Output<T> {
             last.force = if last.force > T::zero() { largest } else { -largest };
             last.saturated = true;
         }
-        Self { last, ..self }
+        Self { last, velocity: before.velocity, ..self }
     }
 
     fn start() -> Compensation<T> {
@@ -70,7 +87,7 @@ impl<T: Scalar> Output<T> {
 
     /// The answer to a good sample, unless the model's numbers are not finite.
     #[inline]
-    pub(super) fn answer(&mut self, friction: T, deflection: T) -> Compensation<T> {
+    pub(super) fn answer(&mut self, friction: T, velocity: T, deflection: T) -> Compensation<T> {
         if !(friction.is_finite() && deflection.is_finite()) {
             return self.refuse();
         }
@@ -82,6 +99,7 @@ impl<T: Scalar> Output<T> {
         } else {
             (wanted, false)
         };
+        self.velocity = velocity;
         self.last = Compensation { force, deflection, saturated, refused: 0 };
         self.last
     }

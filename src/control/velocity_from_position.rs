@@ -19,7 +19,7 @@
 
 use crate::parameter::{self, ParameterError};
 use crate::scalar::{is_zero, larger, lit};
-use crate::{Affine, Bristle, Scalar};
+use crate::{Affine, Bristle, Contact, Scalar};
 
 /// Parameters of a [`VelocityFromPosition`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -213,16 +213,16 @@ const SLOWEST: f64 = 1e-3;
 /// direction that of w.
 #[inline]
 pub(super) fn along<T: Scalar, M: Bristle<T, Deflection = T>>(
-    model: &M,
+    contact: &Contact<T, M>,
     secant: T,
     smooth: T,
     deflection: T,
 ) -> Affine<T> {
     if is_zero(secant) {
-        return Affine { relaxation: T::zero(), ..model.affine(smooth.into(), deflection) };
+        return Affine { relaxation: T::zero(), ..contact.affine(smooth, deflection) };
     }
     let speed = larger(smooth.abs(), secant.abs() * lit(SLOWEST));
     let velocity = if secant < T::zero() { -speed } else { speed };
-    let affine = model.affine(velocity.into(), deflection);
+    let affine = contact.affine(velocity, deflection);
     Affine { relaxation: affine.relaxation * (secant.abs() / speed), ..affine }
 }

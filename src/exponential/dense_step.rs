@@ -7,7 +7,7 @@
 
 use super::nodes::Nodes;
 use crate::scalar::{is_zero, larger, lit, nan, smaller};
-use crate::{Affine, Branch, Bristle, Scalar};
+use crate::{Affine, Branch, Bristle, Contact, Scalar};
 
 /// The affine bristle at one velocity, per unit normal force.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +28,7 @@ impl<T: Scalar> Sample<T> {
     /// reversal counts as zero, so that no λ is negative.
     #[inline(always)]
     pub(super) fn new<M: Bristle<T, Deflection = T>>(
-        model: &M,
+        contact: &Contact<T, M>,
         branch: Branch,
         velocity: T,
         deflection: T,
@@ -38,7 +38,7 @@ impl<T: Scalar> Sample<T> {
             sliding = branch.of(T::zero());
         }
         let velocity = sliding.velocity();
-        let affine = model.affine(sliding.into(), deflection);
+        let affine = contact.affine(sliding, deflection);
         Self {
             velocity,
             relaxation: affine.relaxation,
@@ -435,12 +435,12 @@ fn collocated<T: Scalar, const S: usize>(
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::{DenseStep, Sample};
-    use crate::{Branch, Dahl, DahlParameters};
+    use crate::{Branch, Bristle, Dahl, DahlParameters};
 
     #[test]
     fn at_a_held_velocity_the_curve_of_a_step_solves_the_equation() {
         let parameters = DahlParameters { dynamic_coefficient: 0.3, micro_stiffness: 1e4 };
-        let dahl = Dahl::new(parameters).unwrap();
+        let dahl = Dahl::new(parameters).unwrap().under_load(1.0).unwrap();
         let velocity = 0.01;
         let sample = Sample::new(&dahl, Branch::Forward, velocity, 0.0);
         for start in [-3e-5, 0.0, 2e-5] {

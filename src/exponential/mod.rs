@@ -248,12 +248,12 @@ fn smooth<T: Scalar, M: Bristle<T, Deflection = T>, V: Fn(T) -> T, const S: usiz
     deflection: T,
 ) -> DenseStep<T, S> {
     let places = places::<T, S>(span);
-    let sample = |place| Sample::new(contact.model(), branch, velocity(place), deflection);
+    let sample = |place| Sample::new(contact, branch, velocity(place), deflection);
     let mut samples = [sample(span.1); S];
     for (sample_at, place) in samples.iter_mut().zip(places).take(S - 1) {
         *sample_at = sample(place);
     }
     // The dense output, which needs the start, is not asked for here.
     let times = (T::zero(), (span.1 - span.0) * duration);
-    DenseStep::new(times, contact.normal_force(), deflection, &samples[0], &samples)
+    DenseStep::new(times, contact.reference_load(), deflection, &samples[0], &samples)
 }

@@ -72,7 +72,7 @@ where
             deflection,
             branch,
             now,
-            sample: Sample::new(contact.model(), branch, now, deflection),
+            sample: Sample::new(contact, branch, now, deflection),
         };
         run.progress.check().map_err(|error| run.failure(error.into()))?;
         run.progress.statistics.evaluations = 1;
@@ -118,7 +118,7 @@ where
     /// Evaluates the bristle at the current point anew.
     fn refresh(&mut self, velocity: T) {
         self.now = velocity;
-        self.sample = Sample::new(self.contact.model(), self.branch, velocity, self.deflection);
+        self.sample = Sample::new(self.contact, self.branch, velocity, self.deflection);
         self.progress.statistics.evaluations += 1;
     }
 
@@ -165,7 +165,7 @@ where
 
     /// Tries a step, cut where the direction first reverses.
     fn attempt(&mut self, trial: &NextStep<T>) -> (DenseStep<T, S>, End) {
-        let model = self.contact.model();
+        let contact = self.contact;
         let is_kink = trial.reaches && trial.stop.is_kink;
         let (mut end_time, mut end) =
             (trial.end_time, if is_kink { End::Kink } else { End::Smooth });
@@ -206,9 +206,9 @@ where
             self.progress.statistics.evaluations += S as u64;
             let mut samples = [self.sample; S];
             for (sample, velocity) in samples.iter_mut().zip(velocities) {
-                *sample = Sample::new(model, self.branch, velocity, self.deflection);
+                *sample = Sample::new(contact, self.branch, velocity, self.deflection);
             }
-            let (span, force) = ((start, end_time), self.contact.normal_force());
+            let (span, force) = ((start, end_time), self.contact.reference_load());
             return (DenseStep::new(span, force, self.deflection, &self.sample, &samples), end);
         }
     }
@@ -274,7 +274,7 @@ where
             let next = part * lit(0.5);
             let time = end + gap * next;
             let velocity = self.velocity.value(time);
-            let sample = Sample::new(self.contact.model(), self.branch, velocity, step.start());
+            let sample = Sample::new(self.contact, self.branch, velocity, step.start());
             self.progress.statistics.evaluations += 1;
             let defect = step.defect(time, &sample).abs();
             sum += (defect + before) * lit(0.5) * (part - next) * gap.abs();

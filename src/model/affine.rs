@@ -37,6 +37,13 @@ pub struct Affine<T: Scalar, D: Deflection<T> = T> {
 }
 
 impl<T: Scalar, D: Deflection<T>> Affine<T, D> {
+    /// Nothing: no rate and no force.
+    pub fn none() -> Self {
+        let zero = D::fill(T::zero());
+        let relaxation = D::relaxation(zero, zero);
+        Self { relaxation, drive: T::zero(), stiffness: zero, damping: T::zero() }
+    }
+
     /// ż = −λ z + r v [m/s].
     #[inline(always)]
     pub fn rate(&self, velocity: T, deflection: D) -> D {

@@ -134,6 +134,10 @@ impl<T: Scalar> Bristle<T> for AnyBristle<T> {
         of_the_model!(self, model => model.storage_stiffness())
     }
 
+    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
+        of_the_model!(self, model => model.holding_coefficient(surface, carried))
+    }
+
     fn obeys(&self, law: Law) -> bool {
         of_the_model!(self, model => model.obeys(law))
     }

@@ -295,6 +295,10 @@ where
         })
     }
 
+    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
+        surface.largest_up_to(carried, |surface| surface.friction(&self.curve))
+    }
+
     /// With N = μ v − |v|_ε Σ Kᵢxᵢ = g ż; the terms of N' that cancel in steady sliding are left
     /// out.
     fn steady_linearised(&self, surface: impl Into<Surface<T>>) -> Linearised<T, Self::Deflection> {

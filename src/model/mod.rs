@@ -29,8 +29,8 @@ pub use own::OwnModel;
 
 use crate::parameter::ParameterError;
 use crate::rheology::Deflection;
-use crate::scalar::{lit, nan};
-use crate::{Contact, ContactResponse, Load, Scalar, Surface};
+use crate::scalar::lit;
+use crate::{Contact, Scalar, Surface};
 
 /// A dynamic friction model per unit normal force: the bristle deflection z \[m\] as state, the
 /// sliding velocity v as input, the virtual friction coefficient μ_b = F/p \[–\] as output.
@@ -165,43 +165,15 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
         }
     }
 
-    /// Rate and force at one instant under a normal force that varies: the rate of the model and
-    /// [`Load::renewal`], ẋ = (ẋ of the model) − (max(ṗ, 0)/p) x. The force is p μ_b, in which the
-    /// dashpot beside the springs follows the model's part of the rate alone. For a
-    /// [`System`](crate::ode::System) of your own whose load is a function of time or state:
-    ///
-    /// ```
-    /// use bristle::{Bristle, Dahl, DahlParameters, Load};
-    ///
-    /// let dahl = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 };
-    /// let friction = Dahl::new(dahl)?;
-    /// let (t, v, z) = (0.1_f64, 0.0, 1e-5); // stuck
-    /// let load = Load { normal_force: 2.0 + t.sin(), rate: t.cos() };
-    /// let response = friction.response_under(load, v, z);
-    /// // F = p σ0 z does not change while the load rises.
-    /// let force_rate = 1e4 * (load.rate * z + load.normal_force * response.rate);
-    /// assert!(force_rate.abs() < 1e-15);
-    /// # Ok::<(), bristle::ParameterError>(())
-    /// ```
-    ///
-    /// NaN for a negative normal force. At a normal force of zero that rises, the rate of a
-    /// deflection that is not zero is infinite: a contact that touches again has forgotten. That is
-    /// a jump, which no solver can follow: keep a small part of the load, or take steps.
-    #[inline]
-    fn response_under(
-        &self,
-        load: Load<T>,
-        surface: impl Into<Surface<T>>,
-        deflection: Self::Deflection,
-    ) -> ContactResponse<T, Self::Deflection> {
-        let surface = surface.into();
-        let affine = self.affine(surface, deflection);
-        let velocity = surface.velocity();
-        let normal_force = if load.normal_force >= T::zero() { load.normal_force } else { nan() };
-        ContactResponse {
-            rate: affine.rate(velocity, deflection) + load.renewal(deflection),
-            force: normal_force * affine.coefficient(velocity, deflection),
-        }
+    /// The largest friction coefficient s B \[–\] that the surface holds at speeds up to |v|, in the
+    /// direction of what the springs carry: what is left of it when the load falls, see
+    /// [`Contact::reload`](crate::Contact::reload). By default the larger of those of steady sliding
+    /// at |v| and at rest.
+    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
+        let stiffness = self.storage_stiffness();
+        surface.largest_up_to(carried, |surface| {
+            stiffness.inner_product(self.stationary(surface)).abs()
+        })
     }
 
     /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s].

@@ -53,6 +53,7 @@ erased! {
     stationary(surface: Surface<T>) -> T;
     stationary_coefficient(surface: Surface<T>) -> T;
     storage_stiffness() -> T;
+    holding_coefficient(surface: Surface<T>, carried: T) -> T;
     form() -> Form;
     name() -> &'static str;
     obeys(law: Law) -> bool;
@@ -81,7 +82,8 @@ impl<T: Scalar> Bristle<T> for OwnModel<T> {
         stationary(surface: impl Into<Surface<T>>) -> T;
         stationary_coefficient(surface: impl Into<Surface<T>>) -> T;
         storage_stiffness() -> T;
-        form() -> Form;
+        holding_coefficient(surface: Surface<T>, carried: T) -> T;
+    form() -> Form;
         name() -> &'static str;
         obeys(law: Law) -> bool;
         limits(fastest: T) -> Limits<T>;

@@ -104,7 +104,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Body<T, M> {
 
     /// Friction force [N] at breakaway.
     fn breakaway_force(&self) -> T {
-        let stiffness = self.contact.model().storage_stiffness() * self.contact.normal_force();
+        let stiffness = self.contact.model().storage_stiffness() * self.contact.reference_load();
         larger(stiffness * self.breakaway_deflection(), T::default_epsilon())
     }
 

@@ -8,12 +8,12 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 use bristle::rheology::{Elements, KelvinVoigt, Rheology, VelocityDependent};
-use bristle::{Affine, Branch, Law, Scalar, Sliding};
+use bristle::{Affine, Branch, Law, Scalar, Sliding, Surface};
 use bristle_specimens::closed_form::{
     Coefficients, Curve, DAMPING_VARIATION, Element, Family, Modulus, Partials,
     STIFFNESS_VARIATION, Table,
 };
-use bristle_specimens::recipe::{Recipe, fraction, nonzero_velocity, recipe};
+use bristle_specimens::recipe::{Recipe, fraction, nonzero_velocity, recipe, scale};
 use bristle_specimens::specimens::{
     Specimen, curves, kelvin_voigt, regularisations, specimens, spring, varying_damping,
     varying_stiffness,
@@ -208,15 +208,28 @@ fn assert_affine(
 fn assert_derivatives(
     specimen: &Specimen<f64>,
     twin: &Specimen<Dual64>,
+    state: (Branch, f64, f64),
+    accuracy: (f64, f64),
+) {
+    assert_derivatives_under(1.0, specimen, twin, state, accuracy);
+}
+
+/// The same under a friction scale s.
+fn assert_derivatives_under(
+    scale: f64,
+    specimen: &Specimen<f64>,
+    twin: &Specimen<Dual64>,
     (branch, v, z): (Branch, f64, f64),
     (tolerance, mirror): (f64, f64),
 ) {
-    let name = || format!("{} at v = {v:e} ({branch:?}), z = {z:e}", specimen.name());
-    let (form, subject) = (&specimen.form, &specimen.subject);
-    let at = branch.of(v);
+    let name = || format!("{} at v = {v:e} ({branch:?}), z = {z:e}, s = {scale}", specimen.name());
+    let (form, subject) = (&specimen.form.scaled(scale), &specimen.subject);
+    let at = Surface::scaled(branch.of(v), scale);
+    let moving = Surface::scaled(branch.of(variable(v)), lit(scale));
+    let standing = Surface::scaled(branch.of(lit(v)), lit::<Dual64>(scale));
 
     let (values, slopes) = subject.affine_and_slopes(at, z);
-    let dual = twin.subject.affine(branch.of(variable(v)), lit(z));
+    let dual = twin.subject.affine(moving, lit(z));
     let parts = [dual.relaxation, dual.drive, dual.stiffness, dual.damping];
     assert_affine(tolerance, form.slope_terms(mirror, z), slopes, parts.map(|d| d.eps), &|| {
         format!("slopes of {}", name())
@@ -229,13 +242,11 @@ fn assert_derivatives(
     let got = subject.linearised(at, z);
     let p = form.recipe.load;
     let terms = form.partials_terms(mirror, z);
-    let by_velocity = (
-        twin.subject.rate(branch.of(variable(v)), lit(z)).eps,
-        twin.subject.force(branch.of(variable(v)), lit(z)).eps,
-    );
+    let by_velocity =
+        (twin.subject.rate(moving, lit(z)).eps, twin.subject.force(moving, lit(z)).eps);
     let by_deflection = (
-        twin.subject.rate(branch.of(lit(v)), variable(z)).eps,
-        twin.subject.force(branch.of(lit(v)), variable(z)).eps,
+        twin.subject.rate(standing, variable(z)).eps,
+        twin.subject.force(standing, variable(z)).eps,
     );
     let terms = Partials {
         coefficient_by_deflection: p * terms.coefficient_by_deflection,
@@ -287,13 +298,32 @@ fn the_elastic_to_plastic_transition_is_differentiated_all_along() {
 }
 
 #[test]
+fn every_derivative_under_a_friction_scale_is_that_of_dual_numbers() {
+    check(64, (inputs(), scale(), 0.001..0.999), |((r, v, fraction), scale, within)| {
+        let twins = specimens::<Dual64>(&r);
+        for (specimen, twin) in specimens::<f64>(&r).iter().zip(&twins) {
+            let form = specimen.form.scaled(scale);
+            let z = fraction * form.mu(v) / r.stiffness;
+            let state = (Branch::Free, v, z);
+            assert_derivatives_under(scale, specimen, twin, state, (ROUNDING, v));
+            if form.family == Family::ElastoPlastic {
+                let stick = form.stick_limit();
+                let size = stick + within * (form.mu(v) / r.stiffness - stick);
+                let state = (Branch::Free, v, size * v.signum());
+                assert_derivatives_under(scale, specimen, twin, state, (ROUNDING, v));
+            }
+        }
+    });
+}
+
+#[test]
 fn a_locked_branch_is_the_free_one_in_its_own_direction() {
     check(64, inputs(), |(r, v, fraction)| {
         let locked = Branch::towards(v);
         for specimen in specimens::<f64>(&r) {
             let z = fraction * full_deflection(&specimen, v);
             let subject = &specimen.subject;
-            let (free, locked) = (Branch::Free.of(v), locked.of(v));
+            let (free, locked) = (Branch::Free.of(v).into(), locked.of(v).into());
             assert_eq!(subject.affine_and_slopes(free, z), subject.affine_and_slopes(locked, z));
             assert_eq!(subject.linearised(free, z), subject.linearised(locked, z));
         }
@@ -391,7 +421,7 @@ fn models_have_their_one_sided_slopes_at_rest() {
                         [relaxation, drive, ds0 + s0 * drive, ds1 + s1 * drive]
                     }
                     // Of the load and not of the velocity, see tests/models/implicit.rs.
-                    Family::Implicit(_) => continue,
+                    Family::Implicit => continue,
                     Family::LuGreClassical | Family::LuGreInside | Family::Dahl => {
                         [relaxation, 0.0, -s1 * relaxation, ds1]
                     }
@@ -402,7 +432,7 @@ fn models_have_their_one_sided_slopes_at_rest() {
                     stiffness: ds0 + s0 * s1 / mu,
                     damping: ds1 + s1 * s1 / mu,
                 };
-                let (values, slopes) = specimen.subject.affine_and_slopes(branch.of(0.0), z);
+                let (values, slopes) = specimen.subject.affine_and_slopes(branch.of(0.0).into(), z);
                 let name = || format!("{} at rest, {branch:?}, z = {z:e}", specimen.name());
                 assert_affine(ROUNDING, terms, slopes, want, &name);
                 // μ (1/μ) is one up to a rounding.
@@ -415,7 +445,7 @@ fn models_have_their_one_sided_slopes_at_rest() {
                 let want_values = [0.0, 1.0, s0, s1 + form.outside()];
                 assert_affine(4.0 * f64::EPSILON, rest, values, want_values, &name);
                 // ∂ż/∂v = r − λ'z, with nothing from r'v.
-                let got = specimen.subject.linearised(branch.of(0.0), z);
+                let got = specimen.subject.linearised(branch.of(0.0).into(), z);
                 let sum = 1.0 + (relaxation * z).abs();
                 assert_within(ROUNDING, sum, got.rate_by_velocity, 1.0 - relaxation * z, name);
                 let by_velocity = r.load * (want[2] * z + s1 + form.outside());
@@ -437,7 +467,8 @@ fn the_free_branch_at_rest_takes_the_middle_of_both_sides() {
                 continue;
             }
             let z = fraction * full_deflection(&specimen, 0.0);
-            let slopes = |branch: Branch| specimen.subject.affine_and_slopes(branch.of(0.0), z).1;
+            let slopes =
+                |branch: Branch| specimen.subject.affine_and_slopes(branch.of(0.0).into(), z).1;
             let (forward, backward, free) =
                 (slopes(Branch::Forward), slopes(Branch::Backward), slopes(Branch::Free));
             let terms = form.slope_terms(0.0, z);

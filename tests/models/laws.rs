@@ -1473,6 +1473,7 @@ fn closed(r: &Recipe, family: Family, curve: Curve, damping: Element) -> ClosedF
         modulus: Modulus::Exact,
         stiffness: Element::Constant,
         damping,
+        scale: 1.0,
     }
 }
 

@@ -7,9 +7,7 @@ use std::cell::Cell;
 use bristle::companion::{Companion, CompanionStep, CompletedStep, PointMass, VelocityHistory};
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{
-    Affine, Bristle, Contact, FrBd, Law, LuGre, Scalar, Surface, paper,
-};
+use bristle::{Affine, Bristle, Contact, FrBd, Law, LuGre, Scalar, Surface, paper};
 use bristle_specimens::closed_form::{Element, Family};
 use bristle_specimens::recipe::{Recipe, State, decades, recipe, state, velocity};
 use bristle_specimens::specimens::{AsModel, Specimen, kelvin_voigt, specimens, stribeck};

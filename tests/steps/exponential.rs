@@ -8,9 +8,7 @@ use bristle::exponential::{Exponential, StepSummary};
 use bristle::ode::StopReason;
 use bristle::rheology::KelvinVoigt;
 use bristle::signal::{Function, Polyline, Signal, Sine, SineParameters, Vertex};
-use bristle::{
-    Bristle, Contact, Dahl, DahlParameters, FrBd, Law, LuGre, paper,
-};
+use bristle::{Bristle, Contact, Dahl, DahlParameters, FrBd, Law, LuGre, paper};
 use bristle_specimens::check;
 use bristle_specimens::recipe::{Recipe, decades, recipe};
 use bristle_specimens::specimens::{AsModel, specimens, table_2};

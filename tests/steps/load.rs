@@ -97,7 +97,7 @@ fn random_histories<T: Scalar>(
         if !specimen.subject.obeys(Law::Passivity) || specimen.is_implicit() {
             continue;
         }
-        let model = AsModel(specimen);
+        let model = AsModel(&specimen);
         taken += random_history::<T, _>(&model, form.recipe.load, draw, steps, rounding);
     }
     let bristle = GeneralisedMaxwell::zener(ZenerParameters {

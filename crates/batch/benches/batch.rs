@@ -5,9 +5,9 @@
 //! machine affects them alike.
 //!
 //! ```sh
-//! cargo bench --bench batch                       # the target's own vectors, SSE2 on x86-64
-//! cargo bench --bench batch --features simd,rayon # the widest that the processor has
-//! RUSTFLAGS="-C target-feature=+avx2" cargo bench --bench batch
+//! cargo bench -p bristle-batch                       # the target's own vectors, SSE2 on x86-64
+//! cargo bench -p bristle-batch --features simd,rayon # the widest that the processor has
+//! RUSTFLAGS="-C target-feature=+avx2" cargo bench -p bristle-batch
 //! ```
 
 use std::hint::black_box;

@@ -156,8 +156,7 @@ mod tests {
     use super::{Slices, run, sweep};
     use crate::Real;
     use crate::kernel::{Bound, Hold, Predict};
-    use crate::material::Valley;
-    use crate::material::{AxisMaterial, GAUSSIAN, Material};
+    use crate::material::{AxisMaterial, GAUSSIAN, Material, Valley};
     use bristle::scalar::{lit, to_f64};
 
     /// Numbers of many decades.

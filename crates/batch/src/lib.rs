@@ -154,7 +154,7 @@
 //!
 //! Every bristle takes the same additions, multiplications and divisions in the same order,
 //! wherever it stands in a batch of any length and order. No operation is fused (`mul_add`), and
-//! the exponential is the module's own. So the bits do not depend on the instruction set, on the
+//! the exponential is the crate's own. So the bits do not depend on the instruction set, on the
 //! features `simd` and `rayon`, or on whether parameters are shared.
 //!
 //! Not promised are the sign and payload of a NaN, and targets that compute wider than they store
@@ -187,8 +187,8 @@
 //! | three axes alike | 3.0 | 4.2 | 3.4 | 3.3 |
 //!
 //! ```sh
-//! RUSTFLAGS="-C target-feature=+avx2" cargo bench --bench batch
-//! cargo bench --bench batch --features simd,rayon # the widest vectors there are, and threads
+//! RUSTFLAGS="-C target-feature=+avx2" cargo bench -p bristle-batch
+//! cargo bench -p bristle-batch --features simd,rayon # the widest vectors there are, and threads
 //! ```
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
@@ -209,6 +209,10 @@ mod real;
 pub use material::{Columns, Fall, Uniform};
 pub use outcome::{BatchError, Outcome};
 pub use real::Real;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
 
 use bristle::parameter;
 use drive::Slices;
@@ -247,7 +251,7 @@ enum Bristles<'a, T, const N: usize> {
 pub struct Batch<'a, T, const N: usize = 1> {
     fall: Fall,
     bristles: Bristles<'a, T, N>,
-    #[cfg(feature = "rayon")]
+    /// Without the feature `rayon` this changes nothing.
     parallel: bool,
 }
 
@@ -321,7 +325,7 @@ impl<'a, T: Real> Batch<'a, T> {
     /// from that of the others.
     pub fn of_each(fall: Fall, columns: Columns<'a, T>) -> Result<Self, BatchError> {
         columns.check()?;
-        Ok(Self::new(fall, Bristles::Each(columns)))
+        Ok(Self { fall, bristles: Bristles::Each(columns), parallel: false })
     }
 
     /// The bristles on N axes instead of one, alike on all of them.
@@ -333,23 +337,11 @@ impl<'a, T: Real> Batch<'a, T> {
             }
             Bristles::Each(columns) => Bristles::Each(columns),
         };
-        let batch = Batch::new(self.fall, bristles);
-        #[cfg(feature = "rayon")]
-        let batch = Batch { parallel: self.parallel, ..batch };
-        batch
+        Batch { fall: self.fall, bristles, parallel: self.parallel }
     }
 }
 
 impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
-    fn new(fall: Fall, bristles: Bristles<'a, T, N>) -> Self {
-        Self {
-            fall,
-            bristles,
-            #[cfg(feature = "rayon")]
-            parallel: false,
-        }
-    }
-
     /// Bristles of one model, as many as the slices of a step have.
     ///
     /// # Errors
@@ -357,7 +349,7 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
     /// Refuses a Stribeck curve whose exponent is neither 1 nor 2.
     pub fn of(model: &impl Uniform<T, N>) -> Result<Self, BatchError> {
         let (fall, material) = model.material()?;
-        Ok(Self::new(fall, Bristles::Shared(material)))
+        Ok(Self { fall, bristles: Bristles::Shared(material), parallel: false })
     }
 
     /// A copy whose steps of more than some 8000 bristles are spread over rayon's threads, with the

@@ -4,14 +4,14 @@
 
 use super::BatchError;
 use super::real::{self, Real};
-use bristle::curve::{AnyCurve, Coulomb, RationalStribeck, RationalStribeckParameters, Stribeck};
+use bristle::curve::{AnyCurve, Coulomb, RationalStribeck, Stribeck};
 use bristle::parameter::{self, ParameterError, Rule};
 use bristle::regularisation::AnyRegularisation;
-use bristle::rheology::{KelvinVoigt, Rheology};
+use bristle::rheology::KelvinVoigt;
 use bristle::scalar::lit;
-use bristle::{AnyBristle, Bristle, Dahl, DahlParameters, FrBd, Sliding};
+use bristle::{AnyBristle, Bristle, Dahl, DahlParameters, FrBd};
 use bristle_plane::PlaneFrBd;
-pub(super) use sealed::Material;
+pub(super) use sealed::{AxisMaterial, Material, Valley};
 
 /// How friction falls from its static to its dynamic coefficient, over u = |v|/v_S.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,46 +117,28 @@ impl<T: Real, const N: usize> Material<T, N> {
     }
 }
 
-/// The parameters of a curve that falls from static to dynamic friction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Valley<T> {
-    /// μ_d
-    pub(crate) dynamic: T,
-    /// μ_s − μ_d
-    pub(crate) drop: T,
-    /// 1/v_S
-    pub(crate) inverse_velocity: T,
-    /// σ2
-    pub(crate) viscous: T,
-}
-
 impl<T: Real> Valley<T> {
-    fn new(parameters: RationalStribeckParameters<T>) -> Self {
-        let dynamic = parameters.dynamic_coefficient;
-        Self {
-            dynamic,
-            drop: parameters.static_coefficient - dynamic,
-            inverse_velocity: T::one() / parameters.stribeck_velocity,
-            viscous: parameters.viscous_friction,
-        }
+    #[inline(always)]
+    fn new([static_, dynamic, velocity, viscous]: [T; 4]) -> Self {
+        let (drop, inverse_velocity) = (static_ - dynamic, T::one() / velocity);
+        Self { dynamic, drop, inverse_velocity, viscous }
     }
-}
 
-/// The parameters of one axis of a bristle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct AxisMaterial<T> {
-    /// a, its friction over the curve
-    pub(super) ratio: T,
-    /// σ0
-    pub(super) stiffness: T,
-    /// σ1
-    pub(super) damping: T,
+    /// Does not fall, at any speed.
+    fn flat(dynamic: T, viscous: T) -> Self {
+        Self { dynamic, drop: T::zero(), inverse_velocity: T::zero(), viscous }
+    }
 }
 
 impl<T: Real> AxisMaterial<T> {
     /// The axis of a contact in which no direction is special.
     fn plain(stiffness: T, damping: T) -> Self {
         Self { ratio: T::one(), stiffness, damping }
+    }
+
+    fn of(ratio: T, bristle: &KelvinVoigt<T>) -> Self {
+        let parameters = bristle.parameters();
+        Self { ratio, stiffness: parameters.micro_stiffness, damping: parameters.micro_damping }
     }
 
     /// a²
@@ -190,12 +172,35 @@ impl<T: Real> AxisMaterial<T> {
 pub trait Uniform<T, const N: usize = 1>: sealed::Model<T, N> {}
 
 pub(super) mod sealed {
-    use super::{AxisMaterial, Fall, ParameterError, Valley};
+    use super::{Fall, ParameterError};
+
+    /// The parameters of a curve that falls from static to dynamic friction.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Valley<T> {
+        /// μ_d
+        pub(crate) dynamic: T,
+        /// μ_s − μ_d
+        pub(crate) drop: T,
+        /// 1/v_S
+        pub(crate) inverse_velocity: T,
+        /// σ2
+        pub(crate) viscous: T,
+    }
+
+    /// The parameters of one axis of a bristle.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(crate) struct AxisMaterial<T> {
+        /// a, its friction over the curve
+        pub(crate) ratio: T,
+        /// σ0
+        pub(crate) stiffness: T,
+        /// σ1
+        pub(crate) damping: T,
+    }
 
     /// The parameters of one bristle.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Material<T, const N: usize> {
-        /// μ_d, μ_s − μ_d, 1/v_S and σ2
         pub(crate) curve: Valley<T>,
         pub(crate) axes: [AxisMaterial<T>; N],
     }
@@ -205,21 +210,16 @@ pub(super) mod sealed {
         fn material(&self) -> Result<(Fall, Material<T, N>), ParameterError>;
     }
 
-    /// A curve that a batch can compute, as a material without a bristle.
+    /// A curve that a batch can compute.
     pub trait Curve<T> {
-        fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError>;
+        fn curve(&self) -> Result<(Fall, Valley<T>), ParameterError>;
     }
-
-    /// A bristle of one spring, none of whose elements depends on the velocity.
-    pub trait Constant {}
 }
 
-impl<T> sealed::Constant for KelvinVoigt<T> {}
-
 impl<T: Real> sealed::Curve<T> for Stribeck<T> {
-    fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError> {
-        let parameters = self.parameters();
-        let exponent = parameters.stribeck_exponent;
+    fn curve(&self) -> Result<(Fall, Valley<T>), ParameterError> {
+        let p = self.parameters();
+        let exponent = p.stribeck_exponent;
         let fall = if exponent == T::one() {
             Fall::Exponential
         } else if exponent == lit(2.0) {
@@ -228,31 +228,29 @@ impl<T: Real> sealed::Curve<T> for Stribeck<T> {
             let rule = Rule::Stated("be 1 or 2 here");
             return Err(parameter::refused("stribeck_exponent", exponent, rule));
         };
-        let valley = Valley::new(RationalStribeckParameters {
-            static_coefficient: parameters.static_coefficient,
-            dynamic_coefficient: parameters.dynamic_coefficient,
-            stribeck_velocity: parameters.stribeck_velocity,
-            viscous_friction: parameters.viscous_friction,
-        });
-        Ok((fall, Material { curve: valley, axes: [] }))
+        let (static_, dynamic) = (p.static_coefficient, p.dynamic_coefficient);
+        Ok((fall, Valley::new([static_, dynamic, p.stribeck_velocity, p.viscous_friction])))
     }
 }
 
 impl<T: Real> sealed::Curve<T> for RationalStribeck<T> {
-    fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError> {
-        Ok((Fall::Rational, Material { curve: Valley::new(self.parameters()), axes: [] }))
+    fn curve(&self) -> Result<(Fall, Valley<T>), ParameterError> {
+        let p = self.parameters();
+        let (static_, dynamic) = (p.static_coefficient, p.dynamic_coefficient);
+        let valley = Valley::new([static_, dynamic, p.stribeck_velocity, p.viscous_friction]);
+        Ok((Fall::Rational, valley))
     }
 }
 
 impl<T: Real> sealed::Curve<T> for Coulomb<T> {
-    fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError> {
+    fn curve(&self) -> Result<(Fall, Valley<T>), ParameterError> {
         let curve = self.parameters();
-        Ok((Fall::Rational, flat(curve.dynamic_coefficient, curve.viscous_friction)))
+        Ok((Fall::Rational, Valley::flat(curve.dynamic_coefficient, curve.viscous_friction)))
     }
 }
 
 impl<T: Real> sealed::Curve<T> for AnyCurve<T> {
-    fn curve(&self) -> Result<(Fall, Material<T, 0>), ParameterError> {
+    fn curve(&self) -> Result<(Fall, Valley<T>), ParameterError> {
         match self {
             Self::Coulomb(curve) => curve.curve(),
             Self::Stribeck(curve) => curve.curve(),
@@ -265,38 +263,18 @@ impl<T: Real> sealed::Curve<T> for AnyCurve<T> {
     }
 }
 
-/// A curve that does not fall, at any speed.
-fn flat<T: Real>(dynamic: T, viscous: T) -> Material<T, 0> {
-    let (drop, inverse_velocity) = (T::zero(), T::zero());
-    Material { curve: Valley { dynamic, drop, inverse_velocity, viscous }, axes: [] }
-}
-
-impl<T, C, R> sealed::Model<T, 1> for FrBd<C, R>
-where
-    T: Real,
-    C: sealed::Curve<T>,
-    R: Rheology<T, Deflection = T> + sealed::Constant,
-{
+impl<T: Real, C: sealed::Curve<T>> sealed::Model<T, 1> for FrBd<C, KelvinVoigt<T>> {
     fn material(&self) -> Result<(Fall, Material<T, 1>), ParameterError> {
-        let (fall, Material { curve, .. }) = self.curve().curve()?;
-        let elements = self.rheology().elements(Sliding::from(T::zero()));
-        let axis = AxisMaterial::plain(elements.stiffness, elements.damping);
-        Ok((fall, Material { curve, axes: [axis] }))
+        let (fall, curve) = self.curve().curve()?;
+        Ok((fall, Material { curve, axes: [AxisMaterial::of(T::one(), self.rheology())] }))
     }
 }
 
-impl<T, C, const N: usize> sealed::Model<T, N> for PlaneFrBd<C, T, N>
-where
-    T: Real,
-    C: sealed::Curve<T>,
-{
+impl<T: Real, C: sealed::Curve<T>, const N: usize> sealed::Model<T, N> for PlaneFrBd<C, T, N> {
     fn material(&self) -> Result<(Fall, Material<T, N>), ParameterError> {
-        let (fall, Material { curve, .. }) = self.curve().curve()?;
-        let axes = self.bristles().map(|axis| {
-            let elements = axis.bristle.elements(Sliding::from(T::zero()));
-            let (stiffness, damping) = (elements.stiffness, elements.damping);
-            AxisMaterial { ratio: axis.friction_ratio, stiffness, damping }
-        });
+        let (fall, curve) = self.curve().curve()?;
+        let axes = self.bristles();
+        let axes = axes.map(|axis| AxisMaterial::of(axis.friction_ratio, &axis.bristle));
         Ok((fall, Material { curve, axes }))
     }
 }
@@ -305,7 +283,7 @@ where
 impl<T: Real> sealed::Model<T, 1> for Dahl<T> {
     fn material(&self) -> Result<(Fall, Material<T, 1>), ParameterError> {
         let DahlParameters { dynamic_coefficient, micro_stiffness } = self.parameters();
-        let Material { curve, .. } = flat(dynamic_coefficient, T::zero());
+        let curve = Valley::flat(dynamic_coefficient, T::zero());
         let axes = [AxisMaterial::plain(micro_stiffness, T::zero())];
         Ok((Fall::Rational, Material { curve, axes }))
     }
@@ -314,15 +292,12 @@ impl<T: Real> sealed::Model<T, 1> for Dahl<T> {
 impl<T: Real> sealed::Model<T, 1> for AnyBristle<T> {
     fn material(&self) -> Result<(Fall, Material<T, 1>), ParameterError> {
         match self {
-            Self::FrBd(model) => {
-                let AnyRegularisation::Unregularised = model.regularisation() else {
-                    return Err(parameter::chosen(
-                        "a regularised one",
-                        "a batch takes |v| as it is",
-                    ));
-                };
-                FrBd::new(model.curve().clone(), *model.rheology()).material()
-            }
+            Self::FrBd(model) => match model.regularisation() {
+                AnyRegularisation::Unregularised => {
+                    FrBd::new(model.curve().clone(), *model.rheology()).material()
+                }
+                _ => Err(parameter::chosen("a regularised one", "a batch takes |v| as it is")),
+            },
             Self::Dahl(model) => model.material(),
             _ => Err(parameter::chosen(self.name(), "a batch takes FrBD or Dahl")),
         }
@@ -366,8 +341,7 @@ impl<T: Real, const N: usize> Source<T, N, 6> for Stored {
         &self,
         [static_, dynamic, velocity, viscous, stiffness, damping]: [T; 6],
     ) -> Material<T, N> {
-        let (drop, inverse_velocity) = (static_ - dynamic, T::one() / velocity);
-        let curve = Valley { dynamic, drop, inverse_velocity, viscous };
+        let curve = Valley::new([static_, dynamic, velocity, viscous]);
         Material { curve, axes: [AxisMaterial::plain(stiffness, damping); N] }
     }
 }

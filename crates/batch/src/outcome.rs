@@ -6,9 +6,9 @@ use super::real::{BLOCK, Real};
 use bristle::ParameterError;
 
 /// How many bristles a step has left with a result that is NaN or infinite. (Why a search for
-/// parameters ended is an `identify::Outcome`.)
+/// parameters ended is a `bristle_identify::Outcome`.)
 ///
-/// Such a bristle affects no other: the step is done for all. The module's table says what it gets.
+/// Such a bristle affects no other: the step is done for all. The crate's table says what it gets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[must_use = "bristles that became NaN are reported here and nowhere else"]
 pub struct Outcome {

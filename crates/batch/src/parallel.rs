@@ -27,15 +27,8 @@ impl<'a, T, const N: usize, const P: usize, const I: usize, const O: usize>
 }
 
 /// Applies a kernel to all bristles, in halves of halves, on rayon's threads.
-pub(super) fn run<
-    T: Real,
-    K: Kernel<T, N, P, I, O>,
-    const N: usize,
-    const P: usize,
-    const I: usize,
-    const O: usize,
->(
-    kernel: K,
+pub(super) fn run<T: Real, const N: usize, const P: usize, const I: usize, const O: usize>(
+    kernel: impl Kernel<T, N, P, I, O>,
     mut slices: Slices<'_, T, N, P, I, O>,
 ) -> Outcome {
     if slices.length < 2 * GRAIN {

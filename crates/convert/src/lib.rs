@@ -386,7 +386,8 @@ pub struct LossyGear<T> {
     pub ratio: T,
 }
 
-/// The losses of a [`LossyGear`] in the terms of a [gear](bristle_joint::GearFriction), on the side of the joint.
+/// The losses of a [`LossyGear`] in the terms of a [gear](bristle_joint::GearFriction), on the side
+/// of the joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GearLosses<T> {
     /// Friction coefficient μ \[–\], with the larger of k_m and k_e as 1.

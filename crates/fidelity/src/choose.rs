@@ -116,7 +116,7 @@ pub fn choose<S: Scene + ?Sized>(scene: &S, tolerance: Tolerance) -> Result<Choi
 }
 
 fn none(name: &'static str) -> ParameterError {
-    ParameterError { name, component: None, value: 0.0, rule: Rule::Count { least: 1 } }
+    parameter::refused(name, 0.0, Rule::Count { least: 1 })
 }
 
 /// A reference that has settled.
@@ -182,14 +182,9 @@ impl<S: Scene + ?Sized> Search<'_, S> {
     }
 
     fn undetermined<R>(&self, difference: f64, steps: u32) -> Result<R, FidelityError> {
-        let (quantity, allowed) = (self.scene.quantity(), self.tolerance.error);
-        Err(FidelityError::Undetermined {
-            quantity,
-            difference,
-            allowed,
-            steps,
-            units: self.tolerance.units,
-        })
+        let Tolerance { error: allowed, units, .. } = self.tolerance;
+        let quantity = self.scene.quantity();
+        Err(FidelityError::Undetermined { quantity, difference, allowed, steps, units })
     }
 
     /// Doubles the steps of a level until it is good enough, settles on something else, or would

@@ -1,7 +1,7 @@
 //! What an evaluation costs, in evaluations of rate and force of FrBD with one spring and a
 //! Stribeck curve of exponent 2, whose one `exp` is most of it.
 //!
-//! Ratios of `cargo bench --bench cost`, rounded; they differ by some 20 % between machines.
+//! Ratios of `cargo bench -p bristle --bench cost`, rounded; they differ by some 20 % between machines.
 
 /// The friction curve at a velocity.
 pub(super) const CURVE: f64 = 1.0;
@@ -18,7 +18,7 @@ pub(super) const IMPLICIT_HOLD: f64 = 24.0;
 /// The force of the implicit bristle: one such solution.
 pub(super) const IMPLICIT_FORCE: f64 = 5.0;
 
-// A patch under a parabolic pressure, from `cargo bench --bench rolling_contact`; some 20 % less
+// A patch under a parabolic pressure, from `cargo bench -p bristle-rolling`; some 20 % less
 // under an exponential one, half under a constant one.
 
 /// The steady force of a patch.

@@ -194,7 +194,8 @@ impl<T: Scalar, M: Reducible<T>, V: Signal<T>> Scene for KnownVelocity<T, M, V> 
         let (mut lag, mut way, mut longest, mut stuck) = (0.0_f64, 0.0_f64, 0.0_f64, 0_u32);
         for now in self.answers.times().map(|time| self.velocity.value(time)) {
             let rate = to_f64(model.stationary(now) - model.stationary(last)).abs() / dt;
-            let relaxation = to_f64(model.affine(direction(now).of(now).into(), T::zero()).relaxation);
+            let relaxation =
+                to_f64(model.affine(direction(now).of(now).into(), T::zero()).relaxation);
             let reversed = direction(now) != direction(last);
             let here = if reversed { 2.0 } else { rate / (relaxation * breakaway) };
             lag = if here <= lag { lag } else { here.min(2.0) };

@@ -84,3 +84,7 @@ pub use patch::PatchScene;
 pub use reducible::Reducible;
 pub use report::{Choice, FidelityError, Trial, Verdict};
 pub use scene::{Answers, Level, Quantity, Run, Scene};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

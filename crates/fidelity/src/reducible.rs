@@ -6,7 +6,7 @@ use bristle::parameter::ParameterError;
 use bristle::regularisation::Regularisation;
 use bristle::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters, Rheology};
 use bristle::scalar::is_zero;
-use bristle::{AnyBristle, Bristle, ElastoPlastic, FrBd, ImplicitBristle, LuGre, Scalar};
+use bristle::{AnyBristle, Bristle, ElastoPlastic, Form, FrBd, ImplicitBristle, LuGre, Scalar};
 
 /// A model that can be the reference of a [`KnownVelocity`](super::KnownVelocity): FrBD with any
 /// bristle, LuGre and elasto-plastic FrBD of one spring, the implicit bristle, or your own model.
@@ -30,10 +30,10 @@ pub trait Reducible<T: Scalar>: Bristle<T> {
 
     /// The cost of an exact step and of the force after it, in evaluations of FrBD with one spring.
     fn costs(&self) -> (f64, f64) {
-        if Self::Deflection::SPRINGS == 1 {
-            (cost::HOLD, cost::FORCE)
-        } else {
-            (cost::MATRIX_HOLD, cost::FORCE)
+        match (self.form(), Self::Deflection::SPRINGS) {
+            (Form::Solved, _) => (cost::IMPLICIT_HOLD, cost::IMPLICIT_FORCE),
+            (_, 1) => (cost::HOLD, cost::FORCE),
+            _ => (cost::MATRIX_HOLD, cost::FORCE),
         }
     }
 }
@@ -71,10 +71,6 @@ impl<T: Scalar, C: FrictionCurve<T>> Reducible<T> for ImplicitBristle<C, T> {
 
     fn is_lumped(&self) -> bool {
         false
-    }
-
-    fn costs(&self) -> (f64, f64) {
-        (cost::IMPLICIT_HOLD, cost::IMPLICIT_FORCE)
     }
 }
 
@@ -118,13 +114,6 @@ impl<T: Scalar> Reducible<T> for AnyBristle<T> {
             Self::FrBd(model) => model.is_lumped(),
             Self::Maxwell(_) | Self::Implicit(_) => false,
             _ => true,
-        }
-    }
-
-    fn costs(&self) -> (f64, f64) {
-        match self {
-            Self::Implicit(model) => model.costs(),
-            _ => (cost::HOLD, cost::FORCE),
         }
     }
 }

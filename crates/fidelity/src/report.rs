@@ -130,11 +130,10 @@ fn unsettled(quantity: Quantity, units: Units, difference: f64, allowed: f64) ->
             .into();
     }
     let unit = units.of(quantity.name_and_unit().1);
-    let (part, allowed) = (SETTLED, Number(allowed));
-    let difference = Number(difference);
+    let (difference, allowed) = (Number(difference), Number(allowed));
     format!(
-        "two runs of the reference differ by {difference:.3} {unit}, more than {part} times the \
-         {allowed:.3} {unit} allowed"
+        "two runs of the reference differ by {difference:.3} {unit}, more than {SETTLED} times \
+         the {allowed:.3} {unit} allowed"
     )
 }
 

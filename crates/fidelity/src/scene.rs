@@ -167,8 +167,7 @@ fn count(name: &'static str, value: usize, most: usize) -> Result<usize, Paramet
     if (1..=most).contains(&value) {
         return Ok(value);
     }
-    let rule = Rule::CountBetween { least: 1, most };
-    Err(ParameterError { name, component: None, value: value as f64, rule })
+    Err(parameter::refused(name, value as f64, Rule::CountBetween { least: 1, most }))
 }
 
 /// Checks that a scene with these levels has such a run.

@@ -31,23 +31,12 @@ impl fmt::Display for Refusal {
 /// A value of a file, with its place.
 type Node<'i> = Spanned<DeValue<'i>>;
 
-/// The keys of signals and inputs, of which a plain number is a constant one.
-const SIGNALS: [&str; 14] = [
-    "anchor",
-    "brake_load",
-    "current",
-    "external",
-    "force",
-    "lateral_velocity",
-    "opening",
-    "reference",
-    "rolling_speed",
-    "slip_velocity",
-    "torque",
-    "twist",
-    "velocity",
-    "voltage",
-];
+/// Whether a key is that of a signal or an input, of which a plain number is a constant one.
+fn is_signal(key: &str) -> bool {
+    const SIGNALS: &str = "anchor brake_load current external force lateral_velocity opening \
+                           reference rolling_speed slip_velocity torque twist velocity voltage";
+    SIGNALS.split(' ').any(|signal| signal == key)
+}
 
 /// Reads a file.
 ///
@@ -56,20 +45,14 @@ const SIGNALS: [&str; 14] = [
 /// Text that is no TOML, keys and choices that do not exist, and parameters that a constructor
 /// refuses, with the place in the file.
 pub fn read(text: &str) -> Result<Setup, Refusal> {
-    let start = |error: &toml::de::Error| error.span().map(|span| span.start);
-    let document = document(text)
-        .map_err(|error| Refusal::at(text, start(&error), error.message().to_owned()))?;
-    match Setup::deserialize(ValueDeserializer::from(document.clone())) {
-        Ok(mut setup) => {
-            setup.text = text.to_owned();
-            Ok(setup)
-        }
-        Err(error) => {
-            let (found, message) = reason(text, &document, &error)
-                .unwrap_or_else(|| (start(&error), error.message().to_owned()));
-            Err(Refusal::at(text, found, message))
-        }
-    }
+    let plainly = |error: &toml::de::Error| {
+        Refusal::at(text, error.span().map(|span| span.start), error.message().to_owned())
+    };
+    let document = document(text).map_err(|error| plainly(&error))?;
+    let mut setup = Setup::deserialize(ValueDeserializer::from(document.clone()))
+        .map_err(|error| found(text, &document, &error).unwrap_or_else(|| plainly(&error)))?;
+    setup.text = text.to_owned();
+    Ok(setup)
 }
 
 impl Refusal {
@@ -102,16 +85,16 @@ fn document(text: &str) -> Result<Node<'_>, toml::de::Error> {
 }
 
 /// Turns plain numbers that stand for signals into constant signals.
-fn constants(value: &mut Node, is_signal: bool) {
+fn constants(value: &mut Node, signal: bool) {
     let span = value.span();
     match value.get_mut() {
         DeValue::Table(table) => {
             for (key, value) in table.iter_mut() {
-                constants(value, SIGNALS.contains(&key.get_ref().as_ref()));
+                constants(value, is_signal(key.get_ref()));
             }
         }
-        DeValue::Array(list) => list.iter_mut().for_each(|value| constants(value, is_signal)),
-        number @ (DeValue::Integer(_) | DeValue::Float(_)) if is_signal => {
+        DeValue::Array(list) => list.iter_mut().for_each(|value| constants(value, signal)),
+        number @ (DeValue::Integer(_) | DeValue::Float(_)) if signal => {
             let key = Spanned::new(span.clone(), "constant".into());
             let constant = Spanned::new(span, number.clone());
             *number = DeValue::Table([(key, constant)].into_iter().collect());
@@ -124,16 +107,14 @@ fn constants(value: &mut Node, is_signal: bool) {
 ///
 /// It knows where a table or a list begins in which a parameter was refused. The parameter is the
 /// first key behind it with the name, the index and the value of the error.
-fn reason(text: &str, document: &Node, error: &toml::de::Error) -> Option<(Option<usize>, String)> {
+fn found(text: &str, document: &Node, error: &toml::de::Error) -> Option<Refusal> {
     let (span, message) = (error.span()?, error.message());
     let entries = entries(document);
-    let (found, message) = choice(document, &entries, error)
+    let behind = entries.iter().filter(|entry| entry.value.span().end > span.start);
+    let (start, message) = choice(document, &entries, error)
         .or_else(|| wrong_type(text, document, &entries, error))
-        .or_else(|| {
-            let behind = entries.iter().filter(|entry| entry.value.span().end > span.start);
-            Some((parameter(text, behind, message)?, message.to_owned()))
-        })?;
-    Some((Some(found), message))
+        .or_else(|| Some((parameter(text, behind, message)?, message.to_owned())))?;
+    Some(Refusal::at(text, Some(start), message))
 }
 
 /// A value of a file: of a key, or an element of a list.
@@ -145,28 +126,27 @@ struct Entry<'t, 'i> {
     value: &'t Node<'i>,
 }
 
-/// Every value of a file, in the order of the text.
+/// Every value of a file.
 fn entries<'t, 'i>(document: &'t Node<'i>) -> Vec<Entry<'t, 'i>> {
-    let mut found = vec![Entry { path: Vec::new(), start: 0, value: document }];
-    let mut next = 0;
-    while let Some(Entry { path, value, .. }) = found.get(next) {
-        let value: &'t Node<'i> = value;
-        let within = |key: String| [path.as_slice(), &[key]].concat();
-        let inner: Vec<_> = match value.get_ref() {
+    fn list<'t, 'i>(entry: Entry<'t, 'i>, found: &mut Vec<Entry<'t, 'i>>) {
+        let (value, path) = (entry.value, entry.path.clone());
+        found.push(entry);
+        let mut inner = |key: String, start, value| {
+            list(Entry { path: [path.as_slice(), &[key]].concat(), start, value }, found);
+        };
+        match value.get_ref() {
             DeValue::Table(table) => table
                 .iter()
-                .map(|(key, value)| (within(key.get_ref().to_string()), key.span().start, value))
-                .collect(),
-            DeValue::Array(list) => (0..)
-                .zip(list.iter())
-                .map(|(index, value)| (within(index.to_string()), value.span().start, value))
-                .collect(),
-            _ => Vec::new(),
-        };
-        found.extend(inner.into_iter().map(|(path, start, value)| Entry { path, start, value }));
-        next += 1;
+                .for_each(|(key, value)| inner(key.get_ref().to_string(), key.span().start, value)),
+            DeValue::Array(list) => list
+                .iter()
+                .enumerate()
+                .for_each(|(index, value)| inner(index.to_string(), value.span().start, value)),
+            _ => {}
+        }
     }
-    found.sort_by_key(|entry| entry.start);
+    let mut found = Vec::new();
+    list(Entry { path: Vec::new(), start: 0, value: document }, &mut found);
     found
 }
 
@@ -237,25 +217,22 @@ fn wrong_type(
         around.start <= span.start && span.end <= around.end
     };
     let entry = entries.iter().filter(within).min_by_key(|entry| entry.value.span().len())?;
-    let is_signal = SIGNALS.contains(&entry.key());
-    let wanted = match message.rsplit_once(", expected ") {
-        Some((_, "newtype variant")) if !is_signal => "a table of this name with its keys".into(),
-        Some((_, "newtype variant")) => {
-            format!("a number or {}", choices(document, &entry.path)?)
-        }
-        None if message == "wanted string or table" => {
+    let is_signal = is_signal(entry.key());
+    let wanted = match message.rsplit_once(", expected ").map_or(message, |parts| parts.1) {
+        "newtype variant" if !is_signal => "a table of this name with its keys".into(),
+        "newtype variant" | "wanted string or table" => {
             let number = if is_signal { "a number or " } else { "" };
             format!("{number}{}", choices(document, &entry.path)?)
         }
-        Some((_, "usize" | "u64")) => "a whole number, zero or positive".into(),
-        Some((_, "u16")) => "a whole number from 0 to 65535".into(),
-        Some((_, "f64")) => "a number".into(),
-        Some((_, "a sequence")) => "a list".into(),
-        Some((_, wanted)) if wanted.starts_with("struct ") => "a table with its keys".into(),
-        Some((_, wanted)) if wanted.starts_with("an array of length ") => {
+        "usize" | "u64" => "a whole number, zero or positive".into(),
+        "u16" => "a whole number from 0 to 65535".into(),
+        "f64" => "a number".into(),
+        "a sequence" => "a list".into(),
+        wanted if wanted.starts_with("struct ") => "a table with its keys".into(),
+        wanted if wanted.starts_with("an array of length ") => {
             wanted.replace("an array of length", "a list of")
         }
-        Some((_, wanted)) if message.starts_with("invalid type") => wanted.into(),
+        wanted if message.starts_with("invalid type") => wanted.into(),
         _ => return None,
     };
     let given = text.get(span.clone())?.lines().next().unwrap_or("");

@@ -277,22 +277,16 @@ pub(crate) struct PlaneBlock<const N: usize> {
 type Body<M, const N: usize> = PlaneBody<f64, M, N, AnySignal<f64>, AnySignal<f64>>;
 
 /// The columns of a body on three axes.
-const AXES: [[Column; 3]; 3] = [
-    [
-        ("x", "position x (m)", 1.0),
-        ("y", "position y (m)", 1.0),
-        ("s", "rotation times radius (m)", 1.0),
-    ],
-    [
-        ("vx", "velocity v_x (m/s)", 1.0),
-        ("vy", "velocity v_y (m/s)", 1.0),
-        ("vs", "spin times radius (m/s)", 1.0),
-    ],
-    [
-        ("force_x", "friction force F_x (N)", 1.0),
-        ("force_y", "friction force F_y (N)", 1.0),
-        ("force_s", "friction torque over radius (N)", 1.0),
-    ],
+const AXES: [Column; 9] = [
+    ("x", "position x (m)", 1.0),
+    ("y", "position y (m)", 1.0),
+    ("s", "rotation times radius (m)", 1.0),
+    ("vx", "velocity v_x (m/s)", 1.0),
+    ("vy", "velocity v_y (m/s)", 1.0),
+    ("vs", "spin times radius (m/s)", 1.0),
+    ("force_x", "friction force F_x (N)", 1.0),
+    ("force_y", "friction force F_y (N)", 1.0),
+    ("force_s", "friction torque over radius (N)", 1.0),
 ];
 
 impl<const N: usize> PlaneBlock<N> {
@@ -316,7 +310,7 @@ impl<const N: usize> PlaneBlock<N> {
         let Self { contact, mechanisms, anchor, force } = self.clone();
         let contact = model.under_load(contact.normal_force)?;
         let body = PlaneBody::new(PlaneBodyParameters { contact, mechanisms, anchor, force })?;
-        let columns = AXES.iter().flat_map(|columns| columns.iter().take(N).copied()).collect();
+        let columns = AXES.chunks(3).flat_map(|columns| columns[..N].to_vec()).collect();
         solver.run(&body, SVector::zeros(), columns, |_, state: &SVector<f64, S>| {
             let part = |from: usize| SVector::<f64, N>::from_fn(|axis, _| state[from + axis]);
             let force = body.contact().force(&part(N), &part(2 * N));

@@ -3,6 +3,7 @@
 use std::fmt::Display;
 
 use bristle::nalgebra::SVector;
+use bristle::number::Number;
 use bristle::ode::{AnyMethod, Output, Solver, StopReason, System, Tolerances, Trajectory};
 use bristle::scene::{DiaphragmValve, MassSpringDamper, PrescribedVelocity};
 use bristle::signal::{AnySignal, Signal};
@@ -124,9 +125,8 @@ impl Setup {
             _ => None,
         })?;
         let most = MOST_PERIODS / self.solver.end;
-        if let Some(frequency) =
-            frequencies(&Value::try_from(&self.scene)?).into_iter().find(|f| !(*f <= most))
-        {
+        let mut frequencies = frequencies(&Value::try_from(&self.scene)?).into_iter();
+        if let Some(frequency) = frequencies.find(|frequency| !(*frequency <= most)) {
             let rule = format!("be at most {most}: a run has up to a million periods");
             return must("frequency", frequency, rule);
         }
@@ -181,13 +181,10 @@ impl Setup {
 /// The frequencies of all sines within a value.
 fn frequencies(value: &Value) -> Vec<f64> {
     match value {
-        Value::Table(table) => table
-            .iter()
-            .flat_map(|(key, value)| match value {
-                Value::Float(frequency) if key == "frequency" => vec![*frequency],
-                _ => frequencies(value),
-            })
-            .collect(),
+        Value::Table(table) => {
+            let own = table.get("frequency").and_then(Value::as_float).into_iter();
+            own.chain(table.values().flat_map(frequencies)).collect()
+        }
         Value::Array(list) => list.iter().flat_map(frequencies).collect(),
         _ => Vec::new(),
     }
@@ -214,7 +211,6 @@ impl SolverSetup {
             let named = |refused| ParameterError { name: "tolerance", component: None, ..refused };
             Tolerances::scaled(tolerance, SVector::<f64, 1>::repeat(1.0)).map_err(named)?;
         }
-        let method_or_default = method.unwrap_or_default();
         if let Some(scene) = own_steps {
             let rule = format!("be absent: {scene} takes steps of length `step`");
             return match (method, tolerance) {
@@ -223,7 +219,7 @@ impl SolverSetup {
                 _ => Ok(()),
             };
         }
-        match (method_or_default, tolerance, step) {
+        match (method.unwrap_or_default(), tolerance, step) {
             (_, Some(_), Some(step)) => {
                 must("step", step, "be absent: tolerance chooses the steps")
             }
@@ -328,7 +324,7 @@ impl SolverSetup {
             (StopReason::Refused(_), ..) | (.., None) => Err(failure.into()),
             (.., Some(step)) => {
                 let rule = "be shorter, unless the motion itself diverges";
-                must("step", shown(step), format!("{rule}: {failure}; {ADVICE}"))
+                must("step", Number(step), format!("{rule}: {failure}; {ADVICE}"))
             }
         }
     }
@@ -356,16 +352,7 @@ fn error_of_steps<const N: usize>(
         return Ok(error);
     }
     let (time, index) = where_it_is;
-    let error = shown(format!("{error:.1e}").parse()?);
+    let error = Number(error);
     let why = format!("half of it changes component {index} of the state at t = {time} s");
-    must("step", shown(step), format!("be shorter: {why} by {error} of its scale; {ADVICE}"))
-}
-
-/// A number for a reader: plain from 1e-3 to 1e6, with an exponent beyond.
-fn shown(number: f64) -> String {
-    if number == 0.0 || !number.is_finite() || (1e-3..1e6).contains(&number.abs()) {
-        number.to_string()
-    } else {
-        format!("{number:e}")
-    }
+    must("step", Number(step), format!("be shorter: {why} by {error:.2} of its scale; {ADVICE}"))
 }

@@ -14,8 +14,8 @@ use bristle::rheology::{
 };
 use bristle::signal::AnySignal;
 use bristle::{
-    AnyBristle, Bounds, Branch, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FoldRule,
-    FrBd, ImplicitBristle, LuGre, Mechanism, paper,
+    AnyBristle, Bounds, Branch, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd,
+    ImplicitBristle, LuGre, Mechanism, paper,
 };
 use bristle_analysis::audit::AuditParameters;
 use bristle_convert::LossyGear;
@@ -117,12 +117,15 @@ fn values_read_back_to_the_same_bits() {
     let curve: AnyCurve<f64> = read(CURVE).unwrap();
     let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
     let smooth = SquareRoot::new(1e-9).unwrap();
-    let folded = ImplicitBristle::new(curve.clone(), bristle, Some(FoldRule::Fastest)).unwrap();
+    // Its curve must fall less steeply than its damping.
+    let damped = KelvinVoigtParameters { micro_damping: 1e3, ..paper::STICK_SLIP_BRISTLE };
+    let damped = KelvinVoigt::new(damped).unwrap();
+    let implicit = ImplicitBristle::new(curve.clone(), damped).unwrap();
     let elastic = ElastoPlastic::new(curve.clone(), bristle, 1e-6).unwrap();
     let models: [AnyBristle<f64>; 6] = [
         LuGre::classical(curve.clone(), bristle).regularised(smooth).into(),
         elastic.regularised(HyperbolicTangent::new(1e-4).unwrap()).into(),
-        folded.into(),
+        implicit.into(),
         FrBd::new(curve.clone(), bristle).into(),
         LuGre::classical(curve.clone(), bristle).into(),
         LuGre::with_viscous_part_inside(curve.clone(), bristle).into(),

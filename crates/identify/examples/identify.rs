@@ -164,7 +164,7 @@ fn search(
         ControlFlow::Continue(())
     };
     let fit = if let [model] = models {
-        let fit = mechanism::fit(joint, model, &fitted, &held_out, &settings, &mut watch)?;
+        let fit = mechanism::fit_joint(joint, model, &fitted, &held_out, &settings, &mut watch)?;
         bar.reach(parts);
         println!("{fit}");
         fit

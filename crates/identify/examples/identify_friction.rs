@@ -25,8 +25,8 @@ use bristle::{Bristle, FrBd};
 use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Values, println};
 use bristle_identify as identify;
 use bristle_identify::{
-    Candidate, ElastoPlasticFit, FrBdFit, InitialGuess, Log, LogParameters, MaxwellFit, Motion,
-    Settings,
+    Candidate, ElastoPlasticFit, FrBdFit, InitialGuess, Log, LogParameters, MaxwellFit,
+    MeasuredMotion, SearchSettings,
 };
 
 fn main() -> ExitCode {
@@ -81,8 +81,8 @@ fn read(path: &Path, choice: &str, from: f64, to: f64) -> Result<Log, Box<dyn Er
     let end = time.iter().rposition(|&t| t <= to).map_or(first, |last| (last + 1).max(first));
     let find = |wanted: &str| named(wanted).map(|column| &column[first..end]);
     let motion = match (find("x"), find("v")) {
-        (Some(position), None) => Motion::Position(position),
-        (None, Some(velocity)) => Motion::Velocity(velocity),
+        (Some(position), None) => MeasuredMotion::Position(position),
+        (None, Some(velocity)) => MeasuredMotion::Velocity(velocity),
         _ => return Err("--columns must name either x or v".into()),
     };
     Ok(Log::new(LogParameters {
@@ -126,7 +126,7 @@ fn synthetic() -> Result<Log, Box<dyn Error>> {
     let normal = vec![50.0; time.len()];
     Ok(Log::new(LogParameters {
         time: &time,
-        motion: Motion::Velocity(&velocity),
+        motion: MeasuredMotion::Velocity(&velocity),
         friction: &force,
         normal_force: Some(&normal),
     })?)
@@ -140,10 +140,11 @@ fn report<C: Candidate<N>, const N: usize>(
     let (from, to) = (arguments.number("from"), arguments.number("to"));
     let log = &log.clone().settling(arguments.number("settle"))?;
     let seen = log.between(from, to)?;
-    let settings = Settings { starts: arguments.count("starts"), ..Settings::default() };
+    let settings =
+        SearchSettings { starts: arguments.count("starts"), ..SearchSettings::default() };
     let mut progress = Progress::new("searches", settings.starts);
     let mut start = 0;
-    let mut watch = |now: &identify::Progress<'_>| {
+    let mut watch = |now: &identify::SearchProgress<'_>| {
         if now.start != start {
             start = now.start;
             progress.step();

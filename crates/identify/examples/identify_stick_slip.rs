@@ -34,7 +34,7 @@ use bristle::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FoldRule, FrBd, ImplicitBristle, LuGre, ParameterError, Scalar};
 use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Values, println};
 use bristle_identify as identify;
-use bristle_identify::{Identifiability, Parameter, Residuals, Settings};
+use bristle_identify::{Identifiability, Parameter, Residuals, SearchSettings};
 
 /// Acceleration of gravity \[m/s²\]: the load is the slider's own weight.
 const GRAVITY: f64 = 9.81;
@@ -427,14 +427,14 @@ fn report(rig: Rig, synthetic: bool, arguments: &Values) -> Result<(), Box<dyn E
         }
     }
 
-    let settings = Settings {
+    let settings = SearchSettings {
         iterations: arguments.count("iterations"),
         starts: arguments.count("starts"),
-        ..Settings::default()
+        ..SearchSettings::default()
     };
     let mut progress = Progress::new("searches", settings.starts);
     let mut start = 0;
-    let mut watch = |now: &identify::Progress<'_>| {
+    let mut watch = |now: &identify::SearchProgress<'_>| {
         if now.start != start {
             start = now.start;
             progress.step();

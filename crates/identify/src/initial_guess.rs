@@ -18,10 +18,10 @@
 //! Rows farther than 5 μ/σ0 from the last reversal lie on the friction curve. In shorter strokes
 //! the last 40 % are taken.
 
-use alloc::vec::Vec;
+use core::ops::RangeInclusive;
 
 use super::Log;
-use super::log::{median, pairs, quantile, range};
+use super::log::{median, pairs, quantile, range, span};
 use bristle::parameter::{self, ParameterError};
 
 /// The range of nearly all rows is that between this share and the same share from the top: a few
@@ -86,27 +86,16 @@ impl InitialGuess {
     pub fn with_points(log: &Log) -> Result<(Self, Vec<SlidingPoint>), ParameterError> {
         let position = log.positions();
         let noise = noise(&position);
-        let (first, last) = range(&position);
-        let threshold = f64::max(noise, TURN * (last - first));
-        let strokes = strokes(&position, threshold);
-        let reversals = strokes.len().saturating_sub(1);
-        let rule = "be at least 1: a turn by more than its noise and 1/1000 of the travel";
-        parameter::stated("number of reversals", reversals as f64, reversals > 0, rule)?;
+        let strokes = Stroke::all(&position, noise, log)?;
+        let reversals = strokes.len() - 1;
         let (low, high) = bulk(&mut log.coefficient.clone());
         let (swing, middle) = (high - low, 0.5 * (high + low));
         let rule = "not stay there all along: does the sensor work?";
         parameter::stated("friction/normal_force", middle, swing > 0.0, rule)?;
 
-        let rows = |stroke: &core::ops::RangeInclusive<usize>| {
-            let rows = position.iter().zip(&log.coefficient).zip(&log.velocity);
-            let rows = rows.map(|((&x, &mu), &v)| (x, mu, v));
-            rows.take(stroke.end() + 1).skip(*stroke.start())
-        };
-        let ends = |stroke| Some((rows(stroke).next()?.0, rows(stroke).last()?.0));
-        let length = |(from, to): (f64, f64)| (to - from).abs();
-        let longest = strokes.iter().filter_map(ends).map(length).fold(0.0, f64::max);
+        let longest = strokes.iter().map(|stroke| stroke.travel.abs()).fold(0.0, f64::max);
         // The first stroke does not begin with a reversal.
-        let halves = strokes.iter().skip(1).filter_map(|stroke| half_turn(rows(stroke), swing));
+        let halves = strokes.iter().skip(1).filter_map(|stroke| stroke.half_turn(swing));
         let half = median(&mut halves.collect::<Vec<f64>>());
         let stretch = "the distance over which a bristle turns the force";
         let needed = STRETCH * parameter::positive("distance to half of the swing", half)?;
@@ -119,25 +108,11 @@ impl InitialGuess {
         let breakaway = half / core::f64::consts::LN_2;
         let passed = f64::min(SETTLED * breakaway, SKIPPED * longest);
         // At rest, the noise of the position looks like speeds up to this.
-        let duration =
-            log.time.last().zip(log.time.first()).map_or(1.0, |(last, first)| last - first);
-        let slowest = noise * (log.len() - 1) as f64 / duration;
-        let mut points = Vec::new();
-        for stroke in &strokes {
-            let Some((from, to)) = ends(stroke) else { continue };
-            let direction = (to - from).signum();
-            let sliding = |&(x, _, v): &(f64, f64, f64)| {
-                (x - from).abs() >= passed && v * direction > slowest
-            };
-            points.extend(rows(stroke).filter(sliding).map(|(_, mu, v)| SlidingPoint {
-                speed: v.abs(),
-                coefficient: (mu - middle) * direction,
-            }));
-        }
-        let mut speeds: Vec<f64> = points.iter().map(|point| point.speed).collect();
-        let mut friction: Vec<f64> = points.iter().map(|point| point.coefficient).collect();
-        let (slow, fast) = bulk(&mut speeds);
-        let usual = median(&mut friction);
+        let slowest = noise * (log.len() - 1) as f64 / span(&log.time);
+        let points: Vec<SlidingPoint> =
+            strokes.iter().flat_map(|stroke| stroke.sliding(passed, slowest, middle)).collect();
+        let (slow, fast) = bulk(&mut points.iter().map(|point| point.speed).collect::<Vec<_>>());
+        let usual = median(&mut points.iter().map(|point| point.coefficient).collect::<Vec<_>>());
         let size = if usual > 0.0 { usual } else { 0.5 * swing };
         let fastest = log.held.iter().fold(0.0, |most, v| f64::max(most, v.abs()));
         // Of the curve only the level is known here. The rest is a mild fall in the middle of the
@@ -157,21 +132,59 @@ impl InitialGuess {
     }
 }
 
-/// The distance to half of the swing of the force, along a stroke that begins with a reversal.
-fn half_turn(rows: impl Iterator<Item = (f64, f64, f64)>, swing: f64) -> Option<f64> {
-    let mut rows = rows.map(|(x, mu, _)| (x, mu));
-    let (from, mu_from) = rows.next()?;
-    let level = 0.5 * swing;
-    let mut before = (0.0, 0.0);
-    for (x, mu) in rows {
-        let now = ((x - from).abs(), (mu - mu_from).abs());
-        if now.1 >= level {
-            let share = (level - before.1) / (now.1 - before.1).max(f64::MIN_POSITIVE);
-            return Some(before.0 + (now.0 - before.0) * share);
-        }
-        before = now;
+/// The rows between two turns: position, friction coefficient, velocity.
+struct Stroke {
+    rows: Vec<(f64, f64, f64)>,
+    begin: f64,
+    travel: f64,
+}
+
+impl Stroke {
+    /// All strokes of a log, two at least.
+    fn all(position: &[f64], noise: f64, log: &Log) -> Result<Vec<Self>, ParameterError> {
+        let (first, last) = range(position);
+        let strokes = strokes(position, f64::max(noise, TURN * (last - first)));
+        let reversals = strokes.len().saturating_sub(1);
+        let rule = "be at least 1: a turn by more than its noise and 1/1000 of the travel";
+        parameter::stated("number of reversals", reversals as f64, reversals > 0, rule)?;
+        let one = |rows: RangeInclusive<usize>| {
+            let columns = position.iter().zip(&log.coefficient).zip(&log.velocity);
+            let columns = columns.map(|((&x, &mu), &v)| (x, mu, v));
+            let rows: Vec<_> = columns.take(rows.end() + 1).skip(*rows.start()).collect();
+            let [begin, end] = [rows.first(), rows.last()].map(|row| row.map_or(0.0, |row| row.0));
+            Self { rows, begin, travel: end - begin }
+        };
+        Ok(strokes.into_iter().map(one).collect())
     }
-    None
+
+    /// The distance to half of the swing of the force, if the stroke begins with a reversal.
+    fn half_turn(&self, swing: f64) -> Option<f64> {
+        let mu_from = self.rows.first()?.1;
+        let level = 0.5 * swing;
+        let mut before = (0.0, 0.0);
+        for &(x, mu, _) in self.rows.iter().skip(1) {
+            let now = ((x - self.begin).abs(), (mu - mu_from).abs());
+            if now.1 >= level {
+                let share = (level - before.1) / (now.1 - before.1).max(f64::MIN_POSITIVE);
+                return Some(before.0 + (now.0 - before.0) * share);
+            }
+            before = now;
+        }
+        None
+    }
+
+    /// The rows beyond a distance from the reversal that are faster than noise.
+    fn sliding(&self, passed: f64, slowest: f64, middle: f64) -> Vec<SlidingPoint> {
+        let direction = self.travel.signum();
+        let slides = |&&(x, _, v): &&(f64, f64, f64)| {
+            (x - self.begin).abs() >= passed && v * direction > slowest
+        };
+        let point = |&(_, mu, v): &(f64, f64, f64)| SlidingPoint {
+            speed: v.abs(),
+            coefficient: (mu - middle) * direction,
+        };
+        self.rows.iter().filter(slides).map(point).collect()
+    }
 }
 
 /// The range of nearly all values.
@@ -189,7 +202,7 @@ pub(super) fn noise(position: &[f64]) -> f64 {
 }
 
 /// The first and last rows of the strokes between turns that go farther than a threshold.
-fn strokes(position: &[f64], threshold: f64) -> Vec<core::ops::RangeInclusive<usize>> {
+fn strokes(position: &[f64], threshold: f64) -> Vec<RangeInclusive<usize>> {
     let mut strokes = Vec::new();
     // Row and position of the farthest point of the present stroke; its direction, zero at first.
     let (mut first, mut direction) = (0, 0.0_f64);
@@ -216,7 +229,6 @@ fn strokes(position: &[f64], threshold: f64) -> Vec<core::ops::RangeInclusive<us
 #[cfg(test)]
 mod tests {
     use super::{bulk, noise, strokes};
-    use alloc::vec::Vec;
 
     #[test]
     fn nearly_all_values_are_those_between_the_fiftieth_from_either_end() {

@@ -1,17 +1,17 @@
 //! Bounded nonlinear least squares by Levenberg and Marquardt, with exact sensitivities.
 
-use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
 use super::problem::{Counted, Objective, Point, Problem};
 use super::residuals::{Parameter, Residuals};
+use super::triangle::Triangle;
 use super::uncertainty::assess;
-use super::{Fit, Outcome};
+use super::{Fit, SearchOutcome};
 use bristle::parameter::{self, ParameterError, Rule};
 
-/// Settings of a search.
+/// SearchSettings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct SearchSettings {
     /// Most iterations of one search.
     pub iterations: usize,
     /// Relative change of the sum of squares below which a search has converged: finite, not
@@ -22,7 +22,7 @@ pub struct Settings {
     pub starts: usize,
 }
 
-impl Default for Settings {
+impl Default for SearchSettings {
     /// A hundred iterations, a change of 10⁻⁹, one start.
     fn default() -> Self {
         Self { iterations: 100, tolerance: 1e-9, starts: 1 }
@@ -32,7 +32,7 @@ impl Default for Settings {
 /// State of a search, passed to the callback after every iteration. The callback can stop the
 /// search.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress<'a> {
+pub struct SearchProgress<'a> {
     /// Number of the search, from zero.
     pub start: usize,
     /// Iterations of this search so far.
@@ -68,7 +68,7 @@ const PROBES: usize = 5;
 struct Search {
     point: Point,
     cost: f64,
-    outcome: Outcome,
+    outcome: SearchOutcome,
     iterations: usize,
 }
 
@@ -80,13 +80,13 @@ struct Search {
 ///
 /// # Errors
 ///
-/// Refuses a [`Settings::tolerance`] that is negative or not finite, bounds that do not contain the
+/// Refuses a [`SearchSettings::tolerance`] that is negative or not finite, bounds that do not contain the
 /// start, and a start at which the model has no answer.
 pub fn least_squares<R: Residuals<N>, const N: usize>(
     residuals: &R,
     parameters: [Parameter; N],
-    settings: &Settings,
-    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    settings: &SearchSettings,
+    progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
 ) -> Result<Fit, ParameterError> {
     minimise(&Counted(residuals), &parameters, settings, progress)
 }
@@ -95,21 +95,21 @@ pub fn least_squares<R: Residuals<N>, const N: usize>(
 pub(super) fn minimise<R: Objective>(
     residuals: &R,
     parameters: &[Parameter],
-    settings: &Settings,
-    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    settings: &SearchSettings,
+    progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
 ) -> Result<Fit, ParameterError> {
     parameter::non_negative("tolerance", settings.tolerance)?;
     let problem = Problem::new(residuals, parameters)?;
-    let start = problem.start();
+    let start = &problem.start;
     // With the model's own error, if it refuses the start.
-    residuals.evaluate(&problem.values(&start), &mut |_: f64| ())?;
-    let cost = problem.cost(&start);
+    residuals.evaluate(&problem.values(start), &mut |_: f64| ())?;
+    let cost = problem.cost(start);
     parameter::check("sum of squares at the start", cost, cost.is_finite(), Rule::Finite)?;
     let mut best = search(&problem, start.clone(), settings, 0, progress);
     let mut iterations = best.iterations;
     let mut draw = Draw(1);
     for number in 1..settings.starts {
-        if best.outcome == Outcome::Stopped {
+        if best.outcome == SearchOutcome::Stopped {
             break;
         }
         let places: Vec<f64> = (problem.parameters.iter().enumerate())
@@ -122,12 +122,12 @@ pub(super) fn minimise<R: Objective>(
             .collect();
         let found = search(&problem, Point::from_vec(places), settings, number, progress);
         iterations += found.iterations;
-        let stopped = found.outcome == Outcome::Stopped;
+        let stopped = found.outcome == SearchOutcome::Stopped;
         if found.cost < best.cost {
             best = found;
         }
         if stopped {
-            best.outcome = Outcome::Stopped;
+            best.outcome = SearchOutcome::Stopped;
         }
     }
     Ok(assess(&problem, &best.point, best.outcome, iterations))
@@ -137,19 +137,20 @@ pub(super) fn minimise<R: Objective>(
 fn search<R: Objective>(
     problem: &Problem<'_, R>,
     from: Point,
-    settings: &Settings,
+    settings: &SearchSettings,
     start: usize,
-    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
 ) -> Search {
     let cost = problem.cost(&from);
-    let mut now = Search { point: from, cost, outcome: Outcome::IterationLimit, iterations: 0 };
+    let mut now =
+        Search { point: from, cost, outcome: SearchOutcome::IterationLimit, iterations: 0 };
     for _ in 0..PROBES {
         descend(problem, &mut now, settings, start, progress);
-        if now.outcome != Outcome::Converged {
+        if now.outcome != SearchOutcome::Converged {
             return now;
         }
         let Some((point, cost)) = probe(problem, &now) else { return now };
-        now = Search { point, cost, outcome: Outcome::Stalled, ..now };
+        now = Search { point, cost, outcome: SearchOutcome::Stalled, ..now };
     }
     now
 }
@@ -169,26 +170,45 @@ fn probe<R: Objective>(problem: &Problem<'_, R>, now: &Search) -> Option<(Point,
     both.flatten().min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
+/// Marquardt's damping λ, and the factor of its next rise.
+struct Damping {
+    value: f64,
+    growth: f64,
+}
+
+impl Damping {
+    fn rise(&mut self) {
+        self.value *= self.growth;
+        self.growth *= 2.0;
+    }
+
+    /// Nielsen's update after a step with a ratio of the actual to the predicted decrease.
+    fn fall(&mut self, gain: f64) {
+        self.value *= f64::max(1.0 / 3.0, 1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3));
+        (self.value, self.growth) = (self.value.max(1e-15), 2.0);
+    }
+}
+
 /// The method of Levenberg and Marquardt from the present point.
 fn descend<R: Objective>(
     problem: &Problem<'_, R>,
     now: &mut Search,
-    settings: &Settings,
+    settings: &SearchSettings,
     start: usize,
-    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
 ) {
     let Search { point, cost, outcome, iterations } = now;
     let mut scale = Point::zeros(point.len());
-    let (mut damping, mut growth) = (1e-3, 2.0);
+    let mut damping = Damping { value: 1e-3, growth: 2.0 };
     let mut small_steps = 0;
-    *outcome = 'search: loop {
+    *outcome = loop {
         if *iterations == settings.iterations {
-            break Outcome::IterationLimit;
+            break SearchOutcome::IterationLimit;
         }
         *iterations += 1;
         let rows = problem.rows(point);
         if !rows.finite {
-            break Outcome::NoDerivative;
+            break SearchOutcome::NoDerivative;
         }
         let linear = rows.linear();
         // Marquardt's scaling by the lengths of the columns, which never falls (Moré). A column of
@@ -196,47 +216,60 @@ fn descend<R: Objective>(
         let norms = linear.column_norms();
         let floor = norms.max() * 1e-8 + f64::MIN_POSITIVE;
         scale = scale.zip_map(&norms, |scale, norm| scale.max(norm).max(floor));
-        let descent = linear.gradient();
-        let free: Vec<bool> =
-            problem.resting(point, &descent).iter().map(Option::is_none).collect();
-        let mut accepted = false;
-        for _ in 0..TRIALS {
-            let step = linear.damped(&(&scale * f64::sqrt(damping)), &free);
-            let longest = |i: usize| match problem.parameters.get(i) {
-                Some(Parameter { typical: None, .. }) => LONGEST_STEP,
-                _ => f64::INFINITY,
-            };
-            let trial = problem.within(|i| point[i] + step[i].clamp(-longest(i), longest(i)));
-            let taken = &trial - &*point;
-            if taken.amax() <= SMALLEST_STEP {
-                break 'search Outcome::Converged;
-            }
-            let reached = problem.cost(&trial);
-            if reached < *cost {
-                // What the linear model predicts for the step taken, whether it was cut or not.
-                let predicted = 2.0 * descent.dot(&taken) - linear.image_squared(&taken);
-                let gain = (*cost - reached) / predicted.max(f64::MIN_POSITIVE);
-                let change = (*cost - reached) / cost.max(f64::MIN_POSITIVE);
-                small_steps = if change < settings.tolerance { small_steps + 1 } else { 0 };
-                (*point, *cost) = (trial, reached);
-                // Nielsen's update.
-                damping *= f64::max(1.0 / 3.0, 1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3));
-                (damping, growth, accepted) = (damping.max(1e-15), 2.0, true);
-                break;
-            }
-            damping *= growth;
-            growth *= 2.0;
+        let before = *cost;
+        let Some(accepted) = step(problem, &linear, &scale, &mut damping, point, cost) else {
+            break SearchOutcome::Converged;
+        };
+        if accepted {
+            let change = (before - *cost) / before.max(f64::MIN_POSITIVE);
+            small_steps = if change < settings.tolerance { small_steps + 1 } else { 0 };
         }
         let rmse = (*cost / linear.rows.max(1) as f64).sqrt();
         let values = &problem.values(point);
-        if progress(&Progress { start, iteration: *iterations, rmse, values }).is_break() {
-            break Outcome::Stopped;
+        if progress(&SearchProgress { start, iteration: *iterations, rmse, values }).is_break() {
+            break SearchOutcome::Stopped;
         }
         // Twice in a row: one step that a bound has cut short does not end the search.
         if !accepted || small_steps >= 2 || *cost == 0.0 {
-            break Outcome::Converged;
+            break SearchOutcome::Converged;
         }
     };
+}
+
+/// Takes a step that lowers the sum of squares, and says whether there was one; nothing where all
+/// that is left is rounding.
+fn step<R: Objective>(
+    problem: &Problem<'_, R>,
+    linear: &Triangle,
+    scale: &Point,
+    damping: &mut Damping,
+    point: &mut Point,
+    cost: &mut f64,
+) -> Option<bool> {
+    let descent = linear.gradient();
+    let free: Vec<bool> = problem.resting(point, &descent).iter().map(Option::is_none).collect();
+    let longest = |i: usize| match problem.parameters.get(i) {
+        Some(Parameter { typical: None, .. }) => LONGEST_STEP,
+        _ => f64::INFINITY,
+    };
+    for _ in 0..TRIALS {
+        let step = linear.damped(&(scale * f64::sqrt(damping.value)), &free);
+        let trial = problem.within(|i| point[i] + step[i].clamp(-longest(i), longest(i)));
+        let taken = &trial - &*point;
+        if taken.amax() <= SMALLEST_STEP {
+            return None;
+        }
+        let reached = problem.cost(&trial);
+        if reached < *cost {
+            // What the linear model predicts for the step taken, whether it was cut or not.
+            let predicted = 2.0 * descent.dot(&taken) - linear.image_squared(&taken);
+            damping.fall((*cost - reached) / predicted.max(f64::MIN_POSITIVE));
+            (*point, *cost) = (trial, reached);
+            return Some(true);
+        }
+        damping.rise();
+    }
+    Some(false)
 }
 
 /// Uniform numbers in [0, 1) by Knuth's 64-bit linear congruential generator (MMIX), upper 53 bits.

@@ -13,7 +13,7 @@
 //!
 //! | step | what | where |
 //! |---|---|---|
-//! | 1 | columns, checked row by row | [`Log`] |
+//! | 1 | columns, checked row by row | [`Log`], which refuses with a [`LogError`] |
 //! | 2 | starting values for stiffness and curve | [`InitialGuess`] |
 //! | 3 | a model with free parameters | [`FrBdFit`], [`MaxwellFit`] …, or your own [`Candidate`] |
 //! | 4 | the best parameters, with standard errors | [`fit`] gives a [`Fit`], which prints |
@@ -32,7 +32,7 @@
 //! to the predicted one. A parameter at a bound that the descent points beyond does not move.
 //!
 //! Before a search has converged, each parameter is changed by 5 % both ways. If that lowers C by
-//! more than a thousandth, the search goes on from there. It has [stalled](Outcome::Stalled) where
+//! more than a thousandth, the search goes on from there. It has [stalled](SearchOutcome::Stalled) where
 //! it could not follow such a change, or where the gradient of one parameter alone still promises
 //! a thousandth.
 //!
@@ -57,7 +57,7 @@
 //! parameter whose standard error exceeds its value is [`Identifiability::Uncertain`].
 //!
 //! Both refer to the minimum that was found: in a local minimum a parameter can be determined and
-//! wrong. Motion to and fro at one speed, for instance, determines σ0 and one value of μ, but not
+//! wrong. MeasuredMotion to and fro at one speed, for instance, determines σ0 and one value of μ, but not
 //! μ_s, v_S and σ2.
 //!
 //! # Limits
@@ -72,8 +72,6 @@
 //! heteroskedasticity and autocorrelation consistent covariance matrix", Econometrica 55 (1987),
 //! 703–708.
 #![cfg_attr(docsrs, feature(doc_cfg))]
-
-extern crate alloc;
 
 mod candidates;
 mod initial_guess;
@@ -91,9 +89,15 @@ mod uncertainty;
 
 pub use candidates::{Candidate, ElastoPlasticFit, FrBdFit, MaxwellFit};
 pub use initial_guess::{InitialGuess, SlidingPoint};
-pub use least_squares::{Progress, Settings, least_squares};
-pub use log::{Log, LogParameters, Motion};
-pub use report::{Estimate, Fit, Identifiability, Outcome, Remark};
+pub use least_squares::{SearchProgress, SearchSettings, least_squares};
+pub use log::{Log, LogError, LogParameters, MeasuredMotion};
+pub use report::{Estimate, Fit, Identifiability, Remark, SearchOutcome};
 pub use residuals::{Parameter, Residuals};
 pub use simulation::{fit, predict};
 pub use static_curve::CurveShape;
+
+/// The programs on these pages are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+#[doc = include_str!("../docs/identification.md")]
+struct Pages;

@@ -1,6 +1,6 @@
 //! Measured motion and friction, checked row by row.
 
-use alloc::vec::Vec;
+use core::fmt;
 use core::ops::Range;
 
 use bristle::parameter::{self, ParameterError, Rule};
@@ -8,10 +8,43 @@ use bristle::parameter::{self, ParameterError, Rule};
 /// Fewest rows of a log.
 pub(super) const FEWEST: usize = 20;
 
-/// What was measured of the motion. (Of a contact patch see
-/// [`rolling::Motion`](bristle_rolling::Motion).)
+/// Why a log was refused: the column, the row, the value and the rule that it breaks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Motion<'a> {
+pub struct LogError {
+    /// Name of the column, or of a number beside or from the columns.
+    pub column: &'static str,
+    /// Number of the row, from zero; `None` for a fault of the whole column.
+    pub row: Option<usize>,
+    /// The value that was given.
+    pub value: f64,
+    /// The rule that the value breaks.
+    pub rule: Rule,
+}
+
+impl From<ParameterError> for LogError {
+    fn from(ParameterError { name, component, value, rule }: ParameterError) -> Self {
+        Self { column: name, row: component, value, rule }
+    }
+}
+
+impl fmt::Display for LogError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { column, row, value, rule } = *self;
+        match rule {
+            Rule::Count { least } => write!(f, "there must be at least {least} rows, not {value}"),
+            Rule::CountBetween { least, .. } => {
+                write!(f, "there must be {least} rows of {column}, not {value}")
+            }
+            _ => ParameterError { name: column, component: row, value, rule }.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for LogError {}
+
+/// What was measured of the motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum MeasuredMotion<'a> {
     /// Position x \[m\] at each time. Between two rows the velocity is Δx/Δt.
     Position(&'a [f64]),
     /// Sliding velocity v [m/s] at each time. Between two rows it is the mean of both.
@@ -24,7 +57,7 @@ pub struct LogParameters<'a> {
     /// Time t \[s\], increasing.
     pub time: &'a [f64],
     /// Position or velocity.
-    pub motion: Motion<'a>,
+    pub motion: MeasuredMotion<'a>,
     /// Friction force F \[N\], positive against v > 0: the force that brakes.
     pub friction: &'a [f64],
     /// Normal force p \[N\], positive. Without it p = 1 N, and μ stands for a force or a torque.
@@ -34,7 +67,7 @@ pub struct LogParameters<'a> {
 /// Measured motion and friction.
 ///
 /// ```
-/// use bristle_identify::{Log, LogParameters, Motion};
+/// use bristle_identify::{Log, LogParameters, MeasuredMotion};
 ///
 /// let time: Vec<f64> = (0..100).map(|i| 1e-2 * f64::from(i)).collect();
 /// let velocity: Vec<f64> = time.iter().map(|t| 1e-3 * (6.0 * t).sin()).collect();
@@ -42,7 +75,7 @@ pub struct LogParameters<'a> {
 /// friction[42] = f64::NAN;
 /// let columns = LogParameters {
 ///     time: &time,
-///     motion: Motion::Velocity(&velocity),
+///     motion: MeasuredMotion::Velocity(&velocity),
 ///     friction: &friction,
 ///     normal_force: None,
 /// };
@@ -83,56 +116,41 @@ impl Log {
     ///
     /// Magnitudes that only a mistake in units explains are refused: a speed above 10⁴ m/s, a
     /// travel below a nanometre, and, with a normal force, a median |F|/p outside 10⁻⁴ … 100.
-    pub fn new(parameters: LogParameters<'_>) -> Result<Self, ParameterError> {
+    pub fn new(parameters: LogParameters<'_>) -> Result<Self, LogError> {
         let LogParameters { time, motion, friction, normal_force } = parameters;
-        let (motion_name, along) = match motion {
-            Motion::Position(x) => ("position", x),
-            Motion::Velocity(v) => ("velocity", v),
-        };
-        parameter::count("rows", time.len(), FEWEST)?;
-        for (name, count, values) in [
-            ("time", "rows of time", time),
-            (motion_name, "rows of motion", along),
-            ("friction", "rows of friction", friction),
-        ] {
-            same_length(count, values, time)?;
-            column(name, values, parameter::finite)?;
+        let time = times(time)?;
+        let finite = |name, values| column(name, values, time.len(), parameter::finite);
+        let mut coefficient = finite("friction", friction)?;
+        if let Some(normal) = normal_force {
+            let normal = column("normal_force", normal, time.len(), parameter::positive)?;
+            coefficient.iter_mut().zip(normal).for_each(|(f, p)| *f /= p);
         }
-        for (row, (before, value)) in pairs(time).enumerate() {
-            parameter::component(row + 1, parameter::increasing("time", value, before))?;
-        }
-        let coefficient = match normal_force {
-            Some(normal) => {
-                same_length("rows of normal_force", normal, time)?;
-                column("normal_force", normal, parameter::positive)?;
-                friction.iter().zip(normal).map(|(f, p)| f / p).collect()
-            }
-            None => friction.to_vec(),
+        let (along, is_position) = match motion {
+            MeasuredMotion::Position(x) => (finite("position", x)?, true),
+            MeasuredMotion::Velocity(v) => (finite("velocity", v)?, false),
         };
-        let mean_velocity = |((start, end), (a, b))| match motion {
-            Motion::Position(_) => (b - a) / (end - start),
-            Motion::Velocity(_) => 0.5 * (a + b),
+        let mean_velocity = |((start, end), (a, b)): ((f64, f64), (f64, f64))| {
+            if is_position { (b - a) / (end - start) } else { 0.5 * (a + b) }
         };
-        let mut held: Vec<f64> = pairs(time).zip(pairs(along)).map(mean_velocity).collect();
+        let mut held: Vec<f64> = pairs(&time).zip(pairs(&along)).map(mean_velocity).collect();
         held.insert(0, held.first().copied().unwrap_or(0.0));
-        let velocity = match motion {
-            Motion::Velocity(v) => v.to_vec(),
+        let velocity = if is_position {
             // The mean of the intervals before and after each row; at the ends, of one.
-            Motion::Position(_) => {
-                let after = held.iter().skip(1).chain(held.last());
-                held.iter().zip(after).map(|(before, after)| 0.5 * (before + after)).collect()
-            }
+            let after = held.iter().skip(1).chain(held.last());
+            held.iter().zip(after).map(|(before, after)| 0.5 * (before + after)).collect()
+        } else {
+            along
         };
-        let log = Self { time: time.to_vec(), held, velocity, coefficient, settle: 0.0 };
+        let log = Self { time, held, velocity, coefficient, settle: 0.0 };
         log.check_magnitudes(normal_force.is_some())?;
         Ok(log)
     }
 
     /// Refuses what only a mistake in units explains.
-    fn check_magnitudes(&self, normalised: bool) -> Result<(), ParameterError> {
+    fn check_magnitudes(&self, normalised: bool) -> Result<(), LogError> {
         let rule = "lie between -10000 and 10000 m/s (units?)";
         let usual = |name, v: f64| parameter::stated(name, v, v.abs() <= FASTEST, rule);
-        column("velocity", &self.held, usual)?;
+        column("velocity", &self.held, self.len(), usual)?;
         if normalised {
             let name = "the median of |friction|/normal_force";
             let mut sizes: Vec<f64> = self.coefficient.iter().map(|mu| mu.abs()).collect();
@@ -144,7 +162,8 @@ impl Log {
         let (least, most) = range(&self.positions());
         let travel = most - least;
         let rule = "be at least 1e-9 (units?)";
-        parameter::stated("the travel in m", travel, travel >= SHORTEST, rule).map(drop)
+        parameter::stated("the travel in m", travel, travel >= SHORTEST, rule)?;
+        Ok(())
     }
 
     /// The log whose first `duration` \[s\] does not count in [`fit`](super::fit) and
@@ -162,7 +181,7 @@ impl Log {
     /// # Errors
     ///
     /// Refuses a window of fewer than 20 rows, and an end that is NaN; both may be infinite.
-    pub fn between(&self, from: f64, to: f64) -> Result<Self, ParameterError> {
+    pub fn between(&self, from: f64, to: f64) -> Result<Self, LogError> {
         let rows = window(&self.time, from, to)?;
         let part = |column: &[f64]| column.get(rows.clone()).unwrap_or_default().to_vec();
         Ok(Self {
@@ -236,35 +255,48 @@ pub(super) fn pairs(values: &[f64]) -> impl Iterator<Item = (f64, f64)> {
     values.iter().copied().zip(values.iter().copied().skip(1))
 }
 
+/// From the first time to the last.
+pub(super) fn span(time: &[f64]) -> f64 {
+    time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first)
+}
+
 /// The rows with from ≤ t ≤ to; at least as many as a log has.
-pub(super) fn window(time: &[f64], from: f64, to: f64) -> Result<Range<usize>, ParameterError> {
+pub(super) fn window(time: &[f64], from: f64, to: f64) -> Result<Range<usize>, LogError> {
     parameter::number("from", from)?;
     parameter::number("to", to)?;
     let first = time.partition_point(|&t| t < from);
     let end = time.partition_point(|&t| t <= to).max(first);
-    parameter::count("rows", end - first, FEWEST)?;
+    parameter::count("time", end - first, FEWEST)?;
     Ok(first..end)
 }
 
-/// Refuses a column of another length than that of the time.
-pub(super) fn same_length(
-    name: &'static str,
-    values: &[f64],
-    time: &[f64],
-) -> Result<(), ParameterError> {
-    let (count, rows) = (values.len(), time.len());
-    let rule = Rule::CountBetween { least: rows, most: rows };
-    parameter::check(name, count as f64, count == rows, rule).map(drop)
+/// Times, if there are enough of them and they increase.
+pub(super) fn times(time: &[f64]) -> Result<Vec<f64>, LogError> {
+    parameter::count("time", time.len(), FEWEST)?;
+    let time = column("time", time, time.len(), parameter::finite)?;
+    for (row, (before, value)) in pairs(&time).enumerate() {
+        parameter::component(row + 1, parameter::increasing("time", value, before))?;
+    }
+    Ok(time)
 }
 
-/// Refuses the first value of a column that breaks a rule.
+/// Refuses a column without a value for each row.
+pub(super) fn length(name: &'static str, count: usize, rows: usize) -> Result<(), LogError> {
+    let rule = Rule::CountBetween { least: rows, most: rows };
+    parameter::check(name, count as f64, count == rows, rule)?;
+    Ok(())
+}
+
+/// A column, if it has so many rows and all its values obey a rule.
 pub(super) fn column(
     name: &'static str,
     values: &[f64],
+    rows: usize,
     check: impl Fn(&'static str, f64) -> Result<f64, ParameterError>,
-) -> Result<(), ParameterError> {
-    let mut rows = values.iter().enumerate();
-    rows.try_for_each(|(row, &value)| parameter::component(row, check(name, value)).map(drop))
+) -> Result<Vec<f64>, LogError> {
+    length(name, values.len(), rows)?;
+    let checked = |(row, &value)| Ok(parameter::component(row, check(name, value))?);
+    values.iter().enumerate().map(checked).collect()
 }
 
 /// The smallest and the largest value.

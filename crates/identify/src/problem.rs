@@ -4,8 +4,6 @@
 //! value over a typical magnitude. The number of parameters is known at run time; dual numbers
 //! carry eight derivatives at a time, so that N parameters take N/8 runs, rounded up.
 
-use alloc::vec::Vec;
-
 use nalgebra::{Const, DVector, U1};
 use num_dual::DualSVec64;
 
@@ -29,6 +27,15 @@ pub(super) trait Objective {
         values: &[T],
         each: &mut impl FnMut(T),
     ) -> Result<(), ParameterError>;
+
+    /// Σ r²; infinite where the model has no finite answer.
+    fn cost(&self, values: &[f64]) -> f64 {
+        let mut cost = 0.0;
+        match self.evaluate(values, &mut |r: f64| cost += r * r) {
+            Ok(()) if cost.is_finite() => cost,
+            _ => f64::INFINITY,
+        }
+    }
 
     /// Size of a gradient in the search variables beyond which a row says nothing of the accuracy
     /// of the parameters: a linear model of it would hold for no change that is worth a name.
@@ -92,10 +99,11 @@ impl Rows {
     }
 }
 
-/// Residuals with their parameters, and the bounds of the search variables.
+/// Residuals with their parameters, and start and bounds of the search variables.
 pub(super) struct Problem<'a, R> {
     pub(super) residuals: &'a R,
     pub(super) parameters: &'a [Parameter],
+    pub(super) start: Point,
     pub(super) least: Point,
     pub(super) most: Point,
 }
@@ -119,14 +127,8 @@ impl<'a, R: Objective> Problem<'a, R> {
             let coordinates = parameters.iter().map(|p| p.coordinate(of(p)));
             Point::from_iterator(parameters.len(), coordinates)
         };
-        Ok(Self { residuals, parameters, least: point(|p| p.least), most: point(|p| p.most) })
-    }
-
-    pub(super) fn start(&self) -> Point {
-        Point::from_iterator(
-            self.parameters.len(),
-            self.parameters.iter().map(|parameter| parameter.coordinate(parameter.start)),
-        )
+        let (start, least, most) = (point(|p| p.start), point(|p| p.least), point(|p| p.most));
+        Ok(Self { residuals, parameters, start, least, most })
     }
 
     /// A point within the bounds, component by component.
@@ -155,11 +157,7 @@ impl<'a, R: Objective> Problem<'a, R> {
 
     /// Σ r²; infinite where the model has no finite answer.
     pub(super) fn cost(&self, point: &Point) -> f64 {
-        let mut cost = 0.0;
-        match self.residuals.evaluate(&self.values(point), &mut |r: f64| cost += r * r) {
-            Ok(()) if cost.is_finite() => cost,
-            _ => f64::INFINITY,
-        }
+        self.residuals.cost(&self.values(point))
     }
 
     /// Every residual with its gradient in the search variables.

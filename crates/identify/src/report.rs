@@ -1,6 +1,5 @@
 //! The result of a fit.
 
-use alloc::vec::Vec;
 use core::fmt;
 
 use nalgebra::DMatrix;
@@ -62,17 +61,17 @@ pub struct Estimate {
     pub verdict: Identifiability,
 }
 
-/// Why a search ended. (Of a batch's step see [`batch::Outcome`](bristle_batch::Outcome).)
+/// Why a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Outcome {
+pub enum SearchOutcome {
     /// No step lowers the sum of squares noticeably, nor does a change of one parameter by 5 %, and
     /// the gradient is small.
     Converged,
     /// No step lowers the sum of squares, although its gradient says that one should, or changes of
     /// one parameter by 5 % keep lowering it: the best point found is no minimum.
     Stalled,
-    /// The limit of iterations was reached, [`Settings::iterations`](super::Settings::iterations).
+    /// The limit of iterations was reached, [`SearchSettings::iterations`](super::SearchSettings::iterations).
     IterationLimit,
     /// The limit of runs with derivatives was reached, `gradient_runs` of
     /// [`mechanism::Settings`](super::mechanism::Settings::gradient_runs).
@@ -83,19 +82,19 @@ pub enum Outcome {
     NoDerivative,
 }
 
-impl fmt::Display for Outcome {
+impl fmt::Display for SearchOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
-            Outcome::Converged => "converged",
-            Outcome::Stalled => "NOT CONVERGED: stalled short of the minimum",
-            Outcome::IterationLimit => {
-                "NOT CONVERGED: iterations used up: raise `Settings::iterations`"
+            SearchOutcome::Converged => "converged",
+            SearchOutcome::Stalled => "NOT CONVERGED: stalled short of the minimum",
+            SearchOutcome::IterationLimit => {
+                "NOT CONVERGED: iterations used up: raise `SearchSettings::iterations`"
             }
-            Outcome::RunLimit => {
+            SearchOutcome::RunLimit => {
                 "NOT CONVERGED: gradient_runs used up: raise `Settings::gradient_runs`"
             }
-            Outcome::Stopped => "NOT CONVERGED: broken off",
-            Outcome::NoDerivative => "NOT CONVERGED: no finite sensitivities",
+            SearchOutcome::Stopped => "NOT CONVERGED: broken off",
+            SearchOutcome::NoDerivative => "NOT CONVERGED: no finite sensitivities",
         })
     }
 }
@@ -247,7 +246,7 @@ pub struct Fit {
     /// What speaks against taking the estimates for what their names say.
     pub remarks: Vec<Remark>,
     /// Why the search ended.
-    pub outcome: Outcome,
+    pub outcome: SearchOutcome,
     /// Iterations of all starts together.
     pub iterations: usize,
 }
@@ -299,7 +298,7 @@ impl fmt::Display for Fit {
             let unit = if parameter.unit.is_empty() { "–" } else { parameter.unit };
             let (value, error) = (Number(*value), Number(*standard_error));
             let name = match log {
-                Some(log) => alloc::format!("{}[{log}]", parameter.name),
+                Some(log) => format!("{}[{log}]", parameter.name),
                 None => parameter.name.into(),
             };
             writeln!(f, "{name:22} {value:>12.5} {error:>12.5}  {unit:5} {verdict}")?;

@@ -1,5 +1,7 @@
 //! What is fitted: residuals as a function of a few parameters, in any scalar.
 
+use core::ops::RangeInclusive;
+
 use bristle::{ParameterError, Scalar};
 
 /// A parameter to be found: its name, its bounds, and where the search starts.
@@ -28,6 +30,18 @@ impl Parameter {
         Self { name, unit, start, least, most, typical: None }
     }
 
+    /// A parameter within bounds that is searched in units of its typical magnitude.
+    pub fn scaled(
+        name: &'static str,
+        unit: &'static str,
+        start: f64,
+        bounds: RangeInclusive<f64>,
+        typical: f64,
+    ) -> Self {
+        let (least, most) = bounds.into_inner();
+        Self { name, unit, start, least, most, typical: Some(typical) }
+    }
+
     /// The search variable of a value.
     pub(super) fn coordinate(&self, value: f64) -> f64 {
         self.typical.map_or_else(|| value.ln(), |typical| value / typical)
@@ -54,7 +68,7 @@ pub(super) fn within<T: Scalar>(value: T, least: T, most: T) -> T {
 ///
 /// ```
 /// use bristle_identify as identify;
-/// use bristle_identify::{Parameter, Residuals, Settings};
+/// use bristle_identify::{Parameter, Residuals, SearchSettings};
 /// use bristle::{ParameterError, Scalar};
 /// use core::ops::ControlFlow;
 ///
@@ -75,10 +89,10 @@ pub(super) fn within<T: Scalar>(value: T, least: T, most: T) -> T {
 ///     }
 /// }
 ///
-/// let mut go_on = |_: &identify::Progress<'_>| ControlFlow::Continue(());
+/// let mut go_on = |_: &identify::SearchProgress<'_>| ControlFlow::Continue(());
 /// let parameters =
 ///     [Parameter::positive("a", "", 1.0, 1e3), Parameter::positive("b", "1/s", 1.0, 1e3)];
-/// let fit = identify::least_squares(&Decay, parameters, &Settings::default(), &mut go_on)?;
+/// let fit = identify::least_squares(&Decay, parameters, &SearchSettings::default(), &mut go_on)?;
 /// let [a, b] = fit.array();
 /// assert!((a - 2.0).abs() < 1e-6 && (b - 2_f64.ln()).abs() < 1e-6);
 /// # Ok::<(), ParameterError>(())

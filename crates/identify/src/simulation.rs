@@ -1,6 +1,5 @@
 //! The simulation error: a model that sees only the motion, compared with the measured friction.
 
-use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
 use nalgebra::DVector;
@@ -9,7 +8,7 @@ use super::initial_guess::bulk;
 use super::log::FEWEST;
 use super::residuals::{Parameter, Residuals, within};
 use super::triangle::Triangle;
-use super::{Candidate, Fit, Log, Progress, Remark, Settings, least_squares};
+use super::{Candidate, Fit, Log, Remark, SearchProgress, SearchSettings, least_squares};
 use bristle::parameter::{self, ParameterError, Rule};
 use bristle::scalar::lit;
 use bristle::{Bristle, Scalar};
@@ -97,7 +96,7 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C> {
 /// ```
 /// use bristle_identify as identify;
 /// use bristle_identify::{
-///     Candidate, FrBdFit, InitialGuess, Log, LogParameters, Motion, Progress, Settings,
+///     Candidate, FrBdFit, InitialGuess, Log, LogParameters, MeasuredMotion, SearchProgress, SearchSettings,
 /// };
 /// use bristle::{Bristle, FrBd, paper};
 /// use bristle::curve::Stribeck;
@@ -120,14 +119,14 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C> {
 /// }
 /// let log = Log::new(LogParameters {
 ///     time: &time,
-///     motion: Motion::Velocity(&velocity),
+///     motion: MeasuredMotion::Velocity(&velocity),
 ///     friction: &force,
 ///     normal_force: Some(&vec![10.0; time.len()]),
 /// })?;
 ///
 /// let parameters = FrBdFit.parameters(&InitialGuess::of(&log)?);
-/// let mut go_on = |_: &Progress<'_>| ControlFlow::Continue(());
-/// let fit = identify::fit(&FrBdFit, parameters, &log, &Settings::default(), &mut go_on)?;
+/// let mut go_on = |_: &SearchProgress<'_>| ControlFlow::Continue(());
+/// let fit = identify::fit(&FrBdFit, parameters, &log, &SearchSettings::default(), &mut go_on)?;
 /// println!("{fit}");
 /// let stiffness = fit.estimate("micro_stiffness").unwrap();
 /// assert!((stiffness.value - 1e4).abs() < 1.0);
@@ -142,8 +141,8 @@ pub fn fit<C: Candidate<N>, const N: usize>(
     candidate: &C,
     parameters: [Parameter; N],
     log: &Log,
-    settings: &Settings,
-    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    settings: &SearchSettings,
+    progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
 ) -> Result<Fit, ParameterError> {
     let along = Along::new(candidate, log, N)?;
     let mut fit = least_squares(&along, parameters, settings, progress)?;
@@ -215,7 +214,7 @@ pub fn predict<C: Candidate<N>, const N: usize>(
 #[allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::{ElastoPlasticFit, FrBdFit, LogParameters, MaxwellFit, Motion};
+    use crate::{ElastoPlasticFit, FrBdFit, LogParameters, MaxwellFit, MeasuredMotion};
     use core::num::NonZero;
     use num_dual::DualSVec64;
 
@@ -225,7 +224,7 @@ mod tests {
         let velocity: Vec<f64> =
             time.iter().map(|t| 0.03 * (9.0 * t).sin() + 0.004 * (70.0 * t).sin()).collect();
         let friction: Vec<f64> = velocity.iter().map(|v| 0.25 * (v / 1e-3).tanh()).collect();
-        let motion = Motion::Velocity(&velocity);
+        let motion = MeasuredMotion::Velocity(&velocity);
         let log = Log::new(LogParameters {
             time: &time,
             motion,

@@ -13,15 +13,13 @@
 //! Source: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2009), chapter 7; the constants are
 //! the usual ones.
 
-use alloc::boxed::Box;
-use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
 use super::initial_guess::{InitialGuess, SlidingPoint};
 use super::log::{median, quantile};
 use super::residuals::{Parameter, Residuals, within};
 use super::robust::Loss;
-use super::{Fit, Log, Progress, Settings, least_squares};
+use super::{Fit, Log, SearchProgress, SearchSettings, least_squares};
 use bristle::Scalar;
 use bristle::curve::{
     FrictionCurve, RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters,
@@ -190,10 +188,9 @@ impl InitialGuess {
         let every = points.len().div_ceil(MOST_POINTS);
         let points: Vec<SlidingPoint> = points.iter().step_by(every).copied().collect();
         let mut parameters = stribeck_parameters(self);
-        let mut problem =
-            Points { shape, points: &points, weights: alloc::vec![1.0; points.len()] };
-        let mut settings = Settings { starts: STARTS, ..Settings::default() };
-        let mut go_on = |_: &Progress<'_>| ControlFlow::Continue(());
+        let mut problem = Points { shape, points: &points, weights: vec![1.0; points.len()] };
+        let mut settings = SearchSettings { starts: STARTS, ..SearchSettings::default() };
+        let mut go_on = |_: &SearchProgress<'_>| ControlFlow::Continue(());
         let mut fit = least_squares(&problem, parameters, &settings, &mut go_on)?;
         settings.starts = 1;
         for round in 0..ROUNDS {

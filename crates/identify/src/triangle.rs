@@ -1,7 +1,5 @@
 //! Linear least squares row by row: the triangular factor of all rows so far, by Givens rotations.
 
-use alloc::vec::Vec;
-
 use nalgebra::{DMatrix, DVector};
 
 /// The factors R and Qᵀb of a tall least-squares problem A x ≈ b, whose rows are not stored.
@@ -113,7 +111,6 @@ impl Triangle {
 #[cfg(test)]
 mod tests {
     use super::Triangle;
-    use alloc::vec;
     use nalgebra::dvector;
 
     /// The rows (1, x) ≈ y of four points: the line through them is y = 0.9 + 1.4 x by hand.

@@ -1,7 +1,6 @@
 //! How well the data determine the parameters at the best fit.
 
-use alloc::collections::VecDeque;
-use alloc::vec::Vec;
+use std::collections::VecDeque;
 
 use nalgebra::DMatrix;
 
@@ -9,7 +8,7 @@ use super::least_squares::NOTICEABLE;
 use super::log::pairs;
 use super::problem::{Objective, Point, Problem, Rows};
 use super::residuals::{Parameter, within};
-use super::{Estimate, Fit, Identifiability, Outcome, Remark};
+use super::{Estimate, Fit, Identifiability, Remark, SearchOutcome};
 
 /// Singular values of the scaled sensitivities below this share of the largest have no effect: √ε,
 /// with which half of the digits are left.
@@ -26,129 +25,204 @@ const SETTLED: f64 = 1e-6;
 pub(super) fn assess<R: Objective>(
     problem: &Problem<'_, R>,
     point: &Point,
-    outcome: Outcome,
+    outcome: SearchOutcome,
     iterations: usize,
 ) -> Fit {
-    let width = problem.parameters.len();
-    let (all, dropped) = problem.rows(point).up_to(problem.residuals.largest_gradient());
-    let smooth = all.finite;
-    let triangle = all.linear();
-    let residuals = &all.residuals;
-    let rows = residuals.len();
-    let count = rows.max(1) as f64;
-    let mean = residuals.iter().sum::<f64>() / count;
-    let deviations: Vec<f64> = residuals.iter().map(|r| r - mean).collect();
-    let squares: f64 = deviations.iter().map(|d| d * d).sum();
-    let next: f64 = pairs(&deviations).map(|(a, b)| a * b).sum();
-    let cost: f64 = residuals.iter().map(|r| r * r).sum();
-    let rmse = (cost / count).sqrt();
-    let time = correlation_time(deviations).max(1.0);
-    // Bartlett's weights lose about (correlation time)/window of the variance: a tenth.
-    let window = ((10.0 * time) as usize).clamp(1, (rows / 10).max(1));
-    let descent = triangle.gradient();
+    let (rows, dropped) = problem.rows(point).up_to(problem.residuals.largest_gradient());
+    let series = Series::of(&rows.residuals);
+    let linear = rows.linear();
+    let descent = linear.gradient();
     let resting = problem.resting(point, &descent);
     let free: Vec<bool> = resting.iter().map(Option::is_none).collect();
-
-    // The pseudo-inverse of JᵀJ over the free parameters, and the directions that it leaves out.
-    let norms = triangle.column_norms();
-    let directions = if smooth { triangle.directions(&free) } else { Vec::new() };
-    let largest = directions.first().map_or(0.0, |d| d.0);
-    let mut inverse = DMatrix::<f64>::zeros(width, width);
-    // Without directions the sensitivities are not finite or all zero, and determine no parameter.
-    let mut undetermined: Vec<bool> = (free.iter().zip(&norms))
-        .map(|(&free, &norm)| free && (directions.is_empty() || !(norm > 0.0)))
-        .collect();
-    let mut weak = Vec::new();
-    for (value, direction) in &directions {
-        if *value > SINGULAR * largest {
-            // A column of zeros has no share in any direction.
-            let unscaled =
-                direction.zip_map(&norms, |x, norm| if norm > 0.0 { x / norm } else { x });
-            inverse += &unscaled * unscaled.transpose() / (value * value);
-            continue;
-        }
-        let names = problem.parameters.iter().map(|parameter| parameter.name);
-        let mut shares = Vec::new();
-        for ((name, flag), &share) in names.zip(&mut undetermined).zip(direction.iter()) {
-            if share.abs() > SHARE {
-                *flag = true;
-                shares.push((name, share));
-            }
-        }
-        shares.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
-        weak.push(shares);
-    }
+    let norms = linear.column_norms();
+    let directions = if rows.finite { linear.directions(&free) } else { Vec::new() };
+    let determined = Determinacy::of(&directions, &norms, &free, problem.parameters);
 
     // A parameter that could still go down its gradient, noticeably.
     let goes_on = |((&gradient, &norm), &free): ((&f64, &f64), &bool)| {
-        let share = gradient * gradient / (norm * norm * cost);
+        let share = gradient * gradient / (norm * norm * series.squares);
         free && share > NOTICEABLE && gradient.abs() > SETTLED * norm * norm
     };
     let stalled = descent.iter().zip(&norms).zip(&free).any(goes_on);
     let outcome = match outcome {
-        Outcome::Converged if stalled => Outcome::Stalled,
+        SearchOutcome::Converged if stalled => SearchOutcome::Stalled,
         other => other,
     };
 
-    let known = smooth && rows > width;
-    let correction = if known { count / (rows - width) as f64 } else { 1.0 };
-    let covariance = &inverse * scores(&all, width, window) * &inverse * correction;
-    // Rounding leaves the product of three symmetric matrices slightly unsymmetric.
-    let covariance = (&covariance + covariance.transpose()) * 0.5;
-    // Where few rows determine a parameter, the sum over scores is uncertain, and too small on
-    // average.
-    let variance = rmse * rmse * time * correction;
-    // `max` alone would turn NaN into zero.
-    let root =
-        |square: f64| if square.is_finite() { square.max(0.0).sqrt() } else { f64::INFINITY };
-    let spread = |i: usize| root(covariance[(i, i)]);
-    let correlation = DMatrix::from_fn(width, width, |i, j| {
-        let scale = spread(i) * spread(j);
-        let sound = known && scale > 0.0 && scale.is_finite();
-        if i == j {
-            1.0
-        } else if sound && !undetermined[i] && !undetermined[j] {
-            within(covariance[(i, j)] / scale, -1.0, 1.0)
-        } else {
-            f64::NAN
-        }
-    });
+    let errors = Accuracy::of(&rows, &series, &determined.inverse);
     let values = problem.values(point);
     let slopes = problem.slopes(&values);
-    let estimate = |i: usize, parameter: &Parameter| {
+    let estimate = |(i, &parameter): (usize, &Parameter)| {
         let value = values[i];
         let (verdict, standard_error) = match resting[i] {
             Some(rests) => (rests, f64::NAN),
-            None if undetermined[i] || !smooth => (Identifiability::Undetermined, f64::INFINITY),
+            None if determined.undetermined[i] || !rows.finite => {
+                (Identifiability::Undetermined, f64::INFINITY)
+            }
             None => {
-                let error = spread(i).max(root(variance * inverse[(i, i)])) * slopes[i];
-                let error = if known { error } else { f64::INFINITY };
+                let error = errors.standard(i) * slopes[i];
                 let clear = error <= value.abs();
                 let uncertain = Identifiability::Uncertain;
                 (if clear { Identifiability::Determined } else { uncertain }, error)
             }
         };
-        Estimate { parameter: *parameter, log: None, value, standard_error, verdict }
+        Estimate { parameter, log: None, value, standard_error, verdict }
     };
+    let too_sensitive = (dropped > 0).then_some(Remark::RowsTooSensitive { rows: dropped });
     Fit {
-        estimates: problem.parameters.iter().enumerate().map(|(i, p)| estimate(i, p)).collect(),
-        correlation,
-        rows,
-        rmse,
-        mean,
-        largest: residuals.iter().fold(0.0, |most, r| f64::max(most, r.abs())),
-        neighbour_correlation: if squares > 0.0 { next / squares } else { 0.0 },
-        effective_rows: rows as f64 / time,
-        window,
-        weak,
-        remarks: if dropped > 0 {
-            alloc::vec![Remark::RowsTooSensitive { rows: dropped }]
-        } else {
-            Vec::new()
-        },
+        estimates: problem.parameters.iter().enumerate().map(estimate).collect(),
+        correlation: errors.correlation(&determined.undetermined),
+        rows: rows.residuals.len(),
+        rmse: series.rmse,
+        mean: series.mean,
+        largest: rows.residuals.iter().fold(0.0, |most, r| f64::max(most, r.abs())),
+        neighbour_correlation: series.neighbour_correlation,
+        effective_rows: rows.residuals.len() as f64 / series.time,
+        window: series.window,
+        weak: determined.weak,
+        remarks: too_sensitive.into_iter().collect(),
         outcome,
         iterations,
     }
+}
+
+/// The residuals as a series in time.
+struct Series {
+    squares: f64,
+    rmse: f64,
+    mean: f64,
+    neighbour_correlation: f64,
+    /// Correlation time [rows].
+    time: f64,
+    /// Rows over which scores are added.
+    window: usize,
+}
+
+impl Series {
+    fn of(residuals: &[f64]) -> Self {
+        let count = residuals.len().max(1) as f64;
+        let mean = residuals.iter().sum::<f64>() / count;
+        let deviations: Vec<f64> = residuals.iter().map(|r| r - mean).collect();
+        let around: f64 = deviations.iter().map(|d| d * d).sum();
+        let next: f64 = pairs(&deviations).map(|(a, b)| a * b).sum();
+        let squares: f64 = residuals.iter().map(|r| r * r).sum();
+        let time = correlation_time(deviations).max(1.0);
+        Self {
+            squares,
+            rmse: (squares / count).sqrt(),
+            mean,
+            neighbour_correlation: if around > 0.0 { next / around } else { 0.0 },
+            time,
+            // Bartlett's weights lose about (correlation time)/window of the variance: a tenth.
+            window: ((10.0 * time) as usize).clamp(1, (residuals.len() / 10).max(1)),
+        }
+    }
+}
+
+/// What the sensitivities determine of the parameters, and what not.
+struct Determinacy {
+    /// The pseudo-inverse of JᵀJ over the directions with an effect.
+    inverse: DMatrix<f64>,
+    undetermined: Vec<bool>,
+    /// The directions without an effect.
+    weak: Vec<Vec<(&'static str, f64)>>,
+}
+
+impl Determinacy {
+    /// From the singular values and directions of the free columns, and the lengths of all.
+    fn of(
+        directions: &[(f64, Point)],
+        norms: &Point,
+        free: &[bool],
+        parameters: &[Parameter],
+    ) -> Self {
+        let width = parameters.len();
+        let largest = directions.first().map_or(0.0, |d| d.0);
+        let mut inverse = DMatrix::<f64>::zeros(width, width);
+        // Without directions the sensitivities are not finite or all zero, and determine no
+        // parameter.
+        let mut undetermined: Vec<bool> = (free.iter().zip(norms))
+            .map(|(&free, &norm)| free && (directions.is_empty() || !(norm > 0.0)))
+            .collect();
+        let mut weak = Vec::new();
+        for (value, direction) in directions {
+            if *value > SINGULAR * largest {
+                // A column of zeros has no share in any direction.
+                let unscaled =
+                    direction.zip_map(norms, |x, norm| if norm > 0.0 { x / norm } else { x });
+                inverse += &unscaled * unscaled.transpose() / (value * value);
+                continue;
+            }
+            let mut shares = Vec::new();
+            for ((parameter, flag), &share) in
+                parameters.iter().zip(&mut undetermined).zip(direction.iter())
+            {
+                if share.abs() > SHARE {
+                    *flag = true;
+                    shares.push((parameter.name, share));
+                }
+            }
+            shares.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+            weak.push(shares);
+        }
+        Self { inverse, undetermined, weak }
+    }
+}
+
+/// The errors of the search variables.
+struct Accuracy {
+    /// Whether there are more rows than parameters.
+    known: bool,
+    covariance: DMatrix<f64>,
+    /// Variances if the residuals are a series of one correlation time.
+    variances: Point,
+}
+
+impl Accuracy {
+    fn of(rows: &Rows, series: &Series, inverse: &DMatrix<f64>) -> Self {
+        let (count, width) = (rows.residuals.len(), inverse.ncols());
+        let known = rows.finite && count > width;
+        let correction = if known { count as f64 / (count - width) as f64 } else { 1.0 };
+        let covariance = inverse * scores(rows, width, series.window) * inverse * correction;
+        // Where few rows determine a parameter, the sum over scores is uncertain, and too small on
+        // average.
+        let variance = series.rmse * series.rmse * series.time * correction;
+        Self {
+            known,
+            // Rounding leaves the product of three symmetric matrices slightly unsymmetric.
+            covariance: (&covariance + covariance.transpose()) * 0.5,
+            variances: inverse.diagonal() * variance,
+        }
+    }
+
+    fn spread(&self, i: usize) -> f64 {
+        root(self.covariance[(i, i)])
+    }
+
+    /// The larger of both standard errors.
+    fn standard(&self, i: usize) -> f64 {
+        let error = self.spread(i).max(root(self.variances[i]));
+        if self.known { error } else { f64::INFINITY }
+    }
+
+    fn correlation(&self, undetermined: &[bool]) -> DMatrix<f64> {
+        DMatrix::from_fn(undetermined.len(), undetermined.len(), |i, j| {
+            let scale = self.spread(i) * self.spread(j);
+            let sound = self.known && scale > 0.0 && scale.is_finite();
+            if i == j {
+                1.0
+            } else if sound && !undetermined[i] && !undetermined[j] {
+                within(self.covariance[(i, j)] / scale, -1.0, 1.0)
+            } else {
+                f64::NAN
+            }
+        })
+    }
+}
+
+/// A root for which NaN is infinite; `max` alone would turn it into zero.
+fn root(square: f64) -> f64 {
+    if square.is_finite() { square.max(0.0).sqrt() } else { f64::INFINITY }
 }
 
 /// Lags that are summed row by row: enough for a correlation time of 400 rows, and for every log of
@@ -253,7 +327,7 @@ mod tests {
         let assessed = |largest| {
             let exploding = Exploding(largest);
             let problem = Problem::new(&exploding, &parameters).unwrap();
-            assess(&problem, &problem.start(), Outcome::IterationLimit, 0)
+            assess(&problem, &problem.start, SearchOutcome::IterationLimit, 0)
         };
         // Beside 10¹² the others fall below half of the digits.
         let (all, kept) = (assessed(f64::INFINITY), assessed(1e6));

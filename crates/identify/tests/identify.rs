@@ -46,26 +46,26 @@ fn log_of<C: Candidate<N>, const N: usize>(
         speeds.push(v);
         friction.push(model.coefficient(v, deflection) + candidate.offset(values) + noise());
     }
-    let motion = Motion::Velocity(&speeds);
+    let motion = MeasuredMotion::Velocity(&speeds);
     Log::new(LogParameters { time: &time, motion, friction: &friction, normal_force: None })
         .unwrap()
 }
 
-fn go_on(_: &Progress<'_>) -> ControlFlow<()> {
+fn go_on(_: &SearchProgress<'_>) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
 /// A fit of [`FrBdFit`] with own starts and bounds.
 fn fitted_from(parameters: [Parameter; 6], log: &Log) -> Result<Fit, ParameterError> {
-    fit(&FrBdFit, parameters, log, &Settings::default(), &mut go_on)
+    fit(&FrBdFit, parameters, log, &SearchSettings::default(), &mut go_on)
 }
 
 /// A fit from the starts of the initial guess.
 fn fitted_with<C: Candidate<N>, const N: usize>(
     candidate: &C,
     log: &Log,
-    settings: &Settings,
-    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    settings: &SearchSettings,
+    progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
 ) -> Result<Fit, ParameterError> {
     fit(candidate, candidate.parameters(&InitialGuess::of(log)?), log, settings, progress)
 }
@@ -73,14 +73,14 @@ fn fitted_with<C: Candidate<N>, const N: usize>(
 /// That of the rows after 0.2 s.
 fn fitted<C: Candidate<N>, const N: usize>(candidate: &C, log: &Log) -> Fit {
     let log = log.clone().settling(0.2).unwrap();
-    fitted_with(candidate, &log, &Settings::default(), &mut go_on).unwrap()
+    fitted_with(candidate, &log, &SearchSettings::default(), &mut go_on).unwrap()
 }
 
 #[test]
 fn without_noise_every_parameter_comes_back() {
     let log = log_of(&FrBdFit, &TRUTH, rich, 3000, || 0.0);
     let found = fitted(&FrBdFit, &log);
-    assert_eq!(found.outcome, Outcome::Converged, "{found}");
+    assert_eq!(found.outcome, SearchOutcome::Converged, "{found}");
     for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
         // The rate of convergence is quadratic with no residual left; the start is forgotten to
         // some 10⁻⁶.
@@ -167,7 +167,7 @@ fn within_ten(name: &'static str) -> Parameter {
 
 /// The best value of one such parameter.
 fn best(residuals: &impl Residuals<1>) -> Fit {
-    least_squares(residuals, [within_ten("mean")], &Settings::default(), &mut go_on).unwrap()
+    least_squares(residuals, [within_ten("mean")], &SearchSettings::default(), &mut go_on).unwrap()
 }
 
 impl Residuals<1> for Mean {
@@ -270,18 +270,19 @@ fn a_parameter_with_one_bound_twice_is_fixed() {
 fn a_stopped_search_returns_the_best_point_so_far() {
     let log = log_of(&FrBdFit, &TRUTH, rich, 2000, || 0.0);
     let mut seen = vec![];
-    let mut stop_at_three = |now: &Progress<'_>| {
+    let mut stop_at_three = |now: &SearchProgress<'_>| {
         seen.push(now.rmse);
         if now.iteration == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let found = fitted_with(&FrBdFit, &log, &Settings::default(), &mut stop_at_three).unwrap();
-    assert_eq!((found.outcome, found.iterations), (Outcome::Stopped, 3));
+    let found =
+        fitted_with(&FrBdFit, &log, &SearchSettings::default(), &mut stop_at_three).unwrap();
+    assert_eq!((found.outcome, found.iterations), (SearchOutcome::Stopped, 3));
     // The same numbers, added up once with and once without their derivatives.
     assert!((found.rmse / seen.last().unwrap() - 1.0).abs() < 1e-9);
     assert!(seen.windows(2).all(|pair| pair[1] <= pair[0]), "{seen:?}");
-    let short = Settings { iterations: 2, ..Settings::default() };
+    let short = SearchSettings { iterations: 2, ..SearchSettings::default() };
     let found = fitted_with(&FrBdFit, &log, &short, &mut go_on).unwrap();
-    assert_eq!(found.outcome, Outcome::IterationLimit);
+    assert_eq!(found.outcome, SearchOutcome::IterationLimit);
 }
 
 #[test]
@@ -319,7 +320,7 @@ impl Columns {
     fn read(&self) -> Result<Log, ParameterError> {
         Log::new(LogParameters {
             time: &self.time,
-            motion: Motion::Velocity(&self.velocity),
+            motion: MeasuredMotion::Velocity(&self.velocity),
             friction: &self.friction,
             normal_force: Some(&self.normal),
         })
@@ -363,7 +364,7 @@ fn bad_rows_are_refused_with_row_value_and_rule() {
 fn motions_without_reversal_or_sliding_are_refused() {
     let refusal = |velocity: fn(f64) -> f64| {
         let log = log_of(&FrBdFit, &TRUTH, velocity, 500, || 0.0);
-        fitted_with(&FrBdFit, &log, &Settings::default(), &mut go_on).unwrap_err()
+        fitted_with(&FrBdFit, &log, &SearchSettings::default(), &mut go_on).unwrap_err()
     };
     let one_way = refusal(|_| 0.01);
     assert_eq!((one_way.name, one_way.value), ("number of reversals", 0.0), "{one_way}");
@@ -418,7 +419,8 @@ fn a_simulation_that_leaves_too_few_rows_is_refused() {
     let log = log_of(&FrBdFit, &TRUTH, rich, 1000, || 0.0);
     let refusal = |settle: f64| {
         let log = log.clone().settling(settle).unwrap();
-        let refused = fitted_with(&FrBdFit, &log, &Settings::default(), &mut go_on).unwrap_err();
+        let refused =
+            fitted_with(&FrBdFit, &log, &SearchSettings::default(), &mut go_on).unwrap_err();
         let words = refused.to_string();
         assert_eq!(predict(&FrBdFit, &TRUTH, &log).unwrap_err().to_string(), words);
         words
@@ -433,7 +435,7 @@ fn a_simulation_that_leaves_too_few_rows_is_refused() {
     let enough = log.clone().settling(979.5 * STEP).unwrap();
     assert!(predict(&FrBdFit, &TRUTH, &enough).is_ok());
     for tolerance in [f64::NAN, f64::INFINITY, -1.0] {
-        let settings = Settings { tolerance, ..Settings::default() };
+        let settings = SearchSettings { tolerance, ..SearchSettings::default() };
         let refused = fitted_with(&FrBdFit, &log, &settings, &mut go_on).unwrap_err();
         let want = format!("tolerance is {tolerance}, but must lie between 0 and 1e100");
         assert_eq!(refused.to_string(), want);
@@ -460,7 +462,7 @@ fn rows_before_the_end_of_settling_do_not_count() {
     }
     // √(100 · 0.5²/2000) = 0.11 with the beginning.
     assert!(log.rmse(&prediction) > 0.1 && settled.rmse(&prediction) < 0.01);
-    let found = fitted_with(&FrBdFit, &settled, &Settings::default(), &mut go_on).unwrap();
+    let found = fitted_with(&FrBdFit, &settled, &SearchSettings::default(), &mut go_on).unwrap();
     assert_eq!(found.rows, 1900);
     // A window of the log begins anew.
     let window = settled.between(1.0, 2.0).unwrap();
@@ -526,7 +528,7 @@ fn a_bad_first_row_does_not_stretch_the_bristle() {
     let log = log_of(&FrBdFit, &TRUTH, rich, 3000, || {
         0.002 * draw.gauss() + if std::mem::take(&mut first) { 10.0 } else { 0.0 }
     });
-    let found = fitted_with(&FrBdFit, &log, &Settings::default(), &mut go_on).unwrap();
+    let found = fitted_with(&FrBdFit, &log, &SearchSettings::default(), &mut go_on).unwrap();
     // It is still a row that is wrong, and its residual widens the standard errors; but those are
     // honest.
     for (estimate, truth) in found.estimates.iter().zip(TRUTH) {
@@ -543,7 +545,7 @@ fn friction_with_the_wrong_sign_or_without_a_change_is_refused() {
         let friction: Vec<f64> = log.coefficients().iter().map(|&mu| change(mu)).collect();
         let changed = Log::new(LogParameters {
             time: log.times(),
-            motion: Motion::Velocity(log.velocities()),
+            motion: MeasuredMotion::Velocity(log.velocities()),
             friction: &friction,
             normal_force: None,
         });
@@ -580,7 +582,7 @@ fn positions_with_noise_have_the_reversals_of_those_without() {
             clean.positions().iter().map(|x| x + deviation * draw.gauss()).collect();
         let log = Log::new(LogParameters {
             time: clean.times(),
-            motion: Motion::Position(&position),
+            motion: MeasuredMotion::Position(&position),
             friction: clean.coefficients(),
             normal_force: None,
         })
@@ -676,7 +678,7 @@ fn the_least_turn_is_a_thousandth_of_the_travel_to_two_per_cent() {
         let position: Vec<f64> = (0..2002).map(|row| turn(1e-5 * f64::from(row))).collect();
         let time: Vec<f64> = (0..2002).map(|row| 1e-3 * f64::from(row)).collect();
         let friction: Vec<f64> = time.iter().map(|t| 0.3 + 0.1 * t).collect();
-        let motion = Motion::Position(&position);
+        let motion = MeasuredMotion::Position(&position);
         let log = Log::new(LogParameters {
             time: &time,
             motion,
@@ -720,7 +722,7 @@ fn noise_of_a_resting_position_is_no_sliding() {
     let position: Vec<f64> = clean.positions().iter().map(|x| x + 1e-6 * draw.gauss()).collect();
     let log = Log::new(LogParameters {
         time: clean.times(),
-        motion: Motion::Position(&position),
+        motion: MeasuredMotion::Position(&position),
         friction: clean.coefficients(),
         normal_force: None,
     });
@@ -792,7 +794,7 @@ fn no_initial_guess_makes_a_panic_or_a_fit_of_nothing() {
         for (field, set) in fields.iter().enumerate() {
             let mut guess = good;
             set(&mut guess, bad);
-            let short = Settings { iterations: 1, ..Settings::default() };
+            let short = SearchSettings { iterations: 1, ..SearchSettings::default() };
             for shape in [SHAPE, CurveShape::Rational] {
                 let Ok(fit) = guess.static_curve(shape, &points) else { continue };
                 let values = fit.values();
@@ -863,7 +865,7 @@ fn strokes(count: usize, length: f64, speeds: &[f64], first: f64) -> Log {
         }
         begin += stroke / speed;
     }
-    let motion = Motion::Position(&position);
+    let motion = MeasuredMotion::Position(&position);
     Log::new(LogParameters { time: &time, motion, friction: &friction, normal_force: None })
         .unwrap()
 }
@@ -930,7 +932,7 @@ fn the_last_row_of_a_log_slides_like_those_before() {
     }
     friction[3999] = -0.35;
     let time: Vec<f64> = (0..4000).map(|row| 2e-4 * f64::from(row)).collect();
-    let motion = Motion::Velocity(&velocity);
+    let motion = MeasuredMotion::Velocity(&velocity);
     let log = LogParameters { time: &time, motion, friction: &friction, normal_force: None };
     let (_, points) = InitialGuess::with_points(&Log::new(log).unwrap()).unwrap();
     let coefficient = points.last().unwrap().coefficient;
@@ -1029,7 +1031,7 @@ struct Line {
 impl Line {
     fn fitted(&self) -> Fit {
         let parameters = ["a", "b"].map(within_ten);
-        least_squares(self, parameters, &Settings::default(), &mut go_on).unwrap()
+        least_squares(self, parameters, &SearchSettings::default(), &mut go_on).unwrap()
     }
 }
 
@@ -1197,9 +1199,9 @@ impl Residuals<1> for Two {
 fn more_starts_find_a_minimum_far_away() {
     let mut places = vec![];
     for (starts, want) in [(1, -0.95), (8, 1.0)] {
-        let settings = Settings { starts, ..Settings::default() };
+        let settings = SearchSettings { starts, ..SearchSettings::default() };
         places.clear();
-        let mut watch = |now: &Progress<'_>| {
+        let mut watch = |now: &SearchProgress<'_>| {
             if now.iteration == 1 {
                 places.push(now.values[0]);
             }
@@ -1251,8 +1253,8 @@ fn a_search_that_a_probe_can_still_improve_has_stalled() {
     let start = |value| {
         [Parameter { start: value, least: 1.0, most: 1e6, typical: Some(1.0), ..within_ten("x") }]
     };
-    let found = least_squares(&Steps, start(1e3), &Settings::default(), &mut go_on).unwrap();
-    assert_eq!(found.outcome, Outcome::Stalled, "{found}");
+    let found = least_squares(&Steps, start(1e3), &SearchSettings::default(), &mut go_on).unwrap();
+    assert_eq!(found.outcome, SearchOutcome::Stalled, "{found}");
     // Five probes by 5 % each.
     assert!((found.values()[0] / (1e3 * 0.95_f64.powi(5)) - 1.0).abs() < 1e-9, "{found}");
 }
@@ -1261,8 +1263,8 @@ fn a_search_that_a_probe_can_still_improve_has_stalled() {
 fn a_search_whose_gradient_promises_more_has_stalled() {
     // At the upper bound of what a probe reaches the wrong slope leads nowhere.
     let narrow = Parameter { start: 5.0, least: 4.9999, most: 5.0001, ..within_ten("x") };
-    let found = least_squares(&Misled, [narrow], &Settings::default(), &mut go_on).unwrap();
-    assert_eq!(found.outcome, Outcome::Stalled, "{found}");
+    let found = least_squares(&Misled, [narrow], &SearchSettings::default(), &mut go_on).unwrap();
+    assert_eq!(found.outcome, SearchOutcome::Stalled, "{found}");
     assert!(!found.is_determined() || found.estimates[0].value > 4.9, "{found}");
 }
 
@@ -1290,10 +1292,10 @@ fn a_column_of_motor_torque_is_no_friction() {
         position.push(x);
         torque.push(0.02 * acceleration + 0.6 * x.sin() + 0.15 * (v / 0.01).tanh());
     }
-    let motion = Motion::Position(&position);
+    let motion = MeasuredMotion::Position(&position);
     let log = LogParameters { time: &time, motion, friction: &torque, normal_force: None };
     let log = Log::new(log).unwrap();
-    let found = fitted_with(&FrBdFit, &log, &Settings::default(), &mut go_on).unwrap();
+    let found = fitted_with(&FrBdFit, &log, &SearchSettings::default(), &mut go_on).unwrap();
     assert!(matches!(found.remarks[..], [Remark::LooksLikeMotorTorque { .. }]), "{found}");
     assert!(!found.is_determined() && found.to_string().contains("motor"), "{found}");
 }

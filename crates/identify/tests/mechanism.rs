@@ -11,7 +11,7 @@ use bristle_identify::mechanism::{
     self, Comparison, Drive, DriveLog, DriveLogParameters, Friction, Joint, JointFit, KnownLoad,
     Loss, Progress, Scores, Settings, Term,
 };
-use bristle_identify::{Estimate, Identifiability, Outcome, Remark};
+use bristle_identify::{Estimate, Identifiability, Remark, SearchOutcome};
 use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
 use bristle_joint::{
     GearedJoint, GearedJointParameters, Gravity, JointState, PositionControl, VoltageMotor,
@@ -123,13 +123,13 @@ fn go_on(_: &Progress<'_>) -> ControlFlow<()> {
 
 fn dahl(joint: &Joint, logs: &[DriveLog]) -> Result<JointFit, ParameterError> {
     let friction = Friction::dahl().loaded();
-    mechanism::fit(joint, &friction, logs, &[], &Settings::default(), &mut go_on)
+    mechanism::fit_joint(joint, &friction, logs, &[], &Settings::default(), &mut go_on)
 }
 
 #[test]
 fn without_noise_every_parameter_comes_back() {
     let found = dahl(&pendulum(), &logs(3, false)).unwrap();
-    assert_eq!(found.fit.outcome, Outcome::Converged, "{found}");
+    assert_eq!(found.fit.outcome, SearchOutcome::Converged, "{found}");
     for (name, truth) in NAMES.into_iter().zip(TRUTH) {
         // The steps of 1 ms are twice those of the log, and of second order.
         let ratio = found.value(name).unwrap() / truth;
@@ -291,8 +291,9 @@ fn a_stopped_search_returns_the_best_so_far() {
     let friction = Friction::dahl().loaded();
     let settings = Settings::default();
     let found =
-        mechanism::fit(&pendulum(), &friction, &logs, &logs[..1], &settings, &mut stop).unwrap();
-    assert_eq!(found.fit.outcome, Outcome::Stopped, "{found}");
+        mechanism::fit_joint(&pendulum(), &friction, &logs, &logs[..1], &settings, &mut stop)
+            .unwrap();
+    assert_eq!(found.fit.outcome, SearchOutcome::Stopped, "{found}");
     assert_eq!(found.horizon, 0.0);
     assert!(found.fitted.simulated.rmse.is_finite() && found.held_out.is_some(), "{found}");
     assert!((found.value("inertia").unwrap() / INERTIA - 1.0).abs() < 0.5, "{found}");
@@ -320,7 +321,8 @@ fn one_load_is_marked_where_a_term_hardly_varies() {
     let mut first = |_: &Progress<'_>| ControlFlow::Break(());
     let friction = Friction::dahl().loaded();
     let settings = Settings::default();
-    let found = mechanism::fit(&joint, &friction, &[log], &[], &settings, &mut first).unwrap();
+    let found =
+        mechanism::fit_joint(&joint, &friction, &[log], &[], &settings, &mut first).unwrap();
     assert_eq!(found.fit.remarks, [Remark::OneLoad], "{found}");
 }
 
@@ -333,7 +335,8 @@ fn one_log_with_the_wrong_sign_is_named_and_nothing_is_determined_then() {
             logs[1].drive.iter_mut().for_each(|u| *u = -*u);
         }
         let logs = logs.map(|columns| columns.voltage().unwrap());
-        mechanism::fit(&pendulum(), &Friction::coulomb(), &logs, &[], &short, &mut go_on).unwrap()
+        mechanism::fit_joint(&pendulum(), &Friction::coulomb(), &logs, &[], &short, &mut go_on)
+            .unwrap()
     };
     let unexplained = |remark: &Remark| matches!(remark, Remark::Unexplained { .. });
     // Without its bristle and the load that grows, the model is wrong by much less.
@@ -369,7 +372,7 @@ fn a_search_that_ends_early_names_the_setting_that_ended_it() {
     let found = mechanism::compare(&pendulum(), &candidates, logs, logs, &settings, &mut go_on);
     let found = found.unwrap();
     let fit = found.named().unwrap();
-    assert_eq!(fit.fit.outcome, Outcome::RunLimit, "{found}");
+    assert_eq!(fit.fit.outcome, SearchOutcome::RunLimit, "{found}");
     assert!(fit.gradient_runs <= 2 * 8, "{found}");
     let text = found.to_string();
     assert!(text.contains("gradient_runs used up: raise `Settings::gradient_runs`"), "{text}");
@@ -414,7 +417,7 @@ fn an_arm_that_drops_with_its_motor_open_tells_inertia_and_friction() {
     let logs = [DriveLog::new(columns).unwrap()];
     let settings = Settings::default();
     let found =
-        mechanism::fit(&joint, &Friction::dahl(), &logs, &[], &settings, &mut go_on).unwrap();
+        mechanism::fit_joint(&joint, &Friction::dahl(), &logs, &[], &settings, &mut go_on).unwrap();
     for (name, truth) in [("inertia", INERTIA), ("drag", DRAG), ("coulomb_torque", 0.05)] {
         // The start of the fall, where the log begins, is smoothed from one side.
         let ratio = found.value(name).unwrap() / truth;
@@ -481,7 +484,8 @@ fn segments_are_shortened_where_the_motion_is_too_sensitive() {
     let log = run(LOAD, GRAVITY, 2, true).voltage().unwrap();
     let settings = Settings { largest_sensitivity: 0.05, ..Settings::default() };
     let friction = Friction::dahl().loaded();
-    let found = mechanism::fit(&pendulum(), &friction, &[log], &[], &settings, &mut go_on).unwrap();
+    let found =
+        mechanism::fit_joint(&pendulum(), &friction, &[log], &[], &settings, &mut go_on).unwrap();
     assert!(found.horizon < 1.0, "{found}");
     let shortened = |remark: &Remark| matches!(remark, Remark::Shortened { .. });
     assert!(found.fit.remarks.iter().any(shortened), "{found}");
@@ -498,7 +502,7 @@ fn a_robust_loss_ignores_positions_that_were_not_read() {
     let off = |loss| {
         let settings = Settings { loss, ..Settings::default() };
         let friction = Friction::dahl().loaded();
-        let fit = mechanism::fit(&pendulum(), &friction, &logs, &[], &settings, &mut go_on);
+        let fit = mechanism::fit_joint(&pendulum(), &friction, &logs, &[], &settings, &mut go_on);
         let found = fit.unwrap();
         let error = |name: &str, truth: f64| (found.value(name).unwrap() / truth - 1.0).abs();
         error("inertia", INERTIA) + error("coulomb_torque", LOAD.idle_load)
@@ -554,8 +558,14 @@ fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
     assert!(missing.contains("with Term::Spring") && missing.ends_with("spring_rate"), "{missing}");
     let missing = error(Joint::new().known("resistance", 3.0));
     assert_eq!(missing, "this drive takes a known or starting value of, not torque_constant");
-    let none =
-        mechanism::fit(&pendulum(), &Friction::dahl(), &[], &[], &Settings::default(), &mut go_on);
+    let none = mechanism::fit_joint(
+        &pendulum(),
+        &Friction::dahl(),
+        &[],
+        &[],
+        &Settings::default(),
+        &mut go_on,
+    );
     assert_eq!(none.unwrap_err().to_string(), "there must be at least 1 logs, not 0");
     let held_out: [DriveLog; 0] = [];
     let candidates = [Friction::dahl()];
@@ -606,7 +616,7 @@ fn gaps_limits_and_degrees_are_marked() {
     let drive = Drive::Duty { goal: &goal, gain: 2.0, supply: &supply };
     let log = DriveLogParameters::new(&columns.time, &columns.position, drive);
     let mut first = |_: &Progress<'_>| ControlFlow::Break(());
-    let found = mechanism::fit(
+    let found = mechanism::fit_joint(
         &pendulum(),
         &Friction::dahl(),
         &[DriveLog::new(log).unwrap()],
@@ -664,7 +674,8 @@ fn a_model_in_a_file_is_read_again() {
     let mut first = |_: &Progress<'_>| ControlFlow::Break(());
     let settings = Settings::default();
     let logs = [log.voltage().unwrap()];
-    let found = mechanism::fit(&pendulum(), &friction, &logs, &[], &settings, &mut first).unwrap();
+    let found =
+        mechanism::fit_joint(&pendulum(), &friction, &logs, &[], &settings, &mut first).unwrap();
     let model = found.model().unwrap();
     let text = toml::to_string(&model).unwrap();
     let read: mechanism::JointModel = toml::from_str(&text).unwrap();

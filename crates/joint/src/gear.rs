@@ -368,7 +368,7 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
         duration: T,
     ) -> Result<GearStep<T, M::Deflection>, ParameterError> {
         let load = self.load(torques);
-        let reloaded = self.companion.reload(load, deflection)?;
+        let reloaded = self.companion.renew(load, deflection)?;
         Ok(GearStep {
             friction: self.companion.step(predicted_velocity, reloaded.deflection, duration),
             drag: self.drag(),

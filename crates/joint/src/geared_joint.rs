@@ -43,8 +43,8 @@ use crate::{GearFriction, GearTorques, LoadLaw};
 use bristle::companion::CompletedStep;
 use bristle::ode::System;
 use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{larger, lit};
-use bristle::{Branch, Bristle, Load, Scalar};
+use bristle::scalar::{is_zero, larger, lit, nan};
+use bristle::{Branch, Bristle, Scalar};
 
 /// Parameters of [`GearedJoint`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -295,7 +295,7 @@ where
         let JointTorques { motor, external, loading } = self.acting(time, state);
         let normal_force = gear.load(loading);
         let sliding = branch.of(velocity);
-        let affine = gear.model().affine(sliding, deflection);
+        let affine = gear.model().affine(sliding.into(), deflection);
         let friction = normal_force * affine.coefficient(sliding.velocity(), deflection);
         let torque = motor.value + external.value - gear.drag() * velocity - friction;
         let acceleration = torque / self.parameters.inertia;
@@ -304,8 +304,8 @@ where
         };
         let slopes = gear.law().slopes(loading);
         let rate = slopes.motor * along(&motor) + slopes.external * along(&external);
-        let load = Load { normal_force, rate: rate * gear.friction_scale() };
-        let deflecting = affine.rate(sliding.velocity(), deflection) + load.renewal(deflection);
+        let renewal = renewal(normal_force, rate * gear.friction_scale(), deflection);
+        let deflecting = affine.rate(sliding.velocity(), deflection) + renewal;
         Vector3::new(velocity, acceleration, deflecting)
     }
 
@@ -334,4 +334,17 @@ where
         let velocity = (stiffness / self.parameters.inertia).sqrt() * deflection;
         Vector3::new(deflection, velocity, deflection)
     }
+}
+
+/// What the asperities that come into contact add to the rate of a deflection x: −(max(ṗ, 0)/p) x.
+/// Infinite where p = 0, ṗ > 0 and x ≠ 0: a gear that is loaded again has lost its deflection. NaN
+/// for a negative load.
+fn renewal<T: Scalar>(load: T, rate: T, deflection: T) -> T {
+    if !(load >= T::zero()) {
+        return nan();
+    }
+    // Without a rise zero, or NaN.
+    let pace = if rate > T::zero() { rate / load } else { rate * T::zero() };
+    let lost = pace > T::zero() && !pace.is_finite();
+    if lost && is_zero(deflection) { deflection } else { -pace * deflection }
 }

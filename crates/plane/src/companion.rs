@@ -13,7 +13,7 @@ use super::{PlaneBristle, PlaneContact};
 use bristle::companion::{CompanionStep, CompletedStep, PointMass};
 use bristle::parameter::{self, ParameterError};
 use bristle::scalar::unlimited;
-use bristle::{Reloaded, Scalar};
+use bristle::{LoadChange, Reloaded, Scalar};
 
 impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     /// Prepares the contact for passive steps inside a mechanism, with the limits of its
@@ -76,7 +76,7 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneCompanion<T, M, N> {
     }
 
     /// Changes the normal force to p' \[N\], zero or positive, before a step: take the load at the
-    /// middle of the step. See [`PlaneContact::reload`].
+    /// middle of the step, and the velocity predicted for it. See [`PlaneContact::reload`].
     ///
     /// # Errors
     ///
@@ -85,9 +85,15 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneCompanion<T, M, N> {
     pub fn reload(
         &mut self,
         normal_force: T,
+        predicted_velocity: &SVector<T, N>,
         deflection: &SVector<T, N>,
     ) -> Result<Reloaded<T, SVector<T, N>>, ParameterError> {
-        self.contact.reload(normal_force, deflection)
+        self.contact.reload(normal_force, predicted_velocity, deflection)
+    }
+
+    /// Changes the normal force; the deflections are elsewhere.
+    pub(crate) fn change_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
+        self.contact.change_load(normal_force)
     }
 
     /// The sources and the dampers that stand for the friction over a step of length h ≥ 0 \[s\],

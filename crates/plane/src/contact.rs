@@ -6,8 +6,8 @@ use nalgebra::{SMatrix, SVector};
 
 use super::PlaneBristle;
 use bristle::parameter::ParameterError;
-use bristle::scalar::lit;
-use bristle::{Bristle, Contact, ContactResponse, HeldContact, Reloaded, Scalar};
+use bristle::scalar::{lit, nan};
+use bristle::{Bristle, Contact, ContactResponse, HeldContact, LoadChange, Reloaded, Scalar};
 
 /// A model of N axes under a normal force. Its methods are those of [`Contact`], with a vector for
 /// the velocity, the deflection and the force.
@@ -73,9 +73,10 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         Ok(Self { contact: Contact::new(model, normal_force)? })
     }
 
-    /// Changes the normal force to p' \[N\], zero or positive. Returns the deflection that is left
-    /// of the given one, z' = z min(1, p/p') on every axis, and the energy that left with it, see
-    /// [`Contact::reload`].
+    /// Changes the normal force to p' \[N\], zero or positive, before a step. Returns what is left of
+    /// a deflection, and the energy that is dissipated, see [`Contact::reload`]: if the load falls
+    /// below what the bristles carry at the `velocity` [m/s], they slip back in the direction of
+    /// the deflection.
     ///
     /// # Errors
     ///
@@ -84,11 +85,76 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     pub fn reload(
         &mut self,
         normal_force: T,
+        velocity: &SVector<T, N>,
+        deflection: &SVector<T, N>,
+    ) -> Result<Reloaded<T, SVector<T, N>>, ParameterError> {
+        let change = self.contact.change_load(normal_force)?;
+        Ok(self.held(change, velocity, deflection))
+    }
+
+    /// Changes the normal force; a deflection has to follow by [`PlaneContact::held`].
+    pub(crate) fn change_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
+        self.contact.change_load(normal_force)
+    }
+
+    /// What the surface still holds of a deflection after a change of the load.
+    pub(crate) fn held(
+        &self,
+        change: LoadChange<T>,
+        velocity: &SVector<T, N>,
+        deflection: &SVector<T, N>,
+    ) -> Reloaded<T, SVector<T, N>> {
+        if change.after >= change.before {
+            return Reloaded { deflection: *deflection, dissipated: T::zero() };
+        }
+        let kept = change.kept(self.utilisation(velocity, deflection));
+        let dissipated = self.stored_energy(deflection) * (T::one() - kept) * (T::one() + kept);
+        Reloaded { deflection: deflection * kept, dissipated }
+    }
+
+    /// What the bristles carry over what the surface holds at a speed: the norm of σ0ᵢ zᵢ over
+    /// aᵢ s max μ where the ellipsoid is kept, its largest component elsewhere.
+    fn utilisation(&self, velocity: &SVector<T, N>, deflection: &SVector<T, N>) -> T {
+        let limits = self.model().limits(velocity.norm());
+        let scale = self.contact.friction_scale();
+        let Some(most) = limits.deflection else { return T::zero() };
+        let shares = deflection.zip_map(&most, |z, most| (z / (scale * most)).abs());
+        if limits.ellipsoid { shares.norm() } else { shares.max() }
+    }
+
+    /// Changes the normal force by renewal, see [`Contact::renew`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite; the contact is as it was.
+    #[inline]
+    pub fn renew(
+        &mut self,
+        normal_force: T,
         deflection: &SVector<T, N>,
     ) -> Result<Reloaded<T, SVector<T, N>>, ParameterError> {
         let stored = self.stored_energy(deflection);
-        let change = self.contact.change_load(normal_force)?;
-        Ok(Reloaded { deflection: deflection * change.kept, dissipated: change.lost * stored })
+        let (kept, lost) = self.contact.renew_load(normal_force)?.renewed();
+        Ok(Reloaded { deflection: deflection * kept, dissipated: lost * stored })
+    }
+
+    /// Rate and force under a normal force p \[N\] that varies, at one instant, see
+    /// [`Contact::response_under`].
+    pub fn response_under(
+        &self,
+        normal_force: T,
+        velocity: &SVector<T, N>,
+        deflection: &SVector<T, N>,
+    ) -> ContactResponse<SVector<T, N>> {
+        let mut loaded = self.clone();
+        if loaded.contact.change_load(normal_force).is_err() {
+            let none = SVector::repeat(nan());
+            return ContactResponse { rate: none, force: none };
+        }
+        let utilisation = loaded.utilisation(velocity, deflection);
+        let rate = loaded.rate(velocity, deflection);
+        let held = if utilisation > T::one() { deflection / utilisation } else { *deflection };
+        ContactResponse { rate, force: loaded.force(velocity, &held) }
     }
 
     /// The friction model.
@@ -99,6 +165,16 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     /// The normal force p \[N\].
     pub fn normal_force(&self) -> T {
         self.contact.normal_force()
+    }
+
+    /// The contact whose stiffness and damping belong to another load, see
+    /// [`Contact::measured_at`].
+    ///
+    /// # Errors
+    ///
+    /// Refuses a reference load that is not positive and finite.
+    pub fn measured_at(self, reference_load: T) -> Result<Self, ParameterError> {
+        Ok(Self { contact: self.contact.measured_at(reference_load)? })
     }
 
     /// Each axis at a velocity [m/s]: a scalar contact, to be evaluated at that axis's component.
@@ -145,7 +221,7 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         velocity: &SVector<T, N>,
         deflection: &SVector<T, N>,
     ) -> LinearisedPlane<T, N> {
-        let (p, zeros) = (self.normal_force(), SVector::zeros());
+        let (p, zeros) = (self.contact.reference_load(), SVector::zeros());
         let mut linearised = LinearisedPlane {
             rate: zeros,
             force: zeros,
@@ -193,7 +269,7 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     /// The stored energy W = ½ p Σ σ0ᵢ zᵢ² \[J\].
     pub fn stored_energy(&self, deflection: &SVector<T, N>) -> T {
         let weighted = self.model().storage_stiffness().component_mul(deflection);
-        lit::<T>(0.5) * self.normal_force() * weighted.dot(deflection)
+        lit::<T>(0.5) * self.contact.reference_load() * weighted.dot(deflection)
     }
 
     /// The dissipated power F·v − Ẇ \[W\]: never negative for a passive model.

@@ -25,10 +25,9 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::surface::norm;
 use super::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneContact, length};
-use bristle::LoadChange;
-use bristle::Scalar;
 use bristle::parameter::{self, ParameterError, Rule};
 use bristle::scalar::{is_zero, larger, lit, nan};
+use bristle::{Reloaded, Scalar};
 
 /// A point of a [`Footprint`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -205,9 +204,9 @@ where
         self.points.as_ref()
     }
 
-    /// Changes the normal force to p' \[N\], zero or positive; each point keeps its share of it.
-    /// Moves the deflections to what is left of them, z' = z min(1, p/p'), and returns the energy
-    /// \[J\] that left with the rest, see [`PlaneContact::reload`].
+    /// Changes the normal force to p' \[N\], zero or positive, before a step; each point keeps its
+    /// share of it. Cuts the deflections that are no longer held at the `twist`, and returns the
+    /// energy \[J\] that is dissipated, see [`PlaneContact::reload`].
     ///
     /// # Errors
     ///
@@ -216,14 +215,18 @@ where
     pub fn reload(
         &mut self,
         normal_force: T,
+        twist: &Vector3<T>,
         deflections: &mut [Vector2<T>],
-    ) -> Result<T, ParameterError> {
+    ) -> Result<Reloaded<T, ()>, ParameterError> {
         self.counted(deflections)?;
-        let stored = self.stored_energy(deflections);
-        let change = LoadChange::new(self.contact.normal_force(), normal_force);
-        let _ = self.contact.reload(normal_force, &Vector2::zeros())?;
-        deflections.iter_mut().for_each(|z| *z *= change.kept);
-        Ok(change.lost * stored)
+        let change = self.contact.change_load(normal_force)?;
+        let mut dissipated = T::zero();
+        for ((share, lever), deflection) in self.shares().zip(deflections) {
+            let left = self.contact.held(change, &lever.velocity(twist), deflection);
+            *deflection = left.deflection;
+            dissipated += share * left.dissipated;
+        }
+        Ok(Reloaded { deflection: (), dissipated })
     }
 
     /// Each point's share of the normal force and its place.
@@ -454,8 +457,8 @@ where
         &self.footprint
     }
 
-    /// Changes the normal force before a step: take the load at the middle of the step. See
-    /// [`Footprint::reload`].
+    /// Changes the normal force before a step: take the load at the middle of the step, and the
+    /// twist predicted for it. See [`Footprint::reload`].
     ///
     /// # Errors
     ///
@@ -463,11 +466,12 @@ where
     pub fn reload(
         &mut self,
         normal_force: T,
+        predicted_twist: &Vector3<T>,
         deflections: &mut [Vector2<T>],
-    ) -> Result<T, ParameterError> {
-        let dissipated = self.footprint.reload(normal_force, deflections)?;
-        let _ = self.companion.reload(normal_force, &Vector2::zeros())?;
-        Ok(dissipated)
+    ) -> Result<Reloaded<T, ()>, ParameterError> {
+        let reloaded = self.footprint.reload(normal_force, predicted_twist, deflections)?;
+        let _ = self.companion.change_load(normal_force)?;
+        Ok(reloaded)
     }
 
     /// The source and the damper that stand for the friction over a step of length h ≥ 0 \[s\],

@@ -86,7 +86,7 @@ pub use surface::AxisSurface;
 use bristle::parameter::ParameterError;
 use bristle::rheology::KelvinVoigt;
 use bristle::scalar::nan;
-use bristle::{Bristle, ContactResponse, Law, Load, Scalar};
+use bristle::{Bristle, Law, Scalar};
 
 /// The bristle of one axis, and its share of the friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -126,26 +126,6 @@ pub trait PlaneBristle<T: Scalar, const N: usize>: Debug + Clone {
     /// Whether the model obeys a law by a theorem, with F·v and the box of
     /// [`PlaneBristle::limits`] for their scalar counterparts.
     fn obeys(&self, law: Law) -> bool;
-
-    /// Rate and force at one instant under a normal force that varies, see
-    /// [`Bristle::response_under`].
-    fn response_under(
-        &self,
-        load: Load<T>,
-        velocity: &SVector<T, N>,
-        deflection: &SVector<T, N>,
-    ) -> ContactResponse<SVector<T, N>> {
-        let zeros = SVector::<T, N>::zeros();
-        let mut response = ContactResponse { rate: zeros, force: zeros };
-        let results = response.rate.iter_mut().zip(response.force.iter_mut());
-        let inputs = velocity.iter().zip(deflection);
-        for ((axis, (&v, &z)), (rate, force)) in self.axes(velocity).iter().zip(inputs).zip(results)
-        {
-            let each = axis.response_under(load, v, z);
-            (*rate, *force) = (each.rate, each.force);
-        }
-        response
-    }
 
     /// Puts the model under a normal force p \[N\], zero or positive.
     ///

@@ -339,7 +339,8 @@ where
         let (before, body, moves) = (self.state, self.body, duration > T::zero());
         let positive = |value: T| if value > T::zero() { value } else { T::zero() };
         let mut brake = self.brake.clone();
-        let reloaded = brake.reload(loads.brake_normal_force, before.brake_deflection)?;
+        let reloaded =
+            brake.reload(loads.brake_normal_force, before.angular_velocity, before.brake_deflection)?;
 
         let lateral = parameter::finite("lateral_velocity", loads.lateral_velocity)?;
         let length = self.tyre.length();

@@ -38,7 +38,7 @@
 
 use nalgebra::Complex;
 
-use super::patch::{Crossing, checked};
+use super::patch::{Crossing, checked, of_velocity};
 use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure, RateDependent};
 use bristle::parameter::ParameterError;
@@ -111,7 +111,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
     pub fn linearised(&self, motion: Motion<T>) -> Result<LinearisedPatch<T, P>, ParameterError> {
         let Crossing { slip_velocity: v, transport } = self.rolling(motion)?;
         let (affine, slopes) = self.model().affine_and_slopes(v.into(), T::zero());
-        self.model().check_rate_dependence()?;
+        of_velocity(self.model())?;
         Ok(self.linearised_about((v, transport), (checked(affine)?, slopes), T::one()))
     }
 

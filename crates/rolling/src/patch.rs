@@ -1,17 +1,14 @@
 //! A contact patch: bristles of one model along a length, under a pressure.
 
 use super::Pressure;
-use bristle::curve::FrictionCurve;
 use bristle::parameter::{self, ParameterError, Rule};
-use bristle::regularisation::Regularisation;
-use bristle::rheology::{KelvinVoigt, Rheology, VelocityLaw};
-use bristle::scalar::{is_zero, larger, nan, unlimited};
-use bristle::{Affine, AnyBristle, Bristle, Dahl, FrBd, LuGre, Scalar, Surface};
+use bristle::scalar::{is_zero, larger, unlimited};
+use bristle::{Affine, Bristle, Form, Scalar, Surface};
 
-/// A friction model with one deflection whose coefficients depend on the velocity alone, so that
-/// all bristles of a patch share them: [`FrBd`] with a bristle of one spring,
-/// [`LuGre`] and [`Dahl`]. (Elasto-plastic FrBD switches with its deflection, the implicit bristle
-/// solves for it.)
+/// A friction model with one deflection. A patch takes those whose coefficients depend on the
+/// velocity alone ([`Form::OfVelocity`]), so that all its bristles share them: FrBD with a bristle
+/// of one spring, LuGre, Dahl and such models of your own. It refuses the others by name.
+/// (Elasto-plastic FrBD switches with its deflection, the implicit bristle solves for it.)
 pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
     /// The four coefficients at a velocity.
     #[inline]
@@ -19,108 +16,24 @@ pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
         self.affine(surface.into(), T::zero())
     }
 
-    /// Refuses a model, chosen at run time, whose coefficients depend on its deflection.
-    #[doc(hidden)]
-    fn check_rate_dependence(&self) -> Result<(), ParameterError> {
-        Ok(())
-    }
-
-    /// ∫ p (m (c₀ − K r) + c₂) dξ over a part of the patch, where m is the mean deflection of
-    /// bristles that entered undeflected, over a step under v̄ = 1, and K the stiffness of the
-    /// stored energy: what the friction coefficient rises by beyond the springs. Given ∫ p m, the
-    /// integral `kept` of p times the mean of e^(−λ age), and ∫ p.
-    ///
-    /// For c₀ that falls with the speed, as LuGre's, this sum loses digits, and another form may
-    /// not.
-    #[doc(hidden)]
-    #[inline]
-    fn damping_beyond_springs(&self, velocity: T, driven: T, kept: T, carried: T) -> T {
-        let _ = kept;
-        let affine = self.at_velocity(velocity);
-        let excess = affine.stiffness - self.storage_stiffness() * affine.drive;
-        excess * driven + affine.damping * carried
-    }
-
     /// Upper bounds of |c₀| [1/m] and |c₂| [s/m] at velocities with |v| ≤ `fastest`; infinite if
-    /// there is no such limit.
+    /// there is no such limit. From the model's [characteristics](Bristle::characteristics): c₂ is
+    /// at most σ1 + σ2, and c₀ lies between σ0 − σ1 max λ and σ0.
     fn output_limits(&self, fastest: T) -> (T, T) {
-        let _ = fastest;
-        let unlimited = T::one() / T::zero();
-        (unlimited, unlimited)
-    }
-}
-
-impl<T, C, R, E> RateDependent<T> for FrBd<C, R, E>
-where
-    T: Scalar,
-    C: FrictionCurve<T>,
-    R: Rheology<T, Deflection = T>,
-    E: Regularisation<T>,
-{
-    fn output_limits(&self, _fastest: T) -> (T, T) {
-        // c₀ = σ0 r and c₂ = σ1 r with 0 < r ≤ 1.
-        let bounds = self.rheology().bounds();
-        (bounds.stiffness.max, bounds.damping.max)
-    }
-}
-
-impl<T, C, D, E> RateDependent<T> for LuGre<C, KelvinVoigt<T, T, D>, E, T>
-where
-    T: Scalar,
-    C: FrictionCurve<T>,
-    D: VelocityLaw<T>,
-    E: Regularisation<T>,
-{
-    fn output_limits(&self, fastest: T) -> (T, T) {
-        let stiffness = self.storage_stiffness();
-        let damping = self.rheology().bounds().damping.max;
-        // c₀ = σ0 − σ1λ lies between σ0 − max σ1 max λ and σ0.
-        let lowest = match self.limits(fastest).relaxation_rate {
-            _ if is_zero(damping) => stiffness,
-            Some(rate) => stiffness - damping * rate,
-            None => -T::one() / T::zero(),
+        let Some(known) = self.characteristics(fastest) else {
+            return (unlimited(), unlimited());
         };
-        (larger(stiffness, -lowest), damping + self.viscous_friction())
+        let (stiffness, damping) = (known.micro_stiffness.max, known.micro_damping.max);
+        let below = match self.limits(fastest).relaxation_rate {
+            _ if is_zero(damping) => T::zero(),
+            Some(rate) => damping * rate - stiffness,
+            None => unlimited(),
+        };
+        (larger(stiffness, below), damping + known.viscous_friction)
     }
 }
 
-impl<T: Scalar> RateDependent<T> for Dahl<T> {
-    fn output_limits(&self, _fastest: T) -> (T, T) {
-        (self.storage_stiffness(), T::zero())
-    }
-}
-
-/// Those of its models that depend on the velocity alone; every motion of a patch refuses the
-/// others.
-impl<T: Scalar> RateDependent<T> for AnyBristle<T> {
-    fn check_rate_dependence(&self) -> Result<(), ParameterError> {
-        match self {
-            Self::FrBd(_) | Self::Maxwell(_) | Self::LuGre(_) | Self::Dahl(_) => Ok(()),
-            _ => Err(parameter::chosen(self.name(), "a patch takes FrBD, LuGre or Dahl")),
-        }
-    }
-
-    #[inline]
-    fn damping_beyond_springs(&self, velocity: T, driven: T, kept: T, carried: T) -> T {
-        match self {
-            Self::FrBd(model) => model.damping_beyond_springs(velocity, driven, kept, carried),
-            Self::Maxwell(model) => model.damping_beyond_springs(velocity, driven, kept, carried),
-            Self::LuGre(model) => model.damping_beyond_springs(velocity, driven, kept, carried),
-            Self::Dahl(model) => model.damping_beyond_springs(velocity, driven, kept, carried),
-            _ => nan(),
-        }
-    }
-
-    fn output_limits(&self, fastest: T) -> (T, T) {
-        match self {
-            Self::FrBd(model) => model.output_limits(fastest),
-            Self::Maxwell(model) => model.output_limits(fastest),
-            Self::LuGre(model) => model.output_limits(fastest),
-            Self::Dahl(model) => model.output_limits(fastest),
-            _ => (unlimited(), unlimited()),
-        }
-    }
-}
+impl<T: Scalar, M: Bristle<T, Deflection = T>> RateDependent<T> for M {}
 
 /// The coefficients of a model at a velocity, if they are finite and λ is not negative: a bad one
 /// would stay in the patch.
@@ -129,8 +42,17 @@ pub(super) fn coefficients<T: Scalar, M: RateDependent<T>>(
     model: &M,
     velocity: T,
 ) -> Result<Affine<T>, ParameterError> {
-    model.check_rate_dependence()?;
+    of_velocity(model)?;
     checked(model.at_velocity(velocity))
+}
+
+/// Refuses a model whose coefficients depend on its deflection.
+#[inline]
+pub(super) fn of_velocity<T: Scalar, M: Bristle<T>>(model: &M) -> Result<(), ParameterError> {
+    if model.form() == Form::OfVelocity {
+        return Ok(());
+    }
+    Err(parameter::chosen(model.name(), "a patch takes FrBD, LuGre or Dahl"))
 }
 
 /// Coefficients, if they are finite and λ is not negative.

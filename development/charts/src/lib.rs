@@ -1,17 +1,14 @@
 //! What the examples and benches need around the physics: command-line [arguments](Arguments),
 //! [tables](Csv), [charts](Figure) and [progress](Progress). Nothing here knows of friction.
 //!
-//! A program includes it as a module and prints through its `println!`, which survives a closed
-//! pipe:
-//!
-//! ```ignore
-//! #[macro_use]
-//! mod support; // in `examples/`; elsewhere with `#[path = "…/examples/support/mod.rs"]`
+//! ```no_run
+//! use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, println};
 //!
 //! fn main() -> std::process::ExitCode {
-//!     support::run(|| {
+//!     bristle_charts::run(|| {
 //!         let arguments = Arguments::new("decay", "A transient that dies out")
-//!             .number("end", 10.0, "s", "end of the simulated time").must_be(Rule::Positive)
+//!             .number("end", 10.0, "s", "end of the simulated time")
+//!             .must_be(Rule::Positive)
 //!             .parse()?;
 //!         let end = arguments.number("end");
 //!         let curve: Vec<(f64, f64)> =
@@ -28,6 +25,8 @@
 //!     })
 //! }
 //! ```
+//!
+//! This [`println!`] survives a closed pipe.
 #![allow(missing_docs, missing_debug_implementations, reason = "for the examples alone")]
 
 mod arguments;

@@ -62,6 +62,8 @@ pub struct ClosedForm {
     pub modulus: Modulus,
     pub stiffness: Element,
     pub damping: Element,
+    /// Friction scale s.
+    pub scale: f64,
 }
 
 /// ż and μ_b differentiated by z and by v, or what goes with each of them.
@@ -249,25 +251,40 @@ impl ClosedForm {
         self.stiffness.value(self.recipe.stiffness, STIFFNESS_VARIATION, &self.recipe, v)
     }
 
+    /// The model under a friction scale: μ → s μ; z_b → s z_b; σ1, σ2 → s σ1, s σ2 of LuGre.
+    pub fn scaled(self, scale: f64) -> Self {
+        Self { scale, ..self }
+    }
+
+    /// The scale of σ1.
+    fn damping_scale(&self) -> f64 {
+        match self.family {
+            Family::LuGreClassical | Family::LuGreInside => self.scale,
+            _ => 1.0,
+        }
+    }
+
     /// σ1(v).
     pub fn sigma1(&self, v: f64) -> f64 {
-        self.damping.value(self.recipe.damping, DAMPING_VARIATION, &self.recipe, v)
+        self.damping_scale()
+            * self.damping.value(self.recipe.damping, DAMPING_VARIATION, &self.recipe, v)
     }
 
     /// σ2 of the term outside the bristle: classical LuGre only.
     pub fn outside(&self) -> f64 {
         match self.family {
-            Family::LuGreClassical => self.curve.viscous(&self.recipe),
+            Family::LuGreClassical => self.scale * self.curve.viscous(&self.recipe),
             _ => 0.0,
         }
     }
 
-    /// μ(v), the curve of the secant law; for LuGre g(v).
+    /// s μ(v), the curve of the secant law; for LuGre g(v).
     pub fn mu(&self, v: f64) -> f64 {
-        match self.family {
-            Family::LuGreClassical => self.curve.dry(&self.recipe, v),
-            _ => self.curve.mu(&self.recipe, v),
-        }
+        self.scale
+            * match self.family {
+                Family::LuGreClassical => self.curve.dry(&self.recipe, v),
+                _ => self.curve.mu(&self.recipe, v),
+            }
     }
 
     fn mu_slope_terms(&self, v: f64) -> f64 {
@@ -275,7 +292,7 @@ impl ClosedForm {
             Family::LuGreClassical => 0.0,
             _ => self.curve.viscous(&self.recipe),
         };
-        self.curve.dry_slope_terms(&self.recipe, v) + inside
+        self.scale * (self.curve.dry_slope_terms(&self.recipe, v) + inside)
     }
 
     /// |v|_ε.
@@ -294,7 +311,7 @@ impl ClosedForm {
             // What the surface can hold at rest; to be slow, and within roundings.
             return 0.999 * self.mu(1e-300).min(self.mu(-1e-300)) / self.recipe.stiffness;
         }
-        self.recipe.stick_fraction * self.curve.floor(&self.recipe) / self.recipe.stiffness
+        self.scale * self.recipe.stick_fraction * self.curve.floor(&self.recipe) / self.recipe.stiffness
     }
 
     /// α(z, v).
@@ -333,7 +350,7 @@ impl ClosedForm {
         let (s0, s1) = (self.sigma0(v), self.sigma1(v));
         let trial = s0 * z + s1 * v;
         let (size, direction) = (trial.abs(), if trial < 0.0 { -1.0 } else { 1.0 });
-        if size == 0.0 || self.curve.mu(&self.recipe, direction * f64::MIN_POSITIVE) >= size {
+        if size == 0.0 || self.mu(direction * f64::MIN_POSITIVE) >= size {
             return 0.0;
         }
         let balance = |u: f64| s1 * u + self.carried(direction * u) * direction - size;
@@ -511,7 +528,8 @@ impl ClosedForm {
         let r = &self.recipe;
         let (s0, s1, mu, n) = (self.sigma0(v), self.sigma1(v), self.mu(v), self.speed(v));
         let ds0 = self.stiffness.slope_terms(r.stiffness, STIFFNESS_VARIATION, r, v);
-        let ds1 = self.damping.slope_terms(r.damping, DAMPING_VARIATION, r, v);
+        let ds1 = self.damping_scale()
+            * self.damping.slope_terms(r.damping, DAMPING_VARIATION, r, v);
         let (dmu, dn) = (self.mu_slope_terms(v) + rough, self.modulus.slope_terms(r, v));
         // An error of α is relative to one, not to itself.
         let transition = self.in_transition(v, z);

@@ -94,6 +94,11 @@ pub fn nonzero_velocity() -> impl Strategy<Value = f64> {
     (decades(1e-9, 1e3), any::<bool>()).prop_map(|(v, backward)| if backward { -v } else { v })
 }
 
+/// Friction scales: 1, 0.3, 2, and from 1e-3 to 1e3.
+pub fn scale() -> impl Strategy<Value = f64> {
+    prop_oneof![1 => Just(1.0), 1 => Just(0.3), 1 => Just(2.0), 3 => decades(1e-3, 1e3)]
+}
+
 /// From −1 to 1, with weight on the ends and the middle.
 pub fn fraction() -> impl Strategy<Value = f64> {
     prop_oneof![1 => Just(-1.0), 1 => Just(0.0), 1 => Just(1.0), 6 => -1.0..1.0]

@@ -178,6 +178,7 @@ pub fn specimens<T: Scalar>(recipe: &Recipe) -> Vec<Specimen<T>> {
         modulus: Modulus::Exact,
         stiffness: Element::Constant,
         damping: Element::None,
+        scale: 1.0,
     };
     push(&mut list, form, dahl(recipe));
     list
@@ -217,6 +218,7 @@ fn with_curve<T: Scalar, C: FrictionCurve<T> + 'static>(
         modulus: Modulus::Exact,
         stiffness,
         damping,
+        scale: 1.0,
     };
     let frbd = |stiffness, damping| form(Family::FrBd, stiffness, damping);
     let (k, d): (T, T) = (lit(r.stiffness), lit(r.damping));

@@ -3,7 +3,7 @@
 use bristle_fidelity::{FidelityError, Scene, Tolerance, choose};
 
 /// Scenes of each kind behind the promises of the documentation. They take minutes in release:
-/// `cargo test --release --test fidelity -- --ignored --nocapture`.
+/// `cargo test --release -p bristle-fidelity -- --ignored --nocapture`.
 pub(crate) const ALL: usize = 300;
 
 /// The distance between answers and the truth in the sense of a tolerance.

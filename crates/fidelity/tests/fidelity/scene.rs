@@ -270,7 +270,7 @@ fn single_precision_gets_the_same_choice() {
     assert_eq!((single.level, single.steps), (double.level, double.steps));
 }
 
-/// `cargo test --release --test fidelity -- --ignored --nocapture ten_thousand`
+/// `cargo test --release -p bristle-fidelity -- --ignored --nocapture ten_thousand`
 #[test]
 #[ignore = "measures; in release"]
 fn how_long_a_search_over_ten_thousand_answers_takes() {

@@ -8,18 +8,17 @@
 //! Source: L. Breiman, J. H. Friedman, R. A. Olshen, C. J. Stone, "Classification and Regression
 //! Trees" (1984), section 3.4.3.
 
-use alloc::vec::Vec;
 use core::fmt;
 use core::ops::ControlFlow;
 
 use super::criteria::Criterion;
-use super::fit::{Progress, Settings, fit_number};
+use super::fit::{Progress, Settings, fit_candidate};
 use super::friction::Friction;
 use super::joint::Joint;
 use super::log::DriveLog;
 use super::report::{JointFit, Scores};
 use super::smooth::smooth;
-use crate::Outcome;
+use crate::SearchOutcome;
 use bristle::number::Number;
 use bristle::parameter::{self, ParameterError};
 
@@ -49,7 +48,7 @@ pub struct Comparison {
 ///
 /// # Errors
 ///
-/// Refuses no candidate and no logs held out. Of candidates that [`fit`](super::fit()) all refuses,
+/// Refuses no candidate and no logs held out. Of candidates that [`fit_joint`](super::fit_joint) all refuses,
 /// the first reason.
 pub fn compare(
     joint: &Joint,
@@ -66,9 +65,11 @@ pub fn compare(
         // The best so far, by the positions that were fitted.
         let error = |fit: &&JointFit| fit.fitted.simulated.rmse;
         let simpler = fits.iter().min_by(|a, b| error(a).total_cmp(&error(b)));
-        match fit_number(number, joint, friction, fitted, held_out, settings, simpler, progress) {
+        let mut watch = |now: &Progress<'_>| progress(&Progress { candidate: number, ..*now });
+        let logs = [fitted, held_out];
+        match fit_candidate(joint, friction, logs, settings, simpler, &mut watch) {
             Ok(fit) => {
-                let stopped = fit.fit.outcome == Outcome::Stopped;
+                let stopped = fit.fit.outcome == SearchOutcome::Stopped;
                 fits.push(fit);
                 if stopped {
                     break;
@@ -79,9 +80,9 @@ pub fn compare(
     }
     let smoothed: Vec<_> = held_out.iter().map(smooth).collect();
     let windows = |fit: &JointFit| {
-        let parts = fit.residuals(held_out, &smoothed, Criterion::Segments(f64::INFINITY));
+        let parts = fit.residuals(&smoothed, Criterion::Segments(f64::INFINITY));
         let mut squares = Vec::new();
-        for part in &parts {
+        for part in parts.iter().flatten().flatten() {
             let length = part.len().div_ceil(WINDOWS).max(1);
             let mean = |window: &[f64]| window.iter().map(|r| r * r).sum::<f64>() / length as f64;
             squares.extend(part.chunks(length).map(mean));
@@ -134,7 +135,7 @@ impl fmt::Display for Comparison {
             let over = match fit.horizon {
                 f64::INFINITY => "whole logs".into(),
                 0.0 => "torques".into(),
-                length => alloc::format!("{:.3} s", Number(length)),
+                length => format!("{:.3} s", Number(length)),
             };
             write!(f, "{:28} {:>5} {over:>10}", fit.friction, fit.searched())?;
             let Scores { inverse, segments, simulated } = fit.held_out.unwrap_or(fit.fitted);

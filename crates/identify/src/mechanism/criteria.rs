@@ -14,18 +14,18 @@
 //! bristle that has been moved along the measured motion. At the first row, and after a gap, it is
 //! the deflection that balances the other torques.
 
-use alloc::vec::Vec;
 use core::ops::Range;
 
-use super::friction::Friction;
-use super::joint::{Joint, MotorConstants, Table};
+use super::friction::Gear;
+use super::joint::Model;
 use super::log::DriveLog;
-use super::plant::{Plant, State};
-use super::smooth::Smoothed;
+use super::plant::Plant;
+use super::smooth::SmoothedLog;
 use crate::problem::Objective;
 use bristle::Scalar;
 use bristle::parameter::ParameterError;
 use bristle::scalar::lit;
+use bristle_joint::JointState;
 
 /// What is compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,27 +35,14 @@ pub(super) enum Criterion {
     Segments(f64),
 }
 
-/// Logs with what was computed from them.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Data<'a> {
-    pub(super) logs: &'a [DriveLog],
-    pub(super) smoothed: &'a [Vec<Smoothed>],
-}
-
-/// The residuals of a joint along logs.
+/// The residuals of a model along logs.
 #[derive(Debug, Clone)]
 pub(super) struct Errors<'a> {
-    pub(super) joint: &'a Joint,
-    pub(super) friction: &'a Friction,
-    pub(super) table: &'a Table,
-    pub(super) data: Data<'a>,
-    pub(super) constants: MotorConstants,
-    pub(super) fastest: f64,
-    /// Longest step \[s\].
-    pub(super) step: f64,
+    pub(super) model: &'a Model,
+    pub(super) logs: &'a [SmoothedLog<'a>],
+    pub(super) criterion: Criterion,
     /// Largest gradient of a row that counts for the standard errors \[rad\].
     pub(super) largest_gradient: f64,
-    pub(super) criterion: Criterion,
     /// Square roots of the weights of all residuals; one where there is none.
     pub(super) weights: Vec<f64>,
 }
@@ -81,112 +68,95 @@ pub(super) fn segments(log: &DriveLog, length: f64) -> Vec<Range<usize>> {
     segments
 }
 
-/// The numbers of residuals of the parts of a log: of its segments, or of all its rows.
-pub(super) fn counts(log: &DriveLog, criterion: Criterion) -> Vec<usize> {
-    match criterion {
-        Criterion::Inverse => {
-            let pieces = segments(log, f64::INFINITY);
-            alloc::vec![pieces.into_iter().map(|piece| piece.len() + 1).sum()]
-        }
-        Criterion::Segments(length) => {
-            segments(log, length).into_iter().map(|segment| segment.len()).collect()
-        }
+impl<'a> Errors<'a> {
+    /// Without weights, and whatever their gradients.
+    pub(super) fn new(model: &'a Model, logs: &'a [SmoothedLog<'a>], criterion: Criterion) -> Self {
+        Self { model, logs, criterion, largest_gradient: f64::INFINITY, weights: Vec::new() }
     }
-}
 
-impl Errors<'_> {
+    /// Passes the residuals of a log to `each`.
     fn of_log<T: Scalar>(
         &self,
         number: usize,
-        log: &DriveLog,
-        rows: &[Smoothed],
+        smoothed: &SmoothedLog<'_>,
         values: &[T],
         each: &mut impl FnMut(T),
     ) -> Result<(), ParameterError> {
-        let values = self.table.of_log(values, number);
-        let mut plant = Plant::new(
-            self.joint,
-            self.friction,
-            (log, rows),
-            self.constants,
-            self.fastest,
-            &values,
-        )?;
-        let length = match self.criterion {
-            Criterion::Inverse => f64::INFINITY,
-            Criterion::Segments(length) => length,
+        let plant = Plant::new(self.model, smoothed, number, values)?;
+        let (inverse, length) = match self.criterion {
+            Criterion::Inverse => (true, f64::INFINITY),
+            Criterion::Segments(length) => (false, length),
         };
+        // The bristle that follows the measured motion, from segment to segment.
+        let mut gear = plant.gear.clone();
         let mut deflection = T::zero();
         let mut reached = None;
-        for segment in segments(log, length) {
-            let Some(first) = rows.get(segment.start) else { continue };
+        for segment in segments(smoothed.log, length) {
+            let Some(first) = smoothed.rows.get(segment.start) else { continue };
             if reached != Some(segment.start) {
-                deflection = plant.deflected(first)?;
+                deflection = plant.deflected(&mut gear, first)?;
             }
             reached = Some(segment.end);
-            if self.criterion == Criterion::Inverse {
-                each(plant.remaining(first) - plant.friction(first, deflection));
+            if inverse {
+                each(plant.imbalance(first, deflection));
             } else {
-                self.simulate(&mut plant, &segment, first, deflection, each)?;
+                let [angle, velocity, acceleration] =
+                    [first.position, first.velocity, first.acceleration].map(lit);
+                let start =
+                    JointState { angle, velocity, deflection, acceleration, time: T::zero() };
+                simulate(&plant, gear.clone(), &segment, start, each)?;
             }
-            let follows = self.criterion == Criterion::Inverse || length.is_finite();
-            let pairs = rows
-                .iter()
-                .zip(rows.iter().skip(1))
-                .zip(log.time.iter().zip(log.time.iter().skip(1)));
-            let pairs = pairs.skip(segment.start).take(if follows { segment.len() } else { 0 });
-            for ((before, after), (from, to)) in pairs {
-                deflection = plant.follow(deflection, before, after, to - from)?;
-                if self.criterion == Criterion::Inverse {
-                    each(plant.remaining(after) - plant.friction(after, deflection));
+            if !inverse && !length.is_finite() {
+                continue;
+            }
+            for row in segment {
+                let rows = [row, row + 1].map(|row| smoothed.rows.get(row));
+                let [Some(before), Some(after)] = rows else { break };
+                let duration = plant.duration(row);
+                deflection = plant.follow(&mut gear, deflection, [before, after], duration)?;
+                if inverse {
+                    each(plant.imbalance(after, deflection));
                 }
             }
         }
         Ok(())
     }
 
-    /// Passes the errors of the position over a segment to `each`.
-    fn simulate<T: Scalar>(
+    /// The residuals of a log by segments, and all of them by the inverse criterion.
+    fn parts(
         &self,
-        plant: &mut Plant<'_, T>,
-        segment: &Range<usize>,
-        first: &Smoothed,
-        deflection: T,
-        each: &mut impl FnMut(T),
-    ) -> Result<(), ParameterError> {
-        let Smoothed { position, velocity, acceleration, .. } = *first;
-        let [position, velocity, acceleration] = [position, velocity, acceleration].map(lit);
-        let mut state = State { position, velocity, deflection, acceleration };
-        // The load of the bristle that follows the measured motion stays what it is.
-        let gear = plant.gear.clone();
-        for row in segment.clone() {
-            let (from, to) = (plant.time(row), plant.time(row + 1));
-            let steps = ((to - from) / self.step - 1e-6).ceil().clamp(1.0, 1e6) as u32;
-            state = plant.advance(state, row, steps)?;
-            each(state.position - lit(plant.position(row + 1)));
-        }
-        plant.gear = gear;
-        Ok(())
+        number: usize,
+        smoothed: &SmoothedLog<'_>,
+        values: &[f64],
+    ) -> Result<Vec<Vec<f64>>, ParameterError> {
+        let mut all = Vec::new();
+        self.of_log(number, smoothed, values, &mut |r: f64| all.push(r))?;
+        let Criterion::Segments(length) = self.criterion else { return Ok(vec![all]) };
+        let mut rest = all.into_iter();
+        let part = |segment: Range<usize>| rest.by_ref().take(segment.len()).collect();
+        Ok(segments(smoothed.log, length).into_iter().map(part).collect())
     }
 
-    /// The residuals of each segment, or of each log by the inverse criterion. Empty where the
-    /// model has no answer.
-    pub(super) fn by_segment(&self, values: &[f64]) -> Vec<Vec<f64>> {
-        let mut all = Vec::new();
-        if self.evaluate(values, &mut |r: f64| all.push(r)).is_err() {
-            return Vec::new();
-        }
-        let mut rest = all.as_slice();
-        let mut parts = Vec::new();
-        for log in self.data.logs {
-            for count in counts(log, self.criterion) {
-                let (part, others) = rest.split_at_checked(count).unwrap_or((rest, &[]));
-                parts.push(part.to_vec());
-                rest = others;
-            }
-        }
-        parts
+    /// The residuals log by log and part by part.
+    pub(super) fn by_log(&self, values: &[f64]) -> Result<Vec<Vec<Vec<f64>>>, ParameterError> {
+        let logs = self.logs.iter().enumerate();
+        logs.map(|(number, smoothed)| self.parts(number, smoothed, values)).collect()
     }
+}
+
+/// Passes the errors of the position over a segment to `each`.
+fn simulate<T: Scalar>(
+    plant: &Plant<'_, T>,
+    mut gear: Gear<T>,
+    segment: &Range<usize>,
+    mut state: JointState<T>,
+    each: &mut impl FnMut(T),
+) -> Result<(), ParameterError> {
+    for row in segment.clone() {
+        state = plant.advance(&mut gear, state, row)?;
+        each(state.angle - lit(plant.position(row + 1)));
+    }
+    Ok(())
 }
 
 impl Objective for Errors<'_> {
@@ -206,10 +176,8 @@ impl Objective for Errors<'_> {
                 None => r,
             })
         };
-        for (number, (log, rows)) in self.data.logs.iter().zip(self.data.smoothed).enumerate() {
-            self.of_log(number, log, rows, values, &mut weighted)?;
-        }
-        Ok(())
+        let mut logs = self.logs.iter().enumerate();
+        logs.try_for_each(|(number, log)| self.of_log(number, log, values, &mut weighted))
     }
 }
 
@@ -219,7 +187,7 @@ mod tests {
     use super::*;
     use crate::mechanism::smooth::smooth;
     use crate::mechanism::start::guess;
-    use crate::mechanism::{Drive, DriveLogParameters, KnownLoad, Term};
+    use crate::mechanism::{Drive, DriveLogParameters, Friction, Joint, KnownLoad, Term};
     use num_dual::DualSVec64;
 
     /// Dual numbers against central differences, residual by residual.
@@ -227,7 +195,7 @@ mod tests {
         let time: Vec<f64> = (0..200).map(|i| 5e-3 * f64::from(i)).collect();
         let position: Vec<f64> = time.iter().map(|t| 0.6 * (7.0 * t).sin()).collect();
         let goal: Vec<f64> = time.iter().map(|t| 0.9 * (7.0 * t + 0.4).sin()).collect();
-        let supply = alloc::vec![7.0; 200];
+        let supply = vec![7.0; 200];
         let drive = Drive::Duty { goal: &goal, gain: 1.1, supply: &supply };
         let load = KnownLoad { inertia: 0.005, gravity_torque: 0.1 };
         let columns =
@@ -248,22 +216,13 @@ mod tests {
             .start("drag", 0.01)
             .start("coulomb_torque", 0.1);
         let smoothed = [smooth(&logs[0])];
-        let guess = guess(&joint, &logs, &smoothed).unwrap();
+        let guess = guess(&joint, &smoothed).unwrap();
         let table = joint.table(&friction, &guess, 1).unwrap();
-        let errors = Errors {
-            joint: &joint,
-            friction: &friction,
-            table: &table,
-            data: Data { logs: &logs, smoothed: &smoothed },
-            constants: guess.constants,
-            fastest: 20.0,
-            step: 1e-3,
-            largest_gradient: f64::INFINITY,
-            criterion,
-            weights: Vec::new(),
-        };
-        let values: Vec<f64> = table.parameters.iter().map(|p| p.start).collect();
-        for (i, parameter) in table.parameters.iter().enumerate() {
+        let model = Model { joint, friction, table, fastest: 20.0, step: 1e-3 };
+        let errors = Errors::new(&model, &smoothed, criterion);
+        let parameters = &model.table.parameters;
+        let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+        for (i, parameter) in parameters.iter().enumerate() {
             let duals: Vec<DualSVec64<1>> = (values.iter().enumerate())
                 .map(|(j, &value)| {
                     let dual = DualSVec64::from_re(value);
@@ -315,7 +274,7 @@ mod tests {
     #[test]
     fn segments_cover_every_row_once_and_leave_no_remainder() {
         let time: Vec<f64> = (0..25).map(|i| 0.1 * f64::from(i)).collect();
-        let torque = alloc::vec![0.0; 25];
+        let torque = vec![0.0; 25];
         let drive = Drive::Torque(&torque);
         let mut columns = DriveLogParameters::new(&time, &time, drive);
         let log = DriveLog::new(columns).unwrap();

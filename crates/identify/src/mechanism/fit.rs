@@ -6,40 +6,36 @@
 //! position per unit of a search variable. Where it exceeds a bound, as in stick-slip, the
 //! segments end earlier.
 
-use alloc::vec::Vec;
 use core::ops::ControlFlow;
 
 use super::Loss;
-use super::criteria::{Criterion, Data, Errors};
+use super::criteria::{Criterion, Errors};
 use super::friction::Friction;
-use super::joint::{Joint, Table};
+use super::joint::{Joint, Model};
 use super::judge::judge;
 use super::log::DriveLog;
 use super::report::JointFit;
-use super::smooth::{Smoothed, smooth};
-use super::start::{Guess, guess};
+use super::smooth::{SmoothedLog, smooth};
+use super::start::guess;
 use crate::least_squares::minimise;
-use crate::log::{median, quantile};
+use crate::log::{median, quantile, span};
 use crate::problem::{Objective, Problem};
-use crate::{Estimate, Fit, Outcome, Parameter, Remark};
+use crate::{Estimate, Fit, Parameter, Remark, SearchOutcome, SearchProgress, SearchSettings};
 use bristle::parameter::{self, ParameterError};
 
-/// Settings of a search.
+/// How the parameters of a joint are searched.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Lengths of the segments \[s\] that are fitted one after the other, growing; infinite for
     /// whole logs. The last one decides. Empty for a thirtieth and a sixth of the longest log, and
     /// whole logs.
     pub horizons: Vec<f64>,
-    /// Length of the segments of the reported criterion \[s\]; `None` for a tenth of the longest
-    /// log.
-    pub segment: Option<f64>,
     /// Longest step of a simulation \[s\], positive.
     pub step: f64,
     /// What is minimised in the last stage.
     pub loss: Loss,
     /// Most runs with derivatives over all stages. Where they end a search, the result is marked
-    /// [`Outcome::RunLimit`].
+    /// [`SearchOutcome::RunLimit`].
     pub gradient_runs: usize,
     /// Relative change of the sum of squares below which a stage has converged.
     pub tolerance: f64,
@@ -53,7 +49,6 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             horizons: Vec::new(),
-            segment: None,
             step: 1e-3,
             loss: Loss::Squares,
             gradient_runs: 100,
@@ -63,8 +58,8 @@ impl Default for Settings {
     }
 }
 
-/// State of a search, passed to the callback after every iteration. The callback can stop the
-/// search.
+/// How far the fit of a joint is, passed to the callback after every iteration. The callback can
+/// stop the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress<'a> {
     /// Number of the candidate, from zero.
@@ -96,6 +91,22 @@ const RARE: f64 = 100.0;
 /// Most halvings of the segments.
 const HALVINGS: usize = 8;
 
+/// Length of the segments of the reported criterion over that of the longest log.
+const REPORTED: f64 = 0.1;
+
+impl Settings {
+    /// Refuses lengths, steps and bounds that are not positive.
+    fn check(&self) -> Result<(), ParameterError> {
+        for (i, &horizon) in self.horizons.iter().enumerate() {
+            let rule = "be positive; it may be infinite";
+            parameter::component(i, parameter::stated("horizons", horizon, horizon > 0.0, rule))?;
+        }
+        parameter::positive("step", self.step)?;
+        parameter::positive("largest_sensitivity", self.largest_sensitivity)?;
+        Ok(())
+    }
+}
+
 /// Finds inertia, friction and the other parameters of a joint from logs of drive and position.
 ///
 /// The logs `held_out` are not fitted: their errors are reported beside those of the others.
@@ -106,7 +117,7 @@ const HALVINGS: usize = 8;
 ///
 /// Refuses no logs, a joint with unknown names, a drive without a start of its constants, a drive
 /// whose sign or unit is not that of the position, and starts at which the model has no answer.
-pub fn fit(
+pub fn fit_joint(
     joint: &Joint,
     friction: &Friction,
     fitted: &[DriveLog],
@@ -114,147 +125,169 @@ pub fn fit(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<JointFit, ParameterError> {
-    fit_number(0, joint, friction, fitted, held_out, settings, None, progress)
+    fit_candidate(joint, friction, [fitted, held_out], settings, None, progress)
 }
 
-/// [`fit`] of a candidate with a number, also from the parameters of a simpler one.
-#[expect(clippy::too_many_arguments, reason = "those of `fit`, and two of `compare`")]
-pub(super) fn fit_number(
-    candidate: usize,
+/// [`fit_joint`], also from the parameters of a simpler candidate.
+pub(super) fn fit_candidate(
     joint: &Joint,
     friction: &Friction,
-    fitted: &[DriveLog],
-    held_out: &[DriveLog],
+    [fitted, held_out]: [&[DriveLog]; 2],
     settings: &Settings,
     simpler: Option<&JointFit>,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<JointFit, ParameterError> {
     parameter::count("logs", fitted.len(), 1)?;
-    for (i, &horizon) in settings.horizons.iter().enumerate() {
-        let rule = "be positive; it may be infinite";
-        parameter::component(i, parameter::stated("horizons", horizon, horizon > 0.0, rule))?;
-    }
-    if let Some(segment) = settings.segment {
-        parameter::positive("segment", segment)?;
-    }
-    parameter::positive("step", settings.step)?;
-    parameter::positive("largest_sensitivity", settings.largest_sensitivity)?;
-    let smoothed: Vec<Vec<Smoothed>> = fitted.iter().map(smooth).collect();
-    let guess = guess(joint, fitted, &smoothed)?;
-    let mut table = joint.table(friction, &guess, fitted.len())?;
-    let start = table.clone();
-    let duration = fitted.iter().map(duration).fold(0.0, f64::max);
-    let horizons = match settings.horizons.as_slice() {
-        [] => alloc::vec![duration / 30.0, duration / 6.0, f64::INFINITY],
-        given => given.to_vec(),
+    settings.check()?;
+    let logs: Vec<SmoothedLog<'_>> = fitted.iter().map(smooth).collect();
+    let guess = guess(joint, &logs)?;
+    let table = joint.table(friction, &guess, fitted.len())?;
+    let (fastest, step) = (guess.fastest, settings.step);
+    let model = Model { joint: joint.clone(), friction: *friction, table, fastest, step };
+    let duration = fitted.iter().map(|log| span(&log.time)).fold(0.0, f64::max);
+    let mut stages = Stages {
+        model: &model,
+        logs: &logs,
+        settings,
+        duration,
+        range: guess.range,
+        parameters: model.table.parameters.clone(),
+        runs: 0,
+        horizon: 0.0,
+        shortened: None,
+        progress,
     };
-    let mut runs = 0;
-    let mut remarks = Vec::new();
-    let mut horizon = 0.0;
-    let mut found: Option<Fit> = None;
-    let stages = core::iter::once(None).chain(horizons.iter().copied().map(Some));
-    for (stage, asked) in stages.enumerate() {
-        let data = Data { logs: fitted, smoothed: &smoothed };
-        let table_now = table.clone();
-        let mut errors = Errors {
-            joint,
-            friction,
-            table: &table_now,
-            data,
-            constants: guess.constants,
-            fastest: guess.fastest,
-            step: settings.step,
-            largest_gradient: f64::INFINITY,
-            criterion: Criterion::Inverse,
-            weights: Vec::new(),
-        };
-        let last = stage == horizons.len();
-        if let Some(asked) = asked {
-            let length = if asked >= duration { f64::INFINITY } else { asked };
-            errors.criterion = Criterion::Segments(length);
-            errors.largest_gradient = RARE * settings.largest_sensitivity * guess.range;
-            if let Some(simpler) = simpler {
-                start_from(&errors, &mut table, simpler);
-            }
-            try_starts(&errors, &mut table, &start);
-            let (borne, looked) = bearable(&mut errors, &table, &guess, settings, duration)?;
-            runs += looked;
-            if last && borne < length {
-                remarks.push(Remark::Shortened { asked: length.min(duration), fitted: borne });
-            }
-            horizon = borne;
-        }
-        // Every search ends with one more run, for the standard errors.
-        let left = |runs: usize| settings.gradient_runs.saturating_sub(runs + 1);
-        let iterations = match asked {
-            None => left(runs).min(INVERSE_RUNS),
-            Some(_) => left(runs) / (horizons.len() + 1 - stage).max(1),
-        };
-        if iterations == 0
-            && let Some(found) = &mut found
-        {
-            found.outcome = Outcome::RunLimit;
-            break;
-        }
-        let tolerance = if last { settings.tolerance } else { 100.0 * settings.tolerance };
-        let least = crate::Settings { iterations, tolerance, starts: 1 };
-        let mut minimise = |errors: &Errors<'_>, least: &crate::Settings| {
-            let before = runs;
-            let mut watch = |now: &crate::Progress<'_>| {
-                let &crate::Progress { iteration, rmse, values, .. } = now;
-                let gradient_runs = before + iteration;
-                progress(&Progress { candidate, horizon, gradient_runs, rmse, values })
-            };
-            let fit = minimise(errors, &table.parameters, least, &mut watch)?;
-            table.start_from(&fit.values());
-            runs += fit.iterations + 1;
-            Ok::<_, ParameterError>((fit, left(runs)))
-        };
-        let (mut next, mut rest) = minimise(&errors, &least)?;
-        let rounds = if last && settings.loss != Loss::Squares { ROUNDS } else { 0 };
-        for _ in 0..rounds {
-            if rest == 0 || next.outcome == Outcome::Stopped {
-                break;
-            }
-            errors.weights.clear();
-            errors.weights = settings.loss.weights(&errors, &next.values());
-            (next, rest) = minimise(&errors, &crate::Settings { iterations: rest, ..least })?;
-        }
-        let stopped = next.outcome == Outcome::Stopped;
-        found = Some(next);
-        if stopped {
-            break;
-        }
+    let mut fit = stages.all(simpler)?;
+    let Stages { runs, horizon, shortened, .. } = stages;
+    if fit.outcome == SearchOutcome::IterationLimit {
+        fit.outcome = SearchOutcome::RunLimit;
     }
-    let Some(mut fit) = found else {
-        return Err(parameter::refused("gradient_runs", 0.0, parameter::Rule::Count { least: 1 }));
-    };
-    if fit.outcome == Outcome::IterationLimit {
-        fit.outcome = Outcome::RunLimit;
+    for (estimate, &log) in fit.estimates.iter_mut().zip(&model.table.logs) {
+        estimate.log = log;
     }
-    table.number(&mut fit.estimates);
-    fit.remarks.extend(remarks);
-    let segment = settings.segment.unwrap_or(0.1 * duration);
-    let mut result = JointFit::new(joint, friction, table, &guess, fit, settings.step);
-    result.gradient_runs = runs;
-    result.horizon = horizon;
-    result.segment = segment;
-    result.score(fitted, held_out)?;
-    judge(&mut result, fitted, &smoothed);
+    fit.remarks.extend(shortened);
+    let mut result = JointFit::new(model, fit, [horizon, REPORTED * duration], runs);
+    result.score(&logs, held_out)?;
+    judge(&mut result, &logs);
     Ok(result)
 }
 
-/// From the first row of a log to the last \[s\].
-fn duration(log: &DriveLog) -> f64 {
-    log.time.last().zip(log.time.first()).map_or(0.0, |(last, first)| last - first)
+/// The stages of a fit, and how far they are.
+struct Stages<'a> {
+    model: &'a Model,
+    logs: &'a [SmoothedLog<'a>],
+    settings: &'a Settings,
+    /// Length of the longest log \[s\].
+    duration: f64,
+    /// Range of positions \[rad\].
+    range: f64,
+    /// With the starts of the next stage.
+    parameters: Vec<Parameter>,
+    /// Runs with derivatives so far.
+    runs: usize,
+    /// Length of the segments now \[s\].
+    horizon: f64,
+    shortened: Option<Remark>,
+    progress: &'a mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 }
 
-/// Σ r².
-fn cost(errors: &Errors<'_>, values: &[f64]) -> f64 {
-    let mut cost = 0.0;
-    match errors.evaluate(values, &mut |r: f64| cost += r * r) {
-        Ok(()) if cost.is_finite() => cost,
-        _ => f64::INFINITY,
+impl<'a> Stages<'a> {
+    /// The inverse criterion, then segments of growing length.
+    fn all(&mut self, simpler: Option<&JointFit>) -> Result<Fit, ParameterError> {
+        let horizons = match self.settings.horizons.as_slice() {
+            [] => vec![self.duration / 30.0, self.duration / 6.0, f64::INFINITY],
+            given => given.to_vec(),
+        };
+        let errors = Errors::new(self.model, self.logs, Criterion::Inverse);
+        let coarse = 100.0 * self.settings.tolerance;
+        let mut found = self.minimise(&errors, self.left().min(INVERSE_RUNS), coarse)?;
+        for (stage, &asked) in horizons.iter().enumerate() {
+            if found.outcome == SearchOutcome::Stopped {
+                break;
+            }
+            let last = stage + 1 == horizons.len();
+            let mut errors = self.segments(asked, last, simpler)?;
+            let iterations = self.left() / (horizons.len() - stage);
+            if iterations == 0 {
+                found.outcome = SearchOutcome::RunLimit;
+                break;
+            }
+            let tolerance = if last { self.settings.tolerance } else { coarse };
+            found = self.minimise(&errors, iterations, tolerance)?;
+            let rounds = if last && self.settings.loss != Loss::Squares { ROUNDS } else { 0 };
+            for _ in 0..rounds {
+                if self.left() == 0 || found.outcome == SearchOutcome::Stopped {
+                    break;
+                }
+                errors.weights.clear();
+                errors.weights = self.settings.loss.weights(&errors, &found.values());
+                found = self.minimise(&errors, self.left(), tolerance)?;
+            }
+        }
+        Ok(found)
+    }
+
+    /// The residuals over segments of a length, or of one that can be borne, from the best start.
+    fn segments(
+        &mut self,
+        asked: f64,
+        last: bool,
+        simpler: Option<&JointFit>,
+    ) -> Result<Errors<'a>, ParameterError> {
+        let length = if asked >= self.duration { f64::INFINITY } else { asked };
+        let mut errors = Errors::new(self.model, self.logs, Criterion::Segments(length));
+        let most = self.settings.largest_sensitivity * self.range;
+        errors.largest_gradient = RARE * most;
+        if let Some(simpler) = simpler {
+            start_from(&errors, &mut self.parameters, simpler);
+        }
+        try_starts(&errors, &mut self.parameters);
+        self.horizon = length;
+        for _ in 0..HALVINGS {
+            self.runs += 1;
+            if is_bearable(&errors, &self.parameters, most)? {
+                break;
+            }
+            self.horizon = 0.5 * self.horizon.min(self.duration);
+            errors.criterion = Criterion::Segments(self.horizon);
+        }
+        if last && self.horizon < length {
+            let (asked, fitted) = (length.min(self.duration), self.horizon);
+            self.shortened = Some(Remark::Shortened { asked, fitted });
+        }
+        Ok(errors)
+    }
+
+    /// Runs that are left, but for the one with which every search ends: for the standard errors.
+    fn left(&self) -> usize {
+        self.settings.gradient_runs.saturating_sub(self.runs + 1)
+    }
+
+    /// A search from the parameters of the last one.
+    fn minimise(
+        &mut self,
+        errors: &Errors<'_>,
+        iterations: usize,
+        tolerance: f64,
+    ) -> Result<Fit, ParameterError> {
+        let (before, horizon) = (self.runs, self.horizon);
+        let mut watch = |now: &SearchProgress<'_>| {
+            let &SearchProgress { iteration, rmse, values, .. } = now;
+            let gradient_runs = before + iteration;
+            (self.progress)(&Progress { candidate: 0, horizon, gradient_runs, rmse, values })
+        };
+        let settings = SearchSettings { iterations, tolerance, starts: 1 };
+        let fit = minimise(errors, &self.parameters, &settings, &mut watch)?;
+        begin_at(&mut self.parameters, &fit.values());
+        self.runs += fit.iterations + 1;
+        Ok(fit)
+    }
+}
+
+/// Takes values as the starts of parameters.
+fn begin_at(parameters: &mut [Parameter], values: &[f64]) {
+    for (parameter, &value) in parameters.iter_mut().zip(values) {
+        parameter.start = value;
     }
 }
 
@@ -269,10 +302,10 @@ const NEUTRAL: [(&str, f64); 5] = [
 
 /// Starts from the parameters of a simpler candidate if that is better, with the others as they are
 /// or nearly without effect.
-fn start_from(errors: &Errors<'_>, table: &mut Table, simpler: &JointFit) {
-    let now: Vec<f64> = table.parameters.iter().map(|parameter| parameter.start).collect();
+fn start_from(errors: &Errors<'_>, parameters: &mut [Parameter], simpler: &JointFit) {
+    let now: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
     let with = |neutral: bool| -> Vec<f64> {
-        let places = table.parameters.iter().zip(&table.logs);
+        let places = parameters.iter().zip(&errors.model.table.logs);
         let value = |(parameter, log): (&Parameter, &Option<usize>)| {
             let same = |e: &&Estimate| e.parameter.name == parameter.name && e.log == *log;
             // One that was fixed in the simpler candidate says nothing.
@@ -284,60 +317,45 @@ fn start_from(errors: &Errors<'_>, table: &mut Table, simpler: &JointFit) {
         };
         places.map(value).collect()
     };
-    let starts = [now, with(false), with(true)].map(|values| (cost(errors, &values), values));
+    let starts = [now, with(false), with(true)].map(|values| (errors.cost(&values), values));
     if let Some((_, best)) = starts.iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
-        table.start_from(best);
+        begin_at(parameters, best);
     }
 }
 
 /// Takes the best of several starts for the parameters that the inverse criterion hardly sees.
-fn try_starts(errors: &Errors<'_>, table: &mut Table, start: &Table) {
-    let mut values: Vec<f64> = table.parameters.iter().map(|parameter| parameter.start).collect();
-    let mut best = cost(errors, &values);
-    for (i, parameter) in start.parameters.iter().enumerate() {
+fn try_starts(errors: &Errors<'_>, parameters: &mut [Parameter]) {
+    let mut values: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
+    let mut best = errors.cost(&values);
+    for (i, parameter) in errors.model.table.parameters.iter().enumerate() {
         if !TRIED.contains(&parameter.name) || parameter.least >= parameter.most {
             continue;
         }
         for factor in FACTORS {
+            let mut moved = values.clone();
             let value = (parameter.start * factor).clamp(parameter.least, parameter.most);
-            let before = values.get(i).copied().unwrap_or(value);
-            values.iter_mut().skip(i).take(1).for_each(|place| *place = value);
-            let reached = cost(errors, &values);
+            moved.iter_mut().skip(i).take(1).for_each(|place| *place = value);
+            let reached = errors.cost(&moved);
             if reached < best {
-                best = reached;
-            } else {
-                values.iter_mut().skip(i).take(1).for_each(|place| *place = before);
+                (best, values) = (reached, moved);
             }
         }
     }
-    table.start_from(&values);
+    begin_at(parameters, &values);
 }
 
-/// Halves the segments until the sensitivities are bearable. Returns their length and the number of
-/// runs with derivatives that it took.
-fn bearable(
-    errors: &mut Errors<'_>,
-    table: &Table,
-    guess: &Guess,
-    settings: &Settings,
-    duration: f64,
-) -> Result<(f64, usize), ParameterError> {
-    let Criterion::Segments(mut length) = errors.criterion else { return Ok((0.0, 0)) };
-    let most = settings.largest_sensitivity * guess.range;
-    for runs in 1..=HALVINGS {
-        let problem = Problem::new(errors, &table.parameters)?;
-        let rows = problem.rows(&problem.start());
-        let mut sizes: Vec<f64> = rows.iter().map(|(_, gradient)| gradient.amax()).collect();
-        if rows.finite
-            && quantile(&mut sizes, NEARLY_ALL) <= most
-            && quantile(&mut sizes, 1.0) <= RARE * most
-        {
-            return Ok((length, runs));
-        }
-        length = 0.5 * length.min(duration);
-        errors.criterion = Criterion::Segments(length);
-    }
-    Ok((length, HALVINGS))
+/// Whether the gradients of nearly all rows keep below a size, and those of the others below a
+/// hundred times as much.
+fn is_bearable(
+    errors: &Errors<'_>,
+    parameters: &[Parameter],
+    most: f64,
+) -> Result<bool, ParameterError> {
+    let problem = Problem::new(errors, parameters)?;
+    let rows = problem.rows(&problem.start);
+    let mut sizes: Vec<f64> = rows.iter().map(|(_, gradient)| gradient.amax()).collect();
+    let usual = quantile(&mut sizes, NEARLY_ALL) <= most;
+    Ok(rows.finite && usual && quantile(&mut sizes, 1.0) <= RARE * most)
 }
 
 impl Loss {

@@ -15,7 +15,6 @@
 //! | `micro_stiffness` | σ0: the inverse of the breakaway distance | 1/rad |
 //! | `micro_damping` | σ1 | s/rad |
 
-use alloc::vec::Vec;
 use core::fmt;
 
 use super::start::Guess;
@@ -227,6 +226,6 @@ impl fmt::Display for Friction {
         };
         let load = if self.loaded { ", loaded" } else { "" };
         let directional = if self.directional { ", directional" } else { "" };
-        f.pad(&alloc::format!("{name}{load}{directional}"))
+        f.pad(&format!("{name}{load}{directional}"))
     }
 }

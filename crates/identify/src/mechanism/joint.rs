@@ -1,14 +1,13 @@
 //! The mechanism around the friction: which torques there are, and which of their parameters are
 //! known, searched, or of each log.
 
-use alloc::sync::Arc;
-use alloc::vec::Vec;
 use core::fmt;
+use core::ops::Range;
+use std::sync::Arc;
 
 use super::friction::Friction;
-use super::log::{DriveLog, Source};
 use super::start::Guess;
-use crate::{Estimate, Parameter};
+use crate::Parameter;
 use bristle::Scalar;
 use bristle::parameter::{self, ParameterError};
 use bristle::scalar::{lit, nan, to_f64};
@@ -93,21 +92,21 @@ impl Term {
         let torque = guess.torque;
         let signed = |name, unit, start: f64, typical: f64| {
             let most = start.abs() + 30.0 * typical;
-            Parameter { name, unit, start, least: -most, most, typical: Some(typical) }
+            Parameter::scaled(name, unit, start, -most..=most, typical)
         };
         match (self, found) {
-            (Self::Constant, &[c]) => alloc::vec![signed("offset_torque", "N m", c, 0.1 * torque)],
+            (Self::Constant, &[c]) => vec![signed("offset_torque", "N m", c, 0.1 * torque)],
             (Self::Spring, &[rate]) => {
-                alloc::vec![signed("spring_rate", "N m/rad", rate, 0.1 * torque / guess.range)]
+                vec![signed("spring_rate", "N m/rad", rate, 0.1 * torque / guess.range)]
             }
             (Self::Gravity, &[gravity, hanging]) => {
                 let gravity = gravity.max(0.01 * torque);
                 let hanging = signed("hanging_angle", "rad", hanging, 0.1);
-                alloc::vec![Parameter::positive("gravity_torque", "N m", gravity, 100.0), hanging]
+                vec![Parameter::positive("gravity_torque", "N m", gravity, 100.0), hanging]
             }
             (Self::Own(own), &[factor]) => {
                 let typical = if factor == 0.0 { torque } else { factor.abs() };
-                alloc::vec![signed(own.name, own.unit, factor, typical)]
+                vec![signed(own.name, own.unit, factor, typical)]
             }
             _ => Vec::new(),
         }
@@ -129,6 +128,35 @@ enum Said {
     Start(f64),
     Between([f64; 3]),
     OfEachLog,
+}
+
+impl Said {
+    /// Gives a parameter its start and bounds.
+    fn apply(self, parameter: &mut Parameter) -> Result<(), ParameterError> {
+        let name = parameter.name;
+        match self {
+            Self::Known(value) => {
+                parameter::finite(name, value)?;
+                (parameter.start, parameter.least, parameter.most) = (value, value, value);
+                parameter.typical = Some(if value == 0.0 { 1.0 } else { value.abs() });
+            }
+            Self::Start(value) => {
+                parameter::finite(name, value)?;
+                parameter.start = value;
+                if parameter.typical.is_none() {
+                    parameter::positive(name, value)?;
+                    (parameter.least, parameter.most) = (value / 30.0, value * 30.0);
+                }
+                parameter.least = parameter.least.min(value);
+                parameter.most = parameter.most.max(value);
+            }
+            Self::Between([start, least, most]) => {
+                (parameter.start, parameter.least, parameter.most) = (start, least, most);
+            }
+            Self::OfEachLog => {}
+        }
+        Ok(())
+    }
 }
 
 /// The mechanism around the friction,
@@ -216,70 +244,43 @@ impl Joint {
         guess: &Guess,
         logs: usize,
     ) -> Result<Table, ParameterError> {
-        let mut base = alloc::vec![Parameter::positive("inertia", "kg m²", guess.inertia, 1000.0)];
-        if let Some(constant) = guess.torque_constant {
-            base.push(Parameter::positive("torque_constant", "N m/A", constant, 30.0));
+        let mut base = vec![Parameter::positive("inertia", "kg m²", guess.inertia, 1000.0)];
+        let constants = [
+            ("torque_constant", "N m/A", guess.torque_constant),
+            ("resistance", "Ω", guess.resistance),
+        ];
+        for (name, unit, value) in constants {
+            base.extend(value.map(|value| Parameter::positive(name, unit, value, 30.0)));
         }
-        if let Some(resistance) = guess.resistance {
-            base.push(Parameter::positive("resistance", "Ω", resistance, 30.0));
-        }
-        if guess.constants.duty_exponent {
-            base.push(Parameter {
-                name: "duty_exponent",
-                unit: "",
-                start: 1.0,
-                least: 0.2,
-                most: 3.0,
-                typical: Some(0.3),
-            });
+        if guess.duty_exponent {
+            base.push(Parameter::scaled("duty_exponent", "", 1.0, 0.2..=3.0, 0.3));
         }
         let viscous = guess.torque / guess.speed;
-        let (least, most, typical) = (0.0, 10.0 * viscous, Some(0.1 * viscous));
-        let (name, unit, start) = ("drag", "N m s/rad", guess.drag);
-        base.push(Parameter { name, unit, start, least, most, typical });
+        let bounds = 0.0..=10.0 * viscous;
+        base.push(Parameter::scaled("drag", "N m s/rad", guess.drag, bounds, 0.1 * viscous));
+        let first = base.len();
         let mut found = guess.terms.as_slice();
         for term in &self.terms {
             let (ours, others) = found.split_at_checked(term.count()).unwrap_or_default();
             base.extend(term.parameters(guess, ours));
             found = others;
         }
+        let terms = first..base.len();
         base.extend(friction.parameters(guess));
-        let mut each = alloc::vec![false; base.len()];
+        let mut each = vec![false; base.len()];
         for &(name, said) in &self.said {
-            let place = base.iter().position(|parameter| parameter.name == name);
-            let Some((parameter, each)) =
-                place.and_then(|i| Some((base.get_mut(i)?, each.get_mut(i)?)))
-            else {
+            let mut places = base.iter_mut().zip(&mut each);
+            match places.find(|(parameter, _)| parameter.name == name) {
+                Some((parameter, each)) => {
+                    said.apply(parameter)?;
+                    *each |= said == Said::OfEachLog;
+                }
                 // Of the friction's parameters each candidate has its own.
-                if Friction::NAMES.contains(&name) {
-                    continue;
-                }
-                return Err(parameter::chosen(name, TAKES));
-            };
-            match said {
-                Said::Known(value) => {
-                    parameter::finite(name, value)?;
-                    (parameter.start, parameter.least, parameter.most) = (value, value, value);
-                    let size = if value == 0.0 { 1.0 } else { value.abs() };
-                    parameter.typical = Some(size);
-                }
-                Said::Start(value) => {
-                    parameter::finite(name, value)?;
-                    parameter.start = value;
-                    if parameter.typical.is_none() {
-                        parameter::positive(name, value)?;
-                        (parameter.least, parameter.most) = (value / 30.0, value * 30.0);
-                    }
-                    parameter.least = parameter.least.min(value);
-                    parameter.most = parameter.most.max(value);
-                }
-                Said::Between([start, least, most]) => {
-                    (parameter.start, parameter.least, parameter.most) = (start, least, most);
-                }
-                Said::OfEachLog => *each = true,
+                None if Friction::NAMES.contains(&name) => {}
+                None => return Err(parameter::chosen(name, TAKES)),
             }
         }
-        Ok(Table::new(&base, &each, logs))
+        Ok(Table::new(&base, &each, logs, terms))
     }
 }
 
@@ -291,11 +292,14 @@ pub(super) struct Table {
     pub(super) logs: Vec<Option<usize>>,
     /// For each parameter of a log, its place; of those of each log, that of the first.
     places: Vec<(usize, bool)>,
+    /// Number of logs.
     count: usize,
+    /// The parameters of the terms among those of a log. Those of the friction follow.
+    terms: Range<usize>,
 }
 
 impl Table {
-    fn new(base: &[Parameter], each: &[bool], count: usize) -> Self {
+    fn new(base: &[Parameter], each: &[bool], count: usize, terms: Range<usize>) -> Self {
         let (mut parameters, mut logs, mut places) = (Vec::new(), Vec::new(), Vec::new());
         for (&parameter, &each) in base.iter().zip(each) {
             places.push((parameters.len(), each));
@@ -304,12 +308,12 @@ impl Table {
                 logs.push(each.then_some(log));
             }
         }
-        Self { parameters, logs, places, count }
+        Self { parameters, logs, places, count, terms }
     }
 
     /// The values of a log. Of parameters that each log has for itself a log beyond those fitted
     /// takes the mean.
-    pub(super) fn of_log<T: Scalar>(&self, values: &[T], log: usize) -> Vec<T> {
+    pub(super) fn of_log<T: Scalar>(&self, values: &[T], log: usize) -> LogValues<'_, T> {
         let one = |&(place, each): &(usize, bool)| {
             let ours = if each { values.get(place..place + self.count) } else { None };
             match ours {
@@ -320,58 +324,50 @@ impl Table {
                 None => values.get(place).copied().unwrap_or_else(nan),
             }
         };
-        self.places.iter().map(one).collect()
-    }
-
-    /// The values of the first log by their names.
-    pub(super) fn start_from(&mut self, values: &[f64]) {
-        for (parameter, &value) in self.parameters.iter_mut().zip(values) {
-            parameter.start = value;
-        }
+        LogValues { table: self, values: self.places.iter().map(one).collect() }
     }
 
     /// Number of parameters that are searched.
     pub(super) fn searched(&self) -> usize {
         self.parameters.iter().filter(|parameter| parameter.least < parameter.most).count()
     }
+}
 
-    /// Numbers the estimates by their logs.
-    pub(super) fn number(&self, estimates: &mut [Estimate]) {
-        for (estimate, &log) in estimates.iter_mut().zip(&self.logs) {
-            estimate.log = log;
-        }
+/// The values of the parameters of a log.
+pub(super) struct LogValues<'a, T> {
+    table: &'a Table,
+    values: Vec<T>,
+}
+
+impl<T: Scalar> LogValues<'_, T> {
+    /// The value of a parameter by its name.
+    pub(super) fn get(&self, name: &str) -> Option<T> {
+        let mut names =
+            self.table.places.iter().map(|&(place, _)| {
+                self.table.parameters.get(place).map(|parameter| parameter.name)
+            });
+        self.values.get(names.position(|of| of == Some(name))?).copied()
+    }
+
+    /// Those of the terms.
+    pub(super) fn of_terms(&self) -> &[T] {
+        self.values.get(self.table.terms.clone()).unwrap_or_default()
+    }
+
+    /// Those of the friction.
+    pub(super) fn of_friction(&self) -> &[T] {
+        self.values.get(self.table.terms.end..).unwrap_or_default()
     }
 }
 
-/// Which constants of the motor are among the parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct MotorConstants {
-    pub(super) torque_constant: bool,
-    pub(super) resistance: bool,
-    pub(super) duty_exponent: bool,
-}
-
-impl MotorConstants {
-    /// Those that the drives of the logs need, and an exponent if something is said of it.
-    pub(super) fn of(joint: &Joint, logs: &[DriveLog]) -> Self {
-        let duty = |log: &DriveLog| matches!(log.source, Source::Duty { .. });
-        let current = logs.iter().any(|log| log.source == Source::Current);
-        let resistance = logs.iter().any(|log| duty(log) || log.source == Source::Voltage);
-        let said = joint.given("duty_exponent").is_some();
-        Self {
-            torque_constant: resistance || current,
-            resistance,
-            duty_exponent: said && logs.iter().any(duty),
-        }
-    }
-
-    /// Whether a fit with these constants can simulate logs that need others.
-    pub(super) fn cover(self, other: Self) -> bool {
-        self.torque_constant >= other.torque_constant && self.resistance >= other.resistance
-    }
-
-    /// Their number.
-    pub(super) fn count(self) -> usize {
-        [self.torque_constant, self.resistance, self.duty_exponent].map(usize::from).iter().sum()
-    }
+/// A joint with a candidate for its friction, and how it is simulated.
+#[derive(Debug, Clone)]
+pub(super) struct Model {
+    pub(super) joint: Joint,
+    pub(super) friction: Friction,
+    pub(super) table: Table,
+    /// Largest speed of the logs [rad/s].
+    pub(super) fastest: f64,
+    /// Longest step [s].
+    pub(super) step: f64,
 }

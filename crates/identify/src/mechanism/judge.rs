@@ -6,12 +6,10 @@
 //! modelled a little wrong leave a hundredth at most; a wrong sign or a missing torque leave nearly
 //! all.
 
-use alloc::vec::Vec;
-
 use super::criteria::{Criterion, segments};
 use super::log::DriveLog;
 use super::report::{JointFit, Score};
-use super::smooth::Smoothed;
+use super::smooth::SmoothedLog;
 use crate::log::range;
 use crate::{Identifiability, Remark};
 
@@ -26,9 +24,9 @@ const UNEXPLAINED: f64 = 1.0 / 3.0;
 const LEAST_MOTION: f64 = 0.03;
 
 /// Adds what speaks against the result.
-pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog], smoothed: &[Vec<Smoothed>]) {
+pub(super) fn judge(result: &mut JointFit, logs: &[SmoothedLog<'_>]) {
     let mut remarks = Vec::new();
-    let unexplained = unexplained(result, logs, smoothed);
+    let unexplained = unexplained(result, logs);
     if !unexplained.is_empty() {
         for estimate in &mut result.fit.estimates {
             if estimate.verdict == Identifiability::Determined {
@@ -36,7 +34,7 @@ pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog], smoothed: &[Vec<Sm
             }
         }
     }
-    let one_load = one_load(result, logs, smoothed);
+    let one_load = one_load(result, logs);
     if one_load.is_some() {
         for estimate in &mut result.fit.estimates {
             if estimate.parameter.name.ends_with("load_factor") {
@@ -46,7 +44,7 @@ pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog], smoothed: &[Vec<Sm
         }
     }
     let pendulum = result.fit.estimate("gravity_torque").is_some();
-    for (number, log) in logs.iter().enumerate() {
+    for (number, SmoothedLog { log, .. }) in logs.iter().enumerate() {
         let (least, most) = range(&log.position);
         if pendulum && most - least > TURNS {
             remarks.push(Remark::ManyTurns { log: number, range: most - least });
@@ -55,7 +53,7 @@ pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog], smoothed: &[Vec<Sm
     if remarks.is_empty() {
         remarks = unexplained;
         remarks.append(&mut result.fit.remarks);
-        for (number, log) in logs.iter().enumerate() {
+        for (number, SmoothedLog { log, .. }) in logs.iter().enumerate() {
             let count = log.pieces().len() - 1;
             if count > 0 {
                 remarks.push(Remark::Gaps { log: number, count });
@@ -71,7 +69,7 @@ pub(super) fn judge(result: &mut JointFit, logs: &[DriveLog], smoothed: &[Vec<Sm
 }
 
 /// The logs that the model does not explain, the worst first; none where only torques were fitted.
-fn unexplained(result: &JointFit, logs: &[DriveLog], smoothed: &[Vec<Smoothed>]) -> Vec<Remark> {
+fn unexplained(result: &JointFit, logs: &[SmoothedLog<'_>]) -> Vec<Remark> {
     let length = result.horizon;
     if length == 0.0 {
         return Vec::new();
@@ -83,12 +81,11 @@ fn unexplained(result: &JointFit, logs: &[DriveLog], smoothed: &[Vec<Smoothed>])
             ours.iter().map(|x| x - mean).collect()
         };
         let parts: Vec<_> = segments(log, length).into_iter().map(part).collect();
-        Score::of(&parts).rmse
+        Score::of(parts.iter().flatten()).rmse
     };
-    let motions: Vec<f64> = logs.iter().map(motion).collect();
+    let motions: Vec<f64> = logs.iter().map(|smoothed| motion(smoothed.log)).collect();
     let most = motions.iter().copied().fold(0.0, f64::max);
-    let criterion = Criterion::Segments(length);
-    let (_, errors) = result.by_log(logs, smoothed, criterion);
+    let (_, errors) = result.by_log(logs, Criterion::Segments(length));
     let mut fails: Vec<(f64, Remark)> = Vec::new();
     for (log, (&Score { rmse, .. }, &motion)) in errors.iter().zip(&motions).enumerate() {
         let share = rmse / motion.max(LEAST_MOTION * most);
@@ -102,20 +99,20 @@ fn unexplained(result: &JointFit, logs: &[DriveLog], smoothed: &[Vec<Smoothed>])
 }
 
 /// What keeps the factors of the load from being told.
-fn one_load(result: &JointFit, logs: &[DriveLog], smoothed: &[Vec<Smoothed>]) -> Option<Remark> {
+fn one_load(result: &JointFit, logs: &[SmoothedLog<'_>]) -> Option<Remark> {
     if !result.friction.is_loaded() {
         return None;
     }
     let (mut motor, mut external) = (0.0_f64, (f64::INFINITY, f64::NEG_INFINITY));
-    for (number, (log, rows)) in logs.iter().zip(smoothed).enumerate() {
-        let plant = result.plant(log, rows, number).ok()?;
-        for row in rows {
+    for (number, smoothed) in logs.iter().enumerate() {
+        let plant = result.plant(smoothed, number).ok()?;
+        for row in &smoothed.rows {
             let torques = plant.measured(row);
             motor = motor.max(torques.motor.abs());
             external = (external.0.min(torques.external), external.1.max(torques.external));
         }
     }
-    let modelled = !result.joint.terms.is_empty() || external != (0.0, 0.0);
+    let modelled = !result.model.joint.terms.is_empty() || external != (0.0, 0.0);
     let remark = if modelled { Remark::OneLoad } else { Remark::NoExternalTorque };
     (external.1 - external.0 < ONE_LOAD * motor).then_some(remark)
 }

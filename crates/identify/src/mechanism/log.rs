@@ -1,10 +1,10 @@
 //! What a machine records of itself: its drive and its position, checked row by row.
 
-use alloc::vec::Vec;
 use core::ops::Range;
 
-use crate::log::{FEWEST, column, median, pairs, range, same_length, window};
-use bristle::parameter::{self, ParameterError};
+use crate::LogError;
+use crate::log::{column, length, median, pairs, range, times, window};
+use bristle::parameter;
 
 /// What drives the mechanism, row by row, positive along v > 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,6 +92,13 @@ pub(super) enum Source {
     Duty { gain: f64, supply: Vec<f64> },
 }
 
+impl Source {
+    /// Whether the drive is a voltage.
+    pub(super) fn is_electric(&self) -> bool {
+        matches!(self, Self::Voltage | Self::Duty { .. })
+    }
+}
+
 /// Drive and position of a mechanism over time.
 ///
 /// ```
@@ -122,6 +129,14 @@ pub struct DriveLog {
 /// A step of the time longer than so many medians is a gap.
 const GAP: f64 = 10.0;
 
+/// Refuses a position that never changes.
+fn moving(position: Vec<f64>) -> Result<Vec<f64>, LogError> {
+    let (least, most) = range(&position);
+    let rule = "not stay there all along: does the sensor work?";
+    parameter::stated("position", least, most > least, rule)?;
+    Ok(position)
+}
+
 impl DriveLog {
     /// Checks the columns.
     ///
@@ -130,52 +145,34 @@ impl DriveLog {
     /// Names the column, the row, the value and the rule. Columns must have one length of at least
     /// 20 rows. Every number must be finite, the time increasing and the supply positive. Refuses
     /// a position that never changes.
-    pub fn new(parameters: DriveLogParameters<'_>) -> Result<Self, ParameterError> {
-        let DriveLogParameters { time, position, velocity, held, load, .. } = parameters;
-        parameter::count("rows", time.len(), FEWEST)?;
-        let checked = |name, count, values: &[f64]| {
-            same_length(count, values, time)?;
-            column(name, values, parameter::finite)?;
-            Ok(values.to_vec())
-        };
-        let stamps = checked("time", "rows of time", time)?;
-        for (row, (before, value)) in pairs(time).enumerate() {
-            parameter::component(row + 1, parameter::increasing("time", value, before))?;
-        }
+    pub fn new(parameters: DriveLogParameters<'_>) -> Result<Self, LogError> {
+        let DriveLogParameters { velocity, held, external_torque, enabled, load, .. } = parameters;
+        let time = times(parameters.time)?;
+        let rows = time.len();
+        let finite = |name, values| column(name, values, rows, parameter::finite);
         let (drive, source) = match parameters.drive {
-            Drive::Torque(u) => (checked("torque", "rows of torque", u)?, Source::Torque),
-            Drive::Current(u) => (checked("current", "rows of current", u)?, Source::Current),
-            Drive::Voltage(u) => (checked("voltage", "rows of voltage", u)?, Source::Voltage),
+            Drive::Torque(u) => (finite("torque", u)?, Source::Torque),
+            Drive::Current(u) => (finite("current", u)?, Source::Current),
+            Drive::Voltage(u) => (finite("voltage", u)?, Source::Voltage),
             Drive::Duty { goal, gain, supply } => {
                 let gain = parameter::positive("gain", gain)?;
-                let supply = checked("supply", "rows of supply", supply)?;
-                column("supply", &supply, parameter::positive)?;
-                (checked("goal", "rows of goal", goal)?, Source::Duty { gain, supply })
+                let supply = column("supply", supply, rows, parameter::positive)?;
+                (finite("goal", goal)?, Source::Duty { gain, supply })
             }
         };
-        let position = checked("position", "rows of position", position)?;
-        let (least, most) = range(&position);
-        let rule = "not stay there all along: does the sensor work?";
-        parameter::stated("position", least, most > least, rule)?;
-        let velocity = velocity.map(|v| checked("velocity", "rows of velocity", v)).transpose()?;
-        let external = parameters.external_torque;
-        let external = external.map(|u| checked("external_torque", "rows of external_torque", u));
-        let enabled =
-            parameters.enabled.map_or_else(|| alloc::vec![true; time.len()], <[_]>::to_vec);
-        let rule = parameter::Rule::CountBetween { least: time.len(), most: time.len() };
-        let count = enabled.len();
-        parameter::check("rows of enabled", count as f64, count == time.len(), rule)?;
+        let external = external_torque.map(|u| finite("external_torque", u)).transpose()?;
+        length("enabled", enabled.map_or(rows, <[_]>::len), rows)?;
         parameter::non_negative("load.inertia", load.inertia)?;
         parameter::finite("load.gravity_torque", load.gravity_torque)?;
         Ok(Self {
-            external: external.transpose()?.unwrap_or_else(|| alloc::vec![0.0; time.len()]),
-            time: stamps,
-            position,
-            velocity,
+            position: moving(finite("position", parameters.position)?)?,
+            velocity: velocity.map(|v| finite("velocity", v)).transpose()?,
+            external: external.unwrap_or_else(|| vec![0.0; rows]),
+            enabled: enabled.map_or_else(|| vec![true; rows], <[_]>::to_vec),
+            time,
             drive,
             source,
             held,
-            enabled,
             load,
         })
     }
@@ -186,26 +183,21 @@ impl DriveLog {
     ///
     /// Refuses a window of fewer than 20 rows, an end that is NaN, and a position that does not
     /// change in it.
-    pub fn between(&self, from: f64, to: f64) -> Result<Self, ParameterError> {
+    pub fn between(&self, from: f64, to: f64) -> Result<Self, LogError> {
         let rows = window(&self.time, from, to)?;
         let part = |column: &[f64]| column.get(rows.clone()).unwrap_or_default().to_vec();
-        let position = part(&self.position);
-        let (least, most) = range(&position);
-        let rule = "not stay there all along: does the sensor work?";
-        parameter::stated("position", least, most > least, rule)?;
         Ok(Self {
             time: part(&self.time),
-            position,
+            position: moving(part(&self.position))?,
             velocity: self.velocity.as_deref().map(part),
             drive: part(&self.drive),
             source: match &self.source {
                 Source::Duty { gain, supply } => Source::Duty { gain: *gain, supply: part(supply) },
                 other => other.clone(),
             },
-            held: self.held,
             external: part(&self.external),
-            enabled: self.enabled.get(rows).unwrap_or_default().to_vec(),
-            load: self.load,
+            enabled: self.enabled.get(rows.clone()).unwrap_or_default().to_vec(),
+            ..*self
         })
     }
 
@@ -219,15 +211,10 @@ impl DriveLog {
         &self.position
     }
 
-    /// The time that lies between rows at most within a piece.
-    fn longest_step(&self) -> f64 {
-        let mut steps: Vec<f64> = pairs(&self.time).map(|(from, to)| to - from).collect();
-        GAP * median(&mut steps)
-    }
-
     /// The rows between gaps of the time.
     pub(super) fn pieces(&self) -> Vec<Range<usize>> {
-        let longest = self.longest_step();
+        let mut steps: Vec<f64> = pairs(&self.time).map(|(from, to)| to - from).collect();
+        let longest = GAP * median(&mut steps);
         let (mut pieces, mut first) = (Vec::new(), 0);
         for (row, (from, to)) in pairs(&self.time).enumerate() {
             if to - from > longest {

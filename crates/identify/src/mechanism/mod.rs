@@ -20,7 +20,7 @@
 //! |---|---|---|
 //! | 1 | columns, checked row by row | [`DriveLog`] |
 //! | 2 | the mechanism, and what is known of it | [`Joint`] |
-//! | 3 | one candidate, or several compared on logs held out | [`fit()`], [`compare`] |
+//! | 3 | one candidate, or several compared on logs held out | [`fit_joint`], [`compare`] |
 //! | 4 | parameters with standard errors, errors by three criteria | [`JointFit`], which prints |
 //! | 5 | friction and joint for simulations and control | [`JointModel`] |
 //!
@@ -160,7 +160,7 @@ mod start;
 
 pub use super::robust::Loss;
 pub use compare::{Comparison, compare};
-pub use fit::{Progress, Settings, fit};
+pub use fit::{Progress, Settings, fit_joint};
 pub use friction::Friction;
 pub use joint::{Joint, OwnTerm, Term};
 pub use log::{Drive, DriveLog, DriveLogParameters, KnownLoad};

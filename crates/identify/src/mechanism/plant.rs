@@ -1,30 +1,28 @@
 //! The mechanism of one log in any scalar: its torques, its passive step, and its friction along
 //! the measured motion.
 //!
-//! A step of length h takes torques and friction at its middle, predicted from the last
-//! acceleration, and the dependence of the torques on position and velocity implicitly, as
-//! [`GearedJoint::step`](bristle_joint::GearedJoint::step) does.
+//! The step is [`GearFriction::joint_step`].
 
-use alloc::vec::Vec;
-
-use super::friction::{Friction, Gear};
-use super::joint::{Joint, MotorConstants};
+use super::friction::Gear;
+use super::joint::Model;
 use super::log::{DriveLog, Source};
-use super::smooth::Smoothed;
+use super::smooth::{Smoothed, SmoothedLog};
 use crate::residuals::within;
 use bristle::parameter::ParameterError;
 use bristle::scalar::{lit, nan};
 use bristle::{Bristle, Scalar};
-use bristle_joint::{GearFriction, GearTorques};
+use bristle_joint::{
+    GearFriction, GearTorques, JointInputValue, JointMotion, JointState, JointTorques,
+};
 
 /// A torque and its derivatives with respect to position and velocity.
 type Torque<T> = [T; 3];
 
 /// The mechanism of one log.
 pub(super) struct Plant<'a, T: Scalar> {
+    model: &'a Model,
     log: &'a DriveLog,
     rows: &'a [Smoothed],
-    joint: &'a Joint,
     inertia: T,
     /// k_t.
     constant: T,
@@ -33,47 +31,43 @@ pub(super) struct Plant<'a, T: Scalar> {
     /// γ of the duty, if it is not one.
     exponent: Option<T>,
     terms: Vec<T>,
+    /// The friction at the beginning.
     pub(super) gear: Gear<T>,
 }
 
-/// Motion and deflection at an instant, and the mean acceleration before it.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct State<T> {
-    pub(super) position: T,
-    pub(super) velocity: T,
-    pub(super) deflection: T,
-    pub(super) acceleration: T,
-}
-
 impl<'a, T: Scalar> Plant<'a, T> {
-    /// From the parameters of a log, in the order of [`Joint::table`].
+    /// From the parameters of all logs, for the log of a number.
     pub(super) fn new(
-        joint: &'a Joint,
-        friction: &Friction,
-        (log, rows): (&'a DriveLog, &'a [Smoothed]),
-        constants: MotorConstants,
-        fastest: f64,
+        model: &'a Model,
+        SmoothedLog { log, rows }: &'a SmoothedLog<'_>,
+        number: usize,
         values: &[T],
     ) -> Result<Self, ParameterError> {
-        let one = T::one();
-        let terms: usize = joint.terms.iter().map(|term| term.count()).sum();
-        let skipped = 2 + constants.count() + terms;
-        let friction_values = values.get(skipped..).unwrap_or_default();
-        let mut all = values.iter().copied();
-        let mut next = || all.next().unwrap_or_else(nan);
-        let inertia = next() + lit(log.load.inertia);
-        let constant = if constants.torque_constant { next() } else { one };
-        let gain = if constants.resistance { constant / next() } else { constant };
-        let exponent = constants.duty_exponent.then(&mut next);
-        let drag = next();
-        let terms: Vec<T> = all.take(terms).collect();
-        let gear = GearFriction::new(friction.gear(friction_values, drag, fastest)?)?;
-        Ok(Self { log, rows, joint, inertia, constant, gain, exponent, terms, gear })
+        let values = model.table.of_log(values, number);
+        let [inertia, drag] = ["inertia", "drag"].map(|name| values.get(name).unwrap_or_else(nan));
+        let constant = values.get("torque_constant").unwrap_or_else(T::one);
+        let gear = model.friction.gear(values.of_friction(), drag, model.fastest)?;
+        Ok(Self {
+            model,
+            log,
+            rows,
+            inertia: inertia + lit(log.load.inertia),
+            constant,
+            gain: values.get("resistance").map_or(constant, |resistance| constant / resistance),
+            exponent: values.get("duty_exponent"),
+            terms: values.of_terms().to_vec(),
+            gear: GearFriction::new(gear)?,
+        })
     }
 
     /// Time of a row \[s\].
-    pub(super) fn time(&self, row: usize) -> f64 {
+    fn time(&self, row: usize) -> f64 {
         self.log.time.get(row).copied().unwrap_or(f64::NAN)
+    }
+
+    /// Time from a row to the next \[s\].
+    pub(super) fn duration(&self, row: usize) -> f64 {
+        self.time(row + 1) - self.time(row)
     }
 
     /// Measured position at a row \[rad\].
@@ -155,7 +149,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
     fn external(&self, measured: f64, x: T, v: T) -> Torque<T> {
         let zero = T::zero();
         let (mut sum, mut rest) = ([lit(measured), zero, zero], self.terms.as_slice());
-        for term in &self.joint.terms {
+        for term in &self.model.joint.terms {
             let (ours, others) = rest.split_at_checked(term.count()).unwrap_or_default();
             let torque = term.torque(ours, self.log.load.gravity_torque, x, v);
             for (sum, part) in sum.iter_mut().zip(torque) {
@@ -196,23 +190,27 @@ impl<'a, T: Scalar> Plant<'a, T> {
 
     /// The deflection that gives the torque which friction takes from a smoothed row, at most that
     /// of steady sliding; the gear is loaded as there.
-    pub(super) fn deflected(&mut self, row: &Smoothed) -> Result<T, ParameterError> {
+    pub(super) fn deflected(
+        &self,
+        gear: &mut Gear<T>,
+        row: &Smoothed,
+    ) -> Result<T, ParameterError> {
         let (torque, torques) = (self.remaining(row), self.measured(row));
-        let load = self.gear.load(torques);
-        let none = self.gear.step(torques, T::zero(), T::zero(), T::zero())?;
-        let _ = none;
-        let model = self.gear.model();
+        let load = gear.load(torques);
+        // Of no length, from no deflection: it loads the gear.
+        let _ = gear.step(torques, T::zero(), T::zero(), T::zero())?;
+        let model = gear.model();
         let full = model.stationary(bristle::Branch::Forward.of(T::zero()));
         let share = torque / (load * model.storage_stiffness() * full);
         Ok(full * if share.is_finite() { within(share, -T::one(), T::one()) } else { T::zero() })
     }
 
-    /// The deflection at a row, from that at the row before, along the measured motion.
+    /// The deflection at the next row, from that at a row, along the measured motion.
     pub(super) fn follow(
-        &mut self,
+        &self,
+        gear: &mut Gear<T>,
         deflection: T,
-        before: &Smoothed,
-        after: &Smoothed,
+        [before, after]: [&Smoothed; 2],
         duration: f64,
     ) -> Result<T, ParameterError> {
         let (one, other) = (self.measured(before), self.measured(after));
@@ -222,50 +220,45 @@ impl<'a, T: Scalar> Plant<'a, T> {
             external: half * (one.external + other.external),
         };
         let velocity = lit(0.5 * (before.velocity + after.velocity));
-        let step = self.gear.step(torques, velocity, deflection, lit(duration))?;
+        let step = gear.step(torques, velocity, deflection, lit(duration))?;
         Ok(step.commit(velocity).deflection)
     }
 
-    /// Torque of the friction at a smoothed row.
-    pub(super) fn friction(&self, row: &Smoothed, deflection: T) -> T {
+    /// What is left of the equation of motion at a smoothed row [N m].
+    pub(super) fn imbalance(&self, row: &Smoothed, deflection: T) -> T {
         let load = self.gear.load(self.measured(row));
-        load * self.gear.model().coefficient(lit::<T>(row.velocity), deflection)
+        let coefficient = self.gear.model().coefficient(lit::<T>(row.velocity), deflection);
+        self.remaining(row) - load * coefficient
     }
 
-    /// The motion at the next row, in so many steps.
+    /// The motion at the next row, in steps up to a length.
     #[inline]
     pub(super) fn advance(
-        &mut self,
-        mut state: State<T>,
+        &self,
+        gear: &mut Gear<T>,
+        mut state: JointState<T>,
         row: usize,
-        steps: u32,
-    ) -> Result<State<T>, ParameterError> {
-        let duration = self.time(row + 1) - self.time(row);
+    ) -> Result<JointState<T>, ParameterError> {
+        let duration = self.duration(row);
+        let steps = (duration / self.model.step - 1e-6).ceil().clamp(1.0, 1e6) as u32;
         let h = lit::<T>(duration / f64::from(steps));
-        let (half, two) = (lit::<T>(0.5) * h, lit::<T>(2.0));
+        let here = self.log.external.get(row).copied().unwrap_or(0.0);
+        let next = self.log.external.get(row + 1).copied().unwrap_or(here);
+        let value = |[value, by_angle, by_velocity]: Torque<T>| JointInputValue {
+            by_angle,
+            by_velocity,
+            ..JointInputValue::constant(value)
+        };
         for number in 0..steps {
             let share = (f64::from(number) + 0.5) / f64::from(steps);
-            let State { position, velocity, deflection, acceleration } = state;
-            let predicted = velocity + half * acceleration;
-            let middle = position + half * predicted;
-            let motor = self.motor(row, share, middle, predicted);
-            let here = self.log.external.get(row).copied().unwrap_or(0.0);
-            let next = self.log.external.get(row + 1).copied().unwrap_or(here);
-            let external = self.external(here + share * (next - here), middle, predicted);
-            let loading = self.loading(row, share, motor[0], predicted);
-            let torques = GearTorques { motor: loading, external: external[0] };
-            let step = self.gear.step(torques, predicted, deflection, h)?;
-            let slope = half * (motor[1] + external[1]) + motor[2] + external[2];
-            let driving = motor[0] + external[0] - slope * (predicted - velocity);
-            let resisting = self.inertia + half * (step.damping() - slope);
-            let acceleration = (driving - step.torque(velocity)) / resisting;
-            let mean = velocity + half * acceleration;
-            state = State {
-                position: position + h * mean,
-                velocity: two * mean - velocity,
-                deflection: step.commit(mean).deflection,
-                acceleration,
+            let torques = |JointMotion { angle: x, velocity: v, .. }| {
+                let motor = self.motor(row, share, x, v);
+                let external = self.external(here + share * (next - here), x, v);
+                let motor_load = self.loading(row, share, motor[0], v);
+                let loading = GearTorques { motor: motor_load, external: external[0] };
+                JointTorques { motor: value(motor), external: value(external), loading }
             };
+            state = gear.joint_step(self.inertia, &state, h, torques)?.0;
         }
         Ok(state)
     }

@@ -1,21 +1,18 @@
 //! The result of a fit, and the model that the crate runs.
 
-use alloc::vec::Vec;
 use core::fmt;
 
-use super::criteria::{Criterion, Data, Errors, counts};
+use super::criteria::{Criterion, Errors};
 use super::friction::Friction;
-use super::joint::{Joint, MotorConstants, Table, Term};
-use super::log::DriveLog;
+use super::joint::Model;
+use super::log::{DriveLog, Source};
 use super::plant::Plant;
-use super::smooth::{Smoothed, smooth};
-use super::start::Guess;
+use super::smooth::{SmoothedLog, smooth};
 use crate::Fit;
 use bristle::AnyBristle;
 use bristle::number::Number;
 use bristle::parameter::{self, ParameterError};
-use bristle_joint::Gravity;
-use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad};
+use bristle_joint::{GearFriction, GearFrictionParameters, Gravity, TorqueLoad};
 
 /// Errors by one criterion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,11 +25,10 @@ pub struct Score {
 
 impl Score {
     /// Of residuals; NaN where there is none.
-    pub(super) fn of(parts: &[Vec<f64>]) -> Self {
-        let all = || parts.iter().flatten();
-        let count = all().count() as f64;
-        let squares: f64 = all().map(|r| r * r).sum();
-        let sizes: f64 = all().map(|r| r.abs()).sum();
+    pub(super) fn of<'a>(residuals: impl Iterator<Item = &'a f64> + Clone) -> Self {
+        let count = residuals.clone().count() as f64;
+        let squares: f64 = residuals.clone().map(|r| r * r).sum();
+        let sizes: f64 = residuals.map(|r| r.abs()).sum();
         Self { rmse: (squares / count).sqrt(), mean_absolute: sizes / count }
     }
 }
@@ -70,38 +66,29 @@ pub struct JointFit {
     pub held_out_logs: Vec<Scores>,
     /// Runs with derivatives.
     pub gradient_runs: usize,
-    pub(super) joint: Joint,
-    table: Table,
-    constants: MotorConstants,
-    fastest: f64,
-    step: f64,
+    pub(super) model: Model,
 }
 
 impl JointFit {
+    /// With the lengths of the segments that were fitted last and are reported, and no errors yet.
     pub(super) fn new(
-        joint: &Joint,
-        friction: &Friction,
-        table: Table,
-        guess: &Guess,
+        model: Model,
         fit: Fit,
-        step: f64,
+        [horizon, segment]: [f64; 2],
+        gradient_runs: usize,
     ) -> Self {
         let none = Score { rmse: f64::NAN, mean_absolute: f64::NAN };
         Self {
-            friction: *friction,
+            friction: model.friction,
             fit,
-            horizon: 0.0,
-            segment: 0.0,
+            horizon,
+            segment,
             fitted: Scores { inverse: none, segments: none, simulated: none },
             held_out: None,
             fitted_logs: Vec::new(),
             held_out_logs: Vec::new(),
-            gradient_runs: 0,
-            joint: joint.clone(),
-            table,
-            constants: guess.constants,
-            fastest: guess.fastest,
-            step,
+            gradient_runs,
+            model,
         }
     }
 
@@ -114,91 +101,66 @@ impl JointFit {
 
     /// Number of parameters that were searched.
     pub fn searched(&self) -> usize {
-        self.table.searched()
+        self.model.table.searched()
     }
 
-    /// The residuals of logs by a criterion, by segments.
+    /// The residuals of logs by a criterion, log by log and part by part.
     pub(super) fn residuals(
         &self,
-        logs: &[DriveLog],
-        smoothed: &[Vec<Smoothed>],
+        logs: &[SmoothedLog<'_>],
         criterion: Criterion,
-    ) -> Vec<Vec<f64>> {
-        let errors = Errors {
-            joint: &self.joint,
-            friction: &self.friction,
-            table: &self.table,
-            data: Data { logs, smoothed },
-            constants: self.constants,
-            fastest: self.fastest,
-            step: self.step,
-            largest_gradient: f64::INFINITY,
-            criterion,
-            weights: Vec::new(),
-        };
-        errors.by_segment(&self.fit.values())
+    ) -> Result<Vec<Vec<Vec<f64>>>, ParameterError> {
+        Errors::new(&self.model, logs, criterion).by_log(&self.fit.values())
     }
 
     /// Errors on logs by a criterion, on all of them and log by log; NaN where the model has no
     /// answer.
     pub(super) fn by_log(
         &self,
-        logs: &[DriveLog],
-        smoothed: &[Vec<Smoothed>],
+        logs: &[SmoothedLog<'_>],
         criterion: Criterion,
     ) -> (Score, Vec<Score>) {
-        let parts = self.residuals(logs, smoothed, criterion);
-        let mut rest = parts.as_slice();
-        let one = |log: &DriveLog| {
-            let count = counts(log, criterion).len();
-            let (ours, others) = rest.split_at_checked(count).unwrap_or_default();
-            rest = others;
-            Score::of(ours)
-        };
-        (Score::of(&parts), logs.iter().map(one).collect())
+        let parts = self.residuals(logs, criterion);
+        let parts = parts.unwrap_or_else(|_| vec![Vec::new(); logs.len()]);
+        let all = Score::of(parts.iter().flatten().flatten());
+        (all, parts.iter().map(|ours| Score::of(ours.iter().flatten())).collect())
     }
 
     /// Takes the errors on the logs that were fitted and on those held out.
     pub(super) fn score(
         &mut self,
-        fitted: &[DriveLog],
+        fitted: &[SmoothedLog<'_>],
         held_out: &[DriveLog],
     ) -> Result<(), ParameterError> {
-        (self.fitted, self.fitted_logs) = self.scores_by_log(fitted)?;
+        (self.fitted, self.fitted_logs) = self.scores(fitted)?;
         if !held_out.is_empty() {
-            let (all, each) = self.scores_by_log(held_out)?;
+            let held_out: Vec<_> = held_out.iter().map(smooth).collect();
+            let (all, each) = self.scores(&held_out)?;
             (self.held_out, self.held_out_logs) = (Some(all), each);
         }
         Ok(())
     }
 
     /// Errors by all three criteria, on all logs and log by log.
-    fn scores_by_log(&self, logs: &[DriveLog]) -> Result<(Scores, Vec<Scores>), ParameterError> {
+    fn scores(&self, logs: &[SmoothedLog<'_>]) -> Result<(Scores, Vec<Scores>), ParameterError> {
         self.check(logs)?;
-        let smoothed: Vec<Vec<Smoothed>> = logs.iter().map(smooth).collect();
-        let by = |criterion| self.by_log(logs, &smoothed, criterion);
-        let (inverse, inverse_logs) = by(Criterion::Inverse);
-        let (segments, segments_logs) = by(Criterion::Segments(self.segment));
-        let (simulated, simulated_logs) = by(Criterion::Segments(f64::INFINITY));
-        let rows = inverse_logs.into_iter().zip(segments_logs).zip(simulated_logs);
-        let each = rows
-            .map(|((inverse, segments), simulated)| Scores { inverse, segments, simulated })
-            .collect();
-        Ok((Scores { inverse, segments, simulated }, each))
-    }
-
-    /// Errors on logs by all three criteria.
-    ///
-    /// # Errors
-    ///
-    /// Refuses logs of a drive that the fit has no constants of.
-    pub fn scores(&self, logs: &[DriveLog]) -> Result<Scores, ParameterError> {
-        Ok(self.scores_by_log(logs)?.0)
+        let (inverse, inverses) = self.by_log(logs, Criterion::Inverse);
+        let (segments, in_segments) = self.by_log(logs, Criterion::Segments(self.segment));
+        let (simulated, whole) = self.by_log(logs, Criterion::Segments(f64::INFINITY));
+        let rows = inverses.into_iter().zip(in_segments).zip(whole);
+        let each =
+            rows.map(|((inverse, segments), simulated)| Scores { inverse, segments, simulated });
+        Ok((Scores { inverse, segments, simulated }, each.collect()))
     }
 
     /// Refuses logs of a drive that the fit has no constants of.
-    fn check(&self, logs: &[DriveLog]) -> Result<(), ParameterError> {
-        if !self.constants.cover(MotorConstants::of(&self.joint, logs)) {
+    fn check(&self, logs: &[SmoothedLog<'_>]) -> Result<(), ParameterError> {
+        let lacks = |name| self.value(name).is_none();
+        let (constant, resistance) = (lacks("torque_constant"), lacks("resistance"));
+        let is_foreign = |source: &Source| {
+            constant && *source != Source::Torque || resistance && source.is_electric()
+        };
+        if logs.iter().any(|smoothed| is_foreign(&smoothed.log.source)) {
             return Err(parameter::chosen("an electric drive", "this fit takes logs of torque"));
         }
         Ok(())
@@ -211,15 +173,13 @@ impl JointFit {
     /// Refuses a log of a drive that the fit has no constants of, and a simulation that is not
     /// finite.
     pub fn simulate(&self, log: &DriveLog) -> Result<Vec<f64>, ParameterError> {
-        let logs = core::slice::from_ref(log);
-        self.check(logs)?;
         let smoothed = [smooth(log)];
-        let pieces = log.pieces();
+        self.check(&smoothed)?;
         let mut positions = log.position.clone();
-        let parts = self.residuals(logs, &smoothed, Criterion::Segments(f64::INFINITY));
-        let rows = pieces.into_iter().filter(|piece| piece.len() > 1);
-        for (piece, errors) in rows.zip(parts) {
-            for (row, error) in piece.skip(1).zip(errors) {
+        let parts = self.residuals(&smoothed, Criterion::Segments(f64::INFINITY))?;
+        let pieces = log.pieces().into_iter().filter(|piece| piece.len() > 1);
+        for (piece, errors) in pieces.zip(parts.iter().flatten()) {
+            for (row, &error) in piece.skip(1).zip(errors) {
                 parameter::component(row, parameter::finite("simulated position", error))?;
                 positions.iter_mut().skip(row).take(1).for_each(|x| *x += error);
             }
@@ -230,12 +190,10 @@ impl JointFit {
     /// The mechanism of a log.
     pub(super) fn plant<'a>(
         &'a self,
-        log: &'a DriveLog,
-        rows: &'a [Smoothed],
+        smoothed: &'a SmoothedLog<'_>,
         number: usize,
     ) -> Result<Plant<'a, f64>, ParameterError> {
-        let values = self.table.of_log(&self.fit.values(), number);
-        Plant::new(&self.joint, &self.friction, (log, rows), self.constants, self.fastest, &values)
+        Plant::new(&self.model, smoothed, number, &self.fit.values())
     }
 
     /// The joint with these parameters, for simulations and control. Parameters that each log has
@@ -245,12 +203,9 @@ impl JointFit {
     ///
     /// None for the parameters that were found.
     pub fn model(&self) -> Result<JointModel, ParameterError> {
-        let values = self.table.of_log(&self.fit.values(), usize::MAX);
+        let values = self.fit.values();
+        let values = self.model.table.of_log(&values, usize::MAX);
         let of = |name| self.value(name).unwrap_or(0.0);
-        let skipped = 2 + self.constants.count();
-        let terms: usize = self.joint.terms.iter().map(Term::count).sum();
-        let friction = values.get(skipped + terms..).unwrap_or_default();
-        let [drag, fastest] = [of("drag"), self.fastest];
         Ok(JointModel {
             inertia: of("inertia"),
             torque_constant: self.value("torque_constant"),
@@ -262,7 +217,7 @@ impl JointFit {
             }),
             offset_torque: of("offset_torque"),
             spring_rate: of("spring_rate"),
-            gear: self.friction.gear(friction, drag, fastest)?,
+            gear: self.friction.gear(values.of_friction(), of("drag"), self.model.fastest)?,
         })
     }
 }
@@ -336,7 +291,7 @@ impl fmt::Display for JointFit {
         for (name, all, logs) in groups {
             all.iter().try_for_each(|scores| row(name, scores))?;
             for (number, scores) in logs.iter().enumerate().filter(|_| logs.len() > 1) {
-                row(&alloc::format!("  log {number}"), scores)?;
+                row(&format!("  log {number}"), scores)?;
             }
         }
         Ok(())

@@ -19,13 +19,11 @@
 //! Source: W. S. Cleveland, "Robust locally weighted regression and smoothing scatterplots",
 //! Journal of the American Statistical Association 74 (1979), without the robust weights.
 
-use alloc::vec::Vec;
-
 use nalgebra::{Matrix4, Vector4};
 
 use super::log::{DriveLog, Source};
 use crate::initial_guess::noise;
-use crate::log::{median, pairs};
+use crate::log::{median, pairs, span};
 
 /// Motion and effort at a row.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -42,6 +40,13 @@ pub(super) struct Smoothed {
     pub(super) supply: f64,
 }
 
+/// A log, and its rows smoothed.
+#[derive(Debug, Clone)]
+pub(super) struct SmoothedLog<'a> {
+    pub(super) log: &'a DriveLog,
+    pub(super) rows: Vec<Smoothed>,
+}
+
 /// Share of the velocity that noise may leave.
 const NOISE: f64 = 0.01;
 /// Rows to both sides, at least.
@@ -53,8 +58,7 @@ const WIDEST: f64 = 0.05;
 fn window(log: &DriveLog) -> f64 {
     let mut steps: Vec<f64> = pairs(&log.time).map(|(from, to)| to - from).collect();
     let step = median(&mut steps);
-    let (first, last) = (log.time.first(), log.time.last());
-    let duration = last.zip(first).map_or(step, |(last, first)| last - first);
+    let duration = span(&log.time);
     let rows = pairs(&log.position).zip(pairs(&log.time));
     let travel = rows.map(|((a, b), (s, t))| (b - a) * (b - a) / (t - s)).sum::<f64>();
     let velocity = (travel / duration).sqrt().max(f64::MIN_POSITIVE);
@@ -63,18 +67,17 @@ fn window(log: &DriveLog) -> f64 {
     wanted.min(WIDEST * duration).max(ROWS * step)
 }
 
-/// Every row of a log, smoothed within the pieces between gaps.
-pub(super) fn smooth(log: &DriveLog) -> Vec<Smoothed> {
+/// Smooths every row of a log within the pieces between gaps.
+pub(super) fn smooth(log: &DriveLog) -> SmoothedLog<'_> {
     let width = window(log);
     let mut rows = Vec::with_capacity(log.time.len());
+    let column = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(0.0);
     for piece in log.pieces() {
         let times = log.time.get(piece.clone()).unwrap_or_default();
         for (row, &time) in piece.clone().zip(times) {
             let from = piece.start + times.partition_point(|&t| t < time - width);
             let to = piece.start + times.partition_point(|&t| t <= time + width);
             let fitted = Cubic::new(from..to, row, width, &log.time);
-            let value = |of: &dyn Fn(usize) -> f64| fitted.at(of)[0];
-            let column = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(0.0);
             let position = fitted.at(&|i| column(&log.position, i));
             let (velocity, acceleration) = match &log.velocity {
                 Some(velocity) => {
@@ -83,15 +86,14 @@ pub(super) fn smooth(log: &DriveLog) -> Vec<Smoothed> {
                 }
                 None => (position[1], 2.0 * position[2]),
             };
+            let enabled = |i| f64::from(u8::from(log.enabled.get(i).copied().unwrap_or(false)));
             rows.push(Smoothed {
                 position: position[0],
                 velocity,
                 acceleration,
-                effort: value(&|i| log.effort(i)),
-                enabled: value(&|i| {
-                    f64::from(u8::from(log.enabled.get(i).copied().unwrap_or(false)))
-                }),
-                external: value(&|i| column(&log.external, i)),
+                effort: fitted.at(&|i| log.effort(i))[0],
+                enabled: fitted.at(&enabled)[0],
+                external: fitted.at(&|i| column(&log.external, i))[0],
                 supply: match &log.source {
                     Source::Duty { supply, .. } => column(supply, row),
                     _ => 0.0,
@@ -99,7 +101,7 @@ pub(super) fn smooth(log: &DriveLog) -> Vec<Smoothed> {
             });
         }
     }
-    rows
+    SmoothedLog { log, rows }
 }
 
 /// The weights of a local cubic, for any column.

@@ -7,10 +7,10 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use bristle::curve::Stribeck;
-use bristle_plane::PlaneFrBd;
 use bristle::rheology::KelvinVoigt;
-use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential, RateDependent};
 use bristle::{FrBd, LuGre, ParameterError, paper};
+use bristle_plane::PlaneFrBd;
+use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential, RateDependent};
 use nalgebra::Vector2;
 
 /// Runs of each, in turns; the shortest counts.

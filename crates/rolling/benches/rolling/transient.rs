@@ -5,12 +5,14 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use bristle_charts::{Csv, println};
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
-use bristle_rolling::{Grid, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent};
 use bristle::signal::Function;
 use bristle::{FrBd, LuGre, paper};
+use bristle_charts::{Csv, println};
+use bristle_rolling::{
+    Grid, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent,
+};
 
 use crate::characteristics::{SmoothHistory, gauss};
 use crate::upwind::Upwind;

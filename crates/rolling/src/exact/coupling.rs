@@ -37,7 +37,7 @@ use crate::quadrature::{integrate, integrate_gentle};
 use crate::{Motion, Pressure, RateDependent};
 use bristle::parameter::{self, ParameterError};
 use bristle::rheology::HeldWeights as _;
-use bristle::scalar::{lit, smaller};
+use bristle::scalar::{is_zero, lit, smaller};
 use bristle::{Affine, Scalar};
 
 /// Friction of a patch over one step: F̄ = bias + damping·v̄.
@@ -186,13 +186,12 @@ where
         let affine = self.coefficients(slip_velocity)?;
         self.queue.make_room(transport * duration);
         let [free, driven, kept] = self.mean_deflections(&affine, transport, duration);
-        let (patch, model) = (&self.patch, self.patch.model());
+        let (patch, stiffness) = (&self.patch, self.patch.model().storage_stiffness());
         let weight = patch.load() * patch.length();
         let driven = affine.drive * driven;
-        let beyond =
-            model.damping_beyond_springs(slip_velocity, driven, kept, patch.pressure().total());
+        let beyond = beyond_springs(&affine, stiffness, [driven, kept, patch.pressure().total()]);
         let bias = weight * affine.stiffness * free;
-        let damping = weight * (model.storage_stiffness() * affine.drive * driven + beyond);
+        let damping = weight * (stiffness * affine.drive * driven + beyond);
         // A rounding, where a stiffness varies.
         let damping = if damping < T::zero() { T::zero() } else { damping };
         finite("bias", bias)?;
@@ -338,6 +337,25 @@ where
         }
         found
     }
+}
+
+/// ∫ p (m (c₀ − K r) + c₂) dξ, where m is the mean deflection over a step under v̄ = 1 of bristles
+/// that were undeflected, and K the stiffness of the stored energy: what the friction coefficient
+/// rises by beyond the springs. From ∫ p m, ∫ p κ with the mean κ of e^(−λ age), and ∫ p.
+fn beyond_springs<T: Scalar>(affine: &Affine<T>, stiffness: T, integrals: [T; 3]) -> T {
+    let ([driven, kept, carried], damping) = (integrals, affine.damping);
+    let excess = affine.stiffness - stiffness * affine.drive;
+    if is_zero(excess) || !(kept + kept < carried) {
+        return excess * driven + damping * carried;
+    }
+    // LuGre's excess is −σ1 λ: in fast sliding both terms are nearly σ1. With λ m = r (1 − κ) the
+    // sum is taken apart; of c₂ − σ1 a few roundings count as zero.
+    let share = excess * affine.drive / affine.relaxation;
+    let rest = share + damping;
+    let springs = stiffness * affine.drive / affine.relaxation;
+    let rounding = lit::<T>(16.0) * T::default_epsilon() * (damping + springs);
+    let rest = if rest.abs() <= rounding { T::zero() } else { rest };
+    rest * carried - share * kept
 }
 
 impl<T, M, const N: usize, B> PatchStep<'_, T, M, N, B>

@@ -169,7 +169,7 @@ where
     pub fn reload(&mut self, normal_force: T) -> Result<T, ParameterError> {
         let before = self.patch.normal_force();
         self.patch.set_normal_force(normal_force)?;
-        let LoadChange { kept, lost } = LoadChange::new(before, normal_force);
+        let (kept, lost) = LoadChange { before, after: normal_force }.renewed();
         if kept < T::one() {
             self.queue.scale(kept);
         }

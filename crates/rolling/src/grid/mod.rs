@@ -259,7 +259,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// Refuses a normal force that is negative or not finite; the patch is as it was.
     pub fn reload(&mut self, normal_force: T) -> Result<T, ParameterError> {
         let normal_force = parameter::non_negative("normal_force", normal_force)?;
-        let LoadChange { kept, lost } = LoadChange::new(self.normal_force, normal_force);
+        let change = LoadChange { before: self.normal_force, after: normal_force };
+        let (kept, lost) = change.renewed();
         self.normal_force = normal_force;
         self.deflections.iter_mut().for_each(|deflection| *deflection *= kept);
         self.range = (kept * self.range.0, kept * self.range.1);
@@ -428,9 +429,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         let nodes = self.weights.iter().zip(deflections).zip(&self.places).enumerate();
         let coefficient = nodes.fold(T::zero(), |sum, (node, ((&weight, &deflection), &place))| {
             let slip = slip_velocity(place);
-            self.bristles.at(node).map_or(sum, |model| {
-                sum + weight * model.coefficient(slip, deflection)
-            })
+            self.bristles
+                .at(node)
+                .map_or(sum, |model| sum + weight * model.coefficient(slip, deflection))
         });
         self.normal_force * coefficient
     }
