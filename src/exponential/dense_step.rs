@@ -142,7 +142,6 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
         at_start: &Sample<T>,
         samples: &[Sample<T>; S],
     ) -> Self {
-        let table = &Nodes::<S>::OF;
         let duration = end_time - start_time;
         let (relaxation, mut least, mut greatest) = range(samples);
         let relaxation = relaxation * duration;
@@ -152,12 +151,9 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
         let held = larger(smaller(start, greatest + lag), least - lag);
         let base = if held.is_finite() { held } else { start };
         let excess = start - base;
-        if !(least < start) {
-            least = start;
-        }
-        if !(greatest > start) {
-            greatest = start;
-        }
+        // NaN is no bound.
+        least = if least < start { least } else { start };
+        greatest = if greatest > start { greatest } else { start };
 
         let driven: [T; S] =
             core::array::from_fn(|i| (samples[i].drive - samples[i].relaxation * base) * duration);
@@ -167,10 +163,8 @@ impl<T: Scalar, const S: usize> DenseStep<T, S> {
         let slopes: [T; S] =
             core::array::from_fn(|i| driven[i] - samples[i].relaxation * duration * way[i]);
         let end = if relaxation < T::one() {
-            let mut sum = T::zero();
-            for i in 0..S {
-                sum += slopes[i] * lit(table.weights[i]);
-            }
+            let weights = Nodes::<S>::OF.weights.iter().zip(&slopes);
+            let sum = weights.fold(T::zero(), |sum, (&weight, &slope)| sum + slope * lit(weight));
             start - excess * fallen(relaxation) + sum
         } else {
             base + excess * (-relaxation).exp() + way[S - 1]

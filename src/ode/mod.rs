@@ -52,6 +52,7 @@ mod growth;
 mod integration;
 mod locked;
 mod progress;
+mod rejection;
 mod reversal;
 mod rodas4;
 mod rodas5p;

@@ -243,16 +243,16 @@ pub(super) fn root<T: Scalar>(poles: &[Pole<T>], constant: T, j: usize) -> Root<
     let next = poles.get(j + 1).map(|pole| pole.rate);
     let (last, after) = (next.is_none(), next.unwrap_or(before));
     let width = after - before;
-    let (nearest, side, reach) = if last {
-        let total = poles.iter().fold(zero, |sum, pole| sum + pole.weight);
-        (before, T::one(), total / constant)
+    let reach = if last {
+        poles.iter().fold(zero, |sum, pole| sum + pole.weight) / constant
     } else {
-        let reach = width * half;
-        let at_middle = poles
-            .iter()
-            .fold(constant, |sum, pole| sum - pole.weight / (before - pole.rate + reach));
-        if at_middle >= zero { (before, T::one(), reach) } else { (after, -T::one(), reach) }
+        width * half
     };
+    let at_middle = || {
+        poles.iter().fold(constant, |sum, pole| sum - pole.weight / (before - pole.rate + reach))
+    };
+    let (nearest, side) =
+        if last || at_middle() >= zero { (before, T::one()) } else { (after, -T::one()) };
     let (mut low, mut high, mut distance) = (zero, reach, reach);
     for _ in 0..ITERATIONS {
         // The distances from aⱼ and to aⱼ₊₁.
@@ -289,14 +289,7 @@ pub(super) fn root<T: Scalar>(poles: &[Pole<T>], constant: T, j: usize) -> Root<
         } else {
             rational_root([r1, l1, -rest], width)
         };
-        let next = if next > low && next < high {
-            next
-        } else if low > zero {
-            // Within rounding of an end, or nowhere.
-            (low * high).sqrt()
-        } else {
-            high * half
-        };
+        let next = if next > low && next < high { next } else { between(low, high) };
         let change = (next - distance).abs();
         distance = next;
         if !(change > T::default_epsilon() * lit(2.0) * distance) {
@@ -317,4 +310,9 @@ fn rational_root<T: Scalar>([near, far, curvature]: [T; 3], width: T) -> T {
     } else {
         (sum - radical) * lit(0.5) / curvature
     }
+}
+
+/// Where to go on if an iterate is within rounding of an end, or nowhere.
+fn between<T: Scalar>(low: T, high: T) -> T {
+    if low > T::zero() { (low * high).sqrt() } else { high * lit(0.5) }
 }

@@ -16,7 +16,7 @@
 //! Without files it takes the statistics of a known model at four speeds and finds it again. With
 //! `--runs FILE:V,FILE:V` each file has one column, F/p, at even times (`--rate`), and V is in m/s.
 //! `--predict FILE:V:K` are runs that are not fitted, with a spring of K [N/m].
-//! `--model lugre` or `implicit` takes another model; `--mass-factor 3` lets the moving mass differ
+//! `--model lugre` takes the other model; `--mass-factor 3` lets the moving mass differ
 //! from the weight over g by that factor; `--mean-weight 0` leaves the mean friction out.
 //!
 //! Leaves `identify_stick_slip.csv` and `identify_stick_slip.svg`: F/p over time, measured and
@@ -31,7 +31,7 @@ use std::process::ExitCode;
 use bristle::companion::VelocityHistory;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bristle, FoldRule, FrBd, ImplicitBristle, LuGre, ParameterError, Scalar};
+use bristle::{Bristle, FrBd, LuGre, ParameterError, Scalar};
 use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Progress, Rule, Values, println};
 use bristle_identify as identify;
 use bristle_identify::{Identifiability, Parameter, Residuals, SearchSettings};
@@ -54,7 +54,6 @@ const TRUE_SPEEDS: [f64; 4] = [0.5e-3, 1e-3, 1.5e-3, 2e-3];
 enum Model {
     FrBd,
     LuGre,
-    Implicit,
 }
 
 /// Statistics of a record of F/p. Zero where there is no stick-slip.
@@ -107,7 +106,7 @@ fn main() -> ExitCode {
                     "",
                     "FILE:SPEED:STIFFNESS of runs that are not fitted, in m/s, N/m",
                 )
-                .text("model", "frbd", "frbd, lugre or implicit")
+                .text("model", "frbd", "frbd or lugre")
                 .number("mass", 0.0307, "kg", "mass of the slider, whose weight is the load")
                 .must_be(Rule::Positive)
                 .number("stiffness", 168.0, "N/m", "stiffness of the spring")
@@ -128,12 +127,10 @@ fn main() -> ExitCode {
         let model = match arguments.text("model") {
             "frbd" => Model::FrBd,
             "lugre" => Model::LuGre,
-            "implicit" => Model::Implicit,
             other => {
-                return Err(format!(
-                    "--model must be frbd, lugre or implicit, but {other:?} was given"
-                )
-                .into());
+                return Err(
+                    format!("--model must be frbd or lugre, but {other:?} was given").into()
+                );
             }
         };
         let mut rig = Rig {
@@ -246,10 +243,6 @@ impl Rig {
         match self.model {
             Model::FrBd => self.drive(FrBd::new(curve, rheology), mass, span),
             Model::LuGre => self.drive(LuGre::classical(curve, rheology), mass, span),
-            Model::Implicit => {
-                let fold_rule = Some(FoldRule::Slowest);
-                self.drive(ImplicitBristle::new(curve, rheology, fold_rule)?, mass, span)
-            }
         }
     }
 

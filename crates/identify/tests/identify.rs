@@ -317,7 +317,7 @@ impl Columns {
         Self { normal: vec![10.0; 100], time, velocity, friction }
     }
 
-    fn read(&self) -> Result<Log, ParameterError> {
+    fn read(&self) -> Result<Log, LogError> {
         Log::new(LogParameters {
             time: &self.time,
             motion: MeasuredMotion::Velocity(&self.velocity),

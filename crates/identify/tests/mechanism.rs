@@ -11,7 +11,7 @@ use bristle_identify::mechanism::{
     self, Comparison, Drive, DriveLog, DriveLogParameters, Friction, Joint, JointFit, KnownLoad,
     Loss, Progress, Scores, Settings, Term,
 };
-use bristle_identify::{Estimate, Identifiability, Remark, SearchOutcome};
+use bristle_identify::{Estimate, Identifiability, LogError, Remark, SearchOutcome};
 use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
 use bristle_joint::{
     GearedJoint, GearedJointParameters, Gravity, JointState, PositionControl, VoltageMotor,
@@ -49,12 +49,12 @@ struct Columns {
 }
 
 impl Columns {
-    fn voltage(&self) -> Result<DriveLog, ParameterError> {
+    fn voltage(&self) -> Result<DriveLog, LogError> {
         let drive = Drive::Voltage(&self.drive);
         DriveLog::new(DriveLogParameters::new(&self.time, &self.position, drive))
     }
 
-    fn torque(&self) -> Result<DriveLog, ParameterError> {
+    fn torque(&self) -> Result<DriveLog, LogError> {
         let drive = Drive::Torque(&self.drive);
         DriveLog::new(DriveLogParameters::new(&self.time, &self.position, drive))
     }
@@ -518,8 +518,9 @@ fn a_robust_loss_ignores_positions_that_were_not_read() {
 fn refused(change: impl FnOnce(&mut Columns)) -> String {
     let mut columns = run(LOAD, GRAVITY, 1, false);
     change(&mut columns);
-    match columns.voltage().and_then(|log| dahl(&pendulum(), &[log])) {
-        Ok(found) => panic!("{found}"),
+    match columns.voltage().map(|log| dahl(&pendulum(), &[log])) {
+        Ok(Ok(found)) => panic!("{found}"),
+        Ok(Err(error)) => error.to_string(),
         Err(error) => error.to_string(),
     }
 }
