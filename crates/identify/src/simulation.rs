@@ -130,7 +130,7 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C> {
 /// println!("{fit}");
 /// let stiffness = fit.estimate("micro_stiffness").unwrap();
 /// assert!((stiffness.value - 1e4).abs() < 1.0);
-/// # Ok::<(), bristle::Error>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors

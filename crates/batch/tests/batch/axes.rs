@@ -216,7 +216,7 @@ fn steps_are_those_of_a_contact<T: Real, const N: usize>() {
                 let size = load * (f(a.stiffness) * size + f(a.damping) * v.abs());
                 near(28.0, size, force[at], f(exact.mean_force[i]), "exact force");
             }
-            let want = contact.reload(lit(grain.loads[1]), &z).unwrap();
+            let want = contact.renew(lit(grain.loads[1]), &z).unwrap();
             for i in 0..N {
                 let (got, want) = (f(reloaded[i * case.bristles.len() + k]), want.deflection[i]);
                 assert_within(2.0 * epsilon, got.abs(), got, f(want), || format!("{case:?}"));

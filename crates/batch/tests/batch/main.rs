@@ -277,7 +277,7 @@ impl<T: Real> Task<T> for Reloads {
         assert!(outcome.is_finite());
         for i in 0..150 {
             let mut contact = model.under_load(before[i]).unwrap();
-            let want = contact.reload(after[i], run.before[i]).unwrap();
+            let want = contact.renew(after[i], run.before[i]).unwrap();
             let (z, left) = (f(want.deflection), f(want.dissipated));
             // A few roundings of a product.
             let rounding = 4.0 * f(T::default_epsilon());

@@ -11,7 +11,7 @@
 //! | J, B | moment of inertia, drag: [`Joint`] | kg m², N m s/rad |
 //! | τ_m | torque of the motor, from torque, current, voltage or a controller: [`Drive`] | N m |
 //! | τ_e | torques on the load side, each a [`Term`] with a factor θ, and a measured one | N m |
-//! | p, μ_b | load of the gear, friction model: [`Friction`]; see [`gear`](bristle_joint) | N m, – |
+//! | p, μ_b | load of the gear, friction model: [`Friction`]; see [`bristle_joint`] | N m, – |
 //! | T_c, k_m, k_e | Coulomb torque, factors of the load, with μ_d = 1 | N m, –, – |
 //!
 //! For a linear axis read m for rad, N for N m and kg for kg m².
@@ -32,9 +32,9 @@
 //!
 //! # fn columns(phase: f64) -> Result<[Vec<f64>; 3], bristle::ParameterError> {
 //! #     use bristle_joint::{
-//! #         GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters,
+//! #         GearFriction, GearFrictionParameters, GearedJoint, GearedJointParameters, Gravity,
+//! #         JointState, TorqueLoad, TorqueLoadParameters,
 //! #     };
-//! #     use bristle::scene::{GearedJoint, GearedJointParameters, Gravity, JointState};
 //! #     use bristle::{Dahl, DahlParameters};
 //! #     let law = TorqueLoadParameters { idle_load: 0.05, motor_share: 0.2, external_share: 0.1 };
 //! #     let dahl = DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 200.0 };
@@ -78,24 +78,24 @@
 //! let near = |name: &str, truth: f64| (fit.value(name).unwrap() / truth - 1.0).abs() < 0.05;
 //! assert!(near("inertia", 0.008) && near("coulomb_torque", 0.05));
 //! assert!(near("motor_load_factor", 0.2) && near("external_load_factor", 0.1));
-//! let gear = fit.model()?.gear()?; // for `scene::GearedJoint`, or steps of your own
+//! let gear = fit.model()?.gear()?; // for `GearedJoint`, or steps of your own
 //! # let _ = gear;
-//! # Ok::<(), bristle::ParameterError>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! # Names of the parameters
 //!
 //! With μ_d = 1 the friction model is a curve without a unit, and torques and factors of the load
-//! are what the teeth take. A [`gear`](bristle_joint) with a μ_d of its own, as that of its
-//! datasheet, has the products:
+//! are what the teeth take. A [gear](GearFriction) with a μ_d of its own, as that of its datasheet,
+//! has the products:
 //!
-//! | name | in [`gear`](bristle_joint) or [`scene`](bristle::scene) | found with |
+//! | name | in [`bristle_joint`] | found with |
 //! |---|---|---|
 //! | `inertia` | `GearedJointParameters::inertia` | always |
 //! | `drag` | `GearFrictionParameters::drag` | always |
 //! | `torque_constant`, `resistance` | those of `VoltageMotorParameters` | [`Drive`] |
-//! | `duty_exponent` | γ of V sgn(d) \|d\|^γ, not in a scene | [`Drive::Duty`] |
-//! | `offset_torque`, `spring_rate` | not in a scene | [`Term::Constant`], [`Term::Spring`] |
+//! | `duty_exponent` | γ of V sgn(d) \|d\|^γ, not there | [`Drive::Duty`] |
+//! | `offset_torque`, `spring_rate` | not there | [`Term::Constant`], [`Term::Spring`] |
 //! | `gravity_torque` | `Gravity::horizontal_torque` | [`Term::Gravity`] |
 //! | `hanging_angle` | `Gravity::hanging_angle` | [`Term::Gravity`] |
 //! | `coulomb_torque` | `TorqueLoadParameters::idle_load` · μ_d | every [`Friction`] |
@@ -124,8 +124,7 @@
 //! model does not explain the log: a wrong sign, a missing torque, degrees. A remark names the log,
 //! the worst first, and no parameter is determined then.
 //!
-//! Simulations take passive steps of at most 1 ms, see [`GearFriction`](bristle_joint::GearFriction);
-//! dual numbers through them give exact sensitivities. Standard errors, and what the data do not
+//! Simulations take passive steps of at most 1 ms, see [`GearFriction::joint_step`]; dual numbers through them give exact sensitivities. Standard errors, and what the data do not
 //! determine, are those of [`identify`](crate).
 //!
 //! # What which log tells
@@ -145,6 +144,9 @@
 //! A simulation starts with the smoothed position and velocity of its first row; they are not
 //! searched. Begin and end logs at rest, or leave out rows by [`DriveLog::between`]. Voltage and
 //! current are taken without limits of their own, and inductance is left out.
+
+#[cfg(doc)]
+use bristle_joint::GearFriction;
 
 mod compare;
 mod criteria;
