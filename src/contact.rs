@@ -308,8 +308,12 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         if is_zero(change.after) || is_zero(carried) {
             return deflection * change.kept(T::zero());
         }
-        let most = self.model.holding_coefficient(self.surface(velocity), carried);
-        let kept = change.kept(carried.abs() / most);
+        let holds = |velocity| self.model.holding_coefficient(self.surface(velocity), carried);
+        // At rest the curve is cheap, and mostly enough.
+        if carried.abs() <= holds(T::zero()) {
+            return deflection;
+        }
+        let kept = change.kept(carried.abs() / holds(velocity));
         if M::Deflection::SPRINGS == 1 {
             deflection * kept
         } else {

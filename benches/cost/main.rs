@@ -135,7 +135,7 @@ fn models<T: Scalar>(c: &mut Criterion, scalar: &str) {
         let mut load = t(1.0);
         measure(c, &format!("{scalar}/passive step, FrBD, under a load that varies"), SPEED, |v| {
             load = t(3.0) - load;
-            let Ok(reloaded) = companion.reload(load, z) else { return v };
+            let Ok(reloaded) = companion.reload(load, v, z) else { return v };
             let step = companion.step(v, reloaded.deflection, h);
             let mean = (t(1.28) - step.bias() + v * t(2e3)) / (t(2e3) + step.damping());
             step.commit(mean).deflection + reloaded.dissipated

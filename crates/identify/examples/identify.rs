@@ -3,7 +3,7 @@
 //! Without files it makes logs of a known joint: encoder counts, noise of the torque. With files,
 //!
 //! ```sh
-//! cargo run --release --features identify,serde --example identify -- \
+//! cargo run --release -p bristle-identify --features serde --example identify -- \
 //!     --log monday_*.csv --held-out tuesday.csv --terms gravity --columns torque=tau*2.4
 //! ```
 //!

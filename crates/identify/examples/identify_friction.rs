@@ -3,7 +3,7 @@
 //! Without a file it makes noisy data of a known model and finds its parameters. With one,
 //!
 //! ```sh
-//! cargo run --release --features identify --example identify_friction -- FILE \
+//! cargo run --release -p bristle-identify --example identify_friction -- FILE \
 //!     --columns t=1,x=3*1e-3,f=4*-1e-6,n=2*1e-6 --from 12 --to 108 --predict 204
 //! ```
 //!

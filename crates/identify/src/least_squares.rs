@@ -64,14 +64,6 @@ pub(super) const NOTICEABLE: f64 = 1e-3;
 /// Most times that a search goes on from a better probe.
 const PROBES: usize = 5;
 
-/// Where a search ended.
-struct Search {
-    point: Point,
-    cost: f64,
-    outcome: SearchOutcome,
-    iterations: usize,
-}
-
 /// Finds the parameters that minimise Σ r² within their bounds.
 ///
 /// The result is always the best point found; [`Fit::outcome`] says why the search ended there. The
@@ -80,8 +72,8 @@ struct Search {
 ///
 /// # Errors
 ///
-/// Refuses a [`SearchSettings::tolerance`] that is negative or not finite, bounds that do not contain the
-/// start, and a start at which the model has no answer.
+/// Refuses a [`SearchSettings::tolerance`] that is negative or not finite, bounds that do not
+/// contain the start, and a start at which the model has no answer.
 pub fn least_squares<R: Residuals<N>, const N: usize>(
     residuals: &R,
     parameters: [Parameter; N],
@@ -99,28 +91,32 @@ pub(super) fn minimise<R: Objective>(
     progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
 ) -> Result<Fit, ParameterError> {
     parameter::non_negative("tolerance", settings.tolerance)?;
-    let problem = Problem::new(residuals, parameters)?;
-    let start = &problem.start;
+    let problem = &Problem::new(residuals, parameters)?;
     // With the model's own error, if it refuses the start.
-    residuals.evaluate(&problem.values(start), &mut |_: f64| ())?;
-    let cost = problem.cost(start);
+    residuals.evaluate(&problem.values(&problem.start), &mut |_: f64| ())?;
+    let cost = problem.cost(&problem.start);
     parameter::check("sum of squares at the start", cost, cost.is_finite(), Rule::Finite)?;
-    let mut best = search(&problem, start.clone(), settings, 0, progress);
+    let mut search = |number, point| {
+        let (cost, outcome) = (problem.cost(&point), SearchOutcome::IterationLimit);
+        let mut search = Search { problem, settings, number, point, cost, outcome, iterations: 0 };
+        search.run(progress);
+        search
+    };
+    let mut best = search(0, problem.start.clone());
     let mut iterations = best.iterations;
     let mut draw = Draw(1);
     for number in 1..settings.starts {
         if best.outcome == SearchOutcome::Stopped {
             break;
         }
-        let places: Vec<f64> = (problem.parameters.iter().enumerate())
-            .map(|(i, parameter)| {
-                let (least, most) = (problem.least[i], problem.most[i]);
-                let span = parameter.typical.map_or(START_RANGE, |_| most - least);
-                let (low, high) = ((start[i] - span).max(least), (start[i] + span).min(most));
-                low + (high - low) * draw.next()
-            })
-            .collect();
-        let found = search(&problem, Point::from_vec(places), settings, number, progress);
+        let place = Point::from_fn(parameters.len(), |i, _| {
+            let (start, least, most) = (problem.start[i], problem.least[i], problem.most[i]);
+            let logarithmic = parameters.get(i).is_some_and(|p| p.typical.is_none());
+            let span = if logarithmic { START_RANGE } else { most - least };
+            let (low, high) = ((start - span).max(least), (start + span).min(most));
+            low + (high - low) * draw.next()
+        });
+        let found = search(number, place);
         iterations += found.iterations;
         let stopped = found.outcome == SearchOutcome::Stopped;
         if found.cost < best.cost {
@@ -130,44 +126,124 @@ pub(super) fn minimise<R: Objective>(
             best.outcome = SearchOutcome::Stopped;
         }
     }
-    Ok(assess(&problem, &best.point, best.outcome, iterations))
+    Ok(assess(problem, &best.point, best.outcome, iterations))
 }
 
-/// One search from one place, which goes on while a probe of one parameter finds a better one.
-fn search<R: Objective>(
-    problem: &Problem<'_, R>,
-    from: Point,
-    settings: &SearchSettings,
-    start: usize,
-    progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
-) -> Search {
-    let cost = problem.cost(&from);
-    let mut now =
-        Search { point: from, cost, outcome: SearchOutcome::IterationLimit, iterations: 0 };
-    for _ in 0..PROBES {
-        descend(problem, &mut now, settings, start, progress);
-        if now.outcome != SearchOutcome::Converged {
-            return now;
+/// A search from one place, and where it is.
+struct Search<'a, R> {
+    problem: &'a Problem<'a, R>,
+    settings: &'a SearchSettings,
+    number: usize,
+    point: Point,
+    cost: f64,
+    outcome: SearchOutcome,
+    iterations: usize,
+}
+
+impl<R: Objective> Search<'_, R> {
+    /// Goes on while a probe of one parameter finds a better place.
+    fn run(&mut self, progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>) {
+        for _ in 0..PROBES {
+            self.outcome = self.descend(progress);
+            if self.outcome != SearchOutcome::Converged {
+                return;
+            }
+            let Some((point, cost)) = self.probe() else { return };
+            (self.point, self.cost, self.outcome) = (point, cost, SearchOutcome::Stalled);
         }
-        let Some((point, cost)) = probe(problem, &now) else { return now };
-        now = Search { point, cost, outcome: SearchOutcome::Stalled, ..now };
     }
-    now
-}
 
-/// The best of the points that differ in one parameter, if the difference is noticeable.
-fn probe<R: Objective>(problem: &Problem<'_, R>, now: &Search) -> Option<(Point, f64)> {
-    let moved = |i: usize, change: f64| {
-        let size = problem.parameters.get(i)?.typical.map_or(1.0, |_| now.point[i].abs().max(1.0));
-        let point = problem.within(|j| now.point[j] + if i == j { change * size } else { 0.0 });
-        if point == now.point {
-            return None;
+    /// The best of the points that differ in one parameter, if the difference is noticeable.
+    fn probe(&self) -> Option<(Point, f64)> {
+        let Self { problem, point: now, .. } = self;
+        let moved = |i: usize, change: f64| {
+            let size = problem.parameters.get(i)?.typical.map_or(1.0, |_| now[i].abs().max(1.0));
+            let point = problem.within(|j| now[j] + if i == j { change * size } else { 0.0 });
+            if point == *now {
+                return None;
+            }
+            let cost = problem.cost(&point);
+            (cost < (1.0 - NOTICEABLE) * self.cost).then_some((point, cost))
+        };
+        let both = (0..now.len()).flat_map(|i| [moved(i, PROBE), moved(i, -PROBE)]);
+        both.flatten().min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The method of Levenberg and Marquardt from the present point.
+    fn descend(
+        &mut self,
+        progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
+    ) -> SearchOutcome {
+        let problem = self.problem;
+        let mut scale = Point::zeros(self.point.len());
+        let mut damping = Damping { value: 1e-3, growth: 2.0 };
+        let mut small_steps = 0;
+        loop {
+            if self.iterations == self.settings.iterations {
+                return SearchOutcome::IterationLimit;
+            }
+            self.iterations += 1;
+            let rows = problem.rows(&self.point);
+            if !rows.finite {
+                return SearchOutcome::NoDerivative;
+            }
+            let linear = rows.linear();
+            // Marquardt's scaling by the lengths of the columns, which never falls (Moré). A
+            // column of zeros gets a little.
+            let norms = linear.column_norms();
+            let floor = norms.max() * 1e-8 + f64::MIN_POSITIVE;
+            scale = scale.zip_map(&norms, |scale, norm| scale.max(norm).max(floor));
+            let before = self.cost;
+            let Some(accepted) = self.step(&linear, &scale, &mut damping) else {
+                return SearchOutcome::Converged;
+            };
+            if accepted {
+                let change = (before - self.cost) / before.max(f64::MIN_POSITIVE);
+                small_steps = if change < self.settings.tolerance { small_steps + 1 } else { 0 };
+            }
+            let rmse = (self.cost / linear.rows.max(1) as f64).sqrt();
+            let (start, iteration) = (self.number, self.iterations);
+            let values = &problem.values(&self.point);
+            if progress(&SearchProgress { start, iteration, rmse, values }).is_break() {
+                return SearchOutcome::Stopped;
+            }
+            // Twice in a row: one step that a bound has cut short does not end the search.
+            if !accepted || small_steps >= 2 || self.cost == 0.0 {
+                return SearchOutcome::Converged;
+            }
         }
-        let cost = problem.cost(&point);
-        (cost < (1.0 - NOTICEABLE) * now.cost).then_some((point, cost))
-    };
-    let both = (0..now.point.len()).flat_map(|i| [moved(i, PROBE), moved(i, -PROBE)]);
-    both.flatten().min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// Takes a step that lowers the sum of squares, and says whether there was one; nothing where
+    /// all that is left is rounding.
+    fn step(&mut self, linear: &Triangle, scale: &Point, damping: &mut Damping) -> Option<bool> {
+        let Self { problem, point, cost, .. } = self;
+        let descent = linear.gradient();
+        let free: Vec<bool> =
+            problem.resting(point, &descent).iter().map(Option::is_none).collect();
+        let longest = |i: usize| match problem.parameters.get(i) {
+            Some(Parameter { typical: None, .. }) => LONGEST_STEP,
+            _ => f64::INFINITY,
+        };
+        for _ in 0..TRIALS {
+            let step = linear.damped(&(scale * f64::sqrt(damping.value)), &free);
+            let trial = problem.within(|i| point[i] + step[i].clamp(-longest(i), longest(i)));
+            let taken = &trial - &*point;
+            if taken.amax() <= SMALLEST_STEP {
+                return None;
+            }
+            let reached = problem.cost(&trial);
+            if reached < *cost {
+                // What the linear model predicts for the step taken, whether it was cut or not.
+                let predicted = 2.0 * descent.dot(&taken) - linear.image_squared(&taken);
+                damping.fall((*cost - reached) / predicted.max(f64::MIN_POSITIVE));
+                (*point, *cost) = (trial, reached);
+                return Some(true);
+            }
+            damping.rise();
+        }
+        Some(false)
+    }
 }
 
 /// Marquardt's damping λ, and the factor of its next rise.
@@ -187,89 +263,6 @@ impl Damping {
         self.value *= f64::max(1.0 / 3.0, 1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3));
         (self.value, self.growth) = (self.value.max(1e-15), 2.0);
     }
-}
-
-/// The method of Levenberg and Marquardt from the present point.
-fn descend<R: Objective>(
-    problem: &Problem<'_, R>,
-    now: &mut Search,
-    settings: &SearchSettings,
-    start: usize,
-    progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
-) {
-    let Search { point, cost, outcome, iterations } = now;
-    let mut scale = Point::zeros(point.len());
-    let mut damping = Damping { value: 1e-3, growth: 2.0 };
-    let mut small_steps = 0;
-    *outcome = loop {
-        if *iterations == settings.iterations {
-            break SearchOutcome::IterationLimit;
-        }
-        *iterations += 1;
-        let rows = problem.rows(point);
-        if !rows.finite {
-            break SearchOutcome::NoDerivative;
-        }
-        let linear = rows.linear();
-        // Marquardt's scaling by the lengths of the columns, which never falls (Moré). A column of
-        // zeros gets a little.
-        let norms = linear.column_norms();
-        let floor = norms.max() * 1e-8 + f64::MIN_POSITIVE;
-        scale = scale.zip_map(&norms, |scale, norm| scale.max(norm).max(floor));
-        let before = *cost;
-        let Some(accepted) = step(problem, &linear, &scale, &mut damping, point, cost) else {
-            break SearchOutcome::Converged;
-        };
-        if accepted {
-            let change = (before - *cost) / before.max(f64::MIN_POSITIVE);
-            small_steps = if change < settings.tolerance { small_steps + 1 } else { 0 };
-        }
-        let rmse = (*cost / linear.rows.max(1) as f64).sqrt();
-        let values = &problem.values(point);
-        if progress(&SearchProgress { start, iteration: *iterations, rmse, values }).is_break() {
-            break SearchOutcome::Stopped;
-        }
-        // Twice in a row: one step that a bound has cut short does not end the search.
-        if !accepted || small_steps >= 2 || *cost == 0.0 {
-            break SearchOutcome::Converged;
-        }
-    };
-}
-
-/// Takes a step that lowers the sum of squares, and says whether there was one; nothing where all
-/// that is left is rounding.
-fn step<R: Objective>(
-    problem: &Problem<'_, R>,
-    linear: &Triangle,
-    scale: &Point,
-    damping: &mut Damping,
-    point: &mut Point,
-    cost: &mut f64,
-) -> Option<bool> {
-    let descent = linear.gradient();
-    let free: Vec<bool> = problem.resting(point, &descent).iter().map(Option::is_none).collect();
-    let longest = |i: usize| match problem.parameters.get(i) {
-        Some(Parameter { typical: None, .. }) => LONGEST_STEP,
-        _ => f64::INFINITY,
-    };
-    for _ in 0..TRIALS {
-        let step = linear.damped(&(scale * f64::sqrt(damping.value)), &free);
-        let trial = problem.within(|i| point[i] + step[i].clamp(-longest(i), longest(i)));
-        let taken = &trial - &*point;
-        if taken.amax() <= SMALLEST_STEP {
-            return None;
-        }
-        let reached = problem.cost(&trial);
-        if reached < *cost {
-            // What the linear model predicts for the step taken, whether it was cut or not.
-            let predicted = 2.0 * descent.dot(&taken) - linear.image_squared(&taken);
-            damping.fall((*cost - reached) / predicted.max(f64::MIN_POSITIVE));
-            (*point, *cost) = (trial, reached);
-            return Some(true);
-        }
-        damping.rise();
-    }
-    Some(false)
 }
 
 /// Uniform numbers in [0, 1) by Knuth's 64-bit linear congruential generator (MMIX), upper 53 bits.

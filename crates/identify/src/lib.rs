@@ -32,9 +32,9 @@
 //! to the predicted one. A parameter at a bound that the descent points beyond does not move.
 //!
 //! Before a search has converged, each parameter is changed by 5 % both ways. If that lowers C by
-//! more than a thousandth, the search goes on from there. It has [stalled](SearchOutcome::Stalled) where
-//! it could not follow such a change, or where the gradient of one parameter alone still promises
-//! a thousandth.
+//! more than a thousandth, the search goes on from there. It has
+//! [stalled](SearchOutcome::Stalled) where it could not follow such a change, or where the gradient
+//! of one parameter alone still promises a thousandth.
 //!
 //! # Standard errors
 //!
@@ -53,11 +53,11 @@
 //!
 //! Scale the columns of J to length one. A direction of parameters whose singular value is below √ε
 //! of the largest has no effect, and every parameter with a share of at least 3 % in it is
-//! [`Identifiability::Undetermined`]. A
-//! parameter whose standard error exceeds its value is [`Identifiability::Uncertain`].
+//! [`Identifiability::Undetermined`]. A parameter whose standard error exceeds its value is
+//! [`Identifiability::Uncertain`].
 //!
 //! Both refer to the minimum that was found: in a local minimum a parameter can be determined and
-//! wrong. MeasuredMotion to and fro at one speed, for instance, determines σ0 and one value of μ, but not
+//! wrong. Motion to and fro at one speed, for instance, determines σ0 and one value of μ, but not
 //! μ_s, v_S and σ2.
 //!
 //! # Limits

@@ -71,7 +71,8 @@ pub enum SearchOutcome {
     /// No step lowers the sum of squares, although its gradient says that one should, or changes of
     /// one parameter by 5 % keep lowering it: the best point found is no minimum.
     Stalled,
-    /// The limit of iterations was reached, [`SearchSettings::iterations`](super::SearchSettings::iterations).
+    /// The limit of iterations was reached:
+    /// [`SearchSettings::iterations`](super::SearchSettings::iterations).
     IterationLimit,
     /// The limit of runs with derivatives was reached, `gradient_runs` of
     /// [`mechanism::Settings`](super::mechanism::Settings::gradient_runs).

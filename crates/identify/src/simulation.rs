@@ -96,7 +96,8 @@ impl<C: Candidate<N>, const N: usize> Residuals<N> for Along<'_, C> {
 /// ```
 /// use bristle_identify as identify;
 /// use bristle_identify::{
-///     Candidate, FrBdFit, InitialGuess, Log, LogParameters, MeasuredMotion, SearchProgress, SearchSettings,
+///     Candidate, FrBdFit, InitialGuess, Log, LogParameters, MeasuredMotion, SearchProgress,
+///     SearchSettings,
 /// };
 /// use bristle::{Bristle, FrBd, paper};
 /// use bristle::curve::Stribeck;

@@ -116,56 +116,34 @@ impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
 /// Width of the first column, as in the audit of a contact.
 const NAME: usize = 19;
 
-/// Writes one row: name and finding.
-fn row(f: &mut fmt::Formatter<'_>, name: &str, finding: fmt::Arguments<'_>) -> fmt::Result {
-    writeln!(f, "{name:<NAME$} {finding}")
-}
-
 impl<T: Scalar> fmt::Display for GearAudit<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (velocity, torque) = (number(self.velocity), number(self.external_torque));
-        writeln!(
-            f,
-            "audit of a gear at {velocity:.5} rad/s and an external torque of {torque:.5} N m"
-        )?;
-        let (rest, motion) = (number(self.static_locking), number(self.locking));
-        let products = format_args!("μ_s k_e = {rest:.5}, μ k_e = {motion:.5}");
+        write!(f, "audit of a gear at {velocity:.5} rad/s ")?;
+        writeln!(f, "and an external torque of {torque:.5} N m")?;
+        write!(f, "{:<NAME$} ", "self-locking")?;
         match self.back_driving_torque {
-            Some(from) => row(
-                f,
-                "self-locking",
-                format_args!("no, moves by itself from {:.5} N m on; {products}", number(from)),
-            )?,
-            None if self.locking >= T::one() => {
-                row(f, "self-locking", format_args!("yes: {products}"))?;
-            }
-            None => row(f, "self-locking", format_args!("AT REST ONLY: {products}"))?,
+            Some(from) => write!(f, "no, moves by itself from {:.5} N m on; ", number(from))?,
+            None if self.locking >= T::one() => write!(f, "yes: ")?,
+            None => write!(f, "AT REST ONLY: ")?,
         }
-        let largest = number(self.largest_driving_efficiency);
-        match (self.driving_torque, self.driving_efficiency) {
-            (Some(torque), Some(efficiency)) => row(
+        let (rest, motion) = (number(self.static_locking), number(self.locking));
+        writeln!(f, "μ_s k_e = {rest:.5}, μ k_e = {motion:.5}")?;
+        let mut row = |name, torque, efficiency, verb, largest, none| {
+            write!(f, "{name:<NAME$} ")?;
+            let (Some(torque), Some(efficiency)) = (torque, efficiency) else {
+                return writeln!(f, "{none}");
+            };
+            let [torque, efficiency, largest] = [torque, efficiency, largest].map(number::<T>);
+            writeln!(
                 f,
-                "driving",
-                format_args!(
-                    "{:.5} N m; efficiency {:.5}, at large torques {largest:.5}",
-                    number(torque),
-                    number(efficiency)
-                ),
-            )?,
-            _ => row(f, "driving", format_args!("JAMS: μ k_m ≥ 1"))?,
-        }
-        let largest = number(self.largest_braking_efficiency);
-        match (self.braking_torque, self.braking_efficiency) {
-            (Some(torque), Some(efficiency)) => row(
-                f,
-                "being driven",
-                format_args!(
-                    "{:.5} N m brake it; efficiency {:.5}, at large torques {largest:.5}",
-                    number(torque),
-                    number(efficiency)
-                ),
-            ),
-            _ => row(f, "being driven", format_args!("friction holds this torque")),
-        }
+                "{torque:.5} N m{verb}; efficiency {efficiency:.5}, at large torques {largest:.5}"
+            )
+        };
+        let (torque, efficiency) = (self.driving_torque, self.driving_efficiency);
+        row("driving", torque, efficiency, "", self.largest_driving_efficiency, "JAMS: μ k_m ≥ 1")?;
+        let (torque, efficiency) = (self.braking_torque, self.braking_efficiency);
+        let (largest, none) = (self.largest_braking_efficiency, "friction holds this torque");
+        row("being driven", torque, efficiency, " brake it", largest, none)
     }
 }

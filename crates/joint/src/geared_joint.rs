@@ -50,22 +50,15 @@ use bristle::{Branch, Bristle, Scalar};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>, \
-                       M: Bristle<T> + serde::Deserialize<'de>, \
-                       L: LoadLaw<T> + serde::Deserialize<'de>, \
-                       A: serde::Deserialize<'de>, E: serde::Deserialize<'de>"))
-)]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "T: Scalar + serde::Serialize, \
-                     M: Bristle<T> + serde::Serialize, \
-                     L: LoadLaw<T> + serde::Serialize, \
-                     A: serde::Serialize, E: serde::Serialize"))
-)]
 pub struct GearedJointParameters<T, M, L, A, E = T> {
     /// Friction of the gear, with its load law and drag.
+    #[cfg_attr(
+        feature = "serde",
+        serde(bound(
+            serialize = "GearFriction<T, M, L>: serde::Serialize",
+            deserialize = "GearFriction<T, M, L>: serde::Deserialize<'de>"
+        ))
+    )]
     pub gear: GearFriction<T, M, L>,
     /// Moment of inertia J [kg m²] at the joint, positive.
     pub inertia: T,

@@ -24,6 +24,8 @@ use core::fmt::Debug;
 use bristle::Scalar;
 use bristle::parameter::{self, ParameterError};
 use bristle::signal::{AnySignal, Function, Polyline, Signal, Sine, Vertex};
+#[cfg(feature = "serde")]
+use serde::{Deserialize, Serialize};
 
 /// Time and motion of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,19 +146,15 @@ of_time!(impl<T: Scalar, F: Fn(T) -> (T, T) + Clone, const K: usize> JointInput<
 
 /// The torque of gravity on a link, −G sin(q − q0) [N m].
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + Deserialize<'de>")))]
 pub struct Gravity<T> {
     /// Torque G [N m] of the horizontal link: its mass times 9.81 m/s² times the distance of its
     /// centre of mass from the axis.
-    #[cfg_attr(
-        feature = "serde",
-        serde(deserialize_with = "crate::serialisation::horizontal_torque")
-    )]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::file::horizontal_torque"))]
     pub horizontal_torque: T,
     /// Angle q0 \[rad\] at which the link hangs.
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::serialisation::hanging_angle"))]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::file::hanging_angle"))]
     pub hanging_angle: T,
 }
 
@@ -171,26 +169,19 @@ impl<T: Scalar> JointInput<T> for Gravity<T> {
 
 /// A position controller: K_p (r(t) − q) − K_d v, a torque, a current or a voltage.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>, R: serde::Deserialize<'de>"))
+    serde(bound(deserialize = "T: Scalar + Deserialize<'de>, R: Deserialize<'de>"))
 )]
 pub struct PositionControl<T, R> {
     /// Reference r(t) \[rad\].
     pub reference: R,
     /// Gain K_p, in units of the output per rad.
-    #[cfg_attr(
-        feature = "serde",
-        serde(deserialize_with = "crate::serialisation::proportional_gain")
-    )]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::file::proportional_gain"))]
     pub proportional_gain: T,
     /// Gain K_d, in units of the output per rad/s.
-    #[cfg_attr(
-        feature = "serde",
-        serde(deserialize_with = "crate::serialisation::derivative_gain")
-    )]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::file::derivative_gain"))]
     pub derivative_gain: T,
 }
 
@@ -214,8 +205,7 @@ impl<T: Scalar, R: Signal<T>> JointInput<T> for PositionControl<T, R> {
 
 /// Parameters of [`CurrentMotor`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct CurrentMotorParameters<T, I> {
     /// Current i asked for \[A\].
     pub current: I,
@@ -264,8 +254,7 @@ impl<T: Scalar, I: JointInput<T>> JointInput<T> for CurrentMotor<T, I> {
 
 /// Parameters of [`VoltageMotor`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct VoltageMotorParameters<T, U> {
     /// Voltage u asked for \[V\].
     pub voltage: U,

@@ -9,11 +9,11 @@ extern crate alloc;
 extern crate std;
 
 mod audit;
+#[cfg(feature = "serde")]
+mod file;
 mod gear;
 mod geared_joint;
 mod input;
-#[cfg(feature = "serde")]
-mod serialisation;
 
 pub use audit::GearAudit;
 pub use gear::{

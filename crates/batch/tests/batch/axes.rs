@@ -11,6 +11,7 @@ use bristle_batch::{
 };
 use bristle_plane::{Axis, PlaneBristle, PlaneContact, PlaneFrBd};
 use nalgebra::SVector;
+use proptest::array::uniform;
 use proptest::prelude::*;
 
 use crate::f;
@@ -43,39 +44,31 @@ struct Grain<const N: usize> {
 fn case<const N: usize>() -> impl Strategy<Value = Case<N>> {
     let zero_or = |most: f64| prop_oneof![1 => Just(0.0), 4 => decades(1e-3 * most, most)];
     let axis = (decades(0.1, 10.0), decades(1e2, 1e5), zero_or(1e3));
-    let numbers = move || prop::collection::vec(velocity(), N);
-    let grain = (
-        numbers(),
-        numbers(),
-        prop::collection::vec(-3.0..3.0, N),
-        prop::collection::vec(zero_or(1e3), 4),
-    );
+    let grain =
+        (uniform(velocity()), uniform(velocity()), uniform(-3.0..3.0), uniform(zero_or(1e3)))
+            .prop_map(|(predicted, mean, deflection, loads)| Grain {
+                predicted,
+                mean,
+                deflection,
+                loads,
+            });
     (
         (decades(0.1, 2.0), 1.0..2.0, decades(1e-3, 1.0), prop_oneof![Just(1.0), Just(2.0)]),
         zero_or(1.0),
-        prop::collection::vec(axis, N),
+        uniform::<_, N>(axis),
         prop::collection::vec(grain, 1..40),
         zero_or(10.0),
         any::<bool>(),
     )
         .prop_map(
-            |((dynamic, rise, stribeck, exponent), viscous, axes, grains, duration, alike)| {
-                let [one, ..] = axes[..] else { panic!("N is positive") };
+            |((dynamic, rise, stribeck, exponent), viscous, axes, bristles, duration, alike)| {
                 Case {
                     curve: [dynamic, dynamic * rise, stribeck, exponent, viscous],
-                    axes: from_fn(|i| {
-                        let (ratio, stiffness, damping) = if alike { one } else { axes[i] };
-                        [if alike { 1.0 } else { ratio }, stiffness, damping]
+                    axes: axes.map(|(ratio, stiffness, damping)| match (alike, axes[0]) {
+                        (true, (_, stiffness, damping)) => [1.0, stiffness, damping],
+                        _ => [ratio, stiffness, damping],
                     }),
-                    bristles: grains
-                        .into_iter()
-                        .map(|(predicted, mean, deflection, loads)| Grain {
-                            predicted: from_fn(|i| predicted[i]),
-                            mean: from_fn(|i| mean[i]),
-                            deflection: from_fn(|i| deflection[i]),
-                            loads: from_fn(|i| loads[i]),
-                        })
-                        .collect(),
+                    bristles,
                     duration,
                 }
             },

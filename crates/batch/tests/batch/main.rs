@@ -34,23 +34,20 @@ struct Run<T> {
 }
 
 impl<T: Real> Run<T> {
+    fn columns(&mut self) -> [&mut Vec<T>; 10] {
+        let Self { predicted, mean, load, before, share, bias, damping, after, .. } = self;
+        let (held, held_force) = (&mut self.held, &mut self.held_force);
+        [predicted, mean, load, before, share, bias, damping, after, held, held_force]
+    }
+
     /// Velocities around the Stribeck velocity of 0.01 m/s and far from it, deflections within and
     /// beyond their limit of 1.5e-4 m.
     fn random(length: usize) -> Self {
         let mut draw = Draw(9429);
-        let zeros = || vec![T::zero(); length];
-        let mut run = Self {
-            predicted: zeros(),
-            mean: zeros(),
-            load: zeros(),
-            before: zeros(),
-            share: zeros(),
-            bias: zeros(),
-            damping: zeros(),
-            after: zeros(),
-            held: zeros(),
-            held_force: zeros(),
-        };
+        let zeros = [(); 10].map(|()| vec![T::zero(); length]);
+        let [predicted, mean, load, before, share, bias, damping, after, held, held_force] = zeros;
+        let mut run =
+            Self { predicted, mean, load, before, share, bias, damping, after, held, held_force };
         for i in 0..length {
             let mut velocity = || lit(draw.sign() * draw.logarithmic(1e-6, 10.0));
             (run.predicted[i], run.mean[i]) = (velocity(), velocity());
@@ -62,19 +59,11 @@ impl<T: Real> Run<T> {
 
     /// A part of the bristles.
     fn part(&self, from: usize, to: usize) -> Self {
-        let cut = |column: &[T]| column[from..to].to_vec();
-        Self {
-            predicted: cut(&self.predicted),
-            mean: cut(&self.mean),
-            load: cut(&self.load),
-            before: cut(&self.before),
-            share: cut(&self.share),
-            bias: cut(&self.bias),
-            damping: cut(&self.damping),
-            after: cut(&self.after),
-            held: cut(&self.held),
-            held_force: cut(&self.held_force),
+        let mut part = self.clone();
+        for column in part.columns() {
+            *column = column[from..to].to_vec();
         }
+        part
     }
 
     /// Both kinds of step: what the beginning and the end of the passive one report, and the exact
@@ -126,9 +115,28 @@ fn stribeck<T: Scalar>(exponent: f64) -> Stribeck<T> {
     .unwrap()
 }
 
+fn spring<T: Scalar>(stiffness: f64, damping: f64) -> KelvinVoigt<T> {
+    let (micro_stiffness, micro_damping) = (lit(stiffness), lit(damping));
+    KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness, micro_damping }).unwrap()
+}
+
 fn kelvin_voigt<T: Scalar>() -> KelvinVoigt<T> {
-    KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: lit(1e4), micro_damping: lit(64.5) })
-        .unwrap()
+    spring(1e4, 64.5)
+}
+
+/// The parameters of [`friction`], in the order of [`Columns`].
+const PARAMETERS: [f64; 6] = [1.5, 1.0, 0.01, 0.04, 1e4, 64.5];
+
+fn columns<'a, T, C: AsRef<[T]>>(of: &'a [C; 6]) -> Columns<'a, T> {
+    let [static_, dynamic, velocity, viscous, stiffness, damping] = of.each_ref().map(C::as_ref);
+    Columns {
+        static_coefficients: static_,
+        dynamic_coefficients: dynamic,
+        stribeck_velocities: velocity,
+        viscous_frictions: viscous,
+        micro_stiffnesses: stiffness,
+        micro_dampings: damping,
+    }
 }
 
 fn friction<T: Scalar>() -> FrBd<Stribeck<T>, KelvinVoigt<T>> {
@@ -153,11 +161,7 @@ fn every_model<T: Real>(task: &impl Task<T>) {
         viscous_friction: lit(0.2),
     })
     .unwrap();
-    let spring = KelvinVoigt::new(KelvinVoigtParameters {
-        micro_stiffness: lit(3e3),
-        micro_damping: lit(0.0),
-    })
-    .unwrap();
+    let spring = spring(3e3, 0.0);
     let dahl = DahlParameters { dynamic_coefficient: lit(0.5), micro_stiffness: lit(1e4) };
     task.does(friction());
     task.does(FrBd::new(stribeck(1.0), kelvin_voigt()));
@@ -174,91 +178,112 @@ fn f<T: Scalar>(value: T) -> f64 {
 
 const DURATIONS: [f64; 6] = [0.0, 1e-6, 1e-3, 0.02, 1.0, 1e3];
 
-struct Midpoint;
+struct Steps;
 
-impl<T: Real> Task<T> for Midpoint {
+impl<T: Real> Task<T> for Steps {
     fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy>(&self, model: M) {
         let batch = Batch::of(&model).unwrap();
-        // Some ten roundings, of which the commit's 1 − c doubles one.
-        let rounding = 16.0 * f(T::default_epsilon());
-        let mut run = Run::random(150);
+        let mut run = Run::random(300);
         for h in DURATIONS {
             for outcome in run.step(&batch, lit(h)) {
                 assert!(outcome.is_finite(), "{model:?} {outcome}");
             }
             for i in 0..run.mean.len() {
-                // The implicit midpoint rule, as the module writes it, in f64 of the model's own
-                // numbers.
-                let a = model.affine(run.predicted[i].into(), run.before[i]);
-                let (rate, drive) = (f(a.relaxation), f(a.drive));
-                let (load, before, v) = (f(run.load[i]), f(run.before[i]), f(run.mean[i]));
-                let slack = 1.0 / (1.0 + 0.5 * rate * h);
-                let bias = load * f(a.stiffness) * slack * before;
-                let own = f(a.stiffness) * slack * 0.5 * h * drive;
-                let damping = load * (own + f(a.damping));
-                let mean = slack * (before + 0.5 * h * drive * v);
-                let after = before + 2.0 * (mean - before);
-                // What is subtracted, in size.
-                let size = slack * h * (drive * v.abs() + rate * before.abs()) + before.abs();
-                // (μ_s + σ2|v̄|)/σ0, the second from what the model allows at very high speeds.
-                let limit = |speed: f64| f(model.limits(lit(speed)).deflection.unwrap());
-                let rise = (limit(2e6) - limit(1e6)) / 1e6;
-                let most = (limit(0.0) + rise * v.abs()).max(before.abs());
-                let after = after.clamp(-most, most);
-                let what = |name: &str| format!("{name} of {model:?}, bristle {i}, h = {h}");
-                assert_within(rounding, bias.abs(), f(run.bias[i]), bias, || what("bias"));
-                assert_within(rounding, damping, f(run.damping[i]), damping, || what("damping"));
-                assert_within(rounding, size, f(run.after[i]), after, || what("deflection"));
+                let near = |ulps: f64, size: f64, got: T, want: f64, name: &str| {
+                    let what = || format!("{name} of {model:?}, bristle {i}, h = {h}");
+                    assert_within(ulps * f(T::default_epsilon()), size, f(got), want, what);
+                };
+                // Some ten roundings, of which the commit's 1 − c doubles one.
+                is_the_midpoint_rule(&model, &run, i, h, |size, got, want, name| {
+                    near(16.0, size, got, want, name);
+                });
+                // Below x = ½ the scalar step takes a series, above it loses less than two digits of
+                // φ2; and both exponents carry a few roundings of x, at most 1/e of which reach e⁻ˣ.
+                is_that_of_one_bristle(&model, &run, i, h, |size, got, want, name| {
+                    near(24.0, size, got, want, name);
+                });
+                gives_no_energy(&model, &run, i, h);
             }
         }
     }
 }
 
-#[test]
-fn a_passive_step_is_the_midpoint_rule_with_the_models_coefficients() {
-    every_model::<f64>(&Midpoint);
-    every_model::<f32>(&Midpoint);
+/// The implicit midpoint rule, as the crate writes it, in f64 of the model's own numbers.
+fn is_the_midpoint_rule<T: Real>(
+    model: &impl Bristle<T, Deflection = T>,
+    run: &Run<T>,
+    i: usize,
+    h: f64,
+    near: impl Fn(f64, T, f64, &str),
+) {
+    let a = model.affine(run.predicted[i].into(), run.before[i]);
+    let (rate, drive) = (f(a.relaxation), f(a.drive));
+    let (load, before, v) = (f(run.load[i]), f(run.before[i]), f(run.mean[i]));
+    let slack = 1.0 / (1.0 + 0.5 * rate * h);
+    let bias = load * f(a.stiffness) * slack * before;
+    let own = f(a.stiffness) * slack * 0.5 * h * drive;
+    let damping = load * (own + f(a.damping));
+    let mean = slack * (before + 0.5 * h * drive * v);
+    let after = before + 2.0 * (mean - before);
+    // What is subtracted, in size.
+    let size = slack * h * (drive * v.abs() + rate * before.abs()) + before.abs();
+    // (μ_s + σ2|v̄|)/σ0, the second from what the model allows at very high speeds.
+    let limit = |speed: f64| f(model.limits(lit(speed)).deflection.unwrap());
+    let rise = (limit(2e6) - limit(1e6)) / 1e6;
+    let most = (limit(0.0) + rise * v.abs()).max(before.abs());
+    near(bias.abs(), run.bias[i], bias, "bias");
+    near(damping, run.damping[i], damping, "damping");
+    near(size, run.after[i], after.clamp(-most, most), "deflection");
 }
 
-struct Exact;
+/// The exact step of a contact.
+fn is_that_of_one_bristle<T: Real>(
+    model: &impl Bristle<T, Deflection = T>,
+    run: &Run<T>,
+    i: usize,
+    h: f64,
+    near: impl Fn(f64, T, f64, &str),
+) {
+    let contact = model.clone().under_load(run.load[i]).unwrap();
+    let (v, before) = (run.predicted[i], run.before[i]);
+    let want = contact.hold(v, before, lit(h));
+    // The two terms of each sum, in size: what came and what was there.
+    let a = model.affine(v.into(), before);
+    let x = (f(a.relaxation) * h).min(1.0);
+    let size = f(before).abs() + x * f(contact.stationary(v)).abs();
+    let force = f(run.load[i]) * (f(a.stiffness) * size + f(a.damping) * f(v).abs());
+    near(size, run.held[i], f(want.deflection), "held deflection");
+    near(force, run.held_force[i], f(want.mean_force), "held force");
+}
 
-impl<T: Real> Task<T> for Exact {
-    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy>(&self, model: M) {
-        let batch = Batch::of(&model).unwrap();
-        // Below x = ½ the scalar step takes a series, above it loses less than two digits of φ2;
-        // and both exponents carry a few roundings of x, at most 1/e of which reach e⁻ˣ.
-        let rounding = 24.0 * f(T::default_epsilon());
-        let mut run = Run::random(150);
-        for h in DURATIONS {
-            for outcome in run.step(&batch, lit(h)) {
-                assert!(outcome.is_finite(), "{model:?} {outcome}");
-            }
-            for i in 0..run.mean.len() {
-                let contact = model.under_load(run.load[i]).unwrap();
-                let (v, before) = (run.predicted[i], run.before[i]);
-                let want = contact.hold(v, before, lit(h));
-                // The two terms of each sum, in size: what came and what was there.
-                let steady = f(contact.stationary(v)).abs();
-                let x = (f(model.affine(v.into(), before).relaxation) * h).min(1.0);
-                let size = f(before).abs() + x * steady;
-                let a = model.affine(v.into(), before);
-                let force = f(run.load[i]) * (f(a.stiffness) * size + f(a.damping) * f(v).abs());
-                let what = |name: &str| format!("{name} of {model:?}, bristle {i}, h = {h}");
-                assert_within(rounding, size, f(run.held[i]), f(want.deflection), || {
-                    what("deflection")
-                });
-                assert_within(rounding, force, f(run.held_force[i]), f(want.mean_force), || {
-                    what("force")
-                });
-            }
-        }
+/// No step gives energy that was not stored.
+fn gives_no_energy<T: Real, M: Bristle<T, Deflection = T>>(
+    model: &M,
+    run: &Run<T>,
+    i: usize,
+    h: f64,
+) {
+    let half = 0.5 * f(run.load[i]) * f(model.storage_stiffness());
+    let stored = |z: T| half * f(z) * f(z);
+    let before = stored(run.before[i]);
+    // Any mean velocity, whatever was predicted; and a held one.
+    let (v, bias, damping) = (f(run.mean[i]), f(run.bias[i]), f(run.damping[i]));
+    let size = h * v.abs() * (bias.abs() + damping * v.abs());
+    let held = h * f(run.predicted[i]) * f(run.held_force[i]);
+    for (work, size, after) in [
+        (h * v * (bias + damping * v), size, stored(run.after[i])),
+        (held, held.abs(), stored(run.held[i])),
+    ] {
+        let (gain, terms) = (after - before, size + after + before);
+        let rounding = 32.0 * f(T::default_epsilon()) * terms;
+        assert!(work - gain >= -rounding, "{model:?}, bristle {i}, h = {h}: {work} {gain}");
     }
 }
 
 #[test]
-fn an_exact_step_is_that_of_one_bristle() {
-    every_model::<f64>(&Exact);
-    every_model::<f32>(&Exact);
+fn a_passive_step_is_the_midpoint_rule_an_exact_one_that_of_one_bristle_and_none_gives_energy() {
+    every_model::<f64>(&Steps);
+    every_model::<f32>(&Steps);
 }
 
 struct Reloads;
@@ -338,49 +363,6 @@ fn a_passive_step_approaches_the_companion_with_the_cube_of_its_length() {
     assert!(ratio > 7.6 && ratio < 8.4, "{ratio}");
 }
 
-struct Energy;
-
-impl<T: Real> Task<T> for Energy {
-    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy>(&self, model: M) {
-        let batch = Batch::of(&model).unwrap();
-        let stiffness = f(model.storage_stiffness());
-        let rounding = 32.0 * f(T::default_epsilon());
-        let mut run = Run::random(300);
-        for h in DURATIONS {
-            let _ = run.step(&batch, lit(h));
-            for i in 0..run.mean.len() {
-                let load = f(run.load[i]);
-                let stored = |z: T| 0.5 * load * stiffness * f(z) * f(z);
-                let gain = stored(run.after[i]) - stored(run.before[i]);
-                // Any mean velocity, whatever was predicted.
-                let v = f(run.mean[i]);
-                let work = h * v * (f(run.bias[i]) + f(run.damping[i]) * v);
-                let terms = h * v.abs() * (f(run.bias[i]).abs() + f(run.damping[i]) * v.abs())
-                    + stored(run.after[i])
-                    + stored(run.before[i]);
-                assert!(
-                    work - gain >= -rounding * terms,
-                    "{model:?}, bristle {i}, h = {h}: {work} {gain}"
-                );
-                // A held velocity.
-                let gain = stored(run.held[i]) - stored(run.before[i]);
-                let work = h * f(run.predicted[i]) * f(run.held_force[i]);
-                let terms = work.abs() + stored(run.held[i]) + stored(run.before[i]);
-                assert!(
-                    work - gain >= -rounding * terms,
-                    "{model:?}, bristle {i}, h = {h}: {work} {gain}"
-                );
-            }
-        }
-    }
-}
-
-#[test]
-fn no_step_gives_energy_that_was_not_stored() {
-    every_model::<f64>(&Energy);
-    every_model::<f32>(&Energy);
-}
-
 fn same_bits_in_batches_of_every_size<T: Real>() {
     let batch = Batch::of(&friction::<T>()).unwrap();
     let h = lit(2e-3);
@@ -414,21 +396,8 @@ fn a_bristle_gets_the_same_bits_in_a_batch_of_any_size_and_at_any_place() {
 
 fn own_parameters_give_the_same_bits<T: Real>() {
     let shared = Batch::of(&friction::<T>()).unwrap();
-    let column = |value: f64| vec![lit::<T>(value); 67];
-    let (static_, dynamic, velocity) = (column(1.5), column(1.0), column(0.01));
-    let (viscous, stiffness, damping) = (column(0.04), column(1e4), column(64.5));
-    let each = Batch::of_each(
-        Fall::Gaussian,
-        Columns {
-            static_coefficients: &static_,
-            dynamic_coefficients: &dynamic,
-            stribeck_velocities: &velocity,
-            viscous_frictions: &viscous,
-            micro_stiffnesses: &stiffness,
-            micro_dampings: &damping,
-        },
-    )
-    .unwrap();
+    let values = PARAMETERS.map(|value| [lit::<T>(value); 67]);
+    let each = Batch::of_each(Fall::Gaussian, columns(&values)).unwrap();
     let mut one = Run::<T>::random(67);
     let mut other = one.clone();
     let _ = (one.step(&shared, lit(1e-3)), other.step(&each, lit(1e-3)));
@@ -446,32 +415,22 @@ fn every_bristle_obeys_its_own_parameters() {
     let mut draw = Draw(7);
     let mut column =
         |from: f64, to: f64| (0..70).map(|_| draw.logarithmic(from, to)).collect::<Vec<_>>();
-    let (static_, dynamic, velocity) = (column(1.0, 3.0), column(0.1, 1.0), column(1e-3, 1.0));
-    let (viscous, stiffness, damping) = (column(1e-3, 1.0), column(1e2, 1e5), column(1e-2, 1e2));
+    let ranges = [(1.0, 3.0), (0.1, 1.0), (1e-3, 1.0), (1e-3, 1.0), (1e2, 1e5), (1e-2, 1e2)];
+    let values = ranges.map(|(from, to)| column(from, to));
     for (fall, exponent) in [(Fall::Gaussian, 2.0), (Fall::Exponential, 1.0)] {
-        let columns = Columns {
-            static_coefficients: &static_,
-            dynamic_coefficients: &dynamic,
-            stribeck_velocities: &velocity,
-            viscous_frictions: &viscous,
-            micro_stiffnesses: &stiffness,
-            micro_dampings: &damping,
-        };
         let mut run = Run::<f64>::random(70);
-        let _ = run.step(&Batch::of_each(fall, columns).unwrap(), 1e-3);
+        let _ = run.step(&Batch::of_each(fall, columns(&values)).unwrap(), 1e-3);
         for i in 0..70 {
+            let [static_, dynamic, velocity, viscous, stiffness, damping] =
+                values.each_ref().map(|column| column[i]);
             let curve = Stribeck::new(StribeckParameters {
-                static_coefficient: static_[i],
-                dynamic_coefficient: dynamic[i],
-                stribeck_velocity: velocity[i],
+                static_coefficient: static_,
+                dynamic_coefficient: dynamic,
+                stribeck_velocity: velocity,
                 stribeck_exponent: exponent,
-                viscous_friction: viscous[i],
+                viscous_friction: viscous,
             });
-            let bristle = KelvinVoigt::new(KelvinVoigtParameters {
-                micro_stiffness: stiffness[i],
-                micro_damping: damping[i],
-            });
-            let model = FrBd::new(curve.unwrap(), bristle.unwrap());
+            let model = FrBd::new(curve.unwrap(), spring(stiffness, damping));
             let mut alone = run.part(i, i + 1);
             let _ = alone.step(&Batch::of(&model).unwrap(), 1e-3);
             assert_eq!(run.bits(i), alone.bits(0), "bristle {i}");
@@ -492,11 +451,8 @@ fn the_deflection_is_cut_to_its_limit_only_when_the_velocity_was_mispredicted() 
 
 #[test]
 fn a_step_of_no_length_changes_no_deflection() {
-    let spring =
-        KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 1e4, micro_damping: 0.0 })
-            .unwrap();
     // Without damping κ = σ1 + h σ0/2 is zero too.
-    let batch = Batch::of(&FrBd::new(stribeck(2.0), spring)).unwrap();
+    let batch = Batch::of(&FrBd::new(stribeck(2.0), spring(1e4, 0.0))).unwrap();
     let mut run = Run::<f64>::random(40);
     assert!(run.step(&batch, 0.0).iter().all(Outcome::is_finite));
     assert_eq!((&run.before, &run.before), (&run.after, &run.held));
@@ -622,22 +578,13 @@ fn parameters_out_of_range_are_refused_by_name_and_index() {
         "micro_stiffnesses",
         "micro_dampings",
     ];
-    let of = |columns: &[Vec<f64>; 6]| {
-        let [static_, dynamic, velocity, viscous, stiffness, damping] = columns;
-        let columns = Columns {
-            static_coefficients: static_,
-            dynamic_coefficients: dynamic,
-            stribeck_velocities: velocity,
-            viscous_frictions: viscous,
-            micro_stiffnesses: stiffness,
-            micro_dampings: damping,
-        };
+    let of = |values: &[Vec<f64>; 6]| {
         let mut out = [[0.0; 3]; 2];
         let [deflections, mean_forces] = &mut out;
         let held = StepInput { velocities: &[0.1; 3], normal_forces: &[1.0; 3], deflections };
-        Batch::of_each(Fall::Rational, columns)?.hold(held, 1e-3, mean_forces)
+        Batch::of_each(Fall::Rational, columns(values))?.hold(held, 1e-3, mean_forces)
     };
-    let columns = [1.5, 1.0, 0.01, 0.04, 1e4, 64.5].map(|value| vec![value; 3]);
+    let columns = PARAMETERS.map(|value| vec![value; 3]);
     assert!(of(&columns).unwrap().is_finite());
     for (k, name) in names.into_iter().enumerate() {
         for value in [f64::NAN, -1.0, f64::INFINITY] {

@@ -12,7 +12,7 @@ use nalgebra::SVector;
 use crate::judge::{ALL, Tally};
 use bristle_specimens::draw::{Draw, Shape, Wave};
 
-type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
+pub(crate) type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
 
 /// The paper's stick-slip rig, its tyre and its valve.
 pub(crate) fn sets() -> [Lumped; 3] {

@@ -1,19 +1,27 @@
 //! Masses under friction.
 
-use bristle::curve::Stribeck;
 use bristle::ode::{Output, Rodas5P, Solver, Tolerances};
-use bristle::rheology::KelvinVoigt;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::Signal;
-use bristle::{Bristle, FrBd, Mechanism};
+use bristle::{Bristle, Contact, Mechanism};
 use bristle_fidelity::*;
 use nalgebra::Vector3;
 
 use crate::judge::{ALL, Tally, distance};
-use crate::known_velocity::sets;
+use crate::known_velocity::{Lumped, sets};
 use bristle_specimens::draw::Draw;
 
-type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
+/// A mass [kg] on a spring [N/m] and a damper [N s/m], with the velocity of the spring's far end.
+pub(crate) fn rig<M: Bristle<f64, Deflection = f64>, F: Signal<f64>>(
+    contact: Contact<f64, M>,
+    [mass, spring_stiffness, viscous_damping]: [f64; 3],
+    drive_velocity: f64,
+    force: F,
+) -> MassSpringDamper<f64, M, F> {
+    let mechanism = Mechanism { mass, spring_stiffness, viscous_damping };
+    let parameters = MassSpringDamperParameters { contact, mechanism, drive_velocity, force };
+    MassSpringDamper::new(parameters).unwrap()
+}
 
 /// The answers by Rodas5P with steps no longer than an interval, at a relative tolerance, which
 /// shares no method with passive steps, and under declared forces.
@@ -32,15 +40,10 @@ fn truth<F: Signal<f64>>(
     // Breakaway multiplies the errors of steps.
     let of_step = 0.05 * relative;
     let tolerances = Tolerances::new(Vector3::repeat(of_step), scales * of_step);
-    let drive_velocity = system.spring_force(1.0, &Vector3::zeros())
-        / system.mechanism().spring_stiffness.max(f64::MIN_POSITIVE);
-    let system = MassSpringDamper::new(MassSpringDamperParameters {
-        contact,
-        mechanism: system.mechanism(),
-        drive_velocity,
-        force: declared,
-    })
-    .unwrap();
+    let parameters = system.parameters();
+    let Mechanism { mass, spring_stiffness, viscous_damping } = parameters.mechanism;
+    let mechanism = [mass, spring_stiffness, viscous_damping];
+    let system = rig(contact, mechanism, parameters.drive_velocity, declared);
     let solver = Solver::adaptive_per_step(Rodas5P, tolerances.unwrap());
     let solver = solver.with_largest_step(interval / 8.0).unwrap();
     let times: Vec<f64> = (1..=count).map(|answer| interval * answer as f64).collect();
@@ -100,13 +103,7 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
             continue;
         }
         index += 1;
-        let system = MassSpringDamper::new(MassSpringDamperParameters {
-            contact,
-            mechanism: Mechanism { mass, spring_stiffness, viscous_damping },
-            drive_velocity,
-            force,
-        })
-        .unwrap();
+        let system = rig(contact, [mass, spring_stiffness, viscous_damping], drive_velocity, force);
         let answers = Answers { interval, count: answers };
         let found = truth(&system, answers, quantity, 1e-11, declared.clone());
         let largest = found.iter().fold(0.0_f64, |most, answer| most.max(answer.abs()));

@@ -3,25 +3,24 @@
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::signal::{Signal, Sine, SineParameters};
-use bristle::{FrBd, paper};
+use bristle::{FrBd, ParameterError, paper};
 use bristle_fidelity::*;
 use bristle_rolling::*;
 
 use crate::judge::{ALL, Tally};
+use crate::known_velocity::Lumped;
 use bristle_specimens::draw::{Draw, Shape, Wave};
-
-type Model = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
 
 /// What a scene is made of.
 struct Parameters<const N: usize> {
-    patch: Patch<f64, Model, PolynomialExponential<f64, N>>,
+    patch: Patch<f64, Lumped, PolynomialExponential<f64, N>>,
     motion: Motion<Wave, Sine<f64>>,
     answers: Answers<f64>,
     steady: bool,
 }
 
 /// The paper's tyre, a rubber with damping, the paper's stick-slip rig.
-fn model(set: usize) -> Model {
+fn model(set: usize) -> Lumped {
     let rubber = StribeckParameters {
         static_coefficient: 1.3,
         dynamic_coefficient: 0.9,
@@ -39,9 +38,20 @@ fn model(set: usize) -> Model {
 }
 
 /// A patch of 1 kN.
-pub(crate) fn patch<P: Pressure<f64>>(set: usize, pressure: P) -> Patch<f64, Model, P> {
+pub(crate) fn patch<P: Pressure<f64>>(set: usize, pressure: P) -> Patch<f64, Lumped, P> {
     let parameters = PatchParameters { model: model(set), length: paper::TYRE_LENGTH, pressure };
     Patch::new(parameters).unwrap().carrying(1000.0).unwrap()
+}
+
+/// The paper's tyre under a parabolic pressure along a motion.
+pub(crate) fn rolling<S: Signal<f64>, W: Signal<f64>>(
+    slip_velocity: S,
+    rolling_speed: W,
+    interval: f64,
+    count: usize,
+) -> Result<PatchScene<f64, Lumped, 3, S, W>, ParameterError> {
+    let patch = patch(0, PolynomialExponential::parabolic());
+    PatchScene::new(patch, Motion { slip_velocity, rolling_speed }, Answers { interval, count })
 }
 
 /// The force at a time, from nothing but the model's coefficients: every bristle followed back to

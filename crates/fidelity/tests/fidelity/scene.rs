@@ -2,18 +2,15 @@
 
 use bristle::curve::{Coulomb, CoulombParameters, FrictionCurve, Stribeck};
 use bristle::rheology::KelvinVoigt;
-use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::{Function, Signal, Sine, SineParameters};
-use bristle::{Bristle, FrBd, Mechanism, ParameterError, Rule, Units, paper};
+use bristle::{Bristle, FrBd, ParameterError, Rule, Units, paper};
 use bristle_fidelity::*;
-use bristle_rolling::{Motion, PolynomialExponential};
 use nalgebra::Vector3;
 
-use crate::known_velocity::sets;
-use crate::patch::patch;
+use crate::known_velocity::{Lumped, sets};
+use crate::mechanism::rig;
+use crate::patch::rolling;
 use bristle_specimens::specimens::table_2;
-
-type Lumped = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
 
 fn sine(mean: f64, amplitude: f64, frequency: f64) -> Sine<f64> {
     Sine::new(SineParameters { mean, amplitude, frequency, phase: 0.0 }).unwrap()
@@ -41,11 +38,8 @@ fn pulled(
     drive_velocity: f64,
     (interval, answers): (f64, usize),
 ) -> MechanismScene<f64, Lumped, f64> {
-    let mechanism = Mechanism { mass, spring_stiffness, viscous_damping: 0.0 };
     let contact = sets()[0].under_load(1.0).unwrap();
-    let force = 0.0;
-    let system = MassSpringDamperParameters { contact, mechanism, drive_velocity, force };
-    let system = MassSpringDamper::new(system).unwrap();
+    let system = rig(contact, [mass, spring_stiffness, 0.0], drive_velocity, 0.0);
     let answers = Answers { interval, count: answers };
     MechanismScene::new(system, Vector3::zeros(), answers, Quantity::Position).unwrap()
 }
@@ -78,12 +72,9 @@ fn the_report_lists_every_level_with_what_its_plan_costs_when_it_runs() {
 fn variation<C: FrictionCurve<f64>>(curve: C, velocity: f64) -> f64 {
     let contact = FrBd::new(curve, KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap());
     let contact = contact.under_load(1.0).unwrap();
-    let mechanism = Mechanism { mass: 1.0, spring_stiffness: 2.0, viscous_damping: 0.0 };
     let force = contact.stationary_force(velocity);
-    let system =
-        MassSpringDamperParameters { contact, mechanism, drive_velocity: velocity, force: 0.0 };
     let scene = MechanismScene::new(
-        MassSpringDamper::new(system).unwrap(),
+        rig(contact, [1.0, 2.0, 0.0], velocity, 0.0),
         Vector3::new(-force / 2.0, velocity, force / paper::STICK_SLIP_BRISTLE.micro_stiffness),
         Answers { interval: 0.01, count: 20 },
         Quantity::Force,
@@ -156,10 +147,7 @@ fn senseless_input_is_refused_by_name() {
     assert_eq!((error.name, error.component), ("velocity", Some(6)));
     for speed in [-1.0, f64::NAN] {
         let speed = Function::new(move |_: f64| (speed, 0.0), []);
-        let motion = Motion { slip_velocity: steady, rolling_speed: speed };
-        let patch = patch(0, PolynomialExponential::parabolic());
-        let scene = PatchScene::new(patch, motion, Answers { interval: 0.1, count: 10 });
-        assert_eq!(name(scene.map(|_| ())), "rolling_speed");
+        assert_eq!(name(rolling(steady, speed, 0.1, 10).map(|_| ())), "rolling_speed");
     }
     for (error, budget) in [(0.0, 1.0), (f64::NAN, 1.0), (1.0, -1.0), (1.0, f64::NAN)] {
         let tolerance = Tolerance { budget, ..Tolerance::at_every_answer(error) };
@@ -222,20 +210,10 @@ fn an_input_that_is_not_a_number_between_answers_stops_the_search_at_once() {
     let tolerance = Tolerance::at_every_answer(1e-3);
     let torn = Function::new(torn, []);
     refused(choose(&dragged(torn, 0.01, 100).unwrap(), tolerance).unwrap_err(), "velocity");
-    let motion = Motion { slip_velocity: torn, rolling_speed: 1.0 };
-    let answers = Answers { interval: 0.01, count: 100 };
-    let patch = patch(0, PolynomialExponential::parabolic());
-    let scene = PatchScene::new(patch, motion, answers).unwrap();
+    let scene = rolling(torn, 1.0, 0.01, 100).unwrap();
     refused(choose(&scene, tolerance).unwrap_err(), "slip_velocity");
-    let contact = sets()[0].under_load(1.0).unwrap();
-    let mechanism = Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 };
-    let system = MassSpringDamper::new(MassSpringDamperParameters {
-        contact,
-        mechanism,
-        drive_velocity: 0.0,
-        force: torn,
-    });
-    let system = system.unwrap();
+    let answers = Answers { interval: 0.01, count: 100 };
+    let system = rig(sets()[0].under_load(1.0).unwrap(), [1.0, 0.0, 0.0], 0.0, torn);
     let scene = MechanismScene::new(system, system.at_rest(), answers, Quantity::Position).unwrap();
     refused(choose(&scene, tolerance).unwrap_err(), "force");
 }
@@ -274,11 +252,8 @@ fn single_precision_gets_the_same_choice() {
 #[test]
 #[ignore = "measures; in release"]
 fn how_long_a_search_over_ten_thousand_answers_takes() {
-    let rolling =
-        Motion { slip_velocity: sine(0.2, 0.2, 10.0), rolling_speed: sine(16.0, 2.0, 0.5) };
-    let answers = Answers { interval: 1e-3, count: 10_000 };
-    let patch = PatchScene::new(patch(0, PolynomialExponential::parabolic()), rolling, answers);
-    let patch = patch.unwrap().starting_steadily();
+    let patch = rolling(sine(0.2, 0.2, 10.0), sine(16.0, 2.0, 0.5), 1e-3, 10_000).unwrap();
+    let patch = patch.starting_steadily();
     let scenes: [(&str, &dyn Scene, f64); 3] = [
         ("known velocity", &dragged(sine(0.0055, 0.005, 25.0), 4e-4, 10_000).unwrap(), 0.015),
         ("patch", &patch, 10.0),

@@ -1,15 +1,15 @@
 //! The search over scripted scenes, and what the levels of the three scenes promise.
 
 use bristle::curve::{Stribeck, StribeckParameters};
-use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::Function;
-use bristle::{Bristle, FrBd, Mechanism, paper};
+use bristle::{Bristle, FrBd, paper};
 use bristle_fidelity::*;
 use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
 use nalgebra::Vector3;
 
 use crate::known_velocity::sets;
-use crate::patch::patch;
+use crate::mechanism::rig;
+use crate::patch::{patch, rolling};
 
 const CHEAP: Level = Level { model: "cheap", method: Some("steps") };
 const DEAR: Level = Level { model: "dear", method: Some("steps") };
@@ -137,14 +137,8 @@ fn a_step_of_dahl_across_a_reversal_is_exact() {
 fn a_step_of_the_relaxation_length_is_exact_along_a_slow_ramp_of_slip() {
     let slip = Function::new(|time: f64| (1e-7 * time, 1e-7), []);
     let speed = Function::new(|_: f64| (2.0, 0.0), []);
-    let motion = Motion { slip_velocity: slip, rolling_speed: speed };
-    let scene = |steps| {
-        let patch = patch(0, PolynomialExponential::parabolic());
-        let answers = Answers { interval: 0.02, count: 40 };
-        let scene = PatchScene::new(patch, motion, answers).unwrap();
-        scene.run(Level::RELAXATION_LENGTH, steps).unwrap()
-    };
-    let [one, many] = [1, 256].map(scene);
+    let scene = rolling(slip, speed, 0.02, 40).unwrap();
+    let [one, many] = [1, 256].map(|n| scene.run(Level::RELAXATION_LENGTH, n).unwrap());
     let largest = many.answers.iter().fold(0.0_f64, |most, force| most.max(force.abs()));
     assert!(off(&one, &many) < 1e-4 * largest, "{one:?} {many:?}");
 }
@@ -154,10 +148,8 @@ fn a_step_of_the_relaxation_length_is_exact_along_a_slow_ramp_of_slip() {
 #[test]
 fn the_relaxation_length_in_adhesion_is_the_ratio_of_two_moments_of_the_pressure() {
     for length in [1e-2, 10.0] {
-        let (model, pressure) = (
-            *patch(0, PolynomialExponential::parabolic()).model(),
-            PolynomialExponential::parabolic(),
-        );
+        let pressure = PolynomialExponential::parabolic();
+        let model = *patch(0, pressure).model();
         let patch = Patch::new(PatchParameters { model, length, pressure }).unwrap();
         let slip_velocity = Function::new(|_: f64| (0.0, 0.0), []);
         let motion = Motion { slip_velocity, rolling_speed: 2.0 };
@@ -179,11 +171,8 @@ fn a_patch_whose_answers_are_far_apart_forgets_nothing_that_is_in_it() {
     let fast = |time: f64| (if time.fract() > 0.999 || time == 0.0 { 40.0 } else { 0.02 }, 0.0);
     let even = |_: f64| (5.0, 0.0);
     for speed in [fast as fn(f64) -> (f64, f64), even] {
-        let motion = Motion { slip_velocity: slip, rolling_speed: Function::new(speed, []) };
         let forces = |interval: f64, count, steps| {
-            let patch = patch(0, PolynomialExponential::parabolic());
-            let answers = Answers { interval, count };
-            let scene = PatchScene::new(patch, motion, answers).unwrap();
+            let scene = rolling(slip, Function::new(speed, []), interval, count).unwrap();
             scene.run(Level::PATCH, steps).unwrap().answers
         };
         // Up to just before the whole second, where the speed is the fast one.
@@ -206,15 +195,10 @@ fn a_mass_under_the_static_curve_does_not_slide_on_past_rest() {
     let curve =
         Stribeck::new(StribeckParameters { viscous_friction: 100.0, ..paper::STICK_SLIP_CURVE });
     let friction = FrBd::new(curve.unwrap(), *sets()[0].rheology());
-    let system = MassSpringDamper::new(MassSpringDamperParameters {
-        contact: friction.under_load(1.0).unwrap(),
-        mechanism: Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 },
-        drive_velocity: 0.0,
-        force: 0.0,
-    });
+    let system = rig(friction.under_load(1.0).unwrap(), [1.0, 0.0, 0.0], 0.0, 0.0);
     let start = Vector3::new(0.0, 1.0, 0.0);
     let answers = Answers { interval: 0.1, count: 20 };
-    let scene = MechanismScene::new(system.unwrap(), start, answers, Quantity::Velocity).unwrap();
+    let scene = MechanismScene::new(system, start, answers, Quantity::Velocity).unwrap();
     for steps in [1, 2, 4, 64] {
         let run = scene.run(Level::TRUE_REST, steps).unwrap();
         assert!(run.answers.iter().all(|&velocity| (0.0..1.0).contains(&velocity)), "{run:?}");
@@ -230,10 +214,7 @@ fn a_mass_under_the_static_curve_stops_by_static_friction_and_slides_on_under_th
     let (step, static_friction) = (0.1, contact.stationary_force(1e-9));
     for (share, stops) in [(0.99, true), (1.01, false)] {
         let velocity = share * static_friction * step;
-        let mechanism = Mechanism { mass: 1.0, spring_stiffness: 0.0, viscous_damping: 0.0 };
-        let (drive_velocity, force) = (0.0, 0.0);
-        let parameters = MassSpringDamperParameters { contact, mechanism, drive_velocity, force };
-        let system = MassSpringDamper::new(parameters).unwrap();
+        let system = rig(contact, [1.0, 0.0, 0.0], 0.0, 0.0);
         let start = Vector3::new(0.0, velocity, 0.0);
         let answers = Answers { interval: step, count: 1 };
         let scene = MechanismScene::new(system, start, answers, Quantity::Velocity).unwrap();

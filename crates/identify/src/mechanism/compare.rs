@@ -48,8 +48,8 @@ pub struct Comparison {
 ///
 /// # Errors
 ///
-/// Refuses no candidate and no logs held out. Of candidates that [`fit_joint`](super::fit_joint) all refuses,
-/// the first reason.
+/// Refuses no candidate and no logs held out. If [`fit_joint`](super::fit_joint) refuses all
+/// candidates, the first reason.
 pub fn compare(
     joint: &Joint,
     candidates: &[Friction],

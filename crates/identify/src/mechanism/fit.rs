@@ -146,26 +146,24 @@ pub(super) fn fit_candidate(
     let model = Model { joint: joint.clone(), friction: *friction, table, fastest, step };
     let duration = fitted.iter().map(|log| span(&log.time)).fold(0.0, f64::max);
     let mut stages = Stages {
-        model: &model,
-        logs: &logs,
+        errors: Errors::new(&model, &logs, Criterion::Inverse),
         settings,
         duration,
         range: guess.range,
         parameters: model.table.parameters.clone(),
         runs: 0,
-        horizon: 0.0,
         shortened: None,
         progress,
     };
     let mut fit = stages.all(simpler)?;
-    let Stages { runs, horizon, shortened, .. } = stages;
+    let (runs, horizon) = (stages.runs, stages.horizon());
+    fit.remarks.extend(stages.shortened);
     if fit.outcome == SearchOutcome::IterationLimit {
         fit.outcome = SearchOutcome::RunLimit;
     }
     for (estimate, &log) in fit.estimates.iter_mut().zip(&model.table.logs) {
         estimate.log = log;
     }
-    fit.remarks.extend(shortened);
     let mut result = JointFit::new(model, fit, [horizon, REPORTED * duration], runs);
     result.score(&logs, held_out)?;
     judge(&mut result, &logs);
@@ -174,8 +172,8 @@ pub(super) fn fit_candidate(
 
 /// The stages of a fit, and how far they are.
 struct Stages<'a> {
-    model: &'a Model,
-    logs: &'a [SmoothedLog<'a>],
+    /// The residuals of this stage.
+    errors: Errors<'a>,
     settings: &'a Settings,
     /// Length of the longest log \[s\].
     duration: f64,
@@ -185,77 +183,78 @@ struct Stages<'a> {
     parameters: Vec<Parameter>,
     /// Runs with derivatives so far.
     runs: usize,
-    /// Length of the segments now \[s\].
-    horizon: f64,
     shortened: Option<Remark>,
     progress: &'a mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 }
 
-impl<'a> Stages<'a> {
+impl Stages<'_> {
     /// The inverse criterion, then segments of growing length.
     fn all(&mut self, simpler: Option<&JointFit>) -> Result<Fit, ParameterError> {
         let horizons = match self.settings.horizons.as_slice() {
             [] => vec![self.duration / 30.0, self.duration / 6.0, f64::INFINITY],
             given => given.to_vec(),
         };
-        let errors = Errors::new(self.model, self.logs, Criterion::Inverse);
         let coarse = 100.0 * self.settings.tolerance;
-        let mut found = self.minimise(&errors, self.left().min(INVERSE_RUNS), coarse)?;
+        let mut found = self.minimise(self.left().min(INVERSE_RUNS), coarse)?;
         for (stage, &asked) in horizons.iter().enumerate() {
             if found.outcome == SearchOutcome::Stopped {
                 break;
             }
             let last = stage + 1 == horizons.len();
-            let mut errors = self.segments(asked, last, simpler)?;
+            self.segments(asked, last, simpler)?;
             let iterations = self.left() / (horizons.len() - stage);
             if iterations == 0 {
                 found.outcome = SearchOutcome::RunLimit;
                 break;
             }
             let tolerance = if last { self.settings.tolerance } else { coarse };
-            found = self.minimise(&errors, iterations, tolerance)?;
+            found = self.minimise(iterations, tolerance)?;
             let rounds = if last && self.settings.loss != Loss::Squares { ROUNDS } else { 0 };
             for _ in 0..rounds {
                 if self.left() == 0 || found.outcome == SearchOutcome::Stopped {
                     break;
                 }
-                errors.weights.clear();
-                errors.weights = self.settings.loss.weights(&errors, &found.values());
-                found = self.minimise(&errors, self.left(), tolerance)?;
+                self.errors.weights.clear();
+                self.errors.weights = self.settings.loss.weights(&self.errors, &found.values());
+                found = self.minimise(self.left(), tolerance)?;
             }
         }
         Ok(found)
     }
 
-    /// The residuals over segments of a length, or of one that can be borne, from the best start.
+    /// Goes on with segments of a length, or of one that can be borne, from the best start.
     fn segments(
         &mut self,
         asked: f64,
         last: bool,
         simpler: Option<&JointFit>,
-    ) -> Result<Errors<'a>, ParameterError> {
+    ) -> Result<(), ParameterError> {
         let length = if asked >= self.duration { f64::INFINITY } else { asked };
-        let mut errors = Errors::new(self.model, self.logs, Criterion::Segments(length));
         let most = self.settings.largest_sensitivity * self.range;
-        errors.largest_gradient = RARE * most;
+        self.errors.criterion = Criterion::Segments(length);
+        self.errors.largest_gradient = RARE * most;
         if let Some(simpler) = simpler {
-            start_from(&errors, &mut self.parameters, simpler);
+            start_from(&self.errors, &mut self.parameters, simpler);
         }
-        try_starts(&errors, &mut self.parameters);
-        self.horizon = length;
+        try_starts(&self.errors, &mut self.parameters);
         for _ in 0..HALVINGS {
             self.runs += 1;
-            if is_bearable(&errors, &self.parameters, most)? {
+            if is_bearable(&self.errors, &self.parameters, most)? {
                 break;
             }
-            self.horizon = 0.5 * self.horizon.min(self.duration);
-            errors.criterion = Criterion::Segments(self.horizon);
+            let half = 0.5 * self.horizon().min(self.duration);
+            self.errors.criterion = Criterion::Segments(half);
         }
-        if last && self.horizon < length {
-            let (asked, fitted) = (length.min(self.duration), self.horizon);
-            self.shortened = Some(Remark::Shortened { asked, fitted });
+        let fitted = self.horizon();
+        if last && fitted < length {
+            self.shortened = Some(Remark::Shortened { asked: length.min(self.duration), fitted });
         }
-        Ok(errors)
+        Ok(())
+    }
+
+    /// Length of the segments \[s\]; zero for the inverse criterion.
+    fn horizon(&self) -> f64 {
+        if let Criterion::Segments(length) = self.errors.criterion { length } else { 0.0 }
     }
 
     /// Runs that are left, but for the one with which every search ends: for the standard errors.
@@ -264,20 +263,15 @@ impl<'a> Stages<'a> {
     }
 
     /// A search from the parameters of the last one.
-    fn minimise(
-        &mut self,
-        errors: &Errors<'_>,
-        iterations: usize,
-        tolerance: f64,
-    ) -> Result<Fit, ParameterError> {
-        let (before, horizon) = (self.runs, self.horizon);
+    fn minimise(&mut self, iterations: usize, tolerance: f64) -> Result<Fit, ParameterError> {
+        let (before, horizon) = (self.runs, self.horizon());
         let mut watch = |now: &SearchProgress<'_>| {
             let &SearchProgress { iteration, rmse, values, .. } = now;
             let gradient_runs = before + iteration;
             (self.progress)(&Progress { candidate: 0, horizon, gradient_runs, rmse, values })
         };
         let settings = SearchSettings { iterations, tolerance, starts: 1 };
-        let fit = minimise(errors, &self.parameters, &settings, &mut watch)?;
+        let fit = minimise(&self.errors, &self.parameters, &settings, &mut watch)?;
         begin_at(&mut self.parameters, &fit.values());
         self.runs += fit.iterations + 1;
         Ok(fit)

@@ -159,25 +159,21 @@ impl Friction {
         all
     }
 
-    /// The friction with these parameters, for speeds up to the fastest.
+    /// The friction with the values of these names, for speeds up to the fastest.
     pub(super) fn gear<T: Scalar>(
         &self,
-        values: &[T],
-        drag: T,
+        value: impl Fn(&str) -> Option<T>,
         fastest: f64,
     ) -> Result<GearParameters<T>, ParameterError> {
-        let mut values = values.iter().copied();
-        let mut next = || values.next().unwrap_or_else(nan);
         let (zero, one) = (T::zero(), T::one());
-        let idle_load = next();
-        let [motor_share, external_share] =
-            if self.loaded { [next(), next()] } else { [zero, zero] };
-        let [excess, stribeck_velocity] =
-            if self.stribeck { [next(), next()] } else { [zero, one] };
-        let backward = if self.directional { next() } else { one };
-        let micro_stiffness = next();
-        let micro_damping = if self.kind == Kind::Dahl { zero } else { next() };
-
+        let or = |name, other| value(name).unwrap_or(other);
+        let [idle_load, drag, micro_stiffness] =
+            ["coulomb_torque", "drag", "micro_stiffness"].map(|name| or(name, nan()));
+        let motor_share = or("motor_load_factor", zero);
+        let external_share = or("external_load_factor", zero);
+        let (excess, stribeck_velocity) =
+            (or("breakaway_excess", zero), or("stribeck_velocity", one));
+        let (backward, micro_damping) = (or("backward_ratio", one), or("micro_damping", zero));
         let curve = |size: T| -> Result<AnyCurve<T>, ParameterError> {
             let viscous_friction = zero;
             Ok(if self.stribeck {

@@ -2,7 +2,6 @@
 //! known, searched, or of each log.
 
 use core::fmt;
-use core::ops::Range;
 use std::sync::Arc;
 
 use super::friction::Friction;
@@ -59,9 +58,14 @@ impl Term {
         Self::Own(OwnTerm { name, unit, torque: Arc::new(torque) })
     }
 
-    /// Number of parameters.
-    pub(super) fn count(&self) -> usize {
-        if matches!(self, Self::Gravity) { 2 } else { 1 }
+    /// The names of its parameters.
+    pub(super) fn names(&self) -> &[&'static str] {
+        match self {
+            Self::Constant => &["offset_torque"],
+            Self::Spring => &["spring_rate"],
+            Self::Gravity => &["gravity_torque", "hanging_angle"],
+            Self::Own(own) => core::slice::from_ref(&own.name),
+        }
     }
 
     /// The torque of the parameters at a position and a velocity, and its derivatives with respect
@@ -124,8 +128,8 @@ const TAKES: &str = "a joint takes inertia and drag; \
 /// What is said of a parameter beforehand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Said {
-    Known(f64),
     Start(f64),
+    /// Start and bounds; the same number three times if it is known.
     Between([f64; 3]),
     OfEachLog,
 }
@@ -135,11 +139,6 @@ impl Said {
     fn apply(self, parameter: &mut Parameter) -> Result<(), ParameterError> {
         let name = parameter.name;
         match self {
-            Self::Known(value) => {
-                parameter::finite(name, value)?;
-                (parameter.start, parameter.least, parameter.most) = (value, value, value);
-                parameter.typical = Some(if value == 0.0 { 1.0 } else { value.abs() });
-            }
             Self::Start(value) => {
                 parameter::finite(name, value)?;
                 parameter.start = value;
@@ -152,6 +151,10 @@ impl Said {
             }
             Self::Between([start, least, most]) => {
                 (parameter.start, parameter.least, parameter.most) = (start, least, most);
+                if least == most {
+                    parameter::finite(name, start)?;
+                    parameter.typical = Some(if start == 0.0 { 1.0 } else { start.abs() });
+                }
             }
             Self::OfEachLog => {}
         }
@@ -204,7 +207,7 @@ impl Joint {
     /// With a parameter that is known: it is not searched.
     #[must_use]
     pub fn known(self, name: &'static str, value: f64) -> Self {
-        self.say(name, Said::Known(value))
+        self.between(name, value, value, value)
     }
 
     /// With a parameter whose search starts from a value. `torque_constant` and `resistance` need
@@ -228,13 +231,12 @@ impl Joint {
 
     /// A value given for a parameter, and whether it is known.
     pub(super) fn given(&self, name: &str) -> Option<(f64, bool)> {
-        let said = self.said.iter().rev().filter(|(of, _)| *of == name);
-        said.filter_map(|(_, said)| match *said {
-            Said::Known(value) => Some((value, true)),
-            Said::Start(value) | Said::Between([value, ..]) => Some((value, false)),
+        let mut said = self.said.iter().rev().filter(|(of, _)| *of == name);
+        said.find_map(|(_, said)| match *said {
+            Said::Start(value) => Some((value, false)),
+            Said::Between([value, least, most]) => Some((value, least == most)),
             Said::OfEachLog => None,
         })
-        .next()
     }
 
     /// The parameters of joint and friction in their order, for so many logs.
@@ -258,14 +260,12 @@ impl Joint {
         let viscous = guess.torque / guess.speed;
         let bounds = 0.0..=10.0 * viscous;
         base.push(Parameter::scaled("drag", "N m s/rad", guess.drag, bounds, 0.1 * viscous));
-        let first = base.len();
         let mut found = guess.terms.as_slice();
         for term in &self.terms {
-            let (ours, others) = found.split_at_checked(term.count()).unwrap_or_default();
+            let (ours, others) = found.split_at_checked(term.names().len()).unwrap_or_default();
             base.extend(term.parameters(guess, ours));
             found = others;
         }
-        let terms = first..base.len();
         base.extend(friction.parameters(guess));
         let mut each = vec![false; base.len()];
         for &(name, said) in &self.said {
@@ -280,7 +280,14 @@ impl Joint {
                 None => return Err(parameter::chosen(name, TAKES)),
             }
         }
-        Ok(Table::new(&base, &each, logs, terms))
+        let mut table = Table { parameters: Vec::new(), logs: Vec::new() };
+        for (parameter, each) in base.into_iter().zip(each) {
+            for log in 0..if each { logs } else { 1 } {
+                table.parameters.push(parameter);
+                table.logs.push(each.then_some(log));
+            }
+        }
+        Ok(table)
     }
 }
 
@@ -290,73 +297,27 @@ pub(super) struct Table {
     pub(super) parameters: Vec<Parameter>,
     /// Number of its log.
     pub(super) logs: Vec<Option<usize>>,
-    /// For each parameter of a log, its place; of those of each log, that of the first.
-    places: Vec<(usize, bool)>,
-    /// Number of logs.
-    count: usize,
-    /// The parameters of the terms among those of a log. Those of the friction follow.
-    terms: Range<usize>,
 }
 
 impl Table {
-    fn new(base: &[Parameter], each: &[bool], count: usize, terms: Range<usize>) -> Self {
-        let (mut parameters, mut logs, mut places) = (Vec::new(), Vec::new(), Vec::new());
-        for (&parameter, &each) in base.iter().zip(each) {
-            places.push((parameters.len(), each));
-            for log in 0..if each { count } else { 1 } {
-                parameters.push(parameter);
-                logs.push(each.then_some(log));
-            }
-        }
-        Self { parameters, logs, places, count, terms }
-    }
-
-    /// The values of a log. Of parameters that each log has for itself a log beyond those fitted
-    /// takes the mean.
-    pub(super) fn of_log<T: Scalar>(&self, values: &[T], log: usize) -> LogValues<'_, T> {
-        let one = |&(place, each): &(usize, bool)| {
-            let ours = if each { values.get(place..place + self.count) } else { None };
-            match ours {
-                Some(ours) => ours.get(log).copied().unwrap_or_else(|| {
-                    let sum = ours.iter().fold(T::zero(), |sum, &value| sum + value);
-                    sum / lit(self.count as f64)
-                }),
-                None => values.get(place).copied().unwrap_or_else(nan),
-            }
-        };
-        LogValues { table: self, values: self.places.iter().map(one).collect() }
+    /// The value of a parameter for a log. Of parameters that each log has for itself a log beyond
+    /// those fitted takes the mean.
+    pub(super) fn value<T: Scalar>(&self, values: &[T], log: usize, name: &str) -> Option<T> {
+        let all = self.parameters.iter().zip(&self.logs).zip(values);
+        let ours = all.filter(|((parameter, _), _)| parameter.name == name);
+        let mut ours = ours.map(|((_, of), &value)| (*of, value));
+        let one = ours.clone().find(|(of, _)| of.is_none_or(|of| of == log));
+        one.map(|(_, value)| value).or_else(|| {
+            let (_, first) = ours.next()?;
+            let (sum, count) =
+                ours.fold((first, 1.0), |(sum, count), (_, value)| (sum + value, count + 1.0));
+            Some(sum / lit(count))
+        })
     }
 
     /// Number of parameters that are searched.
     pub(super) fn searched(&self) -> usize {
         self.parameters.iter().filter(|parameter| parameter.least < parameter.most).count()
-    }
-}
-
-/// The values of the parameters of a log.
-pub(super) struct LogValues<'a, T> {
-    table: &'a Table,
-    values: Vec<T>,
-}
-
-impl<T: Scalar> LogValues<'_, T> {
-    /// The value of a parameter by its name.
-    pub(super) fn get(&self, name: &str) -> Option<T> {
-        let mut names =
-            self.table.places.iter().map(|&(place, _)| {
-                self.table.parameters.get(place).map(|parameter| parameter.name)
-            });
-        self.values.get(names.position(|of| of == Some(name))?).copied()
-    }
-
-    /// Those of the terms.
-    pub(super) fn of_terms(&self) -> &[T] {
-        self.values.get(self.table.terms.clone()).unwrap_or_default()
-    }
-
-    /// Those of the friction.
-    pub(super) fn of_friction(&self) -> &[T] {
-        self.values.get(self.table.terms.end..).unwrap_or_default()
     }
 }
 

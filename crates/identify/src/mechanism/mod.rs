@@ -86,8 +86,8 @@
 //! # Names of the parameters
 //!
 //! With μ_d = 1 the friction model is a curve without a unit, and torques and factors of the load
-//! are what the teeth take. A [gear](GearFriction) with a μ_d of its own, as that of its datasheet,
-//! has the products:
+//! are what the teeth take. A [gear](bristle_joint::GearFriction) with a μ_d of its own, as that of
+//! its datasheet, has the products:
 //!
 //! | name | in [`bristle_joint`] | found with |
 //! |---|---|---|
@@ -124,8 +124,10 @@
 //! model does not explain the log: a wrong sign, a missing torque, degrees. A remark names the log,
 //! the worst first, and no parameter is determined then.
 //!
-//! Simulations take passive steps of at most 1 ms, see [`GearFriction::joint_step`]; dual numbers through them give exact sensitivities. Standard errors, and what the data do not
-//! determine, are those of [`identify`](crate).
+//! Simulations take passive steps of at most 1 ms, see
+//! [`GearFriction::joint_step`](bristle_joint::GearFriction::joint_step). Dual numbers through them
+//! give exact sensitivities. Standard errors, and what the data do not determine, are those of
+//! [`identify`](crate).
 //!
 //! # What which log tells
 //!
@@ -144,9 +146,6 @@
 //! A simulation starts with the smoothed position and velocity of its first row; they are not
 //! searched. Begin and end logs at rest, or leave out rows by [`DriveLog::between`]. Voltage and
 //! current are taken without limits of their own, and inductance is left out.
-
-#[cfg(doc)]
-use bristle_joint::GearFriction;
 
 mod compare;
 mod criteria;

@@ -4,7 +4,7 @@
 //! The step is [`GearFriction::joint_step`].
 
 use super::friction::Gear;
-use super::joint::Model;
+use super::joint::{Model, Term};
 use super::log::{DriveLog, Source};
 use super::smooth::{Smoothed, SmoothedLog};
 use crate::residuals::within;
@@ -43,20 +43,19 @@ impl<'a, T: Scalar> Plant<'a, T> {
         number: usize,
         values: &[T],
     ) -> Result<Self, ParameterError> {
-        let values = model.table.of_log(values, number);
-        let [inertia, drag] = ["inertia", "drag"].map(|name| values.get(name).unwrap_or_else(nan));
-        let constant = values.get("torque_constant").unwrap_or_else(T::one);
-        let gear = model.friction.gear(values.of_friction(), drag, model.fastest)?;
+        let value = |name: &str| model.table.value(values, number, name);
+        let constant = value("torque_constant").unwrap_or_else(T::one);
+        let names = model.joint.terms.iter().flat_map(Term::names);
         Ok(Self {
             model,
             log,
             rows,
-            inertia: inertia + lit(log.load.inertia),
+            inertia: value("inertia").unwrap_or_else(nan) + lit(log.load.inertia),
             constant,
-            gain: values.get("resistance").map_or(constant, |resistance| constant / resistance),
-            exponent: values.get("duty_exponent"),
-            terms: values.of_terms().to_vec(),
-            gear: GearFriction::new(gear)?,
+            gain: value("resistance").map_or(constant, |resistance| constant / resistance),
+            exponent: value("duty_exponent"),
+            terms: names.map(|name| value(name).unwrap_or_else(nan)).collect(),
+            gear: GearFriction::new(model.friction.gear(value, model.fastest)?)?,
         })
     }
 
@@ -89,20 +88,16 @@ impl<'a, T: Scalar> Plant<'a, T> {
             lit::<T>(if log.held { here } else { here + share * (next - here) })
         };
         let drive = between(&log.drive);
-        match &log.source {
-            Source::Torque => [drive, zero, zero],
-            Source::Current => [self.constant * drive, zero, zero],
-            Source::Voltage => self.electric(drive, zero, v),
-            Source::Duty { gain, supply } => {
-                let (supply, gain) = (between(supply), lit::<T>(*gain));
-                let duty = gain * (drive - x);
-                if duty.abs() < T::one() {
-                    let (share, slope) = self.effective(duty);
-                    self.electric(supply * share, -supply * gain * slope, v)
-                } else {
-                    self.electric(supply * duty.signum(), zero, v)
-                }
-            }
+        let Source::Duty { gain, supply } = &log.source else {
+            return self.driven(drive, zero, v);
+        };
+        let (supply, gain) = (between(supply), lit::<T>(*gain));
+        let duty = gain * (drive - x);
+        if duty.abs() < T::one() {
+            let (share, slope) = self.effective(duty);
+            self.driven(supply * share, -supply * gain * slope, v)
+        } else {
+            self.driven(supply * duty.signum(), zero, v)
         }
     }
 
@@ -110,20 +105,16 @@ impl<'a, T: Scalar> Plant<'a, T> {
     /// load and unload the gear in every step, and each rise makes the bristle forget.
     #[inline]
     fn loading(&self, row: usize, share: f64, motor: T, v: T) -> T {
+        let is_duty = matches!(self.log.source, Source::Duty { .. });
         let enabled = self.log.enabled.get(row).copied().unwrap_or(false);
         let (Some(here), Some(next)) = (self.rows.get(row), self.rows.get(row + 1)) else {
             return motor;
         };
-        if self.log.held || !enabled {
+        if self.log.held || !enabled || is_duty {
             return motor;
         }
         let effort = lit(here.effort + share * (next.effort - here.effort));
-        match self.log.source {
-            Source::Torque => effort,
-            Source::Current => self.constant * effort,
-            Source::Voltage => self.electric(effort, T::zero(), v)[0],
-            Source::Duty { .. } => motor,
-        }
+        self.driven(effort, T::zero(), v)[0]
     }
 
     /// sgn(d) |d|^γ of the duty d, and its slope; rounded off at a thousandth.
@@ -137,11 +128,19 @@ impl<'a, T: Scalar> Plant<'a, T> {
         (duty * factor, factor * (T::one() + less * square / size))
     }
 
-    /// Torque of a voltage that may depend on the position.
+    /// Torque of the motor by its own torque, a current, or a voltage that may depend on the
+    /// position.
     #[inline]
-    fn electric(&self, voltage: T, by_position: T, v: T) -> Torque<T> {
-        let emf = self.constant;
-        [self.gain * (voltage - emf * v), self.gain * by_position, -self.gain * emf]
+    fn driven(&self, effort: T, by_position: T, v: T) -> Torque<T> {
+        let zero = T::zero();
+        match self.log.source {
+            Source::Torque => [effort, zero, zero],
+            Source::Current => [self.constant * effort, zero, zero],
+            Source::Voltage | Source::Duty { .. } => {
+                let emf = self.constant;
+                [self.gain * (effort - emf * v), self.gain * by_position, -self.gain * emf]
+            }
+        }
     }
 
     /// Torque of all terms and a measured one.
@@ -150,7 +149,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
         let zero = T::zero();
         let (mut sum, mut rest) = ([lit(measured), zero, zero], self.terms.as_slice());
         for term in &self.model.joint.terms {
-            let (ours, others) = rest.split_at_checked(term.count()).unwrap_or_default();
+            let (ours, others) = rest.split_at_checked(term.names().len()).unwrap_or_default();
             let torque = term.torque(ours, self.log.load.gravity_torque, x, v);
             for (sum, part) in sum.iter_mut().zip(torque) {
                 *sum += part;

@@ -94,9 +94,7 @@ impl JointFit {
 
     /// The value of a parameter by its name; of those that each log has for itself, the mean.
     pub fn value(&self, name: &str) -> Option<f64> {
-        let ours = || self.fit.estimates.iter().filter(|e| e.parameter.name == name);
-        let count = ours().count();
-        (count > 0).then(|| ours().map(|estimate| estimate.value).sum::<f64>() / count as f64)
+        self.model.table.value(&self.fit.values(), usize::MAX, name)
     }
 
     /// Number of parameters that were searched.
@@ -144,13 +142,14 @@ impl JointFit {
     /// Errors by all three criteria, on all logs and log by log.
     fn scores(&self, logs: &[SmoothedLog<'_>]) -> Result<(Scores, Vec<Scores>), ParameterError> {
         self.check(logs)?;
-        let (inverse, inverses) = self.by_log(logs, Criterion::Inverse);
-        let (segments, in_segments) = self.by_log(logs, Criterion::Segments(self.segment));
-        let (simulated, whole) = self.by_log(logs, Criterion::Segments(f64::INFINITY));
-        let rows = inverses.into_iter().zip(in_segments).zip(whole);
-        let each =
-            rows.map(|((inverse, segments), simulated)| Scores { inverse, segments, simulated });
-        Ok((Scores { inverse, segments, simulated }, each.collect()))
+        let segments = [self.segment, f64::INFINITY].map(Criterion::Segments);
+        let by = [Criterion::Inverse, segments[0], segments[1]].map(|c| self.by_log(logs, c));
+        let scores = |of: &dyn Fn(&(Score, Vec<Score>)) -> Score| {
+            let [inverse, segments, simulated] = by.each_ref().map(of);
+            Scores { inverse, segments, simulated }
+        };
+        let each = (0..logs.len()).map(|log| scores(&|(_, each)| each[log])).collect();
+        Ok((scores(&|(all, _)| *all), each))
     }
 
     /// Refuses logs of a drive that the fit has no constants of.
@@ -203,8 +202,6 @@ impl JointFit {
     ///
     /// None for the parameters that were found.
     pub fn model(&self) -> Result<JointModel, ParameterError> {
-        let values = self.fit.values();
-        let values = self.model.table.of_log(&values, usize::MAX);
         let of = |name| self.value(name).unwrap_or(0.0);
         Ok(JointModel {
             inertia: of("inertia"),
@@ -217,7 +214,7 @@ impl JointFit {
             }),
             offset_torque: of("offset_torque"),
             spring_rate: of("spring_rate"),
-            gear: self.friction.gear(values.of_friction(), of("drag"), self.model.fastest)?,
+            gear: self.friction.gear(|name| self.value(name), self.model.fastest)?,
         })
     }
 }

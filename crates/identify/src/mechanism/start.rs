@@ -182,7 +182,7 @@ impl<'a> Equation<'a> {
                 (Term::Gravity, None) => [pair[0].hypot(pair[1]), pair[1].atan2(pair[0])],
                 _ => pair,
             };
-            found.into_iter().take(term.count())
+            found.into_iter().take(term.names().len())
         });
         (first, terms.collect())
     }
