@@ -158,7 +158,8 @@ impl<T: Scalar> LoadChange<T> {
 
 impl<T: Scalar, M> Contact<T, M> {
     /// A model under a normal force p \[N\], zero or positive, at which its stiffness was measured:
-    /// it is the reference load, too. Where p is zero, the first load that follows is.
+    /// it is the reference load, too. A contact made under no load needs one before it is loaded,
+    /// by [`Contact::measured_at`].
     ///
     /// # Errors
     ///
@@ -177,7 +178,7 @@ impl<T: Scalar, M> Contact<T, M> {
     pub fn measured_at(self, reference_load: T) -> Result<Self, ParameterError> {
         let reference_load = parameter::positive("reference_load", reference_load)?;
         let mut contact = Self { reference_load, ..self };
-        (_, contact.scale) = contact.under(contact.normal_force);
+        contact.scale = contact.scale_under(contact.normal_force);
         Ok(contact)
     }
 
@@ -214,13 +215,16 @@ impl<T: Scalar, M> Contact<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses a normal force that is negative or not finite; the contact is as it was.
+    /// Refuses a normal force that is negative or not finite, and any on a contact that has no
+    /// reference load; the contact is as it was.
     #[inline]
     pub fn change_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
         let after = parameter::non_negative("normal_force", normal_force)?;
+        if after > T::zero() {
+            parameter::positive("reference_load", self.reference_load)?;
+        }
         let before = self.normal_force;
-        (self.reference_load, self.scale) = self.under(after);
-        self.normal_force = after;
+        (self.normal_force, self.scale) = (after, self.scale_under(after));
         Ok(LoadChange { before, after })
     }
 
@@ -232,19 +236,17 @@ impl<T: Scalar, M> Contact<T, M> {
     /// Refuses a normal force that is negative or not finite; the contact is as it was.
     #[inline]
     pub fn renew_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
-        let change = self.change_load(normal_force)?;
-        (self.reference_load, self.scale) = (change.after, T::one());
-        Ok(change)
+        let after = parameter::non_negative("normal_force", normal_force)?;
+        let before = self.normal_force;
+        (self.normal_force, self.reference_load, self.scale) = (after, after, T::one());
+        Ok(LoadChange { before, after })
     }
 
-    /// Reference load and friction scale under a normal force that has been checked.
+    /// The friction scale under a normal force.
     #[inline]
-    fn under(&self, normal_force: T) -> (T, T) {
-        if is_zero(self.reference_load) || normal_force == self.reference_load {
-            (normal_force, T::one())
-        } else {
-            (self.reference_load, normal_force / self.reference_load)
-        }
+    fn scale_under(&self, normal_force: T) -> T {
+        let constant = normal_force == self.reference_load;
+        if constant { T::one() } else { normal_force / self.reference_load }
     }
 }
 
@@ -273,14 +275,15 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// assert_eq!(grip.force(0.0, part), 3.0);
     /// // … and slips under 2 N, which hold 1 N.
     /// let slipped = grip.reload(2.0, 0.0, part)?;
-    /// assert!((grip.force(0.0, slipped.deflection) - 1.0).abs() < 1e-15);
+    /// assert!((grip.force(0.0, slipped.deflection) - 1.0_f64).abs() < 1e-15);
     /// assert!(slipped.dissipated > 0.0);
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// Refuses a normal force that is negative or not finite; the contact is as it was.
+    /// Refuses a normal force that is negative or not finite, and any on a contact that has no
+    /// reference load; the contact is as it was.
     #[doc(alias = "set_normal_force")]
     #[inline]
     pub fn reload(
@@ -436,8 +439,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ) -> ContactResponse<T, M::Deflection> {
         let surface = surface.into();
         let normal_force = if normal_force >= T::zero() { normal_force } else { nan() };
-        let (reference_load, scale) = self.under(normal_force);
-        let loaded = Self { model: self.model.clone(), reference_load, normal_force, scale };
+        let loaded = Self { normal_force, scale: self.scale_under(normal_force), ..self.clone() };
         let (affine, velocity) = (loaded.affine(surface, deflection), surface.velocity());
         let carried = self.model.storage_stiffness().inner_product(deflection);
         let most = if is_zero(carried) || is_zero(loaded.scale) {

@@ -193,7 +193,7 @@ serialised_as!([M: Bristle<T, Deflection = T>, U: Signal<T>]
 impl<'de, T, M> Deserialize<'de> for Contact<T, M>
 where
     T: Scalar + Deserialize<'de>,
-    M: Bristle<T> + Deserialize<'de>,
+    M: Deserialize<'de>,
 {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         read(deserializer, |file: ContactFile<T, M>| {

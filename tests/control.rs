@@ -519,7 +519,7 @@ fn under_a_load_that_varies_a_compensator_has_the_bristle_of_the_contact() {
     ))
     .unwrap();
     let (mut contact, mut softer) = (friction(), friction_of(10.0));
-    let (mut z, mut x, mut y) = (0.0, 0.0, 0.0);
+    let (mut z, mut x, mut y, mut before) = (0.0, 0.0, 0.0, 0.0);
     let _ = feedback.step(x);
     for n in 0..2000 {
         let t = 1e-3 * f64::from(n);
@@ -529,8 +529,9 @@ fn under_a_load_that_varies_a_compensator_has_the_bristle_of_the_contact() {
         forward.reload(load).unwrap();
         feedback.reload(load).unwrap();
         observer.reload(load).unwrap();
-        z = contact.reload(load, z).unwrap().deflection;
-        y = softer.reload(load, y).unwrap().deflection;
+        // At the velocity of the sample before.
+        z = contact.reload(load, before, z).unwrap().deflection;
+        y = softer.reload(load, before, y).unwrap().deflection;
         let held = contact.hold(velocity, z, 1e-3);
         (z, y) = (held.deflection, softer.hold(velocity, y, 1e-3).deflection);
         let ahead = forward.step(velocity);
@@ -540,6 +541,7 @@ fn under_a_load_that_varies_a_compensator_has_the_bristle_of_the_contact() {
         // Without a tracking error the estimate is the deflection.
         let measured = Measured { velocity, error: 0.0, error_rate: 0.0 };
         assert_eq!(observer.step_measured(measured).deflection, y);
+        before = velocity;
     }
     for refused in [f64::NAN, -1.0] {
         assert_eq!(forward.reload(refused).unwrap_err().name, "normal_force");

@@ -116,19 +116,16 @@ fn gates<T: Scalar>() -> Vec<Gate<T>> {
     list.push(plain("HyperbolicTangent", "threshold_velocity", Kind::Positive, |v: T| {
         HyperbolicTangent::new(v).map(drop)
     }));
-    list.push(plain("Contact", "normal_force", Kind::NonNegative, |p: T| {
-        Dahl::new(DahlParameters { dynamic_coefficient: lit(0.3), micro_stiffness: lit(1e4) })
-            .unwrap()
-            .under_load(p)
-            .map(drop)
+    let under = move |p: T| Dahl::new(d).unwrap().under_load(p);
+    list.push(plain("Contact", "normal_force", Kind::NonNegative, move |p| under(p).map(drop)));
+    list.push(plain("Contact", "normal_force", Kind::NonNegative, move |p| {
+        under(T::one()).unwrap().reload(p, T::zero(), T::zero()).map(drop)
     }));
-    list.push(plain("Contact", "normal_force", Kind::NonNegative, |p: T| {
-        Dahl::new(DahlParameters { dynamic_coefficient: lit(0.3), micro_stiffness: lit(1e4) })
-            .unwrap()
-            .under_load(T::one())
-            .unwrap()
-            .reload(p, T::zero())
-            .map(drop)
+    list.push(plain("Contact", "normal_force", Kind::NonNegative, move |p| {
+        under(T::one()).unwrap().renew(p, T::zero()).map(drop)
+    }));
+    list.push(plain("Contact", "reference_load", Kind::Positive, move |p| {
+        under(T::one()).unwrap().measured_at(p).map(drop)
     }));
     list.push(plain("FunctionCurve", "bounds.min", Kind::Positive, |min: T| {
         let bounds = Bounds { min, max: lit(1e15) };
@@ -694,14 +691,13 @@ fn at_rest_the_free_branch_holds_the_bristle() {
 }
 
 #[test]
-fn a_lifted_contact_has_no_force_but_still_a_bristle() {
+fn a_lifted_contact_has_no_force_and_touches_unstretched() {
     let r = Recipe::TABLE_2;
     let mut contact =
         FrBd::new(stribeck::<f64>(&r, 2.0), kelvin_voigt(1e4, 64.5)).under_load(0.0).unwrap();
     assert_eq!(contact.force(0.3, 1e-4), 0.0);
     assert_eq!(contact.stored_energy(1e-4), 0.0);
-    assert!(contact.rate(0.3, 1e-5) > 0.0);
-    let pressed = contact.reload(5.0, 1e-4).unwrap();
+    let pressed = contact.reload(5.0, 0.0, 1e-4).unwrap();
     assert_eq!((pressed.deflection, pressed.dissipated), (0.0, 0.0), "it touches unstretched");
     assert_eq!(contact.normal_force(), 5.0);
     assert_eq!(contact.force(0.3, 1e-4), 5.0 * contact.model().coefficient(0.3, 1e-4));

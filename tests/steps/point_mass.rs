@@ -98,7 +98,7 @@ fn at_the_target_velocity_the_friction_is_gone() {
     assert!(target < 0.0, "the bristle pulls back");
     assert!(step.force(target).abs() < 1e-15 * step.bias());
     // Without a load, and with a spring over no time, there is no damper.
-    let forgotten = companion.reload(0.0, 1e-4).unwrap().deflection;
+    let forgotten = companion.reload(0.0, 0.0, 1e-4).unwrap().deflection;
     assert_eq!(forgotten, 0.0);
     let idle = companion.step(0.01, forgotten, 1e-2);
     assert_eq!(idle.target_velocity(), None);

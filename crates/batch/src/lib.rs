@@ -429,9 +429,9 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
         )
     }
 
-    /// Changes the normal forces by renewal: the new deflections, in place, z' = z min(1, p/p'), and
-    /// the energies that left \[J\], see [`Contact::renew`](bristle::Contact::renew). To be called
-    /// before a step whose normal forces differ from those of the last one.
+    /// Changes the normal forces by renewal: the new deflections, in place, z' = z min(1, p/p'),
+    /// and the energies that left \[J\], see [`Contact::renew`](bristle::Contact::renew). To be
+    /// called before a step whose normal forces differ from those of the last one.
     ///
     /// A normal force that is negative or not finite, before or after, makes a bristle forget: its
     /// deflection becomes zero, and its energy is not finite.

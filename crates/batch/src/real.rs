@@ -310,7 +310,7 @@ mod tests {
 
     #[cfg(feature = "std")]
     #[test]
-    #[ignore = "all 1 118 743 632 of them: cargo test --release -p bristle-batch every_f32 -- --ignored"]
+    #[ignore = "all 1 118 743 632: cargo test --release -p bristle-batch every_f32 -- --ignored"]
     fn the_decay_of_every_f32_is_right_to_two_units_in_the_last_place() {
         let (worst, count) = worst_of_f32(1);
         assert!(worst <= 2.0, "{worst} of {count}");

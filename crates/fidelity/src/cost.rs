@@ -1,7 +1,8 @@
 //! What an evaluation costs, in evaluations of rate and force of FrBD with one spring and a
 //! Stribeck curve of exponent 2, whose one `exp` is most of it.
 //!
-//! Ratios of `cargo bench -p bristle --bench cost`, rounded; they differ by some 20 % between machines.
+//! Ratios of `cargo bench -p bristle --bench cost`, rounded; they differ by some 20 % between
+//! machines.
 
 /// The friction curve at a velocity.
 pub(super) const CURVE: f64 = 1.0;

@@ -59,8 +59,8 @@
 //! # Limits
 //!
 //! A choice holds for its scene, at its answers. All runs can miss an event that no signal declares
-//! ([`Signal::next_kink`](bristle::signal::Signal::next_kink)) and that is shorter than the steps of
-//! the reference: at least 8 from one answer to the next and 4096 over the scene.
+//! ([`Signal::next_kink`](bristle::signal::Signal::next_kink)) and that is shorter than the steps
+//! of the reference: at least 8 from one answer to the next and 4096 over the scene.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 

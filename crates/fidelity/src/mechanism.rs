@@ -15,7 +15,8 @@ use bristle::{Bristle, Contact, Dahl, DahlParameters, Scalar};
 impl Level {
     /// The friction curve with true rest: the mass stops where a force up to p μ_s can hold it.
     pub const TRUE_REST: Self = Self { model: "static curve", method: Some("true rest") };
-    /// A bristle under the coefficient at rest in passive steps ([`companion`](bristle::companion)).
+    /// A bristle under the coefficient at rest in passive steps
+    /// ([`companion`](bristle::companion)).
     pub const DAHL_COMPANION: Self = Self { model: "Dahl", method: Some("companion") };
     /// The scene's own model in passive steps ([`companion`](bristle::companion)).
     pub const REFERENCE_COMPANION: Self = Self { model: "reference", method: Some("companion") };

@@ -4,11 +4,11 @@ use alloc::vec::Vec;
 
 use super::scene::{Answers, Level, Run, Scene, check_run, each_step};
 use super::{FidelityError, cost};
-use bristle::Scalar;
 use bristle::parameter::{self, ParameterError};
 use bristle::scalar::{lit, to_f64};
 use bristle::signal::Signal;
-use bristle_rolling::{Motion, Patch, PolynomialExponential, RateDependent};
+use bristle::{Bristle, Scalar};
+use bristle_rolling::{Motion, Patch, PolynomialExponential};
 
 impl Level {
     /// The steady force at the motion of the instant: no memory.
@@ -64,7 +64,7 @@ pub struct PatchScene<T, M, const N: usize, S, W> {
 /// Segments that a patch gets memory for, some megabytes; narrower ones are merged.
 const SEGMENTS: usize = 20_000;
 
-impl<T: Scalar, M: RateDependent<T>, const N: usize, S: Signal<T>, W: Signal<T>>
+impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, S: Signal<T>, W: Signal<T>>
     PatchScene<T, M, N, S, W>
 {
     /// The force of a patch along a slip velocity v(t) and a rolling speed U(t) ≥ 0 [m/s] from
@@ -192,7 +192,7 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize, S: Signal<T>, W: Signal<T>>
     }
 }
 
-impl<T: Scalar, M: RateDependent<T>, const N: usize, S: Signal<T>, W: Signal<T>> Scene
+impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, S: Signal<T>, W: Signal<T>> Scene
     for PatchScene<T, M, N, S, W>
 {
     fn levels(&self) -> Vec<Level> {
@@ -228,7 +228,7 @@ impl<T: Scalar, M: RateDependent<T>, const N: usize, S: Signal<T>, W: Signal<T>>
             let transits = self.interval() * to_f64(rolling_speed / length);
             change = change.max((now - last).abs() / transits);
             largest = largest.max(now.abs());
-            let relaxation = self.patch.model().at_velocity(slip_velocity).relaxation;
+            let relaxation = self.patch.model().affine(slip_velocity.into(), T::zero()).relaxation;
             adhering += u32::from(relaxation * length < rolling_speed);
             last = now;
         }

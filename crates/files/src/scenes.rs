@@ -4,7 +4,7 @@ use bristle::curve::AnyCurve;
 use bristle::nalgebra::{SVector, Vector2, Vector3};
 use bristle::ode::System;
 use bristle::rheology::{
-    GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters, Rheology,
+    GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters as Parallel, Rheology,
 };
 use bristle::scene::PrescribedVelocity;
 use bristle::serialisation::array;
@@ -27,8 +27,8 @@ const SEGMENTS: usize = 100;
 /// Most cells of a patch.
 const MOST_CELLS: usize = 10_000;
 
-/// FrBD with a bristle of one to six springs, dragged at a given velocity [m/s] under a normal force
-/// [N].
+/// FrBD with a bristle of one to six springs, dragged at a given velocity [m/s] under a normal
+/// force [N].
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Viscoelastic {
@@ -55,9 +55,9 @@ impl Viscoelastic {
         }
         match &self.springs {
             Springs::Zener(zener) => self.dragged(solver, GeneralisedMaxwell::zener(*zener)?),
-            &Springs::GeneralisedMaxwell { ref arms, micro_damping } => of_length!(
+            &Springs::GeneralisedMaxwell { ref arms, micro_damping: damping } => of_length!(
                 arms,
-                |arms| GeneralisedMaxwell::new(GeneralisedMaxwellParameters { arms, micro_damping }),
+                |arms| GeneralisedMaxwell::new(Parallel { arms, micro_damping: damping }),
                 1 2 3 4 5 6
             ),
             Springs::GeneralisedKelvinVoigt(elements) => {

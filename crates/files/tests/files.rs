@@ -423,6 +423,33 @@ fn a_plain_number_is_a_constant_signal() {
         setup.run().unwrap().rows
     };
     assert_eq!(rows(&plain), rows(&table));
+    // Wherever the files have a signal.
+    for (name, text) in FILES {
+        let mut file = toml::Value::Table(text.parse().unwrap());
+        assert!(numbers_for_signals(&mut file, false) > 0, "{name}");
+        let plain = toml::to_string(&file).unwrap();
+        assert!(bristle_files::read(&plain).is_ok(), "{name}: {plain}");
+    }
+}
+
+/// Puts a number in place of every signal, and counts them.
+fn numbers_for_signals(value: &mut toml::Value, is_pressure: bool) -> usize {
+    let kinds = ["constant", "sine", "polyline"];
+    match value {
+        toml::Value::Table(table)
+            if !is_pressure && table.keys().any(|k| kinds.contains(&&**k)) =>
+        {
+            *value = toml::Value::Float(0.1);
+            1
+        }
+        toml::Value::Table(table) => {
+            table.iter_mut().map(|(key, value)| numbers_for_signals(value, key == "pressure")).sum()
+        }
+        toml::Value::Array(list) => {
+            list.iter_mut().map(|value| numbers_for_signals(value, false)).sum()
+        }
+        _ => 0,
+    }
 }
 
 const PAGE: &str = include_str!("../docs/files.md");

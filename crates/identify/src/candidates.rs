@@ -74,8 +74,7 @@ pub trait Candidate<const N: usize>: Debug {
 /// An offset of any size: the middle between both directions, and twice the friction about it.
 fn offset(guess: &InitialGuess) -> Parameter {
     let (start, size) = (guess.offset, 2.0 * guess.dynamic_coefficient);
-    let (least, most, typical) = (start - size, start + size, Some(0.05 * size));
-    Parameter { name: "offset", unit: "", start, least, most, typical }
+    Parameter::scaled("offset", "", start, start - size..=start + size, 0.05 * size)
 }
 
 fn kelvin_voigt<T: Scalar>(
@@ -98,9 +97,7 @@ impl Candidate<6> for FrBdFit {
         let [dynamic, excess, velocity, viscous] = stribeck_parameters(guess);
         let stiffness = Parameter::positive("micro_stiffness", "1/m", guess.micro_stiffness, 100.0);
         let start = guess.micro_damping;
-        let (name, typical) = ("micro_damping", Some(start));
-        let damping =
-            Parameter { name, unit: "s/m", start, least: 0.0, most: 1e3 * start, typical };
+        let damping = Parameter::scaled("micro_damping", "s/m", start, 0.0..=1e3 * start, start);
         [dynamic, excess, velocity, viscous, stiffness, damping]
     }
 
@@ -177,10 +174,8 @@ impl Candidate<8> for ElastoPlasticFit {
 
     fn parameters(&self, guess: &InitialGuess) -> [Parameter; 8] {
         let [a, b, c, d, e, f] = FrBdFit.parameters(guess);
-        let typical = Some(0.5);
         // At a share of one the knee would be a corner.
-        let (least, most) = (1e-3, 0.99);
-        let share = Parameter { name: "stick_share", unit: "", start: 0.5, least, most, typical };
+        let share = Parameter::scaled("stick_share", "", 0.5, 1e-3..=0.99, 0.5);
         [a, b, c, d, e, f, share, offset(guess)]
     }
 

@@ -26,7 +26,17 @@ impl Parameter {
     /// A positive parameter on a logarithmic scale, with bounds at a factor below and above its
     /// start.
     pub fn positive(name: &'static str, unit: &'static str, start: f64, factor: f64) -> Self {
-        let (least, most) = (start / factor, start * factor);
+        Self::logarithmic(name, unit, start, start / factor..=start * factor)
+    }
+
+    /// A positive parameter within bounds on a logarithmic scale.
+    pub fn logarithmic(
+        name: &'static str,
+        unit: &'static str,
+        start: f64,
+        bounds: RangeInclusive<f64>,
+    ) -> Self {
+        let (least, most) = bounds.into_inner();
         Self { name, unit, start, least, most, typical: None }
     }
 
@@ -38,8 +48,7 @@ impl Parameter {
         bounds: RangeInclusive<f64>,
         typical: f64,
     ) -> Self {
-        let (least, most) = bounds.into_inner();
-        Self { name, unit, start, least, most, typical: Some(typical) }
+        Self { typical: Some(typical), ..Self::logarithmic(name, unit, start, bounds) }
     }
 
     /// The search variable of a value.

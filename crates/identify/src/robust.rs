@@ -20,6 +20,8 @@
 //! Source: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2009), chapter 7; the constants are
 //! the usual ones.
 
+use super::log::median;
+
 /// What is minimised: Σ w(r/s) r².
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
@@ -34,12 +36,15 @@ pub enum Loss {
 }
 
 impl Loss {
-    /// The square root of the weight of a residual in units of the spread, without its sign.
-    pub(super) fn weight(self, u: f64) -> f64 {
-        match self {
-            Self::Squares => 1.0,
-            Self::Huber => (1.345 / u).min(1.0).sqrt(),
-            Self::Tukey => (1.0 - (u / 4.685).powi(2)).max(0.0),
-        }
+    /// The square roots of the weights of residuals without their signs; none where half of them
+    /// vanish.
+    pub(super) fn weights(self, sizes: &[f64]) -> Vec<f64> {
+        let spread = 1.4826 * median(&mut sizes.to_vec());
+        let weight = |size: &f64| match (self, size / spread) {
+            (Self::Squares, _) => 1.0,
+            (Self::Huber, u) => (1.345 / u).min(1.0).sqrt(),
+            (Self::Tukey, u) => (1.0 - (u / 4.685).powi(2)).max(0.0),
+        };
+        if spread > 0.0 { sizes.iter().map(weight).collect() } else { Vec::new() }
     }
 }

@@ -16,13 +16,14 @@
 use core::ops::ControlFlow;
 
 use super::initial_guess::{InitialGuess, SlidingPoint};
-use super::log::{median, quantile};
+use super::log::quantile;
 use super::residuals::{Parameter, Residuals, within};
 use super::robust::Loss;
 use super::{Fit, Log, SearchProgress, SearchSettings, least_squares};
 use bristle::Scalar;
 use bristle::curve::{
-    FrictionCurve, RationalStribeck, RationalStribeckParameters, Stribeck, StribeckParameters,
+    AnyCurve, FrictionCurve, RationalStribeck, RationalStribeckParameters, Stribeck,
+    StribeckParameters,
 };
 use bristle::parameter::{self, ParameterError};
 use bristle::scalar::lit;
@@ -48,19 +49,18 @@ const STARTS: usize = 6;
 pub(super) fn stribeck_parameters(guess: &InitialGuess) -> [Parameter; 4] {
     let (size, fastest) = (guess.dynamic_coefficient, guess.fastest);
     let viscosity = size / fastest;
+    let excess = guess.static_coefficient - size;
+    let (velocity, viscous) = (guess.stribeck_velocity, guess.viscous_friction);
     // A start at a bound could rest there.
     let inside = |name, unit, start, least: f64, most: f64, typical| {
         let start = within(start, 1.1 * least, 0.9 * most);
-        Parameter { name, unit, start, least, most, typical }
+        Parameter { typical, ..Parameter::logarithmic(name, unit, start, least..=most) }
     };
-    let typical = Some(0.1 * viscosity);
-    let excess = guess.static_coefficient - size;
-    let (velocity, viscous) = (guess.stribeck_velocity, guess.viscous_friction);
     [
         Parameter::positive("dynamic_coefficient", "", size, 30.0),
         inside("static_excess", "", excess, 1e-3 * size, 30.0 * size, None),
         inside("stribeck_velocity", "m/s", velocity, 1e-4 * fastest, 1e2 * fastest, None),
-        inside("viscous_friction", "s/m", viscous, 0.0, 10.0 * viscosity, typical),
+        inside("viscous_friction", "s/m", viscous, 0.0, 10.0 * viscosity, Some(0.1 * viscosity)),
     ]
 }
 
@@ -75,23 +75,17 @@ pub enum CurveShape {
 }
 
 impl CurveShape {
-    /// The friction coefficient over the speed.
-    fn curve<T: Scalar>(self, values: &[T; 4]) -> Result<Box<dyn Fn(T) -> T>, ParameterError> {
+    fn curve<T: Scalar>(self, values: &[T; 4]) -> Result<AnyCurve<T>, ParameterError> {
         let &[dynamic_coefficient, excess, stribeck_velocity, viscous_friction] = values;
         Ok(match self {
-            Self::Stribeck(exponent) => {
-                let curve = stribeck(values, exponent)?;
-                Box::new(move |speed| curve.at(speed))
-            }
-            Self::Rational => {
-                let curve = RationalStribeck::new(RationalStribeckParameters {
-                    static_coefficient: dynamic_coefficient + excess,
-                    dynamic_coefficient,
-                    stribeck_velocity,
-                    viscous_friction,
-                })?;
-                Box::new(move |speed| curve.at(speed))
-            }
+            Self::Stribeck(exponent) => stribeck(values, exponent)?.into(),
+            Self::Rational => RationalStribeck::new(RationalStribeckParameters {
+                static_coefficient: dynamic_coefficient + excess,
+                dynamic_coefficient,
+                stribeck_velocity,
+                viscous_friction,
+            })?
+            .into(),
         })
     }
 }
@@ -129,7 +123,7 @@ impl Residuals<4> for Points<'_> {
     ) -> Result<(), ParameterError> {
         let curve = self.shape.curve(values)?;
         for (point, &weight) in self.points.iter().zip(&self.weights) {
-            each((curve(lit(point.speed)) - lit(point.coefficient)) * lit(weight));
+            each((curve.at(lit(point.speed)) - lit(point.coefficient)) * lit(weight));
         }
         Ok(())
     }
@@ -195,14 +189,12 @@ impl InitialGuess {
         settings.starts = 1;
         for round in 0..ROUNDS {
             let curve = shape.curve(&fit.array())?;
-            let distance = |point: &SlidingPoint| (curve(point.speed) - point.coefficient).abs();
-            let distances: Vec<f64> = points.iter().map(distance).collect();
-            let spread = 1.4826 * median(&mut distances.clone());
-            if !(spread > 0.0) {
+            let distance = |point: &SlidingPoint| (curve.at(point.speed) - point.coefficient).abs();
+            let loss = if round < HUBER_ROUNDS { Loss::Huber } else { Loss::Tukey };
+            problem.weights = loss.weights(&points.iter().map(distance).collect::<Vec<_>>());
+            if problem.weights.is_empty() {
                 break;
             }
-            let loss = if round < HUBER_ROUNDS { Loss::Huber } else { Loss::Tukey };
-            problem.weights = distances.iter().map(|d| loss.weight(d / spread)).collect();
             for (parameter, value) in parameters.iter_mut().zip(fit.values()) {
                 parameter.start = value;
             }

@@ -182,7 +182,7 @@ fn the_simplest_sufficient_model_is_named() {
     let found = compared(1);
     assert_eq!(found.named().unwrap().friction, Friction::dahl().loaded(), "{found}");
     // A richer candidate is started from the simpler one, too, and explains no less.
-    let error = |i: usize| found.fits[i].fitted.simulated.rmse;
+    let error = |i: usize| found.fits[i].fitted.all.simulated.rmse;
     assert!(error(3) < error(2) && error(3) < error(1) && error(4) < 1.02 * error(3), "{found}");
     let text = found.to_string();
     assert!(text.contains("simplest") && text.contains("held out"), "{text}");
@@ -295,7 +295,7 @@ fn a_stopped_search_returns_the_best_so_far() {
             .unwrap();
     assert_eq!(found.fit.outcome, SearchOutcome::Stopped, "{found}");
     assert_eq!(found.horizon, 0.0);
-    assert!(found.fitted.simulated.rmse.is_finite() && found.held_out.is_some(), "{found}");
+    assert!(found.fitted.all.simulated.rmse.is_finite() && found.held_out.is_some(), "{found}");
     assert!((found.value("inertia").unwrap() / INERTIA - 1.0).abs() < 0.5, "{found}");
 }
 
@@ -358,8 +358,8 @@ fn one_log_with_the_wrong_sign_is_named_and_nothing_is_determined_then() {
     assert!(!found.fit.is_determined() && !text.contains(" determined"), "{text}");
     // The errors of each log stand in a row of their own; together they are those of all.
     let square = |scores: &Scores| scores.simulated.rmse.powi(2);
-    let mean = found.fitted_logs.iter().map(square).sum::<f64>() / 3.0;
-    assert!((mean / square(&found.fitted) - 1.0).abs() < 1e-9, "{found}");
+    let mean = found.fitted.each.iter().map(square).sum::<f64>() / 3.0;
+    assert!((mean / square(&found.fitted.all) - 1.0).abs() < 1e-9, "{found}");
     assert!(text.contains("  log 1"), "{text}");
 }
 

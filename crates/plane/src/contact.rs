@@ -30,7 +30,11 @@ use bristle::{Bristle, Contact, ContactResponse, HeldContact, LoadChange, Reload
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(transparent))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>, M: serde::Deserialize<'de>"))
+)]
 pub struct PlaneContact<T, M, const N: usize> {
     contact: Contact<T, M>,
 }

@@ -2,14 +2,12 @@
 
 use bristle::curve::FrictionCurve;
 use bristle::regularisation::Regularisation;
-use bristle::serialisation::{array, read};
+use bristle::serialisation::array;
 use bristle::signal::Signal;
 use bristle::{Scalar, serialised_as};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
-use crate::{
-    Axis, PlaneBody, PlaneBodyParameters, PlaneBristle, PlaneContact, PlaneFrBd, PlaneLuGre,
-};
+use crate::{Axis, PlaneBody, PlaneBodyParameters, PlaneBristle, PlaneFrBd, PlaneLuGre};
 
 serialised_as!([C: FrictionCurve<T>, E: Regularisation<T> | Default; const N]
 PlaneFrBd<C, T, N, E> as PlaneFile<C, E, T, N>:
@@ -40,24 +38,6 @@ PlaneLuGre<C, T, N, E> as PlaneLuGreFile<C, E, T, N>:
 serialised_as!([M: PlaneBristle<T, N>, A: Signal<T>, F: Signal<T>; const N]
     PlaneBody<T, M, N, A, F> as PlaneBodyParameters<T, M, N, A, F>:
     Self::new, |body| body.parameters().clone());
-
-impl<'de, T, M, const N: usize> Deserialize<'de> for PlaneContact<T, M, N>
-where
-    T: Scalar + Deserialize<'de>,
-    M: PlaneBristle<T, N> + Deserialize<'de>,
-{
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        read(deserializer, |file: ContactFile<T, M>| Self::new(file.model, file.normal_force))
-    }
-}
-
-/// A contact in a file.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, rename = "Contact")]
-struct ContactFile<T, M> {
-    model: M,
-    normal_force: T,
-}
 
 /// What a model of a curve C, a regularisation E and a scalar T is in a file.
 macro_rules! model_file {

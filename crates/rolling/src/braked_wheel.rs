@@ -165,7 +165,7 @@ pub struct WheelState<T> {
 /// let flexible = KelvinVoigtParameters { micro_stiffness: 20.0, micro_damping: 0.1 };
 /// let mut wheel = BrakedWheel::new(BrakedWheelParameters {
 ///     tyre: tyre.exact([Segment::default(); 100])?,
-///     brake: FrBd::new(pads, KelvinVoigt::new(flexible)?).under_load(0.0)?,
+///     brake: FrBd::new(pads, KelvinVoigt::new(flexible)?).under_load(0.0)?.measured_at(1500.0)?,
 ///     mass: 400.0,
 ///     inertia: 1.0,
 ///     radius: 0.3,
@@ -339,8 +339,11 @@ where
         let (before, body, moves) = (self.state, self.body, duration > T::zero());
         let positive = |value: T| if value > T::zero() { value } else { T::zero() };
         let mut brake = self.brake.clone();
-        let reloaded =
-            brake.reload(loads.brake_normal_force, before.angular_velocity, before.brake_deflection)?;
+        let reloaded = brake.reload(
+            loads.brake_normal_force,
+            before.angular_velocity,
+            before.brake_deflection,
+        )?;
 
         let lateral = parameter::finite("lateral_velocity", loads.lateral_velocity)?;
         let length = self.tyre.length();

@@ -24,7 +24,7 @@
 use nalgebra::SVector;
 
 use super::patch::{Crossing, coefficients};
-use super::{LinearisedPatch, Motion, Patch, Pressure, RateDependent, Steady};
+use super::{LinearisedPatch, Motion, Patch, Pressure, Steady};
 use bristle::parameter::{self, ParameterError};
 use bristle::{Bristle, Scalar};
 use bristle_plane::PlaneBristle;
@@ -77,7 +77,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         motion: Motion<SVector<T, A>, T>,
     ) -> Result<[Steady<T>; A], ParameterError>
     where
-        M: PlaneBristle<T, A, Axis: RateDependent<T>>,
+        M: PlaneBristle<T, A>,
     {
         let Motion { slip_velocity: v, rolling_speed } = motion;
         let axes = self.axes(finite("slip_velocity", &v)?);
@@ -101,7 +101,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         motion: Motion<SVector<T, A>, T>,
     ) -> Result<[[LinearisedPatch<T, P>; A]; A], ParameterError>
     where
-        M: PlaneBristle<T, A, Axis: RateDependent<T>>,
+        M: PlaneBristle<T, A>,
     {
         let Motion { slip_velocity: v, rolling_speed } = motion;
         let (axes, gradient) = self.model().axes_and_slopes(finite("slip_velocity", &v)?);

@@ -40,10 +40,10 @@ use nalgebra::Complex;
 
 use super::patch::{Crossing, checked, of_velocity};
 use super::quadrature::weigh;
-use super::{Motion, Patch, Pressure, RateDependent};
+use super::{Motion, Patch, Pressure};
 use bristle::parameter::ParameterError;
 use bristle::scalar::{is_zero, lit};
-use bristle::{Affine, Scalar};
+use bristle::{Affine, Bristle, Scalar};
 
 /// A patch linearised about a steady motion, see [`Patch::linearised`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,7 +69,7 @@ pub struct LinearisedPatch<T, P> {
     rising_direct: T,
 }
 
-impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
+impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// The patch linearised about a steady motion. About v = 0 it takes the middle of the one-sided
     /// slopes: there λ = 0 and λ' = 0, and it is the patch in adhesion.
     ///

@@ -82,7 +82,7 @@ pub use frequency::LinearisedPatch;
 pub use grid::{CombinedGrid, Grid};
 pub use limits::PatchLimits;
 pub use passivity::Passivity;
-pub use patch::{Motion, Patch, PatchParameters, RateDependent};
+pub use patch::{Motion, Patch, PatchParameters};
 pub use pressure::{
     AnyPressure, FunctionPressure, PolynomialExponential, PolynomialExponentialParameters, Pressure,
 };

@@ -37,10 +37,10 @@
 
 use super::patch::Crossing;
 use super::quadrature::weigh;
-use super::{Motion, Patch, Pressure, RateDependent};
-use bristle::Scalar;
+use super::{Motion, Patch, Pressure};
 use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{lit, smaller};
+use bristle::scalar::{is_zero, larger, lit, smaller, unlimited};
+use bristle::{Bristle, Scalar};
 
 /// Limits of deflection and force, see [`Patch::limits`]. Both grow with the root mean square ‖z₀‖
 /// \[m\] of the initial deflection:
@@ -65,7 +65,7 @@ pub struct PatchLimits<T> {
     slope: T,
 }
 
-impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
+impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// Limits of deflection and force for every motion with |v| ≤ |v|_∞, the slip velocity given,
     /// at a constant rolling speed, a time t \[s\] after the beginning: input-to-state and
     /// input-to-output stability.
@@ -101,7 +101,7 @@ impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
         let fastest = parameter::non_negative("slip_velocity", fastest)?;
         let elapsed = parameter::non_negative("elapsed", elapsed)?;
         let model = self.model().limits(fastest);
-        let (stiffness, damping) = self.model().output_limits(fastest);
+        let (stiffness, damping) = output_limits(self.model(), fastest);
         let (zero, one) = (T::zero(), T::one());
         let (slope, deflection) = (fastest / transport, model.deflection.unwrap_or(one / zero));
         let (weight, carried) = (self.length() * self.load(), self.normal_force());
@@ -136,4 +136,17 @@ impl<T: Scalar> PatchLimits<T> {
     pub fn deflection(&self, place: T) -> T {
         smaller(self.deflection, self.slope * place)
     }
+}
+
+/// Upper bounds of |c₀| [1/m] and |c₂| [s/m] at velocities with |v| ≤ `fastest`; infinite if there
+/// is no such limit. c₂ is at most σ1 + σ2, and c₀ lies between σ0 − σ1 max λ and σ0.
+fn output_limits<T: Scalar, M: Bristle<T, Deflection = T>>(model: &M, fastest: T) -> (T, T) {
+    let Some(known) = model.characteristics(fastest) else { return (unlimited(), unlimited()) };
+    let (stiffness, damping) = (known.micro_stiffness.max, known.micro_damping.max);
+    let below = match model.limits(fastest).relaxation_rate {
+        _ if is_zero(damping) => T::zero(),
+        Some(rate) => damping * rate - stiffness,
+        None => unlimited(),
+    };
+    (larger(stiffness, below), damping + known.viscous_friction)
 }

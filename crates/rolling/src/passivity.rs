@@ -35,10 +35,10 @@
 use nalgebra::Complex;
 
 use super::patch::coefficients;
-use super::{Patch, Pressure, RateDependent};
+use super::{Patch, Pressure};
 use bristle::parameter::{self, ParameterError};
 use bristle::scalar::lit;
-use bristle::{Law, Scalar};
+use bristle::{Bristle, Law, Scalar};
 
 /// What the sufficient condition (Σ0 V)' ≤ 0 says about a patch. (Of a lumped contact see
 /// `bristle_analysis::audit::Passivity`.)
@@ -130,7 +130,7 @@ impl<T: Scalar> Passivity<T> {
     }
 }
 
-impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
+impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// Checks the sufficient condition (Σ0 V)' ≤ 0 for uniform σ0 and V, which is dp/dξ ≤ 0, after
     /// having asked the model whether it is passive itself.
     ///

@@ -2,48 +2,18 @@
 
 use super::Pressure;
 use bristle::parameter::{self, ParameterError, Rule};
-use bristle::scalar::{is_zero, larger, unlimited};
-use bristle::{Affine, Bristle, Form, Scalar, Surface};
-
-/// A friction model with one deflection. A patch takes those whose coefficients depend on the
-/// velocity alone ([`Form::OfVelocity`]), so that all its bristles share them: FrBD with a bristle
-/// of one spring, LuGre, Dahl and such models of your own. It refuses the others by name.
-/// (Elasto-plastic FrBD switches with its deflection, the implicit bristle solves for it.)
-pub trait RateDependent<T: Scalar>: Bristle<T, Deflection = T> {
-    /// The four coefficients at a velocity.
-    #[inline]
-    fn at_velocity(&self, surface: impl Into<Surface<T>>) -> Affine<T> {
-        self.affine(surface.into(), T::zero())
-    }
-
-    /// Upper bounds of |c₀| [1/m] and |c₂| [s/m] at velocities with |v| ≤ `fastest`; infinite if
-    /// there is no such limit. From the model's [characteristics](Bristle::characteristics): c₂ is
-    /// at most σ1 + σ2, and c₀ lies between σ0 − σ1 max λ and σ0.
-    fn output_limits(&self, fastest: T) -> (T, T) {
-        let Some(known) = self.characteristics(fastest) else {
-            return (unlimited(), unlimited());
-        };
-        let (stiffness, damping) = (known.micro_stiffness.max, known.micro_damping.max);
-        let below = match self.limits(fastest).relaxation_rate {
-            _ if is_zero(damping) => T::zero(),
-            Some(rate) => damping * rate - stiffness,
-            None => unlimited(),
-        };
-        (larger(stiffness, below), damping + known.viscous_friction)
-    }
-}
-
-impl<T: Scalar, M: Bristle<T, Deflection = T>> RateDependent<T> for M {}
+use bristle::scalar::larger;
+use bristle::{Affine, Bristle, Form, Scalar};
 
 /// The coefficients of a model at a velocity, if they are finite and λ is not negative: a bad one
 /// would stay in the patch.
 #[inline]
-pub(super) fn coefficients<T: Scalar, M: RateDependent<T>>(
+pub(super) fn coefficients<T: Scalar, M: Bristle<T, Deflection = T>>(
     model: &M,
     velocity: T,
 ) -> Result<Affine<T>, ParameterError> {
     of_velocity(model)?;
-    checked(model.at_velocity(velocity))
+    checked(model.affine(velocity.into(), T::zero()))
 }
 
 /// Refuses a model whose coefficients depend on its deflection.

@@ -22,11 +22,11 @@
 
 use super::patch::{Crossing, coefficients};
 use super::quadrature::weigh;
-use super::{Motion, Patch, Pressure, RateDependent};
-use bristle::Scalar;
+use super::{Motion, Patch, Pressure};
 use bristle::parameter::{self, ParameterError};
 use bristle::root::enclose;
 use bristle::scalar::{is_zero, lit};
+use bristle::{Bristle, Scalar};
 
 /// A patch in steady rolling, see [`Patch::steady`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,7 +78,7 @@ impl<T: Scalar> Steady<T> {
     }
 }
 
-impl<T: Scalar, M: RateDependent<T>, P: Pressure<T>> Patch<T, M, P> {
+impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// The patch in steady rolling: force and profile in closed form. With V = 0 it slides without
     /// rolling and F = F_z μ_ss(v); with v = 0 there is no force.
     ///

@@ -2,9 +2,9 @@
 
 use nalgebra::SVector;
 
-use crate::{CombinedPatch, ExactPatch, Motion, RateDependent, Segment};
-use bristle::Scalar;
+use crate::{CombinedPatch, ExactPatch, Motion, Segment};
 use bristle::parameter::{self, ParameterError, Rule};
+use bristle::{Bristle, Scalar};
 use bristle_plane::PlaneBristle;
 
 /// A tyre of a [`BrakedWheel`](crate::BrakedWheel): an [`ExactPatch`] that slips along the wheel
@@ -49,7 +49,7 @@ pub trait Tyre<T: Scalar> {
 impl<T, M, const N: usize, B> Tyre<T> for ExactPatch<T, M, N, B>
 where
     T: Scalar,
-    M: RateDependent<T>,
+    M: Bristle<T, Deflection = T>,
     B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
 {
     fn length(&self) -> T {
@@ -96,7 +96,7 @@ fn straight<T: Scalar>(motion: Motion<[T; 2], T>) -> Result<Motion<T>, Parameter
 impl<T, M, const N: usize, B> Tyre<T> for CombinedPatch<T, M, 2, N, B>
 where
     T: Scalar,
-    M: PlaneBristle<T, 2, Axis: RateDependent<T>>,
+    M: PlaneBristle<T, 2>,
     B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
 {
     fn length(&self) -> T {

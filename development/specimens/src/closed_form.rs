@@ -311,7 +311,8 @@ impl ClosedForm {
             // What the surface can hold at rest; to be slow, and within roundings.
             return 0.999 * self.mu(1e-300).min(self.mu(-1e-300)) / self.recipe.stiffness;
         }
-        self.scale * self.recipe.stick_fraction * self.curve.floor(&self.recipe) / self.recipe.stiffness
+        self.scale * self.recipe.stick_fraction * self.curve.floor(&self.recipe)
+            / self.recipe.stiffness
     }
 
     /// α(z, v).
@@ -528,8 +529,8 @@ impl ClosedForm {
         let r = &self.recipe;
         let (s0, s1, mu, n) = (self.sigma0(v), self.sigma1(v), self.mu(v), self.speed(v));
         let ds0 = self.stiffness.slope_terms(r.stiffness, STIFFNESS_VARIATION, r, v);
-        let ds1 = self.damping_scale()
-            * self.damping.slope_terms(r.damping, DAMPING_VARIATION, r, v);
+        let ds1 =
+            self.damping_scale() * self.damping.slope_terms(r.damping, DAMPING_VARIATION, r, v);
         let (dmu, dn) = (self.mu_slope_terms(v) + rough, self.modulus.slope_terms(r, v));
         // An error of α is relative to one, not to itself.
         let transition = self.in_transition(v, z);

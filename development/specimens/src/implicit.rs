@@ -15,8 +15,7 @@ pub struct Set {
     pub bristle: KelvinVoigtParameters<f64, f64>,
 }
 
-pub const TABLE_2: Set =
-    Set { curve: paper::STICK_SLIP_CURVE, bristle: paper::STICK_SLIP_BRISTLE };
+pub const TABLE_2: Set = Set { curve: paper::STICK_SLIP_CURVE, bristle: paper::STICK_SLIP_BRISTLE };
 
 impl Set {
     pub fn model(&self) -> Model {

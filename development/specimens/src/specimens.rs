@@ -7,9 +7,9 @@ use bristle::curve::{
 use bristle::regularisation::{HyperbolicTangent, Regularisation, SquareRoot, Unregularised};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters, VelocityDependent, VelocityLaw};
 use bristle::{
-    Affine, Bounds, Bristle, Contact, ContactLimits, Dahl, DahlParameters, ElastoPlastic, Form, FrBd,
-    HeldContact, HeldStep, ImplicitBristle, Law, Limits, LinearisedContact, LuGre, Scalar, Sliding,
-    Surface,
+    Affine, Bounds, Bristle, Contact, ContactLimits, Dahl, DahlParameters, ElastoPlastic, Form,
+    FrBd, HeldContact, HeldStep, ImplicitBristle, Law, Limits, LinearisedContact, LuGre, Scalar,
+    Sliding, Surface,
 };
 
 use super::closed_form::{

@@ -104,8 +104,9 @@ pub fn slip(
             free = free.motor_model(axis, MotorModel::ForceBased);
         }
         let joint = world.insert_impulse_joint(part.0, capsule.0, free);
-        let bristles = PlaneFrBd::isotropic(curve, bristle).under_load(0.0)?.companion(1.0)?;
-        pads.push(Pad { part, joint, foot, bristles, deflection: Vector2::zeros(), step: None });
+        let bristles = PlaneFrBd::isotropic(curve, bristle).under_load(normal_force)?;
+        let (bristles, deflection) = (bristles.companion(1.0)?, Vector2::zeros());
+        pads.push(Pad { part, joint, foot, bristles, deflection, step: None });
     }
     if let Some(pad) = pads.last() {
         world.bodies[pad.part.0].add_force(Vector::new(-normal_force, 0.0, 0.0), true);
@@ -166,7 +167,7 @@ impl Pad {
                 [(damping > 0.0).then_some((damping, 0.0)); 2]
             }
             Grip::FrBd => {
-                let reloaded = self.bristles.reload(normal_force, &self.deflection)?;
+                let reloaded = self.bristles.reload(normal_force, &velocity, &self.deflection)?;
                 let step = self.bristles.step(&velocity, &reloaded.deflection, h);
                 self.step = Some(step);
                 step.axes().map(|axis| Some((axis.damping(), axis.target_velocity()?)))

@@ -39,10 +39,11 @@ pub struct Bristles<M> {
 }
 
 impl<M: Bristle<f64, Deflection = f64>> Bristles<M> {
-    /// Undeflected bristles that slide no faster than this [m/s].
-    pub fn new(model: M, fastest: f64) -> Result<Self, ParameterError> {
+    /// Undeflected bristles, whose stiffness was measured under this load [N], and which slide no
+    /// faster than this [m/s].
+    pub fn new(model: M, reference_load: f64, fastest: f64) -> Result<Self, ParameterError> {
         Ok(Self {
-            companion: model.under_load(0.0)?.companion(fastest)?,
+            companion: model.under_load(reference_load)?.companion(fastest)?,
             deflection: 0.0,
             history: VelocityHistory::new(0.0),
             step: None,
@@ -53,12 +54,12 @@ impl<M: Bristle<f64, Deflection = f64>> Bristles<M> {
 
 impl<M: Bristle<f64, Deflection = f64>> Law for Bristles<M> {
     fn begin(&mut self, velocity: f64, normal_force: f64, h: f64) -> Result<(), ParameterError> {
-        // Asperities that come into contact come unstretched, those that leave take their energy.
-        let reloaded = self.companion.reload(normal_force, self.deflection)?;
-        self.deflection = reloaded.deflection;
-        self.ledger.enter(reloaded);
         self.history.push(velocity);
         let velocity = self.history.predict();
+        // The stiffness stays; a bristle that the surface no longer holds slips back.
+        let reloaded = self.companion.reload(normal_force, velocity, self.deflection)?;
+        self.deflection = reloaded.deflection;
+        self.ledger.enter(reloaded);
         // Whether an elasto-plastic bristle yields within the step has to be known beforehand.
         let deflection = self.deflection + 0.5 * h * velocity;
         let middle = Prediction { velocity, deflection };

@@ -87,8 +87,10 @@ impl Friction {
             Friction::Rapier => Box::new(Frictionless::default()),
             Friction::Explicit(epsilon) => Box::new(Regularised::new(curve, epsilon, false)),
             Friction::Implicit(epsilon) => Box::new(Regularised::new(curve, epsilon, true)),
-            Friction::FrBd(_) => Box::new(Bristles::new(frbd()?, FASTEST)?),
-            Friction::ElastoPlastic(_) => Box::new(Bristles::new(elasto_plastic()?, FASTEST)?),
+            Friction::FrBd(_) => Box::new(Bristles::new(frbd()?, MASS * GRAVITY, FASTEST)?),
+            Friction::ElastoPlastic(_) => {
+                Box::new(Bristles::new(elasto_plastic()?, MASS * GRAVITY, FASTEST)?)
+            }
         })
     }
 }

@@ -272,8 +272,11 @@ impl Swing {
         // then on the safe side.
         let creeps = contact.model().characteristics(T::zero()).is_some_and(|model| model.creeps);
         let rest = branch.of(T::zero());
-        let relaxation =
-            if creeps { to_f64(contact.model().affine(rest.into(), T::zero()).relaxation) } else { 0.0 };
+        let relaxation = if creeps {
+            to_f64(contact.model().affine(rest.into(), T::zero()).relaxation)
+        } else {
+            0.0
+        };
         let spring = to_f64(mechanism.spring_stiffness);
         let stiffness = bristle + spring + relaxation * damping;
         let slow = if relaxation > 0.0 { relaxation * spring / stiffness } else { 0.0 };

@@ -197,8 +197,8 @@ impl<T: Real> Task<T> for Steps {
                 is_the_midpoint_rule(&model, &run, i, h, |size, got, want, name| {
                     near(16.0, size, got, want, name);
                 });
-                // Below x = ½ the scalar step takes a series, above it loses less than two digits of
-                // φ2; and both exponents carry a few roundings of x, at most 1/e of which reach e⁻ˣ.
+                // Below x = ½ the scalar step takes a series, above it loses less than two digits
+                // of φ2; both exponents carry a few roundings of x, of which e⁻ˣ gets 1/e at most.
                 is_that_of_one_bristle(&model, &run, i, h, |size, got, want, name| {
                     near(24.0, size, got, want, name);
                 });

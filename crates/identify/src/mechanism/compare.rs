@@ -11,13 +11,13 @@
 use core::fmt;
 use core::ops::ControlFlow;
 
-use super::criteria::Criterion;
+use super::criteria::{Criterion, Errors};
 use super::fit::{Progress, Settings, fit_candidate};
 use super::friction::Friction;
 use super::joint::Joint;
 use super::log::DriveLog;
 use super::report::{JointFit, Scores};
-use super::smooth::smooth;
+use super::smooth::{SmoothedLog, smooth};
 use crate::SearchOutcome;
 use bristle::number::Number;
 use bristle::parameter::{self, ParameterError};
@@ -61,48 +61,49 @@ pub fn compare(
     parameter::count("candidates", candidates.len(), 1)?;
     parameter::count("logs held out", held_out.len(), 1)?;
     let (mut fits, mut refused) = (Vec::<JointFit>::new(), Vec::new());
-    for (number, friction) in candidates.iter().enumerate() {
+    for (candidate, friction) in candidates.iter().enumerate() {
         // The best so far, by the positions that were fitted.
-        let error = |fit: &&JointFit| fit.fitted.simulated.rmse;
+        let error = |fit: &&JointFit| fit.fitted.all.simulated.rmse;
         let simpler = fits.iter().min_by(|a, b| error(a).total_cmp(&error(b)));
-        let mut watch = |now: &Progress<'_>| progress(&Progress { candidate: number, ..*now });
+        let mut watch = |now: &Progress<'_>| progress(&Progress { candidate, ..*now });
         let logs = [fitted, held_out];
         match fit_candidate(joint, friction, logs, settings, simpler, &mut watch) {
-            Ok(fit) => {
-                let stopped = fit.fit.outcome == SearchOutcome::Stopped;
-                fits.push(fit);
-                if stopped {
-                    break;
-                }
-            }
+            Ok(fit) => fits.push(fit),
             Err(error) => refused.push((*friction, error)),
+        }
+        if fits.last().is_some_and(|fit| fit.fit.outcome == SearchOutcome::Stopped) {
+            break;
         }
     }
     let smoothed: Vec<_> = held_out.iter().map(smooth).collect();
-    let windows = |fit: &JointFit| {
-        let parts = fit.residuals(&smoothed, Criterion::Segments(f64::INFINITY));
-        let mut squares = Vec::new();
-        for part in parts.iter().flatten().flatten() {
-            let length = part.len().div_ceil(WINDOWS).max(1);
-            let mean = |window: &[f64]| window.iter().map(|r| r * r).sum::<f64>() / length as f64;
-            squares.extend(part.chunks(length).map(mean));
-        }
-        squares
+    // Mean square and standard error, number of parameters, and place of each.
+    let score = |(place, fit): (usize, &JointFit)| {
+        let (mean, error) = mean_and_error(&windows(fit, &smoothed));
+        (mean, error, fit.searched(), place)
     };
-    let scored: Vec<(f64, f64)> = fits.iter().map(|fit| mean_and_error(&windows(fit))).collect();
-    let order =
-        |&(_, a): &(usize, &(f64, f64)), &(_, b): &(usize, &(f64, f64))| a.0.total_cmp(&b.0);
-    let Some((best, &(least, standard_error))) = scored.iter().enumerate().min_by(order) else {
-        let reason = |(_, error): &(Friction, ParameterError)| *error;
+    let scores: Vec<_> = fits.iter().enumerate().map(score).collect();
+    let Some(&(least, standard_error, _, best)) = scores.iter().min_by(|a, b| a.0.total_cmp(&b.0))
+    else {
         let none = parameter::refused("candidates", 0.0, parameter::Rule::Count { least: 1 });
-        return Err(refused.first().map_or(none, reason));
+        return Err(refused.first().map_or(none, |(_, error)| *error));
     };
-    let near = scored.iter().enumerate().filter(|(_, score)| score.0 <= least + standard_error);
-    let searched = |i: usize| fits.get(i).map_or(usize::MAX, JointFit::searched);
-    let simplest =
-        near.min_by(|a, b| searched(a.0).cmp(&searched(b.0)).then(a.1.0.total_cmp(&b.1.0)));
-    let simplest = simplest.map_or(best, |(i, _)| i);
+    let near = scores.iter().filter(|score| score.0 <= least + standard_error);
+    let simplest = near.min_by(|a, b| a.2.cmp(&b.2).then(a.0.total_cmp(&b.0)));
+    let simplest = simplest.map_or(best, |score| score.3);
     Ok(Comparison { fits, refused, best, simplest, standard_error })
+}
+
+/// Mean squares of the errors of whole logs, window by window.
+fn windows(fit: &JointFit, logs: &[SmoothedLog<'_>]) -> Vec<f64> {
+    let mut squares = Vec::new();
+    let whole = Errors::new(&fit.model, logs, Criterion::Segments(f64::INFINITY));
+    let parts = whole.by_log(&fit.fit.values());
+    for part in parts.iter().flatten().flatten() {
+        let length = part.len().div_ceil(WINDOWS).max(1);
+        let mean = |window: &[f64]| window.iter().map(|r| r * r).sum::<f64>() / length as f64;
+        squares.extend(part.chunks(length).map(mean));
+    }
+    squares
 }
 
 /// The mean of values and its standard error; infinite where a value is not finite or there is
@@ -112,11 +113,8 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / count;
     let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
     let error = (squares / (count * (count - 1.0))).sqrt();
-    if mean.is_finite() {
-        (mean, if error.is_finite() { error } else { 0.0 })
-    } else {
-        (f64::INFINITY, 0.0)
-    }
+    let known = mean.is_finite() && error.is_finite();
+    (if mean.is_finite() { mean } else { f64::INFINITY }, if known { error } else { 0.0 })
 }
 
 impl Comparison {
@@ -138,7 +136,8 @@ impl fmt::Display for Comparison {
                 length => format!("{:.3} s", Number(length)),
             };
             write!(f, "{:28} {:>5} {over:>10}", fit.friction, fit.searched())?;
-            let Scores { inverse, segments, simulated } = fit.held_out.unwrap_or(fit.fitted);
+            let Scores { inverse, segments, simulated } =
+                fit.held_out.as_ref().unwrap_or(&fit.fitted).all;
             for score in [inverse, segments, simulated] {
                 write!(f, "  {:>15.4}", Number(score.rmse))?;
             }

@@ -18,7 +18,7 @@ use super::report::JointFit;
 use super::smooth::{SmoothedLog, smooth};
 use super::start::guess;
 use crate::least_squares::minimise;
-use crate::log::{median, quantile, span};
+use crate::log::{quantile, span};
 use crate::problem::{Objective, Problem};
 use crate::{Estimate, Fit, Parameter, Remark, SearchOutcome, SearchProgress, SearchSettings};
 use bristle::parameter::{self, ParameterError};
@@ -164,8 +164,19 @@ pub(super) fn fit_candidate(
     for (estimate, &log) in fit.estimates.iter_mut().zip(&model.table.logs) {
         estimate.log = log;
     }
-    let mut result = JointFit::new(model, fit, [horizon, REPORTED * duration], runs);
-    result.score(&logs, held_out)?;
+    let (values, segment) = (fit.values(), REPORTED * duration);
+    let unseen: Vec<SmoothedLog<'_>> = held_out.iter().map(smooth).collect();
+    let held_out = (!unseen.is_empty()).then(|| model.scores(&values, &unseen, segment));
+    let mut result = JointFit {
+        friction: *friction,
+        fit,
+        horizon,
+        segment,
+        fitted: model.scores(&values, &logs, segment)?,
+        held_out: held_out.transpose()?,
+        gradient_runs: runs,
+        model,
+    };
     judge(&mut result, &logs);
     Ok(result)
 }
@@ -215,7 +226,9 @@ impl Stages<'_> {
                     break;
                 }
                 self.errors.weights.clear();
-                self.errors.weights = self.settings.loss.weights(&self.errors, &found.values());
+                let mut sizes = Vec::new();
+                self.errors.evaluate(&found.values(), &mut |r: f64| sizes.push(r.abs()))?;
+                self.errors.weights = self.settings.loss.weights(&sizes);
                 found = self.minimise(self.left(), tolerance)?;
             }
         }
@@ -350,19 +363,4 @@ fn is_bearable(
     let mut sizes: Vec<f64> = rows.iter().map(|(_, gradient)| gradient.amax()).collect();
     let usual = quantile(&mut sizes, NEARLY_ALL) <= most;
     Ok(rows.finite && usual && quantile(&mut sizes, 1.0) <= RARE * most)
-}
-
-impl Loss {
-    /// Square roots of the weights of all residuals at a point.
-    fn weights(self, errors: &Errors<'_>, values: &[f64]) -> Vec<f64> {
-        let mut sizes = Vec::new();
-        if errors.evaluate(values, &mut |r: f64| sizes.push(r.abs())).is_err() {
-            return Vec::new();
-        }
-        let spread = 1.4826 * median(&mut sizes.clone());
-        if !(spread > 0.0) {
-            return Vec::new();
-        }
-        sizes.iter().map(|size| self.weight(size / spread)).collect()
-    }
 }

@@ -121,40 +121,37 @@ impl Friction {
     }
 
     pub(super) fn parameters(&self, guess: &Guess) -> Vec<Parameter> {
-        let mut all = Vec::new();
-        let mut push = |name, unit, start, least, most, typical| {
-            all.push(Parameter { name, unit, start, least, most, typical });
-        };
-        let coulomb = guess.coulomb;
-        push("coulomb_torque", "N m", coulomb, 1e-3 * coulomb, 100.0 * coulomb, Some(coulomb));
+        let (coulomb, range) = (guess.coulomb, guess.range);
+        let bounds = 1e-3 * coulomb..=100.0 * coulomb;
+        let mut all = vec![Parameter::scaled("coulomb_torque", "N m", coulomb, bounds, coulomb)];
         if self.loaded {
-            let typical = Some(0.1);
-            push("motor_load_factor", "", 0.1, 0.0, 0.95, typical);
-            push("external_load_factor", "", 0.1, 0.0, 5.0, typical);
+            all.push(Parameter::scaled("motor_load_factor", "", 0.1, 0.0..=0.95, 0.1));
+            all.push(Parameter::scaled("external_load_factor", "", 0.1, 0.0..=5.0, 0.1));
         }
+        let logarithmic = Parameter::logarithmic;
         if self.stribeck {
-            let (speed, fastest) = (guess.speed, guess.fastest);
-            push("breakaway_excess", "", 0.3, 1e-3, 10.0, Some(0.3));
-            push("stribeck_velocity", "rad/s", 0.1 * speed, 1e-4 * fastest, 10.0 * fastest, None);
+            let (speed, least, most) = (guess.speed, 1e-4 * guess.fastest, 10.0 * guess.fastest);
+            all.push(Parameter::scaled("breakaway_excess", "", 0.3, 1e-3..=10.0, 0.3));
+            all.push(logarithmic("stribeck_velocity", "rad/s", 0.1 * speed, least..=most));
         }
         if self.directional {
-            push("backward_ratio", "", 1.0, 0.1, 10.0, None);
+            all.push(logarithmic("backward_ratio", "", 1.0, 0.1..=10.0));
         }
         // σ1 of a critically damped stuck joint is 2 √(σ0 J/T_c).
-        let critical = |stiffness: f64| 2.0 * (stiffness * guess.inertia / guess.coulomb).sqrt();
+        let critical = |stiffness: f64| 2.0 * (stiffness * guess.inertia / coulomb).sqrt();
         if self.kind == Kind::Static {
-            let stiffness = 1e4 / guess.range;
+            let stiffness = 1e4 / range;
             let damping = 0.5 * critical(stiffness);
-            push("micro_stiffness", "1/rad", stiffness, stiffness, stiffness, None);
-            push("micro_damping", "s/rad", damping, damping, damping, None);
+            all.push(logarithmic("micro_stiffness", "1/rad", stiffness, stiffness..=stiffness));
+            all.push(logarithmic("micro_damping", "s/rad", damping, damping..=damping));
             return all;
         }
-        let stiffness = 200.0 / guess.range;
-        let (least, most) = (1.0 / guess.range, 1e5 / guess.range);
-        push("micro_stiffness", "1/rad", stiffness, least, most, None);
+        let stiffness = 200.0 / range;
+        all.push(logarithmic("micro_stiffness", "1/rad", stiffness, 1.0 / range..=1e5 / range));
         if self.kind != Kind::Dahl {
             let damping = 0.1 * critical(stiffness);
-            push("micro_damping", "s/rad", damping, 0.0, 1e3 * damping, Some(damping));
+            let bounds = 0.0..=1e3 * damping;
+            all.push(Parameter::scaled("micro_damping", "s/rad", damping, bounds, damping));
         }
         all
     }

@@ -149,10 +149,10 @@ impl Said {
                 parameter.least = parameter.least.min(value);
                 parameter.most = parameter.most.max(value);
             }
-            Self::Between([start, least, most]) => {
+            Self::Between(values @ [start, least, most]) => {
+                values.into_iter().try_for_each(|v| parameter::finite(name, v).map(drop))?;
                 (parameter.start, parameter.least, parameter.most) = (start, least, most);
                 if least == most {
-                    parameter::finite(name, start)?;
                     parameter.typical = Some(if start == 0.0 { 1.0 } else { start.abs() });
                 }
             }
@@ -313,11 +313,6 @@ impl Table {
                 ours.fold((first, 1.0), |(sum, count), (_, value)| (sum + value, count + 1.0));
             Some(sum / lit(count))
         })
-    }
-
-    /// Number of parameters that are searched.
-    pub(super) fn searched(&self) -> usize {
-        self.parameters.iter().filter(|parameter| parameter.least < parameter.most).count()
     }
 }
 

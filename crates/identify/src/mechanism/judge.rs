@@ -8,6 +8,7 @@
 
 use super::criteria::{Criterion, segments};
 use super::log::DriveLog;
+use super::plant::Plant;
 use super::report::{JointFit, Score};
 use super::smooth::SmoothedLog;
 use crate::log::range;
@@ -27,20 +28,13 @@ const LEAST_MOTION: f64 = 0.03;
 pub(super) fn judge(result: &mut JointFit, logs: &[SmoothedLog<'_>]) {
     let mut remarks = Vec::new();
     let unexplained = unexplained(result, logs);
-    if !unexplained.is_empty() {
-        for estimate in &mut result.fit.estimates {
-            if estimate.verdict == Identifiability::Determined {
-                estimate.verdict = Identifiability::Unexplained;
-            }
-        }
-    }
     let one_load = one_load(result, logs);
-    if one_load.is_some() {
-        for estimate in &mut result.fit.estimates {
-            if estimate.parameter.name.ends_with("load_factor") {
-                estimate.verdict = Identifiability::Undetermined;
-                estimate.standard_error = f64::INFINITY;
-            }
+    for estimate in &mut result.fit.estimates {
+        if one_load.is_some() && estimate.parameter.name.ends_with("load_factor") {
+            estimate.verdict = Identifiability::Undetermined;
+            estimate.standard_error = f64::INFINITY;
+        } else if !unexplained.is_empty() && estimate.verdict == Identifiability::Determined {
+            estimate.verdict = Identifiability::Unexplained;
         }
     }
     let pendulum = result.fit.estimate("gravity_torque").is_some();
@@ -85,7 +79,8 @@ fn unexplained(result: &JointFit, logs: &[SmoothedLog<'_>]) -> Vec<Remark> {
     };
     let motions: Vec<f64> = logs.iter().map(|smoothed| motion(smoothed.log)).collect();
     let most = motions.iter().copied().fold(0.0, f64::max);
-    let (_, errors) = result.by_log(logs, Criterion::Segments(length));
+    let criterion = Criterion::Segments(length);
+    let (_, errors) = result.model.errors(&result.fit.values(), logs, criterion);
     let mut fails: Vec<(f64, Remark)> = Vec::new();
     for (log, (&Score { rmse, .. }, &motion)) in errors.iter().zip(&motions).enumerate() {
         let share = rmse / motion.max(LEAST_MOTION * most);
@@ -105,7 +100,7 @@ fn one_load(result: &JointFit, logs: &[SmoothedLog<'_>]) -> Option<Remark> {
     }
     let (mut motor, mut external) = (0.0_f64, (f64::INFINITY, f64::NEG_INFINITY));
     for (number, smoothed) in logs.iter().enumerate() {
-        let plant = result.plant(smoothed, number).ok()?;
+        let plant = Plant::new(&result.model, smoothed, number, &result.fit.values()).ok()?;
         for row in &smoothed.rows {
             let torques = plant.measured(row);
             motor = motor.max(torques.motor.abs());

@@ -165,4 +165,4 @@ pub use fit::{Progress, Settings, fit_joint};
 pub use friction::Friction;
 pub use joint::{Joint, OwnTerm, Term};
 pub use log::{Drive, DriveLog, DriveLogParameters, KnownLoad};
-pub use report::{JointFit, JointModel, Score, Scores};
+pub use report::{GroupScores, JointFit, JointModel, Score, Scores};

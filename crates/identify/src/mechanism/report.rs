@@ -3,16 +3,14 @@
 use core::fmt;
 
 use super::criteria::{Criterion, Errors};
-use super::friction::Friction;
+use super::friction::{Friction, Gear, GearParameters};
 use super::joint::Model;
 use super::log::{DriveLog, Source};
-use super::plant::Plant;
 use super::smooth::{SmoothedLog, smooth};
 use crate::Fit;
-use bristle::AnyBristle;
 use bristle::number::Number;
 use bristle::parameter::{self, ParameterError};
-use bristle_joint::{GearFriction, GearFrictionParameters, Gravity, TorqueLoad};
+use bristle_joint::{GearFriction, Gravity};
 
 /// Errors by one criterion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,7 +42,17 @@ pub struct Scores {
     pub simulated: Score,
 }
 
-/// The parameters of a joint and its friction, from [`fit`](super::fit()). Prints as a table.
+/// Errors on a group of logs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroupScores {
+    /// On all of them together.
+    pub all: Scores,
+    /// Log by log.
+    pub each: Vec<Scores>,
+}
+
+/// The parameters of a joint and its friction, from [`fit_joint`](super::fit_joint). Prints as a
+/// table.
 #[derive(Debug, Clone)]
 pub struct JointFit {
     /// The candidate.
@@ -57,104 +65,51 @@ pub struct JointFit {
     /// Length of the segments of the reported criterion \[s\].
     pub segment: f64,
     /// Errors on the logs that were fitted.
-    pub fitted: Scores,
+    pub fitted: GroupScores,
     /// Errors on the logs held out.
-    pub held_out: Option<Scores>,
-    /// Errors on each log that was fitted.
-    pub fitted_logs: Vec<Scores>,
-    /// Errors on each log held out.
-    pub held_out_logs: Vec<Scores>,
+    pub held_out: Option<GroupScores>,
     /// Runs with derivatives.
     pub gradient_runs: usize,
     pub(super) model: Model,
 }
 
-impl JointFit {
-    /// With the lengths of the segments that were fitted last and are reported, and no errors yet.
-    pub(super) fn new(
-        model: Model,
-        fit: Fit,
-        [horizon, segment]: [f64; 2],
-        gradient_runs: usize,
-    ) -> Self {
-        let none = Score { rmse: f64::NAN, mean_absolute: f64::NAN };
-        Self {
-            friction: model.friction,
-            fit,
-            horizon,
-            segment,
-            fitted: Scores { inverse: none, segments: none, simulated: none },
-            held_out: None,
-            fitted_logs: Vec::new(),
-            held_out_logs: Vec::new(),
-            gradient_runs,
-            model,
-        }
-    }
-
-    /// The value of a parameter by its name; of those that each log has for itself, the mean.
-    pub fn value(&self, name: &str) -> Option<f64> {
-        self.model.table.value(&self.fit.values(), usize::MAX, name)
-    }
-
-    /// Number of parameters that were searched.
-    pub fn searched(&self) -> usize {
-        self.model.table.searched()
-    }
-
-    /// The residuals of logs by a criterion, log by log and part by part.
-    pub(super) fn residuals(
-        &self,
-        logs: &[SmoothedLog<'_>],
-        criterion: Criterion,
-    ) -> Result<Vec<Vec<Vec<f64>>>, ParameterError> {
-        Errors::new(&self.model, logs, criterion).by_log(&self.fit.values())
-    }
-
+impl Model {
     /// Errors on logs by a criterion, on all of them and log by log; NaN where the model has no
     /// answer.
-    pub(super) fn by_log(
+    pub(super) fn errors(
         &self,
+        values: &[f64],
         logs: &[SmoothedLog<'_>],
         criterion: Criterion,
     ) -> (Score, Vec<Score>) {
-        let parts = self.residuals(logs, criterion);
+        let parts = Errors::new(self, logs, criterion).by_log(values);
         let parts = parts.unwrap_or_else(|_| vec![Vec::new(); logs.len()]);
         let all = Score::of(parts.iter().flatten().flatten());
         (all, parts.iter().map(|ours| Score::of(ours.iter().flatten())).collect())
     }
 
-    /// Takes the errors on the logs that were fitted and on those held out.
-    pub(super) fn score(
-        &mut self,
-        fitted: &[SmoothedLog<'_>],
-        held_out: &[DriveLog],
-    ) -> Result<(), ParameterError> {
-        (self.fitted, self.fitted_logs) = self.scores(fitted)?;
-        if !held_out.is_empty() {
-            let held_out: Vec<_> = held_out.iter().map(smooth).collect();
-            let (all, each) = self.scores(&held_out)?;
-            (self.held_out, self.held_out_logs) = (Some(all), each);
-        }
-        Ok(())
-    }
-
-    /// Errors by all three criteria, on all logs and log by log.
-    fn scores(&self, logs: &[SmoothedLog<'_>]) -> Result<(Scores, Vec<Scores>), ParameterError> {
+    /// Errors by all three criteria, with segments of a length.
+    pub(super) fn scores(
+        &self,
+        values: &[f64],
+        logs: &[SmoothedLog<'_>],
+        segment: f64,
+    ) -> Result<GroupScores, ParameterError> {
         self.check(logs)?;
-        let segments = [self.segment, f64::INFINITY].map(Criterion::Segments);
-        let by = [Criterion::Inverse, segments[0], segments[1]].map(|c| self.by_log(logs, c));
+        let segments = [segment, f64::INFINITY].map(Criterion::Segments);
+        let by = [Criterion::Inverse, segments[0], segments[1]];
+        let by = by.map(|criterion| self.errors(values, logs, criterion));
         let scores = |of: &dyn Fn(&(Score, Vec<Score>)) -> Score| {
             let [inverse, segments, simulated] = by.each_ref().map(of);
             Scores { inverse, segments, simulated }
         };
         let each = (0..logs.len()).map(|log| scores(&|(_, each)| each[log])).collect();
-        Ok((scores(&|(all, _)| *all), each))
+        Ok(GroupScores { all: scores(&|(all, _)| *all), each })
     }
 
-    /// Refuses logs of a drive that the fit has no constants of.
+    /// Refuses logs of a drive whose constants are not among the parameters.
     fn check(&self, logs: &[SmoothedLog<'_>]) -> Result<(), ParameterError> {
-        let lacks = |name| self.value(name).is_none();
+        let lacks = |name| !self.table.parameters.iter().any(|parameter| parameter.name == name);
         let (constant, resistance) = (lacks("torque_constant"), lacks("resistance"));
         let is_foreign = |source: &Source| {
             constant && *source != Source::Torque || resistance && source.is_electric()
@@ -163,6 +118,19 @@ impl JointFit {
             return Err(parameter::chosen("an electric drive", "this fit takes logs of torque"));
         }
         Ok(())
+    }
+}
+
+impl JointFit {
+    /// The value of a parameter by its name; of those that each log has for itself, the mean.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        self.model.table.value(&self.fit.values(), usize::MAX, name)
+    }
+
+    /// Number of parameters that were searched.
+    pub fn searched(&self) -> usize {
+        let estimates = self.fit.estimates.iter();
+        estimates.filter(|e| e.parameter.least < e.parameter.most).count()
     }
 
     /// The position \[rad\] at every row of a log, simulated from the first on.
@@ -173,9 +141,10 @@ impl JointFit {
     /// finite.
     pub fn simulate(&self, log: &DriveLog) -> Result<Vec<f64>, ParameterError> {
         let smoothed = [smooth(log)];
-        self.check(&smoothed)?;
+        self.model.check(&smoothed)?;
         let mut positions = log.position.clone();
-        let parts = self.residuals(&smoothed, Criterion::Segments(f64::INFINITY))?;
+        let whole = Errors::new(&self.model, &smoothed, Criterion::Segments(f64::INFINITY));
+        let parts = whole.by_log(&self.fit.values())?;
         let pieces = log.pieces().into_iter().filter(|piece| piece.len() > 1);
         for (piece, errors) in pieces.zip(parts.iter().flatten()) {
             for (row, &error) in piece.skip(1).zip(errors) {
@@ -184,15 +153,6 @@ impl JointFit {
             }
         }
         Ok(positions)
-    }
-
-    /// The mechanism of a log.
-    pub(super) fn plant<'a>(
-        &'a self,
-        smoothed: &'a SmoothedLog<'_>,
-        number: usize,
-    ) -> Result<Plant<'a, f64>, ParameterError> {
-        Plant::new(&self.model, smoothed, number, &self.fit.values())
     }
 
     /// The joint with these parameters, for simulations and control. Parameters that each log has
@@ -241,7 +201,7 @@ pub struct JointModel {
     /// Rate of a spring on the load side [N m/rad].
     pub spring_rate: f64,
     /// Friction and drag of the gear.
-    pub gear: GearFrictionParameters<f64, AnyBristle<f64>, TorqueLoad<f64>>,
+    pub gear: GearParameters<f64>,
 }
 
 impl JointModel {
@@ -251,9 +211,7 @@ impl JointModel {
     /// # Errors
     ///
     /// Refuses a drag that was changed to be negative or not finite.
-    pub fn gear(
-        &self,
-    ) -> Result<GearFriction<f64, AnyBristle<f64>, TorqueLoad<f64>>, ParameterError> {
+    pub fn gear(&self) -> Result<Gear<f64>, ParameterError> {
         GearFriction::new(self.gear.clone())
     }
 }
@@ -269,25 +227,22 @@ impl fmt::Display for JointFit {
         }
         writeln!(f, ", {} runs with derivatives", self.gradient_runs)?;
         let segment = Number(self.segment);
-        writeln!(
-            f,
-            "rmse (mean size)  torque [N m]       {segment:.3} s [rad]     whole logs [rad]"
-        )?;
+        write!(f, "rmse (mean size)  torque [N m]       {segment:.3} s [rad] ")?;
+        writeln!(f, "    whole logs [rad]")?;
         let mut row = |name: &str, scores: &Scores| {
             write!(f, "{name:15}")?;
-            for Score { rmse, mean_absolute } in [scores.inverse, scores.segments, scores.simulated]
-            {
-                write!(f, " {:>9.4} ({:>8.4})", Number(rmse), Number(mean_absolute))?;
+            for score in [scores.inverse, scores.segments, scores.simulated] {
+                let (rmse, mean) = (Number(score.rmse), Number(score.mean_absolute));
+                write!(f, " {rmse:>9.4} ({mean:>8.4})")?;
             }
             writeln!(f)
         };
-        let groups = [
-            ("fitted", Some(&self.fitted), &self.fitted_logs),
-            ("held out", self.held_out.as_ref(), &self.held_out_logs),
-        ];
-        for (name, all, logs) in groups {
-            all.iter().try_for_each(|scores| row(name, scores))?;
-            for (number, scores) in logs.iter().enumerate().filter(|_| logs.len() > 1) {
+        let groups = [("fitted", Some(&self.fitted)), ("held out", self.held_out.as_ref())];
+        for (name, GroupScores { all, each }) in
+            groups.into_iter().filter_map(|(name, group)| Some((name, group?)))
+        {
+            row(name, all)?;
+            for (number, scores) in each.iter().enumerate().filter(|_| each.len() > 1) {
                 row(&format!("  log {number}"), scores)?;
             }
         }

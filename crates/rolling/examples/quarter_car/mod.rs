@@ -41,7 +41,7 @@ pub(crate) fn rolling<P: Tyre<f64>>(tyre: P, speed: f64) -> Result<QuarterCar<P>
         KelvinVoigt::new(KelvinVoigtParameters { micro_stiffness: 50.0, micro_damping: 0.1 })?;
     Ok(BrakedWheel::new(BrakedWheelParameters {
         tyre,
-        brake: FrBd::new(pads, holder).under_load(0.0)?,
+        brake: FrBd::new(pads, holder).under_load(0.0)?.measured_at(1500.0)?,
         mass: MASS,
         inertia: INERTIA,
         radius: RADIUS,

@@ -12,9 +12,9 @@ use super::queue::Queue;
 use super::{ExactPatch, PatchLedger, Segment};
 use crate::combined::finite;
 use crate::patch::coefficients;
-use crate::{Motion, Patch, PolynomialExponential, RateDependent};
+use crate::{Motion, Patch, PolynomialExponential};
 use bristle::parameter::{self, ParameterError};
-use bristle::{Affine, Scalar};
+use bristle::{Affine, Bristle, Scalar};
 use bristle_plane::PlaneBristle;
 
 /// A patch in motion in combined slip, without a grid: [`ExactPatch`] with a vector for the slip
@@ -79,7 +79,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         segments: [B; A],
     ) -> Result<CombinedPatch<T, M, A, N, B>, ParameterError>
     where
-        M: PlaneBristle<T, A, Axis: RateDependent<T>>,
+        M: PlaneBristle<T, A>,
         B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
     {
         for memory in &segments {
@@ -107,7 +107,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         segments: usize,
     ) -> Result<CombinedPatch<T, M, A, N, alloc::vec::Vec<Segment<T, N>>>, ParameterError>
     where
-        M: PlaneBristle<T, A, Axis: RateDependent<T>>,
+        M: PlaneBristle<T, A>,
     {
         let memory = super::memory(segments)?;
         self.combined(core::array::from_fn(|_| memory.clone()))
@@ -117,7 +117,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
 impl<T, M, const A: usize, const N: usize, B> CombinedPatch<T, M, A, N, B>
 where
     T: Scalar,
-    M: PlaneBristle<T, A, Axis: RateDependent<T>>,
+    M: PlaneBristle<T, A>,
     B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
 {
     /// The patch.
@@ -222,7 +222,7 @@ where
         let models = self.patch.model().axes(slip_velocity);
         SVector::from_fn(|i, _| {
             let v = slip_velocity[i];
-            of(&self.axes[i], &models[i].at_velocity(v), v)
+            of(&self.axes[i], &models[i].affine(v.into(), T::zero()), v)
         })
     }
 
@@ -255,7 +255,7 @@ where
 impl<T, M, const A: usize, const N: usize, B> CombinedStep<'_, T, M, A, N, B>
 where
     T: Scalar,
-    M: PlaneBristle<T, A, Axis: RateDependent<T>>,
+    M: PlaneBristle<T, A>,
     B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
 {
     /// Mean friction force \[N\] if the mean slip velocity is zero.

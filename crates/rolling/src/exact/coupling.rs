@@ -34,11 +34,11 @@ use super::queue::Segment;
 use crate::moments::phi1;
 use crate::patch::{Crossing, finite};
 use crate::quadrature::{integrate, integrate_gentle};
-use crate::{Motion, Pressure, RateDependent};
+use crate::{Motion, Pressure};
 use bristle::parameter::{self, ParameterError};
 use bristle::rheology::HeldWeights as _;
 use bristle::scalar::{is_zero, lit, smaller};
-use bristle::{Affine, Scalar};
+use bristle::{Affine, Bristle, Scalar};
 
 /// Friction of a patch over one step: F̄ = bias + damping·v̄.
 ///
@@ -101,7 +101,7 @@ pub struct PatchLedger<T> {
 impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
 where
     T: Scalar,
-    M: RateDependent<T>,
+    M: Bristle<T, Deflection = T>,
     B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
 {
     /// The source and the damper that stand for the patch over a step of length h ≥ 0 \[s\], from
@@ -361,7 +361,7 @@ fn beyond_springs<T: Scalar>(affine: &Affine<T>, stiffness: T, integrals: [T; 3]
 impl<T, M, const N: usize, B> PatchStep<'_, T, M, N, B>
 where
     T: Scalar,
-    M: RateDependent<T>,
+    M: Bristle<T, Deflection = T>,
     B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
 {
     /// Mean friction force \[N\] if the mean slip velocity is zero.

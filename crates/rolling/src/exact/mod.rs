@@ -27,11 +27,11 @@ pub use coupling::{PatchLedger, PatchStep};
 pub use queue::Segment;
 
 use super::patch::{Crossing, coefficients};
-use super::{Motion, Patch, PolynomialExponential, Pressure, RateDependent};
+use super::{Motion, Patch, PolynomialExponential, Pressure};
 use bristle::LoadChange;
 use bristle::parameter::{self, ParameterError};
 use bristle::scalar::{larger, lit};
-use bristle::{Affine, Scalar};
+use bristle::{Affine, Bristle, Scalar};
 use profile::{Profile, level};
 use queue::{Held, Queue};
 
@@ -105,7 +105,9 @@ pub struct ExactPatch<T, M, const N: usize, B> {
     queue: Queue<T, N, B>,
 }
 
-impl<T: Scalar, M: RateDependent<T>, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
+impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize>
+    Patch<T, M, PolynomialExponential<T, N>>
+{
     /// The patch in motion, with undeflected bristles, in memory that the caller provides: an
     /// array, a mutable slice or a vector of segments. [`ExactPatch`] says how many.
     ///
@@ -151,7 +153,7 @@ fn memory<T: Scalar, const N: usize>(
 impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
 where
     T: Scalar,
-    M: RateDependent<T>,
+    M: Bristle<T, Deflection = T>,
     B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
 {
     /// The patch.
@@ -260,7 +262,7 @@ where
 
     /// The friction force \[N\] at a slip velocity [m/s], with the bristles as they are.
     pub fn force(&self, slip_velocity: T) -> T {
-        self.force_of(&self.patch.model().at_velocity(slip_velocity), slip_velocity)
+        self.force_of(&self.patch.model().affine(slip_velocity.into(), T::zero()), slip_velocity)
     }
 
     /// The moment of the friction force about the middle of the patch \[N m\] at a slip velocity
@@ -271,7 +273,7 @@ where
     /// coefficient of the pressure is zero ([`PolynomialExponential::padded`]). Otherwise the time
     /// is proportional to the number of segments.
     pub fn moment(&self, slip_velocity: T) -> T {
-        self.moment_of(&self.patch.model().at_velocity(slip_velocity), slip_velocity)
+        self.moment_of(&self.patch.model().affine(slip_velocity.into(), T::zero()), slip_velocity)
     }
 
     fn moment_of(&self, affine: &Affine<T>, slip_velocity: T) -> T {

@@ -31,12 +31,12 @@
 use core::ops::Range;
 
 use super::queue::{Held, Segment};
-use super::{ExactPatch, Motion, RateDependent};
+use super::{ExactPatch, Motion};
 use bristle::parameter::{self, ParameterError, Rule};
 use bristle::root::enclose;
 use bristle::scalar::{is_zero, lit, smaller};
 use bristle::signal::Signal;
-use bristle::{Affine, Scalar};
+use bristle::{Affine, Bristle, Scalar};
 
 /// A piece of a span that moves the bristles by more of the patch than this is halved, …
 const LONGEST: f64 = 0.25;
@@ -55,7 +55,7 @@ const ENDS: f64 = 1e-6;
 impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
 where
     T: Scalar,
-    M: RateDependent<T>,
+    M: Bristle<T, Deflection = T>,
     B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
 {
     /// Rolls on over a span of time \[s\] with velocities that vary, and returns the friction

@@ -22,7 +22,7 @@ use nalgebra::SVector;
 use super::path::Paths;
 use super::{Bristles, Grid, between};
 use crate::combined::finite;
-use crate::{Motion, Patch, Pressure, RateDependent};
+use crate::{Motion, Patch, Pressure};
 use bristle::parameter::{self, ParameterError};
 use bristle::scalar::lit;
 use bristle::{Bristle, Scalar};
@@ -80,7 +80,7 @@ pub struct CombinedGrid<T: Scalar, M: PlaneBristle<T, A>, const A: usize> {
 impl<T, M, const A: usize> CombinedGrid<T, M, A>
 where
     T: Scalar,
-    M: PlaneBristle<T, A, Axis: RateDependent<T>>,
+    M: PlaneBristle<T, A>,
 {
     /// A patch of equal bristles on N cells, undeflected.
     ///
@@ -164,7 +164,7 @@ where
             driven: |_, velocity: &SVector<T, A>| {
                 let axes = model.axes(velocity);
                 core::array::from_fn(|i| {
-                    let affine = axes[i].at_velocity(velocity[i]);
+                    let affine = axes[i].affine(velocity[i].into(), T::zero());
                     (affine.relaxation, affine.drive * velocity[i])
                 })
             },

@@ -36,7 +36,7 @@ pub use combined::CombinedGrid;
 
 use nalgebra::Vector1;
 
-use super::{Motion, Patch, Pressure, RateDependent};
+use super::{Motion, Patch, Pressure};
 use bristle::LoadChange;
 use bristle::parameter::{self, ParameterError, Rule};
 use bristle::rheology::HeldWeights as _;
@@ -117,7 +117,7 @@ pub struct Grid<T, M> {
     range: (T, T),
 }
 
-impl<T: Scalar, M: RateDependent<T>> Grid<T, M> {
+impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// A patch of equal bristles on N cells, undeflected.
     ///
     /// # Errors

@@ -713,7 +713,7 @@ fn a_run_in_an_array_allocates_nothing() {
     let counted = allocation_counter::measure(|| {
         let mut wheel = BrakedWheel::new(BrakedWheelParameters {
             tyre: patch.exact([Segment::default(); 100]).unwrap(),
-            brake: pads::<f64>().under_load(0.0).unwrap(),
+            brake: pads::<f64>().under_load(0.0).unwrap().measured_at(1500.0).unwrap(),
             mass: MASS,
             inertia: INERTIA,
             radius: RADIUS,

@@ -156,7 +156,7 @@ fn wheel<P: Tyre<f64>>(tyre: P, lateral_velocity: f64) -> Vec<u64> {
     let brake = FrBd::new(coulomb(&Recipe::TABLE_2), kelvin_voigt(20.0, 0.1));
     let mut wheel = BrakedWheel::new(BrakedWheelParameters {
         tyre,
-        brake: brake.under_load(0.0).unwrap(),
+        brake: brake.under_load(0.0).unwrap().measured_at(r.load).unwrap(),
         mass: 400.0,
         inertia: 1.0,
         radius: 0.3,
