@@ -697,7 +697,8 @@ fn a_lifted_contact_has_no_force_and_touches_unstretched() {
         FrBd::new(stribeck::<f64>(&r, 2.0), kelvin_voigt(1e4, 64.5)).under_load(0.0).unwrap();
     assert_eq!(contact.force(0.3, 1e-4), 0.0);
     assert_eq!(contact.stored_energy(1e-4), 0.0);
-    let pressed = contact.reload(5.0, 0.0, 1e-4).unwrap();
+    assert_eq!(contact.reload(5.0, 0.0, 1e-4).unwrap_err().name, "reference_load");
+    let pressed = contact.renew(5.0, 1e-4).unwrap();
     assert_eq!((pressed.deflection, pressed.dissipated), (0.0, 0.0), "it touches unstretched");
     assert_eq!(contact.normal_force(), 5.0);
     assert_eq!(contact.force(0.3, 1e-4), 5.0 * contact.model().coefficient(0.3, 1e-4));

@@ -15,9 +15,9 @@ use std::process::ExitCode;
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
 use bristle::signal::{Function, Signal};
-use bristle::{FrBd, LuGre, paper};
+use bristle::{Bristle, FrBd, LuGre, paper};
 use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, println};
-use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential, RateDependent};
+use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
 
 /// Error of the force ratios; the integration chooses its steps, whatever the number of samples.
 const TOLERANCE: f64 = 1e-9;
@@ -102,7 +102,7 @@ fn forces<M, S, W>(
     times: &[f64],
 ) -> Result<[Vec<f64>; 3], Box<dyn Error>>
 where
-    M: RateDependent<f64> + Copy,
+    M: Bristle<f64, Deflection = f64> + Copy,
     S: Signal<f64>,
     W: Signal<f64>,
 {
@@ -121,7 +121,7 @@ fn force<M, S, W, const N: usize>(
     times: &[f64],
 ) -> Result<Vec<f64>, Box<dyn Error>>
 where
-    M: RateDependent<f64>,
+    M: Bristle<f64, Deflection = f64>,
     S: Signal<f64>,
     W: Signal<f64>,
 {

@@ -150,3 +150,49 @@ fn output_limits<T: Scalar, M: Bristle<T, Deflection = T>>(model: &M, fastest: T
     };
     (larger(stiffness, below), damping + known.viscous_friction)
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    extern crate std;
+    use std::format;
+
+    use bristle::curve::{Stribeck, StribeckParameters};
+    use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+    use bristle::{Bristle, LuGre, paper};
+
+    use super::output_limits;
+
+    #[test]
+    fn the_coefficients_of_lugre_stay_within_their_limits_and_come_near_them() {
+        let curve = |viscous_friction| {
+            Stribeck::new(StribeckParameters { viscous_friction, ..paper::TYRE_CURVE }).unwrap()
+        };
+        // Slow enough for c₀ > 0, fast enough for c₀ < −σ0, undamped, viscous without a dashpot.
+        for (damping, viscous, fastest) in
+            [(0.3, 0.0018, 0.1), (0.3, 0.0018, 60.0), (0.0, 0.01, 60.0), (2.0, 0.0, 60.0)]
+        {
+            let bristle = KelvinVoigtParameters { micro_stiffness: 252.0, micro_damping: damping };
+            let bristle = KelvinVoigt::new(bristle).unwrap();
+            let model = LuGre::classical(curve(viscous), bristle);
+            let (most_stiffness, most_direct) = output_limits(&model, fastest);
+            let (mut stiffness, mut direct) = (0.0_f64, 0.0_f64);
+            for number in -2000..=2000 {
+                let affine = model.affine((fastest * f64::from(number) / 2000.0).into(), 0.0);
+                stiffness = stiffness.max(affine.stiffness.abs());
+                direct = direct.max(affine.damping.abs());
+            }
+            let name = format!("σ1 = {damping}, σ2 = {viscous}, up to {fastest}");
+            assert!(stiffness <= most_stiffness, "{name}: {stiffness} > {}", most_stiffness);
+            assert!(direct <= most_direct, "{name}: {direct} > {}", most_direct);
+            // At 60 m/s Stribeck's part has gone: max λ is attained. c₂ is the same at all velocities.
+            assert!(stiffness >= most_stiffness * (1.0 - 1e-12), "{name}: {stiffness}");
+            assert!(direct >= most_direct * (1.0 - 1e-12), "{name}: {direct}");
+            assert_eq!(
+                stiffness > 2.0 * 252.0,
+                damping > 0.0 && fastest > 1.0,
+                "{name}: {stiffness}"
+            );
+        }
+    }
+}

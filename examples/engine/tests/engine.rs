@@ -130,9 +130,9 @@ fn load_cycles_make_frbd_drift_by_its_law_and_elasto_plastic_not_at_all() {
                 let ratio = drift / drift_law();
                 assert!(ratio > 1.0 && ratio < 1.15, "{ratio} at {rate} Hz");
             }
-            // The block rocks by some 1e-6 of its normal force, and each rise of that renews as
-            // much of the deflection of at most 2e-4 m.
-            _ => assert!(drift.abs() < 1e-9, "{drift:e} m"),
+            // The block rocks by some 1e-6 of its normal force, but the bristles keep their
+            // stiffness: roundings of positions of 1 m, over a cycle of 60 to 240 steps.
+            _ => assert!(drift.abs() < 2e-14, "{drift:e} m"),
         }
     });
 }

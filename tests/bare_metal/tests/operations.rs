@@ -8,7 +8,7 @@ use std::mem::{size_of, size_of_val};
 use bristle::companion::CompanionStep;
 use bristle::control::{
     FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator, FeedbackParameters,
-    FrictionObserver, Injection, MicroDamping, ObserverModel, ObserverParameters, OutputParameters,
+    FrictionObserver, Injection, MicroDamping, ObserverParameters, OutputParameters,
     VelocityFromPosition, VelocityFromPositionParameters,
 };
 use bristle::curve::{
@@ -267,7 +267,7 @@ fn feedback<T: Scalar, M: Bristle<T, Deflection = T>>(
     .unwrap()
 }
 
-fn observer<T: Scalar, M: ObserverModel<T>>(
+fn observer<T: Scalar, M: Bristle<T, Deflection = T>>(
     model: M,
     injection: Injection<T>,
 ) -> FrictionObserver<T, M> {

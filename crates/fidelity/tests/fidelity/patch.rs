@@ -74,7 +74,7 @@ fn force_at<const N: usize>(parameters: &Parameters<N>, time: f64, finesse: f64)
     while place < 1.0 && now > 0.0 {
         let h = (1.0 / (finesse * transport_at(now))).min(now);
         let (v, transport) = (slip_at(now - 0.5 * h), transport_at(now - 0.5 * h));
-        let affine = model.at_velocity(v);
+        let affine = model.affine(v.into(), 0.0);
         let x = affine.relaxation * h;
         let fresh = if x == 0.0 {
             affine.drive * v * h

@@ -8,9 +8,9 @@ use std::time::Instant;
 
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
-use bristle::{FrBd, LuGre, ParameterError, paper};
+use bristle::{Bristle, FrBd, LuGre, ParameterError, paper};
 use bristle_plane::PlaneFrBd;
-use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential, RateDependent};
+use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential};
 use nalgebra::Vector2;
 
 /// Runs of each, in turns; the shortest counts.
@@ -126,7 +126,10 @@ fn combined<const N: usize>(
     Ok(())
 }
 
-fn model<M: RateDependent<f64> + Copy>(name: &str, model: M) -> Result<(), Box<dyn Error>> {
+fn model<M: Bristle<f64, Deflection = f64> + Copy>(
+    name: &str,
+    model: M,
+) -> Result<(), Box<dyn Error>> {
     for segments in [100, 1000, 10_000] {
         row(name, "constant", model, PolynomialExponential::constant(), segments)?;
         let decay = paper::TYRE_PRESSURE_DECAY;
@@ -136,7 +139,7 @@ fn model<M: RateDependent<f64> + Copy>(name: &str, model: M) -> Result<(), Box<d
     Ok(())
 }
 
-fn row<M: RateDependent<f64> + Copy, const N: usize>(
+fn row<M: Bristle<f64, Deflection = f64> + Copy, const N: usize>(
     name: &str,
     pressure_name: &str,
     model: M,

@@ -8,11 +8,9 @@ use std::time::Instant;
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
 use bristle::signal::Function;
-use bristle::{FrBd, LuGre, paper};
+use bristle::{Bristle, FrBd, LuGre, paper};
 use bristle_charts::{Csv, println};
-use bristle_rolling::{
-    Grid, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent,
-};
+use bristle_rolling::{Grid, Motion, Patch, PatchParameters, PolynomialExponential, Pressure};
 
 use crate::characteristics::{SmoothHistory, gauss};
 use crate::upwind::Upwind;
@@ -67,7 +65,7 @@ pub(crate) fn measure() -> Result<Vec<Row>, Box<dyn Error>> {
     Ok(rows)
 }
 
-fn each_pressure<M: RateDependent<f64> + Copy>(
+fn each_pressure<M: Bristle<f64, Deflection = f64> + Copy>(
     rows: &mut Vec<Row>,
     name: &'static str,
     model: M,
@@ -78,7 +76,7 @@ fn each_pressure<M: RateDependent<f64> + Copy>(
     sweep(rows, (name, "exponential"), model, exponential)
 }
 
-fn sweep<M: RateDependent<f64> + Copy, const N: usize>(
+fn sweep<M: Bristle<f64, Deflection = f64> + Copy, const N: usize>(
     rows: &mut Vec<Row>,
     (model_name, pressure_name): (&'static str, &'static str),
     model: M,
@@ -140,7 +138,7 @@ fn timed(run: impl Fn() -> Forces) -> Result<(Vec<f64>, f64), Box<dyn Error>> {
     Ok((forces, begin.elapsed().as_secs_f64()))
 }
 
-fn run<M: RateDependent<f64> + Copy, const N: usize>(
+fn run<M: Bristle<f64, Deflection = f64> + Copy, const N: usize>(
     patch: &Patch<f64, M, PolynomialExponential<f64, N>>,
     solver: &str,
     setting: usize,
@@ -200,14 +198,14 @@ fn run<M: RateDependent<f64> + Copy, const N: usize>(
 }
 
 /// F/F_z at the samples by quadrature of the characteristics, in panels of some length \[s\].
-fn reference<M: RateDependent<f64>, const N: usize>(
+fn reference<M: Bristle<f64, Deflection = f64>, const N: usize>(
     patch: &Patch<f64, M, PolynomialExponential<f64, N>>,
     panel: f64,
 ) -> Vec<f64> {
     let model = patch.model();
     let history = SmoothHistory {
         coefficients: &|t| {
-            let affine = model.at_velocity(slip(t));
+            let affine = model.affine((slip(t)).into(), 0.0);
             (affine.relaxation, affine.drive * slip(t))
         },
         transport: &|_| TRANSPORT,
@@ -223,7 +221,7 @@ fn reference<M: RateDependent<f64>, const N: usize>(
     (1..=SAMPLES)
         .map(|number| {
             let t = time(number, SAMPLES);
-            let affine = model.at_velocity(slip(t));
+            let affine = model.affine((slip(t)).into(), 0.0);
             let deflections = history.weighted(0.0, t, &rest) / pressure.total();
             affine.stiffness * deflections + affine.damping * slip(t)
         })

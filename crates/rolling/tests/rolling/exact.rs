@@ -10,10 +10,9 @@ use crate::tyre::{LENGTH, bristle, curve, frbd, motion};
 use bristle::curve::Stribeck;
 use bristle::regularisation::{HyperbolicTangent, SquareRoot};
 use bristle::rheology::KelvinVoigt;
-use bristle::{Dahl, DahlParameters, FrBd, LuGre};
+use bristle::{Bristle, Dahl, DahlParameters, FrBd, LuGre};
 use bristle_rolling::{
     Patch, PatchParameters, PolynomialExponential, PolynomialExponentialParameters, Pressure,
-    RateDependent,
 };
 
 /// μ_s/σ0 of the tyre [m].
@@ -27,15 +26,20 @@ fn pressure<const N: usize>(coefficients: [f64; N], decay: f64) -> PolynomialExp
     PolynomialExponential::new(PolynomialExponentialParameters { coefficients, decay }).unwrap()
 }
 
-fn patch<M: RateDependent<f64>, const N: usize>(
+fn patch<M: Bristle<f64, Deflection = f64>, const N: usize>(
     model: M,
     pressure: PolynomialExponential<f64, N>,
 ) -> Patch<f64, M, PolynomialExponential<f64, N>> {
     Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap()
 }
 
-fn step_of<M: RateDependent<f64>>(model: &M, v: f64, transport: f64, duration: f64) -> Step {
-    let affine = model.at_velocity(v);
+fn step_of<M: Bristle<f64, Deflection = f64>>(
+    model: &M,
+    v: f64,
+    transport: f64,
+    duration: f64,
+) -> Step {
+    let affine = model.affine(v.into(), 0.0);
     Step { relaxation: affine.relaxation, drive: affine.drive * v, transport, duration }
 }
 
@@ -52,7 +56,7 @@ fn draw(random: &mut Random) -> (f64, f64, f64) {
 
 /// Rolls over random steps and compares the force with that of the characteristics every so many
 /// steps. Returns the greatest difference, over that of fully deflected bristles.
-fn worst_of<M: RateDependent<f64> + Copy, const N: usize>(
+fn worst_of<M: Bristle<f64, Deflection = f64> + Copy, const N: usize>(
     model: M,
     pressure: PolynomialExponential<f64, N>,
     (steps, every, seed): (usize, usize, u64),
@@ -73,7 +77,7 @@ fn worst_of<M: RateDependent<f64> + Copy, const N: usize>(
         // Early steps with the initial profile, and then every so often.
         if number == next || number + 1 == steps {
             next += if next < 20 { 1 } else { every };
-            let affine = model.at_velocity(v);
+            let affine = model.affine(v.into(), 0.0);
             let deflections = history.weighted(&weight, pressure.decay().abs() + 4.0);
             let viscous = pressure.total() * affine.damping * v;
             let want = LENGTH * (affine.stiffness * deflections + viscous);
@@ -95,7 +99,7 @@ fn weigh_all<const N: usize>(pressure: &PolynomialExponential<f64, N>) -> f64 {
 type Check<'a> = dyn FnMut(&str, &dyn Fn(usize) -> f64) + 'a;
 
 fn every_model(check: &mut Check<'_>, run: (usize, usize, u64)) {
-    fn over<M: RateDependent<f64> + Copy>(
+    fn over<M: Bristle<f64, Deflection = f64> + Copy>(
         model: M,
         number: usize,
         (steps, every, seed): (usize, usize, u64),
@@ -193,7 +197,7 @@ fn a_deflection_moves_out_exactly_and_nothing_is_left_of_it() {
         let patch = patch(tyre(), PolynomialExponential::constant());
         let mut rolling = patch.exact(vec![Default::default(); slots]).unwrap();
         rolling.set_profile(2, initial).unwrap();
-        let stiffness = LENGTH * tyre().at_velocity(0.0).stiffness * SCALE;
+        let stiffness = LENGTH * tyre().affine((0.0).into(), 0.0).stiffness * SCALE;
         let way = 1.0 / 160.0;
         for number in 1..=300 * 160 {
             let force = rolling.step(motion(0.0, 160.0), way / 160.0).unwrap();
@@ -272,7 +276,7 @@ fn a_small_slip_after_full_sliding_keeps_its_digits() {
 /// Steady force under a parabola of total 1 N/m: with κ = λ/V, of z_ss the part
 /// 1 − 6 (κ − 2 + (κ + 2) e^−κ)/κ³, as a series for small κ.
 fn steady_parabola(v: f64, transport: f64) -> f64 {
-    let affine = tyre().at_velocity(v);
+    let affine = tyre().affine(v.into(), 0.0);
     let kappa = affine.relaxation / transport;
     let (mut part, mut power) = (0.0, 1.0);
     if kappa < 1.0 {

@@ -7,10 +7,9 @@ use crate::characteristics::{History, Random, Step};
 use crate::tyre::{LENGTH, motion};
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
-use bristle::{FrBd, Rule, paper};
+use bristle::{Bristle, FrBd, Rule, paper};
 use bristle_rolling::{
-    ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent,
-    Segment,
+    ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, Segment,
 };
 
 type Tyre = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
@@ -29,7 +28,7 @@ fn patch<const N: usize>(
 }
 
 fn step_of(v: f64, transport: f64, duration: f64) -> Step {
-    let affine = tyre().at_velocity(v);
+    let affine = tyre().affine(v.into(), 0.0);
     Step { relaxation: affine.relaxation, drive: affine.drive * v, transport, duration }
 }
 
@@ -53,7 +52,7 @@ fn merged_error<const N: usize>(
         let force = rolling.step(motion(v, transport), h).unwrap();
         history.push(step_of(v, transport, h));
         if number % (per_transit / 53) == 11 {
-            let affine = tyre().at_velocity(v);
+            let affine = tyre().affine(v.into(), 0.0);
             let z = history.weighted(&|xi| pressure.at(xi), 4.0);
             let want = LENGTH * affine.stiffness * z;
             worst = worst.max((force - want).abs() / (LENGTH * 0.6));
@@ -116,7 +115,7 @@ fn merging_keeps_the_force_exact_until_the_front_is_cut() {
         let force = rolling.step(motion(v, 200.0), 5e-6).unwrap();
         history.push(step_of(v, 200.0, 5e-6));
         if number % 33 == 0 {
-            let stiffness = tyre().at_velocity(v).stiffness;
+            let stiffness = tyre().affine(v.into(), 0.0).stiffness;
             let want = LENGTH * stiffness * history.weighted(&|_| 1.0, 1.0);
             // A thousand steps, a rounding each.
             assert!((force - want).abs() < 1e-13 * LENGTH * 0.6, "{number}: {force:e} {want:e}");
@@ -160,7 +159,7 @@ fn narrow_and_wide(steps: usize) {
             most = most.max(rolling.segments());
             assert!(rolling.segments() <= slots, "{number}: {}", rolling.segments());
             if number % 5003 == 17 {
-                let stiffness = tyre().at_velocity(v).stiffness;
+                let stiffness = tyre().affine(v.into(), 0.0).stiffness;
                 let p = |xi: f64| 6.0 * xi * (1.0 - xi);
                 let want = LENGTH * stiffness * history.weighted(&p, 4.0);
                 worst = worst.max((force - want).abs() / (LENGTH * 0.6));
@@ -190,7 +189,7 @@ fn any_pattern_of_steps_fits_the_slots_and_respects_the_bounds() {
             let force = rolling.step(motion(v, 50.0), way / 50.0).unwrap();
             assert!(rolling.segments() <= slots, "{number}: {}", rolling.segments());
             // |z| ≤ max μ/σ0, and here all of it is μ(30 m/s)/σ0.
-            let most = LENGTH * tyre().at_velocity(30.0).stiffness * rolling_bound();
+            let most = LENGTH * tyre().affine((30.0).into(), 0.0).stiffness * rolling_bound();
             assert!(force.abs() <= most * (1.0 + 1e-13), "{number}: {force:e} {most:e}");
             if number % 500 == 0 {
                 for place in 0..=50 {
@@ -204,7 +203,7 @@ fn any_pattern_of_steps_fits_the_slots_and_respects_the_bounds() {
 
 /// |z_ss| of sliding at 30 m/s.
 fn rolling_bound() -> f64 {
-    let affine = tyre().at_velocity(30.0);
+    let affine = tyre().affine((30.0).into(), 0.0);
     affine.drive * 30.0 / affine.relaxation
 }
 
@@ -221,7 +220,7 @@ fn a_tiny_deflection_keeps_its_digits_through_merging_and_after_heavy_sliding() 
         }
         let settled = rolling.step(motion(1e-9, 100.0), 1e-5).unwrap();
         // At such a slip z = v ξ/V, and F = L c₀ v/V ∫ξ p dξ, less a part of 1e-9.
-        let affine = tyre().at_velocity(1e-9);
+        let affine = tyre().affine(1e-9.into(), 0.0);
         let kappa = affine.relaxation / 100.0;
         let want = LENGTH * affine.stiffness * 1e-9 / 100.0 * (0.5 - 0.15 * kappa);
         // A thousand steps a transit, a rounding each, and what merging costs: the profile is
@@ -237,7 +236,7 @@ fn extreme_numbers_give_no_nan_and_no_wrong_force() {
         patch(PolynomialExponential::parabolic()).exact([Segment::default(); 40]).unwrap();
     let steady = |rolling: &mut ExactPatch<_, _, 3, _>| {
         let force = rolling.step(motion(3.0, 100.0), 1.0).unwrap();
-        let affine = tyre().at_velocity(3.0);
+        let affine = tyre().affine((3.0).into(), 0.0);
         let k = affine.relaxation / 100.0;
         let z = affine.drive * 3.0 / affine.relaxation;
         let left = (k - 2.0 + (k + 2.0) * (-k).exp()) / k.powi(3);
@@ -264,7 +263,7 @@ fn extreme_numbers_give_no_nan_and_no_wrong_force() {
         assert!((now - force).abs() < 1e-13 * force, "{v:e} {transport:e} {h:e}: {now:e}");
     }
     // Bristles that stand and slide, or that all came in under the same velocity, for ever.
-    let sliding = LENGTH * tyre().at_velocity(3.0).stiffness * stationary(3.0);
+    let sliding = LENGTH * tyre().affine((3.0).into(), 0.0).stiffness * stationary(3.0);
     for (v, transport, h) in [
         (3.0, 0.0, 1e100),
         (3.0, 1e-300, 1e100),
@@ -274,7 +273,8 @@ fn extreme_numbers_give_no_nan_and_no_wrong_force() {
         (1e100, 1e-100, 1e100),
     ] {
         let force = rolling.step(motion(v, transport), h).unwrap();
-        let want = sliding * tyre().at_velocity(v).stiffness / tyre().at_velocity(3.0).stiffness
+        let want = sliding * tyre().affine(v.into(), 0.0).stiffness
+            / tyre().affine((3.0).into(), 0.0).stiffness
             * stationary(v)
             / stationary(3.0);
         // A boundary layer at the inlet: 1e-9 of the patch over 1e3.
@@ -286,12 +286,12 @@ fn extreme_numbers_give_no_nan_and_no_wrong_force() {
     // The patch crosses in no time: bristles have none to deflect.
     for transport in [1e30, 1e100] {
         let force = rolling.step(motion(3.0, transport), 1e-3).unwrap();
-        let want = 0.5 * LENGTH * tyre().at_velocity(3.0).stiffness * 3.0 / transport;
+        let want = 0.5 * LENGTH * tyre().affine((3.0).into(), 0.0).stiffness * 3.0 / transport;
         assert!((force / want - 1.0).abs() < 1e-13, "{transport:e}: {force:e} {want:e}");
     }
     for (v, transport) in [(0.0, 5e-324), (3.0, 5e-324), (3.0, 1e-300), (0.0, 1e-300)] {
         rolling.settle(motion(v, transport)).unwrap();
-        let want = LENGTH * tyre().at_velocity(3.0).stiffness * stationary(v);
+        let want = LENGTH * tyre().affine((3.0).into(), 0.0).stiffness * stationary(v);
         let force = rolling.force(3.0);
         assert!((force - want).abs() <= 1e-13 * want, "{v:e} {transport:e}: {force:e} {want:e}");
     }
@@ -300,7 +300,7 @@ fn extreme_numbers_give_no_nan_and_no_wrong_force() {
 
 /// z_ss at a velocity, 0 at rest.
 fn stationary(v: f64) -> f64 {
-    let affine = tyre().at_velocity(v);
+    let affine = tyre().affine(v.into(), 0.0);
     if v == 0.0 { 0.0 } else { affine.drive * v / affine.relaxation }
 }
 

@@ -11,7 +11,7 @@ use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd, LuGre, Scalar, paper};
 use bristle_rolling::{
     Motion, Patch, PatchParameters, PolynomialExponential, PolynomialExponentialParameters,
-    Pressure, RateDependent,
+    Pressure,
 };
 use bristle_specimens::{assert_within, check, integral, lit};
 use proptest::prelude::*;
@@ -293,7 +293,7 @@ fn over_step(history: &[Held], step: &Held, f: impl Fn(f64, f64) -> f64) -> f64 
 }
 
 /// Runs some steps and compares every entry of their ledgers with quadrature.
-fn ledger_is_that_of_quadrature<M: RateDependent<f64>, const N: usize>(
+fn ledger_is_that_of_quadrature<M: Bristle<f64, Deflection = f64>, const N: usize>(
     model: M,
     pressure: PolynomialExponential<f64, N>,
     run: &[Step],
@@ -307,7 +307,7 @@ fn ledger_is_that_of_quadrature<M: RateDependent<f64>, const N: usize>(
     let mut history = Vec::new();
     for step in run {
         let Step { predicted, mean, transport, duration } = *step;
-        let a = model.at_velocity(predicted);
+        let a = model.affine(predicted.into(), 0.0);
         let held = Held { relaxation: a.relaxation, drive: a.drive * mean, transport, duration };
         let motion = Motion { slip_velocity: predicted, rolling_speed: LENGTH * transport };
         let done =

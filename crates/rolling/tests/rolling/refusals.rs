@@ -5,12 +5,12 @@
 use bristle::curve::{FunctionCurve, Stribeck};
 use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bounds, FrBd, LuGre, paper};
-use bristle_rolling::{
-    ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, RateDependent, Segment,
-};
+use bristle::{Bounds, Bristle, FrBd, LuGre, paper};
+use bristle_rolling::{ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Segment};
 
-fn patch<M: RateDependent<f64>>(model: M) -> Patch<f64, M, PolynomialExponential<f64, 1>> {
+fn patch<M: Bristle<f64, Deflection = f64>>(
+    model: M,
+) -> Patch<f64, M, PolynomialExponential<f64, 1>> {
     let pressure = PolynomialExponential::constant();
     Patch::new(PatchParameters { model, length: 0.1, pressure }).unwrap().carrying(4000.0).unwrap()
 }

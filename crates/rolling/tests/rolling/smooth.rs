@@ -11,15 +11,14 @@ use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::signal::{Function, Polyline, Signal, Vertex};
 use bristle::{Bristle, FrBd, LuGre};
 use bristle_rolling::{
-    ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, RateDependent,
-    Segment,
+    ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, Segment,
 };
 
 fn tyre() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
     frbd(0.0)
 }
 
-fn patch<M: RateDependent<f64>, const N: usize>(
+fn patch<M: Bristle<f64, Deflection = f64>, const N: usize>(
     model: M,
     pressure: PolynomialExponential<f64, N>,
 ) -> Patch<f64, M, PolynomialExponential<f64, N>> {
@@ -33,7 +32,7 @@ type Rolling<M, const N: usize> = ExactPatch<f64, M, N, Vec<Segment<f64, N>>>;
 /// How a patch rolls over a span of time, and the force at its end.
 type Step<M, S, W, const N: usize> = fn(&mut Rolling<M, N>, &Motion<S, W>, Range<f64>) -> f64;
 
-fn followed<M: RateDependent<f64>, S: Signal<f64>, W: Signal<f64>, const N: usize>(
+fn followed<M: Bristle<f64, Deflection = f64>, S: Signal<f64>, W: Signal<f64>, const N: usize>(
     rolling: &mut Rolling<M, N>,
     motion: &Motion<S, W>,
     span: Range<f64>,
@@ -42,7 +41,7 @@ fn followed<M: RateDependent<f64>, S: Signal<f64>, W: Signal<f64>, const N: usiz
 }
 
 /// The motion of the middle of the span, held.
-fn held<M: RateDependent<f64>, S: Signal<f64>, W: Signal<f64>, const N: usize>(
+fn held<M: Bristle<f64, Deflection = f64>, S: Signal<f64>, W: Signal<f64>, const N: usize>(
     rolling: &mut Rolling<M, N>,
     motion: &Motion<S, W>,
     span: Range<f64>,
@@ -64,7 +63,7 @@ fn error<M, S, W, const N: usize>(
     step: Step<M, S, W, N>,
 ) -> f64
 where
-    M: RateDependent<f64>,
+    M: Bristle<f64, Deflection = f64>,
     S: Signal<f64>,
     W: Signal<f64>,
 {
@@ -88,14 +87,14 @@ fn reference<M, S, W, const N: usize>(
     kinks: &[f64],
 ) -> Vec<f64>
 where
-    M: RateDependent<f64>,
+    M: Bristle<f64, Deflection = f64>,
     S: Signal<f64>,
     W: Signal<f64>,
 {
     let v = |t: f64| motion.slip_velocity.value(t);
     let history = SmoothHistory {
         coefficients: &|t| {
-            let affine = model.at_velocity(v(t));
+            let affine = model.affine((v(t)).into(), 0.0);
             (affine.relaxation, affine.drive * v(t))
         },
         transport: &|t| motion.rolling_speed.value(t) / LENGTH,
@@ -115,7 +114,7 @@ where
     (1..=SAMPLES)
         .map(|number| {
             let time = END * number as f64 / SAMPLES as f64;
-            let affine = model.at_velocity(v(time));
+            let affine = model.affine((v(time)).into(), 0.0);
             let deflections = history.weighted(0.0, time, &rest);
             LENGTH * (affine.stiffness * deflections + pressure.total() * affine.damping * v(time))
         })
@@ -130,7 +129,7 @@ fn orders<M, S, W, const N: usize>(
     motion: &Motion<S, W>,
     kinks: &[f64],
 ) where
-    M: RateDependent<f64> + Copy,
+    M: Bristle<f64, Deflection = f64> + Copy,
     S: Signal<f64>,
     W: Signal<f64>,
 {
@@ -146,7 +145,7 @@ fn check_order<M, S, W, const N: usize>(
     reference: &[f64],
     (step, order): (Step<M, S, W, N>, f64),
 ) where
-    M: RateDependent<f64> + Copy,
+    M: Bristle<f64, Deflection = f64> + Copy,
     S: Signal<f64>,
     W: Signal<f64>,
 {
@@ -216,7 +215,7 @@ fn the_force_converges_to_that_of_the_characteristics_with_its_order() {
 
 #[test]
 fn the_error_of_the_force_is_within_the_tolerance() {
-    fn each<M: RateDependent<f64> + Copy, const N: usize>(
+    fn each<M: Bristle<f64, Deflection = f64> + Copy, const N: usize>(
         name: &str,
         model: M,
         pressure: PolynomialExponential<f64, N>,

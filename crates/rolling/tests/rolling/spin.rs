@@ -9,7 +9,7 @@ use super::combined::{
 use bristle::Scalar;
 use bristle::curve::{Coulomb, CoulombParameters};
 use bristle_plane::{Axis, PlaneBristle, PlaneFrBd, PlaneLuGre};
-use bristle_rolling::{CombinedGrid, Grid, Motion, PolynomialExponential, RateDependent};
+use bristle_rolling::{CombinedGrid, Grid, Motion, PolynomialExponential};
 use bristle_specimens::recipe::decades;
 use bristle_specimens::{assert_within, check, integral, lit};
 use nalgebra::{SVector, Vector1, Vector2, Vector3};
@@ -36,7 +36,7 @@ impl Twist {
     /// Steady rolling: a step longer than a crossing of the patch.
     fn settle<M>(self, grid: &mut CombinedGrid<f64, M, 2>, speed: f64) -> Vector2<f64>
     where
-        M: PlaneBristle<f64, 2, Axis: RateDependent<f64>>,
+        M: PlaneBristle<f64, 2>,
     {
         let field =
             Motion { slip_velocity: |place, _| self.at(place), rolling_speed: |_, _| speed };

@@ -9,7 +9,7 @@ use bristle::signal::Function;
 use bristle::{Bristle, Dahl, DahlParameters, FrBd, LuGre, Rule, paper};
 use bristle_rolling::{
     FunctionPressure, Motion, Patch, PatchParameters, PolynomialExponential,
-    PolynomialExponentialParameters, Pressure, RateDependent,
+    PolynomialExponentialParameters, Pressure,
 };
 use bristle_specimens::{assert_within, check};
 
@@ -35,7 +35,7 @@ fn at(slip_ratio: f64) -> Motion<f64> {
 }
 
 /// F/F_z in steady rolling.
-fn force_ratio<M: RateDependent<f64>, P: Pressure<f64>>(
+fn force_ratio<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
     patch: &Patch<f64, M, P>,
     motion: Motion<f64>,
 ) -> f64 {
@@ -257,7 +257,7 @@ const FORCES: [(&str, &str, [f64; 10]); 16] = [
 
 #[test]
 fn the_closed_form_is_the_quadrature_from_no_slip_to_full_sliding() {
-    fn model<M: RateDependent<f64>>(name: &str, model: M) -> usize {
+    fn model<M: Bristle<f64, Deflection = f64>>(name: &str, model: M) -> usize {
         let mut seen = 0;
         for (_, pressure, forces) in FORCES.iter().filter(|row| row.0 == name) {
             for (&slip, &want) in SLIPS.iter().zip(forces) {
@@ -274,7 +274,11 @@ fn the_closed_form_is_the_quadrature_from_no_slip_to_full_sliding() {
         }
         seen
     }
-    fn ratio<M: RateDependent<f64>, P: Pressure<f64>>(model: &M, pressure: P, slip: f64) -> f64 {
+    fn ratio<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
+        model: &M,
+        pressure: P,
+        slip: f64,
+    ) -> f64 {
         let patch = patch(model.clone(), pressure);
         let ratio = force_ratio(&patch, at(slip));
         assert_eq!(force_ratio(&patch, at(-slip)), -ratio, "at the slip −{slip:e}");
@@ -288,7 +292,11 @@ fn the_closed_form_is_the_quadrature_from_no_slip_to_full_sliding() {
 }
 
 /// Checks slopes against central differences of the force.
-fn check_slopes<M: RateDependent<f64>, P: Pressure<f64>>(model: M, pressure: P, name: &str) {
+fn check_slopes<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
+    model: M,
+    pressure: P,
+    name: &str,
+) {
     let patch = patch(model, pressure);
     for (v, transport) in [(-3.0, 40.0), (1e-3, 160.0), (0.4, 160.0), (2.0, 160.0), (30.0, 5.0)] {
         let force = |v: f64, transport: f64| {
@@ -412,7 +420,7 @@ fn the_profile_solves_its_equation() {
     // V z' = −λ z + r v, by the difference of neighbours.
     let patch = patch(frbd(0.3), exponential());
     let motion = at(0.05);
-    let (steady, affine) = (patch.steady(motion).unwrap(), frbd(0.3).at_velocity(0.8));
+    let (steady, affine) = (patch.steady(motion).unwrap(), frbd(0.3).affine((0.8).into(), 0.0));
     for place in [0.1, 0.5, 0.9] {
         let (h, z) = (1e-5, steady.deflection(place));
         let slope = (steady.deflection(place + h) - steady.deflection(place - h)) / (2.0 * h);
@@ -425,7 +433,7 @@ fn the_profile_solves_its_equation() {
 
 #[test]
 fn the_peak_is_the_highest_force() {
-    fn peak<M: RateDependent<f64>, P: Pressure<f64>>(model: M, pressure: P) {
+    fn peak<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(model: M, pressure: P) {
         let patch = patch(model, pressure);
         let up_to = at(0.9);
         let peak = patch.peak(up_to).unwrap().unwrap();
@@ -502,7 +510,8 @@ fn the_trail_is_that_of_the_brush_model_and_vanishes_in_sliding() {
     // In between, by quadrature of p and z with the stationary values of the model.
     for slip in [1e-3, 0.05, 0.3] {
         let v = slip * ROLLING_SPEED;
-        let kappa = frbd(0.0).at_velocity(v).relaxation / (ROLLING_SPEED / paper::TYRE_LENGTH);
+        let kappa =
+            frbd(0.0).affine(v.into(), 0.0).relaxation / (ROLLING_SPEED / paper::TYRE_LENGTH);
         let part = |power: i32| {
             bristle_specimens::integral(0.0, 1.0, 400, |x| {
                 6.0 * x * (1.0 - x) * (x - 0.5).powi(power) * -(-kappa * x).exp_m1()
@@ -525,7 +534,7 @@ fn the_moment_of_a_sliding_patch_is_that_of_its_boundary_layer() {
     let parabola = patch(frbd(0.0), PolynomialExponential::parabolic());
     for kappa in [1e3_f64, 1e4, 1e5, 1e6] {
         for v in [-2.0, 7.0] {
-            let affine = frbd(0.0).at_velocity(v);
+            let affine = frbd(0.0).affine(v.into(), 0.0);
             let motion = motion(v, affine.relaxation / kappa);
             let coefficient = frbd(0.0).stationary_coefficient(v);
             let unit = paper::TYRE_LENGTH * 4000.0 * coefficient.abs();

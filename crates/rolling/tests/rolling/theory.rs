@@ -12,7 +12,6 @@ use bristle::signal::Function;
 use bristle::{Bristle, Dahl, DahlParameters, FrBd, LuGre, paper};
 use bristle_rolling::{
     FunctionPressure, Motion, Passivity, Patch, PatchParameters, PolynomialExponential, Pressure,
-    RateDependent,
 };
 use bristle_specimens::{assert_within, check};
 use nalgebra::Complex;
@@ -211,7 +210,7 @@ impl Wobble {
 
     /// F(t): the bristles of a quadrature, each followed from its entry by Runge and Kutta's
     /// method.
-    fn force<M: RateDependent<f64>, P: Pressure<f64>>(
+    fn force<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
         &self,
         patch: &Patch<f64, M, P>,
         now: f64,
@@ -239,7 +238,7 @@ impl Wobble {
     }
 
     /// The first harmonic of the force over the amplitude.
-    fn response<M: RateDependent<f64>, P: Pressure<f64>>(
+    fn response<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
         &self,
         patch: &Patch<f64, M, P>,
     ) -> Complex<f64> {
@@ -255,7 +254,7 @@ impl Wobble {
     }
 }
 
-fn check_response<M: RateDependent<f64>, P: Pressure<f64>>(
+fn check_response<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
     model: M,
     pressure: P,
     velocities: &[f64],
@@ -306,7 +305,12 @@ fn the_frequency_response_is_that_of_followed_bristles() {
 
 #[test]
 fn the_static_response_is_the_slope_of_the_steady_force() {
-    fn same<M: RateDependent<f64>, P: Pressure<f64>>(model: M, pressure: P, v: f64, speed: f64) {
+    fn same<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
+        model: M,
+        pressure: P,
+        v: f64,
+        speed: f64,
+    ) {
         let patch = patch(model, pressure);
         let motion = Motion { slip_velocity: v, rolling_speed: speed };
         let linearised = patch.linearised(motion).unwrap();
@@ -363,7 +367,7 @@ fn the_response_has_the_symmetry_of_a_real_system_and_fades() {
 const BRISTLES: usize = 100;
 
 /// Moves a patch of bristles on by one place of their row at a held velocity.
-fn advance<M: RateDependent<f64>>(model: &M, row: &mut [f64], v: f64, transport: f64) {
+fn advance<M: Bristle<f64, Deflection = f64>>(model: &M, row: &mut [f64], v: f64, transport: f64) {
     let h = 1.0 / (BRISTLES as f64 * transport);
     for i in (1..row.len()).rev() {
         row[i] = model.hold(v, row[i - 1], h).deflection;
@@ -379,7 +383,7 @@ fn norm(row: &[f64]) -> f64 {
     (row.iter().map(|z| z * z).sum::<f64>() / BRISTLES as f64).sqrt()
 }
 
-fn check_limits<M: RateDependent<f64>, P: Pressure<f64>>(
+fn check_limits<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
     model: M,
     pressure: P,
     initial: f64,
@@ -523,33 +527,6 @@ fn the_parabola_pays_out_energy_under_a_small_sinusoid_and_not_with_enough_dampi
 }
 
 #[test]
-fn the_coefficients_of_lugre_stay_within_their_limits_and_come_near_them() {
-    let curve = |viscous_friction| {
-        Stribeck::new(StribeckParameters { viscous_friction, ..paper::TYRE_CURVE }).unwrap()
-    };
-    // Slow enough for c₀ > 0, fast enough for c₀ < −σ0, undamped, viscous without a dashpot.
-    for (damping, viscous, fastest) in
-        [(0.3, 0.0018, 0.1), (0.3, 0.0018, 60.0), (0.0, 0.01, 60.0), (2.0, 0.0, 60.0)]
-    {
-        let model = LuGre::classical(curve(viscous), bristle(damping));
-        let (most_stiffness, most_direct) = model.output_limits(fastest);
-        let (mut stiffness, mut direct) = (0.0_f64, 0.0_f64);
-        for number in -2000..=2000 {
-            let affine = model.at_velocity(fastest * f64::from(number) / 2000.0);
-            stiffness = stiffness.max(affine.stiffness.abs());
-            direct = direct.max(affine.damping.abs());
-        }
-        let name = format!("σ1 = {damping}, σ2 = {viscous}, up to {fastest}");
-        assert!(stiffness <= most_stiffness, "{name}: {stiffness} > {}", most_stiffness);
-        assert!(direct <= most_direct, "{name}: {direct} > {}", most_direct);
-        // At 60 m/s Stribeck's part has gone: max λ is attained. c₂ is the same at all velocities.
-        assert!(stiffness >= most_stiffness * (1.0 - 1e-12), "{name}: {stiffness}");
-        assert!(direct >= most_direct * (1.0 - 1e-12), "{name}: {direct}");
-        assert_eq!(stiffness > 2.0 * 252.0, damping > 0.0 && fastest > 1.0, "{name}: {stiffness}");
-    }
-}
-
-#[test]
 fn the_limit_of_the_force_is_that_of_the_curve_where_the_bristles_slide() {
     let curve = CoulombParameters { dynamic_coefficient: 0.4, viscous_friction: 0.0 };
     // Dashpots, whose c₂ v exceeds any other limit at such velocities.
@@ -631,7 +608,7 @@ fn rounding_of_a_transform_asks_for_no_damping() {
     let curve = CoulombParameters { dynamic_coefficient: 0.5_f32, viscous_friction: 0.0 };
     let spring = KelvinVoigtParameters { micro_stiffness: 252.0_f32, micro_damping: 0.0 };
     let model = FrBd::new(Coulomb::new(curve).unwrap(), KelvinVoigt::new(spring).unwrap());
-    fn least<P: Pressure<f32>, M: RateDependent<f32>>(model: &M, pressure: P) -> f32 {
+    fn least<P: Pressure<f32>, M: Bristle<f32, Deflection = f32>>(model: &M, pressure: P) -> f32 {
         let parameters = PatchParameters { model: model.clone(), length: 0.1_f32, pressure };
         Patch::new(parameters).unwrap().least_passive_damping(160.0).unwrap()
     }

@@ -12,7 +12,7 @@ use bristle_plane::PlaneFrBd;
 use bristle_rolling::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState};
 use bristle_rolling::{
     CombinedPatch, ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Pressure,
-    RateDependent, Segment,
+    Segment,
 };
 use bristle_specimens::recipe::decades;
 use bristle_specimens::{assert_within, check, lit};
@@ -55,7 +55,7 @@ fn parameters<T: Scalar, const N: usize>(
     let patch = Patch::new(PatchParameters { model: tyre::<T>(), length: lit(LENGTH), pressure });
     BrakedWheelParameters {
         tyre: patch.unwrap().carrying(lit(LOAD)).unwrap().exact_in(1000).unwrap(),
-        brake: pads::<T>().under_load(lit(0.0)).unwrap(),
+        brake: pads::<T>().under_load(lit(0.0)).unwrap().measured_at(lit(1500.0)).unwrap(),
         mass: lit(MASS),
         inertia: lit(INERTIA),
         radius: lit(RADIUS),
@@ -277,7 +277,7 @@ fn followed(end: f64, steps: u32) -> [f64; 3] {
     let brake = pads::<f64>();
     let slopes = |t: f64, body: [f64; 3], bristles: &[[f64; 2]]| {
         let v = body[0] - RADIUS * body[1];
-        let a = model.at_velocity(v);
+        let a = model.affine(v.into(), 0.0);
         // The trapezoidal rule, and the part of it that is inside at the outlet; the pressure
         // vanishes there.
         let density =

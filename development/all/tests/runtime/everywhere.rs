@@ -3,7 +3,7 @@
 
 use bristle::control::{
     FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator, FeedbackParameters,
-    FrictionObserver, Injection, MicroDamping, ObserverModel, ObserverParameters, OutputParameters,
+    FrictionObserver, Injection, MicroDamping, ObserverParameters, OutputParameters,
     VelocityFromPositionParameters,
 };
 use bristle::curve::{AnyCurve, FrictionCurve};
@@ -26,7 +26,7 @@ use bristle_plane::{Axis, PlaneBristle, PlaneFrBd, PlaneLuGre};
 use bristle_plane::{PlaneBody, PlaneBodyParameters};
 use bristle_rolling::{
     AnyPressure, Motion, Patch, PatchParameters, PolynomialExponential,
-    PolynomialExponentialParameters, Pressure, RateDependent, Segment,
+    PolynomialExponentialParameters, Pressure, Segment,
 };
 use bristle_rolling::{BrakedWheel, BrakedWheelParameters, Tyre, WheelLoads};
 use proptest::prelude::*;
@@ -133,7 +133,7 @@ fn controllers<M: Bristle<f64, Deflection = f64>>(model: &M, r: &Recipe, v: f64)
 }
 
 /// What an observer gives for a model over some samples of a motion.
-fn observed<M: ObserverModel<f64>>(model: M, v: f64) -> Vec<u64> {
+fn observed<M: Bristle<f64, Deflection = f64>>(model: M, v: f64) -> Vec<u64> {
     let velocity = encoder();
     let output = OutputParameters { share: 0.9, largest_force: 30.0 };
     let mut observer = FrictionObserver::new(ObserverParameters {
@@ -156,7 +156,7 @@ fn wheel<P: Tyre<f64>>(tyre: P, lateral_velocity: f64) -> Vec<u64> {
     let brake = FrBd::new(coulomb(&Recipe::TABLE_2), kelvin_voigt(20.0, 0.1));
     let mut wheel = BrakedWheel::new(BrakedWheelParameters {
         tyre,
-        brake: brake.under_load(0.0).unwrap().measured_at(r.load).unwrap(),
+        brake: brake.under_load(0.0).unwrap().measured_at(1500.0).unwrap(),
         mass: 400.0,
         inertia: 1.0,
         radius: 0.3,
@@ -171,14 +171,18 @@ fn wheel<P: Tyre<f64>>(tyre: P, lateral_velocity: f64) -> Vec<u64> {
 }
 
 /// What the bristles of a model do in a patch: steady rolling and a braked wheel.
-fn patch<M: RateDependent<f64>, P: Pressure<f64>>(model: M, pressure: P, v: f64) -> Vec<u64> {
+fn patch<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
+    model: M,
+    pressure: P,
+    v: f64,
+) -> Vec<u64> {
     let patch = Patch::new(PatchParameters { model, length: 0.1, pressure }).unwrap();
     let patch = patch.carrying(4000.0).unwrap();
     let motion = Motion { slip_velocity: v, rolling_speed: 5.0 };
     bits(patch.steady(motion).map_or([0.0; 2], |steady| [steady.force, steady.entry_coefficient]))
 }
 
-fn rolling<M: RateDependent<f64>>(model: M) -> Vec<u64> {
+fn rolling<M: Bristle<f64, Deflection = f64>>(model: M) -> Vec<u64> {
     let pressure = PolynomialExponential::parabolic();
     let patch = Patch::new(PatchParameters { model, length: 0.1, pressure }).unwrap();
     wheel(patch.carrying(4000.0).unwrap().exact([Segment::default(); 60]).unwrap(), 0.0)
@@ -199,7 +203,7 @@ where
 
 fn same_rolling<M>(model: M, v: f64) -> Result<(), TestCaseError>
 where
-    M: RateDependent<f64> + ObserverModel<f64> + Into<AnyBristle<f64>>,
+    M: Bristle<f64, Deflection = f64> + Into<AnyBristle<f64>>,
 {
     let any: AnyBristle<f64> = model.clone().into();
     let (pressure, chosen) = (PolynomialExponential::parabolic(), AnyPressure::from);
@@ -213,7 +217,7 @@ where
 /// What a model of two axes does: in a plane, and in the tyre of a wheel that is steered.
 fn plane<M>(model: &M, [v, z]: [f64; 2]) -> Vec<u64>
 where
-    M: PlaneBristle<f64, 2, Axis: RateDependent<f64>>,
+    M: PlaneBristle<f64, 2>,
 {
     let contact = model.clone().under_load(4000.0).unwrap();
     let (velocity, deflection) = (Vector2::new(v, -0.3 * v), Vector2::new(z, 0.5 * z));
@@ -383,7 +387,7 @@ fn the_ladder_of_models_takes_mechanisms_and_patches_chosen_at_run_time() {
     let answers = Answers { interval: 1e-3, count: 100 };
     fn rolled<M>(model: M, answers: Answers<f64>) -> String
     where
-        M: RateDependent<f64> + bristle_fidelity::Reducible<f64>,
+        M: Bristle<f64, Deflection = f64> + bristle_fidelity::Reducible<f64>,
     {
         let pressure = PolynomialExponential::parabolic();
         let patch = Patch::new(PatchParameters { model, length: 0.1, pressure }).unwrap();

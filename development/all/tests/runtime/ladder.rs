@@ -34,14 +34,13 @@ fn truth(set: &Set, wave: &Wave) -> Vec<f64> {
     const STEPS: u32 = 16;
     let velocity = wave.velocity();
     let step = wave.interval() / f64::from(STEPS);
-    let fold = set.fold();
     let mut z = 0.0;
     let mut forces = Vec::new();
     for index in 0..2 * PERIOD {
         let start = index as f64 * wave.interval();
         for substep in 0..STEPS {
             let middle = velocity.value(start + step * (f64::from(substep) + 0.5));
-            z = set.truth_about(&fold, middle, z, step).0;
+            z = set.truth(middle, z, step).0;
         }
         let v = velocity.value((index + 1) as f64 * wave.interval());
         forces.push(set.model().coefficient(v, z));

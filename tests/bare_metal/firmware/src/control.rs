@@ -3,7 +3,7 @@
 
 use bristle::control::{
     FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator, FeedbackParameters,
-    FrictionObserver, Injection, Measured, MicroDamping, ObserverModel, ObserverParameters,
+    FrictionObserver, Injection, Measured, MicroDamping, ObserverParameters,
     OutputParameters, VelocityFromPosition, VelocityFromPositionParameters,
 };
 use bristle::{Bristle, FrBd, LuGre, Scalar};
@@ -78,7 +78,7 @@ fn feedback_of<T: Scalar, M: Bristle<T, Deflection = T>>(model: M, input: &Input
     Ok(sum)
 }
 
-fn observer_of<T: Scalar, M: ObserverModel<T>>(model: M, input: &Input<T>) -> Answer<T> {
+fn observer_of<T: Scalar, M: Bristle<T, Deflection = T>>(model: M, input: &Input<T>) -> Answer<T> {
     let [positions, references, error_rates, ..] = &input.many;
     let [proportional_gain, derivative_gain, integral_gain, gain, corner] = input.gains;
     let contact = model.under_load(input.normal_force)?;
@@ -108,7 +108,7 @@ fn observer_of<T: Scalar, M: ObserverModel<T>>(model: M, input: &Input<T>) -> An
 }
 
 /// A model whose estimate's error obeys the theorems: all three.
-fn all<T: Scalar, M: ObserverModel<T>>(model: M, input: &Input<T>) -> Answer<T> {
+fn all<T: Scalar, M: Bristle<T, Deflection = T>>(model: M, input: &Input<T>) -> Answer<T> {
     let two = forward_of(model.clone(), input)? + feedback_of(model.clone(), input)?;
     Ok(two + observer_of(model, input)?)
 }
