@@ -247,8 +247,9 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         let springs = storage_stiffness * affine.drive * normal_force;
         let excess = stiffness - springs;
         let [bias, rest_bias] = weights.undriven_sums([stiffness, excess], deflection);
-        let [of_springs, of_excess] = weights.driven_sums([springs, excess], affine.drive);
-        let mut rest_damping = of_excess + normal_force * affine.damping;
+        let of_springs = weights.driven_damping(springs, affine.drive, T::zero());
+        let mut rest_damping =
+            weights.driven_damping(excess, affine.drive, normal_force * affine.damping);
         let mut damping = of_springs + rest_damping;
         if damping < T::zero() {
             // A rounding, where a stiffness varies. Force and dissipation use the same numbers.

@@ -106,12 +106,11 @@ pub trait HeldWeights<T: Scalar, D: Deflection<T>>: Copy + Debug + PartialEq {
         springs.map(|springs| springs.inner_product(mean))
     }
 
-    /// Σ kᵢ x̄ᵢ of the state averaged over the step, from zero under a drive u [m/s], for each of
-    /// two k.
+    /// Σ kᵢ x̄ᵢ + d of the state averaged over the step, from zero under a drive of one times r: what
+    /// a friction coefficient with the stiffness k and the damping d rises by with the velocity.
     #[inline]
-    fn driven_sums(&self, springs: [D; 2], drive: T) -> [T; 2] {
-        let mean = self.driven_mean(drive);
-        springs.map(|springs| springs.inner_product(mean))
+    fn driven_damping(&self, springs: D, drive: T, damping: T) -> T {
+        springs.inner_product(self.driven_mean(drive)) + damping
     }
 
     /// ∫ Σ Kᵢ xᵢ (Λx)ᵢ dt over the step \[m\]: the energy that springs of stiffness K dissipate per

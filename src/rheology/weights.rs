@@ -102,9 +102,18 @@ impl<T: Scalar> HeldWeights<T, T> for Weights<T> {
         springs.map(|stiffness| self.undriven_mean(stiffness * state))
     }
 
+    // In LuGre's fast sliding k r/λ is nearly −d: (1 − φ1) k r/λ + d is taken apart. Of the sum a
+    // few roundings count as zero.
     #[inline(always)]
-    fn driven_sums(&self, springs: [T; 2], drive: T) -> [T; 2] {
-        springs.map(|stiffness| self.driven_mean(stiffness * drive))
+    fn driven_damping(&self, springs: T, drive: T, damping: T) -> T {
+        let ([share, time], stiffness) = (self.mean_by_drive, springs * drive);
+        if !(springs < T::zero() && self.exponent >= T::one()) {
+            return share * (time * stiffness) + damping;
+        }
+        let part = time * stiffness;
+        let rest = part + damping;
+        let is_rounding = rest.abs() <= lit::<T>(16.0) * T::default_epsilon() * damping;
+        (if is_rounding { T::zero() } else { rest }) - part * self.phi1
     }
 
     #[inline(always)]

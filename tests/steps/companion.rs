@@ -276,8 +276,8 @@ fn the_damping_of_lugre_is_a_sum_of_what_is_not_negative() {
             assert_within(2e-6, want, got, want, || format!("{v:e} m/s, {h:e} s"));
         }
     }
-    // The same in an f32, with its digits though σ1 − σ1φ1λh leaves none; x = λh is far above one
-    // here.
+    // The same in an f32, though σ1 − σ1φ1λh leaves none of its digits: within roundings of σ1;
+    // x = λh is far above one here.
     let r = Recipe { viscous: 0.0, ..r };
     let bristle = kelvin_voigt(1e4_f32, 64.5);
     let model = LuGre::classical(stribeck::<f32>(&r, 2.0), bristle);

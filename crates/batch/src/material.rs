@@ -8,9 +8,10 @@ use bristle::curve::{AnyCurve, Coulomb, RationalStribeck, Stribeck};
 use bristle::parameter::{self, ParameterError, Rule};
 use bristle::regularisation::AnyRegularisation;
 use bristle::rheology::KelvinVoigt;
-use bristle::scalar::lit;
-use bristle::{AnyBristle, Bristle, Dahl, DahlParameters, FrBd};
+use bristle::scalar::{lit, unlimited};
+use bristle::{Affine, AnyBristle, Bristle, Dahl, DahlParameters, FrBd, Surface};
 use bristle_plane::PlaneFrBd;
+use core::fmt::Debug;
 pub(super) use sealed::{AxisMaterial, Material, Valley};
 
 /// How friction falls from its static to its dynamic coefficient, over u = |v|/v_S.
@@ -114,6 +115,24 @@ impl<T: Real, const N: usize> Material<T, N> {
     #[inline(always)]
     pub(super) fn most(&self, speed: T) -> T {
         self.curve.dynamic + self.curve.drop + self.curve.viscous * speed
+    }
+}
+
+impl<T: Real, const N: usize> Material<T, N> {
+    /// Whether a deflection within the ellipsoid of friction stays there: the axes relax alike, to a
+    /// few roundings.
+    #[inline(always)]
+    pub(super) fn is_ellipsoid(&self) -> bool {
+        let near = |a: T, b: T| (a - b).size() <= lit::<T>(8.0) * T::default_epsilon() * b.size();
+        let quotients = |axis: &AxisMaterial<T>| {
+            [axis.square() * axis.compliance(), axis.damping * axis.compliance()]
+        };
+        let mut alike = true;
+        for axis in &self.axes {
+            let ([first, damping], [other, damped]) = (quotients(&self.axes[0]), quotients(axis));
+            alike &= near(first, other) && near(damping, damped);
+        }
+        alike
     }
 }
 
@@ -305,6 +324,47 @@ impl<T: Real> sealed::Model<T, 1> for AnyBristle<T> {
 }
 
 impl<T, M: sealed::Model<T, N>, const N: usize> Uniform<T, N> for M {}
+
+/// A model of its own, as an object: what a step asks of it.
+pub(super) trait Own<T>: Debug + Sync {
+    fn affine(&self, surface: Surface<T>, deflection: T) -> Affine<T>
+    where
+        T: Real;
+    /// Deflection after an exact step, and mean coefficient.
+    fn hold(&self, surface: Surface<T>, deflection: T, duration: T) -> (T, T);
+    fn stationary(&self, surface: Surface<T>) -> T;
+    fn holds(&self, surface: Surface<T>, carried: T) -> T;
+    fn stiffness(&self) -> T;
+    /// Of the deflection, at rest; infinite if the model has none.
+    fn limit(&self) -> T;
+}
+
+impl<T: Real, M: Bristle<T, Deflection = T> + Sync> Own<T> for M {
+    fn affine(&self, surface: Surface<T>, deflection: T) -> Affine<T> {
+        Bristle::affine(self, surface, deflection)
+    }
+
+    fn hold(&self, surface: Surface<T>, deflection: T, duration: T) -> (T, T) {
+        let step = Bristle::hold(self, surface, deflection, duration);
+        (step.deflection, step.mean_coefficient)
+    }
+
+    fn stationary(&self, surface: Surface<T>) -> T {
+        Bristle::stationary(self, surface)
+    }
+
+    fn holds(&self, surface: Surface<T>, carried: T) -> T {
+        self.holding_coefficient(surface, carried)
+    }
+
+    fn stiffness(&self) -> T {
+        self.storage_stiffness()
+    }
+
+    fn limit(&self) -> T {
+        self.limits(T::zero()).deflection.unwrap_or_else(unlimited)
+    }
+}
 
 /// Where the parameters of a bristle come from, out of P numbers stored for each.
 pub(super) trait Source<T, const N: usize, const P: usize>: Copy + Send + Sync {

@@ -12,10 +12,10 @@ use bristle_identify::mechanism::{
     Loss, Progress, Scores, Settings, Term,
 };
 use bristle_identify::{Estimate, Identifiability, LogError, Remark, SearchOutcome};
-use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
 use bristle_joint::{
-    GearedJoint, GearedJointParameters, Gravity, JointState, PositionControl, VoltageMotor,
-    VoltageMotorParameters,
+    GearFriction, GearFrictionParameters, Gravity, JointInput, JointInputValue, JointMotion,
+    JointState, JointTorques, LoadLaw, PositionControl, TorqueLoad, TorqueLoadParameters,
+    VoltageMotor, VoltageMotorParameters,
 };
 use bristle_specimens::draw::Draw;
 
@@ -60,9 +60,49 @@ impl Columns {
     }
 }
 
-/// Three and a half seconds at 200 Hz, half a second of them at rest, by steps of 0.5 ms: an
-/// encoder of 4096 counts and a voltage with noise of 1 %.
-fn run(load: TorqueLoadParameters<f64>, gravity: f64, seed: u64, noisy: bool) -> Columns {
+/// The motion of the joint every 5 ms, by steps of 0.5 ms.
+fn motion(
+    stiffness: f64,
+    load: impl LoadLaw<f64>,
+    [motor, external]: [&dyn Fn(JointMotion<f64>) -> JointInputValue<f64>; 2],
+    angle: f64,
+    rows: usize,
+) -> Vec<JointState<f64>> {
+    let dahl = DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: stiffness };
+    let friction = Dahl::new(dahl).unwrap();
+    let parameters = GearFrictionParameters { friction, load, drag: DRAG, fastest: 20.0 };
+    let mut gear = GearFriction::new(parameters).unwrap();
+    let mut state = JointState::at_rest(angle);
+    let mut row = || {
+        let now = state;
+        for _ in 0..10 {
+            let torques = |middle| JointTorques::of(motor(middle), external(middle));
+            state = gear.joint_step(INERTIA, &state, 5e-4, torques).unwrap().0;
+        }
+        now
+    };
+    (0..rows).map(|_| row()).collect()
+}
+
+fn gravity(horizontal_torque: f64, hanging_angle: f64) -> Gravity<f64> {
+    Gravity { horizontal_torque, hanging_angle }
+}
+
+/// The motor under a voltage.
+fn motor<V: JointInput<f64>>(voltage: V, largest_voltage: Option<f64>) -> VoltageMotor<f64, V> {
+    VoltageMotor::new(VoltageMotorParameters {
+        voltage,
+        torque_constant: TORQUE_CONSTANT,
+        resistance: RESISTANCE,
+        largest_voltage,
+        largest_current: None,
+    })
+    .unwrap()
+}
+
+/// Three and a half seconds at 200 Hz, half a second of them at rest: an encoder of 4096 counts and
+/// a voltage with noise of 1 %.
+fn run(torque: f64, seed: u64, noisy: bool) -> Columns {
     let mut draw = Draw(1000 + 77 * seed);
     (0..10).for_each(|_| _ = draw.next());
     let phases: [f64; 3] = core::array::from_fn(|_| 6.3 * draw.next());
@@ -72,42 +112,22 @@ fn run(load: TorqueLoadParameters<f64>, gravity: f64, seed: u64, noisy: bool) ->
         let wave = |size: f64, rate: f64, phase: f64| size * (rate * t + phase).sin();
         fade * (wave(3.0, 2.3, phases[0]) + wave(2.0, 5.1, phases[1]) + wave(1.0, 11.3, phases[2]))
     };
-    let friction =
-        Dahl::new(DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: STIFFNESS }).unwrap();
-    let load = TorqueLoad::new(load).unwrap();
-    let gear = GearFrictionParameters { friction, load, drag: DRAG, fastest: 20.0 };
-    let motor = VoltageMotor::new(VoltageMotorParameters {
-        voltage: Function::new(move |t: f64| (voltage(t), 0.0), []),
-        torque_constant: TORQUE_CONSTANT,
-        resistance: RESISTANCE,
-        largest_voltage: None,
-        largest_current: None,
-    })
-    .unwrap();
-    let mut joint = GearedJoint::new(GearedJointParameters {
-        gear: GearFriction::new(gear).unwrap(),
-        inertia: INERTIA,
-        motor,
-        external: Gravity { horizontal_torque: gravity, hanging_angle: 0.0 },
-    })
-    .unwrap();
+    let motor = motor(Function::new(move |t: f64| (voltage(t), 0.0), []), None);
+    let torques: [&dyn Fn(_) -> _; 2] = [&|now| motor.at(now), &|now| gravity(torque, 0.0).at(now)];
     let count = core::f64::consts::TAU / 4096.0;
     let mut columns = Columns { time: vec![], position: vec![], drive: vec![] };
-    let mut state = JointState::at_rest(0.0);
-    for step in 0..7000 {
-        if step % 10 == 0 {
-            let angle = state.angle;
-            columns.time.push(state.time);
-            columns.position.push(if noisy { (angle / count).round() * count } else { angle });
-            columns.drive.push(voltage(state.time) + if noisy { 0.03 * draw.gauss() } else { 0.0 });
-        }
-        state = joint.step(&state, 5e-4).unwrap().0;
+    for JointState { time, angle, .. } in
+        motion(STIFFNESS, TorqueLoad::new(LOAD).unwrap(), torques, 0.0, 700)
+    {
+        columns.time.push(time);
+        columns.position.push(if noisy { (angle / count).round() * count } else { angle });
+        columns.drive.push(voltage(time) + if noisy { 0.03 * draw.gauss() } else { 0.0 });
     }
     columns
 }
 
 fn logs(seed: u64, noisy: bool) -> [DriveLog; 3] {
-    core::array::from_fn(|i| run(LOAD, GRAVITY, 10 * seed + i as u64, noisy).voltage().unwrap())
+    core::array::from_fn(|i| run(GRAVITY, 10 * seed + i as u64, noisy).voltage().unwrap())
 }
 
 fn pendulum() -> Joint {
@@ -121,20 +141,36 @@ fn go_on(_: &Progress<'_>) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
+/// The fit of a candidate to logs.
+fn fitted(friction: Friction, joint: &Joint, logs: &[DriveLog], settings: &Settings) -> JointFit {
+    mechanism::fit_joint(joint, &friction, logs, &[], settings, &mut go_on).unwrap()
+}
+
 fn dahl(joint: &Joint, logs: &[DriveLog]) -> Result<JointFit, ParameterError> {
     let friction = Friction::dahl().loaded();
     mechanism::fit_joint(joint, &friction, logs, &[], &Settings::default(), &mut go_on)
+}
+
+/// A fit that is stopped after its first iteration.
+fn begun(joint: &Joint, friction: Friction, log: DriveLog) -> Result<JointFit, ParameterError> {
+    let mut first = |_: &Progress<'_>| ControlFlow::Break(());
+    mechanism::fit_joint(joint, &friction, &[log], &[], &Settings::default(), &mut first)
+}
+
+/// Parameters that came back to a relative error.
+fn assert_near(found: &JointFit, names: &[&str], truth: &[f64], error: f64) {
+    for (&name, truth) in names.iter().zip(truth) {
+        let ratio = found.value(name).unwrap() / truth;
+        assert!((ratio - 1.0).abs() < error, "{name} {ratio}\n{found}");
+    }
 }
 
 #[test]
 fn without_noise_every_parameter_comes_back() {
     let found = dahl(&pendulum(), &logs(3, false)).unwrap();
     assert_eq!(found.fit.outcome, SearchOutcome::Converged, "{found}");
-    for (name, truth) in NAMES.into_iter().zip(TRUTH) {
-        // The steps of 1 ms are twice those of the log, and of second order.
-        let ratio = found.value(name).unwrap() / truth;
-        assert!((ratio - 1.0).abs() < 0.03, "{name} {ratio}\n{found}");
-    }
+    // The steps of 1 ms are twice those of the log, and of second order.
+    assert_near(&found, &NAMES, &TRUTH, 0.03);
     assert!(found.gradient_runs <= 100, "{found}");
 }
 
@@ -205,39 +241,20 @@ fn of_200_seeds_95_percent_are_within_three_standard_errors_and_90_percent_well_
 fn a_servo_is_identified_from_its_goal() {
     let goal = |t: f64| 0.8 * (3.0 * t).sin() + 0.3 * (7.0 * t).sin();
     let slope = |t: f64| 2.4 * (3.0 * t).cos() + 2.1 * (7.0 * t).cos();
-    let friction =
-        Dahl::new(DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 100.0 }).unwrap();
-    let load = TorqueLoad::new(LOAD).unwrap();
-    let gear = GearFrictionParameters { friction, load, drag: DRAG, fastest: 20.0 };
     let voltage = PositionControl {
         reference: Function::new(move |t: f64| (goal(t), slope(t)), []),
         proportional_gain: 7.0 * 2.5,
         derivative_gain: 0.0,
     };
-    let motor = VoltageMotor::new(VoltageMotorParameters {
-        voltage,
-        torque_constant: TORQUE_CONSTANT,
-        resistance: RESISTANCE,
-        largest_voltage: Some(7.0),
-        largest_current: None,
-    });
-    let mut joint = GearedJoint::new(GearedJointParameters {
-        gear: GearFriction::new(gear).unwrap(),
-        inertia: INERTIA,
-        motor: motor.unwrap(),
-        external: Gravity { horizontal_torque: GRAVITY, hanging_angle: 0.05 },
-    })
-    .unwrap();
-    let mut columns = Columns { time: vec![], position: vec![], drive: vec![] };
-    let mut state = JointState::at_rest(0.0);
-    for step in 0..8000 {
-        if step % 10 == 0 {
-            columns.time.push(state.time);
-            columns.position.push(state.angle);
-            columns.drive.push(goal(state.time));
-        }
-        state = joint.step(&state, 5e-4).unwrap().0;
-    }
+    let motor = motor(voltage, Some(7.0));
+    let torques: [&dyn Fn(_) -> _; 2] =
+        [&|now| motor.at(now), &|now| gravity(GRAVITY, 0.05).at(now)];
+    let states = motion(100.0, TorqueLoad::new(LOAD).unwrap(), torques, 0.0, 800);
+    let columns = Columns {
+        time: states.iter().map(|state| state.time).collect(),
+        position: states.iter().map(|state| state.angle).collect(),
+        drive: states.iter().map(|state| goal(state.time)).collect(),
+    };
     let supply = vec![7.0; columns.time.len()];
     let drive = Drive::Duty { goal: &columns.drive, gain: 2.5, supply: &supply };
     let load = KnownLoad { inertia: 0.004, gravity_torque: 0.1 };
@@ -251,17 +268,12 @@ fn a_servo_is_identified_from_its_goal() {
         .start("torque_constant", 0.8 * TORQUE_CONSTANT)
         .known("drag", DRAG);
     let found = dahl(&joint, core::slice::from_ref(&log)).unwrap();
-    for (name, truth) in [
-        ("inertia", INERTIA - 0.004),
-        ("torque_constant", TORQUE_CONSTANT),
-        ("hanging_angle", 0.05),
-        ("coulomb_torque", LOAD.idle_load),
-        ("motor_load_factor", LOAD.motor_share),
-    ] {
-        // As above.
-        let ratio = found.value(name).unwrap() / truth;
-        assert!((ratio - 1.0).abs() < 0.05, "{name} {ratio}\n{found}");
-    }
+    // As above.
+    let (inertia, hanging) = (INERTIA - 0.004, 0.05);
+    assert_near(&found, &["inertia", "hanging_angle"], &[inertia, hanging], 0.05);
+    let names = ["torque_constant", "coulomb_torque", "motor_load_factor"];
+    let truth = [TORQUE_CONSTANT, LOAD.idle_load, LOAD.motor_share];
+    assert_near(&found, &names, &truth, 0.05);
     let positions = found.simulate(&log).unwrap();
     let error = positions.iter().zip(log.positions()).map(|(a, b)| (a - b).abs());
     assert!(error.fold(0.0, f64::max) < 5e-3, "{found}");
@@ -301,7 +313,7 @@ fn a_stopped_search_returns_the_best_so_far() {
 
 #[test]
 fn one_load_does_not_tell_the_factors_of_the_load() {
-    let log = run(LOAD, 0.0, 5, true).voltage().unwrap();
+    let log = run(0.0, 5, true).voltage().unwrap();
     let joint =
         Joint::new().known("torque_constant", TORQUE_CONSTANT).known("resistance", RESISTANCE);
     let found = dahl(&joint, &[log]).unwrap();
@@ -316,35 +328,30 @@ fn one_load_does_not_tell_the_factors_of_the_load() {
 
 #[test]
 fn one_load_is_marked_where_a_term_hardly_varies() {
-    let log = run(LOAD, 0.0, 5, true).voltage().unwrap();
+    let log = run(0.0, 5, true).voltage().unwrap();
     let joint = pendulum().with(Term::Constant).known("gravity_torque", 1e-3);
-    let mut first = |_: &Progress<'_>| ControlFlow::Break(());
-    let friction = Friction::dahl().loaded();
-    let settings = Settings::default();
-    let found =
-        mechanism::fit_joint(&joint, &friction, &[log], &[], &settings, &mut first).unwrap();
+    let found = begun(&joint, Friction::dahl().loaded(), log).unwrap();
     assert_eq!(found.fit.remarks, [Remark::OneLoad], "{found}");
 }
 
 #[test]
 fn one_log_with_the_wrong_sign_is_named_and_nothing_is_determined_then() {
     let short = Settings { horizons: vec![0.3], gradient_runs: 30, ..Settings::default() };
-    let fitted = |flipped: bool| {
-        let mut logs = [0, 1, 2].map(|i| run(LOAD, GRAVITY, 10 + i, false));
+    let found = |flipped: bool| {
+        let mut logs = [0, 1, 2].map(|i| run(GRAVITY, 10 + i, false));
         if flipped {
             logs[1].drive.iter_mut().for_each(|u| *u = -*u);
         }
         let logs = logs.map(|columns| columns.voltage().unwrap());
-        mechanism::fit_joint(&pendulum(), &Friction::coulomb(), &logs, &[], &short, &mut go_on)
-            .unwrap()
+        fitted(Friction::coulomb(), &pendulum(), &logs, &short)
     };
     let unexplained = |remark: &Remark| matches!(remark, Remark::Unexplained { .. });
     // Without its bristle and the load that grows, the model is wrong by much less.
-    let sound = fitted(false);
+    let sound = found(false);
     assert!(!sound.fit.remarks.iter().any(unexplained), "{sound}");
     assert!(sound.fit.estimate("inertia").unwrap().verdict == Identifiability::Determined);
 
-    let found = fitted(true);
+    let found = found(true);
     let text = found.to_string();
     // All suffer from it; the worst comes first.
     let worst = found.fit.remarks[0];
@@ -365,11 +372,10 @@ fn one_log_with_the_wrong_sign_is_named_and_nothing_is_determined_then() {
 
 #[test]
 fn a_search_that_ends_early_names_the_setting_that_ended_it() {
-    let log = run(LOAD, GRAVITY, 1, true).voltage().unwrap();
+    let log = run(GRAVITY, 1, true).voltage().unwrap();
     let settings = Settings { gradient_runs: 8, ..Settings::default() };
-    let candidates = [Friction::coulomb()];
-    let logs = core::slice::from_ref(&log);
-    let found = mechanism::compare(&pendulum(), &candidates, logs, logs, &settings, &mut go_on);
+    let (candidates, logs) = ([Friction::coulomb()], [log]);
+    let found = mechanism::compare(&pendulum(), &candidates, &logs, &logs, &settings, &mut go_on);
     let found = found.unwrap();
     let fit = found.named().unwrap();
     assert_eq!(fit.fit.outcome, SearchOutcome::RunLimit, "{found}");
@@ -388,25 +394,11 @@ fn a_search_that_ends_early_names_the_setting_that_ended_it() {
 
 #[test]
 fn an_arm_that_drops_with_its_motor_open_tells_inertia_and_friction() {
-    let friction =
-        Dahl::new(DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 100.0 }).unwrap();
-    let gear = GearFrictionParameters { friction, load: 0.05, drag: DRAG, fastest: 20.0 };
-    let mut joint = GearedJoint::new(GearedJointParameters {
-        gear: GearFriction::new(gear).unwrap(),
-        inertia: INERTIA,
-        motor: 0.0,
-        external: Gravity { horizontal_torque: GRAVITY, hanging_angle: 0.0 },
-    })
-    .unwrap();
-    let mut state = JointState::at_rest(1.4);
-    let (mut time, mut position) = (vec![], vec![]);
-    for step in 0..4000 {
-        if step % 10 == 0 {
-            time.push(state.time);
-            position.push(state.angle);
-        }
-        state = joint.step(&state, 5e-4).unwrap().0;
-    }
+    let none = |_| JointInputValue::constant(0.0);
+    let torques: [&dyn Fn(_) -> _; 2] = [&none, &|now| gravity(GRAVITY, 0.0).at(now)];
+    let states = motion(100.0, 0.05, torques, 1.4, 400);
+    let time: Vec<f64> = states.iter().map(|state| state.time).collect();
+    let position: Vec<f64> = states.iter().map(|state| state.angle).collect();
     // The voltage that the log shows is not at the motor.
     let (voltage, enabled) = (vec![5.0; time.len()], vec![false; time.len()]);
     let columns = DriveLogParameters {
@@ -415,14 +407,9 @@ fn an_arm_that_drops_with_its_motor_open_tells_inertia_and_friction() {
     };
     let joint = pendulum().known("gravity_torque", GRAVITY).known("hanging_angle", 0.0);
     let logs = [DriveLog::new(columns).unwrap()];
-    let settings = Settings::default();
-    let found =
-        mechanism::fit_joint(&joint, &Friction::dahl(), &logs, &[], &settings, &mut go_on).unwrap();
-    for (name, truth) in [("inertia", INERTIA), ("drag", DRAG), ("coulomb_torque", 0.05)] {
-        // The start of the fall, where the log begins, is smoothed from one side.
-        let ratio = found.value(name).unwrap() / truth;
-        assert!((ratio - 1.0).abs() < 0.05, "{name} {ratio}\n{found}");
-    }
+    let found = fitted(Friction::dahl(), &joint, &logs, &Settings::default());
+    // The start of the fall, where the log begins, is smoothed from one side.
+    assert_near(&found, &["inertia", "drag", "coulomb_torque"], &[INERTIA, DRAG, 0.05], 0.05);
 }
 
 #[test]
@@ -430,35 +417,15 @@ fn an_arm_that_drops_with_its_motor_open_tells_inertia_and_friction() {
 fn a_measured_external_torque_loads_the_gear() {
     let wave = |t: f64| 0.6 * (4.0 * t).sin();
     let drive = |t: f64| 0.5 * (6.1 * t).sin() + 0.2 * (14.0 * t).sin();
-    let signal = |of: fn(f64) -> f64| Function::new(move |t: f64| (of(t), 0.0), []);
-    let friction =
-        Dahl::new(DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 100.0 }).unwrap();
-    let load = TorqueLoad::new(LOAD).unwrap();
-    let gear = GearFrictionParameters { friction, load, drag: DRAG, fastest: 20.0 };
-    let mut joint = GearedJoint::new(GearedJointParameters {
-        gear: GearFriction::new(gear).unwrap(),
-        inertia: INERTIA,
-        motor: signal(drive),
-        external: signal(wave),
-    })
-    .unwrap();
-    let mut state = JointState::at_rest(0.0);
-    let [mut time, mut position, mut velocity, mut current, mut external] =
-        core::array::from_fn(|_| vec![]);
-    for step in 0..8000 {
-        if step % 10 == 0 {
-            let columns = [&mut time, &mut position, &mut velocity, &mut current, &mut external];
-            let row = [
-                state.time,
-                state.angle,
-                state.velocity,
-                drive(state.time) / TORQUE_CONSTANT,
-                wave(state.time),
-            ];
-            columns.into_iter().zip(row).for_each(|(column, value)| column.push(value));
-        }
-        state = joint.step(&state, 5e-4).unwrap().0;
-    }
+    let torques: [&dyn Fn(JointMotion<f64>) -> _; 2] =
+        [&|now| JointInputValue::constant(drive(now.time)), &|now| {
+            JointInputValue::constant(wave(now.time))
+        }];
+    let states = motion(100.0, TorqueLoad::new(LOAD).unwrap(), torques, 0.0, 800);
+    let column = |of: &dyn Fn(&JointState<f64>) -> f64| states.iter().map(of).collect::<Vec<_>>();
+    let (time, position) = (column(&|state| state.time), column(&|state| state.angle));
+    let (velocity, external) = (column(&|state| state.velocity), column(&|state| wave(state.time)));
+    let current = column(&|state| drive(state.time) / TORQUE_CONSTANT);
     let columns = DriveLogParameters {
         velocity: Some(&velocity),
         external_torque: Some(&external),
@@ -467,25 +434,17 @@ fn a_measured_external_torque_loads_the_gear() {
     let joint = Joint::new().known("torque_constant", TORQUE_CONSTANT);
     let found = dahl(&joint, &[DriveLog::new(columns).unwrap()]).unwrap();
     assert!(!found.fit.remarks.contains(&Remark::OneLoad), "{found}");
-    for (name, truth) in [
-        ("inertia", INERTIA),
-        ("coulomb_torque", LOAD.idle_load),
-        ("motor_load_factor", LOAD.motor_share),
-        ("external_load_factor", LOAD.external_share),
-    ] {
-        // As without noise above.
-        let ratio = found.value(name).unwrap() / truth;
-        assert!((ratio - 1.0).abs() < 0.03, "{name} {ratio}\n{found}");
-    }
+    // As without noise above.
+    let names = ["inertia", "coulomb_torque", "motor_load_factor", "external_load_factor"];
+    let truth = [INERTIA, LOAD.idle_load, LOAD.motor_share, LOAD.external_share];
+    assert_near(&found, &names, &truth, 0.03);
 }
 
 #[test]
 fn segments_are_shortened_where_the_motion_is_too_sensitive() {
-    let log = run(LOAD, GRAVITY, 2, true).voltage().unwrap();
+    let log = run(GRAVITY, 2, true).voltage().unwrap();
     let settings = Settings { largest_sensitivity: 0.05, ..Settings::default() };
-    let friction = Friction::dahl().loaded();
-    let found =
-        mechanism::fit_joint(&pendulum(), &friction, &[log], &[], &settings, &mut go_on).unwrap();
+    let found = fitted(Friction::dahl().loaded(), &pendulum(), &[log], &settings);
     assert!(found.horizon < 1.0, "{found}");
     let shortened = |remark: &Remark| matches!(remark, Remark::Shortened { .. });
     assert!(found.fit.remarks.iter().any(shortened), "{found}");
@@ -496,14 +455,12 @@ fn segments_are_shortened_where_the_motion_is_too_sensitive() {
 #[test]
 #[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn a_robust_loss_ignores_positions_that_were_not_read() {
-    let mut columns = run(LOAD, GRAVITY, 2, true);
+    let mut columns = run(GRAVITY, 2, true);
     columns.position[450..500].fill(0.0);
     let logs = [columns.voltage().unwrap()];
     let off = |loss| {
         let settings = Settings { loss, ..Settings::default() };
-        let friction = Friction::dahl().loaded();
-        let fit = mechanism::fit_joint(&pendulum(), &friction, &logs, &[], &settings, &mut go_on);
-        let found = fit.unwrap();
+        let found = fitted(Friction::dahl().loaded(), &pendulum(), &logs, &settings);
         let error = |name: &str, truth: f64| (found.value(name).unwrap() / truth - 1.0).abs();
         error("inertia", INERTIA) + error("coulomb_torque", LOAD.idle_load)
     };
@@ -516,7 +473,7 @@ fn a_robust_loss_ignores_positions_that_were_not_read() {
 
 /// What is said of a log with a change.
 fn refused(change: impl FnOnce(&mut Columns)) -> String {
-    let mut columns = run(LOAD, GRAVITY, 1, false);
+    let mut columns = run(GRAVITY, 1, false);
     change(&mut columns);
     match columns.voltage().map(|log| dahl(&pendulum(), &[log])) {
         Ok(Ok(found)) => panic!("{found}"),
@@ -545,8 +502,8 @@ fn bad_logs_are_refused_with_column_row_and_rule() {
 
 #[test]
 fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
-    let log = run(LOAD, GRAVITY, 1, false).voltage().unwrap();
-    let error = |joint: Joint| dahl(&joint, core::slice::from_ref(&log)).unwrap_err().to_string();
+    let log = run(GRAVITY, 1, false).voltage().unwrap();
+    let error = |joint: Joint| dahl(&joint, &[log.clone()]).unwrap_err().to_string();
     let wrong = error(pendulum().known("inertai", 1.0));
     assert!(wrong.ends_with(", not inertai"), "{wrong}");
     let others = ["breakaway_excess", "stribeck_velocity", "backward_ratio", "micro_damping"];
@@ -559,25 +516,10 @@ fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
     assert!(missing.contains("with Term::Spring") && missing.ends_with("spring_rate"), "{missing}");
     let missing = error(Joint::new().known("resistance", 3.0));
     assert_eq!(missing, "this drive takes a known or starting value of, not torque_constant");
-    let none = mechanism::fit_joint(
-        &pendulum(),
-        &Friction::dahl(),
-        &[],
-        &[],
-        &Settings::default(),
-        &mut go_on,
-    );
-    assert_eq!(none.unwrap_err().to_string(), "there must be at least 1 logs, not 0");
-    let held_out: [DriveLog; 0] = [];
-    let candidates = [Friction::dahl()];
-    let none = mechanism::compare(
-        &pendulum(),
-        &candidates,
-        core::slice::from_ref(&log),
-        &held_out,
-        &Settings::default(),
-        &mut go_on,
-    );
+    let none = dahl(&pendulum(), &[]).unwrap_err().to_string();
+    assert_eq!(none, "there must be at least 1 logs, not 0");
+    let (logs, candidates, settings) = ([log], [Friction::dahl()], Settings::default());
+    let none = mechanism::compare(&pendulum(), &candidates, &logs, &[], &settings, &mut go_on);
     assert_eq!(none.unwrap_err().to_string(), "there must be at least 1 logs held out, not 0");
 }
 
@@ -585,7 +527,7 @@ fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
 #[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn gaps_limits_and_degrees_are_marked() {
     // Rows that are missing leave a gap; the parameters are found all the same.
-    let mut columns = run(LOAD, GRAVITY, 1, false);
+    let mut columns = run(GRAVITY, 1, false);
     for column in [&mut columns.time, &mut columns.position, &mut columns.drive] {
         column.drain(300..340);
     }
@@ -599,7 +541,7 @@ fn gaps_limits_and_degrees_are_marked() {
     assert_eq!(found.fit.is_determined(), all, "{found}");
 
     // A pendulum in degrees.
-    let mut columns = run(LOAD, GRAVITY, 1, false);
+    let mut columns = run(GRAVITY, 1, false);
     columns.position.iter_mut().for_each(|x| *x *= 57.3);
     let log = columns.torque().unwrap();
     let joint = Joint::new().with(Term::Gravity).start("inertia", 1e-3).start("drag", 1e-3);
@@ -612,19 +554,11 @@ fn gaps_limits_and_degrees_are_marked() {
         Err(error) => assert!(error.to_string().contains("SI units?"), "{error}"),
     }
 
-    let columns = run(LOAD, GRAVITY, 1, false);
+    let columns = run(GRAVITY, 1, false);
     let (goal, supply) = (vec![100.0; 700], vec![7.0; 700]);
     let drive = Drive::Duty { goal: &goal, gain: 2.0, supply: &supply };
     let log = DriveLogParameters::new(&columns.time, &columns.position, drive);
-    let mut first = |_: &Progress<'_>| ControlFlow::Break(());
-    let found = mechanism::fit_joint(
-        &pendulum(),
-        &Friction::dahl(),
-        &[DriveLog::new(log).unwrap()],
-        &[],
-        &Settings::default(),
-        &mut first,
-    );
+    let found = begun(&pendulum(), Friction::dahl(), DriveLog::new(log).unwrap());
     let remarks = found.map(|found| found.fit.remarks);
     // Such a log contradicts the motion: what matters is that it is not fitted in silence.
     assert!(remarks.is_err() || remarks.is_ok_and(|r| r.contains(&Remark::Saturated { log: 0 })));
@@ -633,7 +567,7 @@ fn gaps_limits_and_degrees_are_marked() {
 #[test]
 #[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
 fn a_log_of_torque_needs_no_constants_and_one_of_voltage_is_then_refused() {
-    let mut columns = run(LOAD, GRAVITY, 4, false);
+    let mut columns = run(GRAVITY, 4, false);
     let electric = columns.voltage().unwrap();
     // The torque of the motor, from its voltage and the differences of the position.
     for row in 1..699 {
@@ -643,18 +577,15 @@ fn a_log_of_torque_needs_no_constants_and_one_of_voltage_is_then_refused() {
     }
     let joint = Joint::new().with(Term::Gravity);
     let found = dahl(&joint, &[columns.torque().unwrap()]).unwrap();
-    for (name, truth) in NAMES.into_iter().zip(TRUTH).take(4) {
-        // Differences over 10 ms.
-        let ratio = found.value(name).unwrap() / truth;
-        assert!((ratio - 1.0).abs() < 0.1, "{name} {ratio}\n{found}");
-    }
+    // Differences over 10 ms.
+    assert_near(&found, &NAMES[..4], &TRUTH, 0.1);
     let error = found.simulate(&electric).unwrap_err().to_string();
     assert_eq!(error, "this fit takes logs of torque, not an electric drive");
 }
 
 #[test]
 fn the_model_that_was_found_moves_like_the_log() {
-    let log = run(LOAD, GRAVITY, 6, false);
+    let log = run(GRAVITY, 6, false);
     let found = dahl(&pendulum(), &[log.voltage().unwrap()]).unwrap();
     let model = found.model().unwrap();
     let gear = model.gear().unwrap();
@@ -670,13 +601,9 @@ fn the_model_that_was_found_moves_like_the_log() {
 #[cfg(feature = "serde")]
 #[test]
 fn a_model_in_a_file_is_read_again() {
-    let log = run(LOAD, GRAVITY, 6, false);
+    let log = run(GRAVITY, 6, false);
     let friction = Friction::frbd().loaded().directional();
-    let mut first = |_: &Progress<'_>| ControlFlow::Break(());
-    let settings = Settings::default();
-    let logs = [log.voltage().unwrap()];
-    let found =
-        mechanism::fit_joint(&pendulum(), &friction, &logs, &[], &settings, &mut first).unwrap();
+    let found = begun(&pendulum(), friction, log.voltage().unwrap()).unwrap();
     let model = found.model().unwrap();
     let text = toml::to_string(&model).unwrap();
     let read: mechanism::JointModel = toml::from_str(&text).unwrap();

@@ -59,9 +59,33 @@ const GRAVITY: Gravity<f64> = Gravity { horizontal_torque: 1.2, hanging_angle: 0
 fn joint<A: JointInput<f64>>(
     motor: A,
 ) -> GearedJoint<f64, Friction, TorqueLoad<f64>, A, Gravity<f64>> {
-    let parameters =
-        GearedJointParameters { gear: gear_of(LOAD), inertia: 0.02, motor, external: GRAVITY };
-    GearedJoint::new(parameters).unwrap()
+    driven(LOAD, motor, GRAVITY)
+}
+
+/// The joint of [`joint`] with another gear and other torques.
+fn driven<A: JointInput<f64>, E: JointInput<f64>>(
+    load: TorqueLoadParameters<f64>,
+    motor: A,
+    external: E,
+) -> GearedJoint<f64, Friction, TorqueLoad<f64>, A, E> {
+    let gear = gear_of(load);
+    GearedJoint::new(GearedJointParameters { gear, inertia: 0.02, motor, external }).unwrap()
+}
+
+/// Where a joint is after so many steps.
+fn stepped<T, M, A, E>(
+    joint: &mut GearedJoint<T, M, TorqueLoad<T>, A, E>,
+    start: JointState<T>,
+    steps: u32,
+    duration: T,
+) -> JointState<T>
+where
+    T: Scalar,
+    M: bristle::Bristle<T, Deflection = T>,
+    A: JointInput<T>,
+    E: JointInput<T>,
+{
+    (0..steps).fold(start, |state, _| joint.step(&state, duration).unwrap().0)
 }
 
 /// Of an independent integration, to 1e-8.
@@ -121,15 +145,8 @@ fn steady_motion_obeys_the_balances() {
 /// How far [rad] an external torque that grows for two seconds, and stays for one, turns a gear.
 fn turned(external_share: f64, external: f64) -> f64 {
     let load = TorqueLoadParameters { external_share, ..LOAD };
-    let gear = gear_of(load);
     let external = Function::new(|t: f64| (external * f64::min(0.5 * t, 1.0), 0.0), [2.0]);
-    let parameters = GearedJointParameters { gear, inertia: 0.02, motor: 0.0, external };
-    let mut joint = GearedJoint::new(parameters).unwrap();
-    let mut state = JointState::at_rest(0.0);
-    for _ in 0..3000 {
-        state = joint.step(&state, 1e-3).unwrap().0;
-    }
-    state.angle
+    stepped(&mut driven(load, 0.0, external), JointState::at_rest(0.0), 3000, 1e-3).angle
 }
 
 #[test]
@@ -152,13 +169,8 @@ fn a_gear_is_driven_from_outside_beyond_its_torque_and_a_self_locking_one_never(
         let turned = turned(11.0, external);
         assert!(turned.abs() < 2e-2, "{external} N m turn it by {turned} rad");
         // In motion it stops. The stuck joint swings at √(σ0 p/J) = 4e4 rad/s at most.
-        let gear = gear_of(load);
-        let parameters = GearedJointParameters { gear, inertia: 0.02, motor: 0.0, external };
-        let mut joint = GearedJoint::new(parameters).unwrap();
-        let mut state = JointState { velocity: 1.0, ..JointState::at_rest(0.0) };
-        for _ in 0..20_000 {
-            state = joint.step(&state, 2e-5).unwrap().0;
-        }
+        let start = JointState { velocity: 1.0, ..JointState::at_rest(0.0) };
+        let state = stepped(&mut driven(load, 0.0, external), start, 20_000, 2e-5);
         assert!(state.velocity.abs() < 1e-3, "{external} N m: {} rad/s", state.velocity);
     }
 }
@@ -207,10 +219,8 @@ fn a_step_of_the_joint_is_of_second_order() {
     let want = ode::solve(&servo, 0.0..end, start, 1e-11, Output::Uniform(2)).unwrap().states()[1];
     let first = servo.rate(0.0, &start, [Branch::Forward])[1];
     let mut errors = |steps: u32| {
-        let mut state = JointState { acceleration: first, ..JointState::at_rest(0.3) };
-        for _ in 0..steps {
-            state = servo.step(&state, end / f64::from(steps)).unwrap().0;
-        }
+        let start = JointState { acceleration: first, ..JointState::at_rest(0.3) };
+        let state = stepped(&mut servo, start, steps, end / f64::from(steps));
         // The deflection belongs to the load at the last middle.
         let at_end = Vector3::new(state.angle, state.velocity, state.deflection);
         let load = servo.gear().load(servo.torques(end, &at_end));
@@ -285,10 +295,7 @@ fn a_gear_gives_no_more_than_it_stored_whatever_torques_and_scales_do() {
 fn steps_of_a_joint_allocate_nothing() {
     let mut joint = joint(servo());
     let counted = allocation_counter::measure(|| {
-        let mut state = JointState::at_rest(0.3);
-        for _ in 0..1000 {
-            state = joint.step(&state, 1e-3).unwrap().0;
-        }
+        let state = stepped(&mut joint, JointState::at_rest(0.3), 1000, 1e-3);
         assert!(state.angle.is_finite());
     });
     assert_eq!(counted.count_total, 0);
@@ -323,10 +330,7 @@ fn a_joint_in_single_precision_goes_the_same_way() {
             external: gravity,
         })
         .unwrap();
-        let mut state = JointState::at_rest(lit(1.5));
-        for _ in 0..500 {
-            state = joint.step(&state, lit(1e-3)).unwrap().0;
-        }
+        let state = stepped(&mut joint, JointState::at_rest(lit(1.5)), 500, lit(1e-3));
         state.angle.to_subset_unchecked()
     }
     assert_within(1e-4, 1.0, end::<f32>(), end::<f64>(), || "angle".into());
@@ -378,13 +382,7 @@ fn the_derivatives_of_every_input_are_its_slopes() {
     let saturated = current.at(JointMotion { time: 0.8, angle: 0.0, velocity: 0.0 });
     assert_eq!((saturated.value, saturated.by_time), (1.2, 0.0));
     // Kinks are those of the signals, the next of both torques.
-    let parameters = GearedJointParameters {
-        gear: gear_of(LOAD),
-        inertia: 1.0,
-        motor: time,
-        external: Function::new(|_| (0.0, 0.0), [0.5, 2.0]),
-    };
-    let joint = GearedJoint::new(parameters).unwrap();
+    let joint = driven(LOAD, time, Function::new(|_| (0.0, 0.0), [0.5, 2.0]));
     assert_eq!(joint.next_kink(0.0, 9.0), Some(0.5));
     assert_eq!(joint.next_kink(0.5, 9.0), Some(1.0));
     assert_eq!(joint.next_kink(9.0, 0.0), Some(2.0));
@@ -488,23 +486,9 @@ fn bad_input_of_a_joint_is_named() {
 
 #[test]
 fn a_load_that_vanishes_is_passed_if_something_is_left_of_it() {
-    let joint_of = |idle_load| {
-        let parameters = GearedJointParameters {
-            gear: gear_of(TorqueLoadParameters { idle_load, ..LOAD }),
-            inertia: 0.02,
-            motor: motor(),
-            external: GRAVITY,
-        };
-        GearedJoint::new(parameters).unwrap()
-    };
-    let stepped = |idle_load| {
-        let mut joint = joint_of(idle_load);
-        let mut state = JointState::at_rest(0.3);
-        for _ in 0..8000 {
-            state = joint.step(&state, 5e-4).unwrap().0;
-        }
-        state.angle
-    };
+    let joint_of = |idle_load| driven(TorqueLoadParameters { idle_load, ..LOAD }, motor(), GRAVITY);
+    let by_steps =
+        |idle_load| stepped(&mut joint_of(idle_load), JointState::at_rest(0.3), 8000, 5e-4).angle;
     for idle_load in [1e-1, 1e-3, 1e-6] {
         let joint = joint_of(idle_load);
         // Where little is left the Jacobian has a peak, and the estimated error of the solution
@@ -515,7 +499,7 @@ fn a_load_that_vanishes_is_passed_if_something_is_left_of_it() {
         // The error of the steps, which are of second order: 8000 and 16 000 of them differ by
         // 1e-4 rad.
         let want = run.states()[1][0];
-        assert_within(5e-4, 1.0, stepped(idle_load), want, || format!("p0 = {idle_load}"));
+        assert_within(5e-4, 1.0, by_steps(idle_load), want, || format!("p0 = {idle_load}"));
         assert!(run.statistics().steps < 2000, "{}", run.statistics());
     }
     // Where nothing is left the deflection jumps, which no solver can follow; steps of the joint's
@@ -523,5 +507,5 @@ fn a_load_that_vanishes_is_passed_if_something_is_left_of_it() {
     let joint = joint_of(0.0);
     let refused = ode::solve(&joint, 0.0..4.0, joint.at_rest(0.3), 1e-6, Output::Uniform(2));
     assert!(refused.unwrap_err().to_string().contains("the step falls below"));
-    assert_within(5e-4, 1.0, stepped(0.0), stepped(1e-6), || "q".into());
+    assert_within(5e-4, 1.0, by_steps(0.0), by_steps(1e-6), || "q".into());
 }

@@ -191,14 +191,8 @@ impl<T: Scalar, const N: usize> PlaneCompanionStep<T, N> {
         &self,
         mean_velocity: &SVector<T, N>,
     ) -> CompletedStep<T, SVector<T, N>, SVector<T, N>> {
-        let (zeros, zero) = (SVector::<T, N>::zeros(), T::zero());
-        let mut done = CompletedStep {
-            deflection: zeros,
-            force: zeros,
-            work: zero,
-            stored: zero,
-            dissipated: zero,
-        };
+        let ([work, stored, dissipated], zeros) = ([T::zero(); 3], SVector::<T, N>::zeros());
+        let mut done = CompletedStep { deflection: zeros, force: zeros, work, stored, dissipated };
         let results = done.deflection.iter_mut().zip(done.force.iter_mut());
         for ((axis, &v), (deflection, force)) in self.axes.iter().zip(mean_velocity).zip(results) {
             let step = axis.commit(v);

@@ -6,8 +6,10 @@ use nalgebra::{SMatrix, SVector};
 
 use super::PlaneBristle;
 use bristle::parameter::ParameterError;
-use bristle::scalar::{lit, nan};
-use bristle::{Bristle, Contact, ContactResponse, HeldContact, LoadChange, Reloaded, Scalar};
+use bristle::scalar::{is_zero, lit, nan};
+use bristle::{
+    Bristle, Contact, ContactResponse, HeldContact, LoadChange, Reloaded, Scalar, Surface,
+};
 
 /// A model of N axes under a normal force. Its methods are those of [`Contact`], with a vector for
 /// the velocity, the deflection and the force.
@@ -111,7 +113,9 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         if change.after >= change.before {
             return Reloaded { deflection: *deflection, dissipated: T::zero() };
         }
-        let kept = change.kept(self.utilisation(velocity, deflection));
+        let nothing_held = is_zero(change.after);
+        let carried = if nothing_held { T::zero() } else { self.utilisation(velocity, deflection) };
+        let kept = change.kept(carried);
         let dissipated = self.stored_energy(deflection) * (T::one() - kept) * (T::one() + kept);
         Reloaded { deflection: deflection * kept, dissipated }
     }
@@ -206,16 +210,27 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         velocity: &SVector<T, N>,
         deflection: &SVector<T, N>,
     ) -> ContactResponse<SVector<T, N>> {
-        let zeros = SVector::<T, N>::zeros();
-        let mut response = ContactResponse { rate: zeros, force: zeros };
-        let results = response.rate.iter_mut().zip(response.force.iter_mut());
-        let inputs = velocity.iter().zip(deflection);
-        for ((axis, (&v, &z)), (rate, force)) in self.axes(velocity).iter().zip(inputs).zip(results)
-        {
-            let each = axis.response(v, z);
-            (*rate, *force) = (each.rate, each.force);
+        let [rate, force] = self.each(velocity, deflection, |axis, v, z| {
+            let ContactResponse { rate, force } = axis.response(v, z);
+            [rate, force]
+        });
+        ContactResponse { rate, force }
+    }
+
+    /// Some numbers of each axis, from its velocity and deflection, as vectors.
+    #[inline(always)]
+    fn each<const K: usize>(
+        &self,
+        velocity: &SVector<T, N>,
+        deflection: &SVector<T, N>,
+        of: impl Fn(&Contact<T, M::Axis>, T, T) -> [T; K],
+    ) -> [SVector<T, N>; K] {
+        let mut all = [SVector::zeros(); K];
+        for (i, axis) in self.axes(velocity).iter().enumerate() {
+            let numbers = of(axis, velocity[i], deflection[i]);
+            all.iter_mut().zip(numbers).for_each(|(vector, number)| vector[i] = number);
         }
-        response
+        all
     }
 
     /// Rate and force with all their partial derivatives.
@@ -234,11 +249,15 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
             force_by_deflection: zeros,
             force_by_velocity: SMatrix::zeros(),
         };
+        let scale = self.contact.friction_scale();
+        if is_zero(scale) {
+            return linearised;
+        }
         let (axes, gradient) = self.model().axes_and_slopes(velocity);
         let (mut rate_slope, mut force_slope) = (zeros, zeros);
         for i in 0..N {
             let (v, z) = (velocity[i], deflection[i]);
-            let (affine, slopes) = axes[i].affine_and_slopes(v.into(), z);
+            let (affine, slopes) = axes[i].affine_and_slopes(Surface::scaled(v, scale), z);
             linearised.rate[i] = affine.rate(v, z);
             linearised.force[i] = p * affine.coefficient(v, z);
             linearised.rate_by_deflection[i] = -affine.relaxation;
@@ -258,16 +277,16 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         linearised
     }
 
-    /// The deflection of steady sliding at a velocity, aᵢ² μ vᵢ/(σ0ᵢ n) \[m\]; zero at rest.
+    /// The deflection of steady sliding at a velocity, aᵢ² s μ vᵢ/(σ0ᵢ n) \[m\]; zero at rest.
     pub fn stationary(&self, velocity: &SVector<T, N>) -> SVector<T, N> {
-        let axes = self.model().axes(velocity);
-        SVector::from_fn(|i, _| axes[i].stationary(velocity[i]))
+        let [stationary] = self.each(velocity, velocity, |axis, v, _| [axis.stationary(v)]);
+        stationary
     }
 
     /// The friction force \[N\] of steady sliding at a velocity; zero at rest.
     pub fn stationary_force(&self, velocity: &SVector<T, N>) -> SVector<T, N> {
-        let axes = self.axes(velocity);
-        SVector::from_fn(|i, _| axes[i].stationary_force(velocity[i]))
+        let [force] = self.each(velocity, velocity, |axis, v, _| [axis.stationary_force(v)]);
+        force
     }
 
     /// The stored energy W = ½ p Σ σ0ᵢ zᵢ² \[J\].
@@ -278,9 +297,8 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
 
     /// The dissipated power F·v − Ẇ \[W\]: never negative for a passive model.
     pub fn dissipated_power(&self, velocity: &SVector<T, N>, deflection: &SVector<T, N>) -> T {
-        let axes = self.axes(velocity);
-        let power = |i: usize| axes[i].dissipated_power(velocity[i], deflection[i]);
-        (0..N).fold(T::zero(), |sum, i| sum + power(i))
+        let [power] = self.each(velocity, deflection, |axis, v, z| [axis.dissipated_power(v, z)]);
+        power.iter().fold(T::zero(), |sum, &power| sum + power)
     }
 
     /// The exact step of length h ≥ 0 \[s\] at a held velocity [m/s] (zero-order hold); NaN for a
@@ -293,18 +311,11 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         deflection: &SVector<T, N>,
         duration: T,
     ) -> HeldContact<SVector<T, N>> {
-        let zeros = SVector::<T, N>::zeros();
-        let mut held = HeldContact { deflection: zeros, end_force: zeros, mean_force: zeros };
-        let forces = held.end_force.iter_mut().zip(held.mean_force.iter_mut());
-        let results = held.deflection.iter_mut().zip(forces);
-        let inputs = velocity.iter().zip(deflection);
-        for ((axis, (&v, &z)), (end, (end_force, mean_force))) in
-            self.axes(velocity).iter().zip(inputs).zip(results)
-        {
-            let step = axis.hold(v, z, duration);
-            (*end, *end_force, *mean_force) = (step.deflection, step.end_force, step.mean_force);
-        }
-        held
+        let [deflection, end_force, mean_force] = self.each(velocity, deflection, |axis, v, z| {
+            let held = axis.hold(v, z, duration);
+            [held.deflection, held.end_force, held.mean_force]
+        });
+        HeldContact { deflection, end_force, mean_force }
     }
 
     /// Turns the bristles by an angle \[rad\] about the normal, from the first axis towards the

@@ -25,6 +25,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::surface::norm;
 use super::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneContact, length};
+use bristle::companion::CompletedStep;
 use bristle::parameter::{self, ParameterError, Rule};
 use bristle::scalar::{is_zero, larger, lit, nan};
 use bristle::{Reloaded, Scalar};
@@ -137,21 +138,6 @@ pub struct Footprint<T, M, P> {
     points: P,
     /// 1/Σ weights
     inverse: T,
-}
-
-/// The wrench of a footprint over a step that has been completed, and its energies: work = stored +
-/// dissipated, up to rounding.
-#[must_use]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CompletedFootprintStep<T: Scalar> {
-    /// Mean wrench (F_x, F_y, M) [N, N m].
-    pub wrench: Vector3<T>,
-    /// Work of the mechanism on the friction \[J\].
-    pub work: T,
-    /// Change of the stored energy \[J\].
-    pub stored: T,
-    /// Dissipated energy \[J\].
-    pub dissipated: T,
 }
 
 /// The ellipsoid that stands for the limit surface of a footprint, from
@@ -533,7 +519,8 @@ where
 
     /// Ends a step with the mean twist that the mechanism has found: moves the deflections of all
     /// points, from which the step was made. It computes the step of each point again;
-    /// [`FootprintCompanion::step_storing`] keeps it instead.
+    /// [`FootprintCompanion::step_storing`] keeps it instead. The force of the result is the mean
+    /// wrench (F_x, F_y, M) [N, N m].
     ///
     /// # Errors
     ///
@@ -543,7 +530,7 @@ where
         step: &FootprintStep<T>,
         mean_twist: &Vector3<T>,
         deflections: &mut [Vector2<T>],
-    ) -> Result<CompletedFootprintStep<T>, ParameterError> {
+    ) -> Result<CompletedStep<T, (), Vector3<T>>, ParameterError> {
         let again = |lever: Lever<T>, z: &Vector2<T>| {
             let predicted = lever.velocity(&step.predicted_twist);
             self.companion.step(&predicted, z, step.duration)
@@ -562,7 +549,7 @@ where
         steps: &[PlaneCompanionStep<T, 2>],
         mean_twist: &Vector3<T>,
         deflections: &mut [Vector2<T>],
-    ) -> Result<CompletedFootprintStep<T>, ParameterError> {
+    ) -> Result<CompletedStep<T, (), Vector3<T>>, ParameterError> {
         self.footprint.as_many("steps", steps.len())?;
         let mut stored = steps.iter();
         self.end(mean_twist, deflections, |_, _| stored.next().copied().unwrap_or_default())
@@ -574,19 +561,14 @@ where
         mean_twist: &Vector3<T>,
         deflections: &mut [Vector2<T>],
         mut step: impl FnMut(Lever<T>, &Vector2<T>) -> PlaneCompanionStep<T, 2>,
-    ) -> Result<CompletedFootprintStep<T>, ParameterError> {
+    ) -> Result<CompletedStep<T, (), Vector3<T>>, ParameterError> {
         self.footprint.counted(deflections)?;
-        let zero = T::zero();
-        let mut sum = CompletedFootprintStep {
-            wrench: Vector3::zeros(),
-            work: zero,
-            stored: zero,
-            dissipated: zero,
-        };
+        let ([work, stored, dissipated], force) = ([T::zero(); 3], Vector3::zeros());
+        let mut sum = CompletedStep { deflection: (), force, work, stored, dissipated };
         for ((share, lever), z) in self.footprint.shares().zip(deflections) {
             let done = step(lever, z).commit(&lever.velocity(mean_twist));
             *z = done.deflection;
-            sum.wrench += lever.wrench(&done.force) * share;
+            sum.force += lever.wrench(&done.force) * share;
             sum.work += share * done.work;
             sum.stored += share * done.stored;
             sum.dissipated += share * done.dissipated;

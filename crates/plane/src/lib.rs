@@ -76,8 +76,7 @@ pub use body::{PlaneBody, PlaneBodyParameters};
 pub use companion::{PlaneCompanion, PlaneCompanionStep};
 pub use contact::{LinearisedPlane, PlaneContact, Turned};
 pub use footprint::{
-    CompletedFootprintStep, DiscPressure, Footprint, FootprintCompanion, FootprintPoint,
-    FootprintStep, LimitEllipsoid,
+    DiscPressure, Footprint, FootprintCompanion, FootprintPoint, FootprintStep, LimitEllipsoid,
 };
 pub use frbd::PlaneFrBd;
 pub use lugre::PlaneLuGre;

@@ -76,7 +76,7 @@ mod steady;
 mod tyre;
 
 pub use braked_wheel::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState};
-pub use exact::{CombinedPatch, CombinedStep, ExactPatch, PatchLedger, PatchStep, Segment};
+pub use exact::{CombinedPatch, CombinedStep, ExactPatch, Memory, PatchLedger, PatchStep, Segment};
 pub use frequency::LinearisedPatch;
 #[cfg(feature = "alloc")]
 pub use grid::{CombinedGrid, Grid};

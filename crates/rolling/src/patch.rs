@@ -140,10 +140,6 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         Patch { model, length, pressure: self.pressure.clone(), load, unloaded }
     }
 
-    pub(super) fn set_model(&mut self, model: M) {
-        self.model = model;
-    }
-
     /// Length L \[m\].
     pub fn length(&self) -> T {
         self.length
@@ -174,6 +170,18 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         let rolling_speed = if stands { T::zero() } else { rolling_speed };
         let transport = parameter::finite("rolling_speed", rolling_speed / self.length)?;
         Ok(Crossing { slip_velocity, transport })
+    }
+
+    /// A motion and the coefficients of a model at it, if they are those of a patch.
+    #[inline]
+    pub(super) fn frozen<K: Bristle<T, Deflection = T>>(
+        &self,
+        model: &K,
+        motion: Motion<T>,
+    ) -> Result<Frozen<T>, ParameterError> {
+        let Crossing { slip_velocity, transport } = self.forward(motion)?;
+        let affine = coefficients(model, slip_velocity)?;
+        Ok(Frozen { affine, slip_velocity, transport })
     }
 
     /// The motion in the patch's own unit of length, if the patch rolls forward.
@@ -213,4 +221,29 @@ pub(super) struct Crossing<T> {
     pub(super) slip_velocity: T,
     /// Transport velocity V = U/L \[1/s\]: crossings of the patch per second.
     pub(super) transport: T,
+}
+
+/// The coefficients of all bristles over a step, and what moves them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frozen<T: Scalar> {
+    pub(super) affine: Affine<T>,
+    /// v [m/s]
+    pub(super) slip_velocity: T,
+    /// V \[1/s\]
+    pub(super) transport: T,
+}
+
+impl<T: Scalar> Frozen<T> {
+    /// No motion of no bristles.
+    pub(super) fn still() -> Self {
+        let zero = T::zero();
+        let affine = Affine { relaxation: zero, drive: zero, stiffness: zero, damping: zero };
+        Self { affine, slip_velocity: zero, transport: zero }
+    }
+
+    /// u = r v [m/s]
+    #[inline]
+    pub(super) fn drive(&self) -> T {
+        self.affine.drive * self.slip_velocity
+    }
 }

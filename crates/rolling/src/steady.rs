@@ -20,7 +20,7 @@
 //! Source: Romano et al. (arXiv 2602.09429), section IV-A, where the force is written out for
 //! constant, exponential and parabolic pressure.
 
-use super::patch::{Crossing, coefficients};
+use super::patch::{Frozen, coefficients};
 use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure};
 use bristle::parameter::{self, ParameterError};
@@ -108,8 +108,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a motion that is not finite, and a negative rolling speed.
     pub fn steady(&self, motion: Motion<T>) -> Result<Steady<T>, ParameterError> {
-        let Crossing { slip_velocity: v, transport } = self.forward(motion)?;
-        let affine = coefficients(self.model(), v)?;
+        let Frozen { affine, slip_velocity: v, transport } = self.frozen(self.model(), motion)?;
         let still = is_zero(affine.relaxation);
         let steady = Steady {
             force: T::zero(),
@@ -202,11 +201,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// Refuses a motion that is not finite, and a negative rolling speed.
     pub fn pneumatic_trail(&self, motion: Motion<T>) -> Result<Option<T>, ParameterError> {
         let steady = self.steady(motion)?;
-        let Crossing { slip_velocity, transport } = self.forward(motion)?;
+        let Frozen { affine, slip_velocity, transport } = self.frozen(self.model(), motion)?;
         let half: T = lit(0.5);
         let steepness = if steady.decay.is_finite() { steady.decay } else { T::zero() };
         let (mut force, mut moment) = (T::zero(), T::zero());
-        let affine = coefficients(self.model(), slip_velocity)?;
         weigh(self.pressure(), None, steepness.into(), |place, pressure| {
             let coefficient = if is_zero(slip_velocity) {
                 // Per slip velocity, of which the trail takes the limit.

@@ -80,9 +80,9 @@ fn unexplained(result: &JointFit, logs: &[SmoothedLog<'_>]) -> Vec<Remark> {
     let motions: Vec<f64> = logs.iter().map(|smoothed| motion(smoothed.log)).collect();
     let most = motions.iter().copied().fold(0.0, f64::max);
     let criterion = Criterion::Segments(length);
-    let (_, errors) = result.model.errors(&result.fit.values(), logs, criterion);
+    let errors = result.model.errors(&result.fit.values(), logs, criterion);
     let mut fails: Vec<(f64, Remark)> = Vec::new();
-    for (log, (&Score { rmse, .. }, &motion)) in errors.iter().zip(&motions).enumerate() {
+    for (log, (&Score { rmse, .. }, &motion)) in errors.iter().skip(1).zip(&motions).enumerate() {
         let share = rmse / motion.max(LEAST_MOTION * most);
         // NaN, where the model has no answer, explains nothing.
         if !(share <= UNEXPLAINED) {

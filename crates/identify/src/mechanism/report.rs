@@ -74,18 +74,19 @@ pub struct JointFit {
 }
 
 impl Model {
-    /// Errors on logs by a criterion, on all of them and log by log; NaN where the model has no
-    /// answer.
+    /// Errors on logs by a criterion, on all of them together, then log by log; NaN where the model
+    /// has no answer.
     pub(super) fn errors(
         &self,
         values: &[f64],
         logs: &[SmoothedLog<'_>],
         criterion: Criterion,
-    ) -> (Score, Vec<Score>) {
+    ) -> Vec<Score> {
         let parts = Errors::new(self, logs, criterion).by_log(values);
         let parts = parts.unwrap_or_else(|_| vec![Vec::new(); logs.len()]);
         let all = Score::of(parts.iter().flatten().flatten());
-        (all, parts.iter().map(|ours| Score::of(ours.iter().flatten())).collect())
+        let each = parts.iter().map(|ours| Score::of(ours.iter().flatten()));
+        core::iter::once(all).chain(each).collect()
     }
 
     /// Errors by all three criteria, with segments of a length.
@@ -99,12 +100,11 @@ impl Model {
         let segments = [segment, f64::INFINITY].map(Criterion::Segments);
         let by = [Criterion::Inverse, segments[0], segments[1]];
         let by = by.map(|criterion| self.errors(values, logs, criterion));
-        let scores = |of: &dyn Fn(&(Score, Vec<Score>)) -> Score| {
-            let [inverse, segments, simulated] = by.each_ref().map(of);
+        let scores = |row: usize| {
+            let [inverse, segments, simulated] = by.each_ref().map(|scores| scores[row]);
             Scores { inverse, segments, simulated }
         };
-        let each = (0..logs.len()).map(|log| scores(&|(_, each)| each[log])).collect();
-        Ok(GroupScores { all: scores(&|(all, _)| *all), each })
+        Ok(GroupScores { all: scores(0), each: (1..=logs.len()).map(scores).collect() })
     }
 
     /// Refuses logs of a drive whose constants are not among the parameters.

@@ -1,6 +1,7 @@
 //! A quarter of a typical passenger car, none of a particular one: 400 kg on a wheel of 1 kg m² and
 //! 0.3 m, a patch of 0.12 m; a dry road with a peak near μ = 0.8 at a slip of some 20 % and 0.75
-//! when the wheel slides fast; a brake that winds up by 0.02 rad with all that holds it.
+//! when the wheel slides fast; a brake that winds up by 0.02 rad under 1500 N m with all that holds
+//! it.
 
 use std::error::Error;
 

@@ -9,9 +9,9 @@ use nalgebra::SVector;
 
 use super::coupling::Coupling;
 use super::queue::Queue;
-use super::{ExactPatch, PatchLedger, Segment};
+use super::{ExactPatch, Memory, PatchLedger};
 use crate::combined::finite;
-use crate::patch::coefficients;
+use crate::patch::Frozen;
 use crate::{Motion, Patch, PolynomialExponential};
 use bristle::parameter::{self, ParameterError};
 use bristle::{Affine, Bristle, Scalar};
@@ -52,7 +52,7 @@ use bristle_plane::PlaneBristle;
 #[derive(Debug, Clone)]
 pub struct CombinedPatch<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B> {
     patch: Patch<T, M, PolynomialExponential<T, N>>,
-    /// With the models of the last slip velocity.
+    /// With the models at rest.
     axes: [ExactPatch<T, M::Axis, N, B>; A],
 }
 
@@ -80,7 +80,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
     ) -> Result<CombinedPatch<T, M, A, N, B>, ParameterError>
     where
         M: PlaneBristle<T, A>,
-        B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
+        B: Memory<T, N>,
     {
         for memory in &segments {
             parameter::count("segments", memory.as_ref().len(), Queue::<T, N, B>::LEAST)?;
@@ -105,7 +105,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
     pub fn combined_in<const A: usize>(
         self,
         segments: usize,
-    ) -> Result<CombinedPatch<T, M, A, N, alloc::vec::Vec<Segment<T, N>>>, ParameterError>
+    ) -> Result<CombinedPatch<T, M, A, N, alloc::vec::Vec<super::Segment<T, N>>>, ParameterError>
     where
         M: PlaneBristle<T, A>,
     {
@@ -114,19 +114,16 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
     }
 }
 
-impl<T, M, const A: usize, const N: usize, B> CombinedPatch<T, M, A, N, B>
-where
-    T: Scalar,
-    M: PlaneBristle<T, A>,
-    B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
+impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B: Memory<T, N>>
+    CombinedPatch<T, M, A, N, B>
 {
     /// The patch.
     pub fn patch(&self) -> &Patch<T, M, PolynomialExponential<T, N>> {
         &self.patch
     }
 
-    /// The bristles of each axis. Their energy and deflections are those of the axis; their forces
-    /// are with the coefficients of the last step.
+    /// The bristles of each axis: deflections and stored energies. Their own forces are those of
+    /// bristles that stick; for others see [`CombinedPatch::force`].
     pub fn axes(&self) -> &[ExactPatch<T, M::Axis, N, B>; A] {
         &self.axes
     }
@@ -152,8 +149,9 @@ where
     ///
     /// Refuses a motion that is not finite or runs backwards; the patch is as it was.
     pub fn settle(&mut self, motion: Motion<SVector<T, A>, T>) -> Result<(), ParameterError> {
-        self.freeze(&motion.slip_velocity)?;
-        self.along(motion).try_for_each(|(axis, motion)| axis.settle(motion))
+        let all = self.frozen(motion)?;
+        self.axes.iter_mut().zip(&all).for_each(|(axis, frozen)| axis.settle_in(frozen));
+        Ok(())
     }
 
     /// Rolls on for a time h ≥ 0 \[s\] with a motion held, and returns the friction force F \[N\]
@@ -169,12 +167,9 @@ where
         motion: Motion<SVector<T, A>, T>,
         duration: T,
     ) -> Result<SVector<T, A>, ParameterError> {
-        self.freeze(&motion.slip_velocity)?;
-        let mut forces = SVector::<T, A>::zeros();
-        for ((axis, motion), force) in self.along(motion).zip(forces.iter_mut()) {
-            *force = axis.step(motion, duration)?;
-        }
-        Ok(forces)
+        let duration = parameter::non_negative("duration", duration)?;
+        let all = self.frozen(motion)?;
+        Ok(SVector::from_fn(|i, _| self.axes[i].step_in(&all[i], duration)))
     }
 
     /// The friction force \[N\] at a slip velocity [m/s], with the bristles as they are.
@@ -205,10 +200,11 @@ where
         predicted: Motion<SVector<T, A>, T>,
         duration: T,
     ) -> Result<CombinedStep<'_, T, M, A, N, B>, ParameterError> {
-        self.freeze(&predicted.slip_velocity)?;
+        let duration = parameter::non_negative("duration", duration)?;
         let mut couplings = [Coupling::idle(); A];
-        for ((axis, predicted), coupling) in self.along(predicted).zip(&mut couplings) {
-            *coupling = axis.coupling(predicted, duration)?;
+        let all = self.frozen(predicted)?;
+        for ((axis, frozen), coupling) in self.axes.iter_mut().zip(all).zip(&mut couplings) {
+            *coupling = axis.coupling(frozen, duration)?;
         }
         Ok(CombinedStep { rolling: self, couplings })
     }
@@ -226,37 +222,21 @@ where
         })
     }
 
-    /// Gives each axis its model at a slip velocity, if its coefficients there are finite.
+    /// The coefficients and the motion of each axis.
     #[inline]
-    fn freeze(&mut self, slip_velocity: &SVector<T, A>) -> Result<(), ParameterError> {
-        finite("slip_velocity", slip_velocity)?;
-        let models = self.patch.model().axes(slip_velocity);
-        for (model, &v) in models.iter().zip(slip_velocity) {
-            coefficients(model, v)?;
-        }
-        for (axis, model) in self.axes.iter_mut().zip(models) {
-            axis.patch.set_model(model);
-        }
-        Ok(())
-    }
-
-    /// Each axis with its motion.
-    fn along(
-        &mut self,
-        motion: Motion<SVector<T, A>, T>,
-    ) -> impl Iterator<Item = (&mut ExactPatch<T, M::Axis, N, B>, Motion<T>)> {
+    fn frozen(&self, motion: Motion<SVector<T, A>, T>) -> Result<[Frozen<T>; A], ParameterError> {
         let Motion { slip_velocity, rolling_speed } = motion;
-        self.axes.iter_mut().enumerate().map(move |(number, axis)| {
-            (axis, Motion { slip_velocity: slip_velocity[number], rolling_speed })
-        })
+        let models = self.patch.model().axes(finite("slip_velocity", &slip_velocity)?);
+        let mut all = [Frozen::still(); A];
+        for ((frozen, model), &slip_velocity) in all.iter_mut().zip(&models).zip(&slip_velocity) {
+            *frozen = self.patch.frozen(model, Motion { slip_velocity, rolling_speed })?;
+        }
+        Ok(all)
     }
 }
 
-impl<T, M, const A: usize, const N: usize, B> CombinedStep<'_, T, M, A, N, B>
-where
-    T: Scalar,
-    M: PlaneBristle<T, A>,
-    B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
+impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B: Memory<T, N>>
+    CombinedStep<'_, T, M, A, N, B>
 {
     /// Mean friction force \[N\] if the mean slip velocity is zero.
     pub fn bias(&self) -> SVector<T, A> {

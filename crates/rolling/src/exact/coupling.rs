@@ -28,11 +28,10 @@
 //! Source: the storage function is that of Romano et al. (arXiv 2602.09429), section IV-B; the
 //! step is derived here.
 
-use super::ExactPatch;
 use super::profile::{level_moments, shifted};
-use super::queue::Segment;
+use super::{ExactPatch, Memory};
 use crate::moments::phi1;
-use crate::patch::{Crossing, finite};
+use crate::patch::{Frozen, finite};
 use crate::quadrature::{integrate, integrate_gentle};
 use crate::{Motion, Pressure};
 use bristle::parameter::{self, ParameterError};
@@ -57,8 +56,7 @@ pub struct PatchStep<'a, T: Scalar, M, const N: usize, B> {
 /// A step with its coefficients held, and the source and the damper that stand for it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Coupling<T: Scalar> {
-    affine: Affine<T>,
-    transport: T,
+    frozen: Frozen<T>,
     duration: T,
     pub(super) bias: T,
     pub(super) damping: T,
@@ -67,9 +65,8 @@ pub(super) struct Coupling<T: Scalar> {
 impl<T: Scalar> Coupling<T> {
     /// A step of no length.
     pub(super) fn idle() -> Self {
-        let zero = T::zero();
-        let affine = Affine { relaxation: zero, drive: zero, stiffness: zero, damping: zero };
-        Self { affine, transport: zero, duration: zero, bias: zero, damping: zero }
+        let [duration, bias, damping] = [T::zero(); 3];
+        Self { frozen: Frozen::still(), duration, bias, damping }
     }
 
     /// F̄ = bias + damping·v̄
@@ -98,11 +95,8 @@ pub struct PatchLedger<T> {
     pub volume: T,
 }
 
-impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
-where
-    T: Scalar,
-    M: Bristle<T, Deflection = T>,
-    B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
+impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
+    ExactPatch<T, M, N, B>
 {
     /// The source and the damper that stand for the patch over a step of length h ≥ 0 \[s\], from
     /// a motion predicted for its middle.
@@ -171,19 +165,18 @@ where
         predicted: Motion<T>,
         duration: T,
     ) -> Result<PatchStep<'_, T, M, N, B>, ParameterError> {
-        let coupling = self.coupling(predicted, duration)?;
+        let duration = parameter::non_negative("duration", duration)?;
+        let coupling = self.coupling(self.frozen(predicted)?, duration)?;
         Ok(PatchStep { rolling: self, coupling })
     }
 
     /// The numbers of [`ExactPatch::companion_step`].
     pub(super) fn coupling(
         &mut self,
-        predicted: Motion<T>,
+        frozen: Frozen<T>,
         duration: T,
     ) -> Result<Coupling<T>, ParameterError> {
-        let Crossing { slip_velocity, transport } = self.patch.forward(predicted)?;
-        let duration = parameter::non_negative("duration", duration)?;
-        let affine = self.coefficients(slip_velocity)?;
+        let Frozen { affine, transport, .. } = frozen;
         self.queue.make_room(transport * duration);
         let [free, driven, kept] = self.mean_deflections(&affine, transport, duration);
         let (patch, stiffness) = (&self.patch, self.patch.model().storage_stiffness());
@@ -196,13 +189,13 @@ where
         let damping = if damping < T::zero() { T::zero() } else { damping };
         finite("bias", bias)?;
         finite("damping", damping)?;
-        Ok(Coupling { affine, transport, duration, bias, damping })
+        Ok(Coupling { frozen, duration, bias, damping })
     }
 
     /// Ends a step with a mean slip velocity that is finite.
     pub(super) fn commit(&mut self, coupling: &Coupling<T>, mean_slip_velocity: T) -> T {
-        let &Coupling { affine, transport, duration, .. } = coupling;
-        self.roll(affine.relaxation, affine.drive * mean_slip_velocity, transport, duration);
+        let Coupling { frozen, duration, .. } = coupling;
+        self.roll(frozen, frozen.affine.drive * mean_slip_velocity, *duration);
         coupling.force(mean_slip_velocity)
     }
 
@@ -212,7 +205,7 @@ where
         coupling: &Coupling<T>,
         mean_slip_velocity: T,
     ) -> PatchLedger<T> {
-        let outlet = self.outlet_loss(coupling, coupling.affine.drive * mean_slip_velocity);
+        let outlet = self.outlet_loss(coupling, coupling.frozen.affine.drive * mean_slip_velocity);
         let before = self.stored_energy();
         let force = self.commit(coupling, mean_slip_velocity);
         let stored = self.stored_energy() - before;
@@ -222,7 +215,7 @@ where
 
     /// (L/2) Σ0(1) V ∫ z(1, t)² dt over the step.
     fn outlet_loss(&self, coupling: &Coupling<T>, drive: T) -> T {
-        let &Coupling { affine, transport, duration, .. } = coupling;
+        let &Coupling { frozen: Frozen { affine, transport, .. }, duration, .. } = coupling;
         let (patch, one) = (&self.patch, T::one());
         let reach = transport * duration;
         let mut squares = T::zero();
@@ -358,11 +351,8 @@ fn beyond_springs<T: Scalar>(affine: &Affine<T>, stiffness: T, integrals: [T; 3]
     rest * carried - share * kept
 }
 
-impl<T, M, const N: usize, B> PatchStep<'_, T, M, N, B>
-where
-    T: Scalar,
-    M: Bristle<T, Deflection = T>,
-    B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
+impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
+    PatchStep<'_, T, M, N, B>
 {
     /// Mean friction force \[N\] if the mean slip velocity is zero.
     pub fn bias(&self) -> T {

@@ -24,9 +24,9 @@ mod smooth;
 
 pub use combined::{CombinedPatch, CombinedStep};
 pub use coupling::{PatchLedger, PatchStep};
-pub use queue::Segment;
+pub use queue::{Memory, Segment};
 
-use super::patch::{Crossing, coefficients};
+use super::patch::Frozen;
 use super::{Motion, Patch, PolynomialExponential, Pressure};
 use bristle::LoadChange;
 use bristle::parameter::{self, ParameterError};
@@ -114,10 +114,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize>
     /// # Errors
     ///
     /// Refuses fewer than 22 segments.
-    pub fn exact<B>(self, segments: B) -> Result<ExactPatch<T, M, N, B>, ParameterError>
-    where
-        B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
-    {
+    pub fn exact<B: Memory<T, N>>(
+        self,
+        segments: B,
+    ) -> Result<ExactPatch<T, M, N, B>, ParameterError> {
         let least = Queue::<T, N, B>::LEAST;
         parameter::count("segments", segments.as_ref().len(), least)?;
         let decay = self.pressure().decay();
@@ -150,11 +150,8 @@ fn memory<T: Scalar, const N: usize>(
     Ok(alloc::vec![Segment::default(); 2 * segments + 8])
 }
 
-impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
-where
-    T: Scalar,
-    M: Bristle<T, Deflection = T>,
-    B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
+impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
+    ExactPatch<T, M, N, B>
 {
     /// The patch.
     pub fn patch(&self) -> &Patch<T, M, PolynomialExponential<T, N>> {
@@ -194,11 +191,14 @@ where
     ///
     /// Refuses a motion that is not finite or runs backwards.
     pub fn settle(&mut self, motion: Motion<T>) -> Result<(), ParameterError> {
-        let Crossing { slip_velocity, transport } = self.patch.forward(motion)?;
-        let Affine { relaxation, drive, .. } = self.coefficients(slip_velocity)?;
-        // A patch that stands settles as one that takes very long to cross.
-        self.queue.replace(relaxation, drive * slip_velocity, larger(transport, lit(1e-30)));
+        self.settle_in(&self.frozen(motion)?);
         Ok(())
+    }
+
+    fn settle_in(&mut self, frozen: &Frozen<T>) {
+        // A patch that stands settles as one that takes very long to cross.
+        let transport = larger(frozen.transport, lit(1e-30));
+        self.queue.replace(frozen.affine.relaxation, frozen.drive(), transport);
     }
 
     /// Takes the bristles to a profile z(ξ) \[m\], straight lines between its values at equally
@@ -238,25 +238,28 @@ where
     /// velocity at which a coefficient of the model is not finite; the patch is as it was.
     #[inline]
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
-        let Crossing { slip_velocity, transport } = self.patch.forward(motion)?;
         let duration = parameter::non_negative("duration", duration)?;
-        let affine = self.coefficients(slip_velocity)?;
-        self.roll(affine.relaxation, affine.drive * slip_velocity, transport, duration);
-        Ok(self.force_of(&affine, slip_velocity))
+        Ok(self.step_in(&self.frozen(motion)?, duration))
     }
 
     #[inline]
-    fn coefficients(&self, slip_velocity: T) -> Result<Affine<T>, ParameterError> {
-        coefficients(self.patch.model(), slip_velocity)
+    fn frozen(&self, motion: Motion<T>) -> Result<Frozen<T>, ParameterError> {
+        self.patch.frozen(self.patch.model(), motion)
     }
 
-    /// Moves the bristles with held coefficients.
     #[inline]
-    fn roll(&mut self, relaxation: T, drive: T, transport: T, duration: T) {
+    fn step_in(&mut self, frozen: &Frozen<T>, duration: T) -> T {
+        self.roll(frozen, frozen.drive(), duration);
+        self.force_of(&frozen.affine, frozen.slip_velocity)
+    }
+
+    /// Moves the bristles with held coefficients and another drive.
+    #[inline]
+    fn roll(&mut self, &Frozen { affine, transport, .. }: &Frozen<T>, drive: T, duration: T) {
         if transport * duration <= T::one() {
-            self.queue.advance(&Held::new(relaxation, drive, transport, duration));
+            self.queue.advance(&Held::new(affine.relaxation, drive, transport, duration));
         } else {
-            self.queue.replace(relaxation, drive, transport);
+            self.queue.replace(affine.relaxation, drive, transport);
         }
     }
 

@@ -47,6 +47,12 @@ impl<T: Scalar, const N: usize> Default for Segment<T, N> {
     }
 }
 
+/// Memory for the segments of an [`ExactPatch`](crate::ExactPatch): an array, a mutable slice or a
+/// vector of them.
+pub trait Memory<T, const N: usize>: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]> {}
+
+impl<T, const N: usize, B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>> Memory<T, N> for B {}
+
 /// What a step with held λ, u = r v and V does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Held<T> {
@@ -93,7 +99,7 @@ pub(super) struct Queue<T, const N: usize, B> {
     pub(super) narrowest: T,
 }
 
-impl<T: Scalar, const N: usize, B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>> Queue<T, N, B> {
+impl<T: Scalar, const N: usize, B: Memory<T, N>> Queue<T, N, B> {
     /// Least number of segments.
     pub(super) const LEAST: usize = 22;
 

@@ -30,13 +30,14 @@
 
 use core::ops::Range;
 
-use super::queue::{Held, Segment};
-use super::{ExactPatch, Motion};
+use super::queue::Held;
+use super::{ExactPatch, Memory, Motion};
+use crate::patch::coefficients;
 use bristle::parameter::{self, ParameterError, Rule};
 use bristle::root::enclose;
 use bristle::scalar::{is_zero, lit, smaller};
 use bristle::signal::Signal;
-use bristle::{Affine, Bristle, Scalar};
+use bristle::{Bristle, Scalar};
 
 /// A piece of a span that moves the bristles by more of the patch than this is halved, …
 const LONGEST: f64 = 0.25;
@@ -52,11 +53,8 @@ type Piece<T> = (T, [Option<Held<T>>; 2]);
 /// There a signal that jumps at an end still has the value that it has inside.
 const ENDS: f64 = 1e-6;
 
-impl<T, M, const N: usize, B> ExactPatch<T, M, N, B>
-where
-    T: Scalar,
-    M: Bristle<T, Deflection = T>,
-    B: AsRef<[Segment<T, N>]> + AsMut<[Segment<T, N>]>,
+impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
+    ExactPatch<T, M, N, B>
 {
     /// Rolls on over a span of time \[s\] with velocities that vary, and returns the friction
     /// force F \[N\] at its end, with the velocity of that time.
@@ -167,7 +165,7 @@ where
         let to = parameter::finite("end of the span", span.end)?;
         parameter::non_negative("duration", to - from)?;
         let at_end = slip_at(motion, to)?;
-        let affine_at_end = self.coefficients(at_end)?;
+        let affine_at_end = coefficients(self.patch.model(), at_end)?;
         // With a tolerance a piece is at most twice as long as the one before.
         let until = |time: T, last: T| match tolerance {
             Some(_) => smaller(to, time + last + last),
@@ -265,19 +263,15 @@ where
         let offset = duration * (lit::<T>(3.0).sqrt() / lit(6.0));
         let middle = span.start + duration * lit(0.5);
         let at = |time: T| {
-            self.patch.forward(Motion {
+            self.frozen(Motion {
                 slip_velocity: motion.slip_velocity.value(time),
                 rolling_speed: motion.rolling_speed.value(time),
             })
         };
         let (first, second) = (at(middle - offset)?, at(middle + offset)?);
         let half: T = lit(0.5);
-        let Affine { relaxation: relaxation1, drive, .. } =
-            self.coefficients(first.slip_velocity)?;
-        let drive1 = drive * first.slip_velocity;
-        let Affine { relaxation: relaxation2, drive, .. } =
-            self.coefficients(second.slip_velocity)?;
-        let drive2 = drive * second.slip_velocity;
+        let [relaxation1, relaxation2] = [first, second].map(|point| point.affine.relaxation);
+        let [drive1, drive2] = [first, second].map(|point| point.drive());
         let root_of_three = lit::<T>(3.0).sqrt();
         let relaxation = (relaxation1 + relaxation2) * half;
         let sixth = relaxation * duration / lit(6.0);

@@ -5,7 +5,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::tyre::{LENGTH, bristle, curve as tyre_curve, frbd, motion, table};
-use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
+use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
 use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::signal::Function;

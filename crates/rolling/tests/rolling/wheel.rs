@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bristle, FrBd, Rule, Scalar};
+use bristle::{Bristle, FrBd, Rule, Scalar, Surface};
 use bristle_plane::PlaneFrBd;
 use bristle_rolling::{BrakedWheel, BrakedWheelParameters, WheelLoads, WheelState};
 use bristle_rolling::{
@@ -27,6 +27,8 @@ const MASS: f64 = 400.0;
 const INERTIA: f64 = 1.0;
 const RADIUS: f64 = 0.3;
 const LENGTH: f64 = 0.12;
+/// Reference load of the brake [N].
+const REFERENCE: f64 = 1500.0;
 const LOAD: f64 = 4000.0;
 
 fn tyre<T: Scalar>() -> Tyre<T> {
@@ -55,7 +57,7 @@ fn parameters<T: Scalar, const N: usize>(
     let patch = Patch::new(PatchParameters { model: tyre::<T>(), length: lit(LENGTH), pressure });
     BrakedWheelParameters {
         tyre: patch.unwrap().carrying(lit(LOAD)).unwrap().exact_in(1000).unwrap(),
-        brake: pads::<T>().under_load(lit(0.0)).unwrap().measured_at(lit(1500.0)).unwrap(),
+        brake: pads::<T>().under_load(lit(0.0)).unwrap().measured_at(lit(REFERENCE)).unwrap(),
         mass: lit(MASS),
         inertia: lit(INERTIA),
         radius: lit(RADIUS),
@@ -263,8 +265,8 @@ fn speeds_are_of_second_order_in_the_step() {
 }
 
 /// The same manoeuvre by Runge and Kutta's method on bristles that are followed one by one: a new
-/// one enters with every step. The brake's normal force p only rises, so that its bristle enters as
-/// y = p z, ẏ = p r ω − λ y, T = c₀ y + p c₂ ω.
+/// one enters with every step. The bristle of the brake has the stiffness of its reference load P,
+/// and the friction of its load p.
 fn followed(end: f64, steps: u32) -> [f64; 3] {
     let h = end / f64::from(steps);
     let model = tyre::<f64>();
@@ -290,12 +292,13 @@ fn followed(end: f64, steps: u32) -> [f64; 3] {
             })
             .sum();
         let force = LENGTH * load * sum;
-        let (pads, p) = (brake.affine(body[1].into(), 0.0), soft(t));
-        let torque = pads.stiffness * body[2] + p * pads.damping * body[1];
+        let surface = Surface::scaled(body[1], soft(t).max(1e-300) / REFERENCE);
+        let pads = brake.affine(surface, 0.0);
+        let torque = REFERENCE * (pads.stiffness * body[2] + pads.damping * body[1]);
         let rates = [
             -force / MASS,
             (RADIUS * force - torque) / INERTIA,
-            p * pads.drive * body[1] - pads.relaxation * body[2],
+            pads.drive * body[1] - pads.relaxation * body[2],
         ];
         (rates, [RADIUS * body[1] / LENGTH, a.relaxation, a.drive * v])
     };
@@ -713,7 +716,7 @@ fn a_run_in_an_array_allocates_nothing() {
     let counted = allocation_counter::measure(|| {
         let mut wheel = BrakedWheel::new(BrakedWheelParameters {
             tyre: patch.exact([Segment::default(); 100]).unwrap(),
-            brake: pads::<f64>().under_load(0.0).unwrap().measured_at(1500.0).unwrap(),
+            brake: pads::<f64>().under_load(0.0).unwrap().measured_at(REFERENCE).unwrap(),
             mass: MASS,
             inertia: INERTIA,
             radius: RADIUS,

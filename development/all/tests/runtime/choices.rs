@@ -12,7 +12,7 @@ use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::{AnySignal, Sine, SineParameters};
 use bristle::{
     Affine, AnyBristle, Branch, Bristle, FrBd, Law, Linearised, LuGre, Mechanism, ParameterError,
-    Sliding, paper,
+    Sliding, Surface, paper,
 };
 use bristle_analysis::audit::{AuditParameters, audit};
 use bristle_batch::Batch;
@@ -44,7 +44,9 @@ fn bits<M: Bristle<f64, Deflection = f64>>(model: &M, states: &[(f64, f64)]) -> 
         all.push(f64::from(u8::from(model.obeys(law))));
     }
     for &(v, z) in states {
-        for sliding in [Sliding::from(v), Branch::Forward.of(v), Branch::Backward.of(v)] {
+        let branches = [Sliding::from(v), Branch::Forward.of(v), Branch::Backward.of(v)];
+        let free = branches.map(Surface::from);
+        for sliding in free.into_iter().chain([Surface::scaled(v, 0.3)]) {
             all.extend(affine(model.affine(sliding.into(), z)));
             let (a, b) = model.affine_and_slopes(sliding.into(), z);
             all.extend(affine(a).into_iter().chain(affine(b)));
@@ -107,7 +109,10 @@ where
     same(&LuGre::with_viscous_part_inside(c.clone(), bristle()), states)?;
     same(&LuGre::classical(c.clone(), bristle()).regularised(square_root(r)), states)?;
     same(&elasto_plastic(c.clone(), bristle(), stick_limit), states)?;
-    let damped = kelvin_voigt(r.stiffness, r.damping + 1e-2);
+    let Some(fall) = c.least_slope().map(|slope| -slope).filter(|fall| fall.is_finite()) else {
+        return Ok(());
+    };
+    let damped = kelvin_voigt(r.stiffness, r.damping + 1.1 * fall.max(0.0) + 1e-2);
     same(&implicit(c.clone(), damped), states)
 }
 
