@@ -8,4 +8,5 @@ mod implicit;
 mod implicit_hold;
 mod laws;
 mod parameters;
+mod scale;
 mod viscoelastic;

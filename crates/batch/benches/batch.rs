@@ -16,7 +16,7 @@ use std::time::Instant;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd, ParameterError};
-use bristle_batch::{Batch, BatchError, CommitInput, PassiveOutput, Real, StepInput};
+use bristle_batch::{Batch, BatchError, CommitInput, PassiveOutput, Real, ReloadInput, StepInput};
 use bristle_plane::{Axis, PlaneFrBd};
 use nalgebra::convert;
 
@@ -94,7 +94,11 @@ fn compare<T: Real>(name: &str) -> Result<(), BatchError> {
             let _ = black_box(batch.companions(predicted, h, dampers));
         });
         commit.time(COUNT, || {
-            let found = CommitInput { shares: &shares, velocities: &velocities };
+            let found = CommitInput {
+                shares: &shares,
+                velocities: &velocities,
+                normal_forces: &normal_forces,
+            };
             let _ = black_box(batch.commit(found, h, &mut deflections));
         });
         hold.time(COUNT, || {
@@ -146,8 +150,8 @@ fn compare<T: Real>(name: &str) -> Result<(), BatchError> {
 }
 
 /// Passive steps of bristles of N axes.
-struct Steps<T: 'static, const N: usize> {
-    batch: Batch<'static, T, N>,
+struct Steps<'a, T, const N: usize> {
+    batch: Batch<'a, T, N>,
     velocities: Vec<T>,
     normal_forces: Vec<T>,
     deflections: Vec<T>,
@@ -155,8 +159,8 @@ struct Steps<T: 'static, const N: usize> {
     best: Best,
 }
 
-impl<T: Real, const N: usize> Steps<T, N> {
-    fn new(batch: Batch<'static, T, N>) -> Self {
+impl<'a, T: Real, const N: usize> Steps<'a, T, N> {
+    fn new(batch: Batch<'a, T, N>) -> Self {
         let column = |length: usize, f: &dyn Fn(f64) -> f64| -> Vec<T> {
             (0..length).map(|i| convert(f((i * 37 % 1000) as f64 / 1000.0))).collect()
         };
@@ -178,10 +182,42 @@ impl<T: Real, const N: usize> Steps<T, N> {
             let predicted = StepInput { velocities, normal_forces, deflections };
             let dampers = PassiveOutput { shares, biases, dampings };
             let _ = black_box(batch.companions(predicted, h, dampers));
-            let found = CommitInput { shares, velocities };
+            let found = CommitInput { shares, velocities, normal_forces };
             let _ = black_box(batch.commit(found, h, deflections));
         });
     }
+}
+
+/// Passive steps under a load that scales the friction, and of a model that goes one by one, beside
+/// those of a stiffness that follows the load; and a change of the load.
+fn loads<T: Real>(name: &str) -> Result<(), BatchError> {
+    let (curve, bristle) = material()?;
+    let model = FrBd::new(curve, bristle);
+    let batch = Batch::of(&model)?;
+    let (one, each) = (convert(1.0), vec![convert(1.5); COUNT]);
+    let mut steps = [
+        ("stiffness follows the load", Steps::new(batch)),
+        ("one reference load", Steps::new(batch.measured_at(one)?)),
+        ("reference loads of each", Steps::new(batch.measured_at_each(&each)?)),
+        ("one by one", Steps::new(Batch::of_model(&model)?)),
+    ];
+    let (mut reload, mut dissipated) = (Best(f64::INFINITY), each.clone());
+    for _ in 0..ROUNDS {
+        steps.iter_mut().for_each(|(_, steps)| steps.time());
+        let Steps { velocities, normal_forces, deflections, .. } = &mut steps[1].1;
+        let change = ReloadInput { before: &each, after: normal_forces, velocities };
+        let measured = batch.measured_at(one)?;
+        reload.time(COUNT, || {
+            let _ = black_box(measured.reload(change, deflections, &mut dissipated));
+        });
+    }
+    let first = steps[0].1.best.0;
+    for (what, steps) in &steps {
+        let (time, ratio) = (steps.best.0, steps.best.0 / first);
+        println!("{name}  passive step, {what:<26} {time:8.2} ns {ratio:8.2} of the first");
+    }
+    println!("{name}  reload {:8.2} ns {:8.2} of the first", reload.0, reload.0 / first);
+    Ok(())
 }
 
 /// Passive steps of bristles of one axis beside those of more, alike on all axes or not.
@@ -191,9 +227,9 @@ fn axes<T: Real>(name: &str) -> Result<(), BatchError> {
     let line = Batch::of(&FrBd::new(curve, bristle))?;
     let ratio = |friction_ratio: f64| Axis { friction_ratio: t(friction_ratio), bristle };
     let grain = PlaneFrBd::new(curve, [ratio(1.0), ratio(0.6)])?;
-    let (mut one, mut two) = (Steps::new(line), Steps::new(line.isotropic::<2>()));
+    let (mut one, mut two) = (Steps::new(line), Steps::new(line.isotropic::<2>()?));
     let (mut unlike, mut three) =
-        (Steps::new(Batch::of(&grain)?), Steps::new(line.isotropic::<3>()));
+        (Steps::new(Batch::of(&grain)?), Steps::new(line.isotropic::<3>()?));
     for _ in 0..ROUNDS {
         one.time();
         two.time();
@@ -249,6 +285,8 @@ fn threads() -> Result<(), BatchError> {
 fn main() -> Result<(), BatchError> {
     compare::<f64>("f64")?;
     compare::<f32>("f32")?;
+    loads::<f64>("f64")?;
+    loads::<f32>("f32")?;
     axes::<f64>("f64")?;
     axes::<f32>("f32")?;
     #[cfg(feature = "rayon")]

@@ -155,7 +155,7 @@ pub(super) fn run<
 mod tests {
     use super::{Slices, run, sweep};
     use crate::Real;
-    use crate::kernel::{Bound, Hold, Predict};
+    use crate::kernel::{Bound, Hold, Predict, Step};
     use crate::material::{AxisMaterial, GAUSSIAN, Material, Valley};
     use bristle::scalar::{lit, to_f64};
 
@@ -186,21 +186,22 @@ mod tests {
         let mut load = [&loads[..0]; N];
         load[0] = &loads;
         for h in [1e-4, 0.1] {
-            let duration = lit(h);
+            let step = Step::<T, true> { duration: lit(h), reference: lit(0.7) };
             let outcome = |wide: bool| {
                 let velocity = velocities.each_ref().map(|column| column.as_slice());
                 let deflection = deflections.each_ref().map(|column| column.as_slice());
                 let mut out = [[[T::zero(); 501]; N]; 3];
                 let outputs = out.each_mut().map(|axes| axes.each_mut().map(|c| c.as_mut_slice()));
-                let inputs = [velocity, load, deflection];
+                let none = [&loads[..0]; N];
+                let inputs = [velocity, load, deflection, none];
                 let slices = Slices { parameters: [], inputs, outputs, length: 501 };
-                let kernel = Bound::<_, _, GAUSSIAN> { source, operation: Predict { duration } };
+                let kernel = Bound::<_, _, GAUSSIAN> { source, operation: Predict(step) };
                 let _ = if wide { run(kernel, slices) } else { sweep(kernel, slices) };
                 let mut held = [deflections, deflections];
                 let outputs = held.each_mut().map(|axes| axes.each_mut().map(|c| c.as_mut_slice()));
-                let inputs = [velocity, load];
+                let inputs = [velocity, load, none];
                 let slices = Slices { parameters: [], inputs, outputs, length: 501 };
-                let kernel = Bound::<_, _, GAUSSIAN> { source, operation: Hold { duration } };
+                let kernel = Bound::<_, _, GAUSSIAN> { source, operation: Hold(step) };
                 let _ = if wide { run(kernel, slices) } else { sweep(kernel, slices) };
                 (bits(&out), bits(&held))
             };

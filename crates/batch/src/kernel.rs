@@ -5,7 +5,7 @@
 //! unrolls them and then vectorises the loop over the bristles, which it does not do for iterators.
 #![allow(clippy::needless_range_loop, reason = "plain loops are unrolled, iterators are not")]
 
-use super::material::{Material, Own, Source};
+use super::material::{Material, OwnModel, Source};
 use super::real::{self, Real};
 use bristle::scalar::{lit, nan};
 use bristle::{Affine, LoadChange, Surface};
@@ -46,7 +46,7 @@ where
 /// An operation on bristles of a model of its own, one by one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Single<'a, T, K> {
-    pub(super) model: &'a dyn Own<T>,
+    pub(super) model: OwnModel<'a, T>,
     pub(super) operation: K,
 }
 
@@ -59,7 +59,7 @@ where
     const READS_OUTPUTS: bool = true;
 
     fn apply(&self, _: [T; 0], inputs: [[T; N]; I], before: [[T; N]; O]) -> [[T; N]; O] {
-        self.operation.single(self.model, inputs.map(only), before.map(only)).map(alone)
+        self.operation.single(&self.model, inputs.map(only), before.map(only)).map(alone)
     }
 }
 
@@ -77,7 +77,7 @@ pub(super) trait Operation<T, const N: usize, const I: usize, const O: usize>:
         before: [[T; N]; O],
     ) -> [[T; N]; O];
     /// The same of one axis, with the coefficients of a model of its own.
-    fn single(&self, model: &dyn Own<T>, inputs: [T; I], before: [T; O]) -> [T; O];
+    fn single(&self, model: &OwnModel<'_, T>, inputs: [T; I], before: [T; O]) -> [T; O];
 }
 
 /// The one number of a bristle in a column whose other axes are absent.
@@ -131,11 +131,11 @@ fn quotient<T: Real, const MEASURED: bool>(numerator: T, denominator: T) -> T {
 
 /// The coefficients of a model at a velocity, for friction of a scale. Without friction all are
 /// zero.
-fn affine<T: Real>(model: &dyn Own<T>, velocity: T, scale: T, deflection: T) -> Affine<T> {
+fn affine<T: Real>(model: &OwnModel<'_, T>, velocity: T, scale: T, deflection: T) -> Affine<T> {
     if scale == T::zero() {
         return Affine::none();
     }
-    model.affine(Surface::scaled(velocity, scale), deflection)
+    model.object.affine(Surface::scaled(velocity, scale), deflection)
 }
 
 /// Whether a bristle touches before and after a change of the load. Not for NaN.
@@ -181,10 +181,10 @@ impl<T: Real, const N: usize> Operation<T, N, 2, 2> for Renew {
         [deflection, alone(left)]
     }
 
-    fn single(&self, model: &dyn Own<T>, [before, after]: [T; 2], [z, _]: [T; 2]) -> [T; 2] {
+    fn single(&self, model: &OwnModel<'_, T>, [before, after]: [T; 2], [z, _]: [T; 2]) -> [T; 2] {
         let (from, to) = (load(before), load(after));
         let (kept, lost) = Self::shares(from, to);
-        let stored = lit::<T>(0.5) * from * model.stiffness() * z * z;
+        let stored = lit::<T>(0.5) * from * model.stiffness * z * z;
         [z * kept, lost * stored + T::zero() * to]
     }
 }
@@ -241,19 +241,19 @@ impl<T: Real, const N: usize> Operation<T, N, 4, 2> for Reload<T> {
 
     fn single(
         &self,
-        model: &dyn Own<T>,
+        model: &OwnModel<'_, T>,
         [before, after, velocity, reference]: [T; 4],
         [z, _]: [T; 2],
     ) -> [T; 2] {
         let (from, to) = (load(before), load(after));
         let (reference, scale) = self.0.loaded(to, reference);
-        let carried = model.stiffness() * z;
+        let carried = model.stiffness * z;
         let kept = if !touches(from, to) {
             T::zero()
         } else if to >= from || carried == T::zero() {
             T::one()
         } else {
-            let holds = model.holds(Surface::scaled(velocity, scale), carried);
+            let holds = model.object.holds(Surface::scaled(velocity, scale), carried);
             LoadChange { before: from, after: to }.kept(carried.size() / holds)
         };
         let stored = lit::<T>(0.5) * reference * (carried * z);
@@ -294,7 +294,7 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 4, 3> for Pr
     /// The end of the step needs the predicted velocity: it is what this writes for the share.
     fn single(
         &self,
-        model: &dyn Own<T>,
+        model: &OwnModel<'_, T>,
         [velocity, normal_force, deflection, reference]: [T; 4],
         _: [T; 3],
     ) -> [T; 3] {
@@ -351,7 +351,7 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 4, 1> for Co
 
     fn single(
         &self,
-        model: &dyn Own<T>,
+        model: &OwnModel<'_, T>,
         [velocity, predicted, normal_force, reference]: [T; 4],
         [z]: [T; 1],
     ) -> [T; 1] {
@@ -362,7 +362,7 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 4, 1> for Co
         let after = z + pace * (affine.drive * velocity - affine.relaxation * z);
         // What is stationary at the predicted velocity stays, too.
         let surface = Surface::scaled(predicted, scale);
-        let sizes = [z.size(), model.limit() * scale, model.stationary(surface).size()];
+        let sizes = [z.size(), model.limit * scale, model.object.stationary(surface).size()];
         let limit =
             sizes.into_iter().fold(T::zero(), |most, size| if size > most { size } else { most });
         let below = if after > limit { limit } else { after };
@@ -410,7 +410,7 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 3, 2> for Ho
 
     fn single(
         &self,
-        model: &dyn Own<T>,
+        model: &OwnModel<'_, T>,
         [velocity, normal_force, reference]: [T; 3],
         [z, _]: [T; 2],
     ) -> [T; 2] {
@@ -419,7 +419,7 @@ impl<T: Real, const N: usize, const MEASURED: bool> Operation<T, N, 3, 2> for Ho
             return [z, T::zero()];
         }
         let (deflection, coefficient) =
-            model.hold(Surface::scaled(velocity, scale), z, self.0.duration);
+            model.object.hold(Surface::scaled(velocity, scale), z, self.0.duration);
         [deflection, load * coefficient]
     }
 }

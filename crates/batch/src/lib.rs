@@ -4,9 +4,10 @@
 //! and a deflection of its own; its parameters are shared ([`Batch::of`]) or its own
 //! ([`Batch::of_each`]). Nothing is allocated.
 //!
-//! A batch takes [`FrBd`](bristle::FrBd) with a Coulomb, Stribeck (δ = 1 or 2) or rational Stribeck
-//! curve and a spring or Kelvin–Voigt bristle, and [`Dahl`](bristle::Dahl), in `f32` and `f64`. Its
-//! bristles have one axis or several ([`PlaneFrBd`](bristle_plane::PlaneFrBd)).
+//! A batch vectorises [`FrBd`](bristle::FrBd) with a Coulomb, Stribeck (δ = 1 or 2) or rational
+//! Stribeck curve and a spring or Kelvin–Voigt bristle, and [`Dahl`](bristle::Dahl), in `f32` and
+//! `f64`. Its bristles have one axis or several ([`PlaneFrBd`](bristle_plane::PlaneFrBd)). Other
+//! models, and your own, go one by one ([`Batch::of_model`]).
 //!
 //! # The passive step
 //!
@@ -52,6 +53,29 @@
 //! If the prediction was wrong, the deflection can exceed its limit. It is then cut to
 //! (μ_s + σ2|v̄|)/σ0, or to its size before the step if that is larger. This only removes energy.
 //!
+//! # A load that varies
+//!
+//! Without more, the stiffness of a bristle is p σ0 and follows its normal force. With
+//! [`Batch::measured_at`] it is P σ0, that of a reference load P, and the normal force scales the
+//! curve by s = p/P, as in a [`Contact`](bristle::Contact): read P for p and s μ for μ in all
+//! formulas. [`Batch::reload`] changes the normal forces before a step. What the surface holds
+//! stands still; a bristle whose load falls keeps the share
+//!
+//! min(1, max(1/γ, p'/p)),  γ = σ0|z|/(s' B),  B = max(μ_s, μ(v\*))
+//!
+//! of its deflection. A contact that is born, from p = 0, begins at z = 0. [`Batch::renew`] is the
+//! change of the load of a stiffness that follows it.
+//!
+//! # Models of your own
+//!
+//! [`Batch::of_model`] takes any [`Bristle`] of one deflection whose coefficients λ, r, c₀, c₂
+//! ([`Affine`](bristle::Affine)) depend on the velocity alone. The methods are the same, and so are
+//! the steps: at v\*
+//!
+//! z̄ = (z₀ + (h/2) r v̄)/(1 + λh/2),  F̄ = P (c₀ z̄ + c₂ v̄),  z₁ = 2 z̄ − z₀
+//!
+//! The bristles go one by one, at the speed of the model.
+//!
 //! # Several axes
 //!
 //! Bristles of N axes have one normal force and N velocities, deflections, shares, biases and
@@ -61,7 +85,8 @@
 //! At v\* each axis i is a bristle of its own, as in [`plane`](bristle_plane): its μ is
 //! aᵢ² μ(‖v\*‖), its |v\*| the weighted speed ‖(aᵢ vᵢ\*)‖. So the energy balance holds for each
 //! axis. A deflection is cut to aᵢ(μ_s + σ2 Σ|v̄ⱼ|)/σ0ᵢ. A speed whose square overflows counts as
-//! infinite, one whose square underflows as zero.
+//! infinite, one whose square underflows as zero. What is carried is cut along its own direction, by
+//! ‖σ0ᵢ zᵢ/(aᵢ s B)‖ where the axes relax alike, and by its largest component elsewhere.
 //!
 //! ```
 //! use bristle_batch::{Batch, ReloadInput, StepInput};
@@ -72,15 +97,16 @@
 //!
 //! let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
 //! let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
-//! let grains = Batch::of(&PlaneFrBd::<_, _, 2>::isotropic(curve, bristle))?;
+//! let grains = PlaneFrBd::<_, _, 2>::isotropic(curve, bristle);
+//! let grains = Batch::of(&grains)?.measured_at(2.0)?; // N
 //! // Three contacts, the second of which is born: its load was zero before this step.
 //! let (before, after) = ([1.0, 0.0, 4.0], [1.0, 3.0, 2.0]); // N
-//! let mut deflections = [1e-5, 2e-5, 3e-5, 0.0, 1e-5, 0.0]; // m, along x and then along y
+//! let velocities = [0.3, 0.0, -0.3, 0.4, -0.1, 0.0]; // m/s, along x and then along y
+//! let mut deflections = [1e-5, 2e-5, 3e-5, 0.0, 1e-5, 0.0]; // m
 //! let mut dissipated = [0.0; 3]; // J
-//! let loads = ReloadInput { before: &before, after: &after };
+//! let loads = ReloadInput { before: &before, after: &after, velocities: &velocities };
 //! let reloaded = grains.reload(loads, &mut deflections, &mut dissipated)?;
 //! assert_eq!(deflections, [1e-5, 0.0, 3e-5, 0.0, 0.0, 0.0]);
-//! let velocities = [0.3, 0.0, -0.3, 0.4, -0.1, 0.0]; // m/s
 //! let mut forces = [0.0; 6]; // N
 //! let input =
 //!     StepInput { velocities: &velocities, normal_forces: &after, deflections: &mut deflections };
@@ -127,7 +153,9 @@
 //!         mean[i] = (inertia * slip[i] - biases[i]) / (inertia + dampings[i]);
 //!         v[i] = 2.0 * (mean[i] + belt) - v[i];
 //!     }
-//!     let ended = grains.commit(CommitInput { shares: &shares, velocities: &mean }, h, &mut z)?;
+//!     let found =
+//!         CommitInput { shares: &shares, velocities: &mean, normal_forces: &normal_forces };
+//!     let ended = grains.commit(found, h, &mut z)?;
 //!     assert!(begun.is_finite() && ended.is_finite());
 //! }
 //! assert!(v.iter().all(|v| (v - belt).abs() < 1e-3)); // all carried along
@@ -146,6 +174,7 @@
 //! | normal force NaN or infinite | force not finite; the deflection goes on |
 //! | normal force negative | force NaN, for surfaces do not pull; the deflection goes on |
 //! | normal force zero | no force; the deflection goes on |
+//! | with a reference load: normal force NaN, infinite or negative | NaN everywhere |
 //!
 //! Slices that differ in length, and parameters or durations out of range, are refused by name
 //! before anything is written.
@@ -214,18 +243,32 @@ pub use real::Real;
 #[doc = include_str!("../README.md")]
 struct Readme;
 
-use bristle::parameter;
+use bristle::Bristle;
+use bristle::parameter::{self, ParameterError};
 use drive::Slices;
-use kernel::{Bound, Commit, Hold, Kernel, Operation, Predict, Reload};
-use material::{Alike, EXPONENTIAL, GAUSSIAN, Material, RATIONAL, Source, Stored};
+use kernel::{Bound, Commit, Hold, Kernel, Operation, Predict, Reload, Renew, Single, Step};
+use material::{Alike, EXPONENTIAL, GAUSSIAN, Material, OwnModel, RATIONAL, Source, Stored};
 
 /// What the bristles are made of.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 enum Bristles<'a, T, const N: usize> {
     /// One material for all.
     Shared(Material<T, N>),
     /// Parameters of each, checked and of one length, alike on all axes.
     Each(Columns<'a, T>),
+    /// A model of its own, of one axis.
+    Own(OwnModel<'a, T>),
+}
+
+/// The loads at which stiffness and damping were measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Reference<'a, T> {
+    /// The normal force of each step.
+    NormalForce,
+    /// One for all.
+    Shared(T),
+    /// Those of each, checked.
+    Each(&'a [T]),
 }
 
 /// Many bristles of N axes, of one model or each with parameters of its own.
@@ -247,10 +290,11 @@ enum Bristles<'a, T, const N: usize> {
 /// assert_eq!((outcome.not_finite, outcome.first), (1, Some(1)));
 /// # Ok::<(), bristle_batch::BatchError>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Batch<'a, T, const N: usize = 1> {
     fall: Fall,
     bristles: Bristles<'a, T, N>,
+    reference: Reference<'a, T>,
     /// Without the feature `rayon` this changes nothing.
     parallel: bool,
 }
@@ -271,7 +315,8 @@ pub struct StepInput<'a, T> {
 /// Output of a passive step: the mean force of every bristle and axis is F̄ = bias + damping·v̄.
 #[derive(Debug, PartialEq)]
 pub struct PassiveOutput<'a, T> {
-    /// Shares c \[–\] of the velocities that deflect the bristles, for [`Batch::commit`].
+    /// Shares c \[–\] of the velocities that deflect the bristles, for [`Batch::commit`]. Of a model
+    /// of its own the predicted velocities [m/s].
     pub shares: &'a mut [T],
     /// Mean friction forces at v̄ = 0 \[N\].
     pub biases: &'a mut [T],
@@ -279,22 +324,36 @@ pub struct PassiveOutput<'a, T> {
     pub dampings: &'a mut [T],
 }
 
-/// Normal forces of every bristle, before and after a change: [`Batch::reload`].
+/// Normal forces of every bristle, before and after a change: [`Batch::renew`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ReloadInput<'a, T> {
+pub struct RenewInput<'a, T> {
     /// Normal forces p \[N\] of the last step.
     pub before: &'a [T],
     /// Normal forces p' \[N\] of the coming step.
     pub after: &'a [T],
 }
 
-/// Input of the end of a passive step, axis after axis: [`Batch::commit`].
+/// Normal forces of every bristle, before and after a change, and its motion: [`Batch::reload`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReloadInput<'a, T> {
+    /// Normal forces p \[N\] of the last step.
+    pub before: &'a [T],
+    /// Normal forces p' \[N\] of the coming step.
+    pub after: &'a [T],
+    /// Velocities v\* [m/s] predicted for the middle of the coming step, axis after axis.
+    pub velocities: &'a [T],
+}
+
+/// Input of the end of a passive step: [`Batch::commit`]. All but the normal forces have a number
+/// for each axis, axis after axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CommitInput<'a, T> {
-    /// Shares c \[–\] from [`PassiveOutput::shares`].
+    /// What the beginning wrote to [`PassiveOutput::shares`].
     pub shares: &'a [T],
     /// Mean velocities v̄ over the step [m/s].
     pub velocities: &'a [T],
+    /// Normal forces p \[N\], those of [`StepInput::normal_forces`].
+    pub normal_forces: &'a [T],
 }
 
 impl<'a, T: Real> Batch<'a, T> {
@@ -325,19 +384,62 @@ impl<'a, T: Real> Batch<'a, T> {
     /// from that of the others.
     pub fn of_each(fall: Fall, columns: Columns<'a, T>) -> Result<Self, BatchError> {
         columns.check()?;
-        Ok(Self { fall, bristles: Bristles::Each(columns), parallel: false })
+        Ok(Self::new(fall, Bristles::Each(columns)))
+    }
+
+    /// Bristles of a model of your own, or of any other of one deflection. The steps are those of
+    /// [`Batch::of`], one by one: the speed is that of the model, and nothing is vectorised.
+    ///
+    /// ```
+    /// use bristle::curve::{Stribeck, StribeckParameters};
+    /// use bristle::rheology::KelvinVoigt;
+    /// use bristle::{LuGre, paper};
+    /// use bristle_batch::{Batch, StepInput};
+    ///
+    /// let curve = StribeckParameters { stribeck_exponent: 1.4, ..paper::STICK_SLIP_CURVE };
+    /// let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
+    /// let lugre = LuGre::classical(Stribeck::new(curve)?, bristle);
+    /// let (mut deflections, mut mean_forces) = ([0.0; 2], [0.0; 2]);
+    /// let (velocities, normal_forces) = (&[0.1, -0.1], &[20.0, 20.0]); // m/s, N
+    /// let input = StepInput { velocities, normal_forces, deflections: &mut deflections };
+    /// let outcome = Batch::of_model(&lugre)?.hold(input, 1e-3, &mut mean_forces)?; // s
+    /// assert!(outcome.is_finite() && mean_forces[0] == -mean_forces[1]);
+    /// # Ok::<(), bristle_batch::BatchError>(())
+    /// ```
+    ///
+    /// A step of a model gives no energy that was not stored if
+    /// [`CompanionStep::is_passive`](bristle::companion::CompanionStep::is_passive) holds for it.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a model whose coefficients depend on the deflection, by its name: elasto-plastic FrBD
+    /// and the implicit bristle. A model tells this by [`Bristle::form`].
+    pub fn of_model<M>(model: &'a M) -> Result<Self, BatchError>
+    where
+        M: Bristle<T, Deflection = T> + Sync,
+    {
+        // The curve is the model's own: any fall will do.
+        Ok(Self::new(Fall::Rational, Bristles::Own(OwnModel::new(model)?)))
     }
 
     /// The bristles on N axes instead of one, alike on all of them.
-    #[must_use]
-    pub fn isotropic<const N: usize>(self) -> Batch<'a, T, N> {
+    ///
+    /// # Errors
+    ///
+    /// Refuses a model of its own, which has one axis.
+    pub fn isotropic<const N: usize>(self) -> Result<Batch<'a, T, N>, BatchError> {
         let bristles = match self.bristles {
             Bristles::Shared(Material { curve, axes: [axis] }) => {
                 Bristles::Shared(Material { curve, axes: [axis; N] })
             }
             Bristles::Each(columns) => Bristles::Each(columns),
+            Bristles::Own(_) => {
+                let takes = "bristles of several axes take FrBD or Dahl";
+                return Err(parameter::chosen("a model of its own", takes).into());
+            }
         };
-        Batch { fall: self.fall, bristles, parallel: self.parallel }
+        let Self { fall, reference, parallel, .. } = self;
+        Ok(Batch { fall, bristles, reference, parallel })
     }
 }
 
@@ -349,7 +451,34 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
     /// Refuses a Stribeck curve whose exponent is neither 1 nor 2.
     pub fn of(model: &impl Uniform<T, N>) -> Result<Self, BatchError> {
         let (fall, material) = model.material()?;
-        Ok(Self { fall, bristles: Bristles::Shared(material), parallel: false })
+        Ok(Self::new(fall, Bristles::Shared(material)))
+    }
+
+    fn new(fall: Fall, bristles: Bristles<'a, T, N>) -> Self {
+        Self { fall, bristles, reference: Reference::NormalForce, parallel: false }
+    }
+
+    /// The batch whose stiffness and damping [1/m, s/m] belong to a reference load P \[N\], whatever
+    /// the normal forces are: see [load](crate#a-load-that-varies). [`Batch::reload`] changes those.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a reference load that is not positive and finite.
+    pub fn measured_at(self, reference_load: T) -> Result<Self, BatchError> {
+        let reference_load = parameter::positive("reference_load", reference_load)?;
+        Ok(Self { reference: Reference::Shared(reference_load), ..self })
+    }
+
+    /// As [`Batch::measured_at`], with a reference load \[N\] of each bristle.
+    ///
+    /// # Errors
+    ///
+    /// Names the index of a reference load that is not positive and finite.
+    pub fn measured_at_each(self, reference_loads: &'a [T]) -> Result<Self, BatchError> {
+        for (index, &load) in reference_loads.iter().enumerate() {
+            parameter::component(index, parameter::positive("reference_loads", load))?;
+        }
+        Ok(Self { reference: Reference::Each(reference_loads), ..self })
     }
 
     /// A copy whose steps of more than some 8000 bristles are spread over rayon's threads, with the
@@ -373,19 +502,21 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
         duration: T,
         output: PassiveOutput<'_, T>,
     ) -> Result<Outcome, BatchError> {
-        self.apply(
-            Predict { duration: parameter::non_negative("duration", duration)? },
-            [
-                ("velocities", N, input.velocities),
-                ("normal_forces", 1, input.normal_forces),
-                ("deflections", N, input.deflections),
-            ],
-            [
-                ("shares", N, output.shares),
-                ("biases", N, output.biases),
-                ("dampings", N, output.dampings),
-            ],
-        )
+        let inputs = [
+            ("velocities", N, input.velocities),
+            ("normal_forces", 1, input.normal_forces),
+            ("deflections", N, &*input.deflections),
+            self.reference_loads(),
+        ];
+        let outputs = [
+            ("shares", N, output.shares),
+            ("biases", N, output.biases),
+            ("dampings", N, output.dampings),
+        ];
+        if self.is_measured() {
+            return self.apply(Predict(self.step::<true>(duration)?), inputs, outputs);
+        }
+        self.apply(Predict(self.step::<false>(duration)?), inputs, outputs)
     }
 
     /// Ends a passive step of length h ≥ 0 \[s\], the length that it began with: the new
@@ -401,12 +532,19 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
         duration: T,
         deflections: &mut [T],
     ) -> Result<Outcome, BatchError> {
+        let inputs = [
+            ("velocities", N, input.velocities),
+            ("shares", N, input.shares),
+            ("normal_forces", 1, input.normal_forces),
+            self.reference_loads(),
+        ];
+        let outputs = [("deflections", N, deflections)];
         // The curve is not evaluated again; any fall will do, and one needs no code for the others.
-        Self { fall: Fall::Rational, ..*self }.apply(
-            Commit { duration: parameter::non_negative("duration", duration)? },
-            [("velocities", N, input.velocities), ("shares", N, input.shares)],
-            [("deflections", N, deflections)],
-        )
+        let batch = Self { fall: Fall::Rational, ..*self };
+        if self.is_measured() {
+            return batch.apply(Commit(self.step::<true>(duration)?), inputs, outputs);
+        }
+        batch.apply(Commit(self.step::<false>(duration)?), inputs, outputs)
     }
 
     /// The exact step of length h ≥ 0 \[s\] at held velocities: the new deflections, in place, and
@@ -422,16 +560,24 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
         duration: T,
         mean_forces: &mut [T],
     ) -> Result<Outcome, BatchError> {
-        self.apply(
-            Hold { duration: parameter::non_negative("duration", duration)? },
-            [("velocities", N, input.velocities), ("normal_forces", 1, input.normal_forces)],
-            [("deflections", N, input.deflections), ("mean_forces", N, mean_forces)],
-        )
+        let inputs = [
+            ("velocities", N, input.velocities),
+            ("normal_forces", 1, input.normal_forces),
+            self.reference_loads(),
+        ];
+        let outputs = [("deflections", N, input.deflections), ("mean_forces", N, mean_forces)];
+        if self.is_measured() {
+            return self.apply(Hold(self.step::<true>(duration)?), inputs, outputs);
+        }
+        self.apply(Hold(self.step::<false>(duration)?), inputs, outputs)
     }
 
-    /// Changes the normal forces by renewal: the new deflections, in place, z' = z min(1, p/p'),
-    /// and the energies that left \[J\], see [`Contact::renew`](bristle::Contact::renew). To be
-    /// called before a step whose normal forces differ from those of the last one.
+    /// Changes the normal forces of a batch that has [reference loads](Batch::measured_at), before a
+    /// step whose normal forces differ from those of the last one: the new deflections, in place,
+    /// and the energies that are dissipated \[J\], see [`Contact::reload`](bristle::Contact::reload).
+    ///
+    /// A deflection that the surface still holds stays as it is. A bristle whose load falls below
+    /// what it carries slips back. One without a load, before or after, has no deflection.
     ///
     /// A normal force that is negative or not finite, before or after, makes a bristle forget: its
     /// deflection becomes zero, and its energy is not finite.
@@ -441,10 +587,60 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
     /// use bristle::{Dahl, DahlParameters};
     ///
     /// let parameters = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 };
+    /// let batch = Batch::of(&Dahl::new(parameters)?)?.measured_at(2.0)?; // N
+    /// // Each is stuck and carries 0.2 N. Below 0.4 N of load it slips.
+    /// let (mut deflections, mut dissipated) = ([1e-5; 3], [0.0; 3]);
+    /// let loads =
+    ///     ReloadInput { before: &[2.0; 3], after: &[8.0, 1.0, 0.2], velocities: &[0.0; 3] };
+    /// let outcome = batch.reload(loads, &mut deflections, &mut dissipated)?;
+    /// assert_eq!(deflections, [1e-5, 1e-5, 0.5e-5]);
+    /// assert!(outcome.is_finite() && dissipated[1] == 0.0 && dissipated[2] > 0.0);
+    /// # Ok::<(), bristle_batch::BatchError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Names a slice whose length is not that of the normal forces before, and refuses a batch
+    /// without reference loads.
+    pub fn reload(
+        &self,
+        input: ReloadInput<'_, T>,
+        deflections: &mut [T],
+        dissipated: &mut [T],
+    ) -> Result<Outcome, BatchError> {
+        if !self.is_measured() {
+            let takes = "a reload takes Batch::measured_at";
+            return Err(parameter::chosen("a stiffness that follows the load", takes).into());
+        }
+        self.apply(
+            Reload(self.step(T::zero())?),
+            [
+                ("before", 1, input.before),
+                ("after", 1, input.after),
+                ("velocities", N, input.velocities),
+                self.reference_loads(),
+            ],
+            [("deflections", N, deflections), ("dissipated", 1, dissipated)],
+        )
+    }
+
+    /// Changes the normal forces by renewal, of a batch whose stiffness follows the load: the new
+    /// deflections, in place, z' = z min(1, p/p'), and the energies that left \[J\], see
+    /// [`Contact::renew`](bristle::Contact::renew). A bristle that is held creeps while its load
+    /// varies; for that take [`Batch::reload`].
+    ///
+    /// A normal force that is negative or not finite, before or after, makes a bristle forget: its
+    /// deflection becomes zero, and its energy is not finite.
+    ///
+    /// ```
+    /// use bristle_batch::{Batch, RenewInput};
+    /// use bristle::{Dahl, DahlParameters};
+    ///
+    /// let parameters = DahlParameters { dynamic_coefficient: 0.5, micro_stiffness: 1e4 };
     /// let batch = Batch::of(&Dahl::new(parameters)?)?;
     /// let (mut deflections, mut dissipated) = ([1e-5, 1e-5], [0.0; 2]);
-    /// let loads = ReloadInput { before: &[1.0, 2.0], after: &[2.0, 1.0] };
-    /// let outcome = batch.reload(loads, &mut deflections, &mut dissipated)?;
+    /// let loads = RenewInput { before: &[1.0, 2.0], after: &[2.0, 1.0] };
+    /// let outcome = batch.renew(loads, &mut deflections, &mut dissipated)?;
     /// assert_eq!(deflections, [0.5e-5, 1e-5]);
     /// assert!(outcome.is_finite() && dissipated[0] > 0.0);
     /// # Ok::<(), bristle_batch::BatchError>(())
@@ -452,19 +648,43 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
     ///
     /// # Errors
     ///
-    /// Names a slice whose length is not that of the normal forces before.
-    pub fn reload(
+    /// Names a slice whose length is not that of the normal forces before, and refuses a batch with
+    /// reference loads.
+    pub fn renew(
         &self,
-        normal_forces: ReloadInput<'_, T>,
+        normal_forces: RenewInput<'_, T>,
         deflections: &mut [T],
         dissipated: &mut [T],
     ) -> Result<Outcome, BatchError> {
+        if self.is_measured() {
+            let takes = "a renewal takes a stiffness that follows the load";
+            return Err(parameter::chosen("Batch::measured_at", takes).into());
+        }
         // The curve is not evaluated.
         Self { fall: Fall::Rational, ..*self }.apply(
-            Reload,
+            Renew,
             [("before", 1, normal_forces.before), ("after", 1, normal_forces.after)],
             [("deflections", N, deflections), ("dissipated", 1, dissipated)],
         )
+    }
+
+    /// Whether the normal forces are not the reference loads.
+    fn is_measured(&self) -> bool {
+        !matches!(self.reference, Reference::NormalForce)
+    }
+
+    /// The reference loads of each bristle, with their name; no column if there are none.
+    fn reference_loads(&self) -> (&'static str, usize, &'a [T]) {
+        match self.reference {
+            Reference::Each(loads) => ("reference_loads", 1, loads),
+            _ => ("reference_loads", 0, &[]),
+        }
+    }
+
+    fn step<const MEASURED: bool>(&self, duration: T) -> Result<Step<T, MEASURED>, ParameterError> {
+        let duration = parameter::non_negative("duration", duration)?;
+        let reference = if let Reference::Shared(load) = self.reference { load } else { T::one() };
+        Ok(Step { duration, reference })
     }
 
     /// Applies an operation to slices, once all of them have the length of the first. Each has a
@@ -476,7 +696,7 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
         outputs: [(&'static str, usize, &mut [T]); O],
     ) -> Result<Outcome, BatchError> {
         let stored = match self.bristles {
-            Bristles::Shared(_) => None,
+            Bristles::Shared(_) | Bristles::Own(_) => None,
             Bristles::Each(columns) => {
                 Some(("static_coefficients", 1, columns.static_coefficients.len()))
             }
@@ -504,6 +724,10 @@ impl<'a, T: Real, const N: usize> Batch<'a, T, N> {
                 let parameters = columns.named().map(|(_, column)| column);
                 let slices = Slices { parameters, inputs, outputs, length };
                 self.choose(operation, Stored, slices)
+            }
+            Bristles::Own(model) => {
+                let slices = Slices { parameters: [], inputs, outputs, length };
+                self.run(Single { model, operation }, slices)
             }
         })
     }

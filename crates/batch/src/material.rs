@@ -9,7 +9,7 @@ use bristle::parameter::{self, ParameterError, Rule};
 use bristle::regularisation::AnyRegularisation;
 use bristle::rheology::KelvinVoigt;
 use bristle::scalar::{lit, unlimited};
-use bristle::{Affine, AnyBristle, Bristle, Dahl, DahlParameters, FrBd, Surface};
+use bristle::{Affine, AnyBristle, Bristle, Dahl, DahlParameters, Form, FrBd, Surface};
 use bristle_plane::PlaneFrBd;
 use core::fmt::Debug;
 pub(super) use sealed::{AxisMaterial, Material, Valley};
@@ -325,7 +325,32 @@ impl<T: Real> sealed::Model<T, 1> for AnyBristle<T> {
 
 impl<T, M: sealed::Model<T, N>, const N: usize> Uniform<T, N> for M {}
 
-/// A model of its own, as an object: what a step asks of it.
+/// A model of its own.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct OwnModel<'a, T> {
+    pub(super) object: &'a dyn Own<T>,
+    /// K
+    pub(super) stiffness: T,
+    /// Of the deflection, at rest; infinite if the model has none.
+    pub(super) limit: T,
+}
+
+impl<'a, T: Real> OwnModel<'a, T> {
+    /// A model whose coefficients depend on the velocity alone.
+    pub(super) fn new<M>(model: &'a M) -> Result<Self, ParameterError>
+    where
+        M: Bristle<T, Deflection = T> + Sync,
+    {
+        if model.form() != Form::OfVelocity {
+            let takes = "a batch takes models whose coefficients depend on the velocity alone";
+            return Err(parameter::chosen(model.name(), takes));
+        }
+        let limit = model.limits(T::zero()).deflection.unwrap_or_else(unlimited);
+        Ok(Self { object: model, stiffness: model.storage_stiffness(), limit })
+    }
+}
+
+/// What a step asks of a model of its own.
 pub(super) trait Own<T>: Debug + Sync {
     fn affine(&self, surface: Surface<T>, deflection: T) -> Affine<T>
     where
@@ -334,9 +359,6 @@ pub(super) trait Own<T>: Debug + Sync {
     fn hold(&self, surface: Surface<T>, deflection: T, duration: T) -> (T, T);
     fn stationary(&self, surface: Surface<T>) -> T;
     fn holds(&self, surface: Surface<T>, carried: T) -> T;
-    fn stiffness(&self) -> T;
-    /// Of the deflection, at rest; infinite if the model has none.
-    fn limit(&self) -> T;
 }
 
 impl<T: Real, M: Bristle<T, Deflection = T> + Sync> Own<T> for M {
@@ -355,14 +377,6 @@ impl<T: Real, M: Bristle<T, Deflection = T> + Sync> Own<T> for M {
 
     fn holds(&self, surface: Surface<T>, carried: T) -> T {
         self.holding_coefficient(surface, carried)
-    }
-
-    fn stiffness(&self) -> T {
-        self.storage_stiffness()
-    }
-
-    fn limit(&self) -> T {
-        self.limits(T::zero()).deflection.unwrap_or_else(unlimited)
     }
 }
 

@@ -187,7 +187,7 @@ impl<R: Objective> Search<'_, R> {
             if !rows.finite {
                 return SearchOutcome::NoDerivative;
             }
-            let linear = rows.linear();
+            let linear = rows.linear(problem.parameters.len());
             // Marquardt's scaling by the lengths of the columns, which never falls (Moré). A
             // column of zeros gets a little.
             let norms = linear.column_norms();

@@ -62,39 +62,26 @@ impl<R: Residuals<N>, const N: usize> Objective for Counted<'_, R, N> {
 
 /// Residuals at a point, and their gradients in the search variables.
 pub(super) struct Rows {
-    pub(super) residuals: Vec<f64>,
-    /// Gradient after gradient.
-    gradients: Vec<f64>,
-    width: usize,
+    pub(super) rows: Vec<(f64, Point)>,
     /// Whether all numbers are finite.
     pub(super) finite: bool,
 }
 
 impl Rows {
-    /// The residuals with their gradients.
-    pub(super) fn iter(&self) -> impl Iterator<Item = (f64, Point)> {
-        let gradients = self.gradients.chunks_exact(self.width.max(1));
-        self.residuals.iter().copied().zip(gradients.map(Point::from_column_slice))
+    /// Leaves out the rows whose gradients exceed a size, and counts them.
+    pub(super) fn up_to(mut self, largest: f64) -> (Self, usize) {
+        let all = self.rows.len();
+        self.rows.retain(|(_, gradient)| !(gradient.amax() > largest));
+        let dropped = all - self.rows.len();
+        (self, dropped)
     }
 
-    /// The rows whose gradients do not exceed a size, and the number of the others.
-    pub(super) fn up_to(self, largest: f64) -> (Self, usize) {
-        let mut kept =
-            Self { residuals: Vec::new(), gradients: Vec::new(), width: self.width, ..self };
-        for (residual, gradient) in self.iter() {
-            if !(gradient.amax() > largest) {
-                kept.residuals.push(residual);
-                kept.gradients.extend(gradient.iter());
-            }
+    /// The linear problem J δ ≈ −r of so many search variables.
+    pub(super) fn linear(&self, width: usize) -> Triangle {
+        let mut triangle = Triangle::new(width);
+        for (residual, gradient) in &self.rows {
+            triangle.push(&mut gradient.clone(), -residual);
         }
-        let dropped = self.residuals.len() - kept.residuals.len();
-        (kept, dropped)
-    }
-
-    /// The linear problem J δ ≈ −r.
-    pub(super) fn linear(&self) -> Triangle {
-        let mut triangle = Triangle::new(self.width);
-        self.iter().for_each(|(residual, mut gradient)| triangle.push(&mut gradient, -residual));
         triangle
     }
 }
@@ -165,14 +152,11 @@ impl<'a, R: Objective> Problem<'a, R> {
         let values = self.values(point);
         let slopes = self.slopes(&values);
         let width = values.len();
-        let (mut residuals, mut gradients) = (Vec::new(), Vec::new());
-        let mut finite = true;
+        let (mut rows, mut done) = (Vec::<(f64, Point)>::new(), Ok(()));
         let searched: Vec<usize> = (0..width).filter(|&i| !self.is_fixed(i)).collect();
         // One run at least, for the residuals.
         for run in 0..searched.len().div_ceil(DIRECTIONS).max(1) {
-            let from = run * DIRECTIONS;
-            let ours = searched.get(from..).unwrap_or_default();
-            let ours = ours.get(..DIRECTIONS).unwrap_or(ours);
+            let ours = searched.chunks(DIRECTIONS).nth(run).unwrap_or_default();
             let dual = |(i, &value): (usize, &f64)| {
                 let dual = DualSVec64::<DIRECTIONS>::from_re(value);
                 let direction = ours.iter().position(|&ours| ours == i);
@@ -180,25 +164,23 @@ impl<'a, R: Objective> Problem<'a, R> {
             };
             let duals: Vec<_> = values.iter().enumerate().map(dual).collect();
             let mut row = 0;
-            let done = self.residuals.evaluate(&duals, &mut |r: DualSVec64<DIRECTIONS>| {
+            let run_done = self.residuals.evaluate(&duals, &mut |r: DualSVec64<DIRECTIONS>| {
                 if run == 0 {
-                    residuals.push(r.re);
-                    gradients.resize(gradients.len() + width, 0.0);
+                    rows.push((r.re, Point::zeros(width)));
                 }
                 let eps = r.eps.unwrap_generic(Const::<DIRECTIONS>, U1);
-                let place = gradients.get_mut(row * width..).unwrap_or_default();
-                for (&i, by_value) in ours.iter().zip(eps.iter()) {
-                    if let (Some(entry), Some(slope)) = (place.get_mut(i), slopes.get(i)) {
-                        *entry = by_value * slope;
-                        finite &= entry.is_finite();
+                if let Some((_, gradient)) = rows.get_mut(row) {
+                    for (&i, by_value) in ours.iter().zip(eps.iter()) {
+                        gradient[i] = by_value * slopes[i];
                     }
                 }
-                finite &= r.re.is_finite();
                 row += 1;
             });
-            finite &= done.is_ok();
+            done = done.and(run_done);
         }
-        Rows { residuals, gradients, width, finite }
+        let all =
+            |(r, gradient): &(f64, Point)| r.is_finite() && gradient.iter().all(|x| x.is_finite());
+        Rows { finite: done.is_ok() && rows.iter().all(all), rows }
     }
 
     /// Whether a parameter has one bound twice.

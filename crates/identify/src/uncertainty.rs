@@ -29,8 +29,9 @@ pub(super) fn assess<R: Objective>(
     iterations: usize,
 ) -> Fit {
     let (rows, dropped) = problem.rows(point).up_to(problem.residuals.largest_gradient());
-    let series = Series::of(&rows.residuals);
-    let linear = rows.linear();
+    let residuals: Vec<f64> = rows.rows.iter().map(|(residual, _)| *residual).collect();
+    let series = Series::of(&residuals);
+    let linear = rows.linear(problem.parameters.len());
     let descent = linear.gradient();
     let resting = problem.resting(point, &descent);
     let free: Vec<bool> = resting.iter().map(Option::is_none).collect();
@@ -44,12 +45,10 @@ pub(super) fn assess<R: Objective>(
         free && share > NOTICEABLE && gradient.abs() > SETTLED * norm * norm
     };
     let stalled = descent.iter().zip(&norms).zip(&free).any(goes_on);
-    let outcome = match outcome {
-        SearchOutcome::Converged if stalled => SearchOutcome::Stalled,
-        other => other,
-    };
+    let converged = outcome == SearchOutcome::Converged;
+    let outcome = if converged && stalled { SearchOutcome::Stalled } else { outcome };
 
-    let errors = Accuracy::of(&rows, &series, &determined.inverse);
+    let (errors, correlation) = accuracy(&rows, &series, &determined);
     let values = problem.values(point);
     let slopes = problem.slopes(&values);
     let estimate = |(i, &parameter): (usize, &Parameter)| {
@@ -60,7 +59,7 @@ pub(super) fn assess<R: Objective>(
                 (Identifiability::Undetermined, f64::INFINITY)
             }
             None => {
-                let error = errors.standard(i) * slopes[i];
+                let error = errors[i] * slopes[i];
                 let clear = error <= value.abs();
                 let uncertain = Identifiability::Uncertain;
                 (if clear { Identifiability::Determined } else { uncertain }, error)
@@ -68,19 +67,19 @@ pub(super) fn assess<R: Objective>(
         };
         Estimate { parameter, log: None, value, standard_error, verdict }
     };
-    let too_sensitive = (dropped > 0).then_some(Remark::RowsTooSensitive { rows: dropped });
+    let too_sensitive = Remark::RowsTooSensitive { rows: dropped };
     Fit {
         estimates: problem.parameters.iter().enumerate().map(estimate).collect(),
-        correlation: errors.correlation(&determined.undetermined),
-        rows: rows.residuals.len(),
+        correlation,
+        rows: residuals.len(),
         rmse: series.rmse,
         mean: series.mean,
-        largest: rows.residuals.iter().fold(0.0, |most, r| f64::max(most, r.abs())),
+        largest: residuals.iter().fold(0.0, |most, r| f64::max(most, r.abs())),
         neighbour_correlation: series.neighbour_correlation,
-        effective_rows: rows.residuals.len() as f64 / series.time,
+        effective_rows: residuals.len() as f64 / series.time,
         window: series.window,
         weak: determined.weak,
-        remarks: too_sensitive.into_iter().collect(),
+        remarks: (dropped > 0).then_some(too_sensitive).into_iter().collect(),
         outcome,
         iterations,
     }
@@ -169,60 +168,39 @@ impl Determinacy {
     }
 }
 
-/// The errors of the search variables.
-struct Accuracy {
-    /// Whether there are more rows than parameters.
-    known: bool,
-    covariance: DMatrix<f64>,
-    /// Variances if the residuals are a series of one correlation time.
-    variances: Point,
-}
-
-impl Accuracy {
-    fn of(rows: &Rows, series: &Series, inverse: &DMatrix<f64>) -> Self {
-        let (count, width) = (rows.residuals.len(), inverse.ncols());
-        let known = rows.finite && count > width;
-        let correction = if known { count as f64 / (count - width) as f64 } else { 1.0 };
-        let covariance = inverse * scores(rows, width, series.window) * inverse * correction;
-        // Where few rows determine a parameter, the sum over scores is uncertain, and too small on
-        // average.
-        let variance = series.rmse * series.rmse * series.time * correction;
-        Self {
-            known,
-            // Rounding leaves the product of three symmetric matrices slightly unsymmetric.
-            covariance: (&covariance + covariance.transpose()) * 0.5,
-            variances: inverse.diagonal() * variance,
+/// The standard errors of the search variables, and their correlation.
+fn accuracy(
+    rows: &Rows,
+    series: &Series,
+    Determinacy { inverse, undetermined, .. }: &Determinacy,
+) -> (Vec<f64>, DMatrix<f64>) {
+    let (count, width) = (rows.rows.len(), undetermined.len());
+    let known = rows.finite && count > width;
+    let correction = if known { count as f64 / (count - width) as f64 } else { 1.0 };
+    let covariance = inverse * scores(rows, width, series.window) * inverse * correction;
+    // Rounding leaves the product of three symmetric matrices slightly unsymmetric.
+    let covariance = (&covariance + covariance.transpose()) * 0.5;
+    // Where few rows determine a parameter, the sum over scores is uncertain, and too small on
+    // average.
+    let variance = series.rmse * series.rmse * series.time * correction;
+    // `max` alone would turn NaN into zero.
+    let root =
+        |square: f64| if square.is_finite() { square.max(0.0).sqrt() } else { f64::INFINITY };
+    let spread = |i: usize| root(covariance[(i, i)]);
+    let larger = |i: usize| spread(i).max(root(variance * inverse[(i, i)]));
+    let errors = (0..width).map(|i| if known { larger(i) } else { f64::INFINITY }).collect();
+    let correlation = DMatrix::from_fn(width, width, |i, j| {
+        let scale = spread(i) * spread(j);
+        let sound = known && scale > 0.0 && scale.is_finite();
+        if i == j {
+            1.0
+        } else if sound && !undetermined[i] && !undetermined[j] {
+            within(covariance[(i, j)] / scale, -1.0, 1.0)
+        } else {
+            f64::NAN
         }
-    }
-
-    fn spread(&self, i: usize) -> f64 {
-        root(self.covariance[(i, i)])
-    }
-
-    /// The larger of both standard errors.
-    fn standard(&self, i: usize) -> f64 {
-        let error = self.spread(i).max(root(self.variances[i]));
-        if self.known { error } else { f64::INFINITY }
-    }
-
-    fn correlation(&self, undetermined: &[bool]) -> DMatrix<f64> {
-        DMatrix::from_fn(undetermined.len(), undetermined.len(), |i, j| {
-            let scale = self.spread(i) * self.spread(j);
-            let sound = self.known && scale > 0.0 && scale.is_finite();
-            if i == j {
-                1.0
-            } else if sound && !undetermined[i] && !undetermined[j] {
-                within(self.covariance[(i, j)] / scale, -1.0, 1.0)
-            } else {
-                f64::NAN
-            }
-        })
-    }
-}
-
-/// A root for which NaN is infinite; `max` alone would turn it into zero.
-fn root(square: f64) -> f64 {
-    if square.is_finite() { square.max(0.0).sqrt() } else { f64::INFINITY }
+    });
+    (errors, correlation)
 }
 
 /// Lags that are summed row by row: enough for a correlation time of 400 rows, and for every log of
@@ -282,7 +260,7 @@ fn scores(rows: &Rows, width: usize, window: usize) -> DMatrix<f64> {
         recent.push_back(score);
         meat.ger(1.0, &sum, &sum, 1.0);
     };
-    rows.iter().for_each(|(residual, gradient)| add(gradient * residual));
+    rows.rows.iter().for_each(|(residual, gradient)| add(gradient * *residual));
     (1..window).for_each(|_| add(Point::zeros(width)));
     meat / window as f64
 }

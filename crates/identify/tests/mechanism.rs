@@ -502,8 +502,8 @@ fn bad_logs_are_refused_with_column_row_and_rule() {
 
 #[test]
 fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
-    let log = run(GRAVITY, 1, false).voltage().unwrap();
-    let error = |joint: Joint| dahl(&joint, &[log.clone()]).unwrap_err().to_string();
+    let logs = [run(GRAVITY, 1, false).voltage().unwrap()];
+    let error = |joint: Joint| dahl(&joint, &logs).unwrap_err().to_string();
     let wrong = error(pendulum().known("inertai", 1.0));
     assert!(wrong.ends_with(", not inertai"), "{wrong}");
     let others = ["breakaway_excess", "stribeck_velocity", "backward_ratio", "micro_damping"];
@@ -518,7 +518,7 @@ fn a_joint_with_a_wrong_name_or_without_motor_constants_is_refused() {
     assert_eq!(missing, "this drive takes a known or starting value of, not torque_constant");
     let none = dahl(&pendulum(), &[]).unwrap_err().to_string();
     assert_eq!(none, "there must be at least 1 logs, not 0");
-    let (logs, candidates, settings) = ([log], [Friction::dahl()], Settings::default());
+    let (candidates, settings) = ([Friction::dahl()], Settings::default());
     let none = mechanism::compare(&pendulum(), &candidates, &logs, &[], &settings, &mut go_on);
     assert_eq!(none.unwrap_err().to_string(), "there must be at least 1 logs held out, not 0");
 }

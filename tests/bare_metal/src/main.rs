@@ -8,8 +8,8 @@
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::exponential::Exponential;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Segment};
 use bristle::{Bristle, FrBd, LuGre, ParameterError, Scalar, paper};
+use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Segment};
 use nalgebra::convert;
 
 /// FNV-1a.

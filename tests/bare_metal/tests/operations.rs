@@ -84,7 +84,7 @@ fn elasto_plastic<T: Scalar>() -> ElastoPlastic<Stribeck<T>, KelvinVoigt<T>, Unr
 }
 
 fn implicit<T: Scalar>() -> ImplicitBristle<Stribeck<T>, T> {
-    ImplicitBristle::new(stribeck(2.0), bristle(), None).unwrap()
+    ImplicitBristle::new(stribeck(2.0), bristle()).unwrap()
 }
 
 fn zener<T: Scalar>() -> FrBd<Stribeck<T>, GeneralisedMaxwell<T, 2>> {

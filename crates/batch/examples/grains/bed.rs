@@ -22,7 +22,7 @@ const STIFFNESS: f64 = 2e3;
 const DAMPING: f64 = 0.03;
 /// By what the lattice is compressed, over its spacing.
 const COMPRESSION: f64 = 0.012;
-/// The friction: μ from 0.5 to 0.4, and bristles about as stiff as the normal at 0.05 N.
+/// The friction: μ from 0.5 to 0.4, and bristles about as stiff as the normal.
 pub(crate) const CURVE: StribeckParameters<f64> = StribeckParameters {
     static_coefficient: 0.5,
     dynamic_coefficient: 0.4,
@@ -32,6 +32,8 @@ pub(crate) const CURVE: StribeckParameters<f64> = StribeckParameters {
 };
 const BRISTLE: KelvinVoigtParameters<f64, f64> =
     KelvinVoigtParameters { micro_stiffness: 3e4, micro_damping: 0.1 };
+/// The load at which the bristles have this stiffness [N].
+const REFERENCE_LOAD: f64 = 0.05;
 /// Distance beyond touch within which a pair has a slot [m].
 const SKIN: f64 = 0.06 * RADIUS;
 /// How often the mean velocities are put into the friction again within a step.
@@ -123,7 +125,7 @@ impl Bed {
             }
         }
         let friction = PlaneFrBd::isotropic(Stribeck::new(CURVE)?, KelvinVoigt::new(BRISTLE)?);
-        let batch = Batch::of(&friction)?;
+        let batch = Batch::of(&friction)?.measured_at(REFERENCE_LOAD)?;
         let none = || Vec::new();
         let mut bed = Self {
             grains,
@@ -311,7 +313,7 @@ impl Bed {
         self.touch(duration);
         self.slide(|grain| grain.motion);
         let [before, after] = &self.loads;
-        let change = ReloadInput { before, after };
+        let change = ReloadInput { before, after, velocities: &self.velocities };
         let reloaded = self.batch.reload(change, &mut self.deflections, &mut self.dissipated)?;
         let input = StepInput {
             velocities: &self.velocities,
@@ -326,7 +328,11 @@ impl Bed {
             self.push(duration, &mut forces);
             self.slide(|grain| grain.mean);
         }
-        let found = CommitInput { shares: &self.passive[0], velocities: &self.velocities };
+        let found = CommitInput {
+            shares: &self.passive[0],
+            velocities: &self.velocities,
+            normal_forces: &self.loads[1],
+        };
         let ended = self.batch.commit(found, duration, &mut self.deflections)?;
         assert!(reloaded.is_finite() && begun.is_finite() && ended.is_finite());
         for grain in &mut self.grains {
@@ -350,7 +356,7 @@ impl Bed {
             let [v, w] = [slot, count + slot].map(|at| self.velocities[at]);
             report.work += duration * (x * v + y * w);
             let [z, u] = [slot, count + slot].map(|at| self.deflections[at]);
-            report.stored += 0.5 * load * BRISTLE.micro_stiffness * (z * z + u * u);
+            report.stored += 0.5 * REFERENCE_LOAD * BRISTLE.micro_stiffness * (z * z + u * u);
             let force = pair.normal * load + pair.across[0] * x + pair.across[1] * y;
             let branch = pair.normal.z * pair.distance / volume;
             report.pressure += force.z * branch;

@@ -3,6 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
 mod axes;
+mod loads;
+mod own;
+
 use std::fmt::Debug;
 
 use bristle::curve::{
@@ -10,9 +13,9 @@ use bristle::curve::{
     StribeckParameters,
 };
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bristle, Dahl, DahlParameters, FrBd, Scalar};
+use bristle::{Bristle, Contact, Dahl, DahlParameters, FrBd, Law, Scalar, Surface};
 use bristle_batch::{
-    Batch, BatchError, Columns, CommitInput, Fall, Outcome, PassiveOutput, Real, ReloadInput,
+    Batch, BatchError, Columns, CommitInput, Fall, Outcome, PassiveOutput, Real, RenewInput,
     StepInput, Uniform,
 };
 use bristle_specimens::draw::Draw;
@@ -82,7 +85,8 @@ impl<T: Real> Run<T> {
         };
         let begun = batch.companions(predicted, duration, dampers).unwrap();
         // The beginning leaves the deflections to the end.
-        let found = CommitInput { shares: &self.share, velocities: &self.mean };
+        let found =
+            CommitInput { shares: &self.share, velocities: &self.mean, normal_forces: &self.load };
         let ended = batch.commit(found, duration, &mut self.after).unwrap();
         self.held.copy_from_slice(&self.before);
         let held = StepInput {
@@ -145,7 +149,7 @@ fn friction<T: Scalar>() -> FrBd<Stribeck<T>, KelvinVoigt<T>> {
 
 /// What is done with every model that a batch knows.
 trait Task<T: Real> {
-    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy>(&self, model: M);
+    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy + Sync>(&self, model: M);
 }
 
 fn every_model<T: Real>(task: &impl Task<T>) {
@@ -181,28 +185,62 @@ const DURATIONS: [f64; 6] = [0.0, 1e-6, 1e-3, 0.02, 1.0, 1e3];
 struct Steps;
 
 impl<T: Real> Task<T> for Steps {
-    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy>(&self, model: M) {
-        let batch = Batch::of(&model).unwrap();
+    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy + Sync>(&self, model: M) {
         let mut run = Run::random(300);
-        for h in DURATIONS {
-            for outcome in run.step(&batch, lit(h)) {
-                assert!(outcome.is_finite(), "{model:?} {outcome}");
+        steps_are_those_of_a_bristle(&Batch::of(&model).unwrap(), &run, of_each, |load| {
+            model.under_load(load).unwrap()
+        });
+        // Under a load that scales the friction, and under none.
+        let reference = lit(2.0);
+        run.load.iter_mut().step_by(7).for_each(|load| *load = T::zero());
+        let batch = Batch::of(&model).unwrap().measured_at(reference).unwrap();
+        steps_are_those_of_a_bristle(&batch, &run, of_each, |load| {
+            model.under_load(load).unwrap().measured_at(reference).unwrap()
+        });
+    }
+}
+
+/// (μ_s + σ2|v̄|)/σ0, the second from what the model allows at very high speeds.
+fn of_each<T: Real>(model: &impl Bristle<T, Deflection = T>, _: Surface<T>, mean: T) -> f64 {
+    let limit = |speed: f64| f(model.limits(lit(speed)).deflection.unwrap());
+    limit(0.0) + (limit(2e6) - limit(1e6)) / 1e6 * f(mean).abs()
+}
+
+fn steps_are_those_of_a_bristle<T: Real, M: Bristle<T, Deflection = T>>(
+    batch: &Batch<'_, T>,
+    run: &Run<T>,
+    limit: impl Fn(&M, Surface<T>, T) -> f64,
+    contact: impl Fn(T) -> Contact<T, M>,
+) {
+    let mut run = run.clone();
+    for h in DURATIONS {
+        for outcome in run.step(batch, lit(h)) {
+            assert!(outcome.is_finite(), "{batch:?} {outcome}");
+        }
+        for i in 0..run.mean.len() {
+            let contact = contact(run.load[i]);
+            if contact.friction_scale() == T::zero() {
+                // What is left of a bristle without a load does nothing.
+                assert_eq!([run.bias[i], run.damping[i], run.held_force[i]].map(f), [0.0; 3]);
+                continue;
             }
-            for i in 0..run.mean.len() {
-                let near = |ulps: f64, size: f64, got: T, want: f64, name: &str| {
-                    let what = || format!("{name} of {model:?}, bristle {i}, h = {h}");
-                    assert_within(ulps * f(T::default_epsilon()), size, f(got), want, what);
-                };
-                // Some ten roundings, of which the commit's 1 − c doubles one.
-                is_the_midpoint_rule(&model, &run, i, h, |size, got, want, name| {
-                    near(16.0, size, got, want, name);
-                });
-                // Below x = ½ the scalar step takes a series, above it loses less than two digits
-                // of φ2; both exponents carry a few roundings of x, of which e⁻ˣ gets 1/e at most.
-                is_that_of_one_bristle(&model, &run, i, h, |size, got, want, name| {
-                    near(24.0, size, got, want, name);
-                });
-                gives_no_energy(&model, &run, i, h);
+            let near = |ulps: f64, size: f64, got: T, want: f64, name: &str| {
+                let what = || format!("{name} of {contact:?}, bristle {i}, h = {h}");
+                assert_within(ulps * f(T::default_epsilon()), size, f(got), want, what);
+            };
+            // Some ten roundings, of which the commit's 1 − c doubles one.
+            let (model, v) = (contact.model(), run.predicted[i].into());
+            let most = f(contact.friction_scale()) * limit(model, v, run.mean[i]);
+            is_the_midpoint_rule(&contact, &run, i, (h, most), |size, got, want, name| {
+                near(16.0, size, got, want, name);
+            });
+            // Below x = ½ the scalar step takes a series, above it loses less than two digits
+            // of φ2; both exponents carry a few roundings of x, of which e⁻ˣ gets 1/e at most.
+            is_that_of_one_bristle(&contact, &run, i, h, |size, got, want, name| {
+                near(24.0, size, got, want, name);
+            });
+            if model.obeys(Law::Passivity) {
+                gives_no_energy(&contact, &run, i, h);
             }
         }
     }
@@ -210,15 +248,15 @@ impl<T: Real> Task<T> for Steps {
 
 /// The implicit midpoint rule, as the crate writes it, in f64 of the model's own numbers.
 fn is_the_midpoint_rule<T: Real>(
-    model: &impl Bristle<T, Deflection = T>,
+    contact: &Contact<T, impl Bristle<T, Deflection = T>>,
     run: &Run<T>,
     i: usize,
-    h: f64,
+    (h, most): (f64, f64),
     near: impl Fn(f64, T, f64, &str),
 ) {
-    let a = model.affine(run.predicted[i].into(), run.before[i]);
+    let a = contact.affine(run.predicted[i], run.before[i]);
     let (rate, drive) = (f(a.relaxation), f(a.drive));
-    let (load, before, v) = (f(run.load[i]), f(run.before[i]), f(run.mean[i]));
+    let (load, before, v) = (f(contact.reference_load()), f(run.before[i]), f(run.mean[i]));
     let slack = 1.0 / (1.0 + 0.5 * rate * h);
     let bias = load * f(a.stiffness) * slack * before;
     let own = f(a.stiffness) * slack * 0.5 * h * drive;
@@ -227,10 +265,7 @@ fn is_the_midpoint_rule<T: Real>(
     let after = before + 2.0 * (mean - before);
     // What is subtracted, in size.
     let size = slack * h * (drive * v.abs() + rate * before.abs()) + before.abs();
-    // (μ_s + σ2|v̄|)/σ0, the second from what the model allows at very high speeds.
-    let limit = |speed: f64| f(model.limits(lit(speed)).deflection.unwrap());
-    let rise = (limit(2e6) - limit(1e6)) / 1e6;
-    let most = (limit(0.0) + rise * v.abs()).max(before.abs());
+    let most = most.max(before.abs());
     near(bias.abs(), run.bias[i], bias, "bias");
     near(damping, run.damping[i], damping, "damping");
     near(size, run.after[i], after.clamp(-most, most), "deflection");
@@ -238,32 +273,33 @@ fn is_the_midpoint_rule<T: Real>(
 
 /// The exact step of a contact.
 fn is_that_of_one_bristle<T: Real>(
-    model: &impl Bristle<T, Deflection = T>,
+    contact: &Contact<T, impl Bristle<T, Deflection = T>>,
     run: &Run<T>,
     i: usize,
     h: f64,
     near: impl Fn(f64, T, f64, &str),
 ) {
-    let contact = model.clone().under_load(run.load[i]).unwrap();
     let (v, before) = (run.predicted[i], run.before[i]);
     let want = contact.hold(v, before, lit(h));
     // The two terms of each sum, in size: what came and what was there.
-    let a = model.affine(v.into(), before);
+    let a = contact.affine(v, before);
     let x = (f(a.relaxation) * h).min(1.0);
     let size = f(before).abs() + x * f(contact.stationary(v)).abs();
-    let force = f(run.load[i]) * (f(a.stiffness) * size + f(a.damping) * f(v).abs());
+    let force =
+        f(contact.reference_load()) * (f(a.stiffness).abs() * size + f(a.damping) * f(v).abs());
     near(size, run.held[i], f(want.deflection), "held deflection");
     near(force, run.held_force[i], f(want.mean_force), "held force");
 }
 
 /// No step gives energy that was not stored.
-fn gives_no_energy<T: Real, M: Bristle<T, Deflection = T>>(
-    model: &M,
+fn gives_no_energy<T: Real>(
+    contact: &Contact<T, impl Bristle<T, Deflection = T>>,
     run: &Run<T>,
     i: usize,
     h: f64,
 ) {
-    let half = 0.5 * f(run.load[i]) * f(model.storage_stiffness());
+    let stiffness = contact.model().storage_stiffness();
+    let half = 0.5 * f(contact.reference_load()) * f(stiffness);
     let stored = |z: T| half * f(z) * f(z);
     let before = stored(run.before[i]);
     // Any mean velocity, whatever was predicted; and a held one.
@@ -276,7 +312,7 @@ fn gives_no_energy<T: Real, M: Bristle<T, Deflection = T>>(
     ] {
         let (gain, terms) = (after - before, size + after + before);
         let rounding = 32.0 * f(T::default_epsilon()) * terms;
-        assert!(work - gain >= -rounding, "{model:?}, bristle {i}, h = {h}: {work} {gain}");
+        assert!(work - gain >= -rounding, "{contact:?}, bristle {i}, h = {h}: {work} {gain}");
     }
 }
 
@@ -286,10 +322,10 @@ fn a_passive_step_is_the_midpoint_rule_an_exact_one_that_of_one_bristle_and_none
     every_model::<f32>(&Steps);
 }
 
-struct Reloads;
+struct Renewals;
 
-impl<T: Real> Task<T> for Reloads {
-    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy>(&self, model: M) {
+impl<T: Real> Task<T> for Renewals {
+    fn does<M: Uniform<T> + Bristle<T, Deflection = T> + Debug + Copy + Sync>(&self, model: M) {
         let batch = Batch::of(&model).unwrap();
         let mut run = Run::random(150);
         let mut draw = Draw(7);
@@ -297,8 +333,8 @@ impl<T: Real> Task<T> for Reloads {
             || if draw.next() < 0.2 { T::zero() } else { lit(draw.logarithmic(1e-3, 1e3)) };
         let (before, after) = (run.load.clone(), [(); 150].map(|()| forces()));
         run.after.copy_from_slice(&run.before);
-        let loads = ReloadInput { before: &before, after: &after };
-        let outcome = batch.reload(loads, &mut run.after, &mut run.bias).unwrap();
+        let loads = RenewInput { before: &before, after: &after };
+        let outcome = batch.renew(loads, &mut run.after, &mut run.bias).unwrap();
         assert!(outcome.is_finite());
         for i in 0..150 {
             let mut contact = model.under_load(before[i]).unwrap();
@@ -313,24 +349,24 @@ impl<T: Real> Task<T> for Reloads {
 }
 
 #[test]
-fn a_change_of_the_load_is_that_of_one_bristle() {
-    every_model::<f64>(&Reloads);
-    every_model::<f32>(&Reloads);
+fn a_renewal_is_that_of_one_bristle() {
+    every_model::<f64>(&Renewals);
+    every_model::<f32>(&Renewals);
     // From and to nothing, and what is none.
     let batch = Batch::of(&friction::<f64>()).unwrap();
     let (mut z, mut left) = ([1e-5; 8], [0.0; 8]);
     let infinite = f64::INFINITY;
-    let loads = ReloadInput {
+    let loads = RenewInput {
         before: &[0.0, 2.0, 0.0, f64::NAN, 1.0, 1.0, infinite, infinite],
         after: &[2.0, 0.0, 0.0, 1.0, -1.0, infinite, 1.0, infinite],
     };
-    let outcome = batch.reload(loads, &mut z, &mut left).unwrap();
+    let outcome = batch.renew(loads, &mut z, &mut left).unwrap();
     assert_eq!(z, [0.0; 8]);
     assert_eq!(left[..3], [0.0, 0.5 * 2.0 * 1e4 * 1e-5 * 1e-5, 0.0]);
     assert_eq!(outcome, Outcome { not_finite: 5, first: Some(3) });
     assert!(!outcome.is_finite());
-    let short = ReloadInput { before: &[1.0], after: &[1.0; 2] };
-    let refused = batch.reload(short, &mut [0.0], &mut [0.0]).unwrap_err();
+    let short = RenewInput { before: &[1.0], after: &[1.0; 2] };
+    let refused = batch.renew(short, &mut [0.0], &mut [0.0]).unwrap_err();
     assert!(matches!(refused, BatchError::Length { name: "after", length: 2, .. }));
 }
 
@@ -350,7 +386,11 @@ fn a_passive_step_approaches_the_companion_with_the_cube_of_its_length() {
                 let (force, after) = (step.force(v), step.commit(v).deflection);
                 let rough = run.bias[i] + run.damping[i] * v;
                 let mut deflection = [run.before[i]];
-                let found = CommitInput { shares: &run.share[i..=i], velocities: &[v] };
+                let found = CommitInput {
+                    shares: &run.share[i..=i],
+                    velocities: &[v],
+                    normal_forces: &run.load[i..=i],
+                };
                 let _ = batch.commit(found, h, &mut deflection).unwrap();
                 // In metres and, over p σ0, in metres too.
                 (deflection[0] - after).abs() + (force - rough).abs() / (run.load[i] * 1e4) * h
@@ -443,7 +483,8 @@ fn the_deflection_is_cut_to_its_limit_only_when_the_velocity_was_mispredicted() 
     let batch = Batch::of(&friction::<f64>()).unwrap();
     // Predicted at rest, then 1 m/s for 1 s: the bristle would follow by 1 m.
     let mut deflections = [0.0, 0.0, 4e-4];
-    let found = CommitInput { shares: &[1.0; 3], velocities: &[1.0, -1.0, 1.0] };
+    let found =
+        CommitInput { shares: &[1.0; 3], velocities: &[1.0, -1.0, 1.0], normal_forces: &[1.0; 3] };
     assert!(batch.commit(found, 1.0, &mut deflections).unwrap().is_finite());
     // (μ_s + σ2|v̄|)/σ0, and what was beyond it stays.
     assert_eq!(deflections, [1.54e-4, -1.54e-4, 4e-4]);
@@ -536,15 +577,16 @@ fn slices_of_other_lengths_are_refused_by_name_and_nothing_is_written() {
         assert!(out.iter().flatten().all(|&number| number == 7.0));
     }
     let mut z = [0.0; 3];
-    let refused =
-        batch.commit(CommitInput { shares: &[1.0; 2], velocities: &[0.1; 3] }, 1e-3, &mut z);
-    assert_eq!(refused.unwrap_err().to_string(), "shares has length 2, but velocities asks for 3");
-    let refused =
-        batch.commit(CommitInput { shares: &[1.0; 2], velocities: &[0.1; 2] }, 1e-3, &mut z);
-    assert_eq!(
-        refused.unwrap_err().to_string(),
-        "deflections has length 3, but velocities asks for 2"
-    );
+    let mut refused = |shares: &[f64], velocities: &[f64], normal_forces: &[f64]| {
+        let found = CommitInput { shares, velocities, normal_forces };
+        batch.commit(found, 1e-3, &mut z).unwrap_err().to_string()
+    };
+    let text = "shares has length 2, but velocities asks for 3";
+    assert_eq!(refused(&[1.0; 2], &[0.1; 3], &[1.0; 3]), text);
+    let text = "normal_forces has length 2, but velocities asks for 3";
+    assert_eq!(refused(&[1.0; 3], &[0.1; 3], &[1.0; 2]), text);
+    let text = "deflections has length 3, but velocities asks for 2";
+    assert_eq!(refused(&[1.0; 2], &[0.1; 2], &[1.0; 2]), text);
     for (name, lengths) in
         [("normal_forces", [2, 3, 3]), ("deflections", [3, 2, 3]), ("mean_forces", [3, 3, 2])]
     {
@@ -560,8 +602,8 @@ fn slices_of_other_lengths_are_refused_by_name_and_nothing_is_written() {
 fn a_bad_duration_is_refused() {
     let batch = Batch::of(&friction::<f64>()).unwrap();
     for duration in [-1e-3, f64::NAN, f64::INFINITY] {
-        let refused =
-            batch.commit(CommitInput { shares: &[1.0], velocities: &[0.1] }, duration, &mut [0.0]);
+        let found = CommitInput { shares: &[1.0], velocities: &[0.1], normal_forces: &[1.0] };
+        let refused = batch.commit(found, duration, &mut [0.0]);
         assert!(matches!(refused, Err(BatchError::Parameter(error)) if error.name == "duration"));
     }
 }

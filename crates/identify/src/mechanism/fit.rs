@@ -360,7 +360,7 @@ fn is_bearable(
 ) -> Result<bool, ParameterError> {
     let problem = Problem::new(errors, parameters)?;
     let rows = problem.rows(&problem.start);
-    let mut sizes: Vec<f64> = rows.iter().map(|(_, gradient)| gradient.amax()).collect();
+    let mut sizes: Vec<f64> = rows.rows.iter().map(|(_, gradient)| gradient.amax()).collect();
     let usual = quantile(&mut sizes, NEARLY_ALL) <= most;
     Ok(rows.finite && usual && quantile(&mut sizes, 1.0) <= RARE * most)
 }

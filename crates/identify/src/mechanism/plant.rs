@@ -74,47 +74,35 @@ impl<'a, T: Scalar> Plant<'a, T> {
         self.log.position.get(row).copied().unwrap_or(f64::NAN)
     }
 
-    /// Torque of the motor between a row and the next, at a share of the time between them.
+    /// Torque of the motor between a row and the next, at a share of the time between them, and the
+    /// torque of it that loads the gear: that of a measured drive is smoothed. Its noise would load
+    /// and unload the gear in every step, and each rise makes the bristle forget.
     #[inline]
-    fn motor(&self, row: usize, share: f64, x: T, v: T) -> Torque<T> {
-        let zero = T::zero();
-        let log = self.log;
+    fn motor(&self, row: usize, share: f64, x: T, v: T) -> (Torque<T>, T) {
+        let (log, zero) = (self.log, T::zero());
         if !log.enabled.get(row).copied().unwrap_or(false) {
-            return [zero; 3];
+            return ([zero; 3], zero);
         }
-        let between = |values: &[f64]| {
-            let here = values.get(row).copied().unwrap_or(f64::NAN);
-            let next = values.get(row + 1).copied().unwrap_or(here);
-            lit::<T>(if log.held { here } else { here + share * (next - here) })
-        };
-        let drive = between(&log.drive);
+        let at = |values| lit::<T>(between(values, row, if log.held { 0.0 } else { share }));
+        let drive = at(&log.drive);
         let Source::Duty { gain, supply } = &log.source else {
-            return self.driven(drive, zero, v);
+            let torque = self.driven(drive, zero, v);
+            let measured = self.rows.get(row).zip(self.rows.get(row + 1)).filter(|_| !log.held);
+            let loading = measured.map_or(torque[0], |(here, next)| {
+                let effort = here.effort + share * (next.effort - here.effort);
+                self.driven(lit(effort), zero, v)[0]
+            });
+            return (torque, loading);
         };
-        let (supply, gain) = (between(supply), lit::<T>(*gain));
+        let (supply, gain) = (at(supply), lit::<T>(*gain));
         let duty = gain * (drive - x);
-        if duty.abs() < T::one() {
+        let torque = if duty.abs() < T::one() {
             let (share, slope) = self.effective(duty);
             self.driven(supply * share, -supply * gain * slope, v)
         } else {
             self.driven(supply * duty.signum(), zero, v)
-        }
-    }
-
-    /// The motor torque that loads the gear: that of a measured drive is smoothed. Its noise would
-    /// load and unload the gear in every step, and each rise makes the bristle forget.
-    #[inline]
-    fn loading(&self, row: usize, share: f64, motor: T, v: T) -> T {
-        let is_duty = matches!(self.log.source, Source::Duty { .. });
-        let enabled = self.log.enabled.get(row).copied().unwrap_or(false);
-        let (Some(here), Some(next)) = (self.rows.get(row), self.rows.get(row + 1)) else {
-            return motor;
         };
-        if self.log.held || !enabled || is_duty {
-            return motor;
-        }
-        let effort = lit(here.effort + share * (next.effort - here.effort));
-        self.driven(effort, T::zero(), v)[0]
+        (torque, torque[0])
     }
 
     /// sgn(d) |d|^γ of the duty d, and its slope; rounded off at a thousandth.
@@ -241,8 +229,6 @@ impl<'a, T: Scalar> Plant<'a, T> {
         let duration = self.duration(row);
         let steps = (duration / self.model.step - 1e-6).ceil().clamp(1.0, 1e6) as u32;
         let h = lit::<T>(duration / f64::from(steps));
-        let here = self.log.external.get(row).copied().unwrap_or(0.0);
-        let next = self.log.external.get(row + 1).copied().unwrap_or(here);
         let value = |[value, by_angle, by_velocity]: Torque<T>| JointInputValue {
             by_angle,
             by_velocity,
@@ -251,14 +237,20 @@ impl<'a, T: Scalar> Plant<'a, T> {
         for number in 0..steps {
             let share = (f64::from(number) + 0.5) / f64::from(steps);
             let torques = |JointMotion { angle: x, velocity: v, .. }| {
-                let motor = self.motor(row, share, x, v);
-                let external = self.external(here + share * (next - here), x, v);
-                let motor_load = self.loading(row, share, motor[0], v);
-                let loading = GearTorques { motor: motor_load, external: external[0] };
+                let (motor, loading) = self.motor(row, share, x, v);
+                let external = self.external(between(&self.log.external, row, share), x, v);
+                let loading = GearTorques { motor: loading, external: external[0] };
                 JointTorques { motor: value(motor), external: value(external), loading }
             };
             state = gear.joint_step(self.inertia, &state, h, torques)?.0;
         }
         Ok(state)
     }
+}
+
+/// The value of a column at a share of the time between a row and the next.
+fn between(values: &[f64], row: usize, share: f64) -> f64 {
+    let here = values.get(row).copied().unwrap_or(f64::NAN);
+    let next = values.get(row + 1).copied().unwrap_or(here);
+    here + share * (next - here)
 }

@@ -326,19 +326,15 @@ fn every_module_takes_a_model_chosen_at_run_time() {
         let (any, fixed) = (choose(&any, tolerance).unwrap(), choose(&fixed, tolerance).unwrap());
         assert_eq!(format!("{any:?}"), format!("{fixed:?}"));
     }
-    let refused = |error: ParameterError| error.to_string();
-    assert_eq!(
-        refused(patch(elastic.clone()).unwrap_err()),
-        "a patch takes FrBD, LuGre or Dahl, not elasto-plastic FrBD"
-    );
-    assert_eq!(
-        refused(observer(elastic.clone()).unwrap_err()),
-        "an observer takes FrBD, LuGre or Dahl, not elasto-plastic FrBD"
-    );
-    assert_eq!(
+    let refused = [
+        patch(elastic.clone()).unwrap_err().to_string(),
+        observer(elastic.clone()).unwrap_err().to_string(),
         Batch::of(&elastic).unwrap_err().to_string(),
-        "a batch takes FrBD or Dahl, not elasto-plastic FrBD"
-    );
+    ];
+    for (told, who) in refused.into_iter().zip(["a patch", "an observer", "a batch"]) {
+        assert!(told.starts_with(&format!("{who} takes ")), "{told}");
+        assert!(told.ends_with(" or Dahl, not elasto-plastic FrBD"), "{told}");
+    }
 }
 
 #[test]

@@ -3,8 +3,8 @@
 
 use bristle::control::{
     FeedForwardCompensator, FeedForwardParameters, FeedbackCompensator, FeedbackParameters,
-    FrictionObserver, Injection, Measured, MicroDamping, ObserverParameters,
-    OutputParameters, VelocityFromPosition, VelocityFromPositionParameters,
+    FrictionObserver, Injection, Measured, MicroDamping, ObserverParameters, OutputParameters,
+    VelocityFromPosition, VelocityFromPositionParameters,
 };
 use bristle::{Bristle, FrBd, LuGre, Scalar};
 

@@ -17,8 +17,8 @@ mod probes;
 mod rolling;
 mod steps;
 
-use bristle_batch::BatchError;
 use bristle::{ParameterError, Scalar};
+use bristle_batch::BatchError;
 use nalgebra::RealField;
 
 unsafe extern "C" {

@@ -1,9 +1,12 @@
 //! Batches of many bristles, in slices of a length known at run time.
 
 use bristle::FrBd;
-use bristle_batch::{Batch, BatchError, Columns, CommitInput, Fall, PassiveOutput, Real, ReloadInput, StepInput, Uniform};
 use bristle::curve::{RationalStribeck, RationalStribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
+use bristle_batch::{
+    Batch, BatchError, Columns, CommitInput, Fall, PassiveOutput, Real, ReloadInput, StepInput,
+    Uniform,
+};
 
 use crate::steps::{bristle, coulomb, dahl_model, stribeck};
 use crate::{Input, MANY};
@@ -21,14 +24,14 @@ fn steps<T: Real>(batch: Batch<'_, T>, input: &Input<T>) -> Answer<T> {
     let [shares, biases, dampings, after, mean_forces] =
         room.each_mut().map(|values| values.get_mut(..length).unwrap_or_default());
     after.iter_mut().zip(deflections).for_each(|(to, from)| *to = *from);
-    let loads = ReloadInput { before: normal_forces, after: part(3) };
+    let loads = ReloadInput { before: normal_forces, after: part(3), velocities };
     let reloaded = batch.reload(loads, after, mean_forces)?;
     let begun = batch.companions(
         StepInput { velocities, normal_forces, deflections: &mut *after },
         input.duration,
         PassiveOutput { shares: &mut *shares, biases: &mut *biases, dampings: &mut *dampings },
     )?;
-    let found = CommitInput { shares: &*shares, velocities: part(3) };
+    let found = CommitInput { shares: &*shares, velocities: part(3), normal_forces };
     let ended = batch.commit(found, input.duration, after)?;
     let held = StepInput { velocities, normal_forces, deflections: after };
     let held = batch.hold(held, input.duration, mean_forces)?;

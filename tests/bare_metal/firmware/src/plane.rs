@@ -1,9 +1,9 @@
 //! Friction on several axes.
 
+use bristle::Scalar;
 use bristle::companion::PointMass;
-use bristle_plane::{Axis, Footprint, FootprintPoint, PlaneBristle, PlaneFrBd, PlaneLuGre};
 use bristle::regularisation::SquareRoot;
-use bristle::{Load, Scalar};
+use bristle_plane::{Axis, Footprint, FootprintPoint, PlaneBristle, PlaneFrBd, PlaneLuGre};
 use nalgebra::{SVector, Vector2, Vector3};
 
 use crate::steps::{Answer, bristle, stribeck};
@@ -20,13 +20,13 @@ fn steps<T: Scalar, M: PlaneBristle<T, N>, const N: usize>(
     };
     let [velocities, next, ..] = &input.many;
     let (velocity, next) = (vector(velocities), vector(next));
-    let load = Load { normal_force, rate: input.output[0] };
     let mut contact = model.under_load(normal_force)?;
-    let reloaded = contact.reload(normal_force * lit(0.5), &vector(&input.deflections))?;
+    let deflection = vector(&input.deflections);
+    let reloaded = contact.reload(normal_force * lit(0.5), &velocity, &deflection)?;
     let turned = contact.turn(&reloaded.deflection, input.velocity);
     let z = turned.deflection;
     let (hold, linear) = (contact.hold(&velocity, &z, duration), contact.linearised(&velocity, &z));
-    let under = contact.model().response_under(load, &velocity, &z);
+    let under = contact.response_under(input.output[0], &velocity, &z);
     let mut sum = reloaded.dissipated + turned.supplied + under.rate.sum() + under.force.sum();
     sum += hold.deflection.sum() + hold.end_force.sum() + hold.mean_force.sum();
     sum += linear.rate.sum() + linear.force.sum() + linear.rate_by_velocity.sum();
@@ -88,6 +88,6 @@ pub(crate) fn footprint<T: Scalar>(input: &Input<T>) -> Answer<T> {
     let companion = footprint.companion(input.fastest)?;
     let step = companion.step(&twist, &deflections, input.duration)?;
     let done = companion.commit(&step, &(twist * lit::<T>(0.5)), &mut deflections)?;
-    sum += step.bias.sum() + step.damping.sum() + done.wrench.sum() + done.work;
+    sum += step.bias.sum() + step.damping.sum() + done.force.sum() + done.work;
     Ok(sum + done.stored + done.dissipated)
 }

@@ -2,8 +2,8 @@
 
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
-use bristle_rolling::{ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Segment};
 use bristle::{FrBd, ParameterError, Scalar};
+use bristle_rolling::{ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Segment};
 
 use crate::steps::{bristle, stribeck};
 use crate::{Input, lit};

@@ -6,17 +6,19 @@ use bristle::curve::{
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
 use bristle::exponential::Exponential;
-use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
 use bristle::regularisation::{HyperbolicTangent, SquareRoot, Unregularised};
 use bristle::rheology::{
     Deflection, GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters,
     KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters, Rheology,
     VelocityDependent, ZenerParameters,
 };
-use bristle_joint::{GearedJoint, GearedJointParameters, Gravity, JointState, VoltageMotor, VoltageMotorParameters};
 use bristle::{
-    Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FoldRule, FrBd, ImplicitBristle,
-    LuGre, ParameterError, Scalar,
+    Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, ImplicitBristle, LuGre,
+    ParameterError, Scalar,
+};
+use bristle_joint::{GearFriction, GearFrictionParameters, TorqueLoad, TorqueLoadParameters};
+use bristle_joint::{
+    GearedJoint, GearedJointParameters, Gravity, JointState, VoltageMotor, VoltageMotorParameters,
 };
 use nalgebra::SVector;
 
@@ -33,14 +35,16 @@ fn steps<T: Scalar, M: Bristle<T>>(
     let &Input { velocity, next_velocity, duration, normal_force, fastest, .. } = input;
     let one = M::Deflection::fill(T::one());
     let mut contact = model.under_load(normal_force)?;
-    let reloaded = contact.reload(normal_force * lit(0.5), deflection)?;
+    let reloaded = contact.reload(normal_force * lit(0.5), velocity, deflection)?;
     let deflection = reloaded.deflection;
+    let under = contact.response_under(input.output[1], velocity, deflection);
     let hold = contact.hold(velocity, deflection, duration);
     let response = contact.response(velocity, deflection);
     let linear = contact.linearised(velocity, deflection);
     let mut sum =
         reloaded.dissipated + hold.end_force + hold.mean_force + hold.deflection.inner_product(one);
     sum += response.force + response.rate.inner_product(one);
+    sum += under.force + under.rate.inner_product(one);
     sum += linear.force_by_velocity + linear.force_by_deflection.inner_product(one);
     sum += contact.stationary_force(velocity) + contact.stationary(velocity).inner_product(one);
     sum += contact.stored_energy(deflection) + contact.dissipated_power(velocity, deflection);
@@ -69,8 +73,10 @@ fn steps<T: Scalar, M: Bristle<T>>(
     let body = PointMass { mass, velocity, force: normal_force, end_weight };
     let mean = step.point_mass(body);
     sum += step.commit(mean).dissipated + step.target_velocity().unwrap_or(T::zero());
-    let lighter = companion.reload(input.output[1], deflection)?;
+    let lighter = companion.reload(input.output[1], next_velocity, deflection)?;
+    let renewed = companion.renew(normal_force, lighter.deflection)?;
     sum += lighter.deflection.inner_product(one) + lighter.dissipated;
+    sum += renewed.deflection.inner_product(one) + renewed.dissipated;
     Ok((contact, sum))
 }
 
@@ -295,7 +301,7 @@ pub(crate) fn elasto_plastic<T: Scalar>(input: &Input<T>) -> Answer<T> {
 pub(crate) fn implicit_model<T: Scalar>(
     input: &Input<T>,
 ) -> Answer<ImplicitBristle<Stribeck<T>, T>> {
-    ImplicitBristle::new(stribeck(input)?, bristle(input)?, Some(FoldRule::Slowest))
+    ImplicitBristle::new(stribeck(input)?, bristle(input)?)
 }
 
 pub(crate) fn implicit<T: Scalar>(input: &Input<T>) -> Answer<T> {
