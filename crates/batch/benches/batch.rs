@@ -191,10 +191,10 @@ impl<'a, T: Real, const N: usize> Steps<'a, T, N> {
 /// Passive steps under a load that scales the friction, and of a model that goes one by one, beside
 /// those of a stiffness that follows the load; and a change of the load.
 fn loads<T: Real>(name: &str) -> Result<(), BatchError> {
-    let (curve, bristle) = material()?;
+    let (curve, bristle) = material::<T>()?;
     let model = FrBd::new(curve, bristle);
     let batch = Batch::of(&model)?;
-    let (one, each) = (convert(1.0), vec![convert(1.5); COUNT]);
+    let (one, each) = (convert(1.0), vec![convert::<f64, T>(1.5); COUNT]);
     let mut steps = [
         ("stiffness follows the load", Steps::new(batch)),
         ("one reference load", Steps::new(batch.measured_at(one)?)),

@@ -43,7 +43,7 @@ use crate::{GearFriction, GearTorques, LoadLaw};
 use bristle::companion::CompletedStep;
 use bristle::ode::System;
 use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{is_zero, larger, lit, nan};
+use bristle::scalar::{is_zero, larger, lit, nan, smaller};
 use bristle::{Branch, Bristle, Scalar};
 
 /// Parameters of [`GearedJoint`].
@@ -315,6 +315,12 @@ where
             }
             (one, other) => one.or(other),
         }
+    }
+
+    fn longest_step(&self) -> Option<T> {
+        let GearedJointParameters { motor, external, .. } = &self.parameters;
+        let steps = [motor.longest_step(), external.longest_step()];
+        steps.into_iter().flatten().reduce(smaller)
     }
 
     /// The deflection at breakaway for angle and deflection, and the speed at which the joint

@@ -23,6 +23,7 @@ use core::fmt::Debug;
 
 use bristle::Scalar;
 use bristle::parameter::{self, ParameterError};
+use bristle::scalar::lit;
 use bristle::signal::{AnySignal, Function, Polyline, Signal, Sine, Vertex};
 #[cfg(feature = "serde")]
 use serde::{Deserialize, Serialize};
@@ -115,6 +116,12 @@ pub trait JointInput<T: Scalar>: Debug + Clone {
         let _ = (time, towards);
         None
     }
+
+    /// A time \[s\] within which the input has no more than one extremum over time, see
+    /// [`Signal::longest_step`].
+    fn longest_step(&self) -> Option<T> {
+        None
+    }
 }
 
 /// A signal, as an input that depends on time alone.
@@ -129,6 +136,10 @@ macro_rules! of_time {
 
             fn next_kink(&self, time: T, towards: T) -> Option<T> {
                 Signal::next_kink(self, time, towards)
+            }
+
+            fn longest_step(&self) -> Option<T> {
+                Signal::longest_step(self)
             }
         }
     };
@@ -201,6 +212,10 @@ impl<T: Scalar, R: Signal<T>> JointInput<T> for PositionControl<T, R> {
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         self.reference.next_kink(time, towards)
     }
+
+    fn longest_step(&self) -> Option<T> {
+        self.reference.longest_step()
+    }
 }
 
 /// Parameters of [`CurrentMotor`].
@@ -249,6 +264,12 @@ impl<T: Scalar, I: JointInput<T>> JointInput<T> for CurrentMotor<T, I> {
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         self.parameters.current.next_kink(time, towards)
+    }
+
+    /// Where the limit cuts the input, its extremum is flat, and what lies between two cuts is
+    /// short: half of what the input asks for.
+    fn longest_step(&self) -> Option<T> {
+        self.parameters.current.longest_step().map(|step| step * lit(0.5))
     }
 }
 
@@ -327,6 +348,12 @@ impl<T: Scalar, U: JointInput<T>> JointInput<T> for VoltageMotor<T, U> {
 
     fn next_kink(&self, time: T, towards: T) -> Option<T> {
         self.parameters.voltage.next_kink(time, towards)
+    }
+
+    /// Where the limit cuts the input, its extremum is flat, and what lies between two cuts is
+    /// short: half of what the input asks for.
+    fn longest_step(&self) -> Option<T> {
+        self.parameters.voltage.longest_step().map(|step| step * lit(0.5))
     }
 }
 

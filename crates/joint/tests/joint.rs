@@ -509,3 +509,37 @@ fn a_load_that_vanishes_is_passed_if_something_is_left_of_it() {
     assert!(refused.unwrap_err().to_string().contains("the step falls below"));
     assert_within(5e-4, 1.0, by_steps(0.0), by_steps(1e-6), || "q".into());
 }
+
+#[test]
+fn steps_do_not_pass_over_what_a_reference_does() {
+    // A motor of 6 N m at its limit holds a joint that is stuck under 50 to 200 N m; it lets go for
+    // a moment in each half period of the reference.
+    let reference = SineParameters { mean: 0.5, amplitude: 0.5, frequency: 0.5, phase: 0.0 };
+    for idle_load in [50.0, 100.0, 200.0] {
+        let control = PositionControl {
+            reference: Sine::new(reference).unwrap(),
+            proportional_gain: 400.0,
+            derivative_gain: 4.0,
+        };
+        let motor = CurrentMotorParameters {
+            current: control,
+            torque_constant: 1.0,
+            largest_current: Some(6.0),
+        };
+        let load = TorqueLoadParameters { idle_load, ..LOAD };
+        let joint = driven(load, CurrentMotor::new(motor).unwrap(), 0.0);
+        assert_eq!(joint.longest_step(), Some(0.25));
+        let start = joint.at_rest(0.0);
+        let scales = joint.scales();
+        let fine = Solver::automatic(1e-9, scales).unwrap().with_largest_step(5e-3).unwrap();
+        let times = Output::Uniform(33);
+        let want = fine.solve(&joint, 0.0..8.0, start, times.clone()).unwrap();
+        for tolerance in [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
+            let run = ode::solve(&joint, 0.0..8.0, start, tolerance, times.clone()).unwrap();
+            for (got, want) in run.states().iter().zip(want.states()) {
+                let off = (got - want).component_div(&scales).abs().max() / tolerance;
+                assert!(off < 1000.0, "{idle_load} N m at {tolerance:e}: {off} tolerances");
+            }
+        }
+    }
+}

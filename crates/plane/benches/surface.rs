@@ -8,9 +8,8 @@
 //! fast as its distributed one. What is unfair: theirs is LuGre by an explicit step, ours FrBD by
 //! an exact or a passive one; theirs reads its limit surface from a table, ours is the ellipsoid.
 //!
-//! The last column is the time of a passive step whose points are stored over that of one whose
-//! points are computed twice. Every line is the best of many rounds, and the lines take turns, so
-//! that other load of the machine affects them alike.
+//! Every line is the best of many rounds, and the lines take turns, so that other load of the
+//! machine affects them alike.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -48,7 +47,7 @@ fn main() -> Result<(), bristle::ParameterError> {
     let point = PlaneFrBd::<_, f64, 2>::isotropic(curve, bristle).under_load(1.0)?;
     let spin = PlaneFrBd::<_, f64, 3>::isotropic(curve, bristle).under_load(1.0)?;
     let passive_spin = spin.companion(1.0)?;
-    println!("points   exact step   of three axes   passive step   of three axes   stored");
+    println!("points   exact step   of three axes   passive step   of three axes");
     for n in [5, 9, 17, 33] {
         let points: Vec<_> = FootprintPoint::rectangle([SIDE, SIDE], [n, n]).collect();
         let count = points.len();
@@ -58,22 +57,16 @@ fn main() -> Result<(), bristle::ParameterError> {
         let axes = Vector3::new(twist.x, twist.y, twist.z * radius);
         let mut z = vec![Vector2::zeros(); count];
         let (mut along, mut kept) = (Vector3::zeros(), vec![PlaneCompanionStep::default(); count]);
-        let mut best: [Best; 5] = [(); 5].map(|()| Best(f64::INFINITY));
-        let [exact, whole, stored, exact_axes, passive_axes] = &mut best;
+        let mut best: [Best; 4] = [(); 4].map(|()| Best(f64::INFINITY));
+        let [exact, whole, exact_axes, passive_axes] = &mut best;
         let steps = (STEPS / count).max(4);
         for _ in 0..ROUNDS {
             exact.time(steps, || {
                 let _ = black_box(surface.hold(black_box(&twist), &mut z, STEP));
             });
             whole.time(steps, || {
-                if let Ok(step) = passive.step(black_box(&twist), &z, STEP) {
-                    let _ = black_box(passive.commit(&step, &twist, &mut z));
-                    black_box((step.bias, step.damping));
-                }
-            });
-            stored.time(steps, || {
-                if let Ok(step) = passive.step_storing(black_box(&twist), &z, STEP, &mut kept) {
-                    let _ = black_box(passive.commit_stored(&kept, &twist, &mut z));
+                if let Ok(step) = passive.step(black_box(&twist), &z, STEP, &mut kept) {
+                    let _ = black_box(passive.commit(&kept, &twist, &mut z));
                     black_box((step.bias, step.damping));
                 }
             });
@@ -87,12 +80,11 @@ fn main() -> Result<(), bristle::ParameterError> {
                 along = done.deflection;
             });
         }
-        let [exact, whole, stored, exact_axes, passive_axes] = best.map(|best| best.0);
+        let [exact, whole, exact_axes, passive_axes] = best.map(|best| best.0);
         println!(
-            "{count:6} {exact:9.2} µs {:15.0} {whole:11.2} µs {:15.0} {:8.2}",
+            "{count:6} {exact:9.2} µs {:15.0} {whole:11.2} µs {:15.0}",
             exact / exact_axes,
-            whole / passive_axes,
-            stored / whole
+            whole / passive_axes
         );
     }
     println!("\ncontact surface   spin radius   error of the ellipsoid: surface, wrench");

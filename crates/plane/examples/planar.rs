@@ -19,8 +19,8 @@ use bristle::signal::{Signal, Sine, SineParameters};
 use bristle::{Mechanism, paper};
 use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, Symbol, println};
 use bristle_plane::{
-    Axis, DiscPressure, Footprint, FootprintPoint, PlaneBristle, PlaneCompanion, PlaneContact,
-    PlaneFrBd,
+    Axis, DiscPressure, Footprint, FootprintPoint, PlaneBristle, PlaneCompanion,
+    PlaneCompanionStep, PlaneContact, PlaneFrBd,
 };
 use bristle_plane::{PlaneBody, PlaneBodyParameters};
 use nalgebra::{Matrix3, SVector, Vector2, Vector3, Vector6};
@@ -263,13 +263,14 @@ fn limit_surface(disc: &Disc) -> Vec<(f64, f64)> {
 fn slide(disc: &Disc, ratio: f64) -> Outcome<Vec<(f64, f64)>> {
     let companion = disc.clone().companion(5.0)?;
     let mut z = vec![Vector2::zeros(); disc.points().len()];
+    let mut steps = vec![PlaneCompanionStep::default(); z.len()];
     let inertia = Matrix3::from_diagonal(&inertia());
     coast(ratio, |predicted, twist, h| {
-        let step = companion.step(predicted, &z, h)?;
+        let step = companion.step(predicted, &z, h, &mut steps)?;
         let matrix = inertia * (2.0 / h) + step.damping;
         let mean = matrix.lu().solve(&(inertia * (2.0 / h) * twist - step.bias));
         let mean = mean.ok_or("a singular matrix")?;
-        let _ = companion.commit(&step, &mean, &mut z)?;
+        let _ = companion.commit(&steps, &mean, &mut z)?;
         Ok(mean)
     })
 }

@@ -26,7 +26,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::{PlaneBristle, PlaneContact};
 use bristle::ode::{Linearisation, System};
 use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{is_zero, larger, lit};
+use bristle::scalar::{is_zero, larger, lit, smaller};
 use bristle::signal::{Signal, first_between};
 use bristle::{Branch, Mechanism, Scalar};
 
@@ -243,6 +243,12 @@ macro_rules! system {
 
             fn next_kink(&self, time: T, towards: T) -> Option<T> {
                 self.kink(time, towards)
+            }
+
+            fn longest_step(&self) -> Option<T> {
+                let PlaneBodyParameters { anchor, force, .. } = &self.parameters;
+                let anchors = anchor.iter().filter_map(|anchor| anchor.longest_step());
+                anchors.chain(force.iter().filter_map(|force| force.longest_step())).reduce(smaller)
             }
 
             fn scales(&self) -> SVector<T, $states> {

@@ -204,7 +204,7 @@ where
         twist: &Vector3<T>,
         deflections: &mut [Vector2<T>],
     ) -> Result<Reloaded<T, ()>, ParameterError> {
-        self.counted(deflections)?;
+        self.as_many("deflections", deflections.len())?;
         let change = self.contact.change_load(normal_force)?;
         let mut dissipated = T::zero();
         for ((share, lever), deflection) in self.shares().zip(deflections) {
@@ -308,7 +308,7 @@ where
         deflections: &mut [Vector2<T>],
         duration: T,
     ) -> Result<Vector3<T>, ParameterError> {
-        self.counted(deflections)?;
+        self.as_many("deflections", deflections.len())?;
         let mut mean = Vector3::zeros();
         for ((share, lever), z) in self.shares().zip(deflections) {
             let held = self.contact.hold(&lever.velocity(twist), z, duration);
@@ -327,11 +327,6 @@ where
     pub fn companion(self, fastest: T) -> Result<FootprintCompanion<T, M, P>, ParameterError> {
         let companion = self.contact.clone().companion(fastest)?;
         Ok(FootprintCompanion { footprint: self, companion })
-    }
-
-    /// As many deflections as points.
-    fn counted(&self, deflections: &[Vector2<T>]) -> Result<(), ParameterError> {
-        self.as_many("deflections", deflections.len())
     }
 
     /// As many of something as points.
@@ -386,7 +381,9 @@ impl<T: Scalar> Lever<T> {
 /// use bristle::companion::VelocityHistory;
 /// use bristle::curve::{Coulomb, CoulombParameters};
 /// use bristle::nalgebra::{Matrix3, Vector2, Vector3};
-/// use bristle_plane::{DiscPressure, Footprint, FootprintPoint, PlaneBristle, PlaneFrBd};
+/// use bristle_plane::{
+///     DiscPressure, Footprint, FootprintPoint, PlaneBristle, PlaneCompanionStep, PlaneFrBd,
+/// };
 /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 ///
 /// let curve =
@@ -396,18 +393,19 @@ impl<T: Scalar> Lever<T> {
 /// let contact = PlaneFrBd::isotropic(curve, bristle).under_load(2.0 * 9.81)?;
 /// let points: Vec<_> = FootprintPoint::disc(0.05, DiscPressure::Uniform, 4).collect();
 /// let mut deflections = vec![Vector2::zeros(); points.len()];
+/// let mut steps = vec![PlaneCompanionStep::default(); points.len()];
 /// let disc = Footprint::new(contact, points)?.companion(5.0)?;
 /// let (inertia, h) = (Matrix3::from_diagonal(&Vector3::new(2.0, 2.0, 2.5e-3)), 1e-3);
 /// let mut twist = Vector3::new(0.5, 0.2, 30.0);
 /// let mut history: [_; 3] = core::array::from_fn(|i| VelocityHistory::new(twist[i]));
 /// while twist.norm() > 1e-6 {
 ///     let predicted = Vector3::from_fn(|i, _| history[i].predict());
-///     let step = disc.step(&predicted, &deflections, h)?;
+///     let step = disc.step(&predicted, &deflections, h, &mut steps)?;
 ///     // (2/h) inertia (v̄ − v₀) = −bias − damping v̄
 ///     let matrix = inertia * (2.0 / h) + step.damping;
 ///     let right = inertia * (2.0 / h) * twist - step.bias;
 ///     let Some(mean) = matrix.lu().solve(&right) else { break };
-///     let done = disc.commit(&step, &mean, &mut deflections)?;
+///     let done = disc.commit(&steps, &mean, &mut deflections)?;
 ///     assert!(done.dissipated >= 0.0);
 ///     twist = 2.0 * mean - twist;
 ///     (0..3).for_each(|i| history[i].push(twist[i]));
@@ -428,8 +426,6 @@ pub struct FootprintStep<T: Scalar> {
     pub bias: Vector3<T>,
     /// The damping [N s/m, N s, N m s]: symmetric, positive semidefinite.
     pub damping: Matrix3<T>,
-    predicted_twist: Vector3<T>,
-    duration: T,
 }
 
 impl<T, M, P> FootprintCompanion<T, M, P>
@@ -462,111 +458,49 @@ where
 
     /// The source and the damper that stand for the friction over a step of length h ≥ 0 \[s\],
     /// from the deflections \[m\] of all points and a twist predicted for the middle of the step.
-    ///
-    /// # Errors
-    ///
-    /// Refuses another number of deflections than points.
-    pub fn step(
-        &self,
-        predicted_twist: &Vector3<T>,
-        deflections: &[Vector2<T>],
-        duration: T,
-    ) -> Result<FootprintStep<T>, ParameterError> {
-        self.begin(predicted_twist, deflections, duration, |_| ())
-    }
-
-    /// [`FootprintCompanion::step`] that keeps the step of each point for
-    /// [`FootprintCompanion::commit_stored`]. Both together take two thirds of the time, for 256
-    /// bytes a point in `f64`.
+    /// The step of each point is kept in `steps` for [`FootprintCompanion::commit`].
     ///
     /// # Errors
     ///
     /// Refuses another number of deflections or steps than points.
-    pub fn step_storing(
+    pub fn step(
         &self,
         predicted_twist: &Vector3<T>,
         deflections: &[Vector2<T>],
         duration: T,
         steps: &mut [PlaneCompanionStep<T, 2>],
     ) -> Result<FootprintStep<T>, ParameterError> {
+        self.footprint.as_many("deflections", deflections.len())?;
         self.footprint.as_many("steps", steps.len())?;
-        let mut slots = steps.iter_mut();
-        self.begin(predicted_twist, deflections, duration, |step| {
-            if let Some(slot) = slots.next() {
-                *slot = *step;
-            }
-        })
-    }
-
-    #[inline]
-    fn begin(
-        &self,
-        predicted_twist: &Vector3<T>,
-        deflections: &[Vector2<T>],
-        duration: T,
-        mut keep: impl FnMut(&PlaneCompanionStep<T, 2>),
-    ) -> Result<FootprintStep<T>, ParameterError> {
-        self.footprint.counted(deflections)?;
         let (mut bias, mut damping) = (Vector3::zeros(), Matrix3::zeros());
-        for ((share, lever), z) in self.footprint.shares().zip(deflections) {
-            let step = self.companion.step(&lever.velocity(predicted_twist), z, duration);
+        let points = self.footprint.shares().zip(deflections).zip(steps);
+        for (((share, lever), z), step) in points {
+            *step = self.companion.step(&lever.velocity(predicted_twist), z, duration);
             bias += lever.wrench(&step.bias()) * share;
             damping += lever.damping(&step.damping()) * share;
-            keep(&step);
         }
-        Ok(FootprintStep { bias, damping, predicted_twist: *predicted_twist, duration })
+        Ok(FootprintStep { bias, damping })
     }
 
-    /// Ends a step with the mean twist that the mechanism has found: moves the deflections of all
-    /// points, from which the step was made. It computes the step of each point again;
-    /// [`FootprintCompanion::step_storing`] keeps it instead. The force of the result is the mean
-    /// wrench (F_x, F_y, M) [N, N m].
-    ///
-    /// # Errors
-    ///
-    /// Refuses another number of deflections than points.
-    pub fn commit(
-        &self,
-        step: &FootprintStep<T>,
-        mean_twist: &Vector3<T>,
-        deflections: &mut [Vector2<T>],
-    ) -> Result<CompletedStep<T, (), Vector3<T>>, ParameterError> {
-        let again = |lever: Lever<T>, z: &Vector2<T>| {
-            let predicted = lever.velocity(&step.predicted_twist);
-            self.companion.step(&predicted, z, step.duration)
-        };
-        self.end(mean_twist, deflections, again)
-    }
-
-    /// [`FootprintCompanion::commit`] of the steps of all points, from
-    /// [`FootprintCompanion::step_storing`].
+    /// Ends the steps of all points with the mean twist that the mechanism has found, and moves
+    /// their deflections. The force of the result is the mean wrench (F_x, F_y, M) [N, N m].
     ///
     /// # Errors
     ///
     /// Refuses another number of deflections or steps than points.
-    pub fn commit_stored(
+    pub fn commit(
         &self,
         steps: &[PlaneCompanionStep<T, 2>],
         mean_twist: &Vector3<T>,
         deflections: &mut [Vector2<T>],
     ) -> Result<CompletedStep<T, (), Vector3<T>>, ParameterError> {
+        self.footprint.as_many("deflections", deflections.len())?;
         self.footprint.as_many("steps", steps.len())?;
-        let mut stored = steps.iter();
-        self.end(mean_twist, deflections, |_, _| stored.next().copied().unwrap_or_default())
-    }
-
-    #[inline]
-    fn end(
-        &self,
-        mean_twist: &Vector3<T>,
-        deflections: &mut [Vector2<T>],
-        mut step: impl FnMut(Lever<T>, &Vector2<T>) -> PlaneCompanionStep<T, 2>,
-    ) -> Result<CompletedStep<T, (), Vector3<T>>, ParameterError> {
-        self.footprint.counted(deflections)?;
         let ([work, stored, dissipated], force) = ([T::zero(); 3], Vector3::zeros());
         let mut sum = CompletedStep { deflection: (), force, work, stored, dissipated };
-        for ((share, lever), z) in self.footprint.shares().zip(deflections) {
-            let done = step(lever, z).commit(&lever.velocity(mean_twist));
+        let points = self.footprint.shares().zip(deflections).zip(steps);
+        for (((share, lever), z), step) in points {
+            let done = step.commit(&lever.velocity(mean_twist));
             *z = done.deflection;
             sum.force += lever.wrench(&done.force) * share;
             sum.work += share * done.work;

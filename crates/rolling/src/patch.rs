@@ -32,12 +32,12 @@ pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Result<Affine<T>, Paramet
     if relaxation >= T::zero() && (relaxation + drive + stiffness + damping).is_finite() {
         return Ok(affine);
     }
-    finite("relaxation rate of the friction model", relaxation)?;
+    let name = "relaxation rate of the friction model";
+    finite(name, relaxation)?;
     finite("drive of the friction model", drive)?;
     finite("stiffness of the friction model", stiffness)?;
     finite("damping of the friction model", damping)?;
-    let least = larger(relaxation, T::zero());
-    parameter::at_least("relaxation rate of the friction model", relaxation, "zero", least)?;
+    parameter::at_least(name, relaxation, "zero", larger(relaxation, T::zero()))?;
     Ok(affine)
 }
 

@@ -4,6 +4,7 @@
 //! its closed form, which is what it is tested against, in [`closed_form`]).
 
 #![allow(missing_docs, missing_debug_implementations, reason = "for the tests alone")]
+#![allow(clippy::should_implement_trait, reason = "`Draw::next` never ends, and needs no adapters")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 pub mod closed_form;

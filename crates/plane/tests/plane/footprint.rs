@@ -113,7 +113,8 @@ fn one_point_is_the_contact_and_many_in_one_place_too() {
         let energy = footprint.stored_energy(&z);
         assert_within(1e-14, energy, contact.stored_energy(&z[0]), energy, || "energy".into());
         let companion = footprint.clone().companion(1.0).unwrap();
-        let step = companion.step(&(0.5 * twist), &z, h).unwrap();
+        let mut steps = vec![PlaneCompanionStep::default(); z.len()];
+        let step = companion.step(&(0.5 * twist), &z, h, &mut steps).unwrap();
         assert!((step.bias.xy() - passive.bias()).norm() < 1e-14);
         let damping = Matrix3::from_diagonal(&passive.damping().push(0.0));
         assert!((step.damping - damping).norm() < 1e-13 * damping.norm());
@@ -142,6 +143,7 @@ fn no_step_of_a_footprint_gives_energy() {
             return;
         }
         let mut z = vec![Vector2::zeros(); points.len()];
+        let mut kept = vec![PlaneCompanionStep::default(); points.len()];
         let mut companion = Footprint::new(table_2(), points).unwrap().companion(1.0).unwrap();
         for (load, (predicted, twist, h)) in steps {
             let before = companion.footprint().stored_energy(&z);
@@ -150,12 +152,12 @@ fn no_step_of_a_footprint_gives_energy() {
             assert!(lost >= 0.0 && companion.footprint().contact().normal_force() == load);
             assert_within(1e-13, before, before, after + lost, || format!("reload to {load}"));
             let before = companion.footprint().stored_energy(&z);
-            let step = companion.step(&predicted, &z, h).unwrap();
+            let step = companion.step(&predicted, &z, h, &mut kept).unwrap();
             let damping = step.damping;
             assert!((damping - damping.transpose()).norm() <= 1e-14 * damping.norm());
             let least = damping.symmetric_eigenvalues().min();
             assert!(least >= -1e-13 * damping.norm(), "{least}");
-            let done = companion.commit(&step, &twist, &mut z).unwrap();
+            let done = companion.commit(&kept, &twist, &mut z).unwrap();
             let after = companion.footprint().stored_energy(&z);
             assert!(done.dissipated >= 0.0);
             let what = || format!("{predicted} {twist} {h}");
@@ -183,8 +185,10 @@ fn a_changed_load_leaves_what_it_leaves_of_one_contact() {
         assert_eq!(z, [left.deflection; 3]);
         assert_within(1e-14, left.dissipated, lost, left.dissipated, || load.to_string());
         let fresh = Footprint::new(contact, points).unwrap().companion(1.0).unwrap();
-        let step = companion.step(&twist, &z, 1e-3).unwrap();
-        assert_eq!(step, fresh.step(&twist, &z, 1e-3).unwrap());
+        let [mut one, mut other] = [[PlaneCompanionStep::default(); 3]; 2];
+        let step = companion.step(&twist, &z, 1e-3, &mut one).unwrap();
+        assert_eq!(step, fresh.step(&twist, &z, 1e-3, &mut other).unwrap());
+        assert_eq!(one, other);
     }
     let mut footprint = Footprint::new(table_2(), points).unwrap();
     for load in [f64::NAN, f64::INFINITY, -1.0] {
@@ -227,12 +231,15 @@ fn bad_footprints_are_refused_by_name() {
     assert_eq!(error.to_string(), "there must be 3 deflections, not 2");
     assert!(footprint.wrench(&twist, &z).iter().all(|x| x.is_nan()));
     let companion = footprint.companion(1.0).unwrap();
-    assert!(companion.step(&twist, &z, 1e-3).is_err());
-    let step = companion.step(&twist, &[Vector2::zeros(); 3], 1e-3).unwrap();
-    assert!(companion.commit(&step, &twist, &mut z).is_err());
+    let (mut still, mut steps) = ([Vector2::zeros(); 3], [PlaneCompanionStep::default(); 3]);
+    assert_eq!(companion.step(&twist, &z, 1e-3, &mut steps).unwrap_err().name, "deflections");
+    assert_eq!(companion.step(&twist, &still, 1e-3, &mut steps[1..]).unwrap_err().name, "steps");
+    let _ = companion.step(&twist, &still, 1e-3, &mut steps).unwrap();
+    assert_eq!(companion.commit(&steps, &twist, &mut z).unwrap_err().name, "deflections");
+    assert_eq!(companion.commit(&steps[1..], &twist, &mut still).unwrap_err().name, "steps");
     // NaN in, NaN out.
     let bad = Vector3::new(f64::NAN, 0.0, 0.0);
-    let step = companion.step(&bad, &[Vector2::zeros(); 3], 1e-3).unwrap();
+    let step = companion.step(&bad, &still, 1e-3, &mut steps).unwrap();
     assert!(step.bias.x.is_nan() && step.damping[(0, 0)].is_nan());
 }
 
@@ -306,28 +313,4 @@ fn few_points_give_the_spin_radius_of_a_rectangle() {
     let got = Footprint::new(coulomb(), points).unwrap().limit_ellipsoid().spin_radius;
     let off = (got - want).abs() / want;
     assert!((want - 0.593).abs() < 5e-4 && off > 0.0035 && off < 0.0045, "{got} {want}");
-}
-
-#[test]
-fn stored_steps_of_all_points_give_the_bits_of_repeated_ones() {
-    let surface = Footprint::new(table_2(), disc(DiscPressure::Hertz, 5)).unwrap();
-    let count = surface.points().len();
-    let surface = surface.companion(2.0).unwrap();
-    let (mut one, mut other) = (vec![Vector2::zeros(); count], vec![Vector2::zeros(); count]);
-    let mut steps = vec![PlaneCompanionStep::default(); count];
-    for n in 0..50 {
-        let t = 0.1 * f64::from(n);
-        let twist = Vector3::new(0.02 * t.sin(), 0.01 * t.cos(), 0.03 * (2.0 * t).sin());
-        let mean = twist * 0.9;
-        let step = surface.step(&twist, &one, 1e-3).unwrap();
-        let stored = surface.step_storing(&twist, &other, 1e-3, &mut steps).unwrap();
-        assert_eq!(step, stored);
-        let done = surface.commit(&step, &mean, &mut one).unwrap();
-        assert_eq!(done, surface.commit_stored(&steps, &mean, &mut other).unwrap());
-        assert_eq!(one, other);
-    }
-    let refused = surface.step_storing(&Vector3::zeros(), &one, 1e-3, &mut steps[1..]);
-    assert_eq!(refused.unwrap_err().name, "steps");
-    let refused = surface.commit_stored(&steps[1..], &Vector3::zeros(), &mut one);
-    assert_eq!(refused.unwrap_err().name, "steps");
 }

@@ -38,78 +38,49 @@ pub enum AnyPressure<T> {
     Polyline(FunctionPressure<T, Polyline<alloc::vec::Vec<Vertex<T>>>>),
 }
 
-/// Calls a function of the pressure.
-macro_rules! of_the_pressure {
-    ($self:ident, $pressure:ident => $answer:expr) => {
-        match $self {
-            AnyPressure::Exponential($pressure) => $answer,
-            AnyPressure::Quadratic($pressure) => $answer,
-            AnyPressure::Polynomial($pressure) => $answer,
-            #[cfg(feature = "alloc")]
-            AnyPressure::Polyline($pressure) => $answer,
-        }
+/// Passes methods on to the pressure.
+macro_rules! passed_on {
+    ($($name:ident($($argument:ident: $type:ty),*) -> $answer:ty;)*) => {
+        $(fn $name(&self, $($argument: $type),*) -> $answer {
+            match self {
+                Self::Exponential(pressure) => pressure.$name($($argument),*),
+                Self::Quadratic(pressure) => pressure.$name($($argument),*),
+                Self::Polynomial(pressure) => pressure.$name($($argument),*),
+                #[cfg(feature = "alloc")]
+                Self::Polyline(pressure) => pressure.$name($($argument),*),
+            }
+        })*
     };
 }
 
 impl<T: Scalar> Pressure<T> for AnyPressure<T> {
-    fn at(&self, place: T) -> T {
-        of_the_pressure!(self, pressure => pressure.at(place))
-    }
-
-    fn at_and_slope(&self, place: T) -> (T, T) {
-        of_the_pressure!(self, pressure => pressure.at_and_slope(place))
-    }
-
-    fn next_knot(&self, place: T) -> Option<T> {
-        of_the_pressure!(self, pressure => pressure.next_knot(place))
-    }
-
-    fn total(&self) -> T {
-        of_the_pressure!(self, pressure => pressure.total())
-    }
-
-    fn rise(&self, decay: T) -> T {
-        of_the_pressure!(self, pressure => pressure.rise(decay))
-    }
-
-    fn remaining(&self, decay: T) -> T {
-        of_the_pressure!(self, pressure => pressure.remaining(decay))
-    }
-
-    fn lever(&self, decay: T) -> T {
-        of_the_pressure!(self, pressure => pressure.lever(decay))
-    }
-
-    fn transform(&self, rate: Complex<T>) -> Complex<T> {
-        of_the_pressure!(self, pressure => pressure.transform(rate))
-    }
-
-    fn transform_slope(&self, from: T, to: Complex<T>) -> Complex<T> {
-        of_the_pressure!(self, pressure => pressure.transform_slope(from, to))
+    passed_on! {
+        at(place: T) -> T;
+        at_and_slope(place: T) -> (T, T);
+        next_knot(place: T) -> Option<T>;
+        total() -> T;
+        rise(decay: T) -> T;
+        remaining(decay: T) -> T;
+        lever(decay: T) -> T;
+        transform(rate: Complex<T>) -> Complex<T>;
+        transform_slope(from: T, to: Complex<T>) -> Complex<T>;
     }
 }
 
-impl<T> From<PolynomialExponential<T, 1>> for AnyPressure<T> {
-    fn from(pressure: PolynomialExponential<T, 1>) -> Self {
-        Self::Exponential(pressure)
-    }
+/// From a pressure of each type.
+macro_rules! holds {
+    ($($variant:ident($pressure:ty))*) => {
+        $(impl<T> From<$pressure> for AnyPressure<T> {
+            fn from(pressure: $pressure) -> Self {
+                Self::$variant(pressure)
+            }
+        })*
+    };
 }
-
-impl<T> From<PolynomialExponential<T, 3>> for AnyPressure<T> {
-    fn from(pressure: PolynomialExponential<T, 3>) -> Self {
-        Self::Quadratic(pressure)
-    }
+holds! {
+    Exponential(PolynomialExponential<T, 1>)
+    Quadratic(PolynomialExponential<T, 3>)
+    Polynomial(PolynomialExponential<T, 12>)
 }
-
-impl<T> From<PolynomialExponential<T, 12>> for AnyPressure<T> {
-    fn from(pressure: PolynomialExponential<T, 12>) -> Self {
-        Self::Polynomial(pressure)
-    }
-}
-
 #[cfg(feature = "alloc")]
-impl<T> From<FunctionPressure<T, Polyline<alloc::vec::Vec<Vertex<T>>>>> for AnyPressure<T> {
-    fn from(pressure: FunctionPressure<T, Polyline<alloc::vec::Vec<Vertex<T>>>>) -> Self {
-        Self::Polyline(pressure)
-    }
-}
+holds! { Polyline(FunctionPressure<T, Polyline<alloc::vec::Vec<Vertex<T>>>>) }
