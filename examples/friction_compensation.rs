@@ -273,7 +273,7 @@ pub(crate) fn run(setting: Setting) -> Result<Outcome, Box<dyn Error>> {
             simulate(setting, FrBd::new(curve, bristle).under_load(1.0)?.companion(FASTEST)?)
         }
         Plant::Implicit => {
-            let friction = ImplicitBristle::new(curve, bristle, None)?;
+            let friction = ImplicitBristle::new(curve, bristle)?;
             simulate(setting, friction.under_load(1.0)?.companion(FASTEST)?)
         }
     }

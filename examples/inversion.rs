@@ -48,7 +48,7 @@ fn main() -> ExitCode {
         let curve = Stribeck::new(paper::STICK_SLIP_CURVE)?;
         let rheology = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE)?;
         let one_step = FrBd::new(curve, rheology);
-        let solved = ImplicitBristle::new(curve, rheology, None)?;
+        let solved = ImplicitBristle::new(curve, rheology)?;
         let runs = [
             run("implicit", "implicit bristle", Colour::Black.into(), &solved, samples, rtol)?,
             run("frbd", "FrBD", Colour::Blue.dashed(), &one_step, samples, rtol)?,

@@ -43,8 +43,8 @@
 //! # LuGre
 //!
 //! Here r = 1 and c₀ = σ0 − σ1λ, which is negative at high speed. The damping is not: because of x
-//! φ2 = 1 − φ1 it is p (σ0φ2 h + σ1φ1 + σ2). It is computed in this form, the spring apart and the
-//! rest (c₀ − K r) r φ2 h + c₂ by [`Bristle::mean_damping`], which avoids cancellation.
+//! φ2 = 1 − φ1 it is p (σ0φ2 h + σ1φ1 + σ2). It is computed in this form, the spring apart from
+//! the rest, by [`HeldWeights::driven_damping`], which avoids cancellation.
 //!
 //! LuGre has no such energy balance: c₀ − K r = −σ1λ, and D ≥ 0 is certain only where
 //! σ1²λ(v\*) ≤ 4σ0(σ1 + σ2). In the classical model that fails for every v\* that is fast enough;

@@ -17,20 +17,26 @@
 //! | 5c | in a controller, against friction | [`control`] |
 //! | 5d | in your own mechanism, any step | [`Contact::companion`] |
 //! | 5e | in a mechanism to simulate | [`scene`], or your own [`ode::System`] |
-//! | 5f | of many bristles at once | [`batch`] |
-//! | 5g | in a gear, under a load that follows the torques | [`gear`], [`scene::GearedJoint`] |
-//! | 5h | along a contact patch: a tyre, a roller | [`rolling::Patch`] |
-//! | 5i | in a plane, with spin | [`plane`] |
 //! | 6 | a simulation | [`ode::solve`], or [`ode::Solver`] with a method of your choice |
 //!
-//! Curves, models, signals, pressures and methods chosen at run time are [`curve::AnyCurve`],
-//! [`AnyBristle`], [`signal::AnySignal`], [`rolling::AnyPressure`] and [`ode::AnyMethod`]. The
-//! feature `serde` reads them from files. [`convert`] takes the parameters of other tools.
+//! A normal force that varies: [`Contact::reload`]. Curves, models, signals and methods chosen at
+//! run time: [`curve::AnyCurve`], [`AnyBristle`], [`signal::AnySignal`] and [`ode::AnyMethod`]; the
+//! feature `serde` reads them from files. A curve, bristle or model of your own goes wherever these
+//! go.
 //!
-//! [`audit`] checks which laws a set of parameters satisfies, [`stability`] computes the largest
-//! stable steps, [`linear`] small motions and the onset of stick-slip, and a [`ledger`] the energy
-//! balance of a run. A contact slides along one line, or in a [`plane`], with two directions and
-//! spin.
+//! Beside this crate stand others, built on what is public here:
+//!
+//! | crate | what |
+//! |---|---|
+//! | `bristle-analysis` | laws and bounds, stable steps, onset of stick-slip, energy of a run |
+//! | `bristle-plane` | sliding in a plane, spin, footprints |
+//! | `bristle-rolling` | contact patches: tyres, rollers |
+//! | `bristle-joint` | friction of gears, motors, geared joints |
+//! | `bristle-batch` | many bristles at once |
+//! | `bristle-fidelity` | the cheapest model that a scene needs |
+//! | `bristle-identify` | parameters from logs |
+//! | `bristle-convert` | parameters of other tools |
+//! | `bristle-files` | scenes from files, as a program |
 //!
 //! ```
 //! use bristle::{Bristle, FrBd, Law, curve::Stribeck, paper, rheology::KelvinVoigt};
@@ -54,7 +60,7 @@
 //! normal force carry the field's symbols σ0 [1/m], σ1 [s/m], σ2 [s/m] as search aliases. Angles,
 //! torques and inertias serve as well as positions, forces and masses, with the units of σ0 … v_S
 //! to match: for a joint take p = 1, μ in N m, σ0 in N m/rad, σ1 and σ2 in N m s/rad, v_S in rad/s.
-//! Told [`Units::Rotation`], audits and the reports of [`fidelity`] print rad and N m.
+//! Told [`Units::Rotation`], audits and the reports of bristle-fidelity print rad and N m.
 //!
 //! Parameters are checked once, when a value is built. Afterwards a model does not fail; a run can
 //! fail, and says why. Nothing panics. NaN given to a model at run time comes out as NaN; an

@@ -8,9 +8,8 @@ use crate::scalar::Scalar;
 /// m ẍ + c ẋ + k x = other forces. Moments of inertia, angles and torques serve as well.
 /// A spring stiffness of zero is no spring, a damping of zero no damper.
 ///
-/// [`MassSpringDamper`](crate::scene::MassSpringDamper) simulates it under friction;
-/// [`stability`](crate::stability), [`linear`](crate::linear) and [`audit`](crate::audit)
-/// analyse it.
+/// [`MassSpringDamper`](crate::scene::MassSpringDamper) simulates it under friction; the crate
+/// bristle-analysis analyses it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Mechanism<T> {

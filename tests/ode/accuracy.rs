@@ -3,7 +3,7 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::ode_common::{
+use bristle_specimens::ode::{
     MOST_STEPS, OfAny, Oscillator, Swing, dahl, every_method, every_solver, observed_order, rig,
     stick_slip, table_2_frbd, table_2_lugre, tolerance,
 };

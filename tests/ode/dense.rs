@@ -2,7 +2,7 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::ode_common::{Oscillator, Swing, but_evaluations, dahl, every_solver, tolerance};
+use bristle_specimens::ode::{Oscillator, Swing, but_evaluations, dahl, every_solver, tolerance};
 use bristle::ode::{Direction, Event, Output, System};
 use bristle::scene::PrescribedVelocity;
 use bristle::{Branch, Dahl};

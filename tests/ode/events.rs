@@ -6,7 +6,7 @@ use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::ControlFlow;
 
-use crate::ode_common::{OfAny, Oscillator, every_solver, tolerance};
+use bristle_specimens::ode::{OfAny, Oscillator, every_solver, tolerance};
 use bristle::ode::{Direction, Event, Observer, Occurrence, Output, Step, System};
 use nalgebra::Vector2;
 

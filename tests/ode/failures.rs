@@ -5,7 +5,7 @@
 
 use std::error::Error;
 
-use crate::ode_common::{
+use bristle_specimens::ode::{
     Counted, Integral, OfAny, Oscillator, every_method, every_solver, tolerance,
 };
 use bristle::curve::Stribeck;

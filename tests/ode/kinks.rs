@@ -2,7 +2,7 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::ode_common::{Integral, OfAny, every_solver, table_2_frbd, tolerance};
+use bristle_specimens::ode::{Integral, OfAny, every_solver, table_2_frbd, tolerance};
 use bristle::Mechanism;
 use bristle::ode::{Output, System};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
@@ -206,7 +206,7 @@ fn a_velocity_that_jumps_across_zero_reverses_there() {
     let v = Function::new(|t: f64| (if t < 0.7 { 1.0 } else { -2.0 }, 0.0), [0.7]);
     for step in [0.1, 0.25, 10.0] {
         every_solver!(step, tolerance(1e-6), |name, solver| {
-            let system = crate::ode_common::Sided(v);
+            let system = bristle_specimens::ode::Sided(v);
             for (from, to, x) in [(0.0, 1.0, 0.4), (1.0, 0.0, -0.4)] {
                 let run = solver.solve(&system, from..to, Vector1::new(0.0), Output::Uniform(2));
                 let run = run.unwrap();

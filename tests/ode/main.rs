@@ -6,7 +6,6 @@ mod dense;
 mod events;
 mod failures;
 mod kinks;
-mod ode_common;
 mod output;
 mod reversals;
 mod scenes;

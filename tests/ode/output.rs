@@ -3,7 +3,7 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::ode_common::{
+use bristle_specimens::ode::{
     Counted, Integral, OfAny, Oscillator, Sided, Swing, but_evaluations, dahl, every_method,
     every_solver, tolerance,
 };

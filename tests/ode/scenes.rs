@@ -3,7 +3,7 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::ode_common::{OfAny, lit, table_2_frbd, table_2_lugre};
+use bristle_specimens::ode::{OfAny, lit, table_2_frbd, table_2_lugre};
 use bristle::curve::Stribeck;
 use bristle::ode::{DormandPrince, Output, System, Tolerances};
 use bristle::rheology::KelvinVoigt;
@@ -372,7 +372,7 @@ fn the_power_of_every_force_is_accounted_for() {
 fn energy_is_conserved_over_a_run_but_for_what_friction_takes() {
     // Over a slip of the rig: the work of the drive is ∫ k (y − x) v_ref dt, by the trapezium rule
     // on a fine grid; the loss by the same of the dissipated power.
-    let rig = crate::ode_common::stick_slip::<f64>();
+    let rig = bristle_specimens::ode::stick_slip::<f64>();
     let contact: Contact<f64, FrBd<Stribeck<f64>, KelvinVoigt<f64>>> =
         table_2_frbd().under_load(1.0).unwrap();
     let solver = OfAny::adaptive(DormandPrince, Tolerances::scaled(1e-9, rig.scales()).unwrap());
@@ -471,9 +471,9 @@ fn the_scales_are_those_of_a_breakaway() {
 
 #[test]
 fn a_system_of_ones_own_has_scales_of_one_and_no_tangent() {
-    assert_eq!(crate::ode_common::Oscillator.scales(), Vector2::repeat(1.0));
-    assert_eq!(crate::ode_common::Oscillator.next_kink(0.0, 1.0), None);
-    assert_eq!(crate::ode_common::Oscillator.linearised(0.0, &Vector2::zeros(), []), None);
+    assert_eq!(bristle_specimens::ode::Oscillator.scales(), Vector2::repeat(1.0));
+    assert_eq!(bristle_specimens::ode::Oscillator.next_kink(0.0, 1.0), None);
+    assert_eq!(bristle_specimens::ode::Oscillator.linearised(0.0, &Vector2::zeros(), []), None);
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::ode_common::{
+use bristle_specimens::ode::{
     Counted, Integral, OfAny, Oscillator, Swing, dahl, every_method, every_solver, stick_slip,
     tolerance,
 };

@@ -2,7 +2,7 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::ode_common::{OfAny, observed_order, rig, table_2_frbd, table_2_lugre};
+use bristle_specimens::ode::{OfAny, observed_order, rig, table_2_frbd, table_2_lugre};
 use bristle::ode::{
     self, Automatic, DormandPrince, DormandPrince8, Linearisation, Method, Output, Rodas4, Rodas5P,
     Statistics, StopReason, System, Tolerances,

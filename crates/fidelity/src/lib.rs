@@ -5,11 +5,14 @@
 //!
 //! | scene | wanted | models, from the cheapest on |
 //! |---|---|---|
-//! | [`KnownVelocity`] | F along v(t) | static curve, Dahl, one spring, the model itself |
+//! | [`KnownVelocity`] | F along v(t) | static curve, Dahl, one spring¹, the model itself |
 //! | [`PatchScene`] | F of a patch along v(t), U(t) | slip curve, relaxation length, the patch |
 //! | [`MechanismScene`] | x, v or F of a mass on a spring | static curve, Dahl, the model itself |
 //!
-//! [`choose`] answers with a [`Choice`], which prints as a table.
+//! [`choose`] answers with a [`Choice`], which prints as a table. Every model can be the reference,
+//! your own too.
+//!
+//! ¹ Where you give one: [`KnownVelocity::with_lumped`].
 //!
 //! # How the search goes
 //!
@@ -73,15 +76,13 @@ mod cost;
 mod known_velocity;
 mod mechanism;
 mod patch;
-mod reducible;
 mod report;
 mod scene;
 
 pub use choose::{Tolerance, choose};
-pub use known_velocity::KnownVelocity;
+pub use known_velocity::{KnownVelocity, lumped_frbd};
 pub use mechanism::MechanismScene;
 pub use patch::PatchScene;
-pub use reducible::Reducible;
 pub use report::{Choice, FidelityError, Trial, Verdict};
 pub use scene::{Answers, Level, Quantity, Run, Scene};
 

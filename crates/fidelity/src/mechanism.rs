@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use super::scene::{Answers, Level, Quantity, Run, Scene, check_run, each_step};
 use super::{FidelityError, cost};
-use bristle::companion::VelocityHistory;
+use bristle::companion::{PointMass, VelocityHistory};
 use bristle::parameter::{self, ParameterError};
 use bristle::scalar::{is_zero, larger, lit, smaller, to_f64};
 use bristle::scene::MassSpringDamper;
@@ -62,11 +62,10 @@ pub struct MechanismScene<T: Scalar, M, F> {
 /// A run, and position, velocity and deflection at its answers.
 type Motion<T> = (Run, Vec<Vector3<T>>);
 
-/// A step of the mass for its mean velocity v̄ = (v₀ + v₁)/2: resistance · v̄ = push − F̄.
+/// A step of the mass, which carries its spring and its damper.
 struct MassStep<T> {
     duration: T,
-    resistance: T,
-    push: T,
+    body: PointMass<T>,
     /// The velocity in its middle, extrapolated.
     predicted: T,
 }
@@ -97,7 +96,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
             parameter::positive("breakaway force", normal_force * micro_stiffness * deflection)?;
         let dynamic_coefficient = breakaway / normal_force;
         let dahl = Dahl::new(DahlParameters { dynamic_coefficient, micro_stiffness })?;
-        let dahl = dahl.under_load(normal_force)?;
+        let dahl = contact.with_model(dahl);
         let answers = answers.checked()?;
         Ok(Self { system, dahl, breakaway, start, answers, quantity })
     }
@@ -109,7 +108,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
     }
 
     /// Steps of the mass, (2m/h + kh/2 + c) v̄ = 2m v₀/h + f + k (V t − x₀) − F̄ with f and V t in
-    /// the middle of each, under a friction that answers v̄, and at an answer the force.
+    /// the middle of each, under a friction that answers v̄, and at an answer the force. This is the
+    /// step of a free mass m + (h/2)(kh/2 + c) under a force less (kh/2 + c) v₀.
     fn stepped(
         &self,
         steps: u32,
@@ -122,11 +122,15 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         let next_kink = |from, to| self.system.force().next_kink(from, to);
         for span in self.answers.spans() {
             for (duration, look, _) in each_step(span, steps, next_kink) {
-                let inertia = mechanism.mass * lit(2.0) / duration;
-                let spring = mechanism.spring_stiffness * duration * lit(0.5);
-                let resistance = inertia + spring + mechanism.viscous_damping;
-                let push = inertia * state[1] + self.applied(look, &state)?;
-                let step = MassStep { duration, resistance, push, predicted: history.predict() };
+                let half = duration * lit(0.5);
+                let drag = mechanism.spring_stiffness * half + mechanism.viscous_damping;
+                let body = PointMass {
+                    mass: mechanism.mass + half * drag,
+                    velocity: state[1],
+                    force: self.applied(look, &state)? - drag * state[1],
+                    end_weight: lit(0.5),
+                };
+                let step = MassStep { duration, body, predicted: history.predict() };
                 let mean = mean_velocity(&step, &mut state, &mut run);
                 state[0] += mean * duration;
                 state[1] = lit::<T>(2.0) * mean - state[1];
@@ -151,17 +155,18 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
             run.count(1, cost::CURVE);
             self.system.contact().stationary_force(velocity)
         };
-        let mean_velocity = |step: &MassStep<T>, state: &mut Vector3<T>, run: &mut Run| {
+        let mean_velocity = |step: &MassStep<T>, _: &mut Vector3<T>, run: &mut Run| {
             run.cost += cost::SLIDE;
-            let to_rest = state[1] * lit(0.5);
-            let stopping = step.push - step.resistance * to_rest;
+            let PointMass { mass, velocity, force, .. } = step.body;
+            let to_rest = velocity * lit(0.5);
+            let stopping = force + mass * velocity / step.duration;
             if !(stopping.abs() > self.breakaway) {
                 return to_rest;
             }
             let way = if stopping > T::zero() { T::one() } else { -T::one() };
             let slides = step.predicted * way > T::zero();
             let friction = if slides { curve(step.predicted, run) } else { way * self.breakaway };
-            let mean = (step.push - friction) / step.resistance;
+            let mean = velocity + (force - friction) * step.duration * lit(0.5) / mass;
             // It does not slide on past rest.
             if (mean - to_rest) * way > T::zero() { mean } else { to_rest }
         };
@@ -185,7 +190,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         let mean_velocity = |step: &MassStep<T>, state: &mut Vector3<T>, run: &mut Run| {
             run.count(1, cost_of_step);
             let friction = companion.step(step.predicted, state[2], step.duration);
-            let mean = (step.push - friction.bias()) / (step.resistance + friction.damping());
+            let mean = friction.point_mass(step.body);
             state[2] = friction.commit(mean).deflection;
             mean
         };
@@ -234,7 +239,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> Scene for Mechanism
         Some(match level {
             Level::TRUE_REST => {
                 let farthest = most(&|state| (state[0] - self.start[0]).abs());
-                let stiffness = self.dahl.model().storage_stiffness() * self.dahl.normal_force();
+                let stiffness = self.dahl.model().storage_stiffness() * self.dahl.reference_load();
                 ("presliding", to_f64(self.breakaway / (stiffness * farthest)).min(1.0))
             }
             Level::DAHL_COMPANION => {

@@ -533,9 +533,9 @@ fn steps_do_not_pass_over_what_a_reference_does() {
         let scales = joint.scales();
         let fine = Solver::automatic(1e-9, scales).unwrap().with_largest_step(5e-3).unwrap();
         let times = Output::Uniform(33);
-        let want = fine.solve(&joint, 0.0..8.0, start, times.clone()).unwrap();
+        let want = fine.solve(&joint, 0.0..8.0, start, times).unwrap();
         for tolerance in [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
-            let run = ode::solve(&joint, 0.0..8.0, start, tolerance, times.clone()).unwrap();
+            let run = ode::solve(&joint, 0.0..8.0, start, tolerance, times).unwrap();
             for (got, want) in run.states().iter().zip(want.states()) {
                 let off = (got - want).component_div(&scales).abs().max() / tolerance;
                 assert!(off < 1000.0, "{idle_load} N m at {tolerance:e}: {off} tolerances");

@@ -10,8 +10,10 @@
 pub mod closed_form;
 pub mod draw;
 pub mod implicit;
+pub mod ode;
 pub mod recipe;
 pub mod specimens;
+pub mod viscoelastic;
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 /// The parameters that all specimens of one test case share.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Recipe {
-    /// Normal force p [N].
+    /// Normal force p \[N\].
     pub load: f64,
     /// μ_d.
     pub dynamic: f64,
@@ -69,7 +69,7 @@ pub struct State {
     pub velocity: f64,
     /// λh, the length of a step in relaxation times.
     pub horizon: f64,
-    /// Length of a step [s], for where λ = 0.
+    /// Length of a step \[s\], for where λ = 0.
     pub duration: f64,
     /// Velocity over the fastest one, and λh, for a sequence of steps.
     pub chain: Vec<(f64, f64)>,

@@ -2,7 +2,9 @@
 
 use bristle::curve::Stribeck;
 use bristle::ode::{Output, Rodas5P, Solver, System, Tolerances};
-use bristle::rheology::{Deflection, GeneralisedMaxwell, KelvinVoigt, States, ZenerParameters};
+use bristle::rheology::{
+    Deflection, GeneralisedMaxwell, KelvinVoigt, Rheology, States, ZenerParameters,
+};
 use bristle::scene::PrescribedVelocity;
 use bristle::signal::{Signal, Sine, SineParameters};
 use bristle::{Bristle, Contact, ElastoPlastic, FrBd, LuGre, paper};
@@ -96,7 +98,9 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
             });
             let contact = FrBd::new(*sets()[0].curve(), bristle.unwrap()).under_load(2.0).unwrap();
             let truth = truth::<_, 2>(&contact, &velocity, answers, steady);
-            let scene = KnownVelocity::new(contact, velocity, answers).unwrap();
+            let scene = KnownVelocity::new(contact.clone(), velocity, answers).unwrap();
+            let below = lumped_frbd(contact.model(), scene.angular_frequency()).unwrap();
+            let scene = scene.with_lumped(below).unwrap();
             let scene = if steady { scene.starting_steadily() } else { scene };
             tally.judge(&scene, tolerance(&lumped), &truth, &format!("{what}, Zener"));
         } else {
@@ -122,7 +126,7 @@ fn no_choice_along_three_hundred_drawn_velocities_is_wrong() {
 
 #[test]
 fn lugre_and_elasto_plastic_friction_can_be_the_reference() {
-    fn chosen<M: Reducible<f64>>(friction: M) -> Level {
+    fn chosen<M: Bristle<f64>>(friction: M) -> Level {
         let velocity = SineParameters { mean: 0.0, amplitude: 1e-4, frequency: 1.0, phase: 0.0 };
         let (contact, velocity) = (friction.under_load(1.0).unwrap(), Sine::new(velocity).unwrap());
         let scene = KnownVelocity::new(contact, velocity, Answers { interval: 0.01, count: 200 });
@@ -135,4 +139,52 @@ fn lugre_and_elasto_plastic_friction_can_be_the_reference() {
     assert_eq!(chosen(LuGre::classical(curve, bristle)), Level::REFERENCE);
     let elasto_plastic = ElastoPlastic::new(curve, bristle, 0.7e-4).unwrap();
     assert_eq!(chosen(elasto_plastic), Level::REFERENCE);
+}
+
+#[test]
+fn a_level_of_one_spring_is_there_where_it_was_given() {
+    let bristle = GeneralisedMaxwell::zener(ZenerParameters {
+        static_stiffness: 1e4,
+        relaxing_stiffness: 2e4,
+        series_damping: 1e3,
+    });
+    let friction = FrBd::new(*sets()[0].curve(), bristle.unwrap());
+    let velocity = SineParameters { mean: 0.0, amplitude: 1e-4, frequency: 1.0, phase: 0.0 };
+    let answers = Answers { interval: 0.01, count: 100 };
+    let contact = friction.clone().under_load(1.0).unwrap();
+    let scene = KnownVelocity::new(contact, Sine::new(velocity).unwrap(), answers).unwrap();
+    assert_eq!(scene.levels(), [Level::STATIC_CURVE, Level::DAHL, Level::REFERENCE]);
+    assert!(matches!(
+        scene.run(Level::LUMPED, 1).unwrap_err(),
+        FidelityError::NoSuchLevel(Level::LUMPED)
+    ));
+    // No deflection of a bristle of several springs has a limit.
+    assert_eq!(scene.physics(Level::DAHL, 1), None);
+    // The velocity turns by ω, as the answers see it; the lumped bristle answers as the bristle.
+    let omega = scene.angular_frequency();
+    assert!((omega / std::f64::consts::TAU - 1.0).abs() < 1e-3, "{omega}");
+    let lumped = lumped_frbd(&friction, omega).unwrap();
+    assert_eq!(lumped.storage_stiffness(), friction.rheology().complex_modulus(omega).re);
+    let scene = scene.with_lumped(lumped).unwrap();
+    assert!(scene.levels().contains(&Level::LUMPED) && scene.physics(Level::DAHL, 1).is_some());
+}
+
+/// The stiffness stays that of the reference load, and the load scales the friction.
+#[test]
+fn a_contact_that_is_measured_at_another_load_keeps_its_stiffness_at_every_level() {
+    let answers = Answers { interval: 1e-3, count: 10 };
+    let force = |load: f64, velocity: f64, level: Level| {
+        let contact = sets()[0].under_load(load).unwrap().measured_at(2.0).unwrap();
+        let scene = KnownVelocity::new(contact, velocity, answers).unwrap();
+        let scene = if velocity < 0.1 { scene } else { scene.starting_steadily() };
+        scene.run(level, 8).unwrap().answers[9]
+    };
+    for level in [Level::DAHL, Level::REFERENCE] {
+        let [one, other] = [2.0, 8.0].map(|load| force(load, 1e-6, level));
+        assert!((one / other - 1.0).abs() < 2e-3, "{level}: {one} {other}"); // stuck
+    }
+    for level in [Level::STATIC_CURVE, Level::DAHL, Level::REFERENCE] {
+        let [one, other] = [2.0, 8.0].map(|load| force(load, 1.0, level));
+        assert!((4.0 * one / other - 1.0).abs() < 1e-3, "{level}: {one} {other}"); // sliding
+    }
 }

@@ -1,5 +1,6 @@
 //! Contact patches along a known motion.
 
+use bristle::Bristle;
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::signal::{Signal, Sine, SineParameters};
@@ -102,7 +103,7 @@ fn force_at<const N: usize>(parameters: &Parameters<N>, time: f64, finesse: f64)
             piece(place + a, z(a), place + b, z(b));
         }
     }
-    let affine = model.at_velocity(slip_at(time));
+    let affine = model.affine(slip_at(time).into(), 0.0);
     patch.load() * patch.length() * affine.stiffness * sum
         + patch.normal_force() * affine.damping * slip_at(time)
 }

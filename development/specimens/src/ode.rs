@@ -1,26 +1,16 @@
 //! What the integrator tests share: the methods, small systems with closed forms, the paper's rig.
 //!
 //! A new method is added by one line in [`every_method`]; a new way to choose steps by one line in
-//! [`every_solver`]. Every law in `tests/ode_*.rs` then runs over it.
-
-#![allow(
-    dead_code,
-    unused_macros,
-    unused_imports,
-    unreachable_pub,
-    reason = "each test binary uses its own part of this module"
-)]
+//! [`every_solver`]. Every law in `tests/ode` then runs over it.
 
 use std::cell::Cell;
 use std::ops::{Deref, Range};
 
 use bristle::curve::Stribeck;
 use bristle::ode::{
-    Event, Failure, Linearisation, Method, Observer, Solver, Statistics, Step, Summary, System,
-    Tolerances,
+    Event, Failure, Linearisation, Method, Observer, Output, Solver, Statistics, Summary, System,
+    Tolerances, Trajectory,
 };
-#[cfg(feature = "alloc")]
-use bristle::ode::{Output, Trajectory};
 use bristle::regularisation::Unregularised;
 use bristle::rheology::KelvinVoigt;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
@@ -30,21 +20,23 @@ use bristle::{
 };
 use nalgebra::{Matrix1, SVector, Vector1, Vector2};
 
-pub use bristle_specimens::lit;
-pub use bristle_specimens::specimens::table_2;
+pub use super::lit;
+pub use super::specimens::table_2;
+pub use crate::{every_method, every_solver};
 
 /// No run here needs as many steps: with this limit a test ends even if its run does not.
 pub const MOST_STEPS: u64 = 100_000;
 
 /// Runs a block with every method: its name, its value, the order of its steps and the order of
 /// its dense output (of the error of the interpolant: a cubic is 4, a quartic 5).
+#[macro_export]
 macro_rules! every_method {
     (|$name:ident, $method:ident, $order:ident, $dense:ident| $body:block) => {
-        every_method!(@one |$name, $method, $order, $dense| $body, RungeKutta4, 4.0, 4.0);
-        every_method!(@one |$name, $method, $order, $dense| $body, DormandPrince, 5.0, 5.0);
-        every_method!(@one |$name, $method, $order, $dense| $body, DormandPrince8, 8.0, 8.0);
-        every_method!(@one |$name, $method, $order, $dense| $body, Rodas4, 4.0, 4.0);
-        every_method!(@one |$name, $method, $order, $dense| $body, Rodas5P, 5.0, 5.0);
+        $crate::every_method!(@one |$name, $method, $order, $dense| $body, RungeKutta4, 4.0, 4.0);
+        $crate::every_method!(@one |$name, $method, $order, $dense| $body, DormandPrince, 5.0, 5.0);
+        $crate::every_method!(@one |$name, $method, $order, $dense| $body, DormandPrince8, 8.0, 8.0);
+        $crate::every_method!(@one |$name, $method, $order, $dense| $body, Rodas4, 4.0, 4.0);
+        $crate::every_method!(@one |$name, $method, $order, $dense| $body, Rodas5P, 5.0, 5.0);
     };
     (@one |$name:ident, $method:ident, $order:ident, $dense:ident|
         $body:block, $type:ident, $o:expr, $d:expr) => {
@@ -56,39 +48,38 @@ macro_rules! every_method {
         }
     };
 }
-pub(crate) use every_method;
 
 /// Runs a block with every method and every way to choose its steps. `$step` is the length of the
 /// fixed steps and `$tolerances` what the adaptive ones use.
+#[macro_export]
 macro_rules! every_solver {
     ($step:expr, $tolerances:expr, |$name:ident, $solver:ident| $body:block) => {
-        every_solver!(@fixed $step, |$name, $solver| $body, RungeKutta4);
-        every_solver!(@fixed $step, |$name, $solver| $body, DormandPrince);
-        every_solver!(@fixed $step, |$name, $solver| $body, DormandPrince8);
-        every_solver!(@fixed $step, |$name, $solver| $body, Rodas4);
-        every_solver!(@fixed $step, |$name, $solver| $body, Rodas5P);
-        every_solver!(@fixed $step, |$name, $solver| $body, Automatic);
-        every_solver!(@adaptive $tolerances, |$name, $solver| $body, DormandPrince);
-        every_solver!(@adaptive $tolerances, |$name, $solver| $body, DormandPrince8);
-        every_solver!(@adaptive $tolerances, |$name, $solver| $body, Rodas4);
-        every_solver!(@adaptive $tolerances, |$name, $solver| $body, Rodas5P);
-        every_solver!(@adaptive $tolerances, |$name, $solver| $body, Automatic);
+        $crate::every_solver!(@fixed $step, |$name, $solver| $body, RungeKutta4);
+        $crate::every_solver!(@fixed $step, |$name, $solver| $body, DormandPrince);
+        $crate::every_solver!(@fixed $step, |$name, $solver| $body, DormandPrince8);
+        $crate::every_solver!(@fixed $step, |$name, $solver| $body, Rodas4);
+        $crate::every_solver!(@fixed $step, |$name, $solver| $body, Rodas5P);
+        $crate::every_solver!(@fixed $step, |$name, $solver| $body, Automatic);
+        $crate::every_solver!(@adaptive $tolerances, |$name, $solver| $body, DormandPrince);
+        $crate::every_solver!(@adaptive $tolerances, |$name, $solver| $body, DormandPrince8);
+        $crate::every_solver!(@adaptive $tolerances, |$name, $solver| $body, Rodas4);
+        $crate::every_solver!(@adaptive $tolerances, |$name, $solver| $body, Rodas5P);
+        $crate::every_solver!(@adaptive $tolerances, |$name, $solver| $body, Automatic);
     };
     (@fixed $step:expr, |$name:ident, $solver:ident| $body:block, $($method:ident)::+) => {{
         let $name = concat!(stringify!($($method)::+), ", fixed steps");
-        let $solver = crate::ode_common::OfAny::fixed(bristle::ode::$($method)::+, $step).unwrap();
-        let $solver = $solver.with_most_steps(crate::ode_common::MOST_STEPS);
+        let $solver = $crate::ode::OfAny::fixed(bristle::ode::$($method)::+, $step).unwrap();
+        let $solver = $solver.with_most_steps($crate::ode::MOST_STEPS);
         $body
     }};
     (@adaptive $tolerances:expr, |$name:ident, $solver:ident|
         $body:block, $($method:ident)::+) => {{
         let $name = concat!(stringify!($($method)::+), ", adaptive steps");
-        let $solver = crate::ode_common::OfAny::adaptive(bristle::ode::$($method)::+, $tolerances);
-        let $solver = $solver.with_most_steps(crate::ode_common::MOST_STEPS);
+        let $solver = $crate::ode::OfAny::adaptive(bristle::ode::$($method)::+, $tolerances);
+        let $solver = $solver.with_most_steps($crate::ode::MOST_STEPS);
         $body
     }};
 }
-pub(crate) use every_solver;
 
 /// A solver of systems behind `&dyn System`: the driver is compiled once for each method and
 /// number of states, not for each test.
@@ -132,7 +123,6 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> OfAny<T, M, N> {
         Self(self.0.with_most_steps(most))
     }
 
-    #[cfg(feature = "alloc")]
     pub fn solve<const K: usize>(
         &self,
         system: &dyn System<T, N, K>,
@@ -143,7 +133,6 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> OfAny<T, M, N> {
         self.0.solve(&system, span, initial_state, output)
     }
 
-    #[cfg(feature = "alloc")]
     pub fn solve_with_events<const K: usize>(
         &self,
         system: &dyn System<T, N, K>,

@@ -1,0 +1,394 @@
+//! Every viscoelastic bristle, built from one recipe, beside its formula.
+
+use bristle::rheology::{
+    Deflection, ElementBounds, Elements, GeneralisedKelvinVoigt, GeneralisedMaxwell,
+    GeneralisedMaxwellParameters, KelvinVoigtParameters, Maxwell, MaxwellArm, MaxwellParameters,
+    Rheology, VelocityDependent, VelocityLaw, ZenerParameters,
+};
+use bristle::{Bounds, Bristle, Contact, ContactLimits, FrBd, Law, Scalar, Sliding};
+use nalgebra::{SVector, Vector2};
+use proptest::prelude::*;
+
+use super::closed_form::Curve;
+use super::recipe::{Recipe, decades, recipe, velocity};
+use super::specimens::{square_root, stribeck};
+use super::{check, lit};
+
+/// Springs and dashpots of up to five arms.
+#[derive(Debug, Clone, Copy)]
+pub struct Parts {
+    pub stiffness: [f64; 5],
+    pub series: [f64; 5],
+    pub beside: f64,
+}
+
+pub fn parts() -> impl Strategy<Value = Parts> {
+    (
+        prop::array::uniform5(decades(1e1, 1e8)),
+        prop::array::uniform5(decades(1e-2, 1e6)),
+        decades(1e-2, 1e4),
+    )
+        .prop_map(|(stiffness, series, beside)| Parts { stiffness, series, beside })
+}
+
+/// Damping c (1 + ½ u/√(1 + u²)), u = v/v_d: larger forward than backward.
+pub fn varying<T: Scalar>(
+    r: &Recipe,
+    c: f64,
+) -> VelocityDependent<T, impl Fn(Sliding<T>) -> (T, T) + Clone + use<T>> {
+    let (c, v_d, half, one) = (lit::<T>(c), lit::<T>(r.varying_velocity), lit::<T>(0.5), T::one());
+    VelocityDependent::new(
+        move |sliding: Sliding<T>| {
+            let u = sliding.velocity() / v_d;
+            let root = (one + u * u).sqrt();
+            (c * (one + half * u / root), c * half / (v_d * root * root * root))
+        },
+        Bounds { min: c * half, max: c * lit(1.5) },
+    )
+}
+
+/// How a damping depends on the velocity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Change {
+    Constant,
+    Varying,
+}
+
+/// What a bristle is made of, in plain numbers: arms (Kᵢ, ηᵢ) and the dashpot beside them.
+#[derive(Debug, Clone)]
+pub struct Form {
+    pub arms: Vec<(f64, Option<f64>)>,
+    pub series: Change,
+    pub beside: f64,
+    pub beside_law: Change,
+    pub name: &'static str,
+    pub regularised: bool,
+    pub recipe: Recipe,
+}
+
+impl Form {
+    pub fn factor(&self, law: Change, v: f64) -> f64 {
+        let u = v / self.recipe.varying_velocity;
+        if law == Change::Constant { 1.0 } else { 1.0 + 0.5 * u / 1.0_f64.hypot(u) }
+    }
+    pub fn decay(&self, v: f64) -> Vec<f64> {
+        let series = |eta: f64| eta * self.factor(self.series, v);
+        self.arms.iter().map(|(k, eta)| eta.map_or(0.0, |eta| k / series(eta))).collect()
+    }
+    pub fn damping(&self, v: f64) -> f64 {
+        self.beside * self.factor(self.beside_law, v)
+    }
+    pub fn speed(&self, v: f64) -> f64 {
+        if self.regularised { v.hypot(self.recipe.epsilon.sqrt()) } else { v.abs() }
+    }
+    pub fn mu(&self, v: f64) -> f64 {
+        Curve::Stribeck(2.0).mu(&self.recipe, v)
+    }
+    pub fn creeps(&self) -> bool {
+        self.arms.iter().all(|arm| arm.1.is_some())
+    }
+    pub fn is_linear(&self) -> bool {
+        self.series == Change::Constant
+    }
+    /// Σ Kᵢ|xᵢ| and Σ Kᵢxᵢ.
+    pub fn carried(&self, x: &[f64]) -> (f64, f64) {
+        let terms = self.arms.iter().zip(x).map(|(arm, x)| arm.0 * x);
+        terms.fold((0.0, 0.0), |(size, sum), term| (size + term.abs(), sum + term))
+    }
+}
+
+/// A contact of any bristle behind one pointer, with its state as a slice.
+pub trait Subject<T: Scalar> {
+    fn rate(&self, v: T, x: &[T]) -> Vec<T>;
+    fn force(&self, v: T, x: &[T]) -> T;
+    fn dissipated_power(&self, v: T, x: &[T]) -> T;
+    fn stored_energy(&self, x: &[T]) -> T;
+    fn stationary(&self, v: T) -> Vec<T>;
+    fn stationary_force(&self, v: T) -> T;
+    /// End state, end force, mean force.
+    fn hold(&self, v: T, x: &[T], h: T) -> (Vec<T>, T, T);
+    fn limits(&self, fastest: T) -> ContactLimits<T>;
+    fn obeys(&self, law: Law) -> bool;
+    /// ∂ẋ/∂v, ∂F/∂v, and ∂ẋ/∂x applied to a direction, ∂F/∂x along it.
+    fn derivatives(&self, v: T, x: &[T], along: &[T]) -> (Vec<T>, T, Vec<T>, T);
+}
+
+/// A state as a slice and back.
+pub trait Slice<T: Scalar>: Deflection<T> {
+    fn of(slice: &[T]) -> Self;
+    fn vec(self) -> Vec<T>;
+}
+impl<T: Scalar> Slice<T> for T {
+    fn of(slice: &[T]) -> Self {
+        slice[0]
+    }
+    fn vec(self) -> Vec<T> {
+        vec![self]
+    }
+}
+impl<T: Scalar, const N: usize> Slice<T> for SVector<T, N> {
+    fn of(slice: &[T]) -> Self {
+        Self::from_column_slice(slice)
+    }
+    fn vec(self) -> Vec<T> {
+        self.as_slice().to_vec()
+    }
+}
+
+impl<T: Scalar, M: Bristle<T>> Subject<T> for Contact<T, M>
+where
+    M::Deflection: Slice<T>,
+{
+    fn rate(&self, v: T, x: &[T]) -> Vec<T> {
+        Contact::rate(self, v, M::Deflection::of(x)).vec()
+    }
+    fn force(&self, v: T, x: &[T]) -> T {
+        Contact::force(self, v, M::Deflection::of(x))
+    }
+    fn dissipated_power(&self, v: T, x: &[T]) -> T {
+        Contact::dissipated_power(self, v, M::Deflection::of(x))
+    }
+    fn stored_energy(&self, x: &[T]) -> T {
+        Contact::stored_energy(self, M::Deflection::of(x))
+    }
+    fn stationary(&self, v: T) -> Vec<T> {
+        Contact::stationary(self, v).vec()
+    }
+    fn stationary_force(&self, v: T) -> T {
+        Contact::stationary_force(self, v)
+    }
+    fn hold(&self, v: T, x: &[T], h: T) -> (Vec<T>, T, T) {
+        let held = Contact::hold(self, v, M::Deflection::of(x), h);
+        (held.deflection.vec(), held.end_force, held.mean_force)
+    }
+    fn limits(&self, fastest: T) -> ContactLimits<T> {
+        Contact::limits(self, fastest)
+    }
+    fn obeys(&self, law: Law) -> bool {
+        self.model().obeys(law)
+    }
+    fn derivatives(&self, v: T, x: &[T], along: &[T]) -> (Vec<T>, T, Vec<T>, T) {
+        let linear = self.linearised(v, M::Deflection::of(x));
+        let along = M::Deflection::of(along);
+        (
+            linear.rate_by_velocity.vec(),
+            linear.force_by_velocity,
+            M::Deflection::relax(linear.rate_by_deflection, along).vec(),
+            linear.force_by_deflection.inner_product(along),
+        )
+    }
+}
+
+pub struct Specimen<T: Scalar> {
+    pub subject: Box<dyn Subject<T>>,
+    pub form: Form,
+}
+
+impl<T: Scalar> Specimen<T> {
+    pub fn name(&self) -> String {
+        let law = (self.form.series, self.form.beside_law, self.form.regularised);
+        format!("{} {law:?}", self.form.name)
+    }
+}
+
+pub fn maxwell<T: Scalar, S: VelocityLaw<T>>(k: f64, eta: S) -> Maxwell<T, S> {
+    Maxwell::new(MaxwellParameters { micro_stiffness: lit(k), series_damping: eta }).unwrap()
+}
+
+pub fn zener<T: Scalar, S: VelocityLaw<T>>(k0: f64, k1: f64, eta: S) -> GeneralisedMaxwell<T, 2, S> {
+    let parameters = ZenerParameters {
+        static_stiffness: lit(k0),
+        relaxing_stiffness: lit(k1),
+        series_damping: eta,
+    };
+    GeneralisedMaxwell::zener(parameters).unwrap()
+}
+
+pub fn arms<T: Scalar, const N: usize, S: VelocityLaw<T>, D: VelocityLaw<T>>(
+    arms: [(f64, Option<S>); N],
+    micro_damping: D,
+) -> GeneralisedMaxwell<T, N, S, D> {
+    let arms = arms.map(|(k, series_damping)| MaxwellArm { stiffness: lit(k), series_damping });
+    GeneralisedMaxwell::new(GeneralisedMaxwellParameters { arms, micro_damping }).unwrap()
+}
+
+pub fn element<T>(micro_stiffness: T, micro_damping: T) -> KelvinVoigtParameters<T, T> {
+    KelvinVoigtParameters { micro_stiffness, micro_damping }
+}
+
+pub fn row<T: Scalar, const N: usize>(elements: [(f64, f64); N]) -> GeneralisedKelvinVoigt<T, N> {
+    GeneralisedKelvinVoigt::new(elements.map(|(k, eta)| element(lit(k), lit(eta)))).unwrap()
+}
+
+/// Elements with increasing retardation times, from any stiffnesses and times.
+pub fn sorted<const N: usize>(p: &Parts) -> [(f64, f64); N] {
+    let mut times = p.series.map(|eta| eta * 1e-4);
+    times.sort_by(f64::total_cmp);
+    std::array::from_fn(|j| (p.stiffness[j], p.stiffness[j] * times[j] * 1.5_f64.powi(j as i32)))
+}
+
+/// A Zener bristle with a dashpot beside it, written outside the library with as few methods as it
+/// takes.
+#[derive(Debug, Clone)]
+pub struct Own<T: Scalar, D> {
+    pub stiffness: Vector2<T>,
+    pub decay: T,
+    pub damping: D,
+}
+
+impl<T: Scalar, D: VelocityLaw<T>> Rheology<T> for Own<T, D> {
+    type Deflection = SVector<T, 2>;
+
+    fn elements_and_slopes(
+        &self,
+        sliding: Sliding<T>,
+    ) -> (Elements<T, Vector2<T>>, Elements<T, Vector2<T>>) {
+        let (still, (damping, slope)) = (Vector2::zeros(), self.damping.value_and_slope(sliding));
+        let decay = Vector2::new(T::zero(), self.decay);
+        (
+            Elements { stiffness: self.stiffness, decay, damping },
+            Elements { stiffness: still, decay: still, damping: slope },
+        )
+    }
+
+    fn storage_stiffness(&self) -> Vector2<T> {
+        self.stiffness
+    }
+
+    fn bounds(&self) -> ElementBounds<T> {
+        ElementBounds {
+            stiffness: Bounds::constant(self.stiffness.sum()),
+            decay: Bounds { min: T::zero(), max: self.decay },
+            damping: self.damping.bounds(),
+            constant_decay: true,
+            even: false,
+        }
+    }
+}
+
+/// Every bristle. One line each.
+pub fn specimens<T: Scalar + Slice<T>>(r: &Recipe, p: &Parts) -> Vec<Specimen<T>> {
+    use Change::{Constant, Varying};
+    let (k, e, d) = (p.stiffness, p.series, p.beside);
+    let eta = |i: usize| lit::<T>(e[i]);
+    let arm = |i: usize| (k[i], Some(e[i]));
+    let mut list = Vec::new();
+    let l = &mut list;
+    let form = |name, arms: &[(f64, Option<f64>)], series, beside, beside_law| Form {
+        arms: arms.to_vec(),
+        series,
+        beside,
+        beside_law,
+        name,
+        regularised: false,
+        recipe: *r,
+    };
+    push(l, form("Maxwell", &[arm(0)], Constant, 0.0, Constant), maxwell(k[0], eta(0)));
+    push(l, form("Maxwell", &[arm(0)], Varying, 0.0, Constant), maxwell(k[0], varying(r, e[0])));
+    let two = [(k[0], None), arm(1)];
+    push(l, form("Zener", &two, Constant, 0.0, Constant), zener(k[0], k[1], eta(1)));
+    push(l, form("Zener", &two, Varying, 0.0, Constant), zener(k[0], k[1], varying(r, e[1])));
+    let t = |x: f64| lit::<T>(x);
+    push(l, form("static arm", &two[..1], Constant, d, Constant), arms([(k[0], None::<T>)], t(d)));
+    push(
+        l,
+        form("two arms", &[arm(0), (k[1], None)], Constant, d, Constant),
+        arms([(k[0], Some(eta(0))), (k[1], None)], t(d)),
+    );
+    push(
+        l,
+        form("three arms", &[(k[0], None), arm(1), arm(2)], Varying, d, Varying),
+        arms(
+            [(k[0], None), (k[1], Some(varying(r, e[1]))), (k[2], Some(varying(r, e[2])))],
+            varying(r, d),
+        ),
+    );
+    push(
+        l,
+        form("two static arms", &[(k[0], None), arm(1), (k[2], None)], Constant, 0.0, Constant),
+        arms([(k[0], None), (k[1], Some(eta(1))), (k[2], None)], T::zero()),
+    );
+    push(
+        l,
+        form("three arms that creep", &[arm(0), arm(1), arm(2)], Constant, d, Varying),
+        arms([(k[0], Some(eta(0))), (k[1], Some(eta(1))), (k[2], Some(eta(2)))], varying(r, d)),
+    );
+    push(
+        l,
+        form("five arms", &[arm(0), arm(1), (k[2], None), arm(3), arm(4)], Constant, 0.0, Constant),
+        arms(
+            [
+                (k[0], Some(eta(0))),
+                (k[1], Some(eta(1))),
+                (k[2], None),
+                (k[3], Some(eta(3))),
+                (k[4], Some(eta(4))),
+            ],
+            T::zero(),
+        ),
+    );
+    let own = Own {
+        stiffness: Vector2::new(t(k[0]), t(k[1])),
+        decay: t(k[1] / e[1]),
+        damping: varying(r, d),
+    };
+    push(l, form("own", &two, Constant, d, Varying), own);
+    let mut elements = sorted::<4>(p);
+    in_a_row(l, r, "row", elements);
+    elements[0].1 = 0.0;
+    in_a_row(l, r, "row with a spring alone", elements);
+    list
+}
+
+/// A row of elements, with the springs side by side that the library says it is equal to.
+pub fn in_a_row<T: Scalar + Slice<T>, const N: usize>(
+    list: &mut Vec<Specimen<T>>,
+    r: &Recipe,
+    name: &'static str,
+    elements: [(f64, f64); N],
+) {
+    let equivalent = row::<f64, N>(elements);
+    let side_by_side =
+        equivalent.equivalent().arms().map(|arm| (arm.stiffness, arm.series_damping));
+    let form = Form {
+        arms: side_by_side.to_vec(),
+        series: Change::Constant,
+        beside: equivalent.bounds().damping.min,
+        beside_law: Change::Constant,
+        name,
+        regularised: false,
+        recipe: *r,
+    };
+    push(list, form, row::<T, N>(elements));
+}
+
+pub fn push<T: Scalar, R: Rheology<T> + 'static>(list: &mut Vec<Specimen<T>>, form: Form, bristle: R)
+where
+    R::Deflection: Slice<T>,
+{
+    let load = lit(form.recipe.load);
+    let model = FrBd::new(stribeck(&form.recipe, 2.0), bristle);
+    let regularised = model.clone().regularised(square_root(&form.recipe));
+    let subject = Box::new(model.under_load(load).unwrap());
+    list.push(Specimen { subject, form: form.clone() });
+    let subject = Box::new(regularised.under_load(load).unwrap());
+    list.push(Specimen { subject, form: Form { regularised: true, ..form } });
+}
+
+/// A recipe, springs and dashpots, a velocity, and a state: Kᵢxᵢ/μ_s of each spring.
+pub fn case() -> impl Strategy<Value = (Recipe, Parts, f64, [f64; 5])> {
+    (recipe(), parts(), velocity(), prop::array::uniform5(-3.0..3.0))
+}
+
+pub fn every(cases: u32, test: impl Fn(&Specimen<f64>, f64, &[f64])) {
+    check(cases, case(), |(r, p, v, forces)| {
+        for specimen in specimens::<f64>(&r, &p) {
+            let x = stretches(&specimen.form, &forces);
+            test(&specimen, v, &x);
+        }
+    });
+}
+
+pub fn stretches(form: &Form, forces: &[f64; 5]) -> Vec<f64> {
+    form.arms.iter().zip(forces).map(|(arm, f)| f * form.recipe.static_ / arm.0).collect()
+}
