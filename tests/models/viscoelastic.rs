@@ -5,21 +5,18 @@
 
 use bristle::curve::{Coulomb, CoulombParameters};
 use bristle::rheology::{
-    Deflection, ElementBounds, Elements, GeneralisedKelvinVoigt, GeneralisedMaxwell,
-    GeneralisedMaxwellParameters, HeldWeights, KelvinVoigtParameters, Maxwell, MaxwellArm,
-    MaxwellParameters, Rheology, VelocityDependent, VelocityLaw, ZenerParameters,
+    Deflection, GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters,
+    HeldWeights, Maxwell, MaxwellArm, MaxwellParameters, Rheology, VelocityDependent, VelocityLaw,
+    ZenerParameters,
 };
-use bristle::{
-    Bounds, Bristle, Contact, ContactLimits, FrBd, Law, LuGre, ParameterError, Rule, Scalar,
-    Sliding,
-};
+use bristle::{Bounds, Bristle, FrBd, Law, LuGre, ParameterError, Rule, Scalar, Sliding};
 use bristle_specimens::recipe::{Recipe, decades, nonzero_velocity, recipe, velocity};
-use bristle_specimens::specimens::{kelvin_voigt, spring, square_root, stribeck};
+use bristle_specimens::specimens::{kelvin_voigt, spring, stribeck};
 use bristle_specimens::viscoelastic::{
-    Change, Form, Parts, Slice, Specimen, Subject, arms, case, element, every, maxwell, parts, row,
-    sorted, specimens, stretches, varying, zener,
+    Change, Form, arms, case, element, every, maxwell, parts, row, sorted, specimens, stretches,
+    varying, zener,
 };
-use bristle_specimens::{assert_within, check, lit};
+use bristle_specimens::{assert_within, check};
 use nalgebra::{DMatrix, Matrix3, SVector, Vector2, Vector3};
 use num_dual::Dual64;
 use proptest::prelude::*;

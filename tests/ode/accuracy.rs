@@ -3,10 +3,6 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use bristle_specimens::ode::{
-    MOST_STEPS, OfAny, Oscillator, Swing, dahl, every_method, every_solver, observed_order, rig,
-    stick_slip, table_2_frbd, table_2_lugre, tolerance,
-};
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::ode::{DormandPrince, Output, RungeKutta4, Solver, System, Tolerances};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
@@ -15,6 +11,10 @@ use bristle::scene::{
 };
 use bristle::signal::{Polyline, Vertex};
 use bristle::{Branch, Bristle, FrBd};
+use bristle_specimens::ode::{
+    MOST_STEPS, OfAny, Oscillator, Swing, dahl, every_method, every_solver, observed_order, rig,
+    stick_slip, table_2_frbd, table_2_lugre, tolerance,
+};
 use nalgebra::{SVector, Vector1, Vector3};
 use num_dual::Dual64;
 

@@ -2,10 +2,10 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use bristle_specimens::ode::{Oscillator, Swing, but_evaluations, dahl, every_solver, tolerance};
 use bristle::ode::{Direction, Event, Output, System};
 use bristle::scene::PrescribedVelocity;
 use bristle::{Branch, Dahl};
+use bristle_specimens::ode::{Oscillator, Swing, but_evaluations, dahl, every_solver, tolerance};
 use nalgebra::{Vector1, Vector2};
 
 fn swung(swing: Swing) -> PrescribedVelocity<f64, Dahl<f64>, Swing> {

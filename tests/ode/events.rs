@@ -6,8 +6,8 @@ use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::ControlFlow;
 
-use bristle_specimens::ode::{OfAny, Oscillator, every_solver, tolerance};
 use bristle::ode::{Direction, Event, Observer, Occurrence, Output, Step, System};
+use bristle_specimens::ode::{OfAny, Oscillator, every_solver, tolerance};
 use nalgebra::Vector2;
 
 /// Times are as good as the solution: RK4 with steps of 0.05 is off by h⁴/120 = 5e-8 per radian

@@ -5,9 +5,6 @@
 
 use std::error::Error;
 
-use bristle_specimens::ode::{
-    Counted, Integral, OfAny, Oscillator, every_method, every_solver, tolerance,
-};
 use bristle::curve::Stribeck;
 use bristle::ode::{
     DormandPrince, Failure, Output, Rodas4, RungeKutta4, Solver, StopReason, System, Tolerances,
@@ -16,6 +13,9 @@ use bristle::rheology::KelvinVoigt;
 use bristle::scene::MassSpringDamper;
 use bristle::signal::Function;
 use bristle::{Branch, Bristle, FrBd, ParameterError, Rule, paper};
+use bristle_specimens::ode::{
+    Counted, Integral, OfAny, Oscillator, every_method, every_solver, tolerance,
+};
 use nalgebra::{Vector1, Vector2};
 
 /// The second component is not a number from some time on, or beyond some state.

@@ -2,12 +2,12 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use bristle_specimens::ode::{Integral, OfAny, every_solver, table_2_frbd, tolerance};
 use bristle::Mechanism;
 use bristle::ode::{Output, System};
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters};
 use bristle::signal::{Function, Polyline, Signal, Vertex};
 use bristle::{Branch, Bristle};
+use bristle_specimens::ode::{Integral, OfAny, every_solver, table_2_frbd, tolerance};
 use nalgebra::{Vector1, Vector3};
 
 /// Integrates u over a span by every solver, and compares with the area under it.

@@ -3,14 +3,14 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use bristle_specimens::ode::{
-    Counted, Integral, OfAny, Oscillator, Sided, Swing, but_evaluations, dahl, every_method,
-    every_solver, tolerance,
-};
 use bristle::Branch;
 use bristle::ode::{DormandPrince, Linearisation, Output, RungeKutta4, Solver, System};
 use bristle::scene::PrescribedVelocity;
 use bristle::signal::{Polyline, Vertex};
+use bristle_specimens::ode::{
+    Counted, Integral, OfAny, Oscillator, Sided, Swing, but_evaluations, dahl, every_method,
+    every_solver, tolerance,
+};
 use nalgebra::{Matrix1, Vector1, Vector2};
 
 /// RK4 at 0.05: h⁴/120 = 5e-8 per radian over ten of them, and h⁴/384 between steps.

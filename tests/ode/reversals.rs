@@ -3,10 +3,6 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use bristle_specimens::ode::{
-    Counted, OfAny, Sided, Swing, dahl, every_method, every_solver, rig, stick_slip, table_2_frbd,
-    tolerance,
-};
 use bristle::Branch;
 use bristle::curve::Stribeck;
 use bristle::ode::{
@@ -16,6 +12,10 @@ use bristle::rheology::KelvinVoigt;
 use bristle::scene::{MassSpringDamper, MassSpringDamperParameters, PrescribedVelocity};
 use bristle::signal::{Function, Signal, Sine, SineParameters};
 use bristle::{Bristle, Contact, FrBd, Mechanism};
+use bristle_specimens::ode::{
+    Counted, OfAny, Sided, Swing, dahl, every_method, every_solver, rig, stick_slip, table_2_frbd,
+    tolerance,
+};
 use core::cell::Cell;
 use core::ops::ControlFlow;
 use nalgebra::{Matrix1, Vector1, Vector2, Vector3};

@@ -3,7 +3,6 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use bristle_specimens::ode::{OfAny, lit, table_2_frbd, table_2_lugre};
 use bristle::curve::Stribeck;
 use bristle::ode::{DormandPrince, Output, System, Tolerances};
 use bristle::rheology::KelvinVoigt;
@@ -15,6 +14,7 @@ use bristle::signal::{Polyline, Signal, Sine, SineParameters, Vertex};
 use bristle::{
     Branch, Bristle, Contact, Dahl, DahlParameters, FrBd, Mechanism, ParameterError, Scalar,
 };
+use bristle_specimens::ode::{OfAny, lit, table_2_frbd, table_2_lugre};
 use bristle_specimens::{assert_within, check};
 use nalgebra::{SVector, Vector1, Vector2, Vector3, Vector4};
 use num_dual::Dual64;

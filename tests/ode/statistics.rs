@@ -2,14 +2,14 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use bristle_specimens::ode::{
-    Counted, Integral, OfAny, Oscillator, Swing, dahl, every_method, every_solver, stick_slip,
-    tolerance,
-};
 use bristle::ode::{DormandPrince, Output, RungeKutta4, Statistics, Tolerances};
 use bristle::scene::PrescribedVelocity;
 use bristle::signal::Function;
 use bristle::{Branch, ode::System};
+use bristle_specimens::ode::{
+    Counted, Integral, OfAny, Oscillator, Swing, dahl, every_method, every_solver, stick_slip,
+    tolerance,
+};
 use nalgebra::{Vector1, Vector2, Vector3};
 
 #[test]

@@ -2,7 +2,6 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use bristle_specimens::ode::{OfAny, observed_order, rig, table_2_frbd, table_2_lugre};
 use bristle::ode::{
     self, Automatic, DormandPrince, DormandPrince8, Linearisation, Method, Output, Rodas4, Rodas5P,
     Statistics, StopReason, System, Tolerances,
@@ -10,6 +9,7 @@ use bristle::ode::{
 use bristle::scene::PrescribedVelocity;
 use bristle::signal::{Sine, SineParameters};
 use bristle::{Branch, Bristle};
+use bristle_specimens::ode::{OfAny, observed_order, rig, table_2_frbd, table_2_lugre};
 use nalgebra::{Matrix1, Matrix2, SVector, Vector1, Vector2};
 
 /// ẋ = −λ (x − cos t) − sin t (Prothero and Robinson): x = cos t, whatever λ.

@@ -119,8 +119,8 @@ impl<T: Real, const N: usize> Material<T, N> {
 }
 
 impl<T: Real, const N: usize> Material<T, N> {
-    /// Whether a deflection within the ellipsoid of friction stays there: the axes relax alike, to a
-    /// few roundings.
+    /// Whether a deflection within the ellipsoid of friction stays there: the axes relax alike, to
+    /// a few roundings.
     #[inline(always)]
     pub(super) fn is_ellipsoid(&self) -> bool {
         let near = |a: T, b: T| (a - b).size() <= lit::<T>(8.0) * T::default_epsilon() * b.size();

@@ -149,7 +149,8 @@ fn costs<T: Scalar, M: Bristle<T>>(model: &M) -> (f64, f64) {
 
 impl<T: Scalar, M: Bristle<T>, V: Signal<T>, L> KnownVelocity<T, M, V, L> {
     /// A model of one spring below the reference, as another level: for a bristle of several
-    /// springs ([`lumped_frbd`]), or for one whose steps are dear. Dahl's model takes its stiffness.
+    /// springs ([`lumped_frbd`]), or for one whose steps are dear. Dahl's model takes its
+    /// stiffness.
     ///
     /// ```
     /// use bristle::curve::Stribeck;
@@ -167,7 +168,7 @@ impl<T: Scalar, M: Bristle<T>, V: Signal<T>, L> KnownVelocity<T, M, V, L> {
     /// let wave = SineParameters { mean: 0.0, amplitude: 1e-5, frequency: 1.0, phase: 0.0 };
     /// let answers = Answers { interval: 0.01, count: 200 }; // s
     /// let scene =
-    ///     KnownVelocity::new(friction.clone().under_load(1.0)?, Sine::new(wave)?, answers)?; // N
+    ///     KnownVelocity::new(friction.under_load(1.0)?, Sine::new(wave)?, answers)?; // N
     /// let lumped = lumped_frbd(&friction, scene.angular_frequency())?;
     /// let choice = choose(&scene.with_lumped(lumped)?, Tolerance::at_every_answer(0.005))?; // N
     /// assert!(choice.trials.iter().any(|trial| trial.level == Level::LUMPED));

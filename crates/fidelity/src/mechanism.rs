@@ -108,8 +108,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
     }
 
     /// Steps of the mass, (2m/h + kh/2 + c) v̄ = 2m v₀/h + f + k (V t − x₀) − F̄ with f and V t in
-    /// the middle of each, under a friction that answers v̄, and at an answer the force. This is the
-    /// step of a free mass m + (h/2)(kh/2 + c) under a force less (kh/2 + c) v₀.
+    /// the middle of each, under a friction that answers v̄, and at an answer the force. This is
+    /// the step of a free mass m + (h/2)(kh/2 + c) under a force less (kh/2 + c) v₀.
     fn stepped(
         &self,
         steps: u32,

@@ -110,16 +110,15 @@ where
     /// at time zero.
     pub fn new(parameters: PlaneBodyParameters<T, M, N, A, F>) -> Result<Self, ParameterError> {
         let PlaneBodyParameters { mechanisms, anchor, force, .. } = &parameters;
-        for (axis, mechanism) in mechanisms.iter().enumerate() {
-            parameter::component(axis, mechanism.checked())?;
-        }
-        for (axis, anchor) in anchor.iter().enumerate() {
-            let checked = parameter::finite("anchor", anchor.value(T::zero()));
-            parameter::component(axis, checked)?;
-        }
-        for (axis, force) in force.iter().enumerate() {
-            let checked = parameter::finite("force", force.value(T::zero()));
-            parameter::component(axis, checked)?;
+        for axis in 0..N {
+            parameter::component(axis, mechanisms[axis].checked())?;
+            let start = [
+                ("anchor", anchor[axis].value(T::zero())),
+                ("force", force[axis].value(T::zero())),
+            ];
+            for (name, value) in start {
+                parameter::component(axis, parameter::finite(name, value))?;
+            }
         }
         Ok(Self { parameters })
     }

@@ -3,8 +3,8 @@
 //! F̄ᵢ = biasᵢ + dampingᵢ v̄ᵢ
 //!
 //! With all coefficients frozen at the predicted velocity the axes are scalar contacts, and each
-//! takes the scalar [companion step](bristle::companion). So the damping is diagonal, and the energy
-//! balance of every axis holds for every prediction and every length of the step.
+//! takes the scalar [companion step](bristle::companion). So the damping is diagonal, and the
+//! energy balance of every axis holds for every prediction and every length of the step.
 
 use nalgebra::SVector;
 

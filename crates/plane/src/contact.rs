@@ -79,10 +79,10 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         Ok(Self { contact: Contact::new(model, normal_force)? })
     }
 
-    /// Changes the normal force to p' \[N\], zero or positive, before a step. Returns what is left of
-    /// a deflection, and the energy that is dissipated, see [`Contact::reload`]: if the load falls
-    /// below what the bristles carry at the `velocity` [m/s], they slip back in the direction of
-    /// the deflection.
+    /// Changes the normal force to p' \[N\], zero or positive, before a step. Returns what is left
+    /// of a deflection, and the energy that is dissipated, see [`Contact::reload`]: if the load
+    /// falls below what the bristles carry at the `velocity` [m/s], they slip back in the direction
+    /// of the deflection.
     ///
     /// # Errors
     ///
@@ -289,7 +289,7 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         force
     }
 
-    /// The stored energy W = ½ p Σ σ0ᵢ zᵢ² \[J\].
+    /// The stored energy W = ½ P Σ σ0ᵢ zᵢ² \[J\], with the reference load P.
     pub fn stored_energy(&self, deflection: &SVector<T, N>) -> T {
         let weighted = self.model().storage_stiffness().component_mul(deflection);
         lit::<T>(0.5) * self.contact.reference_load() * weighted.dot(deflection)

@@ -17,10 +17,10 @@
 //! | p, F | normal force; friction force, against the motion: m v̇ = … − F | N |
 //!
 //! The axes meet in the numbers μ and n alone. Given these, each axis is a scalar model, a
-//! [`FrBd`](bristle::FrBd) whose curve is aᵢ² μ and whose |v|_ε is n. So the rates, forces, exact and
-//! passive steps of each axis are those of the scalar model, and with one axis of ratio 1 they are
-//! the scalar model's to the last bit. All coefficients depend on n/μ alone: one evaluation of each
-//! axis and the gradient of n/μ give the derivatives with respect to all velocities.
+//! [`FrBd`](bristle::FrBd) whose curve is aᵢ² μ and whose |v|_ε is n. So the rates, forces, exact
+//! and passive steps of each axis are those of the scalar model, and with one axis of ratio 1 they
+//! are the scalar model's to the last bit. All coefficients depend on n/μ alone: one evaluation of
+//! each axis and the gradient of n/μ give the derivatives with respect to all velocities.
 //!
 //! # What is guaranteed
 //!

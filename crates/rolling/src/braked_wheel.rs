@@ -388,8 +388,8 @@ fn positive<T: Scalar>(value: T) -> T {
 }
 
 impl<T: Scalar> WheelState<T> {
-    /// The motion after a step with the mean velocities v̄_x and ω̄, if the wheel has not rocked back
-    /// too far.
+    /// The motion after a step with the mean velocities v̄_x and ω̄, if the wheel has not rocked
+    /// back too far.
     fn moved(
         self,
         [mean_speed, spin]: [T; 2],

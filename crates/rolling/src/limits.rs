@@ -185,7 +185,7 @@ mod tests {
             let name = format!("σ1 = {damping}, σ2 = {viscous}, up to {fastest}");
             assert!(stiffness <= most_stiffness, "{name}: {stiffness} > {}", most_stiffness);
             assert!(direct <= most_direct, "{name}: {direct} > {}", most_direct);
-            // At 60 m/s Stribeck's part has gone: max λ is attained. c₂ is the same at all velocities.
+            // At 60 m/s Stribeck's part has gone: max λ is attained. c₂ is the same everywhere.
             assert!(stiffness >= most_stiffness * (1.0 - 1e-12), "{name}: {stiffness}");
             assert!(direct >= most_direct * (1.0 - 1e-12), "{name}: {direct}");
             assert_eq!(

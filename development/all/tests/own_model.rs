@@ -18,8 +18,9 @@ use bristle::{
     Affine, AnyBristle, Bounds, Bristle, Form, FrBd, Law, Limits, ParameterError, Scalar, Sliding,
     Surface, paper,
 };
+use bristle_batch::{Batch, CommitInput, PassiveOutput, ReloadInput, StepInput};
 use bristle_fidelity::{
-    Answers, KnownVelocity, MechanismScene, PatchScene, Quantity, Reducible, Tolerance, choose,
+    Answers, KnownVelocity, MechanismScene, PatchScene, Quantity, Tolerance, choose,
 };
 use bristle_identify::{
     Candidate, InitialGuess, Log, LogParameters, MeasuredMotion, Parameter, SearchProgress,
@@ -155,18 +156,6 @@ impl<T: Scalar> PowerDahl<T> {
     fn dry(&self, surface: Surface<T>) -> T {
         let power = (T::one() + surface.speed() / self.velocity).powf(self.exponent);
         surface.apply(self.dynamic * power)
-    }
-}
-
-impl<T: Scalar> Reducible<T> for PowerDahl<T> {
-    type Lumped = Self;
-
-    fn lumped(&self, _: T) -> Result<Self, ParameterError> {
-        Ok(*self)
-    }
-
-    fn is_lumped(&self) -> bool {
-        true
     }
 }
 
@@ -347,6 +336,70 @@ fn fidelity_measures_what_is_enough_for_it() {
     let contact = frbd().under_load(1.0).unwrap();
     let scene = KnownVelocity::new(contact, velocity, answers).unwrap();
     assert!(choose(&scene, tolerance).is_ok());
+}
+
+#[test]
+fn fidelity_measures_the_same_behind_a_pointer() {
+    fn chosen<M: Bristle<f64, Deflection = f64>>(model: M) -> String {
+        let answers = Answers { interval: 1e-2, count: 50 };
+        let sine = SineParameters { mean: 0.0, amplitude: 1e-4, frequency: 3.0, phase: 0.0 };
+        let contact = model.under_load(1.0).unwrap();
+        let scene = KnownVelocity::new(contact, Sine::new(sine).unwrap(), answers).unwrap();
+        choose(&scene, Tolerance::root_mean_square(1e-2)).unwrap().to_string()
+    }
+    let _ = through_the_door!(chosen);
+}
+
+/// Bristles of a model of one's own on masses, under loads that vary.
+#[test]
+fn a_batch_takes_it_one_by_one() {
+    fn stepped<M: Bristle<f64, Deflection = f64> + Sync>(model: M) -> [f64; 9] {
+        let batch = Batch::of_model(&model).unwrap().measured_at(2.0).unwrap();
+        let contact = model.clone().under_load(2.0).unwrap().measured_at(2.0).unwrap();
+        let (mut z, mut force, mut left) = ([0.0; 9], [0.0; 9], [0.0; 9]);
+        let [mut shares, mut biases, mut dampings] = [[0.0; 9]; 3];
+        let (mut stored, mut alone) = (0.0, 0.0);
+        for step in 0..300 {
+            let phase = 0.1 * f64::from(step);
+            let load = |phase: f64| [2.0 + 1.5 * phase.sin(); 9];
+            let (before, after) = (load(phase - 0.1), load(phase));
+            let velocities: [f64; 9] =
+                std::array::from_fn(|i| 0.01 * i as f64 * (0.7 * phase).cos());
+            let change = ReloadInput { before: &before, after: &after, velocities: &velocities };
+            assert!(batch.reload(change, &mut z, &mut left).unwrap().is_finite());
+            // A passive step gives no energy that was not stored.
+            let mut end = z;
+            let input =
+                StepInput { velocities: &velocities, normal_forces: &after, deflections: &mut end };
+            let (shares, biases, dampings) = (&mut shares, &mut biases, &mut dampings);
+            let output = PassiveOutput {
+                shares: &mut *shares,
+                biases: &mut *biases,
+                dampings: &mut *dampings,
+            };
+            assert!(batch.companions(input, 1e-3, output).unwrap().is_finite());
+            let mean = velocities.map(|v| 0.9 * v);
+            let found = CommitInput { shares: &*shares, velocities: &mean, normal_forces: &after };
+            assert!(batch.commit(found, 1e-3, &mut end).unwrap().is_finite());
+            for i in 0..9 {
+                let work = 1e-3 * mean[i] * (biases[i] + dampings[i] * mean[i]);
+                let gain = contact.stored_energy(end[i]) - contact.stored_energy(z[i]);
+                assert!(work - gain >= -1e-15 && left[i] >= 0.0, "{work:e} {gain:e}");
+                stored += work - gain;
+            }
+            // The exact step is that of one contact.
+            let mut one = model.clone().under_load(after[4]).unwrap().measured_at(2.0).unwrap();
+            let want = one.hold(velocities[4], z[4], 1e-3);
+            let input =
+                StepInput { velocities: &velocities, normal_forces: &after, deflections: &mut z };
+            assert!(batch.hold(input, 1e-3, &mut force).unwrap().is_finite());
+            assert_eq!((z[4], force[4]), (want.deflection, want.mean_force));
+            alone += one.reload(after[4], velocities[4], z[4]).unwrap().dissipated;
+        }
+        assert!(stored > 0.0 && alone == 0.0);
+        force
+    }
+    let _ = through_the_door!(stepped);
 }
 
 /// [`PowerDahl`] to be found from a log.

@@ -33,6 +33,7 @@ pub trait Subject<T: Scalar> {
     fn limits(&self, fastest: T) -> ContactLimits<T>;
     fn hold(&self, velocity: T, z: T, duration: T) -> HeldContact<T>;
     fn held(&self, surface: Surface<T>, z: T, duration: T) -> HeldStep<T>;
+    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T;
     fn form(&self) -> Form;
     fn obeys(&self, law: Law) -> bool;
     fn steady_linearised(&self, surface: Surface<T>) -> LinearisedContact<T>;
@@ -81,6 +82,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Subject<T> for Contact<T, M> {
     }
     fn steady_linearised(&self, surface: Surface<T>) -> LinearisedContact<T> {
         Contact::steady_linearised(self, surface)
+    }
+    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
+        self.model().holding_coefficient(surface, carried)
     }
     fn form(&self) -> Form {
         self.model().form()
@@ -143,6 +147,9 @@ impl<T: Scalar> Bristle<T> for AsModel<'_, T> {
     }
     fn storage_stiffness(&self) -> T {
         lit(self.0.form.storage())
+    }
+    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
+        self.0.subject.holding_coefficient(surface, carried)
     }
     fn form(&self) -> Form {
         self.0.subject.form()

@@ -195,7 +195,11 @@ pub fn maxwell<T: Scalar, S: VelocityLaw<T>>(k: f64, eta: S) -> Maxwell<T, S> {
     Maxwell::new(MaxwellParameters { micro_stiffness: lit(k), series_damping: eta }).unwrap()
 }
 
-pub fn zener<T: Scalar, S: VelocityLaw<T>>(k0: f64, k1: f64, eta: S) -> GeneralisedMaxwell<T, 2, S> {
+pub fn zener<T: Scalar, S: VelocityLaw<T>>(
+    k0: f64,
+    k1: f64,
+    eta: S,
+) -> GeneralisedMaxwell<T, 2, S> {
     let parameters = ZenerParameters {
         static_stiffness: lit(k0),
         relaxing_stiffness: lit(k1),
@@ -362,8 +366,11 @@ pub fn in_a_row<T: Scalar + Slice<T>, const N: usize>(
     push(list, form, row::<T, N>(elements));
 }
 
-pub fn push<T: Scalar, R: Rheology<T> + 'static>(list: &mut Vec<Specimen<T>>, form: Form, bristle: R)
-where
+pub fn push<T: Scalar, R: Rheology<T> + 'static>(
+    list: &mut Vec<Specimen<T>>,
+    form: Form,
+    bristle: R,
+) where
     R::Deflection: Slice<T>,
 {
     let load = lit(form.recipe.load);

@@ -98,7 +98,7 @@ fn study(scenes: usize, most_answers: f64) -> Tally {
             });
             let contact = FrBd::new(*sets()[0].curve(), bristle.unwrap()).under_load(2.0).unwrap();
             let truth = truth::<_, 2>(&contact, &velocity, answers, steady);
-            let scene = KnownVelocity::new(contact.clone(), velocity, answers).unwrap();
+            let scene = KnownVelocity::new(contact, velocity, answers).unwrap();
             let below = lumped_frbd(contact.model(), scene.angular_frequency()).unwrap();
             let scene = scene.with_lumped(below).unwrap();
             let scene = if steady { scene.starting_steadily() } else { scene };
@@ -151,7 +151,7 @@ fn a_level_of_one_spring_is_there_where_it_was_given() {
     let friction = FrBd::new(*sets()[0].curve(), bristle.unwrap());
     let velocity = SineParameters { mean: 0.0, amplitude: 1e-4, frequency: 1.0, phase: 0.0 };
     let answers = Answers { interval: 0.01, count: 100 };
-    let contact = friction.clone().under_load(1.0).unwrap();
+    let contact = friction.under_load(1.0).unwrap();
     let scene = KnownVelocity::new(contact, Sine::new(velocity).unwrap(), answers).unwrap();
     assert_eq!(scene.levels(), [Level::STATIC_CURVE, Level::DAHL, Level::REFERENCE]);
     assert!(matches!(

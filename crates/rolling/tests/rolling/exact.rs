@@ -5,42 +5,17 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::characteristics::{History, Random, Step};
-use crate::tyre::{LENGTH, bristle, curve, frbd, motion};
-use bristle::curve::Stribeck;
+use crate::characteristics::{History, Random};
+use crate::tyre::{LENGTH, bristle, curve, motion, patch, step_of, tyre};
 use bristle::regularisation::{HyperbolicTangent, SquareRoot};
-use bristle::rheology::KelvinVoigt;
 use bristle::{Bristle, Dahl, DahlParameters, FrBd, LuGre};
-use bristle_rolling::{
-    Patch, PatchParameters, PolynomialExponential, PolynomialExponentialParameters, Pressure,
-};
+use bristle_rolling::{PolynomialExponential, PolynomialExponentialParameters, Pressure};
 
 /// μ_s/σ0 of the tyre [m].
 const SCALE: f64 = 0.6 / 252.0;
 
-fn tyre() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
-    frbd(0.0)
-}
-
 fn pressure<const N: usize>(coefficients: [f64; N], decay: f64) -> PolynomialExponential<f64, N> {
     PolynomialExponential::new(PolynomialExponentialParameters { coefficients, decay }).unwrap()
-}
-
-fn patch<M: Bristle<f64, Deflection = f64>, const N: usize>(
-    model: M,
-    pressure: PolynomialExponential<f64, N>,
-) -> Patch<f64, M, PolynomialExponential<f64, N>> {
-    Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap()
-}
-
-fn step_of<M: Bristle<f64, Deflection = f64>>(
-    model: &M,
-    v: f64,
-    transport: f64,
-    duration: f64,
-) -> Step {
-    let affine = model.affine(v.into(), 0.0);
-    Step { relaxation: affine.relaxation, drive: affine.drive * v, transport, duration }
 }
 
 /// A random step: velocity, transport velocity and duration, with everything a step can meet.

@@ -3,34 +3,14 @@
 #![cfg(feature = "alloc")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::characteristics::{History, Random, Step};
-use crate::tyre::{LENGTH, motion};
+use crate::characteristics::{History, Random};
+use crate::tyre::{LENGTH, motion, patch, step_of, tyre};
 use bristle::curve::Stribeck;
 use bristle::rheology::KelvinVoigt;
 use bristle::{Bristle, FrBd, Rule, paper};
 use bristle_rolling::{
     ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, Segment,
 };
-
-type Tyre = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
-
-fn tyre() -> Tyre {
-    FrBd::new(
-        Stribeck::new(paper::TYRE_CURVE).unwrap(),
-        KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap(),
-    )
-}
-
-fn patch<const N: usize>(
-    pressure: PolynomialExponential<f64, N>,
-) -> Patch<f64, Tyre, PolynomialExponential<f64, N>> {
-    Patch::new(PatchParameters { model: tyre(), length: LENGTH, pressure }).unwrap()
-}
-
-fn step_of(v: f64, transport: f64, duration: f64) -> Step {
-    let affine = tyre().affine(v.into(), 0.0);
-    Step { relaxation: affine.relaxation, drive: affine.drive * v, transport, duration }
-}
 
 /// The greatest error of the force while steps of V h = `way` are merged, over that of full
 /// deflection.
@@ -40,7 +20,7 @@ fn merged_error<const N: usize>(
     way: f64,
     velocity: &dyn Fn(usize) -> f64,
 ) -> f64 {
-    let mut rolling = patch(pressure).exact(vec![Segment::default(); slots]).unwrap();
+    let mut rolling = patch(tyre(), pressure).exact(vec![Segment::default(); slots]).unwrap();
     let undeflected = |_: f64| 0.0;
     let mut history = History::new(&undeflected, &[]);
     let transport = 400.0;
@@ -50,7 +30,7 @@ fn merged_error<const N: usize>(
     for number in 0..3 * per_transit {
         let v = velocity(number);
         let force = rolling.step(motion(v, transport), h).unwrap();
-        history.push(step_of(v, transport, h));
+        history.push(step_of(&tyre(), v, transport, h));
         if number % (per_transit / 53) == 11 {
             let affine = tyre().affine(v.into(), 0.0);
             let z = history.weighted(&|xi| pressure.at(xi), 4.0);
@@ -107,13 +87,13 @@ fn merging_keeps_the_force_exact_until_the_front_is_cut() {
     // Constant pressure asks for the integral alone, which merging keeps: while the bristles of a
     // step input are all inside, the force is exact, however few the slots.
     let mut rolling =
-        patch(PolynomialExponential::constant()).exact([Segment::default(); 22]).unwrap();
+        patch(tyre(), PolynomialExponential::constant()).exact([Segment::default(); 22]).unwrap();
     let undeflected = |_: f64| 0.0;
     let mut history = History::new(&undeflected, &[]);
     for number in 0..990 {
         let v = if number % 2 == 0 { 1.0 } else { -0.3 };
         let force = rolling.step(motion(v, 200.0), 5e-6).unwrap();
-        history.push(step_of(v, 200.0, 5e-6));
+        history.push(step_of(&tyre(), v, 200.0, 5e-6));
         if number % 33 == 0 {
             let stiffness = tyre().affine(v.into(), 0.0).stiffness;
             let want = LENGTH * stiffness * history.weighted(&|_| 1.0, 1.0);
@@ -137,7 +117,7 @@ fn narrow_and_wide_steps_in_turns_fit_the_slots_for_a_million_steps() {
 fn narrow_and_wide(steps: usize) {
     // No narrow step follows another, so none is merged: as many segments as there can be.
     for slots in [22, 23, 41, 206] {
-        let rolling = patch(PolynomialExponential::parabolic());
+        let rolling = patch(tyre(), PolynomialExponential::parabolic());
         let mut rolling = rolling.exact(vec![Segment::default(); slots]).unwrap();
         let narrowest = rolling.narrowest();
         assert_eq!(narrowest, 2.0 / (slots as f64 - 6.0));
@@ -155,7 +135,7 @@ fn narrow_and_wide(steps: usize) {
             let way = narrowest * if number % 2 == 0 { narrow } else { wide_factor };
             let v = 4.0 * (random.unit() - 0.5);
             let force = rolling.step(motion(v, 100.0), way / 100.0).unwrap();
-            history.push(step_of(v, 100.0, way / 100.0));
+            history.push(step_of(&tyre(), v, 100.0, way / 100.0));
             most = most.max(rolling.segments());
             assert!(rolling.segments() <= slots, "{number}: {}", rolling.segments());
             if number % 5003 == 17 {
@@ -174,7 +154,7 @@ fn narrow_and_wide(steps: usize) {
 fn any_pattern_of_steps_fits_the_slots_and_respects_the_bounds() {
     let mut random = Random(2);
     for slots in [22, 27, 100] {
-        let rolling = patch(PolynomialExponential::constant());
+        let rolling = patch(tyre(), PolynomialExponential::constant());
         let mut rolling = rolling.exact(vec![Segment::default(); slots]).unwrap();
         let narrowest = rolling.narrowest();
         let (mut low, mut high) = (1.0, 1.0);
@@ -210,7 +190,7 @@ fn rolling_bound() -> f64 {
 #[test]
 fn a_tiny_deflection_keeps_its_digits_through_merging_and_after_heavy_sliding() {
     for slots in [22, 64, 2006] {
-        let rolling = patch(PolynomialExponential::parabolic());
+        let rolling = patch(tyre(), PolynomialExponential::parabolic());
         let mut rolling = rolling.exact(vec![Segment::default(); slots]).unwrap();
         for _ in 0..3000 {
             rolling.step(motion(50.0, 100.0), 1e-5).unwrap();
@@ -233,7 +213,7 @@ fn a_tiny_deflection_keeps_its_digits_through_merging_and_after_heavy_sliding() 
 #[test]
 fn extreme_numbers_give_no_nan_and_no_wrong_force() {
     let mut rolling =
-        patch(PolynomialExponential::parabolic()).exact([Segment::default(); 40]).unwrap();
+        patch(tyre(), PolynomialExponential::parabolic()).exact([Segment::default(); 40]).unwrap();
     let steady = |rolling: &mut ExactPatch<_, _, 3, _>| {
         let force = rolling.step(motion(3.0, 100.0), 1.0).unwrap();
         let affine = tyre().affine((3.0).into(), 0.0);
@@ -308,7 +288,7 @@ fn stationary(v: f64) -> f64 {
 fn random_extremes_stay_finite_and_bounded() {
     let mut random = Random(17);
     let mut rolling =
-        patch(PolynomialExponential::parabolic()).exact([Segment::default(); 30]).unwrap();
+        patch(tyre(), PolynomialExponential::parabolic()).exact([Segment::default(); 30]).unwrap();
     for number in 0..100_000 {
         let v = [0.0, 1.0, -1.0][number % 3] * random.decades(1e-100, 1e100);
         let transport = if random.unit() < 0.1 { 0.0 } else { random.decades(1e-200, 1e100) };
@@ -329,7 +309,7 @@ fn random_extremes_stay_finite_and_bounded() {
 
 #[test]
 fn bad_input_is_refused_by_name_and_changes_nothing() {
-    let parabola = patch(PolynomialExponential::parabolic());
+    let parabola = patch(tyre(), PolynomialExponential::parabolic());
     for count in [0, 1, 21] {
         let refused = parabola.exact(vec![Segment::default(); count]).unwrap_err();
         assert_eq!((refused.name, refused.value), ("segments", count as f64));
@@ -380,7 +360,8 @@ fn bad_input_is_refused_by_name_and_changes_nothing() {
 fn a_patch_allocates_nothing_in_slots_of_its_caller() {
     let mut slots = [Segment::default(); 100];
     let counted = allocation_counter::measure(|| {
-        let mut rolling = patch(PolynomialExponential::parabolic()).exact(&mut slots[..]).unwrap();
+        let mut rolling =
+            patch(tyre(), PolynomialExponential::parabolic()).exact(&mut slots[..]).unwrap();
         rolling.set_profile(10, |xi| 1e-3 * xi).unwrap();
         let mut random = Random(3);
         for _ in 0..5000 {
@@ -412,7 +393,7 @@ fn single_precision_follows_double() {
     };
     let mut single = Patch::new(parameters).unwrap().exact([Segment::default(); 200]).unwrap();
     let mut double =
-        patch(PolynomialExponential::parabolic()).exact([Segment::default(); 200]).unwrap();
+        patch(tyre(), PolynomialExponential::parabolic()).exact([Segment::default(); 200]).unwrap();
     let mut random = Random(31);
     for number in 0..20_000 {
         let way = if number % 100 == 0 { 0.0 } else { random.decades(1e-3, 0.5) as f32 };

@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use crate::tyre::LENGTH;
+use crate::tyre::{LENGTH, frbd, patch};
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{Bristle, FrBd, LuGre, Scalar, paper};
@@ -15,21 +15,6 @@ use bristle_rolling::{
 };
 use bristle_specimens::{assert_within, check, integral, lit};
 use proptest::prelude::*;
-
-type Tyre = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
-
-fn tyre(micro_damping: f64) -> Tyre {
-    let bristle =
-        KelvinVoigt::new(KelvinVoigtParameters { micro_damping, ..paper::TYRE_BRISTLE }).unwrap();
-    FrBd::new(Stribeck::new(paper::TYRE_CURVE).unwrap(), bristle)
-}
-
-fn patch<const N: usize>(
-    micro_damping: f64,
-    pressure: PolynomialExponential<f64, N>,
-) -> Patch<f64, Tyre, PolynomialExponential<f64, N>> {
-    Patch::new(PatchParameters { model: tyre(micro_damping), length: 0.1, pressure }).unwrap()
-}
 
 /// One step: predicted and found slip velocity, V, h.
 #[derive(Debug, Clone, Copy)]
@@ -98,7 +83,7 @@ fn a_patch_whose_pressure_does_not_rise_never_gives_more_than_it_stored() {
         run: &[Step],
         tolerance: f64,
     ) {
-        let mut rolling = patch(damping, pressure).exact_in(100).unwrap();
+        let mut rolling = patch(frbd(damping), pressure).exact_in(100).unwrap();
         for step in run {
             let motion =
                 Motion { slip_velocity: step.predicted, rolling_speed: LENGTH * step.transport };
@@ -132,7 +117,7 @@ fn a_patch_gives_no_more_than_it_stored_under_any_history_of_its_load() {
     let loads = prop::collection::vec(load, 40);
     check(200, (steps(), loads, 0.0..50.0), |(run, loads, damping)| {
         let constant = PolynomialExponential::constant();
-        let mut rolling = patch(damping, constant).exact_in(100).unwrap();
+        let mut rolling = patch(frbd(damping), constant).exact_in(100).unwrap();
         for (step, load) in run.iter().zip(loads) {
             let (stored, somewhere) = (rolling.stored_energy(), rolling.deflection(0.3));
             let was = rolling.patch().normal_force();
@@ -160,7 +145,7 @@ const MERGED: f64 = 1e-8;
 #[test]
 fn the_mean_force_is_the_mean_of_the_force() {
     fn holds<const N: usize>(pressure: PolynomialExponential<f64, N>, run: &[Step]) {
-        let mut rolling = patch(1.0, pressure).exact_in(200).unwrap();
+        let mut rolling = patch(frbd(1.0), pressure).exact_in(200).unwrap();
         for step in run {
             let motion =
                 Motion { slip_velocity: step.mean, rolling_speed: LENGTH * step.transport };
@@ -372,7 +357,7 @@ fn kept_steps() -> impl Strategy<Value = Vec<Step>> {
 fn every_entry_of_the_ledger_is_its_integral_over_space_and_time() {
     let falling = PolynomialExponentialParameters { coefficients: [1.0, -0.3, -0.6], decay: 0.2 };
     check(24, (kept_steps(), prop_oneof![Just(0.0), 0.0..2.0]), |(run, damping)| {
-        let model = tyre(damping);
+        let model = frbd(damping);
         ledger_is_that_of_quadrature(model, PolynomialExponential::constant(), &run);
         ledger_is_that_of_quadrature(model, PolynomialExponential::exponential(0.7).unwrap(), &run);
         ledger_is_that_of_quadrature(model, PolynomialExponential::parabolic(), &run);
@@ -387,7 +372,7 @@ fn every_entry_of_the_ledger_is_its_integral_over_space_and_time() {
 #[test]
 fn a_step_that_is_dropped_leaves_no_trace() {
     fn same<const N: usize>(pressure: PolynomialExponential<f64, N>, run: &[Step]) {
-        let mut rolling = patch(0.3, pressure).exact_in(4000).unwrap();
+        let mut rolling = patch(frbd(0.3), pressure).exact_in(4000).unwrap();
         let mut other = rolling.clone();
         for step in run {
             let motion =
@@ -419,7 +404,7 @@ fn a_step_that_is_dropped_leaves_no_trace() {
 
 #[test]
 fn bad_input_of_a_step_is_named() {
-    let mut rolling = patch(0.0, PolynomialExponential::constant()).exact_in(20).unwrap();
+    let mut rolling = patch(frbd(0.0), PolynomialExponential::constant()).exact_in(20).unwrap();
     let good = Motion { slip_velocity: 0.1, rolling_speed: 10.0 };
     rolling.step(good, 1e-3).unwrap();
     let force = rolling.force(0.1);
@@ -451,7 +436,8 @@ fn bad_input_of_a_step_is_named() {
 #[test]
 fn a_patch_that_all_but_stands_steps_as_one_that_stands() {
     let moved = |rolling_speed| {
-        let mut rolling = patch(0.5, PolynomialExponential::parabolic()).exact_in(20).unwrap();
+        let mut rolling =
+            patch(frbd(0.5), PolynomialExponential::parabolic()).exact_in(20).unwrap();
         rolling.step(Motion { slip_velocity: 0.1, rolling_speed: 10.0 }, 1e-3).unwrap();
         let motion = Motion { slip_velocity: 0.2, rolling_speed };
         let step = rolling.companion_step(motion, 1e-3).unwrap();
@@ -482,7 +468,7 @@ fn work_per_period<const N: usize>(
     let transport = 100.0;
     let omega = theta * transport;
     let duration = 2.0 * PI / omega / f64::from(STEPS);
-    let mut rolling = patch(micro_damping, pressure).exact_in(4000).unwrap();
+    let mut rolling = patch(frbd(micro_damping), pressure).exact_in(4000).unwrap();
     let mut work = 0.0;
     let begin = (theta / (2.0 * PI)).ceil() as u32 + 1;
     for _ in 0..=begin {

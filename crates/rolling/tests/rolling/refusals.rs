@@ -2,31 +2,24 @@
 
 #![allow(clippy::unwrap_used, reason = "a test panics to fail")]
 
+use crate::tyre::{loaded, tyre};
 use bristle::curve::{FunctionCurve, Stribeck};
 use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
-use bristle::{Bounds, Bristle, FrBd, LuGre, paper};
+use bristle::{Bounds, FrBd, LuGre, paper};
 use bristle_rolling::{ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Segment};
 
-fn patch<M: Bristle<f64, Deflection = f64>>(
-    model: M,
-) -> Patch<f64, M, PolynomialExponential<f64, 1>> {
-    let pressure = PolynomialExponential::constant();
-    Patch::new(PatchParameters { model, length: 0.1, pressure }).unwrap().carrying(4000.0).unwrap()
-}
-
-fn tyre() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
-    let curve = Stribeck::new(paper::TYRE_CURVE).unwrap();
-    FrBd::new(curve, KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap())
+fn constant<M>(model: M) -> Patch<f64, M, PolynomialExponential<f64, 1>> {
+    loaded(model, PolynomialExponential::constant())
 }
 
 #[test]
 fn minus_zero_is_zero() {
     let motion = |rolling_speed| Motion { slip_velocity: 1.0, rolling_speed };
-    let force = |transport| patch(tyre()).steady(motion(transport)).unwrap().force;
+    let force = |transport| constant(tyre()).steady(motion(transport)).unwrap().force;
     assert_eq!(force(-0.0), force(0.0));
     // Regularised bristles relax at rest too.
-    let soft = patch(tyre().regularised(SquareRoot::new(1e-4).unwrap()));
+    let soft = constant(tyre().regularised(SquareRoot::new(1e-4).unwrap()));
     let still = soft.steady(Motion { slip_velocity: 0.0, rolling_speed: -0.0 }).unwrap();
     assert_eq!(still.force, 0.0);
     let mut rolling = soft.exact([Segment::default(); 30]).unwrap();
@@ -69,7 +62,7 @@ fn a_curve_that_is_no_number_is_named_by_every_function() {
         let bounds = Bounds { min: 0.1, max: 1.0 };
         let curve = FunctionCurve::new(move |_| (value, 0.0), bounds).unwrap();
         let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE).unwrap();
-        let patch = patch(FrBd::new(curve, bristle));
+        let patch = constant(FrBd::new(curve, bristle));
         let motion = Motion { slip_velocity: 1.0, rolling_speed: 10.0 };
         let named = |error: bristle::ParameterError| {
             assert!(error.name.contains("friction model"), "{error}");
@@ -90,7 +83,7 @@ fn what_is_too_large_for_a_mean_force_is_refused() {
     let bristle =
         KelvinVoigt::new(KelvinVoigtParameters { micro_damping: 1.0, ..paper::TYRE_BRISTLE });
     let curve = Stribeck::new(paper::TYRE_CURVE).unwrap();
-    let rolling = patch(LuGre::classical(curve, bristle.unwrap()));
+    let rolling = constant(LuGre::classical(curve, bristle.unwrap()));
     let mut rolling = rolling.exact([Segment::default(); 30]).unwrap();
     let mut seen = 0;
     for rolling_speed in [5e-324, 1e-300, 1e-100, 1.0, 1e99] {

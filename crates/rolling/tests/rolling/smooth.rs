@@ -5,25 +5,14 @@
 use core::ops::Range;
 
 use crate::characteristics::{SmoothHistory, gauss};
-use crate::tyre::{LENGTH, bristle, curve, frbd};
-use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
+use crate::tyre::{LENGTH, bristle, curve, patch, tyre};
+use bristle::curve::{Coulomb, CoulombParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::signal::{Function, Polyline, Signal, Vertex};
 use bristle::{Bristle, FrBd, LuGre};
 use bristle_rolling::{
     ExactPatch, Motion, Patch, PatchParameters, PolynomialExponential, Pressure, Segment,
 };
-
-fn tyre() -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
-    frbd(0.0)
-}
-
-fn patch<M: Bristle<f64, Deflection = f64>, const N: usize>(
-    model: M,
-    pressure: PolynomialExponential<f64, N>,
-) -> Patch<f64, M, PolynomialExponential<f64, N>> {
-    Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap()
-}
 
 const END: f64 = 0.1;
 const SAMPLES: usize = 25;

@@ -1,7 +1,7 @@
 //! Steady rolling against closed forms, quadrature in another program, and its own derivatives.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
-use crate::tyre::{LENGTH, bristle, curve as tyre_curve, frbd, motion, table};
+use crate::tyre::{LENGTH, bristle, curve as tyre_curve, frbd, loaded as patch, motion, table};
 use bristle::curve::{Coulomb, CoulombParameters, Knot, Tabulated};
 use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
@@ -15,11 +15,6 @@ use bristle_specimens::{assert_within, check};
 
 const ROLLING_SPEED: f64 = 16.0;
 const DAMPING: f64 = 0.3;
-
-fn patch<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M, P> {
-    let length = paper::TYRE_LENGTH;
-    Patch::new(PatchParameters { model, length, pressure }).unwrap().carrying(4000.0).unwrap()
-}
 
 fn exponential() -> PolynomialExponential<f64, 1> {
     PolynomialExponential::exponential(paper::TYRE_PRESSURE_DECAY).unwrap()

@@ -4,7 +4,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::tyre::{LENGTH, bristle, curve as tyre_curve, frbd, motion, table};
+use crate::tyre::{LENGTH, bristle, curve as tyre_curve, frbd, loaded as patch, motion, table};
 use bristle::curve::{Coulomb, CoulombParameters, Stribeck};
 use bristle::regularisation::SquareRoot;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
@@ -18,10 +18,6 @@ use nalgebra::Complex;
 use proptest::collection::vec;
 
 const LOAD: f64 = 4000.0;
-
-fn patch<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M, P> {
-    Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap().carrying(LOAD).unwrap()
-}
 
 fn exponential(decay: f64) -> PolynomialExponential<f64, 1> {
     PolynomialExponential::exponential(decay).unwrap()

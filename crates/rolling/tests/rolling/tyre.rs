@@ -4,7 +4,7 @@ use bristle::curve::Stribeck;
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::signal::Function;
 use bristle::{FrBd, paper};
-use bristle_rolling::{FunctionPressure, Motion, Pressure};
+use bristle_rolling::{FunctionPressure, Motion, Patch, PatchParameters, Pressure};
 
 /// Length of its contact patch [m].
 pub(crate) const LENGTH: f64 = paper::TYRE_LENGTH;
@@ -24,9 +24,39 @@ pub(crate) fn bristle(micro_damping: f64) -> KelvinVoigt<f64> {
     KelvinVoigt::new(KelvinVoigtParameters { micro_damping, ..paper::TYRE_BRISTLE }).unwrap()
 }
 
+pub(crate) type Tyre = FrBd<Stribeck<f64>, KelvinVoigt<f64>>;
+
 /// Its model with that.
-pub(crate) fn frbd(micro_damping: f64) -> FrBd<Stribeck<f64>, KelvinVoigt<f64>> {
+pub(crate) fn frbd(micro_damping: f64) -> Tyre {
     FrBd::new(curve(), bristle(micro_damping))
+}
+
+/// Its model.
+pub(crate) fn tyre() -> Tyre {
+    frbd(0.0)
+}
+
+/// Its patch with another model, under a pressure as it is given.
+pub(crate) fn patch<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M, P> {
+    Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap()
+}
+
+/// That patch under 4000 N.
+pub(crate) fn loaded<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M, P> {
+    patch(model, pressure).carrying(4000.0).unwrap()
+}
+
+/// A held step of its bristles.
+#[cfg(feature = "alloc")]
+pub(crate) fn step_of<M: bristle::Bristle<f64, Deflection = f64>>(
+    model: &M,
+    v: f64,
+    transport: f64,
+    duration: f64,
+) -> crate::characteristics::Step {
+    let affine = model.affine(v.into(), 0.0);
+    let (relaxation, drive) = (affine.relaxation, affine.drive * v);
+    crate::characteristics::Step { relaxation, drive, transport, duration }
 }
 
 /// Pressure along straight lines between four points (place, pressure).

@@ -47,8 +47,8 @@ fn bits<M: Bristle<f64, Deflection = f64>>(model: &M, states: &[(f64, f64)]) -> 
         let branches = [Sliding::from(v), Branch::Forward.of(v), Branch::Backward.of(v)];
         let free = branches.map(Surface::from);
         for sliding in free.into_iter().chain([Surface::scaled(v, 0.3)]) {
-            all.extend(affine(model.affine(sliding.into(), z)));
-            let (a, b) = model.affine_and_slopes(sliding.into(), z);
+            all.extend(affine(model.affine(sliding, z)));
+            let (a, b) = model.affine_and_slopes(sliding, z);
             all.extend(affine(a).into_iter().chain(affine(b)));
             all.extend(linear(model.linearised(sliding, z)));
             all.extend(linear(model.steady_linearised(sliding)));

@@ -347,7 +347,7 @@ proptest! {
             let (value, rate) = s.value_and_rate(time);
             let kink = Signal::next_kink(s, time, 2.0).unwrap_or(9.0);
             let input = s.at(JointMotion { time, angle: 0.1, velocity: 0.2 });
-            bits([s.value(time), value, rate, kink, s.longest_step().unwrap_or(9.0), input.by_time])
+            bits([s.value(time), value, rate, kink, Signal::longest_step(s).unwrap_or(9.0), input.by_time])
         }
         let [mean, amplitude, frequency] = [c[0], c[1], 0.1 + c[2]];
         let sine = SineParameters { mean, amplitude, frequency, phase: decay };
@@ -375,7 +375,7 @@ fn the_ladder_of_models_takes_mechanisms_and_patches_chosen_at_run_time() {
     let answers = Answers { interval: 0.01, count: 100 };
     fn pulled<M>(model: M, answers: Answers<f64>) -> String
     where
-        M: Bristle<f64, Deflection = f64> + bristle_fidelity::Reducible<f64>,
+        M: Bristle<f64, Deflection = f64>,
     {
         let rig = bristle::paper::stick_slip_rig(model.under_load(1.0).unwrap());
         let rig = MassSpringDamper::new(rig).unwrap();
@@ -387,7 +387,7 @@ fn the_ladder_of_models_takes_mechanisms_and_patches_chosen_at_run_time() {
     let answers = Answers { interval: 1e-3, count: 100 };
     fn rolled<M>(model: M, answers: Answers<f64>) -> String
     where
-        M: Bristle<f64, Deflection = f64> + bristle_fidelity::Reducible<f64>,
+        M: Bristle<f64, Deflection = f64>,
     {
         let pressure = PolynomialExponential::parabolic();
         let patch = Patch::new(PatchParameters { model, length: 0.1, pressure }).unwrap();

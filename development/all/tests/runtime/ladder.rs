@@ -74,7 +74,6 @@ fn the_ladder_is_right_below_the_implicit_bristle() {
             viscous_friction: 1.0,
         },
         bristle: KelvinVoigtParameters { micro_stiffness: 1e5, micro_damping: 170.0 },
-        ..TABLE_2
     };
     let mut dice = Draw(5);
     for index in 0..12 {
