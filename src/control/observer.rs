@@ -88,7 +88,7 @@ use super::output::{Compensation, Output, OutputParameters};
 use super::velocity_from_position::{VelocityFromPosition, VelocityFromPositionParameters, along};
 use crate::parameter::{self, ParameterError};
 use crate::rheology::{Deflection, HeldWeights};
-use crate::scalar::{is_zero, lit, unlimited};
+use crate::scalar::{lit, unlimited};
 use crate::{Affine, Bristle, Contact, Form, Law, Scalar};
 
 /// How the tracking error corrects the estimate.
@@ -233,14 +233,15 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
             return Err(parameter::chosen(model.name(), takes));
         }
         let stiffness = model.storage_stiffness();
-        let (micro_damping, viscous) = model
-            .characteristics(fastest)
-            .map_or((T::zero(), T::zero()), |a| (a.micro_damping.max, a.viscous_friction));
+        let known = model.characteristics(fastest);
+        let (micro_damping, viscous) = known.map_or((T::zero(), T::zero()), |known| {
+            (known.micro_damping.max, known.viscous_friction)
+        });
         let corner = match injection {
             Injection::Velocity { gain, corner } => {
                 parameter::positive("gain", gain)?;
                 if !(model.obeys(Law::Secant) && model.obeys(Law::Passivity)) {
-                    if is_zero(micro_damping) {
+                    if known.is_none() {
                         return Err(parameter::chosen(model.name(), takes));
                     }
                     // D is a sum of squares up to this relaxation rate.

@@ -1,9 +1,9 @@
 //! Which model is enough below the implicit bristle.
 
-use bristle::Bristle;
 use bristle::curve::StribeckParameters;
 use bristle::rheology::KelvinVoigtParameters;
 use bristle::signal::{Signal, Sine, SineParameters};
+use bristle::{Bristle, FrBd};
 use bristle_fidelity::{Answers, KnownVelocity, Level, Scene, Tolerance, choose};
 use bristle_specimens::draw::Draw;
 use bristle_specimens::implicit::{Set, TABLE_2};
@@ -54,7 +54,9 @@ fn chosen(set: &Set, wave: &Wave, share: f64) -> (Level, f64) {
     let fastest = wave.mean + wave.amplitude;
     let tolerance = Tolerance::root_mean_square(share * contact.limits(fastest).force.unwrap());
     let answers = Answers { interval: wave.interval(), count: 2 * PERIOD };
+    let frbd = FrBd::new(contact.model().curve().to_owned(), *contact.model().rheology());
     let scene = KnownVelocity::new(contact, wave.velocity(), answers).unwrap();
+    let scene = scene.with_lumped(frbd).unwrap();
     let choice = choose(&scene, tolerance).unwrap_or_else(|e| panic!("{set:?}: {e}"));
     let best = choice.best;
     let forces = scene.run(best.level, best.steps).unwrap().answers;

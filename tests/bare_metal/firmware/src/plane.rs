@@ -3,7 +3,9 @@
 use bristle::Scalar;
 use bristle::companion::PointMass;
 use bristle::regularisation::SquareRoot;
-use bristle_plane::{Axis, Footprint, FootprintPoint, PlaneBristle, PlaneFrBd, PlaneLuGre};
+use bristle_plane::{
+    Axis, Footprint, FootprintPoint, PlaneBristle, PlaneCompanionStep, PlaneFrBd, PlaneLuGre,
+};
 use nalgebra::{SVector, Vector2, Vector3};
 
 use crate::steps::{Answer, bristle, stribeck};
@@ -86,8 +88,9 @@ pub(crate) fn footprint<T: Scalar>(input: &Input<T>) -> Answer<T> {
     sum += footprint.wrench(&twist, &deflections).sum() + footprint.stored_energy(&deflections);
     sum += footprint.hold(&twist, &mut deflections, input.duration)?.sum();
     let companion = footprint.companion(input.fastest)?;
-    let step = companion.step(&twist, &deflections, input.duration)?;
-    let done = companion.commit(&step, &(twist * lit::<T>(0.5)), &mut deflections)?;
+    let mut kept = [PlaneCompanionStep::default(); 7];
+    let step = companion.step(&twist, &deflections, input.duration, &mut kept)?;
+    let done = companion.commit(&kept, &(twist * lit::<T>(0.5)), &mut deflections)?;
     sum += step.bias.sum() + step.damping.sum() + done.force.sum() + done.work;
     Ok(sum + done.stored + done.dissipated)
 }
