@@ -1,5 +1,6 @@
-//! A part in a gripper: it stands still while the grip varies, if the stiffness of the bristles does
-//! not follow the load; and while its weight shakes, if the bristles are elastic up to a limit.
+//! A part in a gripper: it stands still while the grip varies, if the stiffness of the bristles
+//! does not follow the load; and while its weight shakes, if the bristles are elastic up to a
+//! limit.
 //!
 //! Leaves `grip.csv` and `grip.svg`: how far the part has slipped over time. On the left the grip
 //! varies, on the right the weight.

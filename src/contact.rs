@@ -15,9 +15,9 @@
 //!
 //! F = P (σ0 z + σ1 ż),  ż = (s μ(v) v − σ0 |v| z)/(σ1 |v| + s μ(v)),  W = ½ P Σ Kᵢ xᵢ²
 //!
-//! The stored energy does not depend on p, so that a passive model stays passive for every p(t), and
-//! a body that is held stands still while the grip varies. Steady sliding is p μ(v). When the load
-//! falls below what a stuck bristle carries, the bristle slips back ([`Contact::reload`]).
+//! The stored energy does not depend on p, so that a passive model stays passive for every p(t),
+//! and a body that is held stands still while the grip varies. Steady sliding is p μ(v). When the
+//! load falls below what a stuck bristle carries, the bristle slips back ([`Contact::reload`]).
 //!
 //! A stiffness that follows the load, as that of bristles which enter a rolling contact, is
 //! [`Contact::renew`].
@@ -117,8 +117,8 @@ pub struct Reloaded<T, D = T> {
     pub dissipated: T,
 }
 
-/// A change of the normal force from p to p', for a contact of your own that is made of others. From
-/// [`Contact::change_load`].
+/// A change of the normal force from p to p', for a contact of your own that is made of others.
+/// From [`Contact::change_load`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadChange<T> {
     /// The normal force p before \[N\].
@@ -228,8 +228,8 @@ impl<T: Scalar, M> Contact<T, M> {
         Ok(LoadChange { before, after })
     }
 
-    /// Changes the normal force by renewal: it becomes the reference load, too, and a deflection has
-    /// to follow ([`LoadChange::renewed`]). [`Contact::renew`] does both.
+    /// Changes the normal force by renewal: it becomes the reference load, too, and a deflection
+    /// has to follow ([`LoadChange::renewed`]). [`Contact::renew`] does both.
     ///
     /// # Errors
     ///
@@ -237,7 +237,8 @@ impl<T: Scalar, M> Contact<T, M> {
     #[inline]
     pub fn renew_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
         let after = parameter::non_negative("normal_force", normal_force)?;
-        let before = self.normal_force;
+        // The energy is that of the stiffness at the reference load.
+        let before = self.reference_load;
         (self.normal_force, self.reference_load, self.scale) = (after, after, T::one());
         Ok(LoadChange { before, after })
     }
@@ -256,12 +257,12 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ///
     /// A deflection that the surface still holds stays as it is. If the load falls below what the
     /// bristle carries, the bristle slips back: its share of the force that is left is
-    /// min(1, max(s'/γ, s'/s)), where γ = |K·x|/B is how much of B, the largest μ up to the speed of
-    /// `velocity` [m/s], it carries. Without a load nothing is left.
+    /// min(1, max(s'/γ, s'/s)), where γ = |K·x|/B is how much of B it carries, the largest μ up to
+    /// the speed of `velocity` [m/s]. Without a load nothing is left.
     ///
     /// For steps under a load that varies, take the load at the middle of each step, and the
-    /// velocity that is predicted for it: forces averaged over a step are then of second order in
-    /// its length.
+    /// velocity that is predicted for it: deflections are then of second order in its length, and
+    /// so are mean forces, unless the load falls faster than a sliding bristle relaxes.
     ///
     /// ```
     /// use bristle::{Bristle, Dahl, DahlParameters};
@@ -505,6 +506,9 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
 
     /// The friction force \[N\] of steady sliding at a velocity.
     pub fn stationary_force(&self, surface: impl Into<Surface<T>>) -> T {
+        if is_zero(self.scale) {
+            return T::zero();
+        }
         self.reference_load * self.model.stationary_coefficient(self.surface(surface))
     }
 
@@ -540,11 +544,11 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ///
     /// If your simulation computes its velocity from this force, use [`Contact::companion`], which
     /// is stable for any step, or keep h below
-    /// the largest stable step of bristle-analysis (`stability::largest_step`). For a free mass m without damper
-    /// or spring the limit is the smaller of 2σ1/σ0 and m/(σ1 p) \[s\]. A damper or spring changes
-    /// it. Without any damping no step is stable. Beyond the limit a stuck mass slides under forces
-    /// far below breakaway, with plausible numbers. The impulse on a mass is h times the mean
-    /// force.
+    /// the largest stable step of bristle-analysis (`stability::largest_step`). For a free mass m
+    /// without damper or spring the limit is the smaller of 2σ1/σ0 and m/(σ1 p) \[s\]. A damper or
+    /// spring changes it. Without any damping no step is stable. Beyond the limit a stuck mass
+    /// slides under forces far below breakaway, with plausible numbers. The impulse on a mass is h
+    /// times the mean force.
     ///
     /// The α of an elasto-plastic model is frozen at the beginning of the step. The tip of an
     /// [`ImplicitBristle`](crate::ImplicitBristle) is followed.

@@ -125,7 +125,8 @@ macro_rules! serialised_as {
 
 serialised_as!([] Coulomb<T> as CoulombParameters<T>: Self::new, Self::parameters);
 serialised_as!([] Stribeck<T> as StribeckParameters<T>: Self::new, Self::parameters);
-serialised_as!([] RationalStribeck<T> as RationalStribeckParameters<T>: Self::new, Self::parameters);
+serialised_as!([] RationalStribeck<T> as RationalStribeckParameters<T>:
+    Self::new, Self::parameters);
 serialised_as!([] Dahl<T> as DahlParameters<T>: Self::new, Self::parameters);
 serialised_as!([] KelvinVoigt<T> as KelvinVoigtParameters<T, T>: Self::new, Self::parameters);
 serialised_as!([] Sine<T> as SineParameters<T>: Self::new, Self::parameters);

@@ -222,6 +222,10 @@ where
         self.plastic.storage_stiffness()
     }
 
+    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
+        self.plastic.holding_coefficient(surface, carried)
+    }
+
     fn name(&self) -> &'static str {
         "elasto-plastic FrBD"
     }

@@ -293,6 +293,10 @@ where
         self.parts.storage_stiffness()
     }
 
+    fn holding_coefficient(&self, surface: Surface<T>, carried: T) -> T {
+        self.parts.holding_coefficient(surface, carried)
+    }
+
     fn form(&self) -> Form {
         Form::OfVelocity
     }

@@ -106,8 +106,9 @@ pub trait HeldWeights<T: Scalar, D: Deflection<T>>: Copy + Debug + PartialEq {
         springs.map(|springs| springs.inner_product(mean))
     }
 
-    /// Σ kᵢ x̄ᵢ + d of the state averaged over the step, from zero under a drive of one times r: what
-    /// a friction coefficient with the stiffness k and the damping d rises by with the velocity.
+    /// Σ kᵢ x̄ᵢ + d of the state averaged over the step, from zero under a drive of one times r:
+    /// what a friction coefficient with the stiffness k and the damping d rises by with the
+    /// velocity.
     #[inline]
     fn driven_damping(&self, springs: D, drive: T, damping: T) -> T {
         springs.inner_product(self.driven_mean(drive)) + damping

@@ -3,8 +3,9 @@
 //! it once in `f32`.
 //!
 //! A derivative is a sum of the terms of the product and quotient rules, which can cancel. Errors
-//! are measured against the sum of their absolute values, as `bristle_specimens::closed_form` writes it
-//! down, since neither the library nor the dual numbers can do better than a few roundings of it.
+//! are measured against the sum of their absolute values, as `bristle_specimens::closed_form`
+//! writes it down, since neither the library nor the dual numbers can do better than a few
+//! roundings of it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test panics to fail")]
 
 use bristle::rheology::{Elements, KelvinVoigt, Rheology, VelocityDependent};

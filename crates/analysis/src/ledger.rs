@@ -179,7 +179,7 @@ impl<T: Scalar> EnergyLedger<T> {
         duration: T,
     ) -> HeldContact<T, M::Deflection> {
         let hold = contact.hold(velocity, deflection, duration);
-        let affine = contact.model().affine(velocity.into(), deflection);
+        let affine = contact.affine(velocity, deflection);
         let (weights, drive) = (affine.weights(duration), affine.drive * velocity);
         let mean = weights.mean(deflection, drive);
         let change = weights.end(deflection, drive) - deflection;
@@ -189,11 +189,11 @@ impl<T: Scalar> EnergyLedger<T> {
         let dissipated = weights.relaxed_energy(stiffness, deflection, drive)
             + (affine.stiffness - stiffness * affine.drive).inner_product(mean) * path
             + affine.damping * path * velocity;
-        let half = stiffness * (lit::<T>(0.5) * contact.normal_force());
+        let half = stiffness * (lit::<T>(0.5) * contact.reference_load());
         self.enter(EnergyBalance {
             supplied: duration * hold.mean_force * velocity,
             stored: half.scaled_by(change).inner_product(hold.deflection + deflection),
-            dissipated: contact.normal_force() * dissipated,
+            dissipated: contact.reference_load() * dissipated,
         });
         hold
     }
@@ -250,7 +250,7 @@ impl<T: Scalar> EnergyLedger<T> {
         let (_, before) = motion(step.start_time(), step.start());
         let (_, after) = motion(step.end_time(), step.end());
         // Σ ½ K (z₁ − z₀)(z₁ + z₀)
-        let half = lit::<T>(0.5) * contact.normal_force();
+        let half = lit::<T>(0.5) * contact.reference_load();
         let (rise, sum) = (after - before, after + before);
         let stored = half * contact.model().storage_stiffness().scaled_by(rise).inner_product(sum);
         self.enter(EnergyBalance { supplied, stored, dissipated });

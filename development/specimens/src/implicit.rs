@@ -1,6 +1,6 @@
 //! The implicit bristle along a held velocity, by an integration of its own with tiny steps, which
-//! finds the tip by bisection, ends a step where the tip begins or ceases to stick, and is of fourth
-//! order in between.
+//! finds the tip by bisection, ends a step where the tip begins or ceases to stick, and is of
+//! fourth order in between.
 
 use bristle::curve::{Stribeck, StribeckParameters};
 use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};

@@ -34,7 +34,8 @@ macro_rules! every_method {
     (|$name:ident, $method:ident, $order:ident, $dense:ident| $body:block) => {
         $crate::every_method!(@one |$name, $method, $order, $dense| $body, RungeKutta4, 4.0, 4.0);
         $crate::every_method!(@one |$name, $method, $order, $dense| $body, DormandPrince, 5.0, 5.0);
-        $crate::every_method!(@one |$name, $method, $order, $dense| $body, DormandPrince8, 8.0, 8.0);
+        $crate::every_method!(
+            @one |$name, $method, $order, $dense| $body, DormandPrince8, 8.0, 8.0);
         $crate::every_method!(@one |$name, $method, $order, $dense| $body, Rodas4, 4.0, 4.0);
         $crate::every_method!(@one |$name, $method, $order, $dense| $body, Rodas5P, 5.0, 5.0);
     };

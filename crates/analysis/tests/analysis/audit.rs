@@ -12,8 +12,8 @@ use bristle::rheology::{
     KelvinVoigt, KelvinVoigtParameters, Maxwell, MaxwellParameters, VelocityDependent,
 };
 use bristle::{
-    Affine, Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, ImplicitBristle,
-    LuGre, Mechanism, Sliding, Surface, Units, paper,
+    Affine, Bounds, Bristle, Contact, Dahl, DahlParameters, ElastoPlastic, FrBd, LuGre, Mechanism,
+    Sliding, Surface, Units, paper,
 };
 use bristle_analysis::audit::{Audit, AuditParameters, LawStatus, audit};
 use bristle_analysis::linear::Threshold;

@@ -347,7 +347,8 @@ proptest! {
             let (value, rate) = s.value_and_rate(time);
             let kink = Signal::next_kink(s, time, 2.0).unwrap_or(9.0);
             let input = s.at(JointMotion { time, angle: 0.1, velocity: 0.2 });
-            bits([s.value(time), value, rate, kink, Signal::longest_step(s).unwrap_or(9.0), input.by_time])
+            let longest = Signal::longest_step(s).unwrap_or(9.0);
+            bits([s.value(time), value, rate, kink, longest, input.by_time])
         }
         let [mean, amplitude, frequency] = [c[0], c[1], 0.1 + c[2]];
         let sine = SineParameters { mean, amplitude, frequency, phase: decay };
