@@ -215,13 +215,15 @@ impl<T: Scalar, M> Contact<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses a normal force that is negative or not finite, and any on a contact that has no
-    /// reference load; the contact is as it was.
+    /// Refuses a normal force that is negative or not finite, and a positive one on a contact that
+    /// has no reference load; the contact is as it was.
     #[inline]
     pub fn change_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
         let after = parameter::non_negative("normal_force", normal_force)?;
         if after > T::zero() {
-            parameter::positive("reference_load", self.reference_load)?;
+            let given = self.reference_load > T::zero();
+            let rule = "be given by `measured_at` before a contact made under no load is loaded";
+            parameter::stated("reference_load", self.reference_load, given, rule)?;
         }
         let before = self.normal_force;
         (self.normal_force, self.scale) = (after, self.scale_under(after));
@@ -283,8 +285,9 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ///
     /// # Errors
     ///
-    /// Refuses a normal force that is negative or not finite, and any on a contact that has no
-    /// reference load; the contact is as it was.
+    /// Refuses a normal force that is negative or not finite, and a positive one on a contact that
+    /// has no reference load; the contact is as it was. A velocity that is NaN gives NaN where the
+    /// load falls.
     #[doc(alias = "set_normal_force")]
     #[inline]
     pub fn reload(
@@ -314,7 +317,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         }
         let holds = |velocity| self.model.holding_coefficient(self.surface(velocity), carried);
         // At rest the curve is cheap, and mostly enough.
-        if carried.abs() <= holds(T::zero()) {
+        if carried.abs() <= holds(T::zero()) && is_zero(velocity - velocity) {
             return deflection;
         }
         let kept = change.kept(carried.abs() / holds(velocity));
@@ -430,7 +433,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// # Ok::<(), bristle::ParameterError>(())
     /// ```
     ///
-    /// NaN for a negative normal force.
+    /// NaN for a negative normal force, and without a reference load.
     #[inline]
     pub fn response_under(
         &self,

@@ -58,7 +58,9 @@ impl<T: Scalar> Surface<T> {
         self.sliding.velocity()
     }
 
-    /// Speed |v| [m/s], see [`Sliding::speed`].
+    /// Speed |v| [m/s]. On a branch that is locked to the other direction it is negative, so that a
+    /// law continues smoothly beyond a reversal: take a power or a logarithm of its size. See
+    /// [`Sliding::speed`].
     #[inline(always)]
     pub fn speed(&self) -> T {
         self.sliding.speed()

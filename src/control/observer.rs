@@ -228,8 +228,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
         let derivative = parameter::positive("derivative_gain", parameters.derivative_gain)?;
         let integral = parameter::non_negative("integral_gain", parameters.integral_gain)?;
         let model = contact.model();
-        let takes = "an observer takes models of the velocity alone, such as FrBD, LuGre or Dahl";
         if model.form() != Form::OfVelocity {
+            let takes = "an observer takes models whose Bristle::form is Form::OfVelocity";
             return Err(parameter::chosen(model.name(), takes));
         }
         let stiffness = model.storage_stiffness();
@@ -242,6 +242,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
                 parameter::positive("gain", gain)?;
                 if !(model.obeys(Law::Secant) && model.obeys(Law::Passivity)) {
                     if known.is_none() {
+                        let takes = "an observer takes models that obey Law::Secant and \
+                                     Law::Passivity, or tell σ1 by Bristle::characteristics";
                         return Err(parameter::chosen(model.name(), takes));
                     }
                     // D is a sum of squares up to this relaxation rate.

@@ -40,8 +40,63 @@ use crate::{Contact, Scalar, Surface};
 /// ż = −λ(v) z + r(v) v,  μ_b = c₀(v) z + c₂(v) v.
 ///
 /// A model of your own writes down four things: these coefficients, their slopes, the deflection of
-/// steady sliding and the stiffness in its stored energy. It then goes wherever the models of this
-/// crate go; what asks more of it (laws, limits) takes a pessimistic answer until it is given.
+/// steady sliding and the stiffness in its stored energy. Contacts, companions, scenes and batches
+/// need no more. What asks for a form, a law or a limit gets a pessimistic answer until you give
+/// one: a patch and an observer ask for [`Form::OfVelocity`], an observer also for the laws
+/// [`Secant`](Law::Secant) and [`Passivity`](Law::Passivity).
+///
+/// ```
+/// use bristle::{Affine, Bristle, Form, Law, Surface};
+///
+/// /// Dahl's model on a surface whose friction rises with the speed, μ (1 + |v|/v₀).
+/// #[derive(Debug, Clone)]
+/// struct Rising { coefficient: f64, reference_speed: f64, stiffness: f64 }
+///
+/// impl Bristle<f64> for Rising {
+///     type Deflection = f64;
+///
+///     fn affine(&self, surface: Surface<f64>, _: f64) -> Affine<f64> {
+///         // On a locked branch |v| goes on below zero: take a power of it from its size.
+///         let rise = 1.0 + surface.speed().abs() / self.reference_speed;
+///         let friction = surface.apply(self.coefficient * rise);
+///         let relaxation = self.stiffness * surface.speed() / friction;
+///         Affine { relaxation, drive: 1.0, stiffness: self.stiffness, damping: 0.0 }
+///     }
+///
+///     fn affine_and_slopes(&self, surface: Surface<f64>, z: f64) -> (Affine<f64>, Affine<f64>) {
+///         let affine = self.affine(surface, z);
+///         let rise = 1.0 + surface.speed().abs() / self.reference_speed;
+///         // d(|v|/(1 + |v|/v₀))/dv = sgn v/(1 + |v|/v₀)²
+///         let friction = surface.apply(self.coefficient * rise * rise);
+///         let relaxation = self.stiffness * surface.direction() / friction;
+///         (affine, Affine { relaxation, drive: 0.0, stiffness: 0.0, damping: 0.0 })
+///     }
+///
+///     fn stationary(&self, surface: impl Into<Surface<f64>>) -> f64 {
+///         let surface = surface.into();
+///         let rise = 1.0 + surface.speed().abs() / self.reference_speed;
+///         surface.direction() * surface.apply(self.coefficient * rise) / self.stiffness
+///     }
+///
+///     fn storage_stiffness(&self) -> f64 {
+///         self.stiffness
+///     }
+///
+///     fn form(&self) -> Form {
+///         Form::OfVelocity
+///     }
+///
+///     // λ ≥ 0, r = 1 and c₀ = K: F v − Ẇ = p K λ z². And F/p = (μ/|v|)(v − ż).
+///     fn obeys(&self, law: Law) -> bool {
+///         matches!(law, Law::SteadySliding | Law::Secant | Law::Passivity)
+///     }
+/// }
+///
+/// let friction = Rising { coefficient: 0.2, reference_speed: 1.0, stiffness: 1e4 };
+/// let contact = friction.under_load(10.0)?; // N
+/// assert!((contact.hold(0.5, 0.0, 1.0).end_force - 3.0).abs() < 1e-12);
+/// # Ok::<(), bristle::ParameterError>(())
+/// ```
 ///
 /// The velocity comes as a [`Surface`], with the scale of the friction: a plain number or a
 /// [`Sliding`](crate::Sliding) on a locked branch stand for a scale of one.
@@ -72,8 +127,8 @@ pub trait Bristle<T: Scalar>: Debug + Clone {
     /// The stiffness [1/m] of each spring in the stored energy W = ½ p Σ Kᵢ xᵢ².
     fn storage_stiffness(&self) -> Self::Deflection;
 
-    /// What the coefficients depend on. What works with some forms only asks this, once, when it is
-    /// built. The default promises nothing.
+    /// What the coefficients depend on. What works with some forms only asks this: an observer when
+    /// it is built, a patch in every motion. The default promises nothing.
     fn form(&self) -> Form {
         Form::Switched
     }

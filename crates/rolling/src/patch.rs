@@ -22,7 +22,10 @@ pub(super) fn of_velocity<T: Scalar, M: Bristle<T>>(model: &M) -> Result<(), Par
     if model.form() == Form::OfVelocity {
         return Ok(());
     }
-    Err(parameter::chosen(model.name(), "a patch takes FrBD, LuGre or Dahl"))
+    Err(parameter::chosen(
+        model.name(),
+        "a patch takes models whose Bristle::form is Form::OfVelocity",
+    ))
 }
 
 /// Coefficients, if they are finite and λ is not negative.
