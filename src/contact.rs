@@ -317,7 +317,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         }
         let holds = |velocity| self.model.holding_coefficient(self.surface(velocity), carried);
         // At rest the curve is cheap, and mostly enough.
-        if carried.abs() <= holds(T::zero()) && is_zero(velocity - velocity) {
+        if carried.abs() <= holds(T::zero()) && velocity.is_finite() {
             return deflection;
         }
         let kept = change.kept(carried.abs() / holds(velocity));
