@@ -451,11 +451,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         } else {
             self.model.holding_coefficient(loaded.surface(surface), carried)
         };
-        let held = if most < carried.abs() {
-            deflection * (most / larger(carried.abs(), most))
-        } else {
-            deflection
-        };
+        let held =
+            if most < carried.abs() { deflection * (most / carried.abs()) } else { deflection };
         ContactResponse {
             rate: affine.rate(velocity, deflection),
             force: loaded.reference_load * affine.coefficient(velocity, held),
@@ -546,12 +543,11 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// negative length.
     ///
     /// If your simulation computes its velocity from this force, use [`Contact::companion`], which
-    /// is stable for any step, or keep h below
-    /// the largest stable step of bristle-analysis (`stability::largest_step`). For a free mass m
-    /// without damper or spring the limit is the smaller of 2σ1/σ0 and m/(σ1 p) \[s\]. A damper or
-    /// spring changes it. Without any damping no step is stable. Beyond the limit a stuck mass
-    /// slides under forces far below breakaway, with plausible numbers. The impulse on a mass is h
-    /// times the mean force.
+    /// is stable for any step, or keep h below the largest stable step of bristle-analysis
+    /// (`stability::largest_step`). For a free mass m without damper or spring the limit is the
+    /// smaller of 2σ1/σ0 and m/(σ1 P) \[s\]. A damper or spring changes it. Without any damping no
+    /// step is stable. Beyond the limit a stuck mass slides under forces far below breakaway, with
+    /// plausible numbers. The impulse on a mass is h times the mean force.
     ///
     /// The α of an elasto-plastic model is frozen at the beginning of the step. The tip of an
     /// [`ImplicitBristle`](crate::ImplicitBristle) is followed.

@@ -69,8 +69,8 @@ model_file! {
 }
 
 model_file! {
-    /// A LuGre model on several axes in a file: g and the viscous friction outside it, as of
-    /// [`LuGreFile`].
+    /// A LuGre model on several axes in a file: g and the viscous friction outside it, as a
+    /// LuGre model on a line.
     "PlaneLuGre" PlaneLuGreFile[C, E, T, const N: usize] {
         curve: C,
         #[serde(with = "array")]
