@@ -7,28 +7,44 @@ use super::integration::Integration;
 use super::locked::Interval;
 use super::stepper::{Method, Point, Stepper, TrialStep};
 use crate::Scalar;
+use crate::scalar::to_f64;
 
 /// An estimated error so many times its limit tells no more than that it is too large.
 const HOPELESS: f64 = 1e4;
+
+/// A run that is stopped early has not met its largest errors: they grow about as the root of its
+/// part of the span, taken to be at least this.
+const LEAST_DONE: f64 = 0.1;
 
 impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: usize>
     Integration<'_, T, S, M, N, K>
 {
     /// Takes the error of a step about to be accepted into the estimate of that of the solution.
+    /// Answers with a shorter step where this one does not follow what grows; a step that ends at
+    /// a reversal is taken as it is.
     #[inline]
     pub(super) fn estimate(
         &mut self,
         end: &Point<T, N>,
         (trial, square): (&TrialStep<T, N>, f64),
-        interval: Interval<T>,
-    ) {
-        if self.most_growth.is_none() {
-            return;
-        }
+        (interval, is_cut): (Interval<T>, bool),
+    ) -> Option<T> {
+        self.most_growth?;
         let (stepper, mut field, from) = self.parts(interval);
         let jacobian = stepper.mean_jacobian(&mut field, from, end);
-        let growth = jacobian * (end.time - self.point.time);
+        let step = end.time - self.point.time;
+        let growth = jacobian * step;
+        if !is_cut {
+            let tolerance = self.settings.tolerances.map_or(0.0, |tolerances| tolerances.largest());
+            let remaining = (self.progress.end_time - self.point.time).abs();
+            let follows = (trial.order, tolerance);
+            let shorter = self.seeds.shorter(&growth, (step.abs(), remaining), &end.scale, follows);
+            if shorter.is_some() {
+                return shorter;
+            }
+        }
         self.growth.step(&growth, (&trial.error, square), &end.scale);
+        None
     }
 
     /// Stops a run whose estimated error has outgrown its limit, once it is known by how much: a
@@ -42,7 +58,11 @@ impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: us
         let steps = self.progress.statistics.steps;
         let enough = *self.enough.get_or_insert(steps + steps / 4);
         if self.progress.is_over() || steps >= enough || times > HOPELESS {
-            return Err(StopReason::ErrorsGrow { times });
+            let way = self.progress.end_time - self.progress.start_time;
+            let done = to_f64((self.point.time - self.progress.start_time) / way);
+            return Err(StopReason::ErrorsGrow {
+                times: times / f64::max(done, LEAST_DONE).sqrt(),
+            });
         }
         Ok(())
     }

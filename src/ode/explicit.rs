@@ -95,6 +95,7 @@ pub(crate) struct Explicit<B, T, const N: usize, const S: usize> {
 /// The smallest part of its expected value to which |e₅|/|e₃| may fall from one step to the next.
 const CHANCE: f64 = 0.3;
 
+const ROUGH: f64 = 1000.0;
 /// Beyond this part of the stability limit, stability holds a step.
 const HELD: f64 = 0.6;
 
@@ -189,7 +190,7 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
         coarse: &SVector<T, N>,
         scale: &SVector<T, N>,
         step: T,
-    ) -> SVector<T, N> {
+    ) -> (SVector<T, N>, bool) {
         let square = |error: &SVector<T, N>| {
             error.iter().zip(scale).fold(T::zero(), |sum, (&error, &scale)| {
                 let ratio = error / scale;
@@ -201,10 +202,11 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Explicit<B, 
         let expected = self.smoothness.0 * fourth * lit(CHANCE * CHANCE);
         if of_fine < expected * of_coarse {
             self.smoothness.1 = self.smoothness.0 * lit(CHANCE * CHANCE);
-            coarse * expected.sqrt()
+            (coarse * expected.sqrt(), false)
         } else {
             self.smoothness.1 = of_fine / (of_coarse * fourth);
-            fine
+            let rough = expected > T::zero() && of_fine > expected * of_coarse * lit(ROUGH);
+            (fine, rough)
         }
     }
 }
@@ -248,8 +250,9 @@ impl<B: ExplicitTableau, T: Scalar, const N: usize, const S: usize> Stepper<T, N
         let (mut error, mut coarse_error) = (fine, None);
         if !B::COARSE_ERROR.is_empty() {
             let coarse = combine!(self.k, B::COARSE_ERROR) * h;
-            error = self.likely(fine, &coarse, &from.scale, h);
-            coarse_error = Some(coarse);
+            let rough;
+            (error, rough) = self.likely(fine, &coarse, &from.scale, h);
+            coarse_error = Some(coarse).filter(|_| !rough);
         }
         TrialStep { state, error, coarse_error, order: B::ERROR_ORDER }
     }

@@ -55,6 +55,21 @@ pub enum StopReason {
         /// The estimated error over what is allowed.
         times: f64,
     },
+    /// [`System::linearised`](super::System::linearised) gives derivatives that are not those of
+    /// [`System::rate`](super::System::rate), at several points in a row.
+    #[error("the derivatives of component {component} are not those of its rate: see linearised")]
+    WrongDerivative {
+        /// The first component for which they are not.
+        component: usize,
+    },
+    /// The steps to be stored need more memory than there is, or than a gibibyte: ask for samples,
+    /// [`Output::Uniform`](super::Output::Uniform).
+    #[cfg(feature = "alloc")]
+    #[error("{steps} steps are more than can be stored: ask for samples instead")]
+    TooMuchToStore {
+        /// The steps stored.
+        steps: usize,
+    },
     /// The limit on the number of steps is used up.
     #[error("the limit of {limit} steps is used up")]
     TooManySteps {

@@ -53,8 +53,10 @@ impl<T: Scalar, const N: usize> Growth<T, N> {
         (error, square): (&SVector<T, N>, f64),
         allowed: &SVector<T, N>,
     ) {
-        let half = growth * lit::<T>(0.5);
-        let grown = exponential(&half, &exponential(&half, &self.error));
+        let half = Exponential::new(&(growth * lit::<T>(0.5)));
+        let mut grown = self.error;
+        half.apply_to(&mut grown);
+        half.apply_to(&mut grown);
         let (mut along, mut own) = (T::zero(), T::zero());
         for i in 0..N {
             let part = error[i] / allowed[i];
@@ -76,52 +78,85 @@ impl<T: Scalar, const N: usize> Growth<T, N> {
     }
 }
 
-/// e^A x, approximately. Not finite where A is not.
-#[inline]
-fn exponential<T: Scalar, const N: usize>(
-    a: &SMatrix<T, N, N>,
-    x: &SVector<T, N>,
-) -> SVector<T, N> {
-    let mut left = a * a * lit::<T>(1.0 / 6.0) - a * lit::<T>(2.0 / 3.0);
-    for i in 0..N {
-        left[(i, i)] += T::one();
-    }
-    let mut right = x + a * x * lit::<T>(1.0 / 3.0);
-    // Elimination with the largest pivot of each column.
-    for k in 0..N {
-        let mut largest = k;
-        for i in k + 1..N {
-            if left[(i, k)].abs() > left[(largest, k)].abs() {
-                largest = i;
+/// The factors of an approximation of e^A; not finite where A is not.
+pub(super) struct Exponential<T, const N: usize> {
+    /// 1 + A/3.
+    above: SMatrix<T, N, N>,
+    /// 1 − 2A/3 + A²/6, factorised: below the diagonal the multipliers, on it the reciprocal pivots.
+    below: SMatrix<T, N, N>,
+    /// The row exchanged with each.
+    exchanged: [usize; N],
+}
+
+impl<T: Scalar, const N: usize> Exponential<T, N> {
+    #[inline]
+    pub(super) fn new(a: &SMatrix<T, N, N>) -> Self {
+        let mut above = a * lit::<T>(1.0 / 3.0);
+        let mut below = a * a * lit::<T>(1.0 / 6.0) - a * lit::<T>(2.0 / 3.0);
+        for i in 0..N {
+            above[(i, i)] += T::one();
+            below[(i, i)] += T::one();
+        }
+        let mut exchanged = [0; N];
+        for k in 0..N {
+            let mut largest = k;
+            for i in k + 1..N {
+                if below[(i, k)].abs() > below[(largest, k)].abs() {
+                    largest = i;
+                }
+            }
+            below.swap_rows(k, largest);
+            exchanged[k] = largest;
+            let inverse = T::one() / below[(k, k)];
+            below[(k, k)] = inverse;
+            for i in k + 1..N {
+                let multiplier = below[(i, k)] * inverse;
+                below[(i, k)] = multiplier;
+                for j in k + 1..N {
+                    let row = below[(k, j)];
+                    below[(i, j)] -= multiplier * row;
+                }
             }
         }
-        left.swap_rows(k, largest);
-        right.swap_rows(k, largest);
-        let inverse = T::one() / left[(k, k)];
-        for i in k + 1..N {
-            let multiplier = left[(i, k)] * inverse;
-            for j in k + 1..N {
-                let above = left[(k, j)];
-                left[(i, j)] -= multiplier * above;
+        Self { above, below, exchanged }
+    }
+
+    /// Multiplies e^A with columns.
+    #[inline]
+    pub(super) fn apply_to<const C: usize>(&self, columns: &mut SMatrix<T, N, C>) {
+        *columns = self.above * *columns;
+        for mut x in columns.column_iter_mut() {
+            for k in 0..N {
+                x.swap_rows(k, self.exchanged[k]);
             }
-            let above = right[k];
-            right[i] -= multiplier * above;
+            for i in 1..N {
+                for j in 0..i {
+                    let known = x[j];
+                    x[i] -= self.below[(i, j)] * known;
+                }
+            }
+            for i in (0..N).rev() {
+                for j in i + 1..N {
+                    let known = x[j];
+                    x[i] -= self.below[(i, j)] * known;
+                }
+                x[i] *= self.below[(i, i)];
+            }
         }
     }
-    for i in (0..N).rev() {
-        for j in i + 1..N {
-            let below = right[j];
-            right[i] -= left[(i, j)] * below;
-        }
-        right[i] /= left[(i, i)];
-    }
-    right
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Growth, exponential};
-    use nalgebra::{Matrix2, Matrix3, SMatrix, Vector1, Vector2, Vector3};
+    use super::{Exponential, Growth};
+    use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector1, Vector2, Vector3};
+
+    /// e^A x.
+    fn exponential<const N: usize>(a: &SMatrix<f64, N, N>, x: &SVector<f64, N>) -> SVector<f64, N> {
+        let mut moved = *x;
+        Exponential::new(a).apply_to(&mut moved);
+        moved
+    }
 
     #[test]
     fn the_exponential_has_order_three_and_lets_die_what_is_stiff() {

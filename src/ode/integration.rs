@@ -4,13 +4,15 @@
 use nalgebra::SVector;
 
 use super::dense_output::DenseOutput;
+use super::derivative_check::DerivativeCheck;
 use super::failure::{Failure, StopReason};
 use super::growth::Growth;
 use super::locked::{Interval, Locked};
 use super::progress::{NextStep, Progress, StopTime};
 use super::reversal::{ContactBranch, Reversal, first_reversal, surely_none};
+use super::seeds::Seeds;
 use super::solver::Solver;
-use super::step::Step;
+use super::step::{Contacts, Step};
 use super::stepper::{Method, Point, Stepper, TrialStep};
 use super::{Statistics, System};
 use crate::scalar::lit;
@@ -43,6 +45,7 @@ const ENDLESS: (u32, f64) = (100, 1e-2);
 #[derive(Debug, Clone)]
 pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const K: usize> {
     pub(super) system: &'a S,
+    pub(super) scales: SVector<T, N>,
     stepper: M::Stepper,
     pub(super) settings: Solver<T, M, N>,
     pub(super) progress: Progress<T>,
@@ -50,13 +53,15 @@ pub struct Integration<'a, T: Scalar, S, M: Method<T, N>, const N: usize, const 
     pub(super) locks: [ContactBranch<T>; K],
     /// Whether `point.time` is a kink of an input.
     pub(super) at_kink: bool,
-    /// The contact that reverses at the current point, where the next step starts.
-    turned: Option<usize>,
+    /// The contacts that reverse at the current point, where the next step starts.
+    turned: Contacts,
     /// A time \[s\], and how often since then a contact slid in neither direction.
     undecided: (T, u32),
     /// The step taken last.
     step: Step<T, N>,
     pub(super) growth: Growth<T, N>,
+    pub(super) seeds: Seeds<T>,
+    pub(super) derivatives: DerivativeCheck,
     /// The largest estimated error of the solution over the tolerances of a step, if it has one.
     pub(super) most_growth: Option<f64>,
     /// The number of steps after which the error that has outgrown its limit is known well enough.
@@ -74,10 +79,12 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         (start_time, end_time): (T, T),
         state: SVector<T, N>,
     ) -> Result<Self, Failure<T, N>> {
+        const { assert!(K <= Contacts::MOST, "a system may have 128 contacts at most") };
         let rate = SVector::zeros();
         let of_step = settings.tolerances.map_or(0.0, |tolerances| tolerances.largest());
         let mut run = Self {
             system,
+            scales: system.scales(),
             stepper: settings.method.stepper(of_step),
             progress: Progress::new(
                 settings.control.limited(system.longest_step()),
@@ -87,10 +94,12 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             settings,
             locks: [ContactBranch::free(); K],
             at_kink: false,
-            turned: None,
+            turned: Contacts::default(),
             undecided: (start_time, 0),
             stopped: None,
             growth: Growth::new(),
+            seeds: Seeds::new(),
+            derivatives: DerivativeCheck::default(),
             most_growth: settings.most_growth(),
             enough: None,
             step: Step {
@@ -99,7 +108,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
                 whole: T::zero(),
                 end: state,
                 dense_output: DenseOutput::new(state, &[]),
-                reversal_at_start: None,
+                reversals_at_start: Contacts::default(),
                 reversal: None,
             },
         };
@@ -171,10 +180,11 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     pub(super) fn parts(
         &mut self,
         interval: Interval<T>,
-    ) -> (&mut M::Stepper, Locked<'_, T, S, K>, &mut Point<T, N>) {
+    ) -> (&mut M::Stepper, Locked<'_, T, S, N, K>, &mut Point<T, N>) {
         let branches = self.branches();
         let statistics = &mut self.progress.statistics;
-        let field = Locked { system: self.system, branches, interval, statistics };
+        let (system, scales) = (self.system, &self.scales);
+        let field = Locked { system, scales, branches, interval, statistics };
         (&mut self.stepper, field, &mut self.point)
     }
 
@@ -225,6 +235,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         needs_dense_output: impl Fn(T, T) -> bool,
     ) -> Result<bool, StopReason> {
         self.check_growth()?;
+        self.check_derivatives()?;
         while !self.progress.is_over() {
             let trial = self.progress.trial(self.kinks())?;
             let NextStep { step, end_time, stop, reaches } = trial;
@@ -244,10 +255,14 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             };
             match reversal {
                 Reversal::None => {
+                    let estimated = self.estimate(&end, (&tried, square), (interval, false));
+                    if let Some(shorter) = estimated {
+                        self.progress.shorten(shorter)?;
+                        continue;
+                    }
                     for lock in &mut self.locks {
                         lock.stalled = 0;
                     }
-                    self.estimate(&end, (&tried, square), interval);
                     self.accept(&end, step.abs(), reaches, square, tried.order);
                     if reaches && !self.progress.is_over() {
                         self.pass(stop);
@@ -264,7 +279,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
                     let Some(part) = self.try_step((cut, cut_time), interval)? else { continue };
                     let full = needs_dense_output(self.point.time, cut_time);
                     self.describe(&part.0, full, interval);
-                    self.estimate(&part.0, (&part.1, part.2), interval);
+                    self.estimate(&part.0, (&part.1, part.2), (interval, true));
                     let before = self.locks;
                     self.progress.statistics.rejected += 1;
                     self.accept(&part.0, step.abs(), false, square, tried.order);
@@ -363,7 +378,7 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
             whole: end.time - self.point.time,
             end: end.state,
             dense_output,
-            reversal_at_start: self.turned,
+            reversals_at_start: self.turned,
             reversal: None,
         };
     }
@@ -373,13 +388,16 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
     #[inline]
     fn accept(&mut self, end: &Point<T, N>, tried: T, reaches: bool, square: f64, order: u8) {
         let proposed = self.progress.accept(tried, reaches, square, order);
-        self.progress.statistics.reversals += u64::from(self.turned.take().is_some());
+        self.progress.statistics.reversals += core::mem::take(&mut self.turned).count();
         for lock in &mut self.locks {
             lock.took(tried);
         }
         self.at_kink = false;
         let length = self.stepper.accepted(end.time - self.point.time, end, proposed);
         self.progress.propose(length);
+        if let Some(longest) = self.seeds.longest() {
+            self.progress.limit_length(longest);
+        }
         self.progress.time = end.time;
         self.point = *end;
         if self.settings.locks {
@@ -411,7 +429,9 @@ impl<'a, T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K
         // Turned back again, it has not reversed; nor has it where the first direction was a wrong
         // guess.
         let is_first = self.point.time == self.progress.start_time;
-        self.turned = if self.turned == Some(contact) || is_first { None } else { Some(contact) };
+        if !is_first {
+            self.turned.toggle(contact);
+        }
         if !self.progress.is_adaptive() && self.branches().get(contact) == Some(&Branch::Free) {
             // Neither branch leads anywhere, and without an error estimate nothing tells whether
             // the free one does.

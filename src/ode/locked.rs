@@ -11,15 +11,17 @@ use crate::{Branch, Scalar};
 pub(super) type Interval<T> = (T, T);
 
 /// The system on its locked branches, with the evaluations counted.
-pub(super) struct Locked<'a, T, S, const K: usize> {
+pub(super) struct Locked<'a, T, S, const N: usize, const K: usize> {
     pub(super) system: &'a S,
+    /// Typical magnitudes of the states, asked for once a run.
+    pub(super) scales: &'a SVector<T, N>,
     pub(super) branches: [Branch; K],
     /// Times are cut to these, so that no stage looks beyond a kink.
     pub(super) interval: Interval<T>,
     pub(super) statistics: &'a mut Statistics,
 }
 
-impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
+impl<T: Scalar, S, const N: usize, const K: usize> Locked<'_, T, S, N, K> {
     #[inline(always)]
     fn within(&self, time: T) -> T {
         let (earliest, latest) = self.interval;
@@ -28,7 +30,7 @@ impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
 }
 
 impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> Field<T, N>
-    for Locked<'_, T, S, K>
+    for Locked<'_, T, S, N, K>
 {
     #[inline(always)]
     fn rate(&mut self, time: T, state: &SVector<T, N>) -> SVector<T, N> {
@@ -56,14 +58,11 @@ impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> Field<T, N>
     }
 }
 
-impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
+impl<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize> Locked<'_, T, S, N, K> {
     /// The derivatives by one-sided differences of √ε ≈ 10⁻⁸ of each state's magnitude: half of the
     /// digits are lost.
     #[cold]
-    fn differences<const N: usize>(&mut self, time: T, state: &SVector<T, N>) -> Linearisation<T, N>
-    where
-        S: System<T, N, K>,
-    {
+    fn differences(&mut self, time: T, state: &SVector<T, N>) -> Linearisation<T, N> {
         let part = T::default_epsilon().sqrt();
         let rate = self.rate(time, state);
         let by_state = self.differences_of_states(time, state, &rate);
@@ -80,20 +79,16 @@ impl<T: Scalar, S, const K: usize> Locked<'_, T, S, K> {
     }
 
     /// ∂f/∂x at a point with its rate.
-    fn differences_of_states<const N: usize>(
+    fn differences_of_states(
         &mut self,
         time: T,
         state: &SVector<T, N>,
         rate: &SVector<T, N>,
-    ) -> SMatrix<T, N, N>
-    where
-        S: System<T, N, K>,
-    {
+    ) -> SMatrix<T, N, N> {
         let part = T::default_epsilon().sqrt();
-        let scales = self.system.scales();
         let mut by_state = SMatrix::<T, N, N>::zeros();
         for j in 0..N {
-            let reach = part * larger(scales[j].abs(), state[j].abs());
+            let reach = part * larger(self.scales[j].abs(), state[j].abs());
             // The other side where the field ends.
             for reach in [reach, -reach] {
                 let mut beside = *state;

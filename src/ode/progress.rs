@@ -272,6 +272,14 @@ impl<T: Scalar> Progress<T> {
         self.length >= self.smallest_step()
     }
 
+    /// Counts a trial as rejected, and tries a shorter step of a given length.
+    pub(crate) fn shorten(&mut self, length: T) -> Result<(), StopReason> {
+        self.statistics.rejected += 1;
+        self.controller.rejected(1.0, 1);
+        self.length = length;
+        if self.length >= self.smallest_step() { Ok(()) } else { Err(self.too_small()) }
+    }
+
     /// Counts an accepted step. Answers with the length proposed for the next one, if it is not
     /// fixed. The trial whose error is given is longer than the step if that was cut, and tells
     /// little of the next one if it was `cut_short` for other reasons than its error.

@@ -26,6 +26,10 @@ const SAFETY: f64 = 0.1;
 #[cfg(feature = "alloc")]
 const MOST_AT_ONCE: f64 = 1e-4;
 
+/// The limit of such an attempt is so much wider: to miss it by a little would cost a third one.
+#[cfg(feature = "alloc")]
+const LENIENT: f64 = 1.5;
+
 /// A method with its step control.
 ///
 /// Forward and backward in time (a span whose end lies before its start; a relaxing bristle grows
@@ -83,10 +87,13 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         match reason {
             StopReason::ErrorsGrow { times } => {
                 let tighter = self.tolerances?.times(f64::max(SAFETY / times, MOST_AT_ONCE))?;
-                Some(Self { tolerances: Some(tighter), ..*self })
+                let aim = self.aim.map(|aim| aim * LENIENT);
+                Some(Self { tolerances: Some(tighter), aim, ..*self })
             }
             // Tighter steps meet a jump of the right-hand side just so.
             StopReason::EndlessReversals { .. }
+            | StopReason::TooMuchToStore { .. }
+            | StopReason::WrongDerivative { .. }
             | StopReason::Refused(_)
             | StopReason::TooManySteps { .. } => None,
             // Loose steps may leave the range where the right-hand side is sound.

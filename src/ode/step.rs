@@ -5,6 +5,27 @@ use nalgebra::SVector;
 use super::dense_output::DenseOutput;
 use crate::Scalar;
 
+/// Some of the contacts of a system, a bit for each.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Contacts(u128);
+
+impl Contacts {
+    pub(super) const MOST: usize = 128;
+
+    /// Takes a contact out, or in.
+    pub(super) fn toggle(&mut self, contact: usize) {
+        self.0 ^= 1 << contact;
+    }
+
+    pub(super) fn count(self) -> u64 {
+        u64::from(self.0.count_ones())
+    }
+
+    fn iter(self) -> impl Iterator<Item = usize> {
+        (0..Self::MOST).filter(move |&contact| self.0 >> contact & 1 == 1)
+    }
+}
+
 /// One accepted step of an integration, with the state at every time within it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step<T, const N: usize> {
@@ -15,7 +36,7 @@ pub struct Step<T, const N: usize> {
     pub(super) whole: T,
     pub(super) end: SVector<T, N>,
     pub(super) dense_output: DenseOutput<T, N>,
-    pub(super) reversal_at_start: Option<usize>,
+    pub(super) reversals_at_start: Contacts,
     pub(super) reversal: Option<usize>,
 }
 
@@ -46,10 +67,10 @@ impl<T: Scalar, const N: usize> Step<T, N> {
         self.reversal
     }
 
-    /// The contact whose sliding direction reverses where the step starts, if one does there
-    /// without the step before being cut for it.
-    pub fn reversal_at_start(&self) -> Option<usize> {
-        self.reversal_at_start
+    /// The contacts whose sliding directions reverse where the step starts, without the step before
+    /// being cut for them: those that reverse together with another one.
+    pub fn reversals_at_start(&self) -> impl Iterator<Item = usize> + use<T, N> {
+        self.reversals_at_start.iter()
     }
 
     /// The state at a time within the step.
@@ -88,7 +109,7 @@ impl<T: Scalar, const N: usize> Step<T, N> {
 
 #[cfg(test)]
 mod tests {
-    use super::Step;
+    use super::{Contacts, Step};
     use crate::ode::dense_output::DenseOutput;
     use nalgebra::Vector1;
 
@@ -108,7 +129,7 @@ mod tests {
             whole: b - a,
             end: Vector1::new(value(b)),
             dense_output: DenseOutput::new(start, &terms.map(Vector1::new)),
-            reversal_at_start: None,
+            reversals_at_start: Contacts::default(),
             reversal: None,
         };
         (step, value)

@@ -54,6 +54,9 @@ const ACCEPTED: f64 = 10.0;
 /// Roundings that grow as errors of steps do, a thousandfold and more, are accepted, too.
 const ROUNDINGS: f64 = 4e3 * FINEST;
 
+/// But no more than so many tolerances.
+const MOST_ACCEPTED: f64 = 300.0;
+
 /// Tolerances of a solution, per component: |errorᵢ| ≤ absoluteᵢ + relativeᵢ |xᵢ|, in the
 /// root mean square over the components.
 ///
@@ -117,7 +120,7 @@ impl<T: Scalar, const N: usize> Tolerances<T, N> {
 
     /// The largest estimated error of a solution over these tolerances of its steps, by its aim.
     pub(super) fn most_growth(&self, aim: f64) -> f64 {
-        let roundings = ROUNDINGS * to_f64(T::default_epsilon());
+        let roundings = f64::min(ROUNDINGS * to_f64(T::default_epsilon()), MOST_ACCEPTED * aim);
         (ACCEPTED * aim).max(roundings) / self.largest()
     }
 

@@ -200,15 +200,20 @@ impl<T: Scalar, M: Method<T, N>, const N: usize> Solver<T, M, N> {
         events: &[Event<'_, T, N>],
         output: Output<'_, T>,
     ) -> Result<Trajectory<T, N>, Box<Failure<T, N>>> {
-        let mut recorder =
-            Recorder { output, span: span.clone(), next: None, trajectory: Trajectory::empty() };
+        let mut recorder = Recorder::new(output, span.clone());
         if let Err(error) = recorder.check() {
             return Err(Box::new(Failure::refused(error, span.start, initial_state)));
         }
         recorder.start(&initial_state);
         let ended = self.stream(system, span, initial_state, events, &mut recorder);
-        let stored = recorder.trajectory;
+        let (stored, full) = (recorder.trajectory, recorder.full);
         match ended {
+            Ok(Summary { time, state, statistics, .. }) if full => {
+                let reason = StopReason::TooMuchToStore { steps: stored.times.len() };
+                let mut failure = Failure::new(reason, (time, state), statistics);
+                failure.trajectory = Some(Box::new(Trajectory { statistics, ..stored }));
+                Err(Box::new(failure))
+            }
             Ok(Summary { event: stopped_by, statistics, .. }) => {
                 Ok(Trajectory { stopped_by, statistics, ..stored })
             }
@@ -259,16 +264,28 @@ pub fn solve<T: Scalar, S: System<T, N, K>, const N: usize, const K: usize>(
     solver.solve(system, span, initial_state, output)
 }
 
+/// The most that is stored of a run by its steps: a gibibyte.
+const MOST_BYTES: usize = 1 << 30;
+
 /// The observer that stores.
 struct Recorder<'a, T, const N: usize> {
     output: Output<'a, T>,
     span: Range<T>,
     /// The time of the next sample.
     next: Option<T>,
+    /// The most bytes to be stored by its steps.
+    most_bytes: usize,
+    /// Whether there is no room for more.
+    full: bool,
     trajectory: Trajectory<T, N>,
 }
 
-impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
+impl<'a, T: Scalar, const N: usize> Recorder<'a, T, N> {
+    fn new(output: Output<'a, T>, span: Range<T>) -> Self {
+        let trajectory = Trajectory::empty();
+        Self { output, span, next: None, most_bytes: MOST_BYTES, full: false, trajectory }
+    }
+
     /// Checks the output, and makes room for it.
     fn check(&mut self) -> Result<(), ParameterError> {
         parameter::finite("span.start", self.span.start)?;
@@ -301,6 +318,17 @@ impl<T: Scalar, const N: usize> Recorder<'_, T, N> {
     /// Whether the output is the ends of the steps, and not samples.
     fn is_by_step(&self) -> bool {
         matches!(self.output, Output::Steps | Output::Dense)
+    }
+
+    /// Whether there is room for one more step.
+    fn has_room(&mut self) -> bool {
+        let Trajectory { times, states, steps, .. } = &mut self.trajectory;
+        let of_step = size_of::<T>() + size_of::<SVector<T, N>>() + size_of::<Step<T, N>>();
+        let is_dense = self.output == Output::Dense;
+        times.len() < self.most_bytes / of_step
+            && times.try_reserve(1).is_ok()
+            && states.try_reserve(1).is_ok()
+            && (!is_dense || steps.try_reserve(1).is_ok())
     }
 
     /// Whether a time comes before another on the way of the run.
@@ -355,16 +383,20 @@ impl<T: Scalar, const N: usize> Observer<T, N> for Recorder<'_, T, N> {
 
     fn step(&mut self, step: &Step<T, N>) -> ControlFlow<()> {
         if self.is_by_step() {
+            if !self.has_room() {
+                self.full = true;
+                return ControlFlow::Break(());
+            }
             self.store(step.end_time, step.end);
         }
         if self.output == Output::Dense {
             self.trajectory.steps.push(*step);
         }
-        let start = (step.reversal_at_start, step.start_time, *step.start());
-        for (contact, time, state) in [start, (step.reversal, step.end_time, step.end)] {
-            let reversal = contact.map(|index| Occurrence { index, time, state });
-            self.trajectory.reversals.extend(reversal);
-        }
+        let (time, state) = (step.start_time, *step.start());
+        let at_start = step.reversals_at_start().map(|index| Occurrence { index, time, state });
+        let (time, state) = (step.end_time, step.end);
+        let at_end = step.reversal.map(|index| Occurrence { index, time, state });
+        self.trajectory.reversals.extend(at_start.chain(at_end));
         self.sample(step.end_time, |time| step.at(time));
         ControlFlow::Continue(())
     }
@@ -382,4 +414,40 @@ fn reserve<V>(list: &mut Vec<V>, samples: usize) -> Result<(), ParameterError> {
         let rule = Rule::Stated("fit into the memory");
         ParameterError { name: "samples", component: None, value, rule }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Output, Recorder};
+    use crate::Branch;
+    use crate::ode::{Automatic, Solver, System};
+    use nalgebra::Vector1;
+
+    /// ẋ = cos t.
+    struct Swing;
+
+    impl System<f64, 1, 0> for Swing {
+        fn rate(&self, time: f64, _: &Vector1<f64>, _: [Branch; 0]) -> Vector1<f64> {
+            Vector1::new(time.cos())
+        }
+        fn sliding_velocities(&self, _: f64, _: &Vector1<f64>) -> [f64; 0] {
+            []
+        }
+    }
+
+    #[test]
+    fn a_run_ends_where_its_steps_are_more_than_can_be_stored() {
+        let solver = Solver::automatic(1e-6, Vector1::new(1.0)).unwrap();
+        let _: &Solver<f64, Automatic, 1> = &solver;
+        for output in [Output::Steps, Output::Dense] {
+            let mut recorder = Recorder::new(output, 0.0..100.0);
+            recorder.most_bytes = 2000;
+            recorder.start(&Vector1::new(0.0));
+            let start = Vector1::new(0.0);
+            let ended = solver.stream(&Swing, 0.0..100.0, start, &[], &mut recorder).unwrap();
+            assert!(recorder.full && ended.time < 100.0, "{output:?}");
+            let stored = recorder.trajectory.times.len();
+            assert!(stored > 1 && stored * 16 <= 2000, "{output:?}: {stored}");
+        }
+    }
 }

@@ -1,0 +1,96 @@
+//! Whether the derivatives that a system gives are those of its right-hand side: looked at now and
+//! then, along a random direction d,
+//!
+//! |J d − (f(t, x + d) − f(t, x))|ᵢ ≤ 0.3 Σⱼ |Jᵢⱼ dⱼ| + rounding,
+//!
+//! with dⱼ some √ε of the scale of state j. A kink of the right-hand side may lie between x and
+//! x + d, so only one that fails again and again, at other points along other directions, is
+//! refused.
+
+use super::System;
+use super::failure::StopReason;
+use super::integration::Integration;
+use super::stepper::Method;
+use crate::Scalar;
+use crate::scalar::{larger, lit};
+
+/// Steps that fail in a row.
+const FAILURES: u32 = 4;
+
+/// The part of its terms by which a derivative may be wrong: a difference is none either.
+const PART: f64 = 0.3;
+
+/// Rounding of a rate that is a sum of larger terms, over that of the rate.
+const CANCELLED: f64 = 1e4;
+
+/// What is known of the derivatives.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct DerivativeCheck {
+    /// Steps that have failed in a row.
+    failures: u32,
+    /// The number of steps at which the derivatives are looked at next.
+    next: u64,
+    random: u32,
+}
+
+impl DerivativeCheck {
+    /// A number of magnitude 0.5 to 1.5, of either sign.
+    fn number<T: Scalar>(&mut self) -> T {
+        // Numerical Recipes' linear congruential generator.
+        self.random = self.random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let magnitude = 0.5 + f64::from(self.random >> 8) / f64::from(1 << 24);
+        lit(if self.random >> 7 & 1 == 1 { magnitude } else { -magnitude })
+    }
+}
+
+impl<T: Scalar, S: System<T, N, K>, M: Method<T, N>, const N: usize, const K: usize>
+    Integration<'_, T, S, M, N, K>
+{
+    /// Looks at the derivatives after steps 1, 2, 4, 8 and so on, and at once again where they
+    /// fail. Not where no method has asked for them.
+    #[inline]
+    pub(super) fn check_derivatives(&mut self) -> Result<(), StopReason> {
+        let statistics = &self.progress.statistics;
+        if statistics.jacobians == 0 || statistics.steps < self.derivatives.next {
+            return Ok(());
+        }
+        match self.wrong_derivative() {
+            None => {
+                self.derivatives.failures = 0;
+                self.derivatives.next = 2 * self.progress.statistics.steps;
+            }
+            Some(component) => {
+                self.derivatives.failures += 1;
+                if self.derivatives.failures >= FAILURES {
+                    return Err(StopReason::WrongDerivative { component });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The first component whose derivatives are not what a difference shows.
+    #[cold]
+    fn wrong_derivative(&mut self) -> Option<usize> {
+        let (time, state, branches) = (self.point.time, self.point.state, self.branches());
+        let tangent = self.system.linearised(time, &state, branches)?;
+        let part = T::default_epsilon().sqrt();
+        let mut beside = state;
+        for i in 0..N {
+            let size = larger(self.scales[i].abs(), state[i].abs());
+            beside[i] += size * part * self.derivatives.number::<T>();
+        }
+        let apart = beside - state;
+        let change = self.evaluate(time, &beside) - self.evaluate(time, &state);
+        (0..N).find(|&i| {
+            let (mut along, mut terms) = (T::zero(), T::zero());
+            for j in 0..N {
+                let term = tangent.by_state[(i, j)] * apart[j];
+                (along, terms) = (along + term, terms + term.abs());
+            }
+            let rounding = T::default_epsilon() * lit(CANCELLED) * tangent.rate[i].abs();
+            let off = (along - change[i]).abs();
+            off.is_finite() && off > terms * lit(PART) + rounding
+        })
+    }
+}
