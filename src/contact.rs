@@ -329,9 +329,8 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
             return deflection * change.kept(T::zero());
         }
         let scale = self.scale_under(change.after);
-        let holds = |velocity: T| {
-            self.model.holding_coefficient(Surface::scaled(velocity, scale), carried)
-        };
+        let holds =
+            |velocity: T| self.model.holding_coefficient(Surface::scaled(velocity, scale), carried);
         // At rest the curve is cheap, and mostly enough.
         if carried.abs() <= holds(T::zero()) && velocity.is_finite() {
             return deflection;

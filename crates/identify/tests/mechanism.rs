@@ -70,8 +70,9 @@ fn motion(
 ) -> Vec<JointState<f64>> {
     let dahl = DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: stiffness };
     let friction = Dahl::new(dahl).unwrap();
-    let parameters = GearFrictionParameters { friction, load, drag: DRAG, fastest: 20.0 };
-    let mut gear = GearFriction::new(parameters).unwrap();
+    let reference_load = LOAD.idle_load;
+    let gear = GearFrictionParameters { friction, load, reference_load, drag: DRAG, fastest: 20.0 };
+    let gear = GearFriction::new(gear).unwrap();
     let mut state = JointState::at_rest(angle);
     let mut row = || {
         let now = state;

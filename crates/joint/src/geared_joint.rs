@@ -79,7 +79,8 @@ pub struct GearedJointParameters<T, M, L, A, E = T> {
 ///     motor_share: 1.0,
 ///     external_share: 0.6,
 /// })?;
-/// let parameters = GearFrictionParameters { friction, load, drag: 0.05, fastest: 10.0 };
+/// let (reference_load, drag, fastest) = (0.5, 0.05, 10.0);
+/// let parameters = GearFrictionParameters { friction, load, reference_load, drag, fastest };
 /// let joint = GearedJoint::new(GearedJointParameters {
 ///     gear: GearFriction::new(parameters)?,
 ///     inertia: 0.02,

@@ -27,7 +27,8 @@ use bristle_identify::{
     SearchSettings, fit,
 };
 use bristle_joint::{
-    GearFriction, GearFrictionParameters, GearTorques, TorqueLoad, TorqueLoadParameters,
+    GearFriction, GearFrictionParameters, GearTorques, LoadedDeflection, TorqueLoad,
+    TorqueLoadParameters,
 };
 use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Segment};
 use bristle_specimens::lit;
@@ -454,9 +455,10 @@ fn a_gear_takes_it() {
     fn lifted<M: Bristle<f64, Deflection = f64>>(friction: M) -> f64 {
         let load = TorqueLoadParameters { idle_load: 2.0, motor_share: 1.0, external_share: 0.6 };
         let load = TorqueLoad::new(load).unwrap();
-        let parameters = GearFrictionParameters { friction, load, drag: 0.05, fastest: 10.0 };
-        let mut gear = GearFriction::new(parameters).unwrap();
-        let (mut v, mut z, h) = (0.0, 0.0, 1e-3);
+        let (reference_load, drag, fastest) = (2.0, 0.05, 10.0);
+        let gear = GearFrictionParameters { friction, load, reference_load, drag, fastest };
+        let gear = GearFriction::new(gear).unwrap();
+        let (mut v, mut z, h) = (0.0, LoadedDeflection::none(), 1e-3);
         let torques = GearTorques { motor: 3.0, external: -2.0 };
         for _ in 0..200 {
             let step = gear.step(torques, v, z, h).unwrap();

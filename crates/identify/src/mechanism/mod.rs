@@ -39,9 +39,10 @@
 //! #     let law = TorqueLoadParameters { idle_load: 0.05, motor_share: 0.2, external_share: 0.1 };
 //! #     let dahl = DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 200.0 };
 //! #     let (friction, load) = (Dahl::new(dahl)?, TorqueLoad::new(law)?);
-//! #     let gear = GearFrictionParameters { friction, load, drag: 0.01, fastest: 10.0 };
+//! #     let (reference_load, drag, fastest) = (law.idle_load, 0.01, 10.0);
+//! #     let gear = GearFrictionParameters { friction, load, reference_load, drag, fastest };
 //! #     let torque = |t: f64| 0.7 * (3.0 * t + phase).sin() + 0.3 * (7.3 * t).sin();
-//! #     let mut joint = GearedJoint::new(GearedJointParameters {
+//! #     let joint = GearedJoint::new(GearedJointParameters {
 //! #         gear: GearFriction::new(gear)?,
 //! #         inertia: 0.008,
 //! #         motor: bristle::signal::Function::new(move |t: f64| (torque(t), 0.0), []),

@@ -89,6 +89,7 @@ where
     let gear = GearFriction::new(GearFrictionParameters {
         friction: model.clone(),
         load: TorqueLoad::new(load).unwrap(),
+        reference_load: 1.0,
         drag: 0.05,
         fastest: 10.0,
     });
@@ -348,7 +349,7 @@ proptest! {
             let kink = Signal::next_kink(s, time, 2.0).unwrap_or(9.0);
             let input = s.at(JointMotion { time, angle: 0.1, velocity: 0.2 });
             let longest = Signal::longest_step(s).unwrap_or(9.0);
-            bits([s.value(time), value, rate, kink, longest, input.by_time])
+            bits([s.value(time), value, rate, kink, longest, input.value])
         }
         let [mean, amplitude, frequency] = [c[0], c[1], 0.1 + c[2]];
         let sine = SineParameters { mean, amplitude, frequency, phase: decay };
