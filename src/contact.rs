@@ -141,6 +141,26 @@ impl<T: Scalar> LoadChange<T> {
         larger(T::one() / utilisation, after / before)
     }
 
+    /// The share that is left of K·x \[–\], `carried` by the springs of a model, on the surface after
+    /// the change: [`LoadChange::kept`] with what the model holds there at the speed of the surface.
+    #[inline]
+    pub fn kept_by<M: Bristle<T>>(&self, model: &M, surface: Surface<T>, carried: T) -> T {
+        if self.after >= self.before {
+            return T::one();
+        }
+        if is_zero(self.after) || is_zero(carried) {
+            return self.kept(T::zero());
+        }
+        // At rest the curve is cheap, and mostly enough.
+        let at_rest = Surface::scaled(T::zero(), surface.scale());
+        if carried.abs() <= model.holding_coefficient(at_rest, carried)
+            && surface.velocity().is_finite()
+        {
+            return T::one();
+        }
+        self.kept(carried.abs() / model.holding_coefficient(surface, carried))
+    }
+
     /// By renewal, the share of each deflection that is kept, min(1, p/p'), and the share of the
     /// stored energy that leaves, |p' − p|/max(p, p').
     #[inline]
@@ -320,23 +340,11 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// What the surface still holds of a deflection after a change of the load.
     #[inline]
     fn held(&self, change: LoadChange<T>, velocity: T, deflection: M::Deflection) -> M::Deflection {
-        if change.after >= change.before {
-            return deflection;
-        }
         let stiffness = self.model.storage_stiffness();
         let carried = stiffness.inner_product(deflection);
-        if is_zero(change.after) || is_zero(carried) {
-            return deflection * change.kept(T::zero());
-        }
-        let scale = self.scale_under(change.after);
-        let holds =
-            |velocity: T| self.model.holding_coefficient(Surface::scaled(velocity, scale), carried);
-        // At rest the curve is cheap, and mostly enough.
-        if carried.abs() <= holds(T::zero()) && velocity.is_finite() {
-            return deflection;
-        }
-        let kept = change.kept(carried.abs() / holds(velocity));
-        if M::Deflection::SPRINGS == 1 {
+        let surface = Surface::scaled(velocity, self.scale_under(change.after));
+        let kept = change.kept_by(&self.model, surface, carried);
+        if M::Deflection::SPRINGS == 1 || kept == T::one() || is_zero(change.after) {
             deflection * kept
         } else {
             // The tip slips: every stretch shifts alike.

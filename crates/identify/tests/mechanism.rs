@@ -25,7 +25,8 @@ const DRAG: f64 = 0.02; // N m s/rad
 const GRAVITY: f64 = 0.6; // N m
 const LOAD: TorqueLoadParameters<f64> =
     TorqueLoadParameters { idle_load: 0.08, motor_share: 0.2, external_share: 0.1 };
-const STIFFNESS: f64 = 60.0; // 1/rad
+/// Under the idle load: the teeth break away over 1/60 rad at four times that.
+const STIFFNESS: f64 = 240.0; // 1/rad
 const TORQUE_CONSTANT: f64 = 0.5; // N m/A
 const RESISTANCE: f64 = 3.0; // Ω
 const NAMES: [&str; 7] = [
