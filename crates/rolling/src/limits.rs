@@ -83,7 +83,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     ///     length: paper::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
-    /// .carrying(4000.0)?; // N
+    /// .under_load(4000.0)?; // N
     /// // After a second the initial bristles have left.
     /// let limits = tyre.limits(Motion { slip_velocity: 0.1, rolling_speed: 16.0 }, 1.0)?;
     /// // In little slip no bristle comes far enough to slide: σ0 |v| L/(2 U) of the normal force.

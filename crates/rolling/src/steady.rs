@@ -95,7 +95,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     ///     length: paper::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
-    /// .carrying(4000.0)?; // N
+    /// .under_load(4000.0)?; // N
     /// let motion = Motion { slip_velocity: 0.05 * 16.0, rolling_speed: 16.0 }; // m/s
     /// let steady = tyre.steady(motion)?;
     /// assert!((steady.force - 4000.0 * 0.348954).abs() < 4000.0 * 5e-7);

@@ -304,7 +304,7 @@ fn a_rolling_patch_takes_it_exactly() {
     fn rolled<M: Bristle<f64, Deflection = f64>>(model: M) -> f64 {
         let pressure = PolynomialExponential::parabolic();
         let patch = Patch::new(PatchParameters { model, length: 0.1, pressure }).unwrap();
-        let patch = patch.carrying(100.0).unwrap();
+        let patch = patch.under_load(100.0).unwrap();
         let motion = Motion { slip_velocity: 0.02, rolling_speed: 2.0 };
         let steady = patch.steady(motion).unwrap().force;
         let mut exact = patch.exact([Segment::default(); 200]).unwrap();
@@ -331,7 +331,7 @@ fn fidelity_measures_what_is_enough_for_it() {
     let pressure = PolynomialExponential::constant();
     let patch = Patch::new(PatchParameters { model: POWER, length: 0.1, pressure }).unwrap();
     let motion = Motion { slip_velocity: velocity, rolling_speed: 5.0 };
-    let scene = PatchScene::new(patch.carrying(1.0).unwrap(), motion, answers).unwrap();
+    let scene = PatchScene::new(patch.under_load(1.0).unwrap(), motion, answers).unwrap();
     assert!(choose(&scene, tolerance).is_ok());
     // A curve of one's own; a dashpot that varies is a level of its own.
     let contact = frbd().under_load(1.0).unwrap();

@@ -23,8 +23,8 @@
 
 use nalgebra::SVector;
 
-use super::{Bristles, affine_of};
 use super::interpolation::{cut, lagrange};
+use super::{Bristles, affine_of};
 use crate::combined::finite;
 use bristle::parameter::{self, ParameterError};
 use bristle::root::enclose;
@@ -301,13 +301,7 @@ where
 impl<M> Bristles<M> {
     /// λ and u = r v at a place: that of the node there, or interpolated between nodes.
     #[inline]
-    pub(super) fn driven<T: Scalar>(
-        &self,
-        scale: T,
-        place: T,
-        slip: T,
-        deflections: &[T],
-    ) -> (T, T)
+    pub(super) fn driven<T: Scalar>(&self, scale: T, place: T, slip: T, deflections: &[T]) -> (T, T)
     where
         M: Bristle<T, Deflection = T>,
     {
