@@ -174,14 +174,21 @@ fn the_friction_never_exceeds_what_the_load_holds() {
     check(64, any::<u64>(), |seed| {
         let mut draw = Draw(seed);
         let gear = gear_of(LOAD);
-        let mut z = 1e-2 * draw.sign();
         for _ in 0..200 {
-            let (load, v) =
-                (draw.logarithmic(1e-3, 1e2), draw.sign() * draw.logarithmic(1e-6, 10.0));
-            let response = gear.contact().response_under(load, v, z);
+            let [before, load] = [0; 2].map(|_| draw.logarithmic(1e-3, 1e2));
+            let (v, z) = (draw.sign() * draw.logarithmic(1e-6, 10.0), draw.sign() * draw.next());
+            let force = gear.contact().response_under(load, v, z).force;
             // μ ≤ 0.15; a few roundings.
-            assert!(response.force.abs() <= 0.15 * load * (1.0 + 1e-14), "{} N m", response.force);
-            z = draw.sign() * draw.logarithmic(1e-6, 1e-1);
+            let most = 0.15 * load * (1.0 + 1e-14);
+            assert!(force.abs() <= most, "{force} N m");
+            // A stuck bristle that the load before held.
+            let deflection = z * 0.15 * before / (300.0 * REFERENCE);
+            let torques = GearTorques { motor: load - LOAD.idle_load, external: 0.0 };
+            if torques.motor >= 0.0 {
+                let bristle = LoadedDeflection { deflection, load: before };
+                let step = gear.step(torques, 0.0, bristle, 1e-9).unwrap();
+                assert!(step.bias().abs() <= most, "{} N m", step.bias());
+            }
         }
     });
 }
