@@ -217,7 +217,7 @@ fn an_isotropic_patch_that_slips_along_is_that_of_one_axis() {
         let stored = one.stored_energy();
         let lost = one.reload(load, v).unwrap().dissipated;
         let lost_too = two.reload(load, &along).unwrap().dissipated;
-        assert_within(1e-4, stored, lost_too, lost, || format!("{number}"));
+        assert_within(1e-3, stored, lost_too, lost, || format!("{number}"));
         // Trapezoids of z² around a kink in every cell.
         let lost_too = grid.reload(load, |_| along).unwrap().dissipated;
         assert_within(5e-2, stored, lost_too, lost, || format!("grid, {number}"));
@@ -226,7 +226,7 @@ fn an_isotropic_patch_that_slips_along_is_that_of_one_axis() {
         let motion = Motion { slip_velocity: along, rolling_speed: 16.0 };
         let got = two.step(motion, h).unwrap();
         // One axis looks at the curve at v and at rest, two at its bound in between, see above.
-        assert_within(1e-4, 1e-3 + load, (got - Vector2::new(want, 0.0)).norm(), 0.0, || {
+        assert_within(1e-3, 1e-3 + load, (got - Vector2::new(want, 0.0)).norm(), 0.0, || {
             format!("{number}")
         });
         let field = Motion { slip_velocity: |_, _| along, rolling_speed: |_, _| 16.0 };
