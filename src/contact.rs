@@ -141,8 +141,8 @@ impl<T: Scalar> LoadChange<T> {
         larger(T::one() / utilisation, after / before)
     }
 
-    /// The share that is left of K·x \[–\], `carried` by the springs of a model, on the surface after
-    /// the change: [`LoadChange::kept`] with what the model holds there at the speed of the surface.
+    /// The share that is left of K·x \[–\], which the springs of a model have `carried`, on the
+    /// surface after the change: [`LoadChange::kept`] with what the model holds at its speed.
     #[inline]
     pub fn kept_by<M: Bristle<T>>(&self, model: &M, surface: Surface<T>, carried: T) -> T {
         if self.after >= self.before {

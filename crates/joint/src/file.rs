@@ -27,15 +27,16 @@ finite!(horizontal_torque hanging_angle proportional_gain derivative_gain);
 serialised_as!([] TorqueLoad<T> as TorqueLoadParameters<T>: Self::new, Self::parameters);
 serialised_as!([M: Bristle<T>, L: LoadLaw<T>] GearFriction<T, M, L> as GearFile<T, M, L>:
 |file: GearFile<T, M, L>| {
-    let GearFile { friction, load, reference_load, drag, fastest, friction_scale, drag_scale } = file;
+    let GearFile { friction, load, reference_load, drag, fastest, .. } = file;
     let parameters = GearFrictionParameters { friction, load, reference_load, drag, fastest };
     let mut gear = Self::new(parameters)?;
-    gear.set_friction_scale(friction_scale)?;
-    gear.set_drag_scale(drag_scale)?;
+    gear.set_friction_scale(file.friction_scale)?;
+    gear.set_drag_scale(file.drag_scale)?;
     Ok(gear)
 },
 |gear| {
-    let GearFrictionParameters { friction, load, reference_load, drag, fastest } = gear.parameters();
+    let parameters = gear.parameters();
+    let GearFrictionParameters { friction, load, reference_load, drag, fastest } = parameters;
     let (friction_scale, drag_scale) = (gear.friction_scale(), gear.drag_scale());
     GearFile { friction, load, reference_load, drag, fastest, friction_scale, drag_scale }
 });

@@ -18,9 +18,9 @@ use bristle::scalar::{is_zero, larger};
 use bristle::{Affine, Contact, Reloaded, Scalar};
 use bristle_plane::PlaneBristle;
 
-/// A patch in motion in combined slip, without a grid: [`ExactPatch`](super::ExactPatch) with a vector for the slip
-/// velocity and the force. Memory, merging, accuracy and time are those of `ExactPatch` on each of
-/// the A axes.
+/// A patch in motion in combined slip, without a grid: [`ExactPatch`](super::ExactPatch) with a
+/// vector for the slip velocity and the force. Memory, merging, accuracy and time are those of
+/// `ExactPatch` on each of the A axes.
 ///
 /// ```
 /// use bristle::curve::Stribeck;
