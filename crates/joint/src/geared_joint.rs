@@ -163,7 +163,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, L: LoadLaw<T>> GearFriction<T, M,
         state: &JointState<T>,
         duration: T,
         torques: impl FnOnce(JointMotion<T>) -> JointTorques<T>,
-    ) -> Result<(JointState<T>, CompletedStep<T, LoadedDeflection<T>>), ParameterError> {
+    ) -> Result<(JointState<T>, CompletedStep<T>), ParameterError> {
         let JointState { time, angle, velocity, deflection, load, acceleration } = *state;
         let (half, two) = (lit::<T>(0.5) * duration, lit::<T>(2.0));
         let predicted = velocity + half * acceleration;
@@ -180,13 +180,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, L: LoadLaw<T>> GearFriction<T, M,
         let resisting = inertia + half * (step.damping() - slope);
         let acceleration = (driving - step.torque(velocity)) / resisting;
         let mean = velocity + half * acceleration;
-        let done = step.commit(mean);
+        let done = step.completed(mean);
         let next = JointState {
             time: time + duration,
             angle: angle + duration * mean,
             velocity: two * mean - velocity,
-            deflection: done.deflection.deflection,
-            load: done.deflection.load,
+            deflection: done.deflection,
+            load: step.load(),
             acceleration,
         };
         Ok((next, done))
@@ -265,7 +265,7 @@ where
         &self,
         state: &JointState<T>,
         duration: T,
-    ) -> Result<(JointState<T>, CompletedStep<T, LoadedDeflection<T>>), ParameterError> {
+    ) -> Result<(JointState<T>, CompletedStep<T>), ParameterError> {
         let GearedJointParameters { gear, inertia, motor, external } = &self.parameters;
         gear.joint_step(*inertia, state, duration, |middle| {
             JointTorques::of(motor.at(middle), external.at(middle))
