@@ -138,8 +138,8 @@
 //! coarse encoder no bristle shorter than a count.
 //!
 //! Noise of a measured drive would load and unload the gear in every step, and a sliding bristle
-//! slips back with each fall of its load. The gear is therefore loaded by the smoothed drive, unless
-//! the drive is a command ([`DriveLogParameters::held`]).
+//! slips back with each fall of its load. The gear is therefore loaded by the smoothed drive,
+//! unless the drive is a command ([`DriveLogParameters::held`]).
 //!
 //! # Limits
 //!

@@ -9,8 +9,8 @@
 //! | y | place of this line of bristles across the patch, 0 in its middle | m |
 //!
 //! The axes meet in the coefficients alone, taken at the v of each place. A bristle runs the same
-//! way on every axis: its path is followed once, and each axis relaxes along it as on a [`Grid`](super::Grid).
-//! ω × z is left out beside ω × r: deflections are small beside the patch.
+//! way on every axis: its path is followed once, and each axis relaxes along it as on a
+//! [`Grid`](super::Grid). ω × z is left out beside ω × r: deflections are small beside the patch.
 //!
 //! Source: Romano et al. (arXiv 2602.09429), section IV-A, with the bristles of
 //! [`plane`](bristle_plane).
@@ -29,9 +29,9 @@ use bristle::scalar::{is_zero, lit, smaller};
 use bristle::{Contact, Reloaded, Scalar};
 use bristle_plane::PlaneBristle;
 
-/// A patch in combined slip on a [`Grid`](crate::Grid), for velocities that vary along it: turn slip
-/// and camber. Without spin [`CombinedPatch`](crate::CombinedPatch) is exact for held velocities and
-/// couples to a mechanism. Along a smooth motion that is known the grid, of fourth order, is the
+/// A patch in combined slip on a [`Grid`](crate::Grid), for velocities that vary along it: turn
+/// slip and camber. Without spin [`CombinedPatch`](crate::CombinedPatch) is exact for held
+/// velocities and couples to a mechanism. Along a smooth motion that is known the grid, of fourth order, is the
 /// faster one for errors below some millionth of F_z.
 ///
 /// A wheel that turns about the vertical at ψ̇ and leans by the camber angle γ, while it turns
@@ -178,8 +178,8 @@ where
     }
 
     /// A step of length h ≥ 0 \[s\] with a motion that varies in place and time, and the friction
-    /// force F \[N\] at its end: [`Grid::step_field`][step] with vectors for the slip velocity and the
-    /// force, of its order, also where one component of v reverses. Where v passes close to zero λ
+    /// force F \[N\] at its end: [`Grid::step_field`][step] with vectors for the slip velocity and
+    /// the force, of its order, also where one component of v reverses. Where v passes close to zero λ
     /// all but has a kink, and the error is of second order.
     ///
     /// # Errors
