@@ -455,7 +455,8 @@ fn a_gear_takes_it() {
     fn lifted<M: Bristle<f64, Deflection = f64>>(friction: M) -> f64 {
         let load = TorqueLoadParameters { idle_load: 2.0, motor_share: 1.0, external_share: 0.6 };
         let load = TorqueLoad::new(load).unwrap();
-        let (reference_load, drag, fastest) = (2.0, 0.05, 10.0);
+        // The load below, 2 + 3 + 0.6 · 2.
+        let (reference_load, drag, fastest) = (6.2, 0.05, 10.0);
         let gear = GearFrictionParameters { friction, load, reference_load, drag, fastest };
         let gear = GearFriction::new(gear).unwrap();
         let (mut v, mut z, h) = (0.0, LoadedDeflection::none(), 1e-3);

@@ -31,8 +31,8 @@ use bristle_plane::PlaneBristle;
 
 /// A patch in combined slip on a [`Grid`](crate::Grid), for velocities that vary along it: turn
 /// slip and camber. Without spin [`CombinedPatch`](crate::CombinedPatch) is exact for held
-/// velocities and couples to a mechanism. Along a smooth motion that is known the grid, of fourth order, is the
-/// faster one for errors below some millionth of F_z.
+/// velocities and couples to a mechanism. Along a smooth motion that is known the grid, of fourth
+/// order, is the faster one for errors below some millionth of F_z.
 ///
 /// A wheel that turns about the vertical at ψ̇ and leans by the camber angle γ, while it turns
 /// about its axle at Ω, has the spin ω = ψ̇ + (1 − ε) Ω sin γ. With x forward, y to the left and z
@@ -179,8 +179,8 @@ where
 
     /// A step of length h ≥ 0 \[s\] with a motion that varies in place and time, and the friction
     /// force F \[N\] at its end: [`Grid::step_field`][step] with vectors for the slip velocity and
-    /// the force, of its order, also where one component of v reverses. Where v passes close to zero λ
-    /// all but has a kink, and the error is of second order.
+    /// the force, of its order, also where one component of v reverses. Where v passes close to zero
+    /// λ all but has a kink, and the error is of second order.
     ///
     /// # Errors
     ///
