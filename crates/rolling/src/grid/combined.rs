@@ -179,8 +179,8 @@ where
 
     /// A step of length h ≥ 0 \[s\] with a motion that varies in place and time, and the friction
     /// force F \[N\] at its end: [`Grid::step_field`][step] with vectors for the slip velocity and
-    /// the force, of its order, also where one component of v reverses. Where v passes close to zero
-    /// λ all but has a kink, and the error is of second order.
+    /// the force, of its order, also where one component of v reverses. Where v passes close to
+    /// zero λ all but has a kink, and the error is of second order.
     ///
     /// # Errors
     ///
