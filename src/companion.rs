@@ -58,7 +58,7 @@
 use crate::parameter::{self, ParameterError};
 use crate::rheology::{Deflection, HeldWeights};
 use crate::scalar::{is_zero, larger, lit, nan, unlimited};
-use crate::{Affine, Bristle, Contact, Reloaded, Scalar};
+use crate::{Affine, Bristle, Contact, Reloaded, Scalar, Surface};
 
 /// A contact prepared for passive steps inside a mechanism.
 ///
@@ -177,19 +177,15 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
 
     /// The source and the damper that stand for the friction over a step of length h ≥ 0 \[s\],
     /// from a deflection z₀ \[m\] and a velocity v\* [m/s] predicted for the middle of the step.
-    /// NaN for h < 0.
+    /// NaN for h < 0. A scale of the given [`Surface`] counts on top of that of the load.
     #[inline(always)]
     pub fn step(
         &self,
-        predicted_velocity: T,
+        predicted: impl Into<Surface<T>>,
         deflection: M::Deflection,
         duration: T,
     ) -> CompanionStep<T, M::Deflection> {
-        self.step_about(
-            Prediction { velocity: predicted_velocity, deflection },
-            deflection,
-            duration,
-        )
+        self.frozen_at(predicted.into(), deflection, deflection, duration)
     }
 
     /// As [`Companion::step`], with the coefficients frozen at a predicted deflection, too: for the
@@ -228,16 +224,28 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         deflection: M::Deflection,
         duration: T,
     ) -> CompanionStep<T, M::Deflection> {
-        let velocity = prediction.velocity;
+        let Prediction { velocity, deflection: about } = prediction;
+        self.frozen_at(velocity.into(), about, deflection, duration)
+    }
+
+    /// A step with the coefficients of a surface and a deflection.
+    #[inline(always)]
+    fn frozen_at(
+        &self,
+        surface: Surface<T>,
+        about: M::Deflection,
+        deflection: M::Deflection,
+        duration: T,
+    ) -> CompanionStep<T, M::Deflection> {
         let model = self.contact.model();
         // NaN for a step backwards.
         let duration = if duration >= T::zero() { duration } else { nan() };
-        let affine = self.contact.affine(velocity, prediction.deflection);
+        let affine = self.contact.affine(surface, about);
         let weights = affine.weights(duration);
         let mut limit =
-            larger(self.contact.surface(velocity).apply(self.limit), deflection.largest());
-        if velocity.abs() > self.fastest {
-            limit = larger(limit, self.contact.stationary(velocity).largest());
+            larger(self.contact.surface(surface).apply(self.limit), deflection.largest());
+        if surface.velocity().abs() > self.fastest {
+            limit = larger(limit, self.contact.stationary(surface).largest());
         }
         let (storage_stiffness, normal_force) =
             (model.storage_stiffness(), self.contact.reference_load());

@@ -141,6 +141,26 @@ impl<T: Scalar> LoadChange<T> {
         larger(T::one() / utilisation, after / before)
     }
 
+    /// The share that is left of K·x \[–\], which the springs of a model have `carried`, on the
+    /// surface after the change: [`LoadChange::kept`] with what the model holds at its speed.
+    #[inline]
+    pub fn kept_by<M: Bristle<T>>(&self, model: &M, surface: Surface<T>, carried: T) -> T {
+        if self.after >= self.before {
+            return T::one();
+        }
+        if is_zero(self.after) || is_zero(carried) {
+            return self.kept(T::zero());
+        }
+        // At rest the curve is cheap, and mostly enough.
+        let at_rest = Surface::scaled(T::zero(), surface.scale());
+        if carried.abs() <= model.holding_coefficient(at_rest, carried)
+            && surface.velocity().is_finite()
+        {
+            return T::one();
+        }
+        self.kept(carried.abs() / model.holding_coefficient(surface, carried))
+    }
+
     /// By renewal, the share of each deflection that is kept, min(1, p/p'), and the share of the
     /// stored energy that leaves, |p' − p|/max(p, p').
     #[inline]
@@ -297,31 +317,34 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         deflection: M::Deflection,
     ) -> Result<Reloaded<T, M::Deflection>, ParameterError> {
         let change = self.change_load(normal_force)?;
+        Ok(self.reloaded(change, velocity, deflection))
+    }
+
+    /// What [`Contact::reload`] returns, of a contact that stays as it is: for a load that the
+    /// caller keeps beside the deflection. Take then the steps with a [`Surface`] under the scale
+    /// p'/P.
+    #[inline]
+    pub fn reloaded(
+        &self,
+        change: LoadChange<T>,
+        velocity: T,
+        deflection: M::Deflection,
+    ) -> Reloaded<T, M::Deflection> {
         let left = self.held(change, velocity, deflection);
         // ½ P K (x − x')(x + x')
         let half = self.model.storage_stiffness() * (lit::<T>(0.5) * self.reference_load);
         let dissipated = half.scaled_by(deflection - left).inner_product(deflection + left);
-        Ok(Reloaded { deflection: left, dissipated })
+        Reloaded { deflection: left, dissipated }
     }
 
     /// What the surface still holds of a deflection after a change of the load.
     #[inline]
     fn held(&self, change: LoadChange<T>, velocity: T, deflection: M::Deflection) -> M::Deflection {
-        if change.after >= change.before {
-            return deflection;
-        }
         let stiffness = self.model.storage_stiffness();
         let carried = stiffness.inner_product(deflection);
-        if is_zero(change.after) || is_zero(carried) {
-            return deflection * change.kept(T::zero());
-        }
-        let holds = |velocity| self.model.holding_coefficient(self.surface(velocity), carried);
-        // At rest the curve is cheap, and mostly enough.
-        if carried.abs() <= holds(T::zero()) && velocity.is_finite() {
-            return deflection;
-        }
-        let kept = change.kept(carried.abs() / holds(velocity));
-        if M::Deflection::SPRINGS == 1 {
+        let surface = Surface::scaled(velocity, self.scale_under(change.after));
+        let kept = change.kept_by(&self.model, surface, carried);
+        if M::Deflection::SPRINGS == 1 || kept == T::one() || is_zero(change.after) {
             deflection * kept
         } else {
             // The tip slips: every stretch shifts alike.
@@ -381,10 +404,11 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         surface: impl Into<Surface<T>>,
         deflection: M::Deflection,
     ) -> Affine<T, M::Deflection> {
-        if is_zero(self.scale) {
+        let surface = self.surface(surface);
+        if is_zero(surface.scale()) {
             return Affine::none();
         }
-        self.model.affine(self.surface(surface), deflection)
+        self.model.affine(surface, deflection)
     }
 
     /// The deflection rate ż [m/s].
@@ -441,21 +465,25 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         surface: impl Into<Surface<T>>,
         deflection: M::Deflection,
     ) -> ContactResponse<T, M::Deflection> {
-        let surface = surface.into();
         let normal_force = if normal_force >= T::zero() { normal_force } else { nan() };
-        let loaded = Self { normal_force, scale: self.scale_under(normal_force), ..self.clone() };
-        let (affine, velocity) = (loaded.affine(surface, deflection), surface.velocity());
+        let surface = surface.into().rescaled(self.scale_under(normal_force));
+        let affine = if is_zero(surface.scale()) {
+            Affine::none()
+        } else {
+            self.model.affine(surface, deflection)
+        };
+        let velocity = surface.velocity();
         let carried = self.model.storage_stiffness().inner_product(deflection);
-        let most = if is_zero(carried) || is_zero(loaded.scale) {
+        let most = if is_zero(carried) || is_zero(surface.scale()) {
             T::zero()
         } else {
-            self.model.holding_coefficient(loaded.surface(surface), carried)
+            self.model.holding_coefficient(surface, carried)
         };
         let held =
             if most < carried.abs() { deflection * (most / carried.abs()) } else { deflection };
         ContactResponse {
             rate: affine.rate(velocity, deflection),
-            force: loaded.reference_load * affine.coefficient(velocity, held),
+            force: self.reference_load * affine.coefficient(velocity, held),
         }
     }
 

@@ -147,8 +147,9 @@ fn gear(
 ) -> GearFriction<f64, Dahl<f64>, TorqueLoad<f64>> {
     let friction = DahlParameters { dynamic_coefficient: coefficient, micro_stiffness: 300.0 };
     let friction = Dahl::new(friction).unwrap();
-    let parameters = GearFrictionParameters { friction, load, drag, fastest: 5.0 };
-    GearFriction::new(parameters).unwrap()
+    let (reference_load, fastest) = (1.0, 5.0);
+    let gear = GearFrictionParameters { friction, load, reference_load, drag, fastest };
+    GearFriction::new(gear).unwrap()
 }
 
 #[test]

@@ -38,7 +38,7 @@ impl Level {
 ///     length: paper::TYRE_LENGTH,
 ///     pressure: PolynomialExponential::parabolic(),
 /// })?
-/// .carrying(4000.0)?; // N
+/// .under_load(4000.0)?; // N
 /// let scene = |frequency: f64| -> Result<_, ParameterError> {
 ///     let slip = SineParameters { mean: 0.2, amplitude: 0.2, frequency, phase: 0.0 };
 ///     let motion = Motion { slip_velocity: Sine::new(slip)?, rolling_speed: 16.0 };

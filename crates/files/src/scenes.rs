@@ -156,7 +156,7 @@ impl<M: Clone> Wheel<M> {
         let length = self.wheel.tyre.length;
         let named = |refused| ParameterError { name: "tyre_load", ..refused };
         let patch = Patch::new(PatchParameters { model, length, pressure })?;
-        Ok(patch.carrying(self.tyre_load).map_err(named)?)
+        Ok(patch.under_load(self.tyre_load).map_err(named)?)
     }
 
     fn braked<P: Tyre<f64>>(&self, solver: &SolverSetup, tyre: P, columns: usize) -> Result<Table> {
@@ -204,7 +204,7 @@ impl RollingPatch {
         if !(1..=MOST_CELLS).contains(&cells) {
             return must("cells", cells, "lie between 1 and 1e4");
         }
-        let patch = Patch::new(self.patch.clone())?.carrying(self.normal_force)?;
+        let patch = Patch::new(self.patch.clone())?.under_load(self.normal_force)?;
         let mut grid = Grid::new(&patch, cells)?;
         let columns = vec![
             ("v", "slip velocity v (m/s)", 1.0),

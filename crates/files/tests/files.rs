@@ -562,6 +562,7 @@ fn joints_and_parameters_of_other_tools_read_back_to_the_same_bits() {
     let mut gear = GearFriction::new(GearFrictionParameters {
         friction: AnyBristle::from(Dahl::new(bristle).unwrap()),
         load: TorqueLoad::new(load).unwrap(),
+        reference_load: 0.1 + 0.7,
         drag: 0.05,
         fastest: 1.0 / 3.0,
     })

@@ -25,7 +25,8 @@ const DRAG: f64 = 0.02; // N m s/rad
 const GRAVITY: f64 = 0.6; // N m
 const LOAD: TorqueLoadParameters<f64> =
     TorqueLoadParameters { idle_load: 0.08, motor_share: 0.2, external_share: 0.1 };
-const STIFFNESS: f64 = 60.0; // 1/rad
+/// Under the idle load: the teeth break away over 1/60 rad at four times that.
+const STIFFNESS: f64 = 240.0; // 1/rad
 const TORQUE_CONSTANT: f64 = 0.5; // N m/A
 const RESISTANCE: f64 = 3.0; // Ω
 const NAMES: [&str; 7] = [
@@ -70,8 +71,9 @@ fn motion(
 ) -> Vec<JointState<f64>> {
     let dahl = DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: stiffness };
     let friction = Dahl::new(dahl).unwrap();
-    let parameters = GearFrictionParameters { friction, load, drag: DRAG, fastest: 20.0 };
-    let mut gear = GearFriction::new(parameters).unwrap();
+    let reference_load = LOAD.idle_load;
+    let gear = GearFrictionParameters { friction, load, reference_load, drag: DRAG, fastest: 20.0 };
+    let gear = GearFriction::new(gear).unwrap();
     let mut state = JointState::at_rest(angle);
     let mut row = || {
         let now = state;

@@ -15,7 +15,7 @@ use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 use bristle::{FrBd, ParameterError, Scalar, paper};
 use bristle_joint::{
     GearFriction, GearFrictionParameters, GearTorques, GearedJoint, GearedJointParameters,
-    JointState, TorqueLoad, TorqueLoadParameters,
+    JointState, LoadedDeflection, TorqueLoad, TorqueLoadParameters,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::convert;
@@ -61,21 +61,29 @@ fn steps<T: Scalar>(c: &mut Criterion, scalar: &str) -> Result<(), ParameterErro
     let shares =
         TorqueLoadParameters { idle_load: t(0.5), motor_share: t(1.0), external_share: t(0.6) };
     let load = TorqueLoad::new(shares)?;
-    let parameters = GearFrictionParameters { friction, load, drag: t(0.05), fastest: t(1.0) };
-    let mut gear = GearFriction::new(parameters)?;
+    let gear = GearFriction::new(GearFrictionParameters {
+        friction,
+        load,
+        reference_load: t(1.0),
+        drag: t(0.05),
+        fastest: t(1.0),
+    })?;
     let (z, h) = (t(DEFLECTION), t(1e-3));
     let name = |what: &str| format!("{scalar}/passive step, FrBD, {what}");
     let mut motor = t(1.28);
+    let mut before = LoadedDeflection { deflection: z, load: t(0.0) };
     measure(c, &name("of a gear whose torques vary"), SPEED, |v: T| {
         motor = t(2.5) - motor;
         let torques = GearTorques { motor, external: t(-0.1) };
-        let Ok(step) = gear.step(torques, v, z, h) else { return v };
+        let Ok(step) = gear.step(torques, v, before, h) else { return v };
         let mean = (motor - t(0.1) - step.bias() + v * t(2e3)) / (t(2e3) + step.damping());
-        step.commit(mean).deflection
+        let after = step.commit(mean).deflection;
+        before.load = after.load;
+        after.deflection
     });
     let parameters =
         GearedJointParameters { gear, inertia: t(1.0), motor: t(1.28), external: t(-0.1) };
-    let mut joint = GearedJoint::new(parameters)?;
+    let joint = GearedJoint::new(parameters)?;
     measure(c, &name("of a geared joint"), SPEED, |velocity: T| {
         let mut state = JointState::at_rest(t(0.0));
         (state.velocity, state.deflection) = (velocity, z);

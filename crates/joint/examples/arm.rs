@@ -18,7 +18,8 @@ use bristle::{FrBd, ParameterError};
 use bristle_analysis::ledger::EnergyLedger;
 use bristle_charts::{Arguments, Colour, Csv, Figure, Panel, Rule, println};
 use bristle_joint::{
-    GearFriction, GearFrictionParameters, GearTorques, TorqueLoad, TorqueLoadParameters,
+    GearFriction, GearFrictionParameters, GearTorques, LoadedDeflection, TorqueLoad,
+    TorqueLoadParameters,
 };
 use nalgebra::{Matrix2, Vector2};
 
@@ -30,6 +31,9 @@ const CENTRE: f64 = 0.15;
 /// Moment of inertia of each motor at its joint [kg m²].
 const ROTOR: f64 = 0.01;
 const GRAVITY: f64 = 9.81;
+
+/// Load of the gears [N m] at which their stiffness was measured.
+const REFERENCE_LOAD: f64 = 5.0;
 
 /// Gains of the position controllers [N m/rad, N m s/rad] and their largest torque [N m].
 const GAINS: [f64; 2] = [200.0, 8.0];
@@ -58,6 +62,7 @@ fn gear(load: TorqueLoadParameters<f64>) -> Result<Gear, ParameterError> {
     GearFriction::new(GearFrictionParameters {
         friction: FrBd::new(curve, bristle),
         load: TorqueLoad::new(load)?,
+        reference_load: REFERENCE_LOAD,
         drag: 0.05, // N m s/rad
         fastest: 20.0,
     })
@@ -160,9 +165,9 @@ struct Run {
     ledger: EnergyLedger<f64>,
 }
 
-fn run(mut gears: [Gear; 2], h: f64, end: f64) -> Result<Run, ParameterError> {
+fn run(gears: [Gear; 2], h: f64, end: f64) -> Result<Run, ParameterError> {
     let (mut q, mut v) = (Vector2::zeros(), Vector2::zeros());
-    let mut z = [0.0; 2];
+    let mut z = [LoadedDeflection::none(); 2];
     let mut history = [VelocityHistory::new(0.0); 2];
     let (mut rows, mut ledger) = (Vec::new(), EnergyLedger::new());
     for n in 0..(end / h).round() as u32 {
@@ -201,7 +206,7 @@ fn run(mut gears: [Gear; 2], h: f64, end: f64) -> Result<Run, ParameterError> {
             time: h * f64::from(n + 1),
             angle: q,
             velocity: v,
-            load: Vector2::from([0, 1].map(|joint| gears[joint].normal_force())),
+            load: Vector2::from(z.map(|z| z.load)),
             friction: Vector2::from(done.map(|done| done.force)),
         });
     }

@@ -22,8 +22,9 @@ use crate::{GearFriction, GearTorques, LoadLaw, TorqueLoad};
 ///     motor_share: 1.0,
 ///     external_share: 0.6,
 /// })?;
-/// let gear =
-///     GearFriction::new(GearFrictionParameters { friction, load, drag: 0.05, fastest: 5.0 })?;
+/// let (reference_load, drag, fastest) = (2.0, 0.05, 5.0);
+/// let gear = GearFrictionParameters { friction, load, reference_load, drag, fastest };
+/// let gear = GearFriction::new(gear)?;
 /// let audit = gear.audit(1.0, 5.0)?;
 /// println!("{audit}");
 /// assert!(audit.locking < 1.0 && audit.braking_efficiency < audit.driving_efficiency);

@@ -27,16 +27,18 @@ finite!(horizontal_torque hanging_angle proportional_gain derivative_gain);
 serialised_as!([] TorqueLoad<T> as TorqueLoadParameters<T>: Self::new, Self::parameters);
 serialised_as!([M: Bristle<T>, L: LoadLaw<T>] GearFriction<T, M, L> as GearFile<T, M, L>:
 |file: GearFile<T, M, L>| {
-    let GearFile { friction, load, drag, fastest, friction_scale, drag_scale } = file;
-    let mut gear = Self::new(GearFrictionParameters { friction, load, drag, fastest })?;
-    gear.set_friction_scale(friction_scale)?;
-    gear.set_drag_scale(drag_scale)?;
+    let GearFile { friction, load, reference_load, drag, fastest, .. } = file;
+    let parameters = GearFrictionParameters { friction, load, reference_load, drag, fastest };
+    let mut gear = Self::new(parameters)?;
+    gear.set_friction_scale(file.friction_scale)?;
+    gear.set_drag_scale(file.drag_scale)?;
     Ok(gear)
 },
 |gear| {
-    let GearFrictionParameters { friction, load, drag, fastest } = gear.parameters();
+    let parameters = gear.parameters();
+    let GearFrictionParameters { friction, load, reference_load, drag, fastest } = parameters;
     let (friction_scale, drag_scale) = (gear.friction_scale(), gear.drag_scale());
-    GearFile { friction, load, drag, fastest, friction_scale, drag_scale }
+    GearFile { friction, load, reference_load, drag, fastest, friction_scale, drag_scale }
 });
 serialised_as!([I: JointInput<T>] CurrentMotor<T, I> as CurrentMotorParameters<T, I>:
     Self::new, Self::parameters);
@@ -46,7 +48,7 @@ serialised_as!([M: Bristle<T, Deflection = T>, L: LoadLaw<T>, A: JointInput<T>, 
     GearedJoint<T, M, L, A, E> as GearedJointParameters<T, M, L, A, E>:
     Self::new, Self::parameters);
 
-/// The friction of a gear in a file, with its scales; its load is that without torques.
+/// The friction of a gear in a file, with its scales.
 #[derive(Serialize, Deserialize)]
 #[serde(
     deny_unknown_fields,
@@ -59,6 +61,7 @@ serialised_as!([M: Bristle<T, Deflection = T>, L: LoadLaw<T>, A: JointInput<T>, 
 struct GearFile<T, M, L> {
     friction: M,
     load: L,
+    reference_load: T,
     drag: T,
     fastest: T,
     #[serde(default = "T::one")]

@@ -1,7 +1,7 @@
 //! Friction of a gear: it grows with the torques through the gear, and differs between driving and
 //! being driven.
 //!
-//! p = p0 + |k_m τ_m − k_e τ_e|,  T = s p μ_b(v, z) + s_B B v
+//! p = s (p0 + |k_m τ_m − k_e τ_e|),  T = P μ_b(v, z; p/P) + s_B B v
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -10,20 +10,21 @@
 //! | v | angular velocity of the joint | rad/s |
 //! | z | deflection of the bristle | rad |
 //! | p | load of the gear: its normal force in units of torque | N m |
+//! | P | reference load, at which stiffness and damping were measured | N m |
 //! | p0 | load of an idle gear: preload of teeth, seals and bearings | N m |
 //! | k_m, k_e | how much of the motor torque and of the external torque loads the gear | – |
-//! | μ_b | virtual friction coefficient of the model, see [`Bristle`] | – |
+//! | μ_b | virtual friction coefficient of the model under the friction scale p/P, see [`Bristle`] | – |
 //! | B | drag: viscous friction beside the load | N m s/rad |
 //! | s, s_B | scales of friction and drag, set while it runs: temperature, wear | – |
 //! | T | friction torque on the joint, against v > 0 | N m |
 //!
 //! Where motor and load pull against each other, as in lifting or holding, their parts of p add up.
-//! The load changes from step to step as [`Contact::reload`](bristle::Contact::reload) says: the
-//! friction is passive whatever the torques do. The scale s multiplies p and with it friction
-//! and stiffness alike: a change of s is a change of the load.
+//! The load changes from step to step as [`Contact::reload`](bristle::Contact::reload) says:
+//! stiffness P σ0 and damping P σ1 stay, the friction p μ(v) follows. So a joint that is held
+//! stands still while the torques vary, and the friction is passive whatever they do.
 //!
-//! Only the products p0 μ, k_m μ and k_e μ can be told from measurements: fix one of them, μ_d = 1
-//! or k_m = 1.
+//! Only the products p0 μ, k_m μ, k_e μ and P σ0 can be identified from measurements: fix one of
+//! them, μ_d = 1 or k_m = 1.
 //!
 //! # Driving and being driven
 //!
@@ -49,7 +50,7 @@ use core::fmt::Debug;
 use bristle::companion::{Companion, CompanionStep, CompletedStep};
 use bristle::parameter::{self, ParameterError};
 use bristle::rheology::Deflection;
-use bristle::{Bristle, Scalar};
+use bristle::{Bristle, Contact, LoadChange, Reloaded, Scalar, Surface};
 
 /// The torques through a gear, positive along v > 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,19 +75,11 @@ pub struct GearTorques<T> {
 ///     fn load(&self, torques: GearTorques<f64>) -> f64 {
 ///         self.base + self.factor * torques.motor * torques.motor
 ///     }
-///
-///     fn slopes(&self, torques: GearTorques<f64>) -> GearTorques<f64> {
-///         GearTorques { motor: 2.0 * self.factor * torques.motor, external: 0.0 }
-///     }
 /// }
 /// ```
 pub trait LoadLaw<T: Scalar>: Debug + Clone {
     /// The load p [N m]; zero or positive for every finite torque.
     fn load(&self, torques: GearTorques<T>) -> T;
-
-    /// The derivatives ∂p/∂τ_m and ∂p/∂τ_e \[–\]; at a kink one of both sides. For simulations in
-    /// continuous time; steps do not need them.
-    fn slopes(&self, torques: GearTorques<T>) -> GearTorques<T>;
 }
 
 /// A load that does not depend on the torques.
@@ -94,11 +87,6 @@ impl<T: Scalar> LoadLaw<T> for T {
     #[inline]
     fn load(&self, _torques: GearTorques<T>) -> T {
         *self
-    }
-
-    #[inline]
-    fn slopes(&self, _torques: GearTorques<T>) -> GearTorques<T> {
-        GearTorques { motor: T::zero(), external: T::zero() }
     }
 }
 
@@ -108,10 +96,6 @@ impl<T: Scalar> LoadLaw<T> for T {
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct TorqueLoadParameters<T> {
     /// Load p0 of an idle gear [N m], zero or positive.
-    ///
-    /// With zero the gear forgets its bristle whenever the torques cancel: the deflection jumps,
-    /// and [`ode::solve`](bristle::ode::solve) stops there. Steps pass it. A millionth of the other
-    /// loads is enough.
     #[doc(alias = "p0")]
     pub idle_load: T,
     /// How much of the motor torque loads the gear, k_m \[–\], zero or positive.
@@ -172,16 +156,6 @@ impl<T: Scalar> LoadLaw<T> for TorqueLoad<T> {
     fn load(&self, torques: GearTorques<T>) -> T {
         self.parameters.idle_load + self.difference(torques).abs()
     }
-
-    #[inline]
-    fn slopes(&self, torques: GearTorques<T>) -> GearTorques<T> {
-        let TorqueLoadParameters { motor_share, external_share, .. } = self.parameters;
-        if self.difference(torques) < T::zero() {
-            GearTorques { motor: -motor_share, external: external_share }
-        } else {
-            GearTorques { motor: motor_share, external: -external_share }
-        }
-    }
 }
 
 /// Parameters of [`GearFriction`].
@@ -193,6 +167,10 @@ pub struct GearFrictionParameters<T, M, L> {
     pub friction: M,
     /// How the load follows from the torques: [`TorqueLoad`], a number, or a law of your own.
     pub load: L,
+    /// Reference load P [N m], positive: the one at which stiffness and damping were measured. A
+    /// stiffness p σ0 that followed the load when it was fitted belongs to the load p of the
+    /// stuck gear in those measurements.
+    pub reference_load: T,
     /// Drag B [N m s/rad], zero or positive.
     pub drag: T,
     /// Speed [rad/s] up to which the deflection is limited, zero or positive, see
@@ -209,7 +187,8 @@ pub struct GearFrictionParameters<T, M, L> {
 /// use bristle::companion::VelocityHistory;
 /// use bristle::curve::{Stribeck, StribeckParameters};
 /// use bristle_joint::{
-///     GearFriction, GearFrictionParameters, GearTorques, TorqueLoad, TorqueLoadParameters,
+///     GearFriction, GearFrictionParameters, GearTorques, LoadedDeflection, TorqueLoad,
+///     TorqueLoadParameters,
 /// };
 /// use bristle::rheology::{KelvinVoigt, KelvinVoigtParameters};
 /// use bristle::FrBd;
@@ -229,11 +208,18 @@ pub struct GearFrictionParameters<T, M, L> {
 ///     external_share: 0.6,
 /// })?;
 /// let friction = FrBd::new(curve, bristle);
-/// let parameters = GearFrictionParameters { friction, load, drag: 0.05, fastest: 5.0 };
-/// let mut gear = GearFriction::new(parameters)?;
+/// let reference_load = 2.0; // N m: the stiffness was measured on the idle gear
+/// let gear = GearFriction::new(GearFrictionParameters {
+///     friction,
+///     load,
+///     reference_load,
+///     drag: 0.05,
+///     fastest: 5.0,
+/// })?;
 ///
 /// let (inertia, h) = (0.02, 1e-3); // kg m², s
-/// let (mut v, mut z, mut history) = (0.0, 0.0, VelocityHistory::new(0.0));
+/// let (mut v, mut z) = (0.0, LoadedDeflection::none());
+/// let mut history = VelocityHistory::new(0.0);
 /// for _ in 0..2000 {
 ///     let torques = GearTorques { motor: 3.0, external: -2.0 }; // N m, at the middle of the step
 ///     let step = gear.step(torques, history.predict(), z, h)?;
@@ -253,6 +239,7 @@ pub struct GearFrictionParameters<T, M, L> {
 /// subtract the biases from its right-hand side (example `arm`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GearFriction<T, M, L> {
+    /// Under the reference load.
     companion: Companion<T, M>,
     law: L,
     drag: T,
@@ -265,15 +252,16 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
     ///
     /// # Errors
     ///
-    /// Refuses a drag or a fastest speed that is negative or not finite, and a law whose load
-    /// without torques is.
+    /// Refuses a reference load that is not positive, a drag or a fastest speed that is negative or
+    /// not finite, and a law whose load without torques is.
     pub fn new(parameters: GearFrictionParameters<T, M, L>) -> Result<Self, ParameterError> {
-        let GearFrictionParameters { friction, load: law, drag, fastest } = parameters;
+        let GearFrictionParameters { friction, load: law, reference_load, drag, fastest } =
+            parameters;
         let zero = T::zero();
-        let idle = law.load(GearTorques { motor: zero, external: zero });
-        let idle = parameter::non_negative("load", idle)?;
+        parameter::non_negative("load", law.load(GearTorques { motor: zero, external: zero }))?;
+        let reference_load = parameter::positive("reference_load", reference_load)?;
         Ok(Self {
-            companion: friction.under_load(idle)?.companion(fastest)?,
+            companion: friction.under_load(reference_load)?.companion(fastest)?,
             law,
             drag: parameter::non_negative("drag", drag)?,
             friction_scale: T::one(),
@@ -287,14 +275,21 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
         GearFrictionParameters {
             friction,
             load,
+            reference_load: self.contact().reference_load(),
             drag: self.drag,
             fastest: self.companion.fastest(),
         }
     }
 
+    /// The contact under the reference load: its stored energy is that of the gear, and
+    /// [`Contact::response_under`] the [load](GearFriction::load) its friction.
+    pub fn contact(&self) -> &Contact<T, M> {
+        self.companion.contact()
+    }
+
     /// The friction model.
     pub fn model(&self) -> &M {
-        self.companion.contact().model()
+        self.contact().model()
     }
 
     /// The load law.
@@ -302,12 +297,7 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
         &self.law
     }
 
-    /// The load s p [N m] of the last step, to which the deflection belongs.
-    pub fn normal_force(&self) -> T {
-        self.companion.contact().normal_force()
-    }
-
-    /// The load s p [N m] under given torques.
+    /// The load p [N m] under given torques, with the scale s.
     #[inline]
     pub fn load(&self, torques: GearTorques<T>) -> T {
         self.friction_scale * self.law.load(torques)
@@ -330,7 +320,7 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
     }
 
     /// Sets the scale s of the friction \[–\], zero or positive; 1 at the beginning. The next step
-    /// counts it as a change of the load.
+    /// counts it as a change of the load: the stiffness stays.
     ///
     /// # Errors
     ///
@@ -354,26 +344,31 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
 
     /// The source and the damper that stand for friction and drag over a step of length h ≥ 0
     /// \[s\], from the torques and a velocity v\* [rad/s] predicted for its middle and a deflection
-    /// \[rad\]. NaN for h < 0.
+    /// with its load. NaN for h < 0.
     ///
     /// # Errors
     ///
-    /// Refuses torques whose load is negative or not finite; nothing has changed.
+    /// Refuses torques whose load is negative or not finite.
     #[inline]
     pub fn step(
-        &mut self,
+        &self,
         torques: GearTorques<T>,
         predicted_velocity: T,
-        deflection: M::Deflection,
+        before: LoadedDeflection<T, M::Deflection>,
         duration: T,
     ) -> Result<GearStep<T, M::Deflection>, ParameterError> {
-        let load = self.load(torques);
-        let reloaded = self.companion.renew(load, deflection)?;
+        let load = parameter::non_negative("load", self.load(torques))?;
+        let change = LoadChange { before: before.load, after: load };
+        let contact = self.contact();
+        let Reloaded { deflection, dissipated } =
+            contact.reloaded(change, predicted_velocity, before.deflection);
+        let surface = Surface::scaled(predicted_velocity, load / contact.reference_load());
         Ok(GearStep {
-            friction: self.companion.step(predicted_velocity, reloaded.deflection, duration),
+            friction: self.companion.step(surface, deflection, duration),
+            load,
             drag: self.drag(),
             duration,
-            left: reloaded.dissipated,
+            slipped: dissipated,
         })
     }
 }
@@ -412,15 +407,34 @@ impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
     }
 }
 
+/// The deflection of the bristle of a gear, and the load that held it: what a caller keeps from
+/// step to step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadedDeflection<T, D = T> {
+    /// Deflection z \[rad\].
+    pub deflection: D,
+    /// Load p [N m] of the last step, zero before the first. Where the load falls from it below
+    /// what the bristle carries, the bristle slips back.
+    pub load: T,
+}
+
+impl<T: Scalar, D: Deflection<T>> LoadedDeflection<T, D> {
+    /// An undeflected bristle before the first step.
+    pub fn none() -> Self {
+        Self { deflection: D::fill(T::zero()), load: T::zero() }
+    }
+}
+
 /// Friction and drag of a gear over one step: mean torque = bias + damping·v̄.
 #[must_use]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GearStep<T: Scalar, D: Deflection<T> = T> {
     friction: CompanionStep<T, D>,
+    load: T,
     drag: T,
     duration: T,
-    /// Energy that left with the change of the load.
-    left: T,
+    /// Energy dissipated by slipping back when the load changed.
+    slipped: T,
 }
 
 impl<T: Scalar, D: Deflection<T>> GearStep<T, D> {
@@ -444,17 +458,32 @@ impl<T: Scalar, D: Deflection<T>> GearStep<T, D> {
     }
 
     /// Ends the step with the mean velocity v̄ [rad/s] that the mechanism has found. The drag, and
-    /// the energy that left with the change of the load, are in the account.
+    /// the energy dissipated by the change of the load, are in the account.
     #[inline]
-    pub fn commit(&self, mean_velocity: T) -> CompletedStep<T, D> {
+    pub fn commit(&self, mean_velocity: T) -> CompletedStep<T, LoadedDeflection<T, D>> {
+        let CompletedStep { deflection, force, work, stored, dissipated } =
+            self.completed(mean_velocity);
+        let deflection = LoadedDeflection { deflection, load: self.load };
+        CompletedStep { deflection, force, work, stored, dissipated }
+    }
+
+    /// The load of the step [N m].
+    #[inline]
+    pub(crate) fn load(&self) -> T {
+        self.load
+    }
+
+    /// As [`GearStep::commit`], without the load.
+    #[inline]
+    pub(crate) fn completed(&self, mean_velocity: T) -> CompletedStep<T, D> {
         let done = self.friction.commit(mean_velocity);
         let drag = self.drag * mean_velocity;
         let lost = drag * mean_velocity * self.duration;
         CompletedStep {
             force: done.force + drag,
             work: done.work + lost,
-            stored: done.stored - self.left,
-            dissipated: done.dissipated + lost + self.left,
+            stored: done.stored - self.slipped,
+            dissipated: done.dissipated + lost + self.slipped,
             ..done
         }
     }

@@ -1,6 +1,6 @@
 //! A joint driven by a motor through a gear whose friction follows the torques.
 //!
-//! q̇ = v,  J v̇ = τ_m + τ_e − T(v, z, p),  ż = h(v, z) − (max(ṗ, 0)/p) z
+//! q̇ = v,  J v̇ = τ_m + τ_e − T(v, z, p),  ż = h(v, z, p)
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -10,18 +10,12 @@
 //! | τ_m, τ_e | motor torque, external torque; functions of time, angle and velocity | N m |
 //! | p, T | load and friction torque of the gear, see [`GearFriction`] | N m |
 //!
-//! Along a motion p changes with the torques,
-//!
-//! ṗ = ∂p/∂τ_m τ̇_m + ∂p/∂τ_e τ̇_e,  τ̇ = ∂τ/∂t + (∂τ/∂q) v + (∂τ/∂v) v̇.
-//!
-//! The friction torque does not depend on ż, so that v̇ is known before.
-//!
 //! # Kinks
 //!
 //! Beside the reversals of v, which the driver locates, p has a kink where its two torques cancel,
-//! and ż has one where ṗ changes its sign. They are left to the error estimate. Declared as a
-//! sliding velocity, the kink of p saved no step in the scene of the tests; locked like one,
-//! |k_m τ_m − k_e τ_e| could become negative.
+//! and T has one where the load falls below what the bristle carries. They are left to the error
+//! estimate. Declared as a sliding velocity, the kink of p saved no step in the scene of the tests;
+//! locked like one, |k_m τ_m − k_e τ_e| could become negative.
 //!
 //! # A step
 //!
@@ -39,11 +33,11 @@
 use nalgebra::Vector3;
 
 use crate::input::{JointInput, JointInputValue, JointMotion};
-use crate::{GearFriction, GearTorques, LoadLaw};
+use crate::{GearFriction, GearTorques, LoadLaw, LoadedDeflection};
 use bristle::companion::CompletedStep;
 use bristle::ode::System;
 use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{is_zero, larger, lit, nan, smaller};
+use bristle::scalar::{larger, lit, smaller};
 use bristle::{Branch, Bristle, Scalar};
 
 /// Parameters of [`GearedJoint`].
@@ -85,7 +79,8 @@ pub struct GearedJointParameters<T, M, L, A, E = T> {
 ///     motor_share: 1.0,
 ///     external_share: 0.6,
 /// })?;
-/// let parameters = GearFrictionParameters { friction, load, drag: 0.05, fastest: 10.0 };
+/// let (reference_load, drag, fastest) = (0.5, 0.05, 10.0);
+/// let parameters = GearFrictionParameters { friction, load, reference_load, drag, fastest };
 /// let joint = GearedJoint::new(GearedJointParameters {
 ///     gear: GearFriction::new(parameters)?,
 ///     inertia: 0.02,
@@ -113,8 +108,11 @@ pub struct JointState<T> {
     pub angle: T,
     /// Angular velocity v [rad/s].
     pub velocity: T,
-    /// Deflection z \[rad\] under the load at the middle of the last step.
+    /// Deflection z \[rad\].
     pub deflection: T,
+    /// Load p [N m] at the middle of the last step, zero before the first: see
+    /// [`LoadedDeflection::load`].
+    pub load: T,
     /// Mean acceleration over the last step [rad/s²], from which the next one is predicted.
     pub acceleration: T,
 }
@@ -123,7 +121,7 @@ impl<T: Scalar> JointState<T> {
     /// A joint at an angle \[rad\] at rest at time zero, with an undeflected bristle.
     pub fn at_rest(angle: T) -> Self {
         let zero = T::zero();
-        Self { time: zero, angle, velocity: zero, deflection: zero, acceleration: zero }
+        Self { time: zero, angle, velocity: zero, deflection: zero, load: zero, acceleration: zero }
     }
 }
 
@@ -157,23 +155,23 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, L: LoadLaw<T>> GearFriction<T, M,
     ///
     /// # Errors
     ///
-    /// Refuses a load that is negative or not finite, as that of torques that are not; nothing has
-    /// changed.
+    /// Refuses a load that is negative or not finite, as that of torques that are not.
     #[inline]
     pub fn joint_step(
-        &mut self,
+        &self,
         inertia: T,
         state: &JointState<T>,
         duration: T,
         torques: impl FnOnce(JointMotion<T>) -> JointTorques<T>,
     ) -> Result<(JointState<T>, CompletedStep<T>), ParameterError> {
-        let JointState { time, angle, velocity, deflection, acceleration } = *state;
+        let JointState { time, angle, velocity, deflection, load, acceleration } = *state;
         let (half, two) = (lit::<T>(0.5) * duration, lit::<T>(2.0));
         let predicted = velocity + half * acceleration;
         let middle =
             JointMotion { time: time + half, angle: angle + half * predicted, velocity: predicted };
         let JointTorques { motor, external, loading } = torques(middle);
-        let step = self.step(loading, predicted, deflection, duration)?;
+        let before = LoadedDeflection { deflection, load };
+        let step = self.step(loading, predicted, before, duration)?;
         // Of the torques with the mean velocity, −∂τ/∂v̄.
         let slope =
             half * (motor.by_angle + external.by_angle) + motor.by_velocity + external.by_velocity;
@@ -182,12 +180,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, L: LoadLaw<T>> GearFriction<T, M,
         let resisting = inertia + half * (step.damping() - slope);
         let acceleration = (driving - step.torque(velocity)) / resisting;
         let mean = velocity + half * acceleration;
-        let done = step.commit(mean);
+        let done = step.completed(mean);
         let next = JointState {
             time: time + duration,
             angle: angle + duration * mean,
             velocity: two * mean - velocity,
             deflection: done.deflection,
+            load: step.load(),
             acceleration,
         };
         Ok((next, done))
@@ -252,22 +251,22 @@ where
     pub fn friction_torque(&self, time: T, state: &Vector3<T>) -> T {
         let (gear, [_, velocity, deflection]) = (self.gear(), <[T; 3]>::from(*state));
         let load = gear.load(self.torques(time, state));
-        load * gear.model().coefficient(velocity, deflection) + gear.drag() * velocity
+        let friction = gear.contact().response_under(load, velocity, deflection).force;
+        friction + gear.drag() * velocity
     }
 
     /// A step of length h ≥ 0 \[s\] by [`GearFriction::joint_step`].
     ///
     /// # Errors
     ///
-    /// Refuses a load that is negative or not finite, as that of torques that are not; nothing has
-    /// changed.
+    /// Refuses a load that is negative or not finite, as that of torques that are not.
     #[inline]
     pub fn step(
-        &mut self,
+        &self,
         state: &JointState<T>,
         duration: T,
     ) -> Result<(JointState<T>, CompletedStep<T>), ParameterError> {
-        let GearedJointParameters { gear, inertia, motor, external } = &mut self.parameters;
+        let GearedJointParameters { gear, inertia, motor, external } = &self.parameters;
         gear.joint_step(*inertia, state, duration, |middle| {
             JointTorques::of(motor.at(middle), external.at(middle))
         })
@@ -286,20 +285,10 @@ where
     fn rate(&self, time: T, state: &Vector3<T>, [branch]: [Branch; 1]) -> Vector3<T> {
         let (gear, [_, velocity, deflection]) = (self.gear(), <[T; 3]>::from(*state));
         let JointTorques { motor, external, loading } = self.acting(time, state);
-        let normal_force = gear.load(loading);
-        let sliding = branch.of(velocity);
-        let affine = gear.model().affine(sliding.into(), deflection);
-        let friction = normal_force * affine.coefficient(sliding.velocity(), deflection);
-        let torque = motor.value + external.value - gear.drag() * velocity - friction;
-        let acceleration = torque / self.parameters.inertia;
-        let along = |input: &JointInputValue<T>| {
-            input.by_time + input.by_angle * velocity + input.by_velocity * acceleration
-        };
-        let slopes = gear.law().slopes(loading);
-        let rate = slopes.motor * along(&motor) + slopes.external * along(&external);
-        let renewal = renewal(normal_force, rate * gear.friction_scale(), deflection);
-        let deflecting = affine.rate(sliding.velocity(), deflection) + renewal;
-        Vector3::new(velocity, acceleration, deflecting)
+        let load = gear.load(loading);
+        let friction = gear.contact().response_under(load, branch.of(velocity), deflection);
+        let torque = motor.value + external.value - gear.drag() * velocity - friction.force;
+        Vector3::new(velocity, torque / self.parameters.inertia, friction.rate)
     }
 
     #[inline]
@@ -324,26 +313,13 @@ where
     }
 
     /// The deflection at breakaway for angle and deflection, and the speed at which the joint
-    /// swings through it on its bristles under the load at the beginning.
+    /// swings through it on its bristles, both under the reference load.
     fn scales(&self) -> Vector3<T> {
-        let model = self.gear().model();
-        let deflection = model.limits(T::zero()).deflection.unwrap_or_else(|| lit(1e-6));
-        let load = self.gear().load(self.torques(T::zero(), &Vector3::zeros()));
-        let stiffness = larger(load * model.storage_stiffness(), T::default_epsilon());
+        let contact = self.gear().contact();
+        let deflection = contact.model().limits(T::zero()).deflection.unwrap_or_else(|| lit(1e-6));
+        let stiffness = contact.reference_load() * contact.model().storage_stiffness();
+        let stiffness = larger(stiffness, T::default_epsilon());
         let velocity = (stiffness / self.parameters.inertia).sqrt() * deflection;
         Vector3::new(deflection, velocity, deflection)
     }
-}
-
-/// What the asperities that come into contact add to the rate of a deflection x: −(max(ṗ, 0)/p) x.
-/// Infinite where p = 0, ṗ > 0 and x ≠ 0: a gear that is loaded again has lost its deflection. NaN
-/// for a negative load.
-fn renewal<T: Scalar>(load: T, rate: T, deflection: T) -> T {
-    if !(load >= T::zero()) {
-        return nan();
-    }
-    // Without a rise zero, or NaN.
-    let pace = if rate > T::zero() { rate / load } else { rate * T::zero() };
-    let lost = pace > T::zero() && !pace.is_finite();
-    if lost && is_zero(deflection) { deflection } else { -pace * deflection }
 }

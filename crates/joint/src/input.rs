@@ -44,8 +44,6 @@ pub struct JointMotion<T> {
 pub struct JointInputValue<T> {
     /// The value.
     pub value: T,
-    /// Its derivative with respect to the time [1/s].
-    pub by_time: T,
     /// Its derivative with respect to the angle [1/rad].
     pub by_angle: T,
     /// Its derivative with respect to the angular velocity [s/rad].
@@ -56,26 +54,22 @@ impl<T: Scalar> JointInputValue<T> {
     /// A value that does not change.
     pub fn constant(value: T) -> Self {
         let zero = T::zero();
-        Self { value, by_time: zero, by_angle: zero, by_velocity: zero }
+        Self { value, by_angle: zero, by_velocity: zero }
     }
 
     /// Refuses a value or a derivative that is not finite.
     pub(super) fn check(self, name: &'static str) -> Result<(), ParameterError> {
-        let Self { value, by_time, by_angle, by_velocity } = self;
-        let mut all = [value, by_time, by_angle, by_velocity].into_iter();
+        let Self { value, by_angle, by_velocity } = self;
+        let mut all = [value, by_angle, by_velocity].into_iter();
         all.try_for_each(|number| parameter::finite(name, number).map(drop))
     }
 
     /// This value times a factor.
     #[inline]
     fn scaled(self, factor: T) -> Self {
-        let Self { value, by_time, by_angle, by_velocity } = self;
-        Self {
-            value: value * factor,
-            by_time: by_time * factor,
-            by_angle: by_angle * factor,
-            by_velocity: by_velocity * factor,
-        }
+        let [value, by_angle, by_velocity] =
+            [self.value, self.by_angle, self.by_velocity].map(|number| number * factor);
+        Self { value, by_angle, by_velocity }
     }
 
     /// This value, cut to a size.
@@ -130,8 +124,7 @@ macro_rules! of_time {
         $($header)* {
             #[inline]
             fn at(&self, motion: JointMotion<T>) -> JointInputValue<T> {
-                let (value, by_time) = self.value_and_rate(motion.time);
-                JointInputValue { by_time, ..JointInputValue::constant(value) }
+                JointInputValue::constant(self.value(motion.time))
             }
 
             fn next_kink(&self, time: T, towards: T) -> Option<T> {
@@ -200,10 +193,9 @@ impl<T: Scalar, R: Signal<T>> JointInput<T> for PositionControl<T, R> {
     #[inline]
     fn at(&self, motion: JointMotion<T>) -> JointInputValue<T> {
         let Self { reference, proportional_gain, derivative_gain } = self;
-        let (angle, rate) = reference.value_and_rate(motion.time);
+        let error = reference.value(motion.time) - motion.angle;
         JointInputValue {
-            value: *proportional_gain * (angle - motion.angle) - *derivative_gain * motion.velocity,
-            by_time: *proportional_gain * rate,
+            value: *proportional_gain * error - *derivative_gain * motion.velocity,
             by_angle: -*proportional_gain,
             by_velocity: -*derivative_gain,
         }

@@ -17,8 +17,8 @@ mod input;
 
 pub use audit::GearAudit;
 pub use gear::{
-    GearFriction, GearFrictionParameters, GearStep, GearTorques, LoadLaw, TorqueLoad,
-    TorqueLoadParameters,
+    GearFriction, GearFrictionParameters, GearStep, GearTorques, LoadLaw, LoadedDeflection,
+    TorqueLoad, TorqueLoadParameters,
 };
 pub use geared_joint::{GearedJoint, GearedJointParameters, JointState, JointTorques};
 pub use input::{

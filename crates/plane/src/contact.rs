@@ -120,14 +120,10 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
         Reloaded { deflection: deflection * kept, dissipated }
     }
 
-    /// What the bristles carry over what the surface holds at a speed: the norm of σ0ᵢ zᵢ over
-    /// aᵢ s max μ where the ellipsoid is kept, its largest component elsewhere.
+    /// What the bristles carry over what the surface holds at a speed.
     fn utilisation(&self, velocity: &SVector<T, N>, deflection: &SVector<T, N>) -> T {
         let limits = self.model().limits(velocity.norm());
-        let scale = self.contact.friction_scale();
-        let Some(most) = limits.deflection else { return T::zero() };
-        let shares = deflection.zip_map(&most, |z, most| (z / (scale * most)).abs());
-        if limits.ellipsoid { shares.norm() } else { shares.max() }
+        limits.utilisation(deflection, self.contact.friction_scale())
     }
 
     /// Changes the normal force by renewal, see [`Contact::renew`].

@@ -151,6 +151,17 @@ pub struct PlaneLimits<T: Scalar, const N: usize> {
     pub ellipsoid: bool,
 }
 
+impl<T: Scalar, const N: usize> PlaneLimits<T, N> {
+    /// What bristles carry over what the surface holds under a friction scale s \[–\]: the norm of
+    /// σ0ᵢ zᵢ over aᵢ s max μ where the ellipsoid is kept, its largest component elsewhere; zero
+    /// without a limit.
+    pub fn utilisation(&self, deflection: &SVector<T, N>, scale: T) -> T {
+        let Some(most) = self.deflection else { return T::zero() };
+        let shares = deflection.zip_map(&most, |z, most| (z / (scale * most)).abs());
+        if self.ellipsoid { shares.norm() } else { shares.max() }
+    }
+}
+
 /// A length; NaN for a negative one.
 fn length<T: Scalar>(length: T) -> T {
     if length >= T::zero() { length } else { nan() }

@@ -45,7 +45,7 @@ fn main() -> ExitCode {
             length: paper::TYRE_LENGTH,
             pressure: PolynomialExponential::parabolic(),
         })?
-        .carrying(1.0)?;
+        .under_load(1.0)?;
         let mut grid = Grid::new(&patch, cells)?;
 
         // A cell a step: the nodes are exact for the velocity at the middle of each step.

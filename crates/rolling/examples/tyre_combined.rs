@@ -93,7 +93,7 @@ fn tyre() -> Outcome<Tyre> {
         length: LENGTH,
         pressure: PolynomialExponential::parabolic().padded(),
     })?;
-    Ok(tyre.carrying(LOAD)?)
+    Ok(tyre.under_load(LOAD)?)
 }
 
 /// Braking with a lane change: the torque that the brake can carry [N m] and the largest slip

@@ -88,7 +88,7 @@ impl Scene {
             length: paper::TYRE_LENGTH,
             pressure,
         })?
-        .carrying(NORMAL_FORCE)?;
+        .under_load(NORMAL_FORCE)?;
         let rolling_speed = self.rolling_speed;
         let at = |slip_ratio| Motion { slip_velocity: slip_ratio * rolling_speed, rolling_speed };
         let ratio = |motion| Ok::<_, ParameterError>(tyre.steady(motion)?.force / NORMAL_FORCE);

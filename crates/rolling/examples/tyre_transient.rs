@@ -126,7 +126,7 @@ where
     W: Signal<f64>,
 {
     let patch = Patch::new(PatchParameters { model, length: paper::TYRE_LENGTH, pressure })?;
-    let mut rolling = patch.carrying(LOAD)?.exact_in(4000)?;
+    let mut rolling = patch.under_load(LOAD)?.exact_in(4000)?;
     let mut forces = vec![rolling.force(motion.slip_velocity.value(0.0)) / LOAD];
     for pair in times.windows(2) {
         forces.push(rolling.follow_within(motion, pair[0]..pair[1], TOLERANCE)? / LOAD);

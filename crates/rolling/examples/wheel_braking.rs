@@ -107,7 +107,7 @@ fn wheel(speed: f64) -> Result<Wheel, Box<dyn Error>> {
         length: LENGTH,
         pressure: PolynomialExponential::parabolic(),
     })?;
-    rolling(tyre.carrying(LOAD)?.exact_in(200)?, speed)
+    rolling(tyre.under_load(LOAD)?.exact_in(200)?, speed)
 }
 
 impl Pedal {

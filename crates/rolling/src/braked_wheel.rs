@@ -160,7 +160,7 @@ pub struct WheelState<T> {
 ///     length: paper::TYRE_LENGTH,
 ///     pressure: PolynomialExponential::constant(),
 /// })?
-/// .carrying(4000.0)?; // N
+/// .under_load(4000.0)?; // N
 /// // Near 1 N m of torque per newton: the normal force is the capacity in N m.
 /// let pads = Coulomb::new(CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 })?;
 /// // 1/rad, s/rad

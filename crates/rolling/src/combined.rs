@@ -23,10 +23,10 @@
 
 use nalgebra::SVector;
 
-use super::patch::{Crossing, coefficients};
+use super::patch::{Crossing, coefficients, slopes};
 use super::{LinearisedPatch, Motion, Patch, Pressure, Steady};
+use bristle::Scalar;
 use bristle::parameter::{self, ParameterError};
-use bristle::{Bristle, Scalar};
 use bristle_plane::PlaneBristle;
 
 impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
@@ -60,7 +60,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     ///     length: paper::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
-    /// .carrying(4000.0)?; // N
+    /// .under_load(4000.0)?; // N
     /// // 0.8 m/s of slip at 16 m/s: braking, with a slip angle. The force is opposite to v.
     /// let motion = Motion { slip_velocity: Vector2::new(0.64, 0.48), rolling_speed: 16.0 };
     /// let [along, across] = tyre.combined_steady(motion)?;
@@ -108,12 +108,12 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         let Crossing { transport, .. } =
             self.rolling(Motion { slip_velocity: T::zero(), rolling_speed })?;
         for (axis, &slip_velocity) in axes.iter().zip(&v) {
-            coefficients(axis, slip_velocity)?;
+            coefficients(&self.contact().with_model(axis.clone()), slip_velocity)?;
         }
         let about = |j: usize, i: usize| {
             let share = if i == j { T::one() } else { T::zero() };
-            let (affine, slopes) = axes[i].affine_and_slopes(v[i].into(), T::zero());
             let axis = self.with_model(axes[i].clone());
+            let (affine, slopes) = slopes(axis.contact(), v[i]);
             axis.linearised_about((v[i], transport), (affine, slopes.times(gradient[j])), share)
         };
         Ok(core::array::from_fn(|j| core::array::from_fn(|i| about(j, i))))

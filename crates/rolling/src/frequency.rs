@@ -38,7 +38,7 @@
 
 use nalgebra::Complex;
 
-use super::patch::{Crossing, checked, of_velocity};
+use super::patch::{Crossing, checked, of_velocity, slopes};
 use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure};
 use bristle::parameter::ParameterError;
@@ -86,7 +86,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     ///     length: paper::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
-    /// .carrying(4000.0)?; // N
+    /// .under_load(4000.0)?; // N
     /// let cruise = Motion { slip_velocity: 0.0, rolling_speed: 16.0 };
     /// let linearised = tyre.linearised(cruise)?;
     /// // A slow change of slip gets the slip stiffness, a fast one less and later.
@@ -110,8 +110,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// Refuses a motion that is not finite, and a rolling speed that is not positive.
     pub fn linearised(&self, motion: Motion<T>) -> Result<LinearisedPatch<T, P>, ParameterError> {
         let Crossing { slip_velocity: v, transport } = self.rolling(motion)?;
-        let (affine, slopes) = self.model().affine_and_slopes(v.into(), T::zero());
         of_velocity(self.model())?;
+        let (affine, slopes) = slopes(self.contact(), v);
         Ok(self.linearised_about((v, transport), (checked(affine)?, slopes), T::one()))
     }
 
@@ -123,14 +123,14 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
         (affine, slopes): (Affine<T>, Affine<T>),
         share: T,
     ) -> LinearisedPatch<T, P> {
-        let stationary = self.model().stationary(v);
+        let stationary = self.contact().stationary(v);
         // A slope can be infinite at rest (|v|^δ with δ < 1), where nothing is there to be
         // multiplied.
         let times = |slope: T, value: T| if is_zero(value) { T::zero() } else { slope * value };
         let b1 = times(slopes.relaxation, stationary);
         LinearisedPatch {
             pressure: self.pressure().clone(),
-            weight: self.length() * self.load(),
+            weight: self.length() * self.factor(),
             transport,
             length: self.length(),
             stiffness: affine.stiffness,
@@ -225,7 +225,7 @@ impl<T: Scalar, P: Pressure<T>> LinearisedPatch<T, P> {
     ///     length: paper::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
-    /// .carrying(4000.0)?; // N
+    /// .under_load(4000.0)?; // N
     /// let cruise = Motion { slip_velocity: Vector2::zeros(), rolling_speed: 16.0 };
     /// let lateral = tyre.combined_linearised(cruise)?[1][1]; // of F_y to v_y
     /// let trail = lateral.moment_by_slip_velocity(0.0).re / lateral.by_slip_velocity(0.0).re;

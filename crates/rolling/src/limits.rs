@@ -83,7 +83,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     ///     length: paper::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
-    /// .carrying(4000.0)?; // N
+    /// .under_load(4000.0)?; // N
     /// // After a second the initial bristles have left.
     /// let limits = tyre.limits(Motion { slip_velocity: 0.1, rolling_speed: 16.0 }, 1.0)?;
     /// // In little slip no bristle comes far enough to slide: σ0 |v| L/(2 U) of the normal force.
@@ -103,8 +103,12 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
         let model = self.model().limits(fastest);
         let (stiffness, damping) = output_limits(self.model(), fastest);
         let (zero, one) = (T::zero(), T::one());
-        let (slope, deflection) = (fastest / transport, model.deflection.unwrap_or(one / zero));
-        let (weight, carried) = (self.length() * self.load(), self.normal_force());
+        let scale = self.contact().friction_scale();
+        let slope = fastest / transport;
+        let deflection = model.deflection.map_or(one / zero, |most| most * scale);
+        // A smaller scale leaves the bounds of c₀ and c₂, a larger one raises viscous friction.
+        let damping = damping * larger(scale, one);
+        let (weight, carried) = (self.length() * self.factor(), self.contact().reference_load());
 
         // Where the limit of the deflection is reached, if within the patch.
         let reach = Some(deflection / slope).filter(|&reach| reach < one);
@@ -116,7 +120,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
             bent += weighted * smaller(deflection, slope * place);
         });
         let force = weight * stiffness * bent + carried * damping * fastest;
-        let force = model.coefficient.map_or(force, |most| smaller(force, carried * most));
+        let force =
+            model.coefficient.map_or(force, |most| smaller(force, carried * (most * scale)));
         let inlet = transport * elapsed;
         let (mut remaining_deflection, mut remaining_force) = (zero, zero);
         if inlet < one {

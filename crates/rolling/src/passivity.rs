@@ -159,7 +159,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
         if !self.model().obeys(Law::Passivity) {
             return Passivity::Model;
         }
-        let stiffness = self.load() * self.model().storage_stiffness();
+        let stiffness = self.factor() * self.model().storage_stiffness();
         let uniform = |value: T| move |_: T| (value, T::zero());
         Passivity::of(self.pressure(), uniform(stiffness), uniform(T::one()))
     }
@@ -194,7 +194,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     pub fn least_passive_damping(&self, rolling_speed: T) -> Result<T, ParameterError> {
         let rolling_speed = parameter::positive("rolling_speed", rolling_speed)?;
         let total = parameter::positive("total pressure", self.pressure().total())?;
-        let stiffness = coefficients(self.model(), T::zero())?.stiffness;
+        let stiffness = coefficients(self.contact(), T::zero())?.stiffness;
         let number = damping_number(self.pressure(), total);
         Ok(number * stiffness * self.length() / rolling_speed)
     }

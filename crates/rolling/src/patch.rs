@@ -2,18 +2,31 @@
 
 use super::Pressure;
 use bristle::parameter::{self, ParameterError, Rule};
-use bristle::scalar::larger;
-use bristle::{Affine, Bristle, Form, Scalar};
+use bristle::scalar::{is_zero, larger};
+use bristle::{Affine, Bristle, Contact, Form, LoadChange, Scalar};
 
 /// The coefficients of a model at a velocity, if they are finite and λ is not negative: a bad one
 /// would stay in the patch.
 #[inline]
 pub(super) fn coefficients<T: Scalar, M: Bristle<T, Deflection = T>>(
-    model: &M,
+    contact: &Contact<T, M>,
     velocity: T,
 ) -> Result<Affine<T>, ParameterError> {
-    of_velocity(model)?;
-    checked(model.affine(velocity.into(), T::zero()))
+    of_velocity(contact.model())?;
+    checked(contact.affine(velocity, T::zero()))
+}
+
+/// The coefficients of a contact at a velocity and their slopes; none without a load.
+#[inline]
+pub(super) fn slopes<T: Scalar, M: Bristle<T, Deflection = T>>(
+    contact: &Contact<T, M>,
+    velocity: T,
+) -> (Affine<T>, Affine<T>) {
+    let surface = contact.surface(velocity);
+    if is_zero(surface.scale()) {
+        return (Affine::none(), Affine::none());
+    }
+    contact.model().affine_and_slopes(surface, T::zero())
 }
 
 /// Refuses a model whose coefficients depend on its deflection.
@@ -59,7 +72,8 @@ pub struct PatchParameters<T, M, P> {
     pub model: M,
     /// Length L of the patch \[m\], positive.
     pub length: T,
-    /// Pressure p(ξ) [N/m]: normal force per length.
+    /// Pressure p(ξ) [N/m]: normal force per length, at which the stiffness was measured.
+    /// [`Patch::under_load`] gives another one of this form.
     pub pressure: P,
 }
 
@@ -78,8 +92,7 @@ pub struct PatchParameters<T, M, P> {
 ///     length: 0.1,                                  // m
 ///     pressure: PolynomialExponential::parabolic(),
 /// })?
-/// .carrying(4000.0)?; // N
-/// assert!((tyre.normal_force() - 4000.0_f64).abs() < 1e-9);
+/// .under_load(4000.0)?; // N
 ///
 /// // Rolling at 16 m/s with 0.8 m/s of slip.
 /// let motion = Motion { slip_velocity: 0.8, rolling_speed: 16.0 };
@@ -88,13 +101,13 @@ pub struct PatchParameters<T, M, P> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Patch<T, M, P> {
-    model: M,
+    contact: Contact<T, M>,
     length: T,
     pressure: P,
-    /// Multiplies the pressure.
-    load: T,
-    /// L ∫p dξ without it \[N\].
-    unloaded: T,
+    /// L ∫p dξ of the pressure as it was given \[N\].
+    given: T,
+    /// The reference load over it.
+    factor: T,
 }
 
 impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
@@ -106,41 +119,62 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     pub fn new(parameters: PatchParameters<T, M, P>) -> Result<Self, ParameterError> {
         let PatchParameters { model, length, pressure } = parameters;
         let length = parameter::positive("length", length)?;
-        let unloaded = parameter::non_negative("total pressure", length * pressure.total())?;
-        Ok(Self { model, length, pressure, load: T::one(), unloaded })
+        let given = parameter::non_negative("total pressure", length * pressure.total())?;
+        let contact = Contact::new(model, given)?;
+        Ok(Self { contact, length, pressure, given, factor: T::one() })
     }
 
-    /// This patch with its pressure scaled to a normal force F_z \[N\], zero or positive.
+    /// This patch under a normal force F_z \[N\], zero or positive, at which its stiffness was
+    /// measured: it is the reference load, too.
     ///
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite, and a pressure that carries nothing.
-    pub fn carrying(mut self, normal_force: T) -> Result<Self, ParameterError> {
-        self.set_normal_force(normal_force)?;
+    pub fn under_load(mut self, normal_force: T) -> Result<Self, ParameterError> {
+        self.renew_load(normal_force)?;
         Ok(self)
     }
 
-    /// Scales the pressure to a normal force F_z \[N\] in place, for a load that varies.
+    /// The patch whose stiffness and damping belong to another load P \[N\] than its normal force,
+    /// see [`Contact::measured_at`].
     ///
     /// # Errors
     ///
-    /// Those of [`Patch::carrying`]; the patch is as it was.
-    pub fn set_normal_force(&mut self, normal_force: T) -> Result<(), ParameterError> {
-        let normal_force = parameter::non_negative("normal_force", normal_force)?;
-        self.load = normal_force / parameter::positive("total pressure", self.unloaded)?;
-        Ok(())
+    /// Refuses a reference load that is not positive, and a pressure that carries nothing.
+    pub fn measured_at(self, reference_load: T) -> Result<Self, ParameterError> {
+        let factor = reference_load / parameter::positive("total pressure", self.given)?;
+        Ok(Self { contact: self.contact.measured_at(reference_load)?, factor, ..self })
+    }
+
+    /// Makes the normal force the reference load, too.
+    pub(super) fn renew_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
+        parameter::non_negative("normal_force", normal_force)?;
+        let given = parameter::positive("total pressure", self.given)?;
+        self.factor = normal_force / given;
+        self.contact.renew_load(normal_force)
+    }
+
+    /// Changes the normal force.
+    pub(super) fn change_load(&mut self, normal_force: T) -> Result<LoadChange<T>, ParameterError> {
+        self.contact.change_load(normal_force)
+    }
+
+    /// The friction model under the normal force F_z and the reference load.
+    pub fn contact(&self) -> &Contact<T, M> {
+        &self.contact
     }
 
     /// The friction model.
     pub fn model(&self) -> &M {
-        &self.model
+        self.contact.model()
     }
 
     /// This patch with another friction model.
     #[inline]
     pub(super) fn with_model<K>(&self, model: K) -> Patch<T, K, P> {
-        let Self { length, load, unloaded, .. } = *self;
-        Patch { model, length, pressure: self.pressure.clone(), load, unloaded }
+        let Self { length, given, factor, .. } = *self;
+        let (contact, pressure) = (self.contact.with_model(model), self.pressure.clone());
+        Patch { contact, length, pressure, given, factor }
     }
 
     /// Length L \[m\].
@@ -148,19 +182,19 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         self.length
     }
 
-    /// The pressure as it was given; [`Patch::carrying`] multiplies it by [`Patch::load`].
+    /// The pressure as it was given. Its form is that under every load.
     pub fn pressure(&self) -> &P {
         &self.pressure
     }
 
-    /// The factor by which the pressure is multiplied \[–\].
-    pub fn load(&self) -> T {
-        self.load
+    /// The factor by which the pressure is multiplied under the reference load \[–\].
+    pub(super) fn factor(&self) -> T {
+        self.factor
     }
 
-    /// The normal force F_z = L ∫p dξ \[N\].
+    /// The normal force F_z \[N\].
     pub fn normal_force(&self) -> T {
-        self.load * self.unloaded
+        self.contact.normal_force()
     }
 
     /// The motion in the patch's own unit of length, if the patch rolls forward or stands. Below
@@ -175,15 +209,15 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
         Ok(Crossing { slip_velocity, transport })
     }
 
-    /// A motion and the coefficients of a model at it, if they are those of a patch.
+    /// A motion and the coefficients of a contact at it, if they are those of a patch.
     #[inline]
     pub(super) fn frozen<K: Bristle<T, Deflection = T>>(
         &self,
-        model: &K,
+        contact: &Contact<T, K>,
         motion: Motion<T>,
     ) -> Result<Frozen<T>, ParameterError> {
         let Crossing { slip_velocity, transport } = self.forward(motion)?;
-        let affine = coefficients(model, slip_velocity)?;
+        let affine = coefficients(contact, slip_velocity)?;
         Ok(Frozen { affine, slip_velocity, transport })
     }
 
@@ -239,9 +273,7 @@ pub(super) struct Frozen<T: Scalar> {
 impl<T: Scalar> Frozen<T> {
     /// No motion of no bristles.
     pub(super) fn still() -> Self {
-        let zero = T::zero();
-        let affine = Affine { relaxation: zero, drive: zero, stiffness: zero, damping: zero };
-        Self { affine, slip_velocity: zero, transport: zero }
+        Self { affine: Affine::none(), slip_velocity: T::zero(), transport: T::zero() }
     }
 
     /// u = r v [m/s]

@@ -95,7 +95,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     ///     length: paper::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
-    /// .carrying(4000.0)?; // N
+    /// .under_load(4000.0)?; // N
     /// let motion = Motion { slip_velocity: 0.05 * 16.0, rolling_speed: 16.0 }; // m/s
     /// let steady = tyre.steady(motion)?;
     /// assert!((steady.force - 4000.0 * 0.348954).abs() < 4000.0 * 5e-7);
@@ -108,19 +108,25 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Refuses a motion that is not finite, and a negative rolling speed.
     pub fn steady(&self, motion: Motion<T>) -> Result<Steady<T>, ParameterError> {
-        let Frozen { affine, slip_velocity: v, transport } = self.frozen(self.model(), motion)?;
+        let Frozen { affine, slip_velocity: v, transport } = self.frozen(self.contact(), motion)?;
         let still = is_zero(affine.relaxation);
+        let surface = self.contact().surface(v);
+        let stationary_coefficient = if is_zero(surface.scale()) {
+            T::zero()
+        } else {
+            self.model().stationary_coefficient(surface)
+        };
         let steady = Steady {
             force: T::zero(),
             decay: if still { T::zero() } else { affine.relaxation / transport },
-            stationary_deflection: self.model().stationary(v),
-            stationary_coefficient: self.model().stationary_coefficient(v),
+            stationary_deflection: self.contact().stationary(v),
+            stationary_coefficient,
             entry_coefficient: affine.damping * v,
         };
         // μ_ss R(κ) + c₂ v (P − R(κ))
         let carried = steady.stationary_coefficient * self.pressure().rise(steady.decay)
             + steady.entry_coefficient * self.pressure().remaining(steady.decay);
-        Ok(Steady { force: self.length() * self.load() * carried, ..steady })
+        Ok(Steady { force: self.length() * self.factor() * carried, ..steady })
     }
 
     /// Slip stiffness: the slope dF/ds \[N\] of the steady force over the slip ratio s = v/U at s
@@ -172,7 +178,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
         for number in 1..=SLIPS {
             let decades = DECADES * (number as f64 / SLIPS as f64 - 1.0);
             let slip = most * lit::<T>(core::f64::consts::LN_10 * decades).exp();
-            coefficients(self.model(), sign * slip)?;
+            coefficients(self.contact(), sign * slip)?;
             let here = (slip, slope(slip));
             let rising = before.filter(|&(_, slope)| slope > T::zero() && !(here.1 > T::zero()));
             if let Some(rising) = rising {
@@ -201,7 +207,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// Refuses a motion that is not finite, and a negative rolling speed.
     pub fn pneumatic_trail(&self, motion: Motion<T>) -> Result<Option<T>, ParameterError> {
         let steady = self.steady(motion)?;
-        let Frozen { affine, slip_velocity, transport } = self.frozen(self.model(), motion)?;
+        let Frozen { affine, slip_velocity, transport } = self.frozen(self.contact(), motion)?;
         let half: T = lit(0.5);
         let steepness = if steady.decay.is_finite() { steady.decay } else { T::zero() };
         let (mut force, mut moment) = (T::zero(), T::zero());

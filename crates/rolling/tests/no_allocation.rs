@@ -22,7 +22,9 @@ fn a_patch_in_combined_slip_allocates_nothing() {
         for number in 0..200 {
             let slip_velocity = Vector2::new(0.5, 0.01 * f64::from(number));
             let motion = Motion { slip_velocity, rolling_speed: 16.0 };
-            rolling.reload(4000.0 + f64::from(number)).unwrap();
+            let load = 4000.0 - 10.0 * f64::from(number);
+            let _ = rolling.reload(load, &slip_velocity).unwrap();
+            let _ = rolling.renew(load + 5.0).unwrap();
             rolling.step(motion, 1e-3).unwrap();
             let step = rolling.companion_step(motion, 1e-4).unwrap();
             step.commit_with_ledger(&slip_velocity).unwrap();

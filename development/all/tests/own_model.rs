@@ -27,7 +27,8 @@ use bristle_identify::{
     SearchSettings, fit,
 };
 use bristle_joint::{
-    GearFriction, GearFrictionParameters, GearTorques, TorqueLoad, TorqueLoadParameters,
+    GearFriction, GearFrictionParameters, GearTorques, LoadedDeflection, TorqueLoad,
+    TorqueLoadParameters,
 };
 use bristle_rolling::{Motion, Patch, PatchParameters, PolynomialExponential, Segment};
 use bristle_specimens::lit;
@@ -303,7 +304,7 @@ fn a_rolling_patch_takes_it_exactly() {
     fn rolled<M: Bristle<f64, Deflection = f64>>(model: M) -> f64 {
         let pressure = PolynomialExponential::parabolic();
         let patch = Patch::new(PatchParameters { model, length: 0.1, pressure }).unwrap();
-        let patch = patch.carrying(100.0).unwrap();
+        let patch = patch.under_load(100.0).unwrap();
         let motion = Motion { slip_velocity: 0.02, rolling_speed: 2.0 };
         let steady = patch.steady(motion).unwrap().force;
         let mut exact = patch.exact([Segment::default(); 200]).unwrap();
@@ -330,7 +331,7 @@ fn fidelity_measures_what_is_enough_for_it() {
     let pressure = PolynomialExponential::constant();
     let patch = Patch::new(PatchParameters { model: POWER, length: 0.1, pressure }).unwrap();
     let motion = Motion { slip_velocity: velocity, rolling_speed: 5.0 };
-    let scene = PatchScene::new(patch.carrying(1.0).unwrap(), motion, answers).unwrap();
+    let scene = PatchScene::new(patch.under_load(1.0).unwrap(), motion, answers).unwrap();
     assert!(choose(&scene, tolerance).is_ok());
     // A curve of one's own; a dashpot that varies is a level of its own.
     let contact = frbd().under_load(1.0).unwrap();
@@ -454,9 +455,11 @@ fn a_gear_takes_it() {
     fn lifted<M: Bristle<f64, Deflection = f64>>(friction: M) -> f64 {
         let load = TorqueLoadParameters { idle_load: 2.0, motor_share: 1.0, external_share: 0.6 };
         let load = TorqueLoad::new(load).unwrap();
-        let parameters = GearFrictionParameters { friction, load, drag: 0.05, fastest: 10.0 };
-        let mut gear = GearFriction::new(parameters).unwrap();
-        let (mut v, mut z, h) = (0.0, 0.0, 1e-3);
+        // The load below, 2 + 3 + 0.6 · 2.
+        let (reference_load, drag, fastest) = (6.2, 0.05, 10.0);
+        let gear = GearFrictionParameters { friction, load, reference_load, drag, fastest };
+        let gear = GearFriction::new(gear).unwrap();
+        let (mut v, mut z, h) = (0.0, LoadedDeflection::none(), 1e-3);
         let torques = GearTorques { motor: 3.0, external: -2.0 };
         for _ in 0..200 {
             let step = gear.step(torques, v, z, h).unwrap();

@@ -41,7 +41,7 @@ fn model(set: usize) -> Lumped {
 /// A patch of 1 kN.
 pub(crate) fn patch<P: Pressure<f64>>(set: usize, pressure: P) -> Patch<f64, Lumped, P> {
     let parameters = PatchParameters { model: model(set), length: paper::TYRE_LENGTH, pressure };
-    Patch::new(parameters).unwrap().carrying(1000.0).unwrap()
+    Patch::new(parameters).unwrap().under_load(1000.0).unwrap()
 }
 
 /// The paper's tyre under a parabolic pressure along a motion.
@@ -104,8 +104,8 @@ fn force_at<const N: usize>(parameters: &Parameters<N>, time: f64, finesse: f64)
         }
     }
     let affine = model.affine(slip_at(time).into(), 0.0);
-    patch.load() * patch.length() * affine.stiffness * sum
-        + patch.normal_force() * affine.damping * slip_at(time)
+    let pressed = patch.normal_force() / patch.pressure().total();
+    pressed * affine.stiffness * sum + patch.normal_force() * affine.damping * slip_at(time)
 }
 
 /// The forces; between the jumps of a square wave (at a constant rolling speed) exactly.

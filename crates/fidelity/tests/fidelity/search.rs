@@ -154,7 +154,7 @@ fn the_relaxation_length_in_adhesion_is_the_ratio_of_two_moments_of_the_pressure
         let slip_velocity = Function::new(|_: f64| (0.0, 0.0), []);
         let motion = Motion { slip_velocity, rolling_speed: 2.0 };
         let answers = Answers { interval: 0.02, count: 4 };
-        let scene = PatchScene::new(patch.carrying(1.0).unwrap(), motion, answers).unwrap();
+        let scene = PatchScene::new(patch.under_load(1.0).unwrap(), motion, answers).unwrap();
         // A phase of a thousandth, of which the square is left.
         let share = scene.relaxation_length() / length;
         assert!((share - 0.3).abs() < 1e-5, "{share}");

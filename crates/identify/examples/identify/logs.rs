@@ -165,11 +165,12 @@ pub(crate) fn synthetic() -> Result<(Vec<Named>, Vec<Named>), Box<dyn Error>> {
         let gear = GearFriction::new(GearFrictionParameters {
             friction: Dahl::new(friction)?,
             load: TorqueLoad::new(load)?,
+            reference_load: load.idle_load,
             drag: 0.01,
             fastest: 20.0,
         })?;
         let torque = |t: f64| swing * (2.0 * t + phase).sin() + 0.2 * ((0.6 * t + 3.0) * t).sin();
-        let mut joint = GearedJoint::new(GearedJointParameters {
+        let joint = GearedJoint::new(GearedJointParameters {
             gear,
             inertia: 0.008,
             motor: Function::new(move |t: f64| (torque(t), 0.0), []),

@@ -16,7 +16,6 @@
 
 use core::ops::Range;
 
-use super::friction::Gear;
 use super::joint::Model;
 use super::log::DriveLog;
 use super::plant::Plant;
@@ -25,7 +24,7 @@ use crate::problem::Objective;
 use bristle::Scalar;
 use bristle::parameter::ParameterError;
 use bristle::scalar::lit;
-use bristle_joint::JointState;
+use bristle_joint::{JointState, LoadedDeflection};
 
 /// What is compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,23 +87,22 @@ impl<'a> Errors<'a> {
             Criterion::Segments(length) => (false, length),
         };
         // The bristle that follows the measured motion, from segment to segment.
-        let mut gear = plant.gear.clone();
-        let mut deflection = T::zero();
+        let mut bristle = LoadedDeflection::none();
         let mut reached = None;
         for segment in segments(smoothed.log, length) {
             let Some(first) = smoothed.rows.get(segment.start) else { continue };
             if reached != Some(segment.start) {
-                deflection = plant.deflected(&mut gear, first)?;
+                bristle = plant.deflected(first);
             }
             reached = Some(segment.end);
             if inverse {
-                each(plant.imbalance(first, deflection));
+                each(plant.imbalance(first, bristle.deflection));
             } else {
                 let [angle, velocity, acceleration] =
                     [first.position, first.velocity, first.acceleration].map(lit);
-                let start =
-                    JointState { angle, velocity, deflection, acceleration, time: T::zero() };
-                simulate(&plant, gear.clone(), &segment, start, each)?;
+                let (LoadedDeflection { deflection, load }, time) = (bristle, T::zero());
+                let start = JointState { time, angle, velocity, deflection, load, acceleration };
+                simulate(&plant, &segment, start, each)?;
             }
             if !inverse && !length.is_finite() {
                 continue;
@@ -113,9 +111,9 @@ impl<'a> Errors<'a> {
                 let rows = [row, row + 1].map(|row| smoothed.rows.get(row));
                 let [Some(before), Some(after)] = rows else { break };
                 let duration = plant.duration(row);
-                deflection = plant.follow(&mut gear, deflection, [before, after], duration)?;
+                bristle = plant.follow(bristle, [before, after], duration)?;
                 if inverse {
-                    each(plant.imbalance(after, deflection));
+                    each(plant.imbalance(after, bristle.deflection));
                 }
             }
         }
@@ -147,13 +145,12 @@ impl<'a> Errors<'a> {
 /// Passes the errors of the position over a segment to `each`.
 fn simulate<T: Scalar>(
     plant: &Plant<'_, T>,
-    mut gear: Gear<T>,
     segment: &Range<usize>,
     mut state: JointState<T>,
     each: &mut impl FnMut(T),
 ) -> Result<(), ParameterError> {
     for row in segment.clone() {
-        state = plant.advance(&mut gear, state, row)?;
+        state = plant.advance(state, row)?;
         each(state.angle - lit(plant.position(row + 1)));
     }
     Ok(())

@@ -3,7 +3,8 @@
 //! T = p μ_b(v, z),  p = T_c + |k_m τ_m − k_e τ_e|,  μ_d = 1
 //!
 //! With μ_d = 1 the load of the idle gear is the Coulomb torque T_c itself, and the factors of the
-//! load say how much friction each newton metre of motor and external torque adds.
+//! load say how much friction each newton metre of motor and external torque adds. T_c is the
+//! reference load, too: the stiffness of the bristle is T_c σ0 under every load.
 //!
 //! | parameter | symbol | unit |
 //! |---|---|---|
@@ -204,7 +205,8 @@ impl Friction {
         };
         let load =
             TorqueLoad::new(TorqueLoadParameters { idle_load, motor_share, external_share })?;
-        Ok(GearFrictionParameters { friction, load, drag, fastest: lit(fastest) })
+        let fastest = lit(fastest);
+        Ok(GearFrictionParameters { friction, load, reference_load: idle_load, drag, fastest })
     }
 }
 

@@ -39,9 +39,10 @@
 //! #     let law = TorqueLoadParameters { idle_load: 0.05, motor_share: 0.2, external_share: 0.1 };
 //! #     let dahl = DahlParameters { dynamic_coefficient: 1.0, micro_stiffness: 200.0 };
 //! #     let (friction, load) = (Dahl::new(dahl)?, TorqueLoad::new(law)?);
-//! #     let gear = GearFrictionParameters { friction, load, drag: 0.01, fastest: 10.0 };
+//! #     let (reference_load, drag, fastest) = (law.idle_load, 0.01, 10.0);
+//! #     let gear = GearFrictionParameters { friction, load, reference_load, drag, fastest };
 //! #     let torque = |t: f64| 0.7 * (3.0 * t + phase).sin() + 0.3 * (7.3 * t).sin();
-//! #     let mut joint = GearedJoint::new(GearedJointParameters {
+//! #     let joint = GearedJoint::new(GearedJointParameters {
 //! #         gear: GearFriction::new(gear)?,
 //! #         inertia: 0.008,
 //! #         motor: bristle::signal::Function::new(move |t: f64| (torque(t), 0.0), []),
@@ -104,8 +105,8 @@
 //! | `breakaway_excess` | μ_s/μ_d − 1 | Stribeck, FrBD, LuGre |
 //! | `stribeck_velocity` | `StribeckParameters::stribeck_velocity` | Stribeck, FrBD, LuGre |
 //! | `backward_ratio` | μ for v < 0 over μ for v > 0 | [`Friction::directional`] |
-//! | `micro_stiffness` | σ0 of the bristle, over μ_d | Dahl, FrBD, LuGre |
-//! | `micro_damping` | σ1 of the bristle, over μ_d | FrBD, LuGre |
+//! | `micro_stiffness` | σ0 of the bristle, over μ_d, at `reference_load` = `idle_load` | Dahl, FrBD, LuGre |
+//! | `micro_damping` | σ1 of the bristle, over μ_d, likewise | FrBD, LuGre |
 //!
 //! # Criteria
 //!
@@ -136,10 +137,9 @@
 //! load does not tell factors of the load, one speed no Stribeck curve, and a position with a
 //! coarse encoder no bristle shorter than a count.
 //!
-//! Noise of a measured drive would load and unload the gear in every step, and a bristle forgets
-//! with each rise of its load: 1 % of noise would pass for 2 % of Coulomb torque. The gear is
-//! therefore loaded by the smoothed drive, unless the drive is a command
-//! ([`DriveLogParameters::held`]).
+//! Noise of a measured drive would load and unload the gear in every step, and a sliding bristle
+//! slips back with each fall of its load. The gear is therefore loaded by the smoothed drive,
+//! unless the drive is a command ([`DriveLogParameters::held`]).
 //!
 //! # Limits
 //!

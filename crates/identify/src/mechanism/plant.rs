@@ -10,9 +10,10 @@ use super::smooth::{Smoothed, SmoothedLog};
 use crate::residuals::within;
 use bristle::parameter::ParameterError;
 use bristle::scalar::{lit, nan};
-use bristle::{Bristle, Scalar};
+use bristle::{Branch, Bristle, Scalar, Surface};
 use bristle_joint::{
     GearFriction, GearTorques, JointInputValue, JointMotion, JointState, JointTorques,
+    LoadedDeflection,
 };
 
 /// A torque and its derivatives with respect to position and velocity.
@@ -76,7 +77,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
 
     /// Torque of the motor between a row and the next, at a share of the time between them, and the
     /// torque of it that loads the gear: that of a measured drive is smoothed. Its noise would load
-    /// and unload the gear in every step, and each rise makes the bristle forget.
+    /// and unload the gear in every step, and let a bristle at its limit slip.
     #[inline]
     fn motor(&self, row: usize, share: f64, x: T, v: T) -> (Torque<T>, T) {
         let (log, zero) = (self.log, T::zero());
@@ -176,30 +177,25 @@ impl<'a, T: Scalar> Plant<'a, T> {
     }
 
     /// The deflection that gives the torque which friction takes from a smoothed row, at most that
-    /// of steady sliding; the gear is loaded as there.
-    pub(super) fn deflected(
-        &self,
-        gear: &mut Gear<T>,
-        row: &Smoothed,
-    ) -> Result<T, ParameterError> {
-        let (torque, torques) = (self.remaining(row), self.measured(row));
-        let load = gear.load(torques);
-        // Of no length, from no deflection: it loads the gear.
-        let _ = gear.step(torques, T::zero(), T::zero(), T::zero())?;
-        let model = gear.model();
-        let full = model.stationary(bristle::Branch::Forward.of(T::zero()));
-        let share = torque / (load * model.storage_stiffness() * full);
-        Ok(full * if share.is_finite() { within(share, -T::one(), T::one()) } else { T::zero() })
+    /// of steady sliding under the load there.
+    pub(super) fn deflected(&self, row: &Smoothed) -> LoadedDeflection<T> {
+        let (torque, load) = (self.remaining(row), self.gear.load(self.measured(row)));
+        let contact = self.gear.contact();
+        let scale = load / contact.reference_load();
+        let full = contact.stationary(Surface::scaled(Branch::Forward.of(T::zero()), scale));
+        let stiffness = contact.reference_load() * contact.model().storage_stiffness();
+        let share = torque / (stiffness * full);
+        let share = if share.is_finite() { within(share, -T::one(), T::one()) } else { T::zero() };
+        LoadedDeflection { deflection: full * share, load }
     }
 
     /// The deflection at the next row, from that at a row, along the measured motion.
     pub(super) fn follow(
         &self,
-        gear: &mut Gear<T>,
-        deflection: T,
+        bristle: LoadedDeflection<T>,
         [before, after]: [&Smoothed; 2],
         duration: f64,
-    ) -> Result<T, ParameterError> {
+    ) -> Result<LoadedDeflection<T>, ParameterError> {
         let (one, other) = (self.measured(before), self.measured(after));
         let half = lit::<T>(0.5);
         let torques = GearTorques {
@@ -207,22 +203,20 @@ impl<'a, T: Scalar> Plant<'a, T> {
             external: half * (one.external + other.external),
         };
         let velocity = lit(0.5 * (before.velocity + after.velocity));
-        let step = gear.step(torques, velocity, deflection, lit(duration))?;
+        let step = self.gear.step(torques, velocity, bristle, lit(duration))?;
         Ok(step.commit(velocity).deflection)
     }
 
     /// What is left of the equation of motion at a smoothed row [N m].
     pub(super) fn imbalance(&self, row: &Smoothed, deflection: T) -> T {
-        let load = self.gear.load(self.measured(row));
-        let coefficient = self.gear.model().coefficient(lit::<T>(row.velocity), deflection);
-        self.remaining(row) - load * coefficient
+        let (load, velocity) = (self.gear.load(self.measured(row)), lit::<T>(row.velocity));
+        self.remaining(row) - self.gear.contact().response_under(load, velocity, deflection).force
     }
 
     /// The motion at the next row, in steps up to a length.
     #[inline]
     pub(super) fn advance(
         &self,
-        gear: &mut Gear<T>,
         mut state: JointState<T>,
         row: usize,
     ) -> Result<JointState<T>, ParameterError> {
@@ -242,7 +236,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
                 let loading = GearTorques { motor: loading, external: external[0] };
                 JointTorques { motor: value(motor), external: value(external), loading }
             };
-            state = gear.joint_step(self.inertia, &state, h, torques)?.0;
+            state = self.gear.joint_step(self.inertia, &state, h, torques)?.0;
         }
         Ok(state)
     }

@@ -66,8 +66,8 @@ fn combined<const N: usize>(
     let line = Patch::new(PatchParameters { model: line, length, pressure })?;
     let plane = PlaneFrBd::isotropic(curve, bristle);
     let plane = Patch::new(PatchParameters { model: plane, length, pressure })?;
-    let mut one = line.carrying(1.0)?.exact_in(segments)?;
-    let mut two = plane.carrying(1.0)?.combined_in(segments)?;
+    let mut one = line.under_load(1.0)?.exact_in(segments)?;
+    let mut two = plane.under_load(1.0)?.combined_in(segments)?;
     let along = |n: usize| Motion { slip_velocity: velocities[n % 1024].x, rolling_speed };
     let both = |n: usize| Motion { slip_velocity: velocities[n % 1024], rolling_speed };
     // A transit, so that the queues are full.
@@ -151,7 +151,7 @@ fn row<M: Bristle<f64, Deflection = f64> + Copy, const N: usize>(
     let duration = paper::TYRE_LENGTH / (rolling_speed * segments as f64);
     let contact = model.under_load(1.0)?;
     let patch = Patch::new(PatchParameters { model, length: paper::TYRE_LENGTH, pressure })?;
-    let mut rolling = patch.carrying(1.0)?.exact_in(segments)?;
+    let mut rolling = patch.under_load(1.0)?.exact_in(segments)?;
     // A transit, so that the queue is full.
     for n in 0..2 * segments {
         rolling.step(Motion { slip_velocity: velocities[n % 1024], rolling_speed }, duration)?;

@@ -83,7 +83,7 @@ fn sweep<M: Bristle<f64, Deflection = f64> + Copy, const N: usize>(
     pressure: PolynomialExponential<f64, N>,
 ) -> Result<(), Box<dyn Error>> {
     let patch = Patch::new(PatchParameters { model, length: paper::TYRE_LENGTH, pressure })?;
-    let patch = patch.carrying(1.0)?;
+    let patch = patch.under_load(1.0)?;
     let reference = reference(&patch, 2e-4);
     let other = reference_error(&reference, &self::reference(&patch, 1.3e-4));
     let done = rows.chunk_by(|a, b| (a.model, a.pressure) == (b.model, b.pressure)).count();

@@ -9,17 +9,18 @@ use nalgebra::SVector;
 
 use super::coupling::Coupling;
 use super::queue::Queue;
-use super::{ExactPatch, Memory, PatchLedger};
+use super::{Memory, PatchLedger, slipped};
 use crate::combined::finite;
 use crate::patch::Frozen;
 use crate::{Motion, Patch, PolynomialExponential};
 use bristle::parameter::{self, ParameterError};
-use bristle::{Affine, Bristle, Scalar};
+use bristle::scalar::{is_zero, larger};
+use bristle::{Affine, Contact, Reloaded, Scalar};
 use bristle_plane::PlaneBristle;
 
-/// A patch in motion in combined slip, without a grid: [`ExactPatch`] with a vector for the slip
-/// velocity and the force. Memory, merging, accuracy and time are those of `ExactPatch` on each of
-/// the A axes.
+/// A patch in motion in combined slip, without a grid: [`ExactPatch`](super::ExactPatch) with a
+/// vector for the slip velocity and the force. Memory, merging, accuracy and time are those of
+/// `ExactPatch` on each of the A axes.
 ///
 /// ```
 /// use bristle::curve::Stribeck;
@@ -36,7 +37,7 @@ use bristle_plane::PlaneBristle;
 ///     length: paper::TYRE_LENGTH,
 ///     pressure: PolynomialExponential::parabolic().padded::<4>(), // for the moment
 /// })?
-/// .carrying(4000.0)?; // N
+/// .under_load(4000.0)?; // N
 ///
 /// let mut rolling = tyre.combined([[Segment::default(); 200]; 2])?;
 /// let mut force = Vector2::zeros();
@@ -50,10 +51,9 @@ use bristle_plane::PlaneBristle;
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct CombinedPatch<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B> {
+pub struct CombinedPatch<T, M, const A: usize, const N: usize, B> {
     patch: Patch<T, M, PolynomialExponential<T, N>>,
-    /// With the models at rest.
-    axes: [ExactPatch<T, M::Axis, N, B>; A],
+    queues: [Queue<T, N, B>; A],
 }
 
 /// Friction of a patch over one step in combined slip, F̄ᵢ = biasᵢ + dampingᵢ v̄ᵢ.
@@ -62,7 +62,7 @@ pub struct CombinedPatch<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const
 /// each axis.
 #[derive(Debug)]
 #[must_use = "the bristles move when it is committed"]
-pub struct CombinedStep<'a, T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B> {
+pub struct CombinedStep<'a, T: Scalar, M, const A: usize, const N: usize, B> {
     rolling: &'a mut CombinedPatch<T, M, A, N, B>,
     couplings: [Coupling<T>; A],
 }
@@ -86,13 +86,8 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
             parameter::count("segments", memory.as_ref().len(), Queue::<T, N, B>::LEAST)?;
         }
         let decay = self.pressure().decay();
-        let still = self.axes(&SVector::zeros());
-        let mut number = 0;
-        let axes = segments.map(|memory| {
-            number += 1;
-            ExactPatch { patch: still[number - 1].clone(), queue: Queue::new(memory, decay) }
-        });
-        Ok(CombinedPatch { patch: self, axes })
+        let queues = segments.map(|memory| Queue::new(memory, decay));
+        Ok(CombinedPatch { patch: self, queues })
     }
 
     /// The patch in motion in combined slip, with undeflected bristles and memory for steps of
@@ -122,25 +117,54 @@ impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B: Memory
         &self.patch
     }
 
-    /// The bristles of each axis: deflections and stored energies. Their own forces are those of
-    /// bristles that stick; for others see [`CombinedPatch::force`].
-    pub fn axes(&self) -> &[ExactPatch<T, M::Axis, N, B>; A] {
-        &self.axes
+    /// The deflections z \[m\] at a place ξ between 0 and 1, NaN elsewhere. The time is
+    /// proportional to the number of segments.
+    pub fn deflection(&self, place: T) -> SVector<T, A> {
+        SVector::from_fn(|i, _| self.queues[i].deflection(place))
     }
 
-    /// Changes the normal force F_z \[N\], zero or positive, and returns the share of the stored
-    /// energy that leaves: [`ExactPatch::reload`].
+    /// Changes the normal force F_z \[N\], zero or positive, before a step with a slip velocity
+    /// [m/s]: [`ExactPatch::reload`](super::ExactPatch::reload) with a vector.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite, and a positive one on a patch without
+    /// a reference load; the patch is as it was.
+    pub fn reload(
+        &mut self,
+        normal_force: T,
+        slip_velocity: &SVector<T, A>,
+    ) -> Result<Reloaded<T, ()>, ParameterError> {
+        let change = self.patch.change_load(normal_force)?;
+        if change.after >= change.before {
+            return Ok(Reloaded { deflection: (), dissipated: T::zero() });
+        }
+        // No bristle is deflected by more on any axis.
+        let most = SVector::from_fn(|i, _| {
+            let (low, high) = self.queues[i].range();
+            larger(-low, high)
+        });
+        let limits = self.patch.model().limits(slip_velocity.norm());
+        let kept = if is_zero(normal_force) {
+            T::zero()
+        } else {
+            change.kept(limits.utilisation(&most, self.patch.contact().friction_scale()))
+        };
+        let dissipated = slipped(self.stored_energy(), kept);
+        self.queues.iter_mut().for_each(|queue| queue.scale(kept));
+        Ok(Reloaded { deflection: (), dissipated })
+    }
+
+    /// Changes the normal force by renewal: [`ExactPatch::renew`](super::ExactPatch::renew).
     ///
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite; the patch is as it was.
-    pub fn reload(&mut self, normal_force: T) -> Result<T, ParameterError> {
-        self.patch.set_normal_force(normal_force)?;
-        let mut lost = T::zero();
-        for axis in &mut self.axes {
-            lost = axis.reload(normal_force)?;
-        }
-        Ok(lost)
+    pub fn renew(&mut self, normal_force: T) -> Result<Reloaded<T, ()>, ParameterError> {
+        let stored = self.stored_energy();
+        let (kept, lost) = self.patch.renew_load(normal_force)?.renewed();
+        self.queues.iter_mut().for_each(|queue| queue.scale(kept));
+        Ok(Reloaded { deflection: (), dissipated: lost * stored })
     }
 
     /// Takes all bristles to the profile of steady rolling.
@@ -150,7 +174,7 @@ impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B: Memory
     /// Refuses a motion that is not finite or runs backwards; the patch is as it was.
     pub fn settle(&mut self, motion: Motion<SVector<T, A>, T>) -> Result<(), ParameterError> {
         let all = self.frozen(motion)?;
-        self.axes.iter_mut().zip(&all).for_each(|(axis, frozen)| axis.settle_in(frozen));
+        self.queues.iter_mut().zip(&all).for_each(|(queue, frozen)| queue.settle(frozen));
         Ok(())
     }
 
@@ -169,27 +193,32 @@ impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B: Memory
     ) -> Result<SVector<T, A>, ParameterError> {
         let duration = parameter::non_negative("duration", duration)?;
         let all = self.frozen(motion)?;
-        Ok(SVector::from_fn(|i, _| self.axes[i].step_in(&all[i], duration)))
+        let Self { patch, queues } = self;
+        Ok(SVector::from_fn(|i, _| patch.step_in(&mut queues[i], &all[i], duration)))
     }
 
     /// The friction force \[N\] at a slip velocity [m/s], with the bristles as they are.
     pub fn force(&self, slip_velocity: &SVector<T, A>) -> SVector<T, A> {
-        self.each(slip_velocity, ExactPatch::force_of)
+        self.each(slip_velocity, Patch::force_of)
     }
 
     /// The moment of each axis's force about the middle of the patch \[N m\]: that of the lateral
-    /// axis is the self-aligning moment M_z. See [`ExactPatch::moment`].
+    /// axis is the self-aligning moment M_z. See [`ExactPatch::moment`](super::ExactPatch::moment).
     pub fn moment(&self, slip_velocity: &SVector<T, A>) -> SVector<T, A> {
-        self.each(slip_velocity, ExactPatch::moment_of)
+        self.each(slip_velocity, Patch::moment_of)
     }
 
-    /// The energy stored in the bristles \[J\], see [`ExactPatch::stored_energy`].
+    /// The energy stored in the bristles \[J\], see
+    /// [`ExactPatch::stored_energy`](super::ExactPatch::stored_energy).
     pub fn stored_energy(&self) -> T {
-        self.axes.iter().fold(T::zero(), |sum, axis| sum + axis.stored_energy())
+        let stiffness = self.patch.model().storage_stiffness();
+        let axes = self.queues.iter().zip(&stiffness);
+        axes.fold(T::zero(), |sum, (queue, &k)| sum + self.patch.stored_in(queue, k))
     }
 
     /// The sources and the dampers that stand for the patch over a step of length h ≥ 0 \[s\], from
-    /// a motion predicted for its middle: [`ExactPatch::companion_step`] with a vector.
+    /// a motion predicted for its middle:
+    /// [`ExactPatch::companion_step`](super::ExactPatch::companion_step) with a vector.
     ///
     /// # Errors
     ///
@@ -203,33 +232,42 @@ impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B: Memory
         let duration = parameter::non_negative("duration", duration)?;
         let mut couplings = [Coupling::idle(); A];
         let all = self.frozen(predicted)?;
-        for ((axis, frozen), coupling) in self.axes.iter_mut().zip(all).zip(&mut couplings) {
-            *coupling = axis.coupling(frozen, duration)?;
+        let stiffness = self.patch.model().storage_stiffness();
+        let axes = self.queues.iter_mut().zip(&stiffness).zip(all);
+        for (((queue, &k), frozen), coupling) in axes.zip(&mut couplings) {
+            *coupling = self.patch.coupling(queue, k, frozen, duration)?;
         }
         Ok(CombinedStep { rolling: self, couplings })
     }
 
-    /// A function of each axis's bristles, coefficients and slip velocity.
+    /// A function of the patch, each axis's bristles, coefficients and slip velocity.
     fn each(
         &self,
         slip_velocity: &SVector<T, A>,
-        of: impl Fn(&ExactPatch<T, M::Axis, N, B>, &Affine<T>, T) -> T,
+        of: impl Fn(&Patch<T, M, PolynomialExponential<T, N>>, &Queue<T, N, B>, &Affine<T>, T) -> T,
     ) -> SVector<T, A> {
-        let models = self.patch.model().axes(slip_velocity);
+        let axes = self.contacts(slip_velocity);
         SVector::from_fn(|i, _| {
             let v = slip_velocity[i];
-            of(&self.axes[i], &models[i].affine(v.into(), T::zero()), v)
+            of(&self.patch, &self.queues[i], &axes[i].affine(v, T::zero()), v)
         })
+    }
+
+    /// Each axis at a slip velocity.
+    #[inline]
+    fn contacts(&self, slip_velocity: &SVector<T, A>) -> [Contact<T, M::Axis>; A] {
+        let contact = self.patch.contact();
+        contact.model().axes(slip_velocity).map(|axis| contact.with_model(axis))
     }
 
     /// The coefficients and the motion of each axis.
     #[inline]
     fn frozen(&self, motion: Motion<SVector<T, A>, T>) -> Result<[Frozen<T>; A], ParameterError> {
         let Motion { slip_velocity, rolling_speed } = motion;
-        let models = self.patch.model().axes(finite("slip_velocity", &slip_velocity)?);
+        let axes = self.contacts(finite("slip_velocity", &slip_velocity)?);
         let mut all = [Frozen::still(); A];
-        for ((frozen, model), &slip_velocity) in all.iter_mut().zip(&models).zip(&slip_velocity) {
-            *frozen = self.patch.frozen(model, Motion { slip_velocity, rolling_speed })?;
+        for ((frozen, contact), &slip_velocity) in all.iter_mut().zip(&axes).zip(&slip_velocity) {
+            *frozen = self.patch.frozen(contact, Motion { slip_velocity, rolling_speed })?;
         }
         Ok(all)
     }
@@ -265,8 +303,9 @@ impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B: Memory
     ) -> Result<SVector<T, A>, ParameterError> {
         let (mean, force) =
             (finite("mean_slip_velocity", mean_slip_velocity)?, self.force(mean_slip_velocity));
-        for ((axis, coupling), &v) in self.rolling.axes.iter_mut().zip(&self.couplings).zip(mean) {
-            axis.commit(coupling, v);
+        let queues = self.rolling.queues.iter_mut();
+        for ((queue, coupling), &v) in queues.zip(&self.couplings).zip(mean) {
+            coupling.commit(queue, v);
         }
         Ok(force)
     }
@@ -282,7 +321,10 @@ impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B: Memory
         mean_slip_velocity: &SVector<T, A>,
     ) -> Result<[PatchLedger<T>; A], ParameterError> {
         let mean = finite("mean_slip_velocity", mean_slip_velocity)?;
-        let axes = &mut self.rolling.axes;
-        Ok(core::array::from_fn(|i| axes[i].commit_with_ledger(&self.couplings[i], mean[i])))
+        let (CombinedPatch { patch, queues }, couplings) = (self.rolling, &self.couplings);
+        let stiffness = patch.model().storage_stiffness();
+        Ok(core::array::from_fn(|i| {
+            patch.commit_with_ledger(&mut queues[i], stiffness[i], &couplings[i], mean[i])
+        }))
     }
 }

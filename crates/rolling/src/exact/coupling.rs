@@ -29,11 +29,12 @@
 //! step is derived here.
 
 use super::profile::{level_moments, shifted};
+use super::queue::Queue;
 use super::{ExactPatch, Memory};
 use crate::moments::phi1;
 use crate::patch::{Frozen, finite};
 use crate::quadrature::{integrate, integrate_gentle};
-use crate::{Motion, Pressure};
+use crate::{Motion, Patch, PolynomialExponential, Pressure};
 use bristle::parameter::{self, ParameterError};
 use bristle::rheology::HeldWeights as _;
 use bristle::scalar::{is_zero, lit, smaller};
@@ -72,6 +73,16 @@ impl<T: Scalar> Coupling<T> {
     /// F̄ = bias + damping·v̄
     pub(super) fn force(&self, mean_slip_velocity: T) -> T {
         self.bias + self.damping * mean_slip_velocity
+    }
+
+    /// Ends the step with a mean slip velocity that is finite.
+    pub(super) fn commit<const N: usize, B: Memory<T, N>>(
+        &self,
+        queue: &mut Queue<T, N, B>,
+        mean_slip_velocity: T,
+    ) -> T {
+        queue.roll(&self.frozen, self.frozen.affine.drive * mean_slip_velocity, self.duration);
+        self.force(mean_slip_velocity)
     }
 }
 
@@ -121,7 +132,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     ///     length: 0.1,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
-    /// .carrying(4000.0)?; // N
+    /// .under_load(4000.0)?; // N
     /// let mut patch = tyre.exact_in(100)?;
     /// let (inertia, radius) = (1.0, 0.3); // kg m², m
     /// let (drum, torque, h) = (20.0, -200.0, 5e-3); // m/s, N m, s
@@ -166,23 +177,40 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         duration: T,
     ) -> Result<PatchStep<'_, T, M, N, B>, ParameterError> {
         let duration = parameter::non_negative("duration", duration)?;
-        let coupling = self.coupling(self.frozen(predicted)?, duration)?;
+        let (frozen, stiffness) = (self.frozen(predicted)?, self.patch.model().storage_stiffness());
+        let coupling = self.patch.coupling(&mut self.queue, stiffness, frozen, duration)?;
         Ok(PatchStep { rolling: self, coupling })
     }
 
+    /// The energy stored in the bristles, W = (L/2) ∫ K p z² dξ \[J\], with the pressure p under
+    /// the reference load. The time is proportional to the number of segments.
+    pub fn stored_energy(&self) -> T {
+        self.patch.stored_in(&self.queue, self.patch.model().storage_stiffness())
+    }
+
+    /// The deflection z \[m\] at a place ξ between 0 and 1, NaN elsewhere. The time is proportional
+    /// to the number of segments.
+    pub fn deflection(&self, place: T) -> T {
+        self.queue.deflection(place)
+    }
+}
+
+/// A patch and the bristles of one axis, of a stiffness K [1/m].
+impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
     /// The numbers of [`ExactPatch::companion_step`].
-    pub(super) fn coupling(
-        &mut self,
+    pub(super) fn coupling<B: Memory<T, N>>(
+        &self,
+        queue: &mut Queue<T, N, B>,
+        stiffness: T,
         frozen: Frozen<T>,
         duration: T,
     ) -> Result<Coupling<T>, ParameterError> {
         let Frozen { affine, transport, .. } = frozen;
-        self.queue.make_room(transport * duration);
-        let [free, driven, kept] = self.mean_deflections(&affine, transport, duration);
-        let (patch, stiffness) = (&self.patch, self.patch.model().storage_stiffness());
-        let weight = patch.load() * patch.length();
+        queue.make_room(transport * duration);
+        let [free, driven, kept] = self.mean_deflections(queue, &affine, transport, duration);
+        let weight = self.factor() * self.length();
         let driven = affine.drive * driven;
-        let beyond = beyond_springs(&affine, stiffness, [driven, kept, patch.pressure().total()]);
+        let beyond = beyond_springs(&affine, stiffness, [driven, kept, self.pressure().total()]);
         let bias = weight * affine.stiffness * free;
         let damping = weight * (stiffness * affine.drive * driven + beyond);
         // A rounding, where a stiffness varies.
@@ -192,34 +220,36 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         Ok(Coupling { frozen, duration, bias, damping })
     }
 
-    /// Ends a step with a mean slip velocity that is finite.
-    pub(super) fn commit(&mut self, coupling: &Coupling<T>, mean_slip_velocity: T) -> T {
-        let Coupling { frozen, duration, .. } = coupling;
-        self.roll(frozen, frozen.affine.drive * mean_slip_velocity, *duration);
-        coupling.force(mean_slip_velocity)
-    }
-
     /// Ends a step with a mean slip velocity that is finite, with an account.
-    pub(super) fn commit_with_ledger(
-        &mut self,
+    pub(super) fn commit_with_ledger<B: Memory<T, N>>(
+        &self,
+        queue: &mut Queue<T, N, B>,
+        stiffness: T,
         coupling: &Coupling<T>,
         mean_slip_velocity: T,
     ) -> PatchLedger<T> {
-        let outlet = self.outlet_loss(coupling, coupling.frozen.affine.drive * mean_slip_velocity);
-        let before = self.stored_energy();
-        let force = self.commit(coupling, mean_slip_velocity);
-        let stored = self.stored_energy() - before;
+        let drive = coupling.frozen.affine.drive * mean_slip_velocity;
+        let outlet = self.outlet_loss(queue, stiffness, coupling, drive);
+        let before = self.stored_in(queue, stiffness);
+        let force = coupling.commit(queue, mean_slip_velocity);
+        let stored = self.stored_in(queue, stiffness) - before;
         let work = coupling.duration * force * mean_slip_velocity;
         PatchLedger { force, work, stored, outlet, volume: work - stored - outlet }
     }
 
     /// (L/2) Σ0(1) V ∫ z(1, t)² dt over the step.
-    fn outlet_loss(&self, coupling: &Coupling<T>, drive: T) -> T {
+    fn outlet_loss<B: Memory<T, N>>(
+        &self,
+        queue: &Queue<T, N, B>,
+        stiffness: T,
+        coupling: &Coupling<T>,
+        drive: T,
+    ) -> T {
         let &Coupling { frozen: Frozen { affine, transport, .. }, duration, .. } = coupling;
-        let (patch, one) = (&self.patch, T::one());
+        let one = T::one();
         let reach = transport * duration;
         let mut squares = T::zero();
-        self.queue.leaving(smaller(reach, one), |from, to, steepness, outgoing| {
+        queue.leaving(smaller(reach, one), |from, to, steepness, outgoing| {
             let way = to - from;
             let steepness = lit::<T>(2.0) * (steepness + affine.relaxation * (way / transport));
             integrate(steepness, |part, weight| {
@@ -234,8 +264,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
             let z = drive / transport * phi1(affine.relaxation / transport);
             squares += (reach - one) * z * z;
         }
-        let stiffness = patch.model().storage_stiffness() * patch.pressure().at(one);
-        lit::<T>(0.5) * patch.length() * patch.load() * stiffness * squares
+        let stiffness = stiffness * self.pressure().at(one);
+        lit::<T>(0.5) * self.length() * self.factor() * stiffness * squares
     }
 
     /// Integrals over the patch, weighted with the pressure and averaged over a step, of the
@@ -246,14 +276,20 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     /// Each is one integral over the bristles with the pressure that they meet on their way: in
     /// closed form for those that stay, by quadrature over the segments that leave and over the
     /// part that is new at the end.
-    fn mean_deflections(&self, affine: &Affine<T>, transport: T, duration: T) -> [T; 3] {
-        let pressure = self.patch.pressure();
+    fn mean_deflections<B: Memory<T, N>>(
+        &self,
+        queue: &Queue<T, N, B>,
+        affine: &Affine<T>,
+        transport: T,
+        duration: T,
+    ) -> [T; 3] {
+        let pressure = self.pressure();
         let decay = pressure.decay();
         let (zero, one) = (T::zero(), T::one());
         let degree = pressure.terms() + 1;
         let distance = transport * duration;
         let exponent = affine.relaxation * duration;
-        let staying = self.queue.staying(distance);
+        let staying = queue.staying(distance);
         let mut free = pressure.weigh_on_the_way(&staying, distance, exponent);
         let whole = affine.weights(duration);
         // How far old bristles get, and ∫ p dξ of those that stay.
@@ -268,7 +304,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
 
         // The part of the step during which old bristles are inside.
         let crossing = reach / distance;
-        self.queue.leaving(reach, |from, to, steepness, outgoing| {
+        queue.leaving(reach, |from, to, steepness, outgoing| {
             let way = to - from;
             let steepness = steepness + exponent * (way / distance) + decay.abs() * way;
             integrate_gentle(degree, steepness, |part, weight| {
@@ -292,43 +328,12 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         [free, driven, kept]
     }
 
-    /// The energy stored in the bristles, W = (L/2) ∫ K p z² dξ \[J\]. The time is
-    /// proportional to the number of segments.
-    pub fn stored_energy(&self) -> T {
+    /// W = (L/2) ∫ K p z² dξ \[J\]
+    pub(super) fn stored_in<B: Memory<T, N>>(&self, queue: &Queue<T, N, B>, stiffness: T) -> T {
         let mut sum = T::zero();
-        self.over_bristles(|_, deflection, load| sum += load * deflection * deflection);
-        let half = lit::<T>(0.5) * self.patch.model().storage_stiffness();
-        half * (self.patch.length() * self.patch.load() * sum)
-    }
-
-    /// Calls `visit` with places, deflections and p dξ of a quadrature over the patch.
-    pub(super) fn over_bristles(&self, mut visit: impl FnMut(T, T, T)) {
-        let pressure = self.patch.pressure();
-        let steep = pressure.decay().abs();
-        self.queue.profile(|segment, from, part| {
-            let width = segment.width * part;
-            let steepness = lit::<T>(2.0) * segment.exponent * part + steep * width;
-            integrate(steepness, |at, weight| {
-                let at = at * part;
-                let place = from + segment.width * at;
-                visit(place, segment.at(at), weight * width * pressure.at(place));
-            });
-        });
-    }
-
-    /// The deflection z \[m\] at a place ξ between 0 and 1, NaN elsewhere. The time is proportional
-    /// to the number of segments.
-    pub fn deflection(&self, place: T) -> T {
-        let mut found = bristle::scalar::nan();
-        if place >= T::zero() && place <= T::one() {
-            self.queue.profile(|segment, from, _| {
-                if place >= from && segment.width > T::zero() {
-                    let part = (place - from) / segment.width;
-                    found = segment.at(if part < T::one() { part } else { T::one() });
-                }
-            });
-        }
-        found
+        queue.over_bristles(self.pressure(), |_, z, load| sum += load * z * z);
+        let half = lit::<T>(0.5) * stiffness;
+        half * (self.length() * self.factor() * sum)
     }
 }
 
@@ -377,7 +382,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     /// Refuses a velocity that is not finite; the patch is as it was.
     pub fn commit(self, mean_slip_velocity: T) -> Result<T, ParameterError> {
         let mean_slip_velocity = parameter::finite("mean_slip_velocity", mean_slip_velocity)?;
-        Ok(self.rolling.commit(&self.coupling, mean_slip_velocity))
+        Ok(self.coupling.commit(&mut self.rolling.queue, mean_slip_velocity))
     }
 
     /// Ends the step as [`PatchStep::commit`] does, with an account of where the work has gone. The
@@ -391,6 +396,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         mean_slip_velocity: T,
     ) -> Result<PatchLedger<T>, ParameterError> {
         let mean_slip_velocity = parameter::finite("mean_slip_velocity", mean_slip_velocity)?;
-        Ok(self.rolling.commit_with_ledger(&self.coupling, mean_slip_velocity))
+        let ExactPatch { patch, queue } = self.rolling;
+        let stiffness = patch.model().storage_stiffness();
+        Ok(patch.commit_with_ledger(queue, stiffness, &self.coupling, mean_slip_velocity))
     }
 }

@@ -28,12 +28,11 @@ pub use queue::{Memory, Segment};
 
 use super::patch::Frozen;
 use super::{Motion, Patch, PolynomialExponential, Pressure};
-use bristle::LoadChange;
 use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{larger, lit};
-use bristle::{Affine, Bristle, Scalar};
+use bristle::scalar::{lit, smaller};
+use bristle::{Affine, Bristle, Reloaded, Scalar};
 use profile::{Profile, level};
-use queue::{Held, Queue};
+use queue::Queue;
 
 /// Most segments that [`Patch::exact_in`] allocates.
 #[cfg(feature = "alloc")]
@@ -57,7 +56,7 @@ const MOST_SEGMENTS: usize = 10_000_000;
 ///     length: paper::TYRE_LENGTH,
 ///     pressure: PolynomialExponential::parabolic(),
 /// })?
-/// .carrying(4000.0)?; // N
+/// .under_load(4000.0)?; // N
 ///
 /// // No allocation: the caller gives the memory.
 /// let mut rolling = tyre.exact([Segment::default(); 200])?;
@@ -139,6 +138,11 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize>
     }
 }
 
+/// What shortening all deflections to a share dissipates of a stored energy.
+pub(crate) fn slipped<T: Scalar>(stored: T, kept: T) -> T {
+    stored * (T::one() - kept) * (T::one() + kept)
+}
+
 /// Memory for steps of V h ≥ 1/`segments`.
 #[cfg(feature = "alloc")]
 fn memory<T: Scalar, const N: usize>(
@@ -158,21 +162,55 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         &self.patch
     }
 
-    /// Changes the normal force F_z \[N\], zero or positive: every deflection is multiplied by
-    /// min(1, p/p'), see [`Contact::reload`](bristle::Contact::reload). Returns the share of the
-    /// [stored energy](ExactPatch::stored_energy) that leaves, |p' − p|/max(p, p').
+    /// Changes the normal force F_z \[N\], zero or positive, before a step with a slip velocity
+    /// [m/s], as [`Contact::reload`](bristle::Contact::reload): stiffness and damping stay those of
+    /// the reference load. Where the load falls below what the most deflected bristle carries, all
+    /// deflections are shortened by one factor until it is held.
+    ///
+    /// A wheel that stands on a slope stands while its load varies. The slip stiffness of one that
+    /// rolls does not follow its load: see [`ExactPatch::renew`].
+    ///
+    /// Takes time in proportion to the number of segments where the load falls.
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite, and a positive one on a patch without
+    /// a reference load; the patch is as it was.
+    pub fn reload(
+        &mut self,
+        normal_force: T,
+        slip_velocity: T,
+    ) -> Result<Reloaded<T, ()>, ParameterError> {
+        let change = self.patch.change_load(normal_force)?;
+        if change.after >= change.before {
+            return Ok(Reloaded { deflection: (), dissipated: T::zero() });
+        }
+        let (model, surface) = (self.patch.model(), self.patch.contact().surface(slip_velocity));
+        let stiffness = model.storage_stiffness();
+        let (low, high) = self.queue.range();
+        let kept = smaller(
+            change.kept_by(model, surface, stiffness * low),
+            change.kept_by(model, surface, stiffness * high),
+        );
+        let dissipated = slipped(self.stored_energy(), kept);
+        self.queue.scale(kept);
+        Ok(Reloaded { deflection: (), dissipated })
+    }
+
+    /// Changes the normal force by renewal, see [`Contact::renew`](bristle::Contact::renew): the
+    /// stiffness follows the load, as that of a wheel that rolls does, whose bristles are new with
+    /// each crossing of the patch. A wheel that stands creeps by it.
+    ///
+    /// Takes time in proportion to the number of segments.
     ///
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite; the patch is as it was.
-    pub fn reload(&mut self, normal_force: T) -> Result<T, ParameterError> {
-        let before = self.patch.normal_force();
-        self.patch.set_normal_force(normal_force)?;
-        let (kept, lost) = LoadChange { before, after: normal_force }.renewed();
-        if kept < T::one() {
-            self.queue.scale(kept);
-        }
-        Ok(lost)
+    pub fn renew(&mut self, normal_force: T) -> Result<Reloaded<T, ()>, ParameterError> {
+        let stored = self.stored_energy();
+        let (kept, lost) = self.patch.renew_load(normal_force)?.renewed();
+        self.queue.scale(kept);
+        Ok(Reloaded { deflection: (), dissipated: lost * stored })
     }
 
     /// Steps with V h below this are merged.
@@ -191,14 +229,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     ///
     /// Refuses a motion that is not finite or runs backwards.
     pub fn settle(&mut self, motion: Motion<T>) -> Result<(), ParameterError> {
-        self.settle_in(&self.frozen(motion)?);
+        let frozen = self.frozen(motion)?;
+        self.queue.settle(&frozen);
         Ok(())
-    }
-
-    fn settle_in(&mut self, frozen: &Frozen<T>) {
-        // A patch that stands settles as one that takes very long to cross.
-        let transport = larger(frozen.transport, lit(1e-30));
-        self.queue.replace(frozen.affine.relaxation, frozen.drive(), transport);
     }
 
     /// Takes the bristles to a profile z(ξ) \[m\], straight lines between its values at equally
@@ -239,33 +272,19 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     #[inline]
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
         let duration = parameter::non_negative("duration", duration)?;
-        Ok(self.step_in(&self.frozen(motion)?, duration))
+        let frozen = self.frozen(motion)?;
+        Ok(self.patch.step_in(&mut self.queue, &frozen, duration))
     }
 
     #[inline]
     fn frozen(&self, motion: Motion<T>) -> Result<Frozen<T>, ParameterError> {
-        self.patch.frozen(self.patch.model(), motion)
-    }
-
-    #[inline]
-    fn step_in(&mut self, frozen: &Frozen<T>, duration: T) -> T {
-        self.roll(frozen, frozen.drive(), duration);
-        self.force_of(&frozen.affine, frozen.slip_velocity)
-    }
-
-    /// Moves the bristles with held coefficients and another drive.
-    #[inline]
-    fn roll(&mut self, &Frozen { affine, transport, .. }: &Frozen<T>, drive: T, duration: T) {
-        if transport * duration <= T::one() {
-            self.queue.advance(&Held::new(affine.relaxation, drive, transport, duration));
-        } else {
-            self.queue.replace(affine.relaxation, drive, transport);
-        }
+        self.patch.frozen(self.patch.contact(), motion)
     }
 
     /// The friction force \[N\] at a slip velocity [m/s], with the bristles as they are.
     pub fn force(&self, slip_velocity: T) -> T {
-        self.force_of(&self.patch.model().affine(slip_velocity.into(), T::zero()), slip_velocity)
+        let affine = self.patch.contact().affine(slip_velocity, T::zero());
+        self.patch.force_of(&self.queue, &affine, slip_velocity)
     }
 
     /// The moment of the friction force about the middle of the patch \[N m\] at a slip velocity
@@ -276,19 +295,38 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     /// coefficient of the pressure is zero ([`PolynomialExponential::padded`]). Otherwise the time
     /// is proportional to the number of segments.
     pub fn moment(&self, slip_velocity: T) -> T {
-        self.moment_of(&self.patch.model().affine(slip_velocity.into(), T::zero()), slip_velocity)
+        let affine = self.patch.contact().affine(slip_velocity, T::zero());
+        self.patch.moment_of(&self.queue, &affine, slip_velocity)
+    }
+}
+
+/// A patch and the bristles of one axis.
+impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
+    #[inline]
+    fn step_in<B: Memory<T, N>>(
+        &self,
+        queue: &mut Queue<T, N, B>,
+        frozen: &Frozen<T>,
+        duration: T,
+    ) -> T {
+        queue.roll(frozen, frozen.drive(), duration);
+        self.force_of(queue, &frozen.affine, frozen.slip_velocity)
     }
 
-    fn moment_of(&self, affine: &Affine<T>, slip_velocity: T) -> T {
-        let (patch, half) = (&self.patch, lit::<T>(0.5));
-        let pressure = patch.pressure();
+    fn moment_of<B: Memory<T, N>>(
+        &self,
+        queue: &Queue<T, N, B>,
+        affine: &Affine<T>,
+        slip_velocity: T,
+    ) -> T {
+        let (pressure, half) = (self.pressure(), lit::<T>(0.5));
         // About the middle, of moments about the inlet.
         let leaned = |moments: [T; N]| {
             pressure.weigh_next(&moments).map(|(integral, next)| next - half * integral)
         };
-        let gathered = leaned(self.queue.moments()).unwrap_or_else(|| {
+        let gathered = leaned(queue.moments()).unwrap_or_else(|| {
             let mut sum = T::zero();
-            self.over_bristles(|place, deflection, load| {
+            queue.over_bristles(pressure, |place, deflection, load| {
                 sum += (place - half) * (load * deflection);
             });
             sum
@@ -296,16 +334,20 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         let uniform = leaned(level(pressure.decay()))
             .unwrap_or_else(|| pressure.lever(T::zero()) - half * pressure.total());
         let direct = affine.damping * slip_velocity * uniform;
-        let length = patch.length();
-        length * length * patch.load() * (affine.stiffness * gathered + direct)
+        let length = self.length();
+        length * length * self.factor() * (affine.stiffness * gathered + direct)
     }
 
     #[inline]
-    fn force_of(&self, affine: &Affine<T>, slip_velocity: T) -> T {
-        let patch = &self.patch;
+    fn force_of<B: Memory<T, N>>(
+        &self,
+        queue: &Queue<T, N, B>,
+        affine: &Affine<T>,
+        slip_velocity: T,
+    ) -> T {
         // L ∫ p z dξ [N m]
-        let gathered =
-            patch.load() * patch.length() * patch.pressure().weigh(&self.queue.moments());
-        affine.stiffness * gathered + patch.normal_force() * (affine.damping * slip_velocity)
+        let gathered = self.factor() * self.length() * self.pressure().weigh(&queue.moments());
+        let load = self.contact().reference_load();
+        affine.stiffness * gathered + load * (affine.damping * slip_velocity)
     }
 }

@@ -85,6 +85,13 @@ impl<T: Scalar> Profile<T> {
         self.base + self.rise * part * phi1(self.exponent * part) + bulge
     }
 
+    /// No deflection of the newest part of the width is outside of this.
+    pub(super) fn range(&self, part: T) -> (T, T) {
+        let (end, bulge) = (Self { bulge: T::zero(), ..*self }.at(part), self.bulge * lit(0.25));
+        let low = smaller(self.base, end) + smaller(bulge, T::zero());
+        (low, larger(self.base, end) + larger(bulge, T::zero()))
+    }
+
     /// The segment after a step.
     #[inline(always)]
     pub(super) fn mapped(self, map: Map<T>) -> Self {

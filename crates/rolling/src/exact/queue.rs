@@ -17,9 +17,12 @@
 //! Source: the two-stack queue of sliding-window aggregation, see [the module](super).
 
 use super::profile::{Map, Profile, shifted};
+use crate::patch::Frozen;
+use crate::quadrature::integrate;
+use crate::{PolynomialExponential, Pressure};
 use bristle::Scalar;
 use bristle::rheology::{Deflection as _, HeldWeights as _};
-use bristle::scalar::{is_zero, lit, smaller};
+use bristle::scalar::{is_zero, larger, lit, nan, smaller};
 
 /// Memory for one segment of the deflection profile of an
 /// [`ExactPatch`](crate::ExactPatch).
@@ -235,8 +238,39 @@ impl<T: Scalar, const N: usize, B: Memory<T, N>> Queue<T, N, B> {
         self.oldest = self.index(written);
     }
 
+    /// Takes all bristles to the profile of steady rolling.
+    pub(super) fn settle(&mut self, frozen: &Frozen<T>) {
+        // A patch that stands settles as one that takes very long to cross.
+        let transport = larger(frozen.transport, lit(1e-30));
+        self.replace(frozen.affine.relaxation, frozen.drive(), transport);
+    }
+
+    /// Moves the bristles with held coefficients and another drive.
+    #[inline]
+    pub(super) fn roll(&mut self, frozen: &Frozen<T>, drive: T, duration: T) {
+        let &Frozen { affine, transport, .. } = frozen;
+        if transport * duration <= T::one() {
+            self.advance(&Held::new(affine.relaxation, drive, transport, duration));
+        } else {
+            self.replace(affine.relaxation, drive, transport);
+        }
+    }
+
+    /// No deflection is outside of this.
+    pub(super) fn range(&self) -> (T, T) {
+        let mut range = (T::zero(), T::zero());
+        self.profile(|segment, _, part| {
+            let (low, high) = segment.range(part);
+            range = (smaller(range.0, low), larger(range.1, high));
+        });
+        range
+    }
+
     /// Multiplies every deflection: a step of no length.
     pub(super) fn scale(&mut self, factor: T) {
+        if factor == T::one() {
+            return;
+        }
         let zero = T::zero();
         let map = Map { decay: factor, offset: zero };
         self.advance(&Held { distance: zero, map, inflow: Profile::straight(zero, zero, zero) });
@@ -299,6 +333,38 @@ impl<T: Scalar, const N: usize, B: Memory<T, N>> Queue<T, N, B> {
             *free = Segment { profile: held.inflow, map: held.map, place: T::zero(), moments };
             self.back_count += 1;
         }
+    }
+
+    /// Calls `visit` with places, deflections and p dξ of a quadrature over the patch.
+    pub(super) fn over_bristles(
+        &self,
+        pressure: &PolynomialExponential<T, N>,
+        mut visit: impl FnMut(T, T, T),
+    ) {
+        let steep = pressure.decay().abs();
+        self.profile(|segment, from, part| {
+            let width = segment.width * part;
+            let steepness = lit::<T>(2.0) * segment.exponent * part + steep * width;
+            integrate(steepness, |at, weight| {
+                let at = at * part;
+                let place = from + segment.width * at;
+                visit(place, segment.at(at), weight * width * pressure.at(place));
+            });
+        });
+    }
+
+    /// The deflection at a place between 0 and 1, NaN elsewhere.
+    pub(super) fn deflection(&self, place: T) -> T {
+        let mut found = nan();
+        if place >= T::zero() && place <= T::one() {
+            self.profile(|segment, from, _| {
+                if place >= from && segment.width > T::zero() {
+                    let part = (place - from) / segment.width;
+                    found = segment.at(if part < T::one() { part } else { T::one() });
+                }
+            });
+        }
+        found
     }
 
     /// The moments ∫₀¹ ξᵏ e^(−aξ) z dξ of the whole profile.

@@ -165,7 +165,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         let to = parameter::finite("end of the span", span.end)?;
         parameter::non_negative("duration", to - from)?;
         let at_end = slip_at(motion, to)?;
-        let affine_at_end = coefficients(self.patch.model(), at_end)?;
+        let affine_at_end = coefficients(self.patch.contact(), at_end)?;
         // With a tolerance a piece is at most twice as long as the one before.
         let until = |time: T, last: T| match tolerance {
             Some(_) => smaller(to, time + last + last),
@@ -189,7 +189,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
             held.iter().flatten().for_each(|held| self.queue.advance(held));
             (time, last) = (next, next - time);
         }
-        Ok(self.force_of(&affine_at_end, at_end))
+        Ok(self.patch.force_of(&self.queue, &affine_at_end, at_end))
     }
 
     /// The end of the first piece of a span that is smooth, moves the bristles by little and keeps

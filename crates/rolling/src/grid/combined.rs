@@ -9,8 +9,8 @@
 //! | y | place of this line of bristles across the patch, 0 in its middle | m |
 //!
 //! The axes meet in the coefficients alone, taken at the v of each place. A bristle runs the same
-//! way on every axis: its path is followed once, and each axis relaxes along it as on a [`Grid`].
-//! ω × z is left out beside ω × r: deflections are small beside the patch.
+//! way on every axis: its path is followed once, and each axis relaxes along it as on a
+//! [`Grid`](super::Grid). ω × z is left out beside ω × r: deflections are small beside the patch.
 //!
 //! Source: Romano et al. (arXiv 2602.09429), section IV-A, with the bristles of
 //! [`plane`](bristle_plane).
@@ -20,18 +20,19 @@ use alloc::vec::Vec;
 use nalgebra::SVector;
 
 use super::path::Paths;
-use super::{Bristles, Grid, between};
+use super::{Line, Mesh, affine_of};
 use crate::combined::finite;
+use crate::exact::slipped;
 use crate::{Motion, Patch, Pressure};
 use bristle::parameter::{self, ParameterError};
-use bristle::scalar::lit;
-use bristle::{Bristle, Scalar};
+use bristle::scalar::{is_zero, lit, smaller};
+use bristle::{Contact, Reloaded, Scalar};
 use bristle_plane::PlaneBristle;
 
-/// A patch in combined slip on a [`Grid`], for velocities that vary along it: turn slip and camber.
-/// Without spin [`CombinedPatch`](crate::CombinedPatch) is exact for held velocities and
-/// couples to a mechanism. Along a smooth motion that is known the grid, of fourth order, is the
-/// faster one for errors below some millionth of F_z.
+/// A patch in combined slip on a [`Grid`](crate::Grid), for velocities that vary along it: turn
+/// slip and camber. Without spin [`CombinedPatch`](crate::CombinedPatch) is exact for held
+/// velocities and couples to a mechanism. Along a smooth motion that is known the grid, of fourth
+/// order, is the faster one for errors below some millionth of F_z.
 ///
 /// A wheel that turns about the vertical at ψ̇ and leans by the camber angle γ, while it turns
 /// about its axle at Ω, has the spin ω = ψ̇ + (1 − ε) Ω sin γ. With x forward, y to the left and z
@@ -55,7 +56,7 @@ use bristle_plane::PlaneBristle;
 ///     length,
 ///     pressure: PolynomialExponential::parabolic(),
 /// })?
-/// .carrying(4000.0)?; // N
+/// .under_load(4000.0)?; // N
 /// let mut rolling = CombinedGrid::new(&tyre, 100)?;
 ///
 /// // Leaning to the right by 3° on a wheel of 0.3 m radius, as a motorcycle does.
@@ -71,10 +72,10 @@ use bristle_plane::PlaneBristle;
 /// # Ok::<(), bristle::ParameterError>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct CombinedGrid<T: Scalar, M: PlaneBristle<T, A>, const A: usize> {
-    model: M,
-    /// With the models at rest.
-    axes: [Grid<T, M::Axis>; A],
+pub struct CombinedGrid<T, M, const A: usize> {
+    contact: Contact<T, M>,
+    mesh: Mesh<T>,
+    lines: [Line<T>; A],
 }
 
 impl<T, M, const A: usize> CombinedGrid<T, M, A>
@@ -86,45 +87,82 @@ where
     ///
     /// # Errors
     ///
-    /// Those of [`Grid::new`].
+    /// Those of [`Grid::new`](crate::Grid::new).
     pub fn new<P: Pressure<T>>(
         patch: &Patch<T, M, P>,
         cells: usize,
     ) -> Result<Self, ParameterError> {
-        let grid = Grid::build(patch, cells, |_| Ok(Bristles::Varying(Vec::new())))?;
-        let models = patch.model().axes(&SVector::zeros());
-        let axes = models.map(|model| Grid { bristles: Bristles::Uniform(model), ..grid.clone() });
-        Ok(Self { model: patch.model().clone(), axes })
+        let mesh = Mesh::new(patch, cells)?;
+        let lines = core::array::from_fn(|_| Line::undeflected(cells));
+        Ok(Self { contact: patch.contact().clone(), mesh, lines })
     }
 
-    /// The bristles of each axis: places, weights, deflections and stored energies. Their own
-    /// forces are those of bristles that stick; for others see [`CombinedGrid::force`].
-    pub fn axes(&self) -> &[Grid<T, M::Axis>; A] {
-        &self.axes
+    /// Places of the nodes, ξᵢ = i/N.
+    pub fn places(&self) -> &[T] {
+        &self.mesh.places
     }
 
-    /// Changes the normal force F_z \[N\], zero or positive, and returns the share of the stored
-    /// energy that leaves: [`Grid::reload`].
+    /// Deflections of each axis at the nodes \[m\].
+    pub fn deflections(&self) -> [&[T]; A] {
+        self.lines.each_ref().map(|line| line.deflections.as_slice())
+    }
+
+    /// The normal force F_z \[N\].
+    pub fn normal_force(&self) -> T {
+        self.contact.normal_force()
+    }
+
+    /// Changes the normal force F_z \[N\], zero or positive, before a step with slip velocities
+    /// v(ξ) [m/s], see [`ExactPatch::reload`](crate::ExactPatch::reload).
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite, and a positive one on a patch without
+    /// a reference load; the patch is as it was.
+    pub fn reload(
+        &mut self,
+        normal_force: T,
+        slip_velocity: impl Fn(T) -> SVector<T, A>,
+    ) -> Result<Reloaded<T, ()>, ParameterError> {
+        let change = self.contact.change_load(normal_force)?;
+        let (model, scale) = (self.contact.model(), self.contact.friction_scale());
+        let mut kept = if is_zero(normal_force) { T::zero() } else { T::one() };
+        if change.after < change.before && kept > T::zero() {
+            for (node, &place) in self.mesh.places.iter().enumerate() {
+                let limits = model.limits(slip_velocity(place).norm());
+                let at_node = |line: &Line<T>| line.deflections.get(node).copied();
+                let z = self.lines.each_ref().map(|line| at_node(line).unwrap_or_else(T::zero));
+                kept = smaller(kept, change.kept(limits.utilisation(&z.into(), scale)));
+            }
+        }
+        let dissipated = slipped(self.stored_energy(), kept);
+        self.lines.iter_mut().for_each(|line| line.scale(kept));
+        Ok(Reloaded { deflection: (), dissipated })
+    }
+
+    /// Changes the normal force by renewal, see [`ExactPatch::renew`](crate::ExactPatch::renew).
     ///
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite; the patch is as it was.
-    pub fn reload(&mut self, normal_force: T) -> Result<T, ParameterError> {
-        let mut lost = T::zero();
-        for axis in &mut self.axes {
-            lost = axis.reload(normal_force)?;
-        }
-        Ok(lost)
+    pub fn renew(&mut self, normal_force: T) -> Result<Reloaded<T, ()>, ParameterError> {
+        let stored = self.stored_energy();
+        let (kept, lost) = self.contact.renew_load(normal_force)?.renewed();
+        self.lines.iter_mut().for_each(|line| line.scale(kept));
+        Ok(Reloaded { deflection: (), dissipated: lost * stored })
     }
 
     /// The energy stored in the bristles \[J\].
     pub fn stored_energy(&self) -> T {
-        self.axes.iter().fold(T::zero(), |sum, axis| sum + axis.stored_energy())
+        let half = lit::<T>(0.5) * self.contact.reference_load();
+        let stiffness = self.contact.model().storage_stiffness();
+        let axes = self.lines.iter().zip(&stiffness);
+        axes.fold(T::zero(), |sum, (line, &k)| sum + half * self.mesh.mean_square(line, |_| k))
     }
 
     /// The friction force \[N\] of the deflections as they are, at slip velocities v(ξ) [m/s].
     pub fn force(&self, slip_velocity: impl Fn(T) -> SVector<T, A>) -> SVector<T, A> {
-        self.weigh(Grid::deflections, slip_velocity, |_| T::one())
+        self.weigh(|line| &line.deflections, slip_velocity, |_| T::one())
     }
 
     /// The moment \[N m\] of each axis's force about the middle of the patch,
@@ -136,17 +174,19 @@ where
     /// a row at y adds y F_x to M_z.
     pub fn moment(&self, slip_velocity: impl Fn(T) -> SVector<T, A>) -> SVector<T, A> {
         let half: T = lit(0.5);
-        self.weigh(Grid::deflections, slip_velocity, |place| place - half) * self.length()
+        self.weigh(|line| &line.deflections, slip_velocity, |place| place - half) * self.mesh.length
     }
 
     /// A step of length h ≥ 0 \[s\] with a motion that varies in place and time, and the friction
-    /// force F \[N\] at its end: [`Grid::step_field`] with vectors for the slip velocity and the
-    /// force, of its order, also where one component of v reverses. Where v passes close to zero λ
-    /// all but has a kink, and the error is of second order.
+    /// force F \[N\] at its end: [`Grid::step_field`][step] with vectors for the slip velocity and
+    /// the force, of its order, also where one component of v reverses. Where v passes close to
+    /// zero λ all but has a kink, and the error is of second order.
     ///
     /// # Errors
     ///
-    /// Those of [`Grid::step_field`]; the patch is as it was.
+    /// Those of [`Grid::step_field`][step]; the patch is as it was.
+    ///
+    /// [step]: crate::Grid::step_field
     pub fn step_field<F, G>(
         &mut self,
         field: &Motion<F, G>,
@@ -158,66 +198,54 @@ where
     {
         let duration = parameter::non_negative("duration", duration)?;
         let Motion { slip_velocity, rolling_speed } = field;
-        let cells = self.axes.first().map_or(0, Grid::cells);
-        let model = &self.model;
+        let (model, scale) = (self.contact.model(), self.contact.friction_scale());
         let paths = Paths {
             driven: |_, velocity: &SVector<T, A>| {
                 let axes = model.axes(velocity);
                 core::array::from_fn(|i| {
-                    let affine = axes[i].affine(velocity[i].into(), T::zero());
+                    let affine = affine_of(&axes[i], scale, velocity[i], T::zero());
                     (affine.relaxation, affine.drive * velocity[i])
                 })
             },
             slip_velocity,
             rolling_speed,
-            length: self.length(),
+            length: self.mesh.length,
             duration,
-            cells,
+            cells: self.mesh.cells(),
         };
-        let mut ranges = self.axes.each_ref().map(|axis| axis.range);
-        for node in 0..=cells {
-            let Some(&place) = self.places().get(node) else { break };
+        let mut ranges = self.lines.each_ref().map(|line| line.range);
+        for (node, &place) in self.mesh.places.iter().enumerate() {
             let arrival = paths.arrival(place, &mut ranges)?;
-            for (axis, change) in self.axes.iter_mut().zip(arrival.changes) {
-                let before = (arrival.origin)
-                    .map_or_else(T::zero, |at| between(&axis.deflections, axis.range, at));
-                if let Some(next) = axis.next.get_mut(node) {
+            for (line, change) in self.lines.iter_mut().zip(arrival.changes) {
+                let before = arrival.origin.map_or_else(T::zero, |at| line.at(at));
+                if let Some(next) = line.next.get_mut(node) {
                     *next = change.of(before);
                 }
             }
         }
         let end = |place| slip_velocity(place, duration);
-        let force = self.weigh(|axis| &axis.next, end, |_| T::one());
+        let force = self.weigh(|line| &line.next, end, |_| T::one());
         finite("force", &force)?;
-        for ((axis, &force), range) in self.axes.iter_mut().zip(&force).zip(ranges) {
-            axis.commit(force, range)?;
-        }
+        self.lines.iter_mut().zip(ranges).for_each(|(line, range)| line.commit(range));
         Ok(force)
     }
 
-    fn length(&self) -> T {
-        self.axes.first().map_or_else(T::zero, |axis| axis.length)
-    }
-
-    fn places(&self) -> &[T] {
-        self.axes.first().map_or(&[], Grid::places)
-    }
-
-    /// F_z Σ weight(ξ) w μ_b over the nodes, on each axis.
+    /// P Σ weight(ξ) w μ_b over the nodes, on each axis.
     fn weigh(
         &self,
-        deflections: impl Fn(&Grid<T, M::Axis>) -> &[T],
+        deflections: impl Fn(&Line<T>) -> &Vec<T>,
         slip_velocity: impl Fn(T) -> SVector<T, A>,
         weight: impl Fn(T) -> T,
     ) -> SVector<T, A> {
+        let (load, scale) = (self.contact.reference_load(), self.contact.friction_scale());
         let mut sum = SVector::<T, A>::zeros();
-        for (node, &place) in self.places().iter().enumerate() {
+        for (node, (&place, &w)) in self.mesh.places.iter().zip(&self.mesh.weights).enumerate() {
             let v = slip_velocity(place);
-            let models = self.model.axes(&v).into_iter().zip(&v);
-            for ((axis, (model, &v)), sum) in self.axes.iter().zip(models).zip(sum.iter_mut()) {
-                if let (Some(&w), Some(&z)) = (axis.weights.get(node), deflections(axis).get(node))
-                {
-                    *sum += weight(place) * w * axis.normal_force * model.coefficient(v, z);
+            let axes = self.contact.model().axes(&v).into_iter().zip(&v);
+            for ((line, (model, &v)), sum) in self.lines.iter().zip(axes).zip(sum.iter_mut()) {
+                if let Some(&z) = deflections(line).get(node) {
+                    let affine = affine_of(&model, scale, v, z);
+                    *sum += weight(place) * w * load * affine.coefficient(v, z);
                 }
             }
         }

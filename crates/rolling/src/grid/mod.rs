@@ -37,11 +37,11 @@ pub use combined::CombinedGrid;
 use nalgebra::Vector1;
 
 use super::{Motion, Patch, Pressure};
-use bristle::LoadChange;
+use crate::exact::slipped;
 use bristle::parameter::{self, ParameterError, Rule};
 use bristle::rheology::HeldWeights as _;
-use bristle::scalar::{is_zero, lit, nan, to_f64};
-use bristle::{Affine, Bristle, Scalar};
+use bristle::scalar::{is_zero, lit, nan, smaller, to_f64};
+use bristle::{Affine, Bristle, Contact, Reloaded, Scalar, Surface};
 use interpolation::{Interpolation, cut};
 use path::{Paths, located, widened};
 
@@ -90,7 +90,7 @@ impl<M> Bristles<M> {
 ///     length: 0.1, // m
 ///     pressure: PolynomialExponential::constant(),
 /// })?
-/// .carrying(1.0)?; // N
+/// .under_load(1.0)?; // N
 /// let mut grid = Grid::new(&patch, 100)?;
 ///
 /// // A slip ratio of 0.05 at 16 m/s, one cell a step, for one crossing of the patch.
@@ -104,12 +104,23 @@ impl<M> Bristles<M> {
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid<T, M> {
-    bristles: Bristles<M>,
+    contact: Contact<T, Bristles<M>>,
+    mesh: Mesh<T>,
+    line: Line<T>,
+}
+
+/// The nodes of a patch.
+#[derive(Debug, Clone, PartialEq)]
+struct Mesh<T> {
     length: T,
     places: Vec<T>,
     /// Weights of the nodes in the force over the normal force.
     weights: Vec<T>,
-    normal_force: T,
+}
+
+/// The bristles of one axis.
+#[derive(Debug, Clone, PartialEq)]
+struct Line<T> {
     deflections: Vec<T>,
     /// The deflections after the step, while it is taken.
     next: Vec<T>,
@@ -184,27 +195,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         cells: usize,
         bristles: impl FnOnce(&[T]) -> Result<Bristles<M>, ParameterError>,
     ) -> Result<Self, ParameterError> {
-        let rule = Rule::CountBetween { least: 1, most: MOST_CELLS };
-        parameter::check("cells", cells as f64, (1..=MOST_CELLS).contains(&cells), rule)?;
-        let width = T::one() / lit(cells as f64);
-        let mut places: Vec<T> = (0..cells).map(|i| lit::<T>(i as f64) * width).collect();
-        places.push(T::one());
-        let mut weights = weights::weights(patch.pressure(), cells)?;
-        // A pressure that carries nothing has no weights.
-        let total = weights.iter().fold(T::zero(), |sum, &weight| sum + weight);
-        let share = if total > T::zero() { T::one() / total } else { T::zero() };
-        weights.iter_mut().for_each(|weight| *weight *= share);
-        let none = vec![T::zero(); cells + 1];
-        Ok(Self {
-            bristles: bristles(&places)?,
-            length: patch.length(),
-            places,
-            weights,
-            normal_force: patch.normal_force(),
-            deflections: none.clone(),
-            next: none,
-            range: (T::zero(), T::zero()),
-        })
+        let mesh = Mesh::new(patch, cells)?;
+        let contact = patch.contact().with_model(bristles(&mesh.places)?);
+        Ok(Self { contact, line: Line::undeflected(cells), mesh })
     }
 
     /// This grid with the deflections z(ξ) \[m\].
@@ -215,7 +208,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     pub fn with_profile(mut self, profile: impl Fn(T) -> T) -> Result<Self, ParameterError> {
         let mut range = (T::zero(), T::zero());
         let cells = self.cells();
-        let nodes = self.deflections.iter_mut().zip(&self.places);
+        let nodes = self.line.deflections.iter_mut().zip(&self.mesh.places);
         for (node, (deflection, &place)) in nodes.enumerate() {
             let at =
                 |place| parameter::component(node, parameter::finite("profile", profile(place)));
@@ -226,73 +219,95 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
                 range = widened(range, value);
             }
         }
-        self.range = range;
+        self.line.range = range;
         Ok(self)
     }
 
     /// Number of cells N.
     pub fn cells(&self) -> usize {
-        self.places.len() - 1
+        self.mesh.cells()
     }
 
     /// Places of the nodes, ξᵢ = i/N.
     pub fn places(&self) -> &[T] {
-        &self.places
+        &self.mesh.places
     }
 
     /// Deflections at the nodes \[m\].
     pub fn deflections(&self) -> &[T] {
-        &self.deflections
+        &self.line.deflections
     }
 
     /// The normal force F_z \[N\].
     pub fn normal_force(&self) -> T {
-        self.normal_force
+        self.contact.normal_force()
     }
 
-    /// Changes the normal force F_z \[N\], zero or positive: every deflection is multiplied by
-    /// min(1, p/p'), see [`Contact::reload`](bristle::Contact::reload). Returns the share of the
-    /// [stored energy](Grid::stored_energy) that leaves, |p' − p|/max(p, p').
+    /// Changes the normal force F_z \[N\], zero or positive, before a step with a slip velocity
+    /// [m/s], see [`ExactPatch::reload`](crate::ExactPatch::reload).
+    ///
+    /// # Errors
+    ///
+    /// Refuses a normal force that is negative or not finite, and a positive one on a patch without
+    /// a reference load; the patch is as it was.
+    pub fn reload(
+        &mut self,
+        normal_force: T,
+        slip_velocity: T,
+    ) -> Result<Reloaded<T, ()>, ParameterError> {
+        let change = self.contact.change_load(normal_force)?;
+        let surface = Surface::scaled(slip_velocity, self.contact.friction_scale());
+        let mut kept = T::one();
+        if change.after < change.before {
+            for (node, &deflection) in self.line.deflections.iter().enumerate() {
+                if let Some(model) = self.contact.model().at(node) {
+                    let carried = model.storage_stiffness() * deflection;
+                    kept = smaller(kept, change.kept_by(model, surface, carried));
+                }
+            }
+        }
+        let dissipated = slipped(self.stored_energy(), kept);
+        self.line.scale(kept);
+        Ok(Reloaded { deflection: (), dissipated })
+    }
+
+    /// Changes the normal force by renewal, see [`ExactPatch::renew`](crate::ExactPatch::renew).
     ///
     /// # Errors
     ///
     /// Refuses a normal force that is negative or not finite; the patch is as it was.
-    pub fn reload(&mut self, normal_force: T) -> Result<T, ParameterError> {
-        let normal_force = parameter::non_negative("normal_force", normal_force)?;
-        let change = LoadChange { before: self.normal_force, after: normal_force };
-        let (kept, lost) = change.renewed();
-        self.normal_force = normal_force;
-        self.deflections.iter_mut().for_each(|deflection| *deflection *= kept);
-        self.range = (kept * self.range.0, kept * self.range.1);
-        Ok(lost)
+    pub fn renew(&mut self, normal_force: T) -> Result<Reloaded<T, ()>, ParameterError> {
+        let stored = self.stored_energy();
+        let (kept, lost) = self.contact.renew_load(normal_force)?.renewed();
+        self.line.scale(kept);
+        Ok(Reloaded { deflection: (), dissipated: lost * stored })
     }
 
-    /// Weights of the nodes in the force \[–\], F = F_z Σ wᵢ (c₀ z + c₂ v)ᵢ. None is negative, and
+    /// Weights of the nodes in the force \[–\], F = P Σ wᵢ (c₀ z + c₂ v)ᵢ. None is negative, and
     /// their sum is 1 (0 for a pressure that carries nothing).
     pub fn weights(&self) -> &[T] {
-        &self.weights
+        &self.mesh.weights
     }
 
     /// The deflection \[m\] at a place ξ between 0 and 1, interpolated between the nodes; NaN
     /// elsewhere.
     pub fn deflection(&self, place: T) -> T {
         let inside = place >= T::zero() && place <= T::one();
-        if inside { between(&self.deflections, self.range, place) } else { nan() }
+        if inside { self.line.at(place) } else { nan() }
     }
 
     /// The energy stored in the bristles, W = (L/2) ∫ σ0 p z² dξ \[J\].
     pub fn stored_energy(&self) -> T {
-        let nodes = self.weights.iter().zip(&self.deflections).enumerate();
-        let sum = nodes.fold(T::zero(), |sum, (node, (&weight, &deflection))| {
-            let stiffness = self.bristles.at(node).map_or_else(T::zero, Bristle::storage_stiffness);
-            sum + weight * stiffness * deflection * deflection
+        let models = self.contact.model();
+        let sum = self.mesh.mean_square(&self.line, |node| {
+            models.at(node).map_or_else(T::zero, Bristle::storage_stiffness)
         });
-        sum * (lit::<T>(0.5) * self.normal_force)
+        sum * (lit::<T>(0.5) * self.contact.reference_load())
     }
 
     /// The force F \[N\] of the deflections as they are, at a slip velocity [m/s].
     pub fn force(&self, slip_velocity: T) -> T {
-        self.force_of(&self.deflections, &|_| slip_velocity)
+        self.force_of(&self.line.deflections, &|_| slip_velocity)
     }
 
     /// A step of length h ≥ 0 \[s\] with the motion held. The patch may also roll backwards (U <
@@ -308,20 +323,22 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
         let slip = parameter::finite("slip_velocity", motion.slip_velocity)?;
         let speed = parameter::finite("rolling_speed", motion.rolling_speed)?;
-        let Bristles::Uniform(model) = &self.bristles else {
+        let Bristles::Uniform(model) = self.contact.model() else {
             let field = Motion { slip_velocity: |_, _| slip, rolling_speed: |_, _| speed };
             return self.step_field(&field, duration);
         };
         let duration = parameter::non_negative("duration", duration)?;
-        let affine = model.affine(slip.into(), T::zero());
+        let affine = affine_of(model, self.contact.friction_scale(), slip, T::zero());
         let drive = affine.drive * slip;
-        let courant = speed / self.length * duration * lit(self.cells() as f64);
-        self.shift(&affine, drive, courant, duration);
-        let range = widened(self.range, drive / affine.relaxation);
-        let sums = (self.weights.iter().zip(&self.next))
+        let courant = speed / self.mesh.length * duration * lit(self.cells() as f64);
+        self.line.shift(&affine, drive, courant, duration);
+        let range = widened(self.line.range, drive / affine.relaxation);
+        let sums = (self.mesh.weights.iter().zip(&self.line.next))
             .fold((T::zero(), T::zero()), |sums, (&w, &z)| (sums.0 + w * z, sums.1 + w));
         let coefficient = affine.stiffness * sums.0 + affine.damping * slip * sums.1;
-        self.commit(self.normal_force * coefficient, range)
+        let force = parameter::finite("force", self.contact.reference_load() * coefficient)?;
+        self.line.commit(range);
+        Ok(force)
     }
 
     /// A step of length h ≥ 0 \[s\] with a motion that varies in place and time, for spin, camber
@@ -348,33 +365,123 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     {
         let duration = parameter::non_negative("duration", duration)?;
         let Motion { slip_velocity, rolling_speed } = field;
-        let (bristles, deflections) = (&self.bristles, &self.deflections);
+        let (bristles, scale) = (self.contact.model(), self.contact.friction_scale());
         let paths = Paths {
-            driven: |place, slip: &Vector1<T>| [bristles.driven(place, slip.x, deflections)],
+            driven: |place, slip: &Vector1<T>| {
+                [bristles.driven(scale, place, slip.x, &self.line.deflections)]
+            },
             slip_velocity: |place, time| Vector1::new(slip_velocity(place, time)),
             rolling_speed,
-            length: self.length,
+            length: self.mesh.length,
             duration,
-            cells: self.cells(),
+            cells: self.mesh.cells(),
         };
-        let mut ranges = [self.range];
-        for (next, &place) in self.next.iter_mut().zip(&self.places) {
+        let mut ranges = [self.line.range];
+        for (node, &place) in self.mesh.places.iter().enumerate() {
             let arrival = paths.arrival(place, &mut ranges);
             let arrival = arrival.map_err(|error| ParameterError { component: None, ..error })?;
-            let before =
-                arrival.origin.map_or_else(T::zero, |at| between(deflections, self.range, at));
+            let before = arrival.origin.map_or_else(T::zero, |at| self.line.at(at));
             let [change] = arrival.changes;
-            *next = change.of(before);
+            if let Some(next) = self.line.next.get_mut(node) {
+                *next = change.of(before);
+            }
         }
+        let force = self.force_of(&self.line.next, &|place| slip_velocity(place, duration));
+        let force = parameter::finite("force", force)?;
         let [range] = ranges;
-        let force = self.force_of(&self.next, &|place| slip_velocity(place, duration));
-        self.commit(force, range)
+        self.line.commit(range);
+        Ok(force)
+    }
+
+    fn force_of(&self, deflections: &[T], slip_velocity: &impl Fn(T) -> T) -> T {
+        let Mesh { weights, places, .. } = &self.mesh;
+        let scale = self.contact.friction_scale();
+        let nodes = weights.iter().zip(deflections).zip(places).enumerate();
+        let coefficient = nodes.fold(T::zero(), |sum, (node, ((&weight, &deflection), &place))| {
+            let slip = slip_velocity(place);
+            self.contact.model().at(node).map_or(sum, |model| {
+                let affine = affine_of(model, scale, slip, deflection);
+                sum + weight * affine.coefficient(slip, deflection)
+            })
+        });
+        self.contact.reference_load() * coefficient
+    }
+}
+
+/// The coefficients of a model under a friction scale; none without a load.
+#[inline]
+fn affine_of<T: Scalar, M: Bristle<T, Deflection = T>>(
+    model: &M,
+    scale: T,
+    slip: T,
+    deflection: T,
+) -> Affine<T> {
+    if is_zero(scale) {
+        return Affine::none();
+    }
+    model.affine(Surface::scaled(slip, scale), deflection)
+}
+
+impl<T: Scalar> Mesh<T> {
+    fn new<M, P: Pressure<T>>(
+        patch: &Patch<T, M, P>,
+        cells: usize,
+    ) -> Result<Self, ParameterError> {
+        let rule = Rule::CountBetween { least: 1, most: MOST_CELLS };
+        parameter::check("cells", cells as f64, (1..=MOST_CELLS).contains(&cells), rule)?;
+        let width = T::one() / lit(cells as f64);
+        let mut places: Vec<T> = (0..cells).map(|i| lit::<T>(i as f64) * width).collect();
+        places.push(T::one());
+        let mut weights = weights::weights(patch.pressure(), cells)?;
+        // A pressure that carries nothing has no weights.
+        let total = weights.iter().fold(T::zero(), |sum, &weight| sum + weight);
+        let share = if total > T::zero() { T::one() / total } else { T::zero() };
+        weights.iter_mut().for_each(|weight| *weight *= share);
+        Ok(Self { length: patch.length(), places, weights })
+    }
+
+    fn cells(&self) -> usize {
+        self.places.len() - 1
+    }
+
+    /// Σ wᵢ Kᵢ zᵢ² \[m\]
+    fn mean_square(&self, line: &Line<T>, stiffness: impl Fn(usize) -> T) -> T {
+        let nodes = self.weights.iter().zip(&line.deflections).enumerate();
+        nodes.fold(T::zero(), |sum, (node, (&weight, &deflection))| {
+            sum + weight * stiffness(node) * deflection * deflection
+        })
+    }
+}
+
+impl<T: Scalar> Line<T> {
+    fn undeflected(cells: usize) -> Self {
+        let none = vec![T::zero(); cells + 1];
+        Self { deflections: none.clone(), next: none, range: (T::zero(), T::zero()) }
+    }
+
+    /// Multiplies every deflection.
+    fn scale(&mut self, kept: T) {
+        self.deflections.iter_mut().for_each(|deflection| *deflection *= kept);
+        self.range = (kept * self.range.0, kept * self.range.1);
+    }
+
+    /// The deflection at a place, within the range.
+    fn at(&self, place: T) -> T {
+        let (low, high) = self.range;
+        let (cell, part) = located(place, self.deflections.len().saturating_sub(1));
+        cut(Interpolation::new(part).at(&self.deflections, cell), low, high)
+    }
+
+    /// Takes over the next deflections.
+    fn commit(&mut self, range: (T, T)) {
+        self.range = range;
+        core::mem::swap(&mut self.deflections, &mut self.next);
     }
 
     /// The semi-Lagrangian step of equal bristles in a uniform motion.
     fn shift(&mut self, affine: &Affine<T>, drive: T, courant: T, duration: T) {
         let (zero, one) = (T::zero(), T::one());
-        let cells = self.cells();
+        let cells = self.next.len() - 1;
         let most = lit::<T>(cells as f64 + 1.0);
         let forward = courant > zero;
         let mut shift = cut(courant, -most, most);
@@ -416,29 +523,4 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
             deflection = passage.end(deflection, drive);
         }
     }
-
-    /// Takes over the next deflections, unless the force is not finite.
-    fn commit(&mut self, force: T, range: (T, T)) -> Result<T, ParameterError> {
-        let force = parameter::finite("force", force)?;
-        self.range = range;
-        core::mem::swap(&mut self.deflections, &mut self.next);
-        Ok(force)
-    }
-
-    fn force_of(&self, deflections: &[T], slip_velocity: &impl Fn(T) -> T) -> T {
-        let nodes = self.weights.iter().zip(deflections).zip(&self.places).enumerate();
-        let coefficient = nodes.fold(T::zero(), |sum, (node, ((&weight, &deflection), &place))| {
-            let slip = slip_velocity(place);
-            self.bristles
-                .at(node)
-                .map_or(sum, |model| sum + weight * model.coefficient(slip, deflection))
-        });
-        self.normal_force * coefficient
-    }
-}
-
-/// The deflection at a place, within a range.
-fn between<T: Scalar>(deflections: &[T], (low, high): (T, T), place: T) -> T {
-    let (cell, part) = located(place, deflections.len().saturating_sub(1));
-    cut(Interpolation::new(part).at(deflections, cell), low, high)
 }

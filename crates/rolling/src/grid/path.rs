@@ -23,8 +23,8 @@
 
 use nalgebra::SVector;
 
-use super::Bristles;
 use super::interpolation::{cut, lagrange};
+use super::{Bristles, affine_of};
 use crate::combined::finite;
 use bristle::parameter::{self, ParameterError};
 use bristle::root::enclose;
@@ -301,12 +301,12 @@ where
 impl<M> Bristles<M> {
     /// λ and u = r v at a place: that of the node there, or interpolated between nodes.
     #[inline]
-    pub(super) fn driven<T: Scalar>(&self, place: T, slip: T, deflections: &[T]) -> (T, T)
+    pub(super) fn driven<T: Scalar>(&self, scale: T, place: T, slip: T, deflections: &[T]) -> (T, T)
     where
         M: Bristle<T, Deflection = T>,
     {
         let of = |model: &M, deflection: T| {
-            let affine = model.affine(slip.into(), deflection);
+            let affine = affine_of(model, scale, slip, deflection);
             (affine.relaxation, affine.drive * slip)
         };
         let models = match self {

@@ -43,7 +43,7 @@ pub struct PolynomialExponential<T, const N: usize> {
 
 impl<T: Scalar> PolynomialExponential<T, 1> {
     /// Constant pressure with ∫₀¹ p dξ = 1 N/m; for another one see
-    /// [`Patch::carrying`](crate::Patch::carrying).
+    /// [`Patch::under_load`](crate::Patch::under_load).
     pub fn constant() -> Self {
         Self { coefficients: [T::one()], decay: T::zero() }
     }

@@ -350,8 +350,10 @@ fn bad_input_is_refused_by_name_and_changes_nothing() {
     assert_eq!(rolling.set_profile(4, |_| infinite).unwrap_err().component, Some(0));
     assert_eq!(rolling.set_profile(0, |_| 0.0).unwrap_err().name, "segments");
     assert_eq!(rolling.set_profile(55, |_| 0.0).unwrap_err().name, "segments");
-    assert_eq!(rolling.reload(-1.0).unwrap_err().name, "normal_force");
-    assert_eq!(rolling.reload(nan).unwrap_err().name, "normal_force");
+    for load in [-1.0, nan] {
+        assert_eq!(rolling.reload(load, 0.0).unwrap_err().name, "normal_force");
+        assert_eq!(rolling.renew(load).unwrap_err().name, "normal_force");
+    }
     assert_eq!(format!("{rolling:?}"), before);
     assert!(rolling.set_profile(54, |_| 0.0).is_ok());
 }

@@ -6,6 +6,7 @@ mod combined;
 mod exact;
 mod exact_limits;
 mod grid;
+mod load;
 mod passive;
 mod refusals;
 mod smooth;

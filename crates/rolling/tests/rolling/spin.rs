@@ -6,8 +6,8 @@
 use super::combined::{
     LENGTH, LOAD, Model, Rubber, bristle, curve, falling, manoeuvre, patch, rubber, slip,
 };
-use bristle::Scalar;
 use bristle::curve::{Coulomb, CoulombParameters};
+use bristle::{Reloaded, Scalar};
 use bristle_plane::{Axis, PlaneBristle, PlaneFrBd, PlaneLuGre};
 use bristle_rolling::{CombinedGrid, Grid, Motion, PolynomialExponential};
 use bristle_specimens::recipe::decades;
@@ -94,9 +94,9 @@ fn profile(rubber: &Rubber, twist: Twist, speed: f64, cells: usize) -> Vec<Vecto
 fn distance(grid: &CombinedGrid<f64, Model, 2>, rubber: &Rubber, want: &[Vector2<f64>]) -> f64 {
     let widest = rubber.model().limits(f64::INFINITY).deflection.unwrap();
     let mut worst = 0.0_f64;
-    for (i, axis) in grid.axes().iter().enumerate() {
-        assert_eq!(axis.deflections().len(), want.len());
-        for (got, want) in axis.deflections().iter().zip(want) {
+    for (i, deflections) in grid.deflections().into_iter().enumerate() {
+        assert_eq!(deflections.len(), want.len());
+        for (got, want) in deflections.iter().zip(want) {
             worst = worst.max((got - want[i]).abs() / widest[i]);
         }
     }
@@ -115,13 +115,13 @@ fn without_spin_the_check_values_of_combined_slip_are_met_to_the_order_of_the_gr
     let error = |parabolic: bool, cells: u32| {
         let model = Model::isotropic(curve([0.7, 1.1 / 0.7, 6.0]), bristle(300.0, 0.0));
         let (mut rolling, want) = if parabolic {
-            let tyre = patch(model, PolynomialExponential::parabolic()).carrying(1.0).unwrap();
+            let tyre = patch(model, PolynomialExponential::parabolic()).under_load(1.0).unwrap();
             (
                 CombinedGrid::new(&tyre, cells as usize),
                 [0.730_872_906_6, 0.117_987_569_9, 0.000_811_783_4],
             )
         } else {
-            let tyre = patch(model, PolynomialExponential::constant()).carrying(1.0).unwrap();
+            let tyre = patch(model, PolynomialExponential::constant()).under_load(1.0).unwrap();
             (
                 CombinedGrid::new(&tyre, cells as usize),
                 [0.690_899_003_6, 0.111_780_823_0, 0.001_421_795_9],
@@ -161,8 +161,7 @@ fn steady_rolling_without_spin_is_that_in_closed_form() {
         let mut grid = CombinedGrid::new(&tyre, 50).unwrap();
         let force = Twist { slip, spin: 0.0, row: 0.0 }.settle(&mut grid, speed);
         for i in 0..2 {
-            let axis = &grid.axes()[i];
-            for (&place, &got) in axis.places().iter().zip(axis.deflections()) {
+            for (&place, &got) in grid.places().iter().zip(grid.deflections()[i]) {
                 let want = steady[i].deflection(place);
                 // The way that a bristle has gone is rounded in each cell, and κ is up to 1e5.
                 assert_within(1e-10, want.abs(), got, want, || format!("{place}"));
@@ -194,7 +193,7 @@ fn one_axis_has_the_bits_of_the_grid_of_one_axis() {
             let slip_velocity = |place, time| Vector1::new(slip(place, time));
             let field = Motion { slip_velocity, rolling_speed };
             let got = plane.step_field(&field, 0.3 * LENGTH / speed).unwrap();
-            assert_eq!(plane.axes()[0].deflections(), line.deflections());
+            assert_eq!(plane.deflections()[0], line.deflections());
             assert_within(1e-14, LOAD, got.x, want, || format!("{number}"));
         }
     });
@@ -258,8 +257,7 @@ fn pure_spin_of_coulomb_bristles_has_a_closed_form() {
             let twist = Twist::pure(spin);
             let force = twist.settle(&mut grid, speed);
             assert_eq!(force.x, 0.0);
-            let lateral = &grid.axes()[1];
-            let nodes = lateral.places().iter().zip(lateral.deflections());
+            let nodes = grid.places().iter().zip(grid.deflections()[1]);
             let worst = nodes.map(|(&place, &z)| (z - exact(place)).abs()).fold(0.0, f64::max);
             let part = |from, to, lever: f64| {
                 integral(from, to, 200, |place| {
@@ -452,8 +450,8 @@ fn steady_rolling_takes_at_least_the_energy_that_leaves() {
         let force = twist.settle(&mut grid, speed);
         let moment = grid.moment(|place| twist.at(place)).y + twist.row * force.x;
         let power = force.dot(&twist.slip) - moment * twist.spin;
-        let leaves: f64 = (grid.axes().iter().zip(rubber.axes))
-            .map(|(axis, [_, stiffness, _])| stiffness * axis.deflections()[100].powi(2))
+        let leaves: f64 = (grid.deflections().iter().zip(rubber.axes))
+            .map(|(deflections, [_, stiffness, _])| stiffness * deflections[100].powi(2))
             .sum();
         let leaves = 0.5 * LOAD * speed / LENGTH * leaves;
         // A kink of the profile in one of a hundred cells.
@@ -476,10 +474,10 @@ fn no_motion_drives_a_bristle_out_of_its_box() {
             let slip_velocity = |place, _| twist.at(place);
             let field = Motion { slip_velocity, rolling_speed: rolling };
             let force = grid.step_field(&field, duration).unwrap();
-            for (i, axis) in grid.axes().iter().enumerate() {
+            for (i, deflections) in grid.deflections().into_iter().enumerate() {
                 // Some roundings.
                 let most = widest[i] * (1.0 + 1e-13);
-                assert!(axis.deflections().iter().all(|z| z.abs() <= most), "{i}: {twist:?}");
+                assert!(deflections.iter().all(|z| z.abs() <= most), "{i}: {twist:?}");
                 assert!(force[i].abs() <= LOAD * strongest[i] * (1.0 + 1e-12), "{i}: {force}");
             }
         }
@@ -535,21 +533,25 @@ fn other_models_numbers_and_axes_ride_along() {
 }
 
 #[test]
-fn a_load_that_varies_takes_energy_away_with_the_bristles_that_leave() {
+fn renewal_takes_energy_away_with_the_bristles_that_leave() {
     let mut grid = CombinedGrid::new(&patch(TREAD.model(), falling()), 30).unwrap();
     let twist = Twist { slip: Vector2::new(0.4, 0.1), spin: 5.0, row: 0.0 };
     let force = twist.settle(&mut grid, 16.0);
     let stored = grid.stored_energy();
-    let half = |lost: f64| assert_within(1e-14, 0.5, lost, 0.5, || "share".into());
+    let half = |left: Reloaded<f64, ()>, of| {
+        assert_within(1e-14, of, left.dissipated, 0.5 * of, || "J".into())
+    };
     // Half of the load, half of the bristles. Doubled again, those that are new carry nothing.
-    half(grid.reload(0.5 * LOAD).unwrap());
+    half(grid.renew(0.5 * LOAD).unwrap(), stored);
     assert_within(1e-14, stored, grid.stored_energy(), 0.5 * stored, || "half".into());
     let left = grid.force(|place| twist.at(place));
     assert_within(1e-14, LOAD, (left - 0.5 * force).norm(), 0.0, || "force".into());
-    half(grid.reload(LOAD).unwrap());
+    half(grid.renew(LOAD).unwrap(), 0.5 * stored);
     assert_within(1e-14, stored, grid.stored_energy(), 0.25 * stored, || "double".into());
-    assert_eq!(grid.reload(f64::NAN).unwrap_err().name, "normal_force");
-    assert_eq!(grid.axes()[1].normal_force(), LOAD);
+    assert_eq!(grid.renew(f64::NAN).unwrap_err().name, "normal_force");
+    let slip = |place| twist.at(place);
+    assert_eq!(grid.reload(f64::NAN, slip).unwrap_err().name, "normal_force");
+    assert_eq!(grid.normal_force(), LOAD);
 }
 
 #[test]
@@ -573,8 +575,7 @@ fn bad_input_is_named_and_changes_nothing() {
     twist.settle(&mut grid, 16.0);
     let before = grid.clone();
     let unchanged = |grid: &CombinedGrid<f64, Model, 2>| {
-        let same = grid.axes().iter().zip(before.axes());
-        same.for_each(|(axis, before)| assert_eq!(axis.deflections(), before.deflections()));
+        assert_eq!(grid.deflections(), before.deflections());
     };
     for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         for number in [0, 1] {

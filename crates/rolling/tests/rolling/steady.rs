@@ -705,7 +705,7 @@ fn bad_input_is_refused_by_name() {
     }
     let good = patch(frbd(0.0), constant());
     for force in [-1.0, f64::NAN, f64::INFINITY] {
-        assert_eq!(good.carrying(force).unwrap_err().name, "normal_force");
+        assert_eq!(good.under_load(force).unwrap_err().name, "normal_force");
     }
     for (bad, name) in [
         (motion(1.0, -1.0), "rolling_speed"),
@@ -730,7 +730,7 @@ fn bad_input_is_refused_by_name() {
     // Pressures.
     let pressure = FunctionPressure::new(Function::new(|_| (0.0, 0.0), [])).unwrap();
     let nothing = Patch::new(PatchParameters { model: frbd(0.0), length: 0.1, pressure });
-    assert_eq!(nothing.unwrap().carrying(1.0).unwrap_err().name, "total pressure");
+    assert_eq!(nothing.unwrap().under_load(1.0).unwrap_err().name, "total pressure");
     let function = |value: fn(f64) -> (f64, f64)| {
         FunctionPressure::new(Function::new(value, [0.5])).unwrap_err()
     };

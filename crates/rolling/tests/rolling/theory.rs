@@ -214,7 +214,7 @@ impl Wobble {
         // κ/STEPS of a ninth at most: 1e-7 by its fourth power.
         const STEPS: usize = 100;
         let v = |t| self.slip_velocity(t);
-        let weight = patch.length() * patch.load();
+        let weight = patch.normal_force() / patch.pressure().total();
         weight
             * bristle_specimens::integral(0.0, 1.0, 8, |place| {
                 let start = self.entry(place, now);
@@ -411,8 +411,7 @@ fn check_limits<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
             .enumerate()
             .map(|(i, &z)| patch.pressure().at(place(i)) * patch.model().coefficient(v, z))
             .sum::<f64>()
-            * patch.length()
-            * patch.load()
+            * (patch.normal_force() / patch.pressure().total())
             / BRISTLES as f64;
         let most = limits.force + limits.remaining_force * initial_norm;
         assert!(force.abs() <= most * slack, "|F| = {force} > {most} at step {step}");
@@ -471,7 +470,8 @@ fn the_limit_of_the_force_is_attained_by_an_initial_deflection_like_the_pressure
     // Schwarz' inequality is an equality for z₀ = c p, with v = 0.
     let patch = patch(frbd(0.0), PolynomialExponential::parabolic());
     let limits = patch.limits(motion(0.0, 50.0), 0.0).unwrap();
-    let (c, p) = (1e-6, |place| patch.load() * patch.pressure().at(place));
+    let load = patch.normal_force() / (LENGTH * patch.pressure().total());
+    let (c, p) = (1e-6, |place| load * patch.pressure().at(place));
     let square = bristle_specimens::integral(0.0, 1.0, 10, |place| p(place) * p(place));
     let force = LENGTH * 252.0 * c * square;
     let most = limits.force + limits.remaining_force * c * square.sqrt();

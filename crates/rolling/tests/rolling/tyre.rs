@@ -43,7 +43,7 @@ pub(crate) fn patch<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M,
 
 /// That patch under 4000 N.
 pub(crate) fn loaded<M, P: Pressure<f64>>(model: M, pressure: P) -> Patch<f64, M, P> {
-    patch(model, pressure).carrying(4000.0).unwrap()
+    patch(model, pressure).under_load(4000.0).unwrap()
 }
 
 /// A held step of its bristles.

@@ -56,7 +56,7 @@ fn parameters<T: Scalar, const N: usize>(
 ) -> BrakedWheelParameters<T, Rolling<T, N>, Brake<T>> {
     let patch = Patch::new(PatchParameters { model: tyre::<T>(), length: lit(LENGTH), pressure });
     BrakedWheelParameters {
-        tyre: patch.unwrap().carrying(lit(LOAD)).unwrap().exact_in(1000).unwrap(),
+        tyre: patch.unwrap().under_load(lit(LOAD)).unwrap().exact_in(1000).unwrap(),
         brake: pads::<T>().under_load(lit(0.0)).unwrap().measured_at(lit(REFERENCE)).unwrap(),
         mass: lit(MASS),
         inertia: lit(INERTIA),
@@ -497,7 +497,7 @@ fn steered<const N: usize>(pressure: PolynomialExponential<f64, N>, speed: f64) 
     let model = PlaneFrBd::isotropic(*line.model().curve(), *line.model().rheology());
     let patch = Patch::new(PatchParameters { model, length: LENGTH, pressure }).unwrap();
     BrakedWheel::new(BrakedWheelParameters {
-        tyre: patch.carrying(LOAD).unwrap().combined_in(1000).unwrap(),
+        tyre: patch.under_load(LOAD).unwrap().combined_in(1000).unwrap(),
         brake,
         mass: MASS,
         inertia: INERTIA,
@@ -546,7 +546,7 @@ fn a_free_wheel_at_a_slip_angle_has_the_steady_lateral_force_and_moment() {
             length: LENGTH,
             pressure: PolynomialExponential::parabolic(),
         });
-        let patch = patch.unwrap().carrying(LOAD).unwrap();
+        let patch = patch.unwrap().under_load(LOAD).unwrap();
         let want = patch.steady(along).unwrap().force;
         let moment = want * patch.pneumatic_trail(along).unwrap().unwrap();
         let got = wheel.aligning_moment(lateral_velocity);
@@ -700,7 +700,7 @@ fn a_run_in_an_array_allocates_nothing() {
         length: LENGTH,
         pressure: PolynomialExponential::parabolic(),
     });
-    let patch = patch.unwrap().carrying(LOAD).unwrap();
+    let patch = patch.unwrap().under_load(LOAD).unwrap();
     let counted = allocation_counter::measure(|| {
         let mut wheel = BrakedWheel::new(BrakedWheelParameters {
             tyre: patch.exact([Segment::default(); 100]).unwrap(),

@@ -89,6 +89,7 @@ where
     let gear = GearFriction::new(GearFrictionParameters {
         friction: model.clone(),
         load: TorqueLoad::new(load).unwrap(),
+        reference_load: 1.0,
         drag: 0.05,
         fastest: 10.0,
     });
@@ -177,7 +178,7 @@ fn patch<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
     v: f64,
 ) -> Vec<u64> {
     let patch = Patch::new(PatchParameters { model, length: 0.1, pressure }).unwrap();
-    let patch = patch.carrying(4000.0).unwrap();
+    let patch = patch.under_load(4000.0).unwrap();
     let motion = Motion { slip_velocity: v, rolling_speed: 5.0 };
     bits(patch.steady(motion).map_or([0.0; 2], |steady| [steady.force, steady.entry_coefficient]))
 }
@@ -185,7 +186,7 @@ fn patch<M: Bristle<f64, Deflection = f64>, P: Pressure<f64>>(
 fn rolling<M: Bristle<f64, Deflection = f64>>(model: M) -> Vec<u64> {
     let pressure = PolynomialExponential::parabolic();
     let patch = Patch::new(PatchParameters { model, length: 0.1, pressure }).unwrap();
-    wheel(patch.carrying(4000.0).unwrap().exact([Segment::default(); 60]).unwrap(), 0.0)
+    wheel(patch.under_load(4000.0).unwrap().exact([Segment::default(); 60]).unwrap(), 0.0)
 }
 
 /// A model and the one chosen at run time, everywhere.
@@ -233,7 +234,7 @@ where
     all.extend(body.rate(0.3, &state, []).iter().chain(&linear.by_state).chain(&body.scales()));
     let pressure = PolynomialExponential::constant();
     let patch = Patch::new(PatchParameters { model: model.clone(), length: 0.1, pressure });
-    let patch = patch.unwrap().carrying(4000.0).unwrap();
+    let patch = patch.unwrap().under_load(4000.0).unwrap();
     let tyre = patch.combined([[Segment::default(); 60]; 2]).unwrap();
     [bits(all), wheel(tyre, 0.4)].concat()
 }
@@ -348,7 +349,7 @@ proptest! {
             let kink = Signal::next_kink(s, time, 2.0).unwrap_or(9.0);
             let input = s.at(JointMotion { time, angle: 0.1, velocity: 0.2 });
             let longest = Signal::longest_step(s).unwrap_or(9.0);
-            bits([s.value(time), value, rate, kink, longest, input.by_time])
+            bits([s.value(time), value, rate, kink, longest, input.value])
         }
         let [mean, amplitude, frequency] = [c[0], c[1], 0.1 + c[2]];
         let sine = SineParameters { mean, amplitude, frequency, phase: decay };
@@ -393,7 +394,7 @@ fn the_ladder_of_models_takes_mechanisms_and_patches_chosen_at_run_time() {
         let pressure = PolynomialExponential::parabolic();
         let patch = Patch::new(PatchParameters { model, length: 0.1, pressure }).unwrap();
         let motion = Motion { slip_velocity: sine(&Recipe::TABLE_2), rolling_speed: 5.0 };
-        let scene = PatchScene::new(patch.carrying(1e3).unwrap(), motion, answers).unwrap();
+        let scene = PatchScene::new(patch.under_load(1e3).unwrap(), motion, answers).unwrap();
         format!("{:?}", choose(&scene, Tolerance::at_every_answer(50.0)).unwrap())
     }
     assert_eq!(rolled(fixed, answers), rolled(AnyBristle::from(fixed), answers));

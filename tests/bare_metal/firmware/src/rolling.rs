@@ -16,7 +16,7 @@ fn rolling<T: Scalar>(input: &Input<T>) -> Result<Rolling<T>, ParameterError> {
         length: input.threshold_velocity,
         pressure: PolynomialExponential::parabolic(),
     })?
-    .carrying(input.normal_force)?
+    .under_load(input.normal_force)?
     .exact([Segment::default(); 64])
 }
 
@@ -38,8 +38,9 @@ pub(crate) fn step<T: Scalar>(input: &Input<T>) -> Result<T, ParameterError> {
 /// A passive step.
 pub(crate) fn passive<T: Scalar>(input: &Input<T>) -> Result<T, ParameterError> {
     let mut rolling = rolling(input)?;
-    let lost = rolling.reload(input.normal_force * lit(0.5))?;
+    let slipped = rolling.reload(input.normal_force * lit(0.5), input.velocity)?;
+    let renewed = rolling.renew(input.normal_force)?;
     let step = rolling.companion_step(motion(input), input.duration)?;
-    let sum = step.bias() + step.damping() + lost;
+    let sum = step.bias() + step.damping() + slipped.dissipated + renewed.dissipated;
     Ok(sum + step.commit(input.next_velocity)?)
 }

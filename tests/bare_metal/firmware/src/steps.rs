@@ -104,8 +104,9 @@ fn gear<T: Scalar, M: Bristle<T, Deflection = T>>(
         external_share: lit(0.5),
     })?;
     let friction = contact.model().clone();
-    let parameters = GearFrictionParameters { friction, load, drag: mass, fastest };
-    let mut gear = GearFriction::new(parameters)?;
+    let reference_load = normal_force;
+    let gear = GearFrictionParameters { friction, load, reference_load, drag: mass, fastest };
+    let mut gear = GearFriction::new(gear)?;
     gear.set_friction_scale(lit(0.5))?;
     let motor = VoltageMotor::new(VoltageMotorParameters {
         voltage: velocity,
@@ -116,7 +117,7 @@ fn gear<T: Scalar, M: Bristle<T, Deflection = T>>(
     })?;
     let external = Gravity { horizontal_torque: normal_force, hanging_angle: velocity };
     let parameters = GearedJointParameters { gear, inertia: mass, motor, external };
-    let mut joint = GearedJoint::new(parameters)?;
+    let joint = GearedJoint::new(parameters)?;
     let (state, done) = joint.step(&JointState::at_rest(velocity), duration)?;
     Ok(state.velocity + state.deflection + done.dissipated)
 }
