@@ -22,7 +22,8 @@
 //! slides in the direction of e. Φ rises, so that there is a single solution, if and only if
 //! σ1 + dμ/d|v| > 0 at every speed. For the [`Stribeck`](crate::curve::Stribeck) curve with δ = 2
 //! that is σ1 + σ2 > (μ_s − μ_d)√(2/e)/v_S. Otherwise Φ is folded:
-//! several velocities of the tip carry the same load, and the model is refused.
+//! several velocities of the tip carry the same load, and the model is refused. A load above the
+//! reference load scales μ, and may fold it, too: see [`ImplicitBristle::folding_scale`].
 //!
 //! # The affine form
 //!
@@ -181,12 +182,25 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
         &self.rheology
     }
 
+    /// The friction scale s = p/P \[–\] at which the force balance folds, σ1 = −s min dμ/d|v|, if
+    /// there is one. From there on several tip velocities fit, and all answers are NaN.
+    pub fn folding_scale(&self) -> Option<T> {
+        let damping = self.rheology.elements(Branch::Forward.of(T::zero())).damping;
+        (self.least_slope < T::zero()).then(|| -damping / self.least_slope)
+    }
+
     /// The force balance under a friction scale s.
     #[inline]
     fn balance(&self, scale: T) -> Balance<'_, C, T> {
         let Elements { stiffness, damping, .. } =
             self.rheology.elements(Branch::Forward.of(T::zero()));
-        Balance { curve: &self.curve, stiffness, damping, scale }
+        let folded = damping < -scale * self.least_slope;
+        Balance {
+            curve: &self.curve,
+            stiffness,
+            damping,
+            scale: if folded { nan() } else { scale },
+        }
     }
 
     /// The sliding velocity of the bristle's tip, v_s = v − ż [m/s]: zero if it sticks.
