@@ -124,11 +124,7 @@ impl fmt::Display for Choice {
 }
 
 /// What keeps a reference from being one, and what to do.
-fn unsettled(
-    unit: &str,
-    (difference, allowed): (f64, f64),
-    (steps, fewest): (u32, u32),
-) -> String {
+fn unsettled(unit: &str, (difference, allowed): (f64, f64), (steps, fewest): (u32, u32)) -> String {
     const BUDGET: &str = "give a larger budget, unless roundings decide about this scene";
     if steps < fewest {
         return format!(
