@@ -627,7 +627,7 @@ fn the_audit_of_a_joint_prints_radians_and_newton_metres() {
         "audit of FrBD under 1 N m, |v| ≤ 1 rad/s\n",
         "deflection          |z| ≤ 1.5e-4 rad ",
         "torque              |F| ≤ 1.5",
-        "breakaway           F_b = p μ_s = 1.5 N m ",
+        "breakaway           F_b = p μ_s = 1.5 N m, of which 0.267 is used ",
         " rad per slow cycle -0.1 ↔ 0.4 N m ",
         "stuck inertia       ω = ",
         "small motions die out above 0.029863 rad/s, GROW just below ",
@@ -791,7 +791,7 @@ fn the_margin_of_a_grip_is_the_weight_over_the_least_that_it_holds() {
     let grip = audit(&least, AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) });
     let grip = grip.unwrap();
     assert_within(1e-15, 1.0, grip.load_share().unwrap(), 4.4145 / 6.4, || "share".to_owned());
-    assert!(grip.to_string().contains("F_b = p μ_s = 6.4 N, of which 0.690 is used"), "{grip}");
+    assert!(grip.to_string().contains("F_b = p μ_s = 6.4 N, of which 0.69 is used"), "{grip}");
     // The cycle that is looked at without one says nothing of a grip.
     let free = audit(&least, AuditParameters::up_to(1.0)).unwrap();
     assert!(free.load_share().is_none() && !free.to_string().contains("used"));
