@@ -183,7 +183,8 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
     }
 
     /// The friction scale s = p/P \[–\] at which the force balance folds, σ1 = −s min dμ/d|v|, if
-    /// there is one. From there on several tip velocities fit, and all answers are NaN.
+    /// there is one. From there on several tip velocities fit: steps stay passive, and
+    /// [`ode::solve`](crate::ode::solve) may not get on. Keep the load below it.
     pub fn folding_scale(&self) -> Option<T> {
         let damping = self.rheology.elements(Branch::Forward.of(T::zero())).damping;
         (self.least_slope < T::zero()).then(|| -damping / self.least_slope)
@@ -194,13 +195,7 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
     fn balance(&self, scale: T) -> Balance<'_, C, T> {
         let Elements { stiffness, damping, .. } =
             self.rheology.elements(Branch::Forward.of(T::zero()));
-        let folded = damping < -scale * self.least_slope;
-        Balance {
-            curve: &self.curve,
-            stiffness,
-            damping,
-            scale: if folded { nan() } else { scale },
-        }
+        Balance { curve: &self.curve, stiffness, damping, scale }
     }
 
     /// The sliding velocity of the bristle's tip, v_s = v − ż [m/s]: zero if it sticks.

@@ -457,7 +457,7 @@ fn one_log_with_the_wrong_sign_is_named_and_nothing_is_determined_then() {
 #[test]
 fn a_search_that_ends_early_names_the_setting_that_ended_it() {
     let log = run(GRAVITY, 1, true).voltage().unwrap();
-    let settings = Settings { gradient_runs: 20, ..Settings::default() };
+    let settings = Settings { gradient_runs: 8, ..Settings::default() };
     let (candidates, logs) = ([Friction::coulomb()], [log]);
     let found = mechanism::compare(&pendulum(), &candidates, &logs, &logs, &settings, &mut go_on);
     let found = found.unwrap();
