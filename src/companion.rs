@@ -489,13 +489,14 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     }
 }
 
-/// The result of a step: work = stored + dissipated, up to a few roundings of the terms that these
-/// energies are sums of.
+/// The result of a step: work = stored + dissipated, up to 16 ε times the terms that these energies
+/// are sums of, where ε is the rounding of the scalar type.
 ///
-/// For models with c₀ = K r no term exceeds the energies themselves. LuGre's dissipated energy
-/// contains p σ1 h v̄² and p σ1λ h z̄ v̄, which nearly cancel in fast sliding and can exceed the
-/// three energies by orders of magnitude: errors of 3.5e-12 of the energies have been met in `f64`,
-/// and 4e-4 in `f32`.
+/// For models with c₀ = K r the terms are |work| + W₀ + W₁. A step that moves the bristle by less
+/// than ε z stores nothing, whatever the work: of the work alone the error of short steps has no
+/// bound. For others p h |v̄| (|c₀ − K r| |z̄| + c₂ |v̄|) comes to that, of LuGre p σ1 h v̄² and
+/// p σ1λ h z̄ v̄: in fast sliding these nearly cancel, and can exceed the energies by orders of
+/// magnitude.
 ///
 /// Of a bristle of several springs the modes are computed to some hundreds of roundings: in `f32`
 /// the balance of one step can be off by 2.5e-4 of the energies, and by more where rates differ by

@@ -838,6 +838,36 @@ fn an_encoder_and_a_known_velocity_give_the_observer_the_same_estimate() {
     }
 }
 
+/// Counts from a metre on, with a glitch of the counter, a count that did not come and a reference
+/// that is none.
+#[test]
+fn counts_give_the_observer_the_same_estimate_as_positions() {
+    let injection = Injection::Velocity { gain: 0.3, corner: 20.0 };
+    let (mut placed, mut counted) = (observed(injection, 2e-3), observed(injection, 2e-3));
+    let (count, start) = (1e-6, 1_000_000);
+    let wave = |amplitude: f64, n: i32| (amplitude * (0.1 * f64::from(n)).sin()).round() as i32;
+    let mut last = start;
+    for n in 0..200 {
+        let glitch = if n == 40 { 1 << 20 } else { 0 };
+        let (now, goal) = (start + wave(100.0, n) + glitch, start + wave(120.0, n));
+        let (now, goal) = (f64::from(now), f64::from(goal));
+        let goal = if n == 90 { f64::NAN } else { goal };
+        let a = placed.step(if n == 70 { f64::NAN } else { count * now }, count * goal);
+        let b = if n == 70 {
+            counted.advance(f64::NAN, 0.0)
+        } else {
+            let moved = now - f64::from(last);
+            last = now as i32;
+            counted.advance(count * moved, count * (now - goal))
+        };
+        assert_eq!((a.refused, b.refused), (u32::from([40, 70, 90].contains(&n)), a.refused));
+        // Roundings of 1 m, 1e-16 each: σ0 p of them, and in a velocity over 1 ms.
+        assert!((a.deflection - b.deflection).abs() < 1e-13, "{n}: {a:?} {b:?}");
+        assert!((a.force - b.force).abs() < 1e-8, "{n}: {a:?} {b:?}");
+    }
+    assert!(counted.deflection().abs() > 1e-6);
+}
+
 #[test]
 fn an_estimate_is_cut_to_the_limit_of_the_deflection() {
     let mut observer = observed(INJECTION, 0.0);

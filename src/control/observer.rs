@@ -85,7 +85,9 @@
 //! FrBD: from the affine form, as above.
 
 use super::output::{Compensation, Output, OutputParameters};
-use super::velocity_from_position::{VelocityFromPosition, VelocityFromPositionParameters, along};
+use super::velocity_from_position::{
+    MotionSample, VelocityFromPosition, VelocityFromPositionParameters, along,
+};
 use crate::parameter::{self, ParameterError};
 use crate::rheology::{Deflection, HeldWeights};
 use crate::scalar::{lit, unlimited};
@@ -188,7 +190,13 @@ const JUMP: f64 = 1e3;
 ///     output: OutputParameters { share: 1.0, largest_force: 3.0 },
 /// };
 /// let mut observer = FrictionObserver::new(parameters)?;
-/// let force = observer.step(0.0, 1e-4).force; // the position is behind its reference
+/// let _ = observer.step(0.0, 0.0); // position and reference at the start
+/// let mut force = 0.0;
+/// for sample in 1..=50 {
+///     let reference = 1e-5 * f64::from(sample); // m: 10 mm/s
+///     force = observer.step(0.98 * reference, reference).force; // a little behind it
+/// }
+/// assert!(force > 1.0 && observer.deflection() > 0.0); // N, of the 1.5 N that break away
 ///
 /// // The classical injection needs K_d > m σ0/σ1.
 /// let classical = Injection::Position { gain: 0.1 };
@@ -296,14 +304,34 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
     /// to k d, within its limit: give the observer smooth references.
     #[inline]
     pub fn step(&mut self, position: T, reference: T) -> Compensation<T> {
-        let Some(moved) = self.position.step(position) else {
+        let moved = self.position.step(position);
+        self.track(moved, position - reference)
+    }
+
+    /// The force for the coming sample, from a displacement since the last call and the tracking
+    /// error e = x − x_ref now \[m\]: in `f32`, both are differences of counts times the size of a
+    /// count.
+    ///
+    /// The observer remembers the displacements that it refused, see
+    /// [`VelocityFromPosition::advance`]: after a glitch and the way back from it the estimate has
+    /// followed the mechanism. A tracking error is refused as the reference of
+    /// [`FrictionObserver::step`] is.
+    #[inline]
+    pub fn advance(&mut self, displacement: T, error: T) -> Compensation<T> {
+        let moved = self.position.advance(displacement);
+        self.track(moved, error)
+    }
+
+    /// Moves the estimate, or refuses the sample.
+    #[inline]
+    fn track(&mut self, moved: Option<MotionSample<T>>, error: T) -> Compensation<T> {
+        let Some(moved) = moved else {
             self.error.miss();
             return self.output.refuse();
         };
         if moved.restarted {
             self.error.reset();
         }
-        let error = position - reference;
         let (velocity, secant) = (moved.velocity, moved.secant);
         let Some(tracked) = self.error.step(error) else {
             let error = T::zero();

@@ -23,6 +23,7 @@
 
 use super::{Affine, Characteristics, Form, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
+use crate::parameter::smallest;
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Deflection, ElementBounds, Elements, Rheology};
 use crate::scalar::{is_zero, larger, nan, unlimited};
@@ -394,7 +395,8 @@ where
     }
 }
 
-/// 1/g. NaN on a branch locked to the other direction of sliding where g has fallen to half of its
+/// 1/g, and zero where friction and damping are below what the scalar carries (10⁻²⁰⁰, `f32` 10⁻³⁶):
+/// there is no friction then, as without a load. NaN on a branch locked to the other direction of sliding where g has fallen to half of its
 /// value on the right one, about a third of the way to its pole. NaN if g has overflowed: 0 would
 /// switch the friction off.
 #[inline(always)]
@@ -409,7 +411,14 @@ pub(crate) fn inverse_resistance<T: Scalar>(
     } else {
         inverse > T::zero()
     };
-    if admissible { inverse } else { nan() }
+    let carried = !(resistance < smallest::<T>() * smallest::<T>());
+    if !admissible {
+        nan()
+    } else if carried {
+        inverse
+    } else {
+        T::zero()
+    }
 }
 
 /// A number that μ(v)/|v|_ε does not fall below for |v| ≤ `fastest`.

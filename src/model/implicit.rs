@@ -22,7 +22,8 @@
 //! slides in the direction of e. Φ rises, so that there is a single solution, if and only if
 //! σ1 + dμ/d|v| > 0 at every speed. For the [`Stribeck`](crate::curve::Stribeck) curve with δ = 2
 //! that is σ1 + σ2 > (μ_s − μ_d)√(2/e)/v_S. Otherwise Φ is folded:
-//! several velocities of the tip carry the same load, and the model is refused.
+//! several velocities of the tip carry the same load, and the model is refused. A load above the
+//! reference load scales μ, and may fold it, too: see [`ImplicitBristle::folding_scale`].
 //!
 //! # The affine form
 //!
@@ -179,6 +180,14 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
     /// The bristle.
     pub fn rheology(&self) -> &KelvinVoigt<T> {
         &self.rheology
+    }
+
+    /// The friction scale s = p/P \[–\] at which the force balance folds, σ1 = −s min dμ/d|v|, if
+    /// there is one. From there on several tip velocities fit: steps stay passive, and
+    /// [`ode::solve`](crate::ode::solve) may not get on. Keep the load below it.
+    pub fn folding_scale(&self) -> Option<T> {
+        let damping = self.rheology.elements(Branch::Forward.of(T::zero())).damping;
+        (self.least_slope < T::zero()).then(|| -damping / self.least_slope)
     }
 
     /// The force balance under a friction scale s.

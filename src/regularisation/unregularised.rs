@@ -13,7 +13,31 @@ use crate::{Scalar, Sliding};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(from = "Word", into = "Word"))]
 pub struct Unregularised;
+
+/// What it is in a file, as [`AnyRegularisation`](super::AnyRegularisation) writes it: not all
+/// formats have a unit.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case", rename = "Unregularised")]
+enum Word {
+    Unregularised,
+}
+
+#[cfg(feature = "serde")]
+impl From<Word> for Unregularised {
+    fn from(_: Word) -> Self {
+        Self
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Unregularised> for Word {
+    fn from(_: Unregularised) -> Self {
+        Self::Unregularised
+    }
+}
 
 impl<T: Scalar> Regularisation<T> for Unregularised {
     #[inline(always)]

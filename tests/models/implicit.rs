@@ -335,6 +335,19 @@ fn the_threshold_of_table_2_is_the_closed_form() {
     assert_within(1e-12, 1.0, margin, 64.5 - threshold, || "margin".into());
 }
 
+/// A load above the reference load makes the curve steeper: beyond 64.5/42.848 of it Table 2 is
+/// folded. A curve that does not fall never is.
+#[test]
+fn the_folding_scale_is_that_of_the_steepest_fall() {
+    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+    let model = ImplicitBristle::new(curve, kelvin_voigt(1e4, 64.5)).unwrap();
+    let folding = 64.5 / (50.0 * (2.0 / std::f64::consts::E).sqrt() - 0.04);
+    assert_within(1e-12, 1.0, model.folding_scale().unwrap(), folding, || "scale".into());
+    let level = CoulombParameters { dynamic_coefficient: 1.0, viscous_friction: 0.0 };
+    let level = ImplicitBristle::new(Coulomb::new(level).unwrap(), kelvin_voigt(1e4, 64.5));
+    assert_eq!(level.unwrap().folding_scale(), None);
+}
+
 #[test]
 fn what_has_no_single_answer_is_refused_by_name() {
     let with = |viscous_friction, damping| {

@@ -217,6 +217,7 @@ fn the_order_survives_reversals() {
     assert!(fine_four > 1e-14, "{fine_four:e}");
     // With more nodes nothing is left but rounding, a few hundred steps of it and e^−x of x ≈ 30.
     assert!(worst::<7>(&contact, &velocity, exact, 60.3) < 1e-12);
+    assert!(worst::<8>(&contact, &velocity, exact, 60.3) < 1e-12);
 }
 
 #[test]
@@ -287,7 +288,13 @@ fn a_dahl_bristle_on_a_ramp_is_exact_also_across_its_reversal() {
     {
         for z in [-1e-4, 0.0, 3e-5, 4e-4] {
             let step = Exponential::<2>.ramp(&contact, from..to, z, h);
-            let closure = Exponential::<3>.step(&contact, |s| from + (to - from) * s, z, h);
+            let v = |s: f64| from + (to - from) * s;
+            // The fewest and the most nodes.
+            let closures = [
+                Exponential::<2>.step(&contact, v, z, h),
+                Exponential::<3>.step(&contact, v, z, h),
+                Exponential::<8>.step(&contact, v, z, h),
+            ];
             let exact = if from * to < 0.0 {
                 let turn = from / (from - to) * h;
                 along(along(z, 0.0, from * turn / 2.0), 0.0, to * (h - turn) / 2.0)
@@ -295,7 +302,9 @@ fn a_dahl_bristle_on_a_ramp_is_exact_also_across_its_reversal() {
                 along(z, 0.0, (from + to) / 2.0 * h)
             };
             close(step.deflection, exact, 1e-18, &format!("{from} {to} {h} {z}"));
-            close(closure.deflection, exact, 1e-18, &format!("{from} {to} {h} {z}, closure"));
+            for closure in closures {
+                close(closure.deflection, exact, 1e-18, &format!("{from} {to} {h} {z}, closure"));
+            }
             close(step.end, 3e4 * exact, 1e-13, "force");
         }
     }

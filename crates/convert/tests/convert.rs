@@ -334,6 +334,19 @@ fn a_bearing_table_is_met_at_its_rows_and_falls_from_its_peak() {
     }
     // Where the fall ends it is on the table's straight line.
     assert_within(1e-15, 2.0, curve.at(0.01), 2.0 - 0.5 * 0.01, || "landing".into());
+    // Between rows it is Modelica's straight line, but for the corners, and goes on beyond the last.
+    for n in 1..2000 {
+        let speed = 0.01 + 0.1 * f64::from(n);
+        let place = rows.iter().rposition(|row| row[0] <= speed).unwrap().min(2);
+        let [[s0, t0], [s1, t1]] = [rows[place], rows[place + 1]];
+        let line = t0 + (t1 - t0) * (speed - s0) / (s1 - s0);
+        let corner = (speed - s0).min((s1 - speed).abs()) < (s1 - s0) / 256.0;
+        let most = if corner { 1.2e-3 * (t1 - t0).abs() } else { 1e-13 };
+        assert_within(most, 1.0, curve.at(speed), line, || format!("at {speed}"));
+    }
+    // Rows as close as two numbers can be.
+    let close = f32::from_bits(1.0_f32.to_bits() + 1);
+    assert!(bearing_friction(&[[0.0_f32, 2.0], [1.0, 1.5], [close, 1.5]], 1.25, 0.01).is_ok());
     // One row: constant beyond the fall.
     let one = bearing_friction(&[[0.0, 2.0]], 1.5, 0.1).unwrap();
     assert_eq!((one.at(0.0), one.at(0.1), one.at(1e3)), (3.0, 2.0, 2.0));

@@ -82,7 +82,7 @@ pub fn choose<S: Scene + ?Sized>(scene: &S, tolerance: Tolerance) -> Result<Choi
     parameter::positive("tolerance.budget", tolerance.budget)?;
     let levels = scene.levels();
     let (&level, others) = levels.split_last().ok_or_else(|| none("levels"))?;
-    let mut search = Search { scene, tolerance, spent: 0.0 };
+    let mut search = Search { scene, tolerance, fewest: scene.fewest_steps(), spent: 0.0 };
     let reference = search.settle(level)?;
     let own = search.measure(level, &reference, f64::INFINITY)?;
     if own.verdict != Verdict::Enough {
@@ -131,13 +131,9 @@ struct Reference {
 struct Search<'a, S: ?Sized> {
     scene: &'a S,
     tolerance: Tolerance,
+    /// [`Scene::fewest_steps`].
+    fewest: u32,
     spent: f64,
-}
-
-/// Steps from which on the agreement of two runs with so many answers counts.
-fn first_steps(run: &Run) -> u32 {
-    let fewest = FEWEST_STEPS.checked_div(run.answers.len()).unwrap_or(FEWEST_STEPS);
-    FIRST_STEPS.max(fewest as u32)
 }
 
 impl<S: Scene + ?Sized> Search<'_, S> {
@@ -145,6 +141,12 @@ impl<S: Scene + ?Sized> Search<'_, S> {
         let run = self.scene.run(level, steps)?;
         self.spent += run.cost;
         if run.answers.is_empty() { Err(none("answers").into()) } else { Ok(run) }
+    }
+
+    /// Steps from which on the agreement of two runs with so many answers counts.
+    fn first_steps(&self, run: &Run) -> u32 {
+        let fewest = FEWEST_STEPS.checked_div(run.answers.len()).unwrap_or(FEWEST_STEPS);
+        FIRST_STEPS.max(fewest as u32).max(self.fewest)
     }
 
     /// By how much two runs differ, and whether that is little enough for a settled reference.
@@ -162,10 +164,12 @@ impl<S: Scene + ?Sized> Search<'_, S> {
             let run = self.run(level, steps)?;
             let finer = 2 * steps + 3;
             let left = self.tolerance.budget - self.spent;
-            let affordable = 2.0 * run.cost <= left && finer <= MOST_STEPS;
+            // Also the first run whose agreement counts, at a cost that is affine in the steps.
+            let ahead = f64::max(2.0, f64::from(self.fewest) / f64::from(steps));
+            let affordable = ahead * run.cost <= left && finer.max(self.fewest) <= MOST_STEPS;
             let (mut difference, agreed) =
                 before.map_or((f64::NAN, false), |before| self.compare(&before, &run));
-            if agreed && steps >= 2 * first_steps(&run) && affordable {
+            if agreed && steps / 2 >= self.first_steps(&run) && affordable {
                 let last = self.run(level, finer)?;
                 let (uncertainty, confirmed) = self.compare(&run, &last);
                 if confirmed {
@@ -183,8 +187,8 @@ impl<S: Scene + ?Sized> Search<'_, S> {
 
     fn undetermined<R>(&self, difference: f64, steps: u32) -> Result<R, FidelityError> {
         let Tolerance { error: allowed, units, .. } = self.tolerance;
-        let quantity = self.scene.quantity();
-        Err(FidelityError::Undetermined { quantity, difference, allowed, steps, units })
+        let (quantity, fewest) = (self.scene.quantity(), self.fewest);
+        Err(FidelityError::Undetermined { quantity, difference, allowed, steps, fewest, units })
     }
 
     /// Doubles the steps of a level until it is good enough, settles on something else, or would
@@ -205,7 +209,7 @@ impl<S: Scene + ?Sized> Search<'_, S> {
             let mut next = run.cost;
             if let Some(before) = &before {
                 next += 2.0 * (run.cost - before.cost);
-                let agreed = steps > first_steps(&run) && self.compare(before, &run).1;
+                let agreed = steps > self.first_steps(&run) && self.compare(before, &run).1;
                 agreements = if agreed { agreements + 1 } else { 0 };
             }
             let verdict = if enough {

@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use super::scene::{Answers, Level, Run, Scene, check_run, direction, each_step};
+use super::scene::{Answers, Level, Run, Scene, check_run, direction, each_step, resolving};
 use super::{FidelityError, cost};
 use bristle::curve::FrictionCurve;
 use bristle::parameter::{self, ParameterError};
@@ -309,6 +309,10 @@ where
 
     fn interval(&self) -> f64 {
         to_f64(self.answers.interval)
+    }
+
+    fn fewest_steps(&self) -> u32 {
+        resolving(self.answers.interval, self.velocity.longest_step())
     }
 
     fn run(&self, level: Level, steps: u32) -> Result<Run, FidelityError> {

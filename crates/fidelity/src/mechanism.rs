@@ -3,9 +3,10 @@
 use alloc::vec::Vec;
 use nalgebra::Vector3;
 
-use super::scene::{Answers, Level, Quantity, Run, Scene, check_run, each_step};
+use super::scene::{Answers, Level, Quantity, Run, Scene, check_run, each_step, resolving};
 use super::{FidelityError, cost};
 use bristle::companion::{PointMass, VelocityHistory};
+use bristle::ode::System;
 use bristle::parameter::{self, ParameterError};
 use bristle::scalar::{is_zero, larger, lit, smaller, to_f64};
 use bristle::scene::MassSpringDamper;
@@ -222,6 +223,10 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> Scene for Mechanism
 
     fn quantity(&self) -> Quantity {
         self.quantity
+    }
+
+    fn fewest_steps(&self) -> u32 {
+        resolving(self.answers.interval, self.system.longest_step())
     }
 
     fn run(&self, level: Level, steps: u32) -> Result<Run, FidelityError> {

@@ -2,10 +2,10 @@
 
 use alloc::vec::Vec;
 
-use super::scene::{Answers, Level, Run, Scene, check_run, each_step};
+use super::scene::{Answers, Level, Run, Scene, check_run, each_step, resolving};
 use super::{FidelityError, cost};
 use bristle::parameter::{self, ParameterError};
-use bristle::scalar::{lit, to_f64};
+use bristle::scalar::{larger, lit, smaller, to_f64};
 use bristle::signal::Signal;
 use bristle::{Bristle, Scalar};
 use bristle_rolling::{Motion, Patch, PolynomialExponential};
@@ -201,6 +201,15 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, S: Signal<T>, W: 
 
     fn interval(&self) -> f64 {
         to_f64(self.answers.interval)
+    }
+
+    fn fewest_steps(&self) -> u32 {
+        let Motion { slip_velocity, rolling_speed } = &self.motion;
+        let longest = [slip_velocity.longest_step(), rolling_speed.longest_step()];
+        let longest = longest.into_iter().flatten().reduce(smaller);
+        let spans = self.answers.spans();
+        let stepped = spans.map(|(last, time)| time - self.last_transit(last, time, 1));
+        resolving(stepped.fold(T::zero(), larger), longest)
     }
 
     fn run(&self, level: Level, steps: u32) -> Result<Run, FidelityError> {

@@ -123,17 +123,31 @@ impl fmt::Display for Choice {
     }
 }
 
-/// What keeps a reference from being one.
-fn unsettled(quantity: Quantity, units: Units, difference: f64, allowed: f64) -> String {
-    if difference.is_nan() {
-        return "the reference has an answer that is not finite, or no second run within the budget"
-            .into();
+/// What keeps a reference from being one, and what to do.
+fn unsettled(unit: &str, (difference, allowed): (f64, f64), (steps, fewest): (u32, u32)) -> String {
+    const BUDGET: &str = "give a larger budget, unless roundings decide about this scene";
+    if steps < fewest {
+        return format!(
+            "the inputs of the scene are not resolved, which takes at least {fewest}; give a \
+             larger budget, or answers at shorter intervals"
+        );
     }
-    let unit = units.of(quantity.name_and_unit().1);
-    let (difference, allowed) = (Number(difference), Number(allowed));
+    if difference.is_nan() {
+        return format!(
+            "the reference has an answer that is not finite, or no second run within the budget; \
+             {BUDGET}"
+        );
+    }
+    let (off, most) = (Number(difference), Number(allowed));
+    if difference <= SETTLED * allowed {
+        return format!(
+            "two runs of the reference agree within {off:.3} {unit}, but the budget ends before \
+             the finer ones that would confirm it; give a larger budget"
+        );
+    }
     format!(
-        "two runs of the reference differ by {difference:.3} {unit}, more than {SETTLED} times \
-         the {allowed:.3} {unit} allowed"
+        "two runs of the reference differ by {off:.3} {unit}, more than {SETTLED} times the \
+         {most:.3} {unit} allowed; {BUDGET}"
     )
 }
 
@@ -150,9 +164,8 @@ pub enum FidelityError {
     /// Runs of the reference keep on differing: the scene needs shorter steps than the budget
     /// allows, or roundings decide about it.
     #[error(
-        "undetermined: with {steps} steps from one answer to the next {}; give a larger budget, \
-         unless roundings decide about this scene",
-        unsettled(*quantity, *units, *difference, *allowed)
+        "undetermined: with {steps} steps from one answer to the next {}",
+        unsettled(units.of(quantity.name_and_unit().1), (*difference, *allowed), (*steps, *fewest))
     )]
     Undetermined {
         /// The quantity of the scene.
@@ -164,6 +177,9 @@ pub enum FidelityError {
         allowed: f64,
         /// Steps from one answer to the next in the last run.
         steps: u32,
+        /// Those that resolve the inputs of the scene
+        /// ([`Scene::fewest_steps`](crate::Scene::fewest_steps)).
+        fewest: u32,
         /// In which units it prints.
         units: Units,
     },

@@ -5,7 +5,7 @@ use core::fmt;
 
 use super::FidelityError;
 use bristle::parameter::{self, ParameterError, Rule};
-use bristle::scalar::lit;
+use bristle::scalar::{lit, to_f64};
 use bristle::{Branch, Scalar};
 
 /// A representative scene, and the models that can run it.
@@ -81,6 +81,12 @@ pub trait Scene {
     ///
     /// Refuses a level that is not one of this scene's, and says why a run stopped.
     fn run(&self, level: Level, steps: u32) -> Result<Run, FidelityError>;
+
+    /// Steps from one answer to the next without which the inputs of the scene are not resolved: runs
+    /// with fewer may agree about an alias of an input, and are no reference.
+    fn fewest_steps(&self) -> u32 {
+        1
+    }
 
     /// The physical quantity of the answers.
     fn quantity(&self) -> Quantity {
@@ -168,6 +174,12 @@ fn count(name: &'static str, value: usize, most: usize) -> Result<usize, Paramet
         return Ok(value);
     }
     Err(parameter::refused(name, value as f64, Rule::CountBetween { least: 1, most }))
+}
+
+/// The steps over a time that are none longer than an input allows
+/// ([`Signal::longest_step`](bristle::signal::Signal::longest_step)).
+pub(super) fn resolving<T: Scalar>(duration: T, longest: Option<T>) -> u32 {
+    longest.map_or(1, |longest| to_f64((duration / longest).ceil()) as u32)
 }
 
 /// Checks that a scene with these levels has such a run.

@@ -8,7 +8,7 @@ use bristle::control::{
 };
 use bristle::curve::{AnyCurve, Stribeck};
 use bristle::ode::{AnyMethod, System};
-use bristle::regularisation::{AnyRegularisation, HyperbolicTangent, SquareRoot};
+use bristle::regularisation::{AnyRegularisation, HyperbolicTangent, SquareRoot, Unregularised};
 use bristle::rheology::{
     GeneralisedKelvinVoigt, GeneralisedMaxwell, KelvinVoigt, KelvinVoigtParameters, ZenerParameters,
 };
@@ -183,6 +183,27 @@ fn values_read_back_to_the_same_bits() {
         assert_eq!(read.to_string(), method);
         assert_eq!(round_trip(&read), read);
     }
+}
+
+/// A model whose types are known to the compiler, and the same one chosen at run time, are written
+/// alike.
+#[test]
+fn models_of_fixed_types_read_back_to_the_same_bits() {
+    let curve = Stribeck::new(paper::STICK_SLIP_CURVE).unwrap();
+    let bristle = KelvinVoigt::new(paper::STICK_SLIP_BRISTLE).unwrap();
+    let frbd = FrBd::new(curve, bristle);
+    assert_eq!(round_trip(&frbd), frbd);
+    let lugre = LuGre::classical(curve, bristle);
+    assert_eq!(round_trip(&lugre), lugre);
+    let elastic = ElastoPlastic::new(curve, bristle, 1e-6).unwrap();
+    assert_eq!(round_trip(&elastic), elastic);
+    let axes = [Axis { friction_ratio: 0.8, bristle }; 2];
+    let plane = PlaneFrBd::new(curve, axes).unwrap();
+    assert_eq!(round_trip(&plane), plane);
+    let plane = PlaneLuGre::classical(curve, axes).unwrap();
+    assert_eq!(round_trip(&plane), plane);
+    let chosen: AnyRegularisation<f64> = AnyRegularisation::Unregularised;
+    assert_eq!(written(&Unregularised), written(&chosen));
 }
 
 #[test]

@@ -118,7 +118,7 @@ fn main() -> ExitCode {
                 .number("threshold", 0.022, "", "least fall and rise of F/p that count")
                 .must_be(Rule::Positive)
                 .number("rate", 2000.0, "Hz", "rows per second")
-                .must_be(Rule::Positive)
+                .must_be(Rule::Between(1.0, 1e6))
                 .count("starts", 6, "searches from different places")
                 .must_be(Rule::Between(1.0, 1e3))
                 .count("iterations", 50, "most iterations of a search")

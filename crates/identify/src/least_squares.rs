@@ -29,8 +29,8 @@ impl Default for SearchSettings {
     }
 }
 
-/// State of a search, passed to the callback after every iteration. The callback can stop the
-/// search.
+/// State of a search, passed to the callback after every iteration, every step that was tried in
+/// vain and every probe. The callback can stop the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchProgress<'a> {
     /// Number of the search, from zero.
@@ -98,7 +98,9 @@ pub(super) fn minimise<R: Objective>(
     parameter::check("sum of squares at the start", cost, cost.is_finite(), Rule::Finite)?;
     let mut search = |number, point| {
         let (cost, outcome) = (problem.cost(&point), SearchOutcome::IterationLimit);
-        let mut search = Search { problem, settings, number, point, cost, outcome, iterations: 0 };
+        let (iterations, rows) = (0, 1);
+        let mut search =
+            Search { problem, settings, number, point, cost, outcome, iterations, rows };
         search.run(progress);
         search
     };
@@ -138,42 +140,65 @@ struct Search<'a, R> {
     cost: f64,
     outcome: SearchOutcome,
     iterations: usize,
+    /// Number of residuals.
+    rows: usize,
 }
+
+/// What is asked whether a search goes on.
+type Callback<'a> = &'a mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>;
 
 impl<R: Objective> Search<'_, R> {
     /// Goes on while a probe of one parameter finds a better place.
-    fn run(&mut self, progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>) {
+    fn run(&mut self, progress: Callback<'_>) {
         for _ in 0..PROBES {
             self.outcome = self.descend(progress);
             if self.outcome != SearchOutcome::Converged {
                 return;
             }
-            let Some((point, cost)) = self.probe() else { return };
-            (self.point, self.cost, self.outcome) = (point, cost, SearchOutcome::Stalled);
+            match self.probe(progress) {
+                ControlFlow::Break(()) => return self.outcome = SearchOutcome::Stopped,
+                ControlFlow::Continue(None) => return,
+                ControlFlow::Continue(Some((cost, point))) => {
+                    (self.point, self.cost) = (point, cost);
+                    self.outcome = SearchOutcome::Stalled;
+                }
+            }
         }
     }
 
+    /// Whether the search goes on.
+    fn ask(&self, progress: Callback<'_>) -> ControlFlow<()> {
+        let rmse = (self.cost / self.rows.max(1) as f64).sqrt();
+        let (start, iteration) = (self.number, self.iterations);
+        let values = &self.problem.values(&self.point);
+        progress(&SearchProgress { start, iteration, rmse, values })
+    }
+
     /// The best of the points that differ in one parameter, if the difference is noticeable.
-    fn probe(&self) -> Option<(Point, f64)> {
+    fn probe(&self, progress: Callback<'_>) -> ControlFlow<(), Option<(f64, Point)>> {
         let Self { problem, point: now, .. } = self;
-        let moved = |i: usize, change: f64| {
-            let size = problem.parameters.get(i)?.typical.map_or(1.0, |_| now[i].abs().max(1.0));
-            let point = problem.within(|j| now[j] + if i == j { change * size } else { 0.0 });
-            if point == *now {
-                return None;
+        let mut best = None;
+        for (i, parameter) in problem.parameters.iter().enumerate() {
+            let size = parameter.typical.map_or(1.0, |_| now[i].abs().max(1.0));
+            for change in [PROBE * size, -PROBE * size] {
+                let point = problem.within(|j| now[j] + if i == j { change } else { 0.0 });
+                if point == *now {
+                    continue;
+                }
+                let cost = problem.cost(&point);
+                let least =
+                    best.as_ref().map_or((1.0 - NOTICEABLE) * self.cost, |best: &(f64, _)| best.0);
+                if cost < least {
+                    best = Some((cost, point));
+                }
+                self.ask(progress)?;
             }
-            let cost = problem.cost(&point);
-            (cost < (1.0 - NOTICEABLE) * self.cost).then_some((point, cost))
-        };
-        let both = (0..now.len()).flat_map(|i| [moved(i, PROBE), moved(i, -PROBE)]);
-        both.flatten().min_by(|a, b| a.1.total_cmp(&b.1))
+        }
+        ControlFlow::Continue(best)
     }
 
     /// The method of Levenberg and Marquardt from the present point.
-    fn descend(
-        &mut self,
-        progress: &mut dyn FnMut(&SearchProgress<'_>) -> ControlFlow<()>,
-    ) -> SearchOutcome {
+    fn descend(&mut self, progress: Callback<'_>) -> SearchOutcome {
         let problem = self.problem;
         let mut scale = Point::zeros(self.point.len());
         let mut damping = Damping { value: 1e-3, growth: 2.0 };
@@ -188,23 +213,23 @@ impl<R: Objective> Search<'_, R> {
                 return SearchOutcome::NoDerivative;
             }
             let linear = rows.linear(problem.parameters.len());
+            self.rows = linear.rows;
             // Marquardt's scaling by the lengths of the columns, which never falls (Moré). A
             // column of zeros gets a little.
             let norms = linear.column_norms();
             let floor = norms.max() * 1e-8 + f64::MIN_POSITIVE;
             scale = scale.zip_map(&norms, |scale, norm| scale.max(norm).max(floor));
             let before = self.cost;
-            let Some(accepted) = self.step(&linear, &scale, &mut damping) else {
-                return SearchOutcome::Converged;
+            let accepted = match self.step(&linear, &scale, &mut damping, progress) {
+                ControlFlow::Break(()) => return SearchOutcome::Stopped,
+                ControlFlow::Continue(None) => return SearchOutcome::Converged,
+                ControlFlow::Continue(Some(accepted)) => accepted,
             };
             if accepted {
                 let change = (before - self.cost) / before.max(f64::MIN_POSITIVE);
                 small_steps = if change < self.settings.tolerance { small_steps + 1 } else { 0 };
             }
-            let rmse = (self.cost / linear.rows.max(1) as f64).sqrt();
-            let (start, iteration) = (self.number, self.iterations);
-            let values = &problem.values(&self.point);
-            if progress(&SearchProgress { start, iteration, rmse, values }).is_break() {
+            if self.ask(progress).is_break() {
                 return SearchOutcome::Stopped;
             }
             // Twice in a row: one step that a bound has cut short does not end the search.
@@ -216,33 +241,40 @@ impl<R: Objective> Search<'_, R> {
 
     /// Takes a step that lowers the sum of squares, and says whether there was one; nothing where
     /// all that is left is rounding.
-    fn step(&mut self, linear: &Triangle, scale: &Point, damping: &mut Damping) -> Option<bool> {
-        let Self { problem, point, cost, .. } = self;
+    fn step(
+        &mut self,
+        linear: &Triangle,
+        scale: &Point,
+        damping: &mut Damping,
+        progress: Callback<'_>,
+    ) -> ControlFlow<(), Option<bool>> {
+        let problem = self.problem;
         let descent = linear.gradient();
         let free: Vec<bool> =
-            problem.resting(point, &descent).iter().map(Option::is_none).collect();
+            problem.resting(&self.point, &descent).iter().map(Option::is_none).collect();
         let longest = |i: usize| match problem.parameters.get(i) {
             Some(Parameter { typical: None, .. }) => LONGEST_STEP,
             _ => f64::INFINITY,
         };
         for _ in 0..TRIALS {
             let step = linear.damped(&(scale * f64::sqrt(damping.value)), &free);
-            let trial = problem.within(|i| point[i] + step[i].clamp(-longest(i), longest(i)));
-            let taken = &trial - &*point;
+            let trial = problem.within(|i| self.point[i] + step[i].clamp(-longest(i), longest(i)));
+            let taken = &trial - &self.point;
             if taken.amax() <= SMALLEST_STEP {
-                return None;
+                return ControlFlow::Continue(None);
             }
             let reached = problem.cost(&trial);
-            if reached < *cost {
+            if reached < self.cost {
                 // What the linear model predicts for the step taken, whether it was cut or not.
                 let predicted = 2.0 * descent.dot(&taken) - linear.image_squared(&taken);
-                damping.fall((*cost - reached) / predicted.max(f64::MIN_POSITIVE));
-                (*point, *cost) = (trial, reached);
-                return Some(true);
+                damping.fall((self.cost - reached) / predicted.max(f64::MIN_POSITIVE));
+                (self.point, self.cost) = (trial, reached);
+                return ControlFlow::Continue(Some(true));
             }
             damping.rise();
+            self.ask(progress)?;
         }
-        Some(false)
+        ControlFlow::Continue(Some(false))
     }
 }
 

@@ -102,8 +102,8 @@ impl<'a, R: Objective> Problem<'a, R> {
         parameters: &'a [Parameter],
     ) -> Result<Self, ParameterError> {
         for &Parameter { name, start, least, most, typical, .. } in parameters {
-            parameter::finite("least", least)?;
-            parameter::finite("most", most)?;
+            parameter::finite(name, least)?;
+            parameter::finite(name, most)?;
             let inside = least <= start && start <= most;
             parameter::check(name, start, inside, Rule::Between { least, most })?;
             let unit = typical.unwrap_or(least);

@@ -1176,3 +1176,39 @@ fn a_column_of_motor_torque_is_no_friction() {
     assert!(matches!(found.remarks[..], [Remark::LooksLikeMotorTorque { .. }]), "{found}");
     assert!(!found.is_determined() && found.to_string().contains("motor"), "{found}");
 }
+
+/// Gross outliers among the slowest points, where a curve could take them for a static excess. Of
+/// 40 draws each 36 and more come out right; with rounds of Huber's weights before Tukey's, of the
+/// first three cases none, 10 and 17.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation")]
+fn slow_outliers_are_no_static_excess() {
+    for (count, gross) in [(3, 3.0), (5, 3.0), (5, 10.0), (10, 10.0), (20, 6.0)] {
+        let right = |seed: u64| {
+            let mut draw = Draw(seed);
+            let point = |i: i32| {
+                let speed = 5e-4 * f64::from(i);
+                let wrong = if i <= count { gross * (0.5 + draw.next()) } else { 0.0 };
+                let fall = 0.1 * (-(speed / 0.01).powi(2)).exp();
+                let coefficient = 0.2 + fall + 2.0 * speed + wrong + 0.002 * draw.gauss();
+                SlidingPoint { speed, coefficient }
+            };
+            let points: Vec<SlidingPoint> = (1..200).map(point).collect();
+            let guess = InitialGuess {
+                static_coefficient: 0.4,
+                dynamic_coefficient: 0.25,
+                stribeck_velocity: 0.03,
+                viscous_friction: 0.1,
+                micro_stiffness: 1e4,
+                micro_damping: 1.0,
+                offset: 0.0,
+                fastest: 0.1,
+                reversals: 1,
+            };
+            let [_, excess, _, _] = guess.static_curve(SHAPE, &points).unwrap().array();
+            (excess - 0.1).abs() < 0.03
+        };
+        let right = (0..10).filter(|&seed| right(1000 + seed)).count();
+        assert!(right >= 8, "{count} {gross}: {right} of 10");
+    }
+}

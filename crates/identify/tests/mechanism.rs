@@ -4,6 +4,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bristle::signal::Function;
 use bristle::{Dahl, DahlParameters, ParameterError};
@@ -311,6 +313,88 @@ fn a_stopped_search_returns_the_best_so_far() {
     assert_eq!(found.horizon, 0.0);
     assert!(found.fitted.all.simulated.rmse.is_finite() && found.held_out.is_some(), "{found}");
     assert!((found.value("inertia").unwrap() / INERTIA - 1.0).abs() < 0.5, "{found}");
+}
+
+/// A callback is asked at every few runs over the logs, whatever the search does in between, and not
+/// again after it has stopped the fit.
+#[test]
+fn a_fit_can_be_stopped_everywhere() {
+    let [log, ..] = logs(1, true);
+    let log = log.between(0.5, 1.5).unwrap();
+    let steps = Arc::new(AtomicUsize::new(0));
+    let counter = steps.clone();
+    let counted = move |_: f64, _: f64| {
+        counter.fetch_add(1, Ordering::Relaxed);
+        [0.0; 3]
+    };
+    let joint = pendulum().with(Term::own("counted", "N m", counted)).known("counted", 0.0);
+    let settings =
+        Settings { step: 5e-3, horizons: vec![0.25], gradient_runs: 20, ..Settings::default() };
+    let stopped_at = |last: usize| {
+        let (mut calls, mut before, mut most) = (0, steps.load(Ordering::Relaxed), 0);
+        let mut stop = |_: &Progress<'_>| {
+            calls += 1;
+            let now = steps.load(Ordering::Relaxed);
+            (most, before) = (most.max(now - before), now);
+            if calls == last { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let logs = core::slice::from_ref(&log);
+        let friction = Friction::dahl().loaded();
+        let found = mechanism::fit_joint(&joint, &friction, logs, &[], &settings, &mut stop);
+        (found.unwrap().fit.outcome, calls, most / log.times().len())
+    };
+    let (outcome, calls, runs) = stopped_at(usize::MAX);
+    assert!(outcome != SearchOutcome::Stopped && calls > 10, "{outcome} {calls}");
+
+    // The term is evaluated some four times a row, and a search begins with five runs.
+    assert!(runs <= 30, "{runs}");
+    for last in (1..=calls).step_by(calls.div_ceil(6)) {
+        let (outcome, calls, _) = stopped_at(last);
+        assert_eq!((outcome, calls), (SearchOutcome::Stopped, last));
+    }
+}
+
+/// Five seconds from row to row in steps of a millisecond: hours, and no message before.
+#[test]
+fn a_log_in_milliseconds_is_refused_with_the_unit_that_is_suspect() {
+    let mut columns = run(GRAVITY, 1, false);
+    columns.time.iter_mut().for_each(|t| *t *= 1e3);
+    let slow = columns.voltage().unwrap();
+    let error = dahl(&pendulum(), core::slice::from_ref(&slow)).unwrap_err().to_string();
+    let want = "step is 0.001, but must be at least a 200th of the median time from row to row \
+                (is the time in s?) = 0.025";
+    assert_eq!(error, want);
+    // Of a log that is held out, too.
+    let (friction, settings) = (Friction::dahl(), Settings::default());
+    let [log, ..] = logs(1, false);
+    let error =
+        mechanism::fit_joint(&pendulum(), &friction, &[log], &[slow], &settings, &mut go_on);
+    assert_eq!(error.unwrap_err().to_string(), want);
+}
+
+/// What is refused is the number that was given, not one that was computed from it.
+#[test]
+fn settings_and_starts_are_refused_as_they_were_given() {
+    let [log, ..] = logs(1, false);
+    let error = |joint: &Joint, settings: &Settings| {
+        let (friction, logs) = (Friction::dahl().loaded(), core::slice::from_ref(&log));
+        let mut first = |_: &Progress<'_>| ControlFlow::Break(());
+        mechanism::fit_joint(joint, &friction, logs, &[], settings, &mut first)
+            .map_err(|error| error.to_string())
+    };
+    let settings = Settings { tolerance: -1.0, ..Settings::default() };
+    let refused = error(&pendulum(), &settings).unwrap_err();
+    assert_eq!(refused, "tolerance is -1, but must lie between 0 and 1e100");
+    for start in ["2e100", "1e-101"] {
+        let joint = pendulum().start("inertia", start.parse().unwrap());
+        let refused = error(&joint, &Settings::default()).unwrap_err();
+        assert!(refused.starts_with(&format!("inertia is {start}, but must lie")), "{refused}");
+    }
+    // A bound that would be out of range is not the user's.
+    let joint = pendulum().start("inertia", 9e98);
+    if let Err(refused) = error(&joint, &Settings::default()) {
+        assert!(!refused.contains("most") && !refused.contains("least"), "{refused}");
+    }
 }
 
 #[test]

@@ -4,9 +4,9 @@
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | (v_x, v_y, ω) | twist: sliding velocity at the origin, rate of spin | m/s, rad/s |
+//! | (v_x, v_y, ω) | twist: sliding velocity at the origin, relative rate of spin | m/s, rad/s |
 //! | (F_x, F_y, M) | wrench: friction against the motion, its torque about the origin | N, N m |
-//! | (xⱼ, yⱼ) | place of point j | m |
+//! | (xⱼ, yⱼ) | place of point j on the body that carries the points | m |
 //! | wⱼ, Σ wⱼ = 1 | share of point j in the normal force p | – |
 //! | Fⱼ | friction force of a contact on two axes under the whole of p at vⱼ | N |
 //!
@@ -16,7 +16,7 @@
 //!
 //! Three axes with a spin radius (see the [module](super)) are the cheap model, with an ellipsoid
 //! for the limit surface; [`Footprint::limit_ellipsoid`] tells its error. The footprint does not
-//! roll: all places and deflections are in axes that the body carries.
+//! roll.
 //!
 //! Source: the limit surface as a sum over the points of a patch is that of S. Goyal, A. Ruina,
 //! J. Papadopoulos, "Planar sliding with dry friction", Wear 143 (1991).
@@ -35,7 +35,7 @@ use bristle::{Reloaded, Scalar};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct FootprintPoint<T> {
-    /// Place (x, y) \[m\] in axes that the body carries.
+    /// Place (x, y) \[m\] in axes of the body that carries the points.
     pub place: [T; 2],
     /// Weight, zero or positive: pressure times area in any unit. Its share wⱼ of the normal force
     /// is its part of the sum of all weights.
@@ -110,6 +110,18 @@ impl<T: Scalar> FootprintPoint<T> {
 }
 
 /// A contact surface of points P, each with a bristle model M on two axes.
+///
+/// # Axes
+///
+/// Of the two bodies one carries the points and their bristles. Places, deflections, twists and
+/// wrenches are in axes that *this* body carries, about an origin fixed in it. The twist is its
+/// motion less that of the other body at the same place; −(F_x, F_y, M) acts on it, and
+/// (F_x, F_y, M) on the other.
+///
+/// A velocity that is kept in fixed axes is turned by −θ before a step, and the wrench by θ after
+/// it, where θ \[rad\] is the angle of the body that carries the points. In its axes the equation of
+/// motion of a mass has the term m Ω × v with its rate of turning Ω [rad/s], which is ω only if the
+/// other body does not turn.
 ///
 /// ```
 /// use bristle::curve::{Coulomb, CoulombParameters};
@@ -408,6 +420,10 @@ impl<T: Scalar> Lever<T> {
 ///     let done = disc.commit(&steps, &mean, &mut deflections)?;
 ///     assert!(done.dissipated >= 0.0);
 ///     twist = 2.0 * mean - twist;
+///     // The axes turn with the disc, and its velocity does not.
+///     let (sin, cos) = f64::sin_cos(h * mean.z);
+///     let (x, y) = (twist.x, twist.y);
+///     (twist.x, twist.y) = (cos * x + sin * y, cos * y - sin * x);
 ///     (0..3).for_each(|i| history[i].push(twist[i]));
 /// }
 /// # Ok::<(), bristle::ParameterError>(())

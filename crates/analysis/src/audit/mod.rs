@@ -215,6 +215,17 @@ pub struct Audit<T> {
     pub steps: [Option<StepLimits<T>>; Scheme::ALL.len()],
 }
 
+impl<T: Scalar> Audit<T> {
+    /// The largest force of the load cycle over the breakaway force p μ_s \[–\]: the margin of a
+    /// grip, if the contact is under the least normal force that it has. A part slips at 1. `None`
+    /// if no cycle was given, without a load, and for a model that does not tell its
+    /// characteristics.
+    pub fn load_share(&self) -> Option<T> {
+        let (breakaway, cycle) = self.breakaway.zip(self.parameters.load_cycle)?;
+        (!is_zero(breakaway)).then(|| peak(cycle).abs() / breakaway)
+    }
+}
+
 /// Audits the parameters: which laws hold, what is bounded, how long a step may be.
 ///
 /// Nothing is simulated; the cost is a few thousand evaluations of the model. For a bristle of

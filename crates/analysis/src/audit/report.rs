@@ -131,8 +131,12 @@ impl<T: Scalar> Audit<T> {
     ) -> fmt::Result {
         let Some((breakaway, cycle)) = self.breakaway.zip(self.load_cycle) else { return Ok(()) };
         let [newton, metre, speed, force] = self.units(["N", "m", "m/s", "force"]);
-        row!(f, "breakaway", by "Romano et al., II-B",
-            "F_b = p μ_s = {:.5} {newton}", number(breakaway))?;
+        let (name, by, held) = ("breakaway", "Romano et al., II-B", number(breakaway));
+        match self.load_share() {
+            Some(share) => row!(f, name, by by,
+                "F_b = p μ_s = {held:.5} {newton}, of which {:.3} is used", number(share)),
+            None => row!(f, name, by by, "F_b = p μ_s = {held:.5} {newton}"),
+        }?;
         let (from, to) = (number(cycle.min), number(cycle.max));
         let (name, by) = ("drift", "Dupont et al. 2002");
         match self.drift {

@@ -627,7 +627,7 @@ fn the_audit_of_a_joint_prints_radians_and_newton_metres() {
         "audit of FrBD under 1 N m, |v| ≤ 1 rad/s\n",
         "deflection          |z| ≤ 1.5e-4 rad ",
         "torque              |F| ≤ 1.5",
-        "breakaway           F_b = p μ_s = 1.5 N m ",
+        "breakaway           F_b = p μ_s = 1.5 N m, of which 0.267 is used ",
         " rad per slow cycle -0.1 ↔ 0.4 N m ",
         "stuck inertia       ω = ",
         "small motions die out above 0.029863 rad/s, GROW just below ",
@@ -774,4 +774,28 @@ fn no_drift_is_told_of_friction_that_is_not_the_same_both_ways() {
     // The closed form, (μ_s/σ0) ln[F_b²/(F_b² − F²)].
     let want = 1.5e-4 * (2.25_f64 / 2.0).ln();
     assert_within(1e-12, want, drift(1.5).unwrap(), want, || "drift".to_owned());
+}
+
+/// A part of 2.943 N that shakes by a half in a grip of 16 N that varies by a half, μ_s = 0.8: at
+/// worst 4.4145 N of 6.4 N.
+#[test]
+fn the_margin_of_a_grip_is_the_weight_over_the_least_that_it_holds() {
+    let curve = StribeckParameters {
+        static_coefficient: 0.8,
+        dynamic_coefficient: 0.6,
+        ..paper::STICK_SLIP_CURVE
+    };
+    let curve = Stribeck::new(curve).unwrap();
+    let least = FrBd::new(curve, table_2_bristle()).under_load(8.0).unwrap();
+    let load_cycle = Some(Bounds { min: 0.5 * 2.943, max: 1.5 * 2.943 });
+    let grip = audit(&least, AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) });
+    let grip = grip.unwrap();
+    assert_within(1e-15, 1.0, grip.load_share().unwrap(), 4.4145 / 6.4, || "share".to_owned());
+    assert!(grip.to_string().contains("F_b = p μ_s = 6.4 N, of which 0.69 is used"), "{grip}");
+    // The cycle that is looked at without one says nothing of a grip.
+    let free = audit(&least, AuditParameters::up_to(1.0)).unwrap();
+    assert!(free.load_share().is_none() && !free.to_string().contains("used"));
+    let idle = FrBd::new(curve, table_2_bristle()).under_load(0.0).unwrap();
+    let idle = audit(&idle, AuditParameters { load_cycle, ..AuditParameters::up_to(1.0) });
+    assert_eq!(idle.unwrap().load_share(), None);
 }

@@ -188,3 +188,33 @@ fn a_contact_that_is_measured_at_another_load_keeps_its_stiffness_at_every_level
         assert!((4.0 * one / other - 1.0).abs() < 1e-3, "{level}: {one} {other}"); // sliding
     }
 }
+
+/// Steps of whole and half periods see a sine stand still, and agree about it. The bristle slides
+/// by 30 breakaway distances in half a period and forgets what was before: after 100 periods the
+/// force is that after 1000.
+#[test]
+fn no_choice_is_an_alias_of_a_sine() {
+    for (count, amplitude, interval) in
+        [(10, 0.1, 1000.0), (100, 0.01, 1000.0), (10_000, 0.01, 1000.0)]
+    {
+        let wave = SineParameters { mean: 0.0, amplitude, frequency: 1.0, phase: 0.0 };
+        let scene = |interval, count| {
+            let contact = sets()[0].under_load(1.0).unwrap();
+            let answers = Answers { interval, count };
+            KnownVelocity::new(contact, Sine::new(wave).unwrap(), answers).unwrap()
+        };
+        let truth = scene(100.0, 1).run(Level::REFERENCE, 1 << 18).unwrap().answers[0];
+        let scene = scene(interval, count);
+        let tolerance = Tolerance { budget: 4e6, ..Tolerance::at_every_answer(0.015) };
+        match choose(&scene, tolerance) {
+            Ok(Choice { best, .. }) => {
+                for answer in scene.run(best.level, best.steps).unwrap().answers {
+                    assert!((answer - truth).abs() <= 0.015, "{count} {amplitude}: {answer}");
+                }
+            }
+            // Resolved by 4 steps in a period, and none of them counted before.
+            Err(FidelityError::Undetermined { fewest, .. }) => assert_eq!(fewest, 4000),
+            Err(error) => panic!("{error}"),
+        }
+    }
+}

@@ -58,8 +58,8 @@ impl Default for Settings {
     }
 }
 
-/// How far the fit of a joint is, passed to the callback after every iteration. The callback can
-/// stop the fit.
+/// How far the fit of a joint is, passed to the callback after nearly every run over the logs. The
+/// callback can stop the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress<'a> {
     /// Number of the candidate, from zero.
@@ -68,7 +68,8 @@ pub struct Progress<'a> {
     pub horizon: f64,
     /// Runs with derivatives of this candidate so far.
     pub gradient_runs: usize,
-    /// Root mean square of the residuals \[rad\], of the inverse criterion [N m].
+    /// Root mean square of the residuals \[rad\], of the inverse criterion [N m]; NaN while the
+    /// starts of a stage are tried.
     pub rmse: f64,
     /// The parameters now.
     pub values: &'a [f64],
@@ -88,6 +89,9 @@ const NEARLY_ALL: f64 = 0.95;
 /// That of the others may be as many times as large; rows beyond it do not count for the standard
 /// errors.
 const RARE: f64 = 100.0;
+/// Most steps between two rows. A log of 10 Hz takes half as many of 1 ms; what takes more is a log
+/// in milliseconds, or better served by longer steps.
+const MOST_STEPS: f64 = 200.0;
 /// Most halvings of the segments.
 const HALVINGS: usize = 8;
 
@@ -95,13 +99,20 @@ const HALVINGS: usize = 8;
 const REPORTED: f64 = 0.1;
 
 impl Settings {
-    /// Refuses lengths, steps and bounds that are not positive.
-    fn check(&self) -> Result<(), ParameterError> {
+    /// Refuses lengths, steps and bounds that are not positive, and steps that are far too short for
+    /// the rows of these logs.
+    fn check(&self, logs: [&[DriveLog]; 2]) -> Result<(), ParameterError> {
         for (i, &horizon) in self.horizons.iter().enumerate() {
             let rule = "be positive; it may be infinite";
             parameter::component(i, parameter::stated("horizons", horizon, horizon > 0.0, rule))?;
         }
         parameter::positive("step", self.step)?;
+        parameter::non_negative("tolerance", self.tolerance)?;
+        for log in logs.into_iter().flatten() {
+            let least = log.usual_step() / MOST_STEPS;
+            let row = "a 200th of the median time from row to row (is the time in s?)";
+            parameter::at_least("step", self.step, row, least)?;
+        }
         parameter::positive("largest_sensitivity", self.largest_sensitivity)?;
         Ok(())
     }
@@ -115,7 +126,8 @@ impl Settings {
 ///
 /// # Errors
 ///
-/// Refuses no logs, a joint with unknown names, a drive without a start of its constants, a drive
+/// Refuses steps below a 200th of the median time from row to row, which a log in milliseconds would
+/// take for hours. Refuses no logs, a joint with unknown names, a drive without a start of its constants, a drive
 /// whose sign or unit is not that of the position, and starts at which the model has no answer.
 pub fn fit_joint(
     joint: &Joint,
@@ -138,7 +150,7 @@ pub(super) fn fit_candidate(
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<JointFit, ParameterError> {
     parameter::count("logs", fitted.len(), 1)?;
-    settings.check()?;
+    settings.check([fitted, held_out])?;
     let logs: Vec<SmoothedLog<'_>> = fitted.iter().map(smooth).collect();
     let guess = guess(joint, &logs)?;
     let table = joint.table(friction, &guess, fitted.len())?;
@@ -212,7 +224,10 @@ impl Stages<'_> {
                 break;
             }
             let last = stage + 1 == horizons.len();
-            self.segments(asked, last, simpler)?;
+            if self.segments(asked, last, simpler)?.is_break() {
+                found.outcome = SearchOutcome::Stopped;
+                break;
+            }
             let iterations = self.left() / (horizons.len() - stage);
             if iterations == 0 {
                 found.outcome = SearchOutcome::RunLimit;
@@ -241,7 +256,7 @@ impl Stages<'_> {
         asked: f64,
         last: bool,
         simpler: Option<&JointFit>,
-    ) -> Result<(), ParameterError> {
+    ) -> Result<ControlFlow<()>, ParameterError> {
         let length = if asked >= self.duration { f64::INFINITY } else { asked };
         let most = self.settings.largest_sensitivity * self.range;
         self.errors.criterion = Criterion::Segments(length);
@@ -249,11 +264,16 @@ impl Stages<'_> {
         if let Some(simpler) = simpler {
             start_from(&self.errors, &mut self.parameters, simpler);
         }
-        try_starts(&self.errors, &mut self.parameters);
+        if self.try_starts().is_break() {
+            return Ok(ControlFlow::Break(()));
+        }
         for _ in 0..HALVINGS {
             self.runs += 1;
             if is_bearable(&self.errors, &self.parameters, most)? {
                 break;
+            }
+            if self.ask().is_break() {
+                return Ok(ControlFlow::Break(()));
             }
             let half = 0.5 * self.horizon().min(self.duration);
             self.errors.criterion = Criterion::Segments(half);
@@ -262,7 +282,37 @@ impl Stages<'_> {
         if last && fitted < length {
             self.shortened = Some(Remark::Shortened { asked: length.min(self.duration), fitted });
         }
-        Ok(())
+        Ok(ControlFlow::Continue(()))
+    }
+
+    /// Takes the best of several starts for the parameters that the inverse criterion hardly sees.
+    fn try_starts(&mut self) -> ControlFlow<()> {
+        let mut values = starts(&self.parameters);
+        let mut best = self.errors.cost(&values);
+        for (i, parameter) in self.parameters.clone().iter().enumerate() {
+            if !TRIED.contains(&parameter.name) || parameter.least >= parameter.most {
+                continue;
+            }
+            for factor in FACTORS {
+                let mut moved = values.clone();
+                let value = (parameter.start * factor).clamp(parameter.least, parameter.most);
+                moved.iter_mut().skip(i).take(1).for_each(|place| *place = value);
+                let reached = self.errors.cost(&moved);
+                if reached < best {
+                    (best, values) = (reached, moved);
+                }
+                self.ask()?;
+            }
+        }
+        begin_at(&mut self.parameters, &values);
+        ControlFlow::Continue(())
+    }
+
+    /// Whether the fit goes on, between two searches.
+    fn ask(&mut self) -> ControlFlow<()> {
+        let (horizon, gradient_runs) = (self.horizon(), self.runs);
+        let (candidate, rmse, values) = (0, f64::NAN, &starts(&self.parameters));
+        (self.progress)(&Progress { candidate, horizon, gradient_runs, rmse, values })
     }
 
     /// Length of the segments \[s\]; zero for the inverse criterion.
@@ -291,6 +341,11 @@ impl Stages<'_> {
     }
 }
 
+/// Where parameters start.
+fn starts(parameters: &[Parameter]) -> Vec<f64> {
+    parameters.iter().map(|parameter| parameter.start).collect()
+}
+
 /// Takes values as the starts of parameters.
 fn begin_at(parameters: &mut [Parameter], values: &[f64]) {
     for (parameter, &value) in parameters.iter_mut().zip(values) {
@@ -310,7 +365,7 @@ const NEUTRAL: [(&str, f64); 5] = [
 /// Starts from the parameters of a simpler candidate if that is better, with the others as they are
 /// or nearly without effect.
 fn start_from(errors: &Errors<'_>, parameters: &mut [Parameter], simpler: &JointFit) {
-    let now: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
+    let now = starts(parameters);
     let with = |neutral: bool| -> Vec<f64> {
         let places = parameters.iter().zip(&errors.model.table.logs);
         let value = |(parameter, log): (&Parameter, &Option<usize>)| {
@@ -328,27 +383,6 @@ fn start_from(errors: &Errors<'_>, parameters: &mut [Parameter], simpler: &Joint
     if let Some((_, best)) = starts.iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
         begin_at(parameters, best);
     }
-}
-
-/// Takes the best of several starts for the parameters that the inverse criterion hardly sees.
-fn try_starts(errors: &Errors<'_>, parameters: &mut [Parameter]) {
-    let mut values: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
-    let mut best = errors.cost(&values);
-    for (i, parameter) in errors.model.table.parameters.iter().enumerate() {
-        if !TRIED.contains(&parameter.name) || parameter.least >= parameter.most {
-            continue;
-        }
-        for factor in FACTORS {
-            let mut moved = values.clone();
-            let value = (parameter.start * factor).clamp(parameter.least, parameter.most);
-            moved.iter_mut().skip(i).take(1).for_each(|place| *place = value);
-            let reached = errors.cost(&moved);
-            if reached < best {
-                (best, values) = (reached, moved);
-            }
-        }
-    }
-    begin_at(parameters, &values);
 }
 
 /// Whether the gradients of nearly all rows keep below a size, and those of the others below a

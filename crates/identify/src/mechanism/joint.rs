@@ -144,7 +144,7 @@ impl Said {
                 parameter.start = value;
                 if parameter.typical.is_none() {
                     parameter::positive(name, value)?;
-                    (parameter.least, parameter.most) = (value / 30.0, value * 30.0);
+                    *parameter = Parameter::positive(name, parameter.unit, value, 30.0);
                 }
                 parameter.least = parameter.least.min(value);
                 parameter.most = parameter.most.max(value);

@@ -211,10 +211,15 @@ impl DriveLog {
         &self.position
     }
 
+    /// The median time from row to row \[s\].
+    pub(super) fn usual_step(&self) -> f64 {
+        let mut steps: Vec<f64> = pairs(&self.time).map(|(from, to)| to - from).collect();
+        median(&mut steps)
+    }
+
     /// The rows between gaps of the time.
     pub(super) fn pieces(&self) -> Vec<Range<usize>> {
-        let mut steps: Vec<f64> = pairs(&self.time).map(|(from, to)| to - from).collect();
-        let longest = GAP * median(&mut steps);
+        let longest = GAP * self.usual_step();
         let (mut pieces, mut first) = (Vec::new(), 0);
         for (row, (from, to)) in pairs(&self.time).enumerate() {
             if to - from > longest {

@@ -221,7 +221,7 @@ impl<'a, T: Scalar> Plant<'a, T> {
         row: usize,
     ) -> Result<JointState<T>, ParameterError> {
         let duration = self.duration(row);
-        let steps = (duration / self.model.step - 1e-6).ceil().clamp(1.0, 1e6) as u32;
+        let steps = (duration / self.model.step - 1e-6).ceil().max(1.0) as u32;
         let h = lit::<T>(duration / f64::from(steps));
         let value = |[value, by_angle, by_velocity]: Torque<T>| JointInputValue {
             by_angle,

@@ -752,3 +752,40 @@ fn odd_velocities_answer() {
     edges::<f64>(&[5e-324, 1e-310, 1e-300, 1e-160, 1e-20, 1e-3, 1e20, 1e160, 1e300], 1e-307);
     edges::<f32>(&[1e-44, 1e-40, 1e-30, 1e-18, 1e-3, 1e10, 1e20, 1e30], 1e-37);
 }
+
+/// Ratios down to the smallest admissible one, under curves and loads that are as small: where a² μ
+/// is below what the scalar carries there is no friction along that axis, which is 1e-36 of p off.
+fn least_ratios<T: Scalar>(smallest: f64) {
+    let t = lit::<T>;
+    for powers in [[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.5, 0.5, 1.0]] {
+        let [ratio, mu, load] = powers.map(|power| smallest.powf(power));
+        let curve = StribeckParameters {
+            static_coefficient: t(mu),
+            dynamic_coefficient: t(mu),
+            stribeck_velocity: t(1e-3),
+            stribeck_exponent: t(2.0),
+            viscous_friction: t(0.0),
+        };
+        let axes = [axis([1.0, 1e4, 64.5]), axis([ratio, 1e4, 64.5])];
+        let model = PlaneFrBd::new(Stribeck::new(curve).unwrap(), axes).unwrap();
+        let contact = model.under_load(t(load)).unwrap();
+        let contact = contact.measured_at(t(1.0)).unwrap();
+        for v in [0.0, 1e-9] {
+            let v = Vector2::repeat(t(v));
+            let limit = model.limits(t(1.0)).deflection.unwrap() * contact.normal_force();
+            let force = contact.force(&v, &limit);
+            for (force, ratio) in force.iter().zip([1.0, ratio]) {
+                let most = t(ratio) * t(mu) * contact.normal_force();
+                assert!(force.abs() <= most * t(1.00001), "{ratio:e} {mu:e} {load:e}: {force}");
+            }
+            let held = contact.hold(&v, &limit, t(1e-3)).deflection;
+            assert!(held.iter().zip(&limit).all(|(z, most)| z.abs() <= *most * t(1.00001)));
+        }
+    }
+}
+
+#[test]
+fn the_least_ratios_give_numbers_at_rest() {
+    least_ratios::<f64>(1e-100);
+    least_ratios::<f32>(1e-18);
+}
