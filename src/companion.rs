@@ -55,7 +55,7 @@
 //! Source: a consequence of the affine form of the models of Romano et al. (arXiv 2602.09429),
 //! section III-A, and of their storage function, Lemma III.2.
 
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::rheology::{Deflection, HeldWeights};
 use crate::scalar::{is_zero, larger, lit, nan, unlimited};
 use crate::{Affine, Bristle, Contact, Reloaded, Scalar};
@@ -286,7 +286,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     ///
     /// Refuses a speed that is negative or not finite.
     pub fn companion(self, fastest: T) -> Result<Companion<T, M>, ParameterError> {
-        let fastest = parameter::non_negative("fastest", fastest)?;
+        let fastest = Named("fastest", fastest).non_negative()?;
         let limit = self.model().limits(fastest).deflection.unwrap_or_else(unlimited);
         Ok(Companion { contact: self, fastest, limit })
     }

@@ -13,7 +13,7 @@ use crate::curve::{
     Coulomb, CoulombParameters, Cubic, FrictionCurve, Knot, RationalStribeck,
     RationalStribeckParameters, Stribeck, StribeckParameters, Tabulated,
 };
-use crate::parameter;
+use crate::parameter::Named;
 use crate::regularisation::{HyperbolicTangent, Regularisation, SquareRoot};
 use crate::rheology::{
     GeneralisedKelvinVoigt, GeneralisedMaxwell, GeneralisedMaxwellParameters, KelvinVoigt,
@@ -83,7 +83,7 @@ macro_rules! finite {
             T: Scalar + Deserialize<'de>,
             D: Deserializer<'de>,
         {
-            read(deserializer, |value: T| parameter::finite(stringify!($name), value))
+            read(deserializer, |value: T| Named(stringify!($name), value).finite())
         }
     )*};
 }

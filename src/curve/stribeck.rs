@@ -16,7 +16,7 @@
 
 use super::valley::Valley;
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::scalar::{is_zero, lit, unlimited};
 use crate::{Bounds, Branch, Scalar, Sliding};
 
@@ -87,7 +87,7 @@ impl<T: Scalar> Stribeck<T> {
             parameters.viscous_friction,
         ])?;
         let exponent =
-            parameter::between("stribeck_exponent", parameters.stribeck_exponent, 0.1, 100.0)?;
+            Named("stribeck_exponent", parameters.stribeck_exponent).between(0.1, 100.0)?;
         Ok(Self {
             valley,
             exponent,

@@ -13,7 +13,7 @@
 use core::fmt::Debug;
 
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError, Rule};
+use crate::parameter::{Named, ParameterError, Rule};
 use crate::scalar::{lit, nan, smaller};
 use crate::{Bounds, Scalar, Sliding};
 
@@ -140,7 +140,7 @@ impl<'a, T: Scalar> Tabulated<&'a [Cubic<T>]> {
         check(knots)?;
         let (least, most) = (knots.len(), knots.len());
         let rule = Rule::CountBetween { least, most };
-        parameter::check("cubics", memory.len() as f64, memory.len() == least, rule)?;
+        Named("cubics", memory.len() as f64).check(memory.len() == least, rule)?;
         fill(memory, knots);
         Ok(Self { cubics: memory })
     }
@@ -174,13 +174,21 @@ impl<S> Tabulated<S> {
 }
 
 fn check<T: Scalar>(knots: &[Knot<T>]) -> Result<(), ParameterError> {
-    parameter::abscissas("speed", knots.iter().map(|knot| knot.speed))?;
+    Named("knots", knots.len()).count(2)?;
     for (index, knot) in knots.iter().enumerate() {
-        parameter::component(index, parameter::positive("coefficient", knot.coefficient))?;
+        let speed = Named("speed", knot.speed);
+        let checked = match index.checked_sub(1).and_then(|before| knots.get(before)) {
+            None => speed.exactly(T::zero()),
+            Some(before) => speed.finite().and_then(|_| speed.increasing(before.speed)),
+        };
+        ParameterError::of_component(index, checked)?;
+    }
+    for (index, knot) in knots.iter().enumerate() {
+        ParameterError::of_component(index, Named("coefficient", knot.coefficient).positive())?;
     }
     for (index, (slope, spacing)) in (0..).map_while(|i| secant(knots, i)).enumerate() {
-        parameter::component(index + 1, parameter::finite("slope", slope))?;
-        parameter::component(index + 1, parameter::positive("spacing", spacing))?;
+        ParameterError::of_component(index + 1, Named("slope", slope).finite())?;
+        ParameterError::of_component(index + 1, Named("spacing", spacing).positive())?;
     }
     Ok(())
 }

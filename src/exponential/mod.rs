@@ -53,7 +53,7 @@ pub use solver::CollocationSolver;
 use core::ops::Range;
 
 use crate::ode::{Crossing, Search, StepControl};
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::scalar::{is_zero, larger, lit};
 use crate::{Branch, Bristle, Contact, Scalar};
 use dense_step::Sample;
@@ -189,7 +189,7 @@ impl<const S: usize> Exponential<S> {
         self,
         tolerance: T,
     ) -> Result<CollocationSolver<T, S>, ParameterError> {
-        let tolerance = Some(parameter::positive("tolerance", tolerance)?);
+        let tolerance = Some(Named("tolerance", tolerance).positive()?);
         Ok(CollocationSolver { control: StepControl::adaptive(), tolerance })
     }
 

@@ -1,7 +1,7 @@
 //! Parameters and bounds of a model, as its theorems use them.
 
 use crate::curve::FrictionCurve;
-use crate::parameter::{ParameterError, Rule, at_least, refused};
+use crate::parameter::{Named, ParameterError, Rule};
 use crate::rheology::ElementBounds;
 use crate::scalar::{is_zero, lit, smaller, to_f64, unlimited};
 use crate::{Bounds, Branch, Scalar};
@@ -93,7 +93,8 @@ fn searched<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> (T, Option
     // The bounds are sums of the parameters, the values of a few functions.
     let rounding = T::one() + lit::<T>(1e2) * T::default_epsilon();
     let ratio: T = lit(NEXT);
-    let ordered = at_least("upper bound of a curve", bounds.max, "its lower bound", bounds.min);
+    let ordered =
+        Named("upper bound of a curve", bounds.max).at_least("its lower bound", bounds.min);
     let (mut least, mut fault) = (curve.slope_at_rest(), ordered.err());
     for branch in [Branch::Forward, Branch::Backward] {
         let sliding = |speed: T| branch.of(if branch == Branch::Backward { -speed } else { speed });
@@ -108,11 +109,11 @@ fn searched<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> (T, Option
             if !(inside && mu > T::zero() && mu.is_finite()) {
                 let (least, most) = (to_f64(bounds.min), to_f64(bounds.max));
                 let rule = Rule::BetweenAt { least, most, place };
-                fault = fault.or(Some(refused("friction curve", mu, rule)));
+                fault = fault.or(Some(Named("friction curve", mu).refused(rule)));
             } else if !slope.is_finite() && !is_zero(speed) {
                 // Infinitely steep it may be at rest.
                 let rule = Rule::FiniteAt { place };
-                fault = fault.or(Some(refused("slope of the friction curve", slope, rule)));
+                fault = fault.or(Some(Named("slope of the friction curve", slope).refused(rule)));
             }
             if slope < steepest.1 {
                 steepest = (speed, slope);

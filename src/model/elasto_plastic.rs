@@ -20,7 +20,7 @@
 use super::frbd::{Series, inverse_resistance};
 use super::{Affine, Characteristics, FrBd, Law, Limits, Linearised};
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, KelvinVoigt, Rheology, VelocityLaw};
 use crate::scalar::{is_zero, unlimited};
@@ -79,9 +79,9 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
         rheology: KelvinVoigt<T, T, D>,
         stick_limit: T,
     ) -> Result<Self, ParameterError> {
-        parameter::positive("stick_limit", stick_limit)?;
+        Named("stick_limit", stick_limit).positive()?;
         let least = curve.bounds(unlimited()).min / rheology.storage_stiffness();
-        parameter::below("stick_limit", stick_limit, "min μ/σ0", least)?;
+        Named("stick_limit", stick_limit).below("min μ/σ0", least)?;
         Ok(Self { plastic: FrBd::new(curve, rheology), stick_limit })
     }
 }

@@ -65,7 +65,7 @@ use solve::{Tip, UnderTip};
 
 use super::{Affine, Form, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::rheology::{Elements, KelvinVoigt, Rheology};
 use crate::scalar::{is_zero, lit, nan, unlimited};
 use crate::{Branch, Bristle, Scalar, Surface};
@@ -155,13 +155,13 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
     pub fn new(curve: C, rheology: KelvinVoigt<T>) -> Result<Self, ParameterError> {
         let damping = rheology.elements(Branch::Forward.of(T::zero())).damping;
         let viscous = curve.viscous_friction();
-        parameter::positive("micro_damping + viscous_friction", damping + viscous)?;
+        Named("micro_damping + viscous_friction", damping + viscous).positive()?;
         let least_slope = curve.least_slope().unwrap_or_else(nan);
         // Above the roundings of the slope.
         let margin = damping + least_slope;
         let rises = margin > damping * T::default_epsilon() * lit(16.0);
         let name = "micro_damping + least slope of the curve";
-        parameter::stated(name, margin, rises, "be positive, or several tip velocities fit")?;
+        Named(name, margin).stated(rises, "be positive, or several tip velocities fit")?;
         Ok(Self { curve, rheology, least_slope })
     }
 

@@ -14,7 +14,7 @@ use super::affine::forwards;
 use super::frbd::{Series, inverse_resistance, least_slope};
 use super::{Affine, Characteristics, Form, FrBd, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, HeldWeights, KelvinVoigt, Rheology, VelocityLaw};
 use crate::scalar::{is_zero, lit, unlimited};
@@ -102,7 +102,7 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
         rheology: KelvinVoigt<T, T, D>,
         viscous_friction: T,
     ) -> Result<Self, ParameterError> {
-        let viscous = parameter::non_negative("viscous_friction", viscous_friction)?;
+        let viscous = Named("viscous_friction", viscous_friction).non_negative()?;
         Ok(Self { parts: FrBd::new(curve, rheology), viscous })
     }
 

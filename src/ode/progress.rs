@@ -5,7 +5,7 @@ use super::controller::Controller;
 use super::failure::StopReason;
 use super::statistics::Statistics;
 use crate::Scalar;
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::scalar::{larger, lit, smaller, to_f64};
 
 /// A time \[s\] below any that matters, for the rounding of times near zero.
@@ -41,7 +41,7 @@ impl<T: Scalar> StepControl<T> {
     }
 
     pub(crate) fn fixed(step: T) -> Result<Self, ParameterError> {
-        Ok(Self { fixed_step: Some(parameter::positive("step", step)?), ..Self::adaptive() })
+        Ok(Self { fixed_step: Some(Named("step", step).positive()?), ..Self::adaptive() })
     }
 }
 
@@ -107,13 +107,13 @@ impl<T: Scalar> Progress<T> {
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         let is_long = self.span() >= lit(INSTANT) || self.start_time == self.end_time;
         let rule = "be span.start, or at least 1e-30 s away from it";
-        parameter::stated("span.end", self.end_time, is_long, rule)?;
+        Named("span.end", self.end_time).stated(is_long, rule)?;
         // A span that is one rounding of the time long is one step.
         let least = smaller(self.smallest_step(), self.span());
         let StepControl { first_step, largest_step, .. } = self.control;
         for (name, step) in [("first_step", first_step), ("largest_step", largest_step)] {
             if let Some(step) = step.filter(|_| self.is_adaptive()) {
-                parameter::at_least(name, step, "the smallest that advances the time", least)?;
+                Named(name, step).at_least("the smallest that advances the time", least)?;
             }
         }
         Ok(())

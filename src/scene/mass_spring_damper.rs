@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 
 use super::{Body, POSITION, VELOCITY};
 use crate::ode::{Linearisation, System};
-use crate::parameter::{self, ParameterError};
+use crate::parameter::{Named, ParameterError};
 use crate::scalar::{is_zero, larger};
 use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
@@ -86,10 +86,10 @@ where
     /// Names the parameter that is out of its range; the force is checked at time zero.
     pub fn new(parameters: MassSpringDamperParameters<T, M, F>) -> Result<Self, ParameterError> {
         let MassSpringDamperParameters { contact, mechanism, drive_velocity, force } = parameters;
-        parameter::finite("force", force.value(T::zero()))?;
+        Named("force", force.value(T::zero())).finite()?;
         Ok(Self {
             body: Body::new(contact, mechanism)?,
-            drive_velocity: parameter::finite("drive_velocity", drive_velocity)?,
+            drive_velocity: Named("drive_velocity", drive_velocity).finite()?,
             force,
         })
     }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::scene::{Answers, Level, Quantity, Run, Scene, check_run, each_step};
 use super::{FidelityError, cost};
 use bristle::companion::{PointMass, VelocityHistory};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::{is_zero, larger, lit, smaller, to_f64};
 use bristle::scene::MassSpringDamper;
 use bristle::signal::Signal;
@@ -86,14 +86,14 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         quantity: Quantity,
     ) -> Result<Self, ParameterError> {
         for (index, &state) in start.iter().enumerate() {
-            parameter::component(index, parameter::finite("start", state))?;
+            ParameterError::of_component(index, Named("start", state).finite())?;
         }
         let contact = system.contact();
-        let normal_force = parameter::positive("normal_force", contact.normal_force())?;
+        let normal_force = Named("normal_force", contact.normal_force()).positive()?;
         let micro_stiffness = contact.model().storage_stiffness();
         let deflection = contact.model().limits(T::zero()).deflection.unwrap_or_else(T::zero);
         let breakaway =
-            parameter::positive("breakaway force", normal_force * micro_stiffness * deflection)?;
+            Named("breakaway force", normal_force * micro_stiffness * deflection).positive()?;
         let dynamic_coefficient = breakaway / normal_force;
         let dahl = Dahl::new(DahlParameters { dynamic_coefficient, micro_stiffness })?;
         let dahl = contact.with_model(dahl);
@@ -103,7 +103,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
 
     /// f + k (V t − x) \[N\].
     fn applied(&self, time: T, state: &Vector3<T>) -> Result<T, ParameterError> {
-        let force = parameter::finite("force", self.system.force().value(time))?;
+        let force = Named("force", self.system.force().value(time)).finite()?;
         Ok(force + self.system.spring_force(time, state))
     }
 

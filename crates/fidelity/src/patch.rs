@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use super::scene::{Answers, Level, Run, Scene, check_run, each_step};
 use super::{FidelityError, cost};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::{lit, to_f64};
 use bristle::signal::Signal;
 use bristle::{Bristle, Scalar};
@@ -80,15 +80,15 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, S: Signal<T>, W: 
         answers: Answers<T>,
     ) -> Result<Self, ParameterError> {
         let answers = answers.checked()?;
-        parameter::positive("normal_force", patch.normal_force())?;
+        Named("normal_force", patch.normal_force()).positive()?;
         // What a constant pressure in adhesion has, until it is known.
         let relaxation_length = patch.length() / lit(3.0);
         let mut scene = Self { patch, motion, answers, steady: false, relaxation_length };
         let (mut slip, mut rolling) = (T::zero(), T::zero());
         for answer in 0..=answers.count {
             let Motion { slip_velocity, rolling_speed } = scene.at(answers.time(answer));
-            slip += parameter::finite("slip_velocity", slip_velocity)?.abs();
-            rolling += parameter::non_negative("rolling_speed", rolling_speed)?;
+            slip += Named("slip_velocity", slip_velocity).finite()?.abs();
+            rolling += Named("rolling_speed", rolling_speed).non_negative()?;
         }
         let count = lit(1.0 + answers.count as f64);
         let found = [slip / count, T::zero()].map(|slip| scene.lag_about(slip, rolling / count));

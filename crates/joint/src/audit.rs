@@ -3,7 +3,7 @@
 use core::fmt;
 
 use bristle::number::number;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::{Branch, Bristle, Scalar};
 
 use crate::{GearFriction, GearTorques, LoadLaw, TorqueLoad};
@@ -79,8 +79,8 @@ impl<T: Scalar, M: Bristle<T>> GearFriction<T, M, TorqueLoad<T>> {
     ///
     /// Refuses a velocity of zero, an external torque that is not positive, and what is not finite.
     pub fn audit(&self, velocity: T, external_torque: T) -> Result<GearAudit<T>, ParameterError> {
-        parameter::positive("velocity", velocity.abs())?;
-        parameter::positive("external_torque", external_torque)?;
+        Named("velocity", velocity.abs()).positive()?;
+        Named("external_torque", external_torque).positive()?;
         let (zero, one) = (T::zero(), T::one());
         let direction = if velocity > zero { Branch::Forward } else { Branch::Backward };
         let coefficient = |mu: T| self.friction_scale() * mu.abs();

@@ -47,7 +47,7 @@
 use core::fmt::Debug;
 
 use bristle::companion::{Companion, CompanionStep, CompletedStep};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::rheology::Deflection;
 use bristle::{Bristle, Scalar};
 
@@ -148,9 +148,9 @@ impl<T: Scalar> TorqueLoad<T> {
     ///
     /// Refuses a parameter that is negative or not finite.
     pub fn new(parameters: TorqueLoadParameters<T>) -> Result<Self, ParameterError> {
-        parameter::non_negative("idle_load", parameters.idle_load)?;
-        parameter::non_negative("motor_share", parameters.motor_share)?;
-        parameter::non_negative("external_share", parameters.external_share)?;
+        Named("idle_load", parameters.idle_load).non_negative()?;
+        Named("motor_share", parameters.motor_share).non_negative()?;
+        Named("external_share", parameters.external_share).non_negative()?;
         Ok(Self { parameters })
     }
 
@@ -271,11 +271,11 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
         let GearFrictionParameters { friction, load: law, drag, fastest } = parameters;
         let zero = T::zero();
         let idle = law.load(GearTorques { motor: zero, external: zero });
-        let idle = parameter::non_negative("load", idle)?;
+        let idle = Named("load", idle).non_negative()?;
         Ok(Self {
             companion: friction.under_load(idle)?.companion(fastest)?,
             law,
-            drag: parameter::non_negative("drag", drag)?,
+            drag: Named("drag", drag).non_negative()?,
             friction_scale: T::one(),
             drag_scale: T::one(),
         })
@@ -337,7 +337,7 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
     /// Refuses a scale that is negative or not finite; nothing has changed.
     #[inline]
     pub fn set_friction_scale(&mut self, scale: T) -> Result<(), ParameterError> {
-        self.friction_scale = parameter::non_negative("friction_scale", scale)?;
+        self.friction_scale = Named("friction_scale", scale).non_negative()?;
         Ok(())
     }
 
@@ -348,7 +348,7 @@ impl<T: Scalar, M: Bristle<T>, L: LoadLaw<T>> GearFriction<T, M, L> {
     /// Refuses a scale that is negative or not finite; nothing has changed.
     #[inline]
     pub fn set_drag_scale(&mut self, scale: T) -> Result<(), ParameterError> {
-        self.drag_scale = parameter::non_negative("drag_scale", scale)?;
+        self.drag_scale = Named("drag_scale", scale).non_negative()?;
         Ok(())
     }
 

@@ -42,7 +42,7 @@ use crate::input::{JointInput, JointInputValue, JointMotion};
 use crate::{GearFriction, GearTorques, LoadLaw};
 use bristle::companion::CompletedStep;
 use bristle::ode::System;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::{is_zero, larger, lit, nan, smaller};
 use bristle::{Branch, Bristle, Scalar};
 
@@ -213,7 +213,7 @@ where
         let beginning = JointMotion { time: zero, angle: zero, velocity: zero };
         parameters.motor.at(beginning).check("motor")?;
         parameters.external.at(beginning).check("external")?;
-        parameter::positive("inertia", parameters.inertia)?;
+        Named("inertia", parameters.inertia).positive()?;
         Ok(Self { parameters })
     }
 

@@ -25,7 +25,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::{PlaneBristle, PlaneContact};
 use bristle::ode::{Linearisation, System};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::{is_zero, larger, lit, smaller};
 use bristle::signal::{Signal, first_between};
 use bristle::{Branch, Mechanism, Scalar};
@@ -111,13 +111,13 @@ where
     pub fn new(parameters: PlaneBodyParameters<T, M, N, A, F>) -> Result<Self, ParameterError> {
         let PlaneBodyParameters { mechanisms, anchor, force, .. } = &parameters;
         for axis in 0..N {
-            parameter::component(axis, mechanisms[axis].checked())?;
+            ParameterError::of_component(axis, mechanisms[axis].checked())?;
             let start = [
                 ("anchor", anchor[axis].value(T::zero())),
                 ("force", force[axis].value(T::zero())),
             ];
             for (name, value) in start {
-                parameter::component(axis, parameter::finite(name, value))?;
+                ParameterError::of_component(axis, Named(name, value).finite())?;
             }
         }
         Ok(Self { parameters })

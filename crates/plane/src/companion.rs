@@ -11,7 +11,7 @@ use nalgebra::SVector;
 use super::surface::norm;
 use super::{PlaneBristle, PlaneContact};
 use bristle::companion::{CompanionStep, CompletedStep, PointMass};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::unlimited;
 use bristle::{LoadChange, Reloaded, Scalar};
 
@@ -24,7 +24,7 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     ///
     /// Refuses a speed that is negative or not finite.
     pub fn companion(self, fastest: T) -> Result<PlaneCompanion<T, M, N>, ParameterError> {
-        let fastest = parameter::non_negative("fastest", fastest)?;
+        let fastest = Named("fastest", fastest).non_negative()?;
         let limit = self.model().limits(fastest).deflection;
         let limit = limit.unwrap_or_else(|| SVector::repeat(unlimited()));
         Ok(PlaneCompanion { contact: self, fastest, limit })

@@ -26,7 +26,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use super::surface::norm;
 use super::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneContact, length};
 use bristle::companion::CompletedStep;
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::scalar::{is_zero, larger, lit, nan};
 use bristle::{Reloaded, Scalar};
 
@@ -171,12 +171,13 @@ where
         let mut sum = T::zero();
         for (number, point) in points.as_ref().iter().enumerate() {
             let [x, y] = point.place;
-            let checked = parameter::finite("place", x)
-                .and_then(|_| parameter::finite("place", y))
-                .and_then(|_| parameter::non_negative("weight", point.weight));
-            sum += parameter::component(number, checked)?;
+            let checked = Named("place", x)
+                .finite()
+                .and_then(|_| Named("place", y).finite())
+                .and_then(|_| Named("weight", point.weight).non_negative());
+            sum += ParameterError::of_component(number, checked)?;
         }
-        let sum = parameter::positive("sum of weights", sum)?;
+        let sum = Named("sum of weights", sum).positive()?;
         Ok(Self { contact, points, inverse: T::one() / sum })
     }
 
@@ -333,7 +334,7 @@ where
     fn as_many(&self, name: &'static str, count: usize) -> Result<(), ParameterError> {
         let points = self.points().len();
         let rule = Rule::CountBetween { least: points, most: points };
-        parameter::check(name, count as f64, count == points, rule).map(drop)
+        Named(name, count as f64).check(count == points, rule).map(drop)
     }
 }
 

@@ -6,7 +6,7 @@ use super::surface::{surfaces, surfaces_and_slopes};
 use super::{Axis, AxisSurface, PlaneBristle, PlaneLimits};
 use bristle::curve::FrictionCurve;
 use bristle::least_slope;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::regularisation::{Regularisation, Unregularised};
 use bristle::rheology::{KelvinVoigt, Rheology};
 use bristle::scalar::{larger, lit, unlimited};
@@ -49,8 +49,8 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneFrBd<C, T, N> {
     /// Refuses a friction ratio outside 1e-100 … 1e100 (`f32`: 1e-18 … 1e15), and names its axis.
     pub fn new(curve: C, axes: [Axis<T>; N]) -> Result<Self, ParameterError> {
         for (number, axis) in axes.iter().enumerate() {
-            let checked = parameter::positive("friction_ratio", axis.friction_ratio);
-            parameter::component(number, checked)?;
+            let checked = Named("friction_ratio", axis.friction_ratio).positive();
+            ParameterError::of_component(number, checked)?;
         }
         Ok(Self { curve, axes, regularisation: Unregularised })
     }

@@ -8,7 +8,7 @@ use nalgebra::SVector;
 
 use super::{Axis, AxisSurface, PlaneBristle, PlaneFrBd, PlaneLimits};
 use bristle::curve::FrictionCurve;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::regularisation::{Regularisation, Unregularised};
 use bristle::rheology::KelvinVoigt;
 use bristle::scalar::unlimited;
@@ -58,7 +58,7 @@ impl<T: Scalar, C: FrictionCurve<T>, const N: usize> PlaneLuGre<C, T, N> {
         axes: [Axis<T>; N],
         viscous_friction: T,
     ) -> Result<Self, ParameterError> {
-        let viscous = parameter::non_negative("viscous_friction", viscous_friction)?;
+        let viscous = Named("viscous_friction", viscous_friction).non_negative()?;
         Ok(Self { parts: PlaneFrBd::new(curve, axes)?, viscous })
     }
 

@@ -25,7 +25,7 @@ use nalgebra::SVector;
 
 use super::patch::{Crossing, coefficients};
 use super::{LinearisedPatch, Motion, Patch, Pressure, Steady};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::{Bristle, Scalar};
 use bristle_plane::PlaneBristle;
 
@@ -127,7 +127,7 @@ pub(super) fn finite<'a, T: Scalar, const A: usize>(
     vector: &'a SVector<T, A>,
 ) -> Result<&'a SVector<T, A>, ParameterError> {
     for (number, &component) in vector.iter().enumerate() {
-        parameter::component(number, parameter::finite(name, component))?;
+        ParameterError::of_component(number, Named(name, component).finite())?;
     }
     Ok(vector)
 }

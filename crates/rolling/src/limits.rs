@@ -38,7 +38,7 @@
 use super::patch::Crossing;
 use super::quadrature::weigh;
 use super::{Motion, Patch, Pressure};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::{is_zero, larger, lit, smaller, unlimited};
 use bristle::{Bristle, Scalar};
 
@@ -98,8 +98,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// is not positive.
     pub fn limits(&self, fastest: Motion<T>, elapsed: T) -> Result<PatchLimits<T>, ParameterError> {
         let Crossing { slip_velocity: fastest, transport } = self.rolling(fastest)?;
-        let fastest = parameter::non_negative("slip_velocity", fastest)?;
-        let elapsed = parameter::non_negative("elapsed", elapsed)?;
+        let fastest = Named("slip_velocity", fastest).non_negative()?;
+        let elapsed = Named("elapsed", elapsed).non_negative()?;
         let model = self.model().limits(fastest);
         let (stiffness, damping) = output_limits(self.model(), fastest);
         let (zero, one) = (T::zero(), T::one());

@@ -1,7 +1,7 @@
 //! A contact patch: bristles of one model along a length, under a pressure.
 
 use super::Pressure;
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::scalar::larger;
 use bristle::{Affine, Bristle, Form, Scalar};
 
@@ -22,7 +22,7 @@ pub(super) fn of_velocity<T: Scalar, M: Bristle<T>>(model: &M) -> Result<(), Par
     if model.form() == Form::OfVelocity {
         return Ok(());
     }
-    Err(parameter::chosen(
+    Err(ParameterError::chosen(
         model.name(),
         "a patch takes models whose Bristle::form is Form::OfVelocity",
     ))
@@ -40,14 +40,14 @@ pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Result<Affine<T>, Paramet
     finite("drive of the friction model", drive)?;
     finite("stiffness of the friction model", stiffness)?;
     finite("damping of the friction model", damping)?;
-    parameter::at_least(name, relaxation, "zero", larger(relaxation, T::zero()))?;
+    Named(name, relaxation).at_least("zero", larger(relaxation, T::zero()))?;
     Ok(affine)
 }
 
 /// A computed number of any magnitude, if it is finite.
 #[inline]
 pub(super) fn finite<T: Scalar>(name: &'static str, value: T) -> Result<T, ParameterError> {
-    parameter::check(name, value, value.is_finite(), Rule::Finite)
+    Named(name, value).check(value.is_finite(), Rule::Finite)
 }
 
 /// Parameters of [`Patch`].
@@ -105,8 +105,8 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     /// Refuses a length that is not positive.
     pub fn new(parameters: PatchParameters<T, M, P>) -> Result<Self, ParameterError> {
         let PatchParameters { model, length, pressure } = parameters;
-        let length = parameter::positive("length", length)?;
-        let unloaded = parameter::non_negative("total pressure", length * pressure.total())?;
+        let length = Named("length", length).positive()?;
+        let unloaded = Named("total pressure", length * pressure.total()).non_negative()?;
         Ok(Self { model, length, pressure, load: T::one(), unloaded })
     }
 
@@ -126,8 +126,8 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     ///
     /// Those of [`Patch::carrying`]; the patch is as it was.
     pub fn set_normal_force(&mut self, normal_force: T) -> Result<(), ParameterError> {
-        let normal_force = parameter::non_negative("normal_force", normal_force)?;
-        self.load = normal_force / parameter::positive("total pressure", self.unloaded)?;
+        let normal_force = Named("normal_force", normal_force).non_negative()?;
+        self.load = normal_force / Named("total pressure", self.unloaded).positive()?;
         Ok(())
     }
 
@@ -167,11 +167,11 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     /// the smallest parameter a speed is none, and its arithmetic with subnormal numbers is slow.
     #[inline]
     pub(super) fn forward(&self, motion: Motion<T>) -> Result<Crossing<T>, ParameterError> {
-        let slip_velocity = parameter::finite("slip_velocity", motion.slip_velocity)?;
-        let rolling_speed = parameter::non_negative("rolling_speed", motion.rolling_speed)?;
-        let stands = rolling_speed < parameter::smallest();
+        let slip_velocity = Named("slip_velocity", motion.slip_velocity).finite()?;
+        let rolling_speed = Named("rolling_speed", motion.rolling_speed).non_negative()?;
+        let stands = rolling_speed < Named::smallest();
         let rolling_speed = if stands { T::zero() } else { rolling_speed };
-        let transport = parameter::finite("rolling_speed", rolling_speed / self.length)?;
+        let transport = Named("rolling_speed", rolling_speed / self.length).finite()?;
         Ok(Crossing { slip_velocity, transport })
     }
 
@@ -189,7 +189,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
 
     /// The motion in the patch's own unit of length, if the patch rolls forward.
     pub(super) fn rolling(&self, motion: Motion<T>) -> Result<Crossing<T>, ParameterError> {
-        parameter::positive("rolling_speed", motion.rolling_speed)?;
+        Named("rolling_speed", motion.rolling_speed).positive()?;
         self.forward(motion)
     }
 }

@@ -1,7 +1,7 @@
 //! What a wheel needs of its tyre: a source and a damper along it, whatever the tyre does sideways.
 
 use crate::{CombinedPatch, ExactPatch, Memory, Motion};
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::{Bristle, Scalar};
 use bristle_plane::PlaneBristle;
 
@@ -56,7 +56,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>> 
     ) -> Result<Option<[T; 2]>, ParameterError> {
         let Motion { slip_velocity: [along, across], rolling_speed } = predicted;
         let rule = Rule::Stated("be zero on a tyre of one axis (Patch::combined makes one of two)");
-        parameter::check("lateral_velocity", across, across == T::zero(), rule)?;
+        Named("lateral_velocity", across).check(across == T::zero(), rule)?;
         let step = self.companion_step(Motion { slip_velocity: along, rolling_speed }, duration)?;
         let Some(along) = solve([step.bias(), step.damping()])? else { return Ok(None) };
         Ok(Some([step.commit(along)?, T::zero()]))

@@ -68,7 +68,7 @@ mod region;
 use core::fmt;
 
 use bristle::number::number;
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::scalar::{lit, nan, to_f64, unlimited};
 use bristle::{Branch, Bristle, Contact, Mechanism, Scalar};
 use nalgebra::{Complex, ComplexField, Matrix2, SMatrix};
@@ -161,9 +161,9 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
     scheme: Scheme,
 ) -> Result<StepLimits<T>, ParameterError> {
     let mechanism = mechanism.map(Mechanism::checked).transpose()?;
-    parameter::number("fastest", fastest)?;
+    Named("fastest", fastest).number()?;
     let bristle = if region::polynomial(scheme).is_some() {
-        let unbounded = || parameter::refused("relaxation_rate", unlimited::<T>(), Rule::Finite);
+        let unbounded = || Named("relaxation_rate", unlimited::<T>()).refused(Rule::Finite);
         let rate = contact.limits(fastest).relaxation_rate.ok_or_else(unbounded)?;
         region::largest_step(scheme, Complex::new(-to_f64(rate), 0.0))
     } else {
@@ -365,10 +365,10 @@ impl<T: Scalar> StepLimits<T> {
     /// Refuses a step that is not positive, and one beyond a limit: the error names the step and
     /// the smallest limit with its cause.
     pub fn check(&self, step: T) -> Result<(), ParameterError> {
-        parameter::positive("step", step)?;
+        Named("step", step).positive()?;
         let limits = self.causes().into_iter().filter_map(|(name, limit)| Some((name, limit?)));
         match limits.reduce(|a, b| if b.1 < a.1 { b } else { a }) {
-            Some((cause, limit)) => parameter::at_most("step", step, cause, limit).map(drop),
+            Some((cause, limit)) => Named("step", step).at_most(cause, limit).map(drop),
             None => Ok(()),
         }
     }

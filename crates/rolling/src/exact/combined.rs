@@ -13,7 +13,7 @@ use super::{ExactPatch, Memory, PatchLedger};
 use crate::combined::finite;
 use crate::patch::Frozen;
 use crate::{Motion, Patch, PolynomialExponential};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::{Affine, Bristle, Scalar};
 use bristle_plane::PlaneBristle;
 
@@ -83,7 +83,7 @@ impl<T: Scalar, M, const N: usize> Patch<T, M, PolynomialExponential<T, N>> {
         B: Memory<T, N>,
     {
         for memory in &segments {
-            parameter::count("segments", memory.as_ref().len(), Queue::<T, N, B>::LEAST)?;
+            Named("segments", memory.as_ref().len()).count(Queue::<T, N, B>::LEAST)?;
         }
         let decay = self.pressure().decay();
         let still = self.axes(&SVector::zeros());
@@ -167,7 +167,7 @@ impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B: Memory
         motion: Motion<SVector<T, A>, T>,
         duration: T,
     ) -> Result<SVector<T, A>, ParameterError> {
-        let duration = parameter::non_negative("duration", duration)?;
+        let duration = Named("duration", duration).non_negative()?;
         let all = self.frozen(motion)?;
         Ok(SVector::from_fn(|i, _| self.axes[i].step_in(&all[i], duration)))
     }
@@ -200,7 +200,7 @@ impl<T: Scalar, M: PlaneBristle<T, A>, const A: usize, const N: usize, B: Memory
         predicted: Motion<SVector<T, A>, T>,
         duration: T,
     ) -> Result<CombinedStep<'_, T, M, A, N, B>, ParameterError> {
-        let duration = parameter::non_negative("duration", duration)?;
+        let duration = Named("duration", duration).non_negative()?;
         let mut couplings = [Coupling::idle(); A];
         let all = self.frozen(predicted)?;
         for ((axis, frozen), coupling) in self.axes.iter_mut().zip(all).zip(&mut couplings) {

@@ -34,7 +34,7 @@ use crate::moments::phi1;
 use crate::patch::{Frozen, finite};
 use crate::quadrature::{integrate, integrate_gentle};
 use crate::{Motion, Pressure};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::rheology::HeldWeights as _;
 use bristle::scalar::{is_zero, lit, smaller};
 use bristle::{Affine, Bristle, Scalar};
@@ -165,7 +165,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         predicted: Motion<T>,
         duration: T,
     ) -> Result<PatchStep<'_, T, M, N, B>, ParameterError> {
-        let duration = parameter::non_negative("duration", duration)?;
+        let duration = Named("duration", duration).non_negative()?;
         let coupling = self.coupling(self.frozen(predicted)?, duration)?;
         Ok(PatchStep { rolling: self, coupling })
     }
@@ -376,7 +376,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     ///
     /// Refuses a velocity that is not finite; the patch is as it was.
     pub fn commit(self, mean_slip_velocity: T) -> Result<T, ParameterError> {
-        let mean_slip_velocity = parameter::finite("mean_slip_velocity", mean_slip_velocity)?;
+        let mean_slip_velocity = Named("mean_slip_velocity", mean_slip_velocity).finite()?;
         Ok(self.rolling.commit(&self.coupling, mean_slip_velocity))
     }
 
@@ -390,7 +390,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         self,
         mean_slip_velocity: T,
     ) -> Result<PatchLedger<T>, ParameterError> {
-        let mean_slip_velocity = parameter::finite("mean_slip_velocity", mean_slip_velocity)?;
+        let mean_slip_velocity = Named("mean_slip_velocity", mean_slip_velocity).finite()?;
         Ok(self.rolling.commit_with_ledger(&self.coupling, mean_slip_velocity))
     }
 }

@@ -23,7 +23,7 @@ use super::path::Paths;
 use super::{Bristles, Grid, between};
 use crate::combined::finite;
 use crate::{Motion, Patch, Pressure};
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::lit;
 use bristle::{Bristle, Scalar};
 use bristle_plane::PlaneBristle;
@@ -156,7 +156,7 @@ where
         F: Fn(T, T) -> SVector<T, A>,
         G: Fn(T, T) -> T,
     {
-        let duration = parameter::non_negative("duration", duration)?;
+        let duration = Named("duration", duration).non_negative()?;
         let Motion { slip_velocity, rolling_speed } = field;
         let cells = self.axes.first().map_or(0, Grid::cells);
         let model = &self.model;

@@ -38,7 +38,7 @@ use nalgebra::Vector1;
 
 use super::{Motion, Patch, Pressure};
 use bristle::LoadChange;
-use bristle::parameter::{self, ParameterError, Rule};
+use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::rheology::HeldWeights as _;
 use bristle::scalar::{is_zero, lit, nan, to_f64};
 use bristle::{Affine, Bristle, Scalar};
@@ -185,7 +185,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         bristles: impl FnOnce(&[T]) -> Result<Bristles<M>, ParameterError>,
     ) -> Result<Self, ParameterError> {
         let rule = Rule::CountBetween { least: 1, most: MOST_CELLS };
-        parameter::check("cells", cells as f64, (1..=MOST_CELLS).contains(&cells), rule)?;
+        Named("cells", cells as f64).check((1..=MOST_CELLS).contains(&cells), rule)?;
         let width = T::one() / lit(cells as f64);
         let mut places: Vec<T> = (0..cells).map(|i| lit::<T>(i as f64) * width).collect();
         places.push(T::one());
@@ -217,8 +217,9 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         let cells = self.cells();
         let nodes = self.deflections.iter_mut().zip(&self.places);
         for (node, (deflection, &place)) in nodes.enumerate() {
-            let at =
-                |place| parameter::component(node, parameter::finite("profile", profile(place)));
+            let at = |place| {
+                ParameterError::of_component(node, Named("profile", profile(place)).finite())
+            };
             *deflection = at(place)?;
             // The extrema may lie between the nodes.
             for sample in 0..if node < cells { SAMPLES } else { 1 } {
@@ -258,7 +259,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     ///
     /// Refuses a normal force that is negative or not finite; the patch is as it was.
     pub fn reload(&mut self, normal_force: T) -> Result<T, ParameterError> {
-        let normal_force = parameter::non_negative("normal_force", normal_force)?;
+        let normal_force = Named("normal_force", normal_force).non_negative()?;
         let change = LoadChange { before: self.normal_force, after: normal_force };
         let (kept, lost) = change.renewed();
         self.normal_force = normal_force;
@@ -306,13 +307,13 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// Refuses velocities that are not finite, a duration that is negative or not finite, and a
     /// force that is not finite.
     pub fn step(&mut self, motion: Motion<T>, duration: T) -> Result<T, ParameterError> {
-        let slip = parameter::finite("slip_velocity", motion.slip_velocity)?;
-        let speed = parameter::finite("rolling_speed", motion.rolling_speed)?;
+        let slip = Named("slip_velocity", motion.slip_velocity).finite()?;
+        let speed = Named("rolling_speed", motion.rolling_speed).finite()?;
         let Bristles::Uniform(model) = &self.bristles else {
             let field = Motion { slip_velocity: |_, _| slip, rolling_speed: |_, _| speed };
             return self.step_field(&field, duration);
         };
-        let duration = parameter::non_negative("duration", duration)?;
+        let duration = Named("duration", duration).non_negative()?;
         let affine = model.affine(slip.into(), T::zero());
         let drive = affine.drive * slip;
         let courant = speed / self.length * duration * lit(self.cells() as f64);
@@ -346,7 +347,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
         F: Fn(T, T) -> T,
         G: Fn(T, T) -> T,
     {
-        let duration = parameter::non_negative("duration", duration)?;
+        let duration = Named("duration", duration).non_negative()?;
         let Motion { slip_velocity, rolling_speed } = field;
         let (bristles, deflections) = (&self.bristles, &self.deflections);
         let paths = Paths {
@@ -419,7 +420,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
 
     /// Takes over the next deflections, unless the force is not finite.
     fn commit(&mut self, force: T, range: (T, T)) -> Result<T, ParameterError> {
-        let force = parameter::finite("force", force)?;
+        let force = Named("force", force).finite()?;
         self.range = range;
         core::mem::swap(&mut self.deflections, &mut self.next);
         Ok(force)

@@ -26,7 +26,7 @@ use nalgebra::SVector;
 use super::Bristles;
 use super::interpolation::{cut, lagrange};
 use crate::combined::finite;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::root::enclose;
 use bristle::scalar::{larger, lit, smaller, to_f64};
 use bristle::{Bristle, Scalar};
@@ -186,10 +186,10 @@ where
         let mut arrival =
             Arrival { changes: [Change { decay: one, gained: zero }; A], origin: None };
         let rolling_speed = (self.rolling_speed)(inside(node), self.duration);
-        let transport = parameter::finite("rolling_speed", rolling_speed)? / self.length;
+        let transport = Named("rolling_speed", rolling_speed).finite()? / self.length;
         // A hundredth of a cell is crossed within the rounding of the time.
         let longest = width / (transport.abs() * T::default_epsilon() * lit(1e2));
-        parameter::at_most("duration", self.duration, "what resolves a cell", longest)?;
+        Named("duration", self.duration).at_most("what resolves a cell", longest)?;
         let mut slip = self.slip(node, self.duration);
         finite("slip_velocity", &slip)?;
         let mut here = (self.duration, node, transport);
@@ -224,7 +224,7 @@ where
             }
             (here, slip) = (start, before);
             panels += 1;
-            parameter::at_most("panels of a path", panels as f64, "limit", most as f64)?;
+            Named("panels of a path", panels as f64).at_most("limit", most as f64)?;
         }
         arrival.origin = Some(inside(here.1));
         Ok(arrival)

@@ -13,7 +13,7 @@ use super::super::Pressure;
 use super::interpolation::{lagrange, stencil};
 use crate::quadrature::evenly;
 use bristle::Scalar;
-use bristle::parameter::{self, ParameterError};
+use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::{lit, smaller};
 
 /// Eight points integrate e^(−3t) on 0 … 1 to rounding, and no pressure of this crate is steeper
@@ -62,12 +62,12 @@ fn attempted<T: Scalar, P: Pressure<T>>(
             let mut checked = Ok(T::zero());
             evenly((from, to), 1, &mut |place, share| {
                 let load = pressure.at(place);
-                checked = checked.and_then(|_| parameter::non_negative("pressure", load));
+                checked = checked.and_then(|_| Named("pressure", load).non_negative());
                 let polynomials = lagrange(place / width - lit(first as f64), count);
                 let nodes = weights.iter_mut().skip(first).zip(polynomials).take(count);
                 nodes.for_each(|(weight, l)| *weight += load * share * l);
             });
-            parameter::component(cell, checked)?;
+            ParameterError::of_component(cell, checked)?;
             from = to;
         }
     }
