@@ -1,7 +1,7 @@
 //! The range of a velocity-dependent quantity.
 
 use crate::parameter::{Named, ParameterError};
-use crate::scalar::{Scalar, larger, smaller};
+use crate::scalar::Scalar;
 
 /// Smallest and largest value of a quantity over a range of velocities.
 ///
@@ -25,7 +25,7 @@ impl<T: Scalar> Bounds<T> {
 
     /// The smallest range that holds both.
     pub fn union(self, other: Self) -> Self {
-        Self { min: smaller(self.min, other.min), max: larger(self.max, other.max) }
+        Self { min: self.min.smaller(other.min), max: self.max.larger(other.max) }
     }
 
     /// Whether the quantity is constant.

@@ -57,7 +57,7 @@
 
 use crate::parameter::{Named, ParameterError};
 use crate::rheology::{Deflection, HeldWeights};
-use crate::scalar::{is_zero, larger, lit, nan, unlimited};
+use crate::scalar::{is_zero, lit};
 use crate::{Affine, Bristle, Contact, Reloaded, Scalar};
 
 /// A contact prepared for passive steps inside a mechanism.
@@ -231,13 +231,13 @@ impl<T: Scalar, M: Bristle<T>> Companion<T, M> {
         let velocity = prediction.velocity;
         let model = self.contact.model();
         // NaN for a step backwards.
-        let duration = if duration >= T::zero() { duration } else { nan() };
+        let duration = if duration >= T::zero() { duration } else { T::nan() };
         let affine = self.contact.affine(velocity, prediction.deflection);
         let weights = affine.weights(duration);
         let mut limit =
-            larger(self.contact.surface(velocity).apply(self.limit), deflection.largest());
+            self.contact.surface(velocity).apply(self.limit).larger(deflection.largest());
         if velocity.abs() > self.fastest {
-            limit = larger(limit, self.contact.stationary(velocity).largest());
+            limit = limit.larger(self.contact.stationary(velocity).largest());
         }
         let (storage_stiffness, normal_force) =
             (model.storage_stiffness(), self.contact.reference_load());
@@ -287,7 +287,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
     /// Refuses a speed that is negative or not finite.
     pub fn companion(self, fastest: T) -> Result<Companion<T, M>, ParameterError> {
         let fastest = Named("fastest", fastest).non_negative()?;
-        let limit = self.model().limits(fastest).deflection.unwrap_or_else(unlimited);
+        let limit = self.model().limits(fastest).deflection.unwrap_or_else(T::unlimited);
         Ok(Companion { contact: self, fastest, limit })
     }
 
@@ -418,7 +418,7 @@ impl<T: Scalar, D: Deflection<T>> CompanionStep<T, D> {
     pub fn point_mass(&self, body: PointMass<T>) -> T {
         let PointMass { mass, velocity, force, end_weight } = body;
         let sound = mass >= T::zero() && end_weight >= T::zero() && end_weight <= T::one();
-        let mass = if sound { mass } else { nan() };
+        let mass = if sound { mass } else { T::nan() };
         let pace = end_weight * self.duration;
         (mass * velocity + pace * (force - self.bias)) / (mass + pace * self.damping)
     }

@@ -24,7 +24,7 @@
 
 use crate::parameter::{Named, ParameterError};
 use crate::rheology::Deflection;
-use crate::scalar::{is_zero, larger, lit, nan};
+use crate::scalar::{is_zero, lit};
 use crate::{Affine, Bristle, Linearised, Scalar, Surface};
 
 /// A friction model M under a normal force: the friction element of a mechanism.
@@ -138,7 +138,7 @@ impl<T: Scalar> LoadChange<T> {
             return if is_zero(after) { T::zero() } else { T::one() };
         }
         // Of an infinite utilisation nothing is held.
-        larger(T::one() / utilisation, after / before)
+        (T::one() / utilisation).larger(after / before)
     }
 
     /// By renewal, the share of each deflection that is kept, min(1, p/p'), and the share of the
@@ -442,7 +442,7 @@ impl<T: Scalar, M: Bristle<T>> Contact<T, M> {
         deflection: M::Deflection,
     ) -> ContactResponse<T, M::Deflection> {
         let surface = surface.into();
-        let normal_force = if normal_force >= T::zero() { normal_force } else { nan() };
+        let normal_force = if normal_force >= T::zero() { normal_force } else { T::nan() };
         let loaded = Self { normal_force, scale: self.scale_under(normal_force), ..self.clone() };
         let (affine, velocity) = (loaded.affine(surface, deflection), surface.velocity());
         let carried = self.model.storage_stiffness().inner_product(deflection);

@@ -88,7 +88,7 @@ use super::output::{Compensation, Output, OutputParameters};
 use super::velocity_from_position::{VelocityFromPosition, VelocityFromPositionParameters, along};
 use crate::parameter::{Named, ParameterError};
 use crate::rheology::{Deflection, HeldWeights};
-use crate::scalar::{lit, unlimited};
+use crate::scalar::lit;
 use crate::{Affine, Bristle, Contact, Form, Law, Scalar};
 
 /// How the tracking error corrects the estimate.
@@ -250,7 +250,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
                     let four: T = lit(4.0);
                     let limit = four * stiffness * (micro_damping + viscous)
                         / (micro_damping * micro_damping);
-                    let fastest = model.limits(fastest).relaxation_rate.unwrap_or_else(unlimited);
+                    let fastest =
+                        model.limits(fastest).relaxation_rate.unwrap_or_else(T::unlimited);
                     Named("relaxation rate at the fastest speed", fastest)
                         .at_most("4 σ0 (σ1 + σ2)/σ1²", limit)?;
                 }
@@ -265,7 +266,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> FrictionObserver<T, M> {
         let most = corner * proportional;
         Named("integral_gain", integral).below("corner × proportional_gain", most)?;
         Ok(Self {
-            limit: model.limits(fastest).deflection.unwrap_or_else(unlimited),
+            limit: model.limits(fastest).deflection.unwrap_or_else(T::unlimited),
             position: VelocityFromPosition::new(velocity)?,
             // The reference may jump: a slow planner gives a staircase.
             error: VelocityFromPosition::new(VelocityFromPositionParameters {

@@ -18,7 +18,7 @@
 //! weight 1 − (τ/(τ + h))ⁿ.
 
 use crate::parameter::{Named, ParameterError};
-use crate::scalar::{is_zero, larger, lit};
+use crate::scalar::{is_zero, lit};
 use crate::{Affine, Bristle, Contact, Scalar};
 
 /// Parameters of a [`VelocityFromPosition`].
@@ -221,7 +221,7 @@ pub(super) fn along<T: Scalar, M: Bristle<T, Deflection = T>>(
     if is_zero(secant) {
         return Affine { relaxation: T::zero(), ..contact.affine(smooth, deflection) };
     }
-    let speed = larger(smooth.abs(), secant.abs() * lit(SLOWEST));
+    let speed = smooth.abs().larger(secant.abs() * lit(SLOWEST));
     let velocity = if secant < T::zero() { -speed } else { speed };
     let affine = contact.affine(velocity, deflection);
     Affine { relaxation: affine.relaxation * (secant.abs() / speed), ..affine }

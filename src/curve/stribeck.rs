@@ -17,7 +17,7 @@
 use super::valley::Valley;
 use crate::curve::FrictionCurve;
 use crate::parameter::{Named, ParameterError};
-use crate::scalar::{is_zero, lit, unlimited};
+use crate::scalar::{is_zero, lit};
 use crate::{Bounds, Branch, Scalar, Sliding};
 
 /// Parameters of [`Stribeck`].
@@ -200,7 +200,7 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
     fn slope_at_rest(&self) -> T {
         if self.exponent < T::one() && self.valley.drop > T::zero() {
             // Of which the slope at rest itself says nothing.
-            return -unlimited::<T>();
+            return -T::unlimited();
         }
         self.coefficient_and_slope(Branch::Forward.of(T::zero())).1
     }
@@ -223,7 +223,7 @@ impl<T: Scalar> FrictionCurve<T> for Stribeck<T> {
         }
         if self.exponent < T::one() {
             // δ u^(δ−1) exp(−u^δ) grows without limit towards rest.
-            return Some(-unlimited::<T>());
+            return Some(-T::unlimited());
         }
         let (w, slope) = self.power(self.steepest());
         let steepness = slope * (-w).exp();

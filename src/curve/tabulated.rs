@@ -14,7 +14,7 @@ use core::fmt::Debug;
 
 use crate::curve::FrictionCurve;
 use crate::parameter::{Named, ParameterError, Rule};
-use crate::scalar::{lit, nan, smaller};
+use crate::scalar::lit;
 use crate::{Bounds, Scalar, Sliding};
 
 /// One measured point of a [`Tabulated`] curve.
@@ -168,7 +168,7 @@ impl<S> Tabulated<S> {
         let cubics = self.cubics.as_ref();
         let started = cubics.partition_point(|cubic| cubic.start <= speed);
         // There are two at least.
-        let nowhere = Cubic { start: T::zero(), coefficients: [nan(); 4] };
+        let nowhere = Cubic { start: T::zero(), coefficients: [T::nan(); 4] };
         cubics.get(started.saturating_sub(1)).copied().unwrap_or(nowhere)
     }
 }
@@ -293,11 +293,11 @@ impl<T: Scalar, S: AsRef<[Cubic<T>]> + Debug + Clone> FrictionCurve<T> for Tabul
         let mut least = cubics.last()?.coefficients[1];
         for (cubic, next) in cubics.iter().zip(cubics.iter().skip(1)) {
             let end = next.start;
-            least = smaller(least, smaller(cubic.slope(cubic.start), cubic.slope(end)));
+            least = least.smaller(cubic.slope(cubic.start).smaller(cubic.slope(end)));
             let [_, _, c2, c3] = cubic.coefficients;
             let lowest = cubic.start - c2 / (lit::<T>(3.0) * c3);
             if c3 > T::zero() && lowest > cubic.start && lowest < end {
-                least = smaller(least, cubic.slope(lowest));
+                least = least.smaller(cubic.slope(lowest));
             }
         }
         Some(least)

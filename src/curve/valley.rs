@@ -6,7 +6,7 @@
 //! outruns a decay that starts flat, and then the minimum of the Stribeck valley.
 
 use crate::parameter::{Named, ParameterError};
-use crate::scalar::{is_zero, larger, lit};
+use crate::scalar::{is_zero, lit};
 use crate::{Bounds, Scalar};
 
 /// The parameters of a curve that falls from static to dynamic friction.
@@ -58,7 +58,7 @@ impl<T: Scalar> Valley<T> {
         let mut bounds = Bounds::constant(start).union(Bounds::constant(end));
         if balance > T::zero() && balance < steepness(steepest) {
             // Far enough for the steepness to have fallen below the balance again.
-            let mut far = larger(steepest, T::one());
+            let mut far = steepest.larger(T::one());
             for _ in 0..64 {
                 if steepness(far) < balance {
                     break;

@@ -54,7 +54,7 @@ use core::ops::Range;
 
 use crate::ode::{Crossing, Search, StepControl};
 use crate::parameter::{Named, ParameterError};
-use crate::scalar::{is_zero, larger, lit};
+use crate::scalar::{is_zero, lit};
 use crate::{Branch, Bristle, Contact, Scalar};
 use dense_step::Sample;
 use nodes::{MOST_NODES, Nodes};
@@ -229,7 +229,7 @@ fn crossing<T: Scalar, const S: usize>(
     shortest: T,
 ) -> Crossing<T> {
     // After a reversal the start lies on the wrong side by a rounding.
-    let mut known = [(start.0, larger(start.1, T::zero())); MOST_NODES + 1];
+    let mut known = [(start.0, start.1.larger(T::zero())); MOST_NODES + 1];
     for ((known, place), speed) in known.iter_mut().skip(1).zip(places).zip(speeds) {
         *known = (place, speed);
     }

@@ -3,7 +3,7 @@
 use crate::curve::FrictionCurve;
 use crate::parameter::{Named, ParameterError, Rule};
 use crate::rheology::ElementBounds;
-use crate::scalar::{is_zero, lit, smaller, to_f64, unlimited};
+use crate::scalar::{is_zero, lit, to_f64};
 use crate::{Bounds, Branch, Scalar};
 
 /// Parameters and bounds of a model, as its theorems use them. From
@@ -73,7 +73,7 @@ impl<T: Scalar> Characteristics<T> {
             micro_stiffness: elements.stiffness,
             micro_damping: elements.damping,
             static_coefficient: curve.at(T::zero()),
-            dry_coefficient: curve.without_viscous_friction().bounds(unlimited()),
+            dry_coefficient: curve.without_viscous_friction().bounds(T::unlimited()),
             slope_at_rest: curve.slope_at_rest(),
             least_slope,
             viscous_friction: T::zero(),
@@ -121,7 +121,7 @@ fn searched<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> (T, Option
         }
         // Thirds of the interval around it; flat at the bottom, so that half the digits are all
         // of them.
-        let (mut low, mut high) = (steepest.0 * ratio, smaller(steepest.0 / ratio, fastest));
+        let (mut low, mut high) = (steepest.0 * ratio, (steepest.0 / ratio).smaller(fastest));
         for _ in 0..80 {
             let third = (high - low) / lit(3.0);
             if slope(low + third) < slope(high - third) {
@@ -130,7 +130,7 @@ fn searched<T: Scalar, C: FrictionCurve<T>>(curve: &C, fastest: T) -> (T, Option
                 low += third;
             }
         }
-        least = smaller(least, smaller(steepest.1, slope((low + high) * lit(0.5))));
+        least = least.smaller(steepest.1.smaller(slope((low + high) * lit(0.5))));
     }
     (least, fault)
 }

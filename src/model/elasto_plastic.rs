@@ -23,7 +23,7 @@ use crate::curve::FrictionCurve;
 use crate::parameter::{Named, ParameterError};
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Elements, KelvinVoigt, Rheology, VelocityLaw};
-use crate::scalar::{is_zero, unlimited};
+use crate::scalar::is_zero;
 use crate::{Bristle, Scalar, Surface};
 
 /// The elasto-plastic FrBD model of a friction curve C, a [`KelvinVoigt`] bristle R of constant
@@ -80,7 +80,7 @@ impl<T: Scalar, C: FrictionCurve<T>, D: VelocityLaw<T>>
         stick_limit: T,
     ) -> Result<Self, ParameterError> {
         Named("stick_limit", stick_limit).positive()?;
-        let least = curve.bounds(unlimited()).min / rheology.storage_stiffness();
+        let least = curve.bounds(T::unlimited()).min / rheology.storage_stiffness();
         Named("stick_limit", stick_limit).below("min μ/σ0", least)?;
         Ok(Self { plastic: FrBd::new(curve, rheology), stick_limit })
     }

@@ -25,7 +25,7 @@ use super::{Affine, Characteristics, Form, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
 use crate::regularisation::{Regularisation, Unregularised};
 use crate::rheology::{Deflection, ElementBounds, Elements, Rheology};
-use crate::scalar::{is_zero, larger, nan, unlimited};
+use crate::scalar::is_zero;
 use crate::{Bristle, Scalar, Sliding, Surface};
 
 /// An FrBD model (friction with bristle dynamics) of a friction curve C, a bristle R and a
@@ -354,7 +354,7 @@ where
             Law::Passivity => bounds.stiffness.is_constant(),
             Law::BoundedForce => bounds.stiffness.is_constant() && R::Deflection::SPRINGS == 1,
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
-            Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
+            Law::BoundedRelaxation => self.limits(T::unlimited()).relaxation_rate.is_some(),
             Law::OddSymmetry => self.curve.is_even() && bounds.even,
             Law::NoDrift => false,
         }
@@ -409,7 +409,7 @@ pub(crate) fn inverse_resistance<T: Scalar>(
     } else {
         inverse > T::zero()
     };
-    if admissible { inverse } else { nan() }
+    if admissible { inverse } else { T::nan() }
 }
 
 /// A number that μ(v)/|v|_ε does not fall below for |v| ≤ `fastest`.
@@ -427,7 +427,7 @@ where
     let viscous = curve.viscous_friction();
     let dry = curve.without_viscous_friction().bounds(fastest).min;
     if viscous * regularisation.speed_at_rest() <= dry {
-        larger(over_range, viscous)
+        over_range.larger(viscous)
     } else {
         over_range
     }

@@ -67,7 +67,7 @@ use super::{Affine, Form, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
 use crate::parameter::{Named, ParameterError};
 use crate::rheology::{Elements, KelvinVoigt, Rheology};
-use crate::scalar::{is_zero, lit, nan, unlimited};
+use crate::scalar::{is_zero, lit};
 use crate::{Branch, Bristle, Scalar, Surface};
 
 /// The bristle with its force balance solved, of a friction curve C:
@@ -156,7 +156,7 @@ impl<T: Scalar, C: FrictionCurve<T>> ImplicitBristle<C, T> {
         let damping = rheology.elements(Branch::Forward.of(T::zero())).damping;
         let viscous = curve.viscous_friction();
         Named("micro_damping + viscous_friction", damping + viscous).positive()?;
-        let least_slope = curve.least_slope().unwrap_or_else(nan);
+        let least_slope = curve.least_slope().unwrap_or_else(T::nan);
         // Above the roundings of the slope.
         let margin = damping + least_slope;
         let rises = margin > damping * T::default_epsilon() * lit(16.0);
@@ -324,7 +324,7 @@ impl<T: Scalar, C: FrictionCurve<T>> Bristle<T> for ImplicitBristle<C, T> {
         match law {
             Law::Passivity | Law::BoundedForce | Law::NoDrift | Law::SteadySliding => true,
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
-            Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
+            Law::BoundedRelaxation => self.limits(T::unlimited()).relaxation_rate.is_some(),
             Law::OddSymmetry => self.curve.is_even(),
             Law::Secant => false,
         }

@@ -38,7 +38,7 @@ use super::modes::{Pole, root};
 use super::{ElementBounds, Elements, GeneralisedMaxwell, KelvinVoigtParameters, MaxwellArm};
 use crate::parameter::{Named, ParameterError};
 use crate::rheology::Rheology;
-use crate::scalar::{is_zero, larger};
+use crate::scalar::is_zero;
 use crate::{Scalar, Sliding};
 
 /// Springs in a row, each with a dashpot beside it; the first may be a spring alone.
@@ -93,7 +93,7 @@ impl<T: Scalar, const N: usize> GeneralisedKelvinVoigt<T, N> {
             *pole = Pole { rate: stiffness / damping, weight: one / damping };
         }
         let instant = elements.first().filter(|_| springs > 0).map(|element| element.0);
-        let most = |of: fn(&Pole<T>) -> T| poles.iter().fold(zero, |most, p| larger(most, of(p)));
+        let most = |of: fn(&Pole<T>) -> T| poles.iter().fold(zero, |most, p| most.larger(of(p)));
         let unit = most(|pole| pole.rate);
         let (scale, constant) = match instant {
             Some(stiffness) => (stiffness / unit, one),

@@ -6,7 +6,7 @@
 
 use super::HeldWeights;
 use crate::Scalar;
-use crate::scalar::{lit, nan};
+use crate::scalar::lit;
 
 /// A step of ż = −λz + u with λ and u = r v held: both its end and its mean are linear in the
 /// deflection z at its start and in u.
@@ -36,7 +36,7 @@ impl<T: Scalar> Weights<T> {
             // By way of the stationary deflection, which no length of step overflows. A λ that has
             // overflowed knows none.
             let inverse = T::one() / relaxation;
-            let inverse = if inverse > T::zero() { inverse } else { nan() };
+            let inverse = if inverse > T::zero() { inverse } else { T::nan() };
             ((T::one() - decay) * inverse, [T::one() - phi1, inverse])
         };
         Self { exponent, decay, end_by_drive, phi1, mean_by_drive }

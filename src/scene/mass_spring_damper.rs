@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 use super::{Body, POSITION, VELOCITY};
 use crate::ode::{Linearisation, System};
 use crate::parameter::{Named, ParameterError};
-use crate::scalar::{is_zero, larger};
+use crate::scalar::is_zero;
 use crate::signal::Signal;
 use crate::{Branch, Bristle, Contact, Mechanism, Scalar};
 
@@ -148,7 +148,7 @@ where
         }
         let stretch = self.body.breakaway_force() / stiffness;
         let released = stretch * (stiffness * self.body.inverse_mass).sqrt();
-        Vector3::new(stretch, larger(self.drive_velocity.abs(), released), deflection)
+        Vector3::new(stretch, self.drive_velocity.abs().larger(released), deflection)
     }
 }
 

@@ -8,7 +8,7 @@ use bristle::curve::{AnyCurve, Coulomb, RationalStribeck, Stribeck};
 use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::regularisation::AnyRegularisation;
 use bristle::rheology::KelvinVoigt;
-use bristle::scalar::{lit, unlimited};
+use bristle::scalar::lit;
 use bristle::{Affine, AnyBristle, Bristle, Dahl, DahlParameters, Form, FrBd, Surface};
 use bristle_plane::PlaneFrBd;
 use core::fmt::Debug;
@@ -345,7 +345,7 @@ impl<'a, T: Real> OwnModel<'a, T> {
             let takes = "a batch takes models whose coefficients depend on the velocity alone";
             return Err(ParameterError::chosen(model.name(), takes));
         }
-        let limit = model.limits(T::zero()).deflection.unwrap_or_else(unlimited);
+        let limit = model.limits(T::zero()).deflection.unwrap_or_else(T::unlimited);
         Ok(Self { object: model, stiffness: model.storage_stiffness(), limit })
     }
 }

@@ -9,7 +9,7 @@ use bristle::parameter::{Named, ParameterError};
 use bristle::regularisation::Regularisation;
 use bristle::rheology::{Deflection, KelvinVoigt, KelvinVoigtParameters, Rheology};
 use bristle::root::enclose;
-use bristle::scalar::{is_zero, larger, lit, to_f64};
+use bristle::scalar::{is_zero, lit, to_f64};
 use bristle::signal::Signal;
 use bristle::{Bristle, Contact, Dahl, DahlParameters, Form, FrBd, Scalar};
 
@@ -112,7 +112,7 @@ impl<T: Scalar, M: Bristle<T>, V: Signal<T>> KnownVelocity<T, M, V> {
         }
         let frequency =
             if is_zero(squares) { squares } else { (rates / squares).sqrt() / answers.interval };
-        let angular_frequency = larger(frequency, T::one() / answers.time(answers.count));
+        let angular_frequency = frequency.larger(T::one() / answers.time(answers.count));
         let dahl = dahl(&contact, &velocity, &answers)?;
         let lumped = None;
         Ok(Self { contact, lumped, dahl, velocity, answers, angular_frequency, steady: false })

@@ -7,7 +7,7 @@ use super::scene::{Answers, Level, Quantity, Run, Scene, check_run, each_step};
 use super::{FidelityError, cost};
 use bristle::companion::{PointMass, VelocityHistory};
 use bristle::parameter::{Named, ParameterError};
-use bristle::scalar::{is_zero, larger, lit, smaller, to_f64};
+use bristle::scalar::{is_zero, lit, to_f64};
 use bristle::scene::MassSpringDamper;
 use bristle::signal::Signal;
 use bristle::{Bristle, Contact, Dahl, DahlParameters, Scalar};
@@ -173,7 +173,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> MechanismScene<T, M
         self.stepped(steps, mean_velocity, |time, state, run| {
             if is_zero(state[1]) {
                 let applied = self.applied(time, state)?;
-                return Ok(larger(smaller(applied, self.breakaway), -self.breakaway));
+                return Ok(applied.smaller(self.breakaway).larger(-self.breakaway));
             }
             Ok(curve(state[1], run))
         })
@@ -235,7 +235,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, F: Signal<T>> Scene for Mechanism
     /// its fastest velocity.
     fn physics(&self, level: Level, steps: u32) -> Option<(&'static str, f64)> {
         let (_, states) = self.motion(Level::REFERENCE_COMPANION, steps).ok()?;
-        let most = |of: &dyn Fn(&Vector3<T>) -> T| states.iter().map(of).fold(T::zero(), larger);
+        let most = |of: &dyn Fn(&Vector3<T>) -> T| states.iter().map(of).fold(T::zero(), T::larger);
         Some(match level {
             Level::TRUE_REST => {
                 let farthest = most(&|state| (state[0] - self.start[0]).abs());

@@ -43,7 +43,7 @@ use crate::{GearFriction, GearTorques, LoadLaw};
 use bristle::companion::CompletedStep;
 use bristle::ode::System;
 use bristle::parameter::{Named, ParameterError};
-use bristle::scalar::{is_zero, larger, lit, nan, smaller};
+use bristle::scalar::{is_zero, lit};
 use bristle::{Branch, Bristle, Scalar};
 
 /// Parameters of [`GearedJoint`].
@@ -320,7 +320,7 @@ where
     fn longest_step(&self) -> Option<T> {
         let GearedJointParameters { motor, external, .. } = &self.parameters;
         let steps = [motor.longest_step(), external.longest_step()];
-        steps.into_iter().flatten().reduce(smaller)
+        steps.into_iter().flatten().reduce(T::smaller)
     }
 
     /// The deflection at breakaway for angle and deflection, and the speed at which the joint
@@ -329,7 +329,7 @@ where
         let model = self.gear().model();
         let deflection = model.limits(T::zero()).deflection.unwrap_or_else(|| lit(1e-6));
         let load = self.gear().load(self.torques(T::zero(), &Vector3::zeros()));
-        let stiffness = larger(load * model.storage_stiffness(), T::default_epsilon());
+        let stiffness = (load * model.storage_stiffness()).larger(T::default_epsilon());
         let velocity = (stiffness / self.parameters.inertia).sqrt() * deflection;
         Vector3::new(deflection, velocity, deflection)
     }
@@ -340,7 +340,7 @@ where
 /// for a negative load.
 fn renewal<T: Scalar>(load: T, rate: T, deflection: T) -> T {
     if !(load >= T::zero()) {
-        return nan();
+        return T::nan();
     }
     // Without a rise zero, or NaN.
     let pace = if rate > T::zero() { rate / load } else { rate * T::zero() };

@@ -26,7 +26,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::{PlaneBristle, PlaneContact};
 use bristle::ode::{Linearisation, System};
 use bristle::parameter::{Named, ParameterError};
-use bristle::scalar::{is_zero, larger, lit, smaller};
+use bristle::scalar::{is_zero, lit};
 use bristle::signal::{Signal, first_between};
 use bristle::{Branch, Mechanism, Scalar};
 
@@ -196,7 +196,7 @@ where
             let Mechanism { mass, spring_stiffness, .. } = mechanisms[i];
             let deflection = limits.map_or_else(|| lit(1e-6), |limits| limits[i]);
             let bristle = stiffness * contact.normal_force();
-            let breakaway = larger(bristle * deflection, T::default_epsilon());
+            let breakaway = (bristle * deflection).larger(T::default_epsilon());
             let spring = if is_zero(spring_stiffness) { bristle } else { spring_stiffness };
             let stretch = if is_zero(spring_stiffness) { deflection } else { breakaway / spring };
             scales[i] = stretch;
@@ -247,7 +247,7 @@ macro_rules! system {
             fn longest_step(&self) -> Option<T> {
                 let PlaneBodyParameters { anchor, force, .. } = &self.parameters;
                 let anchors = anchor.iter().filter_map(|anchor| anchor.longest_step());
-                anchors.chain(force.iter().filter_map(|force| force.longest_step())).reduce(smaller)
+                anchors.chain(force.iter().filter_map(|force| force.longest_step())).reduce(T::smaller)
             }
 
             fn scales(&self) -> SVector<T, $states> {

@@ -12,7 +12,6 @@ use super::surface::norm;
 use super::{PlaneBristle, PlaneContact};
 use bristle::companion::{CompanionStep, CompletedStep, PointMass};
 use bristle::parameter::{Named, ParameterError};
-use bristle::scalar::unlimited;
 use bristle::{LoadChange, Reloaded, Scalar};
 
 impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
@@ -26,7 +25,7 @@ impl<T: Scalar, M: PlaneBristle<T, N>, const N: usize> PlaneContact<T, M, N> {
     pub fn companion(self, fastest: T) -> Result<PlaneCompanion<T, M, N>, ParameterError> {
         let fastest = Named("fastest", fastest).non_negative()?;
         let limit = self.model().limits(fastest).deflection;
-        let limit = limit.unwrap_or_else(|| SVector::repeat(unlimited()));
+        let limit = limit.unwrap_or_else(|| SVector::repeat(T::unlimited()));
         Ok(PlaneCompanion { contact: self, fastest, limit })
     }
 }

@@ -27,7 +27,7 @@ use super::surface::norm;
 use super::{PlaneBristle, PlaneCompanion, PlaneCompanionStep, PlaneContact, length};
 use bristle::companion::CompletedStep;
 use bristle::parameter::{Named, ParameterError, Rule};
-use bristle::scalar::{is_zero, larger, lit, nan};
+use bristle::scalar::{is_zero, lit};
 use bristle::{Reloaded, Scalar};
 
 /// A point of a [`Footprint`].
@@ -273,8 +273,8 @@ where
             let direction = Vector3::new(slide * cos, slide * sin, turn);
             let mut got = wrench(&Vector3::new(direction.x, direction.y, turn / spin_radius));
             got.z /= spin_radius;
-            nearest.surface_error = larger(nearest.surface_error, (T::one() - norm(&got)).abs());
-            nearest.wrench_error = larger(nearest.wrench_error, norm(&(got - direction)));
+            nearest.surface_error = nearest.surface_error.larger((T::one() - norm(&got)).abs());
+            nearest.wrench_error = nearest.wrench_error.larger(norm(&(got - direction)));
         }
         nearest
     }
@@ -283,7 +283,7 @@ where
     /// number of deflections.
     pub fn wrench(&self, twist: &Vector3<T>, deflections: &[Vector2<T>]) -> Vector3<T> {
         if deflections.len() != self.points().len() {
-            return Vector3::repeat(nan());
+            return Vector3::repeat(T::nan());
         }
         self.shares().zip(deflections).fold(Vector3::zeros(), |sum, ((share, lever), z)| {
             sum + lever.wrench(&self.contact.force(&lever.velocity(twist), z)) * share

@@ -11,7 +11,6 @@ use bristle::curve::FrictionCurve;
 use bristle::parameter::{Named, ParameterError};
 use bristle::regularisation::{Regularisation, Unregularised};
 use bristle::rheology::KelvinVoigt;
-use bristle::scalar::unlimited;
 use bristle::{Law, LuGre, Scalar};
 
 /// LuGre with Kelvin–Voigt bristles on N axes:
@@ -121,7 +120,7 @@ where
             // F·v − Ẇ = p Σ (σ0 λ z² + σ2 v²).
             Law::Passivity => self.parts.is_undamped(),
             Law::BoundedDeflection => self.limits(T::one()).deflection.is_some(),
-            Law::BoundedRelaxation => self.limits(unlimited()).relaxation_rate.is_some(),
+            Law::BoundedRelaxation => self.limits(T::unlimited()).relaxation_rate.is_some(),
             _ => false,
         }
     }

@@ -14,7 +14,7 @@ use nalgebra::{Complex, ComplexField};
 use super::quadrature::integrate;
 use bristle::Scalar;
 use bristle::rheology::relaxed;
-use bristle::scalar::{is_zero, larger, lit};
+use bristle::scalar::{is_zero, lit};
 
 /// Below this sum of exponents a power series needs at most [`TERMS`] terms.
 const SMALL: f64 = 0.7;
@@ -126,7 +126,7 @@ pub(super) fn rising<T: Scalar, const N: usize>(alpha: T, x: T) -> [T; N] {
     }
     // The weight is spread over a length of about 1/(1 + α), over which the rise has to be felt for
     // the difference to keep its digits.
-    let rises = lit::<T>(0.5) * larger(T::one(), T::one() + alpha);
+    let rises = lit::<T>(0.5) * T::one().larger(T::one() + alpha);
     if x > rises {
         let inverse = T::one() / x;
         let (slow, fast) = (decaying::<T, N>(alpha), decaying::<T, N>(alpha + x));

@@ -2,7 +2,6 @@
 
 use super::Pressure;
 use bristle::parameter::{Named, ParameterError, Rule};
-use bristle::scalar::larger;
 use bristle::{Affine, Bristle, Form, Scalar};
 
 /// The coefficients of a model at a velocity, if they are finite and λ is not negative: a bad one
@@ -40,7 +39,7 @@ pub(super) fn checked<T: Scalar>(affine: Affine<T>) -> Result<Affine<T>, Paramet
     finite("drive of the friction model", drive)?;
     finite("stiffness of the friction model", stiffness)?;
     finite("damping of the friction model", damping)?;
-    Named(name, relaxation).at_least("zero", larger(relaxation, T::zero()))?;
+    Named(name, relaxation).at_least("zero", relaxation.larger(T::zero()))?;
     Ok(affine)
 }
 

@@ -36,7 +36,7 @@ mod report;
 
 use bristle::parameter::{Named, ParameterError};
 use bristle::root::enclose;
-use bristle::scalar::{is_zero, larger, lit, smaller};
+use bristle::scalar::{is_zero, lit};
 use bristle::{
     Bounds, Branch, Bristle, Characteristics, Contact, ContactLimits, Law, Mechanism, Scalar, Units,
 };
@@ -301,11 +301,11 @@ fn passivity<T: Scalar, M: Bristle<T, Deflection = T>>(
         let cross = if cross.abs() > rounding { cross } else { zero };
         if cross != zero {
             let ratio = cross * cross / (lit::<T>(4.0) * square * affine.damping);
-            found.excess = larger(found.excess, ratio);
+            found.excess = found.excess.larger(ratio);
         }
         // The deflection of least D, within its bound.
         let lowest = -cross * velocity / (lit::<T>(2.0) * square);
-        let deflection = limit.map_or(lowest, |limit| larger(smaller(lowest, limit), -limit));
+        let deflection = limit.map_or(lowest, |limit| lowest.smaller(limit).larger(-limit));
         let power = square * deflection * deflection
             + cross * velocity * deflection
             + affine.damping * velocity * velocity;

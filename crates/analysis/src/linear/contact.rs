@@ -2,7 +2,7 @@
 
 use bristle::parameter::{Named, ParameterError};
 use bristle::rheology::{Deflection, States};
-use bristle::scalar::{is_zero, larger, lit};
+use bristle::scalar::{is_zero, lit};
 use bristle::{Branch, Bristle, Contact, LinearisedContact, Scalar, Sliding};
 
 use super::StateSpace;
@@ -112,7 +112,7 @@ fn undecided<T: Scalar>(sliding: Sliding<T>) -> bool {
 /// Whether two systems are equal up to rounding.
 fn same<T: Scalar, const N: usize>(one: &StateSpace<T, N>, other: &StateSpace<T, N>) -> bool {
     let near = |a: T, b: T| {
-        (a - b).abs() <= lit::<T>(1e3) * T::default_epsilon() * larger(a.abs(), b.abs())
+        (a - b).abs() <= lit::<T>(1e3) * T::default_epsilon() * a.abs().larger(b.abs())
     };
     let entries = one.dynamics.iter().zip(other.dynamics.iter());
     let entries = entries.chain(one.input.iter().zip(other.input.iter()));

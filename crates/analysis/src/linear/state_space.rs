@@ -9,7 +9,7 @@
 
 use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError, Rule};
-use bristle::scalar::{larger, lit, smaller, to_f64};
+use bristle::scalar::{lit, to_f64};
 use nalgebra::{Complex, ComplexField, RowSVector, SMatrix, SVector};
 
 use crate::eigenvalues::eigenvalues;
@@ -176,7 +176,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// Refuses a matrix that is not finite.
     pub fn abscissa(&self) -> Result<T, ParameterError> {
         let parts = self.poles()?.into_iter().map(|pole| pole.re);
-        Ok(parts.reduce(larger).unwrap_or_else(T::zero))
+        Ok(parts.reduce(T::larger).unwrap_or_else(T::zero))
     }
 
     /// The corner frequency [rad/s]: the modulus of the slowest pole. Below it the output follows
@@ -187,7 +187,7 @@ impl<T: Scalar, const N: usize> StateSpace<T, N> {
     /// Refuses a matrix that is not finite.
     pub fn corner_frequency(&self) -> Result<T, ParameterError> {
         let sizes = self.poles()?.into_iter().map(|pole| ComplexField::hypot(pole.re, pole.im));
-        Ok(sizes.reduce(smaller).unwrap_or_else(T::zero))
+        Ok(sizes.reduce(T::smaller).unwrap_or_else(T::zero))
     }
 
     /// Accepts a system whose transients die out.
@@ -225,7 +225,7 @@ fn solve<T: Scalar, const N: usize>(
     // Sum of the moduli of the terms in each entry.
     let mut terms = matrix.map(ComplexField::norm1);
     let mut scales = SVector::<T, N>::from_fn(|i, _| {
-        terms.row(i).iter().fold(T::zero(), |most, &term| larger(most, term))
+        terms.row(i).iter().fold(T::zero(), |most, &term| most.larger(term))
     });
     for k in 0..N {
         let weigh = |i: usize| (i, matrix[(i, k)].norm1() / scales[i]);

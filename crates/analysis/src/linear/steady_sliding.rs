@@ -17,7 +17,7 @@
 use core::cmp::Ordering;
 
 use bristle::parameter::{Named, ParameterError};
-use bristle::scalar::{larger, lit};
+use bristle::scalar::lit;
 use bristle::{Bristle, Contact, Mechanism, Scalar, Sliding};
 use nalgebra::{RowVector3, Vector3};
 
@@ -227,7 +227,7 @@ pub fn critical_speed<T: Scalar, M: Bristle<T, Deflection = T>>(
     let at_top = stable(end)?;
     let mut above = end;
     while above > start {
-        let mut below = larger(above * lit(DOWN), start);
+        let mut below = (above * lit(DOWN)).larger(start);
         if stable(below)? == at_top {
             above = below;
             continue;

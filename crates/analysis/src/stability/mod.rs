@@ -69,7 +69,7 @@ use core::fmt;
 
 use bristle::number::number;
 use bristle::parameter::{Named, ParameterError, Rule};
-use bristle::scalar::{lit, nan, to_f64, unlimited};
+use bristle::scalar::{lit, to_f64};
 use bristle::{Branch, Bristle, Contact, Mechanism, Scalar};
 use nalgebra::{Complex, ComplexField, Matrix2, SMatrix};
 
@@ -163,7 +163,7 @@ pub fn largest_step<T: Scalar, M: Bristle<T, Deflection = T>>(
     let mechanism = mechanism.map(Mechanism::checked).transpose()?;
     Named("fastest", fastest).number()?;
     let bristle = if region::polynomial(scheme).is_some() {
-        let unbounded = || Named("relaxation_rate", unlimited::<T>()).refused(Rule::Finite);
+        let unbounded = || Named("relaxation_rate", T::unlimited()).refused(Rule::Finite);
         let rate = contact.limits(fastest).relaxation_rate.ok_or_else(unbounded)?;
         region::largest_step(scheme, Complex::new(-to_f64(rate), 0.0))
     } else {
@@ -222,10 +222,10 @@ pub fn largest_step_of<T: Scalar, const N: usize>(
     scheme: Scheme,
 ) -> Option<T> {
     match scheme {
-        Scheme::SemiImplicitEuler | Scheme::ExactHold | Scheme::Passive => Some(nan()),
+        Scheme::SemiImplicitEuler | Scheme::ExactHold | Scheme::Passive => Some(T::nan()),
         _ => {
             let Some(rates) = eigenvalues(&jacobian.map(to_f64)) else {
-                return Some(nan());
+                return Some(T::nan());
             };
             // A mode that stands still, such as the difference of position and deflection of a
             // stuck mass, has a rate of rounding size. A true mode as slow as that gains or loses

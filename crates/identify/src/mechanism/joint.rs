@@ -9,7 +9,7 @@ use super::start::Guess;
 use crate::Parameter;
 use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError};
-use bristle::scalar::{lit, nan, to_f64};
+use bristle::scalar::{lit, to_f64};
 
 /// A torque on the load side of the gear: it loads the gear as an external torque does.
 #[derive(Debug, Clone)]
@@ -88,7 +88,7 @@ impl Term {
                 let value = value + by_x * (x - lit(at_x)) + by_v * (v - lit(at_v));
                 [value * factor, by_x * factor, by_v * factor]
             }
-            _ => [nan(); 3],
+            _ => [T::nan(); 3],
         }
     }
 

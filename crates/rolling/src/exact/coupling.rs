@@ -36,7 +36,7 @@ use crate::quadrature::{integrate, integrate_gentle};
 use crate::{Motion, Pressure};
 use bristle::parameter::{Named, ParameterError};
 use bristle::rheology::HeldWeights as _;
-use bristle::scalar::{is_zero, lit, smaller};
+use bristle::scalar::{is_zero, lit};
 use bristle::{Affine, Bristle, Scalar};
 
 /// Friction of a patch over one step: F̄ = bias + damping·v̄.
@@ -219,7 +219,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         let (patch, one) = (&self.patch, T::one());
         let reach = transport * duration;
         let mut squares = T::zero();
-        self.queue.leaving(smaller(reach, one), |from, to, steepness, outgoing| {
+        self.queue.leaving(reach.smaller(one), |from, to, steepness, outgoing| {
             let way = to - from;
             let steepness = lit::<T>(2.0) * (steepness + affine.relaxation * (way / transport));
             integrate(steepness, |part, weight| {
@@ -257,7 +257,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         let mut free = pressure.weigh_on_the_way(&staying, distance, exponent);
         let whole = affine.weights(duration);
         // How far old bristles get, and ∫ p dξ of those that stay.
-        let reach = smaller(distance, one);
+        let reach = distance.smaller(one);
         let staying = shifted(level_moments(one - reach, decay), reach, decay);
         let staying = pressure.weigh(&staying);
         let mut driven = whole.driven_mean(one) * staying;
@@ -319,7 +319,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     /// The deflection z \[m\] at a place ξ between 0 and 1, NaN elsewhere. The time is proportional
     /// to the number of segments.
     pub fn deflection(&self, place: T) -> T {
-        let mut found = bristle::scalar::nan();
+        let mut found = T::nan();
         if place >= T::zero() && place <= T::one() {
             self.queue.profile(|segment, from, _| {
                 if place >= from && segment.width > T::zero() {

@@ -30,7 +30,7 @@ use super::patch::Frozen;
 use super::{Motion, Patch, PolynomialExponential, Pressure};
 use bristle::LoadChange;
 use bristle::parameter::{Named, ParameterError};
-use bristle::scalar::{larger, lit};
+use bristle::scalar::lit;
 use bristle::{Affine, Bristle, Scalar};
 use profile::{Profile, level};
 use queue::{Held, Queue};
@@ -197,7 +197,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
 
     fn settle_in(&mut self, frozen: &Frozen<T>) {
         // A patch that stands settles as one that takes very long to cross.
-        let transport = larger(frozen.transport, lit(1e-30));
+        let transport = frozen.transport.larger(lit(1e-30));
         self.queue.replace(frozen.affine.relaxation, frozen.drive(), transport);
     }
 

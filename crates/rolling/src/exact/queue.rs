@@ -19,7 +19,7 @@
 use super::profile::{Map, Profile, shifted};
 use bristle::Scalar;
 use bristle::rheology::{Deflection as _, HeldWeights as _};
-use bristle::scalar::{is_zero, lit, smaller};
+use bristle::scalar::{is_zero, lit};
 
 /// Memory for one segment of the deflection profile of an
 /// [`ExactPatch`](crate::ExactPatch).
@@ -322,7 +322,7 @@ impl<T: Scalar, const N: usize, B: Memory<T, N>> Queue<T, N, B> {
             moments = [T::zero(); N];
             let front = (0..self.front_count).filter_map(|number| self.segment(number));
             if let Some(last) = front.into_iter().find(|segment| segment.place < cut) {
-                let part = smaller((cut - last.place) / last.profile.width, T::one());
+                let part = ((cut - last.place) / last.profile.width).smaller(T::one());
                 let own = last.profile.moments::<N>(part, self.decay);
                 moments = shifted(own, last.place, self.decay);
                 add(&mut moments, &last.moments);
@@ -342,7 +342,7 @@ impl<T: Scalar, const N: usize, B: Memory<T, N>> Queue<T, N, B> {
             let Some(segment) = self.segment(number) else { return };
             // The newest bristle of the segment is at the outlet after this distance.
             let gone = T::one() - self.shift - segment.place;
-            let to = smaller(gone, distance);
+            let to = gone.smaller(distance);
             if to > from {
                 let profile = segment.profile.mapped(self.map_since);
                 let steepness = profile.exponent * ((to - from) / profile.width);

@@ -35,7 +35,7 @@ use super::{ExactPatch, Memory, Motion};
 use crate::patch::coefficients;
 use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::root::enclose;
-use bristle::scalar::{is_zero, lit, smaller};
+use bristle::scalar::{is_zero, lit};
 use bristle::signal::Signal;
 use bristle::{Bristle, Scalar};
 
@@ -168,7 +168,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
         let affine_at_end = coefficients(self.patch.model(), at_end)?;
         // With a tolerance a piece is at most twice as long as the one before.
         let until = |time: T, last: T| match tolerance {
-            Some(_) => smaller(to, time + last + last),
+            Some(_) => to.smaller(time + last + last),
             None => to,
         };
         // Look first, so that a refusal leaves the patch as it was.

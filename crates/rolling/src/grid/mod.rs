@@ -40,7 +40,7 @@ use super::{Motion, Patch, Pressure};
 use bristle::LoadChange;
 use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::rheology::HeldWeights as _;
-use bristle::scalar::{is_zero, lit, nan, to_f64};
+use bristle::scalar::{is_zero, lit, to_f64};
 use bristle::{Affine, Bristle, Scalar};
 use interpolation::{Interpolation, cut};
 use path::{Paths, located, widened};
@@ -278,7 +278,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>> Grid<T, M> {
     /// elsewhere.
     pub fn deflection(&self, place: T) -> T {
         let inside = place >= T::zero() && place <= T::one();
-        if inside { between(&self.deflections, self.range, place) } else { nan() }
+        if inside { between(&self.deflections, self.range, place) } else { T::nan() }
     }
 
     /// The energy stored in the bristles, W = (L/2) ∫ σ0 p z² dξ \[J\].

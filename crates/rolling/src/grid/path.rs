@@ -28,7 +28,7 @@ use super::interpolation::{cut, lagrange};
 use crate::combined::finite;
 use bristle::parameter::{Named, ParameterError};
 use bristle::root::enclose;
-use bristle::scalar::{larger, lit, smaller, to_f64};
+use bristle::scalar::{lit, to_f64};
 use bristle::{Bristle, Scalar};
 
 /// √6
@@ -86,7 +86,7 @@ impl<T: Scalar> Change<T> {
         // more of it.
         let faded = (-whole).exp_m1();
         let quotient = if relaxation > T::zero() { -faded / relaxation } else { T::one() };
-        self.gained += self.decay * smaller(quotient, lit(2.0)) * gained;
+        self.gained += self.decay * quotient.smaller(lit(2.0)) * gained;
         self.decay *= T::one() + faded;
     }
 }
@@ -103,7 +103,7 @@ pub(super) struct Arrival<T, const A: usize> {
 /// A range and a value in one range; NaN does not widen it.
 #[inline]
 pub(super) fn widened<T: Scalar>((low, high): (T, T), value: T) -> (T, T) {
-    (smaller(low, value), larger(high, value))
+    (low.smaller(value), high.larger(value))
 }
 
 /// Everything the paths of a step share.

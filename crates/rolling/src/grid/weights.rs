@@ -14,7 +14,7 @@ use super::interpolation::{lagrange, stencil};
 use crate::quadrature::evenly;
 use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError};
-use bristle::scalar::{lit, smaller};
+use bristle::scalar::lit;
 
 /// Eight points integrate e^(−3t) on 0 … 1 to rounding, and no pressure of this crate is steeper
 /// than e^(−50ξ).
@@ -56,9 +56,9 @@ fn attempted<T: Scalar, P: Pressure<T>>(
         let edge = |i: usize| lit::<T>(i as f64) * width;
         let (mut from, end) = (edge(cell), edge(cell + 1));
         while from < end {
-            let to = smaller(from + lit(WIDEST), end);
+            let to = (from + lit(WIDEST)).smaller(end);
             let knot = pressure.next_knot(from).filter(|&knot| knot > from);
-            let to = knot.map_or(to, |knot| smaller(to, knot));
+            let to = knot.map_or(to, |knot| to.smaller(knot));
             let mut checked = Ok(T::zero());
             evenly((from, to), 1, &mut |place, share| {
                 let load = pressure.at(place);

@@ -9,7 +9,7 @@ use super::Pressure;
 use crate::moments::{complex_decaying, decaying, rising};
 use bristle::Scalar;
 use bristle::parameter::{Named, ParameterError, Rule};
-use bristle::scalar::{is_zero, larger, lit, to_f64};
+use bristle::scalar::{is_zero, lit, to_f64};
 
 /// Parameters of [`PolynomialExponential`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -254,7 +254,7 @@ impl<T: Scalar, const N: usize> Pressure<T> for PolynomialExponential<T, N> {
     }
 
     fn rise(&self, decay: T) -> T {
-        if decay > larger(T::one(), self.decay) {
+        if decay > T::one().larger(self.decay) {
             // Little enough remains for the difference.
             return self.total() - self.remaining(decay);
         }
