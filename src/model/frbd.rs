@@ -374,7 +374,7 @@ where
             let mu = self.curve.bounds(fastest);
             let ElementBounds { stiffness, decay, damping, constant_decay, .. } =
                 self.rheology.bounds();
-            let resistance = damping.min + least_slope(&self.curve, &self.regularisation, fastest);
+            let resistance = damping.min + self.curve.least_secant(&self.regularisation, fastest);
             // The largest eigenvalue of diag(a) + (|v|/g) 1·Kᵀ is at most max a + (|v|/g) ΣK.
             let relaxation_rate = finite(stiffness.max / resistance + decay.max);
             if R::Deflection::SPRINGS == 1 {
@@ -410,25 +410,4 @@ pub(crate) fn inverse_resistance<T: Scalar>(
         inverse > T::zero()
     };
     if admissible { inverse } else { T::nan() }
-}
-
-/// A number that μ(v)/|v|_ε does not fall below for |v| ≤ `fastest`.
-pub fn least_slope<T, C, E>(curve: &C, regularisation: &E, fastest: T) -> T
-where
-    T: Scalar,
-    C: FrictionCurve<T>,
-    E: Regularisation<T>,
-{
-    let over_range = {
-        let speed = regularisation.speed(Sliding::from(fastest));
-        curve.bounds(fastest).min / speed
-    };
-    // μ ≥ dry + σ2|v| ≥ σ2|v|_ε, provided that the dry part covers σ2(|v|_ε − |v|).
-    let viscous = curve.viscous_friction();
-    let dry = curve.without_viscous_friction().bounds(fastest).min;
-    if viscous * regularisation.speed_at_rest() <= dry {
-        over_range.larger(viscous)
-    } else {
-        over_range
-    }
 }

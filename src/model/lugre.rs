@@ -11,7 +11,7 @@
 //! systems with friction", IEEE Transactions on Automatic Control 40 (1995), 419–425.
 
 use super::affine::forwards;
-use super::frbd::{Series, inverse_resistance, least_slope};
+use super::frbd::{Series, inverse_resistance};
 use super::{Affine, Characteristics, Form, FrBd, HeldStep, Law, Limits, Linearised, finite};
 use crate::curve::FrictionCurve;
 use crate::parameter::{Named, ParameterError};
@@ -199,7 +199,7 @@ where
         let damping = self.rheology().bounds().damping;
         let exact = self.regularisation().speed_at_rest() == T::zero();
         // The cross term is covered by the two squares for every z: σ1²λ ≤ 4σ0(σ1 + σ2).
-        let slope = least_slope(self.curve(), self.regularisation(), T::unlimited());
+        let slope = self.curve().least_secant(self.regularisation(), T::unlimited());
         let by_squares =
             damping.max * damping.max <= lit::<T>(4.0) * slope * (damping.min + self.viscous);
         // Or by the damping alone for |z| ≤ max g/σ0: σ1(max g/min g) ≤ σ1 + σ2.
@@ -337,7 +337,7 @@ where
         Limits::up_to(fastest, |fastest| {
             let g = self.curve().bounds(fastest);
             let stiffness = self.parts.storage_stiffness();
-            let slope = least_slope(self.curve(), self.regularisation(), fastest);
+            let slope = self.curve().least_secant(self.regularisation(), fastest);
             Limits {
                 deflection: finite(g.max / stiffness),
                 coefficient: if self.is_undamped() { finite(g.max) } else { None },

@@ -35,7 +35,7 @@ impl Level {
 ///
 /// let tyre = Patch::new(PatchParameters {
 ///     model: FrBd::new(Stribeck::new(paper::TYRE_CURVE)?, KelvinVoigt::new(paper::TYRE_BRISTLE)?),
-///     length: paper::TYRE_LENGTH,
+///     length: bristle_rolling::TYRE_LENGTH,
 ///     pressure: PolynomialExponential::parabolic(),
 /// })?
 /// .carrying(4000.0)?; // N
@@ -129,8 +129,8 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, S: Signal<T>, W: 
 
     fn next_kink(&self, from: T, to: T) -> Option<T> {
         let Motion { slip_velocity, rolling_speed } = &self.motion;
-        let kinks = [slip_velocity.next_kink(from, to), rolling_speed.next_kink(from, to)];
-        bristle::signal::first_between(kinks.into_iter().flatten(), from, to)
+        let first = slip_velocity.next_kink(from, to);
+        rolling_speed.next_kink(from, first.unwrap_or(to)).or(first)
     }
 
     fn slip_curve(&self, run: &mut Run) -> Result<(), FidelityError> {

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use bristle::number::number;
+use bristle::number::Number;
 use bristle::parameter::{Named, ParameterError};
 use bristle::{Branch, Bristle, Scalar};
 
@@ -118,23 +118,23 @@ const NAME: usize = 19;
 
 impl<T: Scalar> fmt::Display for GearAudit<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (velocity, torque) = (number(self.velocity), number(self.external_torque));
+        let (velocity, torque) = (Number::of(self.velocity), Number::of(self.external_torque));
         write!(f, "audit of a gear at {velocity:.5} rad/s ")?;
         writeln!(f, "and an external torque of {torque:.5} N m")?;
         write!(f, "{:<NAME$} ", "self-locking")?;
         match self.back_driving_torque {
-            Some(from) => write!(f, "no, moves by itself from {:.5} N m on; ", number(from))?,
+            Some(from) => write!(f, "no, moves by itself from {:.5} N m on; ", Number::of(from))?,
             None if self.locking >= T::one() => write!(f, "yes: ")?,
             None => write!(f, "AT REST ONLY: ")?,
         }
-        let (rest, motion) = (number(self.static_locking), number(self.locking));
+        let (rest, motion) = (Number::of(self.static_locking), Number::of(self.locking));
         writeln!(f, "μ_s k_e = {rest:.5}, μ k_e = {motion:.5}")?;
         let mut row = |name, torque, efficiency, verb, largest, none| {
             write!(f, "{name:<NAME$} ")?;
             let (Some(torque), Some(efficiency)) = (torque, efficiency) else {
                 return writeln!(f, "{none}");
             };
-            let [torque, efficiency, largest] = [torque, efficiency, largest].map(number::<T>);
+            let [torque, efficiency, largest] = [torque, efficiency, largest].map(Number::of::<T>);
             writeln!(
                 f,
                 "{torque:.5} N m{verb}; efficiency {efficiency:.5}, at large torques {largest:.5}"

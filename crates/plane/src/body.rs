@@ -27,7 +27,7 @@ use crate::{PlaneBristle, PlaneContact};
 use bristle::ode::{Linearisation, System};
 use bristle::parameter::{Named, ParameterError};
 use bristle::scalar::{is_zero, lit};
-use bristle::signal::{Signal, first_between};
+use bristle::signal::Signal;
 use bristle::{Branch, Mechanism, Scalar};
 
 /// Parameters of [`PlaneBody`].
@@ -181,9 +181,12 @@ where
     /// The next time at which an anchor or a force is not smooth.
     fn kink(&self, time: T, towards: T) -> Option<T> {
         let PlaneBodyParameters { anchor, force, .. } = &self.parameters;
-        let anchors = anchor.iter().filter_map(|anchor| anchor.next_kink(time, towards));
-        let forces = force.iter().filter_map(|force| force.next_kink(time, towards));
-        first_between(anchors.chain(forces), time, towards)
+        let first = anchor
+            .iter()
+            .fold(None, |first, anchor| anchor.next_kink(time, first.unwrap_or(towards)).or(first));
+        force
+            .iter()
+            .fold(first, |first, force| force.next_kink(time, first.unwrap_or(towards)).or(first))
     }
 
     /// Deflection: at breakaway. Position: the stretch of the spring at breakaway, without a spring
@@ -247,7 +250,9 @@ macro_rules! system {
             fn longest_step(&self) -> Option<T> {
                 let PlaneBodyParameters { anchor, force, .. } = &self.parameters;
                 let anchors = anchor.iter().filter_map(|anchor| anchor.longest_step());
-                anchors.chain(force.iter().filter_map(|force| force.longest_step())).reduce(T::smaller)
+                anchors
+                    .chain(force.iter().filter_map(|force| force.longest_step()))
+                    .reduce(T::smaller)
             }
 
             fn scales(&self) -> SVector<T, $states> {

@@ -5,7 +5,6 @@ use nalgebra::SVector;
 use super::surface::{surfaces, surfaces_and_slopes};
 use super::{Axis, AxisSurface, PlaneBristle, PlaneLimits};
 use bristle::curve::FrictionCurve;
-use bristle::least_slope;
 use bristle::parameter::{Named, ParameterError};
 use bristle::regularisation::{Regularisation, Unregularised};
 use bristle::rheology::{KelvinVoigt, Rheology};
@@ -158,7 +157,7 @@ where
         };
         // μ/n ≥ (least μ/|s|_ε)/max(a, 1), because |a s|_ε ≤ max(a, 1) |s|_ε.
         let steepest = self.axes.iter().fold(T::one(), |a, axis| a.larger(axis.friction_ratio));
-        let slope = least_slope(&self.curve, &self.regularisation, fastest) / steepest;
+        let slope = self.curve.least_secant(&self.regularisation, fastest) / steepest;
         let rate = self.axes.iter().fold(T::zero(), |rate, axis| {
             let (stiffness, damping, square) = parts(axis);
             (stiffness / (damping + square * slope)).larger(rate)

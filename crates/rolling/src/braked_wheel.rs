@@ -157,7 +157,7 @@ pub struct WheelState<T> {
 /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
 /// let tyre = Patch::new(PatchParameters {
 ///     model: FrBd::new(curve, bristle),
-///     length: paper::TYRE_LENGTH,
+///     length: bristle_rolling::TYRE_LENGTH,
 ///     pressure: PolynomialExponential::constant(),
 /// })?
 /// .carrying(4000.0)?; // N

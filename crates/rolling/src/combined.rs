@@ -57,7 +57,7 @@ impl<T: Scalar, M, P: Pressure<T>> Patch<T, M, P> {
     /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
     ///     model: PlaneFrBd::isotropic(curve, bristle),
-    ///     length: paper::TYRE_LENGTH,
+    ///     length: bristle_rolling::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
     /// .carrying(4000.0)?; // N

@@ -80,7 +80,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, P: Pressure<T>> Patch<T, M, P> {
     /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
     ///     model: FrBd::new(curve, bristle),
-    ///     length: paper::TYRE_LENGTH,
+    ///     length: bristle_rolling::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::constant(),
     /// })?
     /// .carrying(4000.0)?; // N

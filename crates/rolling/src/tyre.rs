@@ -5,6 +5,13 @@ use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::{Bristle, Scalar};
 use bristle_plane::PlaneBristle;
 
+/// Romano et al., Table 1: the length of the tyre's contact patch, 0.1 m. Its curve and bristle are
+/// in [`bristle::paper`].
+pub const TYRE_LENGTH: f64 = 0.1;
+
+/// Romano et al., Table 1: the parameter a of the tyre's exponential pressure, 0.1.
+pub const TYRE_PRESSURE_DECAY: f64 = 0.1;
+
 /// A tyre of a [`BrakedWheel`](crate::BrakedWheel): an [`ExactPatch`] that slips along the wheel
 /// alone, or a [`CombinedPatch`] of two axes, along and across. Pairs are along and across.
 pub trait Tyre<T: Scalar> {

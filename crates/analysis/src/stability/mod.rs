@@ -67,7 +67,7 @@ mod region;
 
 use core::fmt;
 
-use bristle::number::number;
+use bristle::number::Number;
 use bristle::parameter::{Named, ParameterError, Rule};
 use bristle::scalar::{lit, to_f64};
 use bristle::{Branch, Bristle, Contact, Mechanism, Scalar};
@@ -402,7 +402,7 @@ impl<T: Scalar> fmt::Display for StepLimits<T> {
         for (word, (_, limit)) in words.into_iter().zip(self.causes()) {
             match limit {
                 Some(limit) if limit == T::zero() => write!(f, "{separator}{word} never stable")?,
-                Some(limit) => write!(f, "{separator}{word} {:.5} s", number(limit))?,
+                Some(limit) => write!(f, "{separator}{word} {:.5} s", Number::of(limit))?,
                 None => write!(f, "{separator}{word} unlimited")?,
             }
             separator = ", ";

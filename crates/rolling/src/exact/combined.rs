@@ -33,7 +33,7 @@ use bristle_plane::PlaneBristle;
 /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
 /// let tyre = Patch::new(PatchParameters {
 ///     model: PlaneFrBd::isotropic(curve, bristle),
-///     length: paper::TYRE_LENGTH,
+///     length: bristle_rolling::TYRE_LENGTH,
 ///     pressure: PolynomialExponential::parabolic().padded::<4>(), // for the moment
 /// })?
 /// .carrying(4000.0)?; // N

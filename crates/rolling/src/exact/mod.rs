@@ -54,7 +54,7 @@ const MOST_SEGMENTS: usize = 10_000_000;
 /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
 /// let tyre = Patch::new(PatchParameters {
 ///     model: FrBd::new(curve, bristle),
-///     length: paper::TYRE_LENGTH,
+///     length: bristle_rolling::TYRE_LENGTH,
 ///     pressure: PolynomialExponential::parabolic(),
 /// })?
 /// .carrying(4000.0)?; // N

@@ -75,7 +75,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
     ///     model: FrBd::new(curve, bristle),
-    ///     length: paper::TYRE_LENGTH,
+    ///     length: bristle_rolling::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::parabolic(),
     /// })?;
     /// let swing = SineParameters { mean: 0.1, amplitude: 0.5, frequency: 10.0, phase: 0.0 };
@@ -125,7 +125,7 @@ impl<T: Scalar, M: Bristle<T, Deflection = T>, const N: usize, B: Memory<T, N>>
     /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
     /// let tyre = Patch::new(PatchParameters {
     ///     model: FrBd::new(curve, bristle),
-    ///     length: paper::TYRE_LENGTH,
+    ///     length: bristle_rolling::TYRE_LENGTH,
     ///     pressure: PolynomialExponential::parabolic(),
     /// })?;
     /// let swing = SineParameters { mean: 0.1, amplitude: 0.5, frequency: 10.0, phase: 0.0 };

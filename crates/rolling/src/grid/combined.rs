@@ -49,7 +49,7 @@ use bristle_plane::PlaneBristle;
 ///
 /// let curve = Stribeck::new(paper::TYRE_CURVE)?;
 /// let bristle = KelvinVoigt::new(paper::TYRE_BRISTLE)?;
-/// let (length, speed) = (paper::TYRE_LENGTH, 16.0); // m, m/s
+/// let (length, speed) = (bristle_rolling::TYRE_LENGTH, 16.0); // m, m/s
 /// let tyre = Patch::new(PatchParameters {
 ///     model: PlaneFrBd::isotropic(curve, bristle),
 ///     length,
