@@ -78,6 +78,9 @@ extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
+#[macro_use]
+mod forward;
+
 mod bounds;
 pub mod companion;
 mod contact;
