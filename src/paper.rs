@@ -59,9 +59,9 @@ pub const VALVE_CURVE: StribeckParameters<f64> = StribeckParameters {
 pub const VALVE_BRISTLE: KelvinVoigtParameters<f64, f64> =
     KelvinVoigtParameters { micro_stiffness: 6.82e7, micro_damping: 701.97 };
 
-/// Table 3: the diaphragm valve, with an I/P converter of time constant τ, 0.933 s in the paper's
-/// Test 1 and 0.425 s in Test 2, and the opening OP(t) \[%\] asked for: m = 1.6 kg, k = 203 495.8 N/m, area 445 cm², preload 2578.3 N, least
-/// pressure 41 276.4 Pa, gain 1666.49 Pa/%.
+/// Table 3: the diaphragm valve, with an I/P converter of time constant τ \[s\] (0.933 s in Test 1,
+/// 0.425 s in Test 2) and the opening OP(t) \[%\] asked for: m = 1.6 kg, k = 203 495.8 N/m, area
+/// 445 cm², preload 2578.3 N, least pressure 41 276.4 Pa, gain 1666.49 Pa/%.
 pub fn valve<M, U>(
     contact: Contact<f64, M>,
     time_constant: f64,

@@ -29,8 +29,9 @@ impl<T: Scalar> Weights<T> {
     #[inline]
     pub fn relaxed(x: T) -> (T, T, T) {
         if x < lit(0.5) && x > lit(-0.5) {
-            // φ2 = Σ (−x)ᵏ/(k + 2)!, cut below 2e-17; the others follow from it without cancellation.
-            // Even and odd powers apart and in pairs, so that the sums do not wait for each other.
+            // φ2 = Σ (−x)ᵏ/(k + 2)!, cut below 2e-17; the others follow from it without
+            // cancellation. Even and odd powers apart and in pairs, so that the sums do not wait
+            // for each other.
             const EVEN: [[f64; 2]; 3] = [
                 [1.0 / 2.0, 1.0 / 24.0],
                 [1.0 / 720.0, 1.0 / 40_320.0],

@@ -110,7 +110,8 @@ impl<T: Scalar> Audit<T> {
         row!(f, "inversion", by "Romano et al., II-B; by search",
             "{}: σ1 = {:.5}, least dμ/d|v| = {:.5} {damping}",
             if folds { "FOLDS" } else { "one solution" },
-            Number::of(model.micro_damping.min), Number::of(model.least_slope + model.viscous_friction))?;
+            Number::of(model.micro_damping.min),
+            Number::of(model.least_slope + model.viscous_friction))?;
         let (name, by, slope) = ("curve at rest", "Romano et al., II-B", model.slope_at_rest);
         match Number::of(slope) {
             _ if is_zero(slope) => row!(f, name, by by, "differentiable"),
